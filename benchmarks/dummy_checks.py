@@ -3,10 +3,10 @@
     .venv/bin/python benchmarks/dummy_checks.py > benchmarks/dummy_checks.md
 
 One motion per amplitude; noise, trigger and clocks are drawn for every trial, and the fault is added to
-the markers or to what the analysis believes. Sizes grow until nine of ten trials are flagged. Errors of K
-at that size are those of the joint likelihood and of `leg`, against the linear joint nearest to the
-true one in the windows. The analysis believes the shipped sources of uncertainty, and a clean trial has a
-rod that bends, drawn from what it believes.
+the markers or to the assumptions of the analysis. Sizes grow until nine of ten trials are flagged.
+Errors of K at that size are given for the joint likelihood and for `leg`, against the linear joint
+nearest to the true one in the windows. The analysis assumes the shipped sources of uncertainty; the rod
+of a clean trial bends by a draw from them.
 """
 
 import argparse
@@ -31,7 +31,7 @@ KNOWN_INERTIA = (0.007, 0.0005)
 CONFIG = yaml.safe_load((lab.ROOT / "config/config.yaml").read_text(encoding="utf-8"))
 OPTIONS = replace(lab.OPTIONS, sources=sources_of(CONFIG["uncertainty"]["dummy"]))
 BELIEVED = OPTIONS.sources["leg_bending_rad_per_m_per_s2"].standard_uncertainty
-# from one tried size to the next (-)
+# from one tried size to the next
 STEP = 1.5
 FOOT, ANKLE, ON_LEG = slice(0, 3), 3, slice(3, 8)
 
@@ -65,7 +65,7 @@ def bend(lag: float):
 
 
 def bend_as_believed(positions, motion, rng):
-    """The rod bends by an angle from the distribution that the analysis believes."""
+    """The rod bends by an angle from the distribution assumed in the analysis."""
     return bend(BELIEVED * rng.standard_normal())(positions, motion, rng)
 
 
@@ -100,7 +100,7 @@ def tilt(size_rad: float):
 
 
 def skew(size_s: float):
-    """Sequential sampling is forgotten: every marker is later by ``size_s`` than the one before."""
+    """Sequential sampling is ignored: every marker is later by ``size_s`` than the one before."""
 
     def broken(positions, motion, rng):
         rate = np.gradient(positions, 1.0 / lab.RATE_HZ, axis=0)
@@ -137,7 +137,7 @@ def look(motion: lab.Motion, instruments: lab.Instruments, seed: int, broken=Non
 
 
 def detected(motion: lab.Motion, instruments: lab.Instruments, unit: float, fault, count: int, start: float):
-    """Smallest size that nine of ten trials show, their flags, mean errors of K; None if none is."""
+    """Smallest size detected in nine of ten trials, its flags, mean errors of K; None if none is."""
     size = start
     while size < 300.0 * start:
         made = fault(size * unit)
@@ -177,7 +177,7 @@ def main() -> None:
             names = [
                 look(motion, instruments, 1000 + seed, bend_as_believed)[0] for seed in range(given.clean)
             ]
-            by = Counter(flag for own in names for flag in own)
+            by = Counter(flag for raised in names for flag in raised)
             count = sum(map(bool, names))
             cells = (f"{count} of {len(names)}", ", ".join(f"{k} {v}" for k, v in by.items()) or "–")
             print(row(condition, f"{noise:g}", *cells), flush=True)
@@ -188,14 +188,14 @@ def main() -> None:
         print("|---" * 4 + "|")
         for name, (unit, fault) in (MARKER_FAULTS | BELIEF_FAULTS).items():
             start = 2.0 if name in BELIEF_FAULTS else 0.3 if fault is bend else 0.01
-            found = detected(motions["sine-0.3"], instruments, unit, fault, given.seeds, start)
-            if found is None:
+            detection = detected(motions["sine-0.3"], instruments, unit, fault, given.seeds, start)
+            if detection is None:
                 print(row(name, "none", "–", "–"), flush=True)
                 continue
-            size, names, errors = found
-            by = Counter(flag for own in names for flag in own)
-            told = ", ".join(k for k, v in by.most_common() if v >= 0.5 * len(names))
-            print(row(name, f"{size:.2g}", f"{errors[0]:+.2f} / {errors[1]:+.2f}", told), flush=True)
+            size, names, errors = detection
+            by = Counter(flag for raised in names for flag in raised)
+            flags = ", ".join(k for k, v in by.most_common() if v >= 0.5 * len(names))
+            print(row(name, f"{size:.2g}", f"{errors[0]:+.2f} / {errors[1]:+.2f}", flags), flush=True)
 
 
 if __name__ == "__main__":

@@ -49,7 +49,7 @@ RATE_HZ, DURATION_S = 250.0, 70.0
 
 @dataclass(frozen=True)
 class Instruments:
-    """What records a motion; the defaults are those of the shipped laboratory.
+    """Instruments that record a motion; the defaults are the shipped laboratory's.
 
     Attributes
     ----------
@@ -124,8 +124,8 @@ class Motion:
             np.gradient(motion.angle_rate, motion.time),
             motion.joint_torque,
         )
-        found = linear_truth(true, [(time[p.start], time[p.stop - 1]) for p in perturbations])
-        return np.array(list(found.values()))
+        parameters = linear_truth(true, [(time[p.start], time[p.stop - 1]) for p in perturbations])
+        return np.array(list(parameters.values()))
 
     def trial(
         self, rng: np.random.Generator, instruments: Instruments | None = None, broken: Callable | None = None
@@ -166,5 +166,5 @@ class Motion:
 
 
 def with_leg(options: DummyOptions = OPTIONS, **changes) -> DummyOptions:
-    """Options that believe another leg (kg, m, kg·m²)."""
+    """Options that assume another leg (kg, m, kg·m²)."""
     return replace(options, leg=replace(options.leg, **changes))

@@ -88,9 +88,9 @@ def exact(instants: np.ndarray, velocity: np.ndarray, leg: Leg, foot: Foot) -> d
     return {"theta": theta, "f_y": f_y, "f_z": f_z, "m_x": m_x, "f_ay": f_ay, "f_az": f_az}
 
 
-def errors(found: ForwardSimulation, true: dict[str, np.ndarray]) -> tuple[float, float]:
-    """Largest error of the angle (rad), and of a reaction as a part of the range of its values (-)."""
-    off = {name: np.abs(getattr(found, name) - values).max() for name, values in true.items()}
+def errors(simulated: ForwardSimulation, true: dict[str, np.ndarray]) -> tuple[float, float]:
+    """Largest error of the angle (rad), and of a reaction as a part of the range of its values."""
+    off = {name: np.abs(getattr(simulated, name) - values).max() for name, values in true.items()}
     return off["theta"], max(off[name] / np.ptp(true[name]) for name in REACTIONS)
 
 

@@ -54,13 +54,13 @@ def short_range_torque(angle: np.ndarray, kind: str | None) -> np.ndarray:
     if kind == "maxwell":
         keep = np.exp(-1.0 / (RATE * RELAXATION_S))
         return scipy.signal.lfilter([SHORT_RANGE], [1.0, -keep], np.diff(angle, prepend=angle[:1]))
-    deflection, found = 0.0, []
+    deflection, deflections = 0.0, []
     for step in np.diff(angle, prepend=angle[:1]).tolist():
         # dz = dtheta (1 - z / limit sign(dtheta)), its exact solution over a step
         end = LIMIT_RAD if step > 0.0 else -LIMIT_RAD
         deflection = end + (deflection - end) * np.exp(-abs(step) / LIMIT_RAD)
-        found.append(deflection)
-    return SHORT_RANGE * np.array(found)
+        deflections.append(deflection)
+    return SHORT_RANGE * np.array(deflections)
 
 
 def make_joint(seed: int, short_range: str | None, gain: float, slow_sd: float = SLOW_SD, amplitude=0.03):
@@ -99,8 +99,10 @@ def scored(seed: int, joint: dict) -> dict:
         truth["K short range"] = STIFFNESS + short
     rows = {}
     for name, value in truth.items():
-        own = fit.quantities.get(name)
-        rows[name] = (value, own.value, own.low, own.high) if own else (value, 0.0, 0.0, 0.0)
+        quantity = fit.quantities.get(name)
+        rows[name] = (
+            (value, quantity.value, quantity.low, quantity.high) if quantity else (value, 0.0, 0.0, 0.0)
+        )
     return {
         "rows": rows,
         "reflex": structure.direction != 0,
@@ -111,7 +113,7 @@ def scored(seed: int, joint: dict) -> dict:
 
 
 def main() -> None:
-    """Fit all joints and print the table (units in it)."""
+    """Fit all joints and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=200)
     parser.add_argument("--first", type=int, default=1)

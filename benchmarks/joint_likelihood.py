@@ -2,10 +2,10 @@
 
     .venv/bin/python benchmarks/joint_likelihood.py --seeds 200 > benchmarks/joint_likelihood.md
 
-Of each condition one motion is integrated; noise, trigger and clocks are drawn for every seed. The
-bound is that of the exact motion and of the true noise levels, with the motion of the foot unknown
-at every frequency up to 100 Hz, and with delay, joint centre, lag, gain and drift of the log and
-the leg's free swing unknown, too. Its derivatives are differences of the transfer function, written
+One motion is integrated for each condition; noise, trigger and clocks are drawn for every seed. The
+bound holds for the exact motion and the true noise levels. The motion of the foot is unknown at
+every frequency up to 100 Hz, and so are delay, joint centre, lag, gain and drift of the log, and the
+leg's free swing. Its derivatives are differences of the transfer function, written
 down here.
 """
 
@@ -27,7 +27,7 @@ TODAY = {"today": Pathway("leg", "aligned", "output-error")}
 
 
 def bound(motion: lab.Motion, instruments: lab.Instruments) -> np.ndarray:
-    """Cramér-Rao bound of the standard deviations of I, B, K for a linear joint (their units)."""
+    """Cramér-Rao bound of the standard deviations of I, B, K for a linear joint."""
     n, leg = motion.instants.size, lab.LEG
     kept = slice(round(0.1 * n / lab.RATE_HZ), round(100.0 * n / lab.RATE_HZ))
     s = (2j * np.pi * np.fft.rfftfreq(n, 1.0 / lab.RATE_HZ))[kept]
@@ -52,7 +52,7 @@ def bound(motion: lab.Motion, instruments: lab.Instruments) -> np.ndarray:
     def markers_and_log(angle, log):
         return np.array([*[np.zeros_like(s)] * 3, *np.outer(along, angle), log])
 
-    swings = [markers_and_log(inverse * own, np.zeros_like(s)) for own in (np.ones_like(s), s)]
+    swings = [markers_and_log(inverse * forcing, np.zeros_like(s)) for forcing in (np.ones_like(s), s)]
     since = np.arange(n) - 0.5 * n
     drift = np.fft.rfft(since / lab.RATE_HZ * motion.foot_dd)[kept]
     columns = np.array([*slopes, *swings, markers_and_log(np.zeros_like(s), drift)])
@@ -72,7 +72,7 @@ def bound(motion: lab.Motion, instruments: lab.Instruments) -> np.ndarray:
 
 def draws(motion: lab.Motion, instruments: lab.Instruments, seeds: range, pathways: dict) -> dict:
     """Pathway -> estimates and standard errors (working, then small I, B, K), truth, CPU time of a fit."""
-    found = {name: ([], []) for name in pathways}
+    estimates = {name: ([], []) for name in pathways}
     truth, spent = None, 0.0
     for seed in seeds:
         trial = motion.trial(np.random.default_rng([seed, 7]), instruments)
@@ -82,13 +82,13 @@ def draws(motion: lab.Motion, instruments: lab.Instruments, seeds: range, pathwa
         for name, fit in analysis.regressions.items():
             small = getattr(fit, "small", fit.mean)
             errors = analysis.budgets[name].type_a
-            found[name][0].append([*fit.mean, *small])
+            estimates[name][0].append([*fit.mean, *small])
             of_small = analysis.small_budgets[name].type_a if name in analysis.small_budgets else errors
-            found[name][1].append([*errors, *of_small])
+            estimates[name][1].append([*errors, *of_small])
         if truth is None:
             truth = np.array([*motion.at_work(fit.perturbations), *motion.small])
     each = spent / len(seeds) / len(pathways)
-    return {name: (np.array(a), np.array(b), truth, each) for name, (a, b) in found.items()}
+    return {name: (np.array(a), np.array(b), truth, each) for name, (a, b) in estimates.items()}
 
 
 def row(*cells) -> str:
@@ -122,11 +122,11 @@ def linear_table(seeds: range, today: range) -> None:
         for noise in NOISES_M:
             instruments = lab.Instruments(marker_noise_m=noise)
             limit = bound(motion, instruments)
-            found = draws(motion, instruments, seeds, {"linear": PATHWAYS["linear"]})
-            found |= draws(motion, instruments, today, {"joint": PATHWAYS["joint"]})
+            estimates = draws(motion, instruments, seeds, {"linear": PATHWAYS["linear"]})
+            estimates |= draws(motion, instruments, today, {"joint": PATHWAYS["joint"]})
             old = draws(motion, instruments, today, TODAY)["today"][0][:, :3]
-            x, errors, truth, cpu = found["linear"]
-            other = found["joint"][0][:, 3:]
+            x, errors, truth, cpu = estimates["linear"]
+            other = estimates["joint"][0][:, 3:]
             z = (x[:, 3:] - truth[3:]) / errors[:, 3:]
             print(
                 row(
@@ -162,8 +162,10 @@ def softening_table(seeds: range) -> None:
     for condition in CONDITIONS:
         motion = lab.Motion(condition)
         for noise in NOISES_M:
-            found = draws(motion, lab.Instruments(marker_noise_m=noise), seeds, {"joint": PATHWAYS["joint"]})
-            x, errors, truth, _ = found["joint"]
+            estimates = draws(
+                motion, lab.Instruments(marker_noise_m=noise), seeds, {"joint": PATHWAYS["joint"]}
+            )
+            x, errors, truth, _ = estimates["joint"]
             cells = []
             for part in (slice(0, 3), slice(3, 6)):
                 z = (x[:, part] - truth[part]) / errors[:, part]

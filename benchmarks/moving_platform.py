@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tepsipe.identification.several_joints.closed_loop import MultiJointOptions, fit_row, spectra_of
-from tepsipe.identification.several_joints.quantities import quantities_of, slow_mode
+from tepsipe.identification.several_joints.closed_loop import MultiJointOptions, banded_spectra, fit_row
+from tepsipe.identification.several_joints.quantities import joint_quantities, slow_mode
 from tepsipe.virtual_lab.platform_person import PlatformPerson, PlatformProtocol, record_platform
 
 OPTIONS = MultiJointOptions(
@@ -42,7 +42,7 @@ CASES = (
 
 
 def truth_of(person: PlatformPerson, mode: np.ndarray) -> dict[str, float]:
-    """True value of every quantity (its unit), with the slow mode of the record."""
+    """True value of every quantity, with the slow mode of the record."""
     at_once = np.array(person.stiffness_Nm_per_rad)
     reflex = np.array(person.reflex_stiffness_Nm_per_rad)
     tables = {
@@ -52,31 +52,38 @@ def truth_of(person: PlatformPerson, mode: np.ndarray) -> dict[str, float]:
         "B_reflex": np.array(person.reflex_damping_Nms_per_rad),
         "K_static": at_once + reflex,
     }
-    found = {
+    truth = {
         f"{kind}_{torque}_{angle}": float(table[i, j])
         for kind, table in tables.items()
         for i, torque in enumerate(JOINTS)
         for j, angle in enumerate(JOINTS)
     }
     for i, joint in enumerate(JOINTS):
-        found[f"K_mode_{joint}"] = float((at_once + reflex)[i] @ mode)
-        found[f"delay_{joint}"] = person.delay_s[i]
-    return found
+        truth[f"K_mode_{joint}"] = float((at_once + reflex)[i] @ mode)
+        truth[f"delay_{joint}"] = person.delay_s[i]
+    return truth
 
 
 def one_seed(person: PlatformPerson, push: float, model: str, seed: int) -> dict:
     """Truth, value, interval, regression (units of the quantities) of every quantity, and rejection."""
     record = record_platform(person, PlatformProtocol(push_N=push, step_s=0.01), np.random.default_rng(seed))
     u = np.column_stack([record.platform, record.push]) if push else record.platform
-    spectra = spectra_of(u, record.angle, record.torque, 50.0, OPTIONS)
+    spectra = banded_spectra(u, record.angle, record.torque, 50.0, OPTIONS)
     truth = truth_of(person, slow_mode(spectra, 0.5))
-    found = {}
+    scores = {}
     for joint in range(2):
         fit = fit_row(spectra, joint, model, OPTIONS)
-        for k, one in enumerate(quantities_of(fit, spectra, joint, JOINTS, 0.1, 0.5)):
+        for k, quantity in enumerate(joint_quantities(fit, spectra, joint, JOINTS, 0.1, 0.5)):
             direct = fit.direct[k] if k < len(fit.terms) else np.nan
-            found[one.name] = (truth[one.name], one.value, one.low, one.high, direct, fit.p_value < 0.01)
-    return found
+            scores[quantity.name] = (
+                truth[quantity.name],
+                quantity.value,
+                quantity.low,
+                quantity.high,
+                direct,
+                fit.p_value < 0.01,
+            )
+    return scores
 
 
 def report(seeds: int, cases) -> None:

@@ -82,16 +82,16 @@ def made_up(duration_s: float = 70.0, rate_hz: float = 250.0) -> SimulatedTrial:
 
 def loop(regressors: np.ndarray, torque: np.ndarray) -> np.ndarray:
     """I, B, K (Nms2/rad, Nms/rad, Nm/rad) of every window of every draw, one lstsq after another."""
-    found = np.empty((*torque.shape[:2], 3))
+    parameters = np.empty((*torque.shape[:2], 3))
     for draw in range(torque.shape[0]):
         for window in range(torque.shape[1]):
             x, y = regressors[draw, window].T, torque[draw, window]
-            found[draw, window] = np.linalg.lstsq(x, y, rcond=None)[0]
-    return found
+            parameters[draw, window] = np.linalg.lstsq(x, y, rcond=None)[0]
+    return parameters
 
 
 def main() -> None:
-    """Print times (ms), their ratio, how far the parameters differ (-) and the cost of whole cells (ms)."""
+    """Print times (ms), their ratio, how far the parameters differ and the cost of whole cells (ms)."""
     trial = filtered_trial(made_up())
     print(f"{DRAWS} draws of {len(trial.within)} windows, median of {REPETITIONS} repetitions\n")
     print(

@@ -1,5 +1,5 @@
 # ruff: noqa: E402
-"""Which perturbations identify the stiffness matrix of ankle, knee and hip, and what the intervals hold.
+"""Benchmark of perturbations for the stiffness matrix of ankle, knee and hip: error and coverage.
 
     export OMP_NUM_THREADS=1
     python benchmarks/several_joints.py --part exact --epochs 40 --seeds 100 > benchmarks/several_joints.md
@@ -89,7 +89,7 @@ def recorded(person, protocol, seed: int) -> Recording:
 def row(chosen, drawn, person) -> str:
     """A line of the table."""
     truth = np.concatenate([np.ravel(x) for x in (person.stiffness_Nm_per_rad, person.damping_Nms_per_rad)])
-    own = np.sqrt(np.diag(np.array(person.stiffness_Nm_per_rad)))
+    root = np.sqrt(np.diag(np.array(person.stiffness_Nm_per_rad)))
     ranks = [one.known.rank for one in drawn]
     unknowns = drawn[0].known.unknowns
     span = str(min(ranks)) if min(ranks) == max(ranks) else f"{min(ranks)} to {max(ranks)}"
@@ -99,16 +99,16 @@ def row(chosen, drawn, person) -> str:
     wrong = 100.0 * np.mean([one.fit.p_value < 0.01 for one in drawn])
     cells = [" + ".join(chosen), f"{span} of {unknowns}", f"{100.0 * quoted[:, :9].mean():.0f}"]
     if quoted[:, :9].any():
-        errors = 100.0 * (values - truth)[:, :9] / np.outer(own, own).ravel()
+        errors = 100.0 * (values - truth)[:, :9] / np.outer(root, root).ravel()
         held = np.abs(values - truth) <= halves
         common = quoted[:, :9].mean(axis=0) > 0.5
         bias = np.nanmean(errors[:, common], axis=0) if common.any() else np.array([np.nan])
-        some = quoted[:, :9].any(axis=1)
+        any_quoted = quoted[:, :9].any(axis=1)
         cells += [
             f"{np.sqrt(np.nanmean(errors**2)):.1f}",
             f"{bias[np.abs(bias).argmax()]:.1f}" if common.any() else "–",
             f"{np.nanmax(np.abs(errors)):.1f}",
-            f"{100.0 * np.mean(np.nanmax(np.abs(errors[some]), axis=1) <= 15.0):.0f}",
+            f"{100.0 * np.mean(np.nanmax(np.abs(errors[any_quoted]), axis=1) <= 15.0):.0f}",
             f"{100.0 * held[:, :9][quoted[:, :9]].mean():.1f}",
             f"{100.0 * held[:, 9:][quoted[:, 9:]].mean():.1f}" if quoted[:, 9:].any() else "–",
         ]
@@ -138,7 +138,7 @@ def main() -> None:
     chain, limits = Chain.from_settings(joints["person"]), Limits.from_percent(**joints["limits"])
     points = {name: Point.from_settings(one) for name, one in joints["perturbations"].items()}
     tolerance = 0.01 * joints["inertia_percent"]
-    found = {(case[0], chosen): [] for case in chosen_cases for chosen in case[2] or sets_of(points)}
+    estimates = {(case[0], chosen): [] for case in chosen_cases for chosen in case[2] or sets_of(points)}
     for symmetric, of_person in ((True, person), (False, asymmetric(person))):
         cases = [case for case in chosen_cases if case[3] == symmetric]
         for seed in range(_part(seeds, max(case[4] for case in cases)) if cases else 0):
@@ -151,7 +151,7 @@ def main() -> None:
                 model = (symmetry, EXACT if inertia == NEGLECTED else inertia)
                 epochs = epochs_of(recording, used, points, model, tolerance)
                 for chosen in sets or sets_of(points):
-                    found[name, chosen].append(estimate(epochs, chosen, limits))
+                    estimates[name, chosen].append(estimate(epochs, chosen, limits))
             print(seed, end=" ", flush=True, file=sys.stderr)
     if given.part == "exact":
         print(f"# Stiffness matrix of ankle, knee and hip\n\n{ABOUT}")
@@ -161,7 +161,7 @@ def main() -> None:
         print(f"\n## {name[0].upper()}{name[1:]}, {_part(seeds, part)} seeds\n\n{HEADER}")
         print("|---|" + "---|" * (HEADER.count("|") - 2))
         for chosen in sets or sets_of(points):
-            print(row(chosen, found[name, chosen], person if symmetric else asymmetric(person)))
+            print(row(chosen, estimates[name, chosen], person if symmetric else asymmetric(person)))
 
 
 if __name__ == "__main__":

@@ -1,11 +1,11 @@
-"""What each mechanism of the virtual person does to today's estimates of K and B: a table.
+"""Table of the errors of K and B caused by each mechanism of the virtual person.
 
     .venv/bin/python benchmarks/standing_mechanisms.py [--seeds 1] [--assumptions]
 
-Two trials of each task, one in each direction, on a plate that feels nothing but the feet, are simulated and
-analysed by the shipped configuration. The truth is that of the comparison with the truth: the linear fit of
-the true intrinsic torque in the fitted window. With --assumptions, the table is of the recommended estimate
-and its interval where forefoot or soft tissue differ from what the corrections assume.
+Two trials of each task, one in each direction, on a plate that measures only the load of the feet, are
+simulated and analysed by the shipped configuration. The truth is the linear fit of the true intrinsic torque
+in the fitted window. With --assumptions, the table shows the recommended estimate and its interval where
+forefoot or soft tissue differ from the assumptions of the corrections.
 """
 
 import argparse
@@ -106,17 +106,17 @@ def placed(section: dict, values: dict) -> dict:
 
 
 def variants(standing: dict) -> dict[str, dict]:
-    """Name -> section of the person: without mechanisms, with each alone, with all of the shipped ones."""
+    """Name -> section of the person: without mechanisms, with each one alone, with all shipped ones."""
     plain = placed(without(standing), AS_ANALYSED)
-    found = {"none": plain}
+    sections = {"none": plain}
     for name in MECHANISMS:
         if name == "joint centre":
             continue
         others = [other for other in MECHANISMS if other != name]
-        found[name] = placed(without(standing, others), AS_ANALYSED if name != SHORT_RANGE else FEET)
-    found |= {name: placed(plain, values) for name, values in DRAWN.items()}
-    found["all that are shipped"] = standing
-    return found
+        sections[name] = placed(without(standing, others), AS_ANALYSED if name != SHORT_RANGE else FEET)
+    sections |= {name: placed(plain, values) for name, values in DRAWN.items()}
+    sections["all that are shipped"] = standing
+    return sections
 
 
 class Analysis:
@@ -164,8 +164,8 @@ class Analysis:
 
     def quoted(self, epochs: list, broadband: list, name: str):
         """The recommended fit of a task."""
-        found = [muscle_latency(epochs, m, *self.latency_options(m)) for m in self.action]
-        known = [latency for latency in found if not isinstance(latency, str)]
+        latencies = [muscle_latency(epochs, m, *self.latency_options(m)) for m in self.action]
+        known = [latency for latency in latencies if not isinstance(latency, str)]
         options, chosen = self.choices.options, self.section["recommended"]["estimator"]
         onset = reflex_onset(known, self.action, self.section["latency"]["detector"], options)
         used = {key: x for key, x in self.estimators.items() if key in (chosen, ESTIMATOR)}
@@ -173,16 +173,18 @@ class Analysis:
         return fit_free(broadband, name, used, self.choices, count, onset)[self.choices.pathway, chosen]
 
     def latency_options(self, muscle: str) -> tuple[str, OnsetOptions, np.random.Generator]:
-        """By what a muscle is lengthened, how its onset is found, and random numbers."""
+        """Lengthening of a muscle, detector of its onset, and random numbers."""
         choice = self.section["latency"]
         options = OnsetOptions(**choice | {"search_s": tuple(choice["search_s"]), "bootstrap_draws": 20})
         return self.section["muscles"][muscle]["lengthened_by"], options, np.random.default_rng(1)
 
     def latency(self, epochs: list, muscle: str) -> float:
-        """From the onset of the stretch to that of the muscle (s), NaN without one."""
-        found = muscle_latency(epochs, muscle, *self.latency_options(muscle))
+        """Latency from the onset of the stretch to the onset of the muscle (s), NaN without one."""
+        detection = muscle_latency(epochs, muscle, *self.latency_options(muscle))
         onset = (
-            None if isinstance(found, str) else found.onsets[self.section["latency"]["detector"]].latency_s
+            None
+            if isinstance(detection, str)
+            else detection.onsets[self.section["latency"]["detector"]].latency_s
         )
         return math.nan if onset is None else onset
 
@@ -206,7 +208,7 @@ def recorded(analysis: Analysis, name: str, truth: dict, task: str, seed: int) -
 
 
 def quoted(job: tuple[str, dict, str, int]) -> dict:
-    """Of B and K of a task: error and half width of the interval (%), and flags."""
+    """Error and half width of the interval (%) for B and K of a task, and flags."""
     name, truth, task, seed = job
     analysis = Analysis()
     epochs, broadband, motions = recorded(analysis, name, truth, task, seed)
@@ -215,11 +217,11 @@ def quoted(job: tuple[str, dict, str, int]) -> dict:
     onsets = [e.onsets_s for e in epochs]
     true = linear_truth_standing(motions, onsets, window_s, False, analysis.cutting.baseline_s)
     low, high = fit.budget.interval(fit.parameters[0])
-    found = {"flags": fit.flags}
+    scores = {"flags": fit.flags}
     for k, key in enumerate("BK"):
-        found[key] = 100.0 * (fit.parameters[0, k] / true[key] - 1.0)
-        found[f"{key}_half"] = 50.0 * (high[k] - low[k]) / true[key]
-    return found
+        scores[key] = 100.0 * (fit.parameters[0, k] / true[key] - 1.0)
+        scores[f"{key}_half"] = 50.0 * (high[k] - low[k]) / true[key]
+    return scores
 
 
 def measured(job: tuple[str, dict, str, int]) -> dict:
@@ -227,28 +229,28 @@ def measured(job: tuple[str, dict, str, int]) -> dict:
     name, truth, task, seed = job
     analysis = Analysis()
     epochs, _, motions = recorded(analysis, name, truth, task, seed)
-    found = {
+    scores = {
         "SOL": 1e3 * analysis.latency(epochs, "SOL"),
         "TA": 1e3 * analysis.latency(epochs, "TA"),
     }
     for window_s in WINDOWS_S:
-        own = replace(analysis.estimator, window_s=window_s)
+        estimator = replace(analysis.estimator, window_s=window_s)
         true = linear_truth_standing(
             motions,
             [e.onsets_s for e in epochs],
             window_s,
-            own.inertia,
+            estimator.inertia,
             analysis.cutting.baseline_s,
         )
-        fit = fit_standing(epochs, "ankle", own, analysis.active, 10, np.random.default_rng(1))
+        fit = fit_standing(epochs, "ankle", estimator, analysis.active, 10, np.random.default_rng(1))
         for key in "KB":
-            found[f"{key}_true", window_s] = true[key]
-            found[key, window_s] = 100.0 * (fit.interval(key)[0] / true[key] - 1.0)
-    return found
+            scores[f"{key}_true", window_s] = true[key]
+            scores[key, window_s] = 100.0 * (fit.interval(key)[0] / true[key] - 1.0)
+    return scores
 
 
 def print_assumptions(truth: dict, seeds: int, processes: int) -> None:
-    """Print a table of the recommended estimate where the person differs from what is assumed of her."""
+    """Print a table of the recommended estimate for persons who differ from the assumptions."""
     jobs = [
         (name, truth | {"standing": placed(truth["standing"], FEET | values), "drawn": None}, task, seed)
         for name, values in ASSUMED.items()
@@ -260,10 +262,12 @@ def print_assumptions(truth: dict, seeds: int, processes: int) -> None:
     print("| person | error of K | half width | error of B | half width | covered K, B | flagged |")
     print("|---" * 7 + "|")
     for name in ASSUMED:
-        own = {task: [r for j, r in results if (j[0], j[2]) == (name, task)] for task in ("relax", "stiff")}
-        every = [r for found in own.values() for r in found]
+        by_task = {
+            task: [r for j, r in results if (j[0], j[2]) == (name, task)] for task in ("relax", "stiff")
+        }
+        every = [r for group in by_task.values() for r in group]
         cells = [
-            " / ".join(f"{np.mean([r[key] for r in found]):{form}}" for found in own.values())
+            " / ".join(f"{np.mean([r[key] for r in group]):{form}}" for group in by_task.values())
             for key, form in (("K", "+.1f"), ("K_half", ".1f"), ("B", "+.1f"), ("B_half", ".1f"))
         ]
         held = [sum(abs(r[key]) <= r[f"{key}_half"] for r in every) for key in "KB"]
@@ -298,13 +302,13 @@ def main() -> None:
     print("|", " | ".join([*columns, "latency SOL, TA (ms)"]), "|")
     print("|---" * (len(columns) + 1) + "|")
     for name in named:
-        own = {
+        by_task = {
             task: [r for j, r in zip(jobs, results, strict=True) if (j[0], j[2]) == (name, task)]
             for task in tasks
         }
 
-        def cell(key: object, form: str, own: dict = own) -> str:
-            return " / ".join(form.format(np.mean([r[key] for r in own[task]])) for task in tasks)
+        def cell(key: object, form: str, by_task: dict = by_task) -> str:
+            return " / ".join(form.format(np.mean([r[key] for r in by_task[task]])) for task in tasks)
 
         cells = [name]
         for key, form in (("K", "{:.0f}"), ("B", "{:.1f}")):

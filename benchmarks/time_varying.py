@@ -32,23 +32,23 @@ def imposed_angle(seconds: float, rng: np.random.Generator) -> tuple[np.ndarray,
     phase = rng.uniform(0.0, 2.0 * np.pi, 80)
     # as from an actuator with a bandwidth of 4 Hz
     size = 0.006 / np.hypot(1.0, frequency / 4.0)
-    found = [np.zeros(time.size) for _ in range(3)]
+    derivatives = [np.zeros(time.size) for _ in range(3)]
     for f, p, a in zip(frequency, phase, size, strict=True):
         w = 2.0 * np.pi * f
         wave = a * np.exp(1j * (w * time + p))
         for order in range(3):
-            found[order] += (wave * (1j * w) ** order).imag
-    return time, *found
+            derivatives[order] += (wave * (1j * w) ** order).imag
+    return time, *derivatives
 
 
 def voluntary_torque(samples: int, rms: float, rng: np.random.Generator) -> np.ndarray:
     """Noise (N·m): half of its variance below 0.5 Hz, half below 10 Hz."""
-    found = np.zeros(samples)
+    torque = np.zeros(samples)
     for cutoff in (0.5, 10.0):
         sos = scipy.signal.butter(2, cutoff, fs=RATE, output="sos")
         part = scipy.signal.sosfilt(sos, rng.standard_normal(samples + 2500))[2500:]
-        found += part / part.std() * rms / np.sqrt(2.0)
-    return found
+        torque += part / part.std() * rms / np.sqrt(2.0)
+    return torque
 
 
 def doubling(x: np.ndarray) -> np.ndarray:
@@ -62,10 +62,10 @@ def windows(seed: int) -> tuple[np.ndarray, ...]:
     time, angle, velocity, acceleration = imposed_angle(60.0, rng)
     torque = INERTIA * acceleration + DAMPING * velocity + doubling(time / 60.0) * angle
     torque = torque + voluntary_torque(time.size, 0.5, rng)
-    found = impedance_in_windows(
+    impedance = impedance_in_windows(
         MovedJoint(angle, torque, RATE), window_s=5.0, step_s=2.5, block_s=2.0, draws=DRAWS, rng=rng
     )
-    return doubling(found.at / 60.0), found.values[:, 2], found.low[:, 2], found.high[:, 2]
+    return doubling(impedance.at / 60.0), impedance.values[:, 2], impedance.low[:, 2], impedance.high[:, 2]
 
 
 def ensemble(seed: int) -> tuple[np.ndarray, ...]:
@@ -79,7 +79,7 @@ def ensemble(seed: int) -> tuple[np.ndarray, ...]:
     moved = 0.1 * np.sin(w * time)
     torque = stiffness * angle + DAMPING * velocity + INERTIA * acceleration
     torque = torque + 40.0 * moved**2 + 5.0 * moved + voluntary_torque(time.size, 0.5, rng)
-    found = impedance_of_ensemble(
+    impedance = impedance_of_ensemble(
         MovedJoint(angle + moved, torque, RATE),
         starts,
         length_s=1.0,
@@ -88,7 +88,7 @@ def ensemble(seed: int) -> tuple[np.ndarray, ...]:
         draws=DRAWS,
         rng=rng,
     )
-    return doubling(found.at), found.values[:, 2], found.low[:, 2], found.high[:, 2]
+    return doubling(impedance.at), impedance.values[:, 2], impedance.low[:, 2], impedance.high[:, 2]
 
 
 def schedule(seed: int) -> tuple[np.ndarray, ...]:
@@ -98,10 +98,10 @@ def schedule(seed: int) -> tuple[np.ndarray, ...]:
     target = 1.0 - np.abs(time % 20.0 / 10.0 - 1.0)
     torque = INERTIA * acceleration + DAMPING * velocity + doubling(target) * angle
     torque = torque + 10.0 * target + voluntary_torque(time.size, 0.5, rng)
-    found = impedance_by_schedule(
+    impedance = impedance_by_schedule(
         MovedJoint(angle, torque, RATE), target, bins=6, piece_s=2.0, draws=DRAWS, rng=rng
     )
-    return doubling(found.at), found.values[:, 2], found.low[:, 2], found.high[:, 2]
+    return doubling(impedance.at), impedance.values[:, 2], impedance.low[:, 2], impedance.high[:, 2]
 
 
 def main() -> None:

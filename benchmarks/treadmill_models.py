@@ -64,12 +64,12 @@ def made_up(settings: dict, samples: int = 35_000, rate_hz: float = 100.0) -> Be
 
 
 def source(arguments: list[str], settings: dict) -> BeltRecording:
-    """What is given, else what is found, else made up (Nm, m/s)."""
+    """Recording that is named, else one in the folder of real data, else a simulated one (Nm, m/s)."""
     if arguments:
         return recorded(Path(arguments[0]), settings)
     folder = Path(os.environ.get("TEPSIPE_REAL_DATA", ROOT.parent / "shared" / "real-data"))
-    found = folder / "rmill-treadmill" / "RandomSlowSpeed1.txt"
-    return recorded(found, settings) if found.is_file() else made_up(settings)
+    path = folder / "rmill-treadmill" / "RandomSlowSpeed1.txt"
+    return recorded(path, settings) if path.is_file() else made_up(settings)
 
 
 def main() -> None:

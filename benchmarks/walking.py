@@ -66,14 +66,14 @@ def one(base, recording, seed, degrees, counts, *, gain=25.0, options=None):
     joint = Joint(reflex_Nms_per_rad=gain)
     pulses = dict(zip(slots.tolist(), phases.tolist(), strict=True))
     walk = perturb(walk, joint, pulses, np.deg2rad(degrees), RAMP_S, NOISE_RAD, rng)
-    own = {name: values for name, values in walk.signals.items() if name not in recording.state}
+    replaced = {name: values for name, values in walk.signals.items() if name not in recording.state}
     simulated = replace(
         recording,
         name=f"seed {seed}",
         time=np.arange(walk.signals["angle"].size) / walk.rate_hz,
         state={name: walk.signals[name] for name in recording.state},
         supplied_moment=None,
-        **own,
+        **replaced,
     )
     strides = segment_strides(walk.heel_strikes, walk.toe_offs)
     return analyse_walking(simulated, strides, walk.onsets, options or WalkingOptions()), joint
@@ -83,11 +83,11 @@ def scenario(base, recording, seeds, degrees, counts, **choices):
     """Per seed and phase: phase, K, truth, covered, B, truth, covered, K there, truth, flag, its phase."""
     rows = []
     for seed in range(seeds):
-        found, joint = one(base, recording, seed, degrees, counts, **choices)
-        for phase, fit in found.phases.items():
-            at = found.at_percent[phase]
+        impedance, joint = one(base, recording, seed, degrees, counts, **choices)
+        for phase, fit in impedance.phases.items():
+            at = impedance.at_percent[phase]
             truth_k, truth_b = float(joint.stiffness(at)), float(joint.damping(at))
-            nominal = found.stiffness_at(phase)[0]
+            nominal = impedance.stiffness_at(phase)[0]
             rows.append(
                 (
                     phase,
@@ -124,13 +124,13 @@ def show(title, rows, counts):
     print("|", " | ".join(columns), "|")
     print("|---|---|---|---|---|---|---|---|---|---|")
     for phase in counts:
-        own = rows[rows[:, 0] == phase]
-        k, b, nominal = (own[:, i] / own[:, i + 1] - 1.0 for i in (1, 4, 7))
+        x = rows[rows[:, 0] == phase]
+        k, b, nominal = (x[:, i] / x[:, i + 1] - 1.0 for i in (1, 4, 7))
         print(
-            f"| {phase:g} | {counts[phase]} | {own[:, 10].mean():.0f} | {100 * k.mean():+.1f} | "
-            f"{100 * np.sqrt(np.mean(k**2)):.1f} | {100 * own[:, 3].mean():.0f} | "
-            f"{100 * np.sqrt(np.mean(nominal**2)):.1f} | {own[:, 4].mean():.2f} ({own[:, 5].mean():.2f}) | "
-            f"{100 * np.sqrt(np.mean(b**2)):.0f} | {100 * own[:, 6].mean():.0f} |"
+            f"| {phase:g} | {counts[phase]} | {x[:, 10].mean():.0f} | {100 * k.mean():+.1f} | "
+            f"{100 * np.sqrt(np.mean(k**2)):.1f} | {100 * x[:, 3].mean():.0f} | "
+            f"{100 * np.sqrt(np.mean(nominal**2)):.1f} | {x[:, 4].mean():.2f} ({x[:, 5].mean():.2f}) | "
+            f"{100 * np.sqrt(np.mean(b**2)):.0f} | {100 * x[:, 6].mean():.0f} |"
         )
     print(f"\nPooled coverage: K {100 * rows[:, 3].mean():.1f} %, B {100 * rows[:, 6].mean():.1f} %.")
 

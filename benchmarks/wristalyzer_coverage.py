@@ -1,4 +1,4 @@
-"""What the intervals of the Wristalyzer hold, over laboratories drawn from the beliefs of the analysis.
+"""Coverage of the Wristalyzer's intervals over laboratories drawn from the beliefs of the analysis.
 
     .venv/bin/python benchmarks/wristalyzer_coverage.py --laboratories 200
 
@@ -36,7 +36,7 @@ FACTORS, DURATION_S = ("0.08", "0.12", "0.16", "0.20", "0.24"), 60.0
 
 
 def options_of(analysis: dict) -> WristalyzerOptions:
-    """The study's choices, without the tests of starting values (units in their names)."""
+    """The study's choices, without the tests of starting values."""
     analysis = dict(analysis)
     bounds = Bounds(*(np.array(list(analysis.pop(key).values())) for key in ("start", "lower", "upper")))
     low, high = analysis.pop("profile_stiffness_Nm_per_rad")
@@ -46,17 +46,17 @@ def options_of(analysis: dict) -> WristalyzerOptions:
 
 
 def rows_of(seed: int, constants: dict, settings: dict, folder: Path) -> list[tuple]:
-    """Estimator, quantity, truth, value and interval of every estimate of one laboratory (their units)."""
+    """Estimator, quantity, truth, value and interval of every estimate of one laboratory."""
     truth = draw_laboratory(constants | {"seed": seed})
-    own, options = settings["wristalyzer"], options_of(settings["wristalyzer"]["analysis"])
+    section, options = settings["wristalyzer"], options_of(settings["wristalyzer"]["analysis"])
     sources = sources_of(settings["uncertainty"]["wristalyzer"])
     log, command, motion_file = folder / "log.txt", folder / "command.txt", folder / "motion.h5"
-    ingest = ManipulatorOptions(angle_unit=own["files"]["angle_unit"], **own["ingest"])
-    found, trials = [], []
+    ingest = ManipulatorOptions(angle_unit=section["files"]["angle_unit"], **section["ingest"])
+    rows_of_trials, trials = [], []
     for factor in FACTORS:
         make_wristalyzer_trial(truth, factor, float(factor), DURATION_S, log, command, motion_file)
         tables = [
-            read_text_table(path, own["files"][columns], "\t")
+            read_text_table(path, section["files"][columns], "\t")
             for path, columns in ((log, "log_columns"), (command, "command_columns"))
         ]
         trials.append(ingest_torque_manipulator(*tables, ingest, DURATION_S, "log", "command"))
@@ -65,11 +65,13 @@ def rows_of(seed: int, constants: dict, settings: dict, folder: Path) -> list[tu
         window = (kept.start / trials[-1].rate_hz, kept.stop / trials[-1].rate_hz)
         true = linear_truth(read_true_motion(motion_file), [window], about_mean=True)
         rows = [r for r in wristalyzer_estimates(factor, analysis) if r.quantity in true]
-        found += [(r.estimator, r.quantity, true[r.quantity], r) for r in rows if r.ci_low is not None]
-    choices = {name: own["analysis"][name] for name in ("lowpass_cutoff_hz", "lowpass_order", "cut_s")}
-    pooled = fit_wristalyzer_together(trials, own["analysis"]["perturbation_period_s"], **choices)
+        rows_of_trials += [
+            (r.estimator, r.quantity, true[r.quantity], r) for r in rows if r.ci_low is not None
+        ]
+    choices = {name: section["analysis"][name] for name in ("lowpass_cutoff_hz", "lowpass_order", "cut_s")}
+    pooled = fit_wristalyzer_together(trials, section["analysis"]["perturbation_period_s"], **choices)
     true = true_parameters(constants)["wristalyzer/pooled"]
-    return found + [
+    return rows_of_trials + [
         (r.estimator, r.quantity, true[r.quantity], r) for r in pooled_estimates(pooled, sources)[0]
     ]
 
@@ -101,7 +103,7 @@ def main() -> None:
         "| Estimator | Quantity | Held | Bias | Half width | Type A | Type B |\n|---|---|---|---|---|---|---|"
     )
     for (estimator, quantity), laboratories in held.items():
-        means = np.array([np.mean(own, axis=0) for own in laboratories if own])
+        means = np.array([np.mean(scores, axis=0) for scores in laboratories if scores])
         error = means[:, 0].std(ddof=1) / np.sqrt(len(means)) if len(means) > 1 else np.nan
         cells = " | ".join(f"{100.0 * x:.2f}" for x in means[:, 1:].mean(axis=0))
         print(f"| `{estimator}` | {quantity} | {means[:, 0].mean():.3f} ± {error:.3f} | {cells} |")

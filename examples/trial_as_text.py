@@ -71,10 +71,10 @@ def write_table(trial, folder):
 
 def main(trial, dflow, table):
     """Write both kinds into two folders."""
-    found = read_trial(trial)
+    content = read_trial(trial)
     for folder, make in ((Path(dflow), write_dflow), (Path(table), write_table)):
         folder.mkdir(parents=True, exist_ok=True)
-        make(found, folder)
+        make(content, folder)
         print(f"written: {', '.join(str(path) for path in sorted(folder.iterdir()))}")
 
 

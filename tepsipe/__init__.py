@@ -39,7 +39,7 @@ import importlib
 
 __version__ = "0.1.0"
 
-# public name -> where it is defined; imported when it is first used
+# public name -> module that defines it; imported on first use
 _PUBLIC = {
     "InputError": "tepsipe.errors",
     "read_trial": "tepsipe.io.trial",

@@ -20,12 +20,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     arguments : sequence of str, optional
-        What follows ``tepsipe``; the process's own if left out.
+        Arguments after ``tepsipe``; the process's own if left out.
 
     Returns
     -------
     int
-        0, or 2 where the input cannot be used (-).
+        0, or 2 where the input cannot be used.
     """
     parser = _parser()
     chosen = parser.parse_args(arguments)
@@ -206,7 +206,7 @@ def _export(chosen: argparse.Namespace) -> None:
     from tepsipe.io.trial import Trial
 
     output = chosen.output or Path(f"{chosen.file.stem}.{chosen.to}")
-    if output.resolve() in {given.resolve() for given in (chosen.file, chosen.trial) if given is not None}:
+    if output.resolve() in {source.resolve() for source in (chosen.file, chosen.trial) if source is not None}:
         raise InputError(f"{output}: expected a file of its own to write to, found the input: choose another")
     if not output.parent.is_dir():
         raise InputError(
@@ -266,22 +266,22 @@ def _fit(chosen: argparse.Namespace) -> None:
     cutoff = {} if chosen.cutoff is None else {"cutoff_hz": chosen.cutoff}
     try:
         if chosen.model == "cascade":
-            found = fit_parallel_cascade(table["time"], angle, torque, **cutoff)
+            fit = fit_parallel_cascade(table["time"], angle, torque, **cutoff)
         elif chosen.belt_velocity:
             before, after = chosen.rest
             pulses = find_perturbations(
                 table["time"], table["belt velocity"], rest_before_s=before, rest_after_s=after
             )
-            found = fit_impedance(
+            fit = fit_impedance(
                 table["time"], angle, torque, perturbations=pulses, thesis=chosen.thesis, **cutoff
             )
         else:
-            found = fit_impedance(table["time"], angle, torque, thesis=chosen.thesis, **cutoff)
+            fit = fit_impedance(table["time"], angle, torque, thesis=chosen.thesis, **cutoff)
     except InputError as error:
         raise InputError(f"{chosen.table}: {error}") from error
-    print(found.summary())
-    found.to_frame().to_csv(csv)
-    found.plot().savefig(png, dpi=150)
+    print(fit.summary())
+    fit.to_frame().to_csv(csv)
+    fit.plot().savefig(png, dpi=150)
     print(f"\nwritten: {csv}, {png}")
 
 
@@ -296,25 +296,27 @@ def _calibrate(chosen: argparse.Namespace) -> None:
     recordings = []
     for path in (chosen.train, chosen.test):
         names, delimiter = table_columns(path)
-        given = {"time": chosen.time, "load": chosen.load, "velocity": chosen.velocity}
-        if not all(given.values()) and len(names) != 3:
+        requested = {"time": chosen.time, "load": chosen.load, "velocity": chosen.velocity}
+        if not all(requested.values()) and len(names) != 3:
             raise InputError(
                 f"{path}: expected three columns, time, load and belt velocity, found {listed(names)}: "
                 f"name them "
                 "with --time, --load and --velocity"
             )
-        columns = {key: given[key] or names[k] for k, key in enumerate(given)}
+        columns = {key: requested[key] or names[k] for k, key in enumerate(requested)}
         table = read_text_table(path, columns, delimiter, {key: f"--{key}" for key in columns})
         options = BeltTableOptions(load_unit=chosen.load_unit, max_gap_s=0.1, shortest_s=20.0)
         trial = ingest_belt_table(table, columns, options, 0.0, str(path))
         recordings.append(table_recording(trial, path.name, trimmed_s=1.0))
     order = 4 if chosen.zero_lag else 2
-    found = calibrate_treadmill(*recordings, cutoff_hz=chosen.cutoff, order=order, zero_lag=chosen.zero_lag)
-    print(found.summary())
-    found.save(models)
-    found.to_frame().to_csv(csv, index=False)
-    found.plot().savefig(png, dpi=150)
-    print(f"\nbest on {chosen.test.name}: {found.best}\nwritten: {models}, {csv}, {png}")
+    calibration = calibrate_treadmill(
+        *recordings, cutoff_hz=chosen.cutoff, order=order, zero_lag=chosen.zero_lag
+    )
+    print(calibration.summary())
+    calibration.save(models)
+    calibration.to_frame().to_csv(csv, index=False)
+    calibration.plot().savefig(png, dpi=150)
+    print(f"\nbest on {chosen.test.name}: {calibration.best}\nwritten: {models}, {csv}, {png}")
 
 
 def _info(chosen: argparse.Namespace) -> None:
@@ -377,7 +379,7 @@ def _plan(chosen: argparse.Namespace) -> None:
 
 
 def _picture(file: Path, wanted: Path) -> Path:
-    """Name of the picture of a file: a PNG of its own in a folder that exists."""
+    """Name of the picture of a file: its own PNG in an existing folder."""
     png = Path(f"{file.name}.png") if wanted == Path() else wanted
     if png.suffix.lower() != ".png" or (
         png.exists() and (png.resolve() == file.resolve() or png.read_bytes()[:8] != b"\x89PNG\r\n\x1a\n")
@@ -407,13 +409,13 @@ def _check(chosen: argparse.Namespace) -> None:
 
 
 def _outputs(prefix: Path, endings: Sequence[str], *inputs: Path) -> list[Path]:
-    """Names of the files to write, none of which is an input; figures are drawn without a screen."""
+    """Names of the files to write; an input is refused, and figures are drawn without a screen."""
     import matplotlib
 
     matplotlib.use("Agg")
     files = [prefix.with_name(prefix.name + ending) for ending in endings]
     for file in files:
-        if any(file.resolve() == given.resolve() for given in inputs):
+        if any(file.resolve() == source.resolve() for source in inputs):
             raise InputError(
                 f"{file}: expected a file of its own to write to, found the input: choose another --output"
             )

@@ -1,30 +1,30 @@
-"""What the library raises when its input cannot be used."""
+"""Error raised for unusable input, and helpers for its message."""
 
 
 class InputError(ValueError):
-    """Input that cannot be used.
+    """Error for input that cannot be used.
 
     The message is one sentence for the person who recorded the data: it names the file or the
-    quantity, what was expected, what was found and what to do. No units; raised by every reader
+    quantity, what was expected, what was found and what to do. It is raised by every reader
     and by every step that could otherwise return a silent NaN.
     """
 
 
 def quoted(text: object, length: int = 60) -> str:
-    """``text`` as it is quoted in a message (no unit): in quotes and cut to ``length`` characters."""
-    shown = repr(str(text)) if not isinstance(text, float | int | None) else repr(text)
-    return shown if len(shown) <= length else f"{shown[:length]}..."
+    """Quote ``text`` for a message: in quotes, cut to ``length`` characters."""
+    quotation = repr(str(text)) if not isinstance(text, float | int | None) else repr(text)
+    return quotation if len(quotation) <= length else f"{quotation[:length]}..."
 
 
 def listed(names, most: int = 20) -> str:
-    """Some names as they are listed in a message (no unit), at most ``most`` of them."""
+    """List names for a message, at most ``most`` of them."""
     names = list(names)
     shown = ", ".join(quoted(name) for name in names[:most]) or "nothing"
     return shown if len(names) <= most else f"{shown} and {len(names) - most} more"
 
 
 def refuse_other_kind(value: object, kind: type, function: str, maker: str) -> None:
-    """Refuse an argument (no unit) of ``function`` that is no ``kind``, which ``maker`` would make.
+    """Refuse an argument of ``function`` that is not a ``kind``, made by ``maker``.
 
     Raises
     ------

@@ -38,7 +38,7 @@ def report_root(
         shutil.copytree(REPORT, root)
         for name in ("tables", "figures"):
             (root / name).mkdir()
-        for name in yaml.safe_load((root / "captions.yaml").read_text(encoding="utf-8")):
+        for name in _figures(root):
             (root / f"figures/{name}.svg").write_text(
                 '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>'
             )
@@ -49,6 +49,13 @@ def report_root(
         for name, text in {"report.json": content, **(files or {})}.items():
             (root / name).write_text(text, encoding="utf-8")
         yield root
+
+
+def _figures(root: Path) -> set[str]:
+    """Names of the figures with a caption, and of those that a source shows by itself."""
+    sources = "".join(path.read_text(encoding="utf-8") for path in root.rglob("*.typ"))
+    captions = yaml.safe_load((root / "captions.yaml").read_text(encoding="utf-8"))
+    return {*captions, *re.findall(r'"figures/(\w+)\.svg"', sources)}
 
 
 def evaluated(
@@ -101,13 +108,13 @@ def plain_words(page: str) -> str:
     return " ".join(unicodedata.normalize("NFKC", words).split())
 
 
-def first_page_of(data: Mapping, pdf: str, tables: Mapping[str, str | Path] | None = None) -> dict[str, str]:
-    """Parts of the first page as HTML, from the content of report.json, the address of the PDF and tables."""
-    from workflow.scripts.typeset import first_page
+def index_parts_of(data: Mapping, tables: Mapping[str, str | Path] | None = None) -> dict[str, str]:
+    """Parts of the index as HTML, from the content of report.json and tables."""
+    from workflow.scripts.typeset import index_parts
 
     with report_root(data, tables or {}) as root:
         files = {str(path.relative_to(root)): path for path in root.rglob("*") if path.is_file()}
-        return first_page(files, pdf)
+        return index_parts(files, "./my%20study.pdf")
 
 
 def tables_of(results: Path) -> dict[str, Path]:

@@ -1,7 +1,7 @@
 """Keep the tables of a coverage campaign: ``python benchmarks/coverage/keep.py [results/coverage]``.
 
 Copies the tables of coverage, dropped sources, flags and laboratories into this folder, and writes commit,
-seed and the number of laboratories to ``campaign.json``.
+seed, the number of laboratories and the conditions of findings that hold to ``campaign.json``.
 """
 
 import csv
@@ -21,12 +21,13 @@ def keep(results: Path, target: Path = HERE) -> dict:
     report = json.loads((results / "report/coverage.json").read_text(encoding="utf-8"))
     with open(target / "laboratories.csv", newline="", encoding="utf-8") as file:
         laboratories = list(csv.DictReader(file))
+    study = report["study"]
     about = {
-        **report["code"],
-        "seed": report["seed"],
+        **study["code"],
+        "seed": study["seed"],
         "laboratories": len(laboratories),
         "failed": sum(row["failed"] != "" for row in laboratories),
-        "sentences": report["sentences"],
+        "findings": [name for name, holds in report["chapters"]["coverage"]["holds"].items() if holds],
     }
     text = json.dumps(about, indent=1, ensure_ascii=False) + "\n"
     (target / "campaign.json").write_text(text, encoding="utf-8")

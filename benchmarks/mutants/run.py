@@ -233,9 +233,9 @@ def main() -> int:
     if given.only:
         with open(given.only, newline="", encoding="utf-8") as file:
             wanted = list(csv.DictReader(file, delimiter="\t", quoting=csv.QUOTE_NONE))
-        found = [find(row, mutants) for row in wanted]
-        chosen = [one for one in found if isinstance(one, Mutant)]
-        for row, why in zip(wanted, found, strict=True):
+        matches = [find(row, mutants) for row in wanted]
+        chosen = [one for one in matches if isinstance(one, Mutant)]
+        for row, why in zip(wanted, matches, strict=True):
             if isinstance(why, str):
                 row |= {"file": "", "line": "", "outcome": "skipped", "test": why, "seconds": ""}
                 skipped.append(row)

@@ -74,10 +74,10 @@ def sites(source: str) -> list[Site]:
     """Return the places of a module where a mutant can be made, in the order of the source."""
     walk = _Walk(source)
     walk.visit(ast.parse(source))
-    counts = Counter((name, print_, operator) for name, print_, operator, *_ in walk.found)
+    counts = Counter((name, print_, operator) for name, print_, operator, *_ in walk.places)
     seen = defaultdict(int)
     complete = []
-    for name, print_, operator, *rest in walk.found:
+    for name, print_, operator, *rest in walk.places:
         key = (name, print_, operator)
         seen[key] += 1
         complete.append(Site(name, operator, f"{seen[key]}/{counts[key]}", print_, *rest))
@@ -119,7 +119,7 @@ class _Walk(ast.NodeVisitor):
             self.lines.append(self.lines[-1] + len(line))
         self.names: list[str] = []
         self.fingerprint = ""
-        self.found: list[tuple] = []
+        self.places: list[tuple] = []
 
     def _span(self, node: ast.AST) -> tuple[int, int]:
         start = self.lines[node.lineno - 1] + node.col_offset
@@ -134,7 +134,7 @@ class _Walk(ast.NodeVisitor):
         after = (self.code[first:start] + new.encode() + self.code[stop:last]).decode()
         quoted = [" ".join(text.split()) for text in (before, after)]
         name = ".".join(self.names)
-        self.found.append((name, self.fingerprint, operator, *quoted, shown.lineno, start, stop, new))
+        self.places.append((name, self.fingerprint, operator, *quoted, shown.lineno, start, stop, new))
 
     def _between(self, operator: str, shown: ast.AST, left: ast.AST, right: ast.AST, signs: tuple) -> None:
         """Exchange the operator that stands between two expressions."""

@@ -2,9 +2,9 @@
 
     NLID_FOLDER=/path/to/reklab_public .venv/bin/python benchmarks/nlid/run.py TABLE [TABLE ...]
 
-Needs GNU Octave on the PATH and a copy of the toolbox (github.com/reklab/reklab_public), which is no part of
-this project. Tables are those of `config/config.yaml`, section position_manipulator. Both programs fit the
-same first part of a record; all predictions are filtered and scored by the same functions.
+Needs GNU Octave on the PATH and a copy of the toolbox (github.com/reklab/reklab_public), which is not part of
+this project. Tables are described in `config/config.yaml`, section position_manipulator. Both programs fit
+the same first part of a record; all predictions are filtered and scored by the same functions.
 """
 
 import argparse
@@ -70,8 +70,8 @@ def find_toolbox() -> Path:
 def find_octave() -> str:
     """The program Octave on the PATH."""
     for name in ("octave-cli", "octave"):
-        if found := shutil.which(name):
-            return found
+        if program := shutil.which(name):
+            return program
     raise InputError(
         "PATH: expected GNU Octave, found neither octave-cli nor octave: install Octave 7 or later with its "
         "packages signal, statistics and control"
@@ -109,7 +109,7 @@ def score(
 ) -> HeldOutVaf:
     """VAF (%) of a torque predicted at other instants, after the filter and on the parts of the study.
 
-    ``time`` (s) is that of the trial, with the ends that are not scored. The mean of the fitted part is given
+    ``time`` (s) is the trial's, with the ends that are not scored. The mean of the fitted part is given
     to the prediction, because the toolbox removes means before it fits.
     """
 
@@ -118,7 +118,7 @@ def score(
 
     cut = round(options.cut_s * trial.rate_hz)
     measured = lowpass(trial.values("torque"))[cut : trial.time.size - cut]
-    # the ends of a decimated record lie within one of its samples of those of the record
+    # the ends of a decimated record lie within one of its samples of the record's ends
     at = np.clip(trial.time, time[0], time[-1])
     filtered = lowpass(scipy.interpolate.CubicSpline(time, predicted)(at))[cut : trial.time.size - cut]
     training = int(options.training_fraction * measured.size)
@@ -131,14 +131,14 @@ def read_results(folder: Path) -> dict[str, np.ndarray | str]:
     path = folder / "models.txt"
     if not path.is_file():
         raise InputError(f"{path}: expected the models that Octave fitted, found no file: see its messages")
-    found: dict[str, np.ndarray | str] = {}
+    predictions: dict[str, np.ndarray | str] = {}
     for line in path.read_text(encoding="utf-8").splitlines():
         model, _, reason = line.partition("\t")
         values = None if reason else np.loadtxt(folder / f"{model}.txt", ndmin=2)
         if values is not None and not (values.shape[1] == 2 and np.isfinite(values).all()):
             reason = "its prediction is not finite"
-        found[model] = reason or values
-    return found
+        predictions[model] = reason or values
+    return predictions
 
 
 def toolbox_scores(path: Path, settings: dict, options: PositionManipulatorOptions) -> list[Score]:
@@ -168,13 +168,13 @@ def toolbox_scores(path: Path, settings: dict, options: PositionManipulatorOptio
                 f"{DRIVER}: expected models, found that Octave stopped ({last}): check its installation"
             )
         results = read_results(Path(folder))
-    found = []
+    scores = []
     for model, values in results.items():
         if isinstance(values, str):
-            found.append(Score(f"NLID: {model}", None, values))
+            scores.append(Score(f"NLID: {model}", None, values))
         else:
-            found.append(Score(f"NLID: {model}", score(values[:, 0], sign * values[:, 1], trial, options)))
-    return found
+            scores.append(Score(f"NLID: {model}", score(values[:, 0], sign * values[:, 1], trial, options)))
+    return scores
 
 
 def table_of(scores: dict[str, list[Score]]) -> str:
@@ -183,8 +183,8 @@ def table_of(scores: dict[str, list[Score]]) -> str:
         "| Recording | Model | Fitted (%) | Held out (%) | Held out, free offset (%) |",
         "|---|---|---|---|---|",
     ]
-    for recording, own in scores.items():
-        for s in own:
+    for recording, of_recording in scores.items():
+        for s in of_recording:
             cells = [f"not fitted: {s.reason}", "–", "–"]
             if s.vaf is not None:
                 cells = [f"{v:.2f}" for v in (s.vaf.training, s.vaf.held_out, s.vaf.held_out_any_offset)]
@@ -193,7 +193,7 @@ def table_of(scores: dict[str, list[Score]]) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Print the table, or one sentence of what is missing."""
+    """Print the table, or one sentence on what is missing."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("tables", nargs="+", type=Path)
     tables = parser.parse_args(arguments).tables

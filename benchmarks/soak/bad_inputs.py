@@ -47,7 +47,7 @@ def group_of(entry) -> str:
 
 
 def run(project: Path, cores: int, *arguments: str) -> tuple[int, str]:
-    """Run the study as ``make`` does, and return its status and all that it says."""
+    """Run the study as ``make`` does; return its status and output."""
     command = [sys.executable, "-m", "workflow.run", f"-c{cores}", *arguments]
     done = subprocess.run(command, cwd=project, capture_output=True, text=True)
     return done.returncode, done.stdout + done.stderr
@@ -63,7 +63,7 @@ def digests(folder: Path) -> dict[str, str]:
 
 
 def fault_of(said: str, words: str, status: int, text: str | None = None) -> str:
-    """What is wrong with a refusal, empty if nothing: ``text`` is its sentence, ``said`` the output."""
+    """Fault of a refusal, or an empty string: ``text`` is its sentence, ``said`` the output."""
     if status == 0:
         return "it was accepted"
     sentence = next((line for line in said.splitlines() if words in line), "") if text is None else text
@@ -81,11 +81,11 @@ def fault_of(said: str, words: str, status: int, text: str | None = None) -> str
 def study_of(project: Path, conditions: dict[str, list[str]], name: str, whole=()) -> None:
     """Sheet and configuration of a study of recorded trials, those in ``whole`` of one file."""
     write_sheet(project, sheet_rows(project / "recordings", conditions, whole), name)
-    own = {
+    settings = {
         "study": {"trial_sheet": f"config/{name}.tsv", "virtual_lab": None, "reported": None},
         "pathvars": {"results": "results/soak", "logs": "results/soak/logs"},
     }
-    write_config(project, STUDY | own, name)
+    write_config(project, STUDY | settings, name)
 
 
 def spoiled_files(project: Path, entries: list, cores: int) -> dict[str, str]:
@@ -112,11 +112,15 @@ def spoiled_files(project: Path, entries: list, cores: int) -> dict[str, str]:
     )
     faults = {}
     for entry in entries:
-        own = condition(entry.name)
-        logs = [path for path in (results / "logs").rglob(f"{own}.log") if entry.experiment in str(path)]
-        place = f"{recordings / entry.experiment / own}/"
+        condition_name = condition(entry.name)
+        logs = [
+            path
+            for path in (results / "logs").rglob(f"{condition_name}.log")
+            if entry.experiment in str(path)
+        ]
+        place = f"{recordings / entry.experiment / condition_name}/"
         text = "".join(path.read_text(encoding="utf-8") for path in logs).replace(place, "")
-        made = (results / f"trials/{entry.experiment}/{own}.h5").exists()
+        made = (results / f"trials/{entry.experiment}/{condition_name}.h5").exists()
         fault = "it was accepted" if made or not text else ""
         fault = fault or fault_of(said.replace(place, ""), entry.words, status, text)
         faults[entry.name] = fault

@@ -51,7 +51,7 @@ def core_type(environment: dict) -> str:
 
 def numbers(path: Path) -> tuple[dict[str, np.ndarray], list]:
     """Numbers of a result, by array or by quantity and column, and all of its texts."""
-    found: dict[str, list] = {}
+    values_of: dict[str, list] = {}
     texts: list = []
     if path.suffix == ".h5":
         with h5py.File(path) as file:
@@ -60,16 +60,16 @@ def numbers(path: Path) -> tuple[dict[str, np.ndarray], list]:
                 if not isinstance(item, h5py.Dataset):
                     return
                 if np.issubdtype(item.dtype, np.complexfloating):
-                    found[f"{name}, real"], found[f"{name}, imaginary"] = item[()].real, item[()].imag
+                    values_of[f"{name}, real"], values_of[f"{name}, imaginary"] = item[()].real, item[()].imag
                 elif np.issubdtype(item.dtype, np.number):
-                    found[name] = item[()]
+                    values_of[name] = item[()]
                 elif item.dtype.kind == "O":
                     texts.append((name, item.asstr()[()].tolist()))
                 else:
                     texts.append((name, item[()].tolist()))
 
             file.visititems(visit)
-        return {name: np.asarray(values, dtype=float) for name, values in found.items()}, texts
+        return {name: np.asarray(values, dtype=float) for name, values in values_of.items()}, texts
     with path.open(newline="", encoding="utf-8") as file:
         for row in csv.DictReader(file):
             if row.get("model") == STOPPED:
@@ -79,10 +79,10 @@ def numbers(path: Path) -> tuple[dict[str, np.ndarray], list]:
             for name, cell in row.items():
                 column = "estimates" if name in OF_ONE_SIZE else name
                 try:
-                    found.setdefault(f"{kind} {column}".strip(), []).append(float(cell))
+                    values_of.setdefault(f"{kind} {column}".strip(), []).append(float(cell))
                 except (TypeError, ValueError):
                     texts.append((kind, name, cell))
-    return {name: np.array(values) for name, values in found.items()}, texts
+    return {name: np.array(values) for name, values in values_of.items()}, texts
 
 
 def difference(first: Path, second: Path) -> tuple[float, str]:
@@ -119,16 +119,16 @@ def run(types: tuple[str, ...] = TYPES, cores: int = 2) -> list[dict]:
     types : tuple of str
         Names of core types, as OpenBLAS has them.
     cores : int
-        Of every run.
+        Number of cores of every run.
     """
-    own = core_type(dict(os.environ))
+    native = core_type(dict(os.environ))
     rows = []
     with tempfile.TemporaryDirectory(prefix="tepsipe-cores-") as name:
         first = study(Path(name) / "own", dict(os.environ), cores)
         files = sorted(p for p in first.rglob("*") if p.suffix in (".h5", ".csv"))
-        for kind in [kind for kind in types if kind != own]:
+        for kind in [kind for kind in types if kind != native]:
             environment = dict(os.environ, OPENBLAS_CORETYPE=kind)
-            row = {"own": own, "other": core_type(environment), "files": len(files), "violation": ""}
+            row = {"own": native, "other": core_type(environment), "files": len(files), "violation": ""}
             rows.append(row)
             if row["other"] != kind:
                 row["violation"] = f"OpenBLAS does not take the core type {kind}"
@@ -141,7 +141,9 @@ def run(types: tuple[str, ...] = TYPES, cores: int = 2) -> list[dict]:
                     compared[path.relative_to(first).as_posix()] = difference(path, other)
             row["differ"] = len(compared)
             for ending, within in WITHIN.items():
-                of_kind = {path: found for path, found in compared.items() if path.endswith(ending)}
+                of_kind = {
+                    path: differences for path, differences in compared.items() if path.endswith(ending)
+                }
                 path, (largest, where) = max(
                     of_kind.items(), key=lambda item: item[1][0], default=("", (0.0, ""))
                 )

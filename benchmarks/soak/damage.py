@@ -158,10 +158,10 @@ def set_word(content: bytes, rng: np.random.Generator) -> bytes:
 
 def set_header_number(content: bytes, rng: np.random.Generator) -> bytes:
     """Replace a number that is written as text in the first 4096 bytes, without moving what follows."""
-    found = list(NUMBER.finditer(content[:4096]))
-    if not found:
+    matches = list(NUMBER.finditer(content[:4096]))
+    if not matches:
         return set_word(content, rng)
-    match = found[rng.integers(len(found))]
+    match = matches[rng.integers(len(matches))]
     size = match.end() - match.start()
     new = INSTEAD_OF_A_NUMBER[rng.integers(len(INSTEAD_OF_A_NUMBER))][:size].ljust(size)
     return content[: match.start()] + new + content[match.end() :]
@@ -169,10 +169,10 @@ def set_header_number(content: bytes, rng: np.random.Generator) -> bytes:
 
 def set_number(content: bytes, rng: np.random.Generator) -> bytes:
     """Replace a number of a text."""
-    found = [m.span() for m in NUMBER.finditer(content, place(content, rng))][:50]
-    if not found:
+    spans = [m.span() for m in NUMBER.finditer(content, place(content, rng))][:50]
+    if not spans:
         return truncate(content, rng)
-    start, end = found[rng.integers(len(found))]
+    start, end = spans[rng.integers(len(spans))]
     return content[:start] + INSTEAD_OF_A_NUMBER[rng.integers(len(INSTEAD_OF_A_NUMBER))] + content[end:]
 
 

@@ -55,13 +55,13 @@ def run(seed: int = 1, kills: int = 20, cores: int = 2, folder: Path | None = No
     Parameters
     ----------
     seed : int
-        Of moments and targets.
+        Seed of moments and targets.
     kills : int
-        How many (-).
+        Number of kills.
     cores : int
-        Of every run.
+        Number of cores of every run.
     folder : Path, optional
-        Where both studies are made; a temporary folder, which is removed, if left out.
+        Folder of both studies; a temporary folder, which is removed, if left out.
     """
     if folder is None:
         with tempfile.TemporaryDirectory(prefix="tepsipe-kills-") as name:
@@ -83,8 +83,8 @@ def run(seed: int = 1, kills: int = 20, cores: int = 2, folder: Path | None = No
             continue
         row.files = len(digests(killed))
         rows.append(row)
-        told = f"{row.kill:3d}  {row.target:18s} {row.moment_s:6.2f} s  {row.files:4d} files"
-        print(told, row.violation, flush=True)
+        line = f"{row.kill:3d}  {row.target:18s} {row.moment_s:6.2f} s  {row.files:4d} files"
+        print(line, row.violation, flush=True)
     if _make(killed, cores).wait():
         rows[-1].violation = f"the resumed study fails: {_said(killed)[-2000:]}"
     differing |= _differing(wanted, killed)
@@ -104,8 +104,8 @@ def digests(project: Path) -> dict[str, str]:
 
 
 def _differing(wanted: dict[str, str], project: Path) -> set[str]:
-    found = digests(project)
-    return {name for name in wanted.keys() | found.keys() if wanted.get(name) != found.get(name)}
+    present = digests(project)
+    return {name for name in wanted.keys() | present.keys() if wanted.get(name) != present.get(name)}
 
 
 def _project(target: Path) -> Path:
@@ -192,14 +192,14 @@ def table(rows: list[dict]) -> str:
     for target in dict.fromkeys(row["target"] for row in rows):
         of = [row for row in rows if row["target"] == target]
         moments, files = [row["moment_s"] for row in of], [row["files"] for row in of]
-        found = sum(bool(row["violation"]) for row in of)
+        violations = sum(bool(row["violation"]) for row in of)
         last = of[0]["kill"] == "comparison"
         cells = [
             "comparison of all results" if last else target,
             "" if last else str(len(of)),
             "" if last else f"{min(moments):.1f} to {max(moments):.1f}",
             str(files[0]) if last else f"{min(files)} to {max(files)}",
-            str(found),
+            str(violations),
         ]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)

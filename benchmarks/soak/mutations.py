@@ -63,7 +63,7 @@ def damaged(reader: str, files: list[Path], seed: int, k: int) -> tuple[Path, by
 
 
 def sentence_lacks(message: str, path: Path) -> str:
-    """What a message lacks to be one sentence for a person; empty if nothing."""
+    """Part of a readable sentence that a message lacks; empty if none."""
     words = (str(path),) if ": unknown " in message else (str(path), "expected", "found")
     lacking = [repr(word) for word in words if word not in message]
     if "\n" in message:
@@ -76,7 +76,7 @@ def sentence_lacks(message: str, path: Path) -> str:
 def attempt(reader: Reader, path: Path) -> tuple[int, str]:
     """Read one file: READ, REFUSED or ENDED, and what is wrong with that (empty if nothing)."""
     try:
-        found = reader.read(path)
+        content = reader.read(path)
     except InputError as error:
         lacking = sentence_lacks(str(error), path)
         how = ENDED if any(words in str(error) for words in OF_THE_GUARD) else REFUSED
@@ -85,7 +85,7 @@ def attempt(reader: Reader, path: Path) -> tuple[int, str]:
         frame = traceback.extract_tb(error.__traceback__)[-1]
         return REFUSED, f"{type(error).__name__} at {Path(frame.filename).name}:{frame.lineno}: {error}"
     try:
-        reader.check(found)
+        reader.check(content)
     except AssertionError as error:
         return READ, f"the result lacks what is promised: {error}"
     except Exception as error:  # of any kind: what was read cannot be looked at
@@ -100,7 +100,7 @@ def used() -> tuple[float, float]:
 
 
 def work(name: str, files: list[Path], seed: int, ks: range, folder: Path, notes) -> None:
-    """Read damaged files one after the other, from the next one on."""
+    """Read damaged files one after the other, starting with the next one."""
     warnings.simplefilter("ignore")
     faulthandler.disable()  # a crash is noted by whoever waits for this process
     allowed_mb = max(MOST_MB, used()[1] + OWN_MB)
@@ -138,13 +138,13 @@ def run(reader: str, mutations: int, seed: int = 1, cores: int = 2, first: int =
     reader : str
         One of READERS.
     mutations : int
-        How many (-).
+        Number of mutations.
     seed : int
-        Of all chance.
+        Seed of all random choices.
     cores : int
         Number of workers.
     first : int
-        Number of the first mutation (-).
+        Number of the first mutation.
     """
     outcome = Outcome(reader, mutations)
     context = multiprocessing.get_context("fork")
@@ -172,7 +172,7 @@ def run(reader: str, mutations: int, seed: int = 1, cores: int = 2, first: int =
 
 
 def _looked_after(worker: list, context, outcome: Outcome) -> list | None:
-    """Replace a worker that ended or stopped in the middle of a mutation; None when all its work is done."""
+    """Replace a worker that ended or stalled in a mutation; None when all its work is done."""
     process, arguments = worker
     *_, ks, folder, notes = arguments
     stuck = time.monotonic() - notes[STARTED] > STUCK_S
@@ -220,8 +220,8 @@ def again(reader: str, seed: int, k: int) -> None:
         kept = Path(tempfile.gettempdir()) / f"mutation-{reader}-{k}{''.join(path.suffixes)}"
         kept.write_bytes(content)
         print(f"{kept}: {len(content)} bytes, made from {path.name}")
-        found = READERS[reader].read(path)
-        READERS[reader].check(found)
+        result = READERS[reader].read(path)
+        READERS[reader].check(result)
         print("read")
 
 

@@ -71,7 +71,7 @@ def rng() -> np.random.Generator:
 
 
 def finite(*values: object) -> bool:
-    """Whether all values are numbers."""
+    """Test for values that are all finite."""
     return all(np.isfinite(np.asarray(v, dtype=float)).all() for v in values)
 
 
@@ -293,9 +293,9 @@ def read_dflow_file(path: Path):
     return table, marker_columns(table), plate_columns(table)
 
 
-def check_dflow(found) -> None:
+def check_dflow(parts) -> None:
     """Columns, markers and plates of one length."""
-    table, markers, plates = found
+    table, markers, plates = parts
     columns = (table.time, *table.columns.values())
     assert all(x.shape == table.time.shape and x.dtype == float for x in columns), "columns"
     assert table.frames is None or table.frames.shape == table.time.shape, "frames"
@@ -395,11 +395,11 @@ def trial(folder: Path) -> list[Path]:
     return [path]
 
 
-def check_trial(found) -> None:
+def check_trial(content) -> None:
     """A clock, and signals of numbers."""
-    assert finite(found.rate_hz) and found.rate_hz > 0.0, f"rate {found.rate_hz}"
-    assert finite(found.time) and found.time.ndim == 1 and found.time.size, "axis of time"
-    for name, signal in found.signals.items():
+    assert finite(content.rate_hz) and content.rate_hz > 0.0, f"rate {content.rate_hz}"
+    assert finite(content.time) and content.time.ndim == 1 and content.time.size, "axis of time"
+    for name, signal in content.signals.items():
         assert signal.values.dtype.kind in "fiub", f"numbers of {name!r}"
         assert len(signal.axes) == signal.values.ndim, f"axes of {name!r}"
         assert all(isinstance(word, str) for word in (signal.unit, signal.meaning, *signal.axes)), name
@@ -415,12 +415,12 @@ def result(folder: Path) -> list[Path]:
     return [path]
 
 
-def check_result(found) -> None:
+def check_result(content) -> None:
     """Arrays with units."""
-    assert isinstance(found.facts, dict), "facts"
-    assert set(found.arrays) == set(found.units), "units"
-    assert all(isinstance(unit, str) for unit in found.units.values()), "units"
-    assert all(array.dtype.kind in "fiubUSO" for array in found.arrays.values()), "arrays"
+    assert isinstance(content.facts, dict), "facts"
+    assert set(content.arrays) == set(content.units), "units"
+    assert all(isinstance(unit, str) for unit in content.units.values()), "units"
+    assert all(array.dtype.kind in "fiubUSO" for array in content.arrays.values()), "arrays"
 
 
 def estimates(folder: Path) -> list[Path]:
@@ -457,10 +457,10 @@ def models(folder: Path) -> list[Path]:
     return [path]
 
 
-def check_models(found: dict) -> None:
+def check_models(fitted: dict) -> None:
     """Models of numbers."""
-    assert found, "no model"
-    for name, model in found.items():
+    assert fitted, "no model"
+    for name, model in fitted.items():
         assert isinstance(name, str) and isinstance(model, FittedModel), "kinds"
         assert finite(model.model.rate_hz) and model.model.rate_hz > 0.0, f"rate of {name!r}"
         for field in vars(model.model).values():

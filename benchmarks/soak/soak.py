@@ -31,13 +31,13 @@ TITLES = {
 
 def arguments(part: str, given: argparse.Namespace) -> list[str]:
     """Arguments of a part's script."""
-    own = {
+    options = {
         "mutations": ["--seed", str(given.seed), "--mutations", str(given.mutations)],
         "bad_inputs": ["--seed", str(given.seed)],
         "kills": ["--seed", str(given.seed), "--kills", str(given.kills)],
         "core_types": [],
     }
-    return [*own[part], "--cores", str(given.cores)]
+    return [*options[part], "--cores", str(given.cores)]
 
 
 def perform(part: str, given: argparse.Namespace, until: float) -> tuple[int, str, float]:

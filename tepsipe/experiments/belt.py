@@ -103,7 +103,7 @@ class TreadmillCalibration:
 
     @property
     def best(self) -> str:
-        """Name of the model with the highest mean R2 on the tests (no unit)."""
+        """Name of the model with the highest mean R2 on the tests."""
         mean = {
             name: float(np.mean([score.r2 for score in self.scores if score.model == name]))
             for name in self.models
@@ -164,17 +164,17 @@ class TreadmillCalibration:
         return self.summary()
 
     def plot(self):
-        """Measured and predicted load of the first test, as a matplotlib figure (units in its labels)."""
+        """Measured and predicted load of the first test, as a matplotlib figure."""
         import matplotlib.pyplot as plt
 
         recording = next(iter(self.tests.values()))
         model = self.models[self.best]
         time = np.arange(recording.load.size) / recording.rate_hz
-        shown = slice(time.size // 2, time.size // 2 + round(20.0 * recording.rate_hz))
+        span = slice(time.size // 2, time.size // 2 + round(20.0 * recording.rate_hz))
         figure, axis = plt.subplots(layout="constrained")
-        axis.plot(time[shown], recording.load[shown], color="0.4", linewidth=1.2, label="measured")
-        predicted = model.predict(recording)[shown]
-        axis.plot(time[shown], predicted, color="#c8371b", linewidth=1.0, label=f"predicted, {self.best}")
+        axis.plot(time[span], recording.load[span], color="0.4", linewidth=1.2, label="measured")
+        predicted = model.predict(recording)[span]
+        axis.plot(time[span], predicted, color="#c8371b", linewidth=1.0, label=f"predicted, {self.best}")
         axis.set(xlabel="Time (s)", ylabel="Load (N·m)" if recording.unit == "Nm" else "Load (N)")
         axis.legend(loc="upper right", frameon=False)
         return figure
@@ -192,7 +192,7 @@ def calibrate_treadmill(
 ) -> TreadmillCalibration:
     """Fit models of the belt-induced load to some recordings and evaluate them on others.
 
-    The defaults are those of Hnat and van den Bogert (2014): a causal low-pass of second order at 6 Hz.
+    The defaults follow Hnat and van den Bogert (2014): a causal low-pass of second order at 6 Hz.
 
     Parameters
     ----------
@@ -201,13 +201,13 @@ def calibrate_treadmill(
     models : sequence of str
         Models to fit (`tepsipe.treadmill.registry.MODEL_MEANINGS`).
     cutoff_hz : float
-        Of the low-pass of all signals (Hz).
+        Cutoff of the low-pass of all signals (Hz).
     order : int
-        Its order, of both passes together if it is zero-lag (-).
+        Its order, of both passes together if it is zero-lag.
     zero_lag : bool
-        Filter forward and backward, or forward only, as in real time (-).
+        Filter forward and backward, or forward only, as in real time.
     **options
-        Fields of `FamilyOptions` that differ from the default (units in their names).
+        Fields of `FamilyOptions` that differ from the default.
 
     Returns
     -------

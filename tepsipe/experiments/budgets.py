@@ -12,14 +12,14 @@ from tepsipe.statistics.uncertainty import Budget
 
 
 def with_budget(rows: Sequence[Estimate], budget: Budget, quantities: Sequence[str]) -> list[Estimate]:
-    """Rows whose standard error and 95 % interval are the combined ones of a budget.
+    """Rows with the combined standard error and 95 % interval of a budget.
 
     Parameters
     ----------
     rows : sequence of Estimate
-        Of one trial, pathway and estimator (units in them).
+        Estimates of one trial, pathway and estimator.
     budget : Budget
-        Uncertainty of ``quantities`` (their units). Without contributions Type B was not evaluated, and its
+        Uncertainty of ``quantities``. Without contributions Type B was not evaluated, and its
         cell is empty.
     quantities : sequence of str
         Names of its p estimates, in their order. Rows of other quantities are returned unchanged.
@@ -52,10 +52,10 @@ def contributions_of(
 ) -> list[Contribution]:
     """Rows of the table of budgets for the estimates of one trial, pathway and estimator.
 
-    Arguments are those of `with_budget` (units in them). Type A comes first, and what is not finite, of a
-    single perturbation, is left out.
+    Takes the arguments of `with_budget`. Type A comes first; contributions that are not finite,
+    as with a single perturbation, are left out.
     """
-    found = []
+    contributions = []
     for row in rows:
         if row.quantity not in quantities:
             continue
@@ -63,5 +63,5 @@ def contributions_of(
         parts = [(SCATTER, "A", float(budget.type_a[k]))]
         parts += [(name, "B", float(budget.of_source(name)[k])) for name in budget.contributions]
         names = (row.experiment, row.condition, row.pathway, row.estimator, row.quantity, row.unit)
-        found += [Contribution(*names, *part) for part in parts if math.isfinite(part[2])]
-    return found
+        contributions += [Contribution(*names, *part) for part in parts if math.isfinite(part[2])]
+    return contributions

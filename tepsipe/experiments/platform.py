@@ -1,8 +1,8 @@
-"""A person on a moving platform: impedance of ankle and hip in closed loop, and what the trial cannot say.
+"""A person on a moving platform: impedance of ankle and hip in closed loop, with refusals where needed.
 
 The torques of both joints are fitted with several models of increasing freedom, with the motion of the
-platform as instrument (`tepsipe.identification.several_joints.closed_loop`). The first model that leaves no
-torque that is coherent with the platform is recommended. Its quantities are quoted as far as the
+platform as instrument (`tepsipe.identification.several_joints.closed_loop`). The first model whose residual
+is not coherent with the platform is recommended. Its quantities are quoted as far as the
 perturbation identifies them (`tepsipe.identification.several_joints.quantities`). Every model is also fitted
 to the first part of the trial and predicts the torque of the rest, beside ordinary regression, which the
 feedback biases.
@@ -18,15 +18,15 @@ from tepsipe.identification.several_joints.closed_loop import (
     MultiJointOptions,
     RowFit,
     Spectra,
+    banded_spectra,
     fit_row,
-    spectra_of,
 )
 from tepsipe.identification.several_joints.quantities import (
     NAMES,
     UNITS,
     Quantity,
     driven_products,
-    quantities_of,
+    joint_quantities,
     slow_mode,
 )
 from tepsipe.io.estimates import Estimate, flagged
@@ -49,17 +49,17 @@ class PlatformOptions:
     Attributes
     ----------
     estimate : MultiJointOptions
-        Band, averaging and delays (units in the names).
+        Band, averaging and delays.
     models : tuple of str
         Models, from the least free to the most.
     rejected_below : float
-        Probability of the torque left over below which a model is rejected (-).
+        Probability of the torque left over below which a model is rejected.
     largest_share : float
-        Largest standard error of what is quoted, over the driven torque (-).
+        Largest standard error of what is quoted, over the driven torque.
     mode_below_hz : float
         Below this frequency motion is slow (Hz).
     training_fraction : float
-        First part of the trial that is fitted for the held-out validation (-).
+        First part of the trial that is fitted for the held-out validation.
     """
 
     estimate: MultiJointOptions
@@ -77,11 +77,11 @@ class ModelFit:
     Attributes
     ----------
     rows : tuple of RowFit
-        Torque of each joint, fitted to the whole trial (units in them).
+        Torque of each joint, fitted to the whole trial.
     quantities : tuple of tuple of Quantity
-        Of each joint (units in them).
+        Quantities of each joint.
     vaf, direct_vaf : tuple of HeldOutVaf
-        Of each joint, by the instrument and by ordinary regression of the first part (%).
+        VAF of each joint, by the instrument and by ordinary regression of the first part (%).
     driven_vaf : tuple of float
         VAF of the held-out torque that the platform drives (%).
     predicted : ndarray, shape (n, joints)
@@ -96,7 +96,7 @@ class ModelFit:
     predicted: np.ndarray
 
     def rejected(self, below: float) -> bool:
-        """Whether torque coherent with the platform is left over, at a probability ``below`` (-)."""
+        """Test for residual torque that is coherent with the platform, at a probability ``below``."""
         return any(row.p_value < below for row in self.rows)
 
 
@@ -107,11 +107,11 @@ class PlatformAnalysis:
     Attributes
     ----------
     joints : tuple of str
-        Names (no unit).
+        Names.
     spectra : Spectra
         Responses to the platform and coherence (Hz, rad, N·m).
     mode : ndarray, shape (joints,)
-        How the platform moves the joints slowly (unitless).
+        Slow motion of the joints with the platform.
     models : dict of str to ModelFit
         In the order of the options.
     chosen : str
@@ -138,10 +138,10 @@ def analyse_platform(trial: Trial, options: PlatformOptions) -> PlatformAnalysis
     Parameters
     ----------
     trial : Trial
-        ``platform`` (any unit), ``joint_angle`` (rad), ``joint_torque`` (N·m), and ``second_perturbation``
-        (any unit), if there is one.
+        ``platform``, ``joint_angle`` (rad), ``joint_torque`` (N·m), and ``second_perturbation``,
+        if there is one.
     options : PlatformOptions
-        Choices (units in their names).
+        Options of the analysis.
 
     Returns
     -------
@@ -155,15 +155,15 @@ def analyse_platform(trial: Trial, options: PlatformOptions) -> PlatformAnalysis
         wrong sign.
     """
     signals = _signals(trial)
-    spectra = spectra_of(*signals, trial.rate_hz, options.estimate)
+    spectra = banded_spectra(*signals, trial.rate_hz, options.estimate)
     joints = tuple(trial.axes["joint"].tolist())
     mode = slow_mode(spectra, options.mode_below_hz)
     _refuse_unmoved(spectra)
     _refuse_sign(spectra, options.mode_below_hz)
     count = signals[0].shape[0]
     training = int(options.training_fraction * count)
-    first = spectra_of(*(x[:training] for x in signals), trial.rate_hz, options.estimate)
-    rest = spectra_of(*(x[training:] for x in signals), trial.rate_hz, options.estimate)
+    first = banded_spectra(*(x[:training] for x in signals), trial.rate_hz, options.estimate)
+    rest = banded_spectra(*(x[training:] for x in signals), trial.rate_hz, options.estimate)
     cut = round(CUT_S * trial.rate_hz)
     kept = slice(cut, count - cut)
     angle, torque = (
@@ -176,8 +176,8 @@ def analyse_platform(trial: Trial, options: PlatformOptions) -> PlatformAnalysis
         fitted = [fit_row(first, joint, name, options.estimate) for joint in range(len(joints))]
         direct = [replace(row, parameters=row.direct) for row in fitted]
         by_instrument, by_regression = (
-            np.column_stack([_predicted(row, trial.time, angle)[kept] for row in found])
-            for found in (fitted, direct)
+            np.column_stack([_predicted(row, trial.time, angle)[kept] for row in fits_of_model])
+            for fits_of_model in (fitted, direct)
         )
 
         def vaf(predicted: np.ndarray, of=torque[kept], first_part=training - cut) -> tuple[HeldOutVaf, ...]:
@@ -187,7 +187,9 @@ def analyse_platform(trial: Trial, options: PlatformOptions) -> PlatformAnalysis
             rows,
             tuple(
                 tuple(
-                    quantities_of(row, spectra, joint, joints, options.largest_share, options.mode_below_hz)
+                    joint_quantities(
+                        row, spectra, joint, joints, options.largest_share, options.mode_below_hz
+                    )
                 )
                 for joint, row in enumerate(rows)
             ),
@@ -217,11 +219,11 @@ def _cutoff(rate_hz: float, estimate: MultiJointOptions) -> float:
 
 def _refuse_unmoved(spectra: Spectra) -> None:
     joints = spectra.angle.shape[2]
-    moved = spectra.coherence[:, :joints] > spectra.coherence_threshold()
-    bands, found = moved.shape[0], int(moved.any(axis=1).sum())
-    if found < max(4, 0.2 * bands):
+    significant = spectra.coherence[:, :joints] > spectra.coherence_threshold()
+    bands, coherent = significant.shape[0], int(significant.any(axis=1).sum())
+    if coherent < max(4, 0.2 * bands):
         raise InputError(
-            f"expected angles that follow the platform, found significant coherence in {found} of "
+            f"expected angles that follow the platform, found significant coherence in {coherent} of "
             f"{bands} bands: check the platform's column, its clock, and that the platform moved"
         )
 
@@ -254,18 +256,18 @@ def _predicted(row: RowFit, time: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 
 def _held_out(torque: np.ndarray, predicted: np.ndarray, training: int) -> HeldOutVaf:
-    """VAFs of a prediction whose offset is that of the first part (%)."""
+    """VAFs of a prediction with the offset of the first part (%)."""
     offset = (torque[:training] - predicted[:training]).mean()
     return evaluate_held_out(torque, predicted + offset, training)
 
 
 def _driven_vaf(row: RowFit, spectra: Spectra, joint: int) -> float:
-    """VAF of the torque that the platform drives in a part of the trial that was not fitted (%)."""
+    """VAF of the torque that the platform drives, in the held-out part of a trial (%)."""
     torque = spectra.torque[:, :, joint]
     frequency = spectra.frequency_hz
     impedance = row.impedance(frequency.ravel()).reshape(*frequency.shape, -1)
-    left = torque - (impedance * spectra.angle[:, :, : impedance.shape[2]]).sum(axis=2)
-    driven = driven_products(spectra, np.stack([torque, left], axis=2)).sum(axis=0)
+    residual = torque - (impedance * spectra.angle[:, :, : impedance.shape[2]]).sum(axis=2)
+    driven = driven_products(spectra, np.stack([torque, residual], axis=2)).sum(axis=0)
     return float(100.0 * (1.0 - driven[1, 1] / driven[0, 0]))
 
 
@@ -275,17 +277,19 @@ def _driven_vaf(row: RowFit, spectra: Spectra, joint: int) -> float:
 def platform_estimates(
     experiment: str, condition: str, analysis: PlatformAnalysis, options: PlatformOptions
 ) -> list[Estimate]:
-    """Tidy rows of one trial: every model by the instrument and by ordinary regression (units in the rows).
+    """Tidy rows of one trial: every model by the instrument and by ordinary regression.
 
-    What is not identified has a row without a value and the flag ``not-identified``; rows of a model that
-    leaves torque coherent with the platform have the flag ``coherent-residual``.
+    Unidentified quantities have a row without a value and the flag ``not-identified``; rows of a model whose
+    residual is coherent with the platform have the flag ``coherent-residual``.
     """
-    found = []
+    estimates = []
     for name, model in analysis.models.items():
         for joint, label in enumerate(analysis.joints):
             row = model.rows[joint]
             names = (experiment, condition, PATHWAY, f"iv-{name}")
-            rows = [_estimate(names, one, name == analysis.chosen) for one in model.quantities[joint]]
+            rows = [
+                _estimate(names, quantity, name == analysis.chosen) for quantity in model.quantities[joint]
+            ]
             if row.p_value < options.rejected_below:
                 rows = flagged(rows, "coherent-residual")
             rows.append(Estimate(*names, f"p_value_{label}", "1", row.p_value))
@@ -298,21 +302,21 @@ def platform_estimates(
                 )
                 for k, (kind, j) in enumerate(row.terms)
             ]
-            found += rows + _vaf_rows(names, label, model.direct_vaf[joint])
-    return found
+            estimates += rows + _vaf_rows(names, label, model.direct_vaf[joint])
+    return estimates
 
 
-def _estimate(names: tuple[str, ...], one: Quantity, quoted: bool) -> Estimate:
-    if not one.identified:
-        return Estimate(*names, one.name, one.unit, float("nan"), flags="not-identified")
+def _estimate(names: tuple[str, ...], quantity: Quantity, quoted: bool) -> Estimate:
+    if not quantity.identified:
+        return Estimate(*names, quantity.name, quantity.unit, float("nan"), flags="not-identified")
     return Estimate(
         *names,
-        one.name,
-        one.unit,
-        one.value,
-        one.standard_error,
-        one.low,
-        one.high,
+        quantity.name,
+        quantity.unit,
+        quantity.value,
+        quantity.standard_error,
+        quantity.low,
+        quantity.high,
         recommended=quoted,
     )
 
@@ -325,7 +329,7 @@ def _vaf_rows(names: tuple[str, ...], joint: str, vaf: HeldOutVaf) -> list[Estim
 
 
 def platform_result(analysis: PlatformAnalysis, options: PlatformOptions, unit: str) -> Result:
-    """Arrays and facts of one trial; ``unit`` is that of the platform's motion (units in the result)."""
+    """Arrays and facts of one trial; ``unit`` is the unit of the platform's motion."""
     spectra, chosen = analysis.spectra, analysis.models[analysis.chosen]
     frequency = spectra.frequency_hz.mean(axis=1)
     joints = len(analysis.joints)
@@ -363,7 +367,9 @@ def platform_result(analysis: PlatformAnalysis, options: PlatformOptions, unit: 
                 "p_values": [row.p_value for row in model.rows],
                 "chi2": [row.chi2 for row in model.rows],
                 "freedom": [row.freedom for row in model.rows],
-                "refusals": [one.refusal for of in model.quantities for one in of if not one.identified],
+                "refusals": [
+                    quantity.refusal for of in model.quantities for quantity in of if not quantity.identified
+                ],
                 "converged": all(row.converged for row in model.rows),
             }
             for name, model in analysis.models.items()

@@ -8,7 +8,7 @@ Symbols: F_y measured force (N), y_w position of the weight (m), m_w its mass (k
     estimated mass        m_hat = y_w'' \ F_y            (3-12)
 
 If the dynamics of the treadmill did not depend on the load carried, Delta F would equal F_y0. m_w is known:
-an interval of m_hat that does not hold it shows a belt-induced force beyond what its budget allows.
+an interval of m_hat that excludes it indicates a belt-induced force larger than its budget allows.
 """
 
 from dataclasses import dataclass
@@ -58,21 +58,21 @@ def estimate_masses(recording: BeltRecording) -> np.ndarray:
 def mass_budget(masses: np.ndarray, sources: dict[str, Source]) -> Budget:
     """Uncertainty of the mean of m_hat.
 
-    m_hat is F_y over y_w'', so a relative error of the force is one of the mass, one of the lengths of the
-    motion capture is one with the opposite sign, and a belt-induced force in phase with y_w'', which grows
-    with the load, adds its share. The known mass of the weight does not enter.
+    m_hat is F_y over y_w''. A relative error of the force is therefore an equal relative error of the mass;
+    an error of the motion capture's lengths has the opposite sign. A belt-induced force in phase with y_w'',
+    which grows with the load, adds its share. The known mass of the weight does not enter.
 
     Parameters
     ----------
     masses : ndarray, shape (perturbations,)
         m_hat of every perturbation (kg).
     sources : dict of str to Source
-        force_scale, marker_scale and belt_force_ratio (-), as far as they are known.
+        force_scale, marker_scale and belt_force_ratio, as far as they are known.
 
     Returns
     -------
     Budget
-        Of one quantity, the mass (kg).
+        Budget of one quantity, the mass (kg).
     """
     type_a, freedom = scatter(masses[:, None])
     mass = float(masses.mean())
@@ -99,7 +99,7 @@ def analyse_weight(
     recordings : dict of str to BeltRecording
         Name of a filter -> fore-aft force (N); the mass is estimated with the first.
     sources : dict of str to Source
-        What is not known exactly, as in `mass_budget` (units in their names).
+        Uncertain constants, as in `mass_budget`.
     marker_lag_s : float, optional
         Time by which the weight's markers lag behind the belt (s), stored with the results.
 
@@ -118,7 +118,7 @@ def analyse_weight(
 def weight_estimates(experiment: str, condition: str, analysis: WeightAnalysis) -> list[Estimate]:
     """Tidy rows of one trial: mass (kg), its SD over perturbations, and peak belt-induced force (N).
 
-    The mass is flagged if its interval does not hold that of the recording.
+    The mass is flagged if its interval does not include the recording's mass.
     """
     names = (experiment, condition, PATHWAY, ESTIMATOR)
     recording = next(iter(analysis.recordings.values()))
@@ -142,7 +142,7 @@ def _spread(x: np.ndarray) -> float:
 
 
 def weight_result(analysis: WeightAnalysis) -> Result:
-    """Arrays and facts of one trial, for figures and claims (units in the result)."""
+    """Arrays and facts of one trial, for figures and claims."""
     arrays: dict[str, np.ndarray] = {"masses": analysis.masses}
     units = {"masses": "kg"}
     for name, recording in analysis.recordings.items():
@@ -166,13 +166,13 @@ def weight_result(analysis: WeightAnalysis) -> Result:
 
 
 def usual_weight(results: dict[str, Result]) -> dict[str, Result]:
-    """Trials with the weight of the first trial: those of the thesis, without further weights (kg)."""
+    """Trials with the weight of the first trial: the thesis's trials, without further weights (kg)."""
     usual_kg = next(iter(results.values())).facts["carried_kg"] if results else 0.0
     return {name: r for name, r in results.items() if r.facts["carried_kg"] == usual_kg}
 
 
 def shapes(empty: dict[str, Result], weight: dict[str, Result], filter_name: str) -> tuple[list, list]:
-    """Correlation (-) and ratio of magnitudes (-) of the mean Fy0 and Delta Fy, condition by condition."""
+    """Correlation and ratio of magnitudes of the mean Fy0 and Delta Fy, condition by condition."""
     alike, sizes = [], []
     for condition in [c for c in weight if c in empty]:
         f, d = (
@@ -185,10 +185,10 @@ def shapes(empty: dict[str, Result], weight: dict[str, Result], filter_name: str
 
 
 def speed_at_peak(results: dict[str, Result], filter_name: str) -> list[float]:
-    """Belt speed at the peak of the mean belt-induced force, relative to the peak speed (-), by condition."""
-    found = []
+    """Belt speed at the peak of the mean belt-induced force, relative to the peak speed, by condition."""
+    shares = []
     for result in results.values():
         force = result.arrays[f"{filter_name}/added_force"].mean(axis=0)
         speed = np.abs(result.arrays[f"{filter_name}/belt_velocity"].mean(axis=0))
-        found.append(float(speed[np.abs(force).argmax()] / speed.max()))
-    return found
+        shares.append(float(speed[np.abs(force).argmax()] / speed.max()))
+    return shares

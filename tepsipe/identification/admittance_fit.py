@@ -44,15 +44,15 @@ class AdmittanceFit:
     parameters, start : ndarray, shape (3,)
         Estimate and starting values: I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     cost : float
-        Sum of e^2 (-); the thesis calls it error.
+        Sum of e^2; the thesis calls it error.
     sem_as_printed, standard_error : ndarray, shape (3,)
         Thesis eq (3-2) as printed, and the standard error (units of the parameters).
     degrees_of_freedom : int
-        Number of residuals less three parameters (-).
+        Number of residuals less three parameters.
     converged : bool
-        Whether the solver met its tolerances (-).
+        Whether the solver met its tolerances.
     at_bound : bool
-        Whether an estimate lies at one of its bounds (-).
+        Whether an estimate lies at one of its bounds.
     """
 
     parameters: np.ndarray
@@ -66,9 +66,9 @@ class AdmittanceFit:
 
 
 def starting_values(estimate: FrequencyResponse) -> np.ndarray:
-    """I, B, K from which a search can start, by linear least squares of 1/H = K - I w^2 + j B w.
+    """Starting values of I, B, K by linear least squares of 1/H = K - I w^2 + j B w.
 
-    Every frequency has the weight of its coherence and of 1/H itself; I and B are kept positive.
+    Every frequency is weighted by its coherence and by 1/H itself; I and B are kept positive.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def residuals(parameters: np.ndarray, estimate: FrequencyResponse) -> np.ndarray
     Returns
     -------
     ndarray, shape (2 n,)
-        Residuals (-).
+        Residuals.
     """
     weight = np.sqrt(estimate.coherence / estimate.frequency_hz)
     ratio = np.log(estimate.response / admittance(parameters, estimate.frequency_hz))
@@ -124,7 +124,7 @@ def residuals_as_printed(parameters: np.ndarray, estimate: FrequencyResponse) ->
     Returns
     -------
     ndarray, shape (n,)
-        e (-), never negative.
+        e, never negative.
     """
     weight = np.sqrt(estimate.coherence / estimate.frequency_hz)
     ratio = np.log(estimate.response / admittance(parameters, estimate.frequency_hz))
@@ -200,9 +200,9 @@ def _fit(function, estimate, bounds, start, scale, tolerance) -> AdmittanceFit:
 
 
 def error_of_misfit(fit: AdmittanceFit, estimate: FrequencyResponse) -> np.ndarray:
-    """Standard error of a fit whose residuals are unequal and not only noise.
+    """Standard error of a fit with unequal residuals that include model errors.
 
-    Every frequency has a variance of its own, that of its own residual (White's estimator, HC3): noise and
+    Every frequency has its own variance, from its own residual (White's estimator, HC3): noise and
     the distortions of a joint that is not linear differ between frequencies, and distortions repeat in every
     period.
 
@@ -216,7 +216,7 @@ def error_of_misfit(fit: AdmittanceFit, estimate: FrequencyResponse) -> np.ndarr
     Returns
     -------
     ndarray, shape (3,)
-        Of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+        Standard errors of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     """
     steps = 1e-5 * np.diag(TYPICAL)
     jacobian = np.column_stack(
@@ -237,9 +237,9 @@ def error_of_misfit(fit: AdmittanceFit, estimate: FrequencyResponse) -> np.ndarr
 def distance_to_other_criterion(
     fit: AdmittanceFit, estimate: FrequencyResponse, power: np.ndarray
 ) -> np.ndarray:
-    """How far the criterion decides: the fit less one by least squares of the torque.
+    """Effect of the criterion: the fit less one by least squares of the torque.
 
-    That minimises S_uu |1 - H / H_model|^2, and would be the same for a linear joint.
+    The other criterion minimises S_uu |1 - H / H_model|^2; for a linear joint the two would agree.
 
     Parameters
     ----------
@@ -248,20 +248,20 @@ def distance_to_other_criterion(
     estimate : FrequencyResponse
         The n frequencies that were fitted (Hz, rad/(N·m)).
     power : ndarray, shape (n,)
-        Power of the torque at these frequencies (any unit).
+        Power of the torque at these frequencies.
 
     Returns
     -------
     ndarray, shape (3,)
-        Of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+        Differences of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     """
     omega, response = 2.0 * np.pi * estimate.frequency_hz, estimate.response
     columns = np.column_stack([-(omega**2) * response, 1j * omega * response, response])
     weighted, unit = columns * np.sqrt(power)[:, None], np.sqrt(power)
-    other = np.linalg.lstsq(
+    by_least_squares = np.linalg.lstsq(
         np.vstack([weighted.real, weighted.imag]), np.concatenate([unit, 0.0 * unit]), rcond=None
     )[0]
-    return fit.parameters - other
+    return fit.parameters - by_least_squares
 
 
 def fit_from_many_starts(
@@ -276,7 +276,7 @@ def fit_from_many_starts(
     bounds : Bounds
         Starting values and bounds (N·m·s²/rad, N·m·s/rad, N·m/rad).
     count : int
-        Number of random starts (-): I and B log-uniform over 1e-4..1 and 0.01..10, K uniform between
+        Number of random starts: I and B log-uniform over 1e-4..1 and 0.01..10, K uniform between
         its bounds.
     rng : numpy.random.Generator
         Draws them.
@@ -308,9 +308,9 @@ class StiffnessProfile:
     stiffness : ndarray, shape (n,)
         K (N·m/rad).
     cost : ndarray, shape (n,)
-        Smallest sum of e^2 (-).
+        Smallest sum of e^2.
     limit : float
-        Cost at the border of the 95 % interval (-).
+        Cost at the border of the 95 % interval.
     interval : (float, float)
         The 95 % interval (N·m/rad); an end outside the profile is infinite.
     """
@@ -340,7 +340,7 @@ def profile_stiffness(
     Returns
     -------
     StiffnessProfile
-        Costs (-) and the interval of K (N·m/rad) where
+        Costs and the interval of K (N·m/rad) where
         cost <= cost_best (1 + F_95(1, N - 3) / (N - 3)), N twice the number of frequencies.
     """
     cost = np.empty(stiffness.size)
@@ -362,7 +362,7 @@ def profile_stiffness(
 
 
 def _interval(x: np.ndarray, cost: np.ndarray, limit: float) -> tuple[float, float]:
-    """Where the profile crosses the limit on either side of its minimum."""
+    """Crossings of the limit by the profile on either side of its minimum."""
     lowest = int(np.argmin(cost))
     ends = [-np.inf, np.inf]
     for side, indices in enumerate((range(lowest, 0, -1), range(lowest, x.size - 1))):

@@ -11,7 +11,7 @@ LEAST_REST_S = 0.25
 REST_MARGIN_S = 0.1  # margin before the first perturbation
 
 
-def windows_of(perturbations: Sequence, count: int) -> list[Perturbation]:
+def as_perturbations(perturbations: Sequence, count: int) -> list[Perturbation]:
     """Perturbations, given as such or as pairs (start, stop), in order of time (samples).
 
     Parameters
@@ -32,16 +32,16 @@ def windows_of(perturbations: Sequence, count: int) -> list[Perturbation]:
         If there is none, or one exceeds the record or is shorter than 4 samples.
     """
     windows = []
-    for given in perturbations:
-        if isinstance(given, Perturbation):
-            windows.append(given)
+    for pulse in perturbations:
+        if isinstance(pulse, Perturbation):
+            windows.append(pulse)
             continue
         try:
-            start, stop = (int(sample) for sample in given)
+            start, stop = (int(sample) for sample in pulse)
         except (TypeError, ValueError) as error:
             raise InputError(
                 f"perturbations: expected pairs of first sample and the first after it, found "
-                f"{quoted(given)}: give the result of tepsipe.find_perturbations"
+                f"{quoted(pulse)}: give the result of tepsipe.find_perturbations"
             ) from error
         windows.append(Perturbation(start, stop, float("nan")))
     if not windows:
@@ -55,7 +55,7 @@ def windows_of(perturbations: Sequence, count: int) -> list[Perturbation]:
     return sorted(windows, key=lambda window: window.start)
 
 
-def rest_of(time: np.ndarray, windows: list[Perturbation], rest) -> np.ndarray:
+def samples_at_rest(time: np.ndarray, windows: list[Perturbation], rest) -> np.ndarray:
     """Samples at rest.
 
     Parameters
@@ -71,7 +71,7 @@ def rest_of(time: np.ndarray, windows: list[Perturbation], rest) -> np.ndarray:
     Returns
     -------
     ndarray of bool, shape (n,)
-        Samples at rest (-).
+        Samples at rest.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def shaded(time: np.ndarray, windows: list[Perturbation]) -> np.ndarray:
 
 
 def bootstrap_generator(draws: int, confidence: float, seed: int) -> np.random.Generator:
-    """Generator of a bootstrap of ``draws`` (-), for intervals of a ``confidence`` (-).
+    """Generator of a bootstrap of ``draws``, for intervals of a ``confidence``.
 
     Raises
     ------
@@ -119,7 +119,7 @@ def bootstrap_generator(draws: int, confidence: float, seed: int) -> np.random.G
 
 
 def check_probability(confidence: float) -> None:
-    """Refuse a confidence (-) that is no probability of an interval.
+    """Refuse a confidence outside (0, 1).
 
     Raises
     ------

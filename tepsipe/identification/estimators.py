@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Record:
-    """Signals of one trial for an estimator; those that it does not need may be missing (None).
+    """Signals of one trial for an estimator; signals that it does not need may be None.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class Record:
     perturbations : list of Perturbation or None
         Windows (samples).
     at_rest : ndarray of bool or None, shape (n,)
-        Samples at rest (-).
+        Samples at rest.
     leg : Leg or None
         The leg (kg, m, kg·m²).
     foot_position, belt_velocity : ndarray or None, shape (n,)
@@ -63,14 +63,14 @@ class Estimator:
     Attributes
     ----------
     meaning : str
-        Description in a few words (no unit).
+        Description in a few words.
     needs : tuple of str
         Parts of a `Record` that it uses.
     function : callable
-        From the record to `WindowedFits` (units there).
+        From the record to `WindowedFits`.
     of_windows : bool
-        Whether its estimates hold for the motion in the windows of the perturbations (-); those of the others
-        hold for small movements.
+        Whether its estimates hold for the motion in the windows of the perturbations; other estimators hold
+        for small movements.
     """
 
     meaning: str
@@ -80,7 +80,7 @@ class Estimator:
 
     @property
     def windowed(self) -> bool:
-        """Whether it fits the torque in the windows of perturbations (no unit)."""
+        """True if it fits the torque in the windows of perturbations."""
         return self.needs == OF_WINDOWS
 
 
@@ -119,7 +119,7 @@ def _likelihood(softening: bool) -> Callable:
         from tepsipe.identification.likelihood.likelihood import maximise_likelihood
         from tepsipe.identification.likelihood.result import estimates_in_windows
 
-        found = maximise_likelihood(
+        fit = maximise_likelihood(
             record.motion.time,
             record.markers,
             record.belt_log,
@@ -127,7 +127,7 @@ def _likelihood(softening: bool) -> Callable:
             record.at_rest,
             softening=softening,
         )
-        return estimates_in_windows(found, record.motion, record.perturbations, record.at_rest)
+        return estimates_in_windows(fit, record.motion, record.perturbations, record.at_rest)
 
     return function
 
@@ -183,7 +183,7 @@ ESTIMATORS = {
 
 
 def find_estimator(name: str) -> Estimator:
-    """Estimator of a name (no unit).
+    """Estimator with a given name.
 
     Raises
     ------
@@ -196,14 +196,14 @@ def find_estimator(name: str) -> Estimator:
 
 
 def estimate(name: str, record: Record) -> "WindowedFits":
-    """Estimate I, B, K of a record by the estimator of a name.
+    """Estimate I, B, K of a record by the named estimator.
 
     Parameters
     ----------
     name : str
         One of `ESTIMATORS`.
     record : Record
-        The trial (units there).
+        The trial.
 
     Returns
     -------

@@ -12,11 +12,11 @@ import scipy
 
 from tepsipe.errors import InputError, quoted, refuse_other_kind
 from tepsipe.identification.arguments import (
+    as_perturbations,
     bootstrap_generator,
     check_probability,
-    rest_of,
+    samples_at_rest,
     shaded,
-    windows_of,
 )
 from tepsipe.identification.cascade.fit import ParallelCascadeFit, ParallelCascadeOptions
 from tepsipe.identification.result import (
@@ -65,19 +65,19 @@ def fit_impedance(
         Samples at rest, or unperturbed time at the trial's start and end (s); by default the time before the
         first perturbation.
     cutoff_hz : float or None
-        Of the zero-lag Butterworth low-pass of all signals (Hz); None if they are filtered already.
+        Cutoff of the zero-lag Butterworth low-pass of all signals (Hz); None if they are filtered already.
     order : int
-        Its order, both passes together (-).
+        Its order, both passes together.
     thesis : bool
-        Leave the torque at rest in, as eq (3-9) is printed (-).
+        Leave the torque at rest in, as eq (3-9) is printed.
     block_s : float
         Length of the bootstrapped blocks (s), without perturbations.
     bootstrap_draws : int
-        Bootstrap samples (-).
+        Bootstrap samples.
     confidence : float
-        Probability of the intervals (-).
+        Probability of the intervals.
     seed : int
-        Of the bootstrap (-).
+        Seed of the bootstrap.
 
     Returns
     -------
@@ -135,7 +135,7 @@ def fit_output_error(
     Parameters
     ----------
     motion : SegmentMotion
-        Of the leg, from `segment_motion` with the same cutoff and order (s, rad, m).
+        Motion of the leg, from `segment_motion` with the same cutoff and order (s, rad, m).
     foot_position : array_like or Signal, shape (n,)
         Position of the foot along the belt (m), for example the mean of belt-fixed markers; not filtered.
     belt_velocity : array_like or Signal, shape (n,)
@@ -148,15 +148,15 @@ def fit_output_error(
         Samples at rest, or unperturbed time at the trial's start and end (s); by default the time before the
         first perturbation.
     cutoff_hz : float
-        Of the zero-lag Butterworth low-pass (Hz), that of ``motion``.
+        Cutoff of the zero-lag Butterworth low-pass (Hz), the same as for ``motion``.
     order : int
-        Its order, both passes together (-), that of ``motion``.
+        Its order, both passes together, the same as for ``motion``.
     bootstrap_draws : int
-        Bootstrap samples (-).
+        Bootstrap samples.
     confidence : float
-        Probability of the intervals (-).
+        Probability of the intervals.
     seed : int
-        Of the bootstrap (-).
+        Seed of the bootstrap.
 
     Returns
     -------
@@ -182,26 +182,26 @@ def fit_output_error(
     same_length(time, foot_position=foot, belt_velocity=belt)
     rng = bootstrap_generator(bootstrap_draws, confidence, seed)
     foot, belt = (butterworth_lowpass(x, rate_hz, cutoff_hz, order) for x in (foot, belt))
-    windows = windows_of(perturbations, time.size)
+    windows = as_perturbations(perturbations, time.size)
     record = Record(
         motion=motion,
         leg=leg,
         perturbations=windows,
-        at_rest=rest_of(time, windows, rest),
+        at_rest=samples_at_rest(time, windows, rest),
         foot_position=foot,
         belt_velocity=belt,
     )
-    found = estimate(OUTPUT_ERROR, record)
+    result = estimate(OUTPUT_ERROR, record)
     return ImpedanceFit(
         estimator=OUTPUT_ERROR,
-        quantities=quantities_of_windows(found.parameters, bootstrap_draws, confidence, rng)
-        | {"delay": Quantity(found.delay_s, "s")},
-        vaf=found.vaf_angle,
+        quantities=quantities_of_windows(result.parameters, bootstrap_draws, confidence, rng)
+        | {"delay": Quantity(result.delay_s, "s")},
+        vaf=result.vaf_angle,
         vaf_of="the angle over the trial, from rest",
         confidence=confidence,
-        curve=Curve(time, found.angle, found.simulated, "Angle (rad)", shaded(time, windows)),
-        details=found,
-        windows=found.parameters,
+        curve=Curve(time, result.angle, result.simulated, "Angle (rad)", shaded(time, windows)),
+        details=result,
+        windows=result.parameters,
     )
 
 
@@ -229,9 +229,9 @@ def fit_admittance(
     lower, upper : sequence of float, optional
         Bounds of I, B, K (units as ``start``); by default none.
     thesis : bool
-        The modulus of the log ratio as residual, with the starting values and bounds of thesis Table 3-2 (-).
+        The modulus of the log ratio as residual, with the starting values and bounds of thesis Table 3-2.
     confidence : float
-        Probability of the intervals (-), which assume independent residuals of equal variance.
+        Probability of the intervals, which assume independent residuals of equal variance.
 
     Returns
     -------
@@ -264,8 +264,8 @@ def fit_admittance(
         )
     if thesis:
         start, lower, upper = (
-            given if given is not None else printed
-            for given, printed in zip((start, lower, upper), TABLE_3_2, strict=True)
+            chosen if chosen is not None else printed
+            for chosen, printed in zip((start, lower, upper), TABLE_3_2, strict=True)
         )
     bounds = Bounds(
         start=starting_values(band) if start is None else samples(start, "", "start", shape=(3,)),
@@ -278,18 +278,18 @@ def fit_admittance(
             f"{bounds.start.tolist()} with "
             f"{bounds.lower.tolist()} and {bounds.upper.tolist()}: correct one of the three"
         )
-    found = (fit_as_printed if thesis else fit_scaled)(band, bounds)
-    half = scipy.stats.t.ppf(0.5 + 0.5 * confidence, found.degrees_of_freedom) * found.standard_error
+    result = (fit_as_printed if thesis else fit_scaled)(band, bounds)
+    half = scipy.stats.t.ppf(0.5 + 0.5 * confidence, result.degrees_of_freedom) * result.standard_error
     quantities = {
         name: Quantity(float(value), UNITS[name], float(error), float(value - reach), float(value + reach))
         for name, value, error, reach in zip(
-            PARAMETERS, found.parameters, found.standard_error, half, strict=True
+            PARAMETERS, result.parameters, result.standard_error, half, strict=True
         )
     }
-    model = admittance(found.parameters, band.frequency_hz)
+    model = admittance(result.parameters, band.frequency_hz)
     residual = np.abs(band.response - model) ** 2
-    notes = (*([] if found.converged else ["The search did not converge: do not use these numbers."]),)
-    notes += ("A parameter lies at its bound: its value is that of the bound.",) if found.at_bound else ()
+    notes = (*([] if result.converged else ["The search did not converge: do not use these numbers."]),)
+    notes += ("A parameter lies at its bound: its value is that of the bound.",) if result.at_bound else ()
     return ImpedanceFit(
         estimator="spectral-fit-modulus" if thesis else "spectral-fit",
         quantities=quantities,
@@ -297,7 +297,7 @@ def fit_admittance(
         vaf_of="the response",
         confidence=confidence,
         curve=Curve(band.frequency_hz, band.response, model, "Admittance (rad/(N·m))"),
-        details=found,
+        details=result,
         notes=notes,
     )
 
@@ -329,25 +329,25 @@ def fit_parallel_cascade(
     angle, torque : array_like or Signal, shape (n,)
         theta (rad) and tau (N·m), positive when it resists a positive angle; not filtered.
     training_fraction : float
-        First part of the record that is fitted (-).
+        First part of the record that is fitted.
     cut_s : float
         Time that is cut at both ends (s).
     cutoff_hz : float
-        Of the zero-lag Butterworth low-pass of all signals (Hz).
+        Cutoff of the zero-lag Butterworth low-pass of all signals (Hz).
     order : int
-        Its order, both passes together (-).
+        Its order, both passes together.
     resample_rate_hz : float
         Rate to which faster records are resampled first (Hz).
     block_s : float
         Length of the bootstrapped blocks (s).
     bootstrap_draws : int
-        Bootstrap samples (-).
+        Bootstrap samples.
     confidence : float
-        Probability of the intervals (-).
+        Probability of the intervals.
     seed : int
-        Of the bootstrap (-).
+        Seed of the bootstrap.
     **options
-        Fields of `ParallelCascadeOptions` that differ from the default (units in their names).
+        Fields of `ParallelCascadeOptions` that differ from the default.
 
     Returns
     -------
@@ -389,23 +389,23 @@ def fit_parallel_cascade(
         )
     lowpass = Lowpass(cutoff_hz, order, True)
     record = make_record(angle, torque, rate_hz, kept, training, lambda x: lowpass(x, rate_hz), chosen)
-    found = identify_cascade(record, block, bootstrap_draws, rng)
-    if found.impedance[0] < 0.0 and found.working_stiffness < 0.0:
+    result = identify_cascade(record, block, bootstrap_draws, rng)
+    if result.impedance[0] < 0.0 and result.working_stiffness < 0.0:
         raise InputError(
             "fit_parallel_cascade: expected a torque that resists a positive angle, found a negative inertia "
-            f"and a stiffness of {found.working_stiffness:.3g} N·m/rad: reverse the sign of the torque"
+            f"and a stiffness of {result.working_stiffness:.3g} N·m/rad: reverse the sign of the torque"
         )
-    quantities, notes = _cascade_quantities(found, confidence)
+    quantities, notes = _cascade_quantities(result, confidence)
     measured = lowpass(torque, rate_hz)[kept]
     fitted = np.array([[time[kept][0], time[kept][training - 1]]])
     return ImpedanceFit(
         estimator="parallel-cascade",
         quantities=quantities,
-        vaf=found.vaf.held_out,
+        vaf=result.vaf.held_out,
         vaf_of="the held-out torque",
         confidence=confidence,
-        curve=Curve(time[kept], measured, found.predicted, "Torque (N·m)", fitted),
-        details=found,
+        curve=Curve(time[kept], measured, result.predicted, "Torque (N·m)", fitted),
+        details=result,
         notes=notes,
     )
 
@@ -417,19 +417,21 @@ def _fit_windows(motion, torque, perturbations, rest, thesis, draws, confidence,
     """Windowed least squares, intervals over the perturbations."""
     from tepsipe.identification.estimators import LEAST_SQUARES, LEAST_SQUARES_THESIS, Record, estimate
 
-    windows = windows_of(perturbations, motion.time.size)
+    windows = as_perturbations(perturbations, motion.time.size)
     name = LEAST_SQUARES_THESIS if thesis else LEAST_SQUARES
-    at_rest = rest_of(motion.time, windows, rest)
-    found = estimate(name, Record(motion=motion, torque=torque, perturbations=windows, at_rest=at_rest))
+    at_rest = samples_at_rest(motion.time, windows, rest)
+    result = estimate(name, Record(motion=motion, torque=torque, perturbations=windows, at_rest=at_rest))
     return ImpedanceFit(
         estimator=name,
-        quantities=quantities_of_windows(found.parameters, draws, confidence, rng),
-        vaf=float(found.vaf_per_perturbation.mean()),
+        quantities=quantities_of_windows(result.parameters, draws, confidence, rng),
+        vaf=float(result.vaf_per_perturbation.mean()),
         vaf_of="the torque, mean over the perturbations",
         confidence=confidence,
-        curve=Curve(motion.time, found.torque, found.predicted, "Torque (N·m)", shaded(motion.time, windows)),
-        details=found,
-        windows=found.parameters,
+        curve=Curve(
+            motion.time, result.torque, result.predicted, "Torque (N·m)", shaded(motion.time, windows)
+        ),
+        details=result,
+        windows=result.parameters,
         notes=("One perturbation has no interval: record more.",) if len(windows) == 1 else (),
     )
 
@@ -448,7 +450,7 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng) -> Imp
             f"{torque.size / rate_hz:.3g} s: record longer, or shorten block_s"
         )
     try:
-        found = least_squares_line(regressors, torque)
+        result = least_squares_line(regressors, torque)
     except np.linalg.LinAlgError as error:
         raise InputError(
             f"fit_impedance: expected a joint that moves, found {error}: check that it was perturbed"
@@ -458,15 +460,15 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng) -> Imp
     return ImpedanceFit(
         estimator="regression",
         quantities={
-            name: Quantity.drawn(found.parameters[k], UNITS[name], drawn[:, k], confidence)
+            name: Quantity.drawn(result.parameters[k], UNITS[name], drawn[:, k], confidence)
             for k, name in enumerate(PARAMETERS)
         }
-        | {"offset": Quantity.drawn(found.parameters[3], "N·m", drawn[:, 3], confidence)},
-        vaf=vaf(torque - mean, regressors @ found.parameters - mean),
+        | {"offset": Quantity.drawn(result.parameters[3], "N·m", drawn[:, 3], confidence)},
+        vaf=vaf(torque - mean, regressors @ result.parameters - mean),
         vaf_of="the torque about its mean",
         confidence=confidence,
-        curve=Curve(motion.time, torque, regressors @ found.parameters, "Torque (N·m)"),
-        details=found,
+        curve=Curve(motion.time, torque, regressors @ result.parameters, "Torque (N·m)"),
+        details=result,
     )
 
 
@@ -483,65 +485,63 @@ def _cascade_options(options: dict) -> ParallelCascadeOptions:
 
 
 def _cascade_quantities(
-    found: ParallelCascadeFit, confidence: float
+    fit: ParallelCascadeFit, confidence: float
 ) -> tuple[dict[str, Quantity], tuple[str, ...]]:
-    """Quantities with intervals, and what to know about them.
+    """Quantities with intervals, and notes on them.
 
     Parameters
     ----------
-    found : ParallelCascadeFit
-        The fit (units there).
+    fit : ParallelCascadeFit
+        The fit.
     confidence : float
-        Probability of the intervals (-).
+        Probability of the intervals.
 
     Returns
     -------
     dict of str to Quantity
-        I, B, K and further quantities of the terms that were selected (units in them).
+        I, B, K and further quantities of the terms that were selected.
     tuple of str
         Sentences on assumed values and the slow torque.
     """
 
     def drawn(value: float, unit: str, draws: np.ndarray) -> Quantity:
-        return Quantity.drawn(value, unit, draws, confidence, found.blocks)
+        return Quantity.drawn(value, unit, draws, confidence, fit.blocks)
 
-    short, structure = found.short_range, found.structure
+    short, structure = fit.short_range, fit.structure
     quantities = {
-        name: drawn(found.impedance[k], UNITS[name], found.impedance_bootstrap[:, k])
+        name: drawn(fit.impedance[k], UNITS[name], fit.impedance_bootstrap[:, k])
         for k, name in enumerate(PARAMETERS)
     }
-    quantities["K working"] = drawn(found.working_stiffness, "N·m/rad", found.working_stiffness_bootstrap)
+    quantities["K working"] = drawn(fit.working_stiffness, "N·m/rad", fit.working_stiffness_bootstrap)
     quantities["K short range"] = drawn(short.stiffness, "N·m/rad", short.stiffness_bootstrap)
     yields = short.yield_angle_bootstrap[np.isfinite(short.yield_angle_bootstrap)]
     if np.isfinite(short.yield_angle_rad) and yields.size > 1:
         quantities["yield angle"] = drawn(short.yield_angle_rad, "rad", yields)
-    relaxing = found.relaxing
+    relaxing = fit.relaxing
     times = relaxing.time_bootstrap[np.isfinite(relaxing.time_bootstrap)]
     if np.isfinite(relaxing.time_s) and times.size > 1:
         quantities["K relaxing"] = drawn(relaxing.stiffness, "N·m/rad", relaxing.stiffness_bootstrap)
         quantities["relaxation time"] = drawn(relaxing.time_s, "s", times)
     if structure.stiffening:
-        quantities["dK/dtheta"] = drawn(found.stiffening, "N·m/rad²", found.stiffening_bootstrap)
+        quantities["dK/dtheta"] = drawn(fit.stiffening, "N·m/rad²", fit.stiffening_bootstrap)
     slow = (
-        f"With the slow torque, predicted {found.slow.horizon_s:g} s ahead from past residuals, the held-out "
-        f"VAF is {found.slow.vaf.held_out:.1f} %."
+        f"With the slow torque, predicted {fit.slow.horizon_s:g} s ahead from past residuals, the held-out "
+        f"VAF is {fit.slow.vaf.held_out:.1f} %."
     )
     if not structure.direction:
         return quantities, ("Cross-validation found no reflex.", slow)
-    quantities["reflex gain"] = drawn(found.gain, "N·m·s/rad", found.gain_bootstrap)
+    quantities["reflex gain"] = drawn(fit.gain, "N·m·s/rad", fit.gain_bootstrap)
     if structure.gain_slope:
-        quantities["dG/dtheta"] = drawn(found.gain_slope, "N·m·s/rad²", found.gain_slope_bootstrap)
+        quantities["dG/dtheta"] = drawn(fit.gain_slope, "N·m·s/rad²", fit.gain_slope_bootstrap)
     if structure.unloading:
-        quantities["unloading gain"] = drawn(
-            found.unloading_gain, "N·m·s/rad", found.unloading_gain_bootstrap
-        )
+        quantities["unloading gain"] = drawn(fit.unloading_gain, "N·m·s/rad", fit.unloading_gain_bootstrap)
     quantities["reflex delay"] = Quantity(structure.delay_s, "s")
     quantities["reflex threshold"] = Quantity(structure.threshold_rad_per_s, "rad/s")
     assumed = tuple(
         f"The {choice.quantity.replace('_', ' ')} of {choice.value:g} {choice.unit} is assumed: the record "
         f"does not separate {choice.low:g} to {choice.high:g} {choice.unit}, with cross-validated VAFs of "
         f"{choice.vaf_low:.1f} to {choice.vaf_high:.1f} %."
-        for choice in found.assumptions
+        for choice in fit.assumptions
         if not choice.determined
     )
     return quantities, (*assumed, slow)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tepsipe.errors import refuse_other_kind
-from tepsipe.identification.arguments import check_probability, rest_of, shaded, windows_of
+from tepsipe.identification.arguments import as_perturbations, check_probability, samples_at_rest, shaded
 from tepsipe.identification.result import PARAMETERS, UNITS, Curve, ImpedanceFit, Quantity
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
@@ -37,7 +37,7 @@ def fit_joint_likelihood(
     positions : array_like or Signal, shape (n, all markers, 3) or (n, all markers, 2)
         Marker positions x, y, z or y, z (m) at these instants: y along the belt, z up.
     markers : SegmentMarkers
-        Which of the markers are on the leg, and where (m).
+        Markers on the leg, and their positions (m).
     leg : Leg
         The leg (kg, m, kg·m²).
     labels, belt_fixed : sequence of str
@@ -50,9 +50,9 @@ def fit_joint_likelihood(
         Samples at rest, or unperturbed time at the trial's start and end (s); by default the time before the
         first perturbation.
     softening : bool
-        Whether the joint may soften with bending (-).
+        Whether the joint may soften with bending.
     confidence : float
-        Probability of the intervals (-).
+        Probability of the intervals.
 
     Returns
     -------
@@ -79,32 +79,32 @@ def fit_joint_likelihood(
     log = None if belt_velocity is None else samples(belt_velocity, "m/s", "belt_velocity")
     if log is not None:
         same_length(time, belt_velocity=log)
-    windows = windows_of(perturbations, time.size)
+    windows = as_perturbations(perturbations, time.size)
     name = JOINT_LIKELIHOOD if softening else JOINT_LIKELIHOOD_LINEAR
     record = Record(
         motion=motion,
         leg=leg,
         perturbations=windows,
-        at_rest=rest_of(time, windows, rest),
+        at_rest=samples_at_rest(time, windows, rest),
         markers=dummy_markers(measured, list(labels), markers, tuple(belt_fixed)),
         belt_log=log,
     )
-    found = estimate(name, record)
-    own, small = found.interval(confidence), found.small_interval(confidence)
+    result = estimate(name, record)
+    working, small = result.interval(confidence), result.small_interval(confidence)
     quantities = {}
-    for suffix, values, interval in (("", found.mean, own), ("_small", found.small, small)):
+    for suffix, values, interval in (("", result.mean, working), ("_small", result.small, small)):
         for k, parameter in enumerate(PARAMETERS):
             ends = (interval.standard_error[k], interval.low[k], interval.high[k])
             quantities[parameter + suffix] = Quantity(float(values[k]), UNITS[parameter], *map(float, ends))
-    error = found.fit.standard_error("delay")
-    quantities["delay"] = Quantity(found.delay_s, "s", error)
+    error = result.fit.standard_error("delay")
+    quantities["delay"] = Quantity(result.delay_s, "s", error)
     return ImpedanceFit(
         estimator=name,
         quantities=quantities,
-        vaf=found.vaf_angle,
+        vaf=result.vaf_angle,
         vaf_of="the angle over the trial, from rest",
         confidence=confidence,
-        curve=Curve(time, found.angle, found.simulated, "Angle (rad)", shaded(time, windows)),
-        details=found,
-        windows=found.parameters,
+        curve=Curve(time, result.angle, result.simulated, "Angle (rad)", shaded(time, windows)),
+        details=result,
+        windows=result.parameters,
     )

@@ -97,9 +97,9 @@ class ImpedanceFit:
     vaf_of : str
         Fitted signal.
     confidence : float
-        Probability of the intervals (-).
+        Probability of the intervals.
     curve : Curve
-        Measured and predicted signal (units there).
+        Measured and predicted signal.
     details : object
         The estimator's complete result.
     windows : ndarray, shape (w, 3)
@@ -165,14 +165,14 @@ class ImpedanceFit:
         return self.summary()
 
     def to_frame(self):
-        """The estimates as a pandas table: value, unit, standard_error, low, high by name (units there)."""
+        """The estimates as a pandas table: value, unit, standard_error, low, high by name."""
         import pandas as pd
 
         rows = {name: vars(q) for name, q in self.quantities.items()}
         return pd.DataFrame.from_dict(rows, orient="index").rename_axis("quantity")
 
     def plot(self):
-        """Measured and predicted signal, or frequency response, as a matplotlib figure (units in labels)."""
+        """Measured and predicted signal, or frequency response, as a matplotlib figure."""
         import matplotlib.pyplot as plt
 
         frequencies = np.iscomplexobj(self.curve.measured)
@@ -196,16 +196,16 @@ def quantities_of_windows(
     parameters : ndarray, shape (w, 3)
         I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of every perturbation.
     draws : int
-        Bootstrap samples (-).
+        Bootstrap samples.
     confidence : float
-        Probability of the intervals (-).
+        Probability of the intervals.
     rng : numpy.random.Generator
         Draws the perturbations.
 
     Returns
     -------
     dict of str to Quantity
-        ``I``, ``B``, ``K`` (units there).
+        ``I``, ``B``, ``K``.
     """
     from tepsipe.statistics.bootstrap import bootstrap_mean
 

@@ -12,11 +12,11 @@ relative to it; the level a and the trend b stand for voluntary torque and for t
 - Ensemble: all realisations of a movement that begins at triggers. The mean over the realisations is
   subtracted from angle and torque at every instant, so that movement and voluntary torque that are the same
   in all of them do not count (MacNeil, Kearney & Hunter 1992; Lortie & Kearney 2001). The short segments
-  of all realisations around one instant are fitted together, each with a level of its own (Ludvig & Perreault
+  of all realisations around one instant are fitted together, each with its own level (Ludvig & Perreault
   2012). These authors estimate impulse responses; here the three parameters are estimated directly. Intervals
   come from a bootstrap over realisations.
 - Schedule: all pieces of the record in which a scheduled quantity, such as the phase of gait or a target,
-  lies in one bin are fitted together, each with a level and a trend of its own; bootstrap over pieces.
+  lies in one bin are fitted together, each with its own level and trend; bootstrap over pieces.
 """
 
 from dataclasses import dataclass
@@ -29,13 +29,13 @@ from tepsipe.errors import InputError
 from tepsipe.signals.differentiation import derivative
 
 NAMES = ("I", "B", "K", "reflex_gain_ratio")
-# realisations or pieces below which a bootstrap over them tells little (-)
+# fewest realisations or pieces for a bootstrap over them
 LEAST_PIECES = 8
-# part of the motion that must differ between realisations: the rest is the same in all and is subtracted (-)
+# part of the motion that must differ between realisations: the rest is the same in all and is subtracted
 LEAST_VARIATION = 0.02
-# a window whose velocity has less than this part of the usual power was not perturbed (-)
+# a window whose velocity has less than this part of the usual power was not perturbed
 LEAST_POWER = 0.05
-# a segment with fewer samples per parameter than this is no basis of a fit (-)
+# a segment with fewer samples per parameter than this cannot be fitted
 SAMPLES_PER_PARAMETER = 4
 CHUNK = 50
 
@@ -79,17 +79,17 @@ class VaryingImpedance:
     Attributes
     ----------
     over : {"time", "time after the trigger", "schedule"}
-        What ``at`` is.
+        Meaning of ``at``.
     at : ndarray, shape (m,)
         Centres of the segments (s, or unit of the schedule).
     names : tuple of str
-        I, B, K and, if a reflex torque was given, reflex_gain_ratio, the gain relative to that torque (-).
+        I, B, K and, if a reflex torque was given, reflex_gain_ratio, the gain relative to that torque.
     values, standard_error, low, high : ndarray, shape (m, parameters)
         Parameters, standard errors and ends of the 95 % intervals (N·m·s²/rad, N·m·s/rad, N·m/rad, -).
     angle, torque : ndarray, shape (m,)
         Mean angle (rad) and torque (N·m): the operating point.
     pieces : ndarray, shape (m,)
-        Number of realisations or pieces (-); 1 for windows.
+        Number of realisations or pieces; 1 for windows.
     vaf : ndarray, shape (m,)
         VAF (%) of the torque of the segments about their levels, trends and ensemble mean.
     """
@@ -127,14 +127,14 @@ def impedance_in_windows(
     block_s : float
         Length of the blocks of residuals (s), longer than the residuals are correlated.
     draws : int
-        Bootstrap samples (-).
+        Bootstrap samples.
     rng : numpy.random.Generator
         Draws the blocks.
 
     Returns
     -------
     VaryingImpedance
-        Parameters over time from the start of the record (units there), without windows in which the
+        Parameters over time from the start of the record, without windows in which the
         joint was not perturbed.
 
     Raises
@@ -162,14 +162,14 @@ def impedance_in_windows(
         part = slice(start, start + window)
         x, y = _without(nuisance, columns[part]), _without(nuisance, torque[part])
         solver = _solver(x, f"the window from {start / rate_hz:.3g} s")
-        left = y - x @ (solver @ y)
-        sums[part] += left
+        residual = y - x @ (solver @ y)
+        sums[part] += residual
         times[part] += 1.0
-        squared[part] += np.mean(left**2)
+        squared[part] += np.mean(residual**2)
         solvers.append(solver)
         spans.append(np.linalg.qr(np.hstack([x / np.linalg.norm(x, axis=0), nuisance]))[0])
         values.append(solver @ y)
-        vafs.append(_vaf(y, left))
+        vafs.append(_vaf(y, residual))
     often = np.maximum(times, 1.0)
     level = np.sqrt(squared / often)
     unit = (sums / often)[times > 0.0] / level[times > 0.0]
@@ -200,14 +200,14 @@ def impedance_of_ensemble(
     length_s, segment_s, step_s : float
         Length of a realisation, of a short segment, and distance of segments (s).
     draws : int
-        Bootstrap samples (-).
+        Bootstrap samples.
     rng : numpy.random.Generator
         Draws the realisations.
 
     Returns
     -------
     VaryingImpedance
-        Parameters over time after the trigger (units there).
+        Parameters over time after the trigger.
 
     Raises
     ------
@@ -231,8 +231,8 @@ def impedance_of_ensemble(
         )
     at = starts[:, None] + np.arange(length)
     motion, load = columns[at], torque[at]
-    own = motion - motion.mean(axis=0)
-    if np.mean(own[..., 1] ** 2) < LEAST_VARIATION * np.mean(motion[..., 1] ** 2):
+    deviation_of_motion = motion - motion.mean(axis=0)
+    if np.mean(deviation_of_motion[..., 1] ** 2) < LEAST_VARIATION * np.mean(motion[..., 1] ** 2):
         raise InputError(
             "expected perturbations that differ between the realisations, found the same velocity in all of "
             "them: perturb each realisation at random"
@@ -247,7 +247,7 @@ def impedance_of_ensemble(
         part = slice(first, first + segment)
         pieces = [
             (_without(nuisance, x), _without(nuisance, y))
-            for x, y in zip(own[:, part], deviation[:, part], strict=True)
+            for x, y in zip(deviation_of_motion[:, part], deviation[:, part], strict=True)
         ]
         place = f"the segment {first / rate_hz:.3g} s after the trigger"
         fits.append(_pooled(pieces, times, place, lost=1))
@@ -277,21 +277,21 @@ def impedance_by_schedule(
     joint : MovedJoint
         The record (rad, N·m).
     schedule : ndarray, shape (n,)
-        Scheduled quantity, for example phase of gait or target (any unit).
+        Scheduled quantity, for example phase of gait or target.
     bins : int
-        Number of equal bins between its smallest and largest value (-).
+        Number of equal bins between its smallest and largest value.
     piece_s : float
         Longest piece within a bin that has one level and one trend (s); pieces shorter than a quarter of it
         are left out.
     draws : int
-        Bootstrap samples (-).
+        Bootstrap samples.
     rng : numpy.random.Generator
         Draws the pieces.
 
     Returns
     -------
     VaryingImpedance
-        Parameters over the schedule, for bins with enough pieces (units there).
+        Parameters over the schedule, for bins with enough pieces.
 
     Raises
     ------
@@ -309,19 +309,19 @@ def impedance_by_schedule(
     runs = _runs(place, round(piece_s * rate_hz), max(8, round(0.25 * piece_s * rate_hz)))
     centres, fits, means, count = [], [], [], []
     for b in range(bins):
-        own = [part for part in runs if place[part.start] == b]
-        if len(own) < LEAST_PIECES:
+        pieces_of_bin = [part for part in runs if place[part.start] == b]
+        if len(pieces_of_bin) < LEAST_PIECES:
             continue
-        inside = np.concatenate([np.arange(part.start, part.stop) for part in own])
+        inside = np.concatenate([np.arange(part.start, part.stop) for part in pieces_of_bin])
         pieces = []
-        for part in own:
+        for part in pieces_of_bin:
             nuisance = _level_and_trend(part.stop - part.start)
             pieces.append((_without(nuisance, columns[part]), _without(nuisance, torque[part])))
-        times = _multiplicities(len(own), draws, rng)
+        times = _multiplicities(len(pieces_of_bin), draws, rng)
         fits.append(_pooled(pieces, times, f"the schedule near {edges[b]:g}", lost=2))
         centres.append(schedule[inside].mean())
         means.append([angle[inside].mean(), torque[inside].mean()])
-        count.append(len(own))
+        count.append(len(pieces_of_bin))
     if not fits:
         raise InputError(
             f"expected at least {LEAST_PIECES} pieces of {0.25 * piece_s:g} s or longer in a bin of the "
@@ -341,7 +341,7 @@ def impedance_by_schedule(
 
 
 def _perturbed(starts: np.ndarray, window: int, velocity: np.ndarray) -> np.ndarray:
-    """Starts of the windows with the usual power of the velocity, or not far from it (samples)."""
+    """Starts of the windows in which the velocity has enough of its usual power (samples)."""
     power = np.array([np.mean(velocity[start : start + window] ** 2) for start in starts])
     return starts[power > LEAST_POWER * np.median(power)] if starts.size else starts
 
@@ -374,21 +374,22 @@ def _refuse_short(samples: int, parameters: int, rate_hz: float, what: str) -> N
         )
 
 
-def _vaf(y: np.ndarray, left: np.ndarray) -> float:
-    return float(100.0 * (1.0 - np.sum(left**2) / np.sum(y**2)))
+def _vaf(y: np.ndarray, residual: np.ndarray) -> float:
+    return float(100.0 * (1.0 - np.sum(residual**2) / np.sum(y**2)))
 
 
 def _block_deviations(solvers, spans, starts, unit, level, block, draws, rng) -> np.ndarray:
     """Errors of the parameters for residuals drawn in blocks, shape (windows, draws, parameters).
 
-    ``unit`` holds the residuals of all windows over their RMS (-), ``level`` the RMS over time (N·m) and
-    ``spans`` orthonormal bases of what is fitted in each window. Least squares leaves less than there was,
-    of slow torque in a short window much less: errors grow by what a fit takes away from drawn residuals.
+    ``unit`` holds the residuals of all windows over their RMS, ``level`` the RMS over time (N·m) and
+    ``spans`` orthonormal bases of the regressors fitted in each window. Residuals of least squares are
+    smaller than the errors, much smaller for slow torque in a short window. The errors are therefore enlarged
+    by the share that a fit removes from drawn residuals.
     """
     block = min(block, unit.size)
     blocks = -(-level.size // block)
     window = solvers[0].shape[1]
-    found = np.empty((len(starts), draws, solvers[0].shape[0]))
+    deviations = np.empty((len(starts), draws, solvers[0].shape[0]))
     taken, power = np.zeros((2, len(starts)))
     for first in range(0, draws, CHUNK):
         count = min(CHUNK, draws - first)
@@ -396,14 +397,14 @@ def _block_deviations(solvers, spans, starts, unit, level, block, draws, rng) ->
         drawn = unit[(begin[..., None] + np.arange(block)).reshape(count, -1)[:, : level.size]] * level
         for w, (solver, span, start) in enumerate(zip(solvers, spans, starts, strict=True)):
             part = drawn[:, start : start + window]
-            found[w, first : first + count] = part @ solver.T
+            deviations[w, first : first + count] = part @ solver.T
             taken[w] += np.sum((part @ span) ** 2)
             power[w] += np.sum(part**2)
-    return found / np.sqrt(1.0 - taken / power)[:, None, None]
+    return deviations / np.sqrt(1.0 - taken / power)[:, None, None]
 
 
 def _multiplicities(pieces: int, draws: int, rng: np.random.Generator) -> np.ndarray:
-    """How often each piece is drawn, shape (draws, pieces)."""
+    """Number of times each piece is drawn, shape (draws, pieces)."""
     drawn = rng.integers(0, pieces, (draws, pieces))
     return np.array([np.bincount(draw, minlength=pieces) for draw in drawn], dtype=float)
 
@@ -411,7 +412,7 @@ def _multiplicities(pieces: int, draws: int, rng: np.random.Generator) -> np.nda
 def _pooled(pieces, times: np.ndarray, place: str, lost: int) -> tuple[np.ndarray, np.ndarray, float]:
     """Fit all pieces together: parameters, errors over drawn pieces (draws, parameters), VAF (%).
 
-    ``lost`` is the number of levels and trends removed from each piece (-).
+    ``lost`` is the number of levels and trends removed from each piece.
     """
     x, y = np.concatenate([p[0] for p in pieces]), np.concatenate([p[1] for p in pieces])
     value = _solver(x, place) @ y
@@ -428,12 +429,12 @@ def _pooled(pieces, times: np.ndarray, place: str, lost: int) -> tuple[np.ndarra
 def _runs(place: np.ndarray, longest: int, shortest: int) -> list[slice]:
     """Pieces of consecutive samples at one place, split into equal parts of at most ``longest`` samples."""
     ends = np.flatnonzero(np.diff(place)) + 1
-    found = []
+    pieces = []
     for start, stop in pairwise([0, *ends, place.size]):
         parts = -(-(stop - start) // longest)
         cuts = np.linspace(start, stop, parts + 1).astype(int)
-        found += [slice(a, b) for a, b in pairwise(cuts) if b - a >= shortest]
-    return found
+        pieces += [slice(a, b) for a, b in pairwise(cuts) if b - a >= shortest]
+    return pieces
 
 
 def _result(over, at, names, values, deviations, means, pieces, vafs) -> VaryingImpedance:

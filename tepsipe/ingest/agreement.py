@@ -1,4 +1,4 @@
-"""Whether the signals of a trial agree with each other: mass, belt-fixed markers, torque and angle.
+"""Agreement of the signals of a trial with each other: mass, belt-fixed markers, torque and angle.
 
 Symbols: y(t) position of a belt-fixed marker along the belt (m), v(t) velocity of the belt (m/s), s scale, d
 delay (s):
@@ -21,32 +21,32 @@ from tepsipe.signals.resampling import resample
 GRAVITY_M_PER_S2 = 9.81
 # motion of markers and belt is compared below this frequency (Hz)
 COMPARED_HZ = 20.0
-# where markers or belt move faster than this fraction of their fastest (-)
+# markers or belt move above this fraction of their highest speed
 MOVING_FRACTION = 0.1
-# smallest ratio of a pulse's peak to the noise around it (-)
+# smallest ratio of a pulse's peak to the noise around it
 PULSE_TO_NOISE = 8.0
-# a segment moves if its markers are this many times as fast, while the belt moves, as before (-)
+# ratio of a segment's speed during the belt's motion to its speed before, above which it moves
 STILL_RATIO = 1.3
-# the torque is against the motion below this correlation of torque and angular velocity (-)
+# the torque is against the motion below this correlation of torque and angular velocity
 AGAINST_MOTION = -0.05
 
 
 def refuse_mass(trial: Trial, rig: Rig, files: dict[str, str]) -> None:
-    """Compare the vertical force, mean of the trial, with the mass that the belt is said to carry.
+    """Compare the mean vertical force of the trial with the stated mass on the belt.
 
     Parameters
     ----------
     trial : Trial
-        Signals (units in the signals).
+        Signals.
     rig : Rig
-        What the trial is said to hold (kg).
+        Stated contents of the trial (kg).
     files : dict of str to str
         Kind of each source file -> its path, for messages.
 
     Raises
     ------
     InputError
-        If the mean vertical force is not that of the mass.
+        If the mean vertical force does not match the mass.
     """
     belt = used_belt(trial, rig)
     if belt is None or rig.carried_kg is None:
@@ -68,11 +68,11 @@ def refuse_foreign_markers(trial: Trial, limits: Limits, rig: Rig, files: dict[s
     Parameters
     ----------
     trial : Trial
-        Signals (units in the signals).
+        Signals.
     limits : Limits
-        What each kind of signal can be (units in the names).
+        Plausible range of each kind of signal.
     rig : Rig
-        Belt-fixed markers and segments (names, no unit).
+        Belt-fixed markers and segments.
     files : dict of str to str
         Kind of each source file -> its path, for messages.
 
@@ -117,7 +117,7 @@ def belt_fixed_motion(
     Parameters
     ----------
     velocity, belt_velocity : ndarray, shape (n,)
-        Of the marker along the belt, and of the belt without its constant speed (m/s), filtered alike.
+        Velocity of the marker along the belt, and of the belt less its constant speed (m/s), filtered alike.
     rate_hz : float
         Sampling rate (Hz).
     longest_s : float
@@ -126,7 +126,7 @@ def belt_fixed_motion(
     Returns
     -------
     scale, delay_s, correlation : float
-        s (-), d (s, positive where the marker lags, to one sample) and the uncentred correlation (-) over the
+        s, d (s, positive where the marker lags, to one sample) and the uncentred correlation over the
         samples in which either moves.
     """
     v = np.asarray(belt_velocity, dtype=float)
@@ -140,8 +140,8 @@ def belt_fixed_motion(
     most = max(1, round(longest_s * rate_hz))
     for lag in range(-most, most + 1):
         shifted = np.roll(y, -lag)[active]
-        product, own = float(shifted @ v[active]), float(shifted @ shifted)
-        correlation = product / np.sqrt(own * power) if own > 0.0 else 0.0
+        product, energy = float(shifted @ v[active]), float(shifted @ shifted)
+        correlation = product / np.sqrt(energy * power) if energy > 0.0 else 0.0
         if correlation > best[2]:
             best = (product / power, lag / rate_hz, correlation)
     return best
@@ -150,11 +150,13 @@ def belt_fixed_motion(
 def _refuse_belt_fixed(
     label: str, motion: tuple[float, float, float], limits: Limits, rig: Rig, files: dict[str, str]
 ) -> None:
-    """Refuse a belt-fixed marker whose scale, delay and correlation are not those of the belt."""
+    """Refuse a belt-fixed marker whose scale, delay and correlation do not match the belt's motion."""
     scale, delay_s, correlation = motion
-    own, log = source(files, "markers"), source(files, "log")
-    where = f"{own}: expected the belt-fixed marker {label!r} to move with the belt"
-    where, both = (where, "") if own == log else (f"{where} of {log}", "that both files are of this trial, ")
+    marker_file, log = source(files, "markers"), source(files, "log")
+    where = f"{marker_file}: expected the belt-fixed marker {label!r} to move with the belt"
+    where, both = (
+        (where, "") if marker_file == log else (f"{where} of {log}", "that both files are of this trial, ")
+    )
     low, high = limits.belt_fixed_scale
     if correlation < limits.belt_fixed_correlation:
         if not rig.person:  # after a step a foot is not belt-fixed: standing trials report the step
@@ -177,13 +179,13 @@ def _refuse_belt_fixed(
 
 
 def _stands_out(velocity: np.ndarray) -> bool:
-    """Whether a velocity has pulses above its noise, which is most of it."""
+    """Test for a velocity with pulses above its noise, which is most of it."""
     around = np.abs(velocity - np.median(velocity))
     return bool(around.max() > PULSE_TO_NOISE * 1.4826 * np.median(around))
 
 
 def _moves(trial: Trial, columns: list[int], belt: np.ndarray) -> bool:
-    """Whether any of these markers is faster while the belt moves, and shortly after, than before."""
+    """Test for a marker that is faster during and shortly after the belt's motion than before it."""
     rate = trial.rate_hz
     moving = np.flatnonzero(np.abs(belt) > MOVING_FRACTION * np.abs(belt).max())
     before = slice(round(0.1 * rate), max(0, int(moving[0]) - round(0.2 * rate)))
@@ -200,14 +202,14 @@ def _moves(trial: Trial, columns: list[int], belt: np.ndarray) -> bool:
 
 
 def refuse_joint(trial: Trial, limits: Limits, files: dict[str, str]) -> None:
-    """Compare torque and angle of a joint in a manipulator: size, direction, and that both move.
+    """Compare torque and angle of a joint in a manipulator: size, direction, and motion of both.
 
     Parameters
     ----------
     trial : Trial
-        Signals (units in the signals).
+        Signals.
     limits : Limits
-        What each kind of signal can be (units in the names).
+        Plausible range of each kind of signal.
     files : dict of str to str
         Kind of each source file -> its path, for messages.
 
@@ -234,14 +236,14 @@ def refuse_joint(trial: Trial, limits: Limits, files: dict[str, str]) -> None:
 
 
 def refuse_joints(trial: Trial, limits: Limits, files: dict[str, str]) -> None:
-    """Refuse joints of a person on a platform whose angle or torque is held, or of another unit or column.
+    """Refuse joints of a person on a platform whose angle or torque is held, or in the wrong unit or column.
 
     Parameters
     ----------
     trial : Trial
-        Signals (units in the signals).
+        Signals.
     limits : Limits
-        What each kind of signal can be (units in the names).
+        Plausible range of each kind of signal.
     files : dict of str to str
         Kind of each source file -> its path, for messages.
 
@@ -264,17 +266,17 @@ def _refuse_held(trial: Trial, angle, torque, of: str, limits: Limits, log: str,
     """Refuse an angle, or a torque, that is constant while the other one changes."""
     pairs = [("angle", angle, "torque", torque), ("torque", torque, "angle", angle)]
     for still, values, moving, others in pairs[: 1 + both]:
-        found = held_while_moving(values, others, trial.rate_hz, 3.0 * limits.frozen_s)
-        if found is not None:
+        held = held_while_moving(values, others, trial.rate_hz, 3.0 * limits.frozen_s)
+        if held is not None:
             raise InputError(
                 f"{log}: expected the {still}{of} to change with the {moving}, found it constant from "
-                f"{trial.time[found[0]]:.3f} to {trial.time[found[1] - 1]:.3f} s while the {moving} changes: "
+                f"{trial.time[held[0]]:.3f} to {trial.time[held[1] - 1]:.3f} s while the {moving} changes: "
                 "check that its sensor was connected, and record again"
             )
 
 
 def _refuse_ratio(angle, torque, of: str, limits: Limits, file: str) -> None:
-    """Refuse a torque of another size than a joint's."""
+    """Refuse a torque whose size is impossible for a joint."""
     ratio, (low, high) = float(torque.std() / angle.std()), limits.torque_per_angle_Nm_per_rad
     if not low <= ratio <= high:
         raise InputError(

@@ -1,4 +1,4 @@
-"""From a table of an instrumented treadmill's load and belt velocity to one trial on a regular clock.
+"""Conversion of a table of an instrumented treadmill's load and belt velocity to a trial on a regular clock.
 
 Such a table is written sample by sample while the belt is accelerated, and its time stamps are often
 less accurate than its samples: load and velocity were sampled by a regular clock, and the stamps are the
@@ -26,7 +26,7 @@ REPEATED_STAMPS_AT_MOST = 0.1
 
 KEPT, INTERPOLATED = "samples kept", "samples interpolated"
 
-# unit -> how headers write it; small letters, without spaces, dots, stars, carets, hyphens, underscores
+# unit -> its spellings in headers; small letters, without spaces, dots, stars, carets, hyphens, underscores
 SPELLINGS = {
     "s": "s sec secs second seconds",
     "N": "n newton newtons",
@@ -48,7 +48,7 @@ KNOWN_UNITS = " ".join(
 
 @dataclass(frozen=True)
 class BeltTableOptions:
-    """How to ingest a table of load and belt velocity.
+    """Options for a table of load and belt velocity.
 
     Attributes
     ----------
@@ -155,10 +155,10 @@ def ingest_belt_table(
         ("load", load, "load", options.load_unit),
         ("belt_velocity", velocity, "velocity", "m/s"),
     ):
-        there = np.isfinite(values)
-        repair_time_stamps(instants[there], options.max_gap_s, f"{name}, samples with {columns[key]!r}")
-        if not (clock.regular and there.all()):
-            values = np.interp(wanted, instants[there], values[there])
+        finite = np.isfinite(values)
+        repair_time_stamps(instants[finite], options.max_gap_s, f"{name}, samples with {columns[key]!r}")
+        if not (clock.regular and finite.all()):
+            values = np.interp(wanted, instants[finite], values[finite])
         signals[signal] = Signal(values, unit, ("time",), f"recorded as {columns[key]}", steps)
     return Trial(
         rate_hz=clock.rate_hz,
@@ -209,7 +209,7 @@ def _refuse_repeated(keep: np.ndarray, column: str, name: str) -> None:
 
 
 def belt_clock(time: np.ndarray) -> BeltClock:
-    """Whether time stamps come from a regular clock, and its rate.
+    """Regularity of the clock behind the time stamps, and its rate.
 
     The clock is regular if the stamps, smoothed by a running median over 51 of them, stay within 0.4
     periods of a straight line. Single stamps may be later, as when a zero step follows a double one. A
@@ -253,12 +253,12 @@ def refuse_other_unit(column: str, unit: str, name: str) -> None:
     InputError
         If the brackets hold another unit.
     """
-    for found in re.findall(r"[(\[]([^()\[\]]*)[)\]]", column):
-        plain = re.sub(r"[\s.·⋅*^_-]", "", found).casefold()
+    for written in re.findall(r"[(\[]([^()\[\]]*)[)\]]", column):
+        plain = re.sub(r"[\s.·⋅*^_-]", "", written).casefold()
         if plain in KNOWN_UNITS and plain not in SPELLINGS[unit].split():
             what = {"s": "time", "m/s": "belt velocity"}.get(unit, "load")
             raise InputError(
-                f"{name}: expected the {what} in {unit}, found {quoted(found)} in the header "
+                f"{name}: expected the {what} in {unit}, found {quoted(written)} in the header "
                 f"{quoted(column)}: convert the column, or name another one or its unit"
             )
 
@@ -271,11 +271,11 @@ def _refuse_unusable(values: np.ndarray, column: str, name: str) -> None:
             f"{name}: expected finite numbers in {column!r}, found {values[infinite[0]]:g} on line "
             f"{infinite[0] + 2}: repair the file or export it again"
         )
-    there = values[np.isfinite(values)]
-    if not there.size:
+    finite = values[np.isfinite(values)]
+    if not finite.size:
         raise InputError(f"{name}: expected numbers in {column!r}, found none: export the recording again")
-    if np.ptp(there) == 0.0:
+    if np.ptp(finite) == 0.0:
         raise InputError(
-            f"{name}: expected {column!r} to change with the belt's motion, found {there[0]:g} throughout: "
+            f"{name}: expected {column!r} to change with the belt's motion, found {finite[0]:g} throughout: "
             "check that its channel was connected and that the right column is named"
         )

@@ -108,13 +108,13 @@ def with_record(mocap: DFlowTable, record: DFlowTable, belt_fixed_labels: tuple[
     def at(late: float) -> dict[str, np.ndarray]:
         """Signals at the frames, if the record file is late by a number of samples."""
         where = np.arange(n) + late
-        found = {name: np.interp(where, sample[order], x[order]) for name, x in signals.items()}
+        interpolated = {name: np.interp(where, sample[order], x[order]) for name, x in signals.items()}
         outside = (where < sample[0] - 1.0) | (where > sample[-1] + 1.0)
-        return {name: np.where(outside, np.nan, x) for name, x in found.items()}
+        return {name: np.where(outside, np.nan, x) for name, x in interpolated.items()}
 
     late = 0.0 if counted else _late(recording, record, at(0.0), clock, belt_fixed_labels)
-    found = at(late)
-    seen = np.flatnonzero(np.isfinite(np.column_stack(list(found.values()))).any(axis=1))
+    interpolated = at(late)
+    seen = np.flatnonzero(np.isfinite(np.column_stack(list(interpolated.values()))).any(axis=1))
     if seen.size < 0.5 * n:
         raise InputError(
             f"{record.name}: expected samples for the {n} frames of {mocap.name}, found them for "
@@ -122,7 +122,7 @@ def with_record(mocap: DFlowTable, record: DFlowTable, belt_fixed_labels: tuple[
         )
     channels = {
         name: Channel(x, unit_of(name), clock.rate_hz)
-        for name, x in found.items()
+        for name, x in interpolated.items()
         if name not in recording.channels
     }
     whole = replace(recording, channels=recording.channels | channels)
@@ -141,7 +141,7 @@ def _cut(recording: Recording, first: int, stop: int) -> Recording:
 
 
 def _by_counter(mocap: DFlowTable, record: DFlowTable) -> np.ndarray:
-    """Samples at which the record file's rows stand (-): rows of one frame are spread over it evenly."""
+    """Samples of the record file's rows; rows of one frame are spread over it evenly."""
     frames = record.frames - mocap.frames[0]
     first = np.flatnonzero(np.diff(frames, prepend=frames[0] - 1) != 0)
     counts = np.diff(np.append(first, frames.size))
@@ -184,13 +184,13 @@ def _late(
     clock: Clock,
     belt_fixed_labels: tuple[str, ...],
 ) -> float:
-    """Samples by which the record file is late after alignment by stamps (-), from a common signal."""
+    """Delay of the record file after alignment by stamps (samples), from a common signal."""
     common = [name for name in signals if name in recording.channels]
     pairs = [(name, recording.channels[name].values, signals[name], False) for name in common]
     pairs = [pair for pair in pairs if np.nanstd(pair[1]) > 0.0 and np.nanstd(pair[2]) > 0.0]
     speeds = [name for name in record.speeds if name in signals]
     moving = [name for name in speeds if np.nanstd(signals[name]) > STEADY_M_PER_S]
-    # an empty belt has no such markers: a common channel does without them
+    # an empty belt has no such markers: a common channel is used instead
     velocity = None if pairs else _belt_fixed_velocity(recording, belt_fixed_labels)
     if velocity is not None:
         pairs += [(name, velocity, _over_two_frames(signals[name]), True) for name in moving]
@@ -207,7 +207,7 @@ def _late(
         for name, reference, signal, is_speed in pairs
         for delay, r, gain in [common_signal_delay(reference, signal, clock.rate_hz, SEARCH_S)]
     ]
-    # a common channel is an exact copy; it goes before a marker that follows the belt
+    # a common channel is an exact copy, preferred to a marker that follows the belt
     correlation, name, delay, gain, is_speed = max(scored, key=lambda score: (not score[4], score[0]))
     what = "the velocity of the belt-fixed markers" if is_speed else f"the same channel of {recording.name}"
     if correlation < LEAST_CORRELATION:

@@ -18,7 +18,7 @@ from tepsipe.signals.resampling import (
 
 @dataclass(frozen=True)
 class RecordedColumns:
-    """Columns of a table at their own instants, without repeated stamps and gaps.
+    """Columns of a table at their own instants, with repeated stamps and gaps removed.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class RecordedColumns:
     missing : ndarray of bool
         Samples that were filled.
     repaired : RepairedTime
-        What was wrong with the time stamps (s).
+        Repairs of the time stamps (s).
     recorded_hz : float
         Mean rate (Hz).
     """
@@ -42,7 +42,7 @@ class RecordedColumns:
 
     @property
     def attributes(self) -> dict[str, float]:
-        """What a trial says of its table: repaired samples (-) and the mean rate (Hz)."""
+        """Attributes of a trial from its table: repaired samples and the mean rate (Hz)."""
         return {
             "repeated_stamps": self.repaired.repeated,
             "missing_samples": int(self.missing.sum()),
@@ -50,7 +50,7 @@ class RecordedColumns:
         }
 
     def steps(self, rate_hz: float) -> tuple[str, ...]:
-        """What was done to a signal that is resampled to ``rate_hz`` (Hz), in words."""
+        """Processing of a signal that is resampled to ``rate_hz`` (Hz), in words."""
         return (
             f"{self.repaired.repeated} repeated stamps dropped",
             f"{int(self.missing.sum())} missing samples filled",
@@ -58,7 +58,7 @@ class RecordedColumns:
         )
 
     def resampled(self, columns: np.ndarray, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
-        """Regular instants (s) and ``columns``, shape (n, c), there (their units)."""
+        """Regular instants (s) and ``columns``, shape (n, c), at these instants."""
         grid = regular_time(self.time[0], self.time[-1], rate_hz)
         band = BAND_PER_RATE * rate_hz if rate_hz < 0.99 * self.recorded_hz else None
         return grid, np.column_stack([resample(self.time, x, grid, band) for x in columns.T])
@@ -72,7 +72,7 @@ def recorded_columns(
     Parameters
     ----------
     table : dict of ndarray, shape (n,)
-        ``time`` (s) and the columns (any unit).
+        ``time`` (s) and the columns.
     keys : list of str
         Columns wanted.
     max_gap_s, duration_s : float
@@ -103,7 +103,7 @@ def recorded_columns(
 
 
 def refuse_slow(recorded_hz: float, rate_hz: float, setting: str, name: str) -> None:
-    """Refuse a recording that is slower than the rate of the trial (Hz); ``setting`` is what to lower.
+    """Refuse a recording slower than the rate of the trial (Hz); ``setting`` names the key to lower.
 
     Raises
     ------

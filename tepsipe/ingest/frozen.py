@@ -1,37 +1,38 @@
 """Stretches in which a channel repeats itself although it should be noisy.
 
-A channel whose usual step is hardly larger than its smallest one is quantised: there identical neighbours
-are the rule. Elsewhere noise changes every sample. In public C3D files the longest run of one
-position in all coordinates is 20 ms, that of one value in a force channel that reads no exact zero 39 ms.
+A channel whose median step is hardly larger than its smallest one is quantised: identical neighbours are
+common in it. In all other channels noise changes every sample. In public C3D files the longest run of
+one position in all coordinates is 20 ms; the longest run of one value in a force channel, exact zeros
+excluded, is 39 ms.
 """
 
 import numpy as np
 
 from tepsipe.signals.resampling import runs_of
 
-# a channel is quantised if the median of its steps is at most this many times the smallest (-)
+# a channel is quantised if the median of its steps is at most this many times the smallest
 QUANTISED_STEPS = 3.0
-# what a signal must do while another one is held, as a fraction of its whole range (-)
+# smallest change of a signal while another one is held, as a fraction of its whole range
 MOVING_RANGE = 0.2
-# a held signal changes by less than this fraction of its whole range (-)
+# a held signal changes by less than this fraction of its whole range
 HELD_RANGE = 1e-6
 
 
 def frozen_stretch(
     values: np.ndarray, rate_hz: float, longest_s: float, ignored: np.ndarray | None = None
 ) -> tuple[int, int] | None:
-    """Longest stretch of identical samples, if a noisy channel cannot have it.
+    """Longest stretch of identical samples, if it is implausible for a noisy channel.
 
     Parameters
     ----------
     values : ndarray, shape (n, c)
-        Components of one channel (any unit); a sample is repeated if all of them are.
+        Components of one channel; a sample is repeated if all of them are.
     rate_hz : float
         Sampling rate (Hz).
     longest_s : float
         Longest stretch that is accepted (s).
     ignored : ndarray of bool, shape (n,), optional
-        Samples that were not measured (-).
+        Samples that were not measured.
 
     Returns
     -------
@@ -53,7 +54,7 @@ def frozen_stretch(
 
 
 def _quantised(steps: np.ndarray) -> bool:
-    """Whether the usual step of a component is about as small as its smallest."""
+    """Test for a component whose median step is about as small as its smallest."""
     taken = steps[steps > 0.0]
     return bool(taken.size and np.median(taken) <= QUANTISED_STEPS * taken.min())
 
@@ -66,7 +67,7 @@ def held_while_moving(
     Parameters
     ----------
     values, others : ndarray, shape (n,)
-        Signal that may be held, and the one that moves it (any units).
+        Signal that may be held, and the one that moves it.
     rate_hz : float
         Sampling rate (Hz).
     longest_s : float

@@ -1,4 +1,4 @@
-"""What the signals of a trial can be, and what its rig is said to hold."""
+"""Limits of the signals of a trial, and the stated contents of its rig."""
 
 from dataclasses import dataclass
 
@@ -7,32 +7,32 @@ from tepsipe.io.trial import Trial
 
 @dataclass(frozen=True)
 class Limits:
-    """What a signal can be; (lowest, highest) of each kind.
+    """Plausible range of each kind of signal: (lowest, highest).
 
     Attributes
     ----------
     rate_hz : tuple of float
         Sampling rate (Hz).
     belt_velocity_m_per_s, belt_acceleration_m_per_s2 : tuple of float
-        Of the belt (m/s, m/s²).
+        Motion of the belt (m/s, m/s²).
     marker_position_m : tuple of float
         Every coordinate of a marker (m).
     marker_speed_m_per_s : float
         Highest speed of a marker from sample to sample (m/s).
     force_N, moment_Nm : tuple of float
-        Of a force plate, and the load of a treadmill (N, N·m).
+        Load of a force plate or of a treadmill (N, N·m).
     angle_rad, torque_Nm : tuple of float
-        Of a joint in a manipulator (rad, N·m).
+        Angle and torque of a joint in a manipulator (rad, N·m).
     torque_per_angle_Nm_per_rad : tuple of float
-        Standard deviation of the torque over that of the angle (N·m/rad).
+        Standard deviation of the torque over the standard deviation of the angle (N·m/rad).
     emg_uV : tuple of float
         Raw electromyogram (uV).
     frozen_s : float
         Longest stretch of identical samples of a noisy channel (s).
     belt_fixed_correlation : float
-        Lowest correlation between the velocities of a belt-fixed marker and of the belt (-).
+        Lowest correlation between the velocities of a belt-fixed marker and of the belt.
     belt_fixed_scale : tuple of float
-        Ratio s of the two velocities (-).
+        Ratio s of the two velocities.
     belt_fixed_delay_s : float
         Longest delay d between the two, in either direction (s).
     """
@@ -56,20 +56,20 @@ class Limits:
 
 @dataclass(frozen=True)
 class Rig:
-    """What the trial is said to hold; everything may be left out where it is not known.
+    """Stated contents of the trial; unknown ones may be omitted.
 
     Attributes
     ----------
     belt : str or None
-        Belt that carries something: its force plate must be alive (no unit).
+        Belt that carries something: its force plate must be alive.
     carried_kg : tuple of float or None
         Lowest and highest mass on that belt (kg).
     belt_fixed : tuple of str
-        Belt-fixed markers (no unit).
+        Belt-fixed markers.
     segments : dict of str to tuple of str
-        Segment -> its markers, which must move when the belt does (no unit).
+        Segment -> its markers, which must move when the belt does.
     person : bool
-        Whether a person stands on the belt (-): a step moves the foot, and stretches in which a marker is
+        Whether a person stands on the belt: a step moves the foot, and stretches in which a marker is
         frozen are marked as hidden, so that their perturbations are left out.
     """
 
@@ -81,14 +81,14 @@ class Rig:
 
 
 def source(files: dict[str, str], *kinds: str) -> str:
-    """Path of the first of these kinds of file that there is, otherwise of the first of all (no unit)."""
+    """Path of the first of these kinds of file that is present, otherwise of the first of all."""
     return next(
         (str(files[kind]) for kind in kinds if kind in files), str(next(iter(files.values()), "trial"))
     )
 
 
 def used_belt(trial: Trial, rig: Rig) -> int | None:
-    """Index (-) of the belt in use on the axis of the trial's plates, or None."""
+    """Index of the belt in use on the axis of the trial's plates, or None."""
     if rig.belt is None or "force" not in trial.signals:
         return None
     belts = trial.axes["belt"].tolist()

@@ -1,4 +1,4 @@
-"""From the recordings of a manipulator to one trial on one regular clock.
+"""Conversion of the recordings of a manipulator to one trial on one regular clock.
 
 Each function repairs and aligns the output of the readers, and records in the attributes of the trial
 what it did.
@@ -21,7 +21,7 @@ from tepsipe.signals.resampling import (
     runs_of,
 )
 
-# torque per angle (N·m/rad) below which columns are taken for exchanged, and least swing of an angle (rad)
+# torque per angle (N·m/rad) below which columns count as exchanged, and smallest range of an angle (rad)
 EXCHANGED_NM_PER_RAD, LEAST_SWING_RAD = 0.1, 1e-3
 # a saturated torque stays at its extreme value for this time (s), in this number of stretches
 SATURATED_S, SATURATED_STRETCHES = 0.02, 3
@@ -30,7 +30,7 @@ RADIANS_PER_UNIT = {"rad": 1.0, "deg": np.pi / 180.0}
 
 @dataclass(frozen=True)
 class ManipulatorOptions:
-    """How to ingest a manipulator's recording.
+    """Options for a manipulator's recording.
 
     Attributes
     ----------
@@ -157,7 +157,7 @@ def _refuse_broken_command(
 
 @dataclass(frozen=True)
 class TableOptions:
-    """How to ingest a table of a position-controlled manipulator.
+    """Options for a table of a position-controlled manipulator.
 
     Attributes
     ----------
@@ -186,7 +186,7 @@ def ingest_position_manipulator(
     ----------
     table : dict of ndarray, shape (n,)
         ``time`` (s), ``angle`` (in ``options.angle_unit``), ``torque`` (N·m); if recorded, ``schedule``, a
-        scheduled quantity (any unit), and ``trigger``, which rises where a realisation begins (any unit).
+        scheduled quantity, and ``trigger``, which rises where a realisation begins.
     options : TableOptions
         Rate (Hz), longest gap (s), unit and sign.
     duration_s : float
@@ -236,23 +236,23 @@ def ingest_position_manipulator(
 
 
 def _scheduled(table, keep, time, grid, options, name) -> dict[str, Signal]:
-    """Schedule and trigger of a table, where it has them: held between samples, because both may jump."""
-    rate, found = options.resample_rate_hz, {}
+    """Schedule and trigger of a table, if present, held between samples because both may jump."""
+    rate, signals = options.resample_rate_hz, {}
     for key, what in (("schedule", "scheduled quantity"), ("trigger", "start of a realisation")):
         if key not in table:
             continue
         line = table[key][keep]
-        there = np.isfinite(line)
-        repair_time_stamps(time[there], options.max_gap_s, f"{name}, samples with a {key}")
+        finite = np.isfinite(line)
+        repair_time_stamps(time[finite], options.max_gap_s, f"{name}, samples with a {key}")
         if key == "schedule":
-            held = np.searchsorted(time[there], grid + 1e-9, side="right") - 1
-            values = line[there][np.maximum(held, 0)]
+            held = np.searchsorted(time[finite], grid + 1e-9, side="right") - 1
+            values = line[finite][np.maximum(held, 0)]
         else:
-            edges = time[there][rising_edges(line[there], f"{name}, column of the trigger")]
+            edges = time[finite][rising_edges(line[finite], f"{name}, column of the trigger")]
             values = np.zeros(grid.size)
             values[np.clip(np.ceil((edges - grid[0]) * rate - 1e-6).astype(int), 0, grid.size - 1)] = 1.0
-        found[key] = Signal(values, "1", ("time",), what, (f"held between samples, at {rate:g} Hz",))
-    return found
+        signals[key] = Signal(values, "1", ("time",), what, (f"held between samples, at {rate:g} Hz",))
+    return signals
 
 
 def _refuse_degrees(angle: np.ndarray, unit: str, name: str) -> None:
@@ -267,7 +267,7 @@ def _refuse_degrees(angle: np.ndarray, unit: str, name: str) -> None:
 
 
 def refuse_exchanged(angle: np.ndarray, torque: np.ndarray, name: str, joint: str = "") -> None:
-    """Refuse a torque so small for the angle that each must be in the other's column.
+    """Refuse a torque so small for the angle that the columns must be exchanged.
 
     Parameters
     ----------
@@ -292,7 +292,7 @@ def refuse_exchanged(angle: np.ndarray, torque: np.ndarray, name: str, joint: st
 
 
 def _refuse_saturated(torque: np.ndarray, rate_hz: float, name: str) -> None:
-    """Refuse a torque that stays again and again at its largest or smallest value."""
+    """Refuse a torque that repeatedly stays at its largest or smallest value."""
     for word, value in (("largest", torque.max()), ("smallest", torque.min())):
         runs = [stop - start for start, stop in runs_of(torque == value)]
         long = [run for run in runs if run >= max(3, round(SATURATED_S * rate_hz))]

@@ -1,4 +1,4 @@
-"""From the treadmill's log and the markers, if there are any, to one trial on one clock.
+"""Conversion of the treadmill's log and the markers, if there are any, to one trial on one clock.
 
 Time 0 is the trigger. All signals are repaired, calibrated and aligned here, and the attributes of the
 trial record what was done.
@@ -35,12 +35,12 @@ BELTS = ("left", "right")
 
 @dataclass(frozen=True)
 class TreadmillOptions:
-    """How to ingest a treadmill's recording.
+    """Options for a treadmill's recording.
 
     Attributes
     ----------
     resample_rate_hz : float
-        Rate of the trial, that of the motion capture (Hz).
+        Rate of the trial, set by the motion capture (Hz).
     max_gap_s : float or None
         Longest time for which a marker may be hidden (s); None where there are no markers.
     marker_sampling_hz : float or None
@@ -58,7 +58,7 @@ class TreadmillOptions:
 
 @dataclass(frozen=True)
 class TreadmillSignals:
-    """What a treadmill measured, on the clock of its trial.
+    """Signals measured by a treadmill, on the clock of its trial.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class TreadmillSignals:
     command : ndarray, shape (n,), or None
         Its commanded velocity (m/s), if it was recorded.
     calibrated, moved, derived : tuple of str
-        What was done to forces and moments, to all signals but the velocity, and to the velocity.
+        Processing of forces and moments, of all signals but the velocity, and of the velocity.
     """
 
     belts: tuple[str, ...]
@@ -97,7 +97,7 @@ class MarkerSignals:
     signals : dict of str to Signal
         ``marker_position``, ``marker_position_as_sampled`` (m), ``marker_hidden``.
     hidden_samples : int
-        Number of samples that were filled (-).
+        Number of samples that were filled.
     """
 
     grid: np.ndarray
@@ -261,7 +261,7 @@ def treadmill_trial(
     markers: MarkerSignals | None,
     attributes: dict,
 ) -> Trial:
-    """One trial of what treadmill and markers recorded.
+    """One trial from the signals of treadmill and markers.
 
     Parameters
     ----------
@@ -274,7 +274,7 @@ def treadmill_trial(
     markers : MarkerSignals or None
         Markers (m), if there are any.
     attributes : dict
-        Further facts (units in the keys).
+        Further facts.
 
     Returns
     -------

@@ -15,7 +15,7 @@ PERTURBATIONS = ("platform", "second_perturbation")
 
 @dataclass(frozen=True)
 class PlatformTableOptions:
-    """How to ingest a table of a person on a moving platform.
+    """Options for a table of a person on a moving platform.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ def ingest_platform(
     table : dict of ndarray, shape (n,)
         ``time`` (s), ``platform`` (in ``options.platform_unit``), ``ankle_angle``, ``hip_angle`` (in
         ``options.angle_unit``), ``ankle_torque``, ``hip_torque`` (N·m), and, if there is one,
-        ``second_perturbation`` (any unit).
+        ``second_perturbation``.
     options : PlatformTableOptions
         Rate (Hz), longest gap (s), units and sign.
     duration_s : float
@@ -59,7 +59,7 @@ def ingest_platform(
     Returns
     -------
     Trial
-        ``platform`` (in its unit), ``joint_angle`` (rad) and ``joint_torque`` (N·m, resists the angle) of
+        ``platform``, ``joint_angle`` (rad) and ``joint_torque`` (N·m, resists the angle) of
         ankle and hip, and ``second_perturbation``, if there is one.
 
     Raises

@@ -1,4 +1,4 @@
-"""Whether the signals of a finished trial can be those of the rig that they are said to come from.
+"""Plausibility of the signals of a finished trial for the rig that is said to have recorded them.
 
 Every way into the library ends in a `Trial`, which `plausible_trial` examines: a wrong unit, a dead channel,
 a frozen marker or the file of another trial is refused whatever the format of the files was.
@@ -14,13 +14,13 @@ from tepsipe.ingest.frozen import frozen_stretch
 from tepsipe.ingest.limits import Limits, Rig, source, used_belt
 from tepsipe.io.trial import Trial
 
-# a person's marker that is frozen counts as hidden up to this fraction of the trial, above it stops it (-)
+# a person's frozen marker counts as hidden up to this fraction of the trial; beyond it the trial is refused
 FROZEN_SHARE = 0.5
 
 
 @dataclass(frozen=True)
 class _Kind:
-    """Where a signal's limit is, what it is called, and which file it comes from, the first that there is."""
+    """Limit of a signal, its name in messages, and the files it may come from, the first present."""
 
     limit: str
     what: str
@@ -52,16 +52,16 @@ _KINDS = {
 
 
 def plausible_trial(trial: Trial, limits: Limits, rig: Rig, files: dict[str, str]) -> Trial:
-    """The trial, if its signals can be those of the rig.
+    """Return the trial if its signals are plausible for the rig.
 
     Parameters
     ----------
     trial : Trial
-        Signals as ingest made them (units in the signals).
+        Signals as ingest made them.
     limits : Limits
-        What each kind of signal can be (units in the names).
+        Plausible range of each kind of signal.
     rig : Rig
-        What the trial is said to hold (kg).
+        Stated contents of the trial (kg).
     files : dict of str to str
         Kind of each source file -> its path, for messages.
 
@@ -118,7 +118,7 @@ def _refuse_ranges(trial: Trial, limits: Limits, files: dict[str, str]) -> None:
 
 
 def _refuse_range(trial: Trial, name: str, values: np.ndarray, allowed, key: str, file: str) -> None:
-    """Refuse a signal that is not a number, or beyond what it can be."""
+    """Refuse a signal that is not a number, or outside its range."""
     signal, kind, (low, high) = trial.signals[name], _KINDS[name], allowed
     least, most = float(values.min()), float(values.max())
     if low <= least and most <= high:
@@ -126,11 +126,11 @@ def _refuse_range(trial: Trial, name: str, values: np.ndarray, allowed, key: str
     flat = values.reshape(values.shape[0], -1)
     worst = np.where(np.isfinite(flat), np.maximum(low - flat, flat - high), np.inf)
     k, column = np.unravel_index(int(worst.argmax()), flat.shape)
-    found = float(flat[k, column])
+    value = float(flat[k, column])
     where = _place(trial, signal.axes[1:], values.shape[1:], int(column))
     instant = trial.axes[signal.axes[0]][k]
     raise InputError(
-        f"{file}: expected {kind.what} of {low:g} to {high:g} {signal.unit}, found {found:.4g} "
+        f"{file}: expected {kind.what} of {low:g} to {high:g} {signal.unit}, found {value:.4g} "
         f"{signal.unit}{where} at {instant:.3f} s: {kind.advice}, repair the sample, or change {key} in the "
         "configuration"
     )
@@ -145,7 +145,7 @@ def _place(trial: Trial, axes: tuple[str, ...], shape: tuple[int, ...], column: 
 
 
 def _refuse_jumps(trial: Trial, limits: Limits, files: dict[str, str]) -> None:
-    """Refuse a marker that is faster between two samples than any marker can be."""
+    """Refuse a marker with an impossible speed between two samples."""
     positions = trial.values("marker_position_as_sampled")
     speed = np.sqrt((np.diff(positions, axis=0).astype(float) ** 2).sum(axis=2)) * trial.rate_hz
     k, marker = np.unravel_index(int(speed.argmax()), speed.shape)
@@ -168,10 +168,10 @@ def _refuse_dead_plate(trial: Trial, limits: Limits, rig: Rig, files: dict[str, 
         return
     for name, component, what in (("force", 1, "Fy"), ("force", 2, "Fz"), ("moment", 0, "Mx")):
         values = trial.values(name)[:, belt, component]
-        found = frozen_stretch(values[:, None], trial.rate_hz, limits.frozen_s)
-        if found is None:
+        stretch = frozen_stretch(values[:, None], trial.rate_hz, limits.frozen_s)
+        if stretch is None:
             continue
-        start, stop = found
+        start, stop = stretch
         throughout = stop - start == values.size
         when = "throughout" if throughout else f"from {trial.time[start]:.3f} to {trial.time[stop - 1]:.3f} s"
         unit = trial.signals[name].unit
@@ -192,7 +192,7 @@ def refuse_dead_channels(
     voltages : ndarray, shape (n, channels)
         As recorded (V).
     channels : tuple of str
-        Their names (no unit).
+        Their names.
     calibration : ndarray, shape (components, channels)
         Forces and moments per voltage (N/V, N·m/V).
     name : str
@@ -220,10 +220,10 @@ def _without_frozen_markers(trial: Trial, limits: Limits, rig: Rig, files: dict[
     changed = False
     for k, label in enumerate(trial.axes["marker"].tolist()):
         while True:
-            found = frozen_stretch(positions[:, k], trial.rate_hz, limits.frozen_s, hidden[:, k])
-            if found is None:
+            stretch = frozen_stretch(positions[:, k], trial.rate_hz, limits.frozen_s, hidden[:, k])
+            if stretch is None:
                 break
-            start, stop = found
+            start, stop = stretch
             if not rig.person or stop - start > FROZEN_SHARE * trial.time.size:
                 raise InputError(
                     f"{source(files, 'markers')}: expected the marker {label!r} to move or at least to show "

@@ -1,4 +1,4 @@
-"""What the force plates and channels of a laboratory's recordings are."""
+"""Force plates and channels in a laboratory's recordings."""
 
 from dataclasses import dataclass, field
 from typing import Self
@@ -65,7 +65,7 @@ class LoadCell:
 
 @dataclass(frozen=True)
 class RecordingOptions:
-    """What the plates and channels of a recording are.
+    """Plates and channels of a recording.
 
     Attributes
     ----------
@@ -76,10 +76,10 @@ class RecordingOptions:
     load_cells : dict of str to tuple of LoadCell
         Belt -> its load cells outside the force plates.
     force_sign : int
-        1 if the plates give the force on what stands on them, -1 if they give the force on the plate (-).
+        1 if the plates give the force on what stands on them, -1 if they give the force on the plate.
     reverse_origin : bool
-        Whether the vectors from the plates' own origins to their surfaces were stored in the other direction
-        (-), although their vertical component does not show it.
+        Whether the vectors from the plates' own origins to their surfaces were stored in the other
+        direction, although their vertical component does not show it.
     belt_velocity : ScaledChannel or None
         Velocity of the perturbed belt; None takes it from ``velocity_markers``.
     velocity_markers : tuple of str
@@ -103,7 +103,7 @@ class RecordingOptions:
 
     @classmethod
     def from_settings(cls, recording: dict | None) -> Self:
-        """Options of a study (units in their names); None, of trials of several files, has the defaults."""
+        """Options of a study; None, for trials of several files, gives the defaults."""
         if recording is None:
             return cls()
         return cls(
@@ -123,8 +123,8 @@ class RecordingOptions:
         )
 
 
-def channel_of(recording: Recording, label: str, key: str) -> Channel:
-    """A channel of a recording (in its unit), named by a key of the configuration.
+def named_channel(recording: Recording, label: str, key: str) -> Channel:
+    """A channel of a recording, named by a key of the configuration.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""From treadmill, markers and electromyograms of a standing person to one trial.
+"""Conversion of treadmill, markers and electromyograms of a standing person to one trial.
 
 Time 0 is the trigger on every clock. Forces, belt and markers are on the clock of the motion capture, the
 electromyograms on their recorder's own, at the full rate. A file that holds all of them has one clock, which
@@ -51,7 +51,7 @@ def ingest_standing_files(
     duration_s : float
         Length of the trial by the protocol (s).
     recording : RecordingOptions, optional
-        What the plates and channels of a file that holds a whole trial are.
+        Plates and channels of a file that holds a whole trial.
 
     Returns
     -------
@@ -107,28 +107,28 @@ def with_recorded_emg(trial: Trial, recording: Recording, channels: dict[str, st
             f"{listed(recording.channels)}: name its channels in standing.muscles of the configuration"
         )
         return replace(trial, attributes={**trial.attributes, "no_emg": reason})
-    found = [recording.channels[channels[muscle]] for muscle in muscles]
-    for muscle, channel in zip(muscles, found, strict=True):
+    recorded = [recording.channels[channels[muscle]] for muscle in muscles]
+    for muscle, channel in zip(muscles, recorded, strict=True):
         if channel.unit.strip() not in UV_PER_UNIT:
             raise InputError(
                 f"{name}: expected the channel {channels[muscle]!r} in uV, mV or V, found the unit "
                 f"{quoted(channel.unit)}: set its unit (ANALOG:UNITS) when exporting"
             )
-    rates = {channel.rate_hz for channel in found}
+    rates = {channel.rate_hz for channel in recorded}
     if len(rates) > 1:
-        shown = ", ".join(f"{rate:g}" for rate in sorted(rates))
+        in_hz = ", ".join(f"{rate:g}" for rate in sorted(rates))
         raise InputError(
-            f"{name}: expected one sampling rate for all electromyograms, found {shown} Hz: export them "
+            f"{name}: expected one sampling rate for all electromyograms, found {in_hz} Hz: export them "
             "at one rate"
         )
-    per_unit = [UV_PER_UNIT[channel.unit.strip()] for channel in found]
+    per_unit = [UV_PER_UNIT[channel.unit.strip()] for channel in recorded]
     # without the converter's limits, the extremes of the samples show where they were clipped
-    ends = [c.limits or _extremes(c.values) for c in found]
+    ends = [c.limits or _extremes(c.values) for c in recorded]
     emg = EmgRecording(
-        rate_hz=found[0].rate_hz,
+        rate_hz=recorded[0].rate_hz,
         muscles=muscles,
-        signals=np.column_stack([s * c.values for s, c in zip(per_unit, found, strict=True)]),
-        trigger=np.zeros(found[0].values.size),
+        signals=np.column_stack([s * c.values for s, c in zip(per_unit, recorded, strict=True)]),
+        trigger=np.zeros(recorded[0].values.size),
         limits=np.array([np.multiply(s, both) for s, both in zip(per_unit, ends, strict=True)]),
         missing=tuple(muscle for muscle in channels if muscle not in muscles),
     )
@@ -138,8 +138,8 @@ def with_recorded_emg(trial: Trial, recording: Recording, channels: dict[str, st
 
 def _extremes(x: np.ndarray) -> tuple[float, float]:
     """Smallest and largest sample (unit of ``x``)."""
-    there = x[np.isfinite(x)]
-    return (float(there.min()), float(there.max())) if there.size else (0.0, 0.0)
+    finite = x[np.isfinite(x)]
+    return (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
 
 
 def with_emg(
@@ -184,7 +184,7 @@ def with_emg(
 
 
 def _multiple(rate_hz: float, of_hz: float) -> float:
-    """The rate (Hz) if it is a multiple of another one, the next lower multiple if it is not."""
+    """The rate (Hz) if it is a multiple of ``of_hz``; else the next lower multiple."""
     nearest = round(rate_hz / of_hz) * of_hz
     if rate_hz < of_hz or abs(nearest - rate_hz) <= 1e-6 * rate_hz:
         return rate_hz

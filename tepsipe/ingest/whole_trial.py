@@ -1,4 +1,4 @@
-"""From one recording that holds a whole trial to one trial on one clock.
+"""Conversion of one recording of a whole trial to one trial on one clock.
 
 Markers, force plates and analog channels share their clock, so no trigger is needed: time 0 is the first
 frame, or the edge of a trigger channel where one is named. Positions, forces and moments are turned to the
@@ -29,7 +29,7 @@ from tepsipe.ingest.recording_options import (
     DIRECTIONS,
     RecordingOptions,
     ScaledChannel,
-    channel_of,
+    named_channel,
 )
 from tepsipe.io.readers.c3d import Markers, select_markers
 from tepsipe.io.readers.recording import ForcePlate, Recording
@@ -71,7 +71,7 @@ def ingest_files(
     options : TreadmillOptions
         Rates (Hz), longest gap (s), trigger (V).
     recording : RecordingOptions
-        What the plates and channels of a file that holds all are.
+        Plates and channels of a file that holds a whole trial.
     duration_s : float
         Length of the trial by the protocol (s).
 
@@ -110,7 +110,7 @@ def ingest_recording(
     options : TreadmillOptions
         Rates (Hz), longest gap (s), trigger (V).
     use : RecordingOptions
-        What plates and channels are.
+        Plates and channels.
     duration_s : float
         Length of the trial by the protocol (s).
     bridge_long_gaps : bool
@@ -129,7 +129,7 @@ def ingest_recording(
         where the markers are, the trigger does not rise, or the recording is too short.
     """
     name, rate = recording.name, options.resample_rate_hz
-    plates = _plates_of(recording, use)
+    plates = _belt_plates(recording, use)
     axes = _axes(use, name)
     origin = _origin(plates, axes)
     sources = _sources(recording, use, plates)
@@ -191,7 +191,7 @@ def _has(use: RecordingOptions, belt: str) -> bool:
     return bool(use.plates.get(belt) or use.load_cells.get(belt))
 
 
-def _plates_of(recording: Recording, use: RecordingOptions) -> dict[int, ForcePlate]:
+def _belt_plates(recording: Recording, use: RecordingOptions) -> dict[int, ForcePlate]:
     """Number -> force plate that carries a belt."""
     key = "plate_treadmill.recording.plates"
     if not any(_has(use, belt) for belt in ("left", "right")):
@@ -199,7 +199,7 @@ def _plates_of(recording: Recording, use: RecordingOptions) -> dict[int, ForcePl
             f"{recording.name}: expected the number of a force plate for a belt, found none, and no load "
             f"cells: set {key} in the configuration (the file has {len(recording.plates)} force plates)"
         )
-    found = {}
+    plates = {}
     for number in dict.fromkeys(n for numbers in use.plates.values() for n in numbers):
         if not 1 <= number <= len(recording.plates):
             raise InputError(
@@ -222,12 +222,12 @@ def _plates_of(recording: Recording, use: RecordingOptions) -> dict[int, ForcePl
             )
         if use.reverse_origin and plate.origin is not None:
             plate = replace(plate, moment=plate.moment + 2.0 * np.cross(plate.origin, plate.force))
-        found[number] = plate
-    return found
+        plates[number] = plate
+    return plates
 
 
 def _axes(use: RecordingOptions, name: str) -> np.ndarray:
-    """Rows: the study's x, y and z in the axes of the file (-)."""
+    """Rows: the study's x, y and z in the axes of the file."""
     forward, up = DIRECTIONS[use.forward], DIRECTIONS[use.up]
     if forward @ up:
         raise InputError(
@@ -246,7 +246,7 @@ def _origin(plates: dict[int, ForcePlate], axes: np.ndarray) -> np.ndarray:
 def _sources(
     recording: Recording, use: RecordingOptions, plates: dict[int, ForcePlate]
 ) -> list[tuple[int, float]]:
-    """Number of samples and rate (Hz) of everything that the trial takes, but markers."""
+    """Number of samples and rate (Hz) of all signals of the trial, except markers."""
     labels = {cell.channel: "load_cells" for cells in use.load_cells.values() for cell in cells}
     named = {"belt_velocity": use.belt_velocity, "belt_command": use.belt_command}
     labels |= {channel.channel: f"{key}.channel" for key, channel in named.items() if channel is not None}
@@ -259,7 +259,7 @@ def _sources(
             "the configuration"
         )
     channels = [
-        channel_of(recording, label, f"plate_treadmill.recording.{key}") for label, key in labels.items()
+        named_channel(recording, label, f"plate_treadmill.recording.{key}") for label, key in labels.items()
     ]
     return [(plate.force.shape[0], plate.rate_hz) for plate in plates.values()] + [
         (channel.values.size, channel.rate_hz) for channel in channels
@@ -284,7 +284,7 @@ def _span(
     last_s = min((n - 1) / rate_hz for n, rate_hz in sources)
     if use.trigger is None:
         return 0.0, 0.0, last_s
-    line = channel_of(recording, use.trigger, "plate_treadmill.recording.trigger")
+    line = named_channel(recording, use.trigger, "plate_treadmill.recording.trigger")
     edge = rising_edge(line.values, options.trigger_threshold_V, f"{recording.name}, channel {use.trigger!r}")
     # the trigger rose between the sample before the edge and the edge: half a sample on average
     start_s = (edge - 0.5) / line.rate_hz
@@ -380,7 +380,7 @@ def _wrench(recording, use, plates, axes, origin, on_grid) -> tuple[np.ndarray, 
             for plate in (plates[number] for number in use.plates.get(belt, ()))
         ]
         for cell in use.load_cells.get(belt, ()):
-            channel = channel_of(recording, cell.channel, "plate_treadmill.recording.load_cells")
+            channel = named_channel(recording, cell.channel, "plate_treadmill.recording.load_cells")
             along = DIRECTIONS[cell.direction]
             unit = np.concatenate([along, np.cross(cell.position_m, along)])
             parts.append(np.outer(cell.newton_per_unit * on_grid(channel.values, channel.rate_hz), unit))
@@ -404,7 +404,7 @@ def _refuse_wrong_sign(force: np.ndarray, name: str) -> None:
 
 def _velocity(recording: Recording, scaled: ScaledChannel) -> tuple[np.ndarray, float]:
     """Velocity (m/s) in a channel, and its rate (Hz)."""
-    channel = channel_of(recording, scaled.channel, "plate_treadmill.recording.belt_velocity.channel")
+    channel = named_channel(recording, scaled.channel, "plate_treadmill.recording.belt_velocity.channel")
     per_unit = scaled.m_per_s_per_unit
     if per_unit is None:
         per_unit = M_PER_S.get(channel.unit.strip())
@@ -431,7 +431,7 @@ def _velocity_of_markers(
     band = min(MARKER_BAND_HZ, BAND_PER_RATE * rate_hz)
     smooth = resample(markers.grid, along, markers.grid, band, rate_hz)
     velocity = derivative(markers.grid, smooth)
-    # where the filter sees the end of the trial, the noise of one sample tilts the whole end
+    # where the filter reaches an end of the trial, the noise of one sample would tilt the whole end
     held = min(int(np.ceil(FILTER_PERIODS * rate_hz / band)), velocity.size // 4)
     velocity[:held], velocity[-held:] = velocity[held], velocity[-held - 1]
     done = (

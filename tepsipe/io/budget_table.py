@@ -10,7 +10,7 @@ SCATTER = "scatter"  # the source of Type A
 
 @dataclass(frozen=True)
 class Contribution:
-    """What one source contributes to the uncertainty of one estimate.
+    """Contribution of one source to the uncertainty of one estimate.
 
     Attributes
     ----------

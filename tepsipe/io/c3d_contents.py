@@ -26,7 +26,7 @@ def c3d_contents(path: Path) -> Contents:
     InputError
         If the file is missing, truncated or not C3D.
     """
-    from tepsipe.io.readers.c3d import labels_of, open_c3d
+    from tepsipe.io.readers.c3d import group_labels, open_c3d
 
     file = open_c3d(path)
     parameters, data = file["parameters"], file["data"]
@@ -38,7 +38,7 @@ def c3d_contents(path: Path) -> Contents:
     point_rate, analog_rate = (float((values(g, "RATE") or [0.0])[0]) or None for g in ("POINT", "ANALOG"))
     points = data["points"][:3].transpose(2, 1, 0).copy()
     points[data["meta_points"]["residuals"][0].T < 0.0] = np.nan
-    labels = labels_of(file, "POINT")[: points.shape[1]]
+    labels = group_labels(file, "POINT")[: points.shape[1]]
     others = {
         str(label).strip(): "".join(map(str, values("POINT", unit)[:1])).strip()
         for name, unit in NO_POSITIONS.items()
@@ -49,7 +49,7 @@ def c3d_contents(path: Path) -> Contents:
         for k, label in enumerate(labels)
     ]
     analogs, units = data["analogs"][0], values("ANALOG", "UNITS")
-    for k, label in enumerate(labels_of(file, "ANALOG")[: analogs.shape[0]]):
+    for k, label in enumerate(group_labels(file, "ANALOG")[: analogs.shape[0]]):
         unit = str(units[k]).strip() if k < len(units) else ""
         channels.append(Channel.of(label, unit, analog_rate, analogs[k]))
     facts = {"frames": str(points.shape[0])}

@@ -12,7 +12,7 @@ from tepsipe.io.readers import file_kind
 from tepsipe.io.readers.file_kind import ending_of, kind_of
 
 TABLES = (".csv", ".tsv", ".txt")
-# what the content says goes before the name
+# the content takes precedence over the name
 READ_AS = {
     file_kind.C3D: ".c3d",
     file_kind.EDF_FILE: ".edf",
@@ -35,7 +35,7 @@ def contents_of(path: str | Path) -> Contents:
     Parameters
     ----------
     path : str or Path
-        The file; its content says what it is and, where that does not, the ending of its name.
+        The file; its kind follows from its content or, failing that, from the ending of its name.
 
     Returns
     -------
@@ -62,7 +62,7 @@ def contents_of(path: str | Path) -> Contents:
         **dict.fromkeys(TABLES, _of_table),
     }
     kind, ending = kind_of(path), ending_of(path)
-    # MATLAB 7.3 as other programs write it is plain HDF5
+    # MATLAB 7.3 files written by other programs are plain HDF5
     if not (kind == file_kind.HDF5_FILE and ending == ".mat"):
         ending = READ_AS.get(kind) or ending
     if ending not in readers:
@@ -73,8 +73,8 @@ def contents_of(path: str | Path) -> Contents:
     return readers[ending](path)
 
 
-def delimiter_of(header: str) -> str:
-    """Character between the columns of a table with this header (no unit): tab, semicolon or comma."""
+def commonest_delimiter(header: str) -> str:
+    """Character between the columns of a table with this header: tab, semicolon or comma."""
     return max("\t;,", key=header.count)
 
 
@@ -88,20 +88,20 @@ def unit_in(name: str) -> str:
 
 
 def table_columns(path: Path) -> tuple[list[str], str]:
-    """Names of a text table's columns, and the character between them (no unit).
+    """Names of a text table's columns, and the character between them.
 
     Raises
     ------
     InputError
         If the file is no text table with a header.
     """
-    from tepsipe.io.readers.plain_table import fields_of
+    from tepsipe.io.readers.plain_table import column_names
     from tepsipe.io.readers.text_file import read_text
 
     text = read_text(path, "a table of samples")
     header = text.partition("\n")[0].rstrip("\r")
-    delimiter = delimiter_of(header)
-    names = fields_of(header, delimiter)
+    delimiter = commonest_delimiter(header)
+    names = column_names(header, delimiter)
     numbers = sum(bool(re.fullmatch(r"[-+]?[\d.]+(e[-+]?\d+)?", name, re.IGNORECASE)) for name in names)
     if len(names) < 2 or numbers > len(names) // 2:
         raise InputError(

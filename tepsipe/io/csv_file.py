@@ -7,7 +7,7 @@ from typing import Any
 
 
 def write_cells(path: str | Path, names: Sequence[str], rows: Iterable[Iterable]) -> None:
-    """Write values (any unit) below the names of their columns."""
+    """Write values below the names of their columns."""
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(names)
@@ -15,7 +15,7 @@ def write_cells(path: str | Path, names: Sequence[str], rows: Iterable[Iterable]
 
 
 def write_records(path: str | Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write rows (any unit); the columns are the keys of the first one."""
+    """Write rows; the columns are the keys of the first one."""
     write_cells(path, list(rows[0]), ([row[name] for name in rows[0]] for row in rows))
 
 

@@ -18,13 +18,13 @@ class Channel:
     rate_hz : float or None
         Sampling rate (Hz); None where the file gives none.
     shape : tuple of int
-        Samples, and further axes (-).
+        Samples, and further axes.
     missing : int
-        Number of instants with missing samples (-).
+        Number of instants with missing samples.
     low, high : float
         Smallest and largest value (``unit``); NaN where there are no numbers.
     longest_gap : int
-        Length of the longest run of instants with missing samples (-).
+        Length of the longest run of instants with missing samples.
     values : ndarray, or None
         The samples (``unit``), shape ``shape``; None if there are no numbers.
     """
@@ -45,9 +45,9 @@ class Channel:
         values = np.asarray(values)
         if values.dtype.kind not in "fiub" or not values.size:
             return cls(name, unit, rate_hz, values.shape, 0, np.nan, np.nan, 0, None)
-        there = np.isfinite(values)
-        low, high = (float(f(values[there])) if there.any() else np.nan for f in (np.min, np.max))
-        gaps = ~there.reshape(values.shape[0], -1).all(axis=1) if values.ndim else ~there.reshape(1)
+        finite = np.isfinite(values)
+        low, high = (float(f(values[finite])) if finite.any() else np.nan for f in (np.min, np.max))
+        gaps = ~finite.reshape(values.shape[0], -1).all(axis=1) if values.ndim else ~finite.reshape(1)
         edges = np.flatnonzero(np.diff(np.concatenate(([False], gaps, [False]))))
         longest = int(np.diff(edges)[::2].max(initial=0))
         return cls(name, unit, rate_hz, values.shape, int(gaps.sum()), low, high, longest, values)
@@ -81,7 +81,7 @@ class Contents:
     events : tuple of (str, float)
         Label and time (s) of each event, in the order of time.
     vertical : int
-        Vertical axis of the positions (-): 2 for z.
+        Vertical axis of the positions: 2 for z.
     """
 
     kind: str
@@ -93,7 +93,7 @@ class Contents:
     vertical: int = 2
 
     def summary(self) -> str:
-        """The contents as text, one line per channel (units there)."""
+        """The contents as text, one line per channel."""
         lines = [self.kind, *(f"{key}: {value}" for key, value in self.facts.items()), ""]
         rows = [("channel", "unit", "rate (Hz)", "shape", "missing", "smallest", "largest")]
         rows += [
@@ -109,7 +109,7 @@ class Contents:
         ]
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         for row in rows:
-            left = "  ".join(cell.ljust(w) for cell, w in zip(row[:2], widths[:2], strict=True))
+            label = "  ".join(cell.ljust(w) for cell, w in zip(row[:2], widths[:2], strict=True))
             right = "  ".join(cell.rjust(w) for cell, w in zip(row[2:], widths[2:], strict=True))
-            lines.append(f"{left}  {right}")
+            lines.append(f"{label}  {right}")
         return "\n".join(lines)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from tepsipe.io.tables import Table, Undefinable
 
-# flag -> what it says about an estimate, and what to look at
+# flag -> its meaning for an estimate, and what to check
 FLAGS = {
     "at-bound": "a parameter lies at a bound of its search: widen the bound, or check units and signs",
     "assumed": "the record does not determine the value, which is assumed: see the rows of its range",
@@ -54,7 +54,7 @@ FLAGS = {
 UNCERTAINTIES = ("standard_error", "ci_low", "ci_high", "sem_as_printed", "u_type_a", "u_type_b")
 # quantities of which one estimate per trial is recommended
 QUOTED = ("I", "B", "K", "mass")
-# a VAF below this belongs to a prediction that grows without limit (%)
+# a VAF below this belongs to a diverging prediction (%)
 DIVERGED_VAF = -1e6
 
 
@@ -67,7 +67,7 @@ class Estimate:
     experiment, condition : str
         The trial.
     pathway, estimator : str
-        How the torque was computed, and how the parameters were estimated.
+        Method of computing the torque, and of estimating the parameters.
     quantity, unit : str
         For example I in Nms2/rad, or VAF_trial in %.
     value : float
@@ -77,14 +77,14 @@ class Estimate:
     sem_as_printed : float or None
         Thesis eq (3-2) as printed; None where there is none.
     n_perturbations : int or None
-        Number of perturbations behind the value (-).
+        Number of perturbations behind the value.
     u_type_a, u_type_b : float or None
         Standard uncertainties from the trial's own scatter and from everything else (``unit``); None where
         they were not evaluated. Their root sum of squares is ``standard_error``.
     recommended : bool
-        Whether this is the estimate of its quantity to quote (-).
+        Whether this is the estimate of its quantity to quote.
     flags : str
-        Names of the checks in `FLAGS` that the estimate failed, joined by ``;`` (no unit).
+        Names of the checks in `FLAGS` that the estimate failed, joined by ``;``.
     """
 
     experiment: str
@@ -106,7 +106,7 @@ class Estimate:
 
 
 def flagged(estimates: Iterable[Estimate], *flags: str) -> list[Estimate]:
-    """Estimates (units in them) with further flags, names in `FLAGS`; none is repeated."""
+    """Estimates with further flags, names in `FLAGS`; none is repeated."""
     return [
         replace(e, flags=";".join(dict.fromkeys([*filter(None, e.flags.split(";")), *flags])))
         for e in estimates
@@ -114,7 +114,7 @@ def flagged(estimates: Iterable[Estimate], *flags: str) -> list[Estimate]:
 
 
 def recommended(estimates: Iterable[Estimate], pathway: str, estimator: str | None = None) -> list[Estimate]:
-    """Estimates, those to quote marked (units in them).
+    """Mark the estimates to quote.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def recommended(estimates: Iterable[Estimate], pathway: str, estimator: str | No
     Returns
     -------
     list of Estimate
-        Marked are those of `QUOTED` of this pathway and estimator, and no others.
+        Rows of this pathway and estimator with a quantity of `QUOTED` are marked, and no others.
     """
     return [
         replace(
@@ -142,9 +142,9 @@ def recommended(estimates: Iterable[Estimate], pathway: str, estimator: str | No
 def _flagged_where_undefined(estimate: Estimate) -> Estimate:
     """The estimate with the flags that its numbers require, None for an uncertainty that is NaN.
 
-    A value that is not finite has the flag ``undefined``, unless the quantity is ``not-identified``; an
-    uncertainty that is not a number ``no-interval``; a VAF of a prediction that grows without limit
-    ``diverged``. A standard error of a row without Type A and B is that of Type A.
+    A value that is not finite gets the flag ``undefined``, unless the quantity is ``not-identified``. An
+    uncertainty that is not a number gets ``no-interval``, and the VAF of a diverging prediction ``diverged``.
+    A standard error of a row without Type A and B is of Type A.
     """
     if estimate.standard_error is not None and estimate.u_type_a is None and estimate.u_type_b is None:
         estimate = replace(estimate, u_type_a=estimate.standard_error)

@@ -9,7 +9,7 @@ import numpy as np
 from tepsipe.errors import InputError, quoted
 from tepsipe.io.readers.guarded import guarded
 
-# a smaller array (bytes) would grow by what compression needs itself
+# compression would enlarge an array smaller than this (bytes)
 LARGE_BYTES = 4096
 
 
@@ -25,10 +25,10 @@ def read_hdf5(
     read: Callable,
     path: str | Path,
     expected: str,
-    found: str = "one that cannot be read",
+    actual: str = "one that cannot be read",
     advice: str = "make it again",
 ):
-    """What ``read`` returns for an HDF5 file, in a child process with limits (`guarded`).
+    """Read an HDF5 file with ``read``, in a child process with limits (`guarded`).
 
     Parameters
     ----------
@@ -36,13 +36,13 @@ def read_hdf5(
         Takes the path; its result can be pickled.
     path : str or Path
         The file.
-    expected, found, advice : str
+    expected, actual, advice : str
         Parts of the message: what the file should be, what one is that cannot be read, what to do about it.
 
     Returns
     -------
     object
-        The function's result (units there).
+        The function's result.
 
     Raises
     ------
@@ -54,4 +54,6 @@ def read_hdf5(
     except InputError:
         raise
     except Exception as error:  # h5py raises many kinds on damaged files
-        raise InputError(f"{path}: expected {expected}, found {found} ({quoted(error)}): {advice}") from error
+        raise InputError(
+            f"{path}: expected {expected}, found {actual} ({quoted(error)}): {advice}"
+        ) from error

@@ -25,13 +25,13 @@ def export_mat(content: Trial | Result, path: str | Path) -> None:
     """Write a trial or a result as MATLAB variables.
 
     Groups become structures, text becomes cells. Characters that MATLAB does not allow become underscores
-    (``leg-thesis`` becomes ``leg_thesis``, ``10 Hz`` becomes ``x10_Hz``). The structure ``units`` has the
-    names of the variables and holds their units; ``axes`` of a trial names the axes of each signal.
+    (``leg-thesis`` becomes ``leg_thesis``, ``10 Hz`` becomes ``x10_Hz``). The structure ``units`` gives the
+    unit of each variable; ``axes`` of a trial names the axes of each signal.
 
     Parameters
     ----------
     content : Trial or Result
-        What `tepsipe.io.stored.read_stored` returns (units in it).
+        Trial or result, as `tepsipe.io.stored.read_stored` returns it.
     path : str or Path
         File to write.
     """
@@ -42,7 +42,7 @@ def export_mat(content: Trial | Result, path: str | Path) -> None:
 
 
 def valid_name(name: str, taken: Iterable[str] = ()) -> str:
-    """A name that MATLAB accepts for a variable or a field (no unit), and that is not taken.
+    """Unused name that MATLAB accepts for a variable or a field.
 
     Parameters
     ----------
@@ -55,11 +55,11 @@ def valid_name(name: str, taken: Iterable[str] = ()) -> str:
     if not valid[0].isalpha() or valid in RESERVED:
         valid = f"x{valid}"
     valid = valid[:LONGEST]
-    found, number, used = valid, 1, set(taken)
-    while found in used:
+    candidate, number, used = valid, 1, set(taken)
+    while candidate in used:
         number += 1
-        found = f"{valid[: LONGEST - len(str(number)) - 1]}_{number}"
-    return found
+        candidate = f"{valid[: LONGEST - len(str(number)) - 1]}_{number}"
+    return candidate
 
 
 def _of_trial(trial: Trial) -> dict:
@@ -102,10 +102,10 @@ def _of_result(result: Result) -> dict:
 
 def _structure(facts: dict) -> dict:
     """Facts as a structure: dicts as structures, lists of numbers as arrays, other lists as cells."""
-    found: dict = {}
+    fields: dict = {}
     for name, value in facts.items():
-        found[valid_name(str(name), found)] = _value(value)
-    return found
+        fields[valid_name(str(name), fields)] = _value(value)
+    return fields
 
 
 def _value(value):

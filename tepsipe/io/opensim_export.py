@@ -4,7 +4,7 @@ Both begin with a name, ``version=1``, ``nRows``, ``nColumns``, ``inDegrees`` an
 the names of the columns, the first of which is ``time``, and the rows (OpenSim's documentation, "Storage
 (.sto) files" and "Motion (.mot) files"). An angle has the name of a coordinate of the model, its torque the
 same name with ``_moment``, as in the output of inverse dynamics. OpenSim's axes are x forward, y up and z
-to the right, those of the study x to the right, y forward and z up.
+to the right, the study's x to the right, y forward and z up.
 """
 
 from dataclasses import dataclass
@@ -17,11 +17,11 @@ from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 
 COORDINATE = "ankle_angle_r"
-# what a pathway is looked for by, the first that is there
+# names by which a pathway is searched; the first one present is used
 PREFERRED = ("leg", "foot-compensated", "foot")
 # study's x, y, z -> OpenSim's x, y, z
 TO_OPENSIM = [1, 2, 0]
-# below this vertical force (N) there is no centre of pressure: the moment is that about the origin
+# below this vertical force (N) there is no centre of pressure: the moment is taken about the origin
 LEAST_LOAD_N = 20.0
 RADIANS = {"rad": 1.0, "deg": np.pi / 180.0}
 
@@ -77,7 +77,7 @@ def motion_of(
     Parameters
     ----------
     content : Trial or Result
-        What `tepsipe.io.stored.read_stored` returns (units in it).
+        Trial or result, as `tepsipe.io.stored.read_stored` returns it.
     name : str
         Name of the motion, and of the source in messages.
     trial : Trial, optional
@@ -105,15 +105,15 @@ def motion_of(
             return Storage(name, content.time, {coordinate: degrees}, True)
         if "force" in content.signals and "moment" in content.signals:
             return Storage(name, content.time, _ground_reactions(content), True)
-        found = content.signals
+        names = content.signals
     else:
         angle = _angle(content, pathway, name)
         if angle is not None:
             time = _time(content, trial, angle.size, name)
             return Storage(name, time, {coordinate: np.degrees(angle)}, True)
-        found = content.arrays
+        names = content.arrays
     raise InputError(
-        f"{name}: expected an angle or forces of force plates, found {listed(found)}: export a trial, or the "
+        f"{name}: expected an angle or forces of force plates, found {listed(names)}: export a trial, or the "
         "fit of a wristalyzer, dummy or position manipulator"
     )
 
@@ -145,14 +145,14 @@ def torque_of(
     if isinstance(content, Trial):
         torque = content.optional("torque")
         time = content.time
-        found = content.signals
+        names = content.signals
     else:
         torque = _torque(content, pathway, name)
         time = None if torque is None else _time(content, trial, torque.size, name)
-        found = content.arrays
+        names = content.arrays
     if torque is None:
         raise InputError(
-            f"{name}: expected a torque, found {listed(found)}: export the fit of a dummy or wristalyzer, "
+            f"{name}: expected a torque, found {listed(names)}: export the fit of a dummy or wristalyzer, "
             "the epochs of a person, or a trial of a manipulator"
         )
     return Storage(name, time, {f"{coordinate}_moment": torque}, False)
@@ -160,11 +160,13 @@ def torque_of(
 
 def _pathway(result: Result, wanted: str | None, name: str) -> str | None:
     """The pathway to be exported, None if the result has none."""
-    there = [key.removesuffix("/torque") for key in result.arrays if key.count("/") == 1]
-    there = [key for key in dict.fromkeys(there) if f"{key}/torque" in result.arrays]
-    if wanted is not None and wanted not in there:
-        raise InputError(f"{name}: expected the pathway {wanted!r}, found {listed(there)}: name one of these")
-    return wanted or next((key for key in (*PREFERRED, *there) if key in there), None)
+    available = [key.removesuffix("/torque") for key in result.arrays if key.count("/") == 1]
+    available = [key for key in dict.fromkeys(available) if f"{key}/torque" in result.arrays]
+    if wanted is not None and wanted not in available:
+        raise InputError(
+            f"{name}: expected the pathway {wanted!r}, found {listed(available)}: name one of these"
+        )
+    return wanted or next((key for key in (*PREFERRED, *available) if key in available), None)
 
 
 def _angle(result: Result, wanted: str | None, name: str) -> np.ndarray | None:
@@ -192,8 +194,8 @@ def _first(result: Result, names: tuple[str, ...]) -> np.ndarray | None:
 def _time(result: Result, trial: Trial | None, samples: int, name: str) -> np.ndarray:
     """Instants of a result's samples (s)."""
     if trial is None:
-        there = [_first(result, (key,)) for key in ("time", "processed/time")]
-        time = next((x for x in there if x is not None and x.size == samples), None)
+        candidates = [_first(result, (key,)) for key in ("time", "processed/time")]
+        time = next((x for x in candidates if x is not None and x.size == samples), None)
     else:
         time = trial.time
     if time is None and "rate_hz" in result.facts:

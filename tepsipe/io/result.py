@@ -22,7 +22,7 @@ class Result:
     units : dict of str to str
         Name -> unit.
     facts : dict
-        Anything that JSON can represent (units in the keys).
+        Anything that JSON can represent.
     """
 
     arrays: dict[str, np.ndarray]
@@ -49,7 +49,7 @@ def write_result(path: str | Path, result: Result) -> None:
 
 
 def joined(*results: Result) -> Result:
-    """One result with the arrays (their units) and facts of several, of which none has a name of another."""
+    """One result with the arrays and facts of several results that share no name."""
     return Result(
         {name: x for result in results for name, x in result.arrays.items()},
         {name: unit for result in results for name, unit in result.units.items()},
@@ -80,7 +80,7 @@ def _read(path: str | Path) -> Result:
 
 
 def _datasets(group: h5py.Group, before: str = "") -> Iterator[tuple[str, h5py.Dataset]]:
-    """All names of datasets, also where one dataset has several."""
+    """Names and datasets, including all names of one dataset."""
     for name in group:
         if not isinstance(name, str):
             raise ValueError(f"a name {name!r} that is no text")

@@ -25,7 +25,7 @@ def read_stored(path: str | Path) -> Trial | Result:
         _is_trial,
         path,
         expected="an HDF5 file of the study (trials/ or fits/)",
-        found="another kind or a damaged one",
+        actual="another kind or a damaged one",
         advice="correct its path or make it again",
     )
     return read_trial(path) if is_trial else read_result(path)

@@ -75,8 +75,8 @@ class Table(Generic[Row]):
         for number, row in enumerate(rows):
             row = row if self.complete is None else self.complete(row)
             values = ((name, getattr(row, name)) for name in names)
-            own = [None if name in blank and not math.isfinite(x) else x for name, x in values]
-            cells.append([*own, *(column[number] for column in further.values())])
+            cells_of_row = [None if name in blank and not math.isfinite(x) else x for name, x in values]
+            cells.append([*cells_of_row, *(column[number] for column in further.values())])
         write_cells(path, [*names, *further], cells)
 
     def read(self, *paths: str | Path) -> list[Row]:

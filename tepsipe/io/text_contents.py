@@ -53,9 +53,9 @@ def emg_table_contents(path: Path) -> Contents:
     """
     from tepsipe.io.readers.emg_table import read_emg_channels
 
-    found = read_emg_channels(path)
-    channels = [Channel.of(label, c.unit, c.rate_hz, c.values) for label, c in found.items()]
-    lasts = max((c.values.size / c.rate_hz for c in found.values()), default=0.0)
+    by_label = read_emg_channels(path)
+    channels = [Channel.of(label, c.unit, c.rate_hz, c.values) for label, c in by_label.items()]
+    lasts = max((c.values.size / c.rate_hz for c in by_label.values()), default=0.0)
     return Contents("Delsys export", {"duration": f"{lasts:.6g} s"}, channels)
 
 

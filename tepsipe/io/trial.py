@@ -30,9 +30,9 @@ class Signal:
     axes : tuple of str
         Name of each axis, for example ``("time", "marker", "axis")``; ``("time",)`` if left out.
     meaning : str
-        What it is, in a few words.
+        Meaning of the signal, in a few words.
     processing : tuple of str
-        What was done to it, step by step, with units.
+        Processing steps, with units.
     """
 
     values: np.ndarray
@@ -55,7 +55,7 @@ class Trial:
     signals : dict of str to Signal
         The signals (each with its unit).
     attributes : dict
-        Further facts, for example how many samples were repaired (units in the keys).
+        Further facts, for example how many samples were repaired.
     """
 
     rate_hz: float
@@ -89,7 +89,7 @@ class Trial:
 
 
 def checksum(path: str | Path) -> str:
-    """SHA-256 of a file (hexadecimal digits, no unit)."""
+    """SHA-256 of a file (hexadecimal digits)."""
     with open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
@@ -115,7 +115,7 @@ def write_trial(
     sources : dict of str to path
         Kind of each source file -> the file; their SHA-256 is recorded.
     options : dict
-        Processing options, recorded as they are (units in the keys).
+        Processing options, recorded as they are.
     """
     with h5py.File(path, "w") as file:
         file.attrs["experiment"] = experiment
@@ -204,7 +204,7 @@ def _read(path: str | Path) -> Trial:
 
 
 def read_sources(path: str | Path) -> tuple[str, dict[str, dict[str, str]]]:
-    """Name ``experiment/condition`` of a trial's file, and its sources: kind -> file and SHA-256 (no unit).
+    """Name ``experiment/condition`` of a trial's file, and its sources: kind -> file and SHA-256.
 
     Raises
     ------

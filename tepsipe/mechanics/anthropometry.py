@@ -4,7 +4,7 @@ Source: D. A. Winter (2009), Biomechanics and Motor Control of Human Movement, 4
 Figure 4.1. A foot is 0.0145 of the body's mass; its centre of mass lies half-way between ankle and second
 metatarsal, its radius of gyration is 0.475 of that length, and the length of a foot is 0.152 of the stature.
 The centre of mass of the whole body is at 0.55 of the stature above the floor for women and 0.56 for men. The
-moment of inertia of a standing body about the ankles is that of a uniform rod, J = 4/3 m h^2 (Morasso &
+moment of inertia of a standing body about the ankles equals a uniform rod's, J = 4/3 m h^2 (Morasso &
 Schieppati 1999: 1.32).
 """
 
@@ -77,9 +77,9 @@ def standing_body(
     Parameters
     ----------
     mass_kg, stature_m : float
-        Of the whole body (kg, m).
+        Mass and height of the whole body (kg, m).
     com_height : float
-        Height of its centre of mass above the floor, as a fraction of the stature (-).
+        Height of its centre of mass above the floor, as a fraction of the stature.
     ankle_height_m : float
         Height of the ankles above the floor (m); the centre of mass of the feet is at half of it.
     gravity_m_per_s2 : float

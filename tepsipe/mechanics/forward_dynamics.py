@@ -54,12 +54,12 @@ class ForwardSimulation:
         Joint reaction, force of the leg on the foot (N), as F_Ay and F_Az in eq (3-7): -m y'', -m (g + z'').
     state : {"settles", "grows", "falls"}
         Whether theta passes a quarter turn (falls); if not, whether small swings about upright grow, by
-        negative damping or K < m g r, or settle (-).
+        negative damping or K < m g r, or settle.
     growth_per_s : float
         Rate at which small swings about upright grow once the belt rests (1/s), negative where they die out:
         -B / (2 J) of a leg that swings.
     fell_at_s : float or None
-        When theta passed a quarter turn (s), on the clock of ``time``; None unless the leg falls.
+        Time at which theta passed a quarter turn (s), on the clock of ``time``; None unless the leg falls.
     """
 
     time: np.ndarray
@@ -188,7 +188,7 @@ def simulate_dummy(
 
 
 def _about_the_ankle(leg: Leg, joint: Joint) -> tuple[float, float]:
-    """J (kg·m²) and K - m g r (N·m/rad)."""
+    """Moment of inertia J (kg·m²) and net stiffness K - m g r (N·m/rad) about the ankle."""
     about_ankle = leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2 + joint.inertia_Nms2_per_rad
     upright = joint.stiffness_Nm_per_rad - leg.mass_kg * leg.gravity_m_per_s2 * leg.com_m
     return about_ankle, upright

@@ -77,12 +77,12 @@ def simulate_angle(parameters: np.ndarray, torque: np.ndarray, rate_hz: float) -
     return scipy.signal.lfilter(*_discrete(*map(float, parameters), rate_hz), torque)
 
 
-# a fit asks for the angles to several torques of the same joint, one after the other
+# a fit requests the angles for several torques of the same joint, one after the other
 @lru_cache(maxsize=8)
 def _discrete(
     inertia: float, damping: float, stiffness: float, rate_hz: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Numerator and denominator of the filter that a joint is to torques linear between samples."""
+    """Numerator and denominator of a joint as a filter of torques that are linear between samples."""
     numerator, denominator, _ = scipy.signal.cont2discrete(
         ([1.0], [inertia, damping, stiffness]), 1.0 / rate_hz, method="foh"
     )

@@ -47,7 +47,7 @@ class Leg:
         return cls(**numbers, gravity_m_per_s2=geometry["gravity_m_per_s2"])
 
     def __post_init__(self):
-        """Refuse what no leg can be.
+        """Refuse impossible legs.
 
         Raises
         ------
@@ -109,7 +109,7 @@ def leg_torque_as_printed(
         tau = -F_Ay r cos(theta) - F_Az r sin(theta) - I_l theta''
 
     The equation holds for theta positive towards -y. With theta towards +y, as obtained from the
-    arctangent of two markers, the sign of the translational term is opposite to that of the other two, and
+    arctangent of two markers, the translational term has the opposite sign to the other two, and
     a fit returns I = I_j + 2 I_l, B, and K - 2 m g r. The overall sign is inverted so that I is positive,
     as the thesis reports.
 
@@ -287,7 +287,7 @@ def standing_torque_as_printed(
 
     The units of its terms differ: the centre of pressure is a lever arm of F_z, not of F_y, I_f lacks an
     angular acceleration, and m_f r_Af is the term of the parallel-axis theorem without the square. The
-    lever arm of the horizontal force, the height of the ankle, is missing. The arguments are those of
+    lever arm of the horizontal force, the height of the ankle, is missing. Takes the arguments of
     `standing_torque`.
 
     Returns
@@ -299,14 +299,14 @@ def standing_torque_as_printed(
     y_a, y_f = ankle[:, 0], foot_com[:, 0]
     r_af = np.hypot(*(foot_com - ankle).T)
     y_cop = load.m_x / load.f_z
-    moved = (y_a - y_cop) * load.f_y - (y_a - y_f) * m_f * foot_com_dd[:, 0]
-    return moved - (y_a - y_f) * m_f * gravity_m_per_s2 - feet.inertia_kgm2 + m_f * r_af
+    torque = (y_a - y_cop) * load.f_y - (y_a - y_f) * m_f * foot_com_dd[:, 0]
+    return torque - (y_a - y_f) * m_f * gravity_m_per_s2 - feet.inertia_kgm2 + m_f * r_af
 
 
 def single_joint_torque(
     body: StandingBody, theta: np.ndarray, theta_dd: np.ndarray, ankle_dd: np.ndarray
 ) -> np.ndarray:
-    """Torque of both ankles if the body above them were one rigid body that rotates with the shank.
+    """Torque of both ankles for a body above them that rotates with the shank as one rigid body.
 
     This is `leg_torque` with the body in place of the leg, an inverted pendulum on a moving pivot:
 

@@ -37,7 +37,7 @@ def simulate_joint(
     rest_angle_rad : float
         Angle at which the joint is not bent (rad).
     foot : Foot
-        The foot (kg, m); by default that of the thesis.
+        The foot (kg, m); by default the foot of the thesis.
     engine : {"auto", "pybullet", "mujoco", "equations"}
         Engine of the simulation; ``auto`` takes the first of the others that is installed.
     step_s : float, optional

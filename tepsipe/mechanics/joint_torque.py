@@ -19,7 +19,7 @@ def joint_torque(motion: SegmentMotion, leg: Leg, *, thesis: bool = False) -> np
     leg : Leg
         The leg (kg, m, kg·m²).
     thesis : bool
-        Whether to take the equation as printed, whose stiffness is K - 2 m g r (-).
+        Whether to take the equation as printed, whose stiffness is K - 2 m g r.
 
     Returns
     -------

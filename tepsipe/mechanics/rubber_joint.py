@@ -32,7 +32,7 @@ class RubberJoint:
     softened_damping_Nms_per_rad : float
         B_s, the damping that complete softening adds (N·m·s/rad).
     inertia_Nms2_per_rad : float
-        I, inertia of the joint beyond that of the leg (N·m·s²/rad).
+        I, inertia of the joint beyond the inertia of the leg (N·m·s²/rad).
     """
 
     stiffness_Nm_per_rad: float
@@ -61,7 +61,7 @@ CONSTANTS = tuple(field.name for field in fields(RubberJoint))
 
 
 def _share(bending, half):
-    """Part of the softening that has taken place (-) at a bending (rad)."""
+    """Part of the softening that has taken place at a bending (rad)."""
     return 1.0 / (1.0 + (half / np.maximum(np.abs(bending), 1e-12)) ** 2)
 
 
@@ -97,7 +97,7 @@ def swing(leg: Leg, joints: list[RubberJoint], foot_acceleration: np.ndarray, st
     half_squared = half**2
     add, subtract, multiply, divide, sin, cos = np.add, np.subtract, np.multiply, np.divide, np.sin, np.cos
     share, moment, part = np.empty((3, half.size))
-    # factors as arrays, too: a number would be converted every time
+    # factors as arrays as well: a number would be converted every time
     one, two, softening, h, halved, sixth = (
         np.full(half.size, x) for x in (1.0, 2.0, SOFTENING, step_s, 0.5 * step_s, step_s / 6.0)
     )
@@ -116,7 +116,7 @@ def swing(leg: Leg, joints: list[RubberJoint], foot_acceleration: np.ndarray, st
 
     pushes = coupling * np.tile(foot_acceleration.T, (1, len(joints)))
     steps = (pushes.shape[0] - 1) // 2
-    theta, rate, moved, r2, r3, r4, a1, a2, a3, a4 = np.zeros((10, half.size))
+    theta, rate, rate_half, r2, r3, r4, a1, a2, a3, a4 = np.zeros((10, half.size))
     path = np.zeros((steps + 1, half.size))
 
     def onwards(x, by, slope, out):
@@ -124,20 +124,20 @@ def swing(leg: Leg, joints: list[RubberJoint], foot_acceleration: np.ndarray, st
 
     def whole_step(x, first, second, third, fourth):
         """Add h / 6 (first + 2 second + 2 third + fourth) to x."""
-        add(first, multiply(two, second, part), moved)
-        add(moved, multiply(two, third, part), moved)
-        add(moved, fourth, moved)
-        add(x, multiply(sixth, moved, moved), x)
+        add(first, multiply(two, second, part), rate_half)
+        add(rate_half, multiply(two, third, part), rate_half)
+        add(rate_half, fourth, rate_half)
+        add(x, multiply(sixth, rate_half, rate_half), x)
 
     for k in range(steps):
         start, middle, end = pushes[2 * k : 2 * k + 3]
         acceleration(theta, rate, start, a1)
         onwards(rate, halved, a1, r2)
-        acceleration(onwards(theta, halved, rate, moved), r2, middle, a2)
+        acceleration(onwards(theta, halved, rate, rate_half), r2, middle, a2)
         onwards(rate, halved, a2, r3)
-        acceleration(onwards(theta, halved, r2, moved), r3, middle, a3)
+        acceleration(onwards(theta, halved, r2, rate_half), r3, middle, a3)
         onwards(rate, h, a3, r4)
-        acceleration(onwards(theta, h, r3, moved), r4, end, a4)
+        acceleration(onwards(theta, h, r3, rate_half), r4, end, a4)
         whole_step(theta, rate, r2, r3, r4)
         whole_step(rate, a1, a2, a3, a4)
         path[k + 1] = theta

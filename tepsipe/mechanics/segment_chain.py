@@ -59,10 +59,10 @@ class Chain:
         return np.array(self.inertia_kgm2) + m * c**2 + above * length**2, m * c + above * length
 
     def relative_covariance(self, tolerance: float) -> np.ndarray:
-        """Covariance of J and S over their values, shape (2 n, 2 n) (-).
+        """Covariance of J and S over their values, shape (2 n, 2 n).
 
         ``tolerance`` is the relative standard uncertainty of every mass, centre of mass and moment of
-        inertia, which are independent (-). A mass above several segments is part of the constants of each.
+        inertia, which are independent. A mass above several segments is part of the constants of each.
         """
         m, length, c = (np.array(x) for x in (self.mass_kg, self.length_m, self.com_m))
         above = np.triu(np.ones((m.size, m.size)), 1) * m
@@ -73,9 +73,9 @@ class Chain:
         return tolerance**2 * slopes @ slopes.T
 
     def drawn(self, rng: np.random.Generator, tolerance: float) -> "Chain":
-        """A chain whose masses (kg), centres of mass (m) and moments of inertia (kg m²) are off at random.
+        """A chain with random errors of masses (kg), centres of mass (m) and moments of inertia (kg m²).
 
-        ``tolerance`` is their relative standard deviation (-).
+        ``tolerance`` is their relative standard deviation.
         """
 
         def off(values: tuple[float, ...]) -> tuple[float, ...]:
@@ -112,16 +112,16 @@ class LinearChain:
 
     @property
     def inertia(self) -> np.ndarray:
-        """M (kg m²), shape (n, n)."""
+        """Inertia matrix M (kg m²), shape (n, n)."""
         return self.inertia_parts.sum(axis=0)
 
     @property
     def gravity(self) -> np.ndarray:
-        """G (N·m/rad), shape (n, n), negative where gravity makes the posture fall."""
+        """Gravity matrix G (N·m/rad), shape (n, n), negative where gravity makes the posture fall."""
         return self.gravity_parts.sum(axis=0)
 
     def push(self, segment: int, height_m: float) -> np.ndarray:
-        """B (m) of a horizontal force on a segment, counted from 0, at a height (m) above its lower end."""
+        """Vector b (m) of a horizontal force on a segment (from 0), a height (m) above its lower end."""
         levers = np.zeros(self.posture.size)
         levers[:segment] = self.length_m[:segment]
         levers[segment] = height_m
@@ -129,12 +129,12 @@ class LinearChain:
 
 
 def to_segments(n: int) -> np.ndarray:
-    """T of phi = T q for n segments, shape (n, n) (unitless)."""
+    """Matrix T of phi = T q for n segments, shape (n, n)."""
     return np.tril(np.ones((n, n)))
 
 
 def joint_angles(segment_angles: np.ndarray) -> np.ndarray:
-    """q, shape (..., n) (rad), of absolute angles phi of the segments, shape (..., n) (rad)."""
+    """Joint angles q, shape (..., n) (rad), of absolute angles phi of the segments, shape (..., n) (rad)."""
     return np.diff(segment_angles, axis=-1, prepend=0.0)
 
 

@@ -15,7 +15,7 @@ from tepsipe.signals.units import regular_rate, same_length, samples
 
 @dataclass(frozen=True)
 class SegmentMarkers:
-    """Where the markers of a body segment are placed.
+    """Placement of the markers on a body segment.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class SegmentMarkers:
         return cls(tuple(marker["label"] for marker in markers), np.array(layout))
 
     def __post_init__(self):
-        """Refuse a layout that determines no pose.
+        """Refuse a layout that does not determine the pose.
 
         Raises
         ------
@@ -112,15 +112,15 @@ def segment_motion(
     positions : array_like or Signal, shape (n, all markers, 3) or (n, all markers, 2)
         Marker positions x, y, z or y, z (m): y along the belt, z up.
     markers : SegmentMarkers
-        Which of the markers are on the segment, and where (m).
+        Markers on the segment, and their positions (m).
     com_m : float
         Distance of the segment's centre of mass from the joint (m), for example ``leg.com_m``.
     labels : sequence of str, optional
-        Names of all markers, in the order of ``positions``; those of ``markers`` if left out.
+        Names of all markers, in the order of ``positions``; the names in ``markers`` if left out.
     cutoff_hz : float
-        Of the zero-lag Butterworth low-pass (Hz).
+        Cutoff of the zero-lag Butterworth low-pass (Hz).
     order : int
-        Its order, both passes together (-).
+        Its order, both passes together.
 
     Returns
     -------
@@ -173,7 +173,7 @@ def marker_positions(positions: np.ndarray, labels: list[str], markers: SegmentM
 def motion_of_markers(
     time: np.ndarray, filtered: np.ndarray, markers: SegmentMarkers, com_m: float
 ) -> SegmentMotion:
-    """Fit the rigid leg to markers that are filtered already, and differentiate.
+    """Fit the rigid leg to filtered markers, and differentiate.
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ def motion_of_markers(
     filtered : ndarray, shape (n, k, 2)
         y, z of the leg's markers (m).
     markers : SegmentMarkers
-        Where they sit (m).
+        Positions of the markers (m).
     com_m : float
         Distance of the leg's centre of mass from the ankle (m).
 

@@ -1,1 +1,1 @@
-"""From a folder of recordings to a study: trial sheet, configuration, and list of what is missing."""
+"""Creation of a study from a folder of recordings: trial sheet, configuration, and list of missing items."""

@@ -1,4 +1,4 @@
-"""What each file of a folder is, by its content."""
+"""Kind of each file of a folder, by its content."""
 
 import re
 from dataclasses import dataclass
@@ -69,7 +69,7 @@ class Found:
     why: str = ""
 
     def channel(self, name: str) -> Channel:
-        """The channel of that name (its unit)."""
+        """The channel of that name."""
         return next(c for c in self.contents.channels if c.name == name)
 
 
@@ -124,30 +124,30 @@ def _found(path: Path, name: str) -> Found:
 
 
 def columns_by_role(names: list[str]) -> dict[str, str]:
-    """Role of a column, for example time -> its name in the header (no unit); the first that fits."""
-    found: dict[str, str] = {}
+    """Role of a column, for example time -> its name in the header; the first that fits."""
+    by_role: dict[str, str] = {}
     for name in names:
         role = next((r for r, pattern in COLUMNS.items() if re.search(pattern, name, re.IGNORECASE)), None)
         if role is not None:
-            found.setdefault(role, name)
-    return found
+            by_role.setdefault(role, name)
+    return by_role
 
 
 def platform_columns(names: list[str]) -> dict[str, str]:
-    """Role of each column of a person on a moving platform -> its name in the header (no unit).
+    """Role of each column of a person on a moving platform -> its name in the header.
 
     Empty unless time, platform, and angle and torque of ankle and hip are all there.
     """
-    found = {role: name for role, name in columns_by_role(names).items() if role == "time"}
+    by_role = {role: name for role, name in columns_by_role(names).items() if role == "time"}
     for name in names:
         joint = next((j for j, pattern in JOINTS.items() if re.search(pattern, name, re.IGNORECASE)), None)
         # torque first: the name of a torque may also speak of an angle
         what = next((r for r in ("torque", "angle") if re.search(COLUMNS[r], name, re.IGNORECASE)), None)
         if joint and what:
-            found.setdefault(f"{joint}_{what}", name)
+            by_role.setdefault(f"{joint}_{what}", name)
         elif not joint and re.search(PLATFORM, name, re.IGNORECASE):
-            found.setdefault("platform", name)
-    return found if len(found) == 2 + 2 * len(JOINTS) else {}
+            by_role.setdefault("platform", name)
+    return by_role if len(by_role) == 2 + 2 * len(JOINTS) else {}
 
 
 def _duration(contents: Contents) -> float | None:
@@ -188,7 +188,7 @@ def _kind(contents: Contents, columns: dict[str, str], name: str) -> tuple[str, 
 
 
 def is_of_events(contents: Contents) -> bool:
-    """Whether a table holds heel strikes and toe-offs, by the names of its columns (no unit)."""
+    """Test for a table of heel strikes and toe-offs, by the names of its columns."""
     names = [c.name for c in contents.channels]
     return all(
         any(re.search(EVENTS[kind], n, re.IGNORECASE) for n in names) for kind in ("heel_strike", "toe_off")
@@ -196,7 +196,7 @@ def is_of_events(contents: Contents) -> bool:
 
 
 def _is_calibration(contents: Contents) -> bool:
-    """Whether a table is the calibration matrix of a treadmill, by its header."""
+    """Test for the calibration matrix of a treadmill, by the header of a table."""
     return contents.facts.get("columns of text", "").replace(" ", "") == "component,unit"
 
 
@@ -224,5 +224,5 @@ def _kind_of_table(contents: Contents, columns: dict[str, str], name: str) -> tu
 
 
 def samples(channel: Channel) -> np.ndarray:
-    """Samples of a channel with one value per instant, shape (n,) (its unit)."""
+    """Samples of a channel with one value per instant, shape (n,)."""
     return np.asarray(channel.values, dtype=float).reshape(channel.shape[0], -1)[:, 0]

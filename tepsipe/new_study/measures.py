@@ -1,4 +1,4 @@
-"""What signals show by themselves: pulses and rests, followers of the belt, periods, signs."""
+"""Properties measured from signals alone: pulses and rests, followers of the belt, periods, signs."""
 
 from dataclasses import dataclass
 
@@ -20,7 +20,7 @@ class Pulses:
     Attributes
     ----------
     count : int
-        Number (-).
+        Number.
     first_s, last_s : float
         Begin of the first and end of the last (s).
     shortest_s : float
@@ -66,8 +66,8 @@ def rests(pulses: Pulses, duration_s: float) -> tuple[float, float]:
 def smooth_velocity(position: np.ndarray, rate_hz: float) -> np.ndarray:
     """Velocity of a position, shape (n,), NaN filled by straight lines, averaged over `SMOOTH_S` (unit/s)."""
     time = np.arange(position.size)
-    there = np.isfinite(position)
-    filled = np.interp(time, time[there], position[there])
+    finite = np.isfinite(position)
+    filled = np.interp(time, time[finite], position[finite])
     return averaged(np.gradient(filled) * rate_hz, rate_hz)
 
 
@@ -78,7 +78,7 @@ def averaged(values: np.ndarray, rate_hz: float) -> np.ndarray:
 
 
 def at_frames(values: np.ndarray, rate_hz: float, frames: int, frame_rate_hz: float) -> np.ndarray:
-    """A channel at the instants of frames (its unit), shape (frames,), averaged as `smooth_velocity`."""
+    """A channel at the instants of frames, shape (frames,), averaged as `smooth_velocity`."""
     smooth = averaged(values, rate_hz)
     return np.interp(np.arange(frames) / frame_rate_hz, np.arange(values.size) / rate_hz, smooth)
 
@@ -146,40 +146,40 @@ def period_s(values: np.ndarray, rate_hz: float) -> float | None:
 
 
 def resisting_sign(angle: np.ndarray, torque: np.ndarray, rate_hz: float) -> int:
-    """Sign of the torque that resists a positive angle (-): that of K in a regression of the torque.
+    """Sign of the torque that resists a positive angle: the sign of K in a regression of the torque.
 
     The torque is regressed on angle, velocity and acceleration, all averaged over `SMOOTH_S`; 1 for too few
     samples.
     """
-    there = np.isfinite(angle) & np.isfinite(torque)
-    if there.sum() < FEWEST:
+    finite = np.isfinite(angle) & np.isfinite(torque)
+    if finite.sum() < FEWEST:
         return 1
-    theta, tau = averaged(angle[there], rate_hz), averaged(torque[there], rate_hz)
+    theta, tau = averaged(angle[finite], rate_hz), averaged(torque[finite], rate_hz)
     velocity = np.gradient(theta)
     design = np.column_stack([theta, velocity, np.gradient(velocity), np.ones_like(theta)])
     edge = slice(5, -5)
-    found = np.linalg.lstsq(design[edge], tau[edge], rcond=None)[0]
-    return 1 if found[0] >= 0.0 else -1
+    coefficients = np.linalg.lstsq(design[edge], tau[edge], rcond=None)[0]
+    return 1 if coefficients[0] >= 0.0 else -1
 
 
 def driving_sign(angle: np.ndarray, torque: np.ndarray, rate_hz: float) -> int:
-    """Sign of the torque that moves a joint whose angle is imposed (-): it does work on a passive joint.
+    """Sign of the torque that moves a joint whose angle is imposed: it does work on a passive joint.
 
     Slow torque of a person, which can be larger than that of stiffness, does little work. Where torque and
     velocity are not correlated, it is `resisting_sign`.
     """
-    there = np.isfinite(angle) & np.isfinite(torque)
-    if there.sum() < FEWEST:
+    finite = np.isfinite(angle) & np.isfinite(torque)
+    if finite.sum() < FEWEST:
         return 1
-    velocity = np.gradient(averaged(angle[there], rate_hz))[5:-5]
-    tau = averaged(torque[there], rate_hz)[5:-5]
+    velocity = np.gradient(averaged(angle[finite], rate_hz))[5:-5]
+    tau = averaged(torque[finite], rate_hz)[5:-5]
     tau = tau - tau.mean()
     work = velocity @ tau / max(np.linalg.norm(velocity) * np.linalg.norm(tau), np.finfo(float).tiny)
     return (1 if work > 0.0 else -1) if abs(work) > LEAST_WORK else resisting_sign(angle, torque, rate_hz)
 
 
 def is_two_levels(values: np.ndarray) -> bool:
-    """Whether a channel (any unit) is a line that is low or high: rarely anything between."""
+    """Test for a channel that is a digital line: low or high, and rarely anything between."""
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     if not high > low:
         return False

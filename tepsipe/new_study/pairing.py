@@ -1,4 +1,4 @@
-"""Which files belong to one trial, and of which experiment it is."""
+"""Grouping of files into trials, and the experiment of each trial."""
 
 import re
 from dataclasses import dataclass, field
@@ -91,8 +91,8 @@ def group_files(files: list[Found]) -> tuple[list[Group], list[Found]]:
                 used.add(partner.name)
                 if not sure and not shared:
                     group.notes.append(f"{partner.name} taken as its {kind} file by name and length")
-    left = [f for f in files if f.kind not in FIRST and f.name not in used]
-    return groups, left
+    unused = [f for f in files if f.kind not in FIRST and f.name not in used]
+    return groups, unused
 
 
 def _wanted(first: Found) -> tuple[str, ...]:
@@ -111,7 +111,7 @@ def _wanted(first: Found) -> tuple[str, ...]:
 
 
 def key_of(name: str) -> str:
-    """Name of the trial in a file's name (no unit), without words such as log; else that of its folder.
+    """Name of the trial in a file's name, without words such as log; else that of its folder.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def _partner(first: Found, candidates: list[Found], trials: int, sure: bool) -> 
 
 
 def _length_fits(first: Found, other: Found) -> bool:
-    """Whether two files may be of one trial: lengths (s) within `LONGEST_DIFFERENCE_S` or a tenth."""
+    """Test for two files of one trial: lengths (s) within `LONGEST_DIFFERENCE_S` or a tenth."""
     if first.duration_s is None or other.duration_s is None:
         return True
     longest = max(LONGEST_DIFFERENCE_S, 0.1 * first.duration_s)
@@ -160,7 +160,7 @@ def _length_fits(first: Found, other: Found) -> bool:
 
 
 def name_apart(groups: list[Group]) -> None:
-    """Give trials of one experiment with the same name (no unit) the names of their folders, or numbers."""
+    """Give trials of one experiment with the same name the names of their folders, or numbers."""
     for group in groups:
         twins = [g for g in groups if (g.experiment, g.condition) == (group.experiment, group.condition)]
         if len(twins) == 1:
@@ -176,7 +176,7 @@ def name_apart(groups: list[Group]) -> None:
 
 
 def experiment_by_name(name: str) -> str | None:
-    """Experiment that the names of a file and its folders speak of, or None (no unit)."""
+    """Experiment named by a file or its folders, or None."""
     words = re.split(r"[^a-z]+", name.lower())
     for part in reversed(words):
         for experiment, known in WORDS.items():

@@ -33,16 +33,16 @@ def participants_of(groups: list[Group]) -> dict[str, str]:
     dict of str to str
         Name of the trial's first file -> participant; without experiments of one person.
     """
-    found: dict[str, str] = {}
+    participants: dict[str, str] = {}
     for experiment in OF_PEOPLE:
-        own = [g for g in groups if g.experiment == experiment]
-        matches = {g.first.name: NAME.search(g.first.name) for g in own}
-        if not own or not all(matches.values()):
+        members = [g for g in groups if g.experiment == experiment]
+        matches = {g.first.name: NAME.search(g.first.name) for g in members}
+        if not members or not all(matches.values()):
             continue
         names = {file: re.sub(r"[^A-Za-z0-9]", "", match[1]) for file, match in matches.items()}
         if len(set(names.values())) > 1:
-            found |= names
-    return found
+            participants |= names
+    return participants
 
 
 def plan_people(plan: Plan, groups: list[Group], people: dict[str, str], seen: dict[str, Seen]) -> str:
@@ -53,7 +53,7 @@ def plan_people(plan: Plan, groups: list[Group], people: dict[str, str], seen: d
     Parameters
     ----------
     plan : Plan
-        Settings (units in the keys), which are changed.
+        Settings, which are changed.
     groups : list of Group
         Trials (units of the files).
     people : dict of str to str

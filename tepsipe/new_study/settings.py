@@ -28,7 +28,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Missing:
-    """Something that no file shows.
+    """An item that no file provides.
 
     Attributes
     ----------
@@ -47,12 +47,12 @@ class Missing:
 
 @dataclass
 class Plan:
-    """What is known of a study.
+    """Settings of a study, and what is missing.
 
     Attributes
     ----------
     tree : dict
-        Settings by section, as nested dicts with a `Setting` at each end (units in the keys).
+        Settings by section, as nested dicts with a `Setting` at each end.
     missing : list of Missing
         What must be filled in.
     check : list of Missing
@@ -99,7 +99,7 @@ def flow(value: object) -> str:
 
 
 def yaml_text(tree: dict, indent: int = 0) -> list[str]:
-    """Lines of a configuration (units in its keys), a comment beside each value that has a note."""
+    """Lines of a configuration, a comment beside each value that has a note."""
     lines = []
     for key, entry in tree.items():
         start = " " * indent + f"{flow(key)}:"

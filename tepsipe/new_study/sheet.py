@@ -1,4 +1,4 @@
-"""Trial sheet of a study: one row per trial, with what was guessed in a comment above it."""
+"""Trial sheet of a study: one row per trial, with its guesses in a comment above it."""
 
 import re
 
@@ -84,7 +84,7 @@ def rows_of(
 
 
 def _name_unlike_tasks(groups: list[Group], people: dict[str, str]) -> None:
-    """Trials and tasks head rows of the same table, so no trial may have the name of a task."""
+    """Make the names of trials differ from the names of tasks, because both head rows of the same table."""
     standing = [g for g in groups if g.experiment == "standing"]
     tasks = {_task(g) for g in standing}
     tasks |= {f"{people[g.first.name]}-{_task(g)}" for g in standing if g.first.name in people}
@@ -135,15 +135,15 @@ def _roles(groups: list[Group]) -> dict[str, str]:
     """First file of each trial of weight, empty or belt -> its role."""
     roles = {}
     for experiment in ("weight", "empty", "belt"):
-        own = [g for g in groups if g.experiment == experiment]
-        kinds = [re.split(r"[-_\d]", g.condition.lower())[0] for g in own]
-        for k, group in enumerate(own):
+        members = [g for g in groups if g.experiment == experiment]
+        kinds = [re.split(r"[-_\d]", g.condition.lower())[0] for g in members]
+        for k, group in enumerate(members):
             if "val" in kinds[k] or "test" in kinds[k]:
                 role = "validate"
             elif len(set(kinds)) > 1:  # another motion of the belt validates
                 role = "calibrate" if kinds[k] == kinds[0] else "validate"
             else:
-                role = "validate" if k == len(own) - 1 and k else "calibrate"
+                role = "validate" if k == len(members) - 1 and k else "calibrate"
             roles[group.first.name] = role
             group.notes.append(f"role {role} by the order of the names")
     return roles
@@ -161,7 +161,7 @@ def sheet_text(rows: list[dict[str, str]], groups: list[Group]) -> str:
 
 
 def describe_pulses(seen: Seen) -> str:
-    """What the belt did, as a comment (s); empty if it had no pulses."""
+    """Comment on the belt's pulses (s); empty if it had none."""
     if seen.velocity is None:
         return ""
     pulses = pulses_of(seen.velocity, seen.velocity_rate_hz)

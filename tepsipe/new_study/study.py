@@ -42,7 +42,7 @@ PAGES = {
 
 @dataclass(frozen=True)
 class NewStudy:
-    """What was written.
+    """Files that were written.
 
     Attributes
     ----------
@@ -51,9 +51,9 @@ class NewStudy:
     files : tuple of str
         Their names.
     trials : dict of str to int
-        Experiment -> number of trials (-).
+        Experiment -> number of trials.
     missing, assumed : int
-        Number of things to be filled in, and of assumptions to be checked (-).
+        Number of things to be filled in, and of assumptions to be checked.
     left : list of Found
         Files that were not used (units of the files).
     """
@@ -92,15 +92,15 @@ def new_study(folder: str | Path, name: str | None = None, output: str | Path | 
     name = _name(folder, name)
     output = _output(folder, name, output)
     files = look_at(folder, left_out=output.resolve() if output.resolve() != folder.resolve() else None)
-    groups, left = group_files(files)
-    left += [f for f in files if f.kind == "other" and f not in left]
+    groups, unused = group_files(files)
+    unused += [f for f in files if f.kind == "other" and f not in unused]
     plan = Plan()
     _plan_study(plan, folder, name, output)
-    seen = _experiments(groups, left, folder.resolve().name)
+    seen = _experiments(groups, unused, folder.resolve().name)
     if not groups:
         raise InputError(
             f"{folder}: expected a recording of a trial, found {len(files)} files of which none is one "
-            f"({_reasons(left)}): compare them with docs/recordings, or show one with tepsipe info"
+            f"({_reasons(unused)}): compare them with docs/recordings, or show one with tepsipe info"
         )
     groups.sort(key=lambda g: (ORDER.index(g.experiment), g.first.name))
     name_apart(groups)
@@ -111,7 +111,7 @@ def new_study(folder: str | Path, name: str | None = None, output: str | Path | 
         plan.put("study.participants", _here(output / TABLE), "by the names of the files")
     rows, missing = rows_of(groups, seen, people)
     plan.missing[:0] = missing
-    texts = (sheet_text(rows, groups), _config_text(plan, name, output), _missing_text(plan, groups, left))
+    texts = (sheet_text(rows, groups), _config_text(plan, name, output), _missing_text(plan, groups, unused))
     written = dict(zip(FILES, texts, strict=True)) | ({TABLE: table} if table else {})
     _write(output, written)
     counts = {e: sum(g.experiment == e for g in groups) for e in ORDER}
@@ -121,19 +121,19 @@ def new_study(folder: str | Path, name: str | None = None, output: str | Path | 
         {e: n for e, n in counts.items() if n},
         len(plan.missing),
         len(plan.check),
-        left,
+        unused,
     )
 
 
 def _name(folder: Path, name: str | None) -> str:
-    given = folder.resolve().name if name is None else name
+    candidate = folder.resolve().name if name is None else name
     if name is None:
-        given = re.sub(r"[^A-Za-z0-9.-]+", "-", given).strip("-.") or "my-study"
-    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9.-]*", given):
+        candidate = re.sub(r"[^A-Za-z0-9.-]+", "-", candidate).strip("-.") or "my-study"
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9.-]*", candidate):
         raise InputError(
-            f"--name: expected letters, digits, dots and hyphens, found {given!r}: choose another name"
+            f"--name: expected letters, digits, dots and hyphens, found {candidate!r}: choose another name"
         )
-    return given
+    return candidate
 
 
 def _output(folder: Path, name: str, output: str | Path | None) -> Path:
@@ -153,9 +153,9 @@ def _output(folder: Path, name: str, output: str | Path | None) -> Path:
 
 
 def _here(path: Path) -> str:
-    """A path as a study names it: from the current folder if it is below it, with slashes."""
-    there = Path(os.path.relpath(path.resolve(), Path.cwd()))
-    return (path.resolve() if there.parts[:1] == ("..",) else there).as_posix()
+    """Path as written in a study: relative if it is below the current folder, with slashes."""
+    relative = Path(os.path.relpath(path.resolve(), Path.cwd()))
+    return (path.resolve() if relative.parts[:1] == ("..",) else relative).as_posix()
 
 
 def _plan_study(plan: Plan, folder: Path, name: str, output: Path) -> None:
@@ -172,8 +172,8 @@ def _plan_study(plan: Plan, folder: Path, name: str, output: Path) -> None:
     plan.put("pathvars.logs", f"results/{name}/logs")
 
 
-def _experiments(groups: list[Group], left: list[Found], folder: str) -> dict[str, Seen]:
-    """Give every group its experiment; groups whose files cannot be read are moved to ``left``."""
+def _experiments(groups: list[Group], unused: list[Found], folder: str) -> dict[str, Seen]:
+    """Give every group its experiment; groups whose files cannot be read are moved to ``unused``."""
     seen: dict[str, Seen] = {}
     for group in list(groups):
         kind = group.first.kind
@@ -184,13 +184,13 @@ def _experiments(groups: list[Group], left: list[Found], folder: str) -> dict[st
             group.experiment = OF_TABLES[kind]
             continue
         try:
-            seen[group.first.name] = found = seen_in(group)
+            seen[group.first.name] = contents = seen_in(group)
         except InputError as error:
             groups.remove(group)
-            left.append(Found(group.first.path, group.first.name, "other", None, None, {}, str(error)))
+            unused.append(Found(group.first.path, group.first.name, "other", None, None, {}, str(error)))
             continue
-        group.experiment = experiment_of(group, found, folder)
-        pulses = describe_pulses(found)
+        group.experiment = experiment_of(group, contents, folder)
+        pulses = describe_pulses(contents)
         if pulses:
             group.notes.append(pulses)
     return seen
@@ -209,15 +209,15 @@ def _plan_experiments(plan: Plan, groups: list[Group], seen: dict[str, Seen]) ->
         ("belt", plan_belt),
         ("platform", plan_platform),
     ):
-        own = [g for g in groups if g.experiment == experiment]
-        if own:
-            add(plan, own)
+        members = [g for g in groups if g.experiment == experiment]
+        if members:
+            add(plan, members)
 
 
-def _reasons(left: list[Found]) -> str:
+def _reasons(unused: list[Found]) -> str:
     most = 3
-    said = [f"{f.name}: {f.why or 'it belongs to no trial'}" for f in left[:most]]
-    return "; ".join(said) + ("; ..." if len(left) > most else "")
+    reasons = [f"{f.name}: {f.why or 'it belongs to no trial'}" for f in unused[:most]]
+    return "; ".join(reasons) + ("; ..." if len(unused) > most else "")
 
 
 def _config_text(plan: Plan, name: str, output: Path) -> str:
@@ -236,7 +236,7 @@ def _config_text(plan: Plan, name: str, output: Path) -> str:
     return "\n".join([*head, *blocks])
 
 
-def _missing_text(plan: Plan, groups: list[Group], left: list[Found]) -> str:
+def _missing_text(plan: Plan, groups: list[Group], unused: list[Found]) -> str:
     experiments = [e for e in ORDER if any(g.experiment == e for g in groups)]
     pages = [*(PAGES[e] for e in experiments), *_pages_of_files(groups)]
     lines = [
@@ -249,9 +249,9 @@ def _missing_text(plan: Plan, groups: list[Group], left: list[Found]) -> str:
     ]
     lines += ["", "## Assumed, to be checked", ""]
     lines += _table(plan.check, ("key", "assumption", "what it should be"))
-    if left:
+    if unused:
         lines += ["", "## Files that are not used", ""]
-        lines += [f"- `{f.name}`: {f.why or 'it belongs to no trial'}" for f in left]
+        lines += [f"- `{f.name}`: {f.why or 'it belongs to no trial'}" for f in unused]
     return "\n".join(lines) + "\n"
 
 
@@ -272,7 +272,7 @@ def _table(items: list[Missing], header: tuple[str, str, str]) -> list[str]:
 
 
 def _write(output: Path, texts: dict[str, str]) -> None:
-    """Write the files, none of which exists."""
+    """Write the files; none of them exists yet."""
     output.mkdir(parents=True, exist_ok=True)
     for file, text in texts.items():
         with open(output / file, "x", encoding="utf-8") as stream:

@@ -27,7 +27,7 @@ def angle_unit(values: np.ndarray, unit: str) -> tuple[str, str]:
 
 
 def plan_wristalyzer(plan: Plan, groups: list[Group]) -> None:
-    """Settings of the torque-controlled manipulator (units in the keys)."""
+    """Settings of the torque-controlled manipulator."""
     first = groups[0].first
     names, key = first.columns, "wristalyzer"
     for role, setting in (("time", "time"), ("angle", "angle"), ("trigger", "trigger_time")):
@@ -59,7 +59,7 @@ def plan_wristalyzer(plan: Plan, groups: list[Group]) -> None:
 
 
 def plan_position(plan: Plan, groups: list[Group]) -> None:
-    """Settings of the position-controlled manipulator (units in the keys)."""
+    """Settings of the position-controlled manipulator."""
     first = groups[0].first
     key = "position_manipulator"
     for role in ("time", "angle", "torque"):
@@ -75,7 +75,7 @@ def plan_position(plan: Plan, groups: list[Group]) -> None:
 
 
 def plan_platform(plan: Plan, groups: list[Group]) -> None:
-    """Settings of a person on a moving platform (units in the keys)."""
+    """Settings of a person on a moving platform."""
     first, key = groups[0].first, "platform"
     for role, name in first.columns.items():
         plan.put(f"{key}.files.columns.{role}", name, f"found in {first.name}")
@@ -127,7 +127,7 @@ def _plan_rate(plan: Plan, key: str, groups: list[Group], role: str, shipped_hz:
 
 
 def plan_belt(plan: Plan, groups: list[Group]) -> None:
-    """Settings of the calibration of a treadmill (units in the keys)."""
+    """Settings of the calibration of a treadmill."""
     first = groups[0].first
     _plan_delimiter(plan, "belt", groups)
     role = load_role(first.columns)

@@ -1,4 +1,4 @@
-"""Settings of the trials on an instrumented treadmill, as far as their files show them."""
+"""Settings of the trials on an instrumented treadmill, as far as their files provide them."""
 
 import re
 from collections.abc import Iterable
@@ -24,7 +24,7 @@ LOW = "low markers that move together"
 
 
 def experiment_of(group: Group, seen: Seen, folder: str) -> str:
-    """Experiment of a treadmill trial (no unit) by names, then by load and channels."""
+    """Experiment of a treadmill trial by names, then by load and channels."""
     named = experiment_by_name(f"{folder}/{group.first.name}")
     load = max((abs(x) for x in seen.loads_N.values()), default=0.0)
     muscles, _ = muscles_of(seen.emg)
@@ -47,7 +47,7 @@ def experiment_of(group: Group, seen: Seen, folder: str) -> str:
 
 
 def plan_treadmill(plan: Plan, trials: list[tuple[Group, Seen]]) -> None:
-    """Add the settings that all treadmill trials share (units in the keys), and those of each experiment."""
+    """Add the settings that all treadmill trials share, and those of each experiment."""
     every = [seen for _, seen in trials]
     rates = sorted({s.frame_rate_hz for s in every if s.frame_rate_hz})
     whole = [(g, s) for g, s in trials if g.first.kind == "whole trial"]
@@ -65,9 +65,9 @@ def plan_treadmill(plan: Plan, trials: list[tuple[Group, Seen]]) -> None:
         if rates[0] <= 120.0:
             plan.put("standing.analysis.stretch_cutoff_hz", 0.4 * rates[0], "below half of that rate")
     for experiment, add in (("dummy", _plan_dummy), ("weight", _plan_weight), ("standing", _plan_standing)):
-        own = [(g, s) for g, s in trials if g.experiment == experiment]
-        if own:
-            add(plan, own, {g.experiment for g, _ in trials})
+        of_experiment = [(g, s) for g, s in trials if g.experiment == experiment]
+        if of_experiment:
+            add(plan, of_experiment, {g.experiment for g, _ in trials})
     if any(g.experiment == "empty" for g, _ in trials) and not any(
         g.experiment == "weight" for g, _ in trials
     ):
@@ -78,7 +78,7 @@ def plan_treadmill(plan: Plan, trials: list[tuple[Group, Seen]]) -> None:
 
 
 def _plan_recording(plan: Plan, whole: list[tuple[Group, Seen]]) -> None:
-    """Which plates, channels and axes of the files are what."""
+    """Plates, channels and axes of the files."""
     key, group, seen = "plate_treadmill.recording", *whole[0]
     name = group.first.name
     forward, how = _forward(seen)
@@ -194,7 +194,7 @@ def _median(seen: Seen, labels: list[str]) -> np.ndarray | None:
 
 
 def _state_uncertainty(plan: Plan, experiment: str) -> None:
-    """Type B of the intervals is the user's to state; the defaults are those of another rig."""
+    """Ask for Type B of the intervals, because the defaults belong to another rig."""
     plan.check.append(
         Missing(
             f"uncertainty.{experiment}",
@@ -309,8 +309,8 @@ def _plan_segments(plan: Plan, trials: list[tuple[Group, Seen]]) -> None:
     """Markers of the foot, the shank and the thigh of one leg."""
     seen = trials[0][1]
     visible = _visible(trials)
-    own = _one_side(visible)
-    parts = {s: [m for m in own if re.search(p, m, re.IGNORECASE)] for s, p in SEGMENTS.items()}
+    one_side = _one_side(visible)
+    parts = {s: [m for m in one_side if re.search(p, m, re.IGNORECASE)] for s, p in SEGMENTS.items()}
     ankle = parts["ankle"][0] if parts["ankle"] else None
     used = []
     for segment, axis in (
@@ -318,7 +318,7 @@ def _plan_segments(plan: Plan, trials: list[tuple[Group, Seen]]) -> None:
         ("shank", "the line from ankle to knee"),
         ("thigh", "the line from knee to hip"),
     ):
-        labels = [m for m in own if m in parts[segment] or (segment != "thigh" and m == ankle)]
+        labels = [m for m in one_side if m in parts[segment] or (segment != "thigh" and m == ankle)]
         used += labels
         reference = ankle if segment != "thigh" else None
         _plan_segment(plan, f"standing.person.{segment}_markers", labels, reference, trials, axis)
@@ -329,7 +329,7 @@ def _plan_segments(plan: Plan, trials: list[tuple[Group, Seen]]) -> None:
 
 
 def _one_side(labels: Iterable[str]) -> list[str]:
-    """Labels of one leg: those of the right one, if labels begin with R and L."""
+    """Labels of one leg: the right one, if labels begin with R and L."""
     labels = list(labels)
     sided = [m for m in labels if re.match(r"[RL](_|[A-Z])", m)]
     if not sided:
@@ -370,7 +370,7 @@ def _plan_markers(plan: Plan, experiment: str, trials: list[tuple[Group, Seen]],
 
 
 def _plan_segment(plan: Plan, key: str, labels: list[str], ankle: str | None, trials, axis: str) -> None:
-    """Offsets of the markers of a segment: placeholders, with where each marker was at rest."""
+    """Offsets of the markers of a segment: placeholders, with the position of each marker at rest."""
     if len(labels) < 2:
         plan.ask(
             key,
@@ -394,7 +394,7 @@ def _plan_segment(plan: Plan, key: str, labels: list[str], ankle: str | None, tr
 
 
 def _place(label: str, ankle: str | None, trials) -> str:
-    """Where a marker was before the first pulse, from the ankle marker if there is one."""
+    """Position of a marker before the first pulse, from the ankle marker if there is one."""
     seen = trials[0][1]
     pulses = _pulses(seen)
     stop = None if pulses is None else max(1, int(pulses.first_s * seen.frame_rate_hz))
@@ -421,7 +421,7 @@ def _pulses(seen: Seen) -> Pulses | None:
 
 def _plan_window(plan: Plan, key: str, trials: list[tuple[Group, Seen]]) -> None:
     """Rests before the first and after the last pulse of all trials."""
-    found = []
+    rests_and_counts = []
     for group, seen in trials:
         pulses = _pulses(seen)
         if pulses is None:
@@ -434,10 +434,10 @@ def _plan_window(plan: Plan, key: str, trials: list[tuple[Group, Seen]]) -> None
                 )
             )
         else:
-            found.append((*rests(pulses, seen.duration_s), pulses.count))
-    if found:
-        before, after = (min(f[k] for f in found) for k in (0, 1))
-        counts = sorted({f[2] for f in found})
+            rests_and_counts.append((*rests(pulses, seen.duration_s), pulses.count))
+    if rests_and_counts:
+        before, after = (min(f[k] for f in rests_and_counts) for k in (0, 1))
+        counts = sorted({f[2] for f in rests_and_counts})
         note = f"{' or '.join(map(str, counts))} pulses found"
         plan.put(f"{key}.rest_before_s", before, f"{note}; until the first")
         plan.assume(f"{key}.rest_after_s", after, "after the decay of the last pulse", "by your protocol")

@@ -1,4 +1,4 @@
-"""What the files of one treadmill trial show: markers, belt velocity, loads, muscles."""
+"""Contents of the files of one treadmill trial: markers, belt velocity, loads, muscles."""
 
 import re
 from dataclasses import dataclass, field
@@ -49,7 +49,7 @@ class BeltChannel:
     m_per_s_per_unit, offset : float
         Velocity per unit (m/s), and value at rest (unit).
     correlation : float
-        With the velocity of the marker that follows it best (-); NaN without markers.
+        With the velocity of the marker that follows it best; NaN without markers.
     """
 
     name: str
@@ -61,7 +61,7 @@ class BeltChannel:
 
 @dataclass
 class Seen:
-    """What a trial's files show.
+    """Contents of a trial's files.
 
     Attributes
     ----------
@@ -88,11 +88,11 @@ class Seen:
     triggers, commands, emg : list of str
         Names of likely channels of a whole trial or of a file of electromyograms.
     emg_trigger : tuple of (str, float), or None
-        Label and threshold (its unit) of the trigger in the file of electromyograms.
+        Label and threshold of the trigger in the file of electromyograms.
     belt_fixed : list of str
         Markers that follow the pulses of the belt.
     forward, up : int
-        Axes of the file along which the belt moves, and of the vertical (-): 0 for x.
+        Axes of the file along which the belt moves, and of the vertical: 0 for x.
     """
 
     markers: tuple[str, ...] = ()
@@ -151,11 +151,11 @@ def _see_markers(seen: Seen, markers: Markers | None, maker: str) -> None:
     """Markers that are visible at all, in the order of the file."""
     if markers is None:
         return
-    there = np.isfinite(markers.positions).any(axis=(0, 2))
-    if not there.any():
+    present = np.isfinite(markers.positions).any(axis=(0, 2))
+    if not present.any():
         return
-    seen.markers = tuple(m for m, visible in zip(markers.labels, there, strict=True) if visible)
-    seen.positions, seen.frame_rate_hz, seen.maker = markers.positions[:, there], markers.rate_hz, maker
+    seen.markers = tuple(m for m, visible in zip(markers.labels, present, strict=True) if visible)
+    seen.positions, seen.frame_rate_hz, seen.maker = markers.positions[:, present], markers.rate_hz, maker
     for k, label in enumerate(seen.markers):
         gap = Channel.of(label, "m", None, seen.positions[:, k]).longest_gap
         seen.longest_gap_s[label] = max(seen.longest_gap_s.get(label, 0.0), gap / markers.rate_hz)
@@ -180,8 +180,8 @@ def _see_log(seen: Seen, group: Group) -> None:
         except (InputError, ValueError) as error:
             group.notes.append(f"calibration matrix not applied: {error}")
     if "markers" in group.partners:
-        found = group.partners["markers"]
-        markers, maker = markers_in(found)
+        file = group.partners["markers"]
+        markers, maker = markers_in(file)
         _see_markers(seen, markers, maker)
         seen.duration_s = min(seen.duration_s, markers.positions.shape[0] / markers.rate_hz)
 
@@ -190,10 +190,10 @@ def _see_recording(seen: Seen, group: Group) -> None:
     """Markers, plates and channels of one file, or of a table and a file of markers."""
     from tepsipe.io.readers.whole_trial import read_recording
 
-    found = group.first
-    recording = read_recording(found.path)
-    seen.up = 1 if found.contents.kind.startswith("D-Flow") else 2
-    _see_markers(seen, _positions(recording.markers, found), found.contents.facts.get("made by", ""))
+    file = group.first
+    recording = read_recording(file.path)
+    seen.up = 1 if file.contents.kind.startswith("D-Flow") else 2
+    _see_markers(seen, _positions(recording.markers, file), file.contents.facts.get("made by", ""))
     if "markers" in group.partners:
         _see_markers(seen, *markers_in(group.partners["markers"]))
     for number, plate in enumerate(recording.plates, start=1):
@@ -226,9 +226,9 @@ def _see_recording(seen: Seen, group: Group) -> None:
         seen.velocity_rate_hz = seen.frame_rate_hz
 
 
-def _see_record(seen: Seen, found: Found) -> None:
+def _see_record(seen: Seen, file: Found) -> None:
     """Belt speed in a file of D-Flow's record module: positive where the belt moves backward."""
-    speeds = [c for c in found.contents.channels if VELOCITY_NAMES.search(c.name) and c.shape]
+    speeds = [c for c in file.contents.channels if VELOCITY_NAMES.search(c.name) and c.shape]
     loaded = max(seen.loads_N, key=lambda n: abs(seen.loads_N[n]), default="2")
     side = "left" if loaded == "1" else "right"
     moving = [c for c in speeds if c.high > c.low] or speeds
@@ -237,7 +237,7 @@ def _see_record(seen: Seen, found: Found) -> None:
         seen.belt = BeltChannel(chosen.name, "m/s", 1.0, 0.0, np.nan)
 
 
-def markers_in(found: Found) -> tuple[Markers, str]:
+def markers_in(file: Found) -> tuple[Markers, str]:
     """Markers of a file of markers (m), and the maker of the system that recorded them.
 
     Raises
@@ -245,24 +245,24 @@ def markers_in(found: Found) -> tuple[Markers, str]:
     InputError
         If the file cannot be read.
     """
-    from tepsipe.io.readers.c3d import markers_of, open_c3d
+    from tepsipe.io.readers.c3d import c3d_markers, open_c3d
 
-    if found.contents.kind == "TRC":
+    if file.contents.kind == "TRC":
         from tepsipe.io.readers.trc import read_trc
 
-        return read_trc(found.path), ""
-    markers = _positions(markers_of(open_c3d(found.path), found.path), found)
-    return markers, found.contents.facts.get("made by", "")
+        return read_trc(file.path), ""
+    markers = _positions(c3d_markers(open_c3d(file.path), file.path), file)
+    return markers, file.contents.facts.get("made by", "")
 
 
-def _positions(markers: Markers | None, found: Found) -> Markers | None:
-    """Those points of a file that are markers (m), not angles or forces that were computed from them."""
-    if markers is None or not found.contents.markers:
+def _positions(markers: Markers | None, file: Found) -> Markers | None:
+    """Points of a file that are markers (m), not angles or forces computed from them."""
+    if markers is None or not file.contents.markers:
         return markers
     columns = [
         k
         for k, label in enumerate(markers.labels)
-        if label in found.contents.markers and not re.search(COMPUTED, label)
+        if label in file.contents.markers and not re.search(COMPUTED, label)
     ]
     labels = tuple(markers.labels[k] for k in columns)
     return Markers(markers.rate_hz, labels, markers.positions[:, columns])
@@ -280,7 +280,7 @@ def _plate_channels(recording: Recording) -> list[str]:
 
 
 def _moving_axis(seen: Seen) -> int:
-    """Horizontal axis of the file along which the lowest markers move most (-)."""
+    """Horizontal axis of the file along which the lowest markers move most."""
     low = seen.positions[:, _lowest(seen)[:3]]
     low = low[:, np.isfinite(low).any(axis=(0, 2))]
     spread = np.median(np.nanmax(low, axis=0) - np.nanmin(low, axis=0), axis=0)
@@ -289,15 +289,15 @@ def _moving_axis(seen: Seen) -> int:
 
 
 def _lowest(seen: Seen) -> list[int]:
-    """Numbers of the markers (-) from low to high; those that are hidden most of the time come last."""
+    """Numbers of the markers from low to high; those that are hidden most of the time come last."""
     heights = seen.positions[:, :, seen.up]
-    there = np.isfinite(heights).mean(axis=0) > 0.5
-    middle = [float(np.nanmedian(heights[:, k])) if there[k] else np.inf for k in range(len(seen.markers))]
+    visible = np.isfinite(heights).mean(axis=0) > 0.5
+    middle = [float(np.nanmedian(heights[:, k])) if visible[k] else np.inf for k in range(len(seen.markers))]
     return [int(k) for k in np.argsort(middle, kind="stable")]
 
 
 def _belt_channel(seen: Seen, channels: dict) -> BeltChannel | None:
-    """Channel whose integral is the way of a low marker; without markers one with a telling name."""
+    """Channel whose integral is the path of a low marker; without markers, a channel with a telling name."""
     best, rank = None, (False, 0.0)
     for name, channel in channels.items():
         values = channel.values
@@ -311,10 +311,10 @@ def _belt_channel(seen: Seen, channels: dict) -> BeltChannel | None:
             continue
         sampled = at_frames(values, channel.rate_hz, seen.positions.shape[0], seen.frame_rate_hz)
         for k in _lowest(seen)[:4]:
-            moved = smooth_velocity(seen.positions[:, k, seen.forward], seen.frame_rate_hz)
-            r, _ = follows(moved, sampled)
+            marker_velocity = smooth_velocity(seen.positions[:, k, seen.forward], seen.frame_rate_hz)
+            r, _ = follows(marker_velocity, sampled)
             if abs(r) > FOLLOWS and (best is None or (named, abs(r)) > rank):
-                scale = scale_of(moved, sampled, seen.frame_rate_hz)
+                scale = scale_of(marker_velocity, sampled, seen.frame_rate_hz)
                 by_unit = np.copysign(SPEEDS.get(channel.unit.strip(), np.nan), scale)
                 scale = float(by_unit) if abs(scale / by_unit - 1.0) < AGREES else scale
                 best, rank = (
@@ -325,22 +325,22 @@ def _belt_channel(seen: Seen, channels: dict) -> BeltChannel | None:
 
 
 def _followers(seen: Seen) -> list[str]:
-    """Markers whose velocity is that of the belt, in the order of the file."""
+    """Markers that move with the belt, in the order of the file."""
     frames = seen.positions.shape[0]
     belt = at_frames(seen.velocity, seen.velocity_rate_hz, frames, seen.frame_rate_hz)
-    found = []
+    followers = []
     for k, label in enumerate(seen.markers):
         position = seen.positions[:, k, seen.forward]
         if np.isfinite(position).mean() > 0.9:
             r, scale = follows(smooth_velocity(position, seen.frame_rate_hz), belt)
             if r > FOLLOWS and 0.9 < scale < 1.1:
-                found.append(label)
-    return found
+                followers.append(label)
+    return followers
 
 
-def _see_emg(seen: Seen, found: Found) -> None:
+def _see_emg(seen: Seen, file: Found) -> None:
     """Labels of muscles and the trigger of a file of electromyograms."""
-    for channel in found.contents.channels:
+    for channel in file.contents.channels:
         values = samples(channel)
         if TRIGGER_NAMES.search(channel.name) and is_two_levels(values):
             seen.emg_trigger = (channel.name, 0.5 * float(values.min() + values.max()))
@@ -349,14 +349,14 @@ def _see_emg(seen: Seen, found: Found) -> None:
 
 
 def muscles_of(labels: list[str]) -> tuple[dict[str, str], list[str]]:
-    """Muscle -> label of its channel, of the right leg if there is one, and other labels (no unit)."""
-    found: dict[str, str] = {}
+    """Muscle -> label of its channel, of the right leg if there is one, and other labels."""
+    by_muscle: dict[str, str] = {}
     right = [n for n in labels if re.search(r"(^|[ ._-])R(?=[ ._A-Z-])", n)]
     ordered = [*right, *(n for n in labels if n not in right)] if len(right) < len(labels) else labels
     for muscle, pattern in MUSCLES.items():
         label = next(
-            (n for n in ordered if re.search(pattern, n, re.IGNORECASE) and n not in found.values()), None
+            (n for n in ordered if re.search(pattern, n, re.IGNORECASE) and n not in by_muscle.values()), None
         )
         if label is not None:
-            found[muscle] = label
-    return found, [n for n in labels if n not in found.values()]
+            by_muscle[muscle] = label
+    return by_muscle, [n for n in labels if n not in by_muscle.values()]

@@ -38,21 +38,21 @@ TOLERANCES = {
 
 
 def events_of(names: list[str]) -> dict[str, str]:
-    """Kind of event -> name of its column in a table of events (no unit); empty if it is none.
+    """Kind of event -> name of its column in a table of events; empty if it is none.
 
     Of columns of both feet those of the left one are taken.
     """
-    found = {}
+    by_kind = {}
     for kind, pattern in EVENTS.items():
         fitting = [name for name in names if re.search(pattern, name.strip(), re.IGNORECASE)]
         fitting.sort(key=lambda name: not re.match(SIDES["left"], name, re.IGNORECASE))
         if fitting:
-            found[kind] = fitting[0]
-    return found if {"heel_strike", "toe_off"} <= found.keys() else {}
+            by_kind[kind] = fitting[0]
+    return by_kind if {"heel_strike", "toe_off"} <= by_kind.keys() else {}
 
 
 def plan_walking(plan: Plan, groups: list[Group]) -> None:
-    """Settings of walking trials, whose groups each have a table of events (units in the keys).
+    """Settings of walking trials, whose groups each have a table of events.
 
     Raises
     ------
@@ -105,10 +105,12 @@ def _plan_recording(plan: Plan, first: Found, side: str) -> None:
         plan.check.append(Missing(f"{key}.plates", meaning, "numbers as tepsipe info lists them"))
     labels = sorted(first.contents.markers or ()) if whole else []
     for part, pattern in MARKERS.items():
-        own = [label for label in labels if re.search(pattern, label, re.IGNORECASE)]
-        own.sort(key=lambda label: not re.match(SIDES[side][0], label, re.IGNORECASE))
-        if own or not whole:
-            plan.put(f"{key}.markers.{part}", own[0] if own else part, f"of the {side} leg, by its label")
+        fitting = [label for label in labels if re.search(pattern, label, re.IGNORECASE)]
+        fitting.sort(key=lambda label: not re.match(SIDES[side][0], label, re.IGNORECASE))
+        if fitting or not whole:
+            plan.put(
+                f"{key}.markers.{part}", fitting[0] if fitting else part, f"of the {side} leg, by its label"
+            )
         else:
             plan.ask(
                 f"{key}.markers.{part}", f"label of the marker of the {part}", f"one of {', '.join(labels)}"
@@ -123,11 +125,11 @@ def _plan_columns(plan: Plan, groups: list[Group], side: str) -> None:
 
     def named(signal: str, pattern: str, of: str) -> None:
         wanted = pattern.replace("{}", f"^{SIDES[of]}")
-        found = [name for name in names if re.search(wanted, name, re.IGNORECASE)]
+        fitting = [name for name in names if re.search(wanted, name, re.IGNORECASE)]
         if table is None:
             plan.put(f"{key}.{signal}", signal)
-        elif found:
-            plan.put(f"{key}.{signal}", found[0], f"found in {table.name}")
+        elif fitting:
+            plan.put(f"{key}.{signal}", fitting[0], f"found in {table.name}")
         else:
             plan.ask(
                 f"{key}.{signal}", f"column of the signal {signal}", f"as the header of {table.name} has it"

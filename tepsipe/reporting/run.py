@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from tepsipe.io.result import Result
-from tepsipe.reporting.figures.names import UNIT_SYMBOLS, short_name
+from tepsipe.reporting.figures.names import UNIT_SYMBOLS, short_name, words
 
 
 @dataclass(frozen=True)
@@ -26,12 +26,15 @@ class Run:
         Settings that the report prints, by experiment and part (units in the keys).
     study : mapping
         Facts about the study: conditions, what is shown, values of the thesis (units in the keys).
+    provenance : mapping
+        Record of code, packages and files that the run was made from.
     """
 
     tables: Mapping[str, pd.DataFrame] = field(default_factory=dict)
     fits: Mapping[str, Mapping[str, Result]] = field(default_factory=dict)
     settings: Mapping = field(default_factory=dict)
     study: Mapping = field(default_factory=dict)
+    provenance: Mapping = field(default_factory=dict)
 
     def rows(self, table: str, **wanted: object) -> pd.DataFrame:
         """Rows of a table (units in them) that have these values in these columns; none without the table."""
@@ -85,8 +88,9 @@ def report_content(run: Run, chapters: Mapping[str, ModuleType]) -> dict:
     -------
     dict
         Keys of `about_study`; ``study``; ``facts`` of all fits (units in the keys); ``tables_read``, names
-        of the tables that Typst reads itself; ``chapters``: name -> `chapter_content`; ``units`` and
-        ``short_names`` of conditions as the report shows them.
+        of the tables that Typst reads itself; ``chapters``: name -> `chapter_content`; ``units``,
+        ``short_names`` of conditions, and ``names`` of pathways, estimators and models as the report shows
+        them.
     """
     conditions = {name for rows in run.tables.values() if "condition" in rows for name in rows.condition}
     return raw(
@@ -98,8 +102,18 @@ def report_content(run: Run, chapters: Mapping[str, ModuleType]) -> dict:
             "chapters": {name: chapter_content(chapter, run) for name, chapter in chapters.items()},
             "units": UNIT_SYMBOLS,
             "short_names": {name: short_name(name) for name in sorted(map(str, conditions))},
+            "names": {name: words(name) for name in _identifiers(run)},
         }
     )
+
+
+def _identifiers(run: Run) -> list[str]:
+    """Pathways, estimators and models in the tables of a run and in its settings."""
+    columns = ("pathway", "estimator", "model")
+    found = {name for rows in run.tables.values() for key in columns if key in rows for name in rows[key]}
+    for section in run.settings.values():
+        found |= {name for key in ("estimators", "table_estimators") for name in section.get(key) or ()}
+    return sorted(map(str, found))
 
 
 def chapter_content(chapter: ModuleType, run: Run) -> dict:

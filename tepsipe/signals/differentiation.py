@@ -16,9 +16,9 @@ def derivative(time: np.ndarray, x: np.ndarray, degree: int = 3) -> np.ndarray:
     time : ndarray, shape (n,)
         Instants (s).
     x : ndarray, shape (n,) or (n, c)
-        Signal (any unit).
+        Signal.
     degree : {3, 5}
-        Degree of the spline (-).
+        Degree of the spline.
 
     Returns
     -------
@@ -28,5 +28,5 @@ def derivative(time: np.ndarray, x: np.ndarray, degree: int = 3) -> np.ndarray:
     if degree != 3:
         return scipy.interpolate.make_interp_spline(time, x, degree).derivative()(time)
     spline = scipy.interpolate.CubicSpline(time, x)
-    # at its knots the derivative is a coefficient, and need not be evaluated but at the last one
+    # at its knots the derivative is a coefficient and needs evaluation at the last one only
     return np.concatenate([spline.c[2] + 0.0, spline(time[-1:], 1)])

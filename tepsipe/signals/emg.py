@@ -19,21 +19,21 @@ from tepsipe.signals.filters import butterworth_bandpass, butterworth_lowpass, n
 # band in which a channel is evaluated (Hz), and length of the windows over which medians are taken (s)
 EVALUATED_BAND_HZ = (20.0, 450.0)
 EVALUATED_WINDOW_S = 1.0
-# samples count as clipped in runs of at least this length (-), within this fraction of the range of a limit
-# (-), three steps of 16 bits. A single sample does not: many programs write the largest value as the limit
+# samples count as clipped in runs of at least this length, within this fraction of the range of a limit,
+# three steps of 16 bits. A single sample does not: many programs write the largest value as the limit
 CLIPPED_RUN = 3
 LIMIT_TOLERANCE = 5e-5
 # where the limits are closer together than this (uV), a channel that stays at a limit is flat, not clipped
 CLOSE_LIMITS_UV = 10.0
 # samples also count as clipped where the channel stays at its own largest or smallest value for this long (s)
 HELD_S = 0.010
-# largest fraction of clipped samples (-); ten short artefacts in a minute stay below it
+# largest fraction of clipped samples; ten short artefacts in a minute stay below it
 CLIPPED_SHARE = 0.01
 # below this root mean square (uV) a window is flat: half the noise of an amplifier with shorted inputs
 FLAT_UV = 0.25
-# largest fraction of flat windows (-)
+# largest fraction of flat windows
 FLAT_SHARE = 0.05
-# mains hum is a fault above this root mean square (uV) and above this fraction of the channel's power (-)
+# mains hum is a fault above this root mean square (uV) and above this fraction of the channel's power
 HUM_UV = 10.0
 HUM_SHARE = 0.8
 # half-width of the bands around the mains frequency and its harmonics that count as hum (Hz)
@@ -44,18 +44,18 @@ NOISE_UV = 1500.0
 
 @dataclass(frozen=True)
 class EmgOptions:
-    """Options of the processing; the defaults are those of the thesis.
+    """Options of the processing; the defaults follow the thesis.
 
     Attributes
     ----------
     band_hz : tuple of float
         Edges of the band-pass (Hz).
     band_order : int
-        Its order, both passes together at each edge (-).
+        Its order, both passes together at each edge.
     envelope_cutoff_hz : float
         Cutoff of the low-pass of the rectified signal (Hz).
     envelope_order : int
-        Its order, both passes together (-).
+        Its order, both passes together.
     mains_hz : float or None
         Remove this frequency and its harmonics below the band's upper edge (Hz); None removes none.
     notch_width_hz : float
@@ -95,7 +95,7 @@ def process_emg(raw: np.ndarray, rate_hz: float, options: EmgOptions) -> Process
     rate_hz : float
         Sampling rate (Hz).
     options : EmgOptions
-        Choices (units in their names).
+        Options of the analysis.
 
     Returns
     -------
@@ -135,7 +135,7 @@ def channel_fault(raw: np.ndarray, limits: np.ndarray, rate_hz: float, mains_hz:
     Returns
     -------
     str or None
-        One sentence, without the channel's name (no unit), or None for a channel without fault.
+        One sentence, without the channel's name, or None for a channel without fault.
 
     Raises
     ------
@@ -219,7 +219,7 @@ def clipped_perturbations(
     Returns
     -------
     ndarray of bool, shape (events,)
-        True where samples of the window are clipped (-).
+        True where samples of the window are clipped.
     """
     x = np.asarray(raw, dtype=float)
     at = start_s + np.flatnonzero(_at_limits(x, limits) | _held(x, rate_hz)) / rate_hz

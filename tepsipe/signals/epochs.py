@@ -29,7 +29,7 @@ class Responses:
     values : ndarray, shape (events, m) or (events, m, c)
         x_i (unit of the signal).
     kept, dropped : tuple of int
-        Indices of the events with an epoch, and of those whose window exceeds the record (-), from 0.
+        Indices of the events with an epoch, and of those whose window exceeds the record, from 0.
     """
 
     time: np.ndarray
@@ -47,7 +47,7 @@ class Ensemble:
     mean, sd, standard_error : ndarray, shape (m,) or (m, c)
         m, s and s / sqrt(N) (unit of the responses).
     events : int
-        N (-).
+        N.
     """
 
     mean: np.ndarray
@@ -74,7 +74,7 @@ def cut_epochs(
     Parameters
     ----------
     x : ndarray, shape (n,) or (n, c)
-        Signal (any unit), without NaN.
+        Signal, without NaN.
     rate_hz : float
         Sampling rate (Hz).
     onsets_s : ndarray, shape (events,)
@@ -89,7 +89,7 @@ def cut_epochs(
     Returns
     -------
     Responses
-        Time (s), responses (unit of ``x``) and the numbers of events kept and dropped (-).
+        Time (s), responses (unit of ``x``) and the numbers of events kept and dropped.
 
     Raises
     ------
@@ -138,7 +138,7 @@ def ensemble(responses: np.ndarray) -> Ensemble:
     Parameters
     ----------
     responses : ndarray, shape (events, m) or (events, m, c)
-        x_i (any unit).
+        x_i.
 
     Returns
     -------
@@ -169,9 +169,9 @@ def without_artefact(responses: np.ndarray, sizes: np.ndarray | None = None) -> 
     Parameters
     ----------
     responses : ndarray, shape (events, m) or (events, m, c)
-        x_i (any unit), not rectified.
+        x_i, not rectified.
     sizes : ndarray, shape (events,), optional
-        a_i (any unit), signed, for example peak belt velocities; 1 by default.
+        a_i, signed, for example peak belt velocities; 1 by default.
 
     Returns
     -------
@@ -211,7 +211,7 @@ def unperturbed_onsets(
     Parameters
     ----------
     duration_s : float
-        The record lasts from 0 to this instant (s): that of its last sample.
+        The record lasts from 0 to the instant of its last sample (s).
     perturbed_s : ndarray, shape (perturbations, 2)
         Start and end of each perturbation (s).
     guard_s : float
@@ -219,7 +219,7 @@ def unperturbed_onsets(
     before_s, after_s : float
         Window around each instant (s).
     count : int or None
-        Number of instants wanted (-); None for as many as fit.
+        Number of instants wanted; None for as many as fit.
     rng : numpy.random.Generator, optional
         Draws the instants; without it they are spaced evenly.
 

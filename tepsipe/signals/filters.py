@@ -22,15 +22,15 @@ def lowpass(
     Parameters
     ----------
     x : array_like or Signal, shape (n,) or (n, c)
-        Signal (any unit).
+        Signal.
     rate_hz : float
         Sampling rate (Hz).
     cutoff_hz : float
         Cutoff frequency (Hz).
     order : int
-        Order (-), of both passes together where there are two.
+        Order, of both passes together where there are two.
     zero_lag : bool
-        Forwards and backwards, without phase shift, or forwards only, as in real time (-).
+        Forwards and backwards, without phase shift, or forwards only, as in real time.
 
     Returns
     -------
@@ -58,13 +58,13 @@ def butterworth_lowpass(
     Parameters
     ----------
     x : ndarray, shape (..., n, ...)
-        Signal (any unit) sampled along ``axis``.
+        Signal sampled along ``axis``.
     rate_hz, cutoff_hz : float
         Sampling rate and cutoff frequency (Hz).
     order : int
-        Order of the two passes together (-), even.
+        Order of the two passes together, even.
     axis : int
-        Time axis (-).
+        Time axis.
 
     Returns
     -------
@@ -98,13 +98,13 @@ def butterworth_bandpass(
     Parameters
     ----------
     x : ndarray, shape (n, ...)
-        Signal (any unit).
+        Signal.
     rate_hz : float
         Sampling rate (Hz).
     band_hz : tuple of float
         Lower and upper edge (Hz).
     order : int
-        Order of the two passes together at each edge (-), even.
+        Order of the two passes together at each edge, even.
 
     Returns
     -------
@@ -137,7 +137,7 @@ def notch(x: np.ndarray, rate_hz: float, frequency_hz: float, width_hz: float) -
     Parameters
     ----------
     x : ndarray, shape (n, ...)
-        Signal (any unit).
+        Signal.
     rate_hz, frequency_hz, width_hz : float
         Sampling rate, frequency that is removed, and width of the notch (Hz), at whose edges the
         gain is 1/2.
@@ -166,9 +166,9 @@ def notch(x: np.ndarray, rate_hz: float, frequency_hz: float, width_hz: float) -
 def _designed(
     order: int, edges_hz: float | tuple[float, float], rate_hz: float, kind: str = "lowpass"
 ) -> np.ndarray:
-    """Second-order sections of a Butterworth filter, designed once: that takes as long as to filter.
+    """Second-order sections of a Butterworth filter, cached because design takes as long as filtering.
 
-    Only read them: all filters of this design share them.
+    Do not modify them: all filters of this design share them.
     """
     return scipy.signal.butter(order, edges_hz, btype=kind, fs=rate_hz, output="sos")
 
@@ -206,7 +206,7 @@ class Lowpass:
     cutoff_hz : float
         Cutoff frequency (Hz).
     order : int
-        Order (-); of both passes together if the filter is zero-lag.
+        Order; of both passes together if the filter is zero-lag.
     zero_lag : bool
         True: forwards and backwards, without phase shift. False: forwards only, as in real time.
     """

@@ -22,7 +22,7 @@ from tepsipe.signals.response import FrequencyResponse
 
 # complex unknowns at each frequency: H and its first two derivatives
 UNKNOWNS = 3
-# half width of a band as a fraction of its frequency (-), its upper limit (Hz), and the number of tapers of a
+# half width of a band as a fraction of its frequency, its upper limit (Hz), and the number of tapers of a
 # band that would hold fewer
 RELATIVE_HALF_BAND, WIDEST_HALF_BAND_HZ, FEWEST_TAPERS = 0.08, 0.5, 12
 
@@ -38,7 +38,7 @@ def multitaper_response(
     Parameters
     ----------
     u, y : ndarray, shape (n,)
-        Input and output (any units).
+        Input and output.
     rate_hz, highest_hz : float
         Sampling rate, and highest frequency (Hz).
 
@@ -62,13 +62,13 @@ def multitaper_response(
             f"{len(at)} in {u.size / rate_hz:.3g} s: record longer"
         )
     of_u, of_y = _padded_spectrum(u), _padded_spectrum(y)
-    found = [_at_one_frequency(of_u, of_y, *band) for band in zip(at, tapers, strict=True)]
-    response, error, coherence = (np.array(column) for column in zip(*found, strict=True))
+    estimates = [_at_one_frequency(of_u, of_y, *band) for band in zip(at, tapers, strict=True)]
+    response, error, coherence = (np.array(column) for column in zip(*estimates, strict=True))
     return FrequencyResponse(step * at, response, coherence, tapers, error, 2.0 * (tapers - UNKNOWNS))
 
 
 def _at_one_frequency(of_u, of_y, j: int, tapers: int) -> tuple[complex, float, float]:
-    """Response (unit of y over that of u), its relative standard error, and the coherence (-)."""
+    """Response (unit of y over unit of u), its relative standard error, and the coherence."""
     k = np.arange(1, tapers + 1)
     u, y = (x[j - k] - x[j + k] for x in (of_u, of_y))
     power_u, power_y = np.vdot(u, u).real, np.vdot(y, y).real
@@ -81,9 +81,9 @@ def _at_one_frequency(of_u, of_y, j: int, tapers: int) -> tuple[complex, float, 
     columns = np.column_stack([u, place * (of_u[j - k] + of_u[j + k]), place**2 * u])
     inverse = np.linalg.pinv(columns.conj().T @ columns, hermitian=True)
     solution = inverse @ (columns.conj().T @ y)
-    left = y - columns @ solution
-    variance = np.vdot(left, left).real / (tapers - UNKNOWNS)
-    # that of the real and of the imaginary part
+    residual = y - columns @ solution
+    variance = np.vdot(residual, residual).real / (tapers - UNKNOWNS)
+    # standard error of the real and of the imaginary part
     error = np.sqrt(0.5 * variance * inverse[0, 0].real) / max(abs(solution[0]), 1e-300)
     return solution[0], error, min(1.0, abs(np.vdot(u, y)) ** 2 / (power_u * power_y))
 
@@ -91,8 +91,8 @@ def _at_one_frequency(of_u, of_y, j: int, tapers: int) -> tuple[complex, float, 
 def _padded_spectrum(x: np.ndarray) -> np.ndarray:
     """Spectrum (unit of x) of a record less its straight line, x_1 ... x_N among 2 (N + 1) samples."""
     time = np.linspace(-1.0, 1.0, x.size)
-    left = x - x.mean() - time * (time @ x) / (time @ time)
-    return np.fft.fft(np.concatenate([[0.0], left, np.zeros(x.size + 1)]))
+    detrended = x - x.mean() - time * (time @ x) / (time @ time)
+    return np.fft.fft(np.concatenate([[0.0], detrended, np.zeros(x.size + 1)]))
 
 
 def _bands(last: float, widest: float) -> tuple[np.ndarray, np.ndarray]:

@@ -33,12 +33,12 @@ DETECTORS = ("threshold", "teager-kaiser", "changepoint")
 FEWEST_DRAWS = 20
 # shortest baseline for its mean and standard deviation (s)
 SHORTEST_BASELINE_S = 0.1
-# the change point: window in which activity must stand out, and over which the first peak is sought (s)
+# the change point: window in which activity must stand out, and window of the first peak (s)
 STANDING_OUT_S = 0.011
 PEAK_WITHIN_S = 0.05
 # baseline that is fitted together with the ramp (s)
 BEFORE_RAMP_S = 0.02
-# heights of the ramp that are tried, in units of the baseline (-)
+# heights of the ramp that are tried, in units of the baseline
 HEIGHTS = np.geomspace(0.05, 100.0, 60)
 # refinements of the best of the ramps tried
 REFINEMENTS = 12
@@ -61,21 +61,21 @@ class OnsetOptions:
     window_s : float
         Centred moving mean of threshold and Teager-Kaiser (s): no delay, smeared by half of it.
     threshold_sd : float
-        k, standard deviations of the baseline's moving mean (-).
+        k, standard deviations of the baseline's moving mean.
     hold_s : float
         Time for which the threshold must be exceeded (s).
     whitening_order : int
-        Number of a_j of the change point (-).
+        Number of a_j of the change point.
     signal_to_noise : float
-        Number of standard errors by which the activity of a change point must exceed the baseline (-).
+        Number of standard errors by which the activity of a change point must exceed the baseline.
     rise_fraction : float
-        The ramp is fitted up to this fraction of the first peak (-).
+        The ramp is fitted up to this fraction of the first peak.
     longest_rise_s : float
         Longest ramp up to that point (s).
     bootstrap_draws : int
-        Number of ensembles resampled from the events (-); 0 for none and no uncertainty.
+        Number of ensembles resampled from the events; 0 for none and no uncertainty.
     trusted_share : float
-        Fraction of the resampled ensembles that must also have an onset (-).
+        Fraction of the resampled ensembles that must also have an onset.
     """
 
     detector: str = "changepoint"
@@ -105,11 +105,11 @@ class Onset:
     interval_s : tuple of float or None
         Their 2.5 and 97.5 % quantiles (s).
     found_share : float or None
-        Fraction of the resampled ensembles that have an onset (-).
+        Fraction of the resampled ensembles that have an onset.
     reason : str or None
         One sentence if there is no onset.
     at_edge : bool
-        Whether what was found is an end of the searched time (-).
+        Whether what was found is an end of the searched time.
     """
 
     latency_s: float | None
@@ -130,9 +130,9 @@ def detect_onset(
     time : ndarray, shape (m,)
         Regular time from the event (s).
     responses : ndarray, shape (events, m)
-        x_i (any unit), band-passed and unrectified, without movement artefact.
+        x_i, band-passed and unrectified, without movement artefact.
     options : OnsetOptions
-        Choices (units in their names).
+        Options of the analysis.
     rng : numpy.random.Generator
         Draws events for the uncertainty.
 
@@ -158,8 +158,8 @@ def detect_onset(
         onsets, wanted = _change_points(time, y, error, options), 1.0 + options.signal_to_noise * error
     else:
         onsets, wanted = _crossings(time, y, options)
-    found = np.isfinite(onsets[1:])
-    share = float(found.mean()) if found.size else None
+    detected = np.isfinite(onsets[1:])
+    share = float(detected.mean()) if detected.size else None
     reason = None
     if np.isnan(onsets[0]):
         first, last = (1e3 * instant for instant in options.search_s)
@@ -180,10 +180,10 @@ def detect_onset(
         )
     if reason is not None:
         return Onset(None, None, None, share, reason)
-    if not found.size:
+    if not detected.size:
         return Onset(float(onsets[0]), None, None, None, None)
-    low, high = np.quantile(onsets[1:][found], [0.025, 0.975])
-    spread = float(onsets[1:][found].std(ddof=1))
+    low, high = np.quantile(onsets[1:][detected], [0.025, 0.975])
+    spread = float(onsets[1:][detected].std(ddof=1))
     return Onset(float(onsets[0]), spread, (float(low), float(high)), share, None)
 
 
@@ -200,11 +200,11 @@ def ramp_onset(time: np.ndarray, x: np.ndarray, baseline_until_s: float, rise_fr
     time : ndarray, shape (n,)
         Regular time (s).
     x : ndarray, shape (n,)
-        Ensemble mean of a velocity (any unit).
+        Ensemble mean of a velocity.
     baseline_until_s : float
         The signal is at rest until this instant (s).
     rise_fraction : float
-        The ramp is fitted up to this fraction of the first peak (-).
+        The ramp is fitted up to this fraction of the first peak.
 
     Returns
     -------
@@ -245,12 +245,12 @@ def ramp_onset(time: np.ndarray, x: np.ndarray, baseline_until_s: float, rise_fr
             f"onset of a motion: expected a motion after the rest, which lasts until {baseline_until_s:g} s, "
             f"found one at {t[-1]:.4g} s: end the rest earlier"
         )
-    best, apart = low, high - low
+    best, half_width = low, high - low
     for finer in (1.0, 0.1, 0.01):  # of a sample
-        T = np.arange(max(low, best - apart), min(high, best + apart), finer * step)
+        T = np.arange(max(low, best - half_width), min(high, best + half_width), finer * step)
         explained = _explained_by_ramp(t, z, T)
         k = int(np.clip(explained.argmax(), 1, T.size - 2))
-        best, apart = T[k], 2.0 * finer * step
+        best, half_width = T[k], 2.0 * finer * step
     return float(best + 0.01 * step * _vertex(*explained[k - 1 : k + 2]))
 
 
@@ -356,12 +356,12 @@ def _change_points(time: np.ndarray, y: np.ndarray, error: float, options: Onset
     """Most likely start of a ramp in each ensemble mean, NaN without significant activity, shape (draws,)."""
     rate = _rate(time)
     z = _moving_mean(time, y, STANDING_OUT_S)
-    # a rest without any noise has no scale
+    # a rest without any noise has no scale of its own
     b = np.maximum(y[:, time < options.baseline_until_s].mean(axis=1), 1e-3 * y.max(axis=1))[:, None]
     b[b == 0.0] = 1.0
     searched = (time >= options.search_s[0]) & (time <= options.search_s[1])
     standing_out = (z > b * (1.0 + options.signal_to_noise * error)) & searched
-    found = standing_out.any(axis=1)
+    active = standing_out.any(axis=1)
     sample = np.arange(time.size)
     first = standing_out.argmax(axis=1)[:, None]
     near = (sample >= first) & (sample <= first + round(PEAK_WITHIN_S * rate))
@@ -374,7 +374,7 @@ def _change_points(time: np.ndarray, y: np.ndarray, error: float, options: Onset
     Y = np.take_along_axis(y, np.maximum(end[:, None] + lags, 0), axis=1) / b
     onsets = time[end] + _ramp_starts(lags.astype(float), Y, longest) / rate
     inside = (onsets >= options.search_s[0]) & (onsets <= options.search_s[1])
-    return np.where(found & inside, onsets, np.nan)
+    return np.where(active & inside, onsets, np.nan)
 
 
 def _ramp_starts(t: np.ndarray, y: np.ndarray, longest: int) -> np.ndarray:
@@ -418,6 +418,6 @@ def _rate(time: np.ndarray) -> float:
 
 
 def _vertex(before: float, at: float, after: float) -> float:
-    """Position of the extremum of a parabola through three neighbours, relative to the middle one (-)."""
+    """Position of the extremum of a parabola through three neighbours, relative to the middle one."""
     bend = before - 2.0 * at + after
     return float(np.clip(0.5 * (before - after) / bend, -0.5, 0.5)) if bend else 0.0

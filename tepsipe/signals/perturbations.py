@@ -9,13 +9,13 @@ from tepsipe.signals.units import regular_rate, same_length, samples
 
 # smallest peak of a perturbation (m/s): less may be one step of a quantised velocity
 SMALLEST_PEAK_M_PER_S = 0.01
-# a larger part of the peak is no threshold at which a perturbation begins (-)
+# a larger fraction of the peak is not a valid threshold for the start of a perturbation
 LARGEST_FRACTION = 0.25
 # a belt travels above this speed (m/s); its constant speed may drift
 TRAVELLING_M_PER_S = 0.05
 # its running median, over this time, at instants this far apart (s)
 MEDIAN_OVER_S, MEDIAN_EVERY_S = 4.0, 0.5
-# blocks whose largest deviation is compared (s), and this deviation in standard deviations of white noise (-)
+# blocks whose largest deviation is compared (s), and this deviation in standard deviations of white noise
 BLOCK_S, BLOCK_MAXIMUM_SD = 0.5, 3.0
 
 
@@ -61,9 +61,9 @@ def detect_perturbations(
     rest_before_s, rest_after_s : float
         Unperturbed time at the trial's start and end (s).
     threshold_fraction : float
-        Threshold as a fraction of the median peak speed (-).
+        Threshold as a fraction of the median peak speed.
     signal_to_noise : float
-        Smallest ratio of the threshold to the noise at rest (-).
+        Smallest ratio of the threshold to the noise at rest.
     merge_s : float
         Runs closer than this belong to one perturbation (s): the belt reverses between its lobes.
     what : str
@@ -99,7 +99,7 @@ def detect_perturbations(
                 "that the belt was perturbed"
             )
         )
-    found = []
+    perturbations = []
     for a, b in runs:
         if speed[a:b].max() < 0.5 * peak:
             continue
@@ -109,25 +109,25 @@ def detect_perturbations(
             start -= 1
         while stop < speed.size and (speed[stop : stop + margin] > threshold).any():
             stop += 1
-        found.append(Perturbation(int(start), int(stop), float(speed[start:stop].max())))
+        perturbations.append(Perturbation(int(start), int(stop), float(speed[start:stop].max())))
     last_rest = velocity.size - round(rest_after_s * rate_hz)
-    for place, length_s, moved in (
-        ("first", rest_before_s, [p.start for p in found if p.start < at_rest.size]),
-        ("last", rest_after_s, [p.start for p in found if p.stop > last_rest]),
+    for place, length_s, starts in (
+        ("first", rest_before_s, [p.start for p in perturbations if p.start < at_rest.size]),
+        ("last", rest_after_s, [p.start for p in perturbations if p.stop > last_rest]),
     ):
-        if moved:
+        if starts:
             raise InputError(
                 f"{what}: expected the belt at rest during the {place} {length_s:g} s, found a "
-                f"perturbation at {moved[0] / rate_hz:.3f} s: correct the time of rest in the configuration"
+                f"perturbation at {starts[0] / rate_hz:.3f} s: correct the time of rest in the configuration"
             )
-    return found
+    return perturbations
 
 
 def belt_noise(speed: np.ndarray, resting: int, rate_hz: float) -> float:
     """Noise of a belt's speed as the standard deviation of normal noise: the largest of three estimates.
 
-    The first is the median of the deviations at rest, which a perturbation in what is wrongly configured as
-    rest does not affect. The second is the median, over blocks of the rest, of the largest deviation, which
+    The first is the median of the deviations at rest, which a perturbation during a wrongly configured rest
+    does not affect. The second is the median, over blocks of the rest, of the largest deviation, which
     reveals the short dips of a belt that is walked on. The third, over the whole trial, reveals a rest
     that is quieter than what follows: the quantile below which half of the unperturbed samples lie if a
     fifth of all is perturbed.
@@ -191,9 +191,9 @@ class WindowOptions:
     rest_margin_s : float
         Part of it that is omitted next to perturbations and to the trial's ends (s).
     threshold_fraction : float
-        Threshold as a fraction of the perturbations' peak speed (-).
+        Threshold as a fraction of the perturbations' peak speed.
     signal_to_noise : float
-        Smallest ratio of the threshold to the noise at rest (-).
+        Smallest ratio of the threshold to the noise at rest.
     merge_s : float
         Runs closer than this belong to one perturbation (s).
     """
@@ -266,7 +266,7 @@ def unperturbed_samples(
     return unperturbed
 
 
-def perturbations_of(
+def filtered_perturbations(
     belt_velocity: np.ndarray, rate_hz: float, options: WindowOptions, what: str
 ) -> list[Perturbation]:
     """Perturbations in the filtered belt velocity (m/s); see `detect_perturbations`, which also raises."""
@@ -308,13 +308,13 @@ def find_perturbations(
     rest_before_s, rest_after_s : float
         Unperturbed time at the trial's start and end (s).
     cutoff_hz : float
-        Of the zero-lag Butterworth low-pass that the velocity passes first (Hz).
+        Cutoff of the zero-lag Butterworth low-pass that the velocity passes first (Hz).
     order : int
-        Its order, both passes together (-).
+        Its order, both passes together.
     threshold_fraction : float
-        Threshold as a part of the perturbations' peak speed (-).
+        Threshold as a part of the perturbations' peak speed.
     signal_to_noise : float
-        The threshold must exceed the noise at rest this many times (-).
+        The threshold must exceed the noise at rest this many times.
     merge_s : float
         Runs closer than this are one perturbation (s).
 

@@ -1,4 +1,4 @@
-"""From the clocks of the instruments to one common, regular clock: repair, fill, align, resample.
+"""Conversion of signals to one common, regular clock: repair, fill, align, resample.
 
 No function extrapolates: a result exists only where its source was recorded.
 """
@@ -16,7 +16,7 @@ BAND_PER_RATE = 0.4
 # rate (Kaiser's formulas: A. V. Oppenheim & R. W. Schafer, Discrete-Time Signal Processing, 3rd edn, 7.5.3).
 # The 0.4 % of a Hamming window would be an error of 0.2 to 0.4 % of a torque over an angle
 KAISER_BETA = 0.1102 * (80.0 - 8.7)
-# half of its length in periods of the cutoff (-)
+# half of its length in periods of the cutoff
 LOBES = 5.0
 
 
@@ -27,9 +27,9 @@ class RepairedTime:
     Attributes
     ----------
     keep : ndarray of bool, shape (n,)
-        Samples whose stamps are kept (-).
+        Samples whose stamps are kept.
     repeated : int
-        Number of samples dropped because they repeat the preceding stamp (-).
+        Number of samples dropped because they repeat the preceding stamp.
     longest_step_s : float
         Longest step between kept stamps (s).
     """
@@ -97,7 +97,7 @@ def fill_gaps(x: np.ndarray, rate_hz: float, max_gap_s: float, what: str) -> tup
     Parameters
     ----------
     x : ndarray, shape (n,) or (n, c)
-        Signal (any unit); a sample is missing if any of its c components is NaN.
+        Signal; a sample is missing if any of its c components is NaN.
     rate_hz : float
         Sampling rate (Hz).
     max_gap_s : float
@@ -110,7 +110,7 @@ def fill_gaps(x: np.ndarray, rate_hz: float, max_gap_s: float, what: str) -> tup
     filled : ndarray, shape of ``x``
         Signal without NaN (unit of ``x``).
     missing : ndarray of bool, shape (n,)
-        True where a sample was filled (-).
+        True where a sample was filled.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def bridge_gaps(x: np.ndarray, rate_hz: float, max_gap_s: float, what: str) -> t
     Parameters
     ----------
     x : ndarray, shape (n, c)
-        Signal (any unit); a sample is missing if any of its c components is NaN.
+        Signal; a sample is missing if any of its c components is NaN.
     rate_hz : float
         Sampling rate (Hz).
     max_gap_s : float
@@ -165,7 +165,7 @@ def bridge_gaps(x: np.ndarray, rate_hz: float, max_gap_s: float, what: str) -> t
     bridged : ndarray, shape (n, c)
         Signal with NaN in short runs only (unit of ``x``).
     long : ndarray of bool, shape (n,)
-        True in a bridge (-).
+        True in a bridge.
 
     Raises
     ------
@@ -209,7 +209,7 @@ def resample(
     time : ndarray, shape (n,)
         Instants of the samples (s), increasing.
     x : ndarray, shape (n,) or (n, c)
-        Samples (any unit).
+        Samples.
     new_time : ndarray, shape (m,)
         Instants wanted (s), within the recorded ones.
     band_hz : float, optional
@@ -261,7 +261,7 @@ def regular_time(start_s: float, end_s: float, rate_hz: float) -> np.ndarray:
 
 
 def rising_edge(line: np.ndarray, threshold: float, what: str) -> int:
-    """Index (-) of the first sample of a trigger line (V) at or above ``threshold`` (V).
+    """Index of the first sample of a trigger line (V) at or above ``threshold`` (V).
 
     Raises
     ------
@@ -288,7 +288,7 @@ def rising_edges(line: np.ndarray, what: str) -> np.ndarray:
     Parameters
     ----------
     line : ndarray, shape (n,)
-        Trigger (any unit).
+        Trigger.
     what : str
         Names the source in messages.
 

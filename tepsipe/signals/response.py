@@ -18,14 +18,14 @@ class FrequencyResponse:
     response : ndarray of complex, shape (n,)
         S_uy / S_uu (unit of y over unit of u).
     coherence : ndarray, shape (n,)
-        |S_uy|^2 / (S_uu S_yy), 0 to 1 (-).
+        |S_uy|^2 / (S_uu S_yy), 0 to 1.
     averages : float or ndarray, shape (n,)
-        Number of independent raw spectra averaged into each value (-).
+        Number of independent raw spectra averaged into each value.
     error : ndarray, shape (n,), or None
-        Standard error of the gain relative to the gain, and of the phase in rad (-), where the estimator
+        Standard error of the gain relative to the gain, and of the phase in rad, where the estimator
         does not leave it to the coherence.
     freedom : ndarray, shape (n,), or None
-        Degrees of freedom of this error (-).
+        Degrees of freedom of this error.
     """
 
     frequency_hz: np.ndarray
@@ -53,7 +53,7 @@ class FrequencyResponse:
         return FrequencyResponse(self.frequency_hz[inside], *(x[inside] if np.ndim(x) else x for x in parts))
 
     def to_frame(self):
-        """The response as a pandas table: frequency (Hz), gain, phase (degrees), coherence (-)."""
+        """The response as a pandas table: frequency (Hz), gain, phase (degrees), coherence."""
         import pandas as pd
 
         return pd.DataFrame(
@@ -66,7 +66,7 @@ class FrequencyResponse:
         )
 
     def plot(self):
-        """Gain, phase and coherence as a matplotlib figure (units in its labels)."""
+        """Gain, phase and coherence as a matplotlib figure."""
         import matplotlib.pyplot as plt
 
         table, (factor, half) = self.to_frame(), self.confidence_band()
@@ -85,31 +85,31 @@ class FrequencyResponse:
         return figure
 
     def coherence_threshold(self, confidence: float = 0.95) -> float | np.ndarray:
-        """Coherence (-) that unrelated signals exceed with the probability 1 - ``confidence`` (-).
+        """Coherence that unrelated signals exceed with the probability 1 - ``confidence``.
 
         One number, or one per frequency where the number of averages differs; 1 for fewer than two.
         """
         others = np.maximum(np.asarray(self.averages, dtype=float) - 1.0, 1e-9)
-        found = np.where(others < 1.0, 1.0, 1.0 - (1.0 - confidence) ** (1.0 / others))
-        return found if found.ndim else float(found)
+        threshold = np.where(others < 1.0, 1.0, 1.0 - (1.0 - confidence) ** (1.0 / others))
+        return threshold if threshold.ndim else float(threshold)
 
     def confidence_band(self, confidence: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
         """Confidence bands of gain and phase at each frequency, by Student's t.
 
         Without an error of its own, the response is a regression of n averaged spectra, with the relative
         error sqrt((1 - coherence) / coherence / (2 n - 2)) of 2 n - 2 degrees of freedom (Bendat & Piersol
-        2010, Random Data, 4th ed., ch. 9). Such bands hold noise and distortion that is not coherent with
-        the input; they do not hold leakage, or a resolution too coarse for the response.
+        2010, Random Data, 4th ed., ch. 9). Such bands include noise and distortion that is not coherent with
+        the input; they do not include leakage, or errors of a resolution too coarse for the response.
 
         Parameters
         ----------
         confidence : float
-            Probability of each band at each frequency (-).
+            Probability of each band at each frequency.
 
         Returns
         -------
         factor, half_width_deg : ndarray, shape (n,)
-            The band of the gain runs from gain / factor to gain x factor (-), that of the phase is +-
+            The band of the gain runs from gain / factor to gain x factor, the band of the phase is +-
             half_width_deg (degrees), 180 where the phase is unknown.
         """
         import scipy

@@ -21,8 +21,8 @@ def frequency_response(
     """Frequency response from u to y, with its coherence (thesis eqs 3-3 and 3-4).
 
     With the torque as u and the angle as y it is the admittance of the joint, the other way round its
-    impedance. Means are removed. If the perturbation is periodic, say so: whole periods are then averaged,
-    which neither leaks nor smears.
+    impedance. Means are removed. If the perturbation is periodic, give its period: whole periods are then
+    averaged, which causes neither leakage nor smearing.
 
     Parameters
     ----------
@@ -31,11 +31,11 @@ def frequency_response(
     u, y : array_like or Signal, shape (n,)
         Input and output; a `Signal` is taken in its own unit.
     averaged_bins : int or None
-        Number of neighbouring raw frequencies averaged into one (-), without a period. None: bands that
+        Number of neighbouring raw frequencies averaged into one, without a period. None: bands that
         widen with the frequency, whose confidence bands also hold where response or perturbation vary
         within a band (`tepsipe.signals.multitaper`); for random perturbations.
     taper : bool
-        Whether to fade both ends out with a Hann window (-), without a period.
+        Whether to fade both ends out with a Hann window, without a period.
     period_s : float, optional
         Period of the perturbation (s), a whole number of samples.
     band_hz : (float, float)
@@ -44,7 +44,7 @@ def frequency_response(
     Returns
     -------
     FrequencyResponse
-        Response (unit of y over unit of u) and coherence (-).
+        Response (unit of y over unit of u) and coherence.
 
     Raises
     ------
@@ -82,13 +82,13 @@ def frequency_averaged(
     Parameters
     ----------
     u, y : ndarray, shape (n,)
-        Input and output (any units).
+        Input and output.
     rate_hz : float
         Sampling rate (Hz).
     bins : int
-        Number of neighbouring raw frequencies averaged into one (-).
+        Number of neighbouring raw frequencies averaged into one.
     taper : bool
-        Whether to taper both ends with a Hann window (-).
+        Whether to taper both ends with a Hann window.
 
     Returns
     -------
@@ -110,7 +110,7 @@ def frequency_averaged(
 
 
 def _independent(bins: int) -> float:
-    """Number of independent ones among neighbouring lines of a record tapered by a Hann window (-).
+    """Number of independent ones among neighbouring lines of a record tapered by a Hann window.
 
     Lines one and two apart have the correlations 2/3 and 1/6.
     """
@@ -129,7 +129,7 @@ def period_averaged(
     Parameters
     ----------
     u, y : ndarray, shape (n,)
-        Input, periodic, and output (any units).
+        Input, periodic, and output.
     rate_hz : float
         Sampling rate (Hz).
     period_s : float
@@ -163,7 +163,7 @@ def period_spectra(
     Parameters
     ----------
     x : ndarray, shape (n,)
-        Signal (any unit).
+        Signal.
     rate_hz, period_s : float
         Sampling rate (Hz), and period, a whole number of samples (s).
     band_hz : (float, float)
@@ -202,7 +202,7 @@ def power_at_lines(u: np.ndarray, rate_hz: float, period_s: float, frequency_hz:
     Parameters
     ----------
     u : ndarray, shape (n,)
-        Signal (any unit).
+        Signal.
     rate_hz, period_s : float
         Sampling rate (Hz), and period, a whole number of samples (s).
     frequency_hz : ndarray, shape (lines,)

@@ -40,21 +40,21 @@ def marker_delay(time: np.ndarray, position: np.ndarray, belt_velocity: np.ndarr
     InputError
         If the delay is longer than 20 ms, the marker does not follow the belt, or nothing moves.
     """
-    delay, moved = 0.0, derivative(time, position)
-    if not np.ptp(moved) > 0.0 or not np.ptp(belt_velocity) > 0.0:
+    delay, velocity = 0.0, derivative(time, position)
+    if not np.ptp(velocity) > 0.0 or not np.ptp(belt_velocity) > 0.0:
         raise InputError(
             f"{what}: expected a marker and a belt that move, found one that stands still: check the "
             "belt-fixed markers, and that the belt was perturbed"
         )
-    spline = scipy.interpolate.CubicSpline(time, moved)
+    spline = scipy.interpolate.CubicSpline(time, velocity)
     for _ in range(6):
         shifted = np.clip(time + delay, time[0], time[-1])
-        left, slope = spline(shifted) - belt_velocity, spline(shifted, 1)
-        delay -= float(left @ slope / (slope @ slope))
+        difference, slope = spline(shifted) - belt_velocity, spline(shifted, 1)
+        delay -= float(difference @ slope / (slope @ slope))
         if abs(delay) > LONGEST_S:
             break
-    left = spline(np.clip(time + delay, time[0], time[-1])) - belt_velocity
-    if abs(delay) > LONGEST_S or left @ left > 0.25 * (belt_velocity @ belt_velocity):
+    difference = spline(np.clip(time + delay, time[0], time[-1])) - belt_velocity
+    if abs(delay) > LONGEST_S or difference @ difference > 0.25 * (belt_velocity @ belt_velocity):
         raise InputError(
             f"{what}: expected a marker that follows the belt within {1e3 * LONGEST_S:g} ms, found one that "
             "does not: check the trigger of the motion capture, the direction of the axes, and that the "
@@ -79,7 +79,7 @@ def common_signal_delay(
     Parameters
     ----------
     reference, signal : ndarray, shape (n,) and (m,)
-        The two records (any units), sampled from the same instant on; NaN where a sample is missing.
+        The two records, sampled from the same instant on; NaN where a sample is missing.
     rate_hz : float
         Sampling rate of both (Hz).
     longest_s : float
@@ -90,17 +90,19 @@ def common_signal_delay(
     delay_s : float
         Time by which ``signal`` is late (s).
     correlation : float
-        Correlation coefficient at this delay (-); 0 if one of the two does not change.
+        Correlation coefficient at this delay; 0 if one of the two does not change.
     gain : float
         Slope of the regression of ``reference`` on ``signal`` there (unit of one per unit of the other).
     """
     size = reference.size + signal.size
     length = 1 << (size - 1).bit_length()
-    there = [np.isfinite(x) for x in (reference, signal)]
-    middle = [float(x[k].mean()) if k.any() else 0.0 for x, k in zip((reference, signal), there, strict=True)]
-    x, y = (np.where(k, v - c, 0.0) for v, k, c in zip((reference, signal), there, middle, strict=True))
-    spectra = {key: np.fft.rfft(v, length) for key, v in (("x", x), ("xx", x * x), ("kx", there[0] * 1.0))}
-    other = {key: np.fft.rfft(v, length) for key, v in (("y", y), ("yy", y * y), ("ky", there[1] * 1.0))}
+    finite = [np.isfinite(x) for x in (reference, signal)]
+    middle = [
+        float(x[k].mean()) if k.any() else 0.0 for x, k in zip((reference, signal), finite, strict=True)
+    ]
+    x, y = (np.where(k, v - c, 0.0) for v, k, c in zip((reference, signal), finite, middle, strict=True))
+    spectra = {key: np.fft.rfft(v, length) for key, v in (("x", x), ("xx", x * x), ("kx", finite[0] * 1.0))}
+    other = {key: np.fft.rfft(v, length) for key, v in (("y", y), ("yy", y * y), ("ky", finite[1] * 1.0))}
 
     most = min(round(longest_s * rate_hz) + 1, max(reference.size, signal.size) - 1)
     lags = np.arange(-most, most + 1)
@@ -110,7 +112,7 @@ def common_signal_delay(
         return np.fft.irfft(np.conj(spectra[a]) * other[b], length)[lags]
 
     count = np.round(summed("kx", "ky"))
-    enough = count >= max(3, 0.5 * min(there[0].sum(), there[1].sum()))
+    enough = count >= max(3, 0.5 * min(finite[0].sum(), finite[1].sum()))
     n = np.maximum(count, 1.0)
     sx, sy = summed("x", "ky"), summed("kx", "y")
     covariance = summed("x", "y") - sx * sy / n

@@ -19,11 +19,11 @@ def bootstrap_blocks(
     Parameters
     ----------
     regressors : ndarray, shape (n, p)
-        Regressors, one column per parameter (any units).
+        Regressors, one column per parameter.
     y : ndarray, shape (n,)
-        Signal to explain (any unit).
+        Signal to explain.
     block, draws : int
-        Length of a block (samples) and number of draws (-).
+        Length of a block (samples) and number of draws.
     rng : numpy.random.Generator
         Draws the blocks.
     penalty : ndarray, shape (p, p), or 0
@@ -56,14 +56,14 @@ def expanded_tail(confidence: float, blocks: int) -> float:
     Parameters
     ----------
     confidence : float
-        Probability p of the interval (-).
+        Probability p of the interval.
     blocks : int
-        Number n of blocks from which the bootstrap draws (-), at least 2.
+        Number n of blocks from which the bootstrap draws, at least 2.
 
     Returns
     -------
     float
-        The percentile (%); that of the high end is 100 minus it.
+        The percentile (%) of the low end; the high end is at 100 minus it.
     """
     degrees = blocks - 1
     quantile = scipy.special.stdtrit(degrees, 0.5 * (1.0 + confidence))
@@ -77,7 +77,7 @@ class Interval:
     Attributes
     ----------
     standard_error : ndarray, shape (p,)
-        Of each parameter's mean (unit of the parameter).
+        Standard error of each parameter's mean (unit of the parameter).
     low, high : ndarray, shape (p,)
         Ends of the interval (unit of the parameter).
     """
@@ -98,13 +98,13 @@ def bootstrap_mean(
     Parameters
     ----------
     values : ndarray, shape (n, p)
-        Estimates of n perturbations (any units).
+        Estimates of n perturbations.
     draws : int
-        Number of bootstrap samples (-).
+        Number of bootstrap samples.
     rng : numpy.random.Generator
         Draws the perturbations.
     confidence : float
-        Probability of the interval (-).
+        Probability of the interval.
 
     Returns
     -------

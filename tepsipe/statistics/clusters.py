@@ -3,7 +3,7 @@
 import numpy as np
 import scipy
 
-# part of a combination of parameters that other clusters must see for its error to be seen (-)
+# smallest share of a combination of parameters that other clusters must determine
 ALONE = 1e-6
 
 
@@ -12,15 +12,15 @@ def bias_reduced_share(normal: np.ndarray, information: np.ndarray, moment: np.n
 
         db_j = N^-1 X_j' (1 - H_j)^-1/2 e_j,     H_j = X_j N^-1 X_j',     cov(b) = sum_j db_j db_j'
 
-    The residuals e_j of a cluster are smaller than its errors, because it has drawn the fit towards itself:
-    its part in its own prediction is H_j. With the correction the covariance is unbiased if errors are
-    white. Without it the covariance is too small. The jackknife over clusters, which has the power -1, makes
-    it too large: many times for a parameter that hardly more than one cluster determines. As
+    The residuals e_j of a cluster are smaller than its errors, because the cluster draws the fit towards
+    itself; its share in its own prediction is H_j. With the correction the covariance is unbiased if errors
+    are white. Without it the covariance is too small. The jackknife over clusters, which has the power -1,
+    makes it too large, many times so for a parameter that hardly more than one cluster determines. As
 
         X_j' (1 - X_j N^-1 X_j')^-1/2 = L (1 - L^-1 X_j'X_j L^-T)^-1/2 L^-1 X_j',     N = L L',
 
-    only matrices of the size of the parameters occur. Of combinations that a cluster determines alone its
-    residuals show nothing: they have no share.
+    only matrices of the size of the parameters occur. Parameter combinations determined by a single cluster
+    leave no residual in it; they get no share.
 
     Parameters
     ----------

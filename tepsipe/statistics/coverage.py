@@ -1,15 +1,15 @@
-"""Coverage of intervals: how often they hold the truth, and how well that share is known.
+"""Coverage of intervals: the share that include the truth, with its uncertainty.
 
-Estimates of one laboratory share its errors: they are a cluster, and n estimates of m laboratories say less
-about the coverage than n independent ones. With x_j of n_j estimates of laboratory j covered, and
+Estimates of one laboratory share its errors and form a cluster, so n estimates of m laboratories carry less
+information on the coverage than n independent ones. With x_j of n_j estimates of laboratory j covered, and
 p = sum x_j / sum n_j,
 
     var(p) = m / (m - 1)  sum_j (x_j - p n_j)^2 / n^2        (ratio estimator, clusters drawn independently)
     n_eff  = p (1 - p) / var(p)
 
-and the interval is that of Clopper and Pearson for n_eff p of n_eff (E. L. Korn and B. I. Graubard (1998),
-Confidence intervals for proportions with small expected number of positive counts estimated from survey
-data, Survey Methodology 24, 193-201). Where all or none are covered, var(p) is 0 and says nothing: then a
+and the interval is Clopper and Pearson's for n_eff p of n_eff (E. L. Korn and B. I. Graubard (1998),
+Confidence intervals for proportions with small expected number of positive counts estimated from survey data,
+Survey Methodology 24, 193-201). If all or none are covered, var(p) is 0 and carries no information: then a
 laboratory counts as one estimate, the least that the data can hold.
 """
 
@@ -30,11 +30,11 @@ class Share:
     Attributes
     ----------
     n, held : int
-        Number of estimates, and of those that count (-).
+        Number of estimates, and of those that count.
     clusters : int
-        Number of laboratories with any (-).
+        Number of laboratories with any.
     low, high : float
-        Ends of the 95 % interval of the share (-); not a number without estimates.
+        Ends of the 95 % interval of the share; not a number without estimates.
     """
 
     n: int
@@ -45,7 +45,7 @@ class Share:
 
     @property
     def value(self) -> float:
-        """Share held / n (-); not a number without estimates."""
+        """Share held / n; not a number without estimates."""
         return self.held / self.n if self.n else math.nan
 
 
@@ -55,12 +55,12 @@ def clopper_pearson(held: float, n: float) -> tuple[float, float]:
     Parameters
     ----------
     held, n : float
-        How many of how many (-); effective numbers need not be whole.
+        Number held, and number of all; effective numbers need not be whole.
 
     Returns
     -------
     low, high : float
-        Ends (-), within 0 to 1.
+        Ends, within 0 to 1.
     """
     tail = 0.5 * (1.0 - CONFIDENCE)
     low = 0.0 if held <= 0.0 else float(scipy.special.betaincinv(held, n - held + 1.0, tail))
@@ -69,19 +69,19 @@ def clopper_pearson(held: float, n: float) -> tuple[float, float]:
 
 
 def share_of(held: Sequence[bool], clusters: Sequence[object]) -> Share:
-    """Share of estimates that count, with the interval for clusters described at the head of this module.
+    """Share of estimates that count, with the interval for clusters described in this module's docstring.
 
     Parameters
     ----------
     held : sequence of bool
         Whether an estimate counts, for example is covered.
     clusters : sequence of object
-        Laboratory of each estimate, of the same length (no unit).
+        Laboratory of each estimate, of the same length.
 
     Returns
     -------
     Share
-        With n_eff between the number of laboratories and that of estimates (-).
+        With n_eff between the numbers of laboratories and of estimates.
     """
     names = list(dict.fromkeys(clusters))
     place = {name: k for k, name in enumerate(names)}
@@ -97,7 +97,7 @@ def share_of(held: Sequence[bool], clusters: Sequence[object]) -> Share:
 
 
 def _effective_number(x: np.ndarray, size: np.ndarray) -> float:
-    """n_eff (-) for x of size estimates in each cluster."""
+    """n_eff for x of size estimates in each cluster."""
     n, m = size.sum(), len(size)
     p = x.sum() / n
     if m == 1 or p in (0.0, 1.0):

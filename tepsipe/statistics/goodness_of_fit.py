@@ -15,7 +15,7 @@ def vaf(measured: np.ndarray, predicted: np.ndarray, *, centred: bool = False) -
     measured, predicted : ndarray, shape (n,)
         Signals in the same unit.
     centred : bool
-        Whether the mean of either signal is removed first (-).
+        Whether the mean of either signal is removed first.
 
     Returns
     -------

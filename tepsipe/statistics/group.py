@@ -5,7 +5,7 @@ With the values x_1 ... x_n of n people,
     mean = sum x_i / n,    SD^2 = sum (x_i - mean)^2 / (n - 1),    SEM = SD / sqrt(n),
 
 and the interval is mean +- t SEM, where t is the 97.5 % quantile of Student's distribution with n - 1 degrees
-of freedom. SD holds both the differences between people and the uncertainty of each person's value.
+of freedom. SD includes both the differences between people and the uncertainty of each person's value.
 """
 
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ class GroupMean:
     Attributes
     ----------
     n : int
-        Number of people (-).
+        Number of people.
     mean : float
         Mean of their values (unit of the values).
     sd, sem : float or None
@@ -46,7 +46,7 @@ def group_mean(values: np.ndarray) -> GroupMean:
     Parameters
     ----------
     values : ndarray, shape (n,)
-        One value per person (any unit), at least one.
+        One value per person, at least one.
 
     Returns
     -------
@@ -64,7 +64,7 @@ def group_mean(values: np.ndarray) -> GroupMean:
 
 
 def typical_uncertainty(standard_errors: np.ndarray) -> float | None:
-    """Root mean square of the standard errors of several people, shape (n,) (any unit); None for nobody.
+    """Root mean square of the standard errors of several people, shape (n,); None for nobody.
 
     The square of the observed SD between people is on average the sum of the variance between people and of
     the square of this uncertainty.

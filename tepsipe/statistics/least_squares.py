@@ -24,7 +24,7 @@ class LinearFit:
         sqrt(R'R / (N - p) diag((J'J)^-1)), valid for white residuals only.
     condition_number : float
         Ratio of the largest to the smallest singular value of J after scaling its columns to unit
-        length (-).
+        length.
     """
 
     parameters: np.ndarray
@@ -40,9 +40,9 @@ def least_squares_line(jacobian: np.ndarray, y: np.ndarray) -> LinearFit:
     Parameters
     ----------
     jacobian : ndarray, shape (N, p)
-        Regressors, one column per parameter (any units).
+        Regressors, one column per parameter.
     y : ndarray, shape (N,)
-        Signal to explain (any unit).
+        Signal to explain.
 
     Returns
     -------
@@ -85,7 +85,7 @@ def sem_as_printed(residuals: np.ndarray, inverse_diagonal: np.ndarray) -> np.nd
     Returns
     -------
     ndarray, shape (p,)
-        As printed; its unit is that of the parameter over the square root of the signal's.
+        As printed; its unit is the parameter's over the square root of the signal's.
     """
     return np.sqrt(np.linalg.norm(residuals) * inverse_diagonal)
 

@@ -1,4 +1,4 @@
-"""What a model leaves: whether it is white, how long it remembers; changes of parameters over a record."""
+"""Residuals of a model: whiteness and memory; changes of parameters over a record."""
 
 from dataclasses import dataclass
 
@@ -14,11 +14,11 @@ class CumulativePeriodogram:
     frequency_hz : ndarray, shape (m,)
         Lines of the periodogram (Hz).
     cumulative : ndarray, shape (m,)
-        Fraction of the power up to each line (-).
+        Fraction of the power up to each line.
     limit : float
-        Distance (-) from the straight line that white noise exceeds at some line in 5 of 100 records.
+        Distance from the straight line that white noise exceeds at some line in 5 of 100 records.
     distance, p_value : float
-        Largest distance from the straight line, and its probability for white noise (-).
+        Largest distance from the straight line, and its probability for white noise.
     """
 
     frequency_hz: np.ndarray
@@ -31,19 +31,19 @@ class CumulativePeriodogram:
 def cumulative_periodogram(x: np.ndarray, rate_hz: float, highest_hz: float) -> CumulativePeriodogram:
     """Whiteness up to a frequency by the normalised cumulative periodogram (Bartlett 1955; Durbin 1969).
 
-    Of a record that was low-pass filtered only the frequencies that passed can be tested.
+    In a low-pass filtered record, only the frequencies that passed can be tested.
 
     Parameters
     ----------
     x : ndarray, shape (n,)
-        Residual (any unit).
+        Residual.
     rate_hz, highest_hz : float
         Sampling rate, and highest frequency that is tested (Hz).
 
     Returns
     -------
     CumulativePeriodogram
-        Cumulative power (-), and the Kolmogorov-Smirnov test of its distance from a straight line.
+        Cumulative power, and the Kolmogorov-Smirnov test of its distance from a straight line.
     """
     import scipy
 
@@ -67,7 +67,7 @@ def cumulative_periodogram(x: np.ndarray, rate_hz: float, highest_hz: float) -> 
 
 
 def share_below(x: np.ndarray, rate_hz: float, frequency_hz: float) -> float:
-    """Fraction of the mean square of a signal (any unit), its mean included, below a frequency (-)."""
+    """Fraction of the mean square of a signal, its mean included, below a frequency."""
     power = np.abs(np.fft.rfft(x)) ** 2
     power[1 : (x.size + 1) // 2] *= 2.0
     at = np.fft.rfftfreq(x.size, 1.0 / rate_hz)
@@ -75,7 +75,7 @@ def share_below(x: np.ndarray, rate_hz: float, frequency_hz: float) -> float:
 
 
 def memory_s(x: np.ndarray, rate_hz: float) -> float:
-    """First lag (s) at which the autocorrelation of a signal (any unit) is below 1/e."""
+    """First lag (s) at which the autocorrelation of a signal is below 1/e."""
     size = x.size
     spectrum = np.fft.rfft(x - x.mean(), 2 * size)
     correlation = np.fft.irfft(np.abs(spectrum) ** 2)[: size // 2]
@@ -87,16 +87,16 @@ def memory_s(x: np.ndarray, rate_hz: float) -> float:
 def solution_with_errors(
     regressors: np.ndarray, y: np.ndarray, block: int
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Least squares whose standard errors allow residuals that are correlated within blocks of time.
+    """Least squares with standard errors for residuals that are correlated within blocks of time.
 
     The jackknife over blocks (Efron 1982): every block is left out once.
 
     Parameters
     ----------
     regressors : ndarray, shape (n, p)
-        Regressors (any units).
+        Regressors.
     y : ndarray, shape (n,)
-        Signal to explain (any unit).
+        Signal to explain.
     block : int
         Length of a block (samples).
 
@@ -105,7 +105,7 @@ def solution_with_errors(
     solution, error : ndarray, shape (p,)
         Parameters and their standard errors (units of y over units of the columns).
     freedom : int
-        Degrees of freedom of the errors: blocks - 1 (-).
+        Degrees of freedom of the errors: blocks - 1.
     """
     scale = np.linalg.norm(regressors, axis=0)
     scale[scale == 0.0] = 1.0
@@ -116,8 +116,8 @@ def solution_with_errors(
     parts = (np.array_split(z, blocks) for z in (x, y - x @ solution))
     changes = np.array(
         [
-            np.linalg.pinv(normal - part.T @ part, hermitian=True) @ (part.T @ left)
-            for part, left in zip(*parts, strict=True)
+            np.linalg.pinv(normal - part.T @ part, hermitian=True) @ (part.T @ rest)
+            for part, rest in zip(*parts, strict=True)
         ]
     )
     error = np.sqrt((blocks - 1.0) / blocks * np.sum((changes - changes.mean(axis=0)) ** 2, axis=0))
@@ -125,19 +125,19 @@ def solution_with_errors(
 
 
 def equal_means_p(values: np.ndarray, errors: np.ndarray, freedom: np.ndarray) -> float:
-    """Probability (-) that equal quantities differ so much, by Welch's test (1951, Biometrika 38, 330-336).
+    """Probability of a larger difference if the quantities are equal (Welch 1951, Biometrika 38, 330-336).
 
     Parameters
     ----------
     values, errors : ndarray, shape (k,)
-        Independent estimates and their standard errors (any unit).
+        Independent estimates and their standard errors.
     freedom : ndarray, shape (k,)
-        Degrees of freedom of the errors (-).
+        Degrees of freedom of the errors.
 
     Returns
     -------
     float
-        p (-); not a number where an error is not positive.
+        p; not a number where an error is not positive.
     """
     import scipy
 

@@ -1,6 +1,6 @@
 """Type A and Type B uncertainty, budgets and combined intervals (GUM: JCGM 100:2008).
 
-Type A is what a trial's own scatter shows. Type B is everything else that was not known: masses, lengths,
+Type A is the uncertainty from the scatter within a trial. Type B is all other uncertainty: masses, lengths,
 calibrations, delays. Each source i of Type B has a standard uncertainty u(x_i); through the estimator
 f it contributes u_i(y) = c_i u(x_i), c_i = df/dx_i, to the estimate y (JCGM 100, eq 10):
 
@@ -11,10 +11,10 @@ Satterthwaite (JCGM 100, eq G.2b):
 
     nu_eff = u_c^4 / (u_A^4 / nu_A + sum_i u_i^4 / nu_i)
 
-A contribution keeps its sign, so that of a source common to two estimates only the difference counts in
-their difference (JCGM 100, section 5.2). Two departures from the letter of the GUM: the bootstrap of a
-calibration counts as Type B here, because it is evaluated once and does not vary within a trial; and the
-same degrees of freedom hold for all components of one source.
+A contribution keeps its sign, so a source common to two estimates affects their difference only by the
+difference of its contributions (JCGM 100, section 5.2). Two departures from the letter of the GUM: the
+bootstrap of a calibration counts as Type B here, because it is evaluated once and does not vary within a
+trial; and the same degrees of freedom hold for all components of one source.
 """
 
 import math
@@ -32,7 +32,7 @@ DISTRIBUTIONS = ("normal", "rectangular", "triangular")
 
 @dataclass(frozen=True)
 class Source:
-    """A quantity that the analysis takes as known, and how well it is known.
+    """A constant assumed by the analysis, and its uncertainty.
 
     Attributes
     ----------
@@ -44,9 +44,9 @@ class Source:
         Shape of that belief, for readers of the budget: to first order only u(x) counts. The half width is
         u sqrt(3) if rectangular, u sqrt(6) if triangular.
     freedom : float
-        Degrees of freedom of u(x) (-); infinite where it is not itself an estimate.
+        Degrees of freedom of u(x); infinite where it is not itself an estimate.
     reason : str
-        Why it is believed: a measurement, a data sheet, a publication (no unit).
+        Why it is believed: a measurement, a data sheet, a publication.
     """
 
     name: str
@@ -68,14 +68,14 @@ def sources_of(section: Mapping[str, Mapping | None]) -> dict[str, Source]:
     Returns
     -------
     dict of str to Source
-        Those that are not switched off (units in their names).
+        Those that are not switched off.
 
     Raises
     ------
     InputError
         If a standard uncertainty is negative or not a number, or a distribution is unknown.
     """
-    found = {}
+    sources = {}
     for name, stated in section.items():
         if stated is None:
             continue
@@ -91,8 +91,8 @@ def sources_of(section: Mapping[str, Mapping | None]) -> dict[str, Source]:
                 f"{quoted(shape)}: correct it"
             )
         freedom = stated.get("freedom")
-        found[name] = Source(name, u, shape, np.inf if freedom is None else freedom, stated["source"])
-    return found
+        sources[name] = Source(name, u, shape, np.inf if freedom is None else freedom, stated["source"])
+    return sources
 
 
 @dataclass(frozen=True)
@@ -104,12 +104,12 @@ class Budget:
     type_a : ndarray, shape (p,)
         Standard uncertainties from the trial's own scatter (units of the estimates).
     freedom_a : float
-        Their degrees of freedom (-).
+        Their degrees of freedom.
     contributions : dict of str to ndarray, shape (k, p)
         Source -> root R of its covariance, R'R (units of the estimates). One row, c_i u(x_i) with its sign,
         if it was propagated linearly; as many rows as draws if by a bootstrap.
     freedom : dict of str to float
-        Source -> degrees of freedom (-); infinite where none are given.
+        Source -> degrees of freedom; infinite where none are given.
     """
 
     type_a: np.ndarray
@@ -118,7 +118,7 @@ class Budget:
     freedom: dict[str, float] = field(default_factory=dict)
 
     def of_source(self, name: str) -> np.ndarray:
-        """Standard uncertainty that a source contributes, shape (p,) (units of the estimates)."""
+        """Standard uncertainty contributed by a source, shape (p,) (units of the estimates)."""
         return np.sqrt((self.contributions[name] ** 2).sum(axis=0))
 
     @property
@@ -134,7 +134,7 @@ class Budget:
 
     @property
     def effective_freedom(self) -> np.ndarray:
-        """Effective degrees of freedom of Welch and Satterthwaite, shape (p,) (-)."""
+        """Effective degrees of freedom of Welch and Satterthwaite, shape (p,)."""
         quartic = self.type_a**4 / self.freedom_a
         for name in self.contributions:
             quartic = quartic + self.of_source(name) ** 4 / self.freedom.get(name, np.inf)
@@ -147,9 +147,9 @@ class Budget:
         Parameters
         ----------
         values : ndarray, shape (p,)
-            The estimates (any units).
+            The estimates.
         confidence : float
-            Probability of the interval (-).
+            Probability of the interval.
 
         Returns
         -------
@@ -164,7 +164,7 @@ class Budget:
 
         Type A of both is independent and adds in quadrature, with degrees of freedom by Welch and
         Satterthwaite for the first estimate. A source of the same name is the same quantity: its
-        contributions are subtracted. A source of one budget alone enters alone.
+        contributions are subtracted. A source in only one of the budgets is kept.
 
         Raises
         ------
@@ -193,7 +193,7 @@ class Budget:
 
 
 def coverage_factor(freedom: np.ndarray, confidence: float = CONFIDENCE) -> np.ndarray:
-    """Student's quantile of a two-sided interval (-) for degrees of freedom (-) that may be infinite."""
+    """Student's quantile of a two-sided interval for degrees of freedom that may be infinite."""
     p = 0.5 * (1.0 + confidence)
     freedom = np.asarray(freedom, dtype=float)
     finite = np.where(np.isfinite(freedom), freedom, 1.0)
@@ -206,12 +206,12 @@ def scatter(values: np.ndarray) -> tuple[np.ndarray, float]:
     Parameters
     ----------
     values : ndarray, shape (n, p)
-        Estimates of n perturbations (any units).
+        Estimates of n perturbations.
 
     Returns
     -------
     u, freedom : ndarray of shape (p,), float
-        Standard uncertainty (units of ``values``) and degrees of freedom (-); infinite and 1 if n < 2.
+        Standard uncertainty (units of ``values``) and degrees of freedom; infinite and 1 if n < 2.
     """
     n = len(values)
     if n < 2:
@@ -227,22 +227,22 @@ def linear_contributions(
     Parameters
     ----------
     estimate : callable
-        Takes deviations of the sources by name (their units), returns the estimates, shape (p,). Sources
+        Takes deviations of the sources by name, returns the estimates, shape (p,). Sources
         that are not named do not deviate.
     sources : sequence of Source
-        What is not known exactly.
+        Uncertain constants.
 
     Returns
     -------
     dict of str to ndarray, shape (1, p)
         Source -> c_i u(x_i) (units of the estimates), for `Budget.contributions`.
     """
-    found = {}
+    contributions = {}
     for source in sources:
         u = source.standard_uncertainty
         above, below = (np.asarray(estimate({source.name: sign * u})) for sign in (1.0, -1.0))
-        found[source.name] = 0.5 * (above - below)[None]
-    return found
+        contributions[source.name] = 0.5 * (above - below)[None]
+    return contributions
 
 
 def root_of_draws(draws: np.ndarray) -> np.ndarray:
@@ -251,7 +251,7 @@ def root_of_draws(draws: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     draws : ndarray, shape (n, p)
-        Estimates for n draws of a source (any units).
+        Estimates for n draws of a source.
 
     Returns
     -------

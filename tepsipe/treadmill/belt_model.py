@@ -10,7 +10,7 @@ class BeltModel:
 
     @property
     def holds_errors(self) -> bool:
-        """Whether it holds draws of its constants' errors, and residuals of unseen trials (-)."""
+        """True if it holds draws of its constants' errors, and residuals of held-out trials."""
         return False
 
     @property
@@ -33,7 +33,7 @@ class BeltModel:
     ) -> np.ndarray:
         """Measured load less the belt-induced one (N or N·m), shape (n,).
 
-        ``force`` is the true fore-aft force (N), ``friction`` that of the belt (N) where it is known already,
+        ``force`` is the true fore-aft force (N), ``friction`` the belt's friction (N) where known already,
         both of shape (n,), for models that need them.
         """
         return recording.load - self.predict(recording)

@@ -5,9 +5,9 @@ a force between the pulses. Linear constants follow by least squares for every s
 projection; Golub & Pereyra 1973). The fit begins with the loaded frame and adds the term that most reduces
 the error of trials that are left out in turn, as long as the gain is clear: a treadmill without memory gets a
 model without bristles. Left-out errors follow from the linearised fit. So does the covariance of the
-constants: trials are clusters with errors of their own, whose residuals are corrected for how far the trial
-has drawn the fit towards itself (bias-reduced linearisation; Bell & McCaffrey 2002). The jackknife overstates
-what a single trial determines, for example all that only the fastest pulse shows.
+constants: trials are clusters with independent errors, whose residuals are corrected for the leverage of the
+trial on the fit (bias-reduced linearisation; Bell & McCaffrey 2002). The jackknife overstates the influence
+of a single trial, for example of the only one with the fastest pulse.
 """
 
 from dataclasses import dataclass, replace
@@ -39,15 +39,15 @@ TERMS = {
 }
 # constants that switch their term off where they are 0
 SWITCHES = ("stribeck", "second_mode", "second_mode_moment")
-# smallest relative gain of the mean square error of left-out trials that another term must bring (-)
+# smallest relative gain of the mean square error of left-out trials that another term must bring
 GAIN = 0.1
-# part of the load's root mean square that no model of this kind predicts (-)
+# part of the load's root mean square that no model of this kind predicts
 DISCREPANCY = 0.005
 STIFF_S2 = 1.0 / (2.0 * np.pi * 50.0) ** 2
 
 
 class Search(NamedTuple):
-    """Search for one constant: its scale (its unit), and start and bounds in units of the scale (-)."""
+    """Search for one constant: its scale, and start and bounds in units of the scale."""
 
     scale: float
     start: float
@@ -55,7 +55,7 @@ class Search(NamedTuple):
     high: float
 
 
-# the first of `Constants`, which are searched for; the others follow by least squares
+# the first constants of `Constants` are searched for; the others follow by least squares
 SEARCHES = {
     "damping_s": Search(1e-3, 0.5, -5.0, 20.0),
     "damping_s_per_kg": Search(1e-5, 0.0, -10.0, 10.0),
@@ -74,7 +74,7 @@ SEARCHES = {
 }
 SEARCHED = len(SEARCHES)
 SCALE, START, LOW, HIGH = np.array(list(SEARCHES.values())).T
-# pre-sliding distances (m) and ratios of the second mode (-) from which the search may start
+# pre-sliding distances (m) and ratios of the second mode from which the search may start
 TRIED = {"bristles": ("bristle_m", (5e-5, 2e-4, 8e-4, 3e-3)), "second-mode": ("second_slowness", (0.6, 1.6))}
 # standard deviations of weak priors about 0 (units of the constants)
 PRIOR = {"second_mode": 0.2, "second_mode_moment": 0.2, "lever_m": 0.2, "cross_talk_m": 0.02}
@@ -89,14 +89,14 @@ class Calibrated:
     Attributes
     ----------
     models : dict of str to BristleFrame
-        Component -> model (units in it).
+        Component -> model.
     deviations : ndarray, shape (draws, 24)
-        Draws of the errors of the constants (their units).
+        Draws of the errors of the constants.
     without_trial : ndarray, shape (trials, 24)
-        Change of the constants if a trial is left out (their units).
+        Change of the constants if a trial is left out.
     left_out : dict of str to float
         Terms joined by ``+``, for every variant that was fitted -> root mean square error of left-out
-        trials relative to the noise (-).
+        trials relative to the noise.
     """
 
     models: dict[str, BristleFrame]
@@ -129,7 +129,7 @@ def fit_bristle_frame(
     trials : list of dict of str to BeltRecording
         For each calibration trial component Fy or Mx -> recording (N, N·m), with two masses or more.
     draws : int
-        Number of draws of the errors of the constants (-).
+        Number of draws of the errors of the constants.
     rng : numpy.random.Generator
         Draws them.
     like : Calibrated, optional
@@ -138,7 +138,7 @@ def fit_bristle_frame(
     Returns
     -------
     Calibrated
-        Models of both components (units in them).
+        Models of both components.
 
     Raises
     ------
@@ -184,18 +184,18 @@ def left_out_in_turn(trials: list[dict[str, BeltRecording]]) -> list[dict[str, B
         In the same order.
     """
     masses = [trial["Fy"].carried_kg for trial in trials]
-    found = []
+    parts_of_trials = []
     for trial, kg in zip(trials, masses, strict=True):
         if masses.count(kg) > 1 or len(trial["Fy"].onsets) < 2:
-            found.append(trial)
+            parts_of_trials.append(trial)
             continue
         for half in (0, 1):
             parts = {
                 c: replace(r, name=f"{r.name}, half {half + 1}", onsets=r.onsets[half::2])
                 for c, r in trial.items()
             }
-            found.append(parts)
-    return found
+            parts_of_trials.append(parts)
+    return parts_of_trials
 
 
 def _chosen(
@@ -219,7 +219,7 @@ def _chosen(
 
 def _weights(windows: PulseWindows) -> dict[str, float]:
     """Component -> standard deviation of one pulse about the trial's mean, and of what no model predicts."""
-    found = {}
+    weights = {}
     for component, single in windows.single.items():
         noise, size = [], []
         for k, parts in enumerate(single):
@@ -231,8 +231,8 @@ def _weights(windows: PulseWindows) -> dict[str, float]:
             total = inside.mean(axis=0) + carried - carried.mean()
             size.append(windows.count[k] * np.mean(total**2))
         usual = np.mean(noise) if noise else 0.0
-        found[component] = float(np.sqrt(usual + DISCREPANCY**2 * np.mean(size)))
-    return found
+        weights[component] = float(np.sqrt(usual + DISCREPANCY**2 * np.mean(size)))
+    return weights
 
 
 def _centred(windows: PulseWindows, x: np.ndarray) -> np.ndarray:
@@ -280,12 +280,12 @@ def _solve(
 
         rows = np.column_stack([seen(x) for x in columns])
         total = _centred(windows, windows.load[component] + windows.carried[component]) / weights[component]
-        left = total - seen(carried[component])
+        target = total - seen(carried[component])
         size = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
         held = np.array([1.0 / priors[k] if k in priors else 0.0 for k in range(size.size)]) / size
         stacked = np.concatenate([rows / size, np.diag(held)])
-        solution = np.linalg.lstsq(stacked, np.append(left, np.zeros(size.size)), rcond=1e-10)[0] / size
-        return solution, left - rows @ solution
+        solution = np.linalg.lstsq(stacked, np.append(target, np.zeros(size.size)), rcond=1e-10)[0] / size
+        return solution, target - rows @ solution
 
     force, left_force = least_squares("Fy", [acceleration, *rubbing], {})
     columns, priors = [acceleration, velocity], {}
@@ -307,7 +307,7 @@ def _absent(terms: tuple[str, ...]) -> list[str]:
 
 
 def _fit(windows: PulseWindows, weights: dict[str, float], terms: tuple[str, ...], start: np.ndarray) -> _Fit:
-    """Search for the constants of one variant, from those of a smaller one."""
+    """Search for the constants of one variant, starting from a smaller variant's constants."""
     absent = _absent(terms)
     free = np.array([k for k in range(SEARCHED) if CONSTANTS[k] not in absent])
     scale = SCALE.copy()
@@ -321,11 +321,11 @@ def _fit(windows: PulseWindows, weights: dict[str, float], terms: tuple[str, ...
         full[free] = x * scale[free]
         return full
 
-    def left(x: np.ndarray) -> np.ndarray:
+    def error(x: np.ndarray) -> np.ndarray:
         searched = whole(x)
-        found = _solve(windows, searched, terms, weights)[1]
+        solution = _solve(windows, searched, terms, weights)[1]
         weak = [searched[AT[name]] / PRIOR[name] for name in ("second_mode", "second_mode_moment")]
-        return np.append(found, weak)
+        return np.append(solution, weak)
 
     for name, values in (TRIED[term] for term in TRIED if term in terms):
         starts = [base.copy() for _ in range(len(values) + 1)]
@@ -334,8 +334,8 @@ def _fit(windows: PulseWindows, weights: dict[str, float], terms: tuple[str, ...
         base = min(starts, key=lambda x: float(np.sum(_solve(windows, x, terms, weights)[1] ** 2)))
     low, high = LOW[free], HIGH[free]
     first = np.clip(base[free] / scale[free], low + 1e-3, high - 1e-3)
-    found = scipy.optimize.least_squares(
-        left,
+    solution = scipy.optimize.least_squares(
+        error,
         first,
         bounds=(low, high),
         diff_step=1e-3,
@@ -343,10 +343,10 @@ def _fit(windows: PulseWindows, weights: dict[str, float], terms: tuple[str, ...
         ftol=1e-5,
         max_nfev=30,
     )
-    constants, _ = _solve(windows, whole(found.x), terms, weights)
-    # a bound of v_0 is no fault: where bristles explain the friction, the smooth part is about 0
-    at_bound = found.active_mask[free != AT["friction_speed_m_per_s"]].any()
-    converged = bool(found.success and not at_bound)
+    constants, _ = _solve(windows, whole(solution.x), terms, weights)
+    # v_0 at a bound is no fault: where bristles explain the friction, the smooth part is about 0
+    at_bound = solution.active_mask[free != AT["friction_speed_m_per_s"]].any()
+    converged = bool(solution.success and not at_bound)
     return _Fit(constants, converged, *_leave_out(windows, weights, terms, constants))
 
 
@@ -358,7 +358,7 @@ def residuals(windows: PulseWindows, constants: np.ndarray) -> dict[str, np.ndar
     windows : PulseWindows
         The trials.
     constants : ndarray, shape (24,)
-        Those of `tepsipe.treadmill.bristle_frame.Constants` in their order (units there).
+        Those of `tepsipe.treadmill.bristle_frame.Constants` in their order.
 
     Returns
     -------
@@ -378,11 +378,11 @@ def residuals(windows: PulseWindows, constants: np.ndarray) -> dict[str, np.ndar
         + named.lever_m * friction
         + named.cross_talk_m * carried["Fy"],
     }
-    found = {}
+    residual = {}
     for c, response in _responses(windows, named).items():
         modelled = np.fft.irfft((carried[c] + added[c]) * response, windows.samples, axis=1)
-        found[c] = windows.load[c] + windows.carried[c] - modelled
-    return found
+        residual[c] = windows.load[c] + windows.carried[c] - modelled
+    return residual
 
 
 def _leave_out(
@@ -396,8 +396,8 @@ def _leave_out(
     trial = np.tile(np.repeat(np.arange(windows.kg.size), windows.evaluated.sum(axis=1)), len(COMPONENTS))
 
     def weighted(x: np.ndarray) -> np.ndarray:
-        found = residuals(windows, x)
-        return np.concatenate([_centred(windows, found[c]) / weights[c] for c in COMPONENTS])
+        residual = residuals(windows, x)
+        return np.concatenate([_centred(windows, residual[c]) / weights[c] for c in COMPONENTS])
 
     error = weighted(constants)
     least = np.concatenate([0.1 * SCALE, np.full(len(CONSTANTS) - SEARCHED, 1e-3)])
@@ -414,10 +414,10 @@ def _leave_out(
     normal = slopes.T @ slopes + np.diag(prior**-2.0 + 1e-9)
     total, changes, spread = 0.0, *np.zeros((2, windows.kg.size, len(CONSTANTS)))
     for k in range(windows.kg.size):
-        own = slopes[trial == k]
-        moment, information = own.T @ error[trial == k], own.T @ own
+        rows = slopes[trial == k]
+        moment, information = rows.T @ error[trial == k], rows.T @ rows
         change = np.linalg.solve(normal - information, -moment)
         changes[k, free] = change / norm
         spread[k, free] = bias_reduced_share(normal, information, moment) / norm
-        total += float(np.sum((error[trial == k] - own @ change) ** 2))
+        total += float(np.sum((error[trial == k] - rows @ change) ** 2))
     return total / error.size, changes, spread

@@ -6,9 +6,9 @@
     d = d_0 + d_1 M,    e = e_0 + e_1 M
     S(s) = 1 - k t s / (1 + t s)
 
-Symbols as in `tepsipe.treadmill.loaded_frame`; further z, how far the bristles between belt and deck are bent
-(`tepsipe.treadmill.pulse_windows`), with the pre-sliding distance d_z, the excess of friction at rest u and
-its speed v_s; p the share of a second mode of the frame, p_F of the force and p_M of the moment, r times
+Symbols as in `tepsipe.treadmill.loaded_frame`; further z, the deflection of the bristles between belt and
+deck (`tepsipe.treadmill.pulse_windows`), with the pre-sliding distance d_z, the excess of friction at rest u
+and its speed v_s; p the share of a second mode of the frame, p_F of the force and p_M of the moment, r times
 slower; lever the height of the friction, all terms of F_y with w and z, about the x axis (m); x cross-talk
 from the true fore-aft force to the moment (m). The pulses of all trials are fitted together, force and moment
 with one frame.
@@ -35,13 +35,13 @@ class Constants(NamedTuple):
     damping_s, damping_s_per_kg, slowness_s2, slowness_s2_per_kg : float
         Frame: d_0 (s), d_1 (s/kg), e_0 (s²), e_1 (s²/kg).
     second_mode, second_mode_moment, second_slowness : float
-        Second mode: p_F, p_M, r (-).
+        Second mode: p_F, p_M, r.
     lag_s, friction_speed_m_per_s : float
         Smooth friction: T (s), v_0 (m/s).
     mount_share, mount_time_s : float
-        Mounts of the transducers: k (-), t (s).
+        Mounts of the transducers: k, t (s).
     bristle_m, stribeck, stribeck_speed_m_per_s : float
-        Bristles: d_z (m), u (-), v_s (m/s).
+        Bristles: d_z (m), u, v_s (m/s).
     force_mass, force_viscous, friction, friction_per_kg, bristle, bristle_per_kg : float
         Force: m (N over m/s²), c (N over m/s), f_0 (N), f_1 (N/kg), b_0 (N), b_1 (N/kg).
     moment_mass, moment_viscous, lever_m, cross_talk_m : float
@@ -82,7 +82,7 @@ class Constants(NamedTuple):
 # names of the constants in their order
 CONSTANTS = Constants._fields
 AT = {name: k for k, name in enumerate(CONSTANTS)}
-# constants that the response of the frame, the friction and the state of the bristles depend on
+# constants on which the response of the frame, the friction and the state of the bristles depend
 OF_FRAME = (*CONSTANTS[:7], "mount_share", "mount_time_s")
 OF_BRISTLES = ("lag_s", "bristle_m", "stribeck", "stribeck_speed_m_per_s")
 # factors of the terms of friction: viscous, smooth and of the bristles, each with its share per kilogram
@@ -99,7 +99,7 @@ class BristleFrame(BeltModel):
     component : {"Fy", "Mx"}
         The load that it predicts.
     constants : ndarray, shape (24,)
-        Those of `Constants` in their order (units there).
+        Those of `Constants` in their order.
     terms : tuple of str
         Parts beyond the loaded frame that cross-validation kept, of `tepsipe.treadmill.bristle_fit.TERMS`.
     rate_hz : float
@@ -119,21 +119,21 @@ class BristleFrame(BeltModel):
 
     @property
     def holds_errors(self) -> bool:
-        """True (-): it has them from the bootstrap of its calibration and from held-out trials."""
+        """True: it has them from the bootstrap of its calibration and from held-out trials."""
         return True
 
     @property
     def order(self) -> int:
-        """Order of the frame's response (-)."""
+        """Order of the frame's response."""
         return 4 if self.named.second_mode else 2
 
     @cached_property
     def named(self) -> Constants:
-        """The constants by their names (units there)."""
+        """The constants by their names."""
         return Constants(*self.constants.tolist())
 
     def moved(self, step: np.ndarray) -> "BristleFrame":
-        """The model with a step, shape (24,), added to its ``constants`` (their units)."""
+        """The model with a step, shape (24,), added to its ``constants``."""
         return replace(self, constants=self.constants + step)
 
     def resonance_hz(self, carried_kg: float) -> float:
@@ -277,7 +277,7 @@ class BristleFrame(BeltModel):
 def _spectrum(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Spectrum of ``x``, shape (n,), less a line between its ends, and the line (unit of ``x``).
 
-    The ends differ where bristles stay bent: the line is passed on as it is.
+    The ends differ where bristles stay bent; the line between them is passed on unchanged.
     """
     line = np.linspace(x[0], x[-1], x.size)
     return np.fft.rfft(x - line), line
@@ -304,7 +304,7 @@ def mount_response(constants: Constants, s: np.ndarray) -> np.ndarray:
 
 
 def _bristles(pulses: Pulses, w: np.ndarray, bristles: Bristles) -> tuple[np.ndarray, np.ndarray]:
-    """State of the bristles in every pulse (-), shape (pulses, n), and at its end, shape (pulses,)."""
+    """State of the bristles in every pulse, shape (pulses, n), and at its end, shape (pulses,)."""
     kept, z = bent(w, bristles, FINER * pulses.rate_hz)
     last, before = np.empty(z.shape[0]), 0.0
     for k in range(z.shape[0]):
@@ -315,9 +315,9 @@ def _bristles(pulses: Pulses, w: np.ndarray, bristles: Bristles) -> tuple[np.nda
 
 def _from_each_pulse(recording: BeltRecording, x: np.ndarray) -> np.ndarray:
     """``x`` less its value before the last pulse that has begun, shape (n,) (unit of ``x``)."""
-    found = x.copy()
+    relative = x.copy()
     before = round(0.1 * recording.rate_hz)
     ends = [*recording.onsets[1:], x.size]
     for onset, end in zip(recording.onsets, ends, strict=True):
-        found[onset:end] -= x[max(0, onset - before)]
-    return found
+        relative[onset:end] -= x[max(0, onset - before)]
+    return relative

@@ -17,7 +17,7 @@ from tepsipe.treadmill.ripple import spectrum_over_distance
 
 
 def coherence_limit(recordings: list[BeltRecording], segment_s: float) -> float:
-    """Fraction of the load's power that is coherent with the belt acceleration (-).
+    """Fraction of the load's power that is coherent with the belt acceleration.
 
     The spectra are averaged over half-overlapping Hann segments of continuous recordings, or over the
     zero-padded perturbations of transient ones. The coherence of unrelated signals averaged over n
@@ -33,7 +33,7 @@ def coherence_limit(recordings: list[BeltRecording], segment_s: float) -> float:
     Returns
     -------
     float
-        sum gamma^2 S_LL / sum S_LL over all frequencies but 0 Hz (-), the upper limit of R2. NaN for a
+        sum gamma^2 S_LL / sum S_LL over all frequencies but 0 Hz, the upper limit of R2. NaN for a
         single segment.
     """
     s_aa, s_al, s_ll, count = 0.0, 0.0, 0.0, 0.0
@@ -81,13 +81,13 @@ class ModelScore:
     cutoff_hz : float
         Cutoff of the low-pass filter of all signals (Hz).
     r2 : float
-        Fraction of the load's variance that is predicted (-).
+        Fraction of the load's variance that is predicted.
     rms_before, rms_after : float
         Root mean square of the load and of the residual (``unit``).
     order : int
-        Number of poles, taps, lines or conditions: the size of the model (-).
+        Number of poles, taps, lines or conditions: the size of the model.
     r2_limit : float
-        Upper limit of R2 for a linear model of the belt acceleration on these recordings (-).
+        Upper limit of R2 for a linear model of the belt acceleration on these recordings.
     load, unit : str
         Name of the load, and its unit.
     converged : bool
@@ -114,7 +114,7 @@ MODEL_SCORES = Table(ModelScore, "scores of models", further=("belt",))
 
 @dataclass(frozen=True)
 class Calibration:
-    """One model to fit (names, no unit).
+    """One model to fit.
 
     Attributes
     ----------
@@ -143,13 +143,13 @@ def calibrate(
     Parameters
     ----------
     plan : list of Calibration
-        Which models, on what.
+        Models to fit, with their training and test recordings.
     training, testing : dict of str to list of BeltRecording
         Groups of recordings, all with the same filter. No recording should be in both.
     load : str
         Name of the load.
     options : FamilyOptions
-        Choices (units in their names).
+        Options of the analysis.
 
     Returns
     -------
@@ -171,16 +171,16 @@ def calibrate(
         fitted = fit_model(entry.model, training[entry.train], options)
         models.append(fitted)
         for test in entry.tests:
-            found = evaluate(fitted, testing[test])
+            score = evaluate(fitted, testing[test])
             scores.append(
                 ModelScore(
                     entry.model,
                     entry.train,
                     test,
                     testing[test][0].lowpass.cutoff_hz,
-                    found.r2,
-                    found.rms_before,
-                    found.rms_after,
+                    score.r2,
+                    score.rms_before,
+                    score.rms_after,
                     fitted.model.order,
                     limits[test],
                     load,
@@ -195,7 +195,7 @@ def calibrate(
 
 ALL_EMPTY = "empty, all"
 BOTH = "empty+weight"
-# what stands for a resonance that the signals do not show (Hz)
+# entry for a resonance that the signals do not show (Hz)
 UNSEEN_HZ = 1e6
 # models that need more than one mass on the belt
 OF_BOTH = ("loaded-frame", "bristle-frame")
@@ -244,7 +244,7 @@ def plate_plan(family: list[str], tests: list[str]) -> list[Calibration]:
     """Plan of the models to fit to the empty belt, to the weight, or to both, and of their tests.
 
     The mean of the empty belt is subtracted from the trials of the weight only, and the frames need
-    both experiments. Every other model is fitted to each experiment and evaluated on each (names, no unit).
+    both experiments. Every other model is fitted to each experiment and evaluated on each.
     """
     plan = []
     for model in family:
@@ -258,7 +258,7 @@ def plate_plan(family: list[str], tests: list[str]) -> list[Calibration]:
 
 
 def table_plan(family: list[str], train: str, tests: list[str]) -> list[Calibration]:
-    """Plan that fits every model to all calibration trials and evaluates it on the others (no unit)."""
+    """Plan that fits every model to all calibration trials and evaluates it on the others."""
     return [Calibration(model, train, tuple(tests)) for model in family]
 
 
@@ -270,8 +270,8 @@ def mean_responses(models: list[FittedModel], recordings: list[BeltRecording]) -
     arrays: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}
     for r in recordings:
-        shown = {"measured": r.load} | {m.name: m.predict(r) for m in models}
-        for key, x in shown.items():
+        signals = {"measured": r.load} | {m.name: m.predict(r) for m in models}
+        for key, x in signals.items():
             name = f"{r.condition}/{key}"
             arrays[name], units[name] = r.segments(x).mean(axis=0), r.unit
     heaviest = max(r.carried_kg for r in recordings)
@@ -334,7 +334,7 @@ def table_result(
     recordings : list of BeltRecording
         Test recordings, with the filter of the models.
     ingested : dict
-        Recording -> record of its ingest (units in the keys), stored with the result.
+        Recording -> record of its ingest, stored with the result.
     most_samples : int
         Largest number of samples shown of a recording, from its middle (samples).
 
@@ -348,9 +348,13 @@ def table_result(
     for r in recordings:
         start = max(0, (r.load.size - most_samples) // 2)
         part = slice(start, start + most_samples)
-        shown = {"time": np.arange(r.load.size) / r.rate_hz, "belt_velocity": r.velocity, "measured": r.load}
-        shown |= {m.name: m.predict(r) for m in models}
-        for key, x in shown.items():
+        signals = {
+            "time": np.arange(r.load.size) / r.rate_hz,
+            "belt_velocity": r.velocity,
+            "measured": r.load,
+        }
+        signals |= {m.name: m.predict(r) for m in models}
+        for key, x in signals.items():
             name = f"{r.name}/{key}"
             arrays[name] = x[part]
             units[name] = {"time": "s", "belt_velocity": "m/s"}.get(key, r.unit)

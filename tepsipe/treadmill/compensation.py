@@ -2,10 +2,10 @@
 
 The constants of a treadmill model are estimates from a few calibration trials. The attribute ``deviations``
 of `tepsipe.treadmill.registry.FittedModel` holds draws of their errors, the same draw in the same row for
-fore-aft force and pitch moment. Each draw gives other compensated loads, and so other joint torques and other
-parameters: their spread is the share of the calibration in the uncertainty. It counts as Type B, because
-repetition of the trial at hand does not reduce it; this departs from the letter of JCGM 100, which calls
-every statistical evaluation Type A.
+fore-aft force and pitch moment. Each draw gives different compensated loads, joint torques and parameters;
+their spread is the contribution of the calibration to the uncertainty. It counts as Type B, because
+repetition of the trial does not reduce it; this departs from the letter of JCGM 100, which calls every
+statistical evaluation Type A.
 """
 
 from dataclasses import replace
@@ -16,7 +16,7 @@ from tepsipe.errors import InputError, listed
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FittedModel
 
-# step of a constant for the derivative by it, as a fraction of its standard deviation (-)
+# step of a constant for the derivative by it, as a fraction of its standard deviation
 STEP = 0.1
 
 
@@ -48,21 +48,21 @@ def compensated_loads(
                 f"{recordings[component].name}: expected a treadmill model of {component}, found models of "
                 f"{listed(models)}: calibrate it"
             )
-    found, friction = {}, None
+    compensated, friction = {}, None
     if {"Fy", "Mx"} <= models.keys():  # of one frame: the same friction
         friction = models["Fy"].model.shared_friction(models["Mx"].model, recordings["Fy"])
     for component in sorted(recordings):  # the force first: its cross-talk is part of the moment
-        force = found["Fy"] + recordings["Fy"].carried if "Fy" in found else None
-        found[component] = models[component].compensate(recordings[component], force, friction)
-    return found
+        force = compensated["Fy"] + recordings["Fy"].carried if "Fy" in compensated else None
+        compensated[component] = models[component].compensate(recordings[component], force, friction)
+    return compensated
 
 
 def added_per_kg(
     models: dict[str, FittedModel], recordings: dict[str, BeltRecording]
 ) -> dict[str, np.ndarray]:
-    """Belt-induced loads that another kilogram on the belt would add, before the response of the frame.
+    """Belt-induced loads added by another kilogram on the belt, before the response of the frame.
 
-    A load that presses on the belt for a moment adds friction like a mass.
+    A load that presses on the belt briefly adds friction like a mass.
 
     Parameters
     ----------
@@ -110,23 +110,23 @@ def compensated_draws(
     groups, deviations = _groups(models)
     if not groups:
         return {component: np.empty((0, x.size)) for component, x in best.items()}
-    found = {component: np.tile(x, (deviations[0].shape[0], 1)) for component, x in best.items()}
-    change = np.empty_like(next(iter(found.values())))
+    draws = {component: np.tile(x, (deviations[0].shape[0], 1)) for component, x in best.items()}
+    change = np.empty_like(next(iter(draws.values())))
     for k, members in enumerate(groups):
         for constant in np.flatnonzero(deviations[k].std(axis=0) > 0.0):
             step = np.zeros(deviations[k].shape[1])
             step[constant] = STEP * deviations[k][:, constant].std()
-            moved = {
+            shifted = {
                 component: replace(m, model=m.model.moved(step), deviations=None)
                 if component in members
                 else m
                 for component, m in models.items()
             }
-            for component, x in compensated_loads(moved, recordings).items():
+            for component, x in compensated_loads(shifted, recordings).items():
                 slope = (x - best[component]) / step[constant]
                 np.multiply(deviations[k][:, constant, None], slope, out=change)
-                found[component] += change
-    return found
+                draws[component] += change
+    return draws
 
 
 def _groups(models: dict[str, FittedModel]) -> tuple[list[tuple[str, ...]], list[np.ndarray]]:

@@ -1,4 +1,4 @@
-"""Gate of a treadmill model in units of the joint's parameters: what its error does to I, B and K.
+"""Gate of a treadmill model: the effect of its error on I, B and K.
 
 R2 does not show whether a model is good enough: 0.998 is compatible with a wrong stiffness. What counts is
 the error of the torque, e = M_x + l F_y of the residuals, with the lever l of the joint, as far as it looks
@@ -7,8 +7,8 @@ and near its mass, is regressed on the subject's own motion,
 
     e(t) = dI theta'' + dB theta' + dK theta (+ constant),
 
-which is the error that the compensated estimates inherit. Residuals of calibration trials are those of a fit
-without that trial. What the gate cannot see: the state of friction before a pulse, and wrong geometry.
+which is the error that the compensated estimates inherit. Residuals of calibration trials come from a fit
+without that trial. The gate does not detect the state of friction before a pulse, nor wrong geometry.
 """
 
 from collections.abc import Sequence
@@ -23,27 +23,27 @@ from tepsipe.treadmill.bristle_frame import BristleFrame
 from tepsipe.treadmill.pulse_windows import BEFORE_S, PulseWindows, longest_window, pulse_windows
 from tepsipe.treadmill.recording import BeltRecording
 
-# largest predicted error of K that is trusted, with two standard errors, relative to K (-)
+# largest predicted error of K that is trusted, with two standard errors, relative to K
 TRUSTED = 0.1
-# largest mass of a subject relative to the heaviest weight of the calibration (-)
+# largest mass of a subject relative to the heaviest weight of the calibration
 BEYOND = 1.1
-# trials whose pulses differ from the subject's by this much more than the most similar ones count, too (-)
+# trials whose pulses differ from the subject's by this much more than the most similar ones also count
 ALIKE = 0.05
 ALIGNMENTS = 4
-# what a treadmill can be: resonance (Hz), share of the mounts (-), lag of the belt (s)
+# plausible treadmill: resonance (Hz), share of the mounts, lag of the belt (s)
 LOWEST_HZ, MOUNT_SHARES, LONGEST_LAG_S = 10.0, (-0.05, 0.9), 0.0199
 UNITS = {"Fy": "N", "Mx": "Nm"}
-# a model that falls clearly below its limit leaves more than this multiple, and more by this part (-)
+# factor, and excess, by which the unexplained part of a model exceeds its limit
 TIMES, MORE = 2.0, 0.02
-# standard error of a model that falls below its limit (any unit of a parameter)
+# standard error of a model that falls below its limit
 UNKNOWN = 1e9
-# standard errors that a normal deviate exceeds once in 20 times, on one side (-)
+# standard errors that a normal deviate exceeds once in 20 times, on one side
 ONE_SIDED = 1.645
 
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Residuals of trials that a model has not seen.
+    """Residuals of trials held out of a model's fit.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class HeldOut:
 
 @dataclass(frozen=True)
 class Subject:
-    """What the gate has to know of the subject.
+    """Mass, lever and motion of the subject, for the gate.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class Subject:
     rate_hz : float
         Sampling rate (Hz).
     own_zero : bool
-        Whether the estimator has a free constant torque in every window (-).
+        Whether the estimator has a free constant torque in every window.
     """
 
     mass_kg: float
@@ -102,7 +102,7 @@ class Subject:
 
 @dataclass(frozen=True)
 class PredictedError:
-    """What the treadmill model's error adds to the parameters.
+    """Error of the parameters due to the treadmill model.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ class PredictedError:
     trials : tuple of str
         The held-out trials that were used.
     difference : float
-        Root mean square difference between their pulses and the subject's, relative to the latter (-).
+        Root mean square difference between their pulses and the subject's, relative to the latter.
     """
 
     parameters: np.ndarray
@@ -121,22 +121,22 @@ class PredictedError:
     difference: float
 
     def trusted(self, stiffness: float) -> bool:
-        """Whether |dK| and two standard errors stay below a tenth of K (N·m/rad)."""
+        """Test for |dK| plus two standard errors below a tenth of K (N·m/rad)."""
         return trusted(float(self.parameters[-1]), float(self.standard_error[-1]), stiffness)
 
 
 def trusted(error: float, standard_error: float, stiffness: float) -> bool:
-    """Whether an error of K and two standard errors stay below a tenth of K (all in N·m/rad)."""
+    """Test for an error of K plus two standard errors below a tenth of K (all in N·m/rad)."""
     return abs(error) + 2.0 * standard_error <= TRUSTED * abs(stiffness)
 
 
 def clearly_wrong(error: float, standard_error: float, stiffness: float, share: float = TRUSTED) -> bool:
-    """Whether an error of K (N·m/rad) is unknown, or clearly, at 95 %, beyond a share of K."""
+    """Test for an error of K (N·m/rad) that is unknown, or exceeds a share of K at 95 %."""
     return standard_error >= UNKNOWN or abs(error) - ONE_SIDED * standard_error > share * abs(stiffness)
 
 
 def below_limit(r2: float, limit: float) -> bool:
-    """Whether R2 of a model (-) falls clearly below its upper limit for linear models (-)."""
+    """Test for R2 of a model clearly below its upper limit for linear models."""
     return bool(1.0 - r2 > TIMES * (1.0 - limit) + MORE)
 
 
@@ -146,7 +146,7 @@ def held_out_residuals(
     testing: list[dict[str, BeltRecording]],
     below_limit_kg: Sequence[float] = (),
 ) -> Result:
-    """Residuals of all trials, each of a model that has not seen it.
+    """Residuals of all trials, each from a model fitted without it.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ def held_out_residuals(
     facts: dict = {"trials": [], "kg": [], "before_s": BEFORE_S, "after_s": after_s}
     facts["below_limit_kg"] = list(below_limit_kg)
 
-    def keep(windows: PulseWindows, k: int, left: dict[str, np.ndarray]) -> None:
+    def keep(windows: PulseWindows, k: int, residual: dict[str, np.ndarray]) -> None:
         name = windows.names[k]
         facts["trials"].append(name)
         facts["kg"].append(float(windows.kg[k]))
@@ -184,7 +184,7 @@ def held_out_residuals(
         part = slice(0, round((BEFORE_S + after_s) * windows.rate_hz))
         arrays[f"{name}/velocity"], units[f"{name}/velocity"] = windows.velocity[k, part], "m/s"
         for c in COMPONENTS:
-            single = windows.single[c][k] - windows.load[c][k] + left[c][k]
+            single = windows.single[c][k] - windows.load[c][k] + residual[c][k]
             arrays[f"{name}/{c}"], units[f"{name}/{c}"] = single[:, part].astype(np.float32), UNITS[c]
 
     windows = pulse_windows(left_out_in_turn(training), whole=True)
@@ -192,14 +192,14 @@ def held_out_residuals(
         keep(windows, k, residuals(windows, constants + change))
     if testing:
         windows = pulse_windows(testing, whole=True)
-        left = residuals(windows, constants)
+        residual = residuals(windows, constants)
         for k in range(windows.kg.size):
-            keep(windows, k, left)
+            keep(windows, k, residual)
     return Result(arrays, units, facts)
 
 
 def read_held_out(result: Result) -> HeldOut | None:
-    """Residuals from a result of `held_out_residuals` (units there), None if there are none."""
+    """Residuals from a result of `held_out_residuals`, None if there are none."""
     names = tuple(result.facts["trials"])
     if not names:
         return None
@@ -216,22 +216,23 @@ def read_held_out(result: Result) -> HeldOut | None:
 
 
 def predicted_error(held_out: HeldOut, subject: Subject) -> PredictedError:
-    """Error of the subject's I, B, K that the treadmill model's held-out residuals predict.
+    """Error of the subject's I, B, K predicted from the treadmill model's held-out residuals.
 
-    Between the masses of two groups of trials the prediction is interpolated. The residual of a pulse the
-    other way round counts with the opposite sign. After the window of the residuals its last value holds.
+    Between the masses of two groups of trials the prediction is interpolated. The residual of a pulse in the
+    opposite direction counts with the opposite sign. After the window of the residuals their last value is
+    held.
 
     Parameters
     ----------
     held_out : HeldOut
-        Residuals (units there).
+        Residuals.
     subject : Subject
-        Mass, motion and lever of the subject (units there).
+        Mass, motion and lever of the subject.
 
     Returns
     -------
     PredictedError
-        Of the compensated estimates (N·m·s²/rad, N·m·s/rad, N·m/rad).
+        Error of the compensated estimates (N·m·s²/rad, N·m·s/rad, N·m/rad).
 
     Raises
     ------
@@ -251,20 +252,20 @@ def predicted_error(held_out: HeldOut, subject: Subject) -> PredictedError:
     total, variance, used, differences = np.zeros(p), np.zeros(p), [], []
     for weight, kg in _masses(held_out.kg, subject.mass_kg):
         rows = np.flatnonzero(held_out.kg == kg)
-        signs, delays, apart = _compare(held_out, rows, subject)
-        near = np.flatnonzero(apart <= apart.min() + ALIKE)
+        signs, delays, distance = _compare(held_out, rows, subject)
+        near = np.flatnonzero(distance <= distance.min() + ALIKE)
         means, errors = [], []
         for k in near:
-            found = signs[k] * _torque_errors(held_out, rows[k], subject, delays[k]) @ solve.T
-            means.append(found.mean(axis=0))
-            count = found.shape[0]
-            errors.append(found.var(axis=0, ddof=1) / count if count > 1 else np.full(p, np.inf))
+            deviations = signs[k] * _torque_errors(held_out, rows[k], subject, delays[k]) @ solve.T
+            means.append(deviations.mean(axis=0))
+            count = deviations.shape[0]
+            errors.append(deviations.var(axis=0, ddof=1) / count if count > 1 else np.full(p, np.inf))
         total += weight * np.mean(means, axis=0)
         variance += weight**2 * np.mean(errors, axis=0) / near.size
         if kg in held_out.below_limit_kg:
             variance += UNKNOWN**2
         used += [held_out.names[rows[k]] for k in near]
-        differences.append(float(apart.min()))
+        differences.append(float(distance.min()))
     return PredictedError(total, np.sqrt(variance), tuple(used), max(differences))
 
 
@@ -285,22 +286,22 @@ def _compare(
     """Signs, delays (samples) and relative differences of some trials' pulses from the subject's, (rows,)."""
     onset = round(held_out.before_s * held_out.rate_hz)
     length = min(subject.velocity.size, held_out.velocity.shape[1] - onset, round(0.3 * held_out.rate_hz))
-    own = subject.velocity[:length]
-    norm = max(float(np.linalg.norm(own)), 1e-300)
+    velocity_of_subject = subject.velocity[:length]
+    norm = max(float(np.linalg.norm(velocity_of_subject)), 1e-300)
     at = onset + np.arange(length)
-    found = []
+    matches = []
     for velocity in held_out.velocity[rows]:
-        sign = 1.0 if own @ velocity[at] >= 0.0 else -1.0
+        sign = 1.0 if velocity_of_subject @ velocity[at] >= 0.0 else -1.0
         delay = 0.0
         for _ in range(ALIGNMENTS):  # onsets are samples, and belts under other loads begin otherwise
             shifted = sign * np.interp(at + delay, np.arange(velocity.size), velocity)
             slope = np.gradient(shifted)
-            delay += float((own - shifted) @ slope / max(float(slope @ slope), 1e-300))
+            delay += float((velocity_of_subject - shifted) @ slope / max(float(slope @ slope), 1e-300))
             delay = float(np.clip(delay, -onset / 4, onset / 4))
         shifted = sign * np.interp(at + delay, np.arange(velocity.size), velocity)
-        found.append((sign, delay, float(np.linalg.norm(shifted - own)) / norm))
-    signs, delays, apart = np.array(found).T
-    return signs, delays, apart
+        matches.append((sign, delay, float(np.linalg.norm(shifted - velocity_of_subject)) / norm))
+    signs, delays, difference = np.array(matches).T
+    return signs, delays, difference
 
 
 def _torque_errors(held_out: HeldOut, k: int, subject: Subject, delay: float) -> np.ndarray:
@@ -312,17 +313,17 @@ def _torque_errors(held_out: HeldOut, k: int, subject: Subject, delay: float) ->
     last = round((held_out.before_s + held_out.after_s) * rate) - 2  # beyond it the window returns to zero
     at = np.minimum(onset + delay + np.arange(length), last)
     low = np.floor(at).astype(int)
-    found = error[:, low] + (at - low) * (error[:, np.minimum(low + 1, last)] - error[:, low])
+    errors = error[:, low] + (at - low) * (error[:, np.minimum(low + 1, last)] - error[:, low])
     if onset + delay + length > last:
-        found[:, at >= last] = error[:, last - round(0.2 * rate) : last].mean(axis=1, keepdims=True)
-    return found
+        errors[:, at >= last] = error[:, last - round(0.2 * rate) : last].mean(axis=1, keepdims=True)
+    return errors
 
 
 def model_flags(model: BristleFrame, mass_kg: float) -> list[str]:
     """Flags of estimates that a model compensates at a mass on the belt (kg): names in `FLAGS`.
 
     ``beyond-calibrated-mass`` where the mass exceeds the heaviest weight by more than a tenth,
-    ``treadmill-model`` where a constant is out of the range that a treadmill can have.
+    ``treadmill-model`` where a constant is outside the plausible range of a treadmill.
     """
     flags = []
     if mass_kg > BEYOND * model.heaviest_kg:
@@ -333,7 +334,7 @@ def model_flags(model: BristleFrame, mass_kg: float) -> list[str]:
 
 
 def _physical(model: BristleFrame, mass_kg: float) -> bool:
-    """Whether resonance, mounts, friction and lag at a mass (kg) are such as a treadmill can have."""
+    """Test for a resonance, mounts, friction and lag that a treadmill can have at a mass (kg)."""
     c, (low, high) = model.named, MOUNT_SHARES
     slowness = c.slowness_s2 + mass_kg * c.slowness_s2_per_kg
     sliding = (c.friction + mass_kg * c.friction_per_kg) + (c.bristle + mass_kg * c.bristle_per_kg)

@@ -38,7 +38,7 @@ class ImpulseResponse(BeltModel):
 
     @property
     def order(self) -> int:
-        """Number of taps (-)."""
+        """Number of taps."""
         return self.taps.size
 
     def predict(self, recording: BeltRecording) -> np.ndarray:

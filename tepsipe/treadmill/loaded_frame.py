@@ -45,7 +45,7 @@ class LoadedFrame(BeltModel):
     lag_s, friction_speed_m_per_s : float
         T (s), v_0 (m/s).
     mount_share, mount_time_s : float
-        k (-), t (s).
+        k, t (s).
     rate_hz : float
         Sampling rate of the calibration (Hz).
     converged : bool
@@ -63,7 +63,7 @@ class LoadedFrame(BeltModel):
 
     @property
     def order(self) -> int:
-        """Order of the frame's response, 2 (-)."""
+        """Order of the frame's response, 2."""
         return 2
 
     @property
@@ -73,7 +73,7 @@ class LoadedFrame(BeltModel):
         return np.concatenate([self.frame, self.motion, others])
 
     def moved(self, step: np.ndarray) -> "LoadedFrame":
-        """The model with a step, shape (11,), added to its ``constants`` (their units)."""
+        """The model with a step, shape (11,), added to its ``constants``."""
         x = self.constants + step
         lag_s, speed, share, time_s = x[7:].tolist()
         return replace(
@@ -104,7 +104,7 @@ class LoadedFrame(BeltModel):
         )
 
     def added_per_kg(self, recording: BeltRecording) -> np.ndarray:
-        """Load that another kg on the belt would add, before the frame's response (N or N·m), shape (n,)."""
+        """Load added by another kg on the belt, before the frame's response (N or N·m), shape (n,)."""
         heavier = replace(recording, carried_kg=recording.carried_kg + 1.0)
         return self.added(heavier) - self.added(recording)
 
@@ -174,25 +174,25 @@ def fit_loaded_frame(recordings: list[BeltRecording], frame: np.ndarray | None =
         trial = model(x, np.zeros(4))
         rows, rest = [], []
         for k, r in enumerate(recordings):
-            moved = motion(k, trial.lag_s, trial.friction_speed_m_per_s)
-            inputs = np.column_stack([moved[:, : 2 if frame is None else 4], r.carried])
+            columns = motion(k, trial.lag_s, trial.friction_speed_m_per_s)
+            inputs = np.column_stack([columns[:, : 2 if frame is None else 4], r.carried])
             responses = _filtered(inputs, r.rate_hz, trial._response(r.carried_kg))[r.evaluated]
             rows.append(responses[:, :-1])
             rest.append(responses[:, -1])
-        stacked, left = np.concatenate(rows), target - np.concatenate(rest)
+        stacked, remaining = np.concatenate(rows), target - np.concatenate(rest)
         scale = np.maximum(np.linalg.norm(stacked, axis=0), 1e-300)
-        solution = np.linalg.lstsq(stacked / scale, left, rcond=1e-10)[0] / scale
-        return np.concatenate([solution, np.zeros(4 - solution.size)]), left - stacked @ solution
+        solution = np.linalg.lstsq(stacked / scale, remaining, rcond=1e-10)[0] / scale
+        return np.concatenate([solution, np.zeros(4 - solution.size)]), remaining - stacked @ solution
 
     if frame is None:  # ms, and parts of the slowness of a stiff frame
         start, low, high = [0.5, 1.0, 0.1], [0.0, 0.0, 0.0], [np.inf, np.inf, np.inf]
     else:  # ms, m/s, share, s
         start, low, high = [1.0, 0.2, 0.02, 0.05], [-20.0, 0.01, -0.5, 0.005], [20.0, 5.0, 0.9, 2.0]
-    found = scipy.optimize.least_squares(
+    search = scipy.optimize.least_squares(
         lambda x: solve(x)[1], start, bounds=(low, high), diff_step=1e-3, x_scale=np.maximum(start, 0.02)
     )
-    converged = bool(found.success and not found.active_mask.any())
-    return replace(model(found.x, solve(found.x)[0]), converged=converged)
+    converged = bool(search.success and not search.active_mask.any())
+    return replace(model(search.x, solve(search.x)[0]), converged=converged)
 
 
 def _motion(recording: BeltRecording, lag_s: float, friction_speed_m_per_s: float) -> np.ndarray:

@@ -27,7 +27,7 @@ class MeanSubtraction(BeltModel):
 
     @property
     def order(self) -> int:
-        """Number of conditions that can be subtracted (-)."""
+        """Number of conditions that can be subtracted."""
         return len(self.templates)
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
@@ -88,7 +88,7 @@ class MassSpringDamper(BeltModel):
 
     @property
     def order(self) -> int:
-        """2 (-)."""
+        """2."""
         return 2
 
     def predict(self, recording: BeltRecording) -> np.ndarray:

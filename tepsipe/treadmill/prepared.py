@@ -1,7 +1,7 @@
-"""The opening of a trial on the treadmill: one filter, perturbations, rest, and loads of the plate.
+"""Preparation of a trial on the treadmill: one filter, perturbations, rest, and loads of the plate.
 
-Every analysis of such a trial starts here. The perturbations are found in the measured belt velocity, so they
-are where the belt moved and not where it was told to move.
+Every analysis of such a trial starts here. The perturbations are found in the measured belt velocity, not in
+the commanded one.
 """
 
 from collections.abc import Callable
@@ -14,7 +14,7 @@ from tepsipe.io.trial import Trial
 from tepsipe.signals.perturbations import (
     Perturbation,
     WindowOptions,
-    perturbations_of,
+    filtered_perturbations,
     rest_samples,
     unperturbed_samples,
 )
@@ -146,7 +146,7 @@ def prepare_trial(
         If no perturbation or no rest is found.
     """
     velocity = lowpass(trial.values("belt_velocity"), trial.rate_hz)
-    perturbations = perturbations_of(velocity, trial.rate_hz, window, name)
+    perturbations = filtered_perturbations(velocity, trial.rate_hz, window, name)
     if quiet_after_s is None:
         at_rest = rest_samples(trial.time, window)
     else:

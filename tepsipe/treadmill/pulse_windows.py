@@ -2,7 +2,7 @@
 
 The pulses of one trial are alike: the belt follows the same command, and what differs is noise. The mean over
 the pulses, aligned to a fraction of a sample, has less noise, which matters for friction with memory:
-noise of the velocity would shake the bristles loose. Bristles between belt and deck are bent by z:
+noise in the velocity would release the bristles. Bristles between belt and deck are deflected by z:
 
     d z' = w - |w| z / g(w),    g(w) = 1 + u exp(-(w / v_s)^2)
 
@@ -23,7 +23,7 @@ from tepsipe.treadmill.recording import BeltRecording
 
 BEFORE_S, AFTER_S, BACK_S = 0.2, 0.8, 0.4  # window of a pulse, and the ramp back that makes it periodic
 MOVING_S = 0.6  # time from its onset in which a pulse moves the belt
-# a load that swings after a pulse moves the belt within the pre-sliding distance: the mean is followed longer
+# a load that swings after a pulse moves the belt within the pre-sliding distance: the mean is extended
 LONGEST_S = 2.2
 FINER = 2  # steps of the bristles per sample
 ALIGNMENTS = 3
@@ -39,7 +39,7 @@ class Bristles:
     distance_m : float
         Pre-sliding distance d (m).
     stribeck : float
-        Excess of friction at rest u (-).
+        Excess of friction at rest u.
     stribeck_speed_m_per_s : float
         v_s (m/s).
     """
@@ -60,7 +60,7 @@ class Pulses:
     start : ndarray of int, shape (pulses,)
         First sample of each window (samples).
     ramp : ndarray, shape (w,)
-        1 inside the window, and then back to 0 (-).
+        1 inside the window, and then back to 0.
     velocity, acceleration : ndarray, shape (pulses, w * FINER)
         Unfiltered motion of the belt in steps of 1 / (FINER rate_hz), zero outside the pulse (m/s, m/s²).
     """
@@ -83,7 +83,7 @@ class PulseWindows:
     names : tuple of str
         Recordings, in the order of the rows.
     kg, count : ndarray, shape (trials,)
-        Mass on the belt (kg) and number of pulses (-).
+        Mass on the belt (kg) and number of pulses.
     velocity, acceleration : ndarray, shape (trials, n)
         Filtered mean motion of the belt (m/s, m/s²).
     fine_velocity, fine_acceleration : ndarray, shape (trials, n * FINER)
@@ -93,11 +93,11 @@ class PulseWindows:
     single : dict of str to list of ndarray, each of shape (pulses, n)
         Component -> measured load less the load carried of every pulse (N, N·m).
     evaluated : ndarray of bool, shape (trials, n)
-        Samples that are fitted (-).
+        Samples that are fitted.
     lowpass : ndarray, shape (n // 2 + 1,)
-        Gain of the recordings' zero-lag filter at the frequencies of the window (-).
+        Gain of the recordings' zero-lag filter at the frequencies of the window.
     ramp : ndarray, shape (n,)
-        1 inside the window, and then back to 0 (-).
+        1 inside the window, and then back to 0.
     """
 
     rate_hz: float
@@ -134,7 +134,7 @@ def pulse_windows(trials: list[dict[str, BeltRecording]], *, whole: bool = False
     trials : list of dict of str to BeltRecording
         For each trial component Fy or Mx -> its recording, all with the same zero-lag filter (N, N·m).
     whole : bool
-        Whether the windows last until the next pulse, or as long as a fit needs (-).
+        Whether the windows last until the next pulse, or as long as a fit needs.
 
     Returns
     -------
@@ -198,14 +198,14 @@ def pulse_windows(trials: list[dict[str, BeltRecording]], *, whole: bool = False
 
 
 def longest_window(recording: BeltRecording) -> float:
-    """Time from the onset of a pulse that belongs to it, at most until the next pulse (s)."""
+    """Longest time from the onset that belongs to a pulse, at most until the next pulse (s)."""
     ends = [*recording.onsets, recording.load.size]
     apart_s = np.diff(ends).min(initial=recording.load.size) / recording.rate_hz
     return float(np.clip(apart_s - 2.0 * BEFORE_S, MOVING_S, LONGEST_S))
 
 
 def pulses_of(recording: BeltRecording) -> Pulses:
-    """Motion of the belt in the pulses of a trial: their mean, or each its own where they are not alike.
+    """Motion of the belt in the pulses of a trial: their mean, or each pulse if they are not alike.
 
     Parameters
     ----------
@@ -215,7 +215,7 @@ def pulses_of(recording: BeltRecording) -> Pulses:
     Returns
     -------
     Pulses
-        Of every perturbation (m/s, m/s²).
+        Pulses of all perturbations (m/s, m/s²).
 
     Raises
     ------
@@ -246,29 +246,29 @@ def bent(velocity: np.ndarray, bristles: Bristles, rate_hz: float) -> tuple[np.n
     velocity : ndarray, shape (pulses, n)
         w (m/s).
     bristles : Bristles
-        Constants (units in their names).
+        Constants.
     rate_hz : float
         Steps per second (Hz).
 
     Returns
     -------
     kept, z : ndarray, shape (pulses, n)
-        Fraction of the initial state that is left, and the state from an initial state of 0 (-).
+        Fraction of the initial state that is left, and the state from an initial state of 0.
     """
     speed = np.abs(velocity).T
     most = 1.0 + bristles.stribeck * np.exp(-((speed / bristles.stribeck_speed_m_per_s) ** 2))
-    left = np.exp(-speed / (rate_hz * bristles.distance_m * most))
-    pushed = np.sign(velocity).T * most * (1.0 - left)
-    z = np.zeros_like(left)
+    decay = np.exp(-speed / (rate_hz * bristles.distance_m * most))
+    pushed = np.sign(velocity).T * most * (1.0 - decay)
+    z = np.zeros_like(decay)
     state = np.zeros(velocity.shape[0])
     moving = np.flatnonzero(velocity.any(axis=0))
     first, last = (moving[0], moving[-1] + 1) if moving.size else (0, 0)
-    for kept, push, row in zip(left[first:last], pushed[first:last], z[first:last], strict=True):
+    for kept, push, row in zip(decay[first:last], pushed[first:last], z[first:last], strict=True):
         np.multiply(kept, state, out=row)
         np.add(row, push, out=row)
         state = row
     z[last:] = state
-    return np.cumprod(left, axis=0).T, z.T
+    return np.cumprod(decay, axis=0).T, z.T
 
 
 def mean_state(windows: PulseWindows, velocity: np.ndarray, bristles: Bristles) -> np.ndarray:
@@ -281,12 +281,12 @@ def mean_state(windows: PulseWindows, velocity: np.ndarray, bristles: Bristles) 
     velocity : ndarray, shape (trials, n * FINER)
         w (m/s).
     bristles : Bristles
-        Constants (units in their names).
+        Constants.
 
     Returns
     -------
     ndarray, shape (trials, n * FINER)
-        z (-).
+        z.
     """
     kept, z = bent(velocity, bristles, windows.rate_hz * FINER)
     before, total = np.zeros(z.shape[0]), np.zeros(z.shape[0])
@@ -304,7 +304,7 @@ def coarse_spectrum(windows: PulseWindows, x: np.ndarray) -> np.ndarray:
     windows : PulseWindows
         The trials.
     x : ndarray, shape (trials, n * FINER)
-        Signal (any unit).
+        Signal.
 
     Returns
     -------
@@ -315,7 +315,7 @@ def coarse_spectrum(windows: PulseWindows, x: np.ndarray) -> np.ndarray:
 
 
 def held(recording: BeltRecording, pulses: Pulses, x: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """A signal of the whole trial from its windows, constant between them, filtered like the recording.
+    """A signal of the whole trial from its windows, constant in between, filtered like the recording.
 
     Parameters
     ----------
@@ -324,7 +324,7 @@ def held(recording: BeltRecording, pulses: Pulses, x: np.ndarray, last: np.ndarr
     pulses : Pulses
         Its pulses.
     x : ndarray, shape (pulses, w * FINER)
-        The signal in the windows (any unit).
+        The signal in the windows.
     last : ndarray, shape (pulses,)
         Its value from the end of each window to the next window (unit of ``x``).
 
@@ -335,12 +335,12 @@ def held(recording: BeltRecording, pulses: Pulses, x: np.ndarray, last: np.ndarr
     """
     n = recording.load.size
     body = int(np.argmin(pulses.ramp == 1.0))
-    found = np.zeros(n)
+    signal = np.zeros(n)
     parts = np.fft.irfft(_coarse(x, pulses.ramp), x.shape[1] // FINER, axis=1)
     for start, part, value in zip(pulses.start, parts, last, strict=True):
-        found[start:] = value
-        found[start : start + body] = part[: min(body, n - start)]
-    return recording.through_lowpass(found)
+        signal[start:] = value
+        signal[start : start + body] = part[: min(body, n - start)]
+    return recording.through_lowpass(signal)
 
 
 def _coarse(x: np.ndarray, ramp: np.ndarray) -> np.ndarray:

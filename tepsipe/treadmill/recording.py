@@ -41,7 +41,7 @@ class BeltRecording:
     unit : str
         Unit of the load, N or Nm.
     evaluated : ndarray of bool, shape (n,)
-        Samples that are fitted and evaluated (-).
+        Samples that are fitted and evaluated.
     onsets : tuple of int
         First samples of the perturbations; empty if the belt is perturbed continuously (samples).
     lowpass : Lowpass or None
@@ -64,7 +64,7 @@ class BeltRecording:
 
     @property
     def position(self) -> np.ndarray:
-        """Distance that the belt has travelled since the recording's start (m), shape (n,), not filtered."""
+        """Distance travelled by the belt since the start of the recording (m), shape (n,), not filtered."""
         v = self.raw_velocity
         return np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1])) / self.rate_hz])
 
@@ -79,9 +79,9 @@ class BeltRecording:
         return {}
 
     def once(self, key: Hashable, compute: Callable[[], Any]) -> Any:
-        """What ``compute`` returns, once for this recording and a key that names what else it depends on.
+        """Result of ``compute``, cached for this recording and a key that names its other inputs.
 
-        Draws of a model's constants change one at a time: most of what a model computes stays as it was. The
+        Draws of a model's constants change one at a time, so most intermediate results can be reused. The
         result (unit of ``compute``) is shared and must not be changed.
         """
         if key not in self._known:
@@ -127,7 +127,7 @@ def check_recordings(recordings: list[BeltRecording], shortest_s: float) -> None
     Parameters
     ----------
     recordings : list of BeltRecording
-        What is to be fitted or evaluated together.
+        Recordings to be fitted or evaluated together.
     shortest_s : float
         Shortest total time of all evaluated samples (s).
 
@@ -180,12 +180,12 @@ def check_recordings(recordings: list[BeltRecording], shortest_s: float) -> None
 
 @dataclass(frozen=True)
 class Score:
-    """How well a model predicts the belt-induced load.
+    """Accuracy of a model's prediction of the belt-induced load.
 
     Attributes
     ----------
     r2 : float
-        1 - sum (L - L_model)^2 / sum (L - mean L)^2 (-), as Hnat & van den Bogert (2014) compute it.
+        1 - sum (L - L_model)^2 / sum (L - mean L)^2, as Hnat & van den Bogert (2014) compute it.
     rms_before, rms_after : float
         Root mean square of L, and of L - L_model (unit of the load).
     """
@@ -198,10 +198,10 @@ class Score:
 def score(recordings: list[BeltRecording], predictions: list[np.ndarray]) -> Score:
     """Score of predictions (unit of the load), each of shape (n,), over all evaluated samples."""
     load = np.concatenate([r.load[r.evaluated] for r in recordings])
-    left = load - np.concatenate([p[r.evaluated] for r, p in zip(recordings, predictions, strict=True)])
+    residual = load - np.concatenate([p[r.evaluated] for r, p in zip(recordings, predictions, strict=True)])
     total = float(np.sum((load - load.mean()) ** 2))
     return Score(
-        1.0 - float(left @ left) / total,
+        1.0 - float(residual @ residual) / total,
         float(np.sqrt(np.mean(load**2))),
-        float(np.sqrt(np.mean(left**2))),
+        float(np.sqrt(np.mean(residual**2))),
     )

@@ -56,9 +56,9 @@ class FamilyOptions:
     Attributes
     ----------
     hnat2014_evaluations : int
-        Number of evaluations after which the published search ends (-).
+        Number of evaluations after which the published search ends.
     output_error_order : int
-        Order of the output-error model (-).
+        Order of the output-error model.
     fir_lead_s, fir_lag_s : float
         Length of the finite impulse responses towards future and past (s); fir-causal has no lead.
     spectral_segment_s : float
@@ -86,7 +86,7 @@ class FamilyOptions:
 
     @classmethod
     def from_settings(cls, models: dict) -> Self:
-        """Options of a study; ``ripple`` (units in its names) is known of a travelling belt only."""
+        """Options of a study; ``ripple`` applies to a travelling belt only."""
         options = {key: value for key, value in models.items() if key not in ("family", "calibration_draws")}
         if "ripple" in options:
             options["ripple"] = RippleOptions(**options["ripple"])
@@ -95,7 +95,7 @@ class FamilyOptions:
 
 @dataclass(frozen=True)
 class FittedModel:
-    """A treadmill model with all that is needed to apply it.
+    """A treadmill model with everything needed to apply it.
 
     Attributes
     ----------
@@ -110,7 +110,7 @@ class FittedModel:
     trained_on : tuple of str
         Names of the calibration recordings.
     deviations : ndarray, shape (draws, constants), or None
-        Draws of the errors of the model's ``constants`` (their units), for
+        Draws of the errors of the model's ``constants``, for
         `tepsipe.treadmill.compensation.compensated_draws`; None where the calibration has none.
     """
 
@@ -138,7 +138,7 @@ class FittedModel:
         """Measured load less the predicted belt-induced load (unit of the load), shape (n,).
 
         A "bristle-frame" of the moment needs the true fore-aft force ``force`` (N), shape (n,), and takes
-        the friction of the belt (N), shape (n,), where it is known already.
+        the friction of the belt (N), shape (n,), where already known.
 
         Raises
         ------
@@ -177,7 +177,7 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
     recordings : list of BeltRecording
         Calibration.
     options : FamilyOptions
-        Choices (units in their names).
+        Options of the analysis.
 
     Returns
     -------
@@ -208,8 +208,8 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
     }
     if name not in fits:
         raise InputError(f"expected a treadmill model of {', '.join(FAMILY)}, found {name!r}: correct it")
-    for needing, given in (("ripple-tracking", options.ripple), ("bristle-frame", options.joint)):
-        if name == needing and given is None:
+    for needing, settings in (("ripple-tracking", options.ripple), ("bristle-frame", options.joint)):
+        if name == needing and settings is None:
             what = (
                 "options of the ripple" if name == "ripple-tracking" else "the joint fit of force and moment"
             )
@@ -336,7 +336,7 @@ def _revived(x):
 
 
 def pick(models: dict[str, FittedModel], name: str) -> FittedModel:
-    """One model by its name (no unit).
+    """One model by its name.
 
     Raises
     ------

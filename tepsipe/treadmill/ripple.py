@@ -28,9 +28,9 @@ class RippleOptions:
     Attributes
     ----------
     most_orders : int
-        Largest number of orders (-).
+        Largest number of orders.
     line_to_floor : float
-        Smallest ratio of a line's power to that of the spectrum around it (-).
+        Smallest ratio of a line's power to the power of the spectrum around it.
     memory_s : float
         T (s). A shorter memory follows faster, but mistakes more of the signal near the ripple for ripple.
     """
@@ -74,7 +74,7 @@ class RippleTracker(BeltModel):
 
     @property
     def order(self) -> int:
-        """Number of tracked orders (-)."""
+        """Number of tracked orders."""
         return self.orders_per_m.size
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
@@ -84,13 +84,13 @@ class RippleTracker(BeltModel):
             return predicted
         return predicted + self._track(recording, recording.load - predicted)
 
-    def _track(self, recording: BeltRecording, left: np.ndarray) -> np.ndarray:
+    def _track(self, recording: BeltRecording, residual: np.ndarray) -> np.ndarray:
         phi = _waves(recording, self.orders_per_m)
         block = max(1, round(BLOCK_S * self.rate_hz))
-        blocks = -(-left.size // block)
-        pad = blocks * block - left.size
+        blocks = -(-residual.size // block)
+        pad = blocks * block - residual.size
         phi = np.pad(phi, ((0, pad), (0, 0))).reshape(blocks, block, -1)
-        y = np.pad(left, (0, pad)).reshape(blocks, block)
+        y = np.pad(residual, (0, pad)).reshape(blocks, block)
         forget = np.exp(-block / (self.memory_s * self.rate_hz))
         normal = np.einsum("kbi,kbj->kij", phi, phi)
         right = np.einsum("kbi,kb->ki", phi, y)
@@ -100,7 +100,7 @@ class RippleTracker(BeltModel):
             known_normal[k] = forget * (known_normal[k - 1] + normal[k - 1])
             known_right[k] = forget * (known_right[k - 1] + right[k - 1])
         amplitudes = np.linalg.solve(known_normal + ridge, known_right[..., None])
-        return (phi @ amplitudes).reshape(-1)[: left.size]
+        return (phi @ amplitudes).reshape(-1)[: residual.size]
 
 
 def fit_ripple_tracker(recordings: list[BeltRecording], base, options: RippleOptions) -> RippleTracker:
@@ -113,7 +113,7 @@ def fit_ripple_tracker(recordings: list[BeltRecording], base, options: RippleOpt
     base : model
         Fitted model of the load due to acceleration.
     options : RippleOptions
-        Threshold of a line (-) and memory of its tracking (s).
+        Threshold of a line and memory of its tracking (s).
 
     Returns
     -------
@@ -123,21 +123,21 @@ def fit_ripple_tracker(recordings: list[BeltRecording], base, options: RippleOpt
     rate = recordings[0].rate_hz
     leftover = [r.load - base.predict(r) for r in recordings]
     lines: list[tuple[float, float]] = []
-    for r, left in zip(recordings, leftover, strict=True):
-        lines += _lines(r, left, options.line_to_floor)
+    for r, residual in zip(recordings, leftover, strict=True):
+        lines += _lines(r, residual, options.line_to_floor)
     orders: list[float] = []
     for _, order in sorted(lines, reverse=True):
         if all(abs(order - other) > 0.03 for other in orders) and len(orders) < options.most_orders:
             orders.append(order)
-    found = np.array(orders)
+    separate = np.array(orders)
     noise = float(np.sqrt(np.mean(_evaluated(recordings, leftover) ** 2)))
     # phases differ between recordings: amplitudes are averaged, not waves
     amplitudes = [
-        np.linalg.lstsq(_waves(r, found)[r.evaluated], left[r.evaluated], rcond=1e-9)[0].reshape(-1, 2)
-        for r, left in zip(recordings, leftover, strict=True)
+        np.linalg.lstsq(_waves(r, separate)[r.evaluated], residual[r.evaluated], rcond=1e-9)[0].reshape(-1, 2)
+        for r, residual in zip(recordings, leftover, strict=True)
     ]
     typical = np.mean([np.hypot(*parts.T) for parts in amplitudes], axis=0)
-    return RippleTracker(base, found, typical, noise, options.memory_s, rate)
+    return RippleTracker(base, separate, typical, noise, options.memory_s, rate)
 
 
 def _evaluated(recordings: list[BeltRecording], signals: list[np.ndarray]) -> np.ndarray:
@@ -192,9 +192,9 @@ def spectrum_over_distance(recording: BeltRecording, load: np.ndarray) -> Distan
     )
 
 
-def _lines(recording: BeltRecording, left: np.ndarray, line_to_floor: float) -> list[tuple[float, float]]:
-    """(power, order in 1/m) of the narrow lines in the spectrum of ``left`` over distance."""
-    spectrum = spectrum_over_distance(recording, left)
+def _lines(recording: BeltRecording, residual: np.ndarray, line_to_floor: float) -> list[tuple[float, float]]:
+    """(power, order in 1/m) of the narrow lines in the spectrum of ``residual`` over distance."""
+    spectrum = spectrum_over_distance(recording, residual)
     if spectrum is None:
         return []
     power = spectrum.power

@@ -1,4 +1,4 @@
-"""What a report says of a recorded treadmill beside scores: coefficients, validity, cross-prediction."""
+"""Summary of a recorded treadmill besides scores: coefficients, validity, cross-prediction."""
 
 import numpy as np
 import scipy
@@ -12,11 +12,11 @@ from tepsipe.treadmill.transfer_function import DiscreteTransfer
 # coefficients of the mass-spring-damper, in the order of its regressors
 TERMS = ("m", "c", "k")
 BLOCKS = 20
-# fits that are quick enough to be repeated for every recording
+# models that are quick enough to be refitted to every recording
 CROSSED = ("mass-spring-damper", "output-error", "fir", "fir-causal")
 
 
-def coefficients_of(models: list[FittedModel], recordings: list[BeltRecording]) -> dict[str, dict]:
+def model_coefficients(models: list[FittedModel], recordings: list[BeltRecording]) -> dict[str, dict]:
     """Coefficients of models that have few, with 95 % intervals where the fit is linear.
 
     Intervals are by a delete-one-block jackknife over `BLOCKS` stretches of the calibration, which
@@ -34,38 +34,38 @@ def coefficients_of(models: list[FittedModel], recordings: list[BeltRecording]) 
     -------
     dict of str to dict
         mass-spring-damper -> m, c, k -> [value, low, high] (unit of the load over m/s², m/s, m);
-        discrete models -> ``numerator`` (unit of the load over m/s²) and ``denominator`` (-).
+        discrete models -> ``numerator`` (unit of the load over m/s²) and ``denominator``.
     """
-    found: dict[str, dict] = {}
+    coefficients: dict[str, dict] = {}
     for fitted in models:
         if isinstance(fitted.model, MassSpringDamper):
             rows = np.concatenate([motion_regressors(r)[r.evaluated] for r in recordings])
             load = np.concatenate([r.load[r.evaluated] for r in recordings])
             _, error, freedom = solution_with_errors(rows, load, max(1, load.size // BLOCKS))
             width = scipy.stats.t.ppf(0.975, freedom) * error
-            found[fitted.name] = {
+            coefficients[fitted.name] = {
                 term: [float(c), float(c - w), float(c + w)]
                 for term, c, w in zip(TERMS, fitted.model.coefficients, width, strict=False)
             }
         elif isinstance(fitted.model, DiscreteTransfer):
-            found[fitted.name] = {
+            coefficients[fitted.name] = {
                 "numerator": fitted.model.numerator.tolist(),
                 "denominator": fitted.model.denominator.tolist(),
             }
-    return found
+    return coefficients
 
 
 def range_of_validity(recordings: list[BeltRecording]) -> dict[str, list[float]]:
     """Range of the calibration: ``velocity`` (m/s), ``acceleration`` (m/s²), both from lowest to highest."""
-    found = {}
+    ranges = {}
     for name in ("velocity", "acceleration"):
         values = np.concatenate([getattr(r, name)[r.evaluated] for r in recordings])
-        found[name] = [float(values.min()), float(values.max())]
-    return found
+        ranges[name] = [float(values.min()), float(values.max())]
+    return ranges
 
 
 def beyond(recording: BeltRecording, ranges: dict[str, list[float]]) -> float:
-    """Share of a recording's samples (-) whose velocity or acceleration lies outside the calibrated range."""
+    """Share of a recording's samples whose velocity or acceleration lies outside the calibrated range."""
     outside = np.zeros(int(recording.evaluated.sum()), dtype=bool)
     for name, (low, high) in ranges.items():
         values = getattr(recording, name)[recording.evaluated]
@@ -76,20 +76,20 @@ def beyond(recording: BeltRecording, ranges: dict[str, list[float]]) -> float:
 def cross_prediction(
     recordings: dict[str, BeltRecording], family: list[str], options: FamilyOptions
 ) -> dict[str, dict[str, dict[str, float]]]:
-    """R² of every quick model, fitted to one recording and evaluated on each (-): model -> fitted to -> on.
+    """R² of every quick model, fitted to one recording and evaluated on each: model -> fitted to -> on.
 
     ``recordings`` have the same filter; with fewer than two the result is empty.
     """
     if len(recordings) < 2:
         return {}
-    found: dict[str, dict[str, dict[str, float]]] = {}
+    scores: dict[str, dict[str, dict[str, float]]] = {}
     for name in (model for model in family if model in CROSSED):
         fits = {train: fit_model(name, [r], options) for train, r in recordings.items()}
-        found[name] = {
+        scores[name] = {
             train: {test: evaluate(fitted, [r]).r2 for test, r in recordings.items()}
             for train, fitted in fits.items()
         }
-    return found
+    return scores
 
 
 def table_facts(
@@ -106,18 +106,18 @@ def table_facts(
     models : list of FittedModel
         Models fitted to the calibration.
     calibration : list of BeltRecording
-        Recordings with the role calibrate, filtered as the models' (units in them).
+        Recordings with the role calibrate, filtered as the models'.
     recordings : dict of str to BeltRecording
         All recordings by name, filtered alike; those outside the calibration are compared with its range.
     family : list of str
         Names of the models.
     options : FamilyOptions
-        Choices (units in their names).
+        Options of the analysis.
     """
-    ranges, own = range_of_validity(calibration), {r.name for r in calibration}
+    ranges, used = range_of_validity(calibration), {r.name for r in calibration}
     return {
-        "coefficients": coefficients_of(models, calibration),
+        "coefficients": model_coefficients(models, calibration),
         "calibrated": ranges,
-        "beyond": {name: beyond(r, ranges) for name, r in recordings.items() if r.name not in own},
+        "beyond": {name: beyond(r, ranges) for name, r in recordings.items() if r.name not in used},
         "crossed": cross_prediction(recordings, family, options),
     }

@@ -30,7 +30,7 @@ class DiscreteTransfer(BeltModel):
     numerator : ndarray, shape (n + 1,)
         b_0 ... b_n (unit of the load over m/s²).
     denominator : ndarray, shape (n + 1,)
-        1, f_1 ... f_n (-).
+        1, f_1 ... f_n.
     rate_hz : float
         Sampling rate for which it holds (Hz).
     converged : bool
@@ -44,7 +44,7 @@ class DiscreteTransfer(BeltModel):
 
     @property
     def order(self) -> int:
-        """Number of poles, n (-)."""
+        """Number of poles, n."""
         return self.denominator.size - 1
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
@@ -60,12 +60,12 @@ def fit_hnat2014(recordings: list[BeltRecording], most_evaluations: int) -> Disc
     recordings : list of BeltRecording
         Calibration.
     most_evaluations : int
-        Evaluations of the model after which the search ends (-).
+        Evaluations of the model after which the search ends.
 
     Returns
     -------
     DiscreteTransfer
-        Of order 2.
+        Model of order 2.
     """
 
     def coefficients(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -73,16 +73,16 @@ def fit_hnat2014(recordings: list[BeltRecording], most_evaluations: int) -> Disc
 
     def error(x: np.ndarray) -> np.ndarray:
         b, f = coefficients(x)
-        left = [(scipy.signal.lfilter(b, f, r.acceleration) - r.load)[r.evaluated] for r in recordings]
-        return np.clip(np.nan_to_num(np.concatenate(left), nan=1e6), -1e6, 1e6)
+        residual = [(scipy.signal.lfilter(b, f, r.acceleration) - r.load)[r.evaluated] for r in recordings]
+        return np.clip(np.nan_to_num(np.concatenate(residual), nan=1e6), -1e6, 1e6)
 
-    found = scipy.optimize.least_squares(
+    solution = scipy.optimize.least_squares(
         error,
         np.full(5, PUBLISHED_START),
         bounds=(-PUBLISHED_BOUND, PUBLISHED_BOUND),
         max_nfev=most_evaluations,
     )
-    return DiscreteTransfer(*coefficients(found.x), recordings[0].rate_hz, bool(found.success))
+    return DiscreteTransfer(*coefficients(solution.x), recordings[0].rate_hz, bool(solution.success))
 
 
 def fit_discrete_output_error(recordings: list[BeltRecording], order: int) -> DiscreteTransfer:
@@ -93,7 +93,7 @@ def fit_discrete_output_error(recordings: list[BeltRecording], order: int) -> Di
     recordings : list of BeltRecording
         Calibration.
     order : int
-        n (-).
+        n.
 
     Returns
     -------
@@ -130,16 +130,16 @@ def fit_discrete_output_error(recordings: list[BeltRecording], order: int) -> Di
             blocks.append(np.column_stack(columns)[r.evaluated])
         return np.concatenate(blocks) * scale
 
-    found = scipy.optimize.least_squares(
+    solution = scipy.optimize.least_squares(
         error, start / scale, jac=jacobian, ftol=1e-6, max_nfev=MOST_EVALUATIONS
     )
-    b, f = split(found.x * scale)
+    b, f = split(solution.x * scale)
     if np.abs(np.roots(f)).max(initial=0.0) >= 1.0:
         raise InputError(
             f"{recordings[0].name}: expected a stable output-error model of order {order}, found none: "
             "decrease output_error_order in the configuration"
         )
-    return DiscreteTransfer(b, f, recordings[0].rate_hz, bool(found.success))
+    return DiscreteTransfer(b, f, recordings[0].rate_hz, bool(solution.success))
 
 
 def _steiglitz_mcbride(recordings: list[BeltRecording], order: int) -> np.ndarray:
@@ -157,8 +157,8 @@ def _steiglitz_mcbride(recordings: list[BeltRecording], order: int) -> np.ndarra
         x = np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=1e-10)[0]
         f = _stabilised(np.concatenate([[1.0], x[order + 1 :]]))
         b = x[: order + 1]
-        left = [(scipy.signal.lfilter(b, f, r.acceleration) - r.load)[r.evaluated] for r in recordings]
-        cost = sum(float(e @ e) for e in left)
+        errors = [(scipy.signal.lfilter(b, f, r.acceleration) - r.load)[r.evaluated] for r in recordings]
+        cost = sum(float(e @ e) for e in errors)
         if best is None or cost < best[0]:
             best = (cost, np.concatenate([b, f[1:]]))
     return best[1]

@@ -1,4 +1,4 @@
-"""From a trial to the input of the treadmill models: one recording per component of the measured load.
+"""Conversion of a trial to the input of the treadmill models: one recording per component of the load.
 
 On the force plate the components are the fore-aft force Fy (N) and the moment Mx (N·m) about the plate's
 x axis, both of the perturbed belt. Because transducers drift, a straight line through the rest before
@@ -90,7 +90,7 @@ def plate_recordings(
     name, condition : str
         Name the trial and the belt's motion.
     options : PlateOptions
-        Choices (units in their names).
+        Options of the analysis.
     weight : Weight or None
         Body on the belt (kg, m); None for an empty belt.
 
@@ -131,7 +131,7 @@ def plate_recordings(
 
 
 def zeroed_per_pulse(recording: BeltRecording) -> BeltRecording:
-    """The recording with a zero of its own for every pulse: the mean load before it is subtracted.
+    """The recording with the mean load before each pulse subtracted.
 
     Transducers drift, and the friction of a belt with memory leaves a force behind that lasts until the
     next pulse. Both are constant within a pulse.

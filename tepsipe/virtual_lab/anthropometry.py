@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 STATURE_M = 1.735
-# segment -> length (m), mass (-), centre of mass from its upper end (-), radius of gyration (-)
+# segment -> length (m), mass, centre of mass from its upper end, radius of gyration
 HEAD = (0.2002, 0.0668, 0.5894, 0.359)
 TRUNK = (0.5293, 0.4257, 0.4151, 0.339)
 UPPER_ARM = (0.2751, 0.0255, 0.5754, 0.260)
@@ -49,7 +49,7 @@ def _paired(row: tuple, mass_kg: float, scale: float) -> Segment:
 
 
 def scaled(segment: Segment, factor: float) -> Segment:
-    """The same shape (m) with ``factor`` (-) times the mass and the moment of inertia (kg, kg·m²)."""
+    """The same shape (m) with ``factor`` times the mass and the moment of inertia (kg, kg·m²)."""
     return Segment(factor * segment.mass_kg, segment.length_m, segment.com_m, factor * segment.inertia_kgm2)
 
 

@@ -87,18 +87,18 @@ class BeltMotion:
 
 
 def sine_pulse(s: float) -> float:
-    """One full sine period in normalised time ``s`` in 0..1 (-), with peaks +1 and -1 (-)."""
+    """One full sine period in normalised time ``s`` in 0..1, with peaks +1 and -1."""
     return math.sin(2.0 * math.pi * s)
 
 
 def minimum_jerk_pulse(s: float) -> float:
-    """A minimum-jerk movement out and one back in normalised time ``s`` in 0..1 (-): peaks +1, -1 (-)."""
+    """A minimum-jerk movement out and one back in normalised time ``s`` in 0..1: peaks +1, -1."""
     half, sign = (2.0 * s, 1.0) if s < 0.5 else (2.0 * s - 1.0, -1.0)
     return sign * 16.0 * half**2 * (1.0 - half) ** 2
 
 
 def negative_sine_pulse(s: float) -> float:
-    """`sine_pulse` the other way round (-), for ``s`` in 0..1 (-)."""
+    """`sine_pulse` with its sign reversed, for ``s`` in 0..1."""
     return -sine_pulse(s)
 
 
@@ -117,7 +117,7 @@ def velocity_command(
     amplitude_m_per_s : float
         Peak velocity (m/s).
     onsets_s : ndarray, shape (n,)
-        When the pulses start (s), ascending.
+        Onsets of the pulses (s), ascending.
     pulse_s : float
         Length of a pulse (s).
 
@@ -133,7 +133,7 @@ def velocity_command(
     """
     pulse = PULSES[profile]
     onsets = onsets_s.tolist()
-    # between two pulses, where most calls ask: known to be still
+    # between two pulses, where most calls are made, the belt is still
     since, until = -math.inf, min(onsets, default=math.inf)
 
     def command(t: float) -> float:

@@ -25,7 +25,7 @@ def chain_person(section: dict) -> ChainPerson:
 
 
 def chain_protocol(perturbations: dict, protocol: dict, engine: str) -> ChainProtocol:
-    """Protocol of sections of settings (units in the names) and the engine's name.
+    """Protocol of sections of settings and the engine's name.
 
     A perturbation has a ``displacement_m`` of the belt, or a ``force_N`` on a ``segment`` at ``height_m``.
     """
@@ -50,13 +50,13 @@ def write_chain_trials(
     path : str or Path
         HDF5 file that is written.
     person : ChainPerson
-        Constants (units in their names).
+        Constants.
     protocol : ChainProtocol
-        Pulses and instruments (units in their names).
+        Pulses and instruments.
     seed : int
-        Of all draws (-).
+        Seed of all draws.
     persons : int
-        Number of recordings (-).
+        Number of recordings.
     """
     with h5py.File(path, "w") as file:
         for k in range(persons):
@@ -70,9 +70,9 @@ def _write(group, record: ChainRecord, protocol: ChainProtocol) -> None:
     group.attrs["before"] = round(protocol.before_s * protocol.rate_hz)
     group.create_dataset("unperturbed", data=record.unperturbed).attrs["units"] = "rad"
     for name, arrays in (("angle", record.angle), ("drive", record.drive)):
-        own = group.create_group(name)
-        own.attrs["names"] = list(arrays)
+        subgroup = group.create_group(name)
+        subgroup.attrs["names"] = list(arrays)
         for key, values in arrays.items():
             belt = protocol.pulses[key].segment is None
             unit = "rad" if name == "angle" else "m/s2" if belt else "N"
-            own.create_dataset(key, data=values).attrs["units"] = unit
+            subgroup.create_dataset(key, data=values).attrs["units"] = unit

@@ -1,14 +1,14 @@
 """Laboratories drawn at random around the constants of a configuration file.
 
-A laboratory is measured with a ruler, a scale and clocks: its true constants are not the numbers that the
-analysis knows. The section ``drawn`` gives constants, by their path, a distribution around the number in the
-file. Each number has a generator of its own, seeded by the laboratory's seed and the path: a further entry
-changes no other draw.
+A laboratory is measured with a ruler, a scale and clocks, so its true constants differ from the numbers that
+the analysis uses. The section ``drawn`` gives constants, by their path, a distribution around the number in
+the file. Each number has its own generator, seeded by the laboratory's seed and the path, so that a further
+entry changes no other draw.
 
-A mass, a share or a rate that is drawn as a part of its number keeps the number's sign, and an entry may say
-that its numbers are positive, or below a limit such as the 1 of a share: a draw beyond is repeated by the
-same generator, so the distribution is cut off there and other numbers, of this laboratory and of others, stay
-as they are.
+A mass, a share or a rate that is drawn relative to its number keeps the number's sign. An entry may require
+its numbers to be positive, or below a limit such as 1 for a share: a draw beyond is repeated by the same
+generator. The distribution is thus truncated, and other numbers, of this laboratory and of others, do not
+change.
 """
 
 import copy
@@ -25,7 +25,7 @@ TRIES = 1000
 
 @dataclass(frozen=True)
 class DrawnNumber:
-    """One number of the laboratory and what was drawn for it.
+    """One number of the laboratory and its drawn value.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class DrawnNumber:
     distribution : {"normal", "rectangular", "student"}
         Its shape.
     standard_deviation : float
-        Of the distribution (unit of the key).
+        Standard deviation of the distribution (unit of the key).
     """
 
     path: str
@@ -52,13 +52,13 @@ def draw_laboratory(constants: dict) -> dict:
     Parameters
     ----------
     constants : dict
-        The laboratory's configuration (units in its keys), with ``seed`` and ``drawn``: path of a number, or
+        The laboratory's configuration, with ``seed`` and ``drawn``: path of a number, or
         of a list of numbers, which are drawn one by one -> ``{"normal": standard deviation}``,
         ``{"rectangular": half width}`` or ``{"student": [standard deviation, degrees of freedom]}``, in the
         unit of the key, or with ``"relative": True`` as parts of the number, whose sign stays. ``"shift"``
         moves the mean of each number by so many standard deviations up or, as likely, down. With
-        ``"positive": True`` draws of 0 or less are repeated, with ``"below"`` those of a limit (unit of the
-        key) or more. None draws nothing.
+        ``"positive": True`` draws of 0 or less are repeated; with ``"below"``, draws at or above a limit
+        (unit of the key). None draws nothing.
 
     Returns
     -------
@@ -71,24 +71,24 @@ def draw_laboratory(constants: dict) -> dict:
         In one sentence, if a path names no number, a distribution is none of these, or no draw lies where it
         must.
     """
-    found = copy.deepcopy(constants)
+    drawn = copy.deepcopy(constants)
     for number in drawn_numbers(constants):
         *holders, last = number.path.split(".")
-        place = found
+        place = drawn
         for key in holders:
             place = place[int(key)] if isinstance(place, list) else place[key]
         place[int(last) if isinstance(place, list) else last] = number.value
-    found["drawn"] = None
-    return found
+    drawn["drawn"] = None
+    return drawn
 
 
 def drawn_numbers(constants: dict) -> list[DrawnNumber]:
-    """What `draw_laboratory` draws, number by number.
+    """List the numbers that `draw_laboratory` draws.
 
     Parameters
     ----------
     constants : dict
-        The laboratory's configuration, as for `draw_laboratory` (units in its keys).
+        The laboratory's configuration, as for `draw_laboratory`.
 
     Returns
     -------
@@ -100,11 +100,11 @@ def drawn_numbers(constants: dict) -> list[DrawnNumber]:
     ValueError
         As `draw_laboratory`.
     """
-    found: dict[str, DrawnNumber] = {}
+    numbers: dict[str, DrawnNumber] = {}
     for path, choice in (constants.get("drawn") or {}).items():
         shape, spread, freedom = _shape(path, choice)
         for where, nominal in _numbers(constants, path):
-            if where in found:
+            if where in numbers:
                 raise ValueError(
                     f"expected every number to be drawn once, found {where!r} twice in 'drawn', the second "
                     f"time as {path!r}: take one of the two out"
@@ -116,13 +116,13 @@ def drawn_numbers(constants: dict) -> list[DrawnNumber]:
                     f"{where!r}: make it absolute"
                 )
             random = Random(f"{constants['seed']}/{where}")
-            own = DrawnNumber(where, nominal, nominal, shape, deviation)
-            found[where] = replace(own, value=_value(own, freedom, choice, random))
-    return list(found.values())
+            entry = DrawnNumber(where, nominal, nominal, shape, deviation)
+            numbers[where] = replace(entry, value=_value(entry, freedom, choice, random))
+    return list(numbers.values())
 
 
 def _value(number: DrawnNumber, freedom: float, choice: dict, random: Random) -> float:
-    """A draw (unit of the number) that lies where it must."""
+    """A draw (unit of the number) within its limits."""
     first = _standardised(number.distribution, freedom, random)
     mean = 0.0
     if choice.get("shift"):
@@ -179,7 +179,7 @@ def _standardised(shape: str, freedom: float, random: Random) -> float:
 
 
 def _numbers(constants: dict, path: str) -> list[tuple[str, float]]:
-    """Full path and number of everything that a path names."""
+    """Full path and number of everything at a path."""
     place: object = constants
     for key in path.split("."):
         inside = range(len(place)) if isinstance(place, list) else place if isinstance(place, dict) else ()

@@ -42,11 +42,11 @@ class DummyTruth:
     leg_mass_kg, leg_com_m, leg_inertia_kgm2 : float
         Rod: mass (kg), centre of mass from the joint (m), moment of inertia about it (kg·m²).
     joint_inertia_kgm2 : float
-        What else turns with the rod: clamps, screws and half of the rubber (kg·m²).
+        Further inertia that turns with the rod: clamps, screws and half of the rubber (kg·m²).
     rest_angle_rad : float
         Angle at which the leg stands still (rad); of a trial, as the motion capture sees it.
     position_x_m, position_y_m : float
-        Where the foot stands on the plate (m).
+        Position of the foot on the plate (m).
     gravity_m_per_s2 : float
         Acceleration of gravity (m/s²).
     """
@@ -67,7 +67,7 @@ class DummyTruth:
 
 @dataclass(frozen=True)
 class DummyMarkers:
-    """Where the markers sit on the dummy.
+    """Positions of the markers on the dummy.
 
     Attributes
     ----------
@@ -121,13 +121,13 @@ def move_dummy(
     Parameters
     ----------
     dummy, rubber, drive : DummyTruth, Rubber, DriveTruth
-        Constants of subject, joint and belt drive (units in their names).
+        Constants of subject, joint and belt drive.
     command : callable
         Commanded belt velocity (m/s) at t (s).
     duration_s, rate_hz : float
         Length of the run (s) and steps per second (Hz).
     foot : FootTilt, optional
-        How the foot gives; without it, or without a compliance, it does not tilt.
+        Compliance of the foot; without it, or with none, the foot does not tilt.
 
     Returns
     -------
@@ -235,7 +235,7 @@ def dummy_marker_paths(markers: DummyMarkers, dummy: DummyTruth, motion: DummyMo
     Parameters
     ----------
     markers, dummy : DummyMarkers, DummyTruth
-        Constants (units in their names).
+        Constants.
     motion : DummyMotion
         Exact motion of the rig (s, m, rad).
 

@@ -36,7 +36,7 @@ def make_dummy_trial(truth: dict, condition: str, protocol: Protocol, files: dic
     Parameters
     ----------
     truth : dict
-        The laboratory's constants, as its configuration file holds them (units in the keys).
+        The laboratory's constants, as its configuration file holds them.
     condition : str
         Name of the condition: it seeds the trial's noise.
     protocol : Protocol
@@ -47,7 +47,7 @@ def make_dummy_trial(truth: dict, condition: str, protocol: Protocol, files: dic
     """
     seed, rig = truth["seed"], truth["treadmill"]
     dummy = DummyTruth(**truth["dummy"]["subject"])
-    # the rod is set upright by what the motion capture shows
+    # the rod is set upright by the motion capture
     upright = dummy.rest_angle_rad - rig["capture"]["vertical_rad"]
     dummy = replace(dummy, rest_angle_rad=upright)
     rng = generator(seed, "dummy", condition)
@@ -69,7 +69,7 @@ def make_dummy_trial(truth: dict, condition: str, protocol: Protocol, files: dic
     record_capture(rig, schedule, MARKERS, paths, rng, files["markers"])
     if "motion" in files:
         angle, rate = motion.angle - motion.tilt, motion.angle_rate - motion.tilt_rate
-        # what belongs to the joint's inertia turns with the leg
+        # parts that belong to the joint's inertia turn with the leg
         acceleration = np.gradient(motion.angle_rate, motion.time)
         elapsed = motion.time - schedule.trigger_s
         true = TrueMotion(elapsed, angle, rate, acceleration, motion.joint_torque)
@@ -77,7 +77,7 @@ def make_dummy_trial(truth: dict, condition: str, protocol: Protocol, files: dic
 
 
 def _marker_paths(truth: dict, dummy: DummyTruth, motion: DummyMotion, onsets_s, rng) -> list[MarkerPath]:
-    """Paths of the markers, with what bends between them and the body, and the tape that gives."""
+    """Paths of the markers, including bending between markers and body and yielding tape."""
     layout = DummyMarkers(**truth["markers"])
     paths = dummy_marker_paths(layout, dummy, motion)
     wobble, slip = Wobble(**truth["wobble"]), Slip(**truth["slip"])

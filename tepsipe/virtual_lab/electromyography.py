@@ -1,7 +1,7 @@
-"""The recorder of muscle activity: bipolar electrodes on the skin, a file and a clock of its own.
+"""The recorder of muscle activity: bipolar electrodes on the skin, its own file and clock.
 
-Channel i lies over muscle i, whose neural drive is d_i (0 at rest, 1 in a maximal contraction). What it
-records is
+Channel i lies over muscle i, whose neural drive is d_i (0 at rest, 1 in a maximal contraction). It
+records
 
     u_i = sum_j C_ij A d_j w_j  +  G_i (h * a)  +  H_i (hum)  +  b_i  +  n_i
 
@@ -31,7 +31,7 @@ import scipy
 
 MUSCLES = ("TA", "SOL", "GAS", "BF", "RF")
 CHANNELS = tuple(f"EMG {muscle}" for muscle in MUSCLES)
-# which muscles lie next to each other, in the shank and in the thigh
+# adjacent muscles in the shank and in the thigh
 NEIGHBOURS = (("TA", "SOL"), ("SOL", "GAS"), ("BF", "RF"))
 TRIGGER = "Trigger"
 TRIGGER_V = 5.0
@@ -52,14 +52,14 @@ class EmgTruth:
     full_drive_uV : float
         Root mean square at a drive of 1 (uV): A.
     cross_talk : float
-        Share of a neighbouring muscle's signal (-): C beside its diagonal.
+        Share of a neighbouring muscle's signal: C beside its diagonal.
     artefact_uV_per_m_per_s2, artefact_s : float
         Artefact of a lasting acceleration of the belt (uV per m/s²), G, and time in which skin and cables
         follow (s): T.
     hum_uV, hum_hz, hum_third : float
-        Amplitude (uV) and frequency (Hz) of the mains' hum, and its third harmonic as a share of it (-).
+        Amplitude (uV) and frequency (Hz) of the mains' hum, and its third harmonic as a share of it.
     channel_spread : float
-        Standard deviation from channel to channel of the logarithms of artefact and hum (-).
+        Standard deviation from channel to channel of the logarithms of artefact and hum.
     baseline_uV, baseline_s : float
         Standard deviation (uV) of the wandering baseline, and the time in which it changes (s): T_b.
     noise_uV : float
@@ -99,11 +99,11 @@ def record_emg(
     Parameters
     ----------
     truth : EmgTruth
-        Constants (units in their names).
+        Constants.
     time : ndarray, shape (n,)
         Regular grid of the arrays below (s).
     drive : ndarray, shape (n, 5)
-        Neural drive of MUSCLES (-), not negative.
+        Neural drive of MUSCLES, not negative.
     belt_acceleration : ndarray, shape (n,)
         Acceleration of the belt under the subject (m/s²).
     ends_s : float
@@ -117,7 +117,7 @@ def record_emg(
     signals : ndarray, shape (k, 5)
         Voltages in whole steps of the converter (uV).
     instants : ndarray, shape (k,)
-        When they were sampled, on the laboratory's clock (s).
+        Sampling instants, on the laboratory's clock (s).
     """
     of_pattern, of_artefact, of_hum, of_baseline, of_noise = rng.spawn(5)
     samples = round(np.ceil(ends_s - time[0]) * truth.rate_hz)
@@ -199,7 +199,7 @@ def write_emg(
             for label, unit, largest, data in channels
         ],
         patient=Patient(),
-        # the date that stands for none: the same study must give the same bytes
+        # a placeholder date: the same study must give the same bytes
         recording=Recording(startdate=date(1985, 1, 1), equipment_code="EMG-recorder"),
         data_record_duration=1.0,
         annotations=(),  # makes it EDF+
@@ -223,7 +223,7 @@ def _artefact(
     instants: np.ndarray,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """What skin and cables add (uV), shape (k, 5)."""
+    """Artefacts of skin and cables (uV), shape (k, 5)."""
     spread = np.exp(truth.channel_spread * rng.standard_normal(len(MUSCLES)))
     sign = rng.choice((-1.0, 1.0), len(MUSCLES))
     follow = ([1.0], np.polymul([truth.artefact_s, 1.0], [truth.artefact_s, 1.0]))
@@ -235,7 +235,7 @@ def _artefact(
 
 
 def _hum(truth: EmgTruth, instants: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """What the mains add (uV), shape (k, 5)."""
+    """Interference of the mains (uV), shape (k, 5)."""
     spread = np.exp(truth.channel_spread * rng.standard_normal(len(MUSCLES)))
     first, third = 2.0 * np.pi * rng.random((2, len(MUSCLES)))
     angle = 2.0 * np.pi * truth.hum_hz * instants[:, None]

@@ -1,12 +1,12 @@
-"""The dual-belt treadmill's 14 force transducers and what stands between them and the load.
+"""The dual-belt treadmill's 14 force transducers, and the dynamics between them and the load.
 
 Per belt: 4 vertical transducers in the corners, 2 medio-lateral ones at the belt's ends, 1 fore-aft
 one in its middle. A wrench w = (Fx, Fy, Fz, Mx, My, Mz) spreads over the 7 transducers as the
 least-norm forces f with E f = w, where E holds the transducers' lines of action. Voltages are
-sensitivity times cross-talk times f. The calibration matrix is what a careful static calibration
-of such a plate would have found.
+sensitivity times cross-talk times f. The calibration matrix is the result of a careful static
+calibration of such a plate.
 
-What the transducers feel is not the reaction on the load alone. In the order in which it happens:
+The transducers do not measure the reaction on the load alone. In the order of the force path:
 
 1. Belt. The drive pulls the belt at its rear end, and belt and splices give in a viscous way: the
    load follows the rollers through a first-order lag, T on average, which changes by a factor phi(t)
@@ -19,21 +19,21 @@ What the transducers feel is not the reaction on the load alone. In the order in
 
        F_friction = (F_0 + mu N) ((1 - b) tanh(v_r / v_0) + b z) + c v_r
 
-   A share b of it is that of bristles z with a memory (below). The friction acts on
-   deck and bearings, a lever below the surface of the belt, and has a moment M_x by it.
-   At the load this friction leads the velocity and so resembles a mass, the more the slower the belt: the
-   apparent mass c_eff T falls with amplitude as the friction saturates. The excess mass of the upper run
-   of the belt over the lower run, which moves the other way, acts as a mass; the rollers, accelerated
-   against the frame, as a pitch moment -(I / r) v'.
+   A share b of it comes from bristles z with a memory (below). The friction acts on deck and
+   bearings, a lever arm below the surface of the belt, and so causes a moment M_x. At the load this
+   friction leads the velocity and so resembles a mass, more so for a slower belt: the apparent mass
+   c_eff T falls with amplitude as the friction saturates. The excess mass of the upper run of the belt
+   over the lower run, which moves the other way, acts as a mass; the rollers, accelerated against the
+   frame, act as a pitch moment -(I / r) v'.
 2. Floor. The building vibrates near its natural frequency and shakes the frame, whose mass lies about at
    the height of the belt: a fore-aft force that is independent of the perturbations.
 3. Frame. It sways fore and aft, Fy and Mx, on the transducer's stiffness and with the mass of frame
    and load: a second-order resonance, lower under a heavier load. Its gain below the resonance makes
-   a load seem heavier at higher frequencies. A share of Fy, and another of Mx, takes a second mode, the
-   frame's pitch, with a moving mass of its own: H = (1 - s) H_1 + s H_2, with a static gain of 1.
+   a load seem heavier at higher frequencies. A share of Fy, and another of Mx, passes through a second
+   mode, the frame's pitch, with its own moving mass: H = (1 - s) H_1 + s H_2, with a static gain of 1.
 4. Mounts. Rubber seals bridge the gap between the deck and the floor around it, at the height of the
-   belt. A quick force finds them stiff and passes a share s of itself to the floor; within T_m the
-   rubber relaxes (a Maxwell element), so a static calibration cannot see it:
+   belt. They are stiff under a quick force and pass a share s of it to the floor; within T_m the rubber
+   relaxes (a Maxwell element), so a static calibration does not detect it:
 
        F_transducer = F - s (T_m d/dt) / (1 + T_m d/dt) F
 
@@ -70,15 +70,15 @@ def bristle_deflection(displacement: np.ndarray, breakaway_m: float) -> np.ndarr
     Returns
     -------
     ndarray, shape (n,)
-        z (-), exact for the path that joins the samples by straight lines.
+        z, exact for the path that joins the samples by straight lines.
     """
     steps = np.diff(displacement)
     kept = np.exp(-np.abs(steps) / breakaway_m).tolist()
-    z, found = 0.0, array("d", [0.0])
+    z, deflection = 0.0, array("d", [0.0])
     for sign, part in zip(np.sign(steps).tolist(), kept, strict=True):
         z = sign + (z - sign) * part if sign else z
-        found.append(z)
-    return np.array(found)
+        deflection.append(z)
+    return np.array(deflection)
 
 
 BELTS = ("left", "right")
@@ -98,39 +98,39 @@ class PlateTruth:
         Volts per newton; relative spread of it; relative leak into other channels; relative error
         of the calibration (V/N, -, -, -).
     force_scale, vertical_leak : list of 2 float, float
-        Gain of the fore-aft and of the vertical transducers over that of the calibration (-), and part of the
-        vertical force that the fore-aft one has come to feel (-).
+        Gain of the fore-aft and of the vertical transducers relative to the calibration, and part of the
+        vertical force that the fore-aft one has come to feel.
     origin_height_m : float
         Height of the calibration's origin above the belt, on which it is thought to lie (m).
     noise_V, drift_V_per_s : float
         White noise of a channel (V) and standard deviation of its linear drift (V/s).
     felt_belt_mass_kg : float
-        Mass of the upper run of the belt over that of the lower run (kg).
+        Mass of the upper run of the belt in excess of the lower run's (kg).
     felt_roller_inertia_kgm : float
         Moment of inertia of the rollers over their radius, pitch moment per belt acceleration
         (N·m per m/s²).
     belt_lag_s : float
         Time by which the load follows the rollers (s): T.
     belt_lag_wander, belt_lag_wander_s : float
-        Standard deviation of the logarithm of phi (-), and the time in which it changes (s).
+        Standard deviation of the logarithm of phi, and the time in which it changes (s).
     friction_N, friction_coefficient, friction_speed_m_per_s, friction_Ns_per_m : float
-        Friction of the moving unloaded belt (N) and per newton of load (-), the speed that brings it
+        Friction of the moving unloaded belt (N) and per newton of load, the speed that brings it
         about (m/s), and its viscous part (Ns/m): F_0, mu, v_0, c.
     bristle_share, bristle_m : float
-        Part of the friction, but for its viscous part, that has a memory (-), and displacement in which its
+        Part of the friction, but for its viscous part, that has a memory, and displacement in which its
         bristles bend (m): b, d. A share of 0 has no memory.
     friction_lever_m : float
         Depth under the belt's surface at which the friction acts (m).
     floor_m_per_s2, floor_hz, floor_damping : float
-        Root mean square of the floor's acceleration (m/s²), its frequency (Hz) and damping ratio (-).
+        Root mean square of the floor's acceleration (m/s²), its frequency (Hz) and damping ratio.
     resonance_hz, resonance_damping, resonance_mass_kg : float
-        Fore-aft resonance of the unloaded frame (Hz), its damping ratio (-), its moving mass (kg).
+        Fore-aft resonance of the unloaded frame (Hz), its damping ratio, its moving mass (kg).
     second_share : list of 2 float
-        Parts of Fy and of Mx that the second mode takes (-); 0 is a frame with one mode.
+        Parts of Fy and of Mx that the second mode takes; 0 is a frame with one mode.
     second_hz, second_damping, second_mass_kg : float
         The same constants of the second mode (Hz, -, kg).
     mount_share, mount_relaxation_s : float
-        Part of a quick fore-aft force that the mounts take (-), and when they let go of it (s): s, T_m.
+        Part of a quick fore-aft force that the mounts take, and when they let go of it (s): s, T_m.
     rate_hz : float
         Sampling rate of the log (Hz).
     """
@@ -193,12 +193,12 @@ def lines_of_action(truth: PlateTruth) -> np.ndarray:
 
 
 def plate_electronics(truth: PlateTruth, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """What the plate does to transducer forces, and the calibration matrix found for it.
+    """Matrix from transducer forces to voltages, and the calibration matrix found for the plate.
 
     Parameters
     ----------
     truth : PlateTruth
-        Constants (units in their names).
+        Constants.
     rng : numpy.random.Generator
         Draws spread, cross-talk and calibration errors: one plate for the whole study.
 
@@ -226,9 +226,9 @@ def wandering_lag(truth: PlateTruth, n: int, rate_hz: float, rng: np.random.Gene
     Parameters
     ----------
     truth : PlateTruth
-        Constants (units in their names).
+        Constants.
     n : int
-        Number of samples (-).
+        Number of samples.
     rate_hz : float
         Samples per second (Hz).
     rng : numpy.random.Generator
@@ -252,9 +252,9 @@ def floor_tremor(truth: PlateTruth, n: int, rate_hz: float, rng: np.random.Gener
     Parameters
     ----------
     truth : PlateTruth
-        Constants (units in their names).
+        Constants.
     n : int
-        Number of samples (-).
+        Number of samples.
     rate_hz : float
         Samples per second (Hz).
     rng : numpy.random.Generator
@@ -283,12 +283,12 @@ def belt_wrench(
     belt_lag: np.ndarray,
     rate_hz: float,
 ) -> np.ndarray:
-    """What the moving belt adds to the reaction on the load.
+    """Reaction that the moving belt adds to the load's.
 
     Parameters
     ----------
     truth : PlateTruth
-        Constants (units in their names).
+        Constants.
     load : ndarray, shape (n,)
         Vertical force of the load on the belt (N).
     belt_velocity, belt_acceleration : ndarray, shape (n,)
@@ -331,7 +331,7 @@ def plate_voltages(
     Parameters
     ----------
     truth : PlateTruth
-        Constants (units in their names).
+        Constants.
     volts_per_newton : ndarray, shape (14, 14)
         From `plate_electronics` (V/N).
     motion : BeltMotion
@@ -340,7 +340,7 @@ def plate_voltages(
     load_kg : float
         Mass on the belt (kg).
     sample : ndarray of int, shape (k,)
-        Grid points at which the log samples (-).
+        Grid points at which the log samples.
     rng : numpy.random.Generator
         Draws noise and drift; children of it draw the belt's lag and the floor.
 

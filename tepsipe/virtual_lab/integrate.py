@@ -60,14 +60,14 @@ def integrate(
 
 @cache
 def stepper(n: int) -> Callable[[Callable[[float, State], State], float, State, float], State]:
-    """One step of the classical fourth-order rule for ``n`` states (-), written out state by state.
+    """One step of the classical fourth-order rule for ``n`` states, written out state by state.
 
         k_1 = f(t, x),                  k_2 = f(t + h/2, x + h/2 k_1)
         k_3 = f(t + h/2, x + h/2 k_2),  k_4 = f(t + h, x + h k_3)
         x(t + h) = x + h/6 (k_1 + 2 (k_2 + k_3) + k_4)
 
-    A loop over the states takes longer than the sums in it, and a trial has 100,000 steps: the function is
-    made from text, once for every number of states.
+    A loop over the states takes longer than the sums in it, and a trial has 100,000 steps. The function is
+    therefore generated from text, once for every number of states.
 
     Returns
     -------

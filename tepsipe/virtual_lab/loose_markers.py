@@ -18,9 +18,9 @@ class Wobble:
     Attributes
     ----------
     hz, damping : float
-        Natural frequency w / 2 pi (Hz) and damping ratio z (-).
+        Natural frequency w / 2 pi (Hz) and damping ratio z.
     common, growing_per_m : float
-        Part of d by which all markers of the leg move alike (-), and part per distance from the joint (1/m);
+        Part of d by which all markers of the leg move alike, and part per distance from the joint (1/m);
         both 0 is a rigid leg.
     """
 
@@ -54,7 +54,7 @@ def wobbling(wobble: Wobble, time: np.ndarray, acceleration: np.ndarray) -> np.n
     Parameters
     ----------
     wobble : Wobble
-        Constants (units in their names).
+        Constants.
     time, acceleration : ndarray, shape (n,)
         Regular instants (s) and acceleration of the body (m/s²).
 
@@ -77,7 +77,7 @@ def slipping(step_m: float, settling_s: float, onsets_s: np.ndarray, rng: np.ran
     step_m, settling_s : float
         Standard deviation of a step (m) and its time constant (s).
     onsets_s : ndarray, shape (k,)
-        When pulses begin (s).
+        Onsets of the pulses (s).
     rng : numpy.random.Generator
         Draws the steps.
 
@@ -98,9 +98,9 @@ def slipping(step_m: float, settling_s: float, onsets_s: np.ndarray, rng: np.ran
 def shifted(path: MarkerPath, shift: Shift) -> MarkerPath:
     """The path, moved forwards by a displacement (m) at every instant (s)."""
 
-    def moved(instant: np.ndarray) -> np.ndarray:
-        found = path(instant)
-        found[:, 1] += shift(instant)
-        return found
+    def moved_path(instant: np.ndarray) -> np.ndarray:
+        positions = path(instant)
+        positions[:, 1] += shift(instant)
+        return positions
 
-    return moved
+    return moved_path

@@ -36,7 +36,7 @@ class ManipulatorTruth:
     torque_per_factor_Nm : float
         Root mean square of the multisine per unit of scale factor (N·m).
     torque_scale, angle_scale : float
-        True torque over commanded torque, and encoder reading over true angle (-).
+        True torque over commanded torque, and encoder reading over true angle.
     torque_delay_s : float
         Delay of the drive: a torque acts this long after its command (s).
     band_low_hz, band_high_hz, period_s, command_rate_hz : float
@@ -44,7 +44,7 @@ class ManipulatorTruth:
     log_rate_hz, log_jitter_s : float
         Mean rate of the log (Hz) and standard deviation of its sampling instants (s).
     repeated_fraction, missing_fraction : float
-        Part of the log's lines that repeat the sample before them, and that are not written (-).
+        Part of the log's lines that repeat the sample before them, and that are not written.
     encoder_step_rad : float
         Resolution of the angle encoder (rad).
     encoder_zero_rad : float
@@ -80,7 +80,7 @@ class ManipulatorTruth:
 
 @dataclass(frozen=True)
 class ManipulatorRecording:
-    """What the manipulator's two files hold.
+    """Contents of the manipulator's two files.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class ManipulatorRecording:
     command_rate_hz : float
         Rate of the command (Hz).
     motion : TrueMotion or None
-        Hidden motion of the handle and the torque on it, that of the drive's ripple included (s, rad, N·m);
+        Hidden motion of the handle and the torque on it, including the drive's ripple (s, rad, N·m);
         None where only the two files are written.
     """
 
@@ -122,7 +122,7 @@ def multisine(truth: ManipulatorTruth, duration_s: float, rng: np.random.Generat
     Returns
     -------
     ndarray, shape (duration_s * command_rate_hz,)
-        The signal (-).
+        The signal.
     """
     harmonics = np.arange(
         round(truth.band_low_hz * truth.period_s), round(truth.band_high_hz * truth.period_s) + 1
@@ -144,16 +144,16 @@ def record_manipulator(
     signal_rng: np.random.Generator,
     trial_rng: np.random.Generator,
 ) -> ManipulatorRecording:
-    """Perturb the dummy's joint and log what the instruments see.
+    """Perturb the dummy's joint and log the signals of the instruments.
 
     Parameters
     ----------
     truth : ManipulatorTruth
-        Constants of the rig (units in their names).
+        Constants of the rig.
     rubber : Rubber
         The joint.
     factor : float
-        Scale factor of the perturbation (-).
+        Scale factor of the perturbation.
     duration_s : float
         Length of the perturbation (s).
     signal_rng, trial_rng : numpy.random.Generator
@@ -214,7 +214,7 @@ def _log(
     rng: np.random.Generator,
     motion: TrueMotion,
 ) -> ManipulatorRecording:
-    """Sample the angle irregularly, as the operating system of the logging computer lets it."""
+    """Sample the angle irregularly, as the operating system of the logging computer does."""
     step = 1.0 / truth.log_rate_hz
     instants = np.arange(step, time[-1] - step, step)
     instants = instants + np.clip(rng.normal(0.0, truth.log_jitter_s, instants.size), -0.4 * step, 0.4 * step)

@@ -20,9 +20,9 @@ class CaptureTruth:
     latency_s : float
         From the trigger's edge to the first marker of the first frame (s).
     clock_ppm : float
-        How much faster its clock runs than that of the treadmill's log, in parts per million (-).
+        Rate by which its clock exceeds the clock of the treadmill's log, in parts per million.
     length_scale, vertical_rad : float
-        Measured over true lengths (-), and angle by which an upright rod is seen to lean towards +y (rad).
+        Measured over true lengths, and angle by which an upright rod is seen to lean towards +y (rad).
     noise_m : float
         Standard deviation of each coordinate (m).
     occlusions_per_minute, occlusion_frames : float
@@ -52,14 +52,14 @@ def record_markers(
     Parameters
     ----------
     capture : CaptureTruth
-        Constants (units in their names).
+        Constants.
     paths : list of callable
         Exact position x, y, z (m), shape (n, 3), at instants (s), shape (n,), of each marker, in the
         strober's order.
     trigger_s : float
         Time of the trigger's edge on the paths' clock (s).
     frames : int
-        Number of frames (-).
+        Number of frames.
     rng : numpy.random.Generator
         Draws noise and occlusions.
 

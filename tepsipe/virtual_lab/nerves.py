@@ -5,7 +5,7 @@ Muscle m is driven by
     e_m = [tone_m + G_m [s(t - L_m) - s_0]_+ + G_2m [s(t - L_2m) - s_0]_+ + balance]_+
 
 with the velocity s = sum_j w_mj phi_j' at which it is stretched, above a threshold, a short and a medium
-latency earlier (M1 and M2). Balance responds to the centre of mass a longer delay earlier, and has a random
+latency earlier (M1 and M2). Balance responds to the centre of mass after a longer delay, and has a random
 part. Force follows the drive as a twitch of second order that rises with T and falls with T_2, critically
 damped if both are the same:
 
@@ -21,7 +21,7 @@ from tepsipe.virtual_lab.person_constants import MUSCLES, NervesTruth, Subject
 
 
 def wander(nerves: NervesTruth, n: int, rate_hz: float, rng: np.random.Generator) -> np.ndarray:
-    """Torque that balance adds of itself (N·m), shape (n,): an Ornstein-Uhlenbeck process."""
+    """Random torque of balance (N·m), shape (n,): an Ornstein-Uhlenbeck process."""
     kept = math.exp(-1.0 / (nerves.wander_s * rate_hz))
     steps = rng.standard_normal(n) * math.sqrt(1.0 - kept**2)
     state, out = float(rng.standard_normal()), np.empty(n)
@@ -32,7 +32,7 @@ def wander(nerves: NervesTruth, n: int, rate_hz: float, rng: np.random.Generator
 
 
 class Nerves:
-    """Drive (-) and active torque (N·m), step by step, from what was sensed a latency ago."""
+    """Drive and active torque (N·m), step by step, from what was sensed a latency ago."""
 
     def __init__(
         self, subject: Subject, levers: list[float], steps: int, rate_hz: float, rng: np.random.Generator
@@ -63,16 +63,16 @@ class Nerves:
         self._to_x, self._to_v = _twitch(nerves, 1.0 / rate_hz)
 
     def stepper(self) -> Callable[[tuple[float, ...]], tuple[list[float], list[float]]]:
-        """``step(state)``: drive (-) and active torque at ankle, knee and hip (N·m) one step after ``state``.
+        """``step(state)``: drive and active torque at ankle, knee and hip (N·m) one step after ``state``.
 
-        The first call, with the first state, gives them at the first state itself.
+        The first call, with the first state, returns the values at that state itself.
         """
         (f1, f2, f3), (s1, s2, s3) = self._weights, self._stance
         nerves, wandered, (balance_late, balance_part) = self._nerves, self._wander, self._balance_late
         by_angle, by_rate = nerves.balance_Nm_per_rad, nerves.balance_Nms_per_rad
         threshold = nerves.reflex_threshold_rad_per_s
         (xx, xv), (vx, vv) = self._to_x, self._to_v
-        # of every muscle: constants, what stretched it, and drive and twitch at the last step
+        # for every muscle: constants, its stretch, and drive and twitch at the last step
         muscles = [(constants, [], [constants[0], constants[0], 0.0]) for constants in self._constants]
         leaned: list[float] = []
         k = -1

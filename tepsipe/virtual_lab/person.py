@@ -67,7 +67,7 @@ class PersonMotion(BeltMotion):
     angles, rates : ndarray, shape (n, 3)
         Angles of shanks, thighs and upper body from the vertical (rad) and their rates (rad/s).
     drive : ndarray, shape (n, 5)
-        Drive of the muscles (-), in the order of `MUSCLES`.
+        Drive of the muscles, in the order of `MUSCLES`.
     foot, foot_rate : ndarray, shape (n,)
         Tilt of the feet from quiet standing (rad) and its rate (rad/s).
     short_range, active : ndarray, shape (n,)
@@ -84,7 +84,7 @@ class PersonMotion(BeltMotion):
 
 
 def segments(person: PersonTruth) -> tuple[Segment, Segment, Segment]:
-    """Shanks, thighs and upper body (kg, m, kg·m²); the upper body has what the legs leave of the mass."""
+    """Shanks, thighs and upper body (kg, m, kg·m²); the upper body has the remaining mass."""
     size = person.mass_kg, person.stature_m
     legs = person.foot_mass + person.shank_mass + person.thigh_mass
     trunk = upper_body(*size, person.ankle_height_m)
@@ -102,7 +102,7 @@ def feet_of(person: PersonTruth) -> Segment:
 
 
 def _carried(chain: tuple[Segment, ...]) -> np.ndarray:
-    """a_ij (m), shape (3, 3): how far angle j carries the centre of mass of segment i."""
+    """Lever a_ij (m), shape (3, 3): displacement of the centre of mass of segment i per angle j."""
     a = np.diag([segment.com_m for segment in chain])
     for j, segment in enumerate(chain):
         a[j + 1 :, j] = segment.length_m
@@ -110,7 +110,7 @@ def _carried(chain: tuple[Segment, ...]) -> np.ndarray:
 
 
 def critical_stiffness(person: PersonTruth) -> float:
-    """What topples all that the ankles carry (N·m/rad): m g h."""
+    """Toppling stiffness m g h of everything that the ankles carry (N·m/rad)."""
     chain = segments(person)
     mass = np.array([segment.mass_kg for segment in chain])
     return float(person.gravity_m_per_s2 * (mass @ _carried(chain)).sum())
@@ -129,9 +129,9 @@ def move_person(
     Parameters
     ----------
     subject : Subject
-        Constants of body, muscles, task and nerves (units in their names).
+        Constants of body, muscles, task and nerves.
     drive : DriveTruth
-        Constants of the belt's drive (units in their names).
+        Constants of the belt's drive.
     command : callable
         Commanded belt velocity (m/s) at t (s).
     duration_s, rate_hz : float
@@ -255,7 +255,7 @@ def _derivative(
 def _joint_torques(
     person: PersonTruth, task: TaskTruth, body: _Body, rate_hz: float, active: list[float]
 ) -> Callable[[float, tuple[float, ...]], tuple[float, ...]]:
-    """Torque of the ankle beyond that of quiet standing, and torques of ankle, knee and hip (N·m)."""
+    """Torque of the ankle beyond quiet standing, and torques of ankle, knee and hip (N·m)."""
     k_a, k_k, k_h = task.stiffness_Nm_per_rad
     b_a, b_k, b_h = task.damping_Nms_per_rad
     k_r = task.short_range_Nm_per_rad
@@ -364,12 +364,12 @@ def _reaction(person: PersonTruth, time: np.ndarray, states: np.ndarray) -> np.n
 def true_ankles(
     person: PersonTruth, task: TaskTruth, motion: PersonMotion, trigger_s: float
 ) -> StandingMotion:
-    """What only the comparison of estimates with the truth may know of the ankles.
+    """True motion of the ankles, for the comparison of estimates with the truth only.
 
     Parameters
     ----------
     person, task : PersonTruth, TaskTruth
-        Constants (units in their names).
+        Constants.
     motion : PersonMotion
         Exact motion of the rig (s, rad, N·m).
     trigger_s : float
@@ -378,7 +378,7 @@ def true_ankles(
     Returns
     -------
     StandingMotion
-        Mean angle of both ankles from quiet standing, their torques, and those of the marked ankle.
+        Mean angle of both ankles from quiet standing, their torques, and the torques of the marked ankle.
     """
     rate = motion.rates[:, 0] - motion.foot_rate
     swung = motion.angles[:, 0] - person.stance_rad[0]
@@ -398,10 +398,10 @@ def true_ankles(
 
 
 def marked_shank(person: PersonTruth, swung: np.ndarray) -> np.ndarray:
-    """Rotation of the marked shank (rad), from the mean of both (rad), which stays what it is."""
+    """Rotation of the marked shank (rad) from the mean of both (rad), which is unchanged."""
     return person.marked_rotation * swung
 
 
 def marked_tilt(person: PersonTruth, tilt: np.ndarray) -> np.ndarray:
-    """Tilt of the marked foot (rad), from the mean of both: each is as stiff, and bears its leg's torque."""
+    """Tilt of the marked foot (rad) from the mean of both: equal stiffness, each with its leg's torque."""
     return 2.0 * person.marked_share * tilt

@@ -1,6 +1,6 @@
 """Hidden constants of a standing person: body, feet, muscles, nerves, skin and markers.
 
-Constants with a default are those of mechanisms that may be absent: the default switches the mechanism off.
+Constants with a default belong to mechanisms that may be absent: the default switches the mechanism off.
 """
 
 from dataclasses import dataclass
@@ -19,28 +19,28 @@ class PersonTruth:
     Attributes
     ----------
     mass_kg, stature_m : float
-        Of the whole body (kg, m).
+        Mass and height of the whole body (kg, m).
     ankle_height_m, foot_com_m : float
         Ankle above the belt; centre of mass of the feet in front of the ankle (m), half as high as it.
     stance_rad : list of 3 float
         Angles of shanks, thighs and upper body in quiet standing (rad).
     position_x_m, position_y_m : float
-        Where the ankles are on the plate (m).
+        Position of the ankles on the plate (m).
     gravity_m_per_s2 : float
         Acceleration of gravity (m/s²).
     foot_mass, shank_mass, thigh_mass : float
-        One foot, shank and thigh as fractions of the body's mass (-); the upper body has the rest.
+        One foot, shank and thigh as fractions of the body's mass; the upper body has the rest.
     short_range_rad : float
         Rotation of the ankle after which its short-range stiffness has yielded (rad): r.
     foot_stiffness_Nm_per_rad, foot_damping_Nms_per_rad : float
-        Of heel pads and arches against tilting of both feet on the belt: K_f, B_f; a stiffness of 0 makes the
+        Heel pads and arches against tilting of both feet on the belt: K_f, B_f; a stiffness of 0 makes the
         feet rigid.
     forefoot_share : float
-        Tilt of the forefoot relative to that of the hindfoot (-); the arch takes the rest.
+        Tilt of the forefoot relative to the hindfoot's; the arch takes the rest.
     marked_share : float
-        Part of both ankles' torque that the marked leg bears (-).
+        Part of both ankles' torque that the marked leg bears.
     marked_rotation : float
-        Rotation of the marked shank relative to the mean of both (-).
+        Rotation of the marked shank relative to the mean of both.
     """
 
     mass_kg: float
@@ -71,7 +71,7 @@ class MuscleTruth:
     latency_s : float
         From stretch to the reflex in its drive (s): L.
     stretch : list of 3 float
-        Lengthening per angle of ankle, knee and hip (-): w.
+        Lengthening per angle of ankle, knee and hip: w.
     force_Nm : list of 3 float
         Torque of full drive that resists the angles of ankle, knee and hip (N·m): F.
     balance_per_Nm : list of 2 float
@@ -96,13 +96,13 @@ class TaskTruth:
     stiffness_Nm_per_rad, damping_Nms_per_rad : list of 3 float
         Intrinsic K and B of ankle, knee and hip, both legs; at the ankle without the short range.
     tone : list of 5 float
-        Drive of the muscles in quiet standing (-).
+        Drive of the muscles in quiet standing.
     reflex_s_per_rad : list of 5 float
         Drive per stretch velocity (s/rad): G.
     medium_reflex_s_per_rad : list of 5 float
         The same of the medium-latency reflex (s/rad): G_2.
     short_range_Nm_per_rad : float
-        What is added to the stiffness of both ankles in small rotations: K_s.
+        Additional stiffness of both ankles in small rotations: K_s.
     """
 
     stiffness_Nm_per_rad: list
@@ -150,9 +150,9 @@ class Subject:
     Attributes
     ----------
     person, task, nerves : PersonTruth, TaskTruth, NervesTruth
-        Constants (units in their names).
+        Constants.
     muscles : dict of str to MuscleTruth
-        Constants of every muscle (units in their names).
+        Constants of every muscle.
     """
 
     person: PersonTruth
@@ -163,7 +163,7 @@ class Subject:
 
 @dataclass(frozen=True)
 class PersonMarkers:
-    """Where the markers sit on the right leg.
+    """Positions of the markers on the right leg.
 
     Attributes
     ----------
@@ -174,7 +174,7 @@ class PersonMarkers:
     lateral_m : float
         Position of all markers across the belt, from the middle between the feet (m).
     joint_centre_m : list of [forward, up]
-        Where the ankle's axis lies relative to the ankle's marker in quiet standing (m).
+        Position of the ankle's axis relative to the ankle's marker in quiet standing (m).
     """
 
     foot_m: list
@@ -186,14 +186,14 @@ class PersonMarkers:
 
 @dataclass(frozen=True)
 class SkinTruth:
-    """How the skin under the markers moves on the bones.
+    """Motion of the skin under the markers on the bones.
 
     Attributes
     ----------
     frequency_hz, damping : float
-        Natural frequency (Hz) and damping ratio (-) of the soft tissue of shank and thigh.
+        Natural frequency (Hz) and damping ratio of the soft tissue of shank and thigh.
     shank_share, thigh_share : float
-        Part of the soft tissue's motion that the skin under the markers takes part in (-).
+        Part of the soft tissue's motion that the skin under the markers takes part in.
     slip_m_per_rad : float
         Forward displacement of the ankle's marker per rotation of the ankle (m/rad).
     """

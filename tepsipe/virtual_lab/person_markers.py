@@ -28,7 +28,7 @@ def person_marker_paths(
     Parameters
     ----------
     markers, person, skin : PersonMarkers, PersonTruth, SkinTruth
-        Constants (units in their names).
+        Constants.
     motion : PersonMotion
         Exact motion of the rig (s, m, rad).
 
@@ -40,9 +40,9 @@ def person_marker_paths(
     belt = scipy.interpolate.CubicSpline(motion.time, motion.belt_position)
     x = person.position_x_m + markers.lateral_m
 
-    def path(moved: np.ndarray) -> MarkerPath:
-        """Of a point that is ``moved`` forward of the ankle and above the belt (m), shape (n, 2)."""
-        spline = scipy.interpolate.CubicSpline(motion.time, moved)
+    def path(displacement: np.ndarray) -> MarkerPath:
+        """Path of a point from its displacement forward of the ankle and above the belt (m), shape (n, 2)."""
+        spline = scipy.interpolate.CubicSpline(motion.time, displacement)
 
         def at(instant: np.ndarray) -> np.ndarray:
             forward, up = spline(instant).T
@@ -51,18 +51,18 @@ def person_marker_paths(
 
         return at
 
-    return [path(moved) for moved in marker_displacements(markers, person, skin, motion)]
+    return [path(displacement) for displacement in marker_displacements(markers, person, skin, motion)]
 
 
 def marker_displacements(
     markers: PersonMarkers, person: PersonTruth, skin: SkinTruth, motion: PersonMotion
 ) -> list[np.ndarray]:
-    """Where the markers are, forward of the ankle and above the belt (m), each of shape (n, 2).
+    """Positions of the markers, forward of the ankle and above the belt (m), each of shape (n, 2).
 
     Parameters
     ----------
     markers, person, skin : PersonMarkers, PersonTruth, SkinTruth
-        Constants (units in their names).
+        Constants.
     motion : PersonMotion
         Exact motion of the rig (s, m, rad).
 
@@ -75,7 +75,7 @@ def marker_displacements(
     centre_y, centre_z = markers.joint_centre_m
     swung, thigh = (motion.angles[:, k] - stance[k] for k in (0, 1))
     shank = stance[0] + marked_shank(person, swung)
-    # both legs carry the same hips: what the marked shank rotates more, its thigh rotates less
+    # both legs carry the same hips: the thigh rotates less by the excess rotation of the marked shank
     size = person.mass_kg, person.stature_m
     longer = shanks(*size).length_m / thighs(*size).length_m
     thigh = stance[1] + thigh - longer * (shank - stance[0] - swung)
@@ -84,18 +84,18 @@ def marker_displacements(
     knee = ankle + _turned(shank, 0.0, shanks(*size).length_m)
     rotation = shank - stance[0] - tilt
     slid = np.column_stack([skin.slip_m_per_rad * rotation, np.zeros_like(rotation)])
-    found = []
+    displacements = []
     for along, up in markers.foot_m:
         share = person.forefoot_share if along > 0.0 else 1.0
-        found.append(ankle + _turned(share * tilt, along - centre_y, up - centre_z - height))
-    found.append(ankle + _turned(shank, -centre_y, -centre_z) + slid)
+        displacements.append(ankle + _turned(share * tilt, along - centre_y, up - centre_z - height))
+    displacements.append(ankle + _turned(shank, -centre_y, -centre_z) + slid)
     for across, along in markers.shank_m:
         bone = ankle + _turned(shank, across - centre_y, along - centre_z)
-        found.append(bone + wobble(skin, skin.shank_share, motion, bone))
+        displacements.append(bone + wobble(skin, skin.shank_share, motion, bone))
     for across, along in markers.thigh_m:
         bone = knee + _turned(thigh, across, along)
-        found.append(bone + wobble(skin, skin.thigh_share, motion, bone))
-    return found
+        displacements.append(bone + wobble(skin, skin.thigh_share, motion, bone))
+    return displacements
 
 
 def _turned(angle: np.ndarray, across: float, along: float) -> np.ndarray:
@@ -110,9 +110,9 @@ def wobble(skin: SkinTruth, share: float, motion: PersonMotion, bone: np.ndarray
     Parameters
     ----------
     skin : SkinTruth
-        Constants (units in their names).
+        Constants.
     share : float
-        Part of the soft tissue's motion in which the marker takes part (-).
+        Part of the soft tissue's motion in which the marker takes part.
     motion : PersonMotion
         Exact motion of the rig (s, m).
     bone : ndarray, shape (n, 2)

@@ -23,14 +23,14 @@ def without(standing: dict, names: tuple[str, ...] | list[str] = tuple(MECHANISM
     Parameters
     ----------
     standing : dict
-        The section (units in its keys); it stays what it is.
+        The section; it stays what it is.
     names : sequence of str
-        Mechanisms to switch off (no unit); all of `MECHANISMS` by default.
+        Mechanisms to switch off; all of `MECHANISMS` by default.
 
     Returns
     -------
     dict
-        A changed copy (units in its keys).
+        A changed copy.
     """
     changed = copy.deepcopy(standing)
     for name in names:

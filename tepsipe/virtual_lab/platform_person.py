@@ -39,7 +39,7 @@ class PlatformPerson:
     reflex_stiffness_Nm_per_rad, reflex_damping_Nms_per_rad : 2 x 2
         That act with the delay (N·m/rad, N·m·s/rad).
     delay_s : (float, float)
-        Of the reflexes of ankle and hip (s).
+        Delays of the reflexes of ankle and hip (s).
     own_torque_Nm : (float, float)
         Standard deviation of the torque that the person makes at will (N·m).
     own_band_hz : (float, float)
@@ -78,7 +78,7 @@ class PlatformPerson:
 
 @dataclass(frozen=True)
 class PlatformProtocol:
-    """What is done to the person, and how it is measured.
+    """Perturbations of the person, and their measurement.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class PlatformProtocol:
     angle_noise_rad, torque_noise_Nm : float
         Standard deviation of the sensors' noise (rad, N·m).
     step_s : float
-        Of the integration (s).
+        Step of the integration (s).
     """
 
     duration_s: float = 300.0
@@ -111,7 +111,7 @@ class PlatformProtocol:
 
 @dataclass(frozen=True)
 class PlatformRecord:
-    """What the instruments record.
+    """Signals recorded by the instruments.
 
     Attributes
     ----------
@@ -122,7 +122,7 @@ class PlatformRecord:
     push : ndarray, shape (n,)
         Push at the hip (N).
     angle, torque : ndarray, shape (n, 2)
-        Of ankle and hip; torque resists (rad, N·m).
+        Angles and torques of ankle and hip; torque resists (rad, N·m).
     """
 
     time: np.ndarray
@@ -142,18 +142,18 @@ def coloured_noise(
     rng : numpy.random.Generator
         Draws it.
     count : int
-        Number of samples (-).
+        Number of samples.
     step_s : float
         Sampling period (s).
     band_hz : (float, float)
         Corner frequencies (Hz).
     order : int
-        Of the decline above the upper one (-); below the lower one it is 2.
+        Order of the decline above the upper one; below the lower one it is 2.
 
     Returns
     -------
     ndarray, shape (count,)
-        Samples (unitless).
+        Samples.
     """
     frequency = np.fft.rfftfreq(count, step_s)
     gain = np.zeros(frequency.size)
@@ -171,9 +171,9 @@ def record_platform(
     Parameters
     ----------
     person : PlatformPerson
-        Hidden constants (units in their names).
+        Hidden constants.
     protocol : PlatformProtocol
-        Motion and instruments (units in their names).
+        Motion and instruments.
     rng : numpy.random.Generator
         Draws motion, torque at will and noise.
 
@@ -196,8 +196,10 @@ def record_platform(
     platform = drawn(protocol.platform_m, protocol.platform_band_hz, 3)
     acceleration = np.gradient(np.gradient(platform, step), step)
     push = drawn(protocol.push_N, protocol.push_band_hz, 2)
-    own = np.column_stack([drawn(deviation, person.own_band_hz, 2) for deviation in person.own_torque_Nm])
-    angle, torque = _move(person, acceleration, push, own, step)
+    spontaneous = np.column_stack(
+        [drawn(deviation, person.own_band_hz, 2) for deviation in person.own_torque_Nm]
+    )
+    angle, torque = _move(person, acceleration, push, spontaneous, step)
     every = slice(round(SETTLING_S / step), None, round(1.0 / (protocol.rate_hz * step)))
     angle, torque = angle[every], torque[every]
     angle = angle + protocol.angle_noise_rad * rng.standard_normal(angle.shape)
@@ -227,7 +229,9 @@ def _accelerations(person: PlatformPerson):
     return accelerations
 
 
-def _move(person: PlatformPerson, acceleration, push, own, step: float) -> tuple[np.ndarray, np.ndarray]:
+def _move(
+    person: PlatformPerson, acceleration, push, spontaneous, step: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Integrate by the midpoint rule in plain numbers (rad, N·m), which are faster than short arrays."""
     (k11, k12), (k21, k22) = person.stiffness_Nm_per_rad
     (b11, b12), (b21, b22) = person.damping_Nms_per_rad
@@ -239,7 +243,7 @@ def _move(person: PlatformPerson, acceleration, push, own, step: float) -> tuple
     states, torques = [(0.0, 0.0, 0.0, 0.0)] * count, [(0.0, 0.0)] * count
     p = r = u = w = 0.0
     for i, (a, f, n1, n2) in enumerate(
-        zip(acceleration.tolist(), push.tolist(), *own.T.tolist(), strict=True)
+        zip(acceleration.tolist(), push.tolist(), *spontaneous.T.tolist(), strict=True)
     ):
         states[i] = (p, r, u, w)
         if i >= late1:

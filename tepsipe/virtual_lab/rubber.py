@@ -21,13 +21,13 @@ class Rubber:
     damping_Nms_per_rad : float
         Damping for small bending (N·m·s/rad).
     softening : float
-        Part of the stiffness that is lost at large bending, 0 to 1 (-).
+        Part of the stiffness that is lost at large bending, 0 to 1.
     softening_angle_rad : float
         Bending at which half of that is lost (rad).
     softened_damping_Nms_per_rad : float
         Damping that is gained at large bending (N·m·s/rad).
     relaxation_share, relaxation_s : float
-        Moment that a quick bending has in addition, as a part of the stiffness for small bending (-), and the
+        Moment that a quick bending has in addition, as a part of the stiffness for small bending, and the
         time in which it relaxes (s): see `Relaxation`. A share of 0 does not relax.
     """
 
@@ -59,10 +59,10 @@ class Rubber:
 
 
 class Relaxation:
-    """What relaxes in a rubber while a rig is integrated: spring k and dashpot in series (Maxwell element).
+    """Relaxing part of a rubber during integration: spring k and dashpot in series (Maxwell element).
 
-    Besides `Rubber.moment` it has the moment ``k (phi - s)``, where the slack s (rad) follows the bending,
-    ``s' = (phi - s) / T``. The slack is the last of the rig's states.
+    In addition to `Rubber.moment` it exerts the moment ``k (phi - s)``, where the slack s (rad) follows the
+    bending, ``s' = (phi - s) / T``. The slack is the last of the rig's states.
     """
 
     def __init__(self, rubber: Rubber) -> None:
@@ -77,7 +77,7 @@ class Relaxation:
     def with_slack(self, derivative: Callable, bending: Callable) -> Callable:
         """Derivative of a rig's states and the slack (units of the states per s).
 
-        ``derivative(t, state)`` is that of the rig, with this moment; ``bending(state)`` is in rad.
+        ``derivative(t, state)`` is the rig's, with this moment; ``bending(state)`` is in rad.
         """
 
         def of_both(t: float, state: tuple[float, ...]) -> tuple[float, ...]:

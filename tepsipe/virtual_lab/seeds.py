@@ -13,9 +13,9 @@ def generator(seed: int, *names: str) -> np.random.Generator:
     Parameters
     ----------
     seed : int
-        Seed of the laboratory (-).
+        Seed of the laboratory.
     *names : str
-        What the generator is for, for example ``"dummy", "sine-0.1", "markers"``.
+        Purpose of the generator, for example ``"dummy", "sine-0.1", "markers"``.
 
     Returns
     -------

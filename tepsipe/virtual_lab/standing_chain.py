@@ -15,7 +15,7 @@ import numpy as np
 from tepsipe.virtual_lab.platform_person import coloured_noise
 
 Matrix = tuple[tuple[float, float, float], ...]
-# of the simulation, and time in which the sway settles (s)
+# step of the simulation, and time in which the sway settles (s)
 STEP_S, SETTLING_S = 0.001, 10.0
 
 
@@ -26,7 +26,7 @@ class ChainPerson:
     Attributes
     ----------
     mass_kg, length_m, com_m, inertia_kgm2 : (float, float, float)
-        Of both shanks, both thighs, and trunk with head and arms (kg, m, m above the lower end, kg m²).
+        Both shanks, both thighs, and trunk with head and arms (kg, m, m above the lower end, kg m²).
     posture_rad : (float, float, float)
         Angles of the segments from the vertical, positive forwards (rad).
     stiffness_Nm_per_rad, damping_Nms_per_rad : 3 x 3
@@ -64,7 +64,7 @@ class Pulse:
     duration_s : float
         Length (s).
     height_m : float
-        Of the force above the lower end of the segment (m).
+        Height of the force above the lower end of the segment (m).
     """
 
     segment: int | None
@@ -84,24 +84,24 @@ class Pulse:
 
 @dataclass(frozen=True)
 class ChainProtocol:
-    """What is done and how it is measured.
+    """Perturbations and their measurement.
 
     Attributes
     ----------
     pulses : mapping of str to Pulse
         By name.
     epochs : int
-        Repetitions of every pulse (-).
+        Repetitions of every pulse.
     before_s, after_s : float
         Time recorded before and after each onset (s).
     unperturbed_s : float
         Length of the record of unperturbed standing (s).
     rate_hz : float
-        Of the angles (Hz); 1 kHz is a multiple of it.
+        Sampling rate of the angles (Hz); 1 kHz is a multiple of it.
     angle_noise_rad, force_noise_N, belt_noise_m_per_s2 : float
         Standard deviation of the noise of one sample (rad, N, m/s²).
     engine : {"pybullet", "mujoco", "auto"}
-        Which engine; "auto", and any other name, take the first that is installed.
+        Engine; "auto", and any other name, take the first that is installed.
     """
 
     pulses: Mapping[str, Pulse]
@@ -118,7 +118,7 @@ class ChainProtocol:
 
 @dataclass(frozen=True)
 class ChainRecord:
-    """What the instruments record.
+    """Signals recorded by the instruments.
 
     Attributes
     ----------
@@ -141,9 +141,9 @@ def record_chain(person: ChainPerson, protocol: ChainProtocol, rng: np.random.Ge
     Parameters
     ----------
     person : ChainPerson
-        Constants (units in their names).
+        Constants.
     protocol : ChainProtocol
-        Pulses and instruments (units in their names).
+        Pulses and instruments.
     rng : numpy.random.Generator
         Draws own torque, instants, directions and noise.
 
@@ -162,7 +162,7 @@ def record_chain(person: ChainPerson, protocol: ChainProtocol, rng: np.random.Ge
     settling, kept = round(SETTLING_S / STEP_S), round(protocol.unperturbed_s / STEP_S)
     every = round(1.0 / (protocol.rate_hz * STEP_S))
     before, after = round(protocol.before_s / STEP_S), round(protocol.after_s / STEP_S)
-    own = np.column_stack(
+    spontaneous = np.column_stack(
         [
             sd * coloured_noise(rng, settling + kept, STEP_S, person.own_band_hz, 2)
             for sd in person.own_torque_Nm
@@ -179,11 +179,11 @@ def record_chain(person: ChainPerson, protocol: ChainProtocol, rng: np.random.Ge
         STEP_S,
     ) as body:
         mover = _Mover(body, person)
-        states = mover.sway(own)
-        moved = {
+        states = mover.sway(spontaneous)
+        responses = {
             name: np.array(
                 [
-                    mover.perturbed(states[start], own[start:], pulse, sign, (before, after))[::every]
+                    mover.perturbed(states[start], spontaneous[start:], pulse, sign, (before, after))[::every]
                     for start, sign in zip(starts[name], signs[name], strict=True)
                 ]
             )
@@ -201,7 +201,7 @@ def record_chain(person: ChainPerson, protocol: ChainProtocol, rng: np.random.Ge
         noise = protocol.belt_noise_m_per_s2 if pulse.segment is None else protocol.force_noise_N
         exact = signs[name][:, None] * pulse.at(elapsed)
         drives[name] = exact + noise * rng.standard_normal(exact.shape)
-    return ChainRecord(seen(still), {name: seen(q) for name, q in moved.items()}, drives)
+    return ChainRecord(seen(still), {name: seen(q) for name, q in responses.items()}, drives)
 
 
 def _engine(name: str):
@@ -240,15 +240,15 @@ class _Mover:
         self.constant = tuple((np.array(hold) + k @ np.array(self.posture)).tolist())
         self.rows = tuple(map(tuple, np.hstack([k, b]).tolist()))
 
-    def _torque(self, q, rate, last, own) -> tuple[float, float, float]:
-        """Of the joints: the rate at the step is extrapolated from the two half steps before it."""
-        (q1, q2, q3), (c1, c2, c3), (n1, n2, n3) = q, self.constant, own
+    def _torque(self, q, rate, last, spontaneous) -> tuple[float, float, float]:
+        """Torques of the joints; the rate at the step is extrapolated from the two half steps before it."""
+        (q1, q2, q3), (c1, c2, c3), (n1, n2, n3) = q, self.constant, spontaneous
         w1, w2, w3 = (
             1.5 * rate[0] - 0.5 * last[0],
             1.5 * rate[1] - 0.5 * last[1],
             1.5 * rate[2] - 0.5 * last[2],
         )
-        # in plain numbers, which are faster than short arrays
+        # plain numbers, which are faster than short arrays
         (k11, k12, k13, b11, b12, b13), (k21, k22, k23, b21, b22, b23), third = self.rows
         k31, k32, k33, b31, b32, b33 = third
         return (
@@ -257,12 +257,12 @@ class _Mover:
             c3 + n3 - k31 * q1 - k32 * q2 - k33 * q3 - b31 * w1 - b32 * w2 - b33 * w3,
         )
 
-    def sway(self, own: np.ndarray) -> list[tuple]:
+    def sway(self, spontaneous: np.ndarray) -> list[tuple]:
         """Angles (rad), rates half a step and three half steps before (rad/s) at every step."""
         q, rate = self.posture, (0.0, 0.0, 0.0)
         last, states = rate, []
         self.body.put(q, rate)
-        for k, torque in enumerate(own.tolist()):
+        for k, torque in enumerate(spontaneous.tolist()):
             states.append((q, rate, last))
             before, (q, rate) = rate, self.body.step(self._torque(q, rate, last, torque), 0.0)
             last = before
@@ -271,7 +271,7 @@ class _Mover:
         return states
 
     def perturbed(
-        self, state, own: np.ndarray, pulse: Pulse, sign: float, steps: tuple[int, int]
+        self, state, spontaneous: np.ndarray, pulse: Pulse, sign: float, steps: tuple[int, int]
     ) -> np.ndarray:
         """Joint angles (rad) at every step from before the onset to after it, shape (n, 3)."""
         before, after = steps
@@ -279,7 +279,7 @@ class _Mover:
         self.body.put(q, rate)
         drive = sign * pulse.at(STEP_S * np.arange(-before, after + 1))
         angles = []
-        for u, torque in zip(drive.tolist(), own[: drive.size].tolist(), strict=True):
+        for u, torque in zip(drive.tolist(), spontaneous[: drive.size].tolist(), strict=True):
             angles.append(q)
             if u and pulse.segment is not None:
                 self.body.push(pulse.segment, pulse.height_m, u, q)

@@ -33,7 +33,7 @@ def make_standing_trial(
     Parameters
     ----------
     truth : dict
-        The laboratory's constants, as its configuration file holds them (units in the keys).
+        The laboratory's constants, as its configuration file holds them.
     condition : str
         Name of the condition: it seeds the trial's noise and intervals.
     task : {"relax", "stiff"}

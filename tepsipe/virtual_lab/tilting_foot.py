@@ -26,7 +26,7 @@ class FootTilt:
     compliance_rad_per_Nm : float
         Tilt per moment (rad/N·m); 0 is a foot that does not tilt.
     damping_ratio : float
-        Of the tilt, with the moment of inertia of foot and leg's mass about the belt (-).
+        Damping ratio of the tilt, with the moment of inertia of foot and leg's mass about the belt.
     foot_inertia_kgm2 : float
         Foot about its centre of mass (kg·m²).
     """
@@ -44,11 +44,11 @@ def tilting_derivative(
     Parameters
     ----------
     dummy : DummyTruth
-        Constants (units in their names).
+        Constants.
     moment : callable
         Moment of the rubber (N·m) at a bending (rad) and its rate (rad/s).
     drive : DriveTruth
-        Constants (units in their names).
+        Constants.
     tilt : FootTilt
         The foot's support, with a compliance above 0.
     command : callable

@@ -1,4 +1,4 @@
-"""What every trial on the treadmill shares: its schedule, and what log, plate and cameras record of it."""
+"""Parts common to all trials on the treadmill: schedule, and recording by log, plate and cameras."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -39,7 +39,7 @@ class Protocol:
 
 @dataclass(frozen=True)
 class Schedule:
-    """When a trial's trigger rises and what the belt is asked to do.
+    """Instant of a trial's trigger, and the command of the belt.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Schedule:
     ends_s : float
         End of the recording (s).
     onsets_s : ndarray, shape (k,)
-        When the perturbations are commanded to start (s).
+        Commanded onsets of the perturbations (s).
     command : callable
         Commanded belt velocity (m/s) at t (s).
     """
@@ -66,7 +66,7 @@ def schedule_trial(rig: dict, protocol: Protocol, rest_after_s: float, rng: np.r
     Parameters
     ----------
     rig : dict
-        The treadmill's constants, as the laboratory's configuration holds them (units in the keys).
+        The treadmill's constants, as the laboratory's configuration holds them.
     protocol : Protocol
         Perturbations at regular intervals (m/s, s).
     rest_after_s : float
@@ -91,7 +91,7 @@ def schedule_at_random(rig: dict, protocol: Protocol, rng: np.random.Generator) 
     Parameters
     ----------
     rig : dict
-        The treadmill's constants, as the laboratory's configuration holds them (units in the keys).
+        The treadmill's constants, as the laboratory's configuration holds them.
     protocol : Protocol
         Perturbations with the shortest and the longest interval, also from the trigger to the first (m/s, s).
     rng : numpy.random.Generator
@@ -133,9 +133,9 @@ def record_log(
     Parameters
     ----------
     rig : dict
-        The treadmill's constants, as the laboratory's configuration holds them (units in the keys).
+        The treadmill's constants, as the laboratory's configuration holds them.
     seed : int
-        Seed of the laboratory (-): every trial has the same plate.
+        Seed of the laboratory: every trial has the same plate.
     schedule : Schedule
         Trigger (s) and command (m/s).
     motion : BeltMotion
@@ -174,7 +174,7 @@ def record_capture(
     Parameters
     ----------
     rig : dict
-        The treadmill's constants, as the laboratory's configuration holds them (units in the keys).
+        The treadmill's constants, as the laboratory's configuration holds them.
     schedule : Schedule
         Trigger and length of the trial (s).
     labels : tuple of str

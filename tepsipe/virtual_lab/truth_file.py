@@ -18,9 +18,9 @@ class TrueMotion:
     time : ndarray, shape (n,)
         Instants from the trigger on (s).
     angle, rate, acceleration : ndarray, shape (n,)
-        Of the joint (rad, rad/s), and of the segment whose inertia counts as the joint's (rad/s²).
+        Motion of the joint (rad, rad/s), and of the segment whose inertia counts as the joint's (rad/s²).
     torque : ndarray, shape (n,)
-        What resists the motion, the joint's own inertia included (N·m).
+        Torque that resists the motion, including the joint's inertia (N·m).
     """
 
     time: np.ndarray

@@ -100,16 +100,16 @@ def resample_walk(walk: Walk, strides: int, rng: np.random.Generator) -> Walk:
     Parameters
     ----------
     walk : Walk
-        Real one (units there), each heel strike followed by its toe-off and the next heel strike.
+        Real one, each heel strike followed by its toe-off and the next heel strike.
     strides : int
-        Number of strides (-).
+        Number of strides.
     rng : numpy.random.Generator
         Draws the blocks.
 
     Returns
     -------
     Walk
-        As many strides as asked for, and a part of a stride before and after (units there).
+        As many strides as asked for, and a part of a stride before and after.
     """
     rate, lead = walk.rate_hz, round(BEFORE_STRIKE_S * walk.rate_hz)
     last = len(walk.heel_strikes) - 1
@@ -118,7 +118,7 @@ def resample_walk(walk: Walk, strides: int, rng: np.random.Generator) -> Walk:
     at = np.round(walk.heel_strikes * rate).astype(int)
     fade = round(FADE_S * rate)
     rise = 0.5 - 0.5 * np.cos(np.pi * (np.arange(fade) + 0.5) / fade)
-    pieces, heel, toe, here = [], [], [], 0
+    pieces, heel, toe, written = [], [], [], 0
     names = list(walk.signals)
     all_signals = np.stack([walk.signals[name] for name in names])
     for k, base in enumerate(drawn):
@@ -128,16 +128,16 @@ def resample_walk(walk: Walk, strides: int, rng: np.random.Generator) -> Walk:
             before = at[drawn[k - 1] + 1] - lead
             piece[:, :fade] = (1.0 - rise) * all_signals[:, before : before + fade] + rise * piece[:, :fade]
         offset = walk.heel_strikes[base] - at[base] / rate
-        heel.append((here + lead) / rate + offset)
+        heel.append((written + lead) / rate + offset)
         toe.append(heel[-1] + walk.toe_offs[base] - walk.heel_strikes[base])
         pieces.append(piece)
-        here += end - first
+        written += end - first
     joined = np.concatenate(pieces, axis=1)
     return Walk(rate, dict(zip(names, joined, strict=True)), np.array(heel), np.array(toe[:-1]))
 
 
 def ramp(time: np.ndarray, duration_s: float) -> np.ndarray:
-    """Minimum-jerk ramp from 0 to 1 (-), held, and back within 0.2 s, over the time after its onset (s)."""
+    """Minimum-jerk ramp from 0 to 1, held, and back within 0.2 s, over the time after its onset (s)."""
     up, down = np.clip(time / duration_s, 0.0, 1.0), np.clip((time - HOLD_S) / 0.2, 0.0, 1.0)
     return _minimum_jerk(up) - _minimum_jerk(down)
 
@@ -154,7 +154,7 @@ def pulse(
     Parameters
     ----------
     joint : Joint
-        Truth (units there).
+        Truth.
     percent : float
         Phase of the onset (%).
     stance_s : float
@@ -162,7 +162,7 @@ def pulse(
     amplitude_rad : float
         Dorsiflexion (rad).
     duration_s : float
-        Of the ramp (s).
+        Duration of the ramp (s).
 
     Returns
     -------
@@ -181,15 +181,15 @@ def pulse(
     intrinsic = (
         joint.inertia_kgm2 * acceleration + joint.damping(phase) * rate + joint.stiffness(phase) * angle
     )
-    moved = joint.shank_m * angle
+    displacement = joint.shank_m * angle
     foot = joint.foot_mass_kg * joint.foot_depth_m * joint.shank_m * acceleration
-    own = reflex - intrinsic
+    joint_moment = reflex - intrinsic
     return {
         "time": time,
         "angle": angle,
-        "joint_moment": own,
-        "moment": own + foot,
-        "displacement": moved,
+        "joint_moment": joint_moment,
+        "moment": joint_moment + foot,
+        "displacement": displacement,
         "acceleration": joint.shank_m * acceleration,
     }
 
@@ -208,15 +208,15 @@ def perturb(
     Parameters
     ----------
     walk : Walk
-        Unperturbed (units there).
+        Unperturbed.
     joint : Joint
-        Truth (units there).
+        Truth.
     strides : mapping of int to float
         Stride -> phase of its pulse (%); beyond 100 the foot is in the air, and the belt moves without it.
     amplitude_rad : float
         Dorsiflexion (rad).
     duration_s : float
-        Of the ramp (s).
+        Duration of the ramp (s).
     angle_noise_rad : float
         Standard deviation of white noise of the angle (rad).
     rng : numpy.random.Generator
@@ -225,7 +225,7 @@ def perturb(
     Returns
     -------
     Walk
-        With pulses and their onsets (units there).
+        With pulses and their onsets.
     """
     signals = {name: np.array(values) for name, values in walk.signals.items()}
     stance = float(np.mean(walk.toe_offs - walk.heel_strikes[: len(walk.toe_offs)]))
@@ -247,18 +247,20 @@ def perturb(
 def _add(signals: dict, time: np.ndarray, onset: float, added: dict, joint: Joint) -> None:
     """Add one pulse in place, by the forces and the centre of pressure that make its moment."""
     first, last = np.searchsorted(time, [onset, onset + added["time"][-1]])
-    here = slice(first, last)
-    values = {name: np.interp(time[here] - onset, added["time"], x) for name, x in added.items()}
-    loaded = signals["vertical"][here] > 60.0
-    own = values["joint_moment"] * loaded
-    vertical, anterior = signals["vertical"][here], signals["anterior"][here]
-    height, lever = signals["ankle_y"][here], signals["cop"][here] - signals["ankle_x"][here]
+    span = slice(first, last)
+    values = {name: np.interp(time[span] - onset, added["time"], x) for name, x in added.items()}
+    loaded = signals["vertical"][span] > 60.0
+    joint_moment = values["joint_moment"] * loaded
+    vertical, anterior = signals["vertical"][span], signals["anterior"][span]
+    height, lever = signals["ankle_y"][span], signals["cop"][span] - signals["ankle_x"][span]
     moment = vertical * lever + anterior * height + values["moment"]
-    new_vertical = vertical + joint.vertical_per_moment * own
-    new_anterior = anterior + joint.anterior_per_moment * own + joint.foot_mass_kg * values["acceleration"]
-    signals["angle"][here] += values["angle"]
-    signals["ankle_x"][here] += values["displacement"]
-    moved = signals["ankle_x"][here] + (moment - new_anterior * height) / np.where(loaded, new_vertical, 1.0)
-    signals["cop"][here] = np.where(loaded, moved, signals["cop"][here] + values["displacement"])
-    signals["vertical"][here] = np.where(loaded, new_vertical, vertical)
-    signals["anterior"][here] = np.where(loaded, new_anterior, anterior)
+    new_vertical = vertical + joint.vertical_per_moment * joint_moment
+    new_anterior = (
+        anterior + joint.anterior_per_moment * joint_moment + joint.foot_mass_kg * values["acceleration"]
+    )
+    signals["angle"][span] += values["angle"]
+    signals["ankle_x"][span] += values["displacement"]
+    cop = signals["ankle_x"][span] + (moment - new_anterior * height) / np.where(loaded, new_vertical, 1.0)
+    signals["cop"][span] = np.where(loaded, cop, signals["cop"][span] + values["displacement"])
+    signals["vertical"][span] = np.where(loaded, new_vertical, vertical)
+    signals["anterior"][span] = np.where(loaded, new_anterior, anterior)

@@ -1,4 +1,4 @@
-"""Files that a gait laboratory would have of a walk: markers and both force plates in one file, and events.
+"""Files of a walk as a gait laboratory records it: markers and both force plates in one file, and events.
 
 The walk is sagittal. Markers stand on lateral malleolus (the joint), knee, heel, toe and, where the walk has
 its motion, the sacrum. The foot's pitch follows from the angles of hip and knee under an upright trunk; a
@@ -26,13 +26,13 @@ LATERAL_M = (-0.285, 0.285)
 HALF_WIDTH_M, HALF_LENGTH_M = 0.265, 0.9
 ANALOG_PER_FRAME = 5
 CONTACT_N = 30.0
-# a C3D counts frames in 16 bits, and ezc3d cuts off what is beyond without a word
+# a C3D counts frames in 16 bits, and ezc3d truncates longer files without warning
 MOST_FRAMES = 65535
 
 
 @dataclass(frozen=True)
 class WalkerBody:
-    """What the markers show of the body.
+    """Body of the walker as the markers show it.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class WalkerBody:
     marker_noise_m : float
         Standard deviation of every coordinate (m).
     force_noise_N, moment_noise_Nm : float
-        Of every sample of a plate (N, N·m).
+        Noise of every sample of a plate (N, N·m).
     """
 
     shank_m: float = 0.42
@@ -63,11 +63,11 @@ def walk_markers(walk: Walk, unperturbed: Walk, body: WalkerBody) -> dict[str, n
     Parameters
     ----------
     walk : Walk
-        Signals (units there); its angle may have any constant offset.
+        Signals; its angle may have any constant offset.
     unperturbed : Walk
         The same without pulses.
     body : WalkerBody
-        Where the markers are (m).
+        Body with the positions of the markers (m).
     """
     base, signals = unperturbed.signals, walk.signals
     offset = np.median(base["angle"][base["vertical"] > CONTACT_N])
@@ -78,15 +78,15 @@ def walk_markers(walk: Walk, unperturbed: Walk, body: WalkerBody) -> dict[str, n
     ankle = np.column_stack([signals["ankle_x"], signals["ankle_y"]])
     turned = np.column_stack([np.cos(pitch), np.sin(pitch)])
     across = np.column_stack([-turned[:, 1], turned[:, 0]])
-    found = {
+    markers = {
         "LMAL": ankle,
         "LKNE": ankle + body.shank_m * np.column_stack([np.cos(shank), np.sin(shank)]),
         "LHEE": ankle + body.heel_m[0] * turned + body.heel_m[1] * across,
         "LTOE": ankle + body.toe_m[0] * turned + body.toe_m[1] * across,
     }
     if "com" in signals:
-        found["SACR"] = np.column_stack([signals["com"], np.full(len(ankle), body.sacrum_height_m)])
-    return found
+        markers["SACR"] = np.column_stack([signals["com"], np.full(len(ankle), body.sacrum_height_m)])
+    return markers
 
 
 def walk_plates(walk: Walk) -> list[np.ndarray]:
@@ -95,11 +95,11 @@ def walk_plates(walk: Walk) -> list[np.ndarray]:
        x points to the right, y forward.
     The force acts at height 0 on the middle of its belt, the other foot's below the origin of the axes.
     """
-    own = (walk.signals["anterior"], walk.signals["vertical"], walk.signals["cop"])
-    other = (0.0 * own[0], walk.signals["other_vertical"], 0.0 * own[0])
+    first_foot = (walk.signals["anterior"], walk.signals["vertical"], walk.signals["cop"])
+    second_foot = (0.0 * first_foot[0], walk.signals["other_vertical"], 0.0 * first_foot[0])
     return [
         np.column_stack([0.0 * up, forward, up, cop * up, -lateral * up, lateral * forward])
-        for lateral, (forward, up, cop) in zip(LATERAL_M, (own, other), strict=True)
+        for lateral, (forward, up, cop) in zip(LATERAL_M, (first_foot, second_foot), strict=True)
     ]
 
 
@@ -110,7 +110,7 @@ def write_events(path: Path, walk: Walk) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(EVENTS)
         for k in range(max(map(len, columns))):
-            writer.writerow([f"{own[k]:.6f}" if k < len(own) else "" for own in columns])
+            writer.writerow([f"{times[k]:.6f}" if k < len(times) else "" for times in columns])
 
 
 def write_truth(path: Path, joint: Joint) -> None:
@@ -135,9 +135,9 @@ def write_walk(
     kind : str
         c3d, or dflow (text of its mocap module).
     walk, unperturbed : Walk
-        With and without pulses (units there).
+        With and without pulses.
     body : WalkerBody
-        Markers and noise (units in their names).
+        Markers and noise.
     rng : numpy.random.Generator
         Draws the noise.
     """
@@ -165,9 +165,9 @@ def _write_dflow(path: Path, rate_hz, labels, positions, plates, body, rng) -> N
         columns += list((positions[:, k] @ turn.T).T)
     for k, load in enumerate(plates):
         measured = load + _noise(load.shape, body, rng)
-        for kind, own in (("For", measured[:, :3]), ("Mom", measured[:, 3:])):
+        for kind, vector in (("For", measured[:, :3]), ("Mom", measured[:, 3:])):
             names += [f"FP{k + 1}.{kind}{axis}" for axis in "XYZ"]
-            columns += list((own @ turn.T).T)
+            columns += list((vector @ turn.T).T)
     formats = ["%.6f", "%d", *["%.5f"] * (len(names) - 2)]
     np.savetxt(path, np.column_stack(columns), formats, "\t", header="\t".join(names), comments="")
 
@@ -195,7 +195,7 @@ def _write_c3d(path: Path, rate_hz, labels, positions, plates, body, rng) -> Non
         about_centre = load[:, 3:] - np.cross(centre, load[:, :3])
         # x from corner 2 to corner 1, y from 4 to 1: x to the right, y backward, z down
         in_plate = np.hstack([load[:, :3] * [1.0, -1.0, -1.0], 1000.0 * about_centre * [1.0, -1.0, -1.0]])
-        channels += [np.interp(fine, np.arange(n), own) for own in in_plate.T]
+        channels += [np.interp(fine, np.arange(n), channel) for channel in in_plate.T]
     to_file = np.tile([1.0, 1.0, 1.0, 1000.0, 1000.0, 1000.0], len(plates))
     noise = to_file * np.hstack([_noise((fine.size, 6), body, rng) for _ in plates])
     analog["RATE"]["value"] = [ANALOG_PER_FRAME * rate_hz]

@@ -9,7 +9,7 @@ from tepsipe.virtual_lab.seeds import generator
 from tepsipe.virtual_lab.walker import Joint, Walk, perturb, resample_walk
 from tepsipe.virtual_lab.walking_files import WalkerBody, write_events, write_truth, write_walk
 
-# peak velocity of a minimum-jerk ramp over its mean velocity (-)
+# peak velocity of a minimum-jerk ramp over its mean velocity
 PEAK_OVER_MEAN = 1.875
 
 
@@ -28,11 +28,11 @@ def make_walking_trial(
     Parameters
     ----------
     truth : dict
-        Seed, and the section walking of the laboratory's constants (units in its keys).
+        Seed, and the section walking of the laboratory's constants.
     condition : str
         Name of the trial; another name is another draw.
     signals : mapping of str to ndarray, each of shape (n,)
-        Real walking, as of `Walk` (units there).
+        Real walking, as of `Walk`.
     rate_hz : float
         Its rate (Hz).
     events : tuple of ndarray, each of shape (k,)
@@ -62,12 +62,12 @@ def make_walking_trial(
     period = float(np.mean(end - start))
     strides = int(protocol["duration_s"] / period) - 2
     unperturbed = resample_walk(base, strides, rng)
-    apart = int(np.ceil(protocol["interval_s"] / period - 1e-9))
+    spacing = int(np.ceil(protocol["interval_s"] / period - 1e-9))
     onsets = np.repeat([p for p, _ in chosen["pulses"]], [n for _, n in chosen["pulses"]]).astype(float)
-    places = rng.permutation(np.arange(2, strides - 2, max(apart, 1)))
+    places = rng.permutation(np.arange(2, strides - 2, max(spacing, 1)))
     if places.size < onsets.size:
         raise ValueError(
-            f"expected at most {places.size} pulses in {strides} strides, {apart} strides apart, found "
+            f"expected at most {places.size} pulses in {strides} strides, {spacing} strides apart, found "
             f"{onsets.size} of {condition}"
         )
     pulses = dict(zip(places[: onsets.size].tolist(), rng.permutation(onsets).tolist(), strict=True))

@@ -32,7 +32,7 @@ class WeightTruth:
     com_height_m : float
         Centre of mass above the belt (m).
     position_x_m, position_y_m : float
-        Where the weight stands on the plate (m).
+        Position of the weight on the plate (m).
     gravity_m_per_s2 : float
         Acceleration of gravity (m/s²).
     """
@@ -55,9 +55,9 @@ def move_weight(
     Parameters
     ----------
     weight : WeightTruth or None
-        Constants of the weight (units in their names); None if nothing is on the belt.
+        Constants of the weight; None if nothing is on the belt.
     drive : DriveTruth
-        Constants of the belt drive (units in their names).
+        Constants of the belt drive.
     command : callable
         Commanded belt velocity (m/s) at t (s).
     duration_s, rate_hz : float
@@ -93,7 +93,7 @@ def weight_reaction(weight: WeightTruth, time: np.ndarray, y: np.ndarray, v: np.
     Parameters
     ----------
     weight : WeightTruth
-        Constants (units in their names).
+        Constants.
     time, y, v : ndarray, shape (n,)
         Instants (s), belt position (m) and velocity (m/s).
 
@@ -120,7 +120,7 @@ def weight_marker_paths(weight: WeightTruth, motion: BeltMotion) -> list[MarkerP
     Parameters
     ----------
     weight : WeightTruth
-        Constants (units in their names).
+        Constants.
     motion : BeltMotion
         Exact motion of the belt (s, m).
 

@@ -15,12 +15,12 @@ from tepsipe.virtual_lab.weight import MARKERS, WeightTruth, move_weight, weight
 
 
 def make_weight_trial(truth: dict, condition: str, protocol: Protocol, files: dict[str, Path]) -> None:
-    """Make one trial with the weight on the belt, or with nothing on it.
+    """Make one trial with the weight on the belt, or with the empty belt.
 
     Parameters
     ----------
     truth : dict
-        The laboratory's constants, as its configuration file holds them (units in the keys), with the section
+        The laboratory's constants, as its configuration file holds them, with the section
         ``weight`` or ``heavy_weight``.
     condition : str
         Name of the condition: it seeds the trial's noise.

@@ -45,11 +45,11 @@ def make_wristalyzer_trial(
     Parameters
     ----------
     truth : dict
-        The laboratory's constants, as its configuration file holds them (units in the keys).
+        The laboratory's constants, as its configuration file holds them.
     condition : str
         Name of the condition: it seeds the trial's noise.
     factor : float
-        Scale factor of the perturbation (-).
+        Scale factor of the perturbation.
     duration_s : float
         Length of the perturbation (s).
     log, command : Path

@@ -8,7 +8,7 @@ from builders import Joint
 
 from tepsipe.experiments.dummy import likelihood_budget as moves
 from tepsipe.experiments.dummy.leg_budget import LIKELIHOOD_SOURCES
-from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy, fitted_data, markers_of
+from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy, fitted_data, trial_markers
 from tepsipe.identification.likelihood.likelihood import maximise_likelihood
 from tepsipe.statistics.uncertainty import Source
 from tests.experiments.test_dummy_budget import KNOWN
@@ -34,7 +34,7 @@ def found(trial):
 @pytest.fixture(scope="module")
 def data(trial, found):
     given = {
-        "markers": markers_of(trial, OPTIONS, "aligned"),
+        "markers": trial_markers(trial, OPTIONS, "aligned"),
         "belt_log": trial.values("belt_velocity"),
         "at_rest": trial.time < 1.5,
         "perturbations": found.regressions["likelihood"].perturbations,

@@ -13,7 +13,7 @@ from tepsipe.experiments.planning.standing_plan import (
     RATE_HZ,
     WINDOW_S,
     StandingDesign,
-    baseline_of,
+    baseline_samples,
     epoch_time,
     plan_standing,
     stationary_covariance,
@@ -43,7 +43,7 @@ def draw_standing_estimates(plan, rng, draws, quiet_s=1.12):
             for count, root in zip((design.number, 40), roots, strict=True)
         )
         perturbed = np.repeat(plan.response[None], design.number, axis=0)
-        perturbed[:, :, 0] += sway - sway[:, baseline_of(time)].mean(axis=1, keepdims=True)
+        perturbed[:, :, 0] += sway - sway[:, baseline_samples(time)].mean(axis=1, keepdims=True)
         still = np.zeros((*quiet.shape, 3))
         still[:, :, 0] = quiet
         epochs = BroadbandEpochs(

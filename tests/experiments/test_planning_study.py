@@ -1,12 +1,12 @@
 """Filters and the plan study: filtered alike there is no bias, and tables hold what was computed."""
 
-import json
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pandas as pd
 import pytest
+from typst_builders import evaluated, typeset_words
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.planning.design import LEG_MARKERS, exact_markers
@@ -22,14 +22,15 @@ from tepsipe.experiments.planning.monte_carlo import draw_estimates
 from tepsipe.experiments.planning.plan import plan_experiment
 from tepsipe.identification.regression.windows import regress_torque
 from tepsipe.io.csv_file import write_records
+from tepsipe.reporting.chapters import plan as plan_chapter
 from tepsipe.reporting.figures.planning import plot_filters, plot_needed, plot_pulses, plot_treadmill_filters
-from tepsipe.reporting.numbers.planning import plan_data
 from tepsipe.reporting.plan_tables import (
     checked_rows,
     predicted_filters,
     simulated_filters,
     window_rows,
 )
+from tepsipe.reporting.run import Run, report_content
 from tepsipe.reporting.true_motion import TrueMotion
 from tepsipe.signals.filters import Lowpass
 from tests.experiments.test_planning import design, plan
@@ -182,38 +183,76 @@ def test_every_filter_once():
     assert len(set(found)) == len(found) == 6 and sum(not lowpass.zero_lag for lowpass in found) == 2
 
 
-def said(folder):
-    settings = {"seed": 1, "draws": 30}
-    code = {"commit": None, "modified": False}
-    plan_table, pulses, _, filters = frames(folder)
-    return plan_data(plan_table, pulses, filters, {"title": "Plan", "settings": settings, "code": code})
+JOINTS = {
+    "protocol": {"after_s": 0.25, "epochs": 40},
+    "limits": {"stiffness_percent": 15.0, "damping_percent": 50.0},
+    "persons": 2,
+}
+STUDY = {"title": "Plan", "recordings_source": None, "experiments": {}, "made": {}}
+
+
+def content(run):
+    """Content of report.json, and tables, without those of several joints (test_several_joints.py)."""
+    settings = {"plan": {"seed": 1, "several_joints": JOINTS}}
+    study = STUDY | {"code": {"commit": None, "modified": False}}
+    data = report_content(replace(run, settings=settings, study=study), {"plan": plan_chapter})
+    return data, {name: table.to_csv(index=False) for name, table in run.tables.items()}
+
+
+def run_of(folder):
+    planned, pulses, _, filters = frames(folder)
+    # pandas would write a number of perturbations as 1.0 where another is undefined
+    counts = {name: "Int64" for name in planned if name.startswith("n_for")}
+    return Run({"plan": planned.astype(counts), "pulses": pulses, "filters": filters})
+
+
+def findings_of(run):
+    (found,) = evaluated(["holding(findings).map(plain)"], "plan.typ", *content(run))
+    return " ".join(" ".join(found).split())
 
 
 def test_findings_follow_the_numbers(tmp_path):
-    findings = " ".join(said(tmp_path)["findings"])
+    findings = findings_of(run_of(tmp_path))
     assert "cannot be halved" in findings and "standard error is halved: 0.20" in findings
     assert "No low-pass removes the treadmill" in findings
 
 
+def test_contrary_numbers_say_the_contrary(tmp_path):
+    run = run_of(tmp_path)
+    planned, pulses, filters = run.tables.values()
+    limits = ["its own peaks", "its own peaks", "its own acceleration"]
+    contrary = {
+        "plan": planned.assign(n_for_10_percent=pd.NA),
+        "pulses": pulses.assign(limits=limits, least_cramer_rao=1e-4, u_ratio=0.8),
+        "filters": filters[(filters.pathway != "foot") & (filters.filtered == "alike")],
+    }
+    findings = findings_of(Run(contrary))
+    assert "may be halved" in findings and "standard error is not halved: 0.80" in findings
+    assert "No number of perturbations gives K within ±10 % in leg-design, likelihood" in findings
+    assert "No low-pass" not in findings and "one side only" not in findings
+    one = findings_of(Run(contrary | {"plan": planned.assign(n_for_10_percent=1)}))
+    assert "needs one perturbation in 2 of 2 designs" in one
+    assert "pulse" not in findings_of(Run(contrary | {"pulses": pulses[:0]}))
+
+
+def test_cutoffs_of_nearly_the_least_error_are_recommended():
+    errors = {5.0: 4.0, 10.0: 1.2, 20.0: 1.0, 40.0: 3.0}
+    rows = [("leg", "K", "sine", "zero-lag", 4, hz, bias, 0.0, bias) for hz, bias in errors.items()]
+    columns = ["pathway", "quantity", "source", "kind", "order", "cutoff_hz", "bias", "sd_of_window"]
+    filters = pd.DataFrame(rows, columns=[*columns, "bias_percent"])
+    (found,) = plan_chapter.numbers(Run({"filters": filters}))["recommended"]
+    assert (found["from_hz"], found["to_hz"]) == (10.0, 20.0)
+    assert (found["least"], found["least_at_hz"]) == (1.0, 20.0)
+    assert (found["most"], found["most_at_hz"]) == (4.0, 5.0)
+
+
 @pytest.mark.slow
-def test_report_is_typeset(tmp_path, root):
-    typst = pytest.importorskip("typst")
-    plan_table, _, shapes, filters = frames(tmp_path)
-    drawn = (plot_needed(plan_table), plot_pulses(shapes), plot_filters(filters))
+def test_report_is_typeset(tmp_path):
+    planned, _, shapes, filters = frames(tmp_path)
+    drawn = (plot_needed(planned), plot_pulses(shapes), plot_filters(filters))
     assert all(figure.axes for figure in (*drawn, plot_treadmill_filters(filters)))
-    for name in ("plan.typ", "several_joints.typ", "style.typ", "data.typ", "format.typ"):
-        (tmp_path / name).write_text((root / "report" / name).read_text(encoding="utf-8"), encoding="utf-8")
-    for name in ("needed", "pulses", "filters", "treadmill_filters", "several_joints"):
-        (tmp_path / f"{name}.svg").write_text(
-            '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>'
-        )
-    # tests/reporting/test_several_joints.py looks at this section
-    texts = dict.fromkeys(("epochs", "window_ms", "persons", "limit_k", "limit_b"), "1")
-    cells = {"findings": ["One."], "sets": [["1"] * 9], "statements": [["1"] * 2], "models": [["1"] * 6]}
-    data = said(tmp_path) | {"joints": texts | cells}
-    (tmp_path / "report.json").write_text(json.dumps(data), encoding="utf-8")
-    pdf = typst.compile(str(tmp_path / "plan.typ"), root=str(tmp_path), ignore_system_fonts=True)
-    assert pdf.startswith(b"%PDF")
+    words = typeset_words('#include "plan.typ"', *content(run_of(tmp_path)))
+    assert "K with the torque from plate and foot, compensated: 20 Hz" in words
 
 
 # ---- configuration -----------------------------------------------------------------------------

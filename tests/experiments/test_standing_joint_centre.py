@@ -136,10 +136,12 @@ def test_size_of_the_soft_tissue_is_found_from_the_markers():
     positions, belt_dd = pulsed()
     labels = list(LABELS)
     tissue = tissue_motion(positions, labels, PERSON, belt_dd, 0.5, RATE_HZ)[..., None] * [1.0, 0.0]
-    still, unit = (relative_motion(positions + x * tissue, labels, PERSON, own=True) for x in (0.0, 1e-3))
+    still, unit = (
+        relative_motion(positions + x * tissue, labels, PERSON, exclusive=True) for x in (0.0, 1e-3)
+    )
     pattern, moved = (
         (unit - still) / 1e-3,
-        relative_motion(positions + 8e-4 * tissue, labels, PERSON, own=True),
+        relative_motion(positions + 8e-4 * tissue, labels, PERSON, exclusive=True),
     )
     size = tissue_from_pulses((moved - still)[None], pattern[None], np.zeros(2), 0.05)
     assert size == pytest.approx(8e-4, rel=1e-2)

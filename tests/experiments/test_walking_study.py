@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from typst_builders import evaluated, typeset_words
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.analysis import analyse_walking
@@ -17,8 +18,10 @@ from tepsipe.experiments.walking.needed import ExpectedPulse, needed_strides
 from tepsipe.experiments.walking.recording import agreement, ankle_moment, bandwidth_hz
 from tepsipe.experiments.walking.results import walking_rows
 from tepsipe.experiments.walking.strides import random_onsets, segment_strides
+from tepsipe.io.result import Result
+from tepsipe.reporting.chapters import walking as chapter
 from tepsipe.reporting.figures.walking import plot_walking
-from tepsipe.reporting.numbers.walking import walking_data
+from tepsipe.reporting.run import Run, report_content
 from tests.experiments.test_walking import WALK, analysed, pulsed, recorded, synthetic_walk
 
 NAMES = ("time", "angle", "vertical", "anterior", "cop", "ankle_x", "ankle_y", "other_vertical")
@@ -100,38 +103,46 @@ def frames(rows, needed):
     return pd.DataFrame([vars(row) for row in rows]), pd.DataFrame([vars(row) for row in needed])
 
 
+PLANNED = {"amplitude_deg": 2.0, "duration_s": 0.06, "damping_Nms_per_rad": 2.0, "strides": 150}
+ABOUT = {
+    "condition": "slow",
+    "source": "recorded",
+    "strides": 89,
+    "pulses": 28,
+    "stance_s": 0.9,
+    "bandwidth_hz": 6.0,
+    "agreement_Nm": 0.7,
+    "dropped": ["one"],
+}
+CODE = {"commit": None, "modified": None}
+
+
+def words(rows, needed, **about):
+    """Words of the report on one trial, its rows of the impedance, and what was dropped."""
+    study = {"title": "T", "recordings_source": None, "experiments": {"walking": ["slow"]}, "made": {}}
+    fits = {"slow": Result({}, {}, ABOUT | about)}
+    settings = {"walking": {"planned": PLANNED}}
+    run = Run({"walking": rows, "needed": needed}, {"walking": fits}, settings, study | {"code": CODE})
+    tables = {name: table.to_csv(index=False) for name, table in run.tables.items()}
+    data = report_content(run, {"walking": chapter})
+    shown = evaluated(["impedances", "dropped"], "walking.typ", data, tables)
+    return typeset_words('#include "walking.typ"', data, tables), *shown
+
+
 def test_the_chapter_says_what_the_tables_hold():
     needed = needed_strides("slow", recorded(WALK), quiet(WALK), expected(2.0), WalkingOptions())
-    study = {
-        "title": "T",
-        "recordings_source": None,
-        "planned": {
-            "amplitude_deg": 2.0,
-            "duration_s": 0.06,
-            "damping_Nms_per_rad": 2.0,
-            "strides": 150,
-        },
-        "code": {},
-    }
-    about = {
-        "condition": "slow",
-        "strides": 89,
-        "pulses": 28,
-        "stance_s": 0.9,
-        "bandwidth_hz": 6.0,
-        "agreement_Nm": 0.7,
-        "dropped": ["one"],
-    }
     found = analysed(pulsed(WALK))
     rows, table = frames(walking_rows("slow", "recorded", found), needed)
-    data = walking_data(rows, table, [about], study)
-    assert any("6.00 Hz: it cannot show a pulse" in text for text in data["findings"])
-    assert not any("infinite" in text for text in data["findings"])
-    assert len(data["rows"]) == 4 and data["dropped"] == ["one"]
+    text, cells, dropped = words(rows, table)
+    assert "6.00 Hz: it cannot show a pulse" in text
+    assert "infinite" not in text.partition("Method")[0]
+    assert len(cells) == 4 and dropped == ["one"] and "Left out" in text
     assert len(plot_walking(rows, table).axes) == 2
+    assert "30.0 Hz: it can show a pulse" in words(rows, table, bandwidth_hz=30.0)[0]
     silent, _ = frames(walking_rows("slow", "none", analysed(pulsed(WALK, degrees=0.0))), needed)
-    data = walking_data(silent, table, [about | {"pulses": 0, "bandwidth_hz": None}], study)
-    assert any("infinite intervals of K at all 2 phases" in text for text in data["findings"])
+    text, *_ = words(silent, table, pulses=0, bandwidth_hz=None)
+    assert "infinite intervals of K at all 2 phases" in text and "it cannot show" not in text
+    assert "the angle does not respond at 40, 80 % of stance" in words(silent, table)[0]
     plot_walking(silent, table)
 
 

@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 
 from tepsipe.errors import InputError
-from tepsipe.identification.several_joints.closed_loop import MultiJointOptions, fit_row, spectra_of, terms_of
-from tepsipe.identification.several_joints.quantities import quantities_of, slow_mode
+from tepsipe.identification.several_joints.closed_loop import (
+    MultiJointOptions,
+    banded_spectra,
+    fit_row,
+    model_terms,
+)
+from tepsipe.identification.several_joints.quantities import joint_quantities, slow_mode
 from tepsipe.virtual_lab.platform_person import PlatformPerson, PlatformProtocol, record_platform
 
 OPTIONS = MultiJointOptions(
@@ -31,7 +36,7 @@ def pushed():
 
 
 def spectra(record, *further, options=OPTIONS):
-    return spectra_of(
+    return banded_spectra(
         np.column_stack([record.platform, *further]), record.angle, record.torque, RATE, options
     )
 
@@ -43,12 +48,12 @@ def truth(person, joint, model):
         "D": person.reflex_stiffness_Nm_per_rad,
         "E": person.reflex_damping_Nms_per_rad,
     }
-    return np.array([values[kind][joint][j] for kind, j in terms_of(model, joint, 2)])
+    return np.array([values[kind][joint][j] for kind, j in model_terms(model, joint, 2)])
 
 
 def told(found, joint, model):
     fit = fit_row(found, joint, model, OPTIONS)
-    return {q.name: q for q in quantities_of(fit, found, joint, JOINTS, 0.1, 0.5)}
+    return {q.name: q for q in joint_quantities(fit, found, joint, JOINTS, 0.1, 0.5)}
 
 
 def errors(fit, true):
@@ -141,7 +146,7 @@ def test_units_scale_and_the_size_of_the_perturbation_does_not_matter(record):
 def test_coherence_of_unrelated_signals_is_below_its_threshold(rng):
     count = 15000
     noise = rng.standard_normal((count, 5))
-    found = spectra_of(noise[:, 0], noise[:, 1:3], noise[:, 3:], RATE, OPTIONS)
+    found = banded_spectra(noise[:, 0], noise[:, 1:3], noise[:, 3:], RATE, OPTIONS)
     above = (found.coherence > found.coherence_threshold()).mean()
     assert 0.01 < above < 0.1
     assert not any(q.identified for q in told(found, 0, "intrinsic").values())
@@ -154,4 +159,4 @@ def test_unusable_records_are_refused(record):
     with pytest.raises(InputError, match="perturbation to vary"):
         spectra(replace(record, platform=np.zeros_like(record.platform)))
     with pytest.raises(InputError, match="intrinsic, own-reflex, all-reflex, found 'reflex'"):
-        terms_of("reflex", 0, 2)
+        model_terms("reflex", 0, 2)

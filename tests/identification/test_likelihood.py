@@ -18,7 +18,7 @@ from tepsipe.identification.likelihood.result import _law_forces, innovations
 from tepsipe.mechanics.rubber_joint import RubberJoint
 from tepsipe.mechanics.rubber_joint import swing as rubber_swing
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
-from tepsipe.signals.perturbations import WindowOptions, perturbations_of
+from tepsipe.signals.perturbations import WindowOptions, filtered_perturbations
 
 WINDOW = WindowOptions(
     rest_before_s=2.0,
@@ -202,7 +202,7 @@ def rubber_record(joint, peak_m_per_s, rng=None):
     time, theta, position, velocity = rubber_motion(joint, peak_m_per_s)
     noise = 0.0 if rng is None else 1e-5
     markers = markers_of(theta, position, noise, rng)
-    windows = perturbations_of(velocity, RATE_HZ, WINDOW, "belt")
+    windows = filtered_perturbations(velocity, RATE_HZ, WINDOW, "belt")
     spline = CubicSpline(time, theta)
     rate, acceleration = spline(time, 1), spline(time, 2)
     share = theta**2 / (theta**2 + joint.half_softening_rad**2)

@@ -12,7 +12,7 @@ from tepsipe.identification.regression.output_error import match_angle, simulate
 from tepsipe.mechanics.rubber_joint import RubberJoint
 from tepsipe.mechanics.rubber_joint import swing as rubber_swing
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.perturbations import WindowOptions, perturbations_of
+from tepsipe.signals.perturbations import WindowOptions, filtered_perturbations
 from tepsipe.statistics.bootstrap import bootstrap_mean
 
 WINDOW = WindowOptions(
@@ -28,7 +28,7 @@ MANY_S = tuple(np.arange(2.0, 34.0, 4.0))  # the leg rings for 2 s: intervals mu
 
 def fit(moved, motion=None, foot=None, belt=None, leg=LEG, source="instruments"):
     motion = moved.motion if motion is None else motion
-    found = perturbations_of(moved.belt_velocity, RATE_HZ, WINDOW, "belt")
+    found = filtered_perturbations(moved.belt_velocity, RATE_HZ, WINDOW, "belt")
     foot = moved.belt_position if foot is None else foot
     belt = moved.belt_velocity if belt is None else belt
     return match_angle(motion, foot, belt, leg, found, motion.time < 1.9, source)

@@ -11,7 +11,7 @@ from tepsipe.errors import InputError
 from tepsipe.identification.regression.windows import damping_per_skew, regress_perturbations
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
 from tepsipe.signals.differentiation import derivative
-from tepsipe.signals.perturbations import WindowOptions, perturbations_of
+from tepsipe.signals.perturbations import WindowOptions, filtered_perturbations
 from tepsipe.statistics.bootstrap import bootstrap_mean
 from tepsipe.statistics.least_squares import least_squares_line
 
@@ -30,7 +30,7 @@ WEIGHT = 0.4 * 9.81 * 0.4485  # m g r (Nm/rad)
 
 def regress(moved, torque_pathway, thesis=False, leg=LEG, motion=None):
     """Regression over the perturbations that the belt shows; at rest before the first of them."""
-    found = perturbations_of(moved.belt_velocity, RATE_HZ, WINDOW, "belt")
+    found = filtered_perturbations(moved.belt_velocity, RATE_HZ, WINDOW, "belt")
     motion = moved.motion if motion is None else motion
     at_rest = motion.time < 1.9
     return regress_perturbations(motion, leg, found, at_rest, torque_pathway, thesis=thesis)

@@ -102,12 +102,12 @@ def test_smallest_of_equally_good_models_is_recommended_and_none_that_predicts_n
     [
         (
             [("fir", 0.727, 51, True), ("hnat2014", 0.721, 2, True)],
-            "In real time, without looking ahead, “hnat2014”",
+            "In real time, without looking ahead, “Hnat (2014)”",
             "It does not look ahead",
         ),
         (
             [("arx", 0.727, 9, True), ("hnat2014", 0.7225, 2, True), ("fir", 0.731, 51, True)],
-            "can be used in real time, too; “hnat2014”, which is smaller",
+            "can be used in real time, too; “Hnat (2014)”, which is smaller",
             "In real time",
         ),
         ([("fir", -0.3, 51, True)], "none should be used for compensation. The upper limit", "Subtract"),
@@ -127,7 +127,8 @@ def test_captions_tell_the_lines_and_the_chosen_model(orders, none):
     models = [("hnat2014", 0.0, 2, True), ("fir", 0.7, 51, True), ("ripple-tracking", 0.77, 12, True)]
     found = findings_of(figures, *content(run_of(*models, orders=orders, chosen="fir")))
     assert found["figure_belt_prediction"] == (
-        "At 6 Hz the model fir predicts the load with R² = 0.700 and reduces its root mean square by 45.0 %."
+        "At 6 Hz the model impulse response predicts the load with R² = 0.700 and reduces its root mean "
+        "square by 45.0 %."
     )
     assert found["figure_belt_cutoff"].endswith("R² = 0.700 at 6 Hz; the upper limit is 0.750.")
     assert ("no narrow line" in found["figure_belt_ripple"]) is none

@@ -9,11 +9,13 @@ import pandas as pd
 import pytest
 import scipy
 import yaml
+from typst_builders import evaluated, typeset_words
 
 from tepsipe.errors import InputError
 from tepsipe.io.budget_table import Contribution
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.recovery_table import RECOVERIES
+from tepsipe.reporting.chapters import coverage as chapter
 from tepsipe.reporting.coverage import (
     COVERAGE_ROWS,
     DROPPED_ROWS,
@@ -29,8 +31,8 @@ from tepsipe.reporting.coverage import (
 )
 from tepsipe.reporting.coverage_flags import FLAG_ROWS, flag_rows
 from tepsipe.reporting.figures.coverage import plot_coverage, plot_intervals
-from tepsipe.reporting.numbers.coverage import _list, coverage_data
 from tepsipe.reporting.recovery import recovery_of
+from tepsipe.reporting.run import Run, report_content
 from workflow.support import laboratories
 from workflow.support.laboratories import Laboratories, constants_of, one_of_each_set, seed_of, set_of
 from workflow.support.start import merged_settings
@@ -179,14 +181,30 @@ def tables(tmp_path, own, laboratories):
     return {name: pd.read_csv(tmp_path / f"{name}.csv", dtype=text) for name in written}
 
 
-def said(tmp_path, own, laboratories):
+def run_of(tmp_path, own, laboratories):
     found = tables(tmp_path, own, laboratories)
-    about = {"title": "T", "sets": SETS, "drawn": {"weight.mass_kg": {"rectangular": 0.05}}}
-    about |= {"experiments": {"dummy": ["sine"]}, "code": {"commit": None, "modified": None}, "seed": 1}
     plot_coverage(found["coverage"], "nominal")
     plot_intervals(found["outcomes"], "nominal")
-    shown = (found[name] for name in ("coverage", "dropped", "flags", "laboratories"))
-    return coverage_data(*shown, about)
+    study = {"title": "T", "recordings_source": None, "experiments": {"dummy": ["sine"]}, "made": {}}
+    study |= {"sets": SETS, "drawn": {"weight.mass_kg": {"rectangular": 0.05}}, "seed": 1}
+    return Run(found, study=study | {"code": {"commit": None, "modified": None}})
+
+
+def content(run):
+    """Content of report.json, and the tables as text."""
+    texts = {name: own.replace({True: "true", False: "false"}) for name, own in run.tables.items()}
+    return report_content(run, {"coverage": chapter}), {
+        n: own.to_csv(index=False) for n, own in texts.items()
+    }
+
+
+SHOWN = ("sentences.map(plain)", "nominal.map(estimate)", "failed.map(row => row.failed)", "count")
+
+
+def said(tmp_path, own, laboratories):
+    """Sentences of the report, rows of nominal estimates, failures, and number of laboratories."""
+    found = evaluated(SHOWN, "coverage.typ", *content(run_of(tmp_path, own, laboratories)))
+    return [" ".join(sentence.split()) for sentence in found[0]], *found[1:]
 
 
 def many(covered, count, flags="", name="nominal"):
@@ -196,51 +214,70 @@ def many(covered, count, flags="", name="nominal"):
 
 
 def test_sentences_say_what_contrary_numbers_show(tmp_path):
-    good = said(tmp_path, many(96, 100), [laboratory(1)])["sentences"]
+    good, *_ = said(tmp_path, many(96, 100), [laboratory(1)])
     assert "coverage of 1 of 1 recommended estimates is compatible with 95 %" in good[0]
     assert not any("below 95 %" in sentence for sentence in good)
     assert any("At most 0.0 % of the estimates" in sentence for sentence in good)
-    bad = said(tmp_path, many(70, 100, "at-bound"), [laboratory(1)])["sentences"]
+    bad, *_ = said(tmp_path, many(70, 100, "at-bound"), [laboratory(1)])
     assert "coverage of 0 of 1" in bad[0]
     assert "below 95 %: dummy, leg, fit: K 70.0 % (" in bad[1]
     assert any("More than 5 % are flagged" in sentence for sentence in bad)
     assert "compatible with 5 % in every experiment" in good[-1]
-    # what belongs to one way is told together, in words
-    several = [("K", "free-reflex-gls-50"), ("B", "free-reflex-gls-50"), ("I", "free-reflex-gls")]
-    rows = pd.DataFrame(several, columns=["quantity", "estimator"])
-    rows = rows.assign(experiment="standing", pathway="ankle-compensated")
-    assert _list(rows, lambda _: "1 %") == (
-        "standing person, ankle, compensated, free reflex torque (GLS), 50 ms: K 1 %, B 1 %; "
-        "standing person, ankle, compensated, free reflex torque (GLS): I 1 %."
-    )
     assert bad[-1] == "More than 5 % of the trials of nominal laboratories are flagged: dummy (100 %)."
     wide = [Outcome(laboratory(k), estimate(100.0 + 0.01 * k, half=9.0), 100.0) for k in range(1, 101)]
-    sentences = said(tmp_path, wide, [laboratory(1)])["sentences"]
+    sentences, *_ = said(tmp_path, wide, [laboratory(1)])
     assert any("wider than needed" in s for s in sentences) and any("Wider than 1.3" in s for s in sentences)
+
+
+def test_what_belongs_to_one_way_is_told_together_in_words(tmp_path):
+    data, texts = content(run_of(tmp_path, [], [laboratory(1)]))
+    several = [("K", "free-reflex-gls-50"), ("B", "free-reflex-gls-50"), ("I", "free-reflex-gls")]
+    names = {name: chapter.estimator(name) for _, name in several}
+    data["chapters"]["coverage"]["numbers"]["words"] = names | {"ankle-compensated": "ankle, compensated"}
+    same = {"experiment": "standing", "pathway": "ankle-compensated"}
+    rows = json.dumps([same | {"quantity": quantity, "estimator": name} for quantity, name in several])
+    asked = f'listing(json(bytes({json.dumps(rows)})), row => "1 %")'
+    assert evaluated([asked], "coverage.typ", data, texts) == [
+        "standing person, ankle, compensated, free reflex torque (GLS), 50 ms: K 1 %, B 1 %; "
+        "standing person, ankle, compensated, free reflex torque (GLS): I 1 %."
+    ]
 
 
 def test_report_tells_few_laboratories_and_failed_ones(tmp_path):
     failed = Laboratory(2, "shifted-means", 1, "markers.c3d: expected 8 markers, found 7: export it again")
-    data = said(tmp_path, many(2, 2), [laboratory(1), failed])
-    assert (data["count"], data["done"]) == ("2", "1")
-    assert data["failed"] == [["2", "shifted-means", failed.failed]]
-    text = " ".join(data["sentences"])
+    sentences, _, failures, count = said(tmp_path, many(2, 2), [laboratory(1), failed])
+    assert count == 2 and failures == [failed.failed]
+    text = " ".join(sentences)
     assert "more laboratories are needed" in text and "1 of the laboratories failed" in text
-    nothing = said(tmp_path, [], [failed])
-    assert nothing["sentences"][0].startswith("No recommended estimate") and nothing["nominal"] == []
+    words = typeset_words('#include "coverage.typ"', *content(run_of(tmp_path, many(2, 2), [failed])))
+    assert "0 of 1 laboratories" in words and "2shifted-meansmarkers.c3d: expected 8 markers" in words
+    nothing, nominal, *_ = said(tmp_path, [], [failed])
+    assert nothing[0].startswith("No recommended estimate") and nominal == []
 
 
-def test_report_is_typeset(tmp_path, root):
-    typst = pytest.importorskip("typst")
-    data = said(tmp_path, many(96, 100) + many(50, 60, "", "shifted-means"), [laboratory(1)])
-    assert data["shifted"] and data["by_set"]["rows"]
-    for name in ("coverage.typ", "style.typ", "data.typ", "format.typ"):
-        (tmp_path / name).write_text((root / "report" / name).read_text(encoding="utf-8"), encoding="utf-8")
-    for name in ("coverage.svg", "intervals.svg"):
-        (tmp_path / name).write_text('<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>')
-    (tmp_path / "report.json").write_text(json.dumps(data), encoding="utf-8")
-    pdf = typst.compile(str(tmp_path / "coverage.typ"), root=str(tmp_path), ignore_system_fonts=True)
-    assert pdf.startswith(b"%PDF")
+def test_sentences_on_sources_and_shifted_laboratories(tmp_path):
+    run = run_of(tmp_path, many(96, 100) + many(50, 60, "", "shifted-means"), [laboratory(1)])
+    source = {"mechanism": "nominal", "source": "leg_mass_kg", "share_percent": 50.0, "held_percent": 80.0}
+    row = run.tables["coverage"].iloc[0].to_dict() | source
+    dropped = pd.DataFrame([{name: row[name] for name in run.tables["dropped"]}])
+    needed = replace(run, tables=run.tables | {"dropped": dropped})
+    enough = replace(run, tables=run.tables | {"dropped": dropped.assign(held_percent=99.0)})
+    assert chapter.needing_a_source(needed) and not chapter.no_source_needed(needed)
+    assert chapter.no_source_needed(enough) and not chapter.needing_a_source(enough)
+    assert chapter.seldom_held(run) and not chapter.held_when_shifted(run)
+    for own, told in ((needed, "K 80.0 % without the mass of the leg"), (enough, "at least 99 % of each")):
+        (sentences,) = evaluated(SHOWN[:1], "coverage.typ", *content(own))
+        text = " ".join(" ".join(sentences).split())
+        assert (
+            told in text and "Fewer than 90 % are covered or flagged in shifted laboratories: dummy" in text
+        )
+
+
+def test_report_is_typeset(tmp_path):
+    run = run_of(tmp_path, many(96, 100) + many(50, 60, "", "shifted-means"), [laboratory(1)])
+    words = typeset_words('#include "coverage.typ"', *content(run), cells=" ")
+    assert "dummy leg, fit K 60 83 71 to 92" in words
+    assert "K of the dummy by leg, fit 83 / 83 –" in words and "rectangular, half width 0.05" in words
 
 
 # ---- laboratories ------------------------------------------------------------------------------

@@ -4,10 +4,10 @@ import copy
 import re
 
 import pytest
+import yaml
+from typst_builders import REPORT, evaluated
 
 from tepsipe.reporting.laboratory import LABORATORY_ROWS, MECHANISMS, laboratory_rows
-from tepsipe.reporting.numbers.laboratory import laboratory_data
-from tepsipe.reporting.numbers.laboratory_words import DRAWN, MEASURES
 from workflow.support.start import checked_sections
 
 EVERYTHING = ["wristalyzer", "dummy", "weight", "standing"]
@@ -16,6 +16,19 @@ EVERYTHING = ["wristalyzer", "dummy", "weight", "standing"]
 @pytest.fixture(scope="module")
 def truth(root):
     return checked_sections({"study": {"virtual_lab": str(root / "config/virtual_lab.yaml")}}, "virtual_lab")
+
+
+@pytest.fixture
+def told(tmp_path):
+    """Mechanisms that are on and off, and drawn constants, as the report shows them."""
+
+    def rows(truth):
+        LABORATORY_ROWS.write(tmp_path / "laboratory.csv", laboratory_rows(truth, EVERYTHING))
+        asked = ["mechanisms()", "mechanisms(on: false)", "drawn-constants()"]
+        found = evaluated(asked, "laboratory_values.typ", {}, {"laboratory": tmp_path / "laboratory.csv"})
+        return dict(zip(("on", "off", "drawn"), found, strict=True))
+
+    return rows
 
 
 def test_every_mechanism_is_a_constant_of_the_shipped_laboratory(truth):
@@ -36,11 +49,11 @@ def test_table_returns_what_was_written(truth, tmp_path):
         assert row.nominal == (None if written.nominal is None else pytest.approx(written.nominal, rel=1e-9))
 
 
-def test_report_tells_what_is_on_from_what_is_off(truth):
+def test_report_tells_what_is_on_from_what_is_off(truth, told):
     changed = copy.deepcopy(truth)
     changed["treadmill"]["plate"] |= {"friction_lever_m": 0.0, "second_share": [0.0, 0.3]}
     changed["dummy"]["slip"]["foot_m"] = 0.001
-    found = laboratory_data(laboratory_rows(changed, EVERYTHING))
+    found = told(changed)
     off = {row["key"] for row in found["off"]}
     on = {row["key"]: row["value"] for row in found["on"]}
     assert "treadmill.plate.friction_lever_m" in off
@@ -48,11 +61,11 @@ def test_report_tells_what_is_on_from_what_is_off(truth):
     assert on["dummy.slip.foot_m"] == "0.001"
 
 
-def test_numbers_of_one_list_are_one_row_with_the_largest_deviation(truth):
-    rows = laboratory_data(laboratory_rows(truth, EVERYTHING))["drawn"]
+def test_numbers_of_one_list_are_one_row_with_the_largest_deviation(truth, told):
+    rows = told(truth)["drawn"]
     leg = [row for row in rows if row["key"] == "dummy.markers.leg_m"]
-    alike = [(row["count"], row["nominal"], row["standard_deviation"]) for row in leg]
-    assert alike == [("4", "", "0.0001"), ("4", "", "0.0005")]
+    alike = [(row["count"], row["nominal"], row["standard-deviation"]) for row in leg]
+    assert alike == [(4, "", "0.0001"), (4, "", "0.0005")]
     own = [n for n in truth["drawn_numbers"] if n["path"].startswith("dummy.markers.leg_m.")]
     largest = max((n["value"] - n["nominal"] for n in own[1::2]), key=abs)
     assert float(leg[1]["largest"].replace("\N{MINUS SIGN}", "-")) == pytest.approx(largest, rel=5e-3)
@@ -63,16 +76,15 @@ def test_numbers_of_one_list_are_one_row_with_the_largest_deviation(truth):
     assert mass["value"] == f"{truth['dummy']['subject']['leg_mass_kg']:.4f}"
 
 
-def test_constants_are_told_in_words_and_units(truth):
-    found = laboratory_data(laboratory_rows(truth, EVERYTHING))
+def test_constants_are_told_in_words_and_units(truth, told):
+    found = told(truth)
     rows = [*found["on"], *found["off"], *found["drawn"]]
-    told = [(row.get("measure", row["name"]), row["unit"]) for row in rows]
-    assert all("_" not in word + unit and word for word, unit in told)
+    named = [(row.get("measure", row["name"]), row["unit"]) for row in rows]
+    assert all("_" not in word + unit and word for word, unit in named)
     # every constant that may be drawn or switched has its own words
-    assert {re.sub(r"(\.\d+)+$", "", row.key) for row in laboratory_rows(truth, EVERYTHING)} <= {
-        *MEASURES,
-        *DRAWN,
-    }
+    words = yaml.safe_load((REPORT / "laboratory.yaml").read_text(encoding="utf-8"))
+    keys = {re.sub(r"(\.\d+)+$", "", row.key) for row in laboratory_rows(truth, EVERYTHING)}
+    assert keys <= {*words["measures"], *words["drawn"]}
     by_key = {row["key"]: row for row in rows}
     assert by_key["dummy.subject.leg_inertia_kgm2"]["unit"] == "kg·m²"
     assert by_key["standing.skin.slip_m_per_rad"]["unit"] == "m/rad"
@@ -90,4 +102,4 @@ def test_a_study_of_the_manipulator_says_nothing_of_the_treadmill(truth):
     keys = [row.key for row in laboratory_rows(own, ["wristalyzer"])]
     assert keys
     assert all(key.startswith("wristalyzer.") for key in keys)
-    assert laboratory_data([]) is None
+    assert evaluated(["mechanisms()", "drawn-constants()"], "laboratory_values.typ") == [[], []]

@@ -23,7 +23,7 @@ from page_builders import (
 
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Signal, Trial
-from tepsipe.reporting.numbers.format import by_uncertainty
+from tepsipe.reporting.format import by_uncertainty
 from tepsipe.reporting.pages import trial_page
 from tepsipe.reporting.pages.belt import belt_page
 from tepsipe.reporting.pages.dummy import dummy_page

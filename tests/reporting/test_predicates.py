@@ -2,15 +2,17 @@
 
 import importlib
 import re
+from itertools import chain
 from pathlib import Path
 
 import pytest
 from typst_builders import REPORT, evaluated
 
 from workflow.support.captions import read_captions
-from workflow.support.outputs import CHAPTERS
+from workflow.support.outputs import CHAPTERS, OWN_REPORTS
 
 ASKED = re.compile(r'(?:holds\(|^\s*\()"(\w+)\.(\w+)"', re.MULTILINE)
+MODULES = [*CHAPTERS, *chain(*OWN_REPORTS.values())]
 SOURCES = sorted(REPORT.rglob("*.typ"))
 
 
@@ -19,25 +21,30 @@ def asked():
     return {found for path in SOURCES for found in ASKED.findall(path.read_text(encoding="utf-8"))}
 
 
+def known(chapter):
+    """Names of the predicates of a chapter."""
+    module = importlib.import_module(f"tepsipe.reporting.chapters.{chapter}")
+    return [predicate.__name__ for predicate in module.PREDICATES]
+
+
 def test_every_module_of_a_chapter_is_evaluated():
     folder = Path(importlib.import_module("tepsipe.reporting.chapters").__file__).parent
-    assert {path.stem for path in folder.glob("*.py")} - {"__init__"} == set(CHAPTERS)
+    assert {path.stem for path in folder.glob("*.py")} - {"__init__"} == set(MODULES)
 
 
-@pytest.mark.parametrize("chapter", CHAPTERS)
+@pytest.mark.parametrize("chapter", MODULES)
 def test_predicates_of_a_chapter_are_those_that_its_sentences_ask_for(chapter):
-    module = importlib.import_module(f"tepsipe.reporting.chapters.{chapter}")
-    known = [predicate.__name__ for predicate in module.PREDICATES]
-    assert sorted(known) == sorted(name for own, name in asked() if own == chapter)
+    assert sorted(known(chapter)) == sorted(name for own, name in asked() if own == chapter)
 
 
 def test_no_sentence_asks_for_an_unknown_chapter():
-    assert {chapter for chapter, _ in asked()} == set(CHAPTERS)
+    assert {chapter for chapter, _ in asked()} == set(filter(known, MODULES))
 
 
 def test_places_of_findings_are_figures_or_parts_of_the_abstract():
     places, parts = evaluated(["findings.keys()", "parts"], "findings.typ abstract.typ", EMPTY)
-    known = {*read_captions(REPORT / "captions.yaml"), *(f"abstract_{part}" for part in parts), "summary"}
+    known = {*read_captions(REPORT / "captions.yaml"), "summary", "warnings"}
+    known |= {f"abstract_{part}" for part in parts}
     wrong = [place for place in places if place not in known]
     assert wrong == []
 
@@ -46,8 +53,5 @@ EMPTY = {
     "made": 0,
     "trials": 1,
     "recordings_source": None,
-    "summary": [],
-    "warnings": [],
-    "abstract": {},
     "chapters": {},
 }

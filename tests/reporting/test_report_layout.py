@@ -1,16 +1,16 @@
-"""Compact tables, schematics and summary of the report: numbers known by hand."""
+"""Compact tables and schematics of the report: numbers known by hand."""
 
 import numpy as np
 import pandas as pd
 import pytest
+from typst_builders import evaluated
 
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.reporting.figures.names import short_name
 from tepsipe.reporting.figures.protocol import TimeLine, draw_protocol
 from tepsipe.reporting.figures.schematics import draw_rigs, rig_at_rest
-from tepsipe.reporting.numbers.format import MINUS, fixed
-from tepsipe.reporting.numbers.study import digest_of, recovery_data
-from tepsipe.reporting.numbers.summary import covered_of_recommended, summary_of
+
+MINUS = "\N{MINUS SIGN}"
 
 
 @pytest.mark.parametrize(
@@ -19,11 +19,6 @@ from tepsipe.reporting.numbers.summary import covered_of_recommended, summary_of
 )
 def test_mass_and_direction_are_not_taken_for_an_interval(condition, label):
     assert short_name(condition) == label
-
-
-@pytest.mark.parametrize(("value", "text"), [(-0.001, "0.00"), (-0.006, f"{MINUS}0.01"), (0.0, "0.00")])
-def test_zero_is_never_negative(value, text):
-    assert fixed(value, 2) == text
 
 
 def test_truth_and_estimates_share_a_row_for_each_pathway():
@@ -54,8 +49,9 @@ def test_truth_and_estimates_share_a_row_for_each_pathway():
         ],
         columns=columns,
     )
-    data = recovery_data(frame)
-    at_work, small = data["joint"]
+    tables = {"recovery": frame.to_csv(index=False)}
+    asked = ["joint-rows()", "other-rows()", "has-windows()"]
+    (at_work, small), others, windows = evaluated(asked, "recovery_values.typ", {"units": {}}, tables)
     assert (at_work["K"]["truth"], at_work["K"]["error"], at_work["K"]["covered"]) == (
         "8.00 to 10.0",
         "5.0",
@@ -64,33 +60,8 @@ def test_truth_and_estimates_share_a_row_for_each_pathway():
     assert at_work["B"]["error"] == f"< {MINUS}1000"
     assert at_work["I"]["covered"] == ""
     assert small["small"] and small["K"]["error"] == "5.0"
-    assert [(r["quantity"], r["error"]) for r in data["other"]] == [("mass", f"{MINUS}5.0")]
-    assert data["windows"]
-
-
-def test_recommended_estimates_are_counted_once_each():
-    keys = ["experiment", "condition", "pathway", "estimator", "quantity"]
-    names = [("dummy", c, "leg", "ls", "K") for c in "abcd"]
-    recovery = pd.DataFrame([(*n, c) for n, c in zip(names, ["true", "false", "false", "true"], strict=True)])
-    recovery.columns = [*keys, "covered"]
-    estimates = pd.DataFrame(
-        [(*n, r, f) for n, r, f in zip(names, [1, 1, 1, 0], ["", "", "skin", ""], strict=True)]
-    )
-    estimates.columns = [*keys, "recommended", "flags"]
-    estimates["recommended"] = estimates.recommended.map({1: "true", 0: "false"})
-    counts = covered_of_recommended(estimates, recovery)
-    assert counts == {"total": "3", "covered": "1", "flagged": "1", "missed": "1"}
-    assert covered_of_recommended(estimates, None) is None
-
-
-def test_studies_without_the_thesis_have_no_summary():
-    assert summary_of({"reported": None, "experiments": ["dummy"]}) == []
-
-
-def test_digest_does_not_depend_on_the_order_of_the_files():
-    files = [{"file": "b", "sha256": "2"}, {"file": "a", "sha256": "1"}]
-    assert digest_of(files) == digest_of(files[::-1])
-    assert digest_of(files) != digest_of([{"file": "b", "sha256": "3"}, files[1]])
+    assert [(r["quantity"], r["error"]) for r in others] == [("mass", f"{MINUS}5.0")]
+    assert windows
 
 
 def test_markers_are_drawn_where_the_trial_has_them_at_rest():

@@ -1,46 +1,11 @@
 """Numbers as the report prints them: digits, signs, dashes, and nothing made up."""
 
-import math
-
-import pandas as pd
 import pytest
-from typst_builders import typeset_words
+from typst_builders import evaluated, typeset_words
 
 from tepsipe.reporting.figures.names import short_name, unit_symbol, words
-from tepsipe.reporting.numbers.format import number, percent, span
-from tepsipe.reporting.numbers.study import (
-    flags_data,
-    provenance_data,
-    slips_data,
-)
 
 MINUS = "\N{MINUS SIGN}"
-
-
-@pytest.mark.parametrize(
-    ("value", "digits", "text"),
-    [
-        (9.9664, 3, "9.97"),
-        (0.015043, 3, "0.0150"),
-        (123.4, 3, "123"),
-        (-0.25, 2, f"{MINUS}0.25"),
-        (0.0, 3, "0"),
-        (2.0e-4, 2, "2.0·10⁻⁴"),
-        (-1.5e7, 2, f"{MINUS}1.5·10⁷"),
-        (math.inf, 3, "∞"),
-        (-math.inf, 3, f"{MINUS}∞"),
-        (math.nan, 3, "\N{EN DASH}"),
-        (None, 3, "\N{EN DASH}"),
-    ],
-)
-def test_number_is_printed_with_its_significant_digits(value, digits, text):
-    assert number(value, digits) == text
-
-
-def test_percentage_and_span_are_printed_with_their_signs():
-    assert percent(-3.25, 1) == f"{MINUS}3.2"
-    assert span([6.9, 6.1, 6.5]) == "6.10 to 6.90"
-    assert span([2.0001, 2.0002]) == "2.00"
 
 
 TABLE = """pathway,estimator,quantity,unit,a,a_reported,b,b_reported
@@ -89,10 +54,11 @@ def test_slip_of_the_print_is_told_for_the_conditions_that_are_shown():
         {"table": "table_4_2", "quantity": "I", "condition": "sine-0.3", "printed": 0.614, "meant": 0.061},
         {"table": "table_4_3", "quantity": "I", "condition": "minjerk-0.3", "printed": 0.611, "meant": 0.061},
     ]
-    told = slips_data(slips, "table_4_2", ["sine-0.1", "sine-0.3"], ["S1", "S3"])
-    assert "0.614 for I in S3" in told
-    assert "0.061" in told
-    assert slips_data(slips, "table_4_2", ["sine-0.1"], ["S1"]) == ""
+    data = {"study": {"reported": {"slips": slips}}, "short_names": {"sine-0.1": "S1", "sine-0.3": "S3"}}
+    asked = ['slips("table_4_2", ("sine-0.1", "sine-0.3"))', 'slips("table_4_2", ("sine-0.1",))']
+    told, nothing = evaluated(asked, "figures.typ", data)
+    assert told == "The thesis prints 0.614 for I in S3, evidently a slip for 0.061."
+    assert nothing is None
 
 
 @pytest.mark.parametrize(
@@ -107,30 +73,6 @@ def test_slip_of_the_print_is_told_for_the_conditions_that_are_shown():
 )
 def test_conditions_have_the_thesis_labels(condition, label):
     assert short_name(condition) == label
-
-
-@pytest.mark.parametrize(
-    ("engine", "shown"),
-    [
-        ({"name": "mujoco", "version": "4.0.0"}, ["mujoco 4.0.0"]),
-        (None, []),  # a study without simulations
-    ],
-)
-def test_provenance_names_the_engine_that_ran(engine, shown):
-    record = {
-        "commit": "abc",
-        "modified": False,
-        "python": "3.13.0",
-        "engine": engine,
-        "config_sha256": "f00",
-        "seed": 1,
-        "packages": {},
-        "files": {},
-        "raw_files": {},
-    }
-    facts = provenance_data(record)["facts"]
-    assert [text for name, text in facts if name == "Engine of the simulations"] == shown
-    assert ["Python", "3.13.0"] in facts
 
 
 @pytest.mark.parametrize(
@@ -159,33 +101,3 @@ def test_units_are_typeset_in_figures_and_kept_in_files():
         "N",
         "%",
     ]
-
-
-def test_flagged_estimates_are_counted():
-    frame = pd.DataFrame(
-        {
-            "pathway": "leg",
-            "estimator": "regression",
-            "quantity": ["K", "K", "B"],
-            "condition": ["a", "b", "a"],
-            "flags": [None, "at-bound;undefined", None],
-            "recommended": [True, False, True],
-            "experiment": "dummy",
-        }
-    )
-    told = flags_data(frame)
-    assert (told["count"], told["total"]) == (1, 3)
-    assert [(kind["name"], kind["count"]) for kind in told["kinds"]] == [
-        ("at-bound", "1"),
-        ("undefined", "1"),
-    ]
-    assert flags_data(frame.assign(flags=None))["count"] == 0
-    # only of estimates that are to be quoted, in words that say what to look at
-    assert told["recommended"] == {"count": "0", "total": "2", "kinds": []}
-    quoted = flags_data(frame.assign(recommended=True))["recommended"]
-    assert (quoted["count"], quoted["total"]) == ("1", "3")
-    assert [(k["name"], k["where"]) for k in quoted["kinds"]] == [
-        ("at-bound", "K of the dummy (b)"),
-        ("undefined", "K of the dummy (b)"),
-    ]
-    assert quoted["kinds"][0]["meaning"].endswith("check units and signs")

@@ -1,17 +1,18 @@
 """Tables, figure and section on several joints: no number where none is known, sentences follow tables."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
+from typst_builders import evaluated, typeset_words
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.planning.several_joints import MODELS, epochs_of, estimate, predict, read_draws
 from tepsipe.io.csv_file import write_records
+from tepsipe.reporting.chapters import several_joints
 from tepsipe.reporting.figures.several_joints import plot_several_joints
-from tepsipe.reporting.numbers.several_joints import joints_data
+from tepsipe.reporting.run import Run, report_content
 from tepsipe.reporting.several_joints import element_rows, model_rows, movement, set_rows
 from tepsipe.virtual_lab.chain_trials import write_chain_trials
 from tests.identification.test_several_joints import (
@@ -27,6 +28,7 @@ from tests.identification.test_several_joints import (
     recorded,
 )
 
+NAMES = ("several_joints", "several_joints_elements", "several_joints_models")
 SETS = [("belt",), ("thigh", "pelvis"), THREE]
 SETTINGS = {
     "protocol": {"after_s": 0.25, "epochs": 40},
@@ -93,35 +95,56 @@ def test_shorter_windows_and_unknown_inertia_identify_less(tables):
     assert open_.statement.str.contains("The scale is open").all()
 
 
+def content(tables):
+    """Content of report.json, and the tables as text."""
+    named = dict(zip(NAMES, tables, strict=True))
+    study = {"title": "Plan", "recordings_source": None, "experiments": {}, "made": {}}
+    run = Run(named, settings={"plan": {"several_joints": SETTINGS}}, study=study)
+    texts = {
+        name: own.replace({True: "true", False: "false"}).to_csv(index=False) for name, own in named.items()
+    }
+    return report_content(run, {"several_joints": several_joints}), texts
+
+
+def findings_of(*tables):
+    (found,) = evaluated(["holding(findings).map(plain)"], "several_joints.typ", *content(tables))
+    return " ".join(" ".join(found).split())
+
+
 def test_findings_follow_the_numbers(tables):
     sets, elements, models = tables
-    said = " ".join(joints_data(sets, elements, models, SETTINGS)["findings"])
+    said = findings_of(*tables)
     assert "24 unknowns, need 3 independent perturbations" in said
     assert "The 2 other sets have no values" in said and "The belt alone gives no values" in said
     assert "with 150 ms, no set identifies them" in said
     none = sets.assign(identified=False, k_rms_percent=np.nan, quoted_percent=0.0)
-    said = " ".join(joints_data(none, elements, models, SETTINGS)["findings"])
+    said = findings_of(none, elements, models)
     assert "No set of perturbations identifies" in said and "The 3 other sets have no values" in said
     some = none.assign(quoted_percent=5.0)
-    assert "have values in some recordings" in " ".join(
-        joints_data(some, elements, models, SETTINGS)["findings"]
-    )
+    assert "have values in some recordings" in findings_of(some, elements, models)
 
 
-def test_section_is_drawn_and_typeset(tables, tmp_path, root):
-    typst = pytest.importorskip("typst")
+def test_contrary_findings(tables):
     sets, elements, models = tables
+    belt = sets.perturbations == "belt"
+    enough = sets.assign(identified=sets.identified | belt)
+    enough.loc[belt, "statement"] = "All 24 unknowns are determined."
+    without = elements.assign(neglected_inertia_u_percent=np.nan)
+    said = findings_of(enough, without, models.assign(identified=True)[models.window_s == 0.25])
+    assert "need 1 independent perturbation: 1 of 1 sets of 1 identify them (belt)." in said
+    assert "The belt alone is enough. All 24 unknowns" in said
+    assert "If K and B are taken as symmetric, 1 can be enough (belt), but fewer than three" in said
+    assert "only their proportions" not in said and "The window after" not in said
+    assert "taken as exact" not in said
+    assert "taken as symmetric" not in findings_of(sets, elements, models.assign(identified=False))
+
+
+def test_section_is_drawn_and_typeset(tables):
+    sets, elements, _ = tables
     figure = plot_several_joints(sets, elements, 15.0)
     assert len(figure.axes) == 2 and figure.axes[1].get_title(loc="left") == "belt + thigh + pelvis"
-    data = {"title": "Plan", "joints": joints_data(sets, elements, models, SETTINGS)}
-    (tmp_path / "report.json").write_text(json.dumps(data), encoding="utf-8")
-    for name in ("several_joints.typ", "style.typ", "data.typ", "format.typ"):
-        (tmp_path / name).write_text((root / "report" / name).read_text(encoding="utf-8"), encoding="utf-8")
-    (tmp_path / "several_joints.svg").write_text(
-        '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>'
-    )
-    pdf = typst.compile(str(tmp_path / "several_joints.typ"), root=str(tmp_path), ignore_system_fonts=True)
-    assert pdf.startswith(b"%PDF")
+    words = typeset_words('#include "several_joints.typ"', *content(tables), cells=" ")
+    assert "belt + thigh + pelvis 24 of 24 10" in words
 
 
 @pytest.mark.slow

@@ -177,7 +177,7 @@ def test_cells_of_models_are_those_of_the_scores():
         score("arx", "weight", "weight", 0.8, converged=False),
     )
     chapter = words(run_of(scores=scores, bristles=None))
-    assert "fir|empty|2|0.900|2.00|< −10|2.00|" in chapter
+    assert "impulse response|empty|2|0.900|2.00|< −10|2.00|" in chapter
     assert "arx *|weight|2|–|–|0.800|2.00|" in chapter
     assert "bristle frame starts from" not in chapter
 
@@ -255,7 +255,7 @@ def test_captions_tell_only_what_was_found():
     assert found["figure_plate_models"].endswith("reach R² = 0.53, the best frame fitted to both R² = 0.990.")
     assert found["figure_plate_responses"].startswith("Of 8.00 N (root mean square")
     assert found["figure_foot"] == (
-        "K in N·m/rad is 9.00 to 10.00 (leg), 3.00 (foot), 8.10 to 10.50 (foot compensated) "
+        "K in N·m/rad is 9.00 to 10.00 (leg), 3.00 (foot), 8.10 to 10.50 (foot, compensated) "
         "at 0.3 m/s and above."
     )
     other = findings_of(FIGURES, *content(run_of(size=10.5, scores=SCORES[:3], dummy=DUMMY, pathways=())))

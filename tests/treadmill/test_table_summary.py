@@ -7,7 +7,7 @@ import scipy
 from tepsipe.treadmill.mass_spring_damper import fit_mass_spring_damper
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FamilyOptions, FittedModel
-from tepsipe.treadmill.table_summary import beyond, coefficients_of, cross_prediction, range_of_validity
+from tepsipe.treadmill.table_summary import beyond, cross_prediction, model_coefficients, range_of_validity
 
 RATE, MASS, DAMPING = 100.0, 2.8, -1.5
 
@@ -36,13 +36,13 @@ def test_intervals_hold_the_coefficients_although_residuals_are_correlated():
     held = 0
     for seed in range(40):
         recording = belt(seed)
-        m, low, high = coefficients_of([fitted(recording)], [recording])["mass-spring-damper"]["m"]
+        m, low, high = model_coefficients([fitted(recording)], [recording])["mass-spring-damper"]["m"]
         assert low < m < high
         held += low <= MASS <= high
     # 95 % of 40, five standard deviations below
     assert held >= 31
     width = [
-        np.diff(coefficients_of([fitted(r)], [r])["mass-spring-damper"]["m"][1:])[0]
+        np.diff(model_coefficients([fitted(r)], [r])["mass-spring-damper"]["m"][1:])[0]
         for r in (belt(0), belt(0, noise=0.6))
     ]
     assert width[1] == pytest.approx(2.0 * width[0], rel=0.05)

@@ -6,7 +6,7 @@ from study_builders import jobs, snakemake
 pytestmark = pytest.mark.study
 
 PLANNED = {
-    "coverage": {"run_laboratory": 20, "collect_coverage": 1, "write_coverage": 1},
+    "coverage": {"run_laboratory": 20, "collect_coverage": 1, "plot_coverage": 1, "write_coverage": 1},
     "plan": {
         "make_dummy_trial": 4,
         "make_weight_trial": 3,
@@ -19,6 +19,8 @@ PLANNED = {
         "plan_several_joints": 1,
         "sweep_filters": 4,
         "collect_plan": 1,
+        "plot_planning": 1,
+        "plot_several_joints": 1,
         "write_plan": 1,
     },
     "walking": {
@@ -26,6 +28,7 @@ PLANNED = {
         "fit_walking": 3,
         "collect_walking": 1,
         "compare_walking_with_truth": 1,
+        "plot_walking": 1,
         "write_walking": 1,
     },
 }

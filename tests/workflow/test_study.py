@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import yaml
 from study_builders import PEOPLE, estimates, joint_in_windows, table, value
+from typst_builders import evaluated, tables_of
 
 from tepsipe.mechanics.engines import engine_version, resolved_engine
 
@@ -59,7 +60,9 @@ def test_provenance_record_and_report_name_the_engine_that_ran(study):
     engine = json.loads((study / "results/provenance.json").read_text())["engine"]
     name = resolved_engine("auto")
     assert engine == {"name": name, "version": engine_version(name)}
-    facts = json.loads((study / "results/report/report.json").read_text())["provenance"]["facts"]
+    data = json.loads((study / "results/report/report.json").read_text())
+    assert data["chapters"]["study"]["numbers"]["provenance"]["engine"] == engine
+    (facts,) = evaluated(["facts"], "provenance_values.typ", data)
     assert ["Engine of the simulations", f"{name} {engine['version']}"] in facts
 
 
@@ -147,10 +150,12 @@ def test_truth_of_a_drawn_constant_is_what_was_drawn(study):
     assert {row["truth"] for row in masses} == {drawn["value"]}
     assert rows["treadmill.plate.bristle_share"]["value"] == "0"
     assert rows["treadmill.plate.second_share"]["value"] == "0 0"
-    report = json.loads((study / "results/report/report.json").read_text(encoding="utf-8"))["laboratory"]
-    assert "treadmill.plate.bristle_share" in {row["key"] for row in report["off"]}
-    assert "treadmill.plate.mount_share" in {row["key"] for row in report["on"]}
-    assert [row["key"] for row in report["drawn"]] == ["weight.mass_kg"]
+    asked = ["mechanisms(on: false)", "mechanisms()", "drawn-constants()"]
+    data = json.loads((study / "results/report/report.json").read_text(encoding="utf-8"))
+    off, on, drawn = evaluated(asked, "laboratory_values.typ", data, tables_of(study / "results"))
+    assert "treadmill.plate.bristle_share" in {row["key"] for row in off}
+    assert "treadmill.plate.mount_share" in {row["key"] for row in on}
+    assert [row["key"] for row in drawn] == ["weight.mass_kg"]
 
 
 def test_the_treadmill_taken_out_of_the_force_leaves_the_joint(study):

@@ -9,7 +9,7 @@ import json
 
 import pytest
 from study_builders import PEOPLE, snakemake
-from typst_builders import plain_words, tables_of, typeset_words
+from typst_builders import index_parts_of, plain_words, tables_of, typeset_words
 
 from tepsipe.io.result import read_result, write_result
 
@@ -197,8 +197,9 @@ def test_report_of_contrary_results_tells_what_they_show(said, sentence):
 
 
 def test_index_for_a_browser_has_the_same_abstract(own_study, said):
-    told = json.loads((own_study / "results/report/report.json").read_text(encoding="utf-8"))["first_page"]
-    words = plain_words(told["findings"])
+    results = own_study / "results"
+    data = json.loads((results / "report/report.json").read_text(encoding="utf-8"))
+    words = plain_words(index_parts_of(data, tables_of(results))["findings"])
     assert "with a VAF of" in words
     assert not [sentence for sentence in FALSE_HERE if sentence in words]
 

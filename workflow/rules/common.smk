@@ -41,6 +41,13 @@ except InputError as error:
 runs.warn_of_a_lock(sys.argv)
 
 SETTINGS, SEED = STUDY.settings, config["study"]["seed"]
+# facts that every report tells
+ABOUT_STUDY = {
+    "title": config["study"]["title"],
+    "recordings_source": config["study"]["recordings_source"],
+    "experiments": STUDY.all_conditions(),
+    "made": STUDY.all_made(),
+}
 
 
 wildcard_constraints:
@@ -140,6 +147,12 @@ def report_sources():
     folder = Path(workflow.basedir) / "report"
     files = sorted(p for p in folder.rglob("*") if p.suffix in (".typ", ".yaml", ".bib"))
     return [here(path) for path in files]
+
+
+def figure_pairs(*names):
+    """Named outputs of a rule that draws figures which are not in the HTML report: SVG and PNG of each."""
+    svg = {name: f"<results>/figures/{name}.svg" for name in names}
+    return svg | {f"{name}_png": f"<results>/figures/{name}.png" for name in names}
 
 
 def caption(name):

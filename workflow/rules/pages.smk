@@ -185,6 +185,8 @@ rule write_belt_pages:
 rule write_index:
     input:
         data="<results>/report/report.json",
+        tables=outputs.report_tables(STUDY),
+        report=report_sources(),
         captions=here("report/captions.yaml"),
         outputs=outputs.pages(STUDY),
         source=PAGE_SOURCE,
@@ -196,10 +198,12 @@ rule write_index:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        title=TITLE,
         pdf=f"{config['study']['name']}.pdf",
         figures=outputs.figures_by_category(STUDY),
         tables=outputs.tables(STUDY),
         trials=STUDY.all_conditions(),
         activity=STUDY.conditions("standing"),
+        report_folder=lambda w: here("report"),
     script:
         "../scripts/write_index.py"

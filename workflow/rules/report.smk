@@ -46,15 +46,13 @@ rule write_report:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        main="report.typ",
         chapters=outputs.chapters(STUDY),
         settings=facts.printed(STUDY),
         study=as_it_is(
-            {
-                "title": config["study"]["title"],
-                "recordings_source": config["study"]["recordings_source"],
+            ABOUT_STUDY
+            | {
                 "reported": reported_of("tables", "values", "slips") or None,
-                "experiments": STUDY.all_conditions(),
-                "made": STUDY.all_made(),
                 "best": STUDY.shown("wristalyzer", SETTINGS["wristalyzer"]["best_condition"]),
                 "start_stiffness": SETTINGS["wristalyzer"]["analysis"]["start"]["K_Nm_per_rad"],
                 "step_s": SETTINGS["dummy"]["simulation"]["step_s"],

@@ -16,13 +16,20 @@ import typst
 from tepsipe.io.result import Result, read_result
 from tepsipe.reporting.run import Run
 
-TEXT = dict.fromkeys(("condition", "participant", "belt", "flags", "column", "train", "test"), str)
+TEXT = dict.fromkeys(("condition", "participant", "belt", "flags", "column", "train", "test", "failed"), str)
 
 
-def read_run(tables: Mapping[str, str], fits: Iterable[str], settings: Mapping, study: Mapping) -> Run:
-    """Tables and fits of a run, with the settings that its report prints and facts about the study."""
+def read_run(
+    tables: Mapping[str, str],
+    fits: Iterable[str],
+    settings: Mapping,
+    study: Mapping,
+    provenance: str = "",
+) -> Run:
+    """Run of a report; tables, fits and the record of provenance, if there is one, are files."""
     rows = {name: pd.read_csv(path, dtype=TEXT) for name, path in tables.items()}
-    return Run(rows, _read_fits(fits), settings, study)
+    record = json.loads(Path(provenance).read_text(encoding="utf-8")) if provenance else {}
+    return Run(rows, _read_fits(fits), settings, study, record)
 
 
 def table_files(paths: Iterable[str]) -> dict[str, str]:
@@ -31,11 +38,16 @@ def table_files(paths: Iterable[str]) -> dict[str, str]:
 
 
 def _read_fits(paths: Iterable[str]) -> dict[str, dict[str, Result]]:
-    """Results below ``fits/``: folder -> name -> result; one without a folder has its name twice."""
+    """Results below ``fits/``: folder -> name -> result; one without a folder has its name twice.
+
+    A file of JSON, for example of a walking trial, has facts alone.
+    """
     fits: dict[str, dict[str, Result]] = {}
     for path in map(Path, paths):
         group = path.stem if path.parent.name == "fits" else path.parent.name
-        fits.setdefault(group, {})[path.stem] = read_result(path)
+        only_facts = path.suffix == ".json"
+        fit = Result({}, {}, json.loads(path.read_text("utf-8"))) if only_facts else read_result(path)
+        fits.setdefault(group, {})[path.stem] = fit
     return fits
 
 
@@ -49,7 +61,7 @@ def source_files(sources: Iterable[str], folder: str) -> dict[str, str]:
     return {str(Path(source).relative_to(folder)): source for source in sources}
 
 
-def report_files(data: str, tables: Mapping[str, str], figures: Iterable[str]) -> dict[str, str]:
+def report_files(data: str, tables: Mapping[str, str], figures: Iterable[str] = ()) -> dict[str, str]:
     """Data, tables and figures of a report, as its sources see them."""
     files = {f"figures/{Path(path).name}": path for path in figures}
     return files | {f"tables/{name}.csv": path for name, path in tables.items()} | {"report.json": data}
@@ -76,29 +88,22 @@ def typeset(files: Mapping[str, str | Path], main: str, pdf: str | Path) -> None
         )
 
 
-def first_page(files: Mapping[str, str | Path], pdf: str) -> dict[str, str]:
-    """HTML of the source of the raw files, and of the findings, as the first page of the report has them.
+def index_parts(files: Mapping[str, str | Path], pdf: str) -> dict[str, str]:
+    """Parts of the index for a browser as HTML, with the sentences of the report's first page.
 
-    References to sections are links to the ``pdf``, a path relative to the page that shows the HTML.
+    References to sections are links to the ``pdf``, a path relative to the index.
     """
     with _gathered(files) as root:
-        return {
-            part: _body(
-                typst.compile(
-                    str(root / "first_page.typ"),
-                    root=str(root),
-                    format="html",
-                    ignore_system_fonts=True,
-                    sys_inputs={"part": part, "pdf": pdf},
-                )
-            )
-            for part in ("source", "findings")
-        }
-
-
-def _body(page: bytes) -> str:
-    found = re.search(r"<body>(.*)</body>", page.decode(), re.DOTALL)
-    return found[1].strip().replace("</p><p>", "</p>\n<p>")
+        page = typst.compile(
+            str(root / "index_page.typ"),
+            root=str(root),
+            format="html",
+            ignore_system_fonts=True,
+            sys_inputs={"pdf": pdf},
+        ).decode()
+    lines = re.sub("(</(?:p|li|tr|dd|div|summary|details)>)", r"\1\n", page)
+    parts = re.findall(r'(?s)<section id="(\w+)">(.*?)</section>', lines)
+    return {name: part.strip() for name, part in parts}
 
 
 @contextmanager

@@ -4,8 +4,10 @@ import job
 
 job.start(snakemake)
 
-import json
 from pathlib import Path
+from urllib.parse import quote
+
+from typeset import index_parts, report_files, source_files, table_files
 
 from tepsipe.reporting.pages.index import Listing, render_index
 from workflow.support.captions import read_captions
@@ -22,6 +24,7 @@ listing = Listing(
     trials=params.trials,
     activity=params.activity,
 )
-report = json.loads(Path(snakemake.input.data).read_text(encoding="utf-8"))
-page = render_index(report, listing)
+files = source_files(snakemake.input.report, params.report_folder)
+files |= report_files(snakemake.input.data, table_files(snakemake.input.tables))
+page = render_index(params.title, index_parts(files, f"./{quote(params.pdf)}"), listing)
 Path(snakemake.output.html).write_text(page, encoding="utf-8", newline="\n")

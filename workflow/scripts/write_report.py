@@ -4,33 +4,15 @@ import job
 
 job.start(snakemake)
 
-import json
-from pathlib import Path
-from urllib.parse import quote
+from typeset import chapters, read_run, report_files, source_files, table_files, typeset, write_json
 
-from report_texts import texts_of
-from typeset import (
-    chapters,
-    first_page,
-    read_run,
-    report_files,
-    source_files,
-    table_files,
-    typeset,
-    write_json,
-)
+from tepsipe.reporting.run import report_content
 
-from tepsipe.reporting.run import raw, report_content
+given, params = snakemake.input, snakemake.params
+tables = table_files(given.tables)
+run = read_run(tables, given.fits, params.settings, params.study, given.provenance)
+write_json(snakemake.output.data, report_content(run, chapters(params.chapters)))
 
-provenance = json.loads(Path(snakemake.input.provenance).read_text(encoding="utf-8"))
-study = snakemake.params.study | {"provenance": provenance}
-tables = table_files(snakemake.input.tables)
-run = read_run(tables, snakemake.input.fits, snakemake.params.settings, study)
-data = raw(texts_of(run, tables)) | report_content(run, chapters(snakemake.params.chapters))
-write_json(snakemake.output.data, data)
-
-files = source_files(snakemake.input.source, snakemake.params.source_folder)
-files |= report_files(snakemake.output.data, tables, snakemake.input.figures)
-typeset(files, "report.typ", snakemake.output.pdf)
-first = first_page(files, f"./{quote(Path(snakemake.output.pdf).name)}")
-write_json(snakemake.output.data, data | {"first_page": first})
+files = source_files(given.source, params.source_folder)
+files |= report_files(snakemake.output.data, tables, given.figures)
+typeset(files, params.main, snakemake.output.pdf)

@@ -11,6 +11,7 @@ OUTPUTS = [*(f"<results>/tables/{name}.csv" for name in TABLES), "<results>/repo
 # on a cluster, beside the run itself
 localrules:
     collect_coverage,
+    plot_coverage,
     write_coverage,
 
 
@@ -66,33 +67,55 @@ rule collect_coverage:
         "../scripts/collect_coverage.py"
 
 
+rule plot_coverage:
+    input:
+        coverage="<results>/tables/coverage.csv",
+        outcomes="<results>/tables/outcomes.csv",
+        library=library_of("plot", "tepsipe/reporting/figures/coverage.py"),
+    output:
+        **figure_pairs("figure_coverage", "figure_coverage_intervals"),
+    log:
+        "<logs>/plot_coverage.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        drawn_by="coverage",
+        first=next(iter(LABORATORIES.sets())),
+    script:
+        "../scripts/plot.py"
+
+
 rule write_coverage:
     input:
         source=report_sources(),
-        coverage="<results>/tables/coverage.csv",
-        dropped="<results>/tables/dropped.csv",
-        flags="<results>/tables/flags.csv",
-        outcomes="<results>/tables/outcomes.csv",
-        laboratories="<results>/tables/laboratories.csv",
-        library=library_of("write_coverage"),
+        figures=[
+            "<results>/figures/figure_coverage.svg",
+            "<results>/figures/figure_coverage_intervals.svg",
+        ],
+        fits=[],
+        tables=[f"<results>/tables/{name}.csv" for name in ("coverage", "dropped", "flags", "laboratories")],
+        provenance=[],
+        library=library_of("write_report", *chapter_modules(outputs.OWN_REPORTS["coverage"])),
     output:
         pdf="<results>/report/coverage.pdf",
         data="<results>/report/coverage.json",
-        shares="<results>/figures/figure_coverage.svg",
-        shares_png="<results>/figures/figure_coverage.png",
-        intervals="<results>/figures/figure_coverage_intervals.svg",
-        intervals_png="<results>/figures/figure_coverage_intervals.png",
     log:
         "<logs>/write_coverage.log",
     conda:
         "../envs/tepsipe.yaml"
     params:
-        title=as_it_is(config["study"]["title"]),
-        sets=LABORATORIES.sets(),
-        drawn=LABORATORIES.drawn(),
-        experiments=STUDY.all_conditions(),
-        code=code_version(workflow.basedir),
-        seed=config["coverage"]["seed"],
+        main="coverage.typ",
+        chapters=outputs.OWN_REPORTS["coverage"],
+        settings={},
+        study=as_it_is(
+            ABOUT_STUDY
+            | {
+                "code": code_version(workflow.basedir),
+                "sets": LABORATORIES.sets(),
+                "drawn": LABORATORIES.drawn(),
+                "seed": config["coverage"]["seed"],
+            }
+        ),
         source_folder=lambda w: here("report"),
     script:
-        "../scripts/write_coverage.py"
+        "../scripts/write_report.py"

@@ -3,8 +3,13 @@
 # joints are those of the person that is planned for: the person's constants are the plan's, no hidden truth.
 
 PLAN = config["plan"]
-TABLES = ("plan", "pulses", "filters", "several_joints")
-OUTPUTS = [*(f"<results>/tables/{name}.csv" for name in TABLES), "<results>/report/plan.pdf"]
+PLAN_FIGURES = ("needed", "pulses", "filters", "treadmill_filters", "several_joints")
+PLAN_TABLES = (
+    *("plan", "pulses", "filters"),
+    *("several_joints", "several_joints_elements", "several_joints_models"),
+)
+SHOWN_TABLES = ("plan", "pulses", "filters", "several_joints")
+OUTPUTS = [*(f"<results>/tables/{name}.csv" for name in SHOWN_TABLES), "<results>/report/plan.pdf"]
 
 
 include: "../rules/virtual_lab.smk"
@@ -130,38 +135,62 @@ rule collect_plan:
         "../scripts/collect_plan.py"
 
 
+rule plot_planning:
+    input:
+        plan="<results>/tables/plan.csv",
+        shapes="<results>/tables/pulse_shapes.csv",
+        filters="<results>/tables/filters.csv",
+        library=library_of("plot", "tepsipe/reporting/figures/planning.py"),
+    output:
+        **figure_pairs("figure_needed", "figure_pulses", "figure_filters", "figure_treadmill_filters"),
+    log:
+        "<logs>/plot_planning.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        drawn_by="planning",
+    script:
+        "../scripts/plot.py"
+
+
+rule plot_several_joints:
+    input:
+        sets="<results>/tables/several_joints.csv",
+        elements="<results>/tables/several_joints_elements.csv",
+        library=library_of("plot", "tepsipe/reporting/figures/several_joints.py"),
+    output:
+        **figure_pairs("figure_several_joints"),
+    log:
+        "<logs>/plot_several_joints.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        drawn_by="several_joints",
+        limits=PLAN["several_joints"]["limits"],
+    script:
+        "../scripts/plot.py"
+
+
 rule write_plan:
     input:
         source=report_sources(),
-        plan="<results>/tables/plan.csv",
-        pulses="<results>/tables/pulses.csv",
-        shapes="<results>/tables/pulse_shapes.csv",
-        filters="<results>/tables/filters.csv",
-        joints="<results>/tables/several_joints.csv",
-        joint_elements="<results>/tables/several_joints_elements.csv",
-        joint_models="<results>/tables/several_joints_models.csv",
-        library=library_of("write_plan"),
+        figures=[f"<results>/figures/figure_{name}.svg" for name in PLAN_FIGURES],
+        fits=[],
+        tables=[f"<results>/tables/{name}.csv" for name in PLAN_TABLES],
+        provenance=[],
+        library=library_of("write_report", *chapter_modules(outputs.OWN_REPORTS["plan"])),
     output:
         pdf="<results>/report/plan.pdf",
         data="<results>/report/plan.json",
-        needed="<results>/figures/figure_needed.svg",
-        needed_png="<results>/figures/figure_needed.png",
-        pulses="<results>/figures/figure_pulses.svg",
-        pulses_png="<results>/figures/figure_pulses.png",
-        filters="<results>/figures/figure_filters.svg",
-        filters_png="<results>/figures/figure_filters.png",
-        treadmill_filters="<results>/figures/figure_treadmill_filters.svg",
-        treadmill_filters_png="<results>/figures/figure_treadmill_filters.png",
-        joints="<results>/figures/figure_several_joints.svg",
-        joints_png="<results>/figures/figure_several_joints.png",
     log:
         "<logs>/write_plan.log",
     conda:
         "../envs/tepsipe.yaml"
     params:
-        title=as_it_is(config["study"]["title"]),
-        plan=PLAN,
-        code=code_version(workflow.basedir),
+        main="plan.typ",
+        chapters=outputs.OWN_REPORTS["plan"],
+        settings={"plan": pick(PLAN, "seed", "several_joints")},
+        study=as_it_is(ABOUT_STUDY | {"code": code_version(workflow.basedir)}),
         source_folder=lambda w: here("report"),
     script:
-        "../scripts/write_plan.py"
+        "../scripts/write_report.py"

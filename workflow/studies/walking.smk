@@ -37,10 +37,14 @@ rule collect_walking:
     input:
         estimates=STUDY.of_trials("<results>/estimates/walking/{condition}.csv", "walking"),
         budgets=STUDY.of_trials("<results>/uncertainty/walking/{condition}.csv", "walking"),
+        rows=STUDY.of_trials("<results>/estimates/walking/{condition}_phases.csv", "walking"),
+        needed=STUDY.of_trials("<results>/estimates/walking/{condition}_needed.csv", "walking"),
         library=library_of("collect_walking"),
     output:
         table="<results>/tables/estimates.csv",
         uncertainty="<results>/tables/uncertainty.csv",
+        rows="<results>/tables/walking.csv",
+        needed="<results>/tables/needed.csv",
     log:
         "<logs>/collect_walking.log",
     conda:
@@ -66,19 +70,37 @@ rule compare_walking_with_truth:
         "../scripts/compare_walking_with_truth.py"
 
 
+rule plot_walking:
+    input:
+        rows="<results>/tables/walking.csv",
+        needed="<results>/tables/needed.csv",
+        recovery="<results>/tables/recovery.csv" if MADE_WALKS else [],
+        library=library_of("plot", "tepsipe/reporting/figures/walking.py"),
+    output:
+        **figure_pairs("figure_walking"),
+    log:
+        "<logs>/plot_walking.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        drawn_by="walking",
+        simulated=MADE_WALKS,
+    script:
+        "../scripts/plot.py"
+
+
 rule write_walking:
     input:
         source=report_sources(),
-        rows=STUDY.of_trials("<results>/estimates/walking/{condition}_phases.csv", "walking"),
-        needed=STUDY.of_trials("<results>/estimates/walking/{condition}_needed.csv", "walking"),
-        about=STUDY.of_trials("<results>/estimates/walking/{condition}.json", "walking"),
-        recovery="<results>/tables/recovery.csv" if MADE_WALKS else [],
-        library=library_of("write_walking"),
+        figures=["<results>/figures/figure_walking.svg"],
+        fits=STUDY.of_trials("<results>/estimates/walking/{condition}.json", "walking"),
+        tables=[
+            f"<results>/tables/{name}.csv"
+            for name in ("walking", "needed", *(["recovery"] if MADE_WALKS else []))
+        ],
+        provenance=[],
+        library=library_of("write_report", *chapter_modules(outputs.OWN_REPORTS["walking"])),
     output:
-        rows="<results>/tables/walking.csv",
-        needed="<results>/tables/needed.csv",
-        figure="<results>/figures/figure_walking.svg",
-        figure_png="<results>/figures/figure_walking.png",
         data="<results>/report/walking.json",
         pdf="<results>/report/walking.pdf",
     log:
@@ -86,13 +108,13 @@ rule write_walking:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        title=as_it_is(config["study"]["title"]),
-        recordings_source=as_it_is(config["study"]["recordings_source"]),
-        planned=WALKING["planned"],
-        code=code_version(workflow.basedir),
+        main="walking.typ",
+        chapters=outputs.OWN_REPORTS["walking"],
+        settings={"walking": {"planned": WALKING["planned"]}},
+        study=as_it_is(ABOUT_STUDY | {"code": code_version(workflow.basedir)}),
         source_folder=lambda w: here("report"),
     script:
-        "../scripts/write_walking.py"
+        "../scripts/write_report.py"
 
 
 rule make_walking_trial:

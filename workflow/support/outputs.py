@@ -269,6 +269,7 @@ def model_names(study: Study) -> dict[str, str]:
 
 # experiments and parts with a module of numbers and predicates, tepsipe/reporting/chapters/<name>.py
 CHAPTERS = (
+    "study",
     "wristalyzer",
     "dummy",
     "thesis_dummy",
@@ -282,11 +283,17 @@ CHAPTERS = (
     "position_manipulator",
     "platform",
 )
+# reports of studies of their own, and their modules
+OWN_REPORTS = {
+    "coverage": ("coverage",),
+    "plan": ("plan", "several_joints"),
+    "walking": ("walking",),
+}
 
 
 def chapters(study: Study) -> list[str]:
     """Chapters of the report that have numbers of their own."""
-    return [name for name in CHAPTERS if study.has(name)]
+    return [name for name in CHAPTERS if name == "study" or study.has(name)]
 
 
 def pages(study: Study) -> list[str]:

@@ -1,20 +1,20 @@
-"""Checks of a dummy trial that warn: what the markers, the log and two estimators say of each other.
+"""Checks of a dummy trial that give warnings, from markers, log and two estimators against each other.
 
-Every check has a size in a unit of its own, a tolerance below which it does not matter (K moves by
-about a quarter of a per cent, less than the leg's mass is known), and the probability of so large a
-size in a laboratory without the fault. It fails if the size exceeds the tolerance and the
-probability lies below 0.05 / n, n the number of checks of the trial (Bonferroni): all together give
-false alarms in at most 5 % of the trials.
+Every check has a size in its own unit, a tolerance below which it does not matter (K changes by about
+a quarter of a per cent, less than the uncertainty of the leg's mass), and the probability of so large
+a size in a laboratory without the fault. It fails if the size exceeds the tolerance and the
+probability is below 0.05 / n, with n the number of checks of the trial (Bonferroni). All checks
+together give false alarms in at most 5 % of the trials.
 
 leg-disagrees
-    K of the windowed fit against what it should find. Markers without noise that move like the fitted
-    joint go through filter, pose, derivatives and regression; what noise adds by errors in
-    variables is predicted. The null distribution holds what sources of Type B do to the difference: a
-    rod that bends as much as is believed is no fault.
+    K of the windowed fit against its expected value. Noise-free markers that move like the fitted
+    joint pass through filter, pose, derivatives and regression; the bias by errors in variables is
+    added. The null distribution includes the effect of Type B sources on the difference: a rod that
+    bends within its stated uncertainty is no fault.
 foot-leg-delay
     Delay of the angle after the foot: sampling instants, or a marker that slips.
 joint-inertia
-    I against what is known of the joint's own: mass, centre of mass or inertia of the leg are wrong.
+    I against the known inertia of the joint: mass, centre of mass or inertia of the leg are wrong.
 foot-markers-apart
     Markers on the foot alone against each other, at rest between perturbations and locked to them.
 markers-slip
@@ -24,7 +24,7 @@ markers-pulse-locked
 lack-of-fit
     Residuals of the joint likelihood: their power, and their average over the perturbations.
 
-`noise_bias` is no test: it predicts the bias of a windowed fit from the noise that was measured.
+`noise_bias` is not a test: it predicts the bias of a windowed fit from the measured noise.
 
 Failed checks flag the rows of the pathways that they concern:
 
@@ -33,7 +33,7 @@ Failed checks flag the rows of the pathways that they concern:
     output error and joint likelihood          the same but noise-biased; foot-markers-apart, lack-of-fit
 
 The pathway of the configuration is quoted. If it is a joint likelihood whose model does not fit the trial
-(lack-of-fit), while the recommended windowed fit passes its own checks, that is quoted.
+(lack-of-fit), while the recommended windowed fit passes its own checks, the windowed fit is quoted.
 """
 
 from collections.abc import Sequence
@@ -42,7 +42,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis, DummyOptions, markers_of
+from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis, DummyOptions, trial_markers
 from tepsipe.identification.estimators import LEAST_SQUARES
 from tepsipe.identification.likelihood.likelihood import LikelihoodFit
 from tepsipe.identification.likelihood.result import (
@@ -60,7 +60,7 @@ from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.perturbations import Perturbation, rest_samples
 
 FALSE_ALARMS = 0.05
-# tolerances: of K (-), of a delay (s), of markers (m), of the angle's residual (-), of I over the leg's (-)
+# tolerances: of K, of a delay (s), of markers (m), of the angle's residual, of I over the leg's
 TOLERATED = {
     "leg-disagrees": 0.005,
     "foot-leg-delay": 2e-5,
@@ -79,9 +79,9 @@ UNITS = {
     "markers-pulse-locked": "m",
     "lack-of-fit": "1",
 }
-# time after a perturbation that its response is averaged over, and in which markers may settle (s)
+# time after a perturbation over which its response is averaged, and in which markers may settle (s)
 _LOCKED_S, _SETTLED_S = 0.5, 0.2
-# part of the samples that interpolation at common instants leaves independent (-)
+# share of the samples that stay independent after interpolation to common instants
 _INDEPENDENT = 0.6
 # sum of squares of markers without noise (m²)
 _EXACT = 1e-24
@@ -96,11 +96,11 @@ class Check:
     name : str
         One of `TOLERATED`; also the flag of an estimate.
     size : float
-        How far the trial departs (unit of `UNITS`).
+        Departure of the trial from its expectation (unit of `UNITS`).
     probability : float
-        Of a size this large without a fault (-).
+        Probability of a size this large without a fault.
     tolerated : float or None
-        A larger tolerance than that of `TOLERATED` (unit of `UNITS`), if the trial has one.
+        A tolerance larger than in `TOLERATED` (unit of `UNITS`), if the trial has one.
     """
 
     name: str
@@ -115,18 +115,18 @@ class Check:
 
 
 def failed(checks: Sequence[Check]) -> list[str]:
-    """Names of the checks that fail (no unit), by Bonferroni's bound over all of them."""
+    """Names of the checks that fail, by Bonferroni's bound over all of them."""
     bound = FALSE_ALARMS / max(1, len(checks))
     return [c.name for c in checks if c.size > c.tolerance and c.probability < bound]
 
 
-def delay_check(found: LikelihoodEstimates, uncertainty_s: float) -> Check:
+def delay_check(fit: LikelihoodEstimates, uncertainty_s: float) -> Check:
     """Delay of the angle after the foot.
 
     Parameters
     ----------
-    found : LikelihoodEstimates
-        With sampling instants corrected (units there).
+    fit : LikelihoodEstimates
+        With sampling instants corrected.
     uncertainty_s : float
         Standard uncertainty of the correction between foot and leg (s).
 
@@ -135,19 +135,19 @@ def delay_check(found: LikelihoodEstimates, uncertainty_s: float) -> Check:
     Check
         Its size is the delay (s).
     """
-    error = float(np.hypot(found.fit.standard_error("delay"), uncertainty_s))
-    return Check("foot-leg-delay", abs(found.delay_s), _two_sided(found.delay_s / error))
+    error = float(np.hypot(fit.fit.standard_error("delay"), uncertainty_s))
+    return Check("foot-leg-delay", abs(fit.delay_s), _two_sided(fit.delay_s / error))
 
 
 def inertia_check(
-    found: LikelihoodEstimates, known_kgm2: float, known_uncertainty_kgm2: float, type_b_kgm2: float = 0.0
+    fit: LikelihoodEstimates, known_kgm2: float, known_uncertainty_kgm2: float, type_b_kgm2: float = 0.0
 ) -> Check:
-    """I of small movements against what is known of the joint's own.
+    """Compare I of small movements with the known inertia of the joint.
 
     Parameters
     ----------
-    found : LikelihoodEstimates
-        The fit (units there).
+    fit : LikelihoodEstimates
+        The fit.
     known_kgm2, known_uncertainty_kgm2 : float
         Inertia of the joint and its standard uncertainty (N·m·s²/rad).
     type_b_kgm2 : float
@@ -158,40 +158,40 @@ def inertia_check(
     Check
         Its size is the difference (N·m·s²/rad).
     """
-    difference = float(found.small[0]) - known_kgm2
-    own = float(np.sqrt(found.small_covariance[0, 0]))
-    error = float(np.sqrt(own**2 + known_uncertainty_kgm2**2 + type_b_kgm2**2))
+    difference = float(fit.small[0]) - known_kgm2
+    statistical = float(np.sqrt(fit.small_covariance[0, 0]))
+    error = float(np.sqrt(statistical**2 + known_uncertainty_kgm2**2 + type_b_kgm2**2))
     return Check("joint-inertia", abs(difference), _two_sided(difference / error))
 
 
-def fit_check(found: LikelihoodFit, perturbations: list[Perturbation]) -> Check:
+def fit_check(fit: LikelihoodFit, perturbations: list[Perturbation]) -> Check:
     """Power and pulse-locked mean of the likelihood's residuals.
 
     Parameters
     ----------
-    found : LikelihoodFit
-        The fit (units there).
+    fit : LikelihoodFit
+        The fit.
     perturbations : list of Perturbation
         Windows (samples).
 
     Returns
     -------
     Check
-        Its size is the root mean square residual over that of the angle (-).
+        Its size is the root mean square residual relative to the angle's root mean square.
     """
-    white, n = innovations(found), found.channels.angle.size
-    band = 2.0 * found.model.bins.size / n
+    white, n = innovations(fit), fit.channels.angle.size
+    band = 2.0 * fit.model.bins.size / n
     total = float(np.mean(white[0] ** 2))
-    power = scipy.stats.f.sf(total, band * n, found.channels.marker_freedom)
+    power = scipy.stats.f.sf(total, band * n, fit.channels.marker_freedom)
     length = min(np.diff([p.start for p in perturbations]), default=n - perturbations[0].start)
     folded = _folded(white.T, perturbations, int(min(length, n - perturbations[-1].start)))
     mean, count = folded.mean(axis=0), len(folded)
     freedom = band * mean.size
     locked = scipy.stats.chi2.sf(count * float(np.sum(mean**2)) * band, freedom)
-    left = max(float(np.mean(mean[:, 0] ** 2)) - 1.0 / count, total - 1.0, 0.0)
-    unit = found.channels.marker_noise_m * np.sqrt(found.channels.geometry[1, 1] * band)
-    moved = float(np.sqrt(np.mean(found.model.motion.phi[perturbations[0].start :] ** 2)))
-    return Check("lack-of-fit", float(np.sqrt(left)) * unit / moved, min(1.0, 2.0 * min(power, locked)))
+    excess = max(float(np.mean(mean[:, 0] ** 2)) - 1.0 / count, total - 1.0, 0.0)
+    unit = fit.channels.marker_noise_m * np.sqrt(fit.channels.geometry[1, 1] * band)
+    swing = float(np.sqrt(np.mean(fit.model.motion.phi[perturbations[0].start :] ** 2)))
+    return Check("lack-of-fit", float(np.sqrt(excess)) * unit / swing, min(1.0, 2.0 * min(power, locked)))
 
 
 def foot_check(positions: np.ndarray, perturbations: list[Perturbation], rate_hz: float) -> Check | None:
@@ -209,26 +209,26 @@ def foot_check(positions: np.ndarray, perturbations: list[Perturbation], rate_hz
     Returns
     -------
     Check or None
-        Its size is that of the step or motion of a marker against the others (m); None with fewer than two.
+        Its size is the step or motion of a marker against the others (m); None with fewer than two.
     """
     k = positions.shape[1]
     if k < 2:
         return None
-    apart = positions - positions.mean(axis=1, keepdims=True)
-    apart = apart.reshape(len(apart), -1)
+    deviations = positions - positions.mean(axis=1, keepdims=True)
+    deviations = deviations.reshape(len(deviations), -1)
     rank, kept = 2.0 * (k - 1), 1.0 - 1.0 / k
-    step, chance = _steps(apart, perturbations, rate_hz, rank / (2.0 * k))
-    motion, locked = _locked(apart, perturbations, rate_hz, rank / (2.0 * k))
+    step, chance = _steps(deviations, perturbations, rate_hz, rank / (2.0 * k))
+    motion, locked = _locked(deviations, perturbations, rate_hz, rank / (2.0 * k))
     return Check("foot-markers-apart", max(step, motion) / kept, min(1.0, 2.0 * min(chance, locked)))
 
 
-def residual_checks(found: LikelihoodFit, perturbations: list[Perturbation]) -> list[Check]:
+def residual_checks(fit: LikelihoodFit, perturbations: list[Perturbation]) -> list[Check]:
     """Steps, and pulse-locked motion, of the markers against the rigid leg on the foot.
 
     Parameters
     ----------
-    found : LikelihoodFit
-        The fit (units there).
+    fit : LikelihoodFit
+        The fit.
     perturbations : list of Perturbation
         Windows (samples).
 
@@ -237,7 +237,7 @@ def residual_checks(found: LikelihoodFit, perturbations: list[Perturbation]) -> 
     list of Check
         ``markers-slip`` and ``markers-pulse-locked``, with sizes in m.
     """
-    channels = found.channels
+    channels = fit.channels
     residuals, rate_hz = channels.residuals, channels.rate_hz
     independent = (residuals.shape[1] - 2.0) / residuals.shape[1]
     return [
@@ -248,27 +248,27 @@ def residual_checks(found: LikelihoodFit, perturbations: list[Perturbation]) -> 
 
 def leg_check(
     of_leg: WindowedFits,
-    found: LikelihoodEstimates,
+    fit: LikelihoodEstimates,
     leg_markers: SegmentMarkers,
     lowpass: tuple[float, int],
     at_rest: np.ndarray,
     of_k: float = 0.0,
     of_difference: float = 0.0,
 ) -> Check:
-    """K of the windowed fit against what it should find of the fitted joint.
+    """Compare K of the windowed fit with its expected value for the fitted joint.
 
     Parameters
     ----------
     of_leg : WindowedFits
-        From the torque of the leg (units there).
-    found : LikelihoodEstimates
-        Of the same trial.
+        From the torque of the leg.
+    fit : LikelihoodEstimates
+        Estimates of the same trial.
     leg_markers : SegmentMarkers
         Markers of the leg (m).
     lowpass : tuple of (float, int)
         Cutoff (Hz) and order of the filter of ``of_leg``.
     at_rest : ndarray of bool, shape (n,)
-        Samples at rest (-).
+        Samples at rest.
     of_k : float
         Combined standard uncertainty of K; a smaller difference does not matter (N·m/rad).
     of_difference : float
@@ -278,13 +278,13 @@ def leg_check(
     Returns
     -------
     Check
-        Its size is the difference over K (-).
+        Its size is the difference over K.
     """
-    expected = expected_of_leg(of_leg, found, leg_markers, lowpass, at_rest)
-    expected = expected + noise_bias(of_leg, expected, found.fit, leg_markers, lowpass)
+    expected = expected_of_leg(of_leg, fit, leg_markers, lowpass, at_rest)
+    expected = expected + noise_bias(of_leg, expected, fit.fit, leg_markers, lowpass)
     each = of_leg.parameters[:, 2]
     scatter = float(each.std(ddof=1)) / np.sqrt(each.size) if each.size > 1 else np.inf
-    error = float(np.linalg.norm([scatter, found.interval().standard_error[2], of_difference]))
+    error = float(np.linalg.norm([scatter, fit.interval().standard_error[2], of_difference]))
     difference = float(of_leg.mean[2] - expected[2])
     # Welch and Satterthwaite: only the scatter has few degrees of freedom
     share = scatter / error if np.isfinite(scatter) else 1.0
@@ -296,48 +296,48 @@ def leg_check(
 
 def expected_of_leg(
     of_leg: WindowedFits,
-    found: LikelihoodEstimates,
+    fit: LikelihoodEstimates,
     leg_markers: SegmentMarkers,
     lowpass: tuple[float, int],
     at_rest: np.ndarray,
 ) -> np.ndarray:
-    """I, B, K that the windowed fit finds of markers without noise that move like the fitted joint.
+    """Expected I, B, K of the windowed fit, from noise-free markers that move like the fitted joint.
 
-    Arguments are those of `leg_check` (units there). Shape (3,), in N·m·s²/rad, N·m·s/rad and N·m/rad.
+    Takes the arguments of `leg_check`. Shape (3,), in N·m·s²/rad, N·m·s/rad and N·m/rad.
     """
-    channels = found.fit.channels
-    theta = estimated_angle(found.fit) + channels.theta_0_rad
-    foot = estimated_foot(found.fit)
+    channels = fit.fit.channels
+    theta = estimated_angle(fit.fit) + channels.theta_0_rad
+    foot = estimated_foot(fit.fit)
     across, along = leg_markers.layout_m.T
     y = foot[:, None] + np.outer(np.cos(theta), across) + np.outer(np.sin(theta), along)
     z = np.outer(np.cos(theta), along) - np.outer(np.sin(theta), across)
     markers = butterworth_lowpass(np.stack([y, z], axis=2), channels.rate_hz, *lowpass)
     time = np.arange(theta.size) / channels.rate_hz
-    motion = motion_of_markers(time, markers, leg_markers, found.fit.model.leg.com_m)
-    return regress_perturbations(motion, found.fit.model.leg, of_leg.perturbations, at_rest, "leg").mean
+    motion = motion_of_markers(time, markers, leg_markers, fit.fit.model.leg.com_m)
+    return regress_perturbations(motion, fit.fit.model.leg, of_leg.perturbations, at_rest, "leg").mean
 
 
 def noise_bias(
     of_leg: WindowedFits,
     parameters: np.ndarray,
-    found: LikelihoodFit,
+    fit: LikelihoodFit,
     leg_markers: SegmentMarkers,
     lowpass: tuple[float, int],
 ) -> np.ndarray:
-    """Bias of a windowed fit by the noise in its regressors (errors in variables), to first order.
+    """Bias of a windowed fit due to noise in its regressors (errors in variables), to first order.
 
-    Noise of the angle enters theta'', theta', theta and the torque; that of the markers' mean the torque
-    alone. With A the regressors of a window of N samples and C the covariances of their noise,
+    Noise of the angle enters theta'', theta', theta and the torque; noise of the markers' mean enters the
+    torque alone. With A the regressors of a window of N samples and C the covariances of their noise,
 
         bias = (A'A)^-1 N (C_Atau - C_AA x)
 
     Parameters
     ----------
     of_leg : WindowedFits
-        From the torque of the leg (units there).
+        From the torque of the leg.
     parameters : ndarray, shape (3,)
         I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) without noise.
-    found : LikelihoodFit
+    fit : LikelihoodFit
         For the noise of the markers (m) and the leg.
     leg_markers : SegmentMarkers
         Markers of the leg (m).
@@ -347,15 +347,15 @@ def noise_bias(
     Returns
     -------
     ndarray, shape (3,)
-        Bias of the means of I, B, K (their units).
+        Bias of the means of I, B, K.
     """
-    rate_hz, leg = found.channels.rate_hz, found.model.leg
+    rate_hz, leg = fit.channels.rate_hz, fit.model.leg
     impulse = np.zeros(4096)
     impulse[2048] = 1.0
     gain = np.abs(np.fft.rfft(butterworth_lowpass(impulse, rate_hz, *lowpass))) ** 2
     omega = 2.0 * np.pi * np.fft.rfftfreq(impulse.size, 1.0 / rate_hz)
     along = leg_markers.layout_m[:, 1]
-    of_angle = found.channels.marker_noise_m**2 / np.sum((along - along.mean()) ** 2)
+    of_angle = fit.channels.marker_noise_m**2 / np.sum((along - along.mean()) ** 2)
     zeroth, second, fourth = (of_angle * 2.0 * np.sum(gain * omega**k) / impulse.size for k in (0, 2, 4))
     p = leg.mass_kg * leg.com_m
     turned = leg.inertia_kgm2 + p * (leg.com_m - along.mean())
@@ -384,7 +384,7 @@ def _folded(signal: np.ndarray, perturbations: list[Perturbation], length: int) 
 def _steps(
     residuals: np.ndarray, perturbations: list[Perturbation], rate_hz: float, independent: float
 ) -> tuple[float, float]:
-    """Largest root mean square step (m) of a column between perturbations, and its probability (-)."""
+    """Largest root mean square step (m) of a column between perturbations, and its probability."""
     settled, ends = round(_SETTLED_S * rate_hz), [p.start for p in perturbations[1:]]
     parts = [slice(0, perturbations[0].start)]
     parts += [slice(p.stop + settled, end) for p, end in zip(perturbations, [*ends, None], strict=True)]
@@ -404,7 +404,7 @@ def _steps(
 def _locked(
     residuals: np.ndarray, perturbations: list[Perturbation], rate_hz: float, independent: float
 ) -> tuple[float, float]:
-    """Root mean square (m) of a column's mean over the perturbations, and its probability (-)."""
+    """Root mean square (m) of a column's mean over the perturbations, and its probability."""
     lengths = np.diff([p.start for p in perturbations])
     length = int(min([round(_LOCKED_S * rate_hz), *lengths]))
     folded = _folded(residuals, perturbations, length)
@@ -422,7 +422,7 @@ def _locked(
 
 
 NOISE_BIASED = "noise-biased"
-# bias by noise over the combined standard uncertainty, from which a windowed fit is flagged (-)
+# ratio of noise bias to combined standard uncertainty above which a windowed fit is flagged
 LARGEST_BIAS = 0.5
 OF_TORQUE = ("leg-disagrees", "foot-leg-delay", "joint-inertia", "markers-slip", "markers-pulse-locked")
 OF_ANGLE = (*OF_TORQUE, "foot-markers-apart", "lack-of-fit")
@@ -430,7 +430,7 @@ OF_ANGLE = (*OF_TORQUE, "foot-markers-apart", "lack-of-fit")
 
 @dataclass(frozen=True)
 class Verdict:
-    """What the checks of one trial say.
+    """Outcome of the checks of one trial.
 
     Attributes
     ----------
@@ -448,7 +448,7 @@ class Verdict:
 
 
 def known_inertia(checks: dict) -> tuple[float, float] | None:
-    """Inertia of the joint and its standard uncertainty (N·m·s²/rad) in a study; None if it is not known."""
+    """Inertia of the joint and its standard uncertainty (N·m·s²/rad) in a study; None if unknown."""
     known = checks["joint_inertia_Nms2_per_rad"]
     return None if known is None else (known, checks["joint_inertia_uncertainty_Nms2_per_rad"])
 
@@ -467,7 +467,7 @@ def check_dummy(
     trial : Trial
         Markers (m).
     options : DummyOptions
-        Those of the analysis (units in their names).
+        Those of the analysis.
     analysis : DummyAnalysis
         Output of `analyse_dummy`.
     quoted : tuple of (str, str)
@@ -481,28 +481,28 @@ def check_dummy(
         Without a joint likelihood among the pathways there are no checks.
     """
     fits = {
-        name: found
-        for name, found in analysis.likelihood_estimates.items()
+        name: fit
+        for name, fit in analysis.likelihood_estimates.items()
         if analysis.pathways[name].marker_instants == "aligned"
     }
     first, recommended = quoted
     if not fits:
         return Verdict([], {}, first)
-    name, found = next(iter(fits.items()))
+    name, fit = next(iter(fits.items()))
     of_leg = analysis.regressions.get(recommended) if _windowed(analysis, recommended) else None
-    own = [analysis.budgets[name].combined[2], analysis.small_budgets[name].type_b[0]]
+    relevant = [analysis.budgets[name].combined[2], analysis.small_budgets[name].type_b[0]]
     if of_leg is not None:
-        own.append(analysis.budgets[recommended].minus(analysis.budgets[name]).type_b[2])
-    checks = _checks(trial, options, found, of_leg, own, joint_inertia)
+        relevant.append(analysis.budgets[recommended].minus(analysis.budgets[name]).type_b[2])
+    checks = _checks(trial, options, fit, of_leg, relevant, joint_inertia)
     names = failed(checks)
     flags = {}
     for name, pathway in analysis.pathways.items():
         if pathway.torque != "leg" or pathway.marker_instants != "aligned":
             continue
-        own = OF_ANGLE if name in analysis.output_errors else OF_TORQUE
-        flags[name] = [n for n in names if n in own]
+        relevant = OF_ANGLE if name in analysis.output_errors else OF_TORQUE
+        flags[name] = [n for n in names if n in relevant]
     if of_leg is not None:
-        if _biased(of_leg, found, options, analysis, recommended):
+        if _biased(of_leg, fit, options, analysis, recommended):
             flags[recommended].append(NOISE_BIASED)
         if first in fits and "lack-of-fit" in names and not flags[recommended]:
             first = recommended
@@ -510,7 +510,7 @@ def check_dummy(
 
 
 def flag_rows(rows: Sequence[Estimate], verdict: Verdict) -> list[Estimate]:
-    """Rows of I, B, K, also of small movements, with the flags of their pathway (units in them)."""
+    """Rows of I, B, K, also of small movements, with the flags of their pathway."""
     joint = {*PARAMETERS, *(f"{quantity}_small" for quantity in PARAMETERS)}
     return [
         flagged([row], *verdict.flags.get(row.pathway, ()))[0] if row.quantity in joint else row
@@ -519,12 +519,12 @@ def flag_rows(rows: Sequence[Estimate], verdict: Verdict) -> list[Estimate]:
 
 
 def check_facts(verdict: Verdict) -> dict[str, dict[str, float]]:
-    """Check -> size (its unit) and probability (-), as plain numbers."""
+    """Check -> size and probability, as plain numbers."""
     return {c.name: {"size": float(c.size), "probability": float(c.probability)} for c in verdict.checks}
 
 
 def _windowed(analysis: DummyAnalysis, name: str) -> bool:
-    """Whether a pathway fits the consistent torque of aligned markers in windows."""
+    """Test for a pathway that fits the consistent torque of aligned markers in windows."""
     pathway = analysis.pathways.get(name)
     wanted = ("leg", "aligned", LEAST_SQUARES)
     return pathway is not None and (pathway.torque, pathway.marker_instants, pathway.estimator) == wanted
@@ -533,44 +533,44 @@ def _windowed(analysis: DummyAnalysis, name: str) -> bool:
 def _checks(
     trial: Trial,
     options: DummyOptions,
-    found: LikelihoodEstimates,
+    fit: LikelihoodEstimates,
     of_leg,
     uncertainties: Sequence[float],
     joint_inertia: tuple[float, float] | None,
 ) -> list[Check]:
-    markers, perturbations = markers_of(trial, options, "aligned"), found.perturbations
+    markers, perturbations = trial_markers(trial, options, "aligned"), fit.perturbations
     lowpass = (options.lowpass_cutoff_hz, options.lowpass_order)
     labels, sampling = trial.axes["marker"].tolist(), options.sources.get("marker_sampling_s")
-    apart = _order(labels, options.leg_markers.labels) - _order(labels, options.belt_fixed_labels)
-    later = 0.0 if sampling is None else sampling.standard_uncertainty * apart
+    places = _order(labels, options.leg_markers.labels) - _order(labels, options.belt_fixed_labels)
+    later = 0.0 if sampling is None else sampling.standard_uncertainty * places
     foot = markers.positions[:, markers.on_foot & ~markers.on_leg]
-    checks = [delay_check(found, later), *residual_checks(found.fit, perturbations)]
-    checks += [fit_check(found.fit, perturbations), foot_check(foot, perturbations, trial.rate_hz)]
+    checks = [delay_check(fit, later), *residual_checks(fit.fit, perturbations)]
+    checks += [fit_check(fit.fit, perturbations), foot_check(foot, perturbations, trial.rate_hz)]
     if of_leg is not None:
         at_rest = rest_samples(trial.time, options.window)
         of_k = uncertainties[0::2]
-        checks.append(leg_check(of_leg, found, options.leg_markers, lowpass, at_rest, *of_k))
+        checks.append(leg_check(of_leg, fit, options.leg_markers, lowpass, at_rest, *of_k))
     if joint_inertia is not None:
-        checks.append(inertia_check(found, *joint_inertia, uncertainties[1]))
+        checks.append(inertia_check(fit, *joint_inertia, uncertainties[1]))
     return [check for check in checks if check is not None]
 
 
 def _order(labels: list[str], wanted: Sequence[str]) -> float:
-    """Mean place in the order of sampling."""
+    """Mean position in the order of sampling."""
     return float(np.mean([labels.index(label) for label in wanted]))
 
 
-def _biased(of_leg, found, options: DummyOptions, analysis: DummyAnalysis, name: str) -> bool:
-    """Whether noise moves K or B of a windowed fit by a good part of its combined uncertainty."""
+def _biased(of_leg, fit, options: DummyOptions, analysis: DummyAnalysis, name: str) -> bool:
+    """Test for a noise bias of K or B that exceeds `LARGEST_BIAS` of its combined uncertainty."""
     lowpass = (options.lowpass_cutoff_hz, options.lowpass_order)
     at_rest = rest_samples(analysis.time, options.window)
-    expected = expected_of_leg(of_leg, found, options.leg_markers, lowpass, at_rest)
-    bias = noise_bias(of_leg, expected, found.fit, options.leg_markers, lowpass)
+    expected = expected_of_leg(of_leg, fit, options.leg_markers, lowpass, at_rest)
+    bias = noise_bias(of_leg, expected, fit.fit, options.leg_markers, lowpass)
     return bool((np.abs(bias) > LARGEST_BIAS * analysis.budgets[name].combined)[1:].any())
 
 
 def quoted_rows(rows: Sequence[Estimate], verdict: Verdict) -> list[Estimate]:
-    """Rows with those of I, B, K of the quoted pathway marked as recommended (units in them)."""
+    """Mark the I, B, K rows of the quoted pathway as recommended."""
     return [
         replace(row, recommended=row.quantity in PARAMETERS and row.pathway == verdict.quoted) for row in rows
     ]

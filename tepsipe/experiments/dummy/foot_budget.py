@@ -1,9 +1,9 @@
-"""Uncertainty of I, B, K of the ankle dummy from the foot and the force plate: what each source contributes.
+"""Uncertainty of I, B, K of the ankle dummy from the foot and the force plate, source by source.
 
 The torque (`foot_torque`) is linear in forces, masses and lengths, and the parameters are linear in the
-torque: what a source contributes is the fit to the change of the torque. Only the clock and the delay of the
-markers after the forces change the regressors, too. Offsets of the leg's markers change the angle by a
-constant, which rest takes away.
+torque, so the contribution of a source is the fit to the change of the torque. Only the clock and the delay
+of the markers after the forces change the regressors as well. Offsets of the leg's markers change the angle
+by a constant, which is removed with the angle at rest.
 """
 
 from collections.abc import Callable, Mapping
@@ -35,18 +35,18 @@ FOOT_SOURCES = (
 
 @dataclass(frozen=True)
 class FootKnowledge:
-    """What a pathway takes as known of foot and plate, and how well it is known.
+    """Foot and plate as a pathway assumes them, with their uncertainty.
 
     Attributes
     ----------
     foot : Foot
         The foot (kg, m).
     loads : dict of str to ndarray, shape (n,)
-        Fy, Fz (N) and Mx (N·m) of which the torque is computed.
+        Fy, Fz (N) and Mx (N·m) from which the torque is computed.
     y_a, y_a_dd : ndarray, shape (n,)
         Position of the ankle on the plate (m) and its acceleration (m/s²).
     sources : dict of str to Source
-        What is not known exactly (units in their names); none where Type B is not evaluated.
+        Uncertain constants; none if Type B is not evaluated.
     """
 
     foot: Foot
@@ -64,11 +64,11 @@ def changed_torques(known: FootKnowledge) -> dict[str, list[np.ndarray]]:
     per_unit = {
         "foot_mass_kg": [-0.5 * l_f * known.y_a_dd],
         "foot_com_m": [m_f * known.y_a_dd],
-        # along the belt, and in height
+        # offsets along the belt, and in height
         "joint_offset_m": [-f_z, f_y - m_f * known.y_a_dd],
-        # of the marker on the ankle
+        # offset of the marker on the ankle
         "anterior_offset_m": [-f_z],
-        # fore-aft, and the vertical transducers, which measure the moment, too
+        # scales of the fore-aft and of the vertical transducers, which also measure the moment
         "force_scale": [l_f * f_y, m_x - known.y_a * f_z],
         "vertical_leak": [l_f * f_z],
         "origin_height_m": [f_y],
@@ -88,8 +88,8 @@ def delayed(motion: SegmentMotion, delay_s: float) -> SegmentMotion:
 
 
 def foot_budget(
-    found: WindowedFits,
-    again: Callable[[SegmentMotion, np.ndarray], np.ndarray],
+    fit: WindowedFits,
+    reestimate: Callable[[SegmentMotion, np.ndarray], np.ndarray],
     motion: SegmentMotion,
     torque: np.ndarray,
     known: FootKnowledge,
@@ -98,16 +98,16 @@ def foot_budget(
 
     Parameters
     ----------
-    found : WindowedFits
-        The estimates (units there).
-    again : callable
+    fit : WindowedFits
+        The estimates.
+    reestimate : callable
         Estimates them, shape (3,), from another motion (s, rad) and torque (N·m), linear in the torque.
     motion : SegmentMotion
         Motion of the leg on the clock of the forces (s, rad).
     torque : ndarray, shape (n,)
         Torque of the foot (N·m).
     known : FootKnowledge
-        What was taken as known (units there).
+        Assumed foot and plate, with their uncertainty.
 
     Returns
     -------
@@ -115,22 +115,22 @@ def foot_budget(
         Type A and one entry per source that acts.
     """
     contributions = {
-        name: np.array([again(motion, change) for change in changes])
+        name: np.array([reestimate(motion, change) for change in changes])
         for name, changes in changed_torques(known).items()
     }
     shifts = {}
     if "log_delay_s" in known.sources:
         delay = known.sources["log_delay_s"].standard_uncertainty
         y_a_d, jerk = derivative(motion.time, known.y_a), derivative(motion.time, known.y_a_dd)
-        moved = y_a_d * known.loads["Fz"] + 0.5 * known.foot.mass_kg * known.foot.height_m * jerk
-        shifts["log_delay_s"] = (delayed(motion, delay), torque - delay * moved)
+        rate = y_a_d * known.loads["Fz"] + 0.5 * known.foot.mass_kg * known.foot.height_m * jerk
+        shifts["log_delay_s"] = (delayed(motion, delay), torque - delay * rate)
     if "clock_ratio" in known.sources:
         slower = 1.0 / (1.0 + known.sources["clock_ratio"].standard_uncertainty)
-        other = replace(motion, theta_d=motion.theta_d * slower, theta_dd=motion.theta_dd * slower**2)
+        slower_motion = replace(motion, theta_d=motion.theta_d * slower, theta_dd=motion.theta_dd * slower**2)
         inertia = 0.5 * known.foot.mass_kg * known.foot.height_m * known.y_a_dd
-        shifts["clock_ratio"] = (other, torque - (slower**2 - 1.0) * inertia)
+        shifts["clock_ratio"] = (slower_motion, torque - (slower**2 - 1.0) * inertia)
     for name, changed in shifts.items():
-        contributions[name] = (again(*changed) - found.mean)[None]
-    contributions |= compliance_contributions(found.mean, known.sources)
+        contributions[name] = (reestimate(*changed) - fit.mean)[None]
+    contributions |= compliance_contributions(fit.mean, known.sources)
     freedom = {name: known.sources[name].freedom for name in contributions}
-    return Budget(*scatter(found.parameters), contributions, freedom)
+    return Budget(*scatter(fit.parameters), contributions, freedom)

@@ -31,7 +31,7 @@ FOOT_TORQUES = ("foot-thesis", "foot")
 
 @dataclass(frozen=True)
 class FootPathway:
-    """One way from force plate and markers to parameters (names, no units).
+    """Definition of one path from force plate and markers to the parameters.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class FootPathway:
 
 @dataclass(frozen=True)
 class FootOptions:
-    """Options of the foot pathways, in addition to those of the leg.
+    """Options of the foot pathways, in addition to the leg's.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class FootOptions:
     belt : str
         The belt on which the dummy stands, left or right.
     held_out : HeldOut or None
-        Residuals of trials that the treadmill model has not seen (units there).
+        Residuals of trials that the treadmill model has not seen.
     """
 
     foot: Foot
@@ -100,7 +100,7 @@ def analyse_foot(
     name : str
         Names the trial in messages.
     dummy, options : DummyOptions, FootOptions
-        Choices (units in their names).
+        Options of the analysis.
     pathways : dict of str to FootPathway
         Name -> pathway.
     models : dict of str to dict of str to FittedModel
@@ -198,7 +198,7 @@ class FootSide:
 def foot_delay(prepared: PreparedTrial, options: FootOptions) -> float:
     """Time by which markers lag behind the treadmill's own signals (s).
 
-    Arguments are those of `foot_side`.
+    Takes the arguments of `foot_side`.
 
     Raises
     ------
@@ -233,7 +233,7 @@ def foot_side(
     prepared : PreparedTrial
         Forces (N), moments (N·m) and markers (m).
     options : FootOptions
-        Choices (units in their names).
+        Options of the analysis.
     motion : SegmentMotion
         Filtered motion of the leg on the clock of the markers (s, rad, m).
     delay_s : float
@@ -250,11 +250,13 @@ def foot_side(
         If the belt is not in the trial.
     """
     time, at_rest = prepared.time, prepared.at_rest
-    moved = ("theta", "theta_d", "theta_dd", "y_dd", "z_dd")
-    motion = replace(motion, **{key: advanced(time, getattr(motion, key), delay_s) for key in moved})
+    advanced_signals = ("theta", "theta_d", "theta_dd", "y_dd", "z_dd")
+    motion = replace(
+        motion, **{key: advanced(time, getattr(motion, key), delay_s) for key in advanced_signals}
+    )
     ankle = _along_belt(prepared)[:, prepared.markers.index(options.ankle_label)]
     ankle = advanced(time, ankle, delay_s)
-    # the belt creeps: a line through rest that is subtracted from Mx must be subtracted from y_A, too
+    # the belt creeps: y_A is referred to the same line through rest as Mx
     y_a = prepared.from_rest(ankle) + ankle[at_rest].mean()
     return FootSide(
         motion=motion,
@@ -266,7 +268,7 @@ def foot_side(
 
 @dataclass(frozen=True)
 class _OnPlate:
-    """One trial with all that its pathways share."""
+    """Signals and settings of one trial that its pathways share."""
 
     prepared: PreparedTrial
     dummy: DummyOptions

@@ -1,4 +1,4 @@
-"""What the treadmill model does to the estimates from the foot: its calibration, its gate, and its limits."""
+"""Effect of the treadmill model on the estimates from the foot: its calibration, its gate, and its limits."""
 
 from dataclasses import dataclass, field
 
@@ -11,13 +11,13 @@ from tepsipe.treadmill.held_out import HeldOut, PredictedError, Subject, model_f
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FittedModel
 
-# sources of uncertainty: draws of the constants, and what the model leaves of trials that it has not seen
+# sources of uncertainty: draws of the constants, and residuals of held-out trials
 CALIBRATION, RESIDUAL = "treadmill_calibration", "treadmill_residual"
 
 
 @dataclass(frozen=True)
 class TreadmillCheck:
-    """Uncertainty of I, B, K from the treadmill model, and whether it may be trusted.
+    """Uncertainty of I, B, K due to the treadmill model, and the verdict of its gate.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class TreadmillCheck:
 def check_treadmill(
     models: dict[str, FittedModel],
     recordings: dict[str, BeltRecording],
-    found: WindowedFits,
+    fit: WindowedFits,
     lever_m: float,
     held_out: HeldOut | None,
     own_zero: bool,
@@ -50,14 +50,14 @@ def check_treadmill(
         Component of the load, Fy or Mx -> model.
     recordings : dict of str to BeltRecording
         Component -> recording of the trial (N, N·m).
-    found : WindowedFits
-        Estimates from the compensated torque (units there).
+    fit : WindowedFits
+        Estimates from the compensated torque.
     lever_m : float
         Height of the joint over the belt (m).
     held_out : HeldOut or None
-        Residuals of trials that the model has not seen (units there).
+        Residuals of trials that the model has not seen.
     own_zero : bool
-        Whether each window has a free constant torque (-).
+        Whether each window has a free constant torque.
 
     Returns
     -------
@@ -67,7 +67,7 @@ def check_treadmill(
     Raises
     ------
     InputError
-        If the trial's rate is not that of the calibration.
+        If the trial and the calibration differ in rate.
     """
     model = models["Fy"].model
     if not model.holds_errors:
@@ -77,29 +77,29 @@ def check_treadmill(
     draws = compensated_draws(models, recordings)
     if len(draws["Fy"]):
         torque = draws["Mx"] + lever_m * draws["Fy"]
-        estimates = of_torques(found, torque - torque.mean(axis=0), own_zero)
+        estimates = fits_of_torques(fit, torque - torque.mean(axis=0), own_zero)
         contributions[CALIBRATION] = root_of_draws(estimates)
     error = None
     if held_out is not None:
-        error = predicted_error(held_out, _subject(recording, found, lever_m, own_zero))
+        error = predicted_error(held_out, _subject(recording, fit, lever_m, own_zero))
         beyond_noise = np.maximum(error.parameters**2 - error.standard_error**2, 0.0)
         contributions[RESIDUAL] = (np.sign(error.parameters) * np.sqrt(beyond_noise))[None]
-        if not error.trusted(float(found.mean[2])):
+        if not error.trusted(float(fit.mean[2])):
             flags.append("treadmill-model")
     return TreadmillCheck(error, contributions, tuple(dict.fromkeys(flags)))
 
 
-def of_torques(found: WindowedFits, torques: np.ndarray, own_zero: bool) -> np.ndarray:
+def fits_of_torques(fit: WindowedFits, torques: np.ndarray, own_zero: bool) -> np.ndarray:
     """Mean I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of many torques in the windows of a fit.
 
     Parameters
     ----------
-    found : WindowedFits
+    fit : WindowedFits
         Windows and regressors.
     torques : ndarray, shape (draws, n)
         Torques (N·m).
     own_zero : bool
-        Whether each window has a free constant torque (-).
+        Whether each window has a free constant torque.
 
     Returns
     -------
@@ -107,21 +107,21 @@ def of_torques(found: WindowedFits, torques: np.ndarray, own_zero: bool) -> np.n
         As `regress_torque` would estimate them from every row.
     """
     total = np.zeros((len(torques), 3))
-    for p in found.perturbations:
-        rows = found.regressors[p.start : p.stop]
+    for p in fit.perturbations:
+        rows = fit.regressors[p.start : p.stop]
         part = torques[:, p.start : p.stop]
         if own_zero:
             rows, part = rows - rows.mean(axis=0), part - part.mean(axis=1, keepdims=True)
         size = np.linalg.norm(rows, axis=0)
         total += part @ (np.linalg.pinv(rows / size) / size[:, None]).T
-    return total / len(found.perturbations)
+    return total / len(fit.perturbations)
 
 
-def _subject(recording: BeltRecording, found: WindowedFits, lever_m: float, own_zero: bool) -> Subject:
+def _subject(recording: BeltRecording, fit: WindowedFits, lever_m: float, own_zero: bool) -> Subject:
     """Mean pulse of the belt and mean motion of the joint over the shortest of the fitted windows."""
-    length = min(p.stop - p.start for p in found.perturbations)
+    length = min(p.stop - p.start for p in fit.perturbations)
     velocity, regressors = (
-        np.mean([x[p.start : p.start + length] for p in found.perturbations], axis=0)
-        for x in (recording.velocity, found.regressors)
+        np.mean([x[p.start : p.start + length] for p in fit.perturbations], axis=0)
+        for x in (recording.velocity, fit.regressors)
     )
     return Subject(recording.carried_kg, lever_m, velocity, regressors, recording.rate_hz, own_zero)

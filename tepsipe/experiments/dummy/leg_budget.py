@@ -1,9 +1,8 @@
-"""Uncertainty of I, B, K of the ankle dummy from the motion of its leg: what each source contributes.
+"""Uncertainty of I, B, K of the ankle dummy from the motion of its leg, source by source.
 
 *From a torque* (windowed least squares). The torque is linear in m, m r and I_l, so central differences are
-exact for these. A layout of the markers that is wrong moves nothing but two constants, because the leg is
-rigid: the measured angle by a constant c, and the point that is taken for the centre of mass by (a, l) in the
-axes of the leg,
+exact for these. Because the leg is rigid, a wrong layout of the markers has two effects only: it shifts the
+measured angle by a constant c, and the assumed centre of mass by (a, l) in the axes of the leg,
 
     y'' -> y'' + (a cos theta + l sin theta)'',    z'' -> z'' + (l cos theta - a sin theta)''
 
@@ -16,8 +15,8 @@ too large and a clock that runs a times too fast,
     J -> s J,    B -> s B / a,    K -> k_g + s (K - k_g) / a^2,    k_g = m g r
 
 Offsets of markers and delays change the angle at rest and the delay, which are estimated. Sources that move
-markers against each other act on the joint likelihood by `tepsipe.experiments.dummy.likelihood_budget`. Every
-derivative is that of what the analysis would return with another value for the source.
+markers against each other act on the joint likelihood by `tepsipe.experiments.dummy.likelihood_budget`. All
+derivatives are of the result of the analysis with respect to the value of the source.
 """
 
 from collections.abc import Callable, Mapping
@@ -47,27 +46,27 @@ LEG_SOURCES = (
     "foot_compliance_rad_per_Nm",
     "leg_bending_rad_per_m_per_s2",
 )
-# of the joint likelihood alone
+# sources of the joint likelihood alone
 LIKELIHOOD_SOURCES = ("levelled_rad",)
 ANTERIOR, LONGITUDINAL = "anterior", "longitudinal"
-# of the markers, in the order of the columns of a layout
+# offsets of the markers, in the order of the columns of a layout
 OFFSETS = ("anterior_offset_m", "longitudinal_offset_m")
 
 
-def type_a_of(found: WindowedFits) -> tuple[np.ndarray, float]:
-    """Type A of the means of I, B, K, shape (3,) (their units), and its degrees of freedom (-).
+def type_a_uncertainty(fit: WindowedFits) -> tuple[np.ndarray, float]:
+    """Type A uncertainty of the means of I, B, K, shape (3,), and its degrees of freedom.
 
-    From the covariance of the fit where it has one, from the scatter of the perturbations elsewhere.
+    Taken from the covariance of the fit if it has one, else from the scatter of the perturbations.
     """
-    covariance = getattr(found, "covariance", None)
+    covariance = getattr(fit, "covariance", None)
     if covariance is not None:
         return np.sqrt(np.diag(covariance)), np.inf
-    return scatter(found.parameters)
+    return scatter(fit.parameters)
 
 
 @dataclass(frozen=True)
 class LegKnowledge:
-    """What a pathway takes as known of the leg, and how well it is known.
+    """Leg and markers as a pathway assumes them, with their uncertainty.
 
     Attributes
     ----------
@@ -76,7 +75,7 @@ class LegKnowledge:
     markers : SegmentMarkers
         Its markers (m).
     sources : dict of str to Source
-        What is not known exactly (units in their names); none where Type B is not evaluated.
+        Uncertain constants; none if Type B is not evaluated.
     motion, sampled_later : SegmentMotion
         As it was found, and as it is with a time between markers that is longer by its standard uncertainty
         (s, rad, m); None if that time does not act.
@@ -90,7 +89,7 @@ class LegKnowledge:
 
 
 def compliance_contributions(values: np.ndarray, sources: Mapping[str, Source]) -> dict[str, np.ndarray]:
-    """What a foot that yields contributes to I, B, K, shape (1, 3); nothing without this source.
+    """Contribution of a compliant foot to I, B, K, shape (1, 3); empty without this source.
 
     A compliance c in series turns Z = I s^2 + B s + K into Z / (1 + c Z), to first order Z - c Z^2:
 
@@ -101,7 +100,7 @@ def compliance_contributions(values: np.ndarray, sources: Mapping[str, Source]) 
     values : ndarray, shape (3,)
         I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     sources : mapping of str to Source
-        What is not known exactly; c in rad/Nm.
+        Uncertain constants; c in rad/Nm.
 
     Returns
     -------
@@ -117,8 +116,8 @@ def compliance_contributions(values: np.ndarray, sources: Mapping[str, Source]) 
 
 
 def leg_budget(
-    found: WindowedFits,
-    again: Callable[[SegmentMotion, Leg], np.ndarray] | None,
+    fit: WindowedFits,
+    reestimate: Callable[[SegmentMotion, Leg], np.ndarray] | None,
     known: LegKnowledge,
     further: Mapping[str, np.ndarray],
 ) -> Budget:
@@ -126,15 +125,15 @@ def leg_budget(
 
     Parameters
     ----------
-    found : WindowedFits
-        The estimates (units there).
-    again : callable or None
-        Estimates them, shape (3,), from another motion and leg (units there); None if they come from the
+    fit : WindowedFits
+        The estimates.
+    reestimate : callable or None
+        Estimates them, shape (3,), from another motion and leg; None if they come from the
         angle over the whole trial.
     known : LegKnowledge
-        What was taken as known (units there).
+        Assumed leg, with its uncertainty.
     further : mapping of str to ndarray, shape (k, 3), optional
-        Contributions of other sources to I, B, K (their units).
+        Contributions of other sources to I, B, K.
 
     Returns
     -------
@@ -143,27 +142,27 @@ def leg_budget(
     """
     if not known.sources:
         contributions = {}
-    elif again is None:
-        contributions = angle_contributions(found.mean, known.leg, known.sources)
+    elif reestimate is None:
+        contributions = angle_contributions(fit.mean, known.leg, known.sources)
     else:
-        contributions = torque_contributions(again, known)
-    contributions |= compliance_contributions(found.mean, known.sources) | dict(further or {})
+        contributions = torque_contributions(reestimate, known)
+    contributions |= compliance_contributions(fit.mean, known.sources) | dict(further or {})
     freedom = {name: known.sources[name].freedom for name in contributions}
-    return Budget(*type_a_of(found), contributions, freedom)
+    return Budget(*type_a_uncertainty(fit), contributions, freedom)
 
 
 def small_budget(
-    found: LikelihoodEstimates, leg: Leg, sources: Mapping[str, Source], further: Mapping[str, np.ndarray]
+    fit: LikelihoodEstimates, leg: Leg, sources: Mapping[str, Source], further: Mapping[str, np.ndarray]
 ) -> Budget:
-    """Uncertainty of I, B, K of small movements (N·m·s²/rad, N·m·s/rad, N·m/rad); ``further`` as there."""
-    contributions = angle_contributions(found.small, leg, sources) if sources else {}
-    contributions |= compliance_contributions(found.small, sources) | dict(further)
+    """Uncertainty of I, B, K of small movements (N·m·s²/rad, N·m·s/rad, N·m/rad), as `leg_budget`."""
+    contributions = angle_contributions(fit.small, leg, sources) if sources else {}
+    contributions |= compliance_contributions(fit.small, sources) | dict(further)
     freedom = {name: sources[name].freedom for name in contributions}
-    return Budget(np.sqrt(np.diag(found.small_covariance)), np.inf, contributions, freedom)
+    return Budget(np.sqrt(np.diag(fit.small_covariance)), np.inf, contributions, freedom)
 
 
 def changed_leg(leg: Leg, deviations: Mapping[str, float]) -> Leg:
-    """The leg (kg, m, kg·m²) with deviations of its sources (their units)."""
+    """The leg (kg, m, kg·m²) with deviations of its sources."""
     return replace(
         leg,
         mass_kg=leg.mass_kg + deviations.get("leg_mass_kg", 0.0),
@@ -183,22 +182,22 @@ def marker_sources(markers: SegmentMarkers, sources: Mapping[str, Source]) -> li
 
 
 def of_layout(markers: SegmentMarkers, com_m: float, deviations: Mapping[str, float]) -> np.ndarray:
-    """C (rad), a and l (m) for deviations of `marker_sources` (m), shape (3,)."""
-    moved = markers.layout_m.copy()
+    """Constants c (rad), a and l (m) for deviations of `marker_sources` (m), shape (3,)."""
+    layout = markers.layout_m.copy()
     for name, deviation in deviations.items():
         kind, _, label = name.partition("/")
         if kind in OFFSETS:
-            moved[markers.labels.index(label), OFFSETS.index(kind)] += deviation
-    if np.array_equal(moved, markers.layout_m):
+            layout[markers.labels.index(label), OFFSETS.index(kind)] += deviation
+    if np.array_equal(layout, markers.layout_m):
         return np.zeros(3)
-    pose = fit_rigid_segment(markers.layout_m[None], moved, np.array([0.0, com_m]))
+    pose = fit_rigid_segment(markers.layout_m[None], layout, np.array([0.0, com_m]))
     return np.array([pose.angle[0], pose.point[0, 0], pose.point[0, 1] - com_m])
 
 
 def changed_motion(
     motion: SegmentMotion, markers: SegmentMarkers, com_m: float, deviations: Mapping[str, float]
 ) -> SegmentMotion:
-    """The motion of the leg (s, rad, m) as it would be found with deviations of the sources.
+    """Motion of the leg (s, rad, m) as estimated with deviations of the sources.
 
     Parameters
     ----------
@@ -220,7 +219,7 @@ def changed_motion(
     turned, a, b = of_layout(markers, com_m, deviations)
     a += deviations.get(f"joint_offset_m/{ANTERIOR}", 0.0)
     b += deviations.get(f"joint_offset_m/{LONGITUDINAL}", 0.0) + deviations.get("leg_com_m", 0.0)
-    # lengths that are too large move the markers, not their layout, from whose centre the point is found
+    # excessive lengths move the markers but not their layout, from whose centre the point is computed
     wider = deviations.get("marker_scale", 0.0)
     centre = markers.layout_m.mean(axis=0)
     a, b = a + wider * centre[0], b - wider * (com_m - centre[1])
@@ -243,7 +242,7 @@ def changed_motion(
 
 
 def _bent(motion: SegmentMotion, com_m: float, lag: float) -> SegmentMotion:
-    """The motion (s, rad, m) seen by markers of a rod that lags by an angle (rad per m/s²) of its foot."""
+    """Motion (s, rad, m) measured by markers on a rod that lags its foot by an angle (rad per m/s²)."""
     if lag == 0.0:
         return motion
     sine, cosine = np.sin(motion.theta), np.cos(motion.theta)
@@ -268,33 +267,35 @@ def by_source(contributions: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def torque_contributions(
-    again: Callable[[SegmentMotion, Leg], np.ndarray], known: LegKnowledge
+    reestimate: Callable[[SegmentMotion, Leg], np.ndarray], known: LegKnowledge
 ) -> dict[str, np.ndarray]:
-    """What each source contributes to I, B, K from a torque of the leg.
+    """Contribution of each source to I, B, K from a torque of the leg.
 
-    Arguments are those of `leg_budget` (units there). The result is for `Budget.contributions`, one row per
+    Takes the arguments of `leg_budget`. The result is for `Budget.contributions`, one row per
     marker and direction.
     """
     sources, leg = known.sources, known.leg
-    apart = ("joint_offset_m", "marker_sampling_s", "foot_compliance_rad_per_Nm", *OFFSETS)
-    parts = [source for name, source in sources.items() if name in LEG_SOURCES and name not in apart]
+    separate = ("joint_offset_m", "marker_sampling_s", "foot_compliance_rad_per_Nm", *OFFSETS)
+    parts = [source for name, source in sources.items() if name in LEG_SOURCES and name not in separate]
     if "joint_offset_m" in sources:
         offset = sources["joint_offset_m"]
         parts += [replace(offset, name=f"joint_offset_m/{d}") for d in (ANTERIOR, LONGITUDINAL)]
     parts += marker_sources(known.markers, sources)
-    found = linear_contributions(
-        lambda deviations: again(
+    contributions = linear_contributions(
+        lambda deviations: reestimate(
             changed_motion(known.motion, known.markers, leg.com_m, deviations), changed_leg(leg, deviations)
         ),
         parts,
     )
     if known.sampled_later is not None:
-        found["marker_sampling_s"] = (again(known.sampled_later, leg) - again(known.motion, leg))[None]
-    return by_source(found)
+        contributions["marker_sampling_s"] = (
+            reestimate(known.sampled_later, leg) - reestimate(known.motion, leg)
+        )[None]
+    return by_source(contributions)
 
 
 def angle_contributions(values: np.ndarray, leg: Leg, sources: Mapping[str, Source]) -> dict[str, np.ndarray]:
-    """What each source contributes to I, B, K from the angle over the whole trial, exact.
+    """Exact contribution of each source to I, B, K from the angle over the whole trial.
 
     Parameters
     ----------
@@ -303,7 +304,7 @@ def angle_contributions(values: np.ndarray, leg: Leg, sources: Mapping[str, Sour
     leg : Leg
         The leg (kg, m, kg·m²).
     sources : mapping of str to Source
-        What is not known exactly.
+        Uncertain constants.
 
     Returns
     -------

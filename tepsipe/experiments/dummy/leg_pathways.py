@@ -37,7 +37,7 @@ MARKER_SIGNALS = {"aligned": "marker_position", "as-sampled": "marker_position_a
 
 @dataclass(frozen=True)
 class Pathway:
-    """One way from markers to parameters (names, no units).
+    """Definition of one path from markers to the parameters.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class DummyOptions:
     belt_fixed_labels : tuple of str
         Belt-fixed markers, whose mean is the motion of the foot, for output error and joint likelihood.
     sources : dict of str to Source
-        What is not known exactly (units in their names); without any, Type B is not evaluated.
+        Uncertain constants; without any, Type B is not evaluated.
     """
 
     leg: Leg
@@ -166,14 +166,12 @@ class DummyAnalysis:
     def output_errors(self) -> dict[str, OutputError | LikelihoodEstimates]:
         """Pathway -> measured and simulated angle (rad), where the estimator simulates the angle."""
         simulated = (OutputError, LikelihoodEstimates)
-        return {name: found for name, found in self.regressions.items() if isinstance(found, simulated)}
+        return {name: fit for name, fit in self.regressions.items() if isinstance(fit, simulated)}
 
     @property
     def likelihood_estimates(self) -> dict[str, LikelihoodEstimates]:
-        """Pathway -> fit, where the joint likelihood was the estimator (units in it)."""
-        return {
-            name: found for name, found in self.regressions.items() if isinstance(found, LikelihoodEstimates)
-        }
+        """Pathway -> fit, where the joint likelihood was the estimator."""
+        return {name: fit for name, fit in self.regressions.items() if isinstance(fit, LikelihoodEstimates)}
 
 
 def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathway]) -> DummyAnalysis:
@@ -184,7 +182,7 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
     trial : Trial
         Markers (m) and belt velocity (m/s).
     options : DummyOptions
-        Choices (units in their names).
+        Options of the analysis.
     pathways : dict of str to Pathway
         Name -> pathway.
 
@@ -207,27 +205,27 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
     regressions, budgets, small, skews = {}, {}, {}, {}
     for name, pathway in pathways.items():
         motion, estimator = motions[pathway.marker_instants], find_estimator(pathway.estimator)
-        given = {"motion": motion, "perturbations": perturbations, "at_rest": at_rest, "leg": options.leg}
+        fields = {"motion": motion, "perturbations": perturbations, "at_rest": at_rest, "leg": options.leg}
         if "torque" in estimator.needs:
-            given["torque"] = leg_pathway_torque(pathway.torque, options.leg, motion)
+            fields["torque"] = leg_pathway_torque(pathway.torque, options.leg, motion)
             thesis = pathway.estimator == LEAST_SQUARES_THESIS
             skews[name] = damping_per_skew(
                 motion, options.leg, perturbations, at_rest, pathway.torque, thesis=thesis
             )
         if "foot_position" in estimator.needs:
             foot = belt_fixed_position(trial, options.belt_fixed_labels, pathway.marker_instants)
-            given |= {"foot_position": prepared.filtered(foot), "belt_velocity": prepared.belt_velocity}
+            fields |= {"foot_position": prepared.filtered(foot), "belt_velocity": prepared.belt_velocity}
         if "markers" in estimator.needs:
-            given["markers"] = markers_of(trial, options, pathway.marker_instants)
-            given["belt_log"] = None if MARKED_BELT in trial.attributes else trial.values("belt_velocity")
-        found = regressions[name] = estimate(pathway.estimator, Record(**given))
-        known, further = known_leg(prepared, options, pathway, motion), {}
-        if isinstance(found, LikelihoodEstimates):
-            data = fitted_data(trial, options, pathway.marker_instants, given)
-            further, of_small = marker_contributions(found, data, known.sources)
-            small[name] = small_budget(found, options.leg, known.sources, of_small)
-        again = again_by(pathway, given) if "torque" in given else None
-        budgets[name] = leg_budget(found, again, known, further)
+            fields["markers"] = trial_markers(trial, options, pathway.marker_instants)
+            fields["belt_log"] = None if MARKED_BELT in trial.attributes else trial.values("belt_velocity")
+        fit = regressions[name] = estimate(pathway.estimator, Record(**fields))
+        known, further = leg_knowledge(prepared, options, pathway, motion), {}
+        if isinstance(fit, LikelihoodEstimates):
+            data = fitted_data(trial, options, pathway.marker_instants, fields)
+            further, of_small = marker_contributions(fit, data, known.sources)
+            small[name] = small_budget(fit, options.leg, known.sources, of_small)
+        reestimate = reestimator(pathway, fields) if "torque" in fields else None
+        budgets[name] = leg_budget(fit, reestimate, known, further)
     return DummyAnalysis(
         time=prepared.time,
         belt_velocity=prepared.belt_velocity,
@@ -269,7 +267,7 @@ def leg_motion(prepared: PreparedTrial, options: DummyOptions, instants: str) ->
     return motion_of_markers(prepared.time, on_leg, options.leg_markers, options.leg.com_m)
 
 
-def markers_of(trial: Trial, options: DummyOptions, instants: str) -> DummyMarkers:
+def trial_markers(trial: Trial, options: DummyOptions, instants: str) -> DummyMarkers:
     """Markers of foot and leg, not filtered.
 
     Parameters
@@ -277,7 +275,7 @@ def markers_of(trial: Trial, options: DummyOptions, instants: str) -> DummyMarke
     trial : Trial
         Markers (m).
     options : DummyOptions
-        Which of them are on the leg (m), and on the belt.
+        Markers on the leg (m), and on the belt.
     instants : {"aligned", "as-sampled"}
         Whether sequential marker sampling is corrected.
 
@@ -307,43 +305,43 @@ def markers_of(trial: Trial, options: DummyOptions, instants: str) -> DummyMarke
     )
 
 
-def fitted_data(trial: Trial, options: DummyOptions, instants: str, given: dict) -> LikelihoodData:
-    """What a joint likelihood was fitted to (s, m, m/s).
+def fitted_data(trial: Trial, options: DummyOptions, instants: str, fields: dict) -> LikelihoodData:
+    """Data that a joint likelihood was fitted to (s, m, m/s).
 
-    ``given`` are the parts of its `Record` (units there), ``instants`` whether markers sampled one after the
+    ``fields`` are the parts of its `Record`, ``instants`` whether markers sampled one after the
     other were aligned.
     """
     wanted = {*options.belt_fixed_labels, *options.leg_markers.labels}
     places = [place for place, label in enumerate(trial.axes["marker"].tolist()) if label in wanted]
     return LikelihoodData(
         trial.time,
-        given["markers"],
+        fields["markers"],
         np.array(places) if instants == "aligned" else None,
-        given["belt_log"],
-        given["at_rest"],
-        given["perturbations"],
+        fields["belt_log"],
+        fields["at_rest"],
+        fields["perturbations"],
     )
 
 
-def again_by(pathway: Pathway, given: dict) -> Callable[[SegmentMotion, Leg], np.ndarray]:
+def reestimator(pathway: Pathway, fields: dict) -> Callable[[SegmentMotion, Leg], np.ndarray]:
     """Function of motion and leg (s, rad, m, kg) that estimates I, B, K, shape (3,), by a pathway.
 
-    ``given`` are the other parts of the `Record` (units there).
+    ``fields`` are the other parts of the `Record`.
     """
 
-    def again(motion: SegmentMotion, leg: Leg) -> np.ndarray:
+    def reestimate(motion: SegmentMotion, leg: Leg) -> np.ndarray:
         torque = leg_pathway_torque(pathway.torque, leg, motion)
-        return estimate(pathway.estimator, Record(**given | {"motion": motion, "torque": torque})).mean
+        return estimate(pathway.estimator, Record(**fields | {"motion": motion, "torque": torque})).mean
 
-    return again
+    return reestimate
 
 
-def known_leg(
+def leg_knowledge(
     prepared: PreparedTrial, options: DummyOptions, pathway: Pathway, motion: SegmentMotion
 ) -> LegKnowledge:
-    """What a pathway takes as known of the leg (m, kg, s), and how well it is known.
+    """Leg and markers as a pathway assumes them (m, kg, s), with their uncertainty.
 
-    The thesis's torque has Type A only: of a wrong equation no uncertainty of its inputs is to be stated.
+    The thesis's equation is wrong, so only Type A is reported for it.
     """
     markers, sources = options.leg_markers, options.sources
     if pathway.torque != "leg":
@@ -395,7 +393,7 @@ def belt_fixed_position(trial: Trial, labels: tuple[str, ...], instants: str) ->
 
 
 def _noise_at_rest(prepared: PreparedTrial, options: DummyOptions) -> float:
-    """Root mean square of what the filter removes from the leg's markers at rest (m per coordinate)."""
+    """Root mean square of the noise filtered out of the leg's markers at rest (m per coordinate)."""
     columns = [prepared.markers.index(label) for label in options.leg_markers.labels]
     positions = prepared.trial.values(MARKER_SIGNALS["as-sampled"])[:, columns, 1:]
     return float(np.sqrt(np.mean((positions - prepared.filtered(positions))[prepared.at_rest] ** 2)))

@@ -1,8 +1,8 @@
-"""Uncertainty of the joint likelihood from what moves markers: instants, axes, a bending rod.
+"""Uncertainty of the joint likelihood due to displaced markers: instants, axes, a bending rod.
 
 The other sources scale the equation of motion (`tepsipe.experiments.dummy.leg_budget`). These change the
-channels of the likelihood; each is propagated to first order, by one step from the maximum for markers that
-are moved by one standard uncertainty:
+channels of the likelihood. Each is propagated to first order: markers are displaced by one standard
+uncertainty, and one step is taken from the maximum:
 
     marker_sampling_s                   y_j -> y_j + j dt y_j',  j the place of the marker in the sequence
     levelled_rad                        all markers turned by an angle after levelling
@@ -18,14 +18,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tepsipe.identification.likelihood.channels import DummyMarkers, levelled, make_channels
-from tepsipe.identification.likelihood.result import LikelihoodEstimates, changes_by
+from tepsipe.identification.likelihood.result import LikelihoodEstimates, first_order_changes
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.uncertainty import Source
 
 
 @dataclass(frozen=True)
 class LikelihoodData:
-    """What the joint likelihood was fitted to.
+    """Data that the joint likelihood was fitted to.
 
     Attributes
     ----------
@@ -34,12 +34,12 @@ class LikelihoodData:
     markers : DummyMarkers
         Markers of foot and leg (m).
     places : ndarray of int, shape (k,) or None
-        Places of these markers in the sequence of a frame, from 0 (-); None if they are not sampled one after
+        Places of these markers in the sequence of a frame, from 0; None if they are not sampled one after
         the other, or their instants are not corrected.
     belt_log : ndarray or None, shape (n,)
         Logged velocity of the belt (m/s).
     at_rest : ndarray of bool, shape (n,)
-        Samples at rest (-).
+        Samples at rest.
     perturbations : list of Perturbation
         Windows (samples).
     """
@@ -53,18 +53,18 @@ class LikelihoodData:
 
 
 def marker_contributions(
-    found: LikelihoodEstimates, data: LikelihoodData, sources: Mapping[str, Source]
+    fit: LikelihoodEstimates, data: LikelihoodData, sources: Mapping[str, Source]
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """What sources that move markers contribute to I, B, K, at the working amplitude and of small movements.
+    """Contribution of displaced markers to I, B, K, at the working amplitude and of small movements.
 
     Parameters
     ----------
-    found : LikelihoodEstimates
-        The estimates (units there).
+    fit : LikelihoodEstimates
+        The estimates.
     data : LikelihoodData
-        What they were fitted to (s, m, m/s).
+        Data that they were fitted to (s, m, m/s).
     sources : mapping of str to Source
-        What is not known exactly (units in the names); others than those of the module's head are ignored.
+        Uncertain constants; sources that the module's docstring does not list are ignored.
 
     Returns
     -------
@@ -74,17 +74,17 @@ def marker_contributions(
     markers = levelled(data.markers, data.at_rest)
     moves: dict[str, Callable[[float], np.ndarray]] = {
         "levelled_rad": lambda u: _turned(markers.positions, u),
-        "leg_bending_rad_per_m_per_s2": lambda u: _bent(markers, u, found.fit.model.motion.y_dd),
+        "leg_bending_rad_per_m_per_s2": lambda u: _bent(markers, u, fit.fit.model.motion.y_dd),
     }
     if data.places is not None:
         moves["marker_sampling_s"] = lambda u: _later(markers.positions, data.time, u * data.places)
     working, small = {}, {}
-    for name, moved in moves.items():
+    for name, displace in moves.items():
         if name not in sources:
             continue
-        other = replace(markers, positions=moved(sources[name].standard_uncertainty))
-        channels = make_channels(data.time, other, data.belt_log, data.at_rest, level=False)
-        both = changes_by(found, channels, data.perturbations)
+        displaced = replace(markers, positions=displace(sources[name].standard_uncertainty))
+        channels = make_channels(data.time, displaced, data.belt_log, data.at_rest, level=False)
+        both = first_order_changes(fit, channels, data.perturbations)
         working[name], small[name] = (x[None] for x in both)
     return working, small
 
@@ -96,7 +96,7 @@ def _turned(positions: np.ndarray, angle: float) -> np.ndarray:
 
 
 def _bent(markers: DummyMarkers, lag: float, acceleration: np.ndarray) -> np.ndarray:
-    """Positions (m), shape (n, k, 2), of a leg that lags by an angle (rad per m/s²) of the foot (m/s²)."""
+    """Positions (m), shape (n, k, 2), on a leg that lags by an angle (rad per m/s²) of the foot (m/s²)."""
     height = np.where(markers.on_leg, markers.layout_m[:, 1], 0.0)
     positions = markers.positions.copy()
     positions[..., 0] += lag * np.outer(acceleration, height)
@@ -104,5 +104,5 @@ def _bent(markers: DummyMarkers, lag: float, acceleration: np.ndarray) -> np.nda
 
 
 def _later(positions: np.ndarray, time: np.ndarray, lags: np.ndarray) -> np.ndarray:
-    """Positions (m), shape (n, k, 2), at instants (s) that are later by the lags of the markers (s)."""
+    """Positions (m), shape (n, k, 2), at instants (s) delayed by the lags of the markers (s)."""
     return positions + lags[:, None] * np.gradient(positions, time, axis=0)

@@ -19,25 +19,25 @@ from tepsipe.statistics.bootstrap import Interval, bootstrap_mean
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.uncertainty import Budget
 
-# quantities of small movements: name in the rows -> that at the working amplitude
+# quantities of small movements: name in the rows -> name at the working amplitude
 SMALL = {f"{quantity}_small": quantity for quantity in PARAMETERS}
 
 
 def joint_estimates(
-    names: tuple[str, str, str, str], found: LikelihoodEstimates, budget: Budget, count: int
+    names: tuple[str, str, str, str], fit: LikelihoodEstimates, budget: Budget, count: int
 ) -> list[Estimate]:
-    """I, B, K of small movements, delay (s) of the angle after the foot, and softening where there is some.
+    """I, B, K of small movements, delay (s) of the angle after the foot, and softening if present.
 
     Parameters
     ----------
     names : tuple of str
         Experiment, condition, pathway and estimator.
-    found : LikelihoodEstimates
+    fit : LikelihoodEstimates
         The fit.
     budget : Budget
-        Uncertainty of I, B, K of small movements (their units).
+        Uncertainty of I, B, K of small movements.
     count : int
-        Number of perturbations (-).
+        Number of perturbations.
 
     Returns
     -------
@@ -46,25 +46,25 @@ def joint_estimates(
     """
     rows = with_budget(
         [
-            Estimate(*names, name, UNITS[quantity], float(found.small[k]), n_perturbations=count)
+            Estimate(*names, name, UNITS[quantity], float(fit.small[k]), n_perturbations=count)
             for k, (name, quantity) in enumerate(SMALL.items())
         ],
         budget,
         tuple(SMALL),
     )
     wanted = [("delay", "s", "delay")]
-    if found.fit.softens:
+    if fit.fit.softens:
         wanted += [("K_softened", "Nm/rad", "C"), ("B_softened", "Nms/rad", "B_s")]
     for quantity, unit, name in wanted:
-        value, error = found.fit.value(name), found.fit.standard_error(name)
+        value, error = fit.fit.value(name), fit.fit.standard_error(name)
         ends = (value - 1.96 * error, value + 1.96 * error)
         rows.append(Estimate(*names, quantity, unit, value, error, *ends, n_perturbations=count))
     return rows
 
 
-def likelihood_facts(found: LikelihoodEstimates) -> dict:
-    """Noise levels, timing and softening of a fit, as plain numbers (units in the keys)."""
-    fit = found.fit
+def likelihood_facts(estimates: LikelihoodEstimates) -> dict:
+    """Noise levels, timing and softening of a fit, as plain numbers."""
+    fit = estimates.fit
     facts = {
         "delay_s": fit.value("delay"),
         "delay_standard_error_s": fit.standard_error("delay"),
@@ -73,8 +73,8 @@ def likelihood_facts(found: LikelihoodEstimates) -> dict:
     }
     if fit.log_noise_m_per_s is not None:
         facts |= {"log_lag_s": fit.value("lag"), "log_gain": fit.value("gain")}
-    if found.softening is not None:
-        softening, damping, half = found.softening
+    if estimates.softening is not None:
+        softening, damping, half = estimates.softening
         facts |= {
             "softening_Nm_per_rad": softening,
             "softened_damping_Nms_per_rad": damping,
@@ -88,16 +88,16 @@ LOAD_UNITS = {"Fy": "N", "Mx": "Nm"}
 
 
 def bootstrap_pathways(analysis: DummyAnalysis, draws: int, seed: int) -> dict[str, Interval]:
-    """Intervals of the mean VAF (%) of every pathway, which ends at 100 % and is not symmetric.
+    """Intervals of the mean VAF (%) of every pathway; VAF ends at 100 % and is not symmetric.
 
     Parameters
     ----------
     analysis : DummyAnalysis
         Output of `analyse_dummy`.
     draws : int
-        Bootstrap samples (-).
+        Bootstrap samples.
     seed : int
-        Seed of the generators that draw perturbations, one per pathway (-): intervals do not depend on the
+        Seed of the generators that draw perturbations, one per pathway: intervals do not depend on the
         other pathways.
 
     Returns
@@ -120,8 +120,8 @@ def dummy_estimates(
 ) -> list[Estimate]:
     """Tidy rows of one trial: I, B, K, and VAF (%) per perturbation and over the trial.
 
-    For output error and joint likelihood also the VAF (%) of the angle, VAF_theta_trial, and for the joint
-    likelihood I, B, K of small movements.
+    Output error and joint likelihood add the VAF (%) of the angle, VAF_theta_trial; the joint likelihood also
+    adds I, B, K of small movements.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def dummy_estimates(
     Returns
     -------
     list of Estimate
-        Values are means over perturbations, with the intervals of their budgets; that of the VAF is
+        Values are means over perturbations, with the intervals of their budgets; the interval of the VAF is
         bootstrapped. The output error has no SEM as printed.
     """
     rows = []
@@ -171,8 +171,8 @@ def dummy_estimates(
         )
         rows.append(Estimate(*names, "VAF_trial", "%", regression.vaf_trial, n_perturbations=count))
         if name in analysis.likelihood_estimates:
-            found = analysis.likelihood_estimates[name]
-            rows += joint_estimates(names, found, analysis.small_budgets[name], count)
+            likelihood_fit = analysis.likelihood_estimates[name]
+            rows += joint_estimates(names, likelihood_fit, analysis.small_budgets[name], count)
         if name in analysis.output_errors:
             of_angle = analysis.output_errors[name].vaf_angle
             rows.append(Estimate(*names, "VAF_theta_trial", "%", of_angle, n_perturbations=count))
@@ -180,7 +180,7 @@ def dummy_estimates(
 
 
 def dummy_contributions(rows: Sequence[Estimate], analysis: DummyAnalysis) -> list[Contribution]:
-    """Uncertainty of I, B, K of ``rows``, from `dummy_estimates`, source by source (units in the rows)."""
+    """Uncertainty of I, B, K of ``rows``, from `dummy_estimates`, source by source."""
     return [
         part
         for name, budget in analysis.budgets.items()
@@ -189,13 +189,13 @@ def dummy_contributions(rows: Sequence[Estimate], analysis: DummyAnalysis) -> li
 
 
 def dummy_result(analysis: DummyAnalysis) -> Result:
-    """Arrays and facts of one trial, for figures and for cross-validation (units in the result)."""
+    """Arrays and facts of one trial, for figures and for cross-validation."""
     arrays: dict[str, np.ndarray] = {"time": analysis.time, "belt_velocity": analysis.belt_velocity}
     units = {"time": "s", "belt_velocity": "m/s"}
     if analysis.belt_command is not None:
         arrays["belt_command"], units["belt_command"] = analysis.belt_command, "m/s"
-    some = next(iter(analysis.regressions.values()))
-    arrays["windows"] = np.array([[p.start, p.stop] for p in some.perturbations])
+    first = next(iter(analysis.regressions.values()))
+    arrays["windows"] = np.array([[p.start, p.stop] for p in first.perturbations])
     units["windows"] = "samples"
     for name, regression in analysis.regressions.items():
         for key, values, unit in (
@@ -208,8 +208,8 @@ def dummy_result(analysis: DummyAnalysis) -> Result:
             ("standard_errors", _standard_errors(regression), "Nms2/rad, Nms/rad, Nm/rad"),
         ):
             arrays[f"{name}/{key}"], units[f"{name}/{key}"] = values, unit
-    for name, found in analysis.output_errors.items():
-        for key, values in (("angle", found.angle), ("simulated_angle", found.simulated)):
+    for name, output_error in analysis.output_errors.items():
+        for key, values in (("angle", output_error.angle), ("simulated_angle", output_error.simulated)):
             arrays[f"{name}/{key}"], units[f"{name}/{key}"] = values, "rad"
     for name, values in analysis.loads.items():
         arrays[f"loads/{name}"] = values.astype(np.float32)
@@ -219,10 +219,12 @@ def dummy_result(analysis: DummyAnalysis) -> Result:
         "pathways": list(analysis.regressions),
         "marker_residual_rms_m": analysis.marker_residual_rms_m,
         "marker_noise_m": analysis.marker_noise_m,
-        "theta_rest_rad": some.theta_rest_rad,
+        "theta_rest_rad": first.theta_rest_rad,
         "mean_window_s": float(lengths.mean()),
         "damping_per_skew_Nms_per_rad_per_s": analysis.damping_per_skew,
-        "output_error_delay_s": {name: found.delay_s for name, found in analysis.output_errors.items()},
+        "output_error_delay_s": {
+            name: output_error.delay_s for name, output_error in analysis.output_errors.items()
+        },
         "treadmill_errors": {
             name: _treadmill_error(check) for name, check in analysis.checks.items() if check.error
         },
@@ -237,7 +239,7 @@ def dummy_result(analysis: DummyAnalysis) -> Result:
 
 
 def _treadmill_error(check: TreadmillCheck) -> dict:
-    """What held-out trials of the treadmill predict for the errors of I, B, K (units of I, B, K)."""
+    """Errors of I, B, K predicted by held-out trials of the treadmill (units of I, B, K)."""
     error = check.error
     return {
         "parameters": error.parameters.tolist(),

@@ -3,7 +3,7 @@
 A specification is one combination of choices for the estimation of I, B, K:
 
     torque      equation of the torque: leg-thesis, leg, foot-thesis, foot (`inverse_dynamics`)
-    filter      low-pass: that of the study, forwards only, with another cutoff, none
+    filter      low-pass: as in the study, forwards only, with another cutoff, none
     filtered    filtered signals: all; the torque only; the motion only, from which the regressors follow
     reference   angle and torque at rest: from the first and last rest, or from just before each perturbation
     window      the length of the command, the actual length, or longer
@@ -59,14 +59,14 @@ AS_PRINTED, RECOMMENDED, OTHER = "as printed", "recommended", ""
 
 @dataclass(frozen=True)
 class SpecificationOptions:
-    """Options of the combinations, in addition to those of the study.
+    """Options of the combinations, in addition to the study's.
 
     Attributes
     ----------
     other_cutoff_hz : float
         Cutoff of the alternative filter (Hz).
     command_s, longer_s : float
-        Lengths of the windows from the onset: that of the command, and longer than the perturbation (s).
+        Lengths of the windows from the onset: the command's, and longer than the perturbation (s).
     before_segment_s : float
         Time before the onset that counts as rest of a perturbation (s).
     """
@@ -90,7 +90,7 @@ class Specification:
     role : str
         as printed, recommended, or empty.
     I_Nms2_per_rad, B_Nms_per_rad, K_Nm_per_rad : float
-        Means over perturbations (units in the names).
+        Means over perturbations.
     VAF_percent : float
         Mean VAF of the torque over perturbations (%).
     """
@@ -110,7 +110,7 @@ class Specification:
 
     @property
     def choices(self) -> tuple[str, ...]:
-        """Values of `CHOICES` (no unit)."""
+        """Values of `CHOICES`."""
         return tuple(getattr(self, choice) for choice in CHOICES)
 
 
@@ -118,7 +118,7 @@ SPECIFICATIONS = Table(Specification, "a specification")
 
 
 def unfiltered(x: np.ndarray, rate_hz: float) -> np.ndarray:
-    """``x`` unchanged (any unit), at any rate (Hz)."""
+    """``x`` unchanged, at any rate (Hz)."""
     return x
 
 
@@ -162,7 +162,7 @@ def specify_dummy(
     condition : str
         Name of the condition.
     dummy, foot, options : DummyOptions, FootOptions, SpecificationOptions
-        Choices (units in their names).
+        Options of the analysis.
     as_printed, recommended : Pathway
         Pathways of the study; their combinations get a role.
 
@@ -184,7 +184,7 @@ def specify_dummy(
     signals = {
         key: _signals(prepared.behind(lowpass), dummy, foot, delay_s) for key, lowpass in known.items()
     }
-    found = [*_by_torque(prepared, signals, options), *_by_angle(prepared, signals, dummy)]
+    fits_by_choice = [*_by_torque(prepared, signals, options), *_by_angle(prepared, signals, dummy)]
     rows = [
         Specification(
             condition,
@@ -193,7 +193,7 @@ def specify_dummy(
             *map(float, fits.mean),
             float(fits.vaf_per_perturbation.mean()),
         )
-        for choices, fits in found
+        for choices, fits in fits_by_choice
     ]
     return sorted(rows, key=lambda row: (row.K_Nm_per_rad, row.choices))
 
@@ -249,7 +249,7 @@ def _filtered_signals(signals: dict[str, _Signals]) -> Iterator[tuple[str, str]]
 def _of_filtered(
     signals: dict[str, _Signals], torque: str, key: str, filtered: str
 ) -> tuple[SegmentMotion, np.ndarray]:
-    """Motion and torque (N·m), of which only those named by ``filtered`` pass the filter."""
+    """Motion and torque (N·m); only the signals named by ``filtered`` pass the filter."""
     only_torque, only_motion = filtered == TORQUE_ONLY, filtered == MOTION_ONLY
     motion = signals[NONE if only_torque else key].motions[torque.partition("-")[0]]
     if only_torque:
@@ -302,7 +302,7 @@ def _regress(
         one = Record(motion=cut, torque=torque[part], perturbations=[placed], at_rest=before)
         alone.append(estimate(estimator, one))
     joined = {
-        key: np.concatenate([getattr(found, key)[rest:] for found in alone])
+        key: np.concatenate([getattr(fit, key)[rest:] for fit in alone])
         for key in ("torque", "predicted", "regressors")
     }
     stops = np.cumsum([0, *(w.stop - w.start for w in windows)])
@@ -311,9 +311,9 @@ def _regress(
             replace(w, start=int(a), stop=int(b))
             for w, a, b in zip(windows, stops[:-1], stops[1:], strict=True)
         ],
-        fits=[found.fits[0] for found in alone],
-        theta_rest_rad=float(np.mean([found.theta_rest_rad for found in alone])),
-        torque_rest_Nm=float(np.mean([found.torque_rest_Nm for found in alone])),
+        fits=[fit.fits[0] for fit in alone],
+        theta_rest_rad=float(np.mean([fit.theta_rest_rad for fit in alone])),
+        torque_rest_Nm=float(np.mean([fit.torque_rest_Nm for fit in alone])),
         **joined,
     )
 

@@ -90,7 +90,7 @@ def simulate_condition(
     trial : Trial
         Markers (m) and belt velocity (m/s).
     options : DummyOptions
-        Processing of the recording (units in their names).
+        Processing of the recording.
     foot : Foot
         The foot (kg, m).
     joints : dict of str to ndarray, shape (3,)
@@ -98,7 +98,7 @@ def simulate_condition(
     step_s : float
         Step of the simulation (s).
     engine : {"pybullet", "mujoco", "equations", "auto"}
-        What moves the dummy.
+        Physics engine that moves the dummy.
 
     Returns
     -------
@@ -164,8 +164,8 @@ def forward_scores(condition: str, simulated: SimulatedCondition) -> list[Forwar
         signals = simulated_signals(simulated, name)
         pairs = {"theta": (simulated.theta, signals["theta"])}
         pairs |= {key: (torque, signals["tau"]) for key, torque in simulated.torques.items()}
-        for quantity, (measured, found) in pairs.items():
-            predicted = np.where(np.isnan(found), 0.0, found)
+        for quantity, (measured, simulated_values) in pairs.items():
+            predicted = np.where(np.isnan(simulated_values), 0.0, simulated_values)
             windows = [slice(p.start, p.stop) for p in simulated.perturbations]
             scores.append(
                 ForwardScore(
@@ -181,7 +181,7 @@ def forward_scores(condition: str, simulated: SimulatedCondition) -> list[Forwar
 
 
 def simulation_result(simulated: SimulatedCondition) -> Result:
-    """Arrays and facts of one trial, for figures (units in the result)."""
+    """Arrays and facts of one trial, for figures."""
     arrays: dict[str, np.ndarray] = {
         "time": simulated.time,
         "theta": simulated.theta,

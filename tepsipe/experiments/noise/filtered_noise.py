@@ -33,7 +33,7 @@ class Processing:
         but not the rates.
     noisy_rates : bool
         Whether noise on theta propagates to the rates, as by differentiation, or not, as with separate
-        sensors (-).
+        sensors.
     power : {"trial", "unit"}
         Power that the SNR refers to: the signal's mean square over the trial, mean not removed, or 1 in
         the signal's unit squared, the default of a noise function that does not measure the signal.
@@ -63,7 +63,7 @@ PROCESSINGS = {
 class FilteredTrial:
     """A simulated trial, its signals with and without the low-pass, and its windows, shared by all cells.
 
-    All windows have the length of the longest; samples beyond the end of a shorter one are not inside.
+    All windows have the length of the longest; samples beyond the end of a shorter one are masked.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class FilteredTrial:
     within : ndarray, shape (w, s)
         Samples of every window.
     inside : ndarray of bool, shape (w, s)
-        Whether they belong to the window (-).
+        Whether they belong to the window.
     operators : ndarray, shape (3, s + 2 memory, s)
         D D F, D F, F from the samples around a window to those in it.
     noise_samples : ndarray, shape (k,)
@@ -93,15 +93,15 @@ class FilteredTrial:
     noise_index: np.ndarray
 
     def signals(self, name: str, lowpassed: bool) -> np.ndarray:
-        """Raw or low-passed signals by their name in `ROWS` (units there), shape (k, n)."""
+        """Raw or low-passed signals by their name in `ROWS`, shape (k, n)."""
         return (self.lowpassed if lowpassed else self.raw)[ROWS[name]]
 
     def filtered_noise(self, unit_noise: np.ndarray) -> np.ndarray:
-        """F n (-) in the windows, shape (draws, w, s), of noise n of unit variance, shape (draws, k)."""
+        """F n in the windows, shape (draws, w, s), of noise n of unit variance, shape (draws, k)."""
         return unit_noise[:, self.noise_index] @ self.operators[2]
 
     def differentiated_noise(self, unit_noise: np.ndarray) -> np.ndarray:
-        """D D F n (1/s²), D F n (1/s), F n (-) in the windows, shape (draws, w, 3, s), of n as above."""
+        """D D F n (1/s²), D F n (1/s), F n in the windows, shape (draws, w, 3, s), of n as above."""
         around = unit_noise[:, self.noise_index]
         noise = np.empty((*around.shape[:2], 3, self.within.shape[1]))
         for row, operator in enumerate(self.operators):
@@ -117,14 +117,14 @@ def filtered_trial(trial: SimulatedTrial, cutoff_hz: float = 20.0, order: int = 
     trial : SimulatedTrial
         Signals without noise (s, rad, m, N, N·m).
     cutoff_hz : float
-        Of the low-pass filter (Hz).
+        Cutoff of the low-pass filter (Hz).
     order : int
-        Of the filter, both passes together (-).
+        Order of the filter, both passes together.
 
     Returns
     -------
     FilteredTrial
-        Signals shared by all processings, noise targets and SNRs (units there).
+        Signals shared by all processings, noise targets and SNRs.
 
     Raises
     ------
@@ -187,9 +187,9 @@ def cell_generators(seed: int, *names: object) -> tuple[np.random.Generator, np.
     Parameters
     ----------
     seed : int
-        Of the study (-).
+        Seed of the study.
     names : object
-        Name of the cell (-): the noise depends on the seed and the name only.
+        Name of the cell: the noise depends on the seed and the name only.
 
     Returns
     -------
@@ -218,7 +218,7 @@ def noise_deviation(trial: FilteredTrial, processing: Processing, noise_on: str,
     Returns
     -------
     dict of str to float
-        Of tau (N·m) and theta (rad); 0 without noise.
+        Standard deviation of tau (N·m) and theta (rad); 0 without noise.
 
     Raises
     ------
@@ -257,7 +257,7 @@ def noise_chunks(
     noise_on : {"none", "tau", "theta", "both"}
         Signals with noise.
     draws : int
-        Number of draws (-); one is sufficient without noise.
+        Number of draws; one is sufficient without noise.
     generators : tuple of numpy.random.Generator
         For the noise on tau and on theta.
 
@@ -302,7 +302,7 @@ class WindowedTrial:
     deviation : dict of str to float
         Standard deviation of the noise on tau (N·m) and theta (rad).
     noise_rows : ndarray, shape (3,)
-        1 where noise on theta propagates to theta'', theta', theta, else 0 (-).
+        1 where noise on theta propagates to theta'', theta', theta, else 0.
     """
 
     trial: FilteredTrial
@@ -315,7 +315,7 @@ class WindowedTrial:
     noise_rows: np.ndarray
 
     def torque_noise(self, filtered: np.ndarray) -> np.ndarray:
-        """Noise on tau in the windows (N·m), shape (draws, w, s), from `FilteredTrial.filtered_noise` (-)."""
+        """Noise on tau in the windows (N·m), shape (draws, w, s), from `FilteredTrial.filtered_noise`."""
         return self.deviation["tau"] * self.trial.inside * filtered
 
     def regressor_noise(self, differentiated: np.ndarray) -> np.ndarray:

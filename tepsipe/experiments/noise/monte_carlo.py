@@ -10,7 +10,7 @@ J = I_l + m r^2 + I, k_g = m g r.
 
 Noise n is white and Gaussian; its variance is the power of the signal over the SNR. The filter and the
 derivative are linear, F(theta + n) = F theta + F n, so the signal is filtered once, and F, D F and D D F are
-applied to the noise of each draw around the windows only. The rates of the noise-free signal are those of the
+applied to the noise of each draw around the windows only. The rates of the noise-free signal come from the
 simulation, without an error of differentiation. Signals are filtered once per trial, and noise is drawn once
 per trial, target and SNR; all processings share both.
 
@@ -85,7 +85,7 @@ class NoiseCell:
         VAF of the angle predicted from the belt with the parameters of the first e draws, in the windows and
         over the trial (%); NaN where the leg falls.
     unstable_fraction : float
-        Fraction of all draws for which the leg falls (-).
+        Fraction of all draws for which the leg falls.
     truth, without_noise, apparent : ndarray, shape (3,)
         I, B, K (units as ``parameters``) of the joint; by the same processing without noise; apparent values
         by the printed equation of the foot without processing (`apparent_impedance`).
@@ -125,7 +125,7 @@ class NoiseCell:
 
     @property
     def n_draws(self) -> int:
-        """Number of draws (-)."""
+        """Number of draws."""
         return self.parameters.shape[0]
 
     def rows(self) -> list[dict]:
@@ -139,10 +139,12 @@ class NoiseCell:
             "snr_db": self.snr_db,
             "estimator": self.estimator,
         }
-        found = [(q, UNITS[q], self.parameters[:, k], float(self.bias[k])) for k, q in enumerate(PARAMETERS)]
-        found += [(f"SEM_{q}", "-", self.sem_as_printed[:, k], None) for k, q in enumerate(PARAMETERS)]
-        found += [(f"SE_{q}", UNITS[q], self.standard_error[:, k], None) for k, q in enumerate(PARAMETERS)]
-        found += [
+        columns = [
+            (q, UNITS[q], self.parameters[:, k], float(self.bias[k])) for k, q in enumerate(PARAMETERS)
+        ]
+        columns += [(f"SEM_{q}", "-", self.sem_as_printed[:, k], None) for k, q in enumerate(PARAMETERS)]
+        columns += [(f"SE_{q}", UNITS[q], self.standard_error[:, k], None) for k, q in enumerate(PARAMETERS)]
+        columns += [
             ("VAF_perturbation", "%", self.vaf_perturbation, None),
             ("VAF_trial", "%", self.vaf_trial, None),
             ("VAF_theta_perturbation", "%", clipped(self.vaf_theta_perturbation), None),
@@ -150,7 +152,7 @@ class NoiseCell:
             ("unstable_fraction", "-", np.array([self.unstable_fraction]), None),
         ]
         if self.vaf_cross_validated is not None:
-            found.append(("VAF_cross_validated", "%", self.vaf_cross_validated, None))
+            columns.append(("VAF_cross_validated", "%", self.vaf_cross_validated, None))
         return [
             head
             | {
@@ -161,7 +163,7 @@ class NoiseCell:
                 "bias": bias,
                 "n_draws": self.n_draws,
             }
-            for quantity, unit, values, bias in found
+            for quantity, unit, values, bias in columns
         ]
 
 
@@ -197,14 +199,14 @@ def _estimate_chunk(windowed: WindowedTrial, chunk: dict[str, np.ndarray]) -> tu
         regressors = regressors + windowed.regressor_noise(chunk["theta"])
     if windowed.estimator == "instrumental-variables":
         fits = instrumental_variables(windowed.instruments, regressors, windowed.torque + noise)
-        found = fits.parameters, fits.sem_as_printed, fits.standard_error
+        estimates = fits.parameters, fits.sem_as_printed, fits.standard_error
     else:
         fits = regress_windows(regressors, windowed.torque + noise)
         by_window = fits.parameters, fits.sem_as_printed, fits.standard_error
-        found = tuple(values.mean(axis=1) for values in by_window)
+        estimates = tuple(values.mean(axis=1) for values in by_window)
     missed = fits.residuals - noise  # of the torque without noise
     unexplained = np.sum(missed**2, axis=-1) / np.sum(windowed.torque**2, axis=-1)
-    parameters, sem, error = found
+    parameters, sem, error = estimates
     return parameters, sem, 100.0 * (1.0 - unexplained).mean(axis=1), error
 
 
@@ -220,7 +222,7 @@ def sweep(
 ) -> list[NoiseCell]:
     """Estimates from many draws of one noise by several processings, in batches over all perturbations.
 
-    The noise depends on the seed, the name of the trial, the noise target and the SNR only: cells may be
+    The noise depends only on the seed, the name of the trial, the noise target and the SNR. Cells may be
     computed in any order, and all processings have the same noise.
 
     Parameters
@@ -232,15 +234,15 @@ def sweep(
     snr_db : float
         Signal power over noise power (dB); ignored for the target "none".
     draws : int
-        Number of draws (-).
+        Number of draws.
     seed : int
-        Seed of the study (-).
+        Seed of the study.
     estimators : sequence of str
         Names of `PROCESSINGS`.
     others : sequence of FilteredTrial
         Trials for the cross-validation.
     predicted_draws : int
-        Number of draws for which the angle is also predicted (-).
+        Number of draws for which the angle is also predicted.
 
     Returns
     -------
@@ -314,15 +316,15 @@ def sweep_trial(
     levels_db : dict of str to list of float
         Name of one of `PROCESSINGS` -> signal power over noise power (dB).
     draws, seed : int
-        As for `sweep` (-).
+        As for `sweep`.
     others : iterable of SimulatedTrial
         Trials for the cross-validation.
     predicted_draws : int
-        As for `sweep` (-).
+        As for `sweep`.
     cutoff_hz : float
-        Of the low-pass filter (Hz).
+        Cutoff of the low-pass filter (Hz).
     order : int
-        Of the filter, both passes together (-).
+        Order of the filter, both passes together.
 
     Returns
     -------

@@ -14,7 +14,7 @@ from tepsipe.mechanics.inverse_dynamics import Leg
 
 
 def is_stable(leg: Leg, parameters: np.ndarray) -> np.ndarray:
-    """Whether the leg on the joint is stable: J, B and K - k_g are all positive.
+    """Test for a stable leg on the joint: J, B and K - k_g are all positive.
 
     Parameters
     ----------
@@ -26,11 +26,11 @@ def is_stable(leg: Leg, parameters: np.ndarray) -> np.ndarray:
     Returns
     -------
     ndarray of bool, shape (...)
-        True where stable (-).
+        True where stable.
     """
     p = leg.mass_kg * leg.com_m
-    own = np.array([leg.inertia_kgm2 + p * leg.com_m, 0.0, -p * leg.gravity_m_per_s2])
-    return (parameters + own > 0.0).all(axis=-1)
+    leg_terms = np.array([leg.inertia_kgm2 + p * leg.com_m, 0.0, -p * leg.gravity_m_per_s2])
+    return (parameters + leg_terms > 0.0).all(axis=-1)
 
 
 def predict_angle(leg: Leg, parameters: np.ndarray, belt_velocity: np.ndarray, rate_hz: float) -> np.ndarray:
@@ -89,16 +89,16 @@ def predict_angle(leg: Leg, parameters: np.ndarray, belt_velocity: np.ndarray, r
 def torque_vaf(
     parameters: np.ndarray, gram: np.ndarray, noise_gram: np.ndarray, torque_noise: bool
 ) -> np.ndarray:
-    """Expected VAF of the torque over a whole trial, from sums of products only.
+    """Expected VAF of the torque over a whole trial, from sums of products alone.
 
     Parameters
     ----------
     parameters : ndarray, shape (..., 3)
         I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     gram, noise_gram : ndarray, shape (4, 4)
-        Of signals and noise (`WindowedTrial`), products of rad/s², rad/s, rad and N·m.
+        Gram matrices of signals and noise (`WindowedTrial`), products of rad/s², rad/s, rad and N·m.
     torque_noise : bool
-        Whether the torque to be predicted includes noise (-).
+        Whether the torque to be predicted includes noise.
 
     Returns
     -------

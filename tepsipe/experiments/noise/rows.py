@@ -27,7 +27,7 @@ class NoiseRow:
     mean, sd, bias : float or None
         Over the draws (``unit``); the bias of I, B, K only.
     n_draws : int
-        Number of draws (-).
+        Number of draws.
     unit : str
         Unit of the quantity.
     stiffness_Nm_per_rad : float

@@ -28,7 +28,7 @@ def simulate_trial(
     name : str
         Condition.
     options : DummyOptions
-        Filter of the belt motion, and search for perturbations and rest (units in their names).
+        Filter of the belt motion, and search for perturbations and rest.
     foot : Foot
         The foot (kg, m).
     parameters : ndarray, shape (3,)
@@ -36,7 +36,7 @@ def simulate_trial(
     step_s : float
         Step of the simulation (s).
     engine : {"pybullet", "mujoco", "equations", "auto"}
-        What moves the dummy.
+        Physics engine that moves the dummy.
 
     Returns
     -------

@@ -124,7 +124,7 @@ SIGNALS = {
 
 
 def simulated_result(trials: dict[str, SimulatedTrial]) -> Result:
-    """Simulations of one condition by name, as a result (units in the result)."""
+    """Simulations of one condition by name, as a result."""
     arrays, units = {}, {}
     for key, trial in trials.items():
         for name, unit in SIGNALS.items():

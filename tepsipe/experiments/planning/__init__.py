@@ -1,1 +1,1 @@
-"""What an experiment on the treadmill will show, before it is done."""
+"""Prediction of the precision of an experiment on the treadmill."""

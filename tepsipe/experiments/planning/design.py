@@ -1,4 +1,4 @@
-"""What a planned experiment consists of: joint, leg and foot, rig, protocol; and its motion without noise."""
+"""Planned experiment: joint, leg and foot, rig, protocol; and its motion without noise."""
 
 import math
 from collections.abc import Mapping
@@ -23,7 +23,7 @@ JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, LEG, FOOT = (
     "leg",
     "foot",
 )
-# what can be planned for: two likelihoods, and windowed least squares with the torque from leg or foot
+# pathways of a plan: two likelihoods, and windowed least squares with the torque from leg or foot
 PATHWAYS = (JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, LEG, FOOT)
 # markers of the thesis's dummy on the leg: anterior and longitudinal offset from the ankle (m)
 LEG_MARKERS = SegmentMarkers(
@@ -41,14 +41,14 @@ def _positive(where: str, values: Mapping[str, float | None], least: float = mat
 
 @dataclass(frozen=True, kw_only=True)
 class Rig:
-    """What measures and moves: noise is white, and given as standard deviation of one sample.
+    """Instruments and drive; noise is white, and given as the standard deviation of one sample.
 
     Attributes
     ----------
     leg_markers : SegmentMarkers
         Markers on the leg (m); the first is the ankle's.
     foot_markers : int
-        Further markers, on the foot (-).
+        Further markers, on the foot.
     marker_noise_m, camera_rate_hz : float
         Noise of a marker in each direction (m), and rate of the cameras (Hz).
     log_noise_m_per_s, log_rate_hz : float
@@ -74,7 +74,7 @@ class Rig:
     drive: Drive = field(default_factory=Drive)
 
     def __post_init__(self):
-        """Refuse what no rig can be.
+        """Refuse impossible rigs.
 
         Raises
         ------
@@ -109,25 +109,25 @@ class Rig:
 
 @dataclass(frozen=True, kw_only=True)
 class Protocol:
-    """What is done, and how it is analysed.
+    """Perturbations of a trial and their analysis.
 
     Attributes
     ----------
     pulse : Pulse
         The belt's command (m/s).
     number : int
-        Perturbations (-).
+        Perturbations.
     interval_s : float
         From onset to onset (s).
     rest_before_s, rest_after_s : float
         Unperturbed time at the start and, after the last interval, at the end (s).
     pathway : {"joint-likelihood", "joint-likelihood-linear", "leg", "foot"}
-        Estimator (-): the likelihood of all markers and the log, of a joint that may soften or of a linear
+        Estimator: the likelihood of all markers and the log, of a joint that may soften or of a linear
         one; windowed least squares with the torque from the leg's motion, or from plate and foot.
     cutoff_hz, order : float, int
         Low-pass of windowed least squares (Hz; both passes together if it is zero-lag).
     zero_lag : bool
-        Whether it runs forwards and backwards, or forwards only (-).
+        Whether it runs forwards and backwards, or forwards only.
     """
 
     pulse: Pulse
@@ -141,7 +141,7 @@ class Protocol:
     zero_lag: bool = True
 
     def __post_init__(self):
-        """Refuse what cannot be done.
+        """Refuse impossible protocols.
 
         Raises
         ------
@@ -181,12 +181,12 @@ class Protocol:
 
     @property
     def onsets_s(self) -> np.ndarray:
-        """When the pulses are commanded to start (s), shape (number,)."""
+        """Commanded onsets of the pulses (s), shape (number,)."""
         return self.rest_before_s + self.interval_s * np.arange(self.number)
 
     @property
     def signs(self) -> np.ndarray:
-        """Direction of every pulse, shape (number,) (-): one-way pulses alternate."""
+        """Direction of every pulse, shape (number,): one-way pulses alternate."""
         return np.where(np.arange(self.number) % 2, -1.0, 1.0) if self.pulse.one_way else np.ones(self.number)
 
     @property
@@ -204,13 +204,13 @@ class Design:
     joint : Joint
         Expected I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
     leg, foot : Leg, Foot
-        What moves (kg, m, kg·m²).
+        Mechanical parameters (kg, m, kg·m²).
     rig : Rig
-        What measures and moves it.
+        Instruments and drive.
     protocol : Protocol
-        What is done.
+        Perturbations and their analysis.
     sources : mapping of str to Source
-        Tolerances of the calibration, as of the uncertainty budgets (units in their names); none: no Type B.
+        Tolerances of the calibration, as of the uncertainty budgets; none: no Type B.
     """
 
     joint: Joint
@@ -222,7 +222,7 @@ class Design:
 
     @classmethod
     def from_settings(cls, plan: dict, name: str, geometry: dict, uncertainty: dict) -> Self:
-        """Design of a name in a plan: what it changes of joint, rig and protocol (units in their names).
+        """Design of a name in a plan, with its changes of joint, rig and protocol.
 
         ``geometry`` has the constants of leg and foot (kg, m, kg·m²), ``uncertainty`` the tolerances.
         """
@@ -240,7 +240,7 @@ class Design:
         )
 
     def __post_init__(self):
-        """Refuse a joint on which the leg does not stand, and a foot that cannot be.
+        """Refuse a joint on which the leg does not stand, and an impossible foot.
 
         Raises
         ------
@@ -276,7 +276,7 @@ def belt_velocity(protocol: Protocol, pulse_velocity: np.ndarray, time: np.ndarr
     Parameters
     ----------
     protocol : Protocol
-        When and in which direction pulses start (s).
+        Onsets (s) and directions of the pulses.
     pulse_velocity : ndarray, shape (k,)
         Velocity of the belt after one of them, every `STEP_S` (m/s).
     time : ndarray, shape (n,)
@@ -288,17 +288,19 @@ def belt_velocity(protocol: Protocol, pulse_velocity: np.ndarray, time: np.ndarr
         Sum over the pulses (m/s).
     """
     elapsed = STEP_S * np.arange(pulse_velocity.size)
-    found = np.zeros(time.size)
+    velocity = np.zeros(time.size)
     for onset, sign in zip(protocol.onsets_s, protocol.signs, strict=True):
         first, last = np.searchsorted(time, [onset, onset + elapsed[-1]])
-        own = slice(first, last + 1)
-        found[own] += sign * np.interp(time[own] - onset, elapsed, pulse_velocity, right=0.0)
-    return found
+        pulse_samples = slice(first, last + 1)
+        velocity[pulse_samples] += sign * np.interp(
+            time[pulse_samples] - onset, elapsed, pulse_velocity, right=0.0
+        )
+    return velocity
 
 
 @dataclass(frozen=True)
 class ExpectedMotion:
-    """What a trial will be without noise.
+    """Expected motion of a trial, without noise.
 
     Attributes
     ----------
@@ -307,9 +309,9 @@ class ExpectedMotion:
     perturbations : list of Perturbation
         Windows as the analysis finds them (samples).
     at_rest : ndarray of bool, shape (n,)
-        Samples before the first pulse (-).
+        Samples before the first pulse.
     pulse_velocity : ndarray, shape (k,)
-        Of the belt after one pulse, every `STEP_S` (m/s).
+        Velocity of the belt after one pulse, every `STEP_S` (m/s).
     """
 
     simulated: ForwardSimulation
@@ -343,8 +345,8 @@ def expected_motion(design: Design) -> ExpectedMotion:
     """
     rig, protocol = design.rig, design.protocol
     time = np.arange(round(protocol.lasts_s * rig.camera_rate_hz)) / rig.camera_rate_hz
-    moved = rig.drive.follow(protocol.pulse.velocity_m_per_s)
-    velocity = belt_velocity(protocol, moved, time)
+    pulse_velocity = rig.drive.follow(protocol.pulse.velocity_m_per_s)
+    velocity = belt_velocity(protocol, pulse_velocity, time)
     stride = math.ceil(1.0 / (rig.camera_rate_hz * STEP_S) - 1e-9)
     step = 1.0 / (rig.camera_rate_hz * stride)
     refuse_unstable(design.leg, design.joint)
@@ -358,7 +360,7 @@ def expected_motion(design: Design) -> ExpectedMotion:
     windows = find_perturbations(
         time, velocity, rest_before_s=before, rest_after_s=after, cutoff_hz=protocol.cutoff_hz
     )
-    return ExpectedMotion(simulated, windows, time < before, moved)
+    return ExpectedMotion(simulated, windows, time < before, pulse_velocity)
 
 
 def exact_markers(design: Design, motion: ExpectedMotion) -> tuple[np.ndarray, list[str], tuple[str, ...]]:

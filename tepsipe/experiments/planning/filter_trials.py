@@ -1,4 +1,4 @@
-"""What a low-pass does to I, B, K of recorded or simulated trials, with the torque from leg or foot.
+"""Effect of a low-pass on I, B, K of recorded or simulated trials, with the torque from leg or foot.
 
 All signals of a trial pass the same filter, markers before the pose is found. The belt-induced load is
 subtracted by a treadmill model behind the same filter, or left in.
@@ -22,7 +22,7 @@ from tepsipe.treadmill.registry import FittedModel
 from tepsipe.treadmill.trial_recordings import recordings_of_loads
 
 LEG, FOOT, COMPENSATED = "leg", "foot", "foot-compensated"
-# window of the torque from the foot, as in the study: most of K is in the swing that follows (s)
+# window of the torque from the foot, as in the study: the subsequent swing determines most of K (s)
 FOOT_WINDOW_S = 2.0
 
 
@@ -33,7 +33,7 @@ class FilteredEstimates:
     Attributes
     ----------
     pathway : {"leg", "foot", "foot-compensated"}
-        Origin of the torque, and whether the belt-induced load was subtracted (-).
+        Origin of the torque, and whether the belt-induced load was subtracted.
     lowpass : Lowpass
         The filter (Hz).
     parameters : ndarray, shape (windows, 3)
@@ -65,7 +65,7 @@ def filter_estimates(
     name : str
         Names the trial in messages.
     dummy, options : DummyOptions, FootOptions
-        Choices (units in their names); the filter of ``dummy`` finds the windows.
+        Choices; the filter of ``dummy`` finds the windows.
     models : mapping of str to FittedModel
         Component of the load, Fy or Mx -> treadmill model.
     lowpass : Lowpass
@@ -74,7 +74,7 @@ def filter_estimates(
     Returns
     -------
     list of FilteredEstimates
-        Of leg, foot, and foot with the belt-induced load subtracted.
+        Estimates from the leg, the foot, and the foot with the belt-induced load subtracted.
 
     Raises
     ------
@@ -91,26 +91,26 @@ def filter_estimates(
     recordings = recordings_of_loads(prepared, side.measured, options.foot.mass_kg + leg.mass_kg)
     behind = {component: replace(model, lowpass=lowpass) for component, model in models.items()}
     compensated = compensated_loads(behind, recordings)
-    moved = replace(prepared, perturbations=late(prepared.perturbations, lowpass, rate))
-    after_foot = windows_from_onset(moved, FOOT_WINDOW_S)
+    delayed = replace(prepared, perturbations=late(prepared.perturbations, lowpass, rate))
+    after_foot = windows_from_onset(delayed, FOOT_WINDOW_S)
     torque = leg_torque(leg, motion.theta, motion.theta_dd, motion.y_dd, motion.z_dd)
-    fitted = [(LEG, motion, torque, moved.perturbations, LEAST_SQUARES)]
+    fitted = [(LEG, motion, torque, delayed.perturbations, LEAST_SQUARES)]
     for pathway, loads in ((FOOT, side.measured), (COMPENSATED, compensated)):
         torque = side.torque("foot", options.foot, leg, loads)
         fitted.append((pathway, side.motion, torque, after_foot, LEAST_SQUARES_OWN_ZERO))
     # the windows before the delay of the filter
     earlier = time - delay_samples(lowpass, rate) / rate
-    found = []
+    estimates = []
     for pathway, motion, torque, windows, estimator in fitted:
         record = Record(motion=motion, torque=torque, perturbations=windows, at_rest=prepared.at_rest)
         spans = [(float(earlier[p.start]), float(earlier[p.stop - 1])) for p in windows]
-        found.append(FilteredEstimates(pathway, lowpass, estimate(estimator, record).parameters, spans))
-    return found
+        estimates.append(FilteredEstimates(pathway, lowpass, estimate(estimator, record).parameters, spans))
+    return estimates
 
 
 def lowpasses(
     cutoffs_hz: Sequence[float], zero_lag_orders: Sequence[int], one_sided_orders: Sequence[int]
 ) -> list[Lowpass]:
-    """Every filter of some cutoffs (Hz) and orders (-): zero-lag ones, then those that run forwards only."""
+    """Every filter of some cutoffs (Hz) and orders: zero-lag ones, then those that run forwards only."""
     kinds = [(order, True) for order in zero_lag_orders] + [(order, False) for order in one_sided_orders]
     return [Lowpass(cutoff, order, zero_lag) for order, zero_lag in kinds for cutoff in cutoffs_hz]

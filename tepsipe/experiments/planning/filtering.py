@@ -1,4 +1,4 @@
-"""Low-passes of planned and recorded trials: all signals alike, and what happens if they are not.
+"""Low-passes of planned and recorded trials: the same for all signals, and the bias if they differ.
 
 A filter is linear: with h its impulse response, tau = I theta'' + B theta' + K theta implies
 h * tau = I h * theta'' + B h * theta' + K h * theta. Filtered alike, on the same clock, signals without noise
@@ -32,7 +32,7 @@ from tepsipe.signals.perturbations import Perturbation
 
 
 def filtered(x: np.ndarray, lowpass: Lowpass, rate_hz: float) -> np.ndarray:
-    """A signal, shape (n, ...), behind a filter that has rested at its first sample (unit of ``x``)."""
+    """A signal, shape (n, ...), behind a filter at rest at its first sample (unit of ``x``)."""
     start = x[:1]
     flat = (x - start).reshape(len(x), -1)
     return lowpass(flat, rate_hz).reshape(x.shape) + start
@@ -69,8 +69,8 @@ def filtered_motion(
         Angle and accelerations (rad, m, s), late by the delay of the filter.
     """
     rate = (time.size - 1) / (time[-1] - time[0])
-    own = marker_positions(np.asarray(positions, dtype=float), labels, markers)
-    return motion_of_markers(time, filtered(own, lowpass, rate), markers, com_m)
+    raw = marker_positions(np.asarray(positions, dtype=float), labels, markers)
+    return motion_of_markers(time, filtered(raw, lowpass, rate), markers, com_m)
 
 
 def delay_samples(lowpass: Lowpass, rate_hz: float) -> int:
@@ -83,7 +83,7 @@ def delay_samples(lowpass: Lowpass, rate_hz: float) -> int:
 
 
 def late(windows: list[Perturbation], lowpass: Lowpass, rate_hz: float) -> list[Perturbation]:
-    """Windows (samples) of signals behind a filter that runs forwards only: as late as they are."""
+    """Windows (samples) delayed like the signals behind a filter that runs forwards only."""
     samples = delay_samples(lowpass, rate_hz)
     return [replace(p, start=p.start + samples, stop=p.stop + samples) for p in windows]
 
@@ -91,7 +91,7 @@ def late(windows: list[Perturbation], lowpass: Lowpass, rate_hz: float) -> list[
 def mismatch_bias(
     design: Design, motion: ExpectedMotion, of_torque: Lowpass | None, of_motion: Lowpass | None
 ) -> np.ndarray:
-    """Bias of I, B, K by different filters of torque and motion, without noise.
+    """Bias of I, B, K due to different filters of torque and motion, without noise.
 
     Parameters
     ----------
@@ -105,15 +105,15 @@ def mismatch_bias(
     Returns
     -------
     ndarray, shape (3,)
-        Of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+        Bias of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     """
     rate = design.rig.camera_rate_hz
     positions, labels, _ = exact_markers(design, motion)
-    # nothing of an exact signal lies above this cutoff
+    # an exact signal has no power above this cutoff
     whole = Lowpass(0.45 * rate, 2, True)
-    moved = filtered_motion(
+    of_leg = filtered_motion(
         motion.time, positions, labels, design.rig.leg_markers, design.leg.com_m, of_motion or whole
     )
     torque = filtered(motion.simulated.torque, of_torque or whole, rate)
     windows = late(motion.perturbations, of_motion or whole, rate)
-    return regress_torque(moved, torque, windows, motion.at_rest).mean - design.parameters
+    return regress_torque(of_leg, torque, windows, motion.at_rest).mean - design.parameters

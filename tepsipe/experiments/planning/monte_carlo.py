@@ -20,18 +20,18 @@ from tepsipe.signals.differentiation import derivative
 def draw_estimates(
     design: Design, motion: ExpectedMotion, rng: np.random.Generator, draws: int
 ) -> np.ndarray:
-    """Estimates of I, B, K from trials with noise that are otherwise the same.
+    """Estimates of I, B, K from trials that differ in their noise only.
 
     Parameters
     ----------
     design : Design
-        Joint, rig, protocol (units there).
+        Joint, rig, protocol.
     motion : ExpectedMotion
         Its motion (s, m, rad, N, N·m).
     rng : numpy.random.Generator
         Draws the noise.
     draws : int
-        Number of trials (-).
+        Number of trials.
 
     Returns
     -------
@@ -45,14 +45,14 @@ def draw_estimates(
     """
     positions, labels, fixed = exact_markers(design, motion)
     of_windows = design.protocol.pathway in (LEG, FOOT)
-    found = np.empty((draws, 3))
+    estimates = np.empty((draws, 3))
     for k in range(draws):
         noisy = positions + design.rig.marker_noise_m * rng.standard_normal(positions.shape)
         if of_windows:
-            found[k] = _by_windows(design, motion, noisy, labels, rng)
+            estimates[k] = _by_windows(design, motion, noisy, labels, rng)
         else:
-            found[k] = _by_likelihood(design, motion, noisy, labels, fixed, rng)
-    return found
+            estimates[k] = _by_likelihood(design, motion, noisy, labels, fixed, rng)
+    return estimates
 
 
 def _by_likelihood(design, motion, positions, labels, fixed, rng) -> np.ndarray:
@@ -75,9 +75,9 @@ def _by_likelihood(design, motion, positions, labels, fixed, rng) -> np.ndarray:
 
 def _by_windows(design, motion, positions, labels, rng) -> np.ndarray:
     rig, lowpass, rate = design.rig, design.protocol.lowpass, design.rig.camera_rate_hz
-    moved = filtered_motion(motion.time, positions, labels, rig.leg_markers, design.leg.com_m, lowpass)
+    of_leg = filtered_motion(motion.time, positions, labels, rig.leg_markers, design.leg.com_m, lowpass)
     if design.protocol.pathway == LEG:
-        torque = leg_torque(design.leg, moved.theta, moved.theta_dd, moved.y_dd, moved.z_dd)
+        torque = leg_torque(design.leg, of_leg.theta, of_leg.theta_dd, of_leg.y_dd, of_leg.z_dd)
     else:
         per_sample = np.sqrt(rate / rig.plate_rate_hz)
 
@@ -95,4 +95,4 @@ def _by_windows(design, motion, positions, labels, rng) -> np.ndarray:
             derivative(motion.time, derivative(motion.time, y_a)),
         )
     windows = late(motion.perturbations, lowpass, rate)
-    return regress_torque(moved, torque, windows, motion.at_rest).mean
+    return regress_torque(of_leg, torque, windows, motion.at_rest).mean

@@ -1,4 +1,4 @@
-"""The pulse that shows most of K within limits of the belt's motion, and a bound that none can exceed.
+"""Pulse with the most information on K within limits of the belt's motion, and a bound for all pulses.
 
 The command is v(t) = sum_j c_j N_j(t), with cubic B-splines N_j on equal knots, 0 with its slope at both
 ends. Through the drive, as long as its force is not at its limit, the belt's motion is linear in c, and so
@@ -18,7 +18,7 @@ semidefinite. For every d_i >= 0, M = sum_i d_i l_i l_i', and lambda the largest
     c' Q c <= lambda c' M c <= lambda sum_i d_i
 
 (dual of Shor's relaxation). The right-hand side is lowered by descent over d; any d gives a valid bound, and
-so does any w. This proves how far the best pulse can be from the one that was found.
+so does any w. This limits how much better than the pulse found the best pulse can be.
 """
 
 from dataclasses import dataclass, replace
@@ -34,23 +34,23 @@ from tepsipe.identification.likelihood.likelihood import ExpectedFit
 OPTIMAL = "optimal"
 # distance of knots (s): frequencies above the likelihood's band are not shaped
 KNOT_S = 0.006
-# time after a pulse for which limits are held every `STEP_S`, then rarely (s), and their part in use (-)
+# time after a pulse during which limits hold every `STEP_S`, then rarely (s), and their fraction in use
 _AFTER_S, _RARELY_S, _MARGIN = 0.03, 0.008, 0.9999
 _STEPS, _DESCENTS = 60, (2.0, 4.0, 8.0, 16.0, 32.0)
 
 
 @dataclass(frozen=True)
 class OptimalPulse:
-    """The best pulse that was found.
+    """The best pulse found.
 
     Attributes
     ----------
     pulse : Pulse
         Its command (m/s).
     belt_velocity : ndarray, shape (k,)
-        What the drive makes of it, every `STEP_S` (m/s).
+        Response of the drive to it, every `STEP_S` (m/s).
     peaks : Limits
-        Of the belt (m/s, m, m/s², m/s³).
+        Peaks of the belt's motion (m/s, m, m/s², m/s³).
     standard_error : float
         Cramer-Rao bound of K for this pulse (N·m/rad).
     least_standard_error : float
@@ -70,9 +70,9 @@ class _Problem:
     def __init__(self, design: Design, expected: ExpectedFit, duration_s: float, limits: Limits):
         protocol, drive = design.protocol, design.rig.drive
         self.basis = spline_basis(duration_s)
-        moved = [drive.follow(b, limited=False) for b in self.basis.T]
-        longest = max(x.size for x in moved)
-        self.moved = np.array([np.pad(x, (0, longest - x.size)) for x in moved]).T
+        responses = [drive.follow(b, limited=False) for b in self.basis.T]
+        longest = max(x.size for x in responses)
+        self.moved = np.array([np.pad(x, (0, longest - x.size)) for x in responses]).T
         self.rows = _limit_rows(self.moved, self.basis.shape[0], _with_drive(limits, drive))
         names = expected.fit.point.names
         kept = [k for k, name in enumerate(names) if expected.by_foot[k].any()]
@@ -81,11 +81,11 @@ class _Problem:
         self.spectra = _spectra(self.moved, expected, protocol)
 
     def information(self, c: np.ndarray) -> np.ndarray:
-        """F(c)."""
+        """Information matrix F(c)."""
         return self.kernel @ np.abs(self.spectra @ c) ** 2
 
     def weights(self, c: np.ndarray) -> tuple[np.ndarray, float]:
-        """W and w' F w = 1 / [F^-1]_KK."""
+        """Weights w that minimise w' F w, and its minimum 1 / [F^-1]_KK."""
         information = self.information(c)
         scale = np.sqrt(np.diag(information))
         unit = np.zeros(len(scale))
@@ -96,17 +96,17 @@ class _Problem:
         return column / column[self.of_k], 1.0 / variance
 
     def quadratic(self, w: np.ndarray) -> np.ndarray:
-        """Q with c' Q c = w' F(c) w."""
+        """Matrix Q with c' Q c = w' F(c) w."""
         weight = np.einsum("a,abm,b->m", w, self.kernel, w)
         return (self.spectra.conj().T @ (weight[:, None] * self.spectra)).real
 
     def scaled(self, c: np.ndarray) -> np.ndarray:
-        """C as large as the limits allow."""
+        """Coefficients c scaled as far as the limits allow."""
         return c / np.abs(self.rows @ c).max()
 
 
 def spline_basis(duration_s: float) -> np.ndarray:
-    """Cubic B-splines that are 0 with their slope at both ends, every `STEP_S`, shape (n, k) (-).
+    """Cubic B-splines that are 0 with their slope at both ends, every `STEP_S`, shape (n, k).
 
     Raises
     ------
@@ -130,28 +130,28 @@ def _with_drive(limits: Limits, drive: Drive) -> Limits:
     return replace(limits, acceleration_m_per_s2=most)
 
 
-def _limit_rows(moved: np.ndarray, samples: int, limits: Limits) -> np.ndarray:
-    """Rows l_i of the limits of motions (n, coefficients) after commands of that number of samples."""
-    often = min(len(moved), samples + round(_AFTER_S / STEP_S))
-    held = np.concatenate([np.arange(often), np.arange(often, len(moved), round(_RARELY_S / STEP_S))])
-    padded = np.vstack([np.zeros(moved.shape[1]), moved, np.zeros(moved.shape[1])])
+def _limit_rows(motions: np.ndarray, samples: int, limits: Limits) -> np.ndarray:
+    """Rows l_i of the limits of motions (n, coefficients) after commands of ``samples`` samples."""
+    often = min(len(motions), samples + round(_AFTER_S / STEP_S))
+    held = np.concatenate([np.arange(often), np.arange(often, len(motions), round(_RARELY_S / STEP_S))])
+    padded = np.vstack([np.zeros(motions.shape[1]), motions, np.zeros(motions.shape[1])])
     acceleration = np.diff(padded, axis=0) / STEP_S
     displacement = STEP_S * np.cumsum(0.5 * (padded[1:] + padded[:-1]), axis=0)
     jerk = np.diff(acceleration, axis=0) / STEP_S
-    found = []
+    scaled = []
     for x, limit in zip((padded, displacement, acceleration, jerk), vars(limits).values(), strict=True):
         if np.isfinite(limit):
-            found.append(x[held] / (_MARGIN * limit))
-    rows = np.vstack(found)
+            scaled.append(x[held] / (_MARGIN * limit))
+    rows = np.vstack(scaled)
     return rows[np.abs(rows).max(axis=1) > 1e-6 * np.abs(rows).max()]
 
 
-def _spectra(moved: np.ndarray, expected: ExpectedFit, protocol: Protocol) -> np.ndarray:
+def _spectra(motions: np.ndarray, expected: ExpectedFit, protocol: Protocol) -> np.ndarray:
     """Spectra Y_fj of the foot's position over the trial, shape (m, k) (m times samples)."""
     model, rate = expected.fit.model, expected.fit.channels.rate_hz
     s = model.s
-    time = STEP_S * np.arange(len(moved))
-    pulse = np.exp(-s[:, None] * time) @ moved * STEP_S
+    time = STEP_S * np.arange(len(motions))
+    pulse = np.exp(-s[:, None] * time) @ motions * STEP_S
     train = np.exp(-np.outer(s, protocol.onsets_s)) @ protocol.signs
     # position is the integral of the velocity; a sum over samples is the integral times the rate
     return pulse * (train * rate / s)[:, None]
@@ -166,9 +166,9 @@ def optimise_pulse(design: Design, expected: ExpectedFit, limits: Limits) -> Opt
         The experiment, with any pulse of the length that is wanted; one-way pulses alternate, so a pulse may
         leave the belt displaced if ``design.protocol.pulse.one_way``.
     expected : ExpectedFit
-        Likelihood of the planned trial (units there).
+        Likelihood of the planned trial.
     limits : Limits
-        Of the belt's motion (m/s, m, m/s², m/s³).
+        Limits of the belt's motion (m/s, m, m/s², m/s³).
 
     Returns
     -------
@@ -184,20 +184,20 @@ def optimise_pulse(design: Design, expected: ExpectedFit, limits: Limits) -> Opt
     starts = _starts(problem)
     if not design.protocol.pulse.one_way:
         problem, starts = _returning(problem, starts)
-    found = max((_gauss_newton(problem, c) for c in starts), key=lambda c: problem.weights(c)[1])
-    w, value = problem.weights(found)
+    best = max((_gauss_newton(problem, c) for c in starts), key=lambda c: problem.weights(c)[1])
+    w, value = problem.weights(best)
     bound = min(_bound(problem, w), _bound(problem, problem.weights(problem.scaled(starts[0]))[0]))
-    command = problem.basis @ found
+    command = problem.basis @ best
     sign = 1.0 if command[np.argmax(np.abs(command))] > 0.0 else -1.0
-    belt = sign * (problem.moved @ found)
+    belt = sign * (problem.moved @ best)
     pulse = Pulse(OPTIMAL, sign * command, design.protocol.pulse.one_way)
-    # limits as they are, not as they are used
+    # limits themselves, without the margin
     most = max(bound / _MARGIN**2, value)
     return OptimalPulse(pulse, belt, peaks_of(belt), value**-0.5, most**-0.5)
 
 
 def _starts(problem: _Problem) -> list[np.ndarray]:
-    """One-way, out and back, and what the information at a corner favours."""
+    """Starting commands: one-way, out and back, and the command favoured by the information at a corner."""
     passed = np.linspace(0.0, 1.0, len(problem.basis))
     shapes = (np.sin(np.pi * passed) ** 2, np.sin(2.0 * np.pi * passed), np.sin(3.0 * np.pi * passed))
     return [np.linalg.lstsq(problem.basis, shape, rcond=None)[0] for shape in shapes]
@@ -256,10 +256,10 @@ def _bound(problem: _Problem, w: np.ndarray) -> float:
     log_d = np.zeros(len(rows))
     best = np.inf
     for power in _DESCENTS:
-        found = scipy.optimize.minimize(
+        search = scipy.optimize.minimize(
             value, log_d, args=(power,), jac=True, method="L-BFGS-B", options={"maxiter": 150}
         )
-        log_d = np.clip(found.x - found.x.max(), -25.0, 0.0)
+        log_d = np.clip(search.x - search.x.max(), -25.0, 0.0)
         d = np.exp(log_d)
         d = d / d.sum()
         best = min(best, float(scipy.linalg.eigh(q, (rows.T * d) @ rows, eigvals_only=True)[-1]))

@@ -1,11 +1,11 @@
-"""From a design to the standard uncertainty of I, B, K that it will have, and the perturbations it needs.
+"""Expected standard uncertainty of I, B, K for a design, and the number of perturbations it needs.
 
     u^2(n) = (u_A^2 - u_R^2) n_0 / n + u_R^2 + u_B^2
 
-u_A is that of the estimator with the planned number n_0, from its own covariance (`expected_fit`,
-`window_noise`); the Cramer-Rao bound is given beside that of the likelihood. u_R is the part of u_A that
-comes through the rest to which windowed least squares refers: it falls with the time of rest only. u_B comes
-from the tolerances of the calibration, as in the budgets of the dummy.
+u_A is the estimator's uncertainty with the planned number n_0, from its own covariance (`expected_fit`,
+`window_noise`); for the likelihood, the Cramer-Rao bound is given as well. u_R is the part of u_A due to the
+reference at rest of windowed least squares: it falls with the duration of rest only. u_B comes from the
+tolerances of the calibration, as in the budgets of the dummy.
 """
 
 import math
@@ -42,14 +42,14 @@ from tepsipe.mechanics.segment_kinematics import SegmentMotion
 from tepsipe.signals.differentiation import derivative
 from tepsipe.statistics.uncertainty import Budget, Source
 
-# two-sided 95 % of a normal distribution (-)
+# two-sided 95 % of a normal distribution
 COVERAGE = 1.959964
 UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What a design will show of I, B, K: N·m·s²/rad, N·m·s/rad, N·m/rad.
+    """Predicted precision of I, B, K for a design (N·m·s²/rad, N·m·s/rad, N·m/rad).
 
     Attributes
     ----------
@@ -58,12 +58,12 @@ class Plan:
     motion : ExpectedMotion
         Its motion without noise (s, m, rad).
     covariance : ndarray, shape (3, 3)
-        Of the estimator, Type A (units of the parameters).
+        Covariance of the estimator, Type A (units of the parameters).
     bound : ndarray, shape (3,) or None
         Smallest standard uncertainty of Type A that any unbiased estimator from markers and log can have
         (units of the parameters); None for estimators of other signals or with less than all of them.
     bias : ndarray, shape (3,)
-        What noise in the regressors adds to the mean of the estimates (units of the parameters).
+        Bias of the mean of the estimates due to noise in the regressors (units of the parameters).
     of_rest : ndarray, shape (3,)
         u_R, part of Type A that does not fall with the number (units of the parameters).
     budget : Budget
@@ -80,44 +80,44 @@ class Plan:
 
     @property
     def type_a(self) -> np.ndarray:
-        """Standard uncertainty of Type A of I, B, K, shape (3,) (their units)."""
+        """Standard uncertainty of Type A of I, B, K, shape (3,)."""
         return np.sqrt(np.diag(self.covariance))
 
     @property
     def type_b(self) -> np.ndarray:
-        """Standard uncertainty of Type B of I, B, K, shape (3,) (their units)."""
+        """Standard uncertainty of Type B of I, B, K, shape (3,)."""
         return self.budget.type_b
 
     @property
     def combined(self) -> np.ndarray:
-        """Combined standard uncertainty of I, B, K, shape (3,) (their units)."""
+        """Combined standard uncertainty of I, B, K, shape (3,)."""
         return np.hypot(self.type_a, self.type_b)
 
     def number_for(self, relative: float, quantity: str = "K") -> int | None:
-        """Perturbations after which bias and 95 % interval are within +- ``relative`` of the value (-).
+        """Number of perturbations for bias and 95 % interval within +- ``relative`` of the value.
 
-        None where no number is enough, because tolerances and bias alone exceed it, or the value is 0.
+        None if no number is enough, because tolerances and bias alone exceed the limit, or if the value is 0.
         """
         k = PARAMETERS.index(quantity)
-        left = relative * self.design.parameters[k] - abs(self.bias[k])
-        wanted = (left / COVERAGE) ** 2 - self.type_b[k] ** 2 - self.of_rest[k] ** 2
-        if not (left > 0.0 and wanted > 0.0):
+        allowed = relative * self.design.parameters[k] - abs(self.bias[k])
+        wanted = (allowed / COVERAGE) ** 2 - self.type_b[k] ** 2 - self.of_rest[k] ** 2
+        if not (allowed > 0.0 and wanted > 0.0):
             return None
         falling = self.type_a[k] ** 2 - self.of_rest[k] ** 2
         needed = self.design.protocol.number * falling / wanted
         return max(1, math.ceil(needed - 1e-9))
 
     def with_number(self, number: int) -> np.ndarray:
-        """Combined standard uncertainty of I, B, K, shape (3,), after a number of perturbations (-)."""
+        """Combined standard uncertainty of I, B, K, shape (3,), after a number of perturbations."""
         return np.hypot(self.type_a_with(number), self.type_b)
 
     def type_a_with(self, number: int) -> np.ndarray:
-        """Type A of I, B, K, shape (3,), after a number of perturbations (-)."""
+        """Type A of I, B, K, shape (3,), after a number of perturbations."""
         falling = self.type_a**2 - self.of_rest**2
         return np.sqrt(falling * self.design.protocol.number / number + self.of_rest**2)
 
     def rows(self) -> list[dict]:
-        """One row per quantity, for a table (units in it)."""
+        """One row per quantity, for a table."""
         number = self.design.protocol.number
         return [
             quantity_row(
@@ -141,9 +141,9 @@ def quantity_row(
     plan : Plan or StandingPlan
         The plan (N·m·s²/rad, N·m·s/rad, N·m/rad).
     quantity : {"I", "B", "K"}
-        Of the row.
+        Quantity of the row.
     number : int
-        Planned perturbations (-).
+        Planned perturbations.
     cramer_rao, bias : float, optional
         Bound of Type A, if there is one, and bias (unit of the quantity).
 
@@ -177,7 +177,7 @@ def plan_experiment(design: Design) -> Plan:
     Parameters
     ----------
     design : Design
-        Joint, leg, foot, rig, protocol and tolerances (units in their names).
+        Joint, leg, foot, rig, protocol and tolerances.
 
     Returns
     -------
@@ -264,43 +264,43 @@ def _of_windows(design: Design, motion: ExpectedMotion) -> Plan:
     signals = _signals(design, motion)
     windows = late(motion.perturbations, design.protocol.lowpass, design.rig.camera_rate_hz)
 
-    def fit(moved: SegmentMotion, torque: np.ndarray) -> WindowedFits:
-        return regress_torque(moved, torque, windows, motion.at_rest)
+    def fit(of_leg: SegmentMotion, torque: np.ndarray) -> WindowedFits:
+        return regress_torque(of_leg, torque, windows, motion.at_rest)
 
-    found = fit(signals.motion, signals.torque)
-    noise = window_noise(design, found.regressors, windows, int(motion.at_rest.sum()))
+    fitted = fit(signals.motion, signals.torque)
+    noise = window_noise(design, fitted.regressors, windows, int(motion.at_rest.sum()))
     if not np.isfinite(noise.covariance).all() or not (np.diag(noise.covariance) > 0.0).all():
         raise InputError(
             "plan: expected windows that determine I, B, K, found regressors that depend on each other: plan "
             "other pulses"
         )
-    contributions = _window_contributions(design, found, fit, signals)
+    contributions = _window_contributions(design, fitted, fit, signals)
     known = replace(design, sources=_with_jitter(design))
     budget = _budget(known, np.sqrt(np.diag(noise.covariance)), contributions)
     return Plan(design, motion, noise.covariance, None, noise.bias, noise.of_rest, budget)
 
 
 def _with_jitter(design: Design) -> dict:
-    """Tolerances, with the synchronisation of the rig where the torque is from the plate."""
+    """Tolerances, with the rig's synchronisation added where the torque comes from the plate."""
     sources = dict(design.sources)
     if design.protocol.pathway == FOOT and design.rig.sync_jitter_s > 0.0:
         sources["log_delay_s"] = Source("log_delay_s", design.rig.sync_jitter_s)
     return sources
 
 
-def _window_contributions(design: Design, found: WindowedFits, fit, signals: _Signals) -> dict:
-    """What every tolerance contributes to I, B, K, rows of shape (3,)."""
+def _window_contributions(design: Design, fitted: WindowedFits, fit, signals: _Signals) -> dict:
+    """Contribution of every tolerance to I, B, K, rows of shape (3,)."""
     sources = _with_jitter(design)
     if not sources:
         return {}
     if design.protocol.pathway == FOOT:
         known = FootKnowledge(design.foot, signals.loads, signals.y_a, signals.y_a_dd, sources)
-        again = lambda moved, torque: fit(moved, torque).mean  # noqa: E731
-        return foot_budget(found, again, signals.motion, signals.torque, known).contributions
+        reestimate = lambda of_leg, torque: fit(of_leg, torque).mean  # noqa: E731
+        return foot_budget(fitted, reestimate, signals.motion, signals.torque, known).contributions
 
-    def by_leg(moved: SegmentMotion, leg: Leg) -> np.ndarray:
-        torque = leg_torque(leg, moved.theta, moved.theta_dd, moved.y_dd, moved.z_dd)
-        return fit(moved, torque).mean
+    def by_leg(of_leg: SegmentMotion, leg: Leg) -> np.ndarray:
+        torque = leg_torque(leg, of_leg.theta, of_leg.theta_dd, of_leg.y_dd, of_leg.z_dd)
+        return fit(of_leg, torque).mean
 
     known = LegKnowledge(design.leg, design.rig.leg_markers, sources, signals.motion)
-    return torque_contributions(by_leg, known) | compliance_contributions(found.mean, sources)
+    return torque_contributions(by_leg, known) | compliance_contributions(fitted.mean, sources)

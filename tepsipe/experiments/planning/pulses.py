@@ -1,4 +1,4 @@
-"""Pulses of the belt: their velocity as commanded, what the drive makes of it, and their peaks.
+"""Pulses of the belt: commanded velocity, response of the drive, and peaks.
 
 The drive is a proportional-integral servo of the belt's velocity, whose force is limited,
 
@@ -18,9 +18,9 @@ from tepsipe.errors import InputError, listed, quoted
 
 # step of all motions of the belt (s)
 STEP_S = 0.001
-# part of the peak velocity below which the belt rests (-)
+# part of the peak velocity below which the belt rests
 _SETTLED = 1e-6
-# longest time that a drive is given to settle (s)
+# longest time allowed for a drive to settle (s)
 _LONGEST_S = 4.0
 
 
@@ -29,7 +29,7 @@ def _sine(s: np.ndarray) -> np.ndarray:
 
 
 def _bump(s: np.ndarray) -> np.ndarray:
-    """Velocity of a minimum-jerk movement with the peak 1 (-)."""
+    """Velocity of a minimum-jerk movement with the peak 1."""
     return 16.0 * s**2 * (1.0 - s) ** 2
 
 
@@ -41,7 +41,7 @@ def _half_sine(s: np.ndarray) -> np.ndarray:
     return np.sin(np.pi * s)
 
 
-# velocity over the part of the pulse that has passed (-), and whether the belt stays where it was moved to
+# velocity over the elapsed part of the pulse, and whether the belt stays displaced
 PROFILES: dict[str, tuple[Callable[[np.ndarray], np.ndarray], bool]] = {
     "sine": (_sine, False),
     "minjerk": (_minjerk, False),
@@ -57,11 +57,11 @@ class Pulse:
     Attributes
     ----------
     profile : str
-        Its name (-).
+        Its name.
     velocity_m_per_s : ndarray, shape (n,)
         Commanded velocity every `STEP_S`, 0 at both ends (m/s).
     one_way : bool
-        Whether the belt stays where it was moved to; the next pulse then goes back (-).
+        Whether the belt stays where it was moved to; the next pulse then goes back.
     """
 
     profile: str
@@ -132,7 +132,7 @@ class Drive:
     acceleration_m_per_s2: float = 24.0
 
     def __post_init__(self):
-        """Refuse what no drive can be.
+        """Refuse impossible drives.
 
         Raises
         ------
@@ -179,7 +179,7 @@ class Limits:
     Attributes
     ----------
     velocity_m_per_s, displacement_m, acceleration_m_per_s2, jerk_m_per_s3 : float
-        Of the belt (m/s, m, m/s², m/s³).
+        Largest value of each for the belt (m/s, m, m/s², m/s³).
     """
 
     velocity_m_per_s: float = math.inf
@@ -203,7 +203,7 @@ class Limits:
                 )
 
     def hold(self, other: "Limits") -> bool:
-        """Whether the peaks of a motion (m/s, m, m/s², m/s³) are within these limits."""
+        """Test for peaks of a motion (m/s, m, m/s², m/s³) within these limits."""
         pairs = zip(vars(other).values(), vars(self).values(), strict=True)
         return all(peak <= limit * (1.0 + 1e-6) for peak, limit in pairs)
 

@@ -1,8 +1,8 @@
-"""How many perturbations, and where, identify stiffness and damping of ankle, knee and hip.
+"""Number and place of the perturbations that identify stiffness and damping of ankle, knee and hip.
 
 A person is perturbed at belt, shank, thigh or pelvis. For every set of one to three of these, the Fisher
-information of the expected person tells which directions of the 3 x 3 matrices are determined, and simulated
-persons with sway and noise tell whether the estimator holds what it promises.
+information of the expected person determines the directions of the 3 x 3 matrices that can be identified.
+Simulated persons with sway and noise test whether the estimator reaches the predicted precision.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,23 +28,23 @@ from tepsipe.mechanics.segment_chain import Chain, LinearChain, joint_angles, li
 JOINTS = ("ankle", "knee", "hip")
 SEGMENTS = ("shank", "thigh", "trunk")
 Set = tuple[str, ...]
-# the inertia is taken as it is given, as given within its tolerance, or as unknown
+# inertia: exact, within its tolerance, or unknown
 EXACT, WITHIN, UNKNOWN = "exact", "within tolerance", "unknown"
-# whether matrices are symmetric, and the inertia; the first is the model of the plan
+# symmetry of the matrices, and knowledge of the inertia; the first is the model of the plan
 MODELS = tuple((symmetric, inertia) for symmetric in (False, True) for inertia in (WITHIN, EXACT, UNKNOWN))
 MODEL = MODELS[0]
 
 
 @dataclass(frozen=True)
 class Point:
-    """Where a perturbation acts.
+    """Point at which a perturbation acts.
 
     Attributes
     ----------
     segment : int or None
         Index of the pushed segment; None for the belt.
     height_m : float
-        Of the force above the segment's lower end (m).
+        Height of the force above the segment's lower end (m).
     """
 
     segment: int | None
@@ -58,7 +58,7 @@ class Point:
         return cls(SEGMENTS.index(perturbation["segment"]), perturbation["height_m"])
 
     def push(self, body: LinearChain) -> np.ndarray | None:
-        """B of the force (m), shape (3,); None for the belt."""
+        """Vector b of the force (m), shape (3,); None for the belt."""
         return None if self.segment is None else body.push(self.segment, self.height_m)
 
 
@@ -77,7 +77,7 @@ class Recording:
     rate_hz, drive_rate_hz : float
         Rates of the angles and of the drives (Hz).
     before : int
-        Samples of an epoch before the onset (-).
+        Samples of an epoch before the onset.
     """
 
     unperturbed: np.ndarray
@@ -95,7 +95,7 @@ class Epochs:
     Attributes
     ----------
     setting : Setting
-        Body, weights and model (units there).
+        Body, weights and model.
     perturbations : mapping of str to Perturbation
         By name (rad, N, m/s²).
     """
@@ -121,11 +121,11 @@ def epochs_of(
     chain : Chain
         Segments of the person (kg, m, kg m²).
     points : mapping of str to Point
-        Where each perturbation acts (m).
+        Point at which each perturbation acts (m).
     model : (bool, {"exact", "within tolerance", "unknown"})
         Whether the matrices are symmetric, and what is known of the inertia.
     tolerance : float
-        Relative standard uncertainty of every mass, centre of mass and moment of inertia (-).
+        Relative standard uncertainty of every mass, centre of mass and moment of inertia.
     window_s : float, optional
         Other length after the onset (s) for a prediction; drives are 0 after their end, and responses are
         left out. The recorded length by default.
@@ -133,12 +133,12 @@ def epochs_of(
     Returns
     -------
     Epochs
-        For `fit_matrices` (units there).
+        For `fit_matrices`.
     """
     body = linearised(chain, recording.unperturbed.mean(axis=0))
     rest = joint_angles(recording.unperturbed)
     substeps = round(recording.drive_rate_hz / recording.rate_hz)
-    found: dict[str, Perturbation] = {}
+    perturbations: dict[str, Perturbation] = {}
     for name, point in points.items():
         drive, angle = recording.drive[name], joint_angles(recording.angle[name]) - rest.mean(axis=0)
         sign = np.sign(drive @ drive[0])
@@ -147,8 +147,8 @@ def epochs_of(
             length = round(window_s * recording.rate_hz) * substeps + 1
             mean = np.pad(mean, (0, max(0, length - mean.size)))[:length]
             angle = np.zeros((len(drive), recording.before + (length - 1) // substeps + 1, angle.shape[2]))
-        found[name] = Perturbation(mean, sign[:, None, None] * angle, point.push(body))
-    samples = next(iter(found.values())).response.shape[1]
+        perturbations[name] = Perturbation(mean, sign[:, None, None] * angle, point.push(body))
+    samples = next(iter(perturbations.values())).response.shape[1]
     weight = np.linalg.inv(unperturbed_covariance(rest, samples))
     symmetric, inertia = model
     setting = Setting(
@@ -161,11 +161,11 @@ def epochs_of(
         inertia == EXACT,
         chain.relative_covariance(tolerance) if inertia == WITHIN else None,
     )
-    return Epochs(setting, found)
+    return Epochs(setting, perturbations)
 
 
 def sets_of(names: Sequence[str], largest: int = 3) -> list[Set]:
-    """All sets of one to ``largest`` (-) perturbations, in the order of their names."""
+    """All sets of one to ``largest`` perturbations, in the order of their names."""
     return [chosen for size in range(1, largest + 1) for chosen in combinations(names, size)]
 
 
@@ -180,18 +180,18 @@ def expected_parameters(setting: Setting, stiffness: np.ndarray, damping: np.nda
 
 @dataclass(frozen=True)
 class SetPrediction:
-    """What a set of perturbations will show.
+    """Predicted outcome of a set of perturbations.
 
     Attributes
     ----------
     perturbations : tuple of str
         Names.
     setting : Setting
-        Model (units there).
+        Model.
     known : Determined
-        Rank, condition, errors, movements (-).
+        Rank, condition, errors, movements.
     by_inertia : ndarray, shape (q,)
-        Part of the standard errors that the tolerance of the inertia makes, in parts of the scale (-).
+        Part of the standard errors that the tolerance of the inertia makes, in parts of the scale.
     scale_open : bool
         Whether a common factor of all parameters is open whatever the number of epochs.
     """
@@ -206,48 +206,48 @@ class SetPrediction:
 def predict(
     epochs: Epochs, sets: Sequence[Set], matrices: tuple[np.ndarray, np.ndarray], limits: Limits
 ) -> list[SetPrediction]:
-    """What sets of perturbations will show of an expected person.
+    """Predict the outcome of sets of perturbations for an expected person.
 
     Parameters
     ----------
     epochs : Epochs
-        Drives, numbers of epochs and weights (units there); responses are not used.
+        Drives, numbers of epochs and weights; responses are not used.
     sets : sequence of tuple of str
         Perturbations of each set.
     matrices : (ndarray, ndarray)
         Expected K (N·m/rad) and B (N·m·s/rad).
     limits : Limits
-        Of what counts as determined (-).
+        Limits within which a parameter counts as determined.
 
     Returns
     -------
     list of SetPrediction
-        One per set (-).
+        One per set.
     """
     setting = epochs.setting
     p = expected_parameters(setting, *matrices)
     scale, prior = setting.scale(p), setting.prior()
-    own = {name: information(setting, p, [one]) for name, one in epochs.perturbations.items()}
-    found = []
+    gained = {name: information(setting, p, [one]) for name, one in epochs.perturbations.items()}
+    predictions = []
     for chosen in sets:
-        total = prior + sum(own[name] for name in chosen)
+        total = prior + sum(gained[name] for name in chosen)
         known = determined(setting, total, scale, limits)
         inverse = np.linalg.pinv(total * np.outer(scale, scale), rcond=1e-15, hermitian=True)
         by_inertia = np.sqrt(np.diag(inverse @ (prior * np.outer(scale, scale)) @ inverse))
         open_ = not (setting.inertia_known or prior.any()) and all(
             epochs.perturbations[name].push is None for name in chosen
         )
-        found.append(SetPrediction(chosen, setting, known, by_inertia, open_))
-    return found
+        predictions.append(SetPrediction(chosen, setting, known, by_inertia, open_))
+    return predictions
 
 
 def neglected_inertia(epochs: Epochs, chosen: Set, matrices: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """Standard uncertainty of K and B by that of the inertia if it is taken as exact.
+    """Standard uncertainty of K and B due to an inertia that is taken as exact.
 
     Parameters
     ----------
     epochs : Epochs
-        Of a model with an inertia within its tolerance (units there).
+        Epochs of a model with an inertia within its tolerance.
     chosen : tuple of str
         Perturbations.
     matrices : (ndarray, ndarray)
@@ -256,29 +256,29 @@ def neglected_inertia(epochs: Epochs, chosen: Set, matrices: tuple[np.ndarray, n
     Returns
     -------
     ndarray, shape (18,)
-        Of K, then of B, in parts of their natural size (-); no interval of such a fit holds it.
+        Standard uncertainty of K, then of B, over their natural size; not part of any interval of such a fit.
     """
     setting = epochs.setting
     p, q = expected_parameters(setting, *matrices), 2 * len(setting.pairs)
     f = information(setting, p, [epochs.perturbations[name] for name in chosen])
-    # with the inertia held at 1, the other parameters take what it explains
-    moved = np.linalg.solve(f[:q, :q], f[:q, q:])
-    covariance = moved @ setting.inertia_covariance @ moved.T
+    # with the inertia held at 1, the other parameters absorb its error
+    shift = np.linalg.solve(f[:q, :q], f[:q, q:])
+    covariance = shift @ setting.inertia_covariance @ shift.T
     return np.sqrt(np.diag(covariance)) / setting.scale(p)[:q]
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """Estimate of one simulated person by one set of perturbations.
+    """Estimate for one simulated person by one set of perturbations.
 
     Attributes
     ----------
     fit : MatrixFit
-        With what is known of the parameters (units there).
+        With what is known of the parameters.
     known : Determined
-        By the information at the estimate (-).
+        By the information at the estimate.
     entries : list of Entry
-        Of K, then of B, by rows: quoted or refused (N·m/rad, N·m·s/rad).
+        Elements of K, then of B, by rows: quoted or refused (N·m/rad, N·m·s/rad).
     """
 
     fit: MatrixFit
@@ -289,7 +289,7 @@ class Drawn:
 def estimate(epochs: Epochs, chosen: Set, limits: Limits) -> Drawn:
     """Estimate K and B with a set of perturbations (N·m/rad, N·m·s/rad), or refuse them.
 
-    ``limits`` are those of what counts as determined (-).
+    ``limits`` define what counts as determined.
     """
     fit = fit_matrices(epochs.setting, [epochs.perturbations[name] for name in chosen])
     known = determined(fit.setting, fit.information, fit.scale, limits)

@@ -1,7 +1,7 @@
 """Expected standard uncertainty of B and K of a standing person's ankles, before anyone stands on the belt.
 
 The belt turns the shank about a point a distance L above the ankle, phi = -y / L, for the first tenth of a
-second, in which B and K are found beside a free reflex torque
+second. Within it, B and K are estimated together with a free reflex torque
 (`tepsipe.experiments.standing.free_reflex.fit`). With the estimator's own weights A = N^-1 X' C^-1,
 N = X' C^-1 X, for n responses
 
@@ -12,9 +12,9 @@ S is the covariance of sway in the window, relative to the baseline before the o
 
     cov(s(t), s(t')) = s^2 (1 + |t - t'| / T) exp(-|t - t'| / T) + F F'
 
-C does not fall with n where the model of rig and reflex limits, so neither does u_A as 1 / sqrt(n). Type B is
-a share of B and K that treadmill model, joint centre and mass of the feet leave. I is not estimated: that of
-the feet is known.
+Where the model of rig and reflex limits C, C does not fall with n, and u_A does not fall as 1 / sqrt(n).
+Type B is a share of B and K due to treadmill model, joint centre and mass of the feet. I is not estimated,
+because the inertia of the feet is known.
 """
 
 from dataclasses import dataclass, field
@@ -34,13 +34,13 @@ from tepsipe.identification.regression.generalised import integrated_wiener, squ
 from tepsipe.signals.filters import butterworth_lowpass
 
 RATE_HZ = 250.0
-# epochs and baseline as those of a standing trial (s)
+# epochs and baseline as in a standing trial (s)
 BEFORE_S, AFTER_S, BASELINE_S = 0.12, 0.2, 0.1
-# of the peak velocity, where the onset of a pulse is seen (-)
+# share of the peak velocity at which the onset of a pulse is detected
 ONSET_SHARE = 0.1
 MOST_RESPONSES = 100_000
 WINDOW_S = 0.08  # that is fitted
-# choices of the estimator as shipped; a test holds them equal to the configuration
+# shipped choices of the estimator; a test compares them with the configuration
 OPTIONS = FreeReflexOptions(
     lowpass_cutoff_hz=60.0,
     discrepancy=0.02,
@@ -71,13 +71,13 @@ class StandingDesign:
     pulse : Pulse
         Commanded pulse (m/s).
     number : int
-        Usable responses (-).
+        Usable responses.
     drive : Drive
         The belt's drive (Hz, s, m/s²).
     type_b : float
-        Standard uncertainty of B and K from everything but sway, over their values (-).
+        Standard uncertainty of B and K from everything but sway, over their values.
     options : FreeReflexOptions
-        Choices of the estimator (units in their names).
+        Choices of the estimator.
     """
 
     stiffness_Nm_per_rad: float = 400.0
@@ -93,7 +93,7 @@ class StandingDesign:
     options: FreeReflexOptions = OPTIONS
 
     def __post_init__(self):
-        """Refuse what no experiment can be.
+        """Refuse impossible experiments.
 
         Raises
         ------
@@ -119,7 +119,7 @@ class StandingDesign:
 
 @dataclass(frozen=True)
 class BeltPulse:
-    """Motion of the belt, as the figure of a plan shows it.
+    """Motion of the belt for the figure of a plan.
 
     Attributes
     ----------
@@ -132,14 +132,14 @@ class BeltPulse:
 
 @dataclass(frozen=True)
 class StandingPlan:
-    """What a design will show of B and K.
+    """Predicted precision of B and K for a design.
 
     Attributes
     ----------
     design : StandingDesign
         The experiment.
     motion : BeltPulse
-        What the drive makes of its pulse (m/s).
+        Response of the drive to its pulse (m/s).
     """
 
     design: StandingDesign
@@ -149,17 +149,17 @@ class StandingPlan:
     def response(self) -> np.ndarray:
         """Torque (N·m), angle (rad) and rate (rad/s) of the epoch, baseline-corrected, shape (n, 3)."""
         design, time = self.design, epoch_time()
-        moved = self.motion.pulse_velocity
-        onset = int(np.argmax(np.abs(moved) > ONSET_SHARE * self.peak_m_per_s))
-        velocity = np.concatenate([np.zeros(400), moved, np.zeros(600)])
+        pulse = self.motion.pulse_velocity
+        onset = int(np.argmax(np.abs(pulse) > ONSET_SHARE * self.peak_m_per_s))
+        velocity = np.concatenate([np.zeros(400), pulse, np.zeros(600)])
         fine = STEP_S * (np.arange(velocity.size) - 400 - onset)
         rate = -velocity / design.lever_m
         angle = np.cumsum(rate) * STEP_S
         torque = design.damping_Nms_per_rad * rate + design.stiffness_Nm_per_rad * angle
         cutoff = design.options.lowpass_cutoff_hz
         filtered = butterworth_lowpass(np.column_stack([torque, angle, rate]), 1.0 / STEP_S, cutoff, 4)
-        found = np.column_stack([np.interp(time, fine, column) for column in filtered.T])
-        return found - found[baseline_of(time)].mean(axis=0)
+        signals = np.column_stack([np.interp(time, fine, column) for column in filtered.T])
+        return signals - signals[baseline_samples(time)].mean(axis=0)
 
     @property
     def peak_m_per_s(self) -> float:
@@ -167,7 +167,7 @@ class StandingPlan:
         return float(np.abs(self.motion.pulse_velocity).max())
 
     def type_a_with(self, number: int) -> np.ndarray:
-        """Type A of I (NaN), B, K, shape (3,) (their units), after a number of responses (-)."""
+        """Type A of I (NaN), B, K, shape (3,), after a number of responses."""
         time, design = epoch_time(), self.design
         inside = inside_window(time, WINDOW_S)
         response, options = self.response[inside], design.options
@@ -184,20 +184,20 @@ class StandingPlan:
 
     @property
     def type_a(self) -> np.ndarray:
-        """Type A of I (NaN), B, K, shape (3,) (their units)."""
+        """Type A of I (NaN), B, K, shape (3,)."""
         return self.type_a_with(self.design.number)
 
     @property
     def type_b(self) -> np.ndarray:
-        """Type B of I (NaN), B, K, shape (3,) (their units)."""
+        """Type B of I (NaN), B, K, shape (3,)."""
         return self.design.type_b * self.design.parameters
 
     def with_number(self, number: int) -> np.ndarray:
-        """Combined standard uncertainty of I (NaN), B, K, shape (3,), after a number of responses (-)."""
+        """Combined standard uncertainty of I (NaN), B, K, shape (3,), after a number of responses."""
         return np.hypot(self.type_a_with(number), self.type_b)
 
     def number_for(self, relative: float, quantity: str) -> int | None:
-        """Responses after which the 95 % interval of B or K is within +- ``relative`` of it (-), or None."""
+        """Number of responses for a 95 % interval of B or K within +- ``relative`` of it, or None."""
         k = ("I", "B", "K").index(quantity)
         wanted = relative * self.design.parameters[k] / COVERAGE
 
@@ -216,11 +216,11 @@ class StandingPlan:
 
     @property
     def combined(self) -> np.ndarray:
-        """Combined standard uncertainty of I (NaN), B, K, shape (3,) (their units)."""
+        """Combined standard uncertainty of I (NaN), B, K, shape (3,)."""
         return self.with_number(self.design.number)
 
     def rows(self) -> list[dict]:
-        """One row for B and for K, with the columns of the plan of a dummy (units in them)."""
+        """One row for B and for K, with the columns of the plan of a dummy."""
         return [quantity_row(self, name, self.design.number) for name in QUANTITIES]
 
 
@@ -234,8 +234,8 @@ def epoch_time() -> np.ndarray:
     return np.arange(-round(BEFORE_S * RATE_HZ), round(AFTER_S * RATE_HZ) + 1) / RATE_HZ
 
 
-def baseline_of(time: np.ndarray) -> np.ndarray:
-    """Samples of the baseline, shape (n,) (-): the first tenth of a second of the epoch (s)."""
+def baseline_samples(time: np.ndarray) -> np.ndarray:
+    """Samples of the baseline, shape (n,): the first tenth of a second of the epoch (s)."""
     return time <= time[0] + BASELINE_S
 
 
@@ -243,7 +243,7 @@ def sway_covariance(design: StandingDesign) -> np.ndarray:
     """S for a whole epoch, relative to its baseline, shape (n, n), in squared units of the torque (N·m)."""
     time = epoch_time()
     covariance = stationary_covariance(design, time.size)
-    mean = np.where(baseline_of(time), 1.0 / baseline_of(time).sum(), 0.0)
+    mean = np.where(baseline_samples(time), 1.0 / baseline_samples(time).sum(), 0.0)
     relative = np.eye(time.size) - mean
     return relative @ covariance @ relative.T
 

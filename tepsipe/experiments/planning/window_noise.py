@@ -1,7 +1,7 @@
 """Windowed least squares with noise: variance and bias of I, B, K before anything is measured.
 
 With R the regressors theta'', theta', theta - theta_rest of one window without noise, dR their noise, d_tau
-that of the torque and x = (I, B, K), the estimate is
+the noise of the torque and x = (I, B, K), the estimate is
 
     x_hat - x = (R_n' R_n)^-1 R_n' e,    R_n = R + dR,    e = d_tau - dR x
 
@@ -11,8 +11,9 @@ where C = E[dR' dR], and c = E[dR' e],
 
     bias = G^-1 c,    covariance of a window = G^-1 R' Cov(e) R G^-1 + G^-1 cov(dR' e) G^-1
 
-to second order in the noise, which is enough while C is small compared with R'R. The windows are far apart:
-their mean has the covariance of a window over their number, and what rest adds, which is the same in all.
+to second order in the noise, which is enough while C is small compared with R'R. The windows are far apart,
+so their mean has the covariance of one window divided by their number, plus the covariance due to the
+reference at rest, which all windows share.
 
 Noise in the torque from the leg's motion, and from plate and foot, for a leg near the vertical:
 
@@ -35,14 +36,14 @@ _LAGS_S = 16.0
 
 @dataclass(frozen=True)
 class WindowNoise:
-    """What noise does to windowed least squares.
+    """Bias and covariance of windowed least squares due to noise.
 
     Attributes
     ----------
     bias : ndarray, shape (3,)
-        Of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
+        Bias of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
     covariance : ndarray, shape (3, 3)
-        Of the mean over the windows (units of the parameters).
+        Covariance of the mean over the windows (units of the parameters).
     of_rest : ndarray, shape (3,)
         Part of its standard uncertainty that comes through rest, whatever the number of windows (units of the
         parameters).
@@ -68,7 +69,7 @@ def lowpass_gain(frequency_hz: np.ndarray, rate_hz: float, lowpass: Lowpass) -> 
     Returns
     -------
     ndarray of complex, shape (m,)
-        Gain (-).
+        Gain.
     """
     order = lowpass.order // 2 if lowpass.zero_lag else lowpass.order
     sections = scipy.signal.butter(order, lowpass.cutoff_hz, fs=rate_hz, output="sos")
@@ -77,7 +78,7 @@ def lowpass_gain(frequency_hz: np.ndarray, rate_hz: float, lowpass: Lowpass) -> 
 
 
 def _noise_filters(design: Design, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """From every source of noise, in units of its standard deviation, to theta and the torque, (k, m)."""
+    """Filters from every source of noise, per standard deviation, to theta and the torque, (k, m)."""
     rig, leg, foot = design.rig, design.leg, design.foot
     layout = rig.leg_markers.layout_m
     centre = layout.mean(axis=0)
@@ -103,7 +104,7 @@ def _noise_filters(design: Design, s: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 class _Noise:
-    """Covariances of the noise of one sample with that of another, of regressors and error."""
+    """Covariances of the noise between two samples, of regressors and error."""
 
     def __init__(self, design: Design):
         rate, protocol = design.rig.camera_rate_hz, design.protocol
@@ -112,12 +113,12 @@ class _Noise:
         s = 2j * np.pi * frequency
         passed = lowpass_gain(frequency, rate, protocol.lowpass)
         theta, torque = _noise_filters(design, s)
-        moved = np.stack([s**2 * theta, s * theta, theta]) * passed
-        error = torque * passed - np.einsum("p,pkm->km", design.parameters, moved)
+        spectra = np.stack([s**2 * theta, s * theta, theta]) * passed
+        error = torque * passed - np.einsum("p,pkm->km", design.parameters, spectra)
         self.error = self._shared(error, error)
-        self.crossed = [self._shared(x, error) for x in moved]
-        self.moved = [[self._shared(a, b) for b in moved] for a in moved]
-        # density of the error at 0 Hz, of which a mean over n samples keeps 1 / n
+        self.crossed = [self._shared(x, error) for x in spectra]
+        self.moved = [[self._shared(a, b) for b in spectra] for a in spectra]
+        # spectral density of the error at 0 Hz; a mean over n samples keeps 1 / n of it
         self.slow = float(np.sum(np.abs(error[:, 0]) ** 2))
 
     def _shared(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -126,12 +127,12 @@ class _Noise:
 
     def of_products(self, lag: np.ndarray) -> np.ndarray:
         """Covariance of dR'e of a window with such lags (Isserlis), shape (3, 3)."""
-        found = np.empty((3, 3))
+        covariance = np.empty((3, 3))
         for a in range(3):
             for b in range(3):
-                both = self.moved[a][b][lag] * self.error[lag]
-                found[a, b] = np.sum(both + self.crossed[a][lag] * self.crossed[b][lag].T)
-        return found
+                product = self.moved[a][b][lag] * self.error[lag]
+                covariance[a, b] = np.sum(product + self.crossed[a][lag] * self.crossed[b][lag].T)
+        return covariance
 
 
 def window_noise(
@@ -142,13 +143,13 @@ def window_noise(
     Parameters
     ----------
     design : Design
-        Noise, filter, leg and joint (units there).
+        Noise, filter, leg and joint.
     regressors : ndarray, shape (n, 3)
         theta'' (rad/s²), theta' (rad/s), theta - theta_rest (rad) without noise, filtered.
     windows : list of Perturbation
         The windows (samples).
     resting : int
-        Samples at rest (-).
+        Samples at rest.
 
     Returns
     -------

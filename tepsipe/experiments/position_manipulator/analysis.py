@@ -34,7 +34,7 @@ REFLEX_ESTIMATOR = "parallel-cascade"
 MUSCLE_ESTIMATOR = "parallel-cascade-muscle"
 # terms of a structure, the columns of ``models_terms`` in a result
 TERMS = ("direction", "stops", "stiffening", "gain_slope", "unloading", "relaxing")
-# a constant of the muscle this close to a bound of its search lies at it (-)
+# relative distance from a bound of its search at which a constant of the muscle counts as at the bound
 AT_BOUND = 1e-3
 MUSCLE_UNITS = {"reflex_gain": "Nms/rad", "reflex_frequency": "Hz", "reflex_damping": "1"}
 
@@ -50,13 +50,13 @@ class PositionManipulatorOptions:
     cut_s : float
         Time cut at both ends (s).
     training_fraction : float
-        First part of the record that is fitted (-).
+        First part of the record that is fitted.
     averaged_bins : int
-        Raw frequencies averaged into one (-).
+        Raw frequencies averaged into one.
     block_s : float
         Length of the blocks that are bootstrapped (s).
     bootstrap_draws : int
-        Bootstrap samples of an interval (-).
+        Bootstrap samples of an interval.
     """
 
     lowpass_cutoff_hz: float
@@ -83,7 +83,7 @@ class PositionManipulatorAnalysis:
     bootstrap : ndarray, shape (draws, 4)
         The same for bootstrapped blocks.
     blocks : int
-        Number of blocks from which the bootstrap draws (-).
+        Number of blocks from which the bootstrap draws.
     spectrum : FrequencyResponse
         Impedance tau/theta and coherence of the unfiltered record (Hz, N·m/rad).
     vaf : HeldOutVaf
@@ -103,7 +103,7 @@ class PositionManipulatorAnalysis:
 
 
 def _parts(trial: Trial, options: PositionManipulatorOptions) -> tuple[slice, int, int]:
-    """Samples that are kept, number of them that are fitted, and length of a block (samples)."""
+    """Kept samples, number of fitted ones, and length of a block (samples)."""
     rate = trial.rate_hz
     highest = BAND_PER_RATE * rate
     if options.lowpass_cutoff_hz > highest:
@@ -136,7 +136,7 @@ def analyse_position_manipulator(
     trial : Trial
         ``angle`` (rad) and ``torque`` (N·m).
     options : PositionManipulatorOptions
-        Choices (units in their names).
+        Options of the analysis.
     rng : numpy.random.Generator
         Draws blocks.
 
@@ -205,7 +205,7 @@ def analyse_parallel_cascade(
     options : PositionManipulatorOptions
         Filter, fitted part and blocks, as for `analyse_position_manipulator`.
     reflex : ParallelCascadeOptions
-        Choices of the fit (units in their names).
+        Choices of the fit.
     rng : numpy.random.Generator
         Draws blocks.
 
@@ -265,7 +265,7 @@ def _vaf_rows(names: tuple[str, str, str, str], vaf: HeldOutVaf) -> list[Estimat
 
 
 def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCascadeFit) -> list[Estimate]:
-    """Tidy rows of one trial: intrinsic I, B, K, the reflex, VAF (%), and those of the muscle model.
+    """Tidy rows of one trial: intrinsic I, B, K, the reflex, VAF (%), and the muscle model.
 
     A structure without angle-dependent stiffness or reflex has no rows for their parameters, except for a
     reflex gain of 0 N·m·s/rad.
@@ -316,7 +316,7 @@ def _drawn(names, quantity: str, unit: str, value: float, draws: np.ndarray, blo
 
 
 def _reflex_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> list[Estimate]:
-    """Gain, terms and times of the reflex; a delay or threshold that the record does not tell is flagged."""
+    """Gain, terms and times of the reflex; an undetermined delay or threshold is flagged."""
     rows = [_drawn(names, "reflex_gain", "Nms/rad", fit.gain, fit.gain_bootstrap, fit.blocks)]
     if fit.muscle is None:
         return rows
@@ -330,12 +330,12 @@ def _reflex_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> l
         draws = fit.unloading_gain_bootstrap
         rows.append(_drawn(names, "unloading_gain", "Nms/rad", fit.unloading_gain, draws, fit.blocks))
     for choice in fit.assumptions:
-        own = [
+        rows_of_choice = [
             Estimate(*names, choice.quantity, choice.unit, choice.value),
             Estimate(*names, f"{choice.quantity}_low", choice.unit, choice.low),
             Estimate(*names, f"{choice.quantity}_high", choice.unit, choice.high),
         ]
-        rows += flagged(own, *["assumed"] * (not choice.determined))
+        rows += flagged(rows_of_choice, *["assumed"] * (not choice.determined))
     return [
         *rows,
         Estimate(*names, "reflex_peak", "s", fit.reflex_peak_s),
@@ -350,16 +350,16 @@ def _muscle_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> l
         np.isclose(muscle.constants[1 + k], bounds, rtol=AT_BOUND).any()
         for k, bounds in enumerate(MUSCLE_BOUNDS)
     )
-    own = [
+    rows = [
         _drawn(names, quantity, unit, muscle.constants[k], muscle.bootstrap[:, k], fit.blocks)
         for k, (quantity, unit) in enumerate(MUSCLE_UNITS.items())
     ]
-    own.append(Estimate(*names, "reflex_delay", "s", fit.structure.delay_s))
-    return flagged(own + _vaf_rows(names, muscle.vaf), *["at-bound"] * at_bound)
+    rows.append(Estimate(*names, "reflex_delay", "s", fit.structure.delay_s))
+    return flagged(rows + _vaf_rows(names, muscle.vaf), *["at-bound"] * at_bound)
 
 
 def position_manipulator_result(analysis: PositionManipulatorAnalysis, fit: ParallelCascadeFit) -> Result:
-    """Arrays and facts of one trial, with both pathways in the group ``reflex`` (units in the result)."""
+    """Arrays and facts of one trial, with both pathways in the group ``reflex``."""
     spectrum = analysis.spectrum
     model = 1.0 / admittance(analysis.fit.parameters[:3], spectrum.frequency_hz)
     arrays = {
@@ -449,5 +449,5 @@ def _paths(fit: ParallelCascadeFit) -> dict[str, tuple[np.ndarray, str]]:
 
 def _terms(fit: ParallelCascadeFit) -> np.ndarray:
     """Terms of the models that were compared, shape (models, 6): whether each of ``TERMS`` is present."""
-    found = [[bool(getattr(s.structure, name)) for name in TERMS] for s in fit.models]
-    return np.array(found, dtype=float)
+    present = [[bool(getattr(s.structure, name)) for name in TERMS] for s in fit.models]
+    return np.array(present, dtype=float)

@@ -1,10 +1,10 @@
-"""What the report of a position-controlled manipulator says about a recording, and about what a model leaves.
+"""Diagnostics of a recording of a position-controlled manipulator, and of the residuals of a model.
 
-The deviation of the stiffness in a part of the record is that of the residual e = tau - tau_predicted,
+The deviation of the stiffness in a part of the record is estimated from the residual e = tau - tau_predicted,
 
     e(t) = dI theta'' + dB theta' + dK theta + level + trend t
 
-so that it is measured beside the reflex and all other terms of the predicting model, whatever they are.
+so that the reflex and all other terms of the predicting model are accounted for, whatever they are.
 """
 
 from dataclasses import dataclass
@@ -33,9 +33,9 @@ from tepsipe.statistics.residuals import (
 # number of parts of the record whose stiffness is compared, and segments of the power spectra (s)
 PARTS = 3
 SEGMENT_S = 4.0
-# the slow part of the residual lies below this frequency (Hz)
+# upper frequency of the slow part of the residual (Hz)
 SLOW_HZ = 1.0
-# the response is shown up to this multiple of the filter's cutoff (-)
+# the response is shown up to this multiple of the filter's cutoff
 SHOWN = 1.25
 
 
@@ -52,7 +52,7 @@ class PartsOfRecord:
     level, level_error : ndarray, shape (k,)
         Torque at the mean angle of the record, and its standard error (N·m).
     freedom : ndarray, shape (k,)
-        Degrees of freedom of the errors (-).
+        Degrees of freedom of the errors.
     """
 
     ends: np.ndarray
@@ -87,7 +87,7 @@ def parts_of_record(
     Returns
     -------
     PartsOfRecord
-        Of every third (N·m/rad, N·m).
+        Stiffness and level of every third (N·m/rad, N·m).
     """
     time, angle = analysis.time, analysis.angle - analysis.angle.mean()
     velocity = derivative(time, angle)
@@ -98,10 +98,10 @@ def parts_of_record(
         columns[:, 4] -= columns[:, 4].mean()
         residual = analysis.torque[part] - predicted[part]
         solution, error, freedom = solution_with_errors(columns, residual, block)
-        own = stiffness + solution[2]
-        # the level is that of the torque beside its response to the movement
-        level = np.mean(analysis.torque[part] - own * columns[:, 2])
-        rows.append((time[part[0]], time[part[-1]], own, error[2], level, error[3], freedom))
+        stiffness_of_part = stiffness + solution[2]
+        # level of the torque beside its response to the movement
+        level = np.mean(analysis.torque[part] - stiffness_of_part * columns[:, 2])
+        rows.append((time[part[0]], time[part[-1]], stiffness_of_part, error[2], level, error[3], freedom))
     columns = np.array(rows).T
     return PartsOfRecord(columns[:2].T, *columns[2:])
 
@@ -109,7 +109,7 @@ def parts_of_record(
 def recording_facts(
     trial: Trial, analysis: PositionManipulatorAnalysis, options: PositionManipulatorOptions
 ) -> dict:
-    """Operating point and perturbation of the part of a trial that is used (units in the keys)."""
+    """Operating point and perturbation of the used part of a trial."""
     time, angle, torque = analysis.time, analysis.angle, analysis.torque
     rate = trial.rate_hz
     velocity = derivative(time, angle)
@@ -164,7 +164,7 @@ def _half_power_hz(angle: np.ndarray, rate_hz: float) -> float:
 def responses(
     trial: Trial, analysis: PositionManipulatorAnalysis, predicted: np.ndarray, cutoff_hz: float
 ) -> tuple[FrequencyResponse, FrequencyResponse]:
-    """Impedance measured, and that of the model by the same estimator.
+    """Impedance of the measurement, and of the model by the same estimator.
 
     Parameters
     ----------
@@ -190,7 +190,7 @@ def responses(
 
 
 def residual_facts(torque: np.ndarray, residual: np.ndarray, rate_hz: float, cutoff_hz: float) -> dict:
-    """Whiteness and slow share of the residual (N·m) of the held-out torque (units in the keys)."""
+    """Whiteness and slow share of the residual (N·m) of the held-out torque."""
     white = cumulative_periodogram(residual, rate_hz, cutoff_hz)
     return {
         "rms_Nm": float(np.sqrt(np.mean(residual**2))),
@@ -217,7 +217,7 @@ def diagnose(
     trial : Trial
         ``angle`` (rad) and ``torque`` (N·m).
     options : PositionManipulatorOptions
-        Choices of the analysis (units in their names).
+        Choices of the analysis.
     analysis : PositionManipulatorAnalysis
         Fit of I, B, K (rad, N·m, s).
     fit : ParallelCascadeFit

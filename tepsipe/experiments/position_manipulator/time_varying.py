@@ -1,8 +1,8 @@
 """Impedance that changes within a trial of the position-controlled manipulator.
 
-The method follows from what the trial holds: realisations of a movement if it has a trigger, bins of its
-schedule if it has one, else sliding windows (`tepsipe.identification.time_varying`). Angle, torque and
-reflex torque are those of the fit of the whole trial, filtered and cut.
+The method follows from the channels of the trial: realisations of a movement with a trigger, bins with a
+schedule, else sliding windows (`tepsipe.identification.time_varying`). Angle, torque and
+reflex torque come from the fit of the whole trial, filtered and cut.
 """
 
 from dataclasses import dataclass
@@ -38,11 +38,11 @@ class TimeVaryingOptions:
     segment_s, segment_step_s : float
         Length and distance of the short segments of an ensemble (s).
     bins : int
-        Number of bins of a schedule (-).
+        Number of bins of a schedule.
     piece_s : float
         Longest piece of the record within a bin that has one level and one trend (s).
     bootstrap_draws : int
-        Bootstrap samples of an interval (-).
+        Bootstrap samples of an interval.
     """
 
     window_s: float
@@ -73,7 +73,7 @@ class VaryingRow:
     angle_rad, torque_Nm : float
         Operating point: mean angle (rad) and torque (N·m).
     pieces : int
-        Realisations or pieces of the record behind the value (-).
+        Realisations or pieces of the record behind the value.
     quantity, unit : str
         For example K in Nm/rad; reflex_gain_ratio is relative to the gain of the whole trial.
     value, standard_error, ci_low, ci_high : float
@@ -110,18 +110,18 @@ def analyse_time_varying(
     Parameters
     ----------
     trial : Trial
-        ``schedule`` (any unit) and ``trigger`` (1 at the first sample of a realisation) if recorded.
+        ``schedule`` and ``trigger`` (1 at the first sample of a realisation) if recorded.
     fit : Result
         Fit of the whole trial: ``time`` (s), ``angle`` (rad), ``torque`` and ``reflex/reflex_torque`` (N·m).
     options : TimeVaryingOptions
-        Choices (units in their names).
+        Options of the analysis.
     rng : numpy.random.Generator
         Draws blocks, realisations or pieces.
 
     Returns
     -------
     VaryingImpedance or None
-        Impedance (units there), over the time of the trial for windows; None if there is neither trigger nor
+        Impedance, over the time of the trial for windows; None if there is neither trigger nor
         schedule and the trial is too short for windows.
 
     Raises
@@ -153,7 +153,7 @@ def analyse_time_varying(
     lasts = time.size / rate
     if lasts < max(options.window_s + options.window_step_s, 4.0 * options.block_s):
         return None
-    found = impedance_in_windows(
+    impedance = impedance_in_windows(
         joint,
         window_s=options.window_s,
         step_s=options.window_step_s,
@@ -161,7 +161,7 @@ def analyse_time_varying(
         draws=draws,
         rng=rng,
     )
-    return VaryingImpedance(**(vars(found) | {"at": found.at + time[0]}))
+    return VaryingImpedance(**(vars(impedance) | {"at": impedance.at + time[0]}))
 
 
 def _realisation_s(starts: np.ndarray, rate_hz: float, options: TimeVaryingOptions) -> float:
@@ -176,30 +176,30 @@ def _realisation_s(starts: np.ndarray, rate_hz: float, options: TimeVaryingOptio
     return float(np.diff(starts).min()) / rate_hz
 
 
-def varying_rows(experiment: str, condition: str, found: VaryingImpedance | None) -> list[VaryingRow]:
-    """Tidy rows of one trial (units in the rows), none if there is no result."""
-    if found is None:
+def varying_rows(experiment: str, condition: str, impedance: VaryingImpedance | None) -> list[VaryingRow]:
+    """Tidy rows of one trial, none if there is no result."""
+    if impedance is None:
         return []
     rows = []
-    for k, at in enumerate(found.at):
-        for i, quantity in enumerate(found.names):
+    for k, at in enumerate(impedance.at):
+        for i, quantity in enumerate(impedance.names):
             rows.append(
                 VaryingRow(
                     experiment,
                     condition,
-                    found.over,
+                    impedance.over,
                     float(at),
-                    "unit of the recording" if found.over == "schedule" else "s",
-                    float(found.angle[k]),
-                    float(found.torque[k]),
-                    int(found.pieces[k]),
+                    "unit of the recording" if impedance.over == "schedule" else "s",
+                    float(impedance.angle[k]),
+                    float(impedance.torque[k]),
+                    int(impedance.pieces[k]),
                     quantity,
                     UNITS.get(quantity, "1"),
-                    float(found.values[k, i]),
-                    float(found.standard_error[k, i]),
-                    float(found.low[k, i]),
-                    float(found.high[k, i]),
-                    float(found.vaf[k]),
+                    float(impedance.values[k, i]),
+                    float(impedance.standard_error[k, i]),
+                    float(impedance.low[k, i]),
+                    float(impedance.high[k, i]),
+                    float(impedance.vaf[k]),
                 )
             )
     return rows

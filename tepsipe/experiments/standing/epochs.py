@@ -43,7 +43,7 @@ class EpochOptions:
     baseline_s : tuple of float
         Baseline of each response, as part of the window (s from the onset).
     least_perturbations : int
-        Smallest number of usable perturbations (-); a trial with fewer is omitted.
+        Smallest number of usable perturbations; a trial with fewer is omitted.
     max_gap_s : float
         Longest time for which a marker may be hidden within a response (s).
     lowpass_cutoff_hz, lowpass_order : float, int
@@ -67,7 +67,7 @@ class EpochOptions:
 
     @classmethod
     def from_settings(cls, analysis: dict, emg: dict, max_gap_s: float) -> Self:
-        """Options of a study: windows (s) and filters (Hz), those of the electromyograms, longest gap (s)."""
+        """Options of a study: windows (s), filters (Hz) also of the electromyograms, longest gap (s)."""
         same = ("before_s", "after_s", "least_perturbations", "lowpass_cutoff_hz", "lowpass_order")
         return cls(
             **{key: analysis[key] for key in same},
@@ -102,7 +102,7 @@ class StandingEpochs:
     emg : ndarray, shape (responses, m, muscles)
         Band-passed, unrectified electromyograms (uV).
     usable, unperturbed_usable : ndarray of bool, shape (responses, muscles)
-        False where a channel was clipped (-).
+        False where a channel was clipped.
     onsets_s : ndarray, shape (responses,)
         Onsets of the perturbations (s).
     left_out : tuple of str
@@ -126,7 +126,7 @@ class StandingEpochs:
 
     @property
     def count(self) -> int:
-        """Number of perturbations with a response (-)."""
+        """Number of perturbations with a response."""
         return self.onsets_s.size
 
 
@@ -138,7 +138,7 @@ def cut_standing_epochs(standing: StandingTrial, options: EpochOptions) -> Stand
     standing : StandingTrial
         Angles (rad), torque (N·m), onsets (s), and the trial's electromyograms (uV).
     options : EpochOptions
-        Choices (units in their names).
+        Options of the analysis.
 
     Returns
     -------
@@ -434,7 +434,7 @@ def _unit(group: str, key: str) -> str:
 
 
 def epochs_of(result: Result) -> StandingEpochs:
-    """The responses in a result of `epochs_result` (units as there)."""
+    """Read the responses from a result of `epochs_result` (units as there)."""
     groups: dict[str, dict[str, np.ndarray]] = {group: {} for group in GROUPS}
     for key, x in result.arrays.items():
         group, _, name = key.partition("/")

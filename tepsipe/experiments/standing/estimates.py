@@ -29,19 +29,19 @@ class StandingFit:
     rotation_rad : float
         Peak-to-peak mean rotation of the ankle in the window, mean over trials (rad).
     active_peak : float
-        Peak active torque relative to the peak intrinsic torque in the window (-).
+        Peak active torque relative to the peak intrinsic torque in the window.
     curves : list of dict of str to ndarray, shape (n,)
         Per trial: ``time`` (s), ``torque``, ``intrinsic``, ``active`` (N·m), ``ankle`` (rad).
     responses : int
-        Number of responses (-).
+        Number of responses.
     delay_ranges : dict of str to (float, float)
         Smallest and largest of the values tried for T, L, D (s) that the responses do not reject.
     delays_at_bound : tuple of str
-        Those of T, L and D of which all values but the first, or all but the last, are rejected (no unit).
+        Parameters among T, L and D for which all values but the first, or all but the last, are rejected.
     budget : Budget or None
         Type A and B of the parameters in their order; None if only their scatter is known.
     flags : tuple of str
-        Checks that the parameters failed (no unit).
+        Checks that the parameters failed.
     windows : ndarray, shape (w, 3), or None
         Window (s), B and K by it, where the estimator tries several.
     """
@@ -61,7 +61,7 @@ class StandingFit:
     windows: np.ndarray | None = None
 
     def interval(self, name: str) -> tuple[float, float, float, float]:
-        """Value, standard error, and both ends of the 95 % interval of a parameter (its unit)."""
+        """Value, standard error, and both ends of the 95 % interval of a parameter."""
         if self.budget is not None:
             k = self.names.index(name)
             low, high = self.budget.interval(self.parameters[0])
@@ -81,14 +81,14 @@ Fits = dict[tuple[str, str], StandingFit]
 
 
 def generator(seed: int, *names: str) -> np.random.Generator:
-    """Generator of one fit, independent of the others (seed and names without unit)."""
+    """Random generator of one fit, independent of the others."""
     return np.random.default_rng([seed, zlib.crc32("/".join(names).encode())])
 
 
 def standing_estimates(
     condition: str, pathway: str, estimator: str, fit: StandingFit, critical_stiffness: float
 ) -> list[Estimate]:
-    """Tidy rows: I, B, K, K over m g h, rotation, VAF, and the selected delays (units in the rows).
+    """Tidy rows: I, B, K, K over m g h, rotation, VAF, and the selected delays.
 
     ``critical_stiffness`` is m g h (N·m/rad).
     """

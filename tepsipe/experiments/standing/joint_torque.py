@@ -1,9 +1,9 @@
 """Joint angles and ankle torque of a person standing on the treadmill (thesis section 3-2).
 
 Symbols: y forward along the belt, z up; angles of segments from the vertical, positive when they tip
-towards +y. The ankle angle is the angle of the shank minus that of the foot, the knee angle that of the thigh
-minus that of the shank (extension positive). The trunk has no marker, so the hip angle is unknown. The torque
-is that of both ankles.
+towards +y. The ankle angle is the angle of the shank minus the angle of the foot; the knee angle is the angle
+of the thigh minus the angle of the shank (extension positive). The trunk has no marker, so the hip angle is
+unknown. The torque is the sum of both ankles.
 """
 
 from dataclasses import dataclass
@@ -117,7 +117,7 @@ def process_standing(
     name : str
         Names the trial in messages.
     options : StandingOptions
-        Choices (units in their names).
+        Options of the analysis.
     pathways : dict of str to TorquePathway
         Name -> pathway.
     models : dict of str to dict of str to FittedModel
@@ -132,7 +132,7 @@ def process_standing(
     ------
     InputError
         If no perturbation is found, a marker, belt or model is missing, markers do not move as rigid
-        segments, the weight on the plate is not that of the person, or a pathway is unknown.
+        segments, the weight on the plate is not the person's, or a pathway is unknown.
     """
     prepared = prepare_trial(trial, name, options.lowpass, options.window, options.quiet_after_s)
     time, still, person = prepared.time, prepared.at_rest, options.person
@@ -191,7 +191,7 @@ def process_standing(
 
 
 def _carried_mass(f_z: np.ndarray, options: StandingOptions, name: str) -> float:
-    """Mass on the belt (kg) by the unperturbed vertical force (N); it must be about the person's."""
+    """Mass on the belt (kg) from the unperturbed vertical force (N); it must be close to the person's."""
     person = options.person
     mass = float(f_z.mean()) / person.body.gravity_m_per_s2
     if abs(mass - person.mass_kg) > MASS_WITHIN * person.mass_kg:
@@ -203,7 +203,7 @@ def _carried_mass(f_z: np.ndarray, options: StandingOptions, name: str) -> float
 
 
 def _labels(trial: Trial, person: Person, name: str) -> list[str]:
-    """Names of the trial's markers, which must include those of the person."""
+    """Names of the trial's markers, which must include the person's."""
     labels = trial.axes["marker"].tolist()
     for label in person.labels:
         if label not in labels:
@@ -215,7 +215,7 @@ def _labels(trial: Trial, person: Person, name: str) -> list[str]:
 
 
 def _refuse_loose_segments(positions: np.ndarray, labels: list[str], person: Person, name: str) -> None:
-    """Raise InputError if a segment's markers, y and z (m) where all are seen, are not those of one body."""
+    """Raise InputError if a segment's markers, y and z (m) where all are visible, do not move as one body."""
     if not positions.size:
         return  # the markers are never all visible: every perturbation will be omitted
     for segment in ("foot", "shank", "thigh"):
@@ -244,7 +244,7 @@ def segment_poses(
     person : Person
         Layout of the markers (m).
     centre_m : ndarray, shape (2,), optional
-        Of the joint's centre from the assumed one, anterior and longitudinal in the shank (m).
+        Offset of the joint's centre from the assumed one, anterior and longitudinal in the shank (m).
 
     Returns
     -------
@@ -286,7 +286,7 @@ def _plate(
     recordings: dict[str, BeltRecording],
     models: dict[str, dict[str, FittedModel]],
 ) -> PlateLoad:
-    """Load of the plate as measured, or less that which a treadmill model predicts (N, N·m)."""
+    """Load of the plate as measured, or less the load predicted by a treadmill model (N, N·m)."""
     used = {component: loads[component] for component in COMPONENTS}
     if pathway.treadmill_model is not None:
         chosen = {c: pick(models.get(c, {}), pathway.treadmill_model) for c in COMPONENTS}

@@ -40,7 +40,7 @@ class ActiveOptions:
     twitch_s, reflex_delay_s, balance_delay_s : tuple of float
         T, L and D that are tried (s).
     action : dict of str to float
-        Muscle -> 1 if it resists tipping forward, -1 if it resists tipping backward (-); others do not act at
+        Muscle -> 1 if it resists tipping forward, -1 if it resists tipping backward; others do not act at
         the ankle.
     """
 
@@ -51,7 +51,7 @@ class ActiveOptions:
 
     @classmethod
     def from_settings(cls, active: dict, ankle_action: dict[str, int]) -> Self:
-        """Values that are tried (s), and muscle -> action at the ankle (-), which may be 0."""
+        """Values that are tried (s), and muscle -> action at the ankle, which may be 0."""
         action = {muscle: float(acts) for muscle, acts in ankle_action.items() if acts}
         return cls(**{key: tuple(times) for key, times in active.items()}, action=action)
 
@@ -78,7 +78,7 @@ class MeanResponses:
     drive: dict[str, np.ndarray]
 
     def of(self, rows: slice) -> "MeanResponses":
-        """Some of the resamplings."""
+        """A selection of the resamplings."""
         return MeanResponses(
             self.time,
             {key: x[rows] for key, x in self.signals.items()},
@@ -95,7 +95,7 @@ class MuscleTorque:
     meaning : str
         Description in a few words.
     regressors : callable or None
-        From mean responses, delays (s), options and muscles to arrays of shape (1 + draws, n) (any unit);
+        From mean responses, delays (s), options and muscles to arrays of shape (1 + draws, n);
         None if the torque is not fitted by least squares.
     delays : tuple of str
         Those of T, L and D that it needs.
@@ -113,7 +113,7 @@ class MuscleTorque:
 
     @property
     def separates(self) -> bool:
-        """True if least squares separate the torque of the muscles from the intrinsic one (no unit)."""
+        """True if least squares separate the torque of the muscles from the intrinsic one."""
         return bool(self.gains) or self.by_muscle
 
     def grid(self, options: ActiveOptions) -> list[dict[str, float]]:
@@ -121,8 +121,8 @@ class MuscleTorque:
         values = product(*(options.tried[name] for name in self.delays))
         return [dict(zip(self.delays, combination, strict=True)) for combination in values]
 
-    def gains_of(self, muscles: tuple[str, ...]) -> tuple[str, ...]:
-        """Names of the gains with these muscles (N·m/uV each for those of muscles)."""
+    def gain_names(self, muscles: tuple[str, ...]) -> tuple[str, ...]:
+        """Names of the gains with these muscles (N·m/uV for each muscle's gain)."""
         return tuple(f"F_{muscle}" for muscle in muscles) if self.by_muscle else self.gains
 
 
@@ -132,7 +132,7 @@ def twitch(u: np.ndarray, step_s: float, twitch_s: float) -> np.ndarray:
     Parameters
     ----------
     u : ndarray, shape (..., n)
-        Drive (any unit).
+        Drive.
     step_s, twitch_s : float
         Sampling interval and T (s).
 
@@ -149,7 +149,7 @@ def twitch(u: np.ndarray, step_s: float, twitch_s: float) -> np.ndarray:
 
 
 def _answered(means: MeanResponses) -> np.ndarray:
-    """Samples that can be a response: activity before the onset, less the width of the filter, is none."""
+    """Samples that can be a response: from the onset on, extended by the width of the filter."""
     return means.time >= -FILTER_WIDTH_S
 
 

@@ -14,7 +14,7 @@ BELTS = {"left": "right", "right": "left"}
 
 @dataclass(frozen=True)
 class TorquePathway:
-    """Definition of one ankle torque (names, no units).
+    """Definition of one ankle torque.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Person:
     Attributes
     ----------
     mass_kg : float
-        Of the whole body (kg).
+        Mass of the whole body (kg).
     feet : Feet
         Both feet (kg, kg·m²).
     body : StandingBody
@@ -81,7 +81,7 @@ class Person:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Names of all markers, each once (no unit)."""
+        """Names of all markers, each once."""
         return tuple(dict.fromkeys((*self.foot.labels, *self.shank.labels, *self.thigh.labels)))
 
     @property
@@ -99,10 +99,10 @@ class StanceLimits:
     foot_shift_m, foot_lift_m : float
         Displacement of the foot's markers relative to the belt, and above their height at rest (m).
     other_belt : float
-        Fraction of the weight on the other belt (-).
+        Fraction of the weight on the other belt.
     unloading : float
         Fraction of the weight that leaves the plate for longer than ``unloading_s``, for example into the
-        harness (-).
+        harness.
     unloading_s : float
         Shorter unloading counts as a jolt (s).
     lean_rad : float

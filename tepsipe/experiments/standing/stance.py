@@ -37,7 +37,7 @@ class Stance:
 
 
 def stance_fault(prepared: PreparedTrial, stance: Stance, options: StandingOptions) -> str | None:
-    """Reason why a trial is not one of quiet standing: a step, a stumble, or weight on another support.
+    """Reason why a trial is not quiet standing: a step, a stumble, or weight on another support.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def stance_fault(prepared: PreparedTrial, stance: Stance, options: StandingOptio
     stance : Stance
         The person's signals (m, rad, m/s, N).
     options : StandingOptions
-        Person, belt and limits (units in their names).
+        Person, belt and limits.
 
     Returns
     -------
@@ -66,7 +66,7 @@ def _step(prepared: PreparedTrial, stance: Stance, options: StandingOptions) -> 
     travelled = scipy.interpolate.CubicSpline(time, stance.belt_velocity).antiderivative()(time)
     for label in person.foot.labels:
         y, z = stance.positions[:, prepared.markers.index(label)].T
-        seen = _seen(stance.hidden[:, person.labels.index(label)], rate)
+        seen = _visible(stance.hidden[:, person.labels.index(label)], rate)
         slid = y - travelled
         shift = np.abs(slid - _median_before(slid, seen, round(SHIFT_WITHIN_S * rate)))
         lift = np.abs(z - np.median(z[seen])) if seen.any() else np.zeros(z.size)
@@ -85,11 +85,11 @@ def _step(prepared: PreparedTrial, stance: Stance, options: StandingOptions) -> 
 
 
 def _other_support(prepared: PreparedTrial, options: StandingOptions) -> str | None:
-    other, allowed = BELTS[options.belt], options.limits.other_belt
+    other_belt, allowed = BELTS[options.belt], options.limits.other_belt
     belts = prepared.trial.axes["belt"].tolist()
-    if other not in belts:
+    if other_belt not in belts:
         return None
-    force = prepared.trial.values("force")[:, belts.index(other), 2]
+    force = prepared.trial.values("force")[:, belts.index(other_belt), 2]
     aside = np.abs(prepared.filtered(force.astype(float)))
     beyond = np.flatnonzero(aside > allowed * options.person.weight)
     if not beyond.size:
@@ -114,7 +114,7 @@ def _unloading(prepared: PreparedTrial, stance: Stance, options: StandingOptions
 
 def _lean(prepared: PreparedTrial, stance: Stance, options: StandingOptions) -> str | None:
     lean, allowed = np.abs(stance.shank - np.median(stance.shank)), options.limits.lean_rad
-    seen = _seen(stance.hidden.any(axis=1), prepared.rate_hz)
+    seen = _visible(stance.hidden.any(axis=1), prepared.rate_hz)
     beyond = np.flatnonzero(seen & (lean > allowed))
     if not beyond.size:
         return None
@@ -125,7 +125,7 @@ def _lean(prepared: PreparedTrial, stance: Stance, options: StandingOptions) -> 
     )
 
 
-def _seen(hidden: np.ndarray, rate_hz: float) -> np.ndarray:
+def _visible(hidden: np.ndarray, rate_hz: float) -> np.ndarray:
     """False from shortly before to shortly after every run of hidden samples, shape (n,)."""
     seen, margin = ~hidden, round(AROUND_GAP_S * rate_hz)
     for start, stop in runs_of(hidden):
@@ -136,14 +136,14 @@ def _seen(hidden: np.ndarray, rate_hz: float) -> np.ndarray:
 def _median_before(x: np.ndarray, seen: np.ndarray, samples: int) -> np.ndarray:
     """Median of the visible samples among the ``samples`` before each, shape (n,), about every 0.1 s.
 
-    A centred median would follow a marker that moves to another place and stays there (unit of ``x``).
+    A centred median would follow a marker that moves to another place and stays there.
     """
     places = np.arange(0, x.size, max(1, samples // 20))
     medians = np.empty(places.size)
     # most stretches are whole and visible, and as long as each other
-    shown = np.concatenate([[0], np.cumsum(seen)])
+    visible_before = np.concatenate([[0], np.cumsum(seen)])
     start, stop = np.maximum(0, places - samples), places + 1
-    whole = (stop - start == samples + 1) & (shown[stop] - shown[start] == samples + 1)
+    whole = (stop - start == samples + 1) & (visible_before[stop] - visible_before[start] == samples + 1)
     if whole.any():
         stretches = np.lib.stride_tricks.sliding_window_view(x, samples + 1)
         medians[whole] = np.median(stretches[start[whole]], axis=1)

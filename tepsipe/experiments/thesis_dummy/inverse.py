@@ -1,4 +1,4 @@
-"""Which dummy returns the thesis's printed tables by the thesis's printed equations?
+"""Inverse problem: the dummy that returns the thesis's printed tables by its printed equations.
 
 Constants of a rubber joint are fitted to the printed I, B, K of the sinusoidal perturbations (Table 4-2),
 and the noise of the markers to its VAF of the full dataset. The minimum-jerk perturbations (Table 4-3) are
@@ -28,7 +28,7 @@ START = RubberJoint(
 )
 LOWEST = dict(zip(CONSTANTS, (1.0, 0.003, 0.0, 0.0, 0.0), strict=True))
 HIGHEST = dict(zip(CONSTANTS, (50.0, 1.0, 1.0, 1.0, 0.1), strict=True))
-# simpler joints: constants that they keep, the others at these values
+# simpler joints: constants held at fixed values; the others are fitted
 LINEAR = {"half_softening_rad": math.inf, "softened_damping_Nms_per_rad": 0.0}
 WITHOUT_LOSS = {"softened_damping_Nms_per_rad": 0.0}
 JOINTS = {"linear": LINEAR, "softening": WITHOUT_LOSS, "softening with losses": {}}
@@ -36,7 +36,7 @@ JOINTS = {"linear": LINEAR, "softening": WITHOUT_LOSS, "softening with losses": 
 
 @dataclass(frozen=True)
 class Cell:
-    """One printed number and what the fitted dummy gives.
+    """One printed number and its value for the fitted dummy.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class JointFit:
     low, high : dict of str to float
         95 % interval of each free constant, Student's t, scatter from the residuals (unit of the constant).
     fitted_rms, predicted_rms : float
-        Root mean square of (value - printed) / scatter, over the fitted and the other conditions (-).
+        Root mean square of (value - printed) / scatter, over the fitted and the other conditions.
     """
 
     joint: RubberJoint
@@ -139,8 +139,8 @@ def fit_joint(
 
     def residuals_and_slopes(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         tried = [joint_at(x), *(joint_at(x + step * row) for row in np.eye(x.size))]
-        found = deviations(tried, fitted)
-        return found[0], (found[1:] - found[0]).T / step
+        fit = deviations(tried, fitted)
+        return fit[0], (fit[1:] - fit[0]).T / step
 
     cache: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
 
@@ -151,7 +151,7 @@ def fit_joint(
         return cache[key]
 
     bounds = [[math.log(max(limit[name], 1e-6)) for name in free] for limit in (LOWEST, HIGHEST)]
-    found = scipy.optimize.least_squares(
+    fit = scipy.optimize.least_squares(
         lambda x: at(x)[0],
         [math.log(getattr(START, name)) for name in free],
         jac=lambda x: at(x)[1],
@@ -160,19 +160,19 @@ def fit_joint(
         ftol=1e-4,
         max_nfev=30,
     )
-    joint = joint_at(found.x)
-    freedom = found.fun.size - len(free)
-    covariance = np.linalg.pinv(found.jac.T @ found.jac) * (2.0 * found.cost / freedom)
+    joint = joint_at(fit.x)
+    freedom = fit.fun.size - len(free)
+    covariance = np.linalg.pinv(fit.jac.T @ fit.jac) * (2.0 * fit.cost / freedom)
     reach = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(np.diag(covariance))
     others = [name for name in belts if name not in fitted]
-    apart = deviations([joint], others)[0] if others else np.array([np.nan])
+    differences = deviations([joint], others)[0] if others else np.array([np.nan])
     return JointFit(
         joint=joint,
         free=free,
-        low={name: float(np.exp(v - r)) for name, v, r in zip(free, found.x, reach, strict=True)},
-        high={name: float(np.exp(v + r)) for name, v, r in zip(free, found.x, reach, strict=True)},
-        fitted_rms=float(np.sqrt(np.mean(found.fun**2))),
-        predicted_rms=float(np.sqrt(np.mean(apart**2))),
+        low={name: float(np.exp(v - r)) for name, v, r in zip(free, fit.x, reach, strict=True)},
+        high={name: float(np.exp(v + r)) for name, v, r in zip(free, fit.x, reach, strict=True)},
+        fitted_rms=float(np.sqrt(np.mean(fit.fun**2))),
+        predicted_rms=float(np.sqrt(np.mean(differences**2))),
     )
 
 
@@ -186,8 +186,8 @@ def fit_marker_noise(
 ) -> float:
     """Standard deviation of the markers' noise (m) that gives the printed VAF of the full dataset.
 
-    The part of the torque that is not explained is d + e s^2, where s is the noise: d and e follow from one
-    simulation without noise and one with. Fitted by the logarithm of that part over the conditions.
+    The unexplained part of the torque is d + e s^2, where s is the noise; d and e follow from one simulation
+    without noise and one with noise. The logarithm of this part is fitted over the conditions.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ def fit_marker_noise(
     fitted : list of str
         Conditions that are used.
     seed : int
-        Of the generator of the noise.
+        Seed of the generator of the noise.
 
     Returns
     -------
@@ -219,10 +219,10 @@ def fit_marker_noise(
     def distance(log_noise: float) -> float:
         return float(np.sum((np.log(without + slope * math.exp(2.0 * log_noise)) - wanted) ** 2))
 
-    found = scipy.optimize.minimize_scalar(
+    minimum = scipy.optimize.minimize_scalar(
         distance, bounds=(math.log(1e-7), math.log(1e-3)), method="bounded", options={"xatol": 1e-4}
     )
-    return math.exp(found.x)
+    return math.exp(minimum.x)
 
 
 def printed_quantities(fits: WindowedFits) -> dict[str, float]:
@@ -248,7 +248,7 @@ def printed_and_predicted(
     draws: int,
     seed: int,
 ) -> list[Cell]:
-    """Every printed number of Tables 4-2 and 4-3 beside that of the fitted dummy.
+    """Every printed number of Tables 4-2 and 4-3 beside the fitted dummy's.
 
     Parameters
     ----------
@@ -261,9 +261,9 @@ def printed_and_predicted(
     marker_noise_m : float
         Noise per coordinate (m).
     draws : int
-        Trials with other noise that are averaged (-).
+        Trials with other noise that are averaged.
     seed : int
-        Of the generator of the noise.
+        Seed of the generator of the noise.
 
     Returns
     -------

@@ -1,7 +1,7 @@
 """The thesis's path from a moving dummy to its printed numbers, without a laboratory.
 
 A candidate joint is moved by the belt of a trial, its markers are sampled one after another, and the printed
-equations are applied (thesis section 3-1-2, eqs 3-8 and 3-9): what would this joint have given the thesis?
+equations are applied (thesis section 3-1-2, eqs 3-8 and 3-9), to find what the thesis would have printed.
 """
 
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ BEFORE_S, AFTER_S = 0.1, 0.3  # of the pulse that is averaged, around its onset 
 
 @dataclass(frozen=True)
 class PrintedPath:
-    """The thesis's processing of the dummy, and the dummy as the thesis knew it.
+    """The thesis's processing of the dummy, and its constants of the dummy.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class PrintedPath:
     markers : SegmentMarkers
         Markers on the leg and their offsets (m).
     sampled_after_s : ndarray, shape (markers,)
-        When each marker is sampled within a frame (s); zeros if all are sampled at once.
+        Sampling time of each marker within a frame (s); zeros if all are sampled at once.
     rate_hz : float
         Frames per second (Hz).
     cutoff_hz, order : float, int
@@ -54,14 +54,14 @@ class PrintedPath:
 
 @dataclass(frozen=True)
 class BeltMotion:
-    """Motion of the foot in one condition, free of measurement noise as far as averaging removes it.
+    """Motion of the foot in one condition, with measurement noise reduced by averaging.
 
     Attributes
     ----------
     time : ndarray, shape (n,)
         Frames (s).
     velocity, position : ndarray, shape (n,)
-        Of the foot (m/s, m).
+        Motion of the foot (m/s, m).
     acceleration : ndarray, shape (2 n - 1,)
         At frames and halfway between them (m/s²).
     perturbations : list of Perturbation
@@ -81,7 +81,7 @@ class BeltMotion:
     def position_after(self, late_s: float) -> np.ndarray:
         """Position of the foot (m), shape (n - 2,), a time after all frames but the first and the last.
 
-        It is evaluated once: a search asks hundreds of times.
+        It is evaluated once and cached, because a search needs it hundreds of times.
         """
         if late_s not in self._known:
             self._known[late_s] = self.position(self.time[1:-1] + late_s)
@@ -113,16 +113,16 @@ def belt_motion(trial: Trial, path: PrintedPath, longest_s: float = np.inf) -> B
     """
     rate, recorded = trial.rate_hz, trial.values("belt_velocity").astype(float)
     lowpass = Lowpass(path.cutoff_hz, path.order, True)
-    found = prepare_trial(trial, "belt velocity", lowpass, path.window).perturbations
+    perturbations = prepare_trial(trial, "belt velocity", lowpass, path.window).perturbations
     before = int(BEFORE_S * rate)
-    length = before + max(p.stop - p.start for p in found) + int(AFTER_S * rate)
-    pulses = np.array([recorded[p.start - before : p.start - before + length] for p in found])
+    length = before + max(p.stop - p.start for p in perturbations) + int(AFTER_S * rate)
+    pulses = np.array([recorded[p.start - before : p.start - before + length] for p in perturbations])
     pulse = pulses.mean(axis=0)
     pulse -= np.linspace(pulse[:3].mean(), pulse[-3:].mean(), length)
-    found = [p for p in found if p.start < longest_s * rate] or found[:1]
-    last = found[-1].start - before + length + int(path.window.rest_after_s * rate)
+    perturbations = [p for p in perturbations if p.start < longest_s * rate] or perturbations[:1]
+    last = perturbations[-1].start - before + length + int(path.window.rest_after_s * rate)
     velocity = np.zeros(min(recorded.size, last))
-    for p in found:
+    for p in perturbations:
         velocity[p.start - before : p.start - before + length] = pulse
     time = np.arange(velocity.size) / rate
     spline = scipy.interpolate.CubicSpline(time, velocity)
@@ -132,7 +132,7 @@ def belt_motion(trial: Trial, path: PrintedPath, longest_s: float = np.inf) -> B
         velocity=butterworth_lowpass(velocity, rate, path.cutoff_hz, path.order),
         position=spline.antiderivative(),
         acceleration=spline(halves, 1),
-        perturbations=found,
+        perturbations=perturbations,
     )
 
 
@@ -153,7 +153,7 @@ def printed_fits(
     marker_noise_m: float = 0.0,
     rng: np.random.Generator | None = None,
 ) -> WindowedFits:
-    """I, B, K and their measures of fit as the thesis would have found them.
+    """I, B, K and their measures of fit by the thesis's method.
 
     Parameters
     ----------

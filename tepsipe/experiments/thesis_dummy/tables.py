@@ -1,4 +1,4 @@
-"""Rows of the inverse problem: printed numbers beside those of the fitted dummy, and its constants."""
+"""Rows of the inverse problem: printed numbers beside the fitted dummy's, and its constants."""
 
 import math
 from dataclasses import asdict, dataclass
@@ -8,7 +8,7 @@ from tepsipe.io.result import Result
 from tepsipe.io.tables import Table
 from tepsipe.mechanics.impedance_model import UNITS
 
-# how close the fitted dummy must come: half the last printed digit and the scatter of the printed numbers
+# tolerances of the fitted dummy: half the last printed digit, and the scatter of the printed numbers
 INERTIA_SHARE = 0.02  # of I, which is rounded to 0.001 N·m·s²/rad
 STIFFNESS_SHARE = 0.1  # of K, the range of the boxes of Figure 4-4
 DAMPING = 0.012  # of B (N·m·s/rad): 2.4 printed standard errors
@@ -47,13 +47,13 @@ CELL_ROWS = Table(CellRow, "the inverse problem")
 
 
 def within_tolerance(quantity: str, printed: float, value: float) -> bool:
-    """Whether a number of the fitted dummy agrees with the printed one (unit of the quantity)."""
+    """Test for agreement of the fitted dummy with a printed number (unit of the quantity)."""
     if quantity.startswith("SEM"):
         return 1.0 / SEM_FACTOR <= value / printed <= SEM_FACTOR
     if quantity.startswith("VAF"):
-        missing, found = 100.0 - printed, 100.0 - value
+        missing, unexplained = 100.0 - printed, 100.0 - value
         low = max(0.0, missing - 0.5 * LAST_DIGIT) / UNEXPLAINED_FACTOR
-        return low <= found <= UNEXPLAINED_FACTOR * (missing + 0.5 * LAST_DIGIT)
+        return low <= unexplained <= UNEXPLAINED_FACTOR * (missing + 0.5 * LAST_DIGIT)
     allowed = {"I": INERTIA_SHARE * printed, "B": DAMPING, "K": STIFFNESS_SHARE * printed}[quantity]
     return abs(value - printed) <= allowed
 
@@ -77,7 +77,7 @@ def cell_rows(cells: list[Cell]) -> list[CellRow]:
 
 
 def fit_result(fits: dict[str, JointFit], marker_noise_m: float) -> Result:
-    """Constants of every law with their intervals, as facts (units in their names)."""
+    """Constants of every law with their intervals, as facts."""
     laws = {
         law: {
             "constants": {name: None if math.isinf(v) else v for name, v in asdict(fit.joint).items()},

@@ -19,7 +19,7 @@ from tepsipe.experiments.walking.strides import Strides, locate_pulses, refuse_s
 from tepsipe.statistics.uncertainty import Source
 
 FEWEST_UNPERTURBED = 12
-# least share of a window in which the foot must be loaded (-)
+# least share of a window in which the foot must be loaded
 LEAST_CONTACT = 0.9
 
 
@@ -34,13 +34,13 @@ class WalkingImpedance:
     at_percent : dict of float to float
         Nominal phase (%) -> phase to which K belongs (%).
     deviations : dict of float to Deviations
-        Nominal phase (%) -> strides minus their unperturbed behaviour (units there).
+        Nominal phase (%) -> strides minus their unperturbed behaviour.
     stance_s : float
         Mean stance of the unperturbed strides (s).
     quiet : ndarray of bool
-        Which strides are unperturbed (-).
+        Mask of the unperturbed strides.
     dropped : tuple of str
-        A sentence for every stride, pulse and phase that was left out (no unit).
+        A sentence for every stride, pulse and phase that was left out.
     """
 
     phases: dict[float, PhaseImpedance]
@@ -75,20 +75,20 @@ def analyse_walking(
     Parameters
     ----------
     recording : WalkingRecording
-        Signals of the perturbed leg (units there).
+        Signals of the perturbed leg.
     strides : Strides
-        Of the same leg, from `segment_strides` (s).
+        Strides of the same leg, from `segment_strides` (s).
     onsets : sequence of float
         Onsets of the pulses (s).
     options : WalkingOptions or None
-        Choices (units in their names); None for the recommended ones.
+        Choices; None for the recommended ones.
     sources : mapping of str to Source or None
-        Type B, see `estimate_impedance` (units in the names).
+        Type B, see `estimate_impedance`.
 
     Returns
     -------
     WalkingImpedance
-        Impedance of each phase (units there), and omissions.
+        Impedance of each phase, and omissions.
 
     Raises
     ------
@@ -117,28 +117,28 @@ def analyse_walking(
         *_of_no_phase(recording.name, pulses.onset, percent, options),
     ]
     for phase in options.onsets_percent:
-        here = np.abs(percent - phase) <= options.phase_tolerance_percent
-        if not here.any():
+        at_phase = np.abs(percent - phase) <= options.phase_tolerance_percent
+        if not at_phase.any():
             continue
-        if here.sum() < options.fewest_strides:
+        if at_phase.sum() < options.fewest_strides:
             dropped.append(
                 f"{recording.name}: expected at least {options.fewest_strides} perturbed strides at "
                 f"{phase:g} % of "
-                f"stance, found {here.sum()}: record more, the other phases are kept"
+                f"stance, found {at_phase.sum()}: record more, the other phases are kept"
             )
             continue
-        found = subtract_unperturbed(
+        deviation = subtract_unperturbed(
             walk,
-            (pulses.onset[here], delay[here]),
+            (pulses.onset[at_phase], delay[at_phase]),
             starts,
             options.window_s,
             options.ridge,
             options.state_before_s,
         )
-        deviations[phase] = found
-        phases[phase] = estimate_impedance(found, options, sources)
-        onset_percent[phase] = float(percent[here].mean())
-        if _loaded(recording, pulses.onset[here], options.window_s) < LEAST_CONTACT:
+        deviations[phase] = deviation
+        phases[phase] = estimate_impedance(deviation, options, sources)
+        onset_percent[phase] = float(percent[at_phase].mean())
+        if _loaded(recording, pulses.onset[at_phase], options.window_s) < LEAST_CONTACT:
             phases[phase] = without_contact(phases[phase])
             at_percent[phase] = onset_percent[phase]
             continue
@@ -159,22 +159,26 @@ def analyse_walking(
 def _rising(
     phases: dict[float, PhaseImpedance], at_percent: dict[float, float], stance_s: float
 ) -> dict[float, tuple[float, float, float]]:
-    """Rate of K at each phase by the phases beside it, its uncertainty, and the time of K after the onset."""
+    """Rate of K at each phase from the adjacent ones, its uncertainty, and the time of K after the onset."""
     usable = [phase for phase, fit in phases.items() if not fit.flags]
-    found = {}
+    rates = {}
     for k, phase in enumerate(usable):
         first, last = usable[max(k - 1, 0)], usable[min(k + 1, len(usable) - 1)]
         if first == last:
             continue
-        apart = stance_s * (at_percent[last] - at_percent[first]) / 100.0
+        interval_s = stance_s * (at_percent[last] - at_percent[first]) / 100.0
         low, high = phases[first], phases[last]
         u = np.hypot(low.budget.type_a[2], high.budget.type_a[2])
-        found[phase] = (float(high.values[2] - low.values[2]) / apart, float(u) / apart, phases[phase].at_s)
-    return found
+        rates[phase] = (
+            float(high.values[2] - low.values[2]) / interval_s,
+            float(u) / interval_s,
+            phases[phase].at_s,
+        )
+    return rates
 
 
 def _loaded(recording: WalkingRecording, onsets: np.ndarray, window_s: float) -> float:
-    """Mean share of the windows in which the foot is on the belt."""
+    """Mean share of the windows with the foot on the belt."""
     time = onsets[:, None] + np.arange(0.0, window_s, 1.0 / recording.rate_hz)
     return float((np.interp(time, recording.time, recording.vertical) > CONTACT_N).mean())
 

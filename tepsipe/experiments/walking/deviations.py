@@ -38,7 +38,7 @@ class FilteredWalk:
     splines : dict of str to scipy.interpolate.CubicSpline
         angle (rad), moment (N·m), vertical and anterior force (N), ankle_x (m) over time (s).
     state : list of scipy.interpolate.CubicSpline
-        Signals from which unperturbed behaviour is predicted (any units).
+        Signals from which unperturbed behaviour is predicted.
     rate_hz : float
         Rate of the recording (Hz).
     """
@@ -75,11 +75,11 @@ def filter_walk(
     Parameters
     ----------
     recording : WalkingRecording
-        Signals (units there).
+        Signals.
     cutoff_hz : float
         Cutoff (Hz).
     order : int
-        Order of both passes together (-).
+        Order of both passes together.
     matched_by : tuple of str or None
         Signals of which the state at the onset is taken: moment, angle, vertical, anterior, other_vertical or
         names of the recording's ``state``; None for all, () for the plain mean.
@@ -134,7 +134,7 @@ def subtract_unperturbed(
     Parameters
     ----------
     walk : FilteredWalk
-        Signals (units there).
+        Signals.
     pulses : tuple of ndarray, each of shape (n,)
         Onsets and their delays after the heel strike (s).
     unperturbed : ndarray, shape (m,)
@@ -142,24 +142,26 @@ def subtract_unperturbed(
     window_s : float
         Length of the window (s).
     ridge : float
-        Penalty of the matching, relative to the number of strides (-).
+        Penalty of the matching, relative to the number of strides.
     before_s : float
         The state is that so long before the onset (s).
 
     Returns
     -------
     Deviations
-        Units there.
+        Deviations of the strides of this phase.
     """
     onset, delay = pulses
     time = np.arange(1, round(window_s * walk.rate_hz) + 1) / walk.rate_hz
     rounded = np.round(delay, 3)  # pulses of one delay share their unperturbed strides
     perturbed = np.empty((onset.size, len(CHANNELS), time.size))
     for value in np.unique(rounded):
-        here = rounded == value
-        matching, *_ = _matching(walk, unperturbed + delay[here].mean(), time, ridge, before_s)
-        predicted = matching.predict(state_features(walk.state, onset[here], before_s))
-        perturbed[here] = _signals(walk, onset[here], time) - predicted.reshape(-1, len(CHANNELS), time.size)
+        alike = rounded == value
+        matching, *_ = _matching(walk, unperturbed + delay[alike].mean(), time, ridge, before_s)
+        predicted = matching.predict(state_features(walk.state, onset[alike], before_s))
+        perturbed[alike] = _signals(walk, onset[alike], time) - predicted.reshape(
+            -1, len(CHANNELS), time.size
+        )
     matching, features, signals = _matching(walk, unperturbed + delay.mean(), time, ridge, before_s)
     residuals = left_out_residuals(matching, features, signals)
     return Deviations(time, perturbed, residuals.reshape(-1, len(CHANNELS), time.size))
@@ -175,11 +177,12 @@ def _matching(walk: FilteredWalk, onsets: np.ndarray, time: np.ndarray, ridge: f
 def _signals(walk: FilteredWalk, onsets: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Signals of `CHANNELS` after each onset, shape (n, 8, w), relative to the onset.
 
-    Derivatives too: a zero-lag filter brings the start of the pulse forward, before the onset.
+    This holds for derivatives as well, because a zero-lag filter moves the start of the pulse before the
+    onset.
     """
-    found = []
+    responses = []
     for name, order in CHANNELS:
         spline = walk.splines[name].derivative(order) if order else walk.splines[name]
         values = cut(spline, onsets, time)
-        found.append(values - spline(onsets)[:, None])
-    return np.stack(found, axis=1)
+        responses.append(values - spline(onsets)[:, None])
+    return np.stack(responses, axis=1)

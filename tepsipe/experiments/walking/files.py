@@ -38,7 +38,7 @@ def read_recording(
     Returns
     -------
     WalkingRecording
-        Signals, linearly interpolated (units there).
+        Signals, linearly interpolated.
 
     Raises
     ------
@@ -49,9 +49,9 @@ def read_recording(
     time = table.pop("time")
     steps = np.diff(time)
     if time.size < 2 or steps.min() < 0.0 or steps.max() > max_gap_s or not np.isfinite(time).all():
-        found = "fewer than two" if time.size < 2 else f"steps from {steps.min():.3g} to {steps.max():.3g} s"
+        state = "fewer than two" if time.size < 2 else f"steps from {steps.min():.3g} to {steps.max():.3g} s"
         raise InputError(
-            f"{path}: expected time stamps that rise by at most {max_gap_s:g} s, found {found}: correct "
+            f"{path}: expected time stamps that rise by at most {max_gap_s:g} s, found {state}: correct "
             "the column "
             f"{quoted(columns['time'])}, or cut the recording at the gap"
         )
@@ -59,9 +59,9 @@ def read_recording(
         np.arange(math.ceil(time[0] * rate_hz - 1e-6), math.floor(time[-1] * rate_hz + 1e-6) + 1) / rate_hz
     )
     signals = {name: np.interp(clock, time, values) for name, values in table.items()}
-    own = {name: signals.pop(name) for name in SIGNALS}
+    required = {name: signals.pop(name) for name in SIGNALS}
     supplied = signals.pop("supplied_moment", None)
-    return WalkingRecording(str(path), rate_hz, clock, **own, state=signals, supplied_moment=supplied)
+    return WalkingRecording(str(path), rate_hz, clock, **required, state=signals, supplied_moment=supplied)
 
 
 def read_events(path: str | Path | None, columns: Mapping[str, str | None]) -> dict[str, np.ndarray]:
@@ -89,11 +89,11 @@ def read_events(path: str | Path | None, columns: Mapping[str, str | None]) -> d
         return {kind: np.zeros(0) for kind in EVENTS}
     lines = [line.split(",") for line in read_text(path, "a table of events").splitlines() if line.strip()]
     names = [name.strip() for name in lines[0]] if lines else []
-    found = {}
+    events = {}
     for kind in EVENTS:
         name = columns.get(kind)
         if name is None:
-            found[kind] = np.zeros(0)
+            events[kind] = np.zeros(0)
             continue
         if name not in names:
             raise InputError(
@@ -108,5 +108,5 @@ def read_events(path: str | Path | None, columns: Mapping[str, str | None]) -> d
             raise InputError(
                 f"{path}: expected events in s in the column {quoted(name)}, found {error}: correct the cell"
             ) from error
-        found[kind] = np.sort(values[np.isfinite(values)])
-    return found
+        events[kind] = np.sort(values[np.isfinite(values)])
+    return events

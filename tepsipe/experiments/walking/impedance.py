@@ -11,13 +11,13 @@ and its covariance is known from unperturbed strides,
 
     S = cov(M + I theta'' + B theta' + K theta) (1/n + 1/m) + (0.02 y)^2 1 + s^2 R(t, t')
 
-with m unperturbed strides, 2 % of the response for what the model lacks, and a reflex moment of any shape
-from t_r on, an integrated Wiener process R that amounts to s 20 ms after t_r. What varies within the window
-is averaged with the weights of K, so that the estimate belongs to their centre of time (Lee, Krebs & Hogan
+with m unperturbed strides, 2 % of the response for errors of the model, and a reflex moment of any shape from
+t_r on, an integrated Wiener process R that reaches s at 20 ms after t_r. A changing impedance is averaged
+over the window with the weights of K, so the estimate belongs to their centre of time (Lee, Krebs & Hogan
 2016 and Shorter & Rouse 2018 on impedance that changes within stance).
 
-Errors in variables: means of natural scatter remain in Dtheta. Its covariances are known
-from unperturbed strides and are subtracted from the normal equations.
+Errors in variables: natural scatter remains in the mean Dtheta. Its covariances are known from unperturbed
+strides and are subtracted from the normal equations.
 
 References
 ----------
@@ -64,7 +64,7 @@ class WalkingOptions:
     lowpass_cutoff_hz : float
         Cutoff of all signals (Hz).
     lowpass_order : int
-        Order of both passes together (-).
+        Order of both passes together.
     window_s : float
         Window after the onset (s).
     reflex_from_s : float
@@ -72,9 +72,9 @@ class WalkingOptions:
     reflex_Nm : float
         Standard deviation of the free reflex moment 20 ms later (N·m).
     matched_by : tuple of str or None
-        Signals that foretell a stride, see `filter_walk`; None for all, () for the plain mean (no unit).
+        Signals that foretell a stride, see `filter_walk`; None for all, () for the plain mean.
     ridge : float
-        Penalty of the matching, relative to the number of strides (-).
+        Penalty of the matching, relative to the number of strides.
     state_before_s : float
         The state at the onset is taken so long before (s).
     inertia_kgm2 : float or None
@@ -84,9 +84,9 @@ class WalkingOptions:
     foot_depth_m : float
         Its centre of mass below the ankle (m).
     fewest_strides : int
-        Fewest perturbed strides of a phase (-).
+        Fewest perturbed strides of a phase.
     recovery_strides : int
-        Strides after a perturbed one that count as neither perturbed nor unperturbed (-).
+        Strides after a perturbed one that count as neither perturbed nor unperturbed.
     control_percent : tuple of float
         Further onsets, in swing, at which no impedance may be found (% of stance, above 100).
     """
@@ -110,7 +110,7 @@ class WalkingOptions:
 
     @classmethod
     def from_settings(cls, analysis: dict) -> Self:
-        """Choices of a study (units in their names)."""
+        """Choices of a study."""
         lists = {key: tuple(value) for key, value in analysis.items() if isinstance(value, list)}
         return cls(**analysis | lists)
 
@@ -135,12 +135,12 @@ class PhaseImpedance:
     at_s : float
         Time after the onset to which K belongs (s).
     response : float
-        RMS response of the mean angle, in standard deviations of its chance (-).
+        RMS response of the mean angle, in standard deviations of its chance.
     perturbed, unperturbed : int
-        Numbers of strides (-).
+        Numbers of strides.
     flags : str
         ``no-response`` if the angle does not respond, ``no-contact`` if the foot carries no load in the
-        window; else empty (no unit).
+        window; else empty.
     """
 
     values: np.ndarray
@@ -168,9 +168,9 @@ def estimate_impedance(
     Parameters
     ----------
     deviations : Deviations
-        Strides minus their unperturbed behaviour (units there).
+        Strides minus their unperturbed behaviour.
     options : WalkingOptions
-        Choices (units in their names).
+        Options of the analysis.
     sources : mapping of str to Source
         Type B: joint_centre_anterior_m, joint_centre_vertical_m, foot_mass_kg, belt_load_kgm, sync_s,
         angle_gain, inertia_kgm2 (units in the names; the last counts where I is known).
@@ -180,7 +180,7 @@ def estimate_impedance(
     Returns
     -------
     PhaseImpedance
-        Estimates (units there).
+        Estimates.
     """
     n, m = len(deviations.perturbed), len(deviations.unperturbed)
     factor = options.foot_mass_kg * options.foot_depth_m
@@ -212,7 +212,7 @@ def estimate_impedance(
 
 
 def without_contact(fit: PhaseImpedance) -> PhaseImpedance:
-    """The same without values: a foot in the air has no moment from the belt (units in `PhaseImpedance`)."""
+    """The same without values, because a foot in the air has no moment from the belt."""
     nothing, endless = np.full(3, np.nan), np.full(3, np.inf)
     budget = Budget(endless, 1.0)
     return replace(fit, values=nothing, budget=budget, low=-endless, high=endless, flags="no-contact")
@@ -226,13 +226,13 @@ def predicted_uncertainty(
     Parameters
     ----------
     deviations : Deviations
-        Of unperturbed strides (units there).
+        Deviations of unperturbed strides.
     response : ndarray, shape (3, w)
         Expected acceleration, velocity and angle (rad/s2, rad/s, rad).
     beta : ndarray, shape (3,)
         Expected I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
     options : WalkingOptions
-        Choices (units in their names).
+        Options of the analysis.
 
     Returns
     -------
@@ -274,16 +274,16 @@ def _step(signals, time: np.ndarray, beta: np.ndarray, free: slice, options: Wal
     inverse = np.linalg.inv(covariance)
     design = mean[free].T
     gram = design.T @ inverse @ design
-    # what natural scatter adds to the normal equations: of angles with themselves, and with the moment
+    # contribution of natural scatter to the normal equations: angles with themselves, and with the moment
     product = np.einsum("nav,vw,nbw->ab", x0[:, free], inverse, x0[:, free]) * share / len(y0)
     rest = y0 - np.einsum("nqw,q->nw", x0[:, : free.start], beta[: free.start])
     cross = np.einsum("nav,vw,nw->a", x0[:, free], inverse, rest) * share / len(y0)
     corrected = gram - product
     if np.linalg.eigvalsh(_scaled(corrected, gram))[0] < 0.2:  # no more signal than scatter: no correction
         corrected, cross = gram, 0.0 * cross
-    found = beta.copy()
-    found[free] = np.linalg.solve(corrected, design.T @ inverse @ moment - cross)
-    return found, np.linalg.solve(corrected, design.T @ inverse)
+    updated = beta.copy()
+    updated[free] = np.linalg.solve(corrected, design.T @ inverse @ moment - cross)
+    return updated, np.linalg.solve(corrected, design.T @ inverse)
 
 
 def _scaled(matrix: np.ndarray, scale: np.ndarray) -> np.ndarray:
@@ -303,15 +303,17 @@ def _reflex(time: np.ndarray, start_s: float) -> np.ndarray:
 def _type_a(influence: np.ndarray, scatter: np.ndarray) -> tuple[np.ndarray, float]:
     """Standard uncertainty by the perturbed strides and by the unperturbed mean; degrees of freedom."""
     n, m = len(influence), len(scatter)
-    own = influence.var(axis=0, ddof=1) / n
+    perturbed = influence.var(axis=0, ddof=1) / n
     # strides perturbed at random: slow drift is common to both kinds, and no correlation needs to be added
-    other = scatter.var(axis=0, ddof=1) / m
-    freedom = (own + other)[-1] ** 2 / (own[-1] ** 2 / (n - 1) + other[-1] ** 2 / (m - 1))
-    return np.sqrt(own + other), float(freedom)
+    unperturbed = scatter.var(axis=0, ddof=1) / m
+    freedom = (perturbed + unperturbed)[-1] ** 2 / (
+        perturbed[-1] ** 2 / (n - 1) + unperturbed[-1] ** 2 / (m - 1)
+    )
+    return np.sqrt(perturbed + unperturbed), float(freedom)
 
 
 def _size(deviations: Deviations) -> float:
-    """RMS of the mean angle's response in standard deviations of what chance makes of it."""
+    """RMS of the mean angle's response in standard deviations expected by chance."""
     n, m = len(deviations.perturbed), len(deviations.unperturbed)
     mean = deviations.perturbed[:, ANGLE].mean(axis=0)
     chance = deviations.unperturbed[:, ANGLE].var(axis=0) * (1.0 / n + 1.0 / m)
@@ -319,7 +321,7 @@ def _size(deviations: Deviations) -> float:
 
 
 def _of_the_model(deviations: Deviations, beta: np.ndarray, weights: np.ndarray, free: slice) -> np.ndarray:
-    """Root of the covariance that 2 % of the response, independent from sample to sample, makes."""
+    """Root of the covariance of an independent error of 2 % of the response per sample."""
     modelled = beta @ deviations.perturbed.mean(axis=0)[list(REGRESSORS)]
     root = np.zeros((len(modelled), 3))
     root[:, free] = (weights * DISCREPANCY * modelled).T
@@ -334,7 +336,7 @@ def _type_b(
     options: WalkingOptions,
     sources: Mapping[str, Source],
 ) -> dict[str, np.ndarray]:
-    """Signed contributions, each the weights applied to the moment that one standard uncertainty makes."""
+    """Signed contributions: the weights applied to the moment due to one standard uncertainty."""
     mean = deviations.perturbed.mean(axis=0)
     modelled = beta[free] @ mean[list(REGRESSORS)][free]
     # resisting moment per unit of the source: M falls with a centre further forward, rises with a higher one
@@ -347,11 +349,11 @@ def _type_b(
         "angle_gain": -modelled,
         "inertia_kgm2": -mean[ACCELERATION] if free.start else np.zeros_like(modelled),
     }
-    found = {}
+    contributions = {}
     for name, source in sources.items():
         contribution = np.zeros(3)
         contribution[free] = weights @ made[name] * source.standard_uncertainty
         if name == "inertia_kgm2" and free.start:
             contribution[0] = source.standard_uncertainty
-        found[name] = contribution[None]
-    return found
+        contributions[name] = contribution[None]
+    return contributions

@@ -32,16 +32,16 @@ NEEDED = (ANKLE, KNEE, HEEL, TOE)
 
 @dataclass(frozen=True)
 class WalkingFiles:
-    """What stands where in the files of a laboratory.
+    """Axes, plates, markers and channels in the files of a laboratory.
 
     Attributes
     ----------
     forward, up : str
         Directions in the axes of the file: +x, -x, +y, -y, +z or -z.
     own_plate, other_plate : int
-        Numbers of the force plates under the perturbed foot and under the other one (-).
+        Numbers of the force plates under the perturbed foot and under the other one.
     force_sign : int
-        1 where the plates give the force on the person, -1 where that on the plate (-).
+        1 where the plates give the force on the person, -1 where that on the plate.
     markers : dict of str to str
         ankle, knee, heel, toe, and any others whose position may foretell a stride -> label in the file.
     surface_m : float
@@ -60,14 +60,14 @@ class WalkingFiles:
 
     @classmethod
     def from_settings(cls, recording: dict) -> Self:
-        """Axes, numbers of the plates (-), markers and height of the belt (m) of a study."""
+        """Axes, numbers of the plates, markers and height of the belt (m) of a study."""
         axes, plates = recording["axes"], recording["plates"]
         same = {key: recording[key] for key in ("force_sign", "markers", "surface_m")}
         return cls(axes["forward"], axes["up"], plates["own"], plates["other"], **same)
 
 
 def is_of_instruments(path: str | Path) -> bool:
-    """Whether a trial is a C3D or the text of D-Flow's mocap module (no unit); else it is a table."""
+    """Test for a trial in C3D or in the text of D-Flow's mocap module; any other is a table."""
     return kind_of(path) in (C3D, DFLOW)
 
 
@@ -88,7 +88,7 @@ def read_instruments(path: str | Path, files: WalkingFiles, rate_hz: float, max_
     Returns
     -------
     WalkingRecording
-        Signals on the clock, whose time 0 is the first frame (units there).
+        Signals on the clock, whose time 0 is the first frame.
 
     Raises
     ------
@@ -134,12 +134,16 @@ def walking_recording(
         for name, x in markers.items()
     }
     across = np.cross(forward, up)
-    own, other = (
+    measured, other = (
         files.force_sign * on_clock(np.column_stack([p.force @ plane.T, p.moment @ across]), p.rate_hz)
         for p in plates
     )
-    loaded = own[:, 1] > CONTACT_N
-    cop = np.where(loaded, (own[:, 2] + files.surface_m * own[:, 0]) / np.where(loaded, own[:, 1], 1.0), 0.0)
+    loaded = measured[:, 1] > CONTACT_N
+    cop = np.where(
+        loaded,
+        (measured[:, 2] + files.surface_m * measured[:, 0]) / np.where(loaded, measured[:, 1], 1.0),
+        0.0,
+    )
     shank, foot = at[KNEE] - at[ANKLE], at[TOE] - at[HEEL]
     state = {"shank": np.arctan2(*shank.T[::-1])}
     for label in set(at) - set(NEEDED):
@@ -149,8 +153,8 @@ def walking_recording(
         rate_hz,
         clock,
         angle=np.unwrap(state["shank"] - np.arctan2(*foot.T[::-1])) - 0.5 * np.pi,
-        vertical=own[:, 1],
-        anterior=own[:, 0],
+        vertical=measured[:, 1],
+        anterior=measured[:, 0],
         cop=cop,
         ankle_x=at[ANKLE][:, 0],
         ankle_y=at[ANKLE][:, 1],
@@ -160,7 +164,7 @@ def walking_recording(
 
 
 def _plate(recording: Recording, number: int) -> ForcePlate:
-    """A force plate that can be used."""
+    """A force plate with usable data."""
     if not 1 <= number <= len(recording.plates):
         raise InputError(
             f"{recording.name}: expected a force plate {number}, found {len(recording.plates)} force plates: "
@@ -194,11 +198,11 @@ def _filled(recording: Recording, files: WalkingFiles, max_gap_s: float) -> dict
         raise InputError(f"{recording.name}: expected markers, found none: export the file with its points")
     chosen = select_markers(recording.markers, list(files.markers.values()), recording.name)
     frames = np.arange(len(chosen.positions))
-    found = {}
-    for key, label, own in zip(
+    filled = {}
+    for key, label, positions in zip(
         files.markers, chosen.labels, chosen.positions.transpose(1, 0, 2), strict=True
     ):
-        seen = np.isfinite(own[:, 0])
+        seen = np.isfinite(positions[:, 0])
         steps = np.diff(np.concatenate([[-1], frames[seen], [frames.size]])) - 1
         longest = steps.max() / chosen.rate_hz
         if longest > max_gap_s or seen.sum() < 2:
@@ -207,8 +211,8 @@ def _filled(recording: Recording, files: WalkingFiles, max_gap_s: float) -> dict
                 f"{longest:.3g} s: cut the trial there, or fill the gap where the motion is known"
             )
         if not seen.all():
-            own = scipy.interpolate.PchipInterpolator(frames[seen], own[seen])(
+            positions = scipy.interpolate.PchipInterpolator(frames[seen], positions[seen])(
                 np.clip(frames, frames[seen][0], frames[seen][-1])
             )
-        found[key] = own
-    return found
+        filled[key] = positions
+    return filled

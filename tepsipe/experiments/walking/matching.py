@@ -1,4 +1,4 @@
-"""Perturbed strides minus what they would have been: unperturbed strides with the same past.
+"""Perturbed strides minus their unperturbed prediction, from unperturbed strides with the same past.
 
 An unperturbed stride is cut at the same time after its heel strike as the pulse. What follows is predicted
 from the state at the onset, by ridge regression on standardised features of the unperturbed strides:
@@ -24,13 +24,13 @@ class Matching:
     Attributes
     ----------
     centre, scale : ndarray, shape (f,)
-        Mean and standard deviation of the features over the unperturbed strides (any units).
+        Mean and standard deviation of the features over the unperturbed strides.
     slope : ndarray, shape (f, k)
         Change of the predicted signals per standard deviation of a feature (units of the signals).
     mean : ndarray, shape (k,)
         Mean of the signals over the unperturbed strides (units of the signals).
     leverage : ndarray, shape (n,)
-        Share of each unperturbed stride in its own prediction (-).
+        Share of each unperturbed stride in its own prediction.
     """
 
     centre: np.ndarray
@@ -50,11 +50,11 @@ def fit_matching(features: np.ndarray, signals: np.ndarray, ridge: float) -> Mat
     Parameters
     ----------
     features : ndarray, shape (n, f)
-        State at the onset (any units); f may be 0.
+        State at the onset; f may be 0.
     signals : ndarray, shape (n, k)
-        What follows (any units).
+        Signals after the onset.
     ridge : float
-        Strength of the penalty lambda, relative to the number of strides (-).
+        Strength of the penalty lambda, relative to the number of strides.
 
     Returns
     -------
@@ -63,7 +63,7 @@ def fit_matching(features: np.ndarray, signals: np.ndarray, ridge: float) -> Mat
     """
     n, f = features.shape
     centre, scale = features.mean(axis=0), features.std(axis=0)
-    # a feature without scatter foretells nothing
+    # a feature without scatter predicts nothing
     scale = np.where(scale > 1e-6 * np.abs(features).max(axis=0, initial=0.0), scale, np.inf)
     z, mean = (features - centre) / scale, signals.mean(axis=0)
     inverse = np.linalg.inv(z.T @ z + ridge * n * np.eye(f)) @ z.T
@@ -72,8 +72,7 @@ def fit_matching(features: np.ndarray, signals: np.ndarray, ridge: float) -> Mat
 
 
 def left_out_residuals(matching: Matching, features: np.ndarray, signals: np.ndarray) -> np.ndarray:
-    """What each unperturbed stride differs from its prediction by the others, shape (n, k) (units of the
-    signals).
+    """Difference of each unperturbed stride from its prediction by the others, shape (n, k).
 
     The residual over 1 - leverage, exact for the mean and for a ridge regression whose standardisation is
     kept.
@@ -92,7 +91,7 @@ def state_features(splines: list, onsets: np.ndarray, before_s: float) -> np.nda
     Parameters
     ----------
     splines : list of scipy.interpolate.CubicSpline
-        Signals (any units).
+        Signals.
     onsets : ndarray, shape (n,)
         Onsets (s).
     before_s : float

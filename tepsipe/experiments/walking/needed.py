@@ -25,20 +25,20 @@ FEWEST_PLANNED = 10  # strides of a phase
 
 @dataclass(frozen=True)
 class ExpectedPulse:
-    """A pulse that is planned, and the joint that it will meet.
+    """A planned pulse, and the joint that it perturbs.
 
     Attributes
     ----------
     amplitude_rad : float
         Rotation of the ankle (rad).
     duration_s : float
-        Of its minimum-jerk ramp (s).
+        Duration of its minimum-jerk ramp (s).
     stiffness_Nm_per_rad : dict of float to float
         Phase (%) -> expected K (N·m/rad).
     damping_Nms_per_rad : float
         Expected B (N·m·s/rad).
     strides : int
-        All perturbed strides (-).
+        All perturbed strides.
     """
 
     amplitude_rad: float
@@ -55,11 +55,11 @@ class NeededRow:
     Attributes
     ----------
     condition : str
-        The trial (no unit).
+        The trial.
     phase_percent : float
         Phase of the onset (%).
     matching : str
-        state, or mean: how unperturbed behaviour is predicted (no unit).
+        state, or mean: how unperturbed behaviour is predicted.
     moment_sd_Nm, angle_sd_rad : float
         Standard deviation, 60 ms after the onset, of what the prediction leaves (N·m, rad).
     K_Nm_per_rad : float
@@ -67,9 +67,9 @@ class NeededRow:
     u_one_stride_Nm_per_rad : float
         Standard uncertainty of K by one stride (N·m/rad).
     strides_for_15_percent : float
-        Strides for a standard uncertainty of 15 % of K (-).
+        Strides for a standard uncertainty of 15 % of K.
     planned_strides : int
-        Strides of the planned number that this phase gets, see `allocation` (-).
+        Strides of the planned number that this phase gets, see `allocation`.
     planned_u_percent : float
         Standard uncertainty of K with them, of Type A (% of K).
     """
@@ -92,20 +92,20 @@ NEEDED_ROWS = Table(NeededRow, "strides needed")
 def allocation(needed: Sequence[float], total: int, fewest: int) -> list[int]:
     """Divide perturbed strides among phases so that all reach the same relative uncertainty of K.
 
-    u^2 falls with the number, so each phase gets strides in proportion to its need; at least ``fewest``,
-    because a phase also lends its K to the rise at its neighbours, and a scatter needs strides to be seen.
+    u^2 falls with the number, so each phase gets strides in proportion to its need. It gets at least
+    ``fewest``, because its K also determines the rise at its neighbours, and scatter needs several strides.
 
     Parameters
     ----------
     needed : sequence of float
-        Strides that each phase needs for one and the same relative uncertainty (-).
+        Strides that each phase needs for one and the same relative uncertainty.
     total, fewest : int
-        All perturbed strides, and the fewest of a phase (-).
+        All perturbed strides, and the fewest of a phase.
 
     Returns
     -------
     list of int
-        Strides of each phase (-), together ``total``.
+        Strides of each phase, together ``total``.
 
     Raises
     ------
@@ -126,10 +126,10 @@ def allocation(needed: Sequence[float], total: int, fewest: int) -> list[int]:
         if not below.any():
             break
         held |= below
-    found = np.floor(shares + 1e-9).astype(int)
-    for k in np.argsort(found - shares)[: total - found.sum()]:
-        found[k] += 1
-    return found.tolist()
+    counts = np.floor(shares + 1e-9).astype(int)
+    for k in np.argsort(counts - shares)[: total - counts.sum()]:
+        counts[k] += 1
+    return counts.tolist()
 
 
 def needed_strides(
@@ -144,15 +144,15 @@ def needed_strides(
     Parameters
     ----------
     condition : str
-        The trial, for the rows (no unit).
+        The trial, for the rows.
     recording : WalkingRecording
-        Unperturbed walking (units there).
+        Unperturbed walking.
     strides : Strides
         Its strides (s).
     pulse : ExpectedPulse
-        What is planned (units there).
+        Planned pulse.
     options : WalkingOptions
-        Choices (units in their names).
+        Options of the analysis.
 
     Returns
     -------
@@ -175,7 +175,7 @@ def needed_strides(
     stance, rows = float(strides.stance.mean()), []
     planned = max(FEWEST_PLANNED, options.fewest_strides)
     for matching, chosen in (("state", options.matched_by), ("mean", ())):
-        walk, own = filter_walk(recording, options.lowpass_cutoff_hz, options.lowpass_order, chosen), []
+        walk, predicted = filter_walk(recording, options.lowpass_cutoff_hz, options.lowpass_order, chosen), []
         for phase, stiffness in pulse.stiffness_Nm_per_rad.items():
             delay = np.full(len(strides), phase / 100.0 * stance)
             cut = subtract_unperturbed(
@@ -192,11 +192,11 @@ def needed_strides(
             late = np.argmin(np.abs(cut.time - 0.06))
             angle, moment = (cut.unperturbed[:, channel, late].std() for channel in (0, 3))
             count = (u / (0.15 * stiffness)) ** 2
-            own.append((condition, phase, matching, *map(float, (moment, angle, stiffness, u, count))))
-        strides_of = allocation([row[-1] for row in own], pulse.strides, planned)
+            predicted.append((condition, phase, matching, *map(float, (moment, angle, stiffness, u, count))))
+        strides_of = allocation([row[-1] for row in predicted], pulse.strides, planned)
         rows += [
             NeededRow(*row, number, 15.0 * float(np.sqrt(row[-1] / number)))
-            for row, number in zip(own, strides_of, strict=True)
+            for row, number in zip(predicted, strides_of, strict=True)
         ]
     return rows
 

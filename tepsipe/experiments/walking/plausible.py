@@ -20,7 +20,7 @@ def refuse_other_units(recording: WalkingRecording, strides: Strides) -> None:
     recording : WalkingRecording
         Signals of the perturbed leg (rad, N, m).
     strides : Strides
-        Of the same leg (s).
+        Strides of the same leg (s).
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What is known of one leg in a walking trial, on one regular clock, and its moment at the ankle.
+"""Signals of one leg in a walking trial, on one regular clock, and its moment at the ankle.
 
 The moment of the ankle follows from the force of the foot's own belt and the centre of pressure, at the
 bandwidth of the force:
@@ -7,8 +7,8 @@ bandwidth of the force:
 
 with x forward and y upward, positive in plantarflexion. Gravity and inertia of the foot are left to
 `tepsipe.experiments.walking.impedance`, as a deviation of the moment that is known up to the foot's mass.
-Moments that gait software supplies are often low-passed at 6 Hz, which leaves neither the pulse nor
-the scatter of the strides within it: they flatter (`bandwidth_hz`).
+Moments from gait software are often low-passed at 6 Hz. This removes the pulse, and the scatter of the
+strides with it, so the results look better than they are (`bandwidth_hz`).
 """
 
 from dataclasses import dataclass, field
@@ -33,7 +33,7 @@ class WalkingRecording:
     Attributes
     ----------
     name : str
-        Of the trial, for messages (no unit).
+        Name of the trial, for messages.
     rate_hz : float
         Rate of the regular clock (Hz).
     time : ndarray, shape (n,)
@@ -49,7 +49,7 @@ class WalkingRecording:
     other_vertical : ndarray, shape (n,)
         Force of the belt on the other foot, upward (N).
     state : dict of str to ndarray
-        Further signals that may foretell a stride, for example the angle of the knee (any units).
+        Further signals that may foretell a stride, for example the angle of the knee.
     supplied_moment : ndarray or None, shape (n,)
         Moment of the ankle as supplied with the recording, positive in plantarflexion (N·m).
     """
@@ -82,7 +82,7 @@ def ankle_moment(recording: WalkingRecording) -> np.ndarray:
 def bandwidth_hz(moment: np.ndarray, reference: np.ndarray, rate_hz: float) -> float:
     """Frequency at which a supplied moment has lost half of the power of the reference (Hz).
 
-    The gain is that of the open-loop spectral estimate from the reference, |S_ry / S_rr|, averaged over three
+    The gain is the open-loop spectral estimate from the reference, |S_ry / S_rr|, averaged over three
     lines. Half the rate is returned where the gain stays above 1/sqrt(2).
 
     Parameters
@@ -114,10 +114,10 @@ def bandwidth_hz(moment: np.ndarray, reference: np.ndarray, rate_hz: float) -> f
 
 
 def agreement(recording: WalkingRecording, stance: np.ndarray) -> float:
-    """RMS difference in stance between the supplied moment and that from force and CoP (N·m).
+    """RMS difference in stance between the supplied moment and the moment from force and CoP (N·m).
 
-    Both are low-passed alike. A large difference says that this side's moment cannot be rebuilt, for
-    example because its centre of pressure or its ankle is not that of the foot: do not use it.
+    Both are low-passed alike. A large difference means that this side's moment cannot be reconstructed, for
+    example because its centre of pressure or its ankle does not belong to the foot. Do not use it then.
 
     Parameters
     ----------

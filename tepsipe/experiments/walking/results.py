@@ -24,9 +24,9 @@ class WalkingRow:
     Attributes
     ----------
     condition : str
-        The trial (no unit).
+        The trial.
     pulses : str
-        recorded, or none: then random strides stand for perturbed ones (no unit).
+        recorded, or none: then random strides stand for perturbed ones.
     phase_percent, at_percent : float
         Nominal phase of the onset, and phase to which K belongs (%).
     quantity, unit : str
@@ -36,12 +36,12 @@ class WalkingRow:
     u_type_a, u_type_b : float
         Standard uncertainties from the strides and from everything else (``unit``).
     perturbed, unperturbed : int
-        Numbers of strides (-).
+        Numbers of strides.
     response : float
-        RMS response of the mean angle, in standard deviations of its chance (-).
+        RMS response of the mean angle, in standard deviations of its chance.
     flags : str
         ``no-response``: the angle does not respond, and the interval is infinite; ``no-contact``: the foot
-        is in the air, and there is no value (no unit).
+        is in the air, and there is no value.
     """
 
     condition: str
@@ -65,10 +65,10 @@ class WalkingRow:
 WALKING_ROWS = Table(WalkingRow, "impedance in walking")
 
 
-def walking_rows(condition: str, pulses: str, found: WalkingImpedance) -> list[WalkingRow]:
-    """Rows of one trial (units in the rows)."""
+def walking_rows(condition: str, pulses: str, impedance: WalkingImpedance) -> list[WalkingRow]:
+    """Rows of one trial."""
     rows = []
-    for phase, fit in found.phases.items():
+    for phase, fit in impedance.phases.items():
         combined = fit.budget.combined
         for i, quantity in enumerate(QUANTITIES):
             numbers = (fit.values, combined, fit.low, fit.high, fit.budget.type_a, fit.budget.type_b)
@@ -77,7 +77,7 @@ def walking_rows(condition: str, pulses: str, found: WalkingImpedance) -> list[W
                     condition,
                     pulses,
                     phase,
-                    found.at_percent[phase],
+                    impedance.at_percent[phase],
                     quantity,
                     UNITS[quantity],
                     *(float(np.asarray(column)[i]) for column in numbers),
@@ -90,33 +90,35 @@ def walking_rows(condition: str, pulses: str, found: WalkingImpedance) -> list[W
     return rows
 
 
-def pathway_of(phase: float) -> str:
+def phase_pathway(phase: float) -> str:
     """Name of a phase (% of stance) among the pathways of the table of estimates."""
     return f"{'swing' if phase >= SWING_PERCENT else 'stance'}-{phase:g}"
 
 
-def walking_estimates(condition: str, found: WalkingImpedance) -> tuple[list[Estimate], list[Contribution]]:
-    """Rows of one trial for the tables of estimates and of uncertainty (units in them).
+def walking_estimates(
+    condition: str, impedance: WalkingImpedance
+) -> tuple[list[Estimate], list[Contribution]]:
+    """Rows of one trial for the tables of estimates and of uncertainty.
 
     The pathway is the phase of the onset. K belongs to the quantity ``phase`` of the same pathway (%). Where
     the angle does not respond, or the foot is in the air, there is no value: flags ``not-identified`` and the
     reason.
     """
     rows, budgets = [], []
-    for phase, fit in found.phases.items():
-        own = _of_phase(condition, phase, fit)
+    for phase, fit in impedance.phases.items():
+        rows_of_phase = _of_phase(condition, phase, fit)
         if not fit.flags:
-            budgets += contributions_of(own, fit.budget, list(QUANTITIES))
-            head = (EXPERIMENT, condition, pathway_of(phase), ESTIMATOR)
-            own.append(Estimate(*head, "phase", "%", float(found.at_percent[phase])))
-            own = recommended(own, pathway_of(phase), ESTIMATOR)
-        rows += own
+            budgets += contributions_of(rows_of_phase, fit.budget, list(QUANTITIES))
+            head = (EXPERIMENT, condition, phase_pathway(phase), ESTIMATOR)
+            rows_of_phase.append(Estimate(*head, "phase", "%", float(impedance.at_percent[phase])))
+            rows_of_phase = recommended(rows_of_phase, phase_pathway(phase), ESTIMATOR)
+        rows += rows_of_phase
     return rows, budgets
 
 
 def _of_phase(condition: str, phase: float, fit: PhaseImpedance) -> list[Estimate]:
-    """I, B and K of one phase; without values where they say nothing."""
-    head = (EXPERIMENT, condition, pathway_of(phase), ESTIMATOR)
+    """I, B and K of one phase; without values where they are undetermined."""
+    head = (EXPERIMENT, condition, phase_pathway(phase), ESTIMATOR)
     if fit.flags:
         nothing = [
             Estimate(*head, q, UNITS[q], float("nan"), n_perturbations=fit.perturbed) for q in QUANTITIES

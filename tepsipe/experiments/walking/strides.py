@@ -32,7 +32,7 @@ class Strides:
     end : ndarray, shape (n,)
         Next heel strikes of the same foot (s).
     dropped : tuple of str
-        One sentence for every stride that is not among them (no unit).
+        One sentence for every stride that is not among them.
     """
 
     start: np.ndarray
@@ -41,15 +41,15 @@ class Strides:
     dropped: tuple[str, ...]
 
     def __len__(self) -> int:
-        """Number of strides (-)."""
+        """Number of strides."""
         return len(self.start)
 
     def taken(self, which: np.ndarray) -> "Strides":
-        """Some of the strides (units as here)."""
+        """A selection of the strides."""
         return Strides(self.start[which], self.stance[which], self.end[which], self.dropped)
 
     def in_stance(self, time: np.ndarray) -> np.ndarray:
-        """Whether each instant (s) lies in the stance of a stride, and not near its ends."""
+        """Test each instant (s) for the stance of a stride, away from its ends."""
         inside = np.zeros(time.size, dtype=bool)
         for start, stance in zip(self.start, self.stance, strict=True):
             inside |= (time > start + MARGIN_S) & (time < start + stance - MARGIN_S)
@@ -65,9 +65,9 @@ class Pulses:
     onset : ndarray, shape (p,)
         Onsets of the usable pulses (s).
     stride : ndarray of int, shape (p,)
-        Index of the stride of each (-).
+        Index of the stride of each.
     dropped : tuple of str
-        One sentence for every pulse that cannot be used (no unit).
+        One sentence for every pulse that cannot be used.
     """
 
     onset: np.ndarray
@@ -85,7 +85,7 @@ def segment_strides(
     """Cut a trial into strides by the heel strikes of one foot.
 
     A stride is dropped, with a sentence, if it has no toe-off or several, or a stance that differs by more
-    than a quarter from the median, which says that an event is wrong. Closer limits would select among
+    than a quarter from the median, which indicates a wrong event. Closer limits would select among
     the unperturbed strides and not among the perturbed ones, whose stance the pulse changes.
 
     Parameters
@@ -93,7 +93,7 @@ def segment_strides(
     heel_strikes, toe_offs : sequence of float
         Events of one foot (s). NaN for a missing event.
     name : str
-        Name of the trial, for messages (no unit).
+        Name of the trial, for messages.
     from_s : float
         Strides before this instant are left out, for example while the belt starts (s).
 
@@ -145,7 +145,7 @@ def segment_strides(
 def detect_events(recording: WalkingRecording) -> tuple[np.ndarray, np.ndarray]:
     """Heel strikes and toe-offs (s) by the vertical force: it rises above, and falls below, 30 N.
 
-    A contact or a pause of less than 0.15 s is none, for example a foot that scuffs the belt.
+    A contact or a pause shorter than 0.15 s is ignored, for example if the foot scuffs the belt.
     """
     loaded = recording.vertical > CONTACT_N
     shortest = round(SHORTEST_CONTACT_S * recording.rate_hz)
@@ -172,7 +172,7 @@ def locate_pulses(
     window_s : float
         Length of the window after an onset (s).
     name : str
-        Name of the trial, for messages (no unit).
+        Name of the trial, for messages.
 
     Returns
     -------
@@ -195,8 +195,8 @@ def locate_pulses(
             )
         else:
             kept.append((onset, index))
-    found = np.array(kept).reshape(-1, 2)
-    return Pulses(found[:, 0], found[:, 1].astype(int), tuple(dropped))
+    located = np.array(kept).reshape(-1, 2)
+    return Pulses(located[:, 0], located[:, 1].astype(int), tuple(dropped))
 
 
 def random_onsets(strides: Strides, phases_percent: Sequence[float], rng: np.random.Generator) -> np.ndarray:
@@ -232,7 +232,7 @@ def refuse_swapped_belts(recording: WalkingRecording, strides: Strides) -> None:
     recording : WalkingRecording
         Forces of both belts (N).
     strides : Strides
-        Of the foot that the recording is about (s).
+        Strides of the recorded foot (s).
 
     Raises
     ------
@@ -245,10 +245,10 @@ def refuse_swapped_belts(recording: WalkingRecording, strides: Strides) -> None:
         swing |= (time > start + stance + 0.05) & (time < end - 0.05)
     if not swing.any():
         return
-    own, other = recording.vertical[swing].mean(), recording.other_vertical[swing].mean()
-    if own > max(other, CONTACT_N):
+    load, other_load = recording.vertical[swing].mean(), recording.other_vertical[swing].mean()
+    if load > max(other_load, CONTACT_N):
         raise InputError(
-            f"{recording.name}: expected the foot's own belt unloaded in its swing, found {own:.0f} N on "
+            f"{recording.name}: expected the foot's own belt unloaded in its swing, found {load:.0f} N on "
             "it and "
-            f"{other:.0f} N on the other: swap the belts, or the events of left and right"
+            f"{other_load:.0f} N on the other: swap the belts, or the events of left and right"
         )

@@ -28,7 +28,7 @@ def read_trial(
     Returns
     -------
     recording, strides, events
-        Signals (units there), strides, and instants of the events (s).
+        Signals, strides, and instants of the events (s).
     """
     path = files["log"]
     if is_of_instruments(path):
@@ -41,9 +41,9 @@ def read_trial(
         recording = read_recording(path, settings["columns"], settings["rate_hz"], settings["max_gap_s"])
     columns = SIMULATED_EVENTS if simulated else settings["events"]
     events = read_events(files.get("events"), columns)
-    for kind, found in zip(("heel_strike", "toe_off"), detect_events(recording), strict=True):
+    for kind, detected in zip(("heel_strike", "toe_off"), detect_events(recording), strict=True):
         if files.get("events") is None or columns[kind] is None:
-            events[kind] = found
+            events[kind] = detected
     first_s = 0.0 if simulated else settings["from_s"]
     name = files.get("events") or path
     strides = segment_strides(events["heel_strike"], events["toe_off"], name=name, from_s=first_s)

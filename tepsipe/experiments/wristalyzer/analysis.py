@@ -42,7 +42,7 @@ class WristalyzerAnalysis:
     prepared : PreparedTrial
         Filtered signals (N·m, rad).
     fitted : dict of str to Fitted
-        Estimator -> its result (units there).
+        Estimator -> its result.
     tapered : FrequencyResponse
         The averaged estimate of the tapered record, for frequencies above the perturbation's band.
     profile : StiffnessProfile
@@ -63,7 +63,7 @@ class WristalyzerAnalysis:
     @property
     def budgets(self) -> dict[str, Budget]:
         """Estimator -> uncertainty of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad), where there is one."""
-        return {name: found.budget for name, found in self.fitted.items() if found.budget is not None}
+        return {name: fit.budget for name, fit in self.fitted.items() if fit.budget is not None}
 
 
 def analyse_wristalyzer(
@@ -79,11 +79,11 @@ def analyse_wristalyzer(
     trial : Trial
         ``torque`` (N·m) and ``angle`` (rad).
     options : WristalyzerOptions
-        Choices (units in their names).
+        Options of the analysis.
     rng : numpy.random.Generator
         Draws starting values.
     sources : mapping of str to Source, optional
-        What is not known exactly: torque_scale, angle_scale (-), torque_delay_s.
+        Uncertain constants: torque_scale, angle_scale, torque_delay_s.
 
     Returns
     -------
@@ -126,29 +126,29 @@ def analyse_wristalyzer(
 
 
 def wristalyzer_estimates(condition: str, analysis: WristalyzerAnalysis) -> list[Estimate]:
-    """Tidy rows of one trial: I, B, K, VAF over the trial (%), the error of a search (-), and flags."""
+    """Tidy rows of one trial: I, B, K, VAF over the trial (%), the error of a search, and flags."""
     rows = []
-    for estimator, found in analysis.fitted.items():
-        names, search = ("wristalyzer", condition, PATHWAY, estimator), found.search
+    for estimator, fit in analysis.fitted.items():
+        names, search = ("wristalyzer", condition, PATHWAY, estimator), fit.search
         printed = [None] * 3 if search is None else search.sem_as_printed.tolist()
-        own = [
+        estimates = [
             Estimate(*names, q, UNITS[q], float(value), sem_as_printed=sem)
-            for q, value, sem in zip(PARAMETERS, found.parameters, printed, strict=True)
+            for q, value, sem in zip(PARAMETERS, fit.parameters, printed, strict=True)
         ]
-        if found.budget is not None:
-            own = with_budget(own, found.budget, PARAMETERS)
+        if fit.budget is not None:
+            estimates = with_budget(estimates, fit.budget, PARAMETERS)
         if search is not None:
-            own.append(Estimate(*names, "error", "1", search.cost))
-        own.append(Estimate(*names, "VAF_trial", "%", analysis.prepared.prediction_vaf(found.parameters)))
-        rows += flagged(own, *found.flags)
+            estimates.append(Estimate(*names, "error", "1", search.cost))
+        estimates.append(Estimate(*names, "VAF_trial", "%", analysis.prepared.prediction_vaf(fit.parameters)))
+        rows += flagged(estimates, *fit.flags)
     quoted = next(name for name in RECOMMENDED if name in analysis.fitted)
     return recommended(rows, PATHWAY, quoted)
 
 
 def wristalyzer_contributions(rows: list[Estimate], budgets: Mapping[str, Budget]) -> list[Contribution]:
-    """Rows of the table of budgets, for the rows of `wristalyzer_estimates` (units in them).
+    """Rows of the table of budgets, for the rows of `wristalyzer_estimates`.
 
-    ``budgets`` are those of the analysis: estimator -> uncertainty of I, B, K (their units).
+    ``budgets`` come from the analysis: estimator -> uncertainty of I, B, K.
     """
     return [
         contribution
@@ -160,7 +160,7 @@ def wristalyzer_contributions(rows: list[Estimate], budgets: Mapping[str, Budget
 
 
 def wristalyzer_result(analysis: WristalyzerAnalysis) -> Result:
-    """Arrays and facts of one trial, for figures and for cross-validation (units in the result)."""
+    """Arrays and facts of one trial, for figures and for cross-validation."""
     arrays: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}
 
@@ -168,16 +168,16 @@ def wristalyzer_result(analysis: WristalyzerAnalysis) -> Result:
         arrays[name], units[name] = np.asarray(values), unit
 
     prepared, fit = analysis.prepared, analysis.fitted[AS_PRINTED]
-    spectral = {name: found for name, found in analysis.fitted.items() if found.spectrum is not None}
-    searches = {name: found.search for name, found in analysis.fitted.items() if found.search is not None}
+    spectral = {name: fitted for name, fitted in analysis.fitted.items() if fitted.spectrum is not None}
+    searches = {name: fitted.search for name, fitted in analysis.fitted.items() if fitted.search is not None}
     keep("torque", prepared.torque, "Nm")
     keep("angle", prepared.angle, "rad")
     keep("predicted_angle", simulate_angle(fit.parameters, prepared.torque, prepared.rate_hz), "rad")
-    for estimator, found in spectral.items():
-        keep(f"{estimator}/frequency", found.spectrum.frequency_hz, "Hz")
-        keep(f"{estimator}/response", found.spectrum.response, "rad/Nm")
-        keep(f"{estimator}/coherence", found.spectrum.coherence, "1")
-        keep(f"{estimator}/parameters", found.parameters, "Nms2/rad, Nms/rad, Nm/rad")
+    for estimator, fitted in spectral.items():
+        keep(f"{estimator}/frequency", fitted.spectrum.frequency_hz, "Hz")
+        keep(f"{estimator}/response", fitted.spectrum.response, "rad/Nm")
+        keep(f"{estimator}/coherence", fitted.spectrum.coherence, "1")
+        keep(f"{estimator}/parameters", fitted.parameters, "Nms2/rad, Nms/rad, Nm/rad")
     keep("tapered/frequency", analysis.tapered.frequency_hz, "Hz")
     keep("tapered/response", analysis.tapered.response, "rad/Nm")
     keep("tapered/coherence", analysis.tapered.coherence, "1")

@@ -1,9 +1,9 @@
-"""Uncertainty of I, B, K of the torque-controlled manipulator: what each source contributes.
+"""Uncertainty of I, B, K of the torque-controlled manipulator, source by source.
 
 With a torque that is s times the commanded one and an encoder that reads a times the angle, every estimate of
 a torque over an angle is 1 / (s a) times the true one, friction 1 / s, hardening 1 / (s a^3), and an angle a
-times. A torque that acts later than its record by d turns 1 / H by e^(j w d): the spectral fits take it for
-damping, the regressions estimate it. I is that of everything that turns with the handle.
+times. A torque that acts later than its record by d turns 1 / H by e^(j w d): the spectral fits mistake it
+for damping, the regressions estimate it. I is the inertia of everything that turns with the handle.
 """
 
 from collections.abc import Mapping
@@ -23,7 +23,7 @@ from tepsipe.identification.regression.pooled import PooledFit
 from tepsipe.signals.response import FrequencyResponse
 from tepsipe.statistics.uncertainty import Budget, Source
 
-# sources that are evaluated from the trial itself: choices that would not matter for a linear joint
+# sources evaluated from the trial itself: choices that would not matter for a linear joint
 CRITERION, BAND = "fit_criterion", "fitted_band"
 # powers of the torque and of the angle in a quantity
 POWERS = {"friction": (1, 0), "K_cubic": (1, -3), "softening_angle": (0, 1), "delay": (0, 0)}
@@ -65,21 +65,21 @@ def spectral_budget(
     Parameters
     ----------
     fit : AdmittanceFit
-        The fit (units there).
+        The fit.
     estimate : FrequencyResponse
         The n frequencies that were fitted (Hz, rad/(N·m)).
     bounds : Bounds
         Bounds of the fit (its units).
     sources : mapping of str to Source
-        torque_scale, angle_scale (-) and torque_delay_s, as far as they are known.
+        torque_scale, angle_scale and torque_delay_s, as far as they are known.
     power : ndarray, shape (n,), optional
-        Power of the torque at these frequencies (any unit), for averages over whole periods: residuals are
+        Power of the torque at these frequencies, for averages over whole periods: residuals are
         then unequal, and the distance to another criterion is the half width of a rectangular distribution.
 
     Returns
     -------
     Budget
-        Of I, B, K.
+        Budget of I, B, K.
     """
     contributions = _scales(_of_joint(fit.parameters), sources)
     if "torque_delay_s" in sources:
@@ -101,20 +101,20 @@ def spectral_budget(
 def period_budget(fit: PeriodFit, sources: Mapping[str, Source]) -> Budget:
     """Uncertainty of the regression over whole periods (units of ``fit``).
 
-    What the lower part of the band changes counts as the half width of a rectangular distribution: a joint
-    that is not linear has another nearest linear joint in each band. The delay is estimated.
+    The change with the lower part of the band counts as the half width of a rectangular distribution, because
+    the linear joint nearest to a non-linear one differs between bands. The delay is estimated.
 
     Parameters
     ----------
     fit : PeriodFit
-        The fit (units there).
+        The fit.
     sources : mapping of str to Source
-        torque_scale and angle_scale (-), as far as they are known.
+        torque_scale and angle_scale, as far as they are known.
 
     Returns
     -------
     Budget
-        Of I, B, K.
+        Budget of I, B, K.
     """
     contributions = _scales(_of_joint(fit.parameters), sources)
     contributions[BAND] = fit.of_band[None] / np.sqrt(3.0)
@@ -127,14 +127,14 @@ def pooled_budget(fit: PooledFit, sources: Mapping[str, Source]) -> Budget:
     Parameters
     ----------
     fit : PooledFit
-        The fit (units there).
+        The fit.
     sources : mapping of str to Source
-        torque_scale and angle_scale (-), as far as they are known.
+        torque_scale and angle_scale, as far as they are known.
 
     Returns
     -------
     Budget
-        Of every quantity of ``fit.values``.
+        Budget of every quantity of ``fit.values``.
     """
     type_a = np.array([fit.standard_error[name] for name in fit.values])
     return Budget(type_a, fit.freedom, _scales(fit.values, sources), _freedom(sources))

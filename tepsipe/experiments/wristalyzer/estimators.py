@@ -56,7 +56,7 @@ class Estimator:
     meaning : str
         Description in a few words.
     function : callable
-        From a `WristalyzerRecord` to `Fitted` (units there).
+        From a `WristalyzerRecord` to `Fitted`.
     needs_period : bool
         True if the perturbation must be periodic; other trials do without the estimator.
     in_table : bool
@@ -90,7 +90,7 @@ def _spectral_fit(record: "WristalyzerRecord") -> Fitted:
 def _modulus(record: "WristalyzerRecord") -> Fitted:
     from tepsipe.identification.admittance_fit import fit_as_printed
 
-    # no budget: the sum of squares says nothing about the spread of a fit that ends where it began
+    # no budget: the sum of squares tells nothing about the scatter of a fit that ends where it began
     search = fit_as_printed(record.averaged.band(*record.options.fit_band_hz), record.options.bounds)
     return _searched(search, record.averaged)
 

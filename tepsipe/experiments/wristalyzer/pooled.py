@@ -15,7 +15,7 @@ from tepsipe.io.trial import Trial
 from tepsipe.statistics.uncertainty import Source
 
 CONDITION = "pooled"
-# the delay of the torque absorbs the hold of the command and is no property of the joint
+# the delay of the torque absorbs the hold of the command and is not a property of the joint
 NUISANCE = ("delay",)
 
 
@@ -56,14 +56,14 @@ def fit_wristalyzer_together(
 def pooled_estimates(
     fit: PooledFit, sources: Mapping[str, Source]
 ) -> tuple[list[Estimate], list[Contribution]]:
-    """Tidy rows of the condition ``pooled`` (units in them): K and B are those of small movements.
+    """Tidy rows of the condition ``pooled``: K and B hold for small movements.
 
     Parameters
     ----------
     fit : PooledFit
-        The fit (units there).
+        The fit.
     sources : mapping of str to Source
-        What is not known exactly: torque_scale, angle_scale (-).
+        Uncertain constants: torque_scale, angle_scale.
 
     Returns
     -------
@@ -83,7 +83,7 @@ def pooled_estimates(
 
 
 def pooled_result(conditions: list[str], fit: PooledFit) -> Result:
-    """What each group of terms adds to I, B, K in each trial, for the figure (units in the result)."""
+    """Contribution of each group of terms to I, B, K in each trial, for the figure."""
     arrays: dict[str, np.ndarray] = {"rms_angle": fit.rms_angle}
     units = {"rms_angle": "rad"}
     for name, share in fit.shares.items():

@@ -28,7 +28,7 @@ class WristalyzerOptions:
     cut_s : float
         Time cut at both ends (s).
     averaged_bins : int
-        Raw frequencies averaged into one (-).
+        Raw frequencies averaged into one.
     fit_band_hz : (float, float)
         Lowest and highest fitted frequency (Hz).
     perturbation_period_s : float or None
@@ -38,11 +38,11 @@ class WristalyzerOptions:
     bounds : Bounds
         Starting values and bounds (N·m·s²/rad, N·m·s/rad, N·m/rad).
     random_starts : int
-        Number of random starting values (-).
+        Number of random starting values.
     tried_stiffness_Nm_per_rad : tuple of float
         Starting values of K tried with each type of residual (N·m/rad).
     profile_Nm_per_rad : (float, float, int)
-        Lowest and highest K of the profile (N·m/rad) and number of points (-).
+        Lowest and highest K of the profile (N·m/rad) and number of points.
     """
 
     lowpass_cutoff_hz: float
@@ -115,7 +115,7 @@ def prepare(trial: Trial, options: WristalyzerOptions) -> PreparedTrial:
 
 @dataclass(frozen=True)
 class WristalyzerRecord:
-    """Signals of a trial, and what is known of them.
+    """Signals of a trial, and their known uncertainties.
 
     Attributes
     ----------
@@ -124,9 +124,9 @@ class WristalyzerRecord:
     prepared : PreparedTrial
         The same signals filtered (N·m, rad).
     options : WristalyzerOptions
-        Choices (units in their names).
+        Options of the analysis.
     sources : mapping of str to Source
-        What is not known exactly: torque_scale, angle_scale, torque_delay_s.
+        Uncertain constants: torque_scale, angle_scale, torque_delay_s.
     """
 
     trial: Trial
@@ -135,7 +135,7 @@ class WristalyzerRecord:
     sources: Mapping[str, Source]
 
     def recorded(self, name: str) -> np.ndarray:
-        """A signal of the kept part without filtering (its unit)."""
+        """A signal of the kept part, unfiltered."""
         return self.trial.values(name)[self.prepared.kept]
 
     @cached_property

@@ -24,7 +24,7 @@ class ParallelCascadeOptions:
     reflex_length_s, reflex_knot_s : float
         Length of the reflex response, and distance of its knots (s).
     reflex_poles_per_s, reflex_order : tuple of float, int
-        Poles of the Laguerre functions that are tried in place of knots (rad/s), and their number (-).
+        Poles of the Laguerre functions that are tried in place of knots (rad/s), and their number.
     reflex_thresholds_rad_per_s : tuple of float
         Velocity thresholds of the reflex that are tried (rad/s).
     reflex_delays_s : (float, float)
@@ -34,15 +34,15 @@ class ParallelCascadeOptions:
     expected_delay_s : float
         Preferred delay among those that the record cannot separate (s).
     delay_tolerance : float
-        Relative difference of the cross-validated error from which delays are separated (-).
+        Relative difference of the cross-validated error from which delays are separated.
     penalties : tuple of float
-        Values of lambda that are tried (-).
+        Values of lambda that are tried.
     term_tolerance : float
-        Relative difference of the cross-validated error below which a simpler structure is taken (-).
+        Relative difference of the cross-validated error below which a simpler structure is taken.
     folds : int
-        Number of blocks of the cross-validation (-), reduced where blocks would be shorter than the reflex.
+        Number of blocks of the cross-validation, reduced where blocks would be shorter than the reflex.
     slow_horizons_s : tuple of float
-        Times by which the slow torque is predicted ahead (s); the first one is that of the result.
+        Times by which the slow torque is predicted ahead (s); the result uses the first one.
     """
 
     intrinsic_lag_s: float = 0.04
@@ -65,30 +65,30 @@ class ParallelCascadeOptions:
 
 @dataclass(frozen=True)
 class Structure:
-    """Structure that is selected by cross-validation.
+    """Structure selected by cross-validation.
 
     Attributes
     ----------
     direction : {1, -1, 0}
-        Sign of the velocity to which the reflex responds (-), 0 for no reflex.
+        Sign of the velocity to which the reflex responds, 0 for no reflex.
     stiffening : bool
-        Whether the stiffness is angle-dependent, that is c is estimated (-).
+        Whether the stiffness is angle-dependent, that is c is estimated.
     delay_s : float
         Delay of the reflex (s), 0 without a reflex.
     penalty : float
-        lambda (-).
+        lambda.
     stops : bool
-        Whether there is a short-range stiffness (-).
+        Whether there is a short-range stiffness.
     gain_slope : bool
-        Whether the reflex gain depends on the angle (-).
+        Whether the reflex gain depends on the angle.
     unloading : bool
-        Whether velocities of the other direction have a delayed response, too (-).
+        Whether velocities of the other direction have a delayed response, too.
     threshold_rad_per_s : float
         Velocity below which the reflex does not respond (rad/s).
     pole_per_s : float
         Pole of the Laguerre functions of the reflex response (rad/s); 0 for a response of knots.
     relaxing : bool
-        Whether a part of the stiffness relaxes (-).
+        Whether a part of the stiffness relaxes.
     """
 
     direction: int
@@ -104,7 +104,7 @@ class Structure:
 
     @property
     def terms(self) -> int:
-        """Number of terms beyond the linear intrinsic pathway (-)."""
+        """Number of terms beyond the linear intrinsic pathway."""
         of_joint = self.stiffening + self.stops + self.relaxing
         return abs(self.direction) + of_joint + self.gain_slope + self.unloading
 
@@ -116,7 +116,7 @@ class MuscleFit:
     Attributes
     ----------
     constants : ndarray, shape (3,)
-        G (N·m·s/rad), natural frequency (Hz), zeta (-).
+        G (N·m·s/rad), natural frequency (Hz), zeta.
     bootstrap : ndarray, shape (draws, 3)
         The same for bootstrapped blocks.
     response : ndarray, shape (k,)
@@ -145,7 +145,7 @@ class Relaxing:
     weights : ndarray, shape (r,)
         Their stiffnesses (N·m/rad), not negative.
     stiffness : float
-        Sum of the stiffnesses (N·m/rad), 0 without relaxation: K of quick movements exceeds that of slow ones
+        Sum of the stiffnesses (N·m/rad), 0 without relaxation: K of quick movements exceeds K of slow ones
         by it.
     stiffness_bootstrap : ndarray, shape (draws,)
         The same for bootstrapped blocks (N·m/rad).
@@ -176,8 +176,8 @@ class ShortRange:
     weights_bootstrap : ndarray, shape (draws, s)
         The same for bootstrapped blocks (N·m/rad).
     stiffness : float
-        K for quick movements within the smallest radius: K plus all weights, those of relaxing elements
-        included (N·m/rad).
+        K for quick movements within the smallest radius: K plus all weights, including relaxing elements
+        (N·m/rad).
     stiffness_bootstrap : ndarray, shape (draws,)
         The same for bootstrapped blocks (N·m/rad).
     yield_angle_rad : float
@@ -232,13 +232,13 @@ class Assumption:
     Attributes
     ----------
     quantity, unit : str
-        Name and unit of what is chosen (unitless).
+        Name and unit of what is chosen.
     value, low, high : float
         Value that is used, and ends of the range whose cross-validated error is alike (unit of the quantity).
     vaf_low, vaf_high : float
         Smallest and largest cross-validated VAF within the range (%).
     determined : bool
-        Whether the record determines the quantity: the range is one value or its neighbours (unitless).
+        Whether the record determines the quantity: the range is one value or its neighbours.
     """
 
     quantity: str
@@ -253,18 +253,18 @@ class Assumption:
 
 @dataclass(frozen=True)
 class ModelScore:
-    """One of the models that were compared.
+    """Score of one of the compared models.
 
     Attributes
     ----------
     structure : Structure
-        Its terms (units there).
+        Its terms.
     error, error_se : float
         Cross-validated error relative to the smallest, and standard error of the difference (%).
     vaf_cross_validated, vaf_held_out : float
         VAF (%) of the blocks of the fitted part, each predicted from the others, and of the held-out part.
     coefficients : int
-        Number of coefficients, offset included, before they are shrunk by the penalty (-).
+        Number of coefficients, offset included, before they are shrunk by the penalty.
     """
 
     structure: Structure
@@ -284,7 +284,7 @@ class ParallelCascadeFit:
     structure : Structure
         Structure selected by cross-validation.
     blocks : int
-        Number of blocks from which the bootstrap draws (-).
+        Number of blocks from which the bootstrap draws.
     predicted, reflex_torque, stop_torque : ndarray, shape (n,)
         Predicted tau, tau_R, and torque of the stop and relaxing elements (N·m) over the evaluated part of
         the record.
@@ -321,7 +321,7 @@ class ParallelCascadeFit:
     gain_slope_bootstrap, unloading_gain_bootstrap : ndarray, shape (draws,)
         The same for bootstrapped blocks.
     reflex_share : float
-        Variance of tau_R relative to that of tau, in the fitted part (%).
+        Variance of tau_R relative to the variance of tau, in the fitted part (%).
     intrinsic_time, intrinsic_response : ndarray, shape (m,)
         Lag (s), and low-pass filtered h / T (N·m/rad per s).
     reflex_time : ndarray, shape (k,)

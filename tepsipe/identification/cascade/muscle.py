@@ -18,13 +18,13 @@ from tepsipe.identification.cascade.record import (
     REFLEX_GROUPS,
     CascadeRecord,
     Design,
-    groups_of,
+    column_groups,
     make_design,
 )
 from tepsipe.identification.cascade.selection import fit_once
 from tepsipe.statistics.goodness_of_fit import evaluate_held_out
 
-# frequency (Hz) and damping ratio (-) of the muscle: starting values, bounds, and step of the logarithms for
+# frequency (Hz) and damping ratio of the muscle: starting values, bounds, and step of the logarithms for
 # numerical derivatives
 MUSCLE_START = (2.0, 1.0)
 MUSCLE_BOUNDS = ((0.2, 20.0), (0.2, 5.0))
@@ -39,24 +39,24 @@ def fit_muscle(
     Parameters
     ----------
     record : CascadeRecord
-        Weighted record (units there).
+        Weighted record.
     structure : Structure
-        Structure with a reflex (units there).
+        Structure with a reflex.
     blocks : list of slice
         Samples of the bootstrapped blocks.
     times : ndarray, shape (draws, blocks)
-        How often each of them counts (-).
+        Multiplicity of each block.
     samples : int
         Length of the response (samples).
 
     Returns
     -------
     MuscleFit
-        The muscle (units there).
+        The muscle.
     """
     drive = {
         name: delayed(record.reflex_input(name, structure), structure.delay_s, record.rate_hz)
-        for name in groups_of(structure)
+        for name in column_groups(structure)
         if name in REFLEX_GROUPS
     }
     pathways = _Pathways(record, structure, drive)
@@ -94,8 +94,8 @@ class _Pathways:
 
     def design(self, responses: np.ndarray) -> Design:
         """Regressors of the structure with these responses of the reflex."""
-        given = {name: responses[:, [k]] for k, name in enumerate(self.drive)}
-        return make_design(self.record, self.structure, given)
+        columns = {name: responses[:, [k]] for k, name in enumerate(self.drive)}
+        return make_design(self.record, self.structure, columns)
 
 
 def _best_muscle(pathways: _Pathways) -> np.ndarray:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-# draws that are solved together: bounds the memory
+# number of draws solved together, which bounds the memory
 BATCH = 200
 
 
@@ -21,7 +21,7 @@ class BlockSums:
     Attributes
     ----------
     normal : ndarray, shape (blocks, p, p)
-        X'X (unitless, columns are scaled).
+        X'X, of scaled columns.
     right : ndarray, shape (blocks, p)
         X'y (unit of y).
     power : ndarray, shape (blocks,)
@@ -36,7 +36,7 @@ class BlockSums:
     size: np.ndarray
 
     def of(self, columns: np.ndarray) -> "BlockSums":
-        """The same for some of the columns (indices, unitless)."""
+        """The same for a selection of the columns (indices)."""
         return BlockSums(
             self.normal[:, columns[:, None], columns], self.right[:, columns], self.power, self.size
         )
@@ -53,9 +53,9 @@ def block_sums(x: np.ndarray, y: np.ndarray, blocks: list[slice]) -> BlockSums:
     Parameters
     ----------
     x : ndarray, shape (n, p)
-        Scaled regressors (unitless).
+        Scaled regressors.
     y : ndarray, shape (n,)
-        Signal to explain (any unit).
+        Signal to explain.
     blocks : list of slice
         Samples of each block.
 
@@ -78,11 +78,11 @@ def solve_bounded(normal: np.ndarray, right: np.ndarray, bounded: np.ndarray) ->
     Parameters
     ----------
     normal : ndarray, shape (k, p, p)
-        Normal matrices, penalty included (unitless).
+        Normal matrices, penalty included.
     right : ndarray, shape (k, p)
-        Right-hand sides (any unit).
+        Right-hand sides.
     bounded : ndarray of bool, shape (p,)
-        Whether a coefficient must not be negative (unitless).
+        Whether a coefficient must not be negative.
 
     Returns
     -------
@@ -101,10 +101,10 @@ def solve_bounded(normal: np.ndarray, right: np.ndarray, bounded: np.ndarray) ->
     trace = np.trace(reduced, axis1=1, axis2=2) + np.finfo(float).tiny
     root = np.linalg.cholesky(reduced + 1e-10 * trace[:, None, None] * np.eye(held.size))
     goal = np.linalg.solve(root, target[..., None])[..., 0]
-    found = np.empty_like(right)
-    found[:, held] = [scipy.optimize.nnls(a.T, b)[0] for a, b in zip(root, goal, strict=True)]
-    found[:, free] = through[..., 0] - np.einsum("kij,kj->ki", through[..., 1:], found[:, held])
-    return found
+    solution = np.empty_like(right)
+    solution[:, held] = [scipy.optimize.nnls(a.T, b)[0] for a, b in zip(root, goal, strict=True)]
+    solution[:, free] = through[..., 0] - np.einsum("kij,kj->ki", through[..., 1:], solution[:, held])
+    return solution
 
 
 def solve_without_each(sums: BlockSums, penalty: np.ndarray, bounded: np.ndarray) -> np.ndarray:
@@ -113,11 +113,11 @@ def solve_without_each(sums: BlockSums, penalty: np.ndarray, bounded: np.ndarray
     Parameters
     ----------
     sums : BlockSums
-        Normal equations of the blocks (unitless).
+        Normal equations of the blocks.
     penalty : ndarray, shape (p, p)
-        Penalty per sample (unitless).
+        Penalty per sample.
     bounded : ndarray of bool, shape (p,)
-        Whether a coefficient must not be negative (unitless).
+        Whether a coefficient must not be negative.
 
     Returns
     -------
@@ -125,34 +125,34 @@ def solve_without_each(sums: BlockSums, penalty: np.ndarray, bounded: np.ndarray
         Coefficients, row by row without this block (unit of y).
     """
     others = sums.normal.sum(axis=0) - sums.normal
-    left = sums.right.sum(axis=0) - sums.right
+    right = sums.right.sum(axis=0) - sums.right
     weight = sums.size.sum() - sums.size
-    return solve_bounded(others + weight[:, None, None] * penalty, left, bounded)
+    return solve_bounded(others + weight[:, None, None] * penalty, right, bounded)
 
 
 def solve_drawn(sums: BlockSums, times: np.ndarray, penalty: np.ndarray, bounded: np.ndarray) -> np.ndarray:
-    """Solutions for blocks that count several times or not at all, as a bootstrap draws them.
+    """Solutions for blocks with multiplicities, as a bootstrap draws them.
 
     Parameters
     ----------
     sums : BlockSums
-        Normal equations of the blocks (unitless).
+        Normal equations of the blocks.
     times : ndarray, shape (draws, blocks)
-        How often each block counts (-).
+        Multiplicity of each block.
     penalty : ndarray, shape (p, p)
-        Penalty per sample (unitless).
+        Penalty per sample.
     bounded : ndarray of bool, shape (p,)
-        Whether a coefficient must not be negative (unitless).
+        Whether a coefficient must not be negative.
 
     Returns
     -------
     ndarray, shape (draws, p)
         Coefficients (unit of y).
     """
-    found = [np.empty((0, sums.right.shape[1]))]
+    solutions = [np.empty((0, sums.right.shape[1]))]
     for start in range(0, times.shape[0], BATCH):
         part = times[start : start + BATCH]
         weight = part @ sums.size
         normal = np.tensordot(part, sums.normal, 1) + weight[:, None, None] * penalty
-        found.append(solve_bounded(normal, part @ sums.right, bounded))
-    return np.concatenate(found)
+        solutions.append(solve_bounded(normal, part @ sums.right, bounded))
+    return np.concatenate(solutions)

@@ -12,10 +12,10 @@ The model of Kearney, Stein & Parameswaran (1997), with both pathways in one reg
 
 T is the sampling period, theta_0 the mean angle of the fitted part, 2 c the angle-dependent stiffness (change
 of K per angle). tau_S is short-range stiffness: elastic-plastic stop elements (Prandtl 1928) of fixed radii
-r_j, so that K + sum of w is the stiffness of small movements and K that beyond yield; both fall steadily with
-amplitude in human calf muscles (Loram, Maganaris & Lakie 2007). Elements of stiffness v relax with fixed time
-constants T_j (Maxwell): after them their torque is gone. g is the reflex response, its integral the
-reflex gain G; the integral of m is the change of G per angle, that of b the gain of unloading, the delayed
+r_j. K + sum of w is then the stiffness of small movements, and K the stiffness beyond yield; the stiffness of
+human calf muscles falls steadily with amplitude (Loram, Maganaris & Lakie 2007). Elements of stiffness v
+relax with fixed time constants T_j (Maxwell). g is the reflex response, and its integral the reflex gain G.
+The integral of m is the change of G per angle; the integral of b is the gain of unloading, the delayed
 response to the other direction. They are linear between knots and zero at both ends, or sums of Laguerre
 functions t^k exp(-pole t), k >= 1. All signals and regressors are low-pass filtered identically, which
 preserves their linear relation. The criterion
@@ -25,14 +25,15 @@ preserves their linear relation. The criterion
 is minimised over the N samples of the fitted part, with every group of regressors scaled to unit size. W
 whitens the slow voluntary torque (`tepsipe.identification.cascade.slow_torque`): generalised least squares.
 The offset is the mean of the residual without W. h[-1], h[0] and h[1] are not penalised: by central
-differences they are I theta'' + B theta' + K theta. Roughness are second differences between knots, or the
+differences they are I theta'' + B theta' + K theta. Roughness means second differences between knots, or the
 size of the Laguerre coefficients; a large lambda reduces the model to I, B, K and stops. The structure is
 selected by cross-validation (`tepsipe.identification.cascade.selection`).
 
-Intervals: blocks are drawn with replacement, and for each draw terms, kernel and threshold by the same rules
-from folds drawn with replacement, so that they include these choices, but not that of the delay, which is
-assumed where the record does not determine it, nor the bias of the penalty. Percentiles of draws from n
-blocks are too narrow; they are expanded (`tepsipe.statistics.bootstrap.expanded_tail`).
+Intervals: blocks are drawn with replacement, and for each draw the terms, kernel and threshold are selected
+by the same rules from folds drawn with replacement. The intervals thus include these choices, but neither the
+choice of the delay, which is assumed where the record does not determine it, nor the bias of the penalty.
+Percentiles of draws from n blocks are too narrow; they are expanded
+(`tepsipe.statistics.bootstrap.expanded_tail`).
 """
 
 from dataclasses import dataclass, replace
@@ -69,7 +70,7 @@ from tepsipe.signals.differentiation import derivative
 from tepsipe.statistics.bootstrap import expanded_tail
 from tepsipe.statistics.goodness_of_fit import evaluate_held_out
 
-# fraction of the area of a response that counts as its duration (-)
+# fraction of the area of a response that counts as its duration
 LASTING = 0.95
 
 
@@ -83,17 +84,17 @@ class _Drawn:
 
     def mapped(self, name: str, matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Linear combinations, rows of ``matrix``, of the coefficients of one group, and their bootstrap."""
-        own = self.design.groups[name]
-        value = matrix @ self.solution[own] if own.stop > own.start else np.zeros(matrix.shape[0])
+        columns = self.design.groups[name]
+        value = matrix @ self.solution[columns] if columns.stop > columns.start else np.zeros(matrix.shape[0])
         return value, self.bootstrap[name] @ matrix.T
 
     def torque(self, *names: str) -> np.ndarray:
         """Torque of groups of columns over the part that is used (N·m)."""
-        found = np.zeros(self.design.columns.shape[0])
+        torque = np.zeros(self.design.columns.shape[0])
         for name in names:
-            own = self.design.groups[name]
-            found += self.design.columns[:, own] @ (self.design.scale[own] * self.solution[own])
-        return found
+            columns = self.design.groups[name]
+            torque += self.design.columns[:, columns] @ (self.design.scale[columns] * self.solution[columns])
+        return torque
 
 
 def identify_cascade(
@@ -106,7 +107,7 @@ def identify_cascade(
     record : CascadeRecord
         From `make_record` (rad, N·m).
     block, draws : int
-        Length of the bootstrapped blocks (samples), and number of draws (-).
+        Length of the bootstrapped blocks (samples), and number of draws.
     rng : numpy.random.Generator
         Draws the blocks.
 
@@ -120,36 +121,36 @@ def identify_cascade(
     blocks = [slice(k * block, (k + 1) * block) for k in range(training // block)]
     drawn_blocks = rng.integers(0, len(blocks), (draws, len(blocks)))
     times = np.array([np.bincount(draw, minlength=len(blocks)) for draw in drawn_blocks], dtype=float)
-    found = _draw(selection, blocks, times, rng)
-    predicted = found.torque(*found.design.groups)
+    estimate = _draw(selection, blocks, times, rng)
+    predicted = estimate.torque(*estimate.design.groups)
     motion = _motion_map(record)
-    impedance, impedance_drawn = found.mapped("intrinsic", motion["intrinsic"])
-    relaxing = _relaxing(record, found)
+    impedance, impedance_drawn = estimate.mapped("intrinsic", motion["intrinsic"])
+    relaxing = _relaxing(record, estimate)
     quick, quick_drawn = (
         impedance[2] + relaxing.stiffness,
         impedance_drawn[:, 2] + relaxing.stiffness_bootstrap,
     )
     working, working_drawn = impedance[2], impedance_drawn[:, 2]
     for name in ("stops", "relaxing"):
-        slope, slope_drawn = (x[..., 0] for x in found.mapped(name, motion[name][2:]))
+        slope, slope_drawn = (x[..., 0] for x in estimate.mapped(name, motion[name][2:]))
         working, working_drawn = working + slope, working_drawn + slope_drawn
-    stiffening, stiffening_drawn = (x[..., 0] for x in found.mapped("stiffening", np.array([[2.0]])))
-    reflex_torque = found.torque(*REFLEX_GROUPS)
+    stiffening, stiffening_drawn = (x[..., 0] for x in estimate.mapped("stiffening", np.array([[2.0]])))
+    reflex_torque = estimate.torque(*REFLEX_GROUPS)
     spread = np.mean((record.used[:training] - record.used[:training].mean()) ** 2)
-    lag, smooth = _shown_response(found.solution[found.design.groups["intrinsic"]], record)
+    lag, smooth = _shown_response(estimate.solution[estimate.design.groups["intrinsic"]], record)
     return ParallelCascadeFit(
         structure=structure,
         blocks=len(blocks),
         predicted=predicted,
         reflex_torque=reflex_torque,
-        stop_torque=found.torque("stops", "relaxing"),
+        stop_torque=estimate.torque("stops", "relaxing"),
         vaf=evaluate_held_out(record.used, predicted, training),
         vaf_cross_validated=cross_validated(record, structure),
         impedance=impedance,
         impedance_bootstrap=impedance_drawn,
         working_stiffness=float(working),
         working_stiffness_bootstrap=working_drawn,
-        short_range=_short_range(record, found, quick, quick_drawn),
+        short_range=_short_range(record, estimate, quick, quick_drawn),
         relaxing=relaxing,
         stiffening=float(stiffening),
         stiffening_bootstrap=stiffening_drawn,
@@ -160,7 +161,7 @@ def identify_cascade(
         slow=_slow_torque(record, predicted),
         assumptions=assumptions(selection),
         models=scores(selection),
-        **_reflex(selection, found, blocks, times),
+        **_reflex(selection, estimate, blocks, times),
     )
 
 
@@ -191,28 +192,34 @@ def _draw(selection: Selection, blocks: list[slice], times: np.ndarray, rng) -> 
             taken = np.flatnonzero((variants == variant) & (terms == row))
             columns = design.of(each)
             penalty = each.penalty * design.penalty[np.ix_(columns, columns)]
-            found = np.zeros((taken.size, design.scale.size))
-            found[:, columns] = solve_drawn(sums.of(columns), times[taken], penalty, design.bounded[columns])
-            _keep(drawn, taken, design, found / design.scale, each, record)
+            solutions = np.zeros((taken.size, design.scale.size))
+            solutions[:, columns] = solve_drawn(
+                sums.of(columns), times[taken], penalty, design.bounded[columns]
+            )
+            _keep(drawn, taken, design, solutions / design.scale, each, record)
     design = make_design(record, structure)
     return _Drawn(design, fit_once(record, design, structure) / design.scale, drawn)
 
 
-def _keep(drawn: dict, taken: np.ndarray, design: Design, found: np.ndarray, structure, record) -> None:
-    """Write coefficients, or what follows from them, to the draws that were taken."""
+def _keep(
+    drawn: dict, taken: np.ndarray, design: Design, coefficients: np.ndarray, structure, record
+) -> None:
+    """Write coefficients, or quantities derived from them, to the selected draws."""
     for name in ("intrinsic", "stops", "relaxing", "stiffening"):
-        own = design.groups[name]
-        if own.stop > own.start:
-            drawn[name][taken] = found[:, own]
+        columns = design.groups[name]
+        if columns.stop > columns.start:
+            drawn[name][taken] = coefficients[:, columns]
     kernels = kernel_responses(structure.pole_per_s, record.options, record.rate_hz)
     for name in REFLEX_GROUPS:
-        own = design.groups[name]
-        if own.stop > own.start:
-            drawn[name][taken] = found[:, own] @ kernels.sum(axis=0)[:, None] / record.rate_hz
-    own, size = design.groups["reflex"], drawn["response"].shape[1]
-    if own.stop > own.start and size:
-        shown = kernels[:size]
-        drawn["response"][np.ix_(taken, np.arange(shown.shape[0]))] = found[:, own] @ shown.T
+        columns = design.groups[name]
+        if columns.stop > columns.start:
+            drawn[name][taken] = coefficients[:, columns] @ kernels.sum(axis=0)[:, None] / record.rate_hz
+    columns, size = design.groups["reflex"], drawn["response"].shape[1]
+    if columns.stop > columns.start and size:
+        taken_kernels = kernels[:size]
+        drawn["response"][np.ix_(taken, np.arange(taken_kernels.shape[0]))] = (
+            coefficients[:, columns] @ taken_kernels.T
+        )
 
 
 def _samples(selection: Selection) -> int:
@@ -261,11 +268,11 @@ def _motion_map(record: CascadeRecord) -> dict[str, np.ndarray]:
     )
 
 
-def _relaxing(record: CascadeRecord, found: _Drawn) -> Relaxing:
+def _relaxing(record: CascadeRecord, estimate: _Drawn) -> Relaxing:
     """Part of the stiffness that relaxes, of the estimate and its bootstrap."""
-    own = found.design.groups["relaxing"]
+    columns = estimate.design.groups["relaxing"]
     times = np.array(record.options.relaxation_times_s)
-    weights, drawn = found.solution[own], found.bootstrap["relaxing"]
+    weights, drawn = estimate.solution[columns], estimate.bootstrap["relaxing"]
     with np.errstate(invalid="ignore", divide="ignore"):
         mean = weights @ times / weights.sum() if weights.size else np.nan
         mean_drawn = drawn @ times / drawn.sum(axis=1)
@@ -279,10 +286,10 @@ def _relaxing(record: CascadeRecord, found: _Drawn) -> Relaxing:
     )
 
 
-def _short_range(record: CascadeRecord, found: _Drawn, stiffness, stiffness_drawn) -> ShortRange:
+def _short_range(record: CascadeRecord, estimate: _Drawn, stiffness, stiffness_drawn) -> ShortRange:
     """Short-range stiffness of the estimate and its bootstrap; no radii where the structure has none."""
-    own = found.design.groups["stops"]
-    radii, weights, drawn = np.array(record.radii), found.solution[own], found.bootstrap["stops"]
+    columns = estimate.design.groups["stops"]
+    radii, weights, drawn = np.array(record.radii), estimate.solution[columns], estimate.bootstrap["stops"]
     with np.errstate(invalid="ignore", divide="ignore"):
         radius = weights @ radii[: weights.size] / weights.sum() if weights.size else np.nan
         radius_drawn = drawn @ radii / drawn.sum(axis=1)
@@ -297,19 +304,19 @@ def _short_range(record: CascadeRecord, found: _Drawn, stiffness, stiffness_draw
     )
 
 
-def _reflex(selection: Selection, found: _Drawn, blocks: list[slice], times: np.ndarray) -> dict:
-    """Fields of the result on the reflex pathway (units there)."""
+def _reflex(selection: Selection, estimate: _Drawn, blocks: list[slice], times: np.ndarray) -> dict:
+    """Fields of the result on the reflex pathway."""
     record, structure = selection.record, selection.structure
     rate = record.rate_hz
     response, gains = np.empty(0), dict.fromkeys(REFLEX_GROUPS, 0.0)
     if structure.direction:
         kernels = kernel_responses(structure.pole_per_s, record.options, rate)
-        response = kernels @ found.solution[found.design.groups["reflex"]]
+        response = kernels @ estimate.solution[estimate.design.groups["reflex"]]
         for name in REFLEX_GROUPS:
-            own = found.design.groups[name]
-            if own.stop > own.start:
-                gains[name] = float(kernels.sum(axis=0) @ found.solution[own] / rate)
-    drawn = found.bootstrap["response"]
+            columns = estimate.design.groups[name]
+            if columns.stop > columns.start:
+                gains[name] = float(kernels.sum(axis=0) @ estimate.solution[columns] / rate)
+    drawn = estimate.bootstrap["response"]
     tail = expanded_tail(0.95, len(blocks))
     low, high = np.percentile(drawn, [tail, 100.0 - tail], axis=0) if drawn.size else np.empty((2, 0))
     peak = duration = np.nan
@@ -322,11 +329,11 @@ def _reflex(selection: Selection, found: _Drawn, blocks: list[slice], times: np.
         muscle = fit_muscle(record, structure, blocks, times, response.size)
     return {
         "gain": gains["reflex"],
-        "gain_bootstrap": found.bootstrap["reflex"][:, 0],
+        "gain_bootstrap": estimate.bootstrap["reflex"][:, 0],
         "gain_slope": gains["gain_slope"],
-        "gain_slope_bootstrap": found.bootstrap["gain_slope"][:, 0],
+        "gain_slope_bootstrap": estimate.bootstrap["gain_slope"][:, 0],
         "unloading_gain": gains["unloading"],
-        "unloading_gain_bootstrap": found.bootstrap["unloading"][:, 0],
+        "unloading_gain_bootstrap": estimate.bootstrap["unloading"][:, 0],
         "reflex_time": structure.delay_s + np.arange(response.size) / rate,
         "reflex_response": response,
         "reflex_low": low,
@@ -355,14 +362,14 @@ def _delay_range(selection: Selection) -> tuple[float, float]:
 
 def _slow_torque(record: CascadeRecord, predicted: np.ndarray) -> SlowTorque:
     """Slow torque from past residuals, for every horizon (units of the result)."""
-    left, rate = record.used - predicted, record.rate_hz
+    residual, rate = record.used - predicted, record.rate_hz
     horizons = record.options.slow_horizons_s
-    ahead = {h: record.slow.predict(left, rate, max(1, round(h * rate))) for h in horizons}
+    ahead = {h: record.slow.predict(residual, rate, max(1, round(h * rate))) for h in horizons}
     scored = {h: evaluate_held_out(record.used, predicted + b, record.training) for h, b in ahead.items()}
     ordered = sorted(horizons)
     return SlowTorque(
         model=record.slow,
-        sd_Nm=float(np.std(record.slow.predict(left, rate, 0)[: record.training])),
+        sd_Nm=float(np.std(record.slow.predict(residual, rate, 0)[: record.training])),
         horizon_s=horizons[0],
         predicted=ahead[horizons[0]],
         vaf=scored[horizons[0]],
@@ -376,5 +383,5 @@ def _shown_response(h: np.ndarray, record: CascadeRecord) -> tuple[np.ndarray, n
     rate_hz, reach = record.rate_hz, h.size // 2
     room = round(0.25 * rate_hz)
     padded = np.concatenate([np.zeros(room), h * rate_hz, np.zeros(room)])
-    shown = slice(room - reach, room + h.size + reach)
-    return np.arange(-2 * reach, 2 * reach + 1) / rate_hz, record.lowpass(padded)[shown]
+    span = slice(room - reach, room + h.size + reach)
+    return np.arange(-2 * reach, 2 * reach + 1) / rate_hz, record.lowpass(padded)[span]

@@ -1,6 +1,6 @@
 """Parts of the intrinsic and the reflex pathway of a parallel-cascade model (Kearney et al. 1997).
 
-Short-range stiffness is that of elastic-plastic elements in parallel (Prandtl, Jenkin), each a spring in
+Short-range stiffness comes from elastic-plastic elements in parallel (Prandtl, Jenkin), each a spring in
 series with a slider: its force follows the angle, but its deflection does not exceed its radius. A relaxing
 element (Maxwell) is a spring in series with a damper: its deflection decays.
 """
@@ -31,11 +31,11 @@ def stop_deflection(angle: np.ndarray, radius: float) -> np.ndarray:
     ndarray, shape (n,)
         z (rad): dz = dtheta, limited to |z| <= radius. An element of stiffness w has the torque w z.
     """
-    deflection, found = 0.0, []
+    deflection, deflections = 0.0, []
     for step in np.diff(angle, prepend=angle[:1]).tolist():
         deflection = min(radius, max(-radius, deflection + step))
-        found.append(deflection)
-    return np.array(found)
+        deflections.append(deflection)
+    return np.array(deflections)
 
 
 def relaxing_deflection(angle: np.ndarray, time_s: float, rate_hz: float) -> np.ndarray:
@@ -65,7 +65,7 @@ def delayed(x: np.ndarray, delay_s: float, rate_hz: float) -> np.ndarray:
     Parameters
     ----------
     x : ndarray, shape (n, ...)
-        Signal (any unit).
+        Signal.
     delay_s : float
         Delay (s); negative for a lead, with the last sample held after the end.
     rate_hz : float
@@ -85,7 +85,7 @@ def delayed(x: np.ndarray, delay_s: float, rate_hz: float) -> np.ndarray:
 
 
 def lagged(x: np.ndarray, lags: np.ndarray) -> np.ndarray:
-    """Regressors of a response to ``x`` (any unit) at ``lags`` (samples), shape (n, lags); ends are held."""
+    """Regressors of a response to ``x`` at ``lags`` (samples), shape (n, lags); ends are held."""
     at = np.arange(x.size)[:, None] - np.asarray(lags)
     return x[np.clip(at, 0, x.size - 1)]
 
@@ -103,7 +103,7 @@ def knot_responses(length_s: float, knot_s: float, rate_hz: float) -> np.ndarray
     Returns
     -------
     ndarray, shape (samples, knots)
-        The responses at 0, 1 / rate, ... (-).
+        The responses at 0, 1 / rate, ....
     """
     knots = max(2, round(length_s / knot_s))
     time = np.arange(int(knots * knot_s * rate_hz) + 1) / rate_hz
@@ -124,14 +124,14 @@ def laguerre_responses(length_s: float, pole_per_s: float, order: int, rate_hz: 
     pole_per_s : float
         Their pole (rad/s).
     order : int
-        Number of functions (-).
+        Number of functions.
     rate_hz : float
         Sampling rate (Hz).
 
     Returns
     -------
     ndarray, shape (samples, order)
-        The responses at 0, 1 / rate, ... (-), with a sum of squares of ``rate_hz`` samples each.
+        The responses at 0, 1 / rate, ..., with a sum of squares of ``rate_hz`` samples each.
     """
     time = np.arange(int(length_s * rate_hz) + 1) / rate_hz
     late = pole_per_s * time[:, None]
@@ -145,11 +145,11 @@ def muscle_response(x: np.ndarray, rate_hz: float, frequency_hz: float, damping:
     Parameters
     ----------
     x : ndarray, shape (n,)
-        Signal (any unit).
+        Signal.
     rate_hz, frequency_hz : float
         Sampling rate, and the muscle's natural frequency (Hz).
     damping : float
-        zeta (-).
+        zeta.
 
     Returns
     -------

@@ -20,17 +20,17 @@ from tepsipe.identification.cascade.pathways import (
 from tepsipe.identification.cascade.slow_torque import SlowModel
 from tepsipe.signals.differentiation import derivative
 
-# part of the swing of the angle within which an element must be able to yield both ways (-)
+# part of the angle's range within which an element must be able to yield both ways
 REACHED = 0.6
-# time constants of a Laguerre response after which it is cut (-), and ridge relative to lambda (-)
+# time constants of a Laguerre response after which it is cut, and ridge relative to lambda
 LASTS, RIDGE = 14.0, 0.1
-# least effective number of spectral lines of the velocity (-): one sinusoid has 2, a triangle 3
+# least effective number of spectral lines of the velocity: one sinusoid has 2, a triangle 3
 FEWEST_LINES = 2.5
 
 
 @dataclass(frozen=True)
 class CascadeRecord:
-    """Filtered signals over the whole record, and the part of it that is used.
+    """Filtered signals over the whole record, and the part in use.
 
     Attributes
     ----------
@@ -45,15 +45,15 @@ class CascadeRecord:
     training : int
         Number of them, from the first on, that are fitted (samples).
     lowpass : function of ndarray to ndarray
-        Filter of signals and regressors, along axis 0 (unitless).
+        Filter of signals and regressors, along axis 0.
     options : ParallelCascadeOptions
-        Choices (units in their names).
+        Options of the analysis.
     radii : tuple of float
         Radii of the stop elements within the recorded movement (rad).
     slow : SlowModel
         Spectrum of the slow torque against which the regression is weighted (Hz).
     made : dict
-        What was computed, by name and choice (unitless).
+        Cache of computed regressors, by name and choice.
     """
 
     torque: np.ndarray
@@ -70,12 +70,12 @@ class CascadeRecord:
 
     @property
     def used(self) -> np.ndarray:
-        """Torque of the part that is used (N·m)."""
+        """Torque of the part in use (N·m)."""
         return self.torque[self.kept]
 
     @property
     def white_torque(self) -> np.ndarray:
-        """Innovation of the torque of the part that is used (N·m)."""
+        """Innovation of the torque of the part in use (N·m)."""
         key = ("torque", self.slow)
         if key not in self.made:
             self.made[key] = self.whiten(self.torque)[self.kept]
@@ -113,7 +113,7 @@ class CascadeRecord:
         return tuple(self._late(x, structure.delay_s if len(key) > 1 else 0.0) for x in pair)
 
     def _late(self, x: np.ndarray, delay_s: float) -> np.ndarray:
-        """The part that is used of a delayed signal; a view where the delay is a whole number of samples."""
+        """Part in use of a delayed signal; a view where the delay is a whole number of samples."""
         samples = round(delay_s * self.rate_hz, 6)
         if samples == int(samples) and int(samples) <= self.kept.start:
             return x[self.kept.start - int(samples) : self.kept.stop - int(samples)]
@@ -159,14 +159,14 @@ def kernel_responses(pole_per_s: float, options: ParallelCascadeOptions, rate_hz
     pole_per_s : float
         Pole (rad/s), or 0.
     options : ParallelCascadeOptions
-        Length, knots, and number of functions (units in their names).
+        Length, knots, and number of functions.
     rate_hz : float
         Sampling rate (Hz).
 
     Returns
     -------
     ndarray, shape (samples, functions)
-        The basis (-).
+        The basis.
     """
     if pole_per_s == 0.0:
         return knot_responses(options.reflex_length_s, options.reflex_knot_s, rate_hz)
@@ -190,7 +190,7 @@ def make_record(angle, torque, rate_hz, kept, training, lowpass, options) -> Cas
     lowpass : function of ndarray to ndarray
         Zero-lag low-pass for signals and regressors, along axis 0.
     options : ParallelCascadeOptions
-        Choices (units in their names).
+        Options of the analysis.
 
     Returns
     -------
@@ -246,15 +246,15 @@ class Design:
     Attributes
     ----------
     columns : ndarray, shape (n, p)
-        Scaled regressors (unitless).
+        Scaled regressors.
     white : ndarray, shape (n, p)
-        Their innovations, which are fitted (unitless).
+        Their innovations, which are fitted.
     scale : ndarray, shape (p,)
-        Divisor of each regressor (its unit).
+        Divisor of each regressor.
     groups : dict of str to slice
         Columns of each group.
     penalty : ndarray, shape (p, p)
-        Penalty without lambda (unitless).
+        Penalty without lambda.
     """
 
     columns: np.ndarray
@@ -265,20 +265,20 @@ class Design:
 
     @property
     def bounded(self) -> np.ndarray:
-        """Whether a coefficient must not be negative: stop and relaxing elements (unitless)."""
+        """True for a coefficient that must not be negative: stop and relaxing elements."""
         held = np.zeros(self.scale.size, dtype=bool)
         for name in ("stops", "relaxing"):
             held[self.groups[name]] = True
         return held
 
     def of(self, structure: Structure) -> np.ndarray:
-        """Indices of the columns of a structure with fewer terms (unitless)."""
-        own = groups_of(structure)
-        return np.concatenate([np.arange(self.scale.size)[self.groups[name]] for name in own])
+        """Indices of the columns of a structure with fewer terms."""
+        names = column_groups(structure)
+        return np.concatenate([np.arange(self.scale.size)[self.groups[name]] for name in names])
 
 
-def groups_of(structure: Structure) -> list[str]:
-    """Groups of regressors of a structure, in their order (unitless)."""
+def column_groups(structure: Structure) -> list[str]:
+    """Groups of regressors of a structure, in their order."""
     return [
         "intrinsic",
         *["stops"] * structure.stops,
@@ -302,21 +302,21 @@ def make_design(
     Parameters
     ----------
     record : CascadeRecord
-        The record (units there).
+        The record.
     structure : Structure
-        Its terms (units there).
+        Its terms.
     given : dict of str to ndarray of shape (n, columns), optional
-        Groups that replace those of the record (units of the torque's regressors).
+        Groups that replace groups of the record (units of the torque's regressors).
     fitted_only : bool
-        Whether only the innovations of the fitted part are wanted, which is quicker (unitless).
+        Whether only the innovations of the fitted part are wanted, which is quicker.
 
     Returns
     -------
     Design
-        Scaled columns (unitless).
+        Scaled columns.
     """
     given = given or {}
-    names = groups_of(structure)
+    names = column_groups(structure)
     pairs = [
         (given[name], record.whiten(given[name])) if name in given else record.group(name, structure)
         for name in names
@@ -340,21 +340,21 @@ def make_design(
 
 
 def _penalty(groups: dict[str, slice], structure: Structure, given: dict) -> np.ndarray:
-    """Penalty of all columns without lambda (unitless)."""
-    size = max(own.stop for own in groups.values())
+    """Penalty of all columns without lambda."""
+    size = max(columns.stop for columns in groups.values())
     penalty = np.zeros((size, size))
     lags = groups["intrinsic"].stop
     penalty[:lags, :lags] = np.diag((np.abs(np.arange(lags) - lags // 2) > 1).astype(float))
     for name in REFLEX_GROUPS:
-        own = groups[name]
-        count = own.stop - own.start
+        columns = groups[name]
+        count = columns.stop - columns.start
         if name in given or not count:
             continue
         if structure.pole_per_s:
-            penalty[own, own] = RIDGE * np.eye(count)
+            penalty[columns, columns] = RIDGE * np.eye(count)
         else:
             bends = np.diff(np.eye(count + 2), 2, axis=0)[:, 1:-1]
-            penalty[own, own] = bends.T @ bends
+            penalty[columns, columns] = bends.T @ bends
     return penalty
 
 

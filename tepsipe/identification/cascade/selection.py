@@ -1,10 +1,10 @@
 """Structure of a parallel-cascade model by cross-validation over blocks of the fitted part.
 
-Direction, kernel and threshold of the reflex, in this order, are those of the smallest cross-validated error
-with all terms present. Then the terms are chosen: the simplest set whose error is within a tolerance of the
+Direction, kernel and threshold of the reflex are chosen first, in this order, by the smallest cross-validated
+error with all terms present. The terms follow: the simplest set whose error is within a tolerance of the
 smallest. A reflex, and knots in place of Laguerre functions, must lower the error by more than ``SEPARATED``
-standard errors of the difference over blocks. At last the delay: among those that the record does not
-separate, the one closest to the expected delay. All errors are those of the weighted signals.
+standard errors of the difference over blocks. The delay is chosen last: among the delays that the record does
+not separate, the one closest to the expected delay. All errors refer to the weighted signals.
 """
 
 from dataclasses import dataclass, replace
@@ -24,22 +24,22 @@ from tepsipe.identification.cascade.record import CascadeRecord, Design, make_de
 from tepsipe.identification.cascade.slow_torque import SlowModel, estimate_slow_model
 from tepsipe.statistics.goodness_of_fit import evaluate_held_out
 
-# standard errors by which a reflex must lower the cross-validated error (-)
+# standard errors by which a reflex must lower the cross-validated error
 SEPARATED = 2.0
 
 
 @dataclass(frozen=True)
 class Selection:
-    """What cross-validation selects.
+    """Structure selected by cross-validation, and the errors it was selected by.
 
     Attributes
     ----------
     record : CascadeRecord
-        The record, weighted against its slow torque (units there).
+        The record, weighted against its slow torque.
     structure : Structure
-        Selected structure (units there).
+        Selected structure.
     full : Structure
-        All terms that were tried (units there).
+        All terms that were tried.
     errors : dict of Structure to ndarray of shape (folds,)
         Error of every block (N²·m²) for the models that were compared, the simplest first.
     variants : dict of Structure to ndarray of shape (folds,)
@@ -65,12 +65,12 @@ def select_structure(record: CascadeRecord) -> Selection:
     Parameters
     ----------
     record : CascadeRecord
-        The record, not weighted (units there).
+        The record, not weighted.
 
     Returns
     -------
     Selection
-        Structure and errors (units there).
+        Structure and errors.
     """
     options = record.options
     full = Structure(1, True, options.expected_delay_s, 0.0, stops=bool(record.radii), gain_slope=True)
@@ -109,14 +109,14 @@ def select_structure(record: CascadeRecord) -> Selection:
 
 
 def alike(profile: dict[float, np.ndarray], tolerance: float) -> list[float]:
-    """Values whose mean error exceeds the smallest by no more than a relative tolerance (-).
+    """Values whose mean error exceeds the smallest by no more than a relative tolerance.
 
     Parameters
     ----------
     profile : dict of float to ndarray of shape (folds,)
-        Errors (N²·m²) of every value (its unit).
+        Errors (N²·m²) of every value.
     tolerance : float
-        Relative difference (-).
+        Relative difference.
 
     Returns
     -------
@@ -135,12 +135,12 @@ def choose(errors: dict[Structure, np.ndarray], tolerance: float) -> Structure:
     errors : dict of Structure to ndarray of shape (folds,)
         Errors (N²·m²) of every structure, the simplest first.
     tolerance : float
-        Relative difference of the error below which a simpler structure is taken (-).
+        Relative difference of the error below which a simpler structure is taken.
 
     Returns
     -------
     Structure
-        The one that is chosen (units there).
+        The one that is chosen.
     """
     table = np.array(list(errors.values()))
     reflex = np.array([s.direction != 0 for s in errors])
@@ -148,38 +148,38 @@ def choose(errors: dict[Structure, np.ndarray], tolerance: float) -> Structure:
 
 
 def choose_rows(tables: np.ndarray, reflex: np.ndarray, tolerance: float) -> np.ndarray:
-    """Rows of tables of errors that are chosen.
+    """Choose the rows of tables of errors.
 
     With and without a reflex, the simplest structure whose mean error exceeds the smallest by at most the
-    tolerance; of the two, the one with a reflex if its mean error is smaller by more than ``SEPARATED``
-    standard errors of the difference over blocks.
+    tolerance is a candidate. The candidate with a reflex is chosen if its mean error is smaller by more than
+    ``SEPARATED`` standard errors of the difference over blocks.
 
     Parameters
     ----------
     tables : ndarray, shape (k, structures, folds)
         Errors, the simplest structure first (N²·m²).
     reflex : ndarray of bool, shape (structures,)
-        Whether a structure has a reflex (unitless).
+        Whether a structure has a reflex.
     tolerance : float
-        Relative tolerance (-).
+        Relative tolerance.
 
     Returns
     -------
     ndarray of int, shape (k,)
-        Chosen rows (unitless).
+        Chosen rows.
     """
     at = np.arange(tables.shape[0])
-    found = []
+    chosen = []
     for kind in (~reflex, reflex):
         rows = np.flatnonzero(kind)
         if rows.size:
             mean = tables[:, rows].mean(axis=2)
             within = mean <= (1.0 + tolerance) * mean.min(axis=1, keepdims=True)
-            found.append(rows[np.argmax(within, axis=1)])
-    if len(found) == 1:
-        return found[0]
-    gain = tables[at, found[0]] - tables[at, found[1]]
-    return np.where(_separated(gain), found[1], found[0])
+            chosen.append(rows[np.argmax(within, axis=1)])
+    if len(chosen) == 1:
+        return chosen[0]
+    gain = tables[at, chosen[0]] - tables[at, chosen[1]]
+    return np.where(_separated(gain), chosen[1], chosen[0])
 
 
 def cross_validated(record: CascadeRecord, structure: Structure) -> float:
@@ -188,9 +188,9 @@ def cross_validated(record: CascadeRecord, structure: Structure) -> float:
     Parameters
     ----------
     record : CascadeRecord
-        Weighted record (units there).
+        Weighted record.
     structure : Structure
-        Structure with its penalty (units there).
+        Structure with its penalty.
 
     Returns
     -------
@@ -209,27 +209,27 @@ def _vaf_of_folds(
 ) -> float:
     """VAF (%) of every block by the solution without it, with the offset of the other blocks."""
     y = record.used[: record.training]
-    left = y[:, None] - columns @ solutions.T
-    totals = left.sum(axis=0)
+    residuals = y[:, None] - columns @ solutions.T
+    totals = residuals.sum(axis=0)
     squares = 0.0
     for k, fold in enumerate(folds):
-        own = left[fold, k]
-        level = (totals[k] - own.sum()) / (y.size - own.size)
-        squares += np.sum((own - level) ** 2)
+        held_out = residuals[fold, k]
+        level = (totals[k] - held_out.sum()) / (y.size - held_out.size)
+        squares += np.sum((held_out - level) ** 2)
     return float(100.0 * (1.0 - squares / np.sum((y - y.mean()) ** 2)))
 
 
 def fit_once(record: CascadeRecord, design: Design, structure: Structure) -> np.ndarray:
-    """Coefficients of the scaled columns (N·m); the offset is the mean of what the others leave.
+    """Coefficients of the scaled columns (N·m); the offset is the mean of the residual of the others.
 
     Parameters
     ----------
     record : CascadeRecord
-        Weighted record (units there).
+        Weighted record.
     design : Design
-        Regressors of the structure (unitless).
+        Regressors of the structure.
     structure : Structure
-        With its penalty (units there).
+        With its penalty.
 
     Returns
     -------
@@ -240,8 +240,8 @@ def fit_once(record: CascadeRecord, design: Design, structure: Structure) -> np.
     weight = structure.penalty * record.training * design.penalty
     solution = solve_bounded(sums.normal + weight, sums.right, design.bounded)[0]
     at = design.groups["offset"]
-    left = (record.used - design.columns @ solution)[: record.training]
-    solution[at] += left.mean() * design.scale[at]
+    residual = (record.used - design.columns @ solution)[: record.training]
+    solution[at] += residual.mean() * design.scale[at]
     return solution
 
 
@@ -251,7 +251,7 @@ def assumptions(selection: Selection) -> tuple[Assumption, ...]:
     Parameters
     ----------
     selection : Selection
-        Profiles (units there).
+        Profiles.
 
     Returns
     -------
@@ -260,7 +260,7 @@ def assumptions(selection: Selection) -> tuple[Assumption, ...]:
     """
     if not selection.delays:
         return ()
-    found = []
+    ranges = []
     for quantity, unit, field, profile in (
         ("reflex_delay", "s", "delay_s", selection.delays),
         ("reflex_threshold", "rad/s", "threshold_rad_per_s", selection.thresholds),
@@ -272,7 +272,7 @@ def assumptions(selection: Selection) -> tuple[Assumption, ...]:
             for value in {low, high, getattr(selection.structure, field)}
         ]
         # the range is at most the value and its two neighbours
-        found.append(
+        ranges.append(
             Assumption(
                 quantity,
                 unit,
@@ -284,7 +284,7 @@ def assumptions(selection: Selection) -> tuple[Assumption, ...]:
                 len(within) <= 3 and getattr(selection.structure, field) in within,
             )
         )
-    return tuple(found)
+    return tuple(ranges)
 
 
 def scores(selection: Selection) -> tuple[ModelScore, ...]:
@@ -293,7 +293,7 @@ def scores(selection: Selection) -> tuple[ModelScore, ...]:
     Parameters
     ----------
     selection : Selection
-        Errors (units there).
+        Errors.
 
     Returns
     -------
@@ -304,18 +304,18 @@ def scores(selection: Selection) -> tuple[ModelScore, ...]:
     best = min(selection.errors.values(), key=np.mean)
     design = make_design(record, selection.full)
     sums = block_sums(design.white, record.white_torque, folds)
-    found = []
+    models = []
     for structure, error in selection.errors.items():
         columns = design.of(structure)
-        own, bounded = sums.of(columns), design.bounded[columns]
+        fold_sums, bounded = sums.of(columns), design.bounded[columns]
         penalty = structure.penalty * design.penalty[np.ix_(columns, columns)]
         x = design.columns[:, columns]
-        without = solve_without_each(own, penalty, bounded)
-        every = solve_drawn(own, np.ones((1, len(folds))), penalty, bounded)[0]
+        without = solve_without_each(fold_sums, penalty, bounded)
+        every = solve_drawn(fold_sums, np.ones((1, len(folds))), penalty, bounded)[0]
         predicted = x @ every
         predicted += (record.used - predicted)[: record.training].mean()
         more = 100.0 * (error - best) / best.mean()
-        found.append(
+        models.append(
             ModelScore(
                 structure,
                 float(more.mean()),
@@ -325,7 +325,7 @@ def scores(selection: Selection) -> tuple[ModelScore, ...]:
                 len(columns),
             )
         )
-    return tuple(found)
+    return tuple(models)
 
 
 def fold_slices(record: CascadeRecord) -> list[slice]:
@@ -341,7 +341,7 @@ def fold_slices(record: CascadeRecord) -> list[slice]:
 
 
 def _stretched(record: CascadeRecord, direction: int) -> bool:
-    """Whether the angle moves in a direction within the fitted part."""
+    """Test for motion of the angle in a direction within the fitted part."""
     return bool(np.any(record.reflex_input("reflex", Structure(direction, False, 0.0, 0.0))[record.fitted]))
 
 
@@ -350,7 +350,7 @@ def _middle(values: tuple[float, ...]) -> float:
 
 
 def _separated(gain: np.ndarray) -> np.ndarray:
-    """Whether a difference of errors over blocks, the last axis, is clearly positive."""
+    """Test for a clearly positive difference of errors over blocks, the last axis."""
     return gain.mean(axis=-1) > SEPARATED * gain.std(axis=-1, ddof=1) / np.sqrt(gain.shape[-1])
 
 
@@ -370,24 +370,26 @@ def _kernel(errors: dict[Structure, np.ndarray]) -> Structure:
 
 
 def _at_kernel(errors: dict[Structure, np.ndarray], structure: Structure) -> Structure:
-    """Of several kernels, that of a structure."""
+    """Structure with the kernel of a given structure, out of several kernels."""
     return next(s for s in errors if s.pole_per_s == structure.pole_per_s)
 
 
 def _slow_model(record: CascadeRecord, structure: Structure) -> SlowModel:
     """Slow torque in the residual of ordinary least squares with all terms."""
     design = make_design(record, structure)
-    left = record.used - design.columns @ fit_once(record, design, structure)
-    return estimate_slow_model(left[: record.training], record.rate_hz)
+    residual = record.used - design.columns @ fit_once(record, design, structure)
+    return estimate_slow_model(residual[: record.training], record.rate_hz)
 
 
 def _fold_errors(
     sums: BlockSums, design: Design, columns: np.ndarray, penalties: tuple[float, ...]
 ) -> np.ndarray:
     """Error of every block, fitted to the others, for every penalty, shape (penalties, folds) (N²·m²)."""
-    own = sums.of(columns)
+    fold_sums = sums.of(columns)
     penalty, bounded = design.penalty[np.ix_(columns, columns)], design.bounded[columns]
-    return np.array([own.errors(solve_without_each(own, lam * penalty, bounded)) for lam in penalties])
+    return np.array(
+        [fold_sums.errors(solve_without_each(fold_sums, lam * penalty, bounded)) for lam in penalties]
+    )
 
 
 def _errors(record: CascadeRecord, structure: Structure) -> tuple[Structure, np.ndarray]:
@@ -413,7 +415,7 @@ def _errors_of_terms(record: CascadeRecord, full: Structure) -> dict[Structure, 
     """Errors of all sets of terms within a full structure, the simplest first."""
     design = make_design(record, full, fitted_only=True)
     sums = block_sums(design.white, record.white_torque, fold_slices(record))
-    found = []
+    candidates = []
     of_joint, of_reflex = ("stops", "relaxing", "stiffening"), ("gain_slope", "unloading")
     for reflex, *present in product((False, True), repeat=1 + len(of_joint + of_reflex)):
         terms = dict(zip(of_joint + of_reflex, present, strict=True))
@@ -425,10 +427,10 @@ def _errors_of_terms(record: CascadeRecord, full: Structure) -> dict[Structure, 
         if not reflex:
             structure = replace(structure, direction=0, delay_s=0.0, threshold_rad_per_s=0.0, pole_per_s=0.0)
         errors = _fold_errors(sums, design, design.of(structure), record.options.penalties)
-        found.append(_with_penalty(record, structure, errors))
-    # a reflex is the largest step, terms of the reflex are smaller ones than those of the joint
-    found.sort(key=lambda x: (abs(x[0].direction), x[0].terms, x[1].mean()))
-    return dict(found)
+        candidates.append(_with_penalty(record, structure, errors))
+    # a reflex is the largest step; terms of the reflex are smaller steps than terms of the joint
+    candidates.sort(key=lambda x: (abs(x[0].direction), x[0].terms, x[1].mean()))
+    return dict(candidates)
 
 
 def _delays(record: CascadeRecord) -> list[float]:
@@ -444,7 +446,7 @@ def _delays(record: CascadeRecord) -> list[float]:
 
 
 def _delay(profile: dict[float, np.ndarray], options: ParallelCascadeOptions) -> float:
-    """Of the delays that are allowed and alike (s), the one closest to the expectation."""
+    """Delay closest to the expectation, out of those that are allowed and alike (s)."""
     shortest, longest = options.reflex_delays_s
     tried = {d: e for d, e in profile.items() if shortest - 1e-9 <= d <= longest + 1e-9} or profile
     return min(alike(tried, options.delay_tolerance), key=lambda d: abs(d - options.expected_delay_s))

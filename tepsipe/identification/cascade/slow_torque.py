@@ -1,4 +1,4 @@
-"""Slow torque of a person: what a joint's torque holds beside its response to the imposed movement.
+"""Slow torque of a person: the part of a joint's torque that does not respond to the imposed movement.
 
 The torque that no model of the joint explains is a slow voluntary torque b and faster remains w:
 
@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-# highest frequency whose residual tells the slow torque (Hz); values of corner and crossover that are tried
+# highest frequency used to estimate the slow torque (Hz); tried values of corner and crossover
 BAND_HZ = 5.0
 CORNERS_HZ = np.geomspace(0.02, 2.0, 13)
 CROSSOVERS_HZ = np.concatenate([[0.0], np.geomspace(0.05, BAND_HZ, 13)])
@@ -27,7 +27,7 @@ CROSSOVERS_HZ = np.concatenate([[0.0], np.geomspace(0.05, BAND_HZ, 13)])
 
 @dataclass(frozen=True)
 class SlowModel:
-    """Spectrum of the slow torque relative to that of the remains.
+    """Spectrum of the slow torque relative to the rest of the residual.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class SlowModel:
     crossover_hz: float
 
     def poles(self, rate_hz: float) -> tuple[float, float]:
-        """Constants phi and rho (-) at a sampling rate (Hz)."""
+        """Constants phi and rho at a sampling rate (Hz)."""
         return tuple(
             float(np.exp(-2.0 * np.pi * f / rate_hz))
             for f in (self.corner_hz, np.hypot(self.corner_hz, self.crossover_hz))
@@ -88,7 +88,7 @@ def estimate_slow_model(residual: np.ndarray, rate_hz: float) -> SlowModel:
     corner, crossover = (x.ravel() for x in np.meshgrid(CORNERS_HZ, CROSSOVERS_HZ, indexing="ij"))
     below = frequency**2 + corner[:, None] ** 2
     shape = (below + crossover[:, None] ** 2) / below
-    # the level is that of the largest likelihood for the shape
+    # the level with the largest likelihood for the shape
     cost = np.log(shape).mean(axis=1) + np.log((power / shape).mean(axis=1))
     best = int(np.argmin(cost))
     return SlowModel(float(corner[best]), float(crossover[best]))

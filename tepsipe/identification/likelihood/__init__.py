@@ -7,5 +7,5 @@ at every frequency, with the foot's motion unknown, and finds the parameters tha
 most likely. `result` turns them into I, B and K at the amplitude of the perturbations, with intervals, and
 into the residuals that checks examine.
 
-The equations stand at the heads of the modules. A joint is the anatomical joint throughout.
+Each module states its equations in its docstring. A joint is the anatomical joint throughout.
 """

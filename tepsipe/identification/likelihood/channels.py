@@ -4,19 +4,19 @@ Marker j, at the longitudinal offset l_j and the anterior offset a_j of the leg 
 
     y_j = Y + (l_j + d) sin(theta) + a_j cos(theta) + c_j + e_j
 
-with white noise e_j of one standard deviation sigma. Only the mean of l_j and a_j is that of the layout:
-their differences are measured at rest, because an error of 1 mm in l_j is one of 0.1 % in theta. d, the
-distance of the joint from where the layout has it, is 0 on the foot; it is fitted to what least squares
-leaves over. Least squares over the markers reduces them, sample by sample, to Y and sin(theta) without loss
-of information; the residual holds sigma. The constants c_j are free. A marker that is hidden is
-replaced by what the others say. The net displacement of the belt over the trial is taken away as a smooth
-ramp, so that every channel can be repeated periodically:
+with white noise e_j of one standard deviation sigma. Only the mean of l_j and a_j is taken from the layout:
+their differences are measured at rest, because an error of 1 mm in l_j causes an error of 0.1 % in theta. d,
+the offset of the joint from its place in the layout, is 0 on the foot; it is fitted to the residuals of least
+squares. Least squares over the markers reduces them, sample by sample, to Y and sin(theta) without loss of
+information; sigma follows from the residual. The constants c_j are free. A hidden marker is reconstructed
+from the others. The net displacement of the belt over the trial is removed as a smooth ramp, so that every
+channel can be repeated periodically:
 
     ramp(t) = D w(t / T),    w(u) = 10 u^3 - 15 u^4 + 6 u^5
 
 Spectra are taken of whole channels, with N samples, and so white noise of variance s^2 has the variance N s^2
 at every frequency. sigma is estimated in the band of the fit, after regression of the residuals on Y and
-theta, so that what moves with them is no noise.
+theta, so that residuals that follow them do not count as noise.
 """
 
 from dataclasses import dataclass, replace
@@ -28,18 +28,18 @@ from tepsipe.errors import InputError
 from tepsipe.mechanics.rigid_body_pose import fit_rigid_segment
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 
-# band of the fit (Hz): below it the foot does not move the leg, above it nothing but noise is left
+# band of the fit (Hz): below it the foot does not move the leg, above it only noise remains
 BAND_HZ = (0.1, 30.0)
 # motion in the terms that are not linear: kept up to the first frequency, none beyond the second (Hz)
 KEPT_HZ, LOST_HZ = 40.0, 60.0
-# smallest noise, over the range of a channel (-): exact signals have none
+# smallest noise, over the range of a channel: exact signals have none
 _LEAST_NOISE = 1e-7
 # range of a channel that does not move, but for rounding (m, rad, m/s)
 _STILL = 1e-7
 # time at each end over which the position of the belt is averaged (s)
 _END_S = 0.2
-# largest slope of a belt that is taken for horizontal (rad), and smallest one that is seen, over its standard
-# error (-)
+# largest slope of a belt that counts as horizontal (rad), and smallest detectable one, over its standard
+# error
 STEEPEST_RAD, SEEN = 0.02, 4.0
 
 
@@ -54,9 +54,9 @@ class DummyMarkers:
     layout_m : ndarray, shape (k, 2)
         Anterior and longitudinal offset of the leg's markers (m); NaN for markers on the foot.
     on_foot : ndarray of bool, shape (k,)
-        Whether a marker moves with the foot; one on the ankle belongs to both (-).
+        Whether a marker moves with the foot; one on the ankle belongs to both.
     hidden : ndarray of bool, shape (n, k), or None
-        Samples that were filled (-).
+        Samples that were filled.
     """
 
     positions: np.ndarray
@@ -66,7 +66,7 @@ class DummyMarkers:
 
     @property
     def on_leg(self) -> np.ndarray:
-        """Whether a marker is on the leg, shape (k,) (-)."""
+        """Mask of the markers on the leg, shape (k,)."""
         return np.isfinite(self.layout_m).all(axis=1)
 
 
@@ -81,7 +81,7 @@ class Channels:
     foot, angle : ndarray, shape (n,)
         Y without its ramp (m), and theta - theta_0 (rad).
     log : ndarray, shape (n,), or None
-        Velocity of the belt without that of the ramp (m/s).
+        Velocity of the belt without the velocity of the ramp (m/s).
     ramp : ndarray, shape (n,)
         Acceleration of the ramp (m/s²).
     theta_0_rad : float
@@ -89,7 +89,7 @@ class Channels:
     marker_noise_m : float
         sigma of one marker in one coordinate (m).
     marker_freedom : float
-        Degrees of freedom of sigma² (-).
+        Degrees of freedom of sigma².
     geometry : ndarray, shape (2, 2)
         Covariance of Y and theta per sigma² (1, 1/m; 1/m, 1/m²).
     residuals : ndarray, shape (n, k)
@@ -100,7 +100,7 @@ class Channels:
     offset_slopes : ndarray, shape (2,)
         Change of Y and theta per error of d, relative to theta (-, 1/m).
     on_leg : ndarray of bool, shape (k,)
-        Markers on the leg (-).
+        Markers on the leg.
     """
 
     rate_hz: float
@@ -120,7 +120,7 @@ class Channels:
 
     @property
     def bins(self) -> np.ndarray:
-        """Indices of the frequencies that are fitted, of those of `numpy.fft.rfft` (-)."""
+        """Indices of the fitted frequencies among the frequencies of `numpy.fft.rfft`."""
         frequency = np.fft.rfftfreq(self.foot.size, 1.0 / self.rate_hz)
         return np.flatnonzero((frequency >= BAND_HZ[0]) & (frequency <= BAND_HZ[1]))
 
@@ -150,7 +150,7 @@ def dummy_markers(
     belt_fixed_labels : tuple of str
         Those that move with the foot.
     hidden : ndarray of bool, shape (n, all markers), optional
-        Samples that were filled (-).
+        Samples that were filled.
 
     Returns
     -------
@@ -185,18 +185,18 @@ def dummy_markers(
 def levelled(markers: DummyMarkers, at_rest: np.ndarray) -> DummyMarkers:
     """Markers in axes in which the belt moves horizontally.
 
-    Axes of the motion capture that are tilted by e make terms of the second order wrong, -p y'' e phi among
-    them, from which the loss of a joint that softens is not separated: 3 mrad are 8 % of B. The direction of
-    the belt is seen in every trial, so e is measured, with a standard error of 0.03 to 0.1 mrad. Axes are
-    taken as they are where e is less than `SEEN` standard errors, so that no noise is added to level ones,
-    and where the belt rises by more than `STEEPEST_RAD`: it is inclined.
+    If the axes of the motion capture are tilted by e, terms of second order are wrong, among them -p y'' e
+    phi, which cannot be separated from the loss of a joint that softens: 3 mrad change B by 8 %. Every trial
+    shows the direction of the belt, so e is measured, with a standard error of 0.03 to 0.1 mrad. The axes are
+    left unchanged if e is less than `SEEN` standard errors, so that no noise is added to level axes, and if
+    the belt rises by more than `STEEPEST_RAD`, because it is then inclined.
 
     Parameters
     ----------
     markers : DummyMarkers
         As measured (m).
     at_rest : ndarray of bool, shape (n,)
-        Samples at rest (-).
+        Samples at rest.
 
     Returns
     -------
@@ -236,12 +236,12 @@ def make_channels(
     markers : DummyMarkers
         Markers of foot and leg (m).
     belt_velocity : ndarray, shape (n,), or None
-        Logged velocity of the belt, not filtered (m/s); None without a log whose noise is independent of
-        that of the markers.
+        Logged velocity of the belt, not filtered (m/s); None without a log whose noise is independent of the
+        markers' noise.
     at_rest : ndarray of bool, shape (n,)
-        Samples at rest (-).
+        Samples at rest.
     level : bool
-        Whether axes are levelled by the direction of the belt, see `levelled` (-).
+        Whether axes are levelled by the direction of the belt, see `levelled`.
 
     Returns
     -------
@@ -301,7 +301,7 @@ def make_channels(
 def _measured_layout(
     markers: DummyMarkers, at_rest: np.ndarray, theta_0: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Anterior and longitudinal offsets (m), 0 on the foot, with the differences that are seen at rest."""
+    """Anterior and longitudinal offsets (m), 0 on the foot, with the differences measured at rest."""
     on_leg = markers.on_leg
     y, z = markers.positions[at_rest][:, on_leg].mean(axis=0).T
     seen = np.array([y * np.cos(theta_0) - z * np.sin(theta_0), y * np.sin(theta_0) + z * np.cos(theta_0)])
@@ -314,27 +314,27 @@ def _measured_layout(
 def _joint_offset(
     residuals: np.ndarray, sine: np.ndarray, along: np.ndarray, on_leg: np.ndarray
 ) -> tuple[float, float]:
-    """Least-squares d (m) from the residuals of the markers (m), and its standard error per sigma (-)."""
+    """Least-squares d (m) from the residuals of the markers (m), and its standard error per sigma."""
     if on_leg.all():
         return 0.0, 0.0
     design = np.column_stack([np.ones(along.size), along])
-    left = on_leg - design @ (np.linalg.pinv(design) @ on_leg.astype(float))
-    moved = sine - sine.mean()
-    total = float(np.sum(left**2) * np.sum(moved**2))
-    if np.sum(left**2) < 1e-9 or not total > 0.0:
+    unexplained = on_leg - design @ (np.linalg.pinv(design) @ on_leg.astype(float))
+    swing = sine - sine.mean()
+    total = float(np.sum(unexplained**2) * np.sum(swing**2))
+    if np.sum(unexplained**2) < 1e-9 or not total > 0.0:
         return 0.0, 0.0
-    return float(moved @ (residuals @ left)) / total, 1.0 / float(np.sqrt(total))
+    return float(swing @ (residuals @ unexplained)) / total, 1.0 / float(np.sqrt(total))
 
 
 def _reduced(
     y: np.ndarray, along: np.ndarray, hidden: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Y (m) and sin(theta) (-) relative to rest, and residuals (m), of markers at ``along`` (m)."""
+    """Y (m) and sin(theta) relative to rest, and residuals (m), of markers at ``along`` (m)."""
     design = np.column_stack([np.ones(along.size), along])
     whole = np.ones(len(y), dtype=bool) if hidden is None else ~hidden.any(axis=1)
     solve = np.linalg.pinv(design)
-    left = y[whole] - y[whole] @ solve.T @ design.T
-    offsets = left.mean(axis=0) if left.size else np.zeros(along.size)
+    residual = y[whole] - y[whole] @ solve.T @ design.T
+    offsets = residual.mean(axis=0) if residual.size else np.zeros(along.size)
     y = y - offsets
     reduced = y @ solve.T
     if not whole.all():
@@ -363,15 +363,15 @@ def _without_ramp(
 
 
 def _noise(residuals: np.ndarray, foot: np.ndarray, angle: np.ndarray, rate_hz: float) -> tuple[float, float]:
-    """Noise sigma (m) in the band of the fit, and degrees of freedom of its square (-)."""
+    """Noise sigma (m) in the band of the fit, and degrees of freedom of its square."""
     n, k = residuals.shape
     frequency = np.fft.rfftfreq(n, 1.0 / rate_hz)
     band = (frequency >= BAND_HZ[0]) & (frequency <= BAND_HZ[1])
-    moved = scipy.fft.rfft(np.column_stack([foot, angle]), axis=0)[band]
-    left = scipy.fft.rfft(residuals, axis=0)[band]
-    columns = np.concatenate([moved.real, moved.imag])
+    motion = scipy.fft.rfft(np.column_stack([foot, angle]), axis=0)[band]
+    residual_spectrum = scipy.fft.rfft(residuals, axis=0)[band]
+    columns = np.concatenate([motion.real, motion.imag])
     columns = columns / np.linalg.norm(columns, axis=0)
-    values = np.concatenate([left.real, left.imag])
+    values = np.concatenate([residual_spectrum.real, residual_spectrum.imag])
     values = values - columns @ np.linalg.lstsq(columns, values, rcond=None)[0]
     freedom = (k - 2.0) * (2.0 * band.sum() - 2.0)
     return float(np.sqrt((values**2).sum() / freedom * 2.0 / n)), float(freedom)
@@ -383,13 +383,13 @@ def smooth(spectrum: np.ndarray, samples: int, rate_hz: float, order: int = 0) -
     Parameters
     ----------
     spectrum : ndarray, shape (samples // 2 + 1,)
-        Of the signal, from `numpy.fft.rfft` (any unit).
+        Spectrum of the signal, from `numpy.fft.rfft`.
     samples : int
-        Its length (-).
+        Its length.
     rate_hz : float
         Its rate (Hz).
     order : int
-        Order of the derivative (-).
+        Order of the derivative.
 
     Returns
     -------

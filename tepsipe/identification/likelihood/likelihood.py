@@ -9,30 +9,30 @@ the likelihood is maximal at Y = h^H R^-1 (z - m) / h^H R^-1 h, and the residual
 
     l(x) = sum over f of |P W (z - m)|^2,    W = R^-1/2,    P = I - W h h^H W^H / |W h|^2
 
-is minimised by Gauss-Newton steps with columns u = P W (dh Y + dm). sigma is that of the markers' residuals;
+is minimised by Gauss-Newton steps with columns u = P W (dh Y + dm). sigma comes from the markers' residuals;
 sigma_v maximises the restricted likelihood. With noise in Y, |u|^2 overstates the information by |P W dh|^2 /
 |W h|^2. With F the information without that part and F_0 the whole, the covariance of x is
 
     F^-1 F_0 F^-1,    F_0 = 2 Re sum u^H u
 
-(Wald), to which the error of d, the joint's place between the markers, is added. No part of the
+(Wald). The error of d, the position of the joint relative to the markers, is added. No part of the
 trial is weighted by hand, nothing is filtered, and no spline is differentiated.
 
 A joint that softens with bending and loses more as it softens has three more parameters, C, B_s and phi_h:
 
     tau = I phi'' + B phi' + K phi - C q phi + B_s q phi',    q = phi^2 / (phi^2 + phi_h^2)
 
-C and B_s are fitted whether or not they differ from 0: a joint taken as linear because a test finds
-no softening has intervals that are too narrow. phi_h is fitted where they differ from 0 together
+C and B_s are fitted whether or not they differ from 0: if a joint were taken as linear because a test
+finds no softening, the intervals would be too narrow. phi_h is fitted if they jointly differ from 0
 (chi-square above `SOFTENS`) and the trial determines it; else it is the best of several, or the
-largest bending. b_0, the bending at rest, is then fitted, too: a vertical that is wrong by a few
-milliradians makes the law asymmetric. K, B and I of this law hold for small movements. What a
-linear fit finds at the amplitude of the perturbations is the mean over their windows of the least-
-squares fit of the law's torque on the measured motion,
+largest bending. b_0, the bending at rest, is then fitted as well, because an error of a few
+milliradians in the vertical makes the law asymmetric. K, B and I of this law hold for small
+movements. The linear parameters at the amplitude of the perturbations are the mean over their
+windows of the least-squares fit of the law's torque on the measured motion,
 
     tau - tau_rest = I theta'' + B theta' + K (theta - theta_rest)
 
-which is linear in K, B, I, C and B_s, so its covariance follows from that of x.
+which is linear in K, B, I, C and B_s, so its covariance follows from the covariance of x.
 """
 
 from dataclasses import dataclass, replace
@@ -46,33 +46,33 @@ from tepsipe.identification.likelihood.model import LINEAR, SOFTENING, LegModel,
 from tepsipe.identification.regression.windows import undetermined
 from tepsipe.mechanics.inverse_dynamics import Leg
 
-# chi-square of C and B_s above which phi_h is chosen by the trial (-)
+# chi-square of C and B_s above which phi_h is fitted to the trial
 SOFTENS = 16.0
-# phi_h that is tried, over the largest bending (-), and how far a fitted one may lie from it
+# tried values of phi_h over the largest bending, and allowed distance of a fitted one from them
 _HALVES = (0.35, 0.6, 1.0, 1.7, 3.0)
 _HALF_RANGE = (0.1, 10.0)
-# standard error of log(phi_h) above which the trial does not determine it (-)
+# standard error of log(phi_h) above which the trial does not determine it
 _UNDETERMINED = 0.5
-# steps, and those of them that update the noise of the log (-)
+# number of steps, and of steps that update the noise of the log
 _STEPS, _NOISE_STEPS = 60, 15
 
 
 @dataclass(frozen=True)
 class Residuals:
-    """Residuals at one point, with their derivatives: all that a Gauss-Newton step needs.
+    """Residuals at one point, with their derivatives, as a Gauss-Newton step needs them.
 
     Attributes
     ----------
     foot : ndarray of complex, shape (m,)
         Estimated spectrum of the foot (m times samples).
     whitened : ndarray of complex, shape (c, m)
-        P W (z - m), with unit variance (-).
+        P W (z - m), with unit variance.
     columns : ndarray of complex, shape (p, c, m)
         u (1 over the units of the parameters).
     by_noise : ndarray of complex, shape (p, c, m)
         P W dh / |W h|, contribution of noise in Y to u (1 over the units of the parameters).
     direction : ndarray of complex, shape (c, m)
-        W h / |W h| (-).
+        W h / |W h|.
     """
 
     foot: np.ndarray
@@ -83,7 +83,7 @@ class Residuals:
 
     @property
     def deviance(self) -> float:
-        """Twice the sum of squares (-)."""
+        """Twice the sum of squares."""
         return 2.0 * float(np.sum(np.abs(self.whitened) ** 2))
 
     @property
@@ -119,13 +119,13 @@ class LikelihoodFit:
     point : Point
         Parameters (units in `tepsipe.identification.likelihood.model`).
     covariance : ndarray, shape (p, p)
-        Of the fitted ones.
+        Covariance of the fitted parameters.
     residuals : Residuals
         At the maximum.
     log_noise_m_per_s : float or None
         sigma_v (m/s); None without a log.
     channels : Channels
-        What was fitted.
+        Fitted channels.
     model : LegModel
         Its equations.
     """
@@ -142,18 +142,18 @@ class LikelihoodFit:
         return self.point.values[name]
 
     def standard_error(self, name: str) -> float:
-        """Standard error of a fitted parameter (its unit)."""
+        """Standard error of a fitted parameter."""
         k = self.point.names.index(name)
         return float(np.sqrt(self.covariance[k, k]))
 
     @property
     def softens(self) -> bool:
-        """Whether the law has the terms of a joint that softens (-)."""
+        """True if the law has the terms of a joint that softens."""
         return self.point.softens
 
     @property
     def softening_chi_square(self) -> float:
-        """Chi-square of C and B_s, with two degrees of freedom (-); 0 of a linear joint."""
+        """Chi-square of C and B_s, with two degrees of freedom; 0 of a linear joint."""
         if not self.softens:
             return 0.0
         places = [self.point.names.index(name) for name in SOFTENING[:2]]
@@ -202,7 +202,7 @@ class _Likelihood:
         return self.everywhere(foot)
 
     def everywhere(self, spectrum: np.ndarray) -> np.ndarray:
-        """A spectrum in the band (m,) as one of all frequencies (any unit)."""
+        """A spectrum in the band (m,) as one of all frequencies."""
         whole = np.zeros(self.channels.foot.size // 2 + 1, dtype=complex)
         whole[self.model.bins] = spectrum
         return whole
@@ -245,8 +245,8 @@ def maximise_likelihood(
 ) -> LikelihoodFit:
     """Maximise the likelihood of one trial.
 
-    A function of the geometry: with another ``leg``, other offsets in ``markers`` or other instants of one
-    channel it gives the estimates that this geometry would have given (0.05 s for a trial of 70 s).
+    The result is a function of the geometry: with another ``leg``, other offsets in ``markers`` or other
+    instants of one channel, it returns the estimates for that geometry (0.05 s for a trial of 70 s).
 
     Parameters
     ----------
@@ -259,9 +259,9 @@ def maximise_likelihood(
     leg : Leg
         m, r, I_l, g (kg, m, kg·m², m/s²).
     at_rest : ndarray of bool, shape (n,)
-        Samples at rest (-).
+        Samples at rest.
     softening : bool
-        Whether the joint may soften (-); if not, K and B are the same at all amplitudes.
+        Whether the joint may soften; if not, K and B are the same at all amplitudes.
 
     Returns
     -------
@@ -308,7 +308,7 @@ def _start(likelihood: _Likelihood) -> Point:
 def _gauss_newton(
     likelihood: _Likelihood, point: Point, limits: tuple[float, float] | None = None
 ) -> LikelihoodFit:
-    """Gauss-Newton steps, halved where the likelihood falls; ``limits`` are those of phi_h (rad)."""
+    """Gauss-Newton steps, halved where the likelihood falls; ``limits`` bound phi_h (rad)."""
     current = likelihood.residuals(point)
     for count in range(_STEPS):
         if count < _NOISE_STEPS:
@@ -324,10 +324,10 @@ def _gauss_newton(
             step = 0.5 * step
         else:
             break
-        moved, gained = np.abs(step) / errors, current.deviance - tried.deviance
+        change, gained = np.abs(step) / errors, current.deviance - tried.deviance
         point, current = trial, tried
         ended = count > _NOISE_STEPS and gained < 1e-8 * current.deviance
-        if count > 3 and (moved.max() < 1e-3 or ended):
+        if count > 3 and (change.max() < 1e-3 or ended):
             break
     else:
         raise undetermined("no convergence")
@@ -338,7 +338,7 @@ def _gauss_newton(
 
 
 def _step_and_errors(current: Residuals) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss-Newton step of the parameters, and their standard errors (their units)."""
+    """Gauss-Newton step of the parameters, and their standard errors."""
     information = current.information
     scale = np.sqrt(np.diag(information))
     if not (np.isfinite(information).all() and (scale > 0.0).all()):
@@ -385,18 +385,18 @@ def _sandwich(normal: np.ndarray, information: np.ndarray) -> np.ndarray:
 
 
 def _by_offset(likelihood: _Likelihood, current: Residuals, normal: np.ndarray | None = None) -> np.ndarray:
-    """Contribution of the standard error of the joint's place to the covariance, shape (p, p)."""
+    """Contribution of the error of the joint's position to the covariance, shape (p, p)."""
     channels = likelihood.channels
-    moved = np.zeros_like(likelihood.measured)
-    moved[:2] = channels.joint_offset_error_m * np.outer(channels.offset_slopes, likelihood.measured[1])
-    moved = likelihood.whitening() @ moved
-    moved = moved - current.direction * np.sum(current.direction.conj() * moved, axis=0)
-    step = _step_by(current, replace(current, whitened=moved).gradient, normal)
+    shift = np.zeros_like(likelihood.measured)
+    shift[:2] = channels.joint_offset_error_m * np.outer(channels.offset_slopes, likelihood.measured[1])
+    shift = likelihood.whitening() @ shift
+    shift = shift - current.direction * np.sum(current.direction.conj() * shift, axis=0)
+    step = _step_by(current, replace(current, whitened=shift).gradient, normal)
     return np.outer(step, step)
 
 
 def _step_by(current: Residuals, gradient: np.ndarray, normal: np.ndarray | None = None) -> np.ndarray:
-    """F^-1 g, shape (p,): how far a gradient g (p,) moves the maximum (units of the parameters)."""
+    """Shift F^-1 g of the maximum by a gradient g, shape (p,) (units of the parameters)."""
     scale = np.sqrt(np.diag(current.information))
     normal = (current.information - current.excess if normal is None else normal) / np.outer(scale, scale)
     return np.linalg.solve(normal, gradient / scale) / scale
@@ -448,12 +448,12 @@ def _deviance_decrease(likelihood: _Likelihood, linear: LikelihoodFit, half: flo
 
 
 def step_to(fit: LikelihoodFit, channels: Channels) -> np.ndarray:
-    """How far slightly other channels move the maximum, to first order: one step without another fit.
+    """Shift of the maximum by slightly different channels, to first order: one step, no new fit.
 
     Parameters
     ----------
     fit : LikelihoodFit
-        The maximum (units in it); its noise levels are kept.
+        The maximum; its noise levels are kept.
     channels : Channels
         The same trial, for example with other instants of one marker (m, rad, m/s).
 
@@ -491,7 +491,7 @@ class ExpectedFit:
 def expected_fit(
     exact: LikelihoodFit, marker_noise_m: float, log_noise_m_per_s: float, *, softening: bool
 ) -> ExpectedFit:
-    """Covariance that fits to noisy signals of a linear joint will have, from a fit to exact ones.
+    """Expected covariance of fits to noisy signals of a linear joint, from a fit to exact ones.
 
     Parameters
     ----------
@@ -500,7 +500,7 @@ def expected_fit(
     marker_noise_m, log_noise_m_per_s : float
         Noise that is to come, of a marker in one direction (m) and of a sample of the log (m/s).
     softening : bool
-        Whether the fits will allow a joint that softens (-).
+        Whether the fits will allow a joint that softens.
 
     Returns
     -------

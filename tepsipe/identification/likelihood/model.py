@@ -21,7 +21,7 @@ t_m the middle of the trial.
 
 Symbols: J inertia of leg and joint about the ankle (kg·m²), B (N·m·s/rad), K (N·m/rad); C (N·m/rad), B_s
 (N·m·s/rad) and phi_h (rad) of a joint that softens; m, r, g of the leg; delay of the angle after the foot and
-lag of the log after the markers (s); gain of the log (-).
+lag of the log after the markers (s); gain of the log.
 """
 
 from dataclasses import dataclass, replace
@@ -68,7 +68,7 @@ class Point:
     Attributes
     ----------
     names : tuple of str
-        Those that are fitted, out of `LINEAR` and `SOFTENING` (-).
+        Those that are fitted, out of `LINEAR` and `SOFTENING`.
     values : dict of str to float
         All parameters.
     """
@@ -83,7 +83,7 @@ class Point:
 
     @property
     def softens(self) -> bool:
-        """Whether the law has the terms of a joint that softens (-)."""
+        """True if the law has the terms of a joint that softens."""
         return "C" in self.names
 
     def moved(self, step: np.ndarray) -> "Point":
@@ -107,7 +107,7 @@ def softening_forces(phi: np.ndarray, phi_d: np.ndarray, rest: float, half: floa
     Returns
     -------
     dict of str to ndarray
-        ``C`` (rad), ``B_s`` (rad/s), ``C_half``, ``B_s_half`` (the same), ``C_rest`` (-), ``B_s_rest`` (1/s).
+        ``C`` (rad), ``B_s`` (rad/s), ``C_half``, ``B_s_half`` (the same), ``C_rest``, ``B_s_rest`` (1/s).
     """
     bent = phi + rest
     share = bent**2 / (bent**2 + half**2)
@@ -211,7 +211,7 @@ class LegModel:
             force = force + v["C"] * forces["C"] + v["B_s"] * forces["B_s"]
         gain, forced = -self.coupling * s**2 * inverse, force * inverse
         one, none = np.ones_like(s), np.zeros_like(s)
-        # derivatives of both parts: those of the angle by J, B, K are -phi'', -phi', -phi over D
+        # derivatives of both parts; the angle's derivatives by J, B, K are -phi'', -phi', -phi over D
         of_angle = {
             "J": (-(s**2) * inverse * gain, -inverse * (s**2 * forced + free_dd)),
             "B": (-s * inverse * gain, -inverse * (s * forced + free_d)),

@@ -1,13 +1,13 @@
 """Estimates by the likelihood: I, B, K at the working amplitude and for small movements, residuals.
 
-Estimates are those of the linear joint nearest to the fitted law over the windows of the perturbations,
-mean over the windows (`likelihood`). Intervals are Wald's. Contributions of the intervals from onset
+Estimates describe the linear joint nearest to the fitted law, as a mean over the windows of the perturbations
+(`likelihood`). Intervals are Wald's. Contributions of the intervals from onset
 to onset, whose mean is the estimate, are for figures: with the residuals r(t) and columns u(t) of the
 likelihood in the time domain, n F^-1 sum of u r over the interval.
 
 Residuals of a correct model are white, with unit variance, in the band of the fit. At each frequency two
-directions are left when the foot's motion is estimated from three channels: that of the angle, and that of
-the foot's markers against the log. Both are given in the time domain (`innovations`).
+directions remain when the foot's motion is estimated from three channels: the angle, and the foot's markers
+against the log. Both are given in the time domain (`innovations`).
 """
 
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ _LAW = ("J", "B", "K", *SOFTENING)
 class LikelihoodEstimates(WindowedFits):
     """I, B, K by the likelihood at the amplitude of the perturbations.
 
-    Torque (N·m) and VAF (%) are those of pathway ``leg``, for comparison only.
+    Torque (N·m) and VAF (%) follow pathway ``leg``, for comparison only.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class LikelihoodEstimates(WindowedFits):
     fit : LikelihoodFit
         The likelihood's maximum, with delay, lag and noise levels.
     covariance : ndarray, shape (3, 3)
-        Of I, B, K (units of the parameters).
+        Covariance of I, B, K (units of the parameters).
     small : ndarray, shape (3,)
         I, B, K of small movements (N·m·s²/rad, N·m·s/rad, N·m/rad).
     small_covariance : ndarray, shape (3, 3)
@@ -106,12 +106,12 @@ def estimates_in_windows(
     perturbations : list of Perturbation
         Windows (samples).
     at_rest : ndarray of bool, shape (n,)
-        Samples at rest (-).
+        Samples at rest.
 
     Returns
     -------
     LikelihoodEstimates
-        Estimates with their covariance (units in it).
+        Estimates with their covariance.
 
     Raises
     ------
@@ -145,7 +145,7 @@ def estimates_in_windows(
     )
 
 
-def changes_by(
+def first_order_changes(
     estimates: LikelihoodEstimates, channels: Channels, perturbations: list[Perturbation]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Change of the estimates by slightly other channels, to first order.
@@ -170,7 +170,7 @@ def changes_by(
 
 
 def _law_places(fit: LikelihoodFit) -> tuple[list[str], list[int]]:
-    """Names and places of the fitted parameters that make up I, B, K."""
+    """Names and positions of the fitted parameters that make up I, B, K."""
     names = [name for name in _LAW if name in fit.point.names]
     return names, [fit.point.names.index(name) for name in names]
 
@@ -187,7 +187,7 @@ def working_covariance(
     perturbations : list of Perturbation
         Windows (samples).
     of_parameters : ndarray, shape (p, p)
-        Covariance of the fitted parameters (their units).
+        Covariance of the fitted parameters.
 
     Returns
     -------
@@ -243,7 +243,7 @@ def estimated_angle(fit: LikelihoodFit) -> np.ndarray:
 def estimated_foot(fit: LikelihoodFit) -> np.ndarray:
     """Estimated position of the foot (m), shape (n,), with the measured frequencies outside the band.
 
-    Without the ramp of its net displacement.
+    The ramp of its net displacement is excluded.
     """
     return _in_band(fit, fit.channels.foot, fit.residuals.foot)
 
@@ -282,7 +282,7 @@ def innovations(fit: LikelihoodFit) -> np.ndarray:
     Returns
     -------
     ndarray, shape (1, n) or (2, n)
-        Of the angle, and of the foot's markers against the log where there is one (-).
+        Innovations of the angle, and of the foot's markers against the log where there is one.
     """
     along, residual = fit.residuals.direction, fit.residuals.whitened
     channels, bins = len(residual), fit.model.bins

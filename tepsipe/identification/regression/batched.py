@@ -23,7 +23,7 @@ class BatchedFits:
     residuals : ndarray, shape (..., w, s)
         tau - X p (N·m).
     sem_as_printed : ndarray, shape (..., 3)
-        Thesis eq (3-2) of every fit; its unit is that of the parameter over the square root of N·m.
+        Thesis eq (3-2) of every fit; its unit is the parameter's over the square root of N·m.
     standard_error : ndarray, shape (..., 3)
         Ordinary standard error of every fit, for white residuals (units of ``parameters``).
     """
@@ -85,7 +85,7 @@ def window_parameters(regressors: np.ndarray, torque: np.ndarray) -> tuple[np.nd
             "depend on each other: check the windows"
         )
     y1, y2, y3 = (
-        y / own for y, own in zip(np.moveaxis(_moment(regressors, torque), -1, 0), length, strict=True)
+        y / norm for y, norm in zip(np.moveaxis(_moment(regressors, torque), -1, 0), length, strict=True)
     )
     y2 = y2 - a * y1
     q3 = (y3 - b * y1 - y2 * e / d2) / d3
@@ -116,7 +116,7 @@ def regress_windows(regressors: np.ndarray, torque: np.ndarray) -> BatchedFits:
     Returns
     -------
     BatchedFits
-        One fit per window (units there).
+        One fit per window.
     """
     parameters, inverse = window_parameters(regressors, torque)
     residuals = torque - (parameters[..., None, :] @ regressors)[..., 0, :]
@@ -146,7 +146,7 @@ def instrumental_variables(
     Returns
     -------
     BatchedFits
-        One fit per draw (units there), residuals of every window.
+        One fit per draw, residuals of every window.
 
     Raises
     ------

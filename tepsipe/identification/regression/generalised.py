@@ -2,11 +2,11 @@
 
     y_j = X_j b + e_j,   cov(e_j) = C_j,     b = N^-1 sum_j X_j' C_j^-1 y_j,   N = sum_j X_j' C_j^-1 X_j
 
-C_j says where a record can be believed. A part of the data that no model describes, for example a torque of
-unknown shape that begins at t_r, enters as a term of C_j: a Gaussian process of large variance takes the
-residual from there on and leaves what precedes it to the parameters. That is the same as fitting it with a
-smoothing spline of known stiffness (Wahba 1978): the integrated Wiener process is the prior of the cubic
-one.
+C_j weights each part of a record by its reliability. A part of the data that no model describes, for example
+a torque of unknown shape that begins at t_r, enters as a term of C_j: a Gaussian process of large variance
+takes the residual from there on and leaves what precedes it to the parameters. That is the same as fitting it
+with a smoothing spline of known stiffness (Wahba 1978): the integrated Wiener process is the prior of the
+cubic one.
 """
 
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ def integrated_wiener(time: np.ndarray, start_s: float) -> np.ndarray:
 
 
 def squared_exponential(time: np.ndarray, length_s: float) -> np.ndarray:
-    """Correlation exp(-(s - t)^2 / 2 l^2) of a smooth error, shape (n, n) (-); ``time`` and l in s."""
+    """Correlation exp(-(s - t)^2 / 2 l^2) of a smooth error, shape (n, n); ``time`` and l in s."""
     return np.exp(-0.5 * (np.subtract.outer(time, time) / length_s) ** 2)
 
 
@@ -48,9 +48,9 @@ class Record:
     Attributes
     ----------
     target : ndarray, shape (..., n)
-        y (any unit); leading axes are resampled versions of the record.
+        y; leading axes are resampled versions of the record.
     regressors : ndarray, shape (..., n, p)
-        X (unit of the target over that of the parameters).
+        X (unit of the target over the parameter's unit).
     covariance : ndarray, shape (n, n)
         C (unit of the target squared), positive definite.
     """
@@ -62,12 +62,12 @@ class Record:
 
 @dataclass(frozen=True)
 class GeneralisedFit:
-    """Parameters, and what is needed to see how they change with the data.
+    """Parameters, and the matrices of their sensitivity to the data.
 
     Attributes
     ----------
     parameters : ndarray, shape (..., p)
-        b (their units).
+        b.
     information : ndarray, shape (records, ..., p, p)
         X' C^-1 X of every record (1 over the units of the parameters squared).
     moments : ndarray, shape (records, ..., p)
@@ -82,7 +82,7 @@ class GeneralisedFit:
     weights: list[np.ndarray]
 
     def without_each(self) -> np.ndarray:
-        """Parameters without one record after the other, shape (records, ..., p) (their units)."""
+        """Parameters without one record after the other, shape (records, ..., p)."""
         n, b = self.information.sum(axis=0), self.moments.sum(axis=0)
         return np.linalg.solve(n - self.information, (b - self.moments)[..., None])[..., 0]
 
@@ -126,9 +126,9 @@ def sensitivity(
     Parameters
     ----------
     fit : GeneralisedFit
-        Of ``records`` without leading axes.
+        Fit of ``records`` without leading axes.
     records : list of Record
-        The records (any units).
+        The records.
     target_slopes : list of ndarray, shape (..., n)
         dy of every record (unit of the target, per unit of what changes).
     regressor_slopes : list of ndarray, shape (..., n, p), optional
@@ -144,8 +144,8 @@ def sensitivity(
         dy = target_slopes[k]
         if regressor_slopes is not None:
             dx = regressor_slopes[k]
-            left = record.target - record.regressors @ fit.parameters
-            total = total + (np.swapaxes(dx, -1, -2) @ (weight @ left)[..., None])[..., 0]
+            residual = record.target - record.regressors @ fit.parameters
+            total = total + (np.swapaxes(dx, -1, -2) @ (weight @ residual)[..., None])[..., 0]
             dy = dy - dx @ fit.parameters
         total = total + dy @ (weight @ record.regressors)
     return np.linalg.solve(fit.information.sum(axis=0), np.asarray(total)[..., None])[..., 0]

@@ -22,7 +22,7 @@ with the least-squares parameters:
 
     sum Z(t)' e(t) = 0,    step of x = (sum Z' S)^-1 sum Z' e
 
-The noise of the markers is independent of that of the drive, so this removes the bias. An error of scale,
+The noise of the markers is independent of the drive's noise, so this removes the bias. An error of scale,
 a delay or an offset of v changes Z only and causes no bias.
 
 Errors are correlated in time. Let c_i be the sum of Z' e over one interval, from the onset of a
@@ -34,7 +34,7 @@ A joint that softens with bending and loses more as it softens has two more para
 
     tau = K phi - C q phi + (B + B_s q) phi',    q = phi^2 / (phi^2 + phi_h^2)
 
-They enter u with the measured phi, so the equation stays linear in them, and K and B are those of small
+They enter u with the measured phi, so the equation stays linear in them, and K and B hold for small
 movements. phi_h is chosen among several by the remaining error. The joint is taken as linear unless C differs
 from 0 by more than `SOFTENS` standard errors over the intervals.
 
@@ -59,14 +59,14 @@ from tepsipe.signals.time_alignment import LONGEST_S
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.least_squares import LinearFit
 
-# bounds of the angular frequency (rad/s) and damping ratio (-) of the search
+# bounds of the angular frequency (rad/s) and damping ratio of the search
 _LOWEST_RAD_PER_S = 0.6
 _LARGEST_RATIO = 3.0
-# steps in which the instruments are updated (-); then they are fixed, so that the solution is unique
+# steps with updated instruments; they are then fixed, so that the solution is unique
 _RENEWED = 2
-# C over its standard error from which a joint softens (-): the larger of two noises in 10^4 trials
+# C over its standard error above which a joint softens: the larger of two noises in 10^4 trials
 SOFTENS = 5.0
-# phi_h that is tried, over the largest bending (-)
+# tried values of phi_h over the largest bending
 _HALVES = (0.35, 0.6, 1.0, 1.7, 3.0)
 
 
@@ -75,7 +75,7 @@ class OutputError(WindowedFits):
     """I, B, K of the simulated angle.
 
     The parameters (N·m·s²/rad, N·m·s/rad, N·m/rad) are contributions of the intervals from onset to onset,
-    whose mean is the estimate; torque (N·m) and VAF (%) are those of pathway ``leg``, for comparison only.
+    whose mean is the estimate; torque (N·m) and VAF (%) follow pathway ``leg``, for comparison only.
 
     Attributes
     ----------
@@ -145,8 +145,8 @@ def simulate_leg(
     phi_dd = derivative(time, phi_d)
     # the same equation, differentiated with respect to J, B, K, C and B_s
     forces = [-phi_dd, -phi_d, -phi, *forces]
-    moved = [phi, phi_d, *(simulate_angle(motion, force, rate) for force in forces)]
-    late = scipy.interpolate.CubicSpline(time, np.column_stack(moved))(
+    responses = [phi, phi_d, *(simulate_angle(motion, force, rate) for force in forces)]
+    late = scipy.interpolate.CubicSpline(time, np.column_stack(responses))(
         np.clip(time - delay, time[0], time[-1])
     )
     sensitivities = np.column_stack([late[:, 2:5], np.ones(time.size), -late[:, 1], late[:, 5:]])
@@ -154,7 +154,7 @@ def simulate_leg(
 
 
 def _softening_forces(time: np.ndarray, phi: np.ndarray, half_rad: float) -> list[np.ndarray]:
-    """What C and B_s add to u, per unit: q phi (rad) and -q phi' (rad/s)."""
+    """Terms that C and B_s add to u, per unit: q phi (rad) and -q phi' (rad/s)."""
     share = phi**2 / (phi**2 + half_rad**2)
     return [share * phi, -share * derivative(time, phi)]
 
@@ -183,7 +183,7 @@ def match_angle(
     perturbations : list of Perturbation
         Windows (samples): their starts delimit the intervals, and the VAF of the torque is evaluated in them.
     at_rest : ndarray of bool, shape (n,)
-        Samples at rest (-).
+        Samples at rest.
     source : {"instruments", "markers", "belt"}
         Instrumental-variable estimate (motion of the foot, belt motion as instrument), or least squares
         with the motion of the markers or of the belt alone.
@@ -191,7 +191,7 @@ def match_angle(
     Returns
     -------
     OutputError
-        Parameters and angles (units in it).
+        Parameters and angles.
 
     Raises
     ------
@@ -200,49 +200,49 @@ def match_angle(
     """
     time = motion.time
     belt_position = scipy.interpolate.CubicSpline(time, belt_velocity).antiderivative()(time)
-    moved = {
+    accelerations = {
         name: scipy.interpolate.CubicSpline(time, position)(time, 2)
         for name, position in (("markers", foot_position), ("belt", belt_position))
     }
-    for name, acceleration in moved.items():
+    for name, acceleration in accelerations.items():
         if not np.ptp(acceleration) > 0.0:
             raise InputError(
                 f"expected {'a foot' if name == 'markers' else 'a belt'} that moves, found one that stands "
                 "still: check belt_fixed_labels in the configuration, and that the belt was perturbed"
             )
-    used = moved["belt" if source == "belt" else "markers"]
-    other = moved["belt" if source == "instruments" else source]
-    task = _Task(motion, leg, moved["belt"], used, other, source == "instruments", perturbations)
+    used = accelerations["belt" if source == "belt" else "markers"]
+    other = accelerations["belt" if source == "instruments" else source]
+    task = _Task(motion, leg, accelerations["belt"], used, other, source == "instruments", perturbations)
     x, low, high = _start(motion, leg, at_rest)
     # the belt velocity gives a less noisy acceleration, and so a better starting point
     solution = scipy.optimize.least_squares(
-        lambda x: simulate_leg(x, leg, time, motion.theta, moved["belt"])[0] - motion.theta,
+        lambda x: simulate_leg(x, leg, time, motion.theta, accelerations["belt"])[0] - motion.theta,
         x,
-        jac=lambda x: simulate_leg(x, leg, time, motion.theta, moved["belt"])[1],
+        jac=lambda x: simulate_leg(x, leg, time, motion.theta, accelerations["belt"])[1],
         bounds=(low, high),
         x_scale=[0.1 * x[0], x[1], 0.1 * x[2], 1e-3, 1e-3],
     )
-    found = _solve(task, solution.x, low, high)
-    softer = _softening_solution(task, found.x, low, high)
+    fit = _solve(task, solution.x, low, high)
+    softer = _softening_solution(task, fit.x, low, high)
     if softer is not None:
-        found = softer
-    angle = simulate_leg(found.x, leg, time, motion.theta, used, found.half_rad)[0]
-    each = found.each[:, :3].copy()
+        fit = softer
+    angle = simulate_leg(fit.x, leg, time, motion.theta, used, fit.half_rad)[0]
+    each = fit.each[:, :3].copy()
     each[:, 0] -= leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2
-    regression = intervals_as_windows(each, found.conditioning, motion, leg, perturbations, at_rest)
+    regression = intervals_as_windows(each, fit.conditioning, motion, leg, perturbations, at_rest)
     return OutputError(
         **vars(regression),
         angle=motion.theta,
         simulated=angle,
-        theta_0_rad=float(found.x[3]),
-        delay_s=float(found.x[4]),
-        softening=None if found.half_rad is None else (*map(float, found.x[5:]), found.half_rad),
+        theta_0_rad=float(fit.x[3]),
+        delay_s=float(fit.x[4]),
+        softening=None if fit.half_rad is None else (*map(float, fit.x[5:]), fit.half_rad),
     )
 
 
 @dataclass(frozen=True)
 class _Task:
-    """What is fitted: motion of the leg (rad), acceleration of belt, of the foot in use and of the other
+    """Data of the fit: motion of the leg (rad), acceleration of belt, of the foot in use and of the other
     (m/s²), whether the other is the instrument, and the perturbations (samples).
     """
 
@@ -261,7 +261,7 @@ class _Task:
 
 @dataclass(frozen=True)
 class _Solution:
-    """Parameters, their contributions by interval, conditioning of the last step (-), phi_h (rad)."""
+    """Parameters, their contributions by interval, conditioning of the last step, phi_h (rad)."""
 
     x: np.ndarray
     each: np.ndarray
@@ -295,30 +295,30 @@ def _solve(task: _Task, x: np.ndarray, low, high, half_rad: float | None = None)
 
 
 def _softening_solution(task: _Task, x: np.ndarray, low, high) -> _Solution | None:
-    """Solution for a joint that softens; None if the joint is linear as far as the trial shows."""
+    """Solution for a joint that softens; None without significant softening."""
     if len(task.perturbations) < 3:
         return None
     largest = float(np.abs(task.motion.theta - x[3]).max())
     angle, linear = task.simulate(x, task.belt, None)
     error, best = task.motion.theta - angle, None
     for half in (share * largest for share in _HALVES):
-        # one step of Gauss and Newton tells which phi_h leaves the least
+        # one Gauss-Newton step shows which phi_h leaves the smallest error
         columns = np.column_stack(
             [linear, task.simulate(np.append(x, [0.0, 0.0]), task.belt, half)[1][:, 5:]]
         )
         scale = np.linalg.norm(columns, axis=0)
         step, *_ = np.linalg.lstsq(columns / scale, error, rcond=None)
-        left = float(np.sum((error - columns @ (step / scale)) ** 2))
-        if best is None or left < best[0]:
-            best = (left, half, step / scale)
+        cost = float(np.sum((error - columns @ (step / scale)) ** 2))
+        if best is None or cost < best[0]:
+            best = (cost, half, step / scale)
     _, half, step = best
     try:
-        found = _solve(task, np.append(x, [0.0, 0.0]) + step, low, high, half)
+        solution = _solve(task, np.append(x, [0.0, 0.0]) + step, low, high, half)
     except InputError:
         return None
-    softening = found.each[:, 5]
+    softening = solution.each[:, 5]
     error = float(softening.std(ddof=1)) / np.sqrt(softening.size)
-    return found if float(softening.mean()) > SOFTENS * error else None
+    return solution if float(softening.mean()) > SOFTENS * error else None
 
 
 def _start(motion: SegmentMotion, leg: Leg, at_rest: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -349,7 +349,7 @@ def sums_by_interval(products: np.ndarray, perturbations: list[Perturbation]) ->
     Parameters
     ----------
     products : ndarray, shape (n, p)
-        What is summed (any units).
+        Products to be summed.
     perturbations : list of Perturbation
         Their starts delimit the intervals (samples).
 
@@ -377,7 +377,7 @@ def intervals_as_windows(
     each : ndarray, shape (intervals, 3)
         Contributions to I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     conditioning : float
-        Of the fit (-).
+        Conditioning of the fit.
     motion, leg, perturbations, at_rest
         As for `match_angle`.
 
@@ -391,20 +391,20 @@ def intervals_as_windows(
     InputError
         If a window does not determine the parameters of ``leg``.
     """
-    found = regress_perturbations(motion, leg, perturbations, at_rest, "leg")
-    theta_dd, theta_d, theta = found.regressors.T
+    regression = regress_perturbations(motion, leg, perturbations, at_rest, "leg")
+    theta_dd, theta_d, theta = regression.regressors.T
     predicted = impedance_torque(each.mean(axis=0), theta, theta_d, theta_dd)
     unknown = np.full(3, np.nan)
     fits = [
-        LinearFit(values, (found.torque - predicted)[p.start : p.stop], unknown, unknown, conditioning)
+        LinearFit(values, (regression.torque - predicted)[p.start : p.stop], unknown, unknown, conditioning)
         for values, p in zip(each, perturbations, strict=True)
     ]
     return WindowedFits(
         perturbations,
         fits,
-        found.torque,
+        regression.torque,
         predicted,
-        found.regressors,
-        found.theta_rest_rad,
-        found.torque_rest_Nm,
+        regression.regressors,
+        regression.theta_rest_rad,
+        regression.torque_rest_Nm,
     )

@@ -5,13 +5,14 @@ At the lines of the perturbation, with T_k and Y_k the spectra of torque and ang
     T_k = (K + j w B - w^2 I) Y_k + j w d T_k + E_k
 
 where d is the delay of the torque after its record. It is linear in I, B, K and d. Noise of the angle and
-torque ripple of a period are unrelated to those of the other periods, so the sum of the other periods'
-regressors is the instrument of a period; least squares would take the noise of the angle for softness. A
+torque ripple are unrelated between periods, so the sum of the other periods' regressors is the instrument of
+a period; least squares would mistake the noise of the angle for softness. A
 joint that is not linear distorts every period alike: its distortions are part of the nearest linear joint, as
 in a linear fit of the true torque, and no noise.
 
-The scatter of E_k between periods gives the variance of every line, and these that of the parameters. Each
-has 2 (periods - 1) degrees of freedom, their combination those of Welch and Satterthwaite.
+The scatter of E_k between periods gives the variance of every line, and from these the variance of the
+parameters follows. Each line has 2 (periods - 1) degrees of freedom; their combination follows Welch and
+Satterthwaite.
 """
 
 from dataclasses import dataclass
@@ -23,7 +24,7 @@ from tepsipe.signals.spectra import period_spectra
 
 # typical magnitude of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad) and of the delay (s)
 TYPICAL = np.array([0.01, 0.1, 10.0, 1e-3])
-# the lower part of the band, which shows how far the band decides (-)
+# the lower part of the band, for the sensitivity to the band
 NARROW = 0.6
 LEAST_LINES = 6
 
@@ -38,11 +39,11 @@ class PeriodFit:
         I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), and their standard uncertainties
         from the scatter of the periods.
     freedom : float
-        Degrees of freedom of ``type_a``, the fewest of the three (-).
+        Degrees of freedom of ``type_a``, the fewest of the three.
     delay_s : float
         Delay of the torque after its record (s).
     of_band : ndarray, shape (3,)
-        What the lower part of the band changes (units of the parameters).
+        Change with the lower part of the band (units of the parameters).
     """
 
     parameters: np.ndarray
@@ -69,7 +70,7 @@ def fit_periods(
     Returns
     -------
     PeriodFit
-        Parameters and their scatter (units there).
+        Parameters and their scatter.
 
     Raises
     ------
@@ -99,7 +100,7 @@ def without_transient(omega: np.ndarray, spectra: np.ndarray) -> np.ndarray:
     omega : ndarray, shape (lines,)
         Angular frequencies w (rad/s).
     spectra : ndarray, shape (periods, lines) or (periods, lines, k)
-        Of one or more signals (any unit).
+        Spectra of one or more signals.
 
     Returns
     -------

@@ -9,9 +9,9 @@ Fc is Coulomb friction, K3 a joint that hardens, Ks and Bs the stiffness that a 
 angles and the damping that it gains there. The softening terms are part of the model only if the data ask
 for them.
 
-Noise and torque ripple of a period are unrelated to those of the other periods of the perturbation, the
-torque is not. With X_i the regressors and e_i = y_i - X_i p the residuals of period i, the instruments of
-period i are the sum of the other periods' regressors, and p solves
+Noise and torque ripple are unrelated between periods of the perturbation; the torque is not. With X_i the
+regressors and e_i = y_i - X_i p the residuals of period i, the instruments of period i are the sum of the
+other periods' regressors, and p solves
 
     sum over i and j != i of X_j' e_i = 0
 
@@ -29,11 +29,11 @@ from tepsipe.signals.filters import butterworth_lowpass
 
 # rate at which the smooth sign of friction is nearly one (rad/s)
 FRICTION_RATE = 0.01
-# the angle is smoothed above the band of the regression, so that products of it stay inside (-)
+# the angle is smoothed above the band of the regression, so that products of it stay inside
 SMOOTHING_PER_CUTOFF = 2.0
-# bending at which half of the softening has taken place, smallest and largest per RMS angle (-)
+# bending at which half of the softening has taken place, smallest and largest per RMS angle
 SOFTENING_RANGE = (0.2, 8.0)
-# the data ask for softening if the lost stiffness is this many standard errors from 0 (-)
+# standard errors from 0 of the lost stiffness above which the joint is taken to soften
 SOFTENING_T = 4.0
 UNITS = {
     "I": "Nms2/rad",
@@ -47,7 +47,7 @@ UNITS = {
     "softening_angle": "rad",
 }
 LINEAR = 6  # terms without softening
-# terms that act together: what they add to the linear joint nearest to the whole (columns)
+# groups of terms: their contribution to the linear joint nearest to the whole (columns)
 GROUPS = {"small": (0, 1, 2), "friction": (3,), "hardening": (4,), "softening": (6, 7)}
 
 
@@ -75,10 +75,10 @@ class PooledFit:
     Attributes
     ----------
     values, standard_error, low, high : dict of str to float
-        Quantity -> estimate, standard error and ends of the 95 % interval, units in `UNITS`; without those of
-        softening where the data do not ask for it.
+        Quantity -> estimate, standard error and ends of the 95 % interval, units in `UNITS`; without
+        softening if the data do not require it.
     freedom : float
-        Degrees of freedom of the standard errors (-).
+        Degrees of freedom of the standard errors.
     systematic_Nm : float
         RMS of the torque that the model leaves unexplained in every period alike (N·m).
     without_softening_Nm : float
@@ -142,17 +142,17 @@ class _Pool:
 
     def products(self, phi=None, lost=None):
         """X_i' X_j of all pairs of periods, of each record, shape (periods, periods, columns, columns)."""
-        found = []
+        products = []
         for record, columns in zip(self.records, self.columns(phi, lost), strict=True):
             kept = columns[record.kept]
             periods = kept.shape[0] // self.length
             kept = kept[-periods * self.length :]
             blocks = (kept - kept.mean(axis=0)).reshape(periods, self.length, -1)
-            found.append(np.einsum("int,jnu->ijtu", blocks, blocks, optimize=True))
-        return found
+            products.append(np.einsum("int,jnu->ijtu", blocks, blocks, optimize=True))
+        return products
 
     def pairs(self, products):
-        """Number of products of samples of different periods (-)."""
+        """Number of products of samples of different periods."""
         return self.length * sum(p.shape[0] * (p.shape[0] - 1) for p in products)
 
 
@@ -263,13 +263,13 @@ def _softening(pool):
     best = int(np.argmin(costs))
     if best in (0, tried.size - 1):
         return None
-    found = scipy.optimize.minimize_scalar(
+    minimum = scipy.optimize.minimize_scalar(
         lambda x: _solve(pool.products(np.exp(x)))[1],
         bounds=(tried[best - 1], tried[best + 1]),
         method="bounded",
         options={"xatol": 1e-3},
     )
-    phi = float(np.exp(found.x))
+    phi = float(np.exp(minimum.x))
     parameters, cost = _solve(pool.products(phi))
     # phi as a further parameter, linearised at its estimate
     products = pool.products(phi, parameters[LINEAR:])
@@ -280,12 +280,12 @@ def _softening(pool):
 
 
 def _shares(pool, parameters, phi):
-    """What groups of terms add to the linear joint nearest to the whole, in each record."""
-    found = {name: [] for name, own in GROUPS.items() if phi is not None or max(own) < LINEAR}
+    """Contribution of groups of terms to the linear joint nearest to the whole, in each record."""
+    shares = {name: [] for name, members in GROUPS.items() if phi is not None or max(members) < LINEAR}
     for record, columns in zip(pool.records, pool.columns(phi), strict=True):
         kept = columns[record.kept] - columns[record.kept].mean(axis=0)
-        for name, rows in found.items():
-            own = list(GROUPS[name])
-            torque = kept[:, own] @ parameters[own]
+        for name, rows in shares.items():
+            members = list(GROUPS[name])
+            torque = kept[:, members] @ parameters[members]
             rows.append(np.linalg.lstsq(kept[:, :3], torque, rcond=None)[0])
-    return {name: np.array(rows) for name, rows in found.items()}
+    return {name: np.array(rows) for name, rows in shares.items()}

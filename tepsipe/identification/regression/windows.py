@@ -22,7 +22,7 @@ from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.least_squares import LinearFit, least_squares_line
 
-# shift of the accelerations of the centre of mass, in either direction, that shows what a delay does (s)
+# shift of the centre of mass's accelerations, in either direction, for the sensitivity to a delay (s)
 SKEW_S = 0.001
 
 
@@ -99,11 +99,11 @@ def regress_perturbations(
     perturbations : list of Perturbation
         Windows (samples).
     at_rest : ndarray of bool, shape (n,)
-        Samples at rest (-).
+        Samples at rest.
     torque_pathway : {"leg", "leg-thesis"}
-        How the torque is derived.
+        Equation of the torque.
     thesis : bool
-        Whether the torque at rest is kept, as printed, or subtracted (-).
+        Whether the torque at rest is kept, as printed, or subtracted.
 
     Returns
     -------
@@ -139,12 +139,12 @@ def regress_torque(
     perturbations : list of Perturbation
         Windows (samples).
     at_rest : ndarray of bool, shape (n,)
-        Samples at rest (-).
+        Samples at rest.
     thesis : bool
-        Whether the torque at rest is kept, as printed, or subtracted (-).
+        Whether the torque at rest is kept, as printed, or subtracted.
     own_zero : bool
         Whether each window has a free constant torque beside I, B, K, because the zero of a force plate
-        drifts, and friction of the belt leaves a force behind (-).
+        drifts, and friction of the belt leaves a force behind.
 
     Returns
     -------
@@ -221,9 +221,9 @@ def damping_per_skew(
     return float((damping[1] - damping[0]) / (2.0 * SKEW_S))
 
 
-def undetermined(found: str) -> InputError:
-    """Refusal of an angle that does not determine I, B and K; ``found`` says what shows it (no unit)."""
+def undetermined(evidence: str) -> InputError:
+    """Refusal of an angle that does not determine I, B and K; ``evidence`` completes the message."""
     return InputError(
-        f"expected an angle that determines {', '.join(PARAMETERS)} by the foot's motion, found {found}: "
+        f"expected an angle that determines {', '.join(PARAMETERS)} by the foot's motion, found {evidence}: "
         "check that the markers and the belt moved, and the geometry in the configuration"
     )

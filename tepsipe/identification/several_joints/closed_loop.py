@@ -4,8 +4,8 @@ With the torque tau_i of joint i that resists the angles theta_j of all joints,
 
     tau_i = sum_j [ K_ij + B_ij s + (D_ij + E_ij s) exp(-s d_i) ] theta_j + n_i                       (1)
 
-K, B are stiffness and damping that act at once, D, E those of a reflex with delay d_i. n_i is the torque
-that the person makes for reasons of their own. It moves the body, so theta is correlated with n_i and least
+K and B are stiffness and damping that act at once, D and E stiffness and damping of a reflex with delay d_i.
+n_i is the person's spontaneous torque. It moves the body, so theta is correlated with n_i and least
 squares of (1) are biased. The perturbation u is independent of n_i: at the right parameters the residual of
 (1) is not coherent with it. Let A_l and C_l be the parts of the cross products of [tau_i, theta_j ...] in
 band l (b frequencies) that are and are not linear in u (m perturbations), v = [1, -p]. The estimate minimises
@@ -15,9 +15,10 @@ band l (b frequencies) that are and are not linear in u (m perturbations), v = [
 that is the coherence of the residual with the perturbation, in every band over its own noise. This is limited
 information maximum likelihood (Anderson and Rubin 1949) with noise of any spectrum; unlike two-stage least
 squares it stays unbiased if coherence is low. With the right model chi2 has a chi-squared distribution with
-2 m L - q degrees of freedom, which tests the model. Standard errors are those of the jackknife over bands.
+2 m L - q degrees of freedom, which tests the model. Standard errors come from the jackknife over bands.
 
-What the data cannot say is refused (`tepsipe.identification.several_joints.identifiability`).
+Quantities that the data do not determine are refused
+(`tepsipe.identification.several_joints.identifiability`).
 """
 
 from dataclasses import dataclass
@@ -26,12 +27,12 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
-from tepsipe.identification.several_joints.identifiability import CONCEDED, Directions, directions_of
+from tepsipe.identification.several_joints.identifiability import CONCEDED, Directions, directions_by_strength
 
 MODELS = ("intrinsic", "own-reflex", "all-reflex")
-# largest slope of (2) per standard error of a parameter at its minimum (-)
+# largest slope of (2) per standard error of a parameter at its minimum
 GRADIENT = 1e-3
-# (2) rises by this for a parameter one standard error along a direction that is not determined (-)
+# (2) rises by this for a parameter one standard error along a direction that is not determined
 RIDGE = 0.1
 
 
@@ -44,16 +45,16 @@ class MultiJointOptions:
     band_hz : (float, float)
         Lowest and highest frequency (Hz).
     averaged_bins : int
-        Raw frequencies per band (-).
+        Raw frequencies per band.
     taper_fraction : float
-        Part of the record over which each end fades (-).
+        Part of the record over which each end fades.
     delays_s : (float, float)
         Shortest and longest delay of a reflex that is tried (s).
     delay_step_s : float
         Distance of the delays that are tried (s).
     strength : float
-        Least power of a direction of the parameters in a band with the perturbation over that of noise alone,
-        below which it is not determined (-).
+        Least power of a direction of the parameters in a band with the perturbation over the power of noise,
+        below which it is not determined.
     """
 
     band_hz: tuple[float, float]
@@ -73,13 +74,13 @@ class Spectra:
     frequency_hz : ndarray, shape (L, b)
         Raw frequencies of each band (Hz).
     perturbation : ndarray of complex, shape (L, b, m)
-        Orthonormal columns that span the perturbations in each band (unitless).
+        Orthonormal columns that span the perturbations in each band.
     angle, torque : ndarray of complex, shape (L, b, joints)
         Transforms (rad, N·m).
     response : ndarray of complex, shape (L, m, 2 joints)
         Frequency response from the perturbations to angles and torques (rad, N·m per unit of u).
     coherence : ndarray, shape (L, 2 joints)
-        Squared multiple coherence of angles and torques with the perturbations (-).
+        Squared multiple coherence of angles and torques with the perturbations.
     """
 
     frequency_hz: np.ndarray
@@ -90,7 +91,7 @@ class Spectra:
     coherence: np.ndarray
 
     def coherence_threshold(self) -> float:
-        """Coherence (-) that unrelated signals exceed with a probability of 5 %."""
+        """Coherence that unrelated signals exceed with a probability of 5 %."""
         _, b, m = self.perturbation.shape
         return float(scipy.special.betaincinv(m, b - m, 0.95))
 
@@ -102,7 +103,7 @@ class RowFit:
     Attributes
     ----------
     model : str
-        One of `MODELS` (no unit).
+        One of `MODELS`.
     terms : tuple of (str, int)
         Kind (K, B, D, E) of each parameter and joint whose angle it multiplies.
     parameters : ndarray, shape (q,)
@@ -110,17 +111,17 @@ class RowFit:
     delay_s : float or None
         d_i; None without a reflex (s).
     delays_s, delay_chi2 : ndarray, shape (t,)
-        Delays that were tried (s) and chi2 (2) at each (-).
+        Delays that were tried (s) and chi2 (2) at each.
     chi2 : float
-        At the estimate (-).
+        At the estimate.
     freedom : int
-        Degrees of freedom of chi2 if the model is right (-).
+        Degrees of freedom of chi2 if the model is right.
     directions : Directions
-        What the record determines; last column the delay, if there is one (units of the parameters).
+        Determined directions; last column the delay, if there is one (units of the parameters).
     direct : ndarray, shape (q,)
         Ordinary least squares of (1) at the same delay, which feedback biases (units of the parameters).
     converged : bool
-        Whether the fixed point was reached (-).
+        Whether the fixed point was reached.
     """
 
     model: str
@@ -137,20 +138,20 @@ class RowFit:
 
     @property
     def p_value(self) -> float:
-        """Probability of a larger chi2 if the model is right (-)."""
+        """Probability of a larger chi2 if the model is right."""
         return float(scipy.special.chdtrc(self.freedom, self.chi2))
 
     def impedance(self, frequency_hz: np.ndarray) -> np.ndarray:
         """Torque per angle of each joint at some frequencies (Hz), shape (n, joints) (N·m/rad)."""
         s = 2j * np.pi * np.asarray(frequency_hz)
         joints = 1 + max(joint for _, joint in self.terms)
-        found = np.zeros((s.size, joints), complex)
+        impedance = np.zeros((s.size, joints), complex)
         for (kind, joint), value in zip(self.terms, self.parameters, strict=True):
-            found[:, joint] += value * _factor(kind, s, self.delay_s)
-        return found
+            impedance[:, joint] += value * _factor(kind, s, self.delay_s)
+        return impedance
 
 
-def spectra_of(
+def banded_spectra(
     perturbation: np.ndarray,
     angle: np.ndarray,
     torque: np.ndarray,
@@ -162,13 +163,13 @@ def spectra_of(
     Parameters
     ----------
     perturbation : ndarray, shape (n,) or (n, m)
-        External perturbations (any units), independent of the person.
+        External perturbations, independent of the person.
     angle, torque : ndarray, shape (n, joints)
         Joint angles (rad) and torques that resist them (N·m).
     rate_hz : float
         Sampling rate (Hz).
     options : MultiJointOptions
-        Band, averaging and taper (units in the names).
+        Band, averaging and taper.
 
     Returns
     -------
@@ -219,15 +220,15 @@ def spectra_of(
 
 
 def _factor(kind: str, s: np.ndarray, delay_s: float | None) -> np.ndarray:
-    """What multiplies an angle in (1), without the parameter, at s (rad/s)."""
+    """Factor of an angle in (1), without the parameter, at s (rad/s)."""
     if kind in "KB":
         return np.ones_like(s) if kind == "K" else s
     late = np.exp(-s * delay_s)
     return late if kind == "D" else s * late
 
 
-def terms_of(model: str, joint: int, joints: int) -> tuple[tuple[str, int], ...]:
-    """Parameters of one joint's torque in a model: kind and joint whose angle it multiplies (no unit).
+def model_terms(model: str, joint: int, joints: int) -> tuple[tuple[str, int], ...]:
+    """Parameters of one joint's torque in a model: kind and joint whose angle it multiplies.
 
     ``intrinsic`` has K and B of all angles, ``own-reflex`` adds a reflex to the joint's own angle,
     ``all-reflex`` to all angles.
@@ -260,9 +261,9 @@ def cross_products(perturbation: np.ndarray, columns: np.ndarray) -> tuple[np.nd
     Parameters
     ----------
     perturbation : ndarray of complex, shape (L, b, m)
-        Orthonormal in each band (unitless).
+        Orthonormal in each band.
     columns : ndarray of complex, shape (L, b, q)
-        Transforms (any units).
+        Transforms.
 
     Returns
     -------
@@ -282,13 +283,13 @@ class Solution:
     Attributes
     ----------
     p : ndarray, shape (q,)
-        Parameters (unitless, of scaled columns).
+        Parameters of scaled columns.
     chi2 : float
-        (2) there (-).
+        (2) there.
     weak : int
-        Number of directions that are not determined (-).
+        Number of directions that are not determined.
     converged : bool
-        Whether (2) is flat there (-).
+        Whether (2) is flat there.
     """
 
     p: np.ndarray
@@ -303,18 +304,18 @@ def minimise(a: np.ndarray, c: np.ndarray, shape: tuple[int, int], strength: flo
     Parameters
     ----------
     a, c : ndarray, shape (L, 1 + q, 1 + q)
-        Cross products of torque and regressors (unitless).
+        Cross products of torque and regressors.
     shape : (int, int)
-        Frequencies per band b and perturbations m (-).
+        Frequencies per band b and perturbations m.
     strength : float
-        Of a direction that is determined (-).
+        Strength of a direction that is determined.
     starts : sequence of ndarray, shape (q,)
-        Further parameters to start from (unitless).
+        Further parameters to start from.
 
     Returns
     -------
     Solution
-        The lowest minimum found (unitless).
+        The lowest minimum found.
     """
     b, m = shape
     chance = m / (b - m)
@@ -324,7 +325,7 @@ def minimise(a: np.ndarray, c: np.ndarray, shape: tuple[int, int], strength: flo
         first = np.linalg.lstsq(g[1:, 1:], g[1:, 0], rcond=None)[0]
         v = np.r_[1.0, -first]
         noise = ((c @ v) @ v) / (b - m)
-    directions = directions_of(a, c, v, noise, chance, strength)
+    directions = directions_by_strength(a, c, v, noise, chance, strength)
     weak = directions.strength < strength
     # unit steps along each direction change (2) about equally
     basis = directions.vectors / np.sqrt(np.maximum(directions.strength - 1.0, CONCEDED))
@@ -342,11 +343,11 @@ def minimise(a: np.ndarray, c: np.ndarray, shape: tuple[int, int], strength: flo
         value, slope = chi2_of(basis @ z)
         return value + RIDGE * (z[weak] ** 2).sum(), basis.T @ slope + 2.0 * RIDGE * np.where(weak, z, 0.0)
 
-    found = [
+    minima = [
         scipy.optimize.minimize(cost, inverse @ start, jac=True, method="BFGS", options={"gtol": GRADIENT})
         for start in (first, *starts)
     ]
-    best = min(found, key=lambda one: one.fun)
+    best = min(minima, key=lambda one: one.fun)
     p = basis @ best.x
     flat = bool(np.abs(best.jac).max() < 1e3 * GRADIENT)
     return Solution(p, chi2_of(p)[0], int(weak.sum()), flat)
@@ -364,9 +365,9 @@ def scaled_products(spectra: Spectra, joint: int, terms, delay_s: float | None):
     Parameters
     ----------
     spectra : Spectra
-        Of the record (rad, N·m).
+        Spectra of the record (rad, N·m).
     joint : int
-        Whose torque (-).
+        Whose torque.
     terms : sequence of (str, int)
         Kinds of the parameters, and joints whose angle they multiply.
     delay_s : float or None
@@ -375,7 +376,7 @@ def scaled_products(spectra: Spectra, joint: int, terms, delay_s: float | None):
     Returns
     -------
     a, c : ndarray, shape (L, 1 + q, 1 + q)
-        Parts that are, and are not, linear in the perturbations (unitless).
+        Parts that are, and are not, linear in the perturbations.
     scale : ndarray, shape (1 + q,)
         Roots of the columns' power (N·m, rad, rad/s).
     """
@@ -388,13 +389,13 @@ def fit_row(spectra: Spectra, joint: int, model: str, options: MultiJointOptions
     Parameters
     ----------
     spectra : Spectra
-        Of the record (rad, N·m).
+        Spectra of the record (rad, N·m).
     joint : int
-        Whose torque (-).
+        Whose torque.
     model : {"intrinsic", "own-reflex", "all-reflex"}
         Terms of (1).
     options : MultiJointOptions
-        Delays and strength (units in the names).
+        Delays and strength.
 
     Returns
     -------
@@ -407,7 +408,7 @@ def fit_row(spectra: Spectra, joint: int, model: str, options: MultiJointOptions
         If the model is unknown.
     """
     _, b, m = spectra.perturbation.shape
-    terms = terms_of(model, joint, spectra.angle.shape[2])
+    terms = model_terms(model, joint, spectra.angle.shape[2])
 
     delays, tried, delay, starts = np.empty(0), np.empty(0), None, ()
     if model != "intrinsic":
@@ -438,14 +439,14 @@ def fit_row(spectra: Spectra, joint: int, model: str, options: MultiJointOptions
 
 def _profile(products: list, shape: tuple[int, int], strength: float):
     """Least chi2 of every delay, searches started at its neighbours' solutions, too; best solution."""
-    found = []
+    solutions = []
     for a, c in products:
-        found.append(minimise(a, c, shape, strength, [one.p for one in found[-1:]]))
-    for k in range(len(found) - 2, -1, -1):
-        again = minimise(*products[k], shape, strength, [found[k + 1].p])
-        found[k] = min(found[k], again, key=lambda one: one.chi2)
-    chi2 = np.array([one.chi2 for one in found])
-    return chi2, (found[int(chi2.argmin())].p,)
+        solutions.append(minimise(a, c, shape, strength, [solution.p for solution in solutions[-1:]]))
+    for k in range(len(solutions) - 2, -1, -1):
+        restarted = minimise(*products[k], shape, strength, [solutions[k + 1].p])
+        solutions[k] = min(solutions[k], restarted, key=lambda solution: solution.chi2)
+    chi2 = np.array([solution.chi2 for solution in solutions])
+    return chi2, (solutions[int(chi2.argmin())].p,)
 
 
 def _vertex(delays: np.ndarray, chi2: np.ndarray) -> float:
@@ -460,7 +461,7 @@ def _vertex(delays: np.ndarray, chi2: np.ndarray) -> float:
 
 
 def _determined(spectra, joint, terms, parameters, delay_s, options) -> Directions:
-    """What the record says about the parameters, and about the delay as one more of them."""
+    """Directions of the parameters, including the delay, that the record determines."""
     _, b, m = spectra.perturbation.shape
     columns = _columns(spectra, joint, terms, delay_s)
     v = np.r_[1.0, -parameters]
@@ -472,6 +473,6 @@ def _determined(spectra, joint, terms, parameters, delay_s, options) -> Directio
     noise = ((c @ v) @ v) / (b - m)
     a, c, scale = _scaled(a, c)
     v = v * scale / scale[0]
-    return directions_of(a, c, v, noise / scale[0] ** 2, m / (b - m), options.strength).in_units(
+    return directions_by_strength(a, c, v, noise / scale[0] ** 2, m / (b - m), options.strength).in_units(
         scale[0] / scale[1:]
     )

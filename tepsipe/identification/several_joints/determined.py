@@ -1,4 +1,4 @@
-"""What perturbations determine of stiffness and damping matrices, and refusal of the rest.
+"""Elements of stiffness and damping matrices that perturbations determine; the others are refused.
 
 The Fisher information F of `tepsipe.identification.several_joints.matrices`, with every parameter in parts
 of its natural size sqrt(K_ii K_jj), sqrt(B_ii B_jj), is examined three ways: directions of all parameters
@@ -21,12 +21,12 @@ from tepsipe.identification.several_joints.matrices import MatrixFit, Setting
 
 @dataclass(frozen=True)
 class Limits:
-    """Largest error of what counts as determined.
+    """Largest error of a parameter that counts as determined.
 
     Attributes
     ----------
     stiffness, damping : float
-        Of K_ij in parts of sqrt(K_ii K_jj), and of B_ij likewise (-); the constants of inertia as B.
+        Limit of K_ij in parts of sqrt(K_ii K_jj), and of B_ij likewise; the constants of inertia as B.
     """
 
     stiffness: float = 0.15
@@ -38,31 +38,31 @@ class Limits:
         return cls(0.01 * stiffness_percent, 0.01 * damping_percent)
 
     def of(self, setting: Setting, q: int) -> np.ndarray:
-        """Of every parameter, shape (q,) (-)."""
+        """Limit of every parameter, shape (q,)."""
         pairs = len(setting.pairs)
         return np.r_[np.full(pairs, self.stiffness), np.full(q - pairs, self.damping)]
 
 
 @dataclass(frozen=True)
 class Determined:
-    """What a Fisher information determines.
+    """Directions and parameters determined by a Fisher information.
 
     Attributes
     ----------
     rank : int
-        Directions of the parameters, in parts of their limits, with a standard error below 1 (-).
+        Directions of the parameters, in parts of their limits, with a standard error below 1.
     unknowns : int
-        Number of parameters (-).
+        Number of parameters.
     condition : float
-        Of the information of the parameters in parts of their scale: largest over smallest eigenvalue (-).
+        Condition of the information of the scaled parameters: largest over smallest eigenvalue.
     errors : ndarray, shape (q,)
-        Standard errors in parts of the scale (-).
+        Standard errors in parts of the scale.
     entries : ndarray of bool, shape (q,)
         Whether the 95 % interval of a parameter is within its limit.
     directions : ndarray, shape (n, n)
-        Rows: movements of the joints, in parts of 1/sqrt(K_ii), from the best to the least determined (-).
+        Rows: movements of the joints, in parts of 1/sqrt(K_ii), from the best to the least determined.
     direction_errors : ndarray, shape (n,)
-        Largest standard error of the torque of a joint against each movement, in parts of the scale (-).
+        Largest standard error of the torque of a joint against each movement, in parts of the scale.
     """
 
     rank: int
@@ -75,33 +75,33 @@ class Determined:
 
     @property
     def all(self) -> bool:
-        """Whether every direction and every parameter is determined (no unit)."""
+        """True if every direction and every parameter is determined."""
         return self.rank == self.unknowns and bool(self.entries.all())
 
 
 def determined(setting: Setting, information_: np.ndarray, scale: np.ndarray, limits: Limits) -> Determined:
-    """What a Fisher information determines, within limits.
+    """Find the directions and parameters that a Fisher information determines within limits.
 
     Parameters
     ----------
     setting : Setting
-        Model (units there).
+        Model.
     information_ : ndarray, shape (q, q)
         F of (2) (1 over the units of the parameters).
     scale : ndarray, shape (q,)
         Natural size of the parameters (units of the parameters).
     limits : Limits
-        In parts of the scale (-).
+        In parts of the scale.
 
     Returns
     -------
     Determined
-        Rank, condition, errors and movements (-).
+        Rank, condition, errors and movements.
     """
     q, limit = scale.size, limits.of(setting, scale.size)
     natural = information_ * np.outer(scale, scale)
     values, vectors = scipy.linalg.eigh(natural)
-    # rounding is all there is below
+    # below this, only rounding errors remain
     values = np.maximum(values, 1e-15 * values[-1])
     covariance = (vectors / values) @ vectors.T
     errors = np.sqrt(np.diag(covariance))
@@ -150,33 +150,34 @@ class Entry:
 def entries(fit: MatrixFit, names: Sequence[str], limits: Limits, known: Determined) -> list[Entry]:
     """Elements of K and B with their 95 % intervals (N·m/rad, N·m·s/rad), or refused.
 
-    Where a direction of the parameters is not determined, the estimate along it is arbitrary, and intervals
-    of elements that seem free of it would rest on slopes at an arbitrary point: all elements are refused.
+    If a direction of the parameters is undetermined, the estimate along it is arbitrary. Intervals of
+    elements that seem independent of it would rest on slopes at an arbitrary point, so all elements are
+    refused.
 
     Parameters
     ----------
     fit : MatrixFit
-        Estimate (units there).
+        Estimate.
     names : sequence of str
-        Of the joints.
+        Names of the joints.
     limits : Limits
-        Largest half width of an interval in parts of sqrt(K_ii K_jj), sqrt(B_ii B_jj) (-).
+        Largest half width of an interval in parts of sqrt(K_ii K_jj), sqrt(B_ii B_jj).
     known : Determined
-        What the information at the estimate determines (-).
+        Directions determined by the information at the estimate.
 
     Returns
     -------
     list of Entry
-        Of K, then of B, by rows.
+        Elements of K, then of B, by rows.
     """
     pairs = fit.setting.pairs
     limit = limits.of(fit.setting, fit.parameters.size)
-    found = []
+    elements = []
     for kind, (i, row), (j, column) in product("KB", enumerate(names), enumerate(names)):
         place = pairs.index((i, j) if (i, j) in pairs else (j, i))
         k = place if kind == "K" else len(pairs) + place
-        found.append(_entry(fit, f"{kind}_{row}_{column}", k, limit[k], known))
-    return found
+        elements.append(_entry(fit, f"{kind}_{row}_{column}", k, limit[k], known))
+    return elements
 
 
 def _entry(fit: MatrixFit, name: str, k: int, limit: float, known: Determined) -> Entry:

@@ -1,4 +1,4 @@
-"""What a record determines of parameters that are estimated with instruments.
+"""Identifiability of parameters that are estimated with instruments.
 
 Per band l, the regressors x have cross products A_l that are linear in the perturbation and C_l that are not;
 by chance A_l contains m/(b - m) C_l of noise. With the noise s_l of the residual,
@@ -23,25 +23,25 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-# signal that is conceded to a direction that is too weak, over noise (-)
+# signal-to-noise ratio assumed for a direction that is too weak
 CONCEDED = 0.02
 
 
 @dataclass(frozen=True)
 class Directions:
-    """Directions of the parameters and what is known along each.
+    """Directions of the parameters and the information along each.
 
     Attributes
     ----------
     strength : ndarray, shape (q,)
-        Power in the bands with the perturbation over that of noise alone, from weak to strong (-).
+        Power in the bands with the perturbation over the power of noise alone, from weak to strong.
     vectors : ndarray, shape (q, q)
         Columns: one standard deviation of noise along each direction (units of the parameters).
     influence : ndarray, shape (L, q)
         Change of the parameters without one band, along the directions that are determined (units of the
         parameters).
     limit : float
-        Least strength of a direction that is determined (-).
+        Least strength of a direction that is determined.
     """
 
     strength: np.ndarray
@@ -59,10 +59,10 @@ class Directions:
         )
 
     def standard_error(self, combination: np.ndarray) -> float:
-        """Of a linear combination of the parameters, shape (q,): jackknife over the bands (its unit).
+        """Standard error of a linear combination of the parameters, shape (q,): jackknife over the bands.
 
         Directions that are too weak count with a signal of 2 % of noise, so that a combination to which they
-        contribute is as uncertain as it is arbitrary.
+        contribute has a large standard error.
         """
         weak = self.strength < self.limit
         loads = combination @ self.vectors[:, weak]
@@ -71,7 +71,7 @@ class Directions:
         return float(np.sqrt(chance + (loads**2).sum() / CONCEDED))
 
     def weak_partners(self, combination: np.ndarray) -> np.ndarray:
-        """Parameters that a weak direction of a combination moves, too, shape (q,), relative (unitless)."""
+        """Parameters that a weak direction of a combination also moves, shape (q,), relative."""
         loads = combination @ self.vectors
         weak = self.strength < self.limit
         if not weak.any():
@@ -80,7 +80,7 @@ class Directions:
         return np.abs(self.vectors[:, k])
 
 
-def directions_of(
+def directions_by_strength(
     a: np.ndarray, c: np.ndarray, v: np.ndarray, noise: np.ndarray, chance: float, limit: float
 ) -> Directions:
     """Directions of the parameters by strength (1).
@@ -95,9 +95,9 @@ def directions_of(
     noise : ndarray, shape (L,)
         Power of the residual's noise in each band (squared unit of the response).
     chance : float
-        m/(b - m), fraction of C that A contains by chance (-).
+        m/(b - m), fraction of C that A contains by chance.
     limit : float
-        Least strength of a direction that is determined (-).
+        Least strength of a direction that is determined.
 
     Returns
     -------
@@ -106,14 +106,14 @@ def directions_of(
     """
     total = 2.0 * np.einsum("l,lij->ij", 1.0 / noise, a)[1:, 1:]
     alone = 2.0 * chance * np.einsum("l,lij->ij", 1.0 / noise, c)[1:, 1:]
-    # without any noise, rounding is all there is
+    # without any noise, rounding errors take its place
     alone = alone + 1e-12 * np.trace(total) / total.shape[0] * np.eye(total.shape[0])
     strength, vectors = scipy.linalg.eigh(total, alone)
     strong = vectors[:, strength >= limit]
     signal = strength[strength >= limit] - 1.0
     # one Newton step from the estimate without a band: its gradient over the information of the others
-    own = 2.0 * (a - chance * c) / noise[:, None, None]
-    gradient = (own @ v)[:, 1:] @ strong
-    others = np.diag(signal) - strong.T @ own[:, 1:, 1:] @ strong
+    weighted = 2.0 * (a - chance * c) / noise[:, None, None]
+    gradient = (weighted @ v)[:, 1:] @ strong
+    others = np.diag(signal) - strong.T @ weighted[:, 1:, 1:] @ strong
     influence = np.linalg.solve(others, gradient[:, :, None])[:, :, 0] @ strong.T
     return Directions(strength, vectors, influence, limit)

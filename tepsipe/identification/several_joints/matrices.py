@@ -7,20 +7,20 @@ About a posture, the deviations q of the joint angles from unperturbed behaviour
 with the inertia M and the stiffness of gravity G of the body, the measured force or belt acceleration u,
 and b of its point of action. The mean response y_k to perturbation k, over n_k epochs of which each is
 multiplied by the direction of its pulse, is h_k(p) + e; h_k solves (1), and e has the covariance C / n_k of
-unperturbed behaviour over as long a time (`unperturbed_covariance`). The epochs begin before the onset,
+unperturbed behaviour over an equal time (`unperturbed_covariance`). The epochs begin before the onset,
 where h_k = 0, so that C predicts from there how the person would have gone on. Maximum likelihood minimises
 
     chi2(p) = sum_k n_k (y_k - h_k)' C^-1 (y_k - h_k),     F = sum_k n_k S_k' C^-1 S_k,   S_k = dh_k/dp   (2)
 
 with the Fisher information F. u is measured with little noise, so there is no noise in the regressors.
-Standard errors are not those of F but of the scatter of the epochs e about their mean, by their influence
-F^-1 S_k' C^-1 (y_ke - y_k), so that C only weighs. Where F leaves a direction of the parameters
+Standard errors do not come from F but from the scatter of the epochs e about their mean, by their influence
+F^-1 S_k' C^-1 (y_ke - y_k), so that C is only a weight. Where F leaves a direction of the parameters
 undetermined, p stays near its start there, and is refused
 (`tepsipe.identification.several_joints.determined`).
 
 K and B may be symmetric (6 unknowns each) or not (9). The inertia is exact, or its 2 n constants J, S
-(`tepsipe.mechanics.segment_chain`) are unknowns, too. Scales and tables may give values a0 for them, with
-the covariance A: (2) gains (a - a0)' A^-1 (a - a0), F gains A^-1, and the intervals hold the uncertainty of
+(`tepsipe.mechanics.segment_chain`) are unknowns, too. Scales and tables may give values a0 for them, with the
+covariance A: (2) gains (a - a0)' A^-1 (a - a0), F gains A^-1, and the intervals include the uncertainty of
 a0. If nothing is known of them, the belt alone leaves the scale of all parameters open, however many epochs
 there are: (1) with b = -(S ...) is homogeneous in M, B, K and S.
 """
@@ -34,10 +34,10 @@ import scipy
 from tepsipe.errors import InputError
 from tepsipe.mechanics.segment_chain import LinearChain
 
-# weight of the start in (2), in 1 per parameter squared, in parts of its scale (-)
+# weight of the start in (2), in 1 per parameter squared, in parts of its scale
 RIDGE = 1e-2
 ITERATIONS, SETTLED = 30, 1e-3
-# a row of the scale is at most so many times that of the start (-)
+# a row of the scale is at most so many times its starting value
 LARGEST_SCALE = 5.0
 
 
@@ -62,7 +62,7 @@ class Perturbation:
 
 @dataclass(frozen=True)
 class Setting:
-    """What is the same for all perturbations.
+    """Quantities common to all perturbations.
 
     Attributes
     ----------
@@ -71,17 +71,17 @@ class Setting:
     weight : ndarray, shape (samples n, samples n)
         C^-1 of (2), sample by sample (1/rad²).
     before : int
-        Samples of an epoch before the onset (-).
+        Samples of an epoch before the onset.
     step_s : float
         Between samples (s).
     substeps : int
-        Steps of the drives per sample (-).
+        Steps of the drives per sample.
     symmetric : bool
         Whether K and B are taken as symmetric.
     inertia_known : bool
         Whether J and S are taken as exact.
     inertia_covariance : ndarray, shape (2 n, 2 n), or None
-        Of J and S over their values, if they are unknowns; None if nothing is known of them (-).
+        Covariance of J and S over their values, if they are unknowns; None if nothing is known of them.
     """
 
     body: LinearChain
@@ -95,24 +95,24 @@ class Setting:
 
     @property
     def joints(self) -> int:
-        """N (-)."""
+        """Number of joints, n."""
         return self.body.posture.size
 
     @property
     def pairs(self) -> list[tuple[int, int]]:
-        """Row and column of every unknown of a matrix (-)."""
+        """Row and column of every unknown of a matrix."""
         n = self.joints
         return [(i, j) for i in range(n) for j in range(i if self.symmetric else 0, n)]
 
     def start(self) -> np.ndarray:
-        """Parameters to start from: joints of 1.5 times the critical stiffness (N·m/rad, N·m·s/rad, -)."""
-        own = 1.5 * np.abs(np.diag(self.body.gravity))
-        k = [own[i] if i == j else 0.0 for i, j in self.pairs]
+        """Starting parameters: joints of 1.5 times the critical stiffness (N·m/rad, N·m·s/rad, -)."""
+        diagonal = 1.5 * np.abs(np.diag(self.body.gravity))
+        k = [diagonal[i] if i == j else 0.0 for i, j in self.pairs]
         inertia = [] if self.inertia_known else [1.0] * len(self.body.inertia_parts)
         return np.array([*k, *(0.04 * x for x in k), *inertia])
 
     def prior(self) -> np.ndarray:
-        """What is known of the parameters beforehand, as information, shape (q, q) (-)."""
+        """Prior information on the parameters, shape (q, q)."""
         pairs = 2 * len(self.pairs)
         if self.inertia_known or self.inertia_covariance is None:
             return np.zeros((self.start().size,) * 2)
@@ -120,29 +120,29 @@ class Setting:
 
     def matrices(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """K (N·m/rad) and B (N·m·s/rad), each of shape (n, n), of parameters."""
-        found = np.zeros((2, self.joints, self.joints))
-        for matrix, values in zip(found, np.split(p[: 2 * len(self.pairs)], 2), strict=True):
+        matrices = np.zeros((2, self.joints, self.joints))
+        for matrix, values in zip(matrices, np.split(p[: 2 * len(self.pairs)], 2), strict=True):
             for (i, j), value in zip(self.pairs, values, strict=True):
                 matrix[i, j] = value
                 if self.symmetric:
                     matrix[j, i] = value
-        return found[0], found[1]
+        return matrices[0], matrices[1]
 
     def scale(self, p: np.ndarray) -> np.ndarray:
         """Natural size of every parameter: sqrt(K_ii K_jj), sqrt(B_ii B_jj), J, S (units of the parameters).
 
-        A diagonal element that left the range of (0, 5] times its start counts as the end of the range.
+        A diagonal element outside the range of (0, 5] times its start counts as the end of the range.
         """
         start, parts = self.start(), []
         for matrix, first in zip(self.matrices(p), self.matrices(start), strict=True):
-            own = np.clip(np.diag(matrix), 1e-2 * np.diag(first), LARGEST_SCALE * np.diag(first))
-            parts += [np.sqrt(own[i] * own[j]) for i, j in self.pairs]
+            diagonal = np.clip(np.diag(matrix), 1e-2 * np.diag(first), LARGEST_SCALE * np.diag(first))
+            parts += [np.sqrt(diagonal[i] * diagonal[j]) for i, j in self.pairs]
         return np.array([*parts, *np.ones(p.size - len(parts))])
 
 
 @dataclass(frozen=True)
 class MatrixFit:
-    """Parameters and what is known of them.
+    """Estimated parameters and their uncertainty.
 
     Attributes
     ----------
@@ -154,18 +154,18 @@ class MatrixFit:
     covariance : ndarray, shape (q, q)
         By the scatter of the epochs (units of the parameters).
     parts : ndarray, shape (perturbations + 1, q, q)
-        What each perturbation, and the inertia, add to it.
+        Contribution of each perturbation, and of the inertia, to it.
     epochs : tuple of float
-        Of each perturbation, and infinity for the inertia (-).
+        Number of epochs of each perturbation, and infinity for the inertia.
     scale : ndarray, shape (q,)
         Natural size of the parameters (units of the parameters).
     chi2 : float
-        (2) at the estimate, over what the scatter of single epochs makes of C: 1 per sample if C is right
-        (-).
+        (2) at the estimate, over what the scatter of single epochs makes of C: 1 per sample if C is
+        right.
     freedom : int
-        Samples less parameters (-).
+        Samples less parameters.
     setting : Setting
-        What was given.
+        Setting of the fit.
     """
 
     parameters: np.ndarray
@@ -180,24 +180,24 @@ class MatrixFit:
 
     @property
     def p_value(self) -> float:
-        """Probability of a larger chi2 if the model is right (-)."""
+        """Probability of a larger chi2 if the model is right."""
         return float(scipy.special.chdtrc(self.freedom, self.chi2))
 
     def interval(self, combination: np.ndarray, confidence: float = 0.95) -> tuple[float, float]:
-        """Value and half width of the interval of a linear combination (its unit), with Student's quantile.
+        """Value and half width of the interval of a linear combination, with Student's quantile.
 
         ``combination`` has the shape (q,); degrees of freedom by Welch and Satterthwaite.
         """
-        own = np.array([combination @ part @ combination for part in self.parts])
-        freedom = own.sum() ** 2 / (own**2 / (np.array(self.epochs) - 1.0)).sum()
+        variances = np.array([combination @ part @ combination for part in self.parts])
+        freedom = variances.sum() ** 2 / (variances**2 / (np.array(self.epochs) - 1.0)).sum()
         t = scipy.special.stdtrit(freedom, 0.5 + 0.5 * confidence)
-        return float(combination @ self.parameters), float(t * np.sqrt(own.sum()))
+        return float(combination @ self.parameters), float(t * np.sqrt(variances.sum()))
 
 
 def unperturbed_covariance(record: np.ndarray, samples: int) -> np.ndarray:
     """Covariance of an epoch of unperturbed behaviour, from all epochs that a record holds.
 
-    Overlapping epochs count all. (Lagged products divided by their number, which depend on the lag only,
+    All overlapping epochs count. (Lagged products divided by their number, which depend on the lag only,
     are not positive definite; divided by the length of the record, they add a random walk to slow sway.)
 
     Parameters
@@ -205,7 +205,7 @@ def unperturbed_covariance(record: np.ndarray, samples: int) -> np.ndarray:
     record : ndarray, shape (m, n)
         Unperturbed joint angles (rad).
     samples : int
-        Length of an epoch (-).
+        Length of an epoch.
 
     Returns
     -------
@@ -241,7 +241,7 @@ def responses(setting: Setting, p: np.ndarray, perturbation: Perturbation) -> tu
     Parameters
     ----------
     setting : Setting
-        Body and model (units there).
+        Body and model.
     p : ndarray, shape (q,)
         Parameters (N·m/rad, N·m·s/rad, -).
     perturbation : Perturbation
@@ -264,13 +264,13 @@ def responses(setting: Setting, p: np.ndarray, perturbation: Perturbation) -> tu
     system = np.zeros((2 * n, 2 * n))
     system[:n, n:] = np.eye(n)
     system[n:, :n], system[n:, n:] = -inverse @ total, -inverse @ b
-    given = np.zeros((2 * n, n))
-    given[n:] = inverse
+    inputs = np.zeros((2 * n, n))
+    inputs[n:] = inverse
     step = setting.step_s / setting.substeps
-    states = _propagated(system, given, (perturbation.drive[:, None] * along)[..., None], step)[..., 0]
+    states = _propagated(system, inputs, (perturbation.drive[:, None] * along)[..., None], step)[..., 0]
     q, rate = states[:, :n], states[:, n:]
     second = (perturbation.drive[:, None] * along - rate @ b.T - q @ total.T) @ inverse.T
-    # the torque that the change of one parameter makes, sample by sample
+    # torque caused by the change of one parameter, sample by sample
     every = slice(None, None, setting.substeps)
     pushed = np.zeros((q[every].shape[0], n, p.size))
     for column, (row, col) in enumerate(setting.pairs):
@@ -284,16 +284,16 @@ def responses(setting: Setting, p: np.ndarray, perturbation: Perturbation) -> tu
         pushed[:, :, first:] -= np.einsum("aij,tj->tia", body.gravity_parts, q[every])
         if perturbation.push is None:
             pushed[:, :, first:] += np.einsum("ai,t->tia", body.belt_parts, perturbation.drive[every])
-    slopes = _propagated(system, given, pushed, setting.step_s)[:, :n]
+    slopes = _propagated(system, inputs, pushed, setting.step_s)[:, :n]
     quiet = ((setting.before, 0), (0, 0))
     return np.pad(q[every], quiet), np.pad(slopes, (*quiet, (0, 0)))
 
 
-def _propagated(system: np.ndarray, given: np.ndarray, force: np.ndarray, step_s: float) -> np.ndarray:
+def _propagated(system: np.ndarray, inputs: np.ndarray, force: np.ndarray, step_s: float) -> np.ndarray:
     """States from rest under forces that are linear between samples, shape (t, 2 n, q), exactly."""
-    n2, n = given.shape
+    n2, n = inputs.shape
     whole = np.zeros((n2 + 2 * n, n2 + 2 * n))
-    whole[:n2, :n2], whole[:n2, n2 : n2 + n] = system, given
+    whole[:n2, :n2], whole[:n2, n2 : n2 + n] = system, inputs
     whole[n2 : n2 + n, n2 + n :] = np.eye(n)
     exact = scipy.linalg.expm(whole * step_s)
     along = exact[:n2, :n2]
@@ -320,7 +320,7 @@ def fit_matrices(setting: Setting, perturbations: Sequence[Perturbation]) -> Mat
     Parameters
     ----------
     setting : Setting
-        Body, weights and model (units there).
+        Body, weights and model.
     perturbations : sequence of Perturbation
         Epochs (rad) and drives (N, m/s²).
 
@@ -344,38 +344,38 @@ def fit_matrices(setting: Setting, perturbations: Sequence[Perturbation]) -> Mat
     def cost(p: np.ndarray):
         gradient = -ridge @ (p - start)
         worth, total = -gradient @ (p - start), 0.0
-        chi2, moved = 0.0, []
+        chi2, gains = 0.0, []
         for one, mean in zip(perturbations, means, strict=True):
             h, slopes = responses(setting, p, one)
             weighted = len(one.response) * slopes.reshape(-1, p.size).T @ setting.weight
-            left = (mean - h).ravel()
-            gradient = gradient + weighted @ left
+            residual = (mean - h).ravel()
+            gradient = gradient + weighted @ residual
             total = total + weighted @ slopes.reshape(-1, p.size)
-            chi2 += len(one.response) * left @ setting.weight @ left
-            moved.append(weighted)
-        return chi2 + worth, gradient, total, moved, chi2
+            chi2 += len(one.response) * residual @ setting.weight @ residual
+            gains.append(weighted)
+        return chi2 + worth, gradient, total, gains, chi2
 
-    p, found, damping = start, cost(start), 1e-3
+    p, current, damping = start, cost(start), 1e-3
     for _ in range(ITERATIONS):
-        curvature = found[2] + ridge
+        curvature = current[2] + ridge
         damped = curvature + damping * np.diag(np.diag(curvature))
-        step = np.linalg.solve(damped, found[1])
-        # a step too far makes a body that falls within the window: its cost is infinite
+        step = np.linalg.solve(damped, current[1])
+        # too large a step gives a body that falls within the window: its cost is infinite
         with np.errstate(over="ignore", invalid="ignore"):
             tried = cost(p + step)
-        if not tried[0] <= found[0]:
+        if not tried[0] <= current[0]:
             damping = max(10.0 * damping, 1e-6)
             if damping > 1e6:
                 break
             continue
-        gained = found[0] - tried[0]
-        p, found, damping = p + step, tried, 0.1 * damping
+        gained = current[0] - tried[0]
+        p, current, damping = p + step, tried, 0.1 * damping
         if gained < SETTLED:
             break
-    _, _, f, moved, chi2 = found
+    _, _, f, gains, chi2 = current
     inverse = np.linalg.inv(f + ridge)
     parts, scatter = [], 0.0
-    for one, mean, weighted in zip(perturbations, means, moved, strict=True):
+    for one, mean, weighted in zip(perturbations, means, gains, strict=True):
         count = len(one.response)
         about = (one.response - mean).reshape(count, -1)
         influence = about @ weighted.T @ inverse / count

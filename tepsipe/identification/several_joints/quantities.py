@@ -5,13 +5,13 @@ perturbation drives, may be at most a stated share of the torque that the pertur
 
     u rms(x) <= share rms(tau)                                                                       (1)
 
-and the record must exclude values that are twice this away (below).
-Otherwise it is refused by name, and no number is given. Combinations stay: the static stiffness K + D of an
+and the record must exclude values at twice this distance (below).
+Otherwise it is refused by name, and no number is given. Combinations remain: the static stiffness K + D of an
 angle, and the static stiffness along the mode in which the perturbation moves the joints slowly,
 sum_j (K_ij + D_ij) phi_j, which is known even if the joints move in proportion.
 
 Profile of the criterion: standard errors trust the model near its estimate, at its delay. Where directions
-of the parameters are hardly determined, other values may fit as well far away, with another delay. A
+of the parameters are hardly determined, distant values may fit equally well with another delay. A
 quantity c'p is therefore held at a value v, and the criterion chi2 of
 `tepsipe.identification.several_joints.closed_loop` is minimised over all other parameters and over the
 delays. Its rise over the least chi2 has a chi-squared distribution with one degree of freedom if v is true
@@ -34,12 +34,12 @@ from tepsipe.identification.several_joints.closed_loop import (
     scaled_products,
 )
 
-# rise of chi2 that excludes a value at 95 % (-)
+# rise of chi2 that excludes a value at 95 %
 EXCLUDED = 3.84
 
 
 class Profile:
-    """Least chi2 (-) of one joint's torque with a quantity held at a value (its unit)."""
+    """Least chi2 of one joint's torque with a quantity held at a value."""
 
     def __init__(self, fit: RowFit, spectra: Spectra, joint: int, weakly: bool):
         _, b, m = spectra.perturbation.shape
@@ -54,7 +54,7 @@ class Profile:
             delays = sorted({*fit.delays_s[near].tolist(), fit.delay_s})
         self._products = [scaled_products(spectra, joint, fit.terms, delay) for delay in delays]
         scale = [fit.parameters * scale[1:] / scale[0] for _, _, scale in self._products]
-        # without what keeps parameters small along weak directions: a strength that none falls below
+        # without the term that keeps parameters small along weak directions: a strength below all others
         self._best = [
             minimise(a, c, self._shape, 0.0, [start])
             for (a, c, _), start in zip(self._products, scale, strict=True)
@@ -64,12 +64,12 @@ class Profile:
             self._excluded = float(scipy.special.chdtri(fit.freedom + 1, 0.05)) - self.least
 
     def excludes(self, combination: np.ndarray, value: float) -> bool:
-        """Whether the record excludes a value of a combination of the parameters (its unit).
+        """Test whether the record excludes a value of a combination of the parameters.
 
         Parameters
         ----------
         combination : ndarray, shape (q,)
-            Weights of the parameters (unitless).
+            Weights of the parameters.
         value : float
             The value (unit of the combination).
         """
@@ -88,9 +88,9 @@ class Profile:
 
 NAMES = {"K": "K", "B": "B", "D": "K_reflex", "E": "B_reflex"}
 UNITS = {"K": "Nm/rad", "D": "Nm/rad", "B": "Nms/rad", "E": "Nms/rad"}
-# an undetermined direction involves a parameter with this part of its largest effect on the torque (-)
+# an undetermined direction involves a parameter with this part of its largest effect on the torque
 INVOLVED = 0.3
-# chi2 above its least within which 95 % of the delays lie (-)
+# rise of chi2 above its minimum within which 95 % of the delays lie
 DELAY_CHI2 = 3.84
 
 
@@ -105,7 +105,7 @@ class Quantity:
     value, standard_error, low, high : float
         Estimate and 95 % interval (``unit``); NaN if it is refused.
     refusal : str
-        Empty, or one sentence (no unit).
+        Empty, or one sentence.
     """
 
     name: str
@@ -118,7 +118,7 @@ class Quantity:
 
     @property
     def identified(self) -> bool:
-        """Whether there is a number (-)."""
+        """True if there is a number."""
         return not self.refusal
 
 
@@ -128,9 +128,9 @@ def driven_products(spectra: Spectra, columns: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     spectra : Spectra
-        Of the record.
+        Spectra of the record.
     columns : ndarray of complex, shape (L, b, q)
-        Transforms (any units).
+        Transforms.
 
     Returns
     -------
@@ -143,7 +143,7 @@ def driven_products(spectra: Spectra, columns: np.ndarray) -> np.ndarray:
 
 
 def slow_mode(spectra: Spectra, below_hz: float) -> np.ndarray:
-    """How the perturbations move the joints at low frequencies, shape (joints,) (unitless).
+    """Mode of the joints at low frequencies, as driven by the perturbations, shape (joints,).
 
     Principal direction of the driven angles below a frequency (Hz), or in the lowest band; its largest
     component is 1.
@@ -155,7 +155,7 @@ def slow_mode(spectra: Spectra, below_hz: float) -> np.ndarray:
     return mode / mode[np.abs(mode).argmax()]
 
 
-def quantities_of(
+def joint_quantities(
     fit: RowFit,
     spectra: Spectra,
     joint: int,
@@ -170,13 +170,13 @@ def quantities_of(
     fit : RowFit
         Parameters and what the record determines (N·m/rad, N·m·s/rad, s).
     spectra : Spectra
-        Of the record (rad, N·m).
+        Spectra of the record (rad, N·m).
     joint : int
-        Whose torque (-).
+        Whose torque.
     names : sequence of str
-        Of the joints (no unit).
+        Names of the joints.
     largest_share : float
-        Of (1) (-).
+        Share in (1).
     mode_below_hz : float
         Below this frequency motion is slow (Hz).
 
@@ -194,7 +194,7 @@ def quantities_of(
     weak = bool((fit.directions.strength < fit.directions.limit).any())
     weakly = _open_delay(fit) or (weak and fit.delay_s is not None)
     judge = _Judge(fit, labels, amplitude, largest_share, Profile(fit, spectra, joint, weakly))
-    found = [
+    quantities = [
         judge(label, UNITS[kind], np.eye(len(fit.terms))[k], amplitude[k])
         for k, (label, (kind, _)) in enumerate(zip(labels, fit.terms, strict=True))
     ]
@@ -202,15 +202,17 @@ def quantities_of(
         if ("D", j) in fit.terms:
             static = np.array([float(kind in "KD" and i == j) for kind, i in fit.terms])
             label = f"K_static_{names[joint]}_{name}"
-            found.append(judge(label, "Nm/rad", static, angle[j] / driven))
+            quantities.append(judge(label, "Nm/rad", static, angle[j] / driven))
     mode = slow_mode(spectra, mode_below_hz)
     along = np.array([mode[j] if kind in "KD" else 0.0 for kind, j in fit.terms])
-    moved = np.sqrt(max(float(mode @ drive[0].sum(axis=0) @ mode), 0.0)) / (mode @ mode)
-    found.append(judge(f"K_mode_{names[joint]}", "Nm/rad", along, moved / driven))
+    mode_amplitude = np.sqrt(max(float(mode @ drive[0].sum(axis=0) @ mode), 0.0)) / (mode @ mode)
+    quantities.append(judge(f"K_mode_{names[joint]}", "Nm/rad", along, mode_amplitude / driven))
     if fit.delay_s is not None:
-        reflex = any(one.identified for one, (kind, _) in zip(found, fit.terms, strict=False) if kind in "DE")
-        found.append(_delay(fit, names[joint], reflex))
-    return found
+        reflex = any(
+            one.identified for one, (kind, _) in zip(quantities, fit.terms, strict=False) if kind in "DE"
+        )
+        quantities.append(_delay(fit, names[joint], reflex))
+    return quantities
 
 
 @dataclass(frozen=True)
@@ -231,18 +233,18 @@ class _Judge:
         if not np.isfinite(amplitude) or u * amplitude > self.largest_share:
             return refused(name, unit, self._refusal(name, padded, combination, u * amplitude))
         far = 2.0 * self.largest_share / max(amplitude, 1e-12)
-        said = f"{name} is not identified: values far from the best explain the record as well"
+        reason = f"{name} is not identified: values far from the best explain the record as well"
         value, half = float(combination @ fit.parameters), u * _quantile(fit.freedom)
         if not all(self.profile.excludes(combination, value + step) for step in (-far, far)):
-            return refused(name, unit, said)
+            return refused(name, unit, reason)
         return Quantity(name, unit, value, u, value - half, value + half)
 
     def _refusal(self, name: str, padded: np.ndarray, combination: np.ndarray, share: float) -> str:
         partners = self.fit.directions.weak_partners(padded)[: len(self.labels)] * self.amplitude
         involved = [
             label
-            for label, effect, own in zip(self.labels, partners, combination, strict=True)
-            if 0.0 < effect >= INVOLVED * partners.max() and not own
+            for label, effect, weight in zip(self.labels, partners, combination, strict=True)
+            if 0.0 < effect >= INVOLVED * partners.max() and not weight
         ]
         if involved:
             return (
@@ -263,7 +265,7 @@ def refused(name: str, unit: str, refusal: str) -> Quantity:
 
 
 def _delay(fit: RowFit, joint: str, reflex: bool) -> Quantity:
-    """Delay of the reflex (s), if there is an identified reflex and the delay lies within those tried."""
+    """Delay of the reflex (s), if the reflex is identified and its delay is inside the range tried."""
     name = f"delay_{joint}"
     inside = np.flatnonzero(fit.delay_chi2 <= fit.delay_chi2.min() + DELAY_CHI2)
     if _open_delay(fit):
@@ -283,7 +285,7 @@ def _delay(fit: RowFit, joint: str, reflex: bool) -> Quantity:
 
 
 def _open_delay(fit: RowFit) -> bool:
-    """Whether the delays that the record does not exclude reach an end of those tried."""
+    """Test for delays, not excluded by the record, that reach an end of the range tried."""
     if fit.delay_s is None:
         return False
     inside = fit.delay_chi2 <= fit.delay_chi2.min() + DELAY_CHI2

@@ -34,7 +34,7 @@ class Markers:
     positions: np.ndarray
 
     def __post_init__(self) -> None:
-        """Hide markers that are not there in whole."""
+        """Hide markers with incomplete coordinates."""
         whole = np.isfinite(self.positions).all(axis=-1, keepdims=True)
         object.__setattr__(self, "positions", np.where(whole, self.positions, np.nan))
 
@@ -60,34 +60,34 @@ def read_markers(path: str | Path, labels: list[str]) -> Markers:
         If the file is missing, truncated or not C3D, its unit is unknown, or a marker is missing.
     """
     path = Path(path)
-    return select_markers(markers_of(open_c3d(path), path), labels, path)
+    return select_markers(c3d_markers(open_c3d(path), path), labels, path)
 
 
 def select_markers(markers: Markers, labels: list[str], name: str | Path) -> Markers:
-    """The wanted ones of a file's markers (m), in the wanted order.
+    """Select markers of a file (m), in the wanted order.
 
     Raises
     ------
     InputError
         If a marker is missing, or its name is not unique.
     """
-    found = list(markers.labels)
+    available = list(markers.labels)
     for label in labels:
-        if label not in found:
+        if label not in available:
             raise InputError(
-                f"{name}: expected a marker named {label!r}, found {listed(found)}: "
+                f"{name}: expected a marker named {label!r}, found {listed(available)}: "
                 "name the file's markers in the configuration"
             )
-        if found.count(label) > 1:
+        if available.count(label) > 1:
             raise InputError(
-                f"{name}: expected one marker named {label!r}, found {found.count(label)}: rename them "
+                f"{name}: expected one marker named {label!r}, found {available.count(label)}: rename them "
                 "when exporting"
             )
-    columns = [found.index(label) for label in labels]
+    columns = [available.index(label) for label in labels]
     return Markers(markers.rate_hz, tuple(labels), markers.positions[:, columns])
 
 
-def markers_of(file, path: Path) -> Markers:
+def c3d_markers(file, path: Path) -> Markers:
     """All markers of an opened C3D file (m), NaN where one was hidden.
 
     Raises
@@ -96,7 +96,7 @@ def markers_of(file, path: Path) -> Markers:
         If their unit is unknown.
     """
     point = file["parameters"]["POINT"]
-    labels = labels_of(file, "POINT")
+    labels = group_labels(file, "POINT")
     scale = metres_per_unit(file, path)
     points, residuals = file["data"]["points"][:3], file["data"]["meta_points"]["residuals"][0]
     labels += [f"unnamed {k + 1}" for k in range(len(labels), points.shape[1])]
@@ -123,12 +123,12 @@ def metres_per_unit(file, path: Path) -> float:
     return METRES_PER_UNIT[unit]
 
 
-def labels_of(file, group: str) -> list[str]:
-    """Labels of POINT or ANALOG, also beyond the 255 that one parameter can hold (no unit)."""
+def group_labels(file, group: str) -> list[str]:
+    """Labels of POINT or ANALOG, also beyond the 255 that one parameter can hold."""
     parameters = file["parameters"].get(group, {})
     names = ["LABELS", *(f"LABELS{k}" for k in range(2, 100))]
-    found = [parameters[name]["value"] for name in names if name in parameters]
-    return [str(label).strip() for labels in found for label in labels]
+    groups = [parameters[name]["value"] for name in names if name in parameters]
+    return [str(label).strip() for labels in groups for label in labels]
 
 
 def open_c3d(path: Path):

@@ -5,13 +5,13 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.io.readers.c3d import labels_of, markers_of, metres_per_unit, open_c3d
+from tepsipe.io.readers.c3d import c3d_markers, group_labels, metres_per_unit, open_c3d
 from tepsipe.io.readers.force_plates import force_plates
 from tepsipe.io.readers.recording import Channel, Recording
 
 
 def read_c3d_recording(path: str | Path) -> Recording:
-    """Read everything that a C3D file holds of a trial.
+    """Read all signals of a trial from a C3D file.
 
     The first sample of every channel is taken at the instant of the first frame.
 
@@ -33,7 +33,7 @@ def read_c3d_recording(path: str | Path) -> Recording:
     """
     path = Path(path)
     file = open_c3d(path)
-    markers = markers_of(file, path)
+    markers = c3d_markers(file, path)
     channels = _channels(file, path)
     labels = [label for label, _ in channels]
     plates = force_plates(file, [c for _, c in channels], labels, path, metres_per_unit(file, path))
@@ -61,7 +61,7 @@ def _channels(file, path: Path) -> list[tuple[str, Channel]]:
             f"{path}: expected analog channels at {per_frame} times the {frame_rate:g} Hz of the frames, "
             f"found {named[0] if named else rate:g} Hz in ANALOG:RATE: export the file again"
         )
-    labels, units = labels_of(file, "ANALOG"), _units(analog)
+    labels, units = group_labels(file, "ANALOG"), _units(analog)
     limits = _limits(analog, file, samples.shape[0])
     channels: list[tuple[str, Channel]] = []
     for k, values in enumerate(np.where(np.isfinite(samples), samples, np.nan)):

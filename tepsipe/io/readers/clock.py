@@ -1,4 +1,4 @@
-"""Regular clocks behind time stamps: the rate at which samples were taken, and where each of them stands.
+"""Regular clocks behind time stamps: the sampling rate, and the position of each sample on the clock.
 
 Instruments sample at a regular rate; the times in their files are rounded, jitter, or were taken by the
 computer that wrote them. Samples are kept as they are and placed on the regular clock; missing ones leave
@@ -17,7 +17,7 @@ BLOCKS = 20
 # one late stamp affects one sample, a missing sample shifts all that follow: the median over this many
 # stamps separates the two
 SMOOTHED_STAMPS = 51
-# share of the stamps that lie within 0.4 periods of the clock (-)
+# share of the stamps that lie within 0.4 periods of the clock
 WITHIN_PERIODS, SHARE = 0.4, 0.99
 # a rate this close to a value with three significant digits is rounded to it
 ROUNDED_WITHIN = 1e-3
@@ -25,16 +25,16 @@ ROUNDED_WITHIN = 1e-3
 
 @dataclass(frozen=True)
 class Clock:
-    """A regular clock and the samples that stand on it.
+    """A regular clock and the positions of the samples on it.
 
     Attributes
     ----------
     rate_hz : float
         Samples per second (Hz).
     rows : ndarray of int, shape (n,)
-        Rows of the file that are samples of their own (-).
+        Rows of the file that are samples of their own.
     index : ndarray of int, shape (n,)
-        Place of each of these on the clock, counted from the first (-).
+        Place of each of these on the clock, counted from the first.
     first_s : float
         Time stamp of the first place, by a line through all stamps (s).
     period_s : float
@@ -49,11 +49,11 @@ class Clock:
 
     @property
     def size(self) -> int:
-        """Number of places from the first sample to the last (-)."""
+        """Number of positions from the first sample to the last."""
         return int(self.index[-1]) + 1
 
     def placed(self, values: np.ndarray) -> np.ndarray:
-        """Rows of a file, shape (rows, ...), at their places, shape (size, ...), in their unit; or NaN."""
+        """Rows of a file, shape (rows, ...), at their positions, shape (size, ...), in their unit; or NaN."""
         grid = np.full((self.size, *values.shape[1:]), np.nan)
         grid[self.index] = values[self.rows]
         return grid
@@ -77,7 +77,7 @@ def line_through(index: np.ndarray, time: np.ndarray) -> tuple[float, float]:
     return float(slope), float(start)
 
 
-def clock_of(time: np.ndarray, name: str, max_gap_s: float = 0.5) -> Clock:
+def regular_clock(time: np.ndarray, name: str, max_gap_s: float = 0.5) -> Clock:
     """The regular clock of a file's time stamps.
 
     Parameters
@@ -95,7 +95,7 @@ def clock_of(time: np.ndarray, name: str, max_gap_s: float = 0.5) -> Clock:
     Returns
     -------
     Clock
-        Rate (Hz) and the place of each sample (-).
+        Rate (Hz) and the place of each sample.
 
     Raises
     ------
@@ -165,7 +165,7 @@ def bridged(values: np.ndarray) -> np.ndarray:
     columns = values.reshape(values.shape[0], -1).copy()
     index = np.arange(columns.shape[0])
     for column in columns.T:
-        there = np.isfinite(column)
-        if there.any() and not there.all():
-            column[~there] = np.interp(index[~there], index[there], column[there])
+        finite = np.isfinite(column)
+        if finite.any() and not finite.all():
+            column[~finite] = np.interp(index[~finite], index[finite], column[finite])
     return columns.reshape(values.shape)

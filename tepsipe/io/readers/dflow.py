@@ -27,7 +27,7 @@ MARKER = re.compile(r"(.+)\.Pos([XYZ])")
 PLATE = re.compile(r"FP(\d+)\.(For|Mom|Cop)([XYZ])")
 ANALOG = re.compile(r"Channel\d+\.Anlg")
 SPEED = re.compile(r"speed|velocity", re.IGNORECASE)
-# a marker that stays where it is, to the last digit, for this number of frames was hidden (-)
+# a marker with exactly the same position for this number of frames was hidden
 HELD_FRAMES = 3
 AXES = "XYZ"
 
@@ -43,11 +43,11 @@ class DFlowTable:
     time : ndarray, shape (n,)
         Time stamps (s), on D-Flow's clock.
     frames : ndarray of int, shape (n,), or None
-        Counter of the frames of the motion capture system (-); None if the file has none.
+        Counter of the frames of the motion capture system; None if the file has none.
     columns : dict of str to ndarray, shape (n,)
         All other columns, in the units of D-Flow.
     lines : ndarray of int, shape (n,)
-        Line of the file on which each row stands (-).
+        Line of the file on which each row stands.
     """
 
     name: str
@@ -58,7 +58,7 @@ class DFlowTable:
 
     @property
     def is_mocap(self) -> bool:
-        """Whether the file holds markers or force plates (no unit)."""
+        """True if the file holds markers or force plates."""
         return any(MARKER.fullmatch(name) or PLATE.fullmatch(name) for name in self.columns)
 
     @property
@@ -78,7 +78,7 @@ def read_dflow(path: str | Path) -> DFlowTable:
     Returns
     -------
     DFlowTable
-        Time stamps (s), frame counter (-) and columns in the units of D-Flow.
+        Time stamps (s), frame counter and columns in the units of D-Flow.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def read_dflow(path: str | Path) -> DFlowTable:
 
 
 def _frames(table) -> np.ndarray:
-    """Frame counter (-), refused where it is not whole or runs backwards."""
+    """Frame counter, refused where it is not whole or runs backwards."""
     counter = table.column(FRAME)
     bad = np.flatnonzero(~np.isfinite(counter) | (counter != np.round(counter)) | (np.abs(counter) > 1e15))
     if bad.size:
@@ -141,10 +141,10 @@ def marker_columns(table: DFlowTable) -> dict[str, np.ndarray]:
 
 
 def held(position: np.ndarray, frames: np.ndarray | None) -> np.ndarray:
-    """Frames in which a marker (m), shape (n, 3), only repeats its last position, shape (n,) (-).
+    """Frames in which a marker (m), shape (n, 3), only repeats its last position, shape (n,).
 
     The first of a run of at least three equal positions is a measurement, the others are not. Rows that
-    repeat a frame are no frames of their own.
+    repeat a frame do not count.
     """
     new = (
         np.ones(len(position), dtype=bool) if frames is None else np.diff(frames, prepend=frames[0] - 1) != 0
@@ -158,9 +158,9 @@ def held(position: np.ndarray, frames: np.ndarray | None) -> np.ndarray:
     for k in np.flatnonzero(same & ~np.append(same[1:], False)):  # the last of each run
         if run[k] < HELD_FRAMES - 1:
             repeated[k - run[k] + 1 : k + 1] = False
-    found = np.zeros(len(position), dtype=bool)
-    found[np.flatnonzero(new)] = repeated
-    return found
+    is_held = np.zeros(len(position), dtype=bool)
+    is_held[np.flatnonzero(new)] = repeated
+    return is_held
 
 
 def plate_columns(table: DFlowTable) -> dict[str, tuple[np.ndarray, np.ndarray]]:

@@ -1,7 +1,7 @@
 """A file of D-Flow's mocap module as a recording: markers, force plates and channels on the frames' clock.
 
-D-Flow's time stamps say when D-Flow received a frame, not when it was taken: frames queue up and are stamped
-together. The clock is therefore the frame counter, and stamps only give its rate.
+D-Flow stamps a frame when it receives it, not when it was taken: frames queue up and are stamped together.
+The clock is therefore the frame counter, and stamps only give its rate.
 """
 
 from pathlib import Path
@@ -10,7 +10,7 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed
 from tepsipe.io.readers.c3d import Markers
-from tepsipe.io.readers.clock import BLOCKS, Clock, bridged, clock_of, line_through, rounded_rate
+from tepsipe.io.readers.clock import BLOCKS, Clock, bridged, line_through, regular_clock, rounded_rate
 from tepsipe.io.readers.dflow import (
     MARKER,
     DFlowTable,
@@ -99,7 +99,7 @@ def frame_clock(mocap: DFlowTable) -> Clock:
         If frames are missing for too long, there are too few, or time runs backwards.
     """
     if mocap.frames is None:
-        return clock_of(mocap.time, mocap.name, LONGEST_GAP_S)
+        return regular_clock(mocap.time, mocap.name, LONGEST_GAP_S)
     rows = np.flatnonzero(np.diff(mocap.frames, prepend=mocap.frames[0] - 1) != 0)
     index = mocap.frames[rows] - mocap.frames[0]
     stamps = mocap.time[rows]

@@ -86,23 +86,23 @@ def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str | No
         muscles are missing, a label is not unique, channels differ in rate, or a unit is unknown.
     """
     path = Path(path)
-    found = open_edf(path)
+    signals = open_edf(path)
     triggers = [] if trigger_label is None else [trigger_label]
-    muscles = muscles_found(path, found, channels, trigger_label)
+    muscles = muscles_found(path, signals, channels, trigger_label)
     labels = [channels[muscle] for muscle in muscles]
     for label in (*labels, *triggers):
-        if len(found[label]) > 1:
+        if len(signals[label]) > 1:
             raise InputError(
-                f"{path}: expected one channel named {label!r}, found {len(found[label])}: rename them when "
-                "exporting"
+                f"{path}: expected one channel named {label!r}, found {len(signals[label])}: rename them "
+                "when exporting"
             )
-    rates = {label: found[label][0].sampling_frequency for label in (*labels, *triggers)}
+    rates = {label: signals[label][0].sampling_frequency for label in (*labels, *triggers)}
     if len(set(rates.values())) > 1:
-        shown = ", ".join(f"{label!r} at {rate:g} Hz" for label, rate in rates.items())
+        by_rate = ", ".join(f"{label!r} at {rate:g} Hz" for label, rate in rates.items())
         raise InputError(
-            f"{path}: expected one sampling rate for all channels, found {shown}: export them at one rate"
+            f"{path}: expected one sampling rate for all channels, found {by_rate}: export them at one rate"
         )
-    scaled = [_physical(path, label, found[label][0]) for label in labels]
+    scaled = [_physical(path, label, signals[label][0]) for label in labels]
     for label, (unit, _, _) in zip(labels, scaled, strict=True):
         if unit not in UV_PER_UNIT:
             raise InputError(
@@ -112,7 +112,7 @@ def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str | No
     in_uv = [UV_PER_UNIT[unit] for unit, _, _ in scaled]
     trigger = None
     if triggers:
-        unit, trigger, _ = _physical(path, trigger_label, found[trigger_label][0])
+        unit, trigger, _ = _physical(path, trigger_label, signals[trigger_label][0])
         trigger = 1e-6 * UV_PER_UNIT[unit] * trigger if unit in UV_PER_UNIT else trigger
     return EmgRecording(
         rate_hz=float(rates[labels[0]]),
@@ -125,15 +125,15 @@ def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str | No
 
 
 def muscles_found(
-    path: str | Path, found: Collection[str], channels: dict[str, str], trigger_label: str | None
+    path: str | Path, available: Collection[str], channels: dict[str, str], trigger_label: str | None
 ) -> tuple[str, ...]:
-    """Muscles whose channel is in a file, in the wanted order (no unit).
+    """Muscles whose channel is in a file, in the wanted order.
 
     Parameters
     ----------
     path : str or Path
         The file, for messages.
-    found : collection of str
+    available : collection of str
         Labels of the channels in it.
     channels : dict of str to str
         Label of the channel of each muscle.
@@ -145,16 +145,16 @@ def muscles_found(
     InputError
         If the trigger or all muscles are missing.
     """
-    if trigger_label is not None and trigger_label not in found:
+    if trigger_label is not None and trigger_label not in available:
         raise InputError(
-            f"{path}: expected a trigger channel named {trigger_label!r}, found {listed(found)}: "
+            f"{path}: expected a trigger channel named {trigger_label!r}, found {listed(available)}: "
             "correct standing.files.emg_trigger"
         )
-    muscles = tuple(muscle for muscle, label in channels.items() if label in found)
+    muscles = tuple(muscle for muscle, label in channels.items() if label in available)
     if not muscles:
         raise InputError(
             f"{path}: expected at least one of the channels {listed(channels.values())}, found "
-            f"{listed(found)}: correct the channels in standing.muscles"
+            f"{listed(available)}: correct the channels in standing.muscles"
         )
     return muscles
 
@@ -183,9 +183,9 @@ def open_edf(path: Path) -> dict[str, list]:
             else:
                 file = edfio.read_edf(content, lazy_load_data=packed is None, header_encoding="latin-1")
             continuous = file.is_continuous
-            found: dict[str, list] = {}
-            for each in file.signals:
-                found.setdefault(each.label.strip(), []).append(each)
+            signals: dict[str, list] = {}
+            for signal in file.signals:
+                signals.setdefault(signal.label.strip(), []).append(signal)
     except Exception as error:  # edfio raises many kinds on damaged files
         raise InputError(
             f"{path}: expected an EDF file, found one that cannot be read ({type(error).__name__}): "
@@ -196,11 +196,11 @@ def open_edf(path: Path) -> dict[str, list]:
             f"{path}: expected one continuous recording, found gaps between its records (EDF+D): export it "
             "without pauses, or each part as a trial of its own"
         )
-    return found
+    return signals
 
 
 def is_status(label: str, channel) -> bool:
-    """Whether a channel of edfio's holds the trigger lines of a BDF file (no unit)."""
+    """Test for a channel of edfio's that holds the trigger lines of a BDF file."""
     return label == STATUS and type(channel).__name__ == "BdfSignal"
 
 

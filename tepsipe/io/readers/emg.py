@@ -13,7 +13,7 @@ def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str | No
     Parameters
     ----------
     path : str or Path
-        The file, plain or compressed with gzip; its content says what it is.
+        The file, plain or compressed with gzip; its kind follows from its content.
     channels : dict of str to str
         Label of the channel of each muscle. A muscle whose channel is missing is omitted and listed.
     trigger_label : str or None

@@ -21,7 +21,7 @@ from tepsipe.io.readers.signal_table import SECONDS, TIME, split_unit
 
 DELSYS_TIME = re.compile(r"X ?\[s\](\.\d+)?$")
 DELSYS_LABEL = re.compile(r"Label:\s*(.+?)\s+Sampling frequency:\s*([\d.,]+).*?\bUnit:\s*(\S+)")
-# sampling rates of the header and of the time stamps agree within this (-)
+# sampling rates of the header and of the time stamps agree within this
 RATES_WITHIN = 1e-2
 # stamps stay within this many periods of a regular clock
 WITHIN_PERIODS = 0.6
@@ -126,11 +126,11 @@ def read_emg_table(path: str | Path, wanted: dict[str, str], trigger_label: str 
         If the file cannot be read, the trigger or all muscles are missing, the muscles differ in rate, or a
         unit is unknown.
     """
-    found = read_emg_channels(path)
+    recorded = read_emg_channels(path)
     wanted = {muscle: split_unit(label)[0] for muscle, label in wanted.items()}
     trigger_label = None if trigger_label is None else split_unit(trigger_label)[0]
-    muscles = muscles_found(path, found, wanted, trigger_label)
-    channels = [found[wanted[muscle]] for muscle in muscles]
+    muscles = muscles_found(path, recorded, wanted, trigger_label)
+    channels = [recorded[wanted[muscle]] for muscle in muscles]
     for muscle, channel in zip(muscles, channels, strict=True):
         if channel.unit not in UV_PER_UNIT:
             raise InputError(
@@ -139,18 +139,18 @@ def read_emg_table(path: str | Path, wanted: dict[str, str], trigger_label: str 
             )
     rates = {channel.rate_hz for channel in channels}
     if len(rates) > 1:
-        shown = ", ".join(
+        by_rate = ", ".join(
             f"{wanted[m]!r} at {c.rate_hz:g} Hz" for m, c in zip(muscles, channels, strict=True)
         )
         raise InputError(
-            f"{path}: expected one sampling rate for all muscles, found {shown}: export them at one rate"
+            f"{path}: expected one sampling rate for all muscles, found {by_rate}: export them at one rate"
         )
     rate, n = channels[0].rate_hz, min(channel.values.size for channel in channels)
     return EmgRecording(
         rate_hz=rate,
         muscles=muscles,
         signals=np.column_stack([UV_PER_UNIT[c.unit] * c.values[:n] for c in channels]),
-        trigger=None if trigger_label is None else _held(found[trigger_label], channels[0], n),
+        trigger=None if trigger_label is None else _held(recorded[trigger_label], channels[0], n),
         # without the converter's limits, the extremes of the samples show where they were clipped
         limits=np.array([UV_PER_UNIT[c.unit] * np.array([c.values.min(), c.values.max()]) for c in channels]),
         missing=tuple(muscle for muscle in wanted if muscle not in muscles),
@@ -182,7 +182,7 @@ def _time_columns(table: PlainTable, delsys: bool) -> list[int]:
 
 
 def _clock(table: PlainTable, column: int) -> tuple[int, float, float]:
-    """Number of samples (-), rate (Hz) and first instant (s) of a column of the time."""
+    """Number of samples, rate (Hz) and first instant (s) of a column of the time."""
     name = table.names[column]
     unit = "s" if DELSYS_TIME.match(name) else split_unit(name)[1]
     if unit not in SECONDS:
@@ -215,18 +215,18 @@ def _clock(table: PlainTable, column: int) -> tuple[int, float, float]:
     return samples, float(1.0 / period), float(time[0])
 
 
-def _exact_rate(name: str, label: str, written: str, found: float) -> float:
+def _exact_rate(name: str, label: str, written: str, measured: float) -> float:
     """The rate of the header (Hz), which has more digits than the stamps, if the two agree."""
     try:
-        given = float(written)
+        stated = float(written)
     except ValueError:
         raise InputError(
             f"{name}: expected the sampling frequency of {label!r} as a number in the header, found "
             f"{written!r}: repair the line or export the file again"
         ) from None
-    if not abs(given - found) <= RATES_WITHIN * found:
+    if not abs(stated - measured) <= RATES_WITHIN * measured:
         raise InputError(
-            f"{name}: expected {label!r} at {given:g} Hz as the header says, found {found:.6g} Hz in its "
+            f"{name}: expected {label!r} at {stated:g} Hz as the header says, found {measured:.6g} Hz in its "
             "time stamps: export the file again"
         )
-    return found if abs(given - found) > 5e-4 * found else given
+    return measured if abs(stated - measured) > 5e-4 * measured else stated

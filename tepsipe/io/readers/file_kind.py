@@ -21,12 +21,12 @@ DFLOW_HEADER = re.compile(
     re.IGNORECASE,
 )
 DELSYS_HEADER = re.compile(r'^"?X ?\[s\]"?[,;\t]', re.MULTILINE)
-# voltages and calibrated signals of manipulators come from D-Flow, too, but as plain tables
+# voltages and calibrated signals of manipulators also come from D-Flow, but as plain tables
 MANIPULATOR = re.compile(r"MotorAngle|TriggerTime")
 
 
-def head_of(path: Path) -> bytes:
-    """First bytes of a file, unpacked if it is compressed with gzip (no unit); empty if it cannot be read."""
+def first_bytes(path: Path) -> bytes:
+    """First bytes of a file, unpacked if it is compressed with gzip; empty if it cannot be read."""
     try:
         if not is_gzip(path):
             with path.open("rb") as file:
@@ -38,8 +38,8 @@ def head_of(path: Path) -> bytes:
 
 
 def kind_of(path: str | Path) -> str | None:
-    """Kind of a file by its first bytes: one of the constants of this module, None if unknown (no unit)."""
-    head = head_of(Path(path))
+    """Kind of a file by its first bytes: one of the constants of this module, None if unknown."""
+    head = first_bytes(Path(path))
     if head[:8] == BDF:
         return BDF_FILE
     if head[:8] == b"0       " and len(head) >= 256 and head[252:256].strip().isdigit():
@@ -72,6 +72,6 @@ def _kind_of_text(head: bytes) -> str | None:
 
 
 def ending_of(path: str | Path) -> str:
-    """Ending of a file's name in lower case, without that of gzip (no unit)."""
+    """Ending of a file's name in lower case, without the ending of gzip."""
     suffixes = [suffix.lower() for suffix in Path(path).suffixes]
     return "".join((suffixes[:-1] if suffixes[-1:] == [".gz"] else suffixes)[-1:])

@@ -97,41 +97,41 @@ def _plate(
             f"{name}: expected a plate of type 1, 2, 3 or 4, found the type {kind}: export its forces and "
             "moments as type 2"
         )
-    own = [_channel(group, number, k, channels, labels, name) for k in range(CHANNELS[kind])]
+    selected = [_channel(group, number, k, channels, labels, name) for k in range(CHANNELS[kind])]
     corners = scale * _parameter(group, "CORNERS", (3, 4), number, name).T
     origin = scale * _parameter(group, "ORIGIN", (3,), number, name)
     if origin[2] > 0.0:
         origin = np.array([*origin[:2], -origin[2]]) if kind == 3 else -origin
     rotation, centre = _axes(corners, name), corners.mean(axis=0)
     if kind == 1:
-        force, moment = _of_type_1(own, scale, name)
+        force, moment = _of_type_1(selected, scale, name)
         origin = np.zeros(3)
     elif kind == 3:
-        force, moment = _of_type_3(own, np.abs(origin[0]), np.abs(origin[1]), name)
+        force, moment = _of_type_3(selected, np.abs(origin[0]), np.abs(origin[1]), name)
         origin = np.array([0.0, 0.0, origin[2]])
     else:
         if kind == 4:
-            own = _calibrated(group, number, own, name)
-        force = np.column_stack([_scaled(c, FORCE_UNITS, 1.0, name) for c in own[:3]])
-        moment = np.column_stack([_scaled(c, MOMENT_UNITS, scale, name) for c in own[3:]])
+            selected = _calibrated(group, number, selected, name)
+        force = np.column_stack([_scaled(c, FORCE_UNITS, 1.0, name) for c in selected[:3]])
+        moment = np.column_stack([_scaled(c, MOMENT_UNITS, scale, name) for c in selected[3:]])
     in_lab, vector = force @ rotation.T, rotation @ origin
     loads = in_lab, moment @ rotation.T + np.cross(centre - vector, in_lab)
     force, moment = (np.where(np.isfinite(load), load, np.nan) for load in loads)
-    return ForcePlate(force, moment, own[0][1].rate_hz, corners, vector if kind in (2, 4) else None)
+    return ForcePlate(force, moment, selected[0][1].rate_hz, corners, vector if kind in (2, 4) else None)
 
 
-def _of_type_1(own: list, scale: float, name: str) -> tuple[np.ndarray, np.ndarray]:
+def _of_type_1(channels: list, scale: float, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Force (N) and moment about the surface's centre (N·m) from force, centre of pressure and torque."""
-    force = np.column_stack([_scaled(c, FORCE_UNITS, 1.0, name) for c in own[:3]])
-    point = np.column_stack([_scaled(c, LENGTH_UNITS, scale, name) for c in own[3:5]])
+    force = np.column_stack([_scaled(c, FORCE_UNITS, 1.0, name) for c in channels[:3]])
+    point = np.column_stack([_scaled(c, LENGTH_UNITS, scale, name) for c in channels[3:5]])
     moment = np.cross(np.column_stack([point, np.zeros(point.shape[0])]), force)
-    moment[:, 2] += _scaled(own[5], MOMENT_UNITS, scale, name)
+    moment[:, 2] += _scaled(channels[5], MOMENT_UNITS, scale, name)
     return force, moment
 
 
-def _of_type_3(own: list, a: float, b: float, name: str) -> tuple[np.ndarray, np.ndarray]:
+def _of_type_3(channels: list, a: float, b: float, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Force (N) and moment about the plane of the sensors (N·m) from eight channels."""
-    fx12, fx34, fy14, fy23, fz1, fz2, fz3, fz4 = (_scaled(c, FORCE_UNITS, 1.0, name) for c in own)
+    fx12, fx34, fy14, fy23, fz1, fz2, fz3, fz4 = (_scaled(c, FORCE_UNITS, 1.0, name) for c in channels)
     force = np.column_stack([fx12 + fx34, fy14 + fy23, fz1 + fz2 + fz3 + fz4])
     moment = np.column_stack(
         [b * (fz1 + fz2 - fz3 - fz4), a * (fz2 + fz3 - fz1 - fz4), b * (fx34 - fx12) + a * (fy14 - fy23)]
@@ -139,21 +139,21 @@ def _of_type_3(own: list, a: float, b: float, name: str) -> tuple[np.ndarray, np
     return force, moment
 
 
-def _calibrated(group: dict, number: int, own: list, name: str) -> list:
-    """Channels of type 4 times the calibration matrix; their units are those of the result."""
+def _calibrated(group: dict, number: int, channels: list, name: str) -> list:
+    """Channels of type 4 times the calibration matrix, in the units of the result."""
     matrix = _parameter(group, "CAL_MATRIX", (6, 6), number, name)
     if "".join(map(str, _values(group, "MATRIX_STORE").ravel()[:1])).strip().upper() == "BYROW":
         matrix = matrix.T
-    values = np.column_stack([channel.values for _, channel in own]) @ matrix.T
+    values = np.column_stack([channel.values for _, channel in channels]) @ matrix.T
     known = (*[FORCE_UNITS] * 3, *[MOMENT_UNITS] * 3)
     return [
         (label, Channel(x, _spelled(c.unit) if _spelled(c.unit) in units else "", c.rate_hz))
-        for (label, c), x, units in zip(own, values.T, known, strict=True)
+        for (label, c), x, units in zip(channels, values.T, known, strict=True)
     ]
 
 
 def _axes(corners: np.ndarray, name: str) -> np.ndarray:
-    """Directions of the plate's axes in the laboratory, as columns (-)."""
+    """Directions of the plate's axes in the laboratory, as columns."""
     x, y = corners[0] - corners[1], corners[0] - corners[3]
     z = np.cross(x, y)
     if not np.linalg.norm(z) > 1e-6:
@@ -194,23 +194,23 @@ def _parameter(group: dict, parameter: str, shape: tuple, number: int, name: str
             f"{name}: expected FORCE_PLATFORM:{parameter} of shape {shape} for every plate, found "
             f"{values.shape}: export the file with all parameters of its plates"
         )
-    own = values[..., number].astype(float)
-    if not np.isfinite(own).all():
+    value = values[..., number].astype(float)
+    if not np.isfinite(value).all():
         raise InputError(
             f"{name}: expected numbers in FORCE_PLATFORM:{parameter}, found some that are not finite: the "
             "file is damaged, export it again"
         )
-    return own
+    return value
 
 
 def _spelled(unit: str) -> str:
-    """A unit without the signs of a product (no unit)."""
+    """A unit without the signs of a product."""
     return unit.strip().translate(str.maketrans("", "", " .*·-"))
 
 
-def _scaled(own: tuple, units: dict[str, float], default: float, name: str) -> np.ndarray:
+def _scaled(labelled: tuple, units: dict[str, float], default: float, name: str) -> np.ndarray:
     """Samples of a channel in SI units; without a unit, in N and in the file's unit of length."""
-    label, channel = own
+    label, channel = labelled
     unit = _spelled(channel.unit)
     if unit and unit not in units:
         raise InputError(

@@ -29,13 +29,13 @@ import numpy as np
 from tepsipe.errors import InputError
 
 FORKS = hasattr(os, "fork") and sys.platform != "darwin"
-# limits for an empty file, and what every byte of it adds: some thirty times what readers take
+# limits for an empty file, and increase per byte: some thirty times the need of the readers
 SHORTEST_S, S_PER_BYTE = 1.5, 1e-6
 FEWEST_BYTES, BYTES_PER_BYTE = 300_000_000, 50
 # a slow disk or other processes take no processor time, so the limit on the wall is longer
 WALL_S, WALL_FACTOR = 30.0, 10.0
 ADVICE = "it is damaged, export or copy it again"
-# an array that is larger than this is sent as it is, not as a part of the pickle
+# an array larger than this is sent as raw bytes, not as a part of the pickle
 LARGE_BYTES = 4096
 PIPE_BYTES = 1 << 20
 # signals that come from a person, a scheduler or a terminal, never from a file
@@ -43,7 +43,7 @@ ENDED_BY_SOMEBODY = ("SIGINT", "SIGTERM", "SIGHUP")
 
 
 class _State:
-    """Whether this process is such a child; the lock that keeps a pipe's end out of other children."""
+    """Flag of a child process, and the lock that keeps a pipe's end out of other children."""
 
     inside = False
     lock = threading.Lock()
@@ -60,7 +60,7 @@ if FORKS:
 
 @dataclass(frozen=True)
 class _Limits:
-    """What a child may take: processor time (s), time on the wall (s), memory (bytes)."""
+    """Limits of a child: processor time (s), wall-clock time (s), memory (bytes)."""
 
     cpu_s: float
     wall_s: float
@@ -74,9 +74,9 @@ def guarded(
     longest_s: float | None = None,
     most_bytes: int | None = None,
 ):
-    """Call a function that reads a file, in a child process with limits, and return what it returns.
+    """Call a function that reads a file in a child process with limits, and return its result.
 
-    What it prints, warns of or changes stays in the child. Within such a child, a call is direct.
+    Its output, warnings and side effects stay in the child. Within such a child, a call is direct.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def guarded(
     Returns
     -------
     object
-        The function's result (units there); its arrays are writable.
+        The function's result; its arrays are writable.
 
     Raises
     ------
@@ -140,15 +140,15 @@ def _limits(what: str | Path, longest_s: float | None, most_bytes: int | None) -
 
 
 def _refusal(what: str | Path, end: str, limits: _Limits) -> InputError:
-    expected, found = {
+    expected, actual = {
         "time": (f"that is read within {limits.cpu_s:.3g} s", "that takes longer"),
         "memory": (f"that is read with {limits.bytes / 1e6:.0f} MB of memory", "that needs more"),
     }.get(end, ("that can be read", f"that crashes its reader ({end})"))
-    return InputError(f"{what}: expected a file {expected}, found one {found}: {ADVICE}")
+    return InputError(f"{what}: expected a file {expected}, found one {actual}: {ADVICE}")
 
 
 def _end(status: int | None) -> str:
-    """Why a child ended without a result."""
+    """Reason why a child ended without a result."""
     if status is None or not os.WIFSIGNALED(status):
         return "without a result"
     number = os.WTERMSIG(status)

@@ -20,7 +20,7 @@ PIECE_BYTES = 1 << 20
 
 
 def is_gzip(path: Path) -> bool:
-    """Whether a file is compressed with gzip, by its first two bytes (no unit)."""
+    """Test for a file compressed with gzip, by its first two bytes."""
     try:
         with path.open("rb") as file:
             return file.read(2) == MAGIC
@@ -29,22 +29,22 @@ def is_gzip(path: Path) -> bool:
 
 
 def plain_bytes(path: Path, what: str, largest_bytes: int | None = None) -> bytes:
-    """Contents of a file, unpacked if it is compressed with gzip (no unit).
+    """Contents of a file, unpacked if it is compressed with gzip.
 
     Parameters
     ----------
     path : Path
         The file, under any name.
     what : str
-        What the file should be, for the message.
+        Expected kind of file, for the message.
     largest_bytes : int, optional
-        Size at which unpacking stops (bytes, no unit); by default 200 times the file's size, at least 20 and
+        Size at which unpacking stops (bytes); by default 200 times the file's size, at least 20 and
         at most 400 MB.
 
     Returns
     -------
     bytes
-        The contents (no unit).
+        The contents.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def plain_bytes(path: Path, what: str, largest_bytes: int | None = None) -> byte
 
 
 def plain_name(path: Path) -> Path:
-    """The path without a trailing ``.gz`` (no unit)."""
+    """The path without a trailing ``.gz``."""
     return path.with_suffix("") if path.suffix.lower() == ".gz" else path
 
 
@@ -93,12 +93,12 @@ def plain_file(path: Path, what: str) -> Iterator[Path]:
     path : Path
         The file, under any name.
     what : str
-        What the file should be, for the message.
+        Expected kind of file, for the message.
 
     Yields
     ------
     Path
-        A plain file for libraries that open files by name (no unit).
+        A plain file for libraries that open files by name.
 
     Raises
     ------

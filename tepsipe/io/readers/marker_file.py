@@ -4,7 +4,7 @@ from pathlib import Path
 
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.io.readers import c3d
-from tepsipe.io.readers.c3d import Markers, markers_of, open_c3d, select_markers
+from tepsipe.io.readers.c3d import Markers, c3d_markers, open_c3d, select_markers
 from tepsipe.io.readers.file_kind import TABLE, TEXTS, TRC, kind_of
 
 
@@ -14,7 +14,7 @@ def read_all_markers(path: str | Path) -> Markers:
     Parameters
     ----------
     path : str or Path
-        The file, plain or, if it is text, compressed with gzip; its content says what it is.
+        The file, plain or, if it is text, compressed with gzip; its kind follows from its content.
 
     Returns
     -------
@@ -47,7 +47,7 @@ def read_all_markers(path: str | Path) -> Markers:
             f"{path}: expected markers as C3D, TRC or a text table, found {quoted(kind)}: name D-Flow's "
             "mocap file beside its record file, and other files by their own column"
         )
-    return markers_of(open_c3d(path), path)
+    return c3d_markers(open_c3d(path), path)
 
 
 def read_markers(path: str | Path, labels: list[str]) -> Markers:

@@ -26,7 +26,7 @@ def read_mat(path: str | Path, what: str, squeeze: bool = False) -> dict[str, ob
     path : str or Path
         The file, plain or compressed with gzip.
     what : str
-        What the file should be, for messages.
+        Expected kind of file, for messages.
     squeeze : bool
         Whether dimensions of length 1 are dropped.
 
@@ -69,8 +69,8 @@ def _of_hdf5(path: Path, squeeze: bool) -> dict[str, object]:
     import h5py
 
     with h5py.File(path, "r") as file:
-        found = {name: _value(file, file[name], 0) for name in file if not name.startswith("#")}
-    return {k: np.squeeze(v) if squeeze and isinstance(v, np.ndarray) else v for k, v in found.items()}
+        variables = {name: _value(file, file[name], 0) for name in file if not name.startswith("#")}
+    return {k: np.squeeze(v) if squeeze and isinstance(v, np.ndarray) else v for k, v in variables.items()}
 
 
 def _value(file, item, depth: int):

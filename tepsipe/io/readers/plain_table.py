@@ -1,4 +1,4 @@
-"""Text tables of numbers whose columns are not known beforehand: D-Flow, TRC, exports of EMG, plain CSV.
+"""Text tables of numbers with unknown columns: D-Flow, TRC, exports of EMG, plain CSV.
 
 `tepsipe.io.readers.text_table.read_text_table` reads named columns of a table that a configuration
 describes; here every column is read, and the delimiter and the decimal sign are found in the file.
@@ -17,7 +17,7 @@ from tepsipe.io.readers.text_file import read_text
 
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
-# a number beyond this is no measurement, and overflows when its unit is converted
+# a larger number is not a measurement, and would overflow when its unit is converted
 LARGEST = 1e100
 DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma"}
 
@@ -31,13 +31,13 @@ class PlainTable:
     name : str
         Names the file in messages.
     preamble : tuple of str
-        Lines above the header (no unit).
+        Lines above the header.
     names : tuple of str
         Names of the columns.
     values : ndarray, shape (n, columns)
         Numbers in the units of the file; NaN where a field is empty or infinite.
     lines : ndarray of int, shape (n,)
-        Line of the file on which each row stands (-).
+        Line of the file on which each row stands.
     delimiter : str
         Character between columns.
     """
@@ -66,14 +66,14 @@ class PlainTable:
 
 
 def delimiter_in(header: str) -> str:
-    """Character between the columns of a table with this header (no unit): tab, semicolon or comma."""
+    """Character between the columns of a table with this header: tab, semicolon or comma."""
     if header.count("\t"):
         return "\t"
     return ";" if header.count(";") else ","
 
 
-def fields_of(header: str, delimiter: str) -> list[str]:
-    """Names in a header line, without quotes and surrounding spaces (no unit)."""
+def column_names(header: str, delimiter: str) -> list[str]:
+    """Names in a header line, without quotes and surrounding spaces."""
     try:
         return [name.strip() for name in next(csv.reader([header], delimiter=delimiter), [])]
     except csv.Error:  # a name that is longer than any
@@ -96,7 +96,7 @@ def read_plain_table(
     path : str or Path
         The file, plain or compressed with gzip.
     what : str
-        What the file should be, for messages.
+        Expected kind of file, for messages.
     is_header : callable, optional
         Whether a line is the header; by default the first line that is not skipped.
     ragged : bool
@@ -119,10 +119,12 @@ def read_plain_table(
     used = [k for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")]
     header = next((k for k in used if is_header is None or is_header(lines[k])), None)
     if header is None:
-        found = quoted(lines[used[0]]) if used else "an empty file"
-        raise InputError(f"{path}: expected the header of {what}, found {found}: check which file is named")
+        first_line = quoted(lines[used[0]]) if used else "an empty file"
+        raise InputError(
+            f"{path}: expected the header of {what}, found {first_line}: check which file is named"
+        )
     delimiter = delimiter_in(lines[header])
-    names = fields_of(lines[header], delimiter)
+    names = column_names(lines[header], delimiter)
     if sum(bool(NUMBER.fullmatch(name)) for name in names) > len(names) // 2:
         raise InputError(
             f"{path}: expected a header that names the columns, found {quoted(lines[header])}: add a first "
@@ -159,9 +161,9 @@ def read_plain_table(
 def _refuse_other_counts(path, body, rows, delimiter, count, ragged) -> None:
     """Refuse a row with more fields than the header or, unless rows may be short, with fewer."""
     for k in (len(body) - 1, *range(len(body))):
-        found = body[k].count(delimiter) + 1
-        long = found > count and body[k].rstrip(delimiter).count(delimiter) + 1 > count
-        if long or (found < count and not ragged):
+        fields = body[k].count(delimiter) + 1
+        long = fields > count and body[k].rstrip(delimiter).count(delimiter) + 1 > count
+        if long or (fields < count and not ragged):
             cut = k == len(body) - 1 and not long
             if cut:
                 hint = "the file is truncated, copy it again from the instrument"
@@ -170,7 +172,7 @@ def _refuse_other_counts(path, body, rows, delimiter, count, ragged) -> None:
             else:
                 hint = "the line is damaged, copy the file again from the instrument"
             raise InputError(
-                f"{path}: expected {count} fields on every line, found {found} on line {rows[k] + 1}: {hint}"
+                f"{path}: expected {count} fields on every line, found {fields} on line {rows[k] + 1}: {hint}"
             )
 
 

@@ -1,4 +1,4 @@
-"""What one file of a laboratory holds: markers, force plates and analog channels on one clock.
+"""Contents of one file of a laboratory: markers, force plates and analog channels on one clock.
 
 Readers of whole trials (C3D, D-Flow text, tables) return a `Recording`, whatever the file's own layout,
 units and axes conventions are; ingest knows `Recording` only.
@@ -64,7 +64,7 @@ class ForcePlate:
 
 @dataclass(frozen=True)
 class Recording:
-    """Everything that one trial's file holds, on one clock whose time 0 is the first sample of all.
+    """All signals in one trial's file, on one clock whose time 0 is the first sample of all.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class Recording:
     plates : tuple of ForcePlate
         In the order of the file.
     channels : dict of str to Channel
-        Analog channels by the label in the file, those of the force plates included.
+        Analog channels by the label in the file, including the channels of force plates.
     """
 
     name: str

@@ -13,7 +13,7 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed
 from tepsipe.io.readers.c3d import METRES_PER_UNIT, Markers
-from tepsipe.io.readers.clock import Clock, bridged, clock_of
+from tepsipe.io.readers.clock import Clock, bridged, regular_clock
 from tepsipe.io.readers.plain_table import PlainTable, read_plain_table
 from tepsipe.io.readers.recording import Channel, ForcePlate, Recording
 
@@ -26,13 +26,13 @@ SECONDS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
 FORCES = {"": 1.0, "N": 1.0, "kN": 1e3}
 MOMENTS = {"": 1.0, "Nm": 1.0, "N·m": 1.0, "N.m": 1.0, "N*m": 1.0, "Nmm": 1e-3, "N·mm": 1e-3, "N.mm": 1e-3}
 SIDES = ("left", "l", "1", "right", "r", "2")
-# what has three components, too, but is no marker
+# other signals with three components, which are not markers
 OTHER = re.compile(r"grf|force|moment|torque|cop|acc|gyro|angle|rot|veloc|speed", re.IGNORECASE)
 AXES = "xyz"
 
 
 def split_unit(name: str) -> tuple[str, str]:
-    """Name of a column without its unit, and the unit; empty if it names none (no unit)."""
+    """Name of a column without its unit, and the unit; empty if it names none."""
     bracketed = UNIT.search(name)
     if bracketed:
         return name[: bracketed.start()].strip(), bracketed[1]
@@ -105,17 +105,17 @@ def table_clock(table: PlainTable) -> tuple[Clock, str]:
             f"{table.name}: expected the time in s, ms or us, found the unit {unit!r} in {name!r}: convert "
             "the column"
         )
-    return clock_of(SECONDS[unit] * table.column(name), table.name), name
+    return regular_clock(SECONDS[unit] * table.column(name), table.name), name
 
 
 def _plates(columns: dict[str, np.ndarray], rate_hz: float, name: str) -> tuple[set[str], tuple]:
     """Columns of forces and moments, and the plates that they make."""
     groups: dict[str, dict[str, str]] = {}
     for column in columns:
-        found = LOAD.match(split_unit(column)[0])
-        if found:
-            plate = " ".join(filter(None, (found[1], found[4])))
-            groups.setdefault(plate, {})[found[2].upper() + found[3].lower()] = column
+        match = LOAD.match(split_unit(column)[0])
+        if match:
+            plate = " ".join(filter(None, (match[1], match[4])))
+            groups.setdefault(plate, {})[match[2].upper() + match[3].lower()] = column
     used, plates = set(), []
     components = [f"{kind}{axis}" for kind in "FM" for axis in AXES]
     for plate in sorted(groups, key=_side):
@@ -148,9 +148,9 @@ def _markers(columns: dict[str, np.ndarray], rate_hz: float, name: str) -> tuple
     groups: dict[str, dict[str, str]] = {}
     for column in columns:
         plain, unit = split_unit(column)
-        found = MARKER.match(plain)
-        if found and unit in ("", *METRES_PER_UNIT) and not OTHER.search(plain):
-            label, axis = (found[1], found[2]) if found[2] else (found[3], found[4])
+        match = MARKER.match(plain)
+        if match and unit in ("", *METRES_PER_UNIT) and not OTHER.search(plain):
+            label, axis = (match[1], match[2]) if match[2] else (match[3], match[4])
             groups.setdefault(label, {})[axis.lower()] = column
     groups = {label: axes for label, axes in groups.items() if len(axes) == len(AXES)}
     if not groups:

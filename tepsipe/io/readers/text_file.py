@@ -7,14 +7,14 @@ from tepsipe.io.readers.gzip_file import plain_bytes
 
 
 def read_text(path: str | Path, what: str, ended: bool = False) -> str:
-    """Contents of a text file (no unit), with line feeds as its line breaks.
+    """Contents of a text file, with line feeds as its line breaks.
 
     Parameters
     ----------
     path : str or Path
         The file, plain or compressed with gzip. A byte order mark at its start is skipped.
     what : str
-        What the file should be, for the message.
+        Expected kind of file, for the message.
     ended : bool
         Refuse a file whose last line has no line break: where it is cut within its last number, the rest
         is a number, too.

@@ -55,10 +55,10 @@ def read_text_table(
         raise InputError(f"{path}: expected samples under the header, found none: record again")
     for number in (len(lines) - 1, *range(len(lines))):
         if lines[number].count(delimiter) != len(names) - 1:
-            found = lines[number].count(delimiter) + 1
+            fields = lines[number].count(delimiter) + 1
             state = "the file is truncated" if number == len(lines) - 1 else "the line is damaged"
             raise InputError(
-                f"{path}: expected {len(names)} fields on every line, found {found} on line "
+                f"{path}: expected {len(names)} fields on every line, found {fields} on line "
                 f"{number + 2}: {state}, copy it again from the instrument"
             )
     if not ended:

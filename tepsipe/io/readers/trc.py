@@ -1,6 +1,6 @@
 """Markers from TRC files, the text format of Motion Analysis (Cortex, EVaRT) and of OpenSim.
 
-The layout is that of OpenSim's documentation ("Marker (.trc) files"): ``PathFileType`` on the first line,
+The layout follows OpenSim's documentation ("Marker (.trc) files"): ``PathFileType`` on the first line,
 names of the settings on the second, their values on the third, ``Frame#``, ``Time`` and the markers on the
 fourth, ``X1 Y1 Z1 X2 ...`` on the fifth, then one row per frame, all separated by tabs. A hidden marker has
 empty fields, or 0 in all three.
@@ -45,7 +45,7 @@ def read_trc(path: str | Path) -> Markers:
         )
     settings = dict(zip(lines[1].split("\t"), (v.strip() for v in lines[2].split("\t")), strict=False))
     settings = {name.strip(): value for name, value in settings.items()}
-    rate, frames, count = _numbers_of(settings, path)
+    rate, frames, count = _rate_and_sizes(settings, path)
     unit = settings["Units"].strip()
     if unit not in METRES_PER_UNIT:
         raise InputError(
@@ -80,7 +80,7 @@ def read_trc(path: str | Path) -> Markers:
     return Markers(rate, tuple(labels), METRES_PER_UNIT[unit] * positions)
 
 
-def _numbers_of(settings: dict[str, str], path: Path) -> tuple[float, int, int]:
+def _rate_and_sizes(settings: dict[str, str], path: Path) -> tuple[float, int, int]:
     """Rate (Hz), number of frames and of markers."""
     missing = [name for name in SETTINGS if name not in settings]
     if missing:
@@ -94,9 +94,9 @@ def _numbers_of(settings: dict[str, str], path: Path) -> tuple[float, int, int]:
     except (ValueError, OverflowError):
         rate = frames = count = 0
     if not (0.0 < rate < np.inf and 0 < frames < 1e8 and 0 < count < 1e4):
-        found = ", ".join(f"{name} {settings[name]!r}" for name in SETTINGS[:3])
+        values = ", ".join(f"{name} {settings[name]!r}" for name in SETTINGS[:3])
         raise InputError(
-            f"{path}: expected a positive rate and numbers of frames and markers on line 3, found {found}: "
+            f"{path}: expected a positive rate and numbers of frames and markers on line 3, found {values}: "
             "export the file again"
         )
     return rate, frames, count

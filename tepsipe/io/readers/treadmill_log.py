@@ -180,9 +180,9 @@ def read_calibration_matrix(path: str | Path) -> CalibrationMatrix:
     lines = read_text(path, "a calibration matrix", ended=True).splitlines()
     rows = [line.split(",") for line in lines if line.strip()]
     if not rows or [field.strip() for field in rows[0][:2]] != ["component", "unit"]:
-        found = quoted(",".join(rows[0][:2])) if rows else "an empty file"
+        start = quoted(",".join(rows[0][:2])) if rows else "an empty file"
         raise InputError(
-            f"{path}: expected the header to start with component,unit, found {found}: export the "
+            f"{path}: expected the header to start with component,unit, found {start}: export the "
             "calibration matrix with its labels"
         )
     channels = tuple(field.strip() for field in rows[0][2:])

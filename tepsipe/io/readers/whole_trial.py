@@ -36,7 +36,7 @@ READERS: dict[str, Callable[[Path], Recording]] = {
 
 
 def holds_whole_trial(path: str | Path) -> bool:
-    """Whether files of this name's kind hold a whole trial (no unit); the file need not exist."""
+    """Test for a name whose kind of file holds a whole trial; the file need not exist."""
     return ending_of(path) in READERS
 
 
@@ -46,7 +46,7 @@ def read_recording(path: str | Path) -> Recording:
     Parameters
     ----------
     path : str or Path
-        The file; its name's ending says what kind it is.
+        The file; its kind follows from the ending of its name.
 
     Returns
     -------

@@ -45,12 +45,12 @@ INSTALLED_BY = {
 
 
 def installed_engines() -> list[str]:
-    """Names of the engines that are installed, in the order in which "auto" takes them (no units)."""
+    """Names of the installed engines, in the order in which "auto" takes them."""
     return [name for name in ENGINES if name not in INSTALLED_BY or importlib.util.find_spec(name)]
 
 
 def resolved_engine(engine: str) -> str:
-    """Name of the engine that a setting selects, without importing it (no units).
+    """Name of the engine that a setting selects, without importing it.
 
     Parameters
     ----------
@@ -67,23 +67,23 @@ def resolved_engine(engine: str) -> str:
     InputError
         If there is no such engine, or it is not installed.
     """
-    there = installed_engines()
+    usable = installed_engines()
     if engine == AUTO:
-        return there[0]
+        return usable[0]
     if engine not in ENGINES:
         raise InputError(
             f"engine: expected one of {', '.join(ENGINES)} or {AUTO}, found {engine!r}: correct it"
         )
-    if engine not in there:
+    if engine not in usable:
         raise InputError(
-            f"engine: expected one that is installed ({', '.join(there)}), found {engine!r}: install it with "
-            f"{INSTALLED_BY[engine]}, or choose {AUTO!r}"
+            f"engine: expected one that is installed ({', '.join(usable)}), found {engine!r}: install it "
+            f"with {INSTALLED_BY[engine]}, or choose {AUTO!r}"
         )
     return engine
 
 
 def engine_version(engine: str) -> str:
-    """Version of an engine; for the equations, the version of tepsipe (no units).
+    """Version of an engine; for the equations, the version of tepsipe.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def simulate(engine: str, task: "Task") -> "Swing":
     engine : {"pybullet", "mujoco", "equations", "auto"}
         Name of the engine; "auto" takes the first that is installed.
     task : Task
-        Dummy, belt and clock (units in their names).
+        Dummy, belt and clock.
 
     Returns
     -------

@@ -34,7 +34,7 @@ def simulate(task: Task) -> Swing:
     Parameters
     ----------
     task : Task
-        Dummy, belt and clock (units in their names).
+        Dummy, belt and clock.
 
     Returns
     -------
@@ -70,7 +70,7 @@ def simulate(task: Task) -> Swing:
 
 
 def _about_the_ankle(task: Task) -> float:
-    """J (kg·m²)."""
+    """Moment of inertia J about the ankle (kg·m²)."""
     return task.leg.inertia_kgm2 + task.leg.mass_kg * task.leg.com_m**2 + task.joint.inertia_Nms2_per_rad
 
 

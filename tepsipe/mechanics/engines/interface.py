@@ -34,7 +34,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Start:
-    """Where a simulation begins.
+    """Initial state of a simulation.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ UPRIGHT = Start(0.0, 0.0)
 
 @dataclass(frozen=True)
 class Task:
-    """A dummy, the motion of its foot, and the clock; already checked.
+    """A dummy, the motion of its foot, and the clock, already checked.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class Task:
     interval_s : float
         Time between them (s).
     stride : int
-        Steps of the simulation per recorded instant (-).
+        Steps of the simulation per recorded instant.
     start : Start
         theta (rad) and theta' (rad/s) at the first instant.
     """

@@ -20,7 +20,7 @@ from tepsipe.mechanics.engines.interface import FALLEN_RAD, Swing, Task, in_worl
 
 LEG = 2  # bodies: the world, the foot, the leg
 SENSORS_OFF = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
-# the default inertia of 1 is replaced by that of the leg, which may be zero in a compiled model
+# the default inertia of 1 is replaced by the leg's, which may be zero in a compiled model
 BODIES = """
 <mujoco>
   <compiler angle="radian"/>
@@ -58,7 +58,7 @@ def simulate(task: Task) -> Swing:
     Parameters
     ----------
     task : Task
-        Dummy, belt and clock (units in their names).
+        Dummy, belt and clock.
 
     Returns
     -------

@@ -29,7 +29,7 @@ def simulate(task: Task) -> Swing:
     Parameters
     ----------
     task : Task
-        Dummy, belt and clock (units in their names).
+        Dummy, belt and clock.
 
     Returns
     -------

@@ -1,5 +1,7 @@
 """Figures of the coverage study: share of intervals that hold the truth, and the intervals themselves."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -9,7 +11,15 @@ from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 
 MOST_PANELS = 8
+TEXT = {"condition": str, "flags": str}
 ROOM = 1.5  # beyond the 98 % quantile of what is drawn
+
+
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Figures of the tables of the coverage and of all estimates."""
+    coverage, outcomes = (pd.read_csv(path, dtype=TEXT) for path in (files.coverage, files.outcomes))
+    yield "figure_coverage", plot_coverage(coverage, chosen.first)
+    yield "figure_coverage_intervals", plot_intervals(outcomes, chosen.first)
 
 
 @in_style

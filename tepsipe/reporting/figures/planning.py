@@ -1,5 +1,7 @@
 """Figures of planned experiments, best pulses and filters."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -10,6 +12,15 @@ from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, new_figure
 
 _TICKS = (0.001, 0.01, 0.1, 1.0, 10.0, 100.0)
 _STYLES = ("-", "--", ":")
+
+
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Figures of the tables of designs, pulses and filters."""
+    filters = pd.read_csv(files.filters)
+    yield "figure_needed", plot_needed(pd.read_csv(files.plan))
+    yield "figure_pulses", plot_pulses(pd.read_csv(files.shapes))
+    yield "figure_filters", plot_filters(filters)
+    yield "figure_treadmill_filters", plot_treadmill_filters(filters)
 
 
 def _percent_axis(axis, low: float) -> None:

@@ -1,5 +1,7 @@
 """Figure of several joints: what every set of perturbations says, and errors of the elements."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -7,6 +9,12 @@ from matplotlib.figure import Figure
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 
 _TICKS = (1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6)
+
+
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Figure of the sets of perturbations and the elements of K."""
+    sets, elements = pd.read_csv(files.sets), pd.read_csv(files.elements)
+    yield "figure_several_joints", plot_several_joints(sets, elements, chosen.limits["stiffness_percent"])
 
 
 @in_style

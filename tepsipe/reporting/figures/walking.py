@@ -1,5 +1,7 @@
 """Figure of the ankle's stiffness in walking."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -7,6 +9,14 @@ from matplotlib.figure import Figure
 from tepsipe.reporting.figures.style import CYCLE, in_style, new_figure
 
 NAMES = {"state": "matched", "mean": "plain mean"}
+TEXT = {"condition": str}
+
+
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Figure of the study; resampled strides of simulated trials are alike, and need fewer than real ones."""
+    rows, needed = (pd.read_csv(path, dtype=TEXT) for path in (files.rows, files.needed))
+    recovery = pd.read_csv(files.recovery, dtype=TEXT) if files.recovery else None
+    yield "figure_walking", plot_walking(rows, needed[~needed.condition.isin(chosen.simulated)], recovery)
 
 
 @in_style

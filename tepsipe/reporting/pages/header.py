@@ -7,7 +7,7 @@ from pathlib import PurePath
 from tepsipe.io.estimates import FLAGS, Estimate
 from tepsipe.io.trial import Trial
 from tepsipe.reporting.figures.names import unit_symbol, words
-from tepsipe.reporting.numbers.format import by_uncertainty, number
+from tepsipe.reporting.format import by_uncertainty, number
 from tepsipe.reporting.pages.html import table, text
 
 # quantities in the first table; all others are in the second, which opens on demand

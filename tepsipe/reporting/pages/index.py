@@ -37,13 +37,15 @@ class Listing:
     activity: Sequence[str] = field(default_factory=tuple)
 
 
-def render_index(report: dict, listing: Listing) -> str:
+def render_index(title: str, parts: Mapping[str, str], listing: Listing) -> str:
     """The index as one file of HTML.
 
     Parameters
     ----------
-    report : dict
-        Data of the report, all numbers as text with their units.
+    title : str
+        Title of the study.
+    parts : mapping of str to str
+        HTML of ``source``, ``findings`` and ``provenance``, typeset with the report.
     listing : Listing
         Files of the run.
 
@@ -52,25 +54,24 @@ def render_index(report: dict, listing: Listing) -> str:
     str
         The page; its links are relative.
     """
-    findings = report["first_page"]["findings"] + "\n"
     sections = {
-        "findings": ("Findings", findings + _flags(report) + _cells(report) + _claims(report)),
+        "findings": ("Findings", parts["findings"]),
         "trials": ("Trials", _trials(listing)),
         "figures": ("Figures", _figures(listing.figures)),
         "tables": ("Tables", _tables(listing.tables)),
-        "provenance": ("Provenance", _provenance(report)),
+        "provenance": ("Provenance", parts["provenance"]),
     }
     contents = " ".join(f'<a href="#{key}">{name}</a>' for key, (name, _) in sections.items())
     body = "".join(
-        f'<section id="{key}">\n<h2>{name}</h2>\n{content}</section>\n'
+        f'<section id="{key}">\n<h2>{name}</h2>\n{content.strip()}\n</section>\n'
         for key, (name, content) in sections.items()
     )
     pdf = _link(listing.pdf, "Report as PDF")
     return document(
-        report["title"],
-        f"<header>\n<h1>{text(report['title'])}</h1>\n"
+        title,
+        f"<header>\n<h1>{text(title)}</h1>\n"
         f'<nav class="contents" aria-label="Contents"><b>{pdf}</b> {contents}</nav>\n</header>\n'
-        f'<main>\n<div class="source">{report["first_page"]["source"]}</div>\n{body}</main>\n',
+        f'<main>\n<div class="source">{parts["source"]}</div>\n{body}</main>\n',
         policy=None,
     )
 
@@ -79,49 +80,6 @@ def _link(path: str, words: str) -> str:
     """A link to a file that is named relative to the index; ``words`` is plain text."""
     # "./" so that a colon in the first part is not read as a scheme
     return f'<a href="{text("./" + quote(path))}">{text(words)}</a>'
-
-
-def _flags(report: dict) -> str:
-    flags = report.get("flags") or {"count": 0}
-    if not flags["count"]:
-        return ""
-    items = "".join(
-        f"<li><code>{text(kind['name'])}</code> ({text(kind['count'])}): {text(kind['meaning'])}</li>\n"
-        for kind in flags["kinds"]
-    )
-    return (
-        f'<div class="warning"><b>Flagged estimates.</b> {text(flags["count"])} of {text(flags["total"])} '
-        f"estimates failed a check and are named in {_link('../tables/estimates.csv', 'estimates.csv')}:"
-        f"<ul>\n{items}</ul></div>\n"
-    )
-
-
-def _cells(report: dict) -> str:
-    cells = report["cells"]
-    if not cells:
-        return ""
-    rows = [[text(row["table"]), *map(text, row["counts"])] for row in cells["tables"]]
-    outside = [[text(row["table"]), text(row["cells"]), text(row["reason"])] for row in cells["outside"]]
-    counts = table(("Table", *cells["verdicts"]), rows)
-    named = table(("Table", "Not reproduced (printed, this run)", "Reason"), outside)
-    return f"<details><summary>Every printed cell by verdict</summary>\n{counts}{named}</details>\n"
-
-
-def _claims(report: dict) -> str:
-    if not report["claims"]:
-        return ""
-    rows = [
-        [
-            text(row["claim"] + (f" ({row['unit']})" if row["unit"] else "")),
-            text(row["where"]),
-            text(row["reported"]),
-            text(row["reproduced"]),
-            text(row["verdict"]),
-        ]
-        for row in report["claims"]["rows"]
-    ]
-    header = ("Claim", "Source", "Reported", "This run", "Verdict")
-    return f"<details><summary>All claims of the thesis</summary>\n{table(header, rows)}</details>\n"
 
 
 def _trials(listing: Listing) -> str:
@@ -171,18 +129,3 @@ def _tables(tables: Mapping[str, str]) -> str:
         [_link(f"../tables/{name}.csv", f"{name}.csv"), _caption(caption)] for name, caption in tables.items()
     ]
     return table(("Table", "Content"), rows)
-
-
-def _provenance(report: dict) -> str:
-    provenance = report["provenance"]
-    facts = "".join(f"<dt>{text(k)}</dt><dd>{text(v)}</dd>\n" for k, v in provenance["facts"])
-    packages = ", ".join(f"{text(name)} {text(version)}" for name, version in provenance["packages"])
-    files = [[text(kind), f"<code>{text(f)}</code>"] for kind, f in provenance["files"]]
-    return (
-        f'<dl class="facts">\n{facts}</dl>\n'
-        f"<p>{_link('../provenance.json', 'provenance.json')}: versions and SHA-256 of every file; "
-        f"{_link('../config.yaml', 'config.yaml')}: configuration of the run; "
-        f"{_link('report.html', 'report.html')}: Snakemake's own report, with the code of every step.</p>\n"
-        f"{table(('Kind', 'File'), files)}"
-        f"<details><summary>Versions of packages</summary>\n<p>{packages}</p></details>\n"
-    )

@@ -1,7 +1,7 @@
-"""Epochs for the estimator with a free reflex torque, and how they change with each source of uncertainty.
+"""Epochs for the estimator with a free reflex torque, and their change with each source of uncertainty.
 
-The mean responses change in proportion to what is not known exactly, so one slope per source and trial is
-kept, and the trials of a task can be fitted again for any deviation without their recordings.
+The mean responses change in proportion to each uncertain constant. One slope per source and trial is
+therefore kept, and the trials of a task can be refitted for any deviation without their recordings.
 """
 
 from dataclasses import dataclass, replace
@@ -36,9 +36,9 @@ from tepsipe.treadmill.registry import FittedModel
 AFTER_S = 0.2
 # responses within which the apparent centre of the joint is sought (s)
 PULSE_S = (-0.02, 0.1)
-# step of the sources for their slopes (their units)
+# step of the sources for their slopes
 STEP = 1e-3
-# of a usable centre: largest share of the foot's rotation in the ankle's, largest standard error (m)
+# usable centre: largest share of the foot's rotation in the ankle's, largest standard error (m)
 FOOT_SHARE, CENTRE_ERROR_M = 0.3, 0.002
 # largest distance of a usable centre from the palpated one (m)
 FAR_M = 0.03
@@ -98,7 +98,7 @@ class BroadbandEpochs:
 
     @property
     def count(self) -> int:
-        """Number of responses (-)."""
+        """Number of responses."""
         return self.perturbed.shape[0]
 
     @cached_property
@@ -109,12 +109,13 @@ class BroadbandEpochs:
         """Stretches of quiet standing, shape (m, last + 1 - first, 3), every ``step`` samples.
 
         Each is as long as samples ``first`` to ``last`` of an epoch, and relative to a baseline as long as
-        that of the responses. It is cut once for a window: many onsets of reflexes are tried with it.
+        the responses' baseline. The stretches are cut once for a window, in which many onsets of reflexes are
+        tried.
         """
         if (first, last) not in self._stretches:
             zero = self.time <= self.time[0] + 0.1  # of the epoch: as long before the onset as the baseline
             pieces = np.lib.stride_tricks.sliding_window_view(self.quiet, last + 1, axis=1)
-            # pieces that start at the same time stand together: start, epoch, time, signal
+            # pieces with the same start are adjacent: start, epoch, time, signal
             pieces = np.moveaxis(pieces[:, ::step], (1, 3), (0, 2))
             still = pieces[:, :, : zero.sum()].mean(axis=2, keepdims=True)
             stretches = (pieces[:, :, first:] - still).reshape(-1, last + 1 - first, 3)
@@ -139,7 +140,7 @@ def cut_broadband(
     epochs : StandingEpochs
         Its epochs: their onsets are used (s).
     options, cutting : StandingOptions, EpochOptions
-        Choices (units in their names).
+        Options of the analysis.
     lowpass : Lowpass
         Filter of all signals here (Hz).
     models : dict of str to FittedModel
@@ -165,20 +166,20 @@ def cut_broadband(
     before = -cutting.baseline_s[0] + 0.02
 
     def cut(x: np.ndarray, at: np.ndarray, after: float):
-        found = cut_epochs(x, rate, at, before, after, start)
-        zero = (found.time >= cutting.baseline_s[0] - 1e-9) & (found.time <= cutting.baseline_s[1] + 1e-9)
-        return found.time, found.values - found.values[:, zero].mean(axis=1, keepdims=True)
+        pieces = cut_epochs(x, rate, at, before, after, start)
+        zero = (pieces.time >= cutting.baseline_s[0] - 1e-9) & (pieces.time <= cutting.baseline_s[1] + 1e-9)
+        return pieces.time, pieces.values - pieces.values[:, zero].mean(axis=1, keepdims=True)
 
     apparent, skins_m = _pulses(standing, epochs.onsets_s, options, lowpass, body.belt_dd, centre)
     body = replace(body, skins_m=skins_m)
     best = body.signals()
     quiet_time, quiet = cut(best, quiet_onsets(standing, cutting), cutting.after_s)
     time, perturbed = cut(best, epochs.onsets_s, AFTER_S)
-    moved = {
+    changes = {
         source: (body.signals({source: STEP}) - body.signals({source: -STEP})) / (2.0 * STEP)
         for source in SOURCES
     }
-    slopes = cut(np.column_stack(list(moved.values())), epochs.onsets_s, AFTER_S)[1].mean(axis=0)
+    slopes = cut(np.column_stack(list(changes.values())), epochs.onsets_s, AFTER_S)[1].mean(axis=0)
     masses = [getattr(model.model, "heaviest_kg", None) for model in models.values()]
     heaviest = [mass for mass in masses if mass is not None]
     return BroadbandEpochs(
@@ -205,7 +206,7 @@ def with_treadmill_error(
     ankle_height_m: float,
     window_s: float,
 ) -> BroadbandEpochs:
-    """Epochs with the error of K that held-out trials of the treadmill predict (N·m/rad).
+    """Epochs with the error of K predicted by held-out trials of the treadmill (N·m/rad).
 
     Parameters
     ----------
@@ -224,7 +225,7 @@ def with_treadmill_error(
     Raises
     ------
     InputError
-        If the rate is not that of the treadmill's calibration.
+        If the rate differs from the treadmill's calibration.
     """
     rate = 1.0 / float(np.diff(broadband.time).mean())
     fitted = (broadband.time > -0.5 / rate) & (broadband.time <= window_s + 0.5 / rate)
@@ -237,7 +238,7 @@ def with_treadmill_error(
 
 
 def _usable(centre: JointCentre) -> bool:
-    """Whether the centre of a joint is found well enough, and near enough to where it was felt."""
+    """Test for a joint centre that is precise, and close to the palpated one."""
     steady = centre.foot_rad < FOOT_SHARE * centre.sway_rad
     return bool(
         steady and centre.standard_error_m.max() < CENTRE_ERROR_M and np.hypot(*centre.offset_m) < FAR_M
@@ -268,7 +269,7 @@ def _pulses(
 ) -> tuple[JointCentre | None, tuple[float, float, float]]:
     """Apparent centre of the joint while the belt moves, and motion of the soft tissue at 0.5 m/s (m).
 
-    The latter if the tissue has each of `tissue_frequencies`.
+    The motion is given for each of `tissue_frequencies`.
     """
     if onsets_s.size < 2:
         return None, (0.0, 0.0, 0.0)
@@ -285,7 +286,7 @@ def _pulses(
     apparent = centre_from_pulses(cut(motion), at_rest)
     if centre is None:
         return apparent, (0.0, 0.0, 0.0)
-    by_shank = relative_motion(positions, labels, person, own=True)
+    by_shank = relative_motion(positions, labels, person, exclusive=True)
     responses = cut(by_shank)
     first = responses[:, : max(1, round(-0.5 * PULSE_S[0] * rate))].mean(axis=1, keepdims=True)
 
@@ -293,7 +294,7 @@ def _pulses(
         wobbling = positions.copy()
         motion = tissue_motion(positions, labels, person, belt_dd, peak, rate, tissue_hz)
         wobbling[..., 0] += STEP * motion
-        pattern = cut((relative_motion(wobbling, labels, person, own=True) - by_shank) / STEP)
+        pattern = cut((relative_motion(wobbling, labels, person, exclusive=True) - by_shank) / STEP)
         return tissue_from_pulses(responses - first, pattern, centre.own_m, at_rest)
 
     usual, lower, higher = map(skin_m, tissue_frequencies())
@@ -326,7 +327,7 @@ def broadband_result(epochs: BroadbandEpochs) -> Result:
 
 
 def broadband_of(result: Result) -> BroadbandEpochs | None:
-    """The epochs in a result that holds those of `broadband_result` (units as there); None without them."""
+    """Read the epochs of `broadband_result` from a result; None without them."""
     if "broadband" not in result.facts:
         return None
     facts = dict(result.facts["broadband"])

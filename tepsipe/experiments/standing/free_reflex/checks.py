@@ -1,13 +1,13 @@
 """Checks of the standing person's K and B, which find broken assumptions in the responses themselves.
 
-Each check compares two estimates of one thing, or a setting with what was seen. A difference fails it only if
-it exceeds what is expected of a healthy trial by more than chance, of which each check takes 1 in 100.
+Each check compares two estimates of one quantity, or a setting with a measurement. A difference fails it only
+if it is significantly larger than in a sound trial; each check has a false-alarm probability of 1 in 100.
 
 `difference_from_window` compares the fit with a free reflex torque with least squares in a short window. Both
 estimates come from the same signals: centre of the joint, soft tissue, feet and treadmill model are the same
-in both, and so are their errors. Only what the errors do to one estimate and not to the other counts. A
-difference beyond that has causes that no source describes: a reflex before its assumed onset, a torque in the
-first milliseconds that is not that of the joint.
+in both, and so are their errors. Only the effects of errors that differ between the estimates count. A larger
+difference has causes that no source describes: a reflex before its assumed onset, or a torque in the first
+milliseconds that does not come from the joint.
 """
 
 import numpy as np
@@ -24,15 +24,15 @@ from tepsipe.identification.regression.generalised import Record, generalised_le
 from tepsipe.statistics.uncertainty import Budget, Source, coverage_factor
 from tepsipe.treadmill.held_out import BEYOND, UNKNOWN, clearly_wrong
 
-# each check alone warns of 1 healthy trial in 100
+# false-alarm probability of each check
 CONFIDENCE = 0.99
-# what windows of 50 to 70 ms differ by without a free reflex torque, and range of K over windows with one (-)
+# difference over windows of 50 to 70 ms without a free reflex torque, and range of K over windows with one
 DIFFERENCE, WINDOW_RANGE = 0.05, 0.25
 # motion of the soft tissue that is too large to be corrected (m)
 SKIN_M = 0.003
-# predicted error of K from which it is not to be quoted, relative to K (-)
+# predicted error of K above which K is not quoted, relative to K
 GROSS = 0.5
-# share of the perturbations that must be usable (-)
+# share of the perturbations that must be usable
 USABLE = 0.7
 
 
@@ -51,15 +51,15 @@ def failed_checks(
     trials : list of BroadbandEpochs
         The trials.
     perturbations : int
-        Number of perturbations in them, usable or not (-).
+        Number of perturbations in them, usable or not.
     pre_reflex : tuple of ndarray of shape (2,) and Budget, or None
-        B and K of the pre-reflex window less those of ``fit`` (N·m·s/rad, N·m/rad), and the budget of the
+        B and K of the pre-reflex window less B and K of ``fit`` (N·m·s/rad, N·m/rad), and the budget of the
         difference; None without such an estimate.
 
     Returns
     -------
     tuple of str
-        Names (no unit).
+        Names.
     """
     stiffness = float(fit.parameters[0, 1])
     failed = []
@@ -83,7 +83,7 @@ def failed_checks(
 
 
 def quotable(trials: list[BroadbandEpochs], stiffness: float) -> bool:
-    """Whether no gross error of K (N·m/rad) is predicted: not clearly beyond half of it."""
+    """Test for a predicted error of K (N·m/rad) that is not clearly above half of it."""
     error = _treadmill_error(trials)
     return error is None or error[1] >= UNKNOWN or not clearly_wrong(*error, stiffness, GROSS)
 
@@ -91,7 +91,7 @@ def quotable(trials: list[BroadbandEpochs], stiffness: float) -> bool:
 def _treadmill_error(trials: list[BroadbandEpochs]) -> tuple[float, float] | None:
     """Predicted error of K by the treadmill model, mean over trials, and its standard error (N·m/rad).
 
-    All trials are compared with the same recordings of the treadmill: more of them do not reduce the latter.
+    All trials are compared with the same recordings of the treadmill, so more trials do not reduce the error.
     """
     errors = np.array([trial.treadmill_error for trial in trials if trial.treadmill_error is not None])
     if not errors.size:
@@ -100,7 +100,7 @@ def _treadmill_error(trials: list[BroadbandEpochs]) -> tuple[float, float] | Non
     return float(errors[:, 0].mean()), float(errors[:, 1].mean()) if known else UNKNOWN
 
 
-# what the model of the rig leaves in one trial alone, and not in the others
+# error of the rig's model in one trial alone, not common to the others
 OWN_DISCREPANCY = "model_discrepancy_of_trial"
 
 
@@ -111,7 +111,7 @@ def difference_from_window(
     options: FreeReflexOptions,
     sources: list[Source],
 ) -> tuple[np.ndarray, Budget]:
-    """B and K by least squares in a short window less those of a fit, with the budget of the difference.
+    """Difference of B and K, least squares in a short window less a fit, with the budget of the difference.
 
     Parameters
     ----------
@@ -122,16 +122,16 @@ def difference_from_window(
     window_s : float
         Length of the short window (s).
     options : FreeReflexOptions
-        Choices (units in their names).
+        Options of the analysis.
     sources : list of Source
-        What is not known exactly (units in their names); of both estimates alike.
+        Uncertain constants, common to both estimates.
 
     Returns
     -------
     difference : ndarray, shape (2,)
-        Of B and K (N·m·s/rad, N·m/rad).
+        Differences of B and K (N·m·s/rad, N·m/rad).
     budget : Budget
-        Of the difference. Its Type A is the scatter of the difference between responses. Sources of the
+        Budget of the difference. Type A is the scatter of the difference between responses. Sources of the
         signals and draws of the treadmill model are subtracted one by one; the onset of the reflex counts as
         in the fit, which alone has it. The spread over windows does not count: such a difference shows it.
     """

@@ -3,16 +3,16 @@
     tau(t) = B phi'(t) + K phi(t) + r(t) + d(t) + s(t)
 
 for the mean response of every trial. r is the torque of reflexes, free from its earliest instant t_r on: an
-integrated Wiener process, whose size grows with the belt's speed. d is what the model of the rig leaves, a
-smooth error of a given share of the torque. s is sway, whose covariance is that of unperturbed standing,
-after B phi' + K phi, divided by the number of responses. The window may then end before or after the first
+integrated Wiener process, whose size grows with the belt's speed. d is the error of the rig's model, a smooth
+error of a given share of the torque. s is sway; its covariance is taken from unperturbed standing, after
+B phi' + K phi, and divided by the number of responses. The window may then end before or after the first
 reflex: K and B depend little on it.
 
 Type A is the scatter between trials, by the jackknife; of a single trial, between responses, by the
 bootstrap. Type B are the sources of `tepsipe.experiments.standing.free_reflex.free_body`, draws of the
 treadmill model's constants, the choice of window and t_r, and the part of d that all trials of a person
-share. Soft tissue counts with what the responses show of it, too: the apparent centre of the joint after a
-pulse, less that of quiet sway, over the shift that a metre of tissue motion causes.
+share. The contribution of soft tissue also uses the responses: the apparent centre of the joint after a pulse
+less the centre in quiet sway, over the shift that a metre of tissue motion causes.
 """
 
 from dataclasses import dataclass
@@ -36,11 +36,11 @@ QUANTITIES = ("B", "K")
 FILTER_WIDTH_S = 0.03
 # step between the starts of overlapping stretches of quiet standing (s)
 QUIET_STEP_S = 0.02
-# covariance of sway and parameters are found in turn
+# covariance of sway and parameters are estimated in turn
 ROUNDS = 3
 # fewest trials whose scatter is Type A
 FEWEST_TRIALS = 4
-# sources that this module adds to those of the signals
+# sources that this module adds to the sources of the signals
 WINDOW, REFLEX_ONSET, DISCREPANCY = "window_s", "reflex_onset_s", "model_discrepancy"
 
 
@@ -51,9 +51,9 @@ class FreeReflexOptions:
     Attributes
     ----------
     lowpass_cutoff_hz : float
-        Of all signals (Hz).
+        Cutoff of the low-pass of all signals (Hz).
     discrepancy, discrepancy_s : float
-        Standard deviation of d as a share of the largest torque of the response (-), and its length (s).
+        Standard deviation of d as a share of the largest torque of the response, and its length (s).
     reflex_Nm, reflex_after_s, reflex_speed_m_per_s : float
         Standard deviation of r (N·m) a time after t_r (s), at a speed of the belt (m/s).
     reflex_onset_s : float
@@ -86,7 +86,7 @@ class FreeReflexFit:
     budget : Budget
         Uncertainty of B and K.
     errors : FitErrors
-        Effect of each source on B and K with its sign (their units), for differences from other fits.
+        Effect of each source on B and K with its sign, for differences from other fits.
     window_s, reflex_onset_s : float
         Window and t_r (s).
     windows : ndarray, shape (w, 3)
@@ -125,15 +125,15 @@ def fit_free_reflex(
     window_s : float
         Length of the fitted window from the onset (s).
     options : FreeReflexOptions
-        Choices (units in their names).
+        Options of the analysis.
     sources : list of Source
-        What is not known exactly (its unit in its name); those that move no signal of the trials are ignored.
+        Uncertain constants (unit in the name); sources that move no signal of the trials are ignored.
     draws : int
-        Number of resampled sets of responses (-).
+        Number of resampled sets of responses.
     rng : numpy.random.Generator
         Draws them.
     reflex_onset_s : float, optional
-        t_r (s); that of the options if left out.
+        t_r (s); from the options if left out.
 
     Returns
     -------
@@ -180,7 +180,7 @@ def fit_free_reflex(
 
 
 def inside_window(time: np.ndarray, window_s: float) -> np.ndarray:
-    """Samples of the window (s), with those into which the filter spreads the onset, shape (n,) (-)."""
+    """Samples of the window (s), including those to which the filter spreads the onset, shape (n,)."""
     return (time >= -FILTER_WIDTH_S - 1e-9) & (time <= window_s + 1e-9)
 
 
@@ -269,8 +269,8 @@ def _windows(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Window, B and K every 10 ms, shape (w, 3), and root of the covariance by the window, shape (w, 2).
 
-    Windows differ by what scatter and the other sources do to one and not to the other, too. This is counted
-    there: only the spread beyond it is that of the choice.
+    Scatter and the other sources also make windows differ, and are counted there. Only the spread beyond
+    them counts as the effect of the window.
     """
     low, high = options.windows_s
     lengths = np.linspace(low, high, max(2, round((high - low) / 0.01) + 1)).tolist()
@@ -302,7 +302,7 @@ def _resampled(
 
 
 def _scatter(fit: GeneralisedFit, resampled: np.ndarray, responses: int) -> tuple[np.ndarray, float]:
-    """Type A of B and K, and its degrees of freedom (-)."""
+    """Type A of B and K, and its degrees of freedom."""
     trials = len(fit.information)
     if trials >= FEWEST_TRIALS:
         left_out = fit.without_each()

@@ -1,7 +1,7 @@
 """Effect of each source of uncertainty on B and K of a fit of mean responses, and on differences of fits.
 
-To first order, with the weights of the fit kept. Signs, draws and single responses are kept, too, so that of
-two fits of the same trials only what is not common to both remains in their difference.
+Effects are of first order, with the weights of the fit kept. Signs, draws and single responses are kept as
+well, so that errors common to two fits of the same trials cancel in their difference.
 """
 
 from dataclasses import dataclass
@@ -30,14 +30,14 @@ class FitErrors:
     parameters : ndarray, shape (2,)
         B (N·m·s/rad) and K (N·m/rad).
     scatter : ndarray, shape (responses, 2)
-        Share of every response in the error, scaled so that the sum of squares is the variance (their units).
+        Share of every response in the error, scaled so that the sum of squares is the variance.
     freedom : float
-        Its degrees of freedom (-).
+        Its degrees of freedom.
     contributions : dict of str to ndarray, shape (k, 2)
-        Source -> root of its covariance (their units).
+        Source -> root of its covariance.
     discrepancy : ndarray, shape (trials, n, 2)
         For each trial, root of the covariance by a misfit of the rig's model of the size of its largest
-        torque (their units).
+        torque.
     """
 
     parameters: np.ndarray
@@ -47,7 +47,7 @@ class FitErrors:
     discrepancy: np.ndarray
 
     def minus(self, other: "FitErrors") -> "FitErrors":
-        """Errors of the difference from another fit of the same trials and sources (their units)."""
+        """Errors of the difference from another fit of the same trials and sources."""
         n = max(self.discrepancy.shape[1], other.discrepancy.shape[1])
         nothing = np.zeros((1, 2))
         return FitErrors(
@@ -62,18 +62,18 @@ class FitErrors:
         )
 
     def variance(self, discrepancy: float) -> np.ndarray:
-        """Variance by scatter, sources, and a share (-) of misfit that is common to all trials, shape (2,).
+        """Variance by scatter, sources, and a share of misfit that is common to all trials, shape (2,).
 
-        Squares of the units of B and K.
+        In squared units of B and K.
         """
         rows = [self.scatter, *self.contributions.values(), discrepancy * self.discrepancy.sum(axis=0)]
         return sum((x**2).sum(axis=0) for x in rows)
 
 
 def _padded(rows: np.ndarray, most: int) -> np.ndarray:
-    """Root of a covariance for every trial, shape (trials, n, 2), with rows of 0 up to so many.
+    """Root of a covariance for every trial, shape (trials, n, 2), padded with rows of 0 to ``most`` rows.
 
-    Roots of a process in windows that begin together are Cholesky factors: row k is of the same deviate.
+    Roots of a process in windows that begin together are Cholesky factors: row k belongs to the same deviate.
     """
     return np.pad(rows, ((0, 0), (0, most - rows.shape[1]), (0, 0)))
 
@@ -95,9 +95,9 @@ def fit_errors(
     fit, records : GeneralisedFit, list of Record
         The fit of their means, and what it was fitted to (N·m·s/rad, N·m/rad).
     inside : ndarray of bool, shape (n,)
-        Samples of the window (-).
+        Samples of the window.
     sources : list of Source
-        What is not known exactly (units in their names); those that move no signal are ignored.
+        Uncertain constants; sources that move no signal are ignored.
     discrepancy_s : float
         Length of the misfit (s).
 
@@ -142,9 +142,9 @@ def _of_signals(
     contributions = {}
     for source in sources:
         if source.name in trials[0].slopes:
-            moved = [source.standard_uncertainty * trial.slopes[source.name][inside] for trial in trials]
+            errors = [source.standard_uncertainty * trial.slopes[source.name][inside] for trial in trials]
             changes = sensitivity(
-                fit, records, [m[:, TORQUE] for m in moved], [m[:, [ANKLE_D, ANKLE]] for m in moved]
+                fit, records, [m[:, TORQUE] for m in errors], [m[:, [ANKLE_D, ANKLE]] for m in errors]
             )
             contributions[source.name] = changes[None]
     return contributions
@@ -157,8 +157,8 @@ def _of_treadmill(
     shared = min((len(trial.draws) for trial in trials), default=0)
     if shared < 2:
         return {}
-    moved = sensitivity(fit, records, [trial.draws[:shared, inside] for trial in trials])
-    return {TREADMILL: root_of_draws(moved)}
+    errors = sensitivity(fit, records, [trial.draws[:shared, inside] for trial in trials])
+    return {TREADMILL: root_of_draws(errors)}
 
 
 def _of_discrepancy(

@@ -2,8 +2,8 @@
 
 The estimator with a free reflex torque uses the first milliseconds of a response, where inertia and
 friction of the belt dominate. All signals are low-pass filtered alike at a higher cutoff, and two terms of
-the torque are computed in another way than at 20 Hz: the acceleration of the feet is that of the belt by its
-encoder, because noise grows with frequency, and the friction of the belt follows the vertical force at each
+the torque are computed in another way than at 20 Hz. The acceleration of the feet comes from the belt's
+encoder, because noise grows with frequency. The friction of the belt follows the vertical force at each
 instant instead of the weight.
 """
 
@@ -26,13 +26,13 @@ from tepsipe.treadmill.registry import FittedModel
 from tepsipe.treadmill.trial_recordings import COMPONENTS, recordings_of_loads
 
 SIGNALS = ("torque", "ankle", "ankle_d")
-# soft tissue on the shank: natural frequency (Hz) and damping ratio (-) of the one that is propagated
+# soft tissue on the shank: natural frequency (Hz) and damping ratio, as propagated
 # (Wakeling & Nigg 2001: 10 to 20 Hz while the muscles are relaxed)
 TISSUE_HZ, TISSUE_DAMPING = 12.0, 0.3
 # belt speed at which the size of the tissue's motion is stated (m/s)
 TISSUE_SPEED = 0.5
 STEP_M = 1e-4
-# other frequencies, lower and higher by this, show what the frequency does (Hz)
+# offset to lower and higher frequencies, for the sensitivity to the frequency (Hz)
 TISSUE_STEP_HZ = 1.0
 # sources of Type B that move the signals, with the unit in which they deviate
 SOURCES = (
@@ -70,7 +70,7 @@ class FreeBody:
     belt_dd : ndarray, shape (n,)
         Acceleration of the belt (m/s²).
     tissue : ndarray, shape (n, 3)
-        Change of the shank's angle (rad/m) and of the centre (-) per metre of motion of the soft tissue.
+        Change of the shank's angle (rad/m) and of the centre per metre of motion of the soft tissue.
     near : tuple of 2 ndarray, shape (n, 3)
         The same of soft tissue with a lower and a higher frequency, see `TISSUE_STEP_HZ`.
     skins_m : tuple of 3 float
@@ -104,7 +104,7 @@ class FreeBody:
             Source, one of `SOURCES`, -> deviation from what is assumed: of the centre of the joint in the
             shank (m), of the forces' clock (s), of the soft tissue at a pulse of 0.5 m/s (m) and of its
             frequency (Hz), of the height of the plate's axes (m); relative for mass, scales and rotations;
-            part of the vertical force in the fore-aft one (-).
+            part of the vertical force in the fore-aft one.
         """
         off = dict.fromkeys(SOURCES, 0.0) | dict(deviations or {})
         skin_m, lower_m, higher_m = self.skins_m
@@ -125,17 +125,17 @@ class FreeBody:
         feet = self.person.feet
         scale = 1.0 + off["foot_mass"]
         # the feet move with the belt: their other accelerations are noise at this cutoff
-        moved = np.column_stack([self.belt_dd, np.zeros_like(self.belt_dd)])
+        acceleration = np.column_stack([self.belt_dd, np.zeros_like(self.belt_dd)])
         torque = standing_torque(
             Feet(scale * feet.mass_kg, scale * feet.inertia_kgm2),
             self.person.body.gravity_m_per_s2,
             plate,
             self.centre + shift + wobble[:, 1:],
             self.foot_com,
-            moved,
+            acceleration,
             np.zeros_like(self.belt_dd),
         )
-        # a foot is not rigid: its markers see a part of the rotation below the ankle
+        # a foot is not rigid: its markers follow part of the rotation below the ankle
         foot = (1.0 + off["foot_rotation"]) * self.foot
         ankle = (1.0 + off["marked_rotation"]) * (shank - foot)
         return np.column_stack([torque, ankle, derivative(self.time, ankle)])
@@ -155,13 +155,13 @@ def free_body(
     standing : StandingTrial
         The trial with the filter of all signals (s).
     options : StandingOptions
-        Choices (units in their names).
+        Options of the analysis.
     lowpass : Lowpass
         Filter of all signals here (Hz).
     models : dict of str to FittedModel
         Component, Fy or Mx -> treadmill model; empty for the loads as measured.
     offset_m : ndarray, shape (2,)
-        Of the joint's centre from the assumed one, anterior and longitudinal in the shank (m).
+        Offset of the joint's centre from the assumed one, anterior and longitudinal in the shank (m).
 
     Returns
     -------
@@ -171,7 +171,7 @@ def free_body(
     Raises
     ------
     InputError
-        If the belt or a marker is not in the trial, or the rate is not that of the calibration.
+        If the belt or a marker is not in the trial, or the rate differs from the calibration.
     """
     prepared = standing.prepared.behind(lowpass)
     time, rate, person, labels = prepared.time, prepared.rate_hz, options.person, prepared.markers
@@ -194,16 +194,16 @@ def free_body(
     peak = float(np.abs(standing.belt_velocity).max())
     tissues = []
     for hz in tissue_frequencies():
-        moved = positions.copy()
-        moved[..., 0] += STEP_M * tissue_motion(positions, labels, person, belt_dd, peak, rate, hz)
-        moved_poses = segment_poses(moved, labels, person, origin)
-        changed = [moved_poses[key] - poses[key] for key in ("shank", "ankle_point")]
+        shifted = positions.copy()
+        shifted[..., 0] += STEP_M * tissue_motion(positions, labels, person, belt_dd, peak, rate, hz)
+        shifted_poses = segment_poses(shifted, labels, person, origin)
+        changed = [shifted_poses[key] - poses[key] for key in ("shank", "ankle_point")]
         tissues.append(advanced(time, np.column_stack(changed) / STEP_M, standing.delay_s))
     poses = {key: advanced(time, x, standing.delay_s) for key, x in poses.items()}
     used = {c: loads[c] for c in COMPONENTS}
     draws = np.empty((0, time.size))
     if models:
-        # the constants are those of a frame and of friction, not of a filter
+        # the constants belong to a frame and to friction, not to a filter
         models = {c: replace(m, lowpass=lowpass) for c, m in models.items()}
         compensated = compensated_loads(models, recordings)
         by_draw = compensated_draws(models, recordings)
@@ -230,7 +230,7 @@ def free_body(
 
 
 def tissue_frequencies() -> tuple[float, float, float]:
-    """Frequency that the soft tissue is taken to have, a lower and a higher one (Hz)."""
+    """Assumed frequency of the soft tissue, and a lower and a higher one (Hz)."""
     return TISSUE_HZ, TISSUE_HZ - TISSUE_STEP_HZ, TISSUE_HZ + TISSUE_STEP_HZ
 
 
@@ -243,10 +243,11 @@ def tissue_motion(
     rate_hz: float,
     tissue_hz: float = TISSUE_HZ,
 ) -> np.ndarray:
-    """Motion along the belt of the soft tissue below the shank's own markers, shape (n, markers) (-).
+    """Motion of the soft tissue along the belt below the shank's own markers, shape (n, markers).
 
-    A mass on a spring over the bone, which accelerates as the marker does: near the knee less than near the
-    ankle. Tissue that accelerates as the belt does moves by 1 at `TISSUE_SPEED`. Other markers do not move.
+    The tissue is a mass on a spring over the bone, which accelerates like the marker: less near the knee than
+    near the ankle. Tissue that accelerates like the belt moves by 1 at `TISSUE_SPEED`. Other markers do not
+    move.
 
     Parameters
     ----------
@@ -255,7 +256,7 @@ def tissue_motion(
     labels : list of str
         Names of the markers.
     person : Person
-        Which markers are on the shank.
+        Person with the markers of the shank.
     belt_dd : ndarray, shape (n,)
         Acceleration of the belt (m/s²).
     peak_m_per_s, rate_hz, tissue_hz : float

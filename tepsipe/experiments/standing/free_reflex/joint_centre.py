@@ -5,11 +5,11 @@ above it moves over the foot, as the ankle angle phi changes, at
 
     dy / dphi = l cos(phi) - a sin(phi),     dz / dphi = -a cos(phi) - l sin(phi)
 
-so a point that was assumed to be the centre shows by its motion how far it is from it (Schwartz & Rozumalski
-2005: functional joint centres). In quiet sway soft tissue follows the bone and the displacement is that of
-the joint. After a perturbation it does not: the two centres differ by the wobble of the skin. A marker
-on the malleolus slips as the ankle turns, so the centre is found by the own markers of shank and foot, where
-each has two; the two apparent centres are compared with that marker, whose slip is in both.
+so the motion of the assumed centre reveals its offset from the true one (Schwartz & Rozumalski 2005:
+functional joint centres). In quiet sway soft tissue follows the bone, and the offset is the joint's. After a
+perturbation it does not: the two centres differ by the wobble of the skin. A marker on the malleolus slips as
+the ankle turns, so the centre is found from the markers that belong to shank or foot alone, where each has
+two. The two apparent centres are compared including that marker, whose slip is in both.
 """
 
 from dataclasses import dataclass, replace
@@ -23,26 +23,26 @@ from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.resampling import runs_of
 
-# below it lies the sway of quiet standing, above it the noise of the markers (Hz)
+# cutoff between the sway of quiet standing and the noise of the markers (Hz)
 SWAY_HZ = 3.0
 # shortest stretch of quiet standing (s), and fewest stretches
 STRETCH_S, FEWEST = 1.0, 3
-# rotation of the forefoot over that of the hindfoot on a foot that gives way: halfway between a forefoot that
-# stays flat on the belt and a rigid foot (-); Kern et al. (2019)
+# rotation of the forefoot over the hindfoot's on a compliant foot: halfway between a forefoot that
+# stays flat on the belt and a rigid foot; Kern et al. (2019)
 FOREFOOT_SHARE = 0.5
 
 
 @dataclass(frozen=True)
 class JointCentre:
-    """Where the centre of the ankle lies.
+    """Position of the centre of the ankle.
 
     Attributes
     ----------
     offset_m : ndarray, shape (2,)
-        Of the centre from the assumed one: anterior, longitudinal, in the shank as all its markers show it
+        Centre relative to the assumed one: anterior, longitudinal, in the shank as all its markers show it
         (m).
     moving_m : ndarray, shape (2,)
-        Where all markers of the shank see it, with the slip of those that it shares with the foot (m).
+        Position by all markers of the shank, including the slip of markers shared with the foot (m).
     own_m : ndarray, shape (2,)
         In the shank as its own markers show it (m).
     standard_error_m : ndarray, shape (2,)
@@ -50,7 +50,7 @@ class JointCentre:
     sway_rad, foot_rad : float
         Standard deviation of the ankle angle and of the foot's in quiet standing (rad).
     stretches : int
-        Number of stretches of quiet standing, or of perturbations (-).
+        Number of stretches of quiet standing, or of perturbations.
     """
 
     offset_m: np.ndarray
@@ -63,9 +63,9 @@ class JointCentre:
 
 
 def relative_motion(
-    positions: np.ndarray, labels: list[str], person: Person, *, own: bool = False
+    positions: np.ndarray, labels: list[str], person: Person, *, exclusive: bool = False
 ) -> np.ndarray:
-    """Ankle angle (rad), and place of the assumed centre, fixed in the shank, in axes of the foot (m).
+    """Ankle angle (rad), and position of the assumed centre, fixed in the shank, in axes of the foot (m).
 
     Parameters
     ----------
@@ -75,8 +75,8 @@ def relative_motion(
         Names of the markers.
     person : Person
         Layout of the markers (m). The foot is located by its own ones, if it has two.
-    own : bool
-        Whether the shank is located by its own markers only, if it has two (-).
+    exclusive : bool
+        Whether the shank is located by its own markers only, if it has two.
 
     Returns
     -------
@@ -84,8 +84,8 @@ def relative_motion(
         phi (rad), y, z (m), angle of the foot (rad).
     """
     foot_angle, carried = hindfoot(positions, labels, person)
-    if own:
-        shank = _own_pose(positions, labels, person.shank, person.foot, np.zeros(2))
+    if exclusive:
+        shank = _exclusive_pose(positions, labels, person.shank, person.foot, np.zeros(2))
     else:
         columns = [labels.index(label) for label in person.shank.labels]
         shank = fit_rigid_segment(positions[:, columns], person.shank.layout_m, np.zeros(2))
@@ -97,7 +97,7 @@ def relative_motion(
 
 
 def hindfoot(positions: np.ndarray, labels: list[str], person: Person) -> tuple[np.ndarray, np.ndarray]:
-    """Rotation of the hindfoot (rad), shape (n,), and the assumed centre that it carries (m), shape (n, 2).
+    """Rotation of the hindfoot (rad), shape (n,), and the assumed centre fixed in it (m), shape (n, 2).
 
     A marker ahead of the ankle rotates with the forefoot, by `FOREFOOT_SHARE` of the hindfoot's angle. The
     angles are small.
@@ -113,32 +113,32 @@ def hindfoot(positions: np.ndarray, labels: list[str], person: Person) -> tuple[
         two of its own.
     """
     segment = person.foot
-    places = _own(segment, person.shank)
+    places = _exclusive_markers(segment, person.shank)
     layout = segment.layout_m[places]
     share = np.where(layout[:, 0] > 0.0, FOREFOOT_SHARE, 1.0)
     columns = np.zeros((len(places), 2, 3))
     columns[:, 0, 0] = columns[:, 1, 1] = 1.0
     columns[:, 0, 2], columns[:, 1, 2] = share * layout[:, 1], -share * layout[:, 0]
-    moved = positions[:, [labels.index(segment.labels[k]) for k in places]] - layout
-    pose = moved.reshape(len(moved), -1) @ np.linalg.pinv(columns.reshape(-1, 3)).T
+    displacement = positions[:, [labels.index(segment.labels[k]) for k in places]] - layout
+    pose = displacement.reshape(len(displacement), -1) @ np.linalg.pinv(columns.reshape(-1, 3)).T
     return pose[:, 2], pose[:, :2]
 
 
-def _own(segment: SegmentMarkers, other: SegmentMarkers) -> list[int]:
-    """Markers of a segment that are not on another; all of them if less than two are."""
+def _exclusive_markers(segment: SegmentMarkers, other: SegmentMarkers) -> list[int]:
+    """Markers of a segment that are not on another one; all of them if fewer than two are."""
     places = [k for k, label in enumerate(segment.labels) if label not in other.labels]
     return places if len(places) >= 2 else list(range(len(segment.labels)))
 
 
-def _own_pose(
+def _exclusive_pose(
     positions: np.ndarray,
     labels: list[str],
     segment: SegmentMarkers,
     other: SegmentMarkers,
     point: np.ndarray,
 ) -> SegmentPose:
-    """Pose of a segment by its own markers; by all of them if it has less than two of its own."""
-    places = _own(segment, other)
+    """Pose of a segment by the markers that belong to it alone; by all if there are fewer than two."""
+    places = _exclusive_markers(segment, other)
     columns = [labels.index(segment.labels[k]) for k in places]
     return fit_rigid_segment(positions[:, columns], segment.layout_m[places], point)
 
@@ -164,7 +164,7 @@ def _centre(pieces: list[np.ndarray], mean_angle: float) -> JointCentre:
 
 
 def _turn(angle: float) -> np.ndarray:
-    """From the slopes of a point that was assumed to be the centre, to where the centre is, shape (2, 2)."""
+    """Matrix from the slopes of the assumed centre to the position of the centre, shape (2, 2)."""
     cosine, sine = np.cos(angle), np.sin(angle)
     return np.array([[sine, cosine], [-cosine, sine]])
 
@@ -181,9 +181,9 @@ def centre_from_sway(
     person : Person
         Layout of the markers, which defines the assumed centre (m).
     unperturbed : ndarray of bool, shape (n,)
-        Samples of quiet standing (-).
+        Samples of quiet standing.
     hidden : ndarray of bool, shape (n, markers)
-        True where a marker was hidden (-).
+        True where a marker was hidden.
 
     Returns
     -------
@@ -199,14 +199,14 @@ def centre_from_sway(
         return None
     seen = []
     for alone in (True, False):
-        motion = relative_motion(slow, labels, person, own=alone)
+        motion = relative_motion(slow, labels, person, exclusive=alone)
         pieces = [motion[a:b] for a, b in long]
         seen.append(_centre(pieces, float(np.mean([piece[:, 0].mean() for piece in pieces]))))
     by_shank, whole_shank = seen
     # the same point in the shank as all markers show it: on average over quiet standing
     columns = [labels.index(label) for label in person.shank.labels]
     whole = fit_rigid_segment(slow[unperturbed][:, columns], person.shank.layout_m, np.zeros(2))
-    pose = _own_pose(slow[unperturbed], labels, person.shank, person.foot, by_shank.offset_m)
+    pose = _exclusive_pose(slow[unperturbed], labels, person.shank, person.foot, by_shank.offset_m)
     y, z = (pose.point - whole.point).T
     cosine, sine = np.cos(whole.angle), np.sin(whole.angle)
     offset = np.array([np.mean(y * cosine - z * sine), np.mean(y * sine + z * cosine)])
@@ -234,10 +234,10 @@ def centre_from_pulses(motion: np.ndarray, mean_angle: float) -> JointCentre:
 def tissue_from_pulses(
     motion: np.ndarray, pattern: np.ndarray, own_m: np.ndarray, mean_angle: float
 ) -> float:
-    """Motion of the soft tissue in the responses to perturbations, in units of a pattern (-).
+    """Motion of the soft tissue in the responses to perturbations, in units of a pattern.
 
-    What a joint about the centre of quiet sway does not explain of the shank's motion over the foot is fitted
-    by the pattern.
+    The pattern is fitted to the part of the shank's motion over the foot that a joint about the centre of
+    quiet sway does not explain.
 
     Parameters
     ----------

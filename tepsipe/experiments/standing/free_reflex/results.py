@@ -38,11 +38,11 @@ class FreeReflexChoices:
     pathway : str
         Torque that is fitted.
     options : FreeReflexOptions
-        Choices (units in their names).
+        Options of the analysis.
     sources : dict of str to Source
-        What is not known exactly (units in their names).
+        Uncertain constants.
     draws, seed : int
-        Number of resampled sets of responses, and seed of the study (-).
+        Number of resampled sets of responses, and seed of the study.
     """
 
     pathway: str
@@ -53,7 +53,7 @@ class FreeReflexChoices:
 
     @classmethod
     def from_settings(cls, pathway: str, options: dict, uncertainty: dict, draws: int, seed: int) -> Self:
-        """Choices of a study: attributes of `FreeReflexOptions`, and sources (units in their names)."""
+        """Choices of a study: attributes of `FreeReflexOptions`, and sources."""
         windows = tuple(options["windows_s"])
         chosen = FreeReflexOptions(**options | {"windows_s": windows})
         return cls(pathway, chosen, sources_of(uncertainty), draws, seed)
@@ -78,11 +78,11 @@ def fit_free(
     estimators : dict of str to StandingEstimator
         Name -> estimator (s); those with another active torque are passed over.
     choices : FreeReflexChoices
-        Pathway, options and sources (units in their names).
+        Pathway, options and sources.
     perturbations : int
-        Number of perturbations in the trials, usable or not (-).
+        Number of perturbations in the trials, usable or not.
     reflex_onset_s : float, optional
-        Earliest instant of a reflex torque (s); that of the options if left out.
+        Earliest instant of a reflex torque (s); from the options if left out.
 
     Returns
     -------
@@ -115,7 +115,7 @@ def fit_free(
 
 
 def _sources(trials: list[BroadbandEpochs], sources: dict[str, Source]) -> list[Source]:
-    """Sources of these trials: the centre of the joint is the palpated one where sway did not show it."""
+    """Sources of these trials; the joint's centre is the palpated one if sway did not determine it."""
     if PALPATED in sources and not all(trial.centre_used for trial in trials):
         felt = sources[PALPATED]
         swapped = [Source(n, felt.standard_uncertainty, felt.distribution, felt.freedom) for n in CENTRE]
@@ -130,7 +130,7 @@ def _pre_reflex(
     options: FreeReflexOptions,
     sources: list[Source],
 ) -> tuple[np.ndarray, Budget] | None:
-    """B and K in the first window without active torque less those of a fit, and the budget of this."""
+    """B and K in the first window without active torque less B and K of a fit, and the budget of this."""
     for estimator in estimators.values():
         plain = estimator.active == NONE and not estimator.inertia
         if plain and estimator.window_s <= options.windows_s[1]:
@@ -163,9 +163,9 @@ def reflex_onset(
     Parameters
     ----------
     latencies : list of MuscleLatency
-        Of the muscles with a response (s).
+        Latencies of the muscles with a response (s).
     action : dict of str to float
-        Muscles that act at the ankle (-).
+        Muscles that act at the ankle.
     detector : str
         Detector whose onset counts.
     options : FreeReflexOptions
@@ -194,10 +194,10 @@ def centre_facts(trials: list[BroadbandEpochs]) -> dict:
 
 
 def to_quote(trials: list[BroadbandEpochs], fits: Fits, chosen: dict[str, str]) -> bool:
-    """Whether the model of the treadmill is good enough for the recommended fit to be quoted.
+    """Test for a treadmill model that is good enough for the recommended fit to be quoted.
 
-    ``chosen`` has its ``pathway`` and ``estimator`` (no unit). Fits with another torque
-    of reflexes are always quoted.
+    ``chosen`` names its ``pathway`` and ``estimator``. Fits with another torque of reflexes are always
+    quoted.
     """
     fit = fits.get((chosen["pathway"], chosen["estimator"]))
     if fit is None or fit.budget is None:
@@ -206,7 +206,7 @@ def to_quote(trials: list[BroadbandEpochs], fits: Fits, chosen: dict[str, str]) 
 
 
 def budget_rows(rows: list[Estimate], fits: Fits) -> list[Contribution]:
-    """Rows of the table of budgets for the estimates of a trial or task (units in them)."""
+    """Rows of the table of budgets for the estimates of a trial or task."""
     contributions = []
     for (pathway, estimator), fit in fits.items():
         if fit.budget is not None:
@@ -246,7 +246,7 @@ def with_budgets(result: Result, fits: Fits) -> Result:
     return Result(result.arrays | arrays, result.units | units, {**result.facts, "budgets": facts})
 
 
-def _budget_of(result: Result, estimator: str) -> Budget:
+def _budget_from_result(result: Result, estimator: str) -> Budget:
     facts, start = result.facts["budgets"][estimator], f"budget/{estimator}/sources/"
     contributions = {
         key.removeprefix(start): rows for key, rows in result.arrays.items() if key.startswith(start)
@@ -258,10 +258,10 @@ def _budget_of(result: Result, estimator: str) -> Budget:
 def task_difference(
     name: str, more: Result, less: Result, critical_stiffness: float
 ) -> tuple[list[Estimate], list[Contribution]]:
-    """B and K of one task less those of another of the same person.
+    """Difference of B and K between two tasks of the same person.
 
-    What both tasks share, the joint's centre, the feet's mass, the plate, is subtracted source by source, so
-    the interval is sharper than the two of its parts suggest.
+    Sources common to both tasks (the joint's centre, the feet's mass, the plate) are subtracted source by
+    source, so the interval is narrower than the intervals of the two tasks suggest.
 
     Parameters
     ----------
@@ -275,7 +275,7 @@ def task_difference(
     Returns
     -------
     rows : list of Estimate
-        B, K and K over m g h (units in them), by every estimator with budgets in both tasks.
+        B, K and K over m g h, by every estimator with budgets in both tasks.
     contributions : list of Contribution
         Their budgets.
     """
@@ -285,7 +285,7 @@ def task_difference(
         if estimator not in of_less:
             continue
         values = more.arrays[f"budget/{estimator}/values"] - less.arrays[f"budget/{estimator}/values"]
-        budget = _shared(_budget_of(more, estimator), _budget_of(less, estimator))
+        budget = _shared(_budget_from_result(more, estimator), _budget_from_result(less, estimator))
         low, high = budget.interval(values)
         flags = dict.fromkeys([*of_more[estimator]["flags"], *of_less[estimator]["flags"]])
         estimates = [
@@ -305,7 +305,7 @@ def task_difference(
 
 
 def _shared(more: Budget, less: Budget) -> Budget:
-    """Budget of a difference; a source with another number of draws in each counts as two."""
+    """Budget of a difference; a source whose numbers of draws differ counts as two."""
     mine, theirs = dict(more.contributions), dict(less.contributions)
     for name in [n for n in mine if n in theirs and mine[n].shape != theirs[n].shape]:
         mine[name] = np.vstack([mine[name], theirs.pop(name)])

@@ -4,10 +4,10 @@
 
 for mean responses relative to unperturbed standing. phi is the ankle angle, tau the torque of both ankles.
 In the pre-reflex window, before the first reflex can generate force, tau_active is 0. Later the muscles
-contribute; `tepsipe.experiments.standing.muscle_torque` has the models of tau_active, with delays L, D and T.
+contribute; `tepsipe.experiments.standing.muscle_torque` defines models of tau_active, with delays L, D and T.
 
-Linear parameters follow from least squares; L, D and T are selected from a grid. The uncertainty is that of
-whole responses: perturbed and unperturbed responses are both resampled, torque and angle of each together.
+Linear parameters follow from least squares; L, D and T are selected from a grid. The bootstrap resamples
+whole responses, perturbed and unperturbed, with torque and angle of each kept together.
 """
 
 from dataclasses import dataclass
@@ -41,7 +41,7 @@ def _means(
 
     def parts(drawn: np.ndarray, usable: np.ndarray | float) -> np.ndarray:
         counted = drawn * usable
-        # a resampling without a usable response uses all of them
+        # a resampling without any usable response uses all responses
         counted = np.where(counted.sum(axis=1, keepdims=True) > 0.0, counted, counted[:1])
         return counted / counted.sum(axis=1, keepdims=True)
 
@@ -91,7 +91,7 @@ def fit_standing(
     options : ActiveOptions
         Delays that are tried (s), and the actions of the muscles.
     draws : int
-        Number of resampled sets of responses (-).
+        Number of resampled sets of responses.
     rng : numpy.random.Generator
         Draws them, identically for every estimator with a generator in the same state.
 
@@ -138,7 +138,7 @@ def fit_standing(
     intrinsic = regressors[0][:, : len(linear)] @ parameters[0][: len(linear)]
     curves = regression.curves(intrinsic, predicted)
     return StandingFit(
-        names=(*linear, *model.gains_of(muscles)),
+        names=(*linear, *model.gain_names(muscles)),
         parameters=parameters,
         delays=delays,
         vaf=100.0 * (1.0 - float(np.sum((torque[0] - predicted) ** 2) / np.sum(torque[0] ** 2))),
@@ -198,7 +198,7 @@ class _Regression:
         return _solve(regressors, self.torque[0], len(self.linear), self.model.by_muscle)
 
     def residual(self, delays: dict[str, float], muscles: tuple[str, ...]) -> np.ndarray:
-        """Torque that the model leaves of the responses themselves (N·m), shape (samples of all trials,)."""
+        """Residual torque of the responses themselves (N·m), shape (samples of all trials,)."""
         regressors = self.regressors(delays, muscles, slice(0, 1))[0]
         return self.torque[0] - regressors @ self.best(delays, muscles)
 
@@ -225,8 +225,8 @@ def _selected_delays(
 
     The profile of a delay is the smallest sum of squares S over the others. It rejects a value where S
     exceeds (1 + t^2 / nu) S_min, t Student's 97.5 % quantile at nu = n / (1 + 2 sum rho) - p degrees of
-    freedom. rho is the autocorrelation of the residuals, up to its first zero: neighbouring samples of
-    filtered signals, and of what the model lacks, say the same.
+    freedom. rho is the autocorrelation of the residuals, up to its first zero, because neighbouring samples
+    of filtered signals, and of model errors, are not independent.
     """
     grid = regression.model.grid(regression.options)
     residuals = [regression.residual(delays, muscles) for delays in grid]
@@ -248,7 +248,7 @@ def _selected_delays(
 
 
 def _at_bound(ranges: dict[str, tuple[float, float]], options: ActiveOptions) -> tuple[str, ...]:
-    """Those of T, L and D of which only the first or the last of several values tried is not rejected."""
+    """Parameters among T, L and D of whose values only the first or only the last is not rejected."""
     tried = options.tried
     return tuple(
         key

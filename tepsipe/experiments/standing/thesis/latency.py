@@ -39,7 +39,7 @@ class MuscleLatency:
     rectified : ndarray, shape (m,)
         Mean rectified electromyogram (uV).
     responses : int
-        Number of responses (-).
+        Number of responses.
     """
 
     muscle: str
@@ -57,7 +57,7 @@ def lengthening_speed(responses: StandingEpochs, lengthening: dict[str, float]) 
     responses : StandingEpochs
         Responses of a trial (rad/s).
     lengthening : dict of str to float
-        Joint, ankle or knee -> lengthening per angle (-).
+        Joint, ankle or knee -> lengthening per angle.
 
     Returns
     -------
@@ -95,7 +95,7 @@ def muscle_latency(
     muscle : str
         The muscle.
     lengthening : dict of str to float
-        Joint -> lengthening per angle (-).
+        Joint -> lengthening per angle.
     options : OnsetOptions
         Choices (s); every detector is applied.
     rng : numpy.random.Generator
@@ -118,8 +118,10 @@ def muscle_latency(
             continue
         speed = lengthening_speed(responses, lengthening)
         # until the belt returns
-        moved = np.abs(np.cumsum(responses.perturbed["belt_velocity"].mean(axis=0) * (responses.time >= 0.0)))
-        first = (responses.time >= 0.0) & (np.arange(moved.size) <= moved.argmax())
+        displacement = np.abs(
+            np.cumsum(responses.perturbed["belt_velocity"].mean(axis=0) * (responses.time >= 0.0))
+        )
+        first = (responses.time >= 0.0) & (np.arange(displacement.size) <= displacement.argmax())
         if speed[first].mean() > 0.0:
             stretching.append(responses)
     if not stretching:
@@ -164,7 +166,7 @@ def latency_estimates(condition: str, latency: MuscleLatency, source: Source | N
     latency : MuscleLatency
         Onsets (s).
     source : Source, optional
-        How well the start of a stretch that can be felt is known (s): Type B of every latency.
+        Uncertainty of the start of a perceptible stretch (s): Type B of every latency.
 
     Returns
     -------
@@ -183,7 +185,7 @@ def latency_estimates(condition: str, latency: MuscleLatency, source: Source | N
 
 
 def _row(about: tuple, onset: Onset, responses: int, source: Source | None) -> Estimate:
-    """A latency with its interval: that of the resampled ensembles, widened by Type B on both sides."""
+    """A latency with the interval of the resampled ensembles, widened by Type B on both sides."""
     if onset.standard_error_s is None or onset.interval_s is None or source is None:
         low, high = onset.interval_s or (None, None)
         error = onset.standard_error_s

@@ -41,7 +41,7 @@ def fit_all(
     draws: int,
     seed: int,
 ) -> tuple[Fits, list[str]]:
-    """Fit every estimator to every pathway, but those with a free reflex torque.
+    """Fit every estimator to every pathway, except those with a free reflex torque.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def fit_all(
     options : ActiveOptions
         Delays that are tried (s).
     draws, seed : int
-        Number of resampled sets of responses, and seed of the study (-).
+        Number of resampled sets of responses, and seed of the study.
 
     Returns
     -------
@@ -93,7 +93,7 @@ def fit_estimates(
     latencies: list[MuscleLatency],
     stretch: Source | None = None,
 ) -> list[Estimate]:
-    """Tidy rows of a trial or task (units in them).
+    """Tidy rows of a trial or task.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def fit_estimates(
     critical_stiffness : float
         m g h (N·m/rad).
     latencies : list of MuscleLatency
-        Of the muscles with a response (s).
+        Latencies of the muscles with a response (s).
     stretch : Source, optional
         Type B of the latencies (s).
 
@@ -142,7 +142,7 @@ def stiffness_by_window(
     options : ActiveOptions
         As for `fit_standing`.
     draws : int
-        Number of resampled sets of responses (-).
+        Number of resampled sets of responses.
     rng : numpy.random.Generator
         Draws them.
 
@@ -174,8 +174,8 @@ def over_sway(responses: StandingEpochs, pathway: str) -> dict[str, float]:
     -------
     dict of str to float
         ``angle_over_sway``, ``torque_over_sway``: median over responses of the peak ankle velocity, and of
-        the peak change of torque, within 0.3 s, relative to the standard deviation in unperturbed standing
-        (-).
+        the peak change of torque, within 0.3 s, relative to the standard deviation in unperturbed
+        standing.
     """
     near = (responses.time >= 0.0) & (responses.time <= 0.3)
     signals = {"angle_over_sway": "ankle_d", "torque_over_sway": f"torque/{pathway}"}
@@ -199,7 +199,7 @@ def trial_epochs_result(standing: StandingTrial, responses: StandingEpochs, torq
     responses : StandingEpochs
         Responses cut from them.
     torques : dict of str to str
-        Role -> pathway, for the torques that Figure 4-13 shows: as_printed and recommended (no unit).
+        Role -> pathway, for the torques that Figure 4-13 shows: as_printed and recommended.
 
     Returns
     -------
@@ -236,9 +236,9 @@ def standing_result(
     recommended : str
         Pathway whose curves are stored.
     latencies : list of MuscleLatency
-        Of the muscles with a response (s), for a task.
+        Latencies of the muscles with a response (s), for a task.
     facts : dict
-        Further facts (units in the keys).
+        Further facts.
     windows : ndarray, shape (windows, 4), optional
         From `stiffness_by_window` (s, N·m/rad), for a task.
 

@@ -1,1 +1,0 @@
-"""The numbers of the report as text, one module per chapter."""

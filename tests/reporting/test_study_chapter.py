@@ -1,0 +1,160 @@
+"""Conditions and sentences that every report may have: claims, cells, estimates to quote, provenance."""
+
+import pytest
+from study_chapter_builders import CLAIM, PROVENANCE, estimate, study_content, study_run
+from typst_builders import chapter_words, evaluated
+
+from tepsipe.reporting.chapters import study
+from tepsipe.reporting.chapters.study import digest_of, provenance_of
+from tepsipe.reporting.ledger import VERDICTS
+
+REPORTED = {"reported": {"slips": []}, "experiments": {"dummy": list("abcd")}}
+
+
+def compared(missing=False):
+    """A run with three recommended estimates: one covers its truth, two miss it, one of these with a flag."""
+    rows = [
+        estimate(
+            experiment="dummy", condition=c, recommended=c != "d", flags="lack-of-fit" if c == "c" else ""
+        )
+        for c in "abcd"
+    ]
+    keys = ("experiment", "condition", "pathway", "estimator", "quantity")
+    covered = ("true", "false", "false", "true")
+    recovery = [
+        {key: row[key] for key in keys} | {"covered": c} for row, c in zip(rows, covered, strict=True)
+    ]
+    tables = {"estimates": rows} | ({} if missing else {"recovery": recovery})
+    return study_run(tables, **REPORTED)
+
+
+def told(run, *places):
+    """Sentences of places, as text."""
+    asked = [f'told("{place}").map(it => plain(it).trim()).join(" ")' for place in places]
+    return evaluated(asked, "findings.typ", *study_content(run))
+
+
+@pytest.mark.parametrize(
+    ("predicate", "usual", "contrary"),
+    [
+        (study.truth_of_recommended_known, compared(), compared(missing=True)),
+        (study.recommended_flagged, compared(), study_run({"estimates": [estimate(flags="at-bound")]})),
+    ],
+)
+def test_conditions_hold_in_a_usual_run_and_not_in_a_contrary_one(predicate, usual, contrary):
+    assert (predicate(usual), predicate(contrary)) == (True, False)
+
+
+def test_studies_without_the_thesis_have_no_summary():
+    run = compared()
+    assert not study.truth_of_recommended_known(study_run(run.tables, **(REPORTED | {"reported": None})))
+    assert not study.truth_of_recommended_known(study_run(run.tables, **(REPORTED | {"experiments": {}})))
+
+
+def test_recommended_estimates_are_counted_once_each():
+    (summary,) = told(compared(), "summary")
+    assert "intervals of 1 of 3 recommended estimates contain it." in summary
+    assert "Checks warn of 1 of them, and 1 miss the truth without a warning" in summary
+    assert told(compared(missing=True), "summary") == [None]
+
+
+def test_verdicts_are_counted_and_named_in_the_same_order_everywhere():
+    assert evaluated(["verdicts"], "verdict_values.typ") == [list(VERDICTS)]
+    verdicts = ["reproduced", "fitted", "predicted", "explained", "not reproduced", "not computed"]
+    claims = [CLAIM | {"verdict": verdict} for verdict in [*verdicts, "fitted"]]
+    rows = [{"table": "table_4_2", "row": "K", "column": "a", "verdict": verdict} for verdict in verdicts]
+    claimed, cells = told(study_run({"claims": claims, "cells": rows}), "abstract_claims", "abstract_cells")
+    assert claimed.startswith("Of the 7 claims of the thesis, 1 are reproduced, 2 fitted (their numbers")
+    assert "and 1 not reproduced; 1 were not computed" in claimed
+    assert "Of the 6 printed cells of Tables 4-1 to 4-4, 4 lie within" in cells
+    assert "were not computed" not in told(study_run({"claims": claims[:5]}), "abstract_claims")[0]
+    assert told(study_run({}), "abstract_claims", "abstract_cells") == [None, None]
+
+
+@pytest.mark.parametrize(
+    ("reported", "found", "tolerance", "shown"),
+    [
+        (10.0, 9.6, "0.5", ["10", "9.60", "0.5"]),
+        (10.0, 10.004, "0.5", ["10", "10", "0.5"]),
+        (0.0998, 0.09611426, "0.02", ["0.0998", "0.09611", "0.02"]),
+        (-0.25, -0.2512, "below", ["< \N{MINUS SIGN}0.25", "\N{MINUS SIGN}0.251", ""]),
+        (5.0, "", "above", ["> 5", "\N{EN DASH}", ""]),
+    ],
+)
+def test_a_claim_has_one_digit_more_than_the_thesis_printed(reported, found, tolerance, shown):
+    row = CLAIM | {"reported": reported, "reproduced": found, "tolerance": tolerance}
+    asked = ["(claims.first().reported, claims.first().found, claims.first().tolerance)"]
+    assert evaluated(asked, "verdict_values.typ", *study_content(study_run({"claims": [row]}))) == [shown]
+
+
+def test_rows_of_noise_are_told_by_their_cells():
+    def cell(row, verdict, column="tau"):
+        return {"table": "table_4_4", "row": row, "column": column, "verdict": verdict}
+
+    rows = [cell("I", "reproduced"), cell("SEM_K", "not reproduced"), cell("K", "explained")]
+    rows += [cell("K", "not reproduced", "theta"), cell("SEM_K", "reproduced", "none")]
+    data = study_content(study_run({"cells": rows}))
+    kinds = {"all": "I", "some": "K", "none": "SEM of K"}
+    assert evaluated(["noisy-rows()"], "verdict_values.typ", *data) == [kinds]
+    assert evaluated(["noisy-rows()"], "verdict_values.typ") == [None]
+
+
+def test_flagged_estimates_are_counted():
+    rows = [
+        estimate(experiment="dummy", condition=c, quantity=q, flags=f)
+        for c, q, f in (("a", "K", ""), ("b", "K", "at-bound;undefined"), ("a", "B", ""))
+    ]
+    words = chapter_words("title", *study_content(study_run({"estimates": rows})))
+    assert "Flagged estimates. 1 of 3 estimates failed a check" in words
+    assert "at-bound (1): a parameter lies" in words and "undefined (1): the value" in words
+    unflagged = study_run({"estimates": [row | {"flags": ""} for row in rows]})
+    assert "failed a check" not in chapter_words("title", *study_content(unflagged))
+    # only of estimates that are to be quoted, in words that say what to look at
+    assert told(study_run({"estimates": rows}), "warnings") == [None]
+    (quoted,) = told(study_run({"estimates": [row | {"recommended": True} for row in rows]}), "warnings")
+    assert quoted.startswith("Look at these first. 1 of the 3 recommended estimates failed a check.")
+    assert "K of the dummy (b): a parameter lies at a bound of its search: widen the bound" in quoted
+    assert "K of the dummy (b): the value is not a finite number" in quoted
+    rows = [
+        estimate(condition=c, quantity=q, flags="at-bound", recommended=True) for c in "abcde" for q in "BK"
+    ]
+    (quoted,) = told(study_run({"estimates": rows}), "warnings")
+    assert "K and B of the position-controlled manipulator (a, b, c, d and 1 more)" in quoted
+
+
+@pytest.mark.parametrize(
+    ("engine", "shown"),
+    [
+        ({"name": "mujoco", "version": "4.0.0"}, ["mujoco 4.0.0"]),
+        (None, []),  # a study without simulations
+    ],
+)
+def test_provenance_names_the_engine_that_ran(engine, shown):
+    (facts,) = evaluated(
+        ["facts"], "provenance_values.typ", *study_content(study_run({}, {"engine": engine}))
+    )
+    assert [text for name, text in facts if name == "Engine of the simulations"] == shown
+    assert ["Python", "3.13.0"] in facts and ["Commit", "abc"] in facts
+
+
+@pytest.mark.parametrize(
+    ("commit", "modified", "shown"),
+    [("abc", True, "abc, with uncommitted changes"), (None, None, "not a git checkout")],
+)
+def test_provenance_names_the_commit(commit, modified, shown):
+    run = study_run({}, {"commit": commit, "modified": modified})
+    (facts,) = evaluated(["facts"], "provenance_values.typ", *study_content(run))
+    assert facts[0] == ["Commit", shown]
+
+
+def test_digest_does_not_depend_on_the_order_of_the_files():
+    files = [{"file": "b", "sha256": "2"}, {"file": "a", "sha256": "1"}]
+    assert digest_of(files) == digest_of(files[::-1])
+    assert digest_of(files) != digest_of([{"file": "b", "sha256": "3"}, files[1]])
+    printed = provenance_of(PROVENANCE | {"raw_files": {"dummy/a": {"log": files[0], "markers": files[1]}}})
+    assert [(d["of"], d["files"]) for d in printed["digests"]] == [
+        ("Files of the study", 1),
+        ("Raw files", 2),
+    ]
+    assert printed["digests"][1]["sha256"] == digest_of(files)
+    assert printed["files"] == {"sheet": "a.tsv"} and "raw_files" not in printed
