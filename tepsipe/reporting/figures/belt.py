@@ -11,6 +11,9 @@ from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 from tepsipe.reporting.figures.weight import MODEL_COLOURS
 from tepsipe.treadmill.calibration import MODEL_SCORES, ModelScore
 
+# length of the calibration that is drawn (s), and points of a curve with narrow lines
+SHOWN_S, POINTS = 6.0, 900
+
 
 def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
     """Figures of a treadmill's calibration (``fit``) and of the scores of its models."""
@@ -21,11 +24,11 @@ def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
 
 
 @in_style
-def plot_calibration(result: Result, scores: list[ModelScore], chosen: str, seconds: float = 6.0) -> Figure:
+def plot_calibration(result: Result, scores: list[ModelScore], chosen: str) -> Figure:
     """Measured, predicted and compensated load of the first test recording (s, unit of the load)."""
     facts = result.facts
     name, unit = facts["recordings"][0], unit_symbol(facts["unit"])
-    count = round(seconds * facts["rate_hz"])
+    count = round(SHOWN_S * facts["rate_hz"])
     time, measured, predicted, velocity = (
         result.arrays[f"{name}/{key}"][:count] for key in ("time", "measured", chosen, "belt_velocity")
     )
@@ -126,13 +129,11 @@ def plot_ripple(result: Result) -> Figure:
     return figure
 
 
-def _envelope(
-    x: np.ndarray, y: np.ndarray, limits: tuple[float, float], points: int = 900
-) -> tuple[np.ndarray, np.ndarray]:
+def _envelope(x: np.ndarray, y: np.ndarray, limits: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
     """Largest value in each of a number of equal parts, which keeps the height of lines in a small figure."""
     inside = (x >= limits[0]) & (x <= limits[1])
     x, y = x[inside], y[inside]
-    width = max(1, x.size // points)
+    width = max(1, x.size // POINTS)
     kept = x.size // width * width
     groups = y[:kept].reshape(-1, width)
     at = groups.argmax(axis=1) + width * np.arange(groups.shape[0])

@@ -13,6 +13,8 @@ from tepsipe.reporting.figures.matrix import plot_matrix
 from tepsipe.reporting.figures.style import COLOURS, in_style, legend_above, new_figure
 
 LOWEST_HZ = 0.5
+# lengths of the recordings that are drawn (s)
+PERTURBATION_S, PREDICTION_S = 2.5, 10.0
 
 
 def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
@@ -33,7 +35,7 @@ def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
 
 
 @in_style
-def plot_perturbation(results: dict[str, Result], seconds: float = 2.5) -> Figure:
+def plot_perturbation(results: dict[str, Result]) -> Figure:
     """Segment of the torque perturbation with the lowest and the highest scale factor (s, N·m)."""
     figure, axes = new_figure(height_in=2.1)
     names = sorted(results, key=lambda name: results[name].arrays["torque"].std())
@@ -42,7 +44,7 @@ def plot_perturbation(results: dict[str, Result], seconds: float = 2.5) -> Figur
         facts = results[name].facts
         start = facts["kept_samples"][0]
         torque = results[name].arrays["torque"]
-        count = min(round(seconds * facts["rate_hz"]), torque.size - start)
+        count = min(round(PERTURBATION_S * facts["rate_hz"]), torque.size - start)
         time = (start + np.arange(count)) / facts["rate_hz"]
         axes.plot(time, torque[start : start + count], line, color=colour, label=f"scale factor {name}")
     axes.set(xlabel="Time from the trigger (s)", ylabel=r"Torque $\tau_P$ (N·m)")
@@ -124,12 +126,12 @@ def plot_admittance_fit(result: Result, name: str, band_hz: tuple[float, float])
 
 
 @in_style
-def plot_prediction(result: Result, name: str, vaf_percent: float, seconds: float = 10.0) -> Figure:
+def plot_prediction(result: Result, name: str, vaf_percent: float) -> Figure:
     """Measured and predicted angle (s, rad)."""
     figure, axes = new_figure(height_in=2.2)
     rate, (start, stop) = result.facts["rate_hz"], result.facts["kept_samples"]
     middle = (start + stop) // 2
-    count = min(round(seconds * rate), stop - middle)
+    count = min(round(PREDICTION_S * rate), stop - middle)
     time = (middle + np.arange(count)) / rate
     shown = slice(middle, middle + count)
     axes.plot(
