@@ -13,6 +13,7 @@ from tepsipe.io.readers.guarded import FORKS
 pytestmark = pytest.mark.skipif(not FORKS, reason="workers are forked")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reader", READERS)
 def test_damaged_file_is_read_or_refused_in_one_sentence(reader):
     count = 100 if READERS[reader].text else 40  # what is read in a child takes longer
@@ -70,6 +71,7 @@ def test_broken_promise_is_a_violation(monkeypatch):
     assert "numbers" in outcome.violations[0]
 
 
+@pytest.mark.slow
 def test_crash_and_loop_are_violations_and_the_next_file_is_read(monkeypatch):
     monkeypatch.setattr(mutations, "STUCK_S", 0.3)
 

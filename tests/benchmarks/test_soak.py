@@ -26,6 +26,7 @@ def test_a_part_runs_and_its_table_is_kept(monkeypatch, tmp_path):
     assert report.count("| estimates | 4 |") == 1
 
 
+@pytest.mark.slow
 def test_a_part_that_takes_too_long_is_killed_with_all_that_it_started(monkeypatch, tmp_path):
     script = tmp_path / "mutations.py"
     script.write_text(

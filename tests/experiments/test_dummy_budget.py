@@ -73,6 +73,7 @@ def with_markers(trial, change):
 # ---- the leg -----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["leg_mass_kg", "leg_com_m", "leg_inertia_kgm2"])
 def test_a_property_of_the_leg_contributes_what_the_whole_analysis_with_another_value_shows(
     trial, found, name

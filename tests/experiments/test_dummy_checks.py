@@ -130,6 +130,7 @@ def late(positions, acceleration):
     positions[:, 4:] = np.roll(positions[:, 4:], 1, axis=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("broken", "flag", "of_leg"),
     [

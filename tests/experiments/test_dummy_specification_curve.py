@@ -54,6 +54,7 @@ def rows(trial):
     return specify_dummy(trial, "sine-0.3", DUMMY, FOOT, CHOSEN, PRINTED, RECOMMENDED)
 
 
+@pytest.mark.slow
 def test_every_combination_is_there_once_sorted_by_stiffness(rows):
     # torque, filters and what they filter or none at all, rest, window, estimator; output error by filter
     assert len(rows) == 4 * (3 * 3 + 1) * 2 * 3 * 2 + 4
@@ -106,6 +107,7 @@ def test_table_is_read_as_it_was_written(rows, tmp_path):
     assert [row.K_Nm_per_rad for row in back] == pytest.approx([row.K_Nm_per_rad for row in rows], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_numbers_of_the_report_are_those_of_the_rows(rows, tmp_path):
     def told(rows):
         path = tmp_path / "specification.csv"

@@ -91,6 +91,7 @@ def scores(simulated):
 # ---- what follows the recording ----------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_true_joint_follows_the_recorded_leg_and_a_wrong_stiffness_does_not(scores):
     true, stiff = scores["truth", "theta"], scores["stiff", "theta"]
     assert true.vaf_trial > 99.9

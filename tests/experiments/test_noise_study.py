@@ -144,6 +144,7 @@ def cell_of(trial, noise_on, snr_db, draws, seed=SEED, estimator="recommended", 
 # ---- without noise -----------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_foot_and_leg_feel_the_torque_of_the_joint(sine):
     joint = sine.truth @ sine.regressors
     assert np.ptp(joint) > 0.4

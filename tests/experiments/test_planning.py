@@ -67,6 +67,7 @@ def test_pure_spring_has_the_standard_error_of_a_line():
     assert np.sqrt(found.covariance[K, K]) == pytest.approx(expected, rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pathway", ["joint-likelihood-linear", "leg", "foot"])
 def test_noise_number_and_amplitude_scale_as_they_must(pathway):
     base, noisy = plan(pathway), plan(pathway, noise=4e-5)
@@ -100,6 +101,7 @@ def test_draws_of_noise_scatter_as_predicted(pathway, rng):
     assert drawn.mean(axis=0) == pytest.approx(design(pathway).parameters + plan(pathway).bias, rel=0.05)
 
 
+@pytest.mark.slow
 def test_likelihood_scatters_as_predicted(rng):
     drawn = draw_estimates(design(), plan().motion, rng, 8)
     chi_square = np.sum(((drawn - design().parameters) / plan().type_a) ** 2, axis=0)
@@ -163,6 +165,7 @@ def test_the_best_pulse_is_no_worse_within_the_limits_and_no_better_than_its_bou
     assert plan_experiment(best).bound[K] == pytest.approx(found.standard_error, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_belt_that_stays_displaced_shows_more_of_k_and_one_that_returns_cannot():
     returning, staying = optimal(False)[0], optimal(True)[0]
     assert staying.standard_error < 0.75 * plan().bound[K]

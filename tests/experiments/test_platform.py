@@ -75,6 +75,7 @@ def result(analysis, tmp_path_factory):
     return read_result(path)
 
 
+@pytest.mark.slow
 def test_known_person_is_found_and_predicted(analysis, rows):
     assert analysis.chosen == "intrinsic"
     found = {(row.estimator, row.quantity): row for row in ESTIMATES.read(rows)}
@@ -191,6 +192,7 @@ def told(result, rows, **changes):
     return typeset_words(source, content, {"estimates": rows}, cells=" ; ")
 
 
+@pytest.mark.slow
 def test_refused_quantities_are_named_with_their_joint(result, rows):
     words = told(result, rows, chosen="own-reflex")
     count, known = map(

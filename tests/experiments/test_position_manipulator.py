@@ -164,6 +164,7 @@ def real_ankle(request, real_data, shipped_config):
     return analyse_position_manipulator(trial, choices, np.random.default_rng(1))
 
 
+@pytest.mark.slow
 def test_real_ankle_is_predicted_on_data_that_were_not_fitted(real_ankle):
     assert 60.0 < real_ankle.vaf.held_out < 97.0
     assert 60.0 < real_ankle.vaf.training < 97.0

@@ -76,6 +76,7 @@ def same_but_for(found, kept, expected=None):
 # ---- what is cut -------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_responses_are_the_persons_from_the_instant_of_the_onset():
     found = usual()
     assert found.count == len(ONSETS_S)
@@ -133,6 +134,7 @@ def test_bursts_are_where_they_were_made():
     assert np.abs(found.unperturbed_drive.mean(axis=0)).max() < 5.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shift_s", [7.3, -2.0])
 def test_clock_that_starts_elsewhere_changes_nothing(shift_s):
     trial = usual_trial()

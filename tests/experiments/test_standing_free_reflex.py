@@ -215,6 +215,7 @@ def test_inertia_is_refused():
         fit_free(group(), "x", {"free": StandingEstimator(0.08, True, "free")}, choices(), 80)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "flag"),
     [

@@ -172,6 +172,7 @@ def fitted(broadband, window_s=0.08, sources=()):
     return fit_free_reflex([broadband], window_s, FREE, list(sources), 20, np.random.default_rng(1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("window_s", [0.05, 0.08])
 def test_ideal_laboratory_returns_its_truth(window_s):
     fit = fitted(ideal()[3], window_s)
@@ -193,6 +194,7 @@ class Smooth(Stance):
         return float(self.belt(t)[2])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("window_s", [0.04, 0.06, 0.08])
 def test_smooth_pulses_return_the_truth_to_a_thousandth(window_s):
     fit = fitted(smooth(), window_s)

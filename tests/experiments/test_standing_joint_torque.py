@@ -171,6 +171,7 @@ def test_nothing_near_a_perturbation_counts_as_unperturbed():
         assert not standing.unperturbed[near].any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("delay_s", [0.0, 0.0008, -0.0015])
 def test_delay_of_the_markers_is_found_and_taken_out(delay_s):
     standing = processed(usual_trial(delay_s))

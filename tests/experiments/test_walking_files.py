@@ -51,6 +51,7 @@ def written(walks, tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_files_without_noise_give_the_signals_of_the_walk(kind, walks, written):
     name, files = KINDS[kind]

@@ -129,6 +129,7 @@ def words(rows, needed, **about):
     return typeset_words('#include "walking.typ"', data, tables), *shown
 
 
+@pytest.mark.slow
 def test_the_chapter_says_what_the_tables_hold():
     needed = needed_strides("slow", recorded(WALK), quiet(WALK), expected(2.0), WalkingOptions())
     found = analysed(pulsed(WALK))

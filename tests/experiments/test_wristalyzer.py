@@ -67,6 +67,7 @@ def rows_of(analysis, estimator):
     return {row.quantity: row for row in rows if row.estimator == estimator}
 
 
+@pytest.mark.slow
 def test_whole_periods_recover_the_joint_through_the_filter(exact):
     found = exact.fitted["spectral-fit-periods"]
     assert found.parameters == pytest.approx(JOINT, rel=1e-3)
@@ -78,6 +79,7 @@ def test_averaged_bins_recover_inertia_and_stiffness_and_bias_damping(exact):
     assert abs(averaged[1] / JOINT[1] - 1.0) > 10.0 * abs(whole[1] / JOINT[1] - 1.0)
 
 
+@pytest.mark.slow
 def test_rows_hold_every_quantity_of_every_estimator(noisy):
     rows = wristalyzer_estimates("0.16", noisy)
     assert list(noisy.fitted) == list(ESTIMATORS)
@@ -213,6 +215,7 @@ def test_contribution_of_a_source_is_what_the_whole_analysis_returns_with_it(nam
             assert (np.abs(stated - found) < 1e-4 * JOINT + 0.03 * np.abs(found)).all()
 
 
+@pytest.mark.slow
 def test_regression_over_periods_is_recommended_and_the_spectral_fit_without_a_period(noisy):
     told = {(r.estimator, r.quantity) for r in wristalyzer_estimates("0.16", noisy) if r.recommended}
     assert told == {("period-regression", q) for q in "IBK"}

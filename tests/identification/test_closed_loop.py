@@ -85,6 +85,7 @@ def test_instrument_is_unbiased_where_feedback_biases_regression(record):
         assert fit.p_value > 0.01
 
 
+@pytest.mark.slow
 def test_two_perturbations_identify_all_stiffness_and_the_reflexes(pushed):
     found = spectra(pushed, pushed.push)
     for joint, name in enumerate(JOINTS):

@@ -69,6 +69,7 @@ def small():
     return swing(Joint(inertia=0.007, rest=0.005), MANY_S, 0.1, 28.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("inertia", "damping", "stiffness", "rest", "peak"),
     [
@@ -116,6 +117,7 @@ def test_derivatives_are_those_of_the_model(still):
         assert np.abs(slope - expected).max() < 1e-4 * np.abs(expected).max(), name
 
 
+@pytest.mark.slow
 def test_derivatives_of_the_softening_law_are_those_of_its_torque(small):
     found = fit(small, softening=True)
     law = {"C": 3.0, "B_s": 0.05, "log_phi_h": float(np.log(0.02)), "b_0": 0.005}
@@ -256,6 +258,7 @@ def test_intervals_hold_at_both_amplitudes_and_the_intervals_contribute(rng):
     assert spread == pytest.approx(found.interval().standard_error, rel=1.0)
 
 
+@pytest.mark.slow
 def test_public_function_gives_both_amplitudes(rng):
     record, at_work = rubber_record(RUBBER, 0.4, rng)
     found = fit_joint_likelihood(

@@ -54,6 +54,7 @@ def small():
     return swing(Joint(rest=0.005), MANY_S, 0.1, 36.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("inertia", "damping", "stiffness", "rest", "peak"),
     [
@@ -198,6 +199,7 @@ RUBBER = RubberJoint(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("peak", [0.2, 0.4])
 def test_a_joint_that_softens_gives_the_constants_of_small_movements(peak):
     linear, motion = softening_swing(RUBBER, peak)

@@ -403,6 +403,7 @@ def test_short_record_is_fitted_with_fewer_folds(rng):
 # ---- rows and arrays ---------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_rows_of_a_joint_with_and_without_a_reflex():
     rows = parallel_cascade_estimates("position_manipulator", "a", plain()[2])
     assert {row.pathway for row in rows} == {"impedance"}
@@ -418,6 +419,7 @@ def test_rows_of_a_joint_with_and_without_a_reflex():
     assert "reflex_delay" not in quantities
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gain", [GAIN, 0.0])
 def test_result_names_the_unit_of_every_array(gain, rng):
     trial, _, found = plain(gain)

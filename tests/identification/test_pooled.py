@@ -59,6 +59,7 @@ def linear(records):
     return fit(records)
 
 
+@pytest.mark.slow
 def test_linear_joint_gives_its_constants_back_and_nothing_else(linear):
     assert set(linear.values) == {"I", "B", "K", "friction", "K_cubic", "delay"}
     for name, true in (("I", INERTIA), ("B", DAMPING), ("K", STIFFNESS)):

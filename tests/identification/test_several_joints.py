@@ -158,6 +158,7 @@ def test_truth_is_recovered_without_noise(model):
     )
 
 
+@pytest.mark.slow
 def test_slopes_are_those_of_the_response():
     for model in ((False, UNKNOWN), (True, UNKNOWN)):
         epochs = epochs_by(model)

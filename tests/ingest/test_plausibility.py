@@ -81,6 +81,7 @@ def one_sample(index, value):
     return put
 
 
+@pytest.mark.slow
 def test_trial_of_the_laboratory_is_kept_as_it_is(dummy, limits, rig):
     assert plausible_trial(dummy, limits, rig, FILES) is dummy
 

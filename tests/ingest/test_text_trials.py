@@ -150,6 +150,7 @@ def write_trc(path, positions):
     return str(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("with_trc", [False, True])
 def test_trial_as_tables(raw, expected, tmp_path, with_trc):
     files = {"log": write_csv(tmp_path / "trial.csv", *table_of(raw, not with_trc))}

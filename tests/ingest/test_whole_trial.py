@@ -155,6 +155,7 @@ def test_markers_on_an_empty_belt_give_its_velocity_only(recording, ingested):
     assert np.abs(smooth[[0, -1]]).max() < 0.005
 
 
+@pytest.mark.slow
 def test_frames_on_the_exact_clock_of_the_channels(dummy_files, options, labels, ingested, dummy, tmp_path):
     path = single_c3d(dummy_files, tmp_path / "exact.c3d", latency_s=LATENCY_S)
     trial = ingest_files({"log": str(path)}, labels, options, USE, DUMMY_DURATION_S)
@@ -189,6 +190,7 @@ def loads(short_truth, shipped_config, tmp_path_factory):
     return found
 
 
+@pytest.mark.slow
 def test_mass_of_the_weight_from_one_file(loads):
     several, one = (estimate_masses(recordings[1]["Fy"]) for recordings in loads)
     assert one == pytest.approx(several, rel=1e-3)

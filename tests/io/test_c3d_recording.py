@@ -248,6 +248,7 @@ def test_limits_of_a_converter(real_data):
     assert low <= channel.values.min() < channel.values.max() <= high
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["Gait", "HC002D02", "Qualisys"])
 def test_plates_of_types_2_and_4_are_those_of_ezc3d(name, real_data):
     path = real_data(f"c3d/{name}.c3d")

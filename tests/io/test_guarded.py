@@ -281,6 +281,7 @@ def test_nothing_that_costs_is_added_to_a_good_file():
     assert sum(spent[:4]) - sum(start[:4]) < 10 * 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processes are listed on Linux only")
 def test_a_child_ends_with_the_process_that_reads(tmp_path):
     def read_slowly():

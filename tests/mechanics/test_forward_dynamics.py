@@ -213,6 +213,7 @@ def compared(name, engine):
     return run(time, velocity, joint, engine, start_angle_rad=angle, start_rate_rad_per_s=rate)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMPARED)
 @pytest.mark.parametrize("pair", list(itertools.combinations(ENGINES, 2)), ids="-".join)
 def test_engines_agree_within_a_thousandth_in_motion_and_reactions(pair, name):
@@ -238,6 +239,7 @@ def test_engines_agree_within_a_thousandth_in_motion_and_reactions(pair, name):
 # ---- by hand -----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("joint", [Joint(0.0, 0.0, 10.0), Joint(0.061, 0.0, 5.3), Joint(-0.05, 0.0, 10.0)])
 def test_free_swing_has_its_natural_frequency_and_keeps_its_energy(joint, engine):
     found = run(*still(20.0), joint, start_angle_rad=0.001, engine=engine)

@@ -82,12 +82,12 @@ def values() -> list[float]:
     """Random values of all magnitudes, ties of the printed digits, powers of ten and their neighbours."""
     draw = random.Random(23)
     found = [0.0, -0.0, math.inf, -math.inf, math.nan, 1e-300, 1e300, 0.1 + 0.2]
-    found += [draw.choice((-1, 1)) * 10.0 ** draw.uniform(-12, 12) for _ in range(3000)]
-    found += [draw.choice((-1, 1)) * 10.0 ** draw.uniform(-4, 6) for _ in range(3000)]
+    found += [draw.choice((-1, 1)) * 10.0 ** draw.uniform(-12, 12) for _ in range(600)]
+    found += [draw.choice((-1, 1)) * 10.0 ** draw.uniform(-4, 6) for _ in range(600)]
     # as tables are written
-    found += [float(f"{draw.uniform(-100, 100):.10g}") for _ in range(500)]
+    found += [float(f"{draw.uniform(-100, 100):.10g}") for _ in range(200)]
     # one digit more than is printed, and that is a five: the binary value decides, or the even digit
-    for _ in range(4000):
+    for _ in range(800):
         found.append(float(f"{draw.randint(0, 9999)}5e{draw.randint(-9, 5)}"))
     found += [n + half for n in range(-40, 40) for half in (0.5, 0.25, 0.125, 0.375, 0.625, 0.0625)]
     for exponent in range(-12, 13):
@@ -109,7 +109,7 @@ def rows() -> list[tuple[list, list[str]]]:
             found.append((["short", x, 0], number(None) if math.isnan(x) else printed(x + 0.0)))
     draw = random.Random(7)
     plain_values = [x for x in values() if not math.isnan(x)]
-    for _ in range(4000):
+    for _ in range(800):
         x, half = draw.choice(plain_values), abs(draw.choice(plain_values))
         low, high = x - half, x + draw.choice((0.0, 0.3, 1.0)) * half
         if not (math.isnan(low) or math.isnan(high)):
@@ -124,7 +124,7 @@ def rows() -> list[tuple[list, list[str]]]:
         deviation = abs(x) * 10.0 ** draw.uniform(-3, 1)
         found.append((["beside", x, deviation], beside(x, deviation)))
     for quantity in QUANTITIES:
-        found += [(["cell", x, quantity], cell(quantity, x)) for x in draw.sample(values(), 800)]
+        found += [(["cell", x, quantity], cell(quantity, x)) for x in draw.sample(values(), 400)]
     return found
 
 
@@ -146,7 +146,7 @@ def test_helpers_of_the_report_round_as_python_does():
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     cases = rows()
-    assert len(cases) > 100_000
+    assert len(cases) > 20_000
     for case, told in cases:
         if re.search(r"[\d.]{17,}", told):  # more digits than a number has
             continue

@@ -64,6 +64,7 @@ def tables(tmp_path_factory):
     return [pd.read_csv(folder / f"{name}.csv") for name in rows]
 
 
+@pytest.mark.slow
 def test_table_has_the_columns_that_others_read_and_no_number_for_what_is_refused(tables):
     sets, elements, _ = tables
     assert list(sets.columns[: len(COLUMNS)]) == COLUMNS

@@ -223,6 +223,7 @@ def test_latencies_without_an_onset_have_no_error(latency, told):
     assert words.endswith(f"the largest error is 3.1 % in stiffness{told}")
 
 
+@pytest.mark.slow
 def test_standing_person_is_told_task_by_task():
     own = [
         (task, "best", name, quantity, value)

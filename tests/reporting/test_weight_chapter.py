@@ -223,6 +223,7 @@ def test_foot_pathways_are_compared_with_the_leg_and_the_gate_is_told():
     assert "accepts the treadmill model in all conditions" in chapter
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("amplitudes", "told"),
     [

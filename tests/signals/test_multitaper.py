@@ -34,6 +34,7 @@ def record(rng, noise):
     return angle[ROOM:-ROOM], torque[ROOM:-ROOM]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.1, 0.7])
 def test_bands_hold_the_truth_at_95_of_100_frequencies(noise):
     gain, phase = [], []

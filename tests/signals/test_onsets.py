@@ -164,6 +164,7 @@ def test_quiet_sine_that_grows_is_found_where_it_grows(rng):
 # ---- uncertainty and what is no onset ----------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("detector", DETECTORS)
 def test_standard_error_is_the_spread_over_ensembles(detector):
     rng = np.random.default_rng(11)
@@ -335,6 +336,7 @@ def test_shift_moves_the_onset_of_a_motion_by_exactly_that(rng):
     assert there == pytest.approx(ramp_onset(time, velocity, -0.01) + 3.0, abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lag_s", [0.0, 0.004, 0.008])
 def test_delay_behind_a_soft_start_is_that_between_both_onsets(lag_s):
     rng = np.random.default_rng(21)

@@ -219,6 +219,7 @@ def assert_all_found(found, starts):
     assert np.median([p.stop - p.start for p in found]) == pytest.approx(28, abs=4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drift", [0.0, 2e-5])
 def test_pulses_on_top_of_a_constant_speed_are_all_found_and_nothing_else(drift, rng):
     time = long_time(0.5)

@@ -194,6 +194,7 @@ def real_scores(real_data, treadmill):
     return at
 
 
+@pytest.mark.slow
 def test_published_figure_of_a_real_treadmill_is_reproduced_and_beaten(real_scores):
     found = real_scores(6)
     published = found["hnat2014"]

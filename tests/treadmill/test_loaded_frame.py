@@ -133,6 +133,7 @@ def test_prediction_and_compensation_undo_each_other(forces):
         assert model.compensate(predicted) == pytest.approx(np.zeros(r.load.size), abs=1e-3)
 
 
+@pytest.mark.slow
 def test_friction_must_be_computed_before_signals_are_filtered():
     lowpass = Lowpass(10.0, 4, True)
     raw = [force_trial(kg, peak, full_speed=0.03) for kg in (0.0, 20.0) for peak in (0.1, 0.5)]

@@ -68,6 +68,7 @@ def recordings_of(kg, **changes):
     return plate_recordings(plate_trial(kg), "weight/sine-0.4", "sine-0.4", options, weight)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("weight_motion", ["belt", "markers"])
 @pytest.mark.parametrize("kg", [0.0, 20.0])
 def test_load_of_the_belt_and_of_the_weight_are_told_apart(kg, weight_motion):

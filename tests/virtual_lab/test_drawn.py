@@ -78,6 +78,7 @@ def test_every_number_of_a_list_is_drawn_for_itself():
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("entry", "deviation", "shape"),
     [

@@ -324,6 +324,7 @@ def test_slipping_marker_steps_at_every_pulse_and_stays():
     assert found == pytest.approx([0.0, first * (1.0 - math.exp(-1.0)), first, first + second], abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("section", "changes", "moved"),
     [

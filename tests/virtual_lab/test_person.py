@@ -721,6 +721,7 @@ def quiet(shipped_truth):
     return {task: shipped(shipped_truth, task, lambda t: 0.0, 20.0) for task in TASKS}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("profile", ["sine", "negative-sine"])
 @pytest.mark.parametrize(("force_limit", "angle_rad", "belt_m"), [(1e9, 1e-5, 1e-6), (1150.0, 3e-4, 5e-4)])
 def test_halved_step_changes_next_to_nothing(shipped_truth, profile, force_limit, angle_rad, belt_m):
@@ -969,6 +970,7 @@ def test_same_seed_makes_the_same_bytes(shipped_truth, standing_files, tmp_path)
         assert other[kind].read_bytes() != path.read_bytes()
 
 
+@pytest.mark.slow
 def test_emg_does_not_depend_on_the_plate(shipped_truth, standing_files, tmp_path):
     """Each instrument draws its own noise."""
     noisy = copy.deepcopy(shipped_truth)
@@ -1031,6 +1033,7 @@ def test_emg_answers_the_pulses_of_the_log(standing_files):
         assert after > 1.5 * max(before, early)
 
 
+@pytest.mark.slow
 def test_task_and_direction_are_those_asked_for(shipped_truth, standing_files, tmp_path):
     """Who stiffens has more tone in front of the shank; the belt goes backwards first."""
     files = make(shipped_truth, tmp_path / "stiff", "stiff", "stiff", "negative-sine")

@@ -139,6 +139,7 @@ def test_run_on_another_computer_is_left_alone(place, started, capsys):
     assert len(started) == 1
 
 
+@pytest.mark.slow
 def test_jobs_that_have_lost_their_run_are_waited_for(place, started, at_work, monkeypatch, capsys):
     (place / ".snakemake/scripts").mkdir(parents=True)
     (place / ".snakemake/scripts/tmp1.fit.py").write_text(PRETEND.replace("60", "1"))
