@@ -11,7 +11,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import typst
-import yaml
+
+from workflow.support.captions import read_captions
 
 REPORT = Path(__file__).parents[1] / "report"
 # facts of a study with three trials of the dummy
@@ -54,7 +55,7 @@ def report_root(
 def _figures(root: Path) -> set[str]:
     """Names of the figures with a caption, and of those that a source shows by itself."""
     sources = "".join(path.read_text(encoding="utf-8") for path in root.rglob("*.typ"))
-    captions = yaml.safe_load((root / "captions.yaml").read_text(encoding="utf-8"))
+    captions = read_captions(root / "captions.yaml")
     return {*captions, *re.findall(r'"figures/(\w+)\.svg"', sources)}
 
 

@@ -15,8 +15,9 @@ from typing import Self
 
 import numpy as np
 
-from tepsipe.errors import InputError, quoted
+from tepsipe.errors import InputError, listed, quoted
 from tepsipe.mechanics.anthropometry import Feet, StandingBody
+from tepsipe.mechanics.segment_kinematics import SegmentMotion
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,6 +135,21 @@ def leg_torque_as_printed(
 
 
 TORQUE_PATHWAYS = {"leg": leg_torque, "leg-thesis": leg_torque_as_printed}
+
+
+def leg_pathway_torque(pathway: str, leg: Leg, motion: SegmentMotion) -> np.ndarray:
+    """Torque (N·m) by one of `TORQUE_PATHWAYS`, shape (n,).
+
+    Raises
+    ------
+    InputError
+        If there is no such pathway.
+    """
+    if pathway not in TORQUE_PATHWAYS:
+        raise InputError(
+            f"expected a torque of {listed(TORQUE_PATHWAYS)}, found {quoted(pathway)}: correct it"
+        )
+    return TORQUE_PATHWAYS[pathway](leg, motion.theta, motion.theta_dd, motion.y_dd, motion.z_dd)
 
 
 @dataclass(frozen=True)

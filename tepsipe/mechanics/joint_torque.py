@@ -1,9 +1,9 @@
-"""Torque of the joint by inverse dynamics of the leg, for a pathway given by name."""
+"""Torque of the joint by inverse dynamics of the leg, for arrays of your own."""
 
 import numpy as np
 
-from tepsipe.errors import InputError, listed, quoted, refuse_other_kind
-from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, Leg
+from tepsipe.errors import refuse_other_kind
+from tepsipe.mechanics.inverse_dynamics import Leg, leg_pathway_torque
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
 
 
@@ -34,18 +34,3 @@ def joint_torque(motion: SegmentMotion, leg: Leg, *, thesis: bool = False) -> np
     refuse_other_kind(motion, SegmentMotion, "joint_torque", "segment_motion")
     refuse_other_kind(leg, Leg, "joint_torque", "Leg")
     return leg_pathway_torque("leg-thesis" if thesis else "leg", leg, motion)
-
-
-def leg_pathway_torque(pathway: str, leg: Leg, motion: SegmentMotion) -> np.ndarray:
-    """Torque (N·m) by one of `TORQUE_PATHWAYS`, shape (n,).
-
-    Raises
-    ------
-    InputError
-        If there is no such pathway.
-    """
-    if pathway not in TORQUE_PATHWAYS:
-        raise InputError(
-            f"expected a torque of {listed(TORQUE_PATHWAYS)}, found {quoted(pathway)}: correct it"
-        )
-    return TORQUE_PATHWAYS[pathway](leg, motion.theta, motion.theta_dd, motion.y_dd, motion.z_dd)

@@ -424,9 +424,12 @@ def test_rows_hold_parameters_their_share_of_toppling_and_delays():
     assert isinstance(result, StandingFit)
 
 
+FITTED = ", ".join(name for name, model in ACTIVE.items() if model.regressors is not None)
+
+
 @pytest.mark.parametrize(
     ("changes", "names"),
-    [({"active": "reflex"}, ["'reflex'", "none, velocity, emg"]), ({"window_s": 1.2}, ["1.2 s", "1 s"])],
+    [({"active": "reflex"}, ["'reflex'", FITTED]), ({"window_s": 1.2}, ["1.2 s", "1 s"])],
 )
 def test_estimator_that_cannot_be_used_is_refused(changes, names):
     with pytest.raises(InputError) as caught:

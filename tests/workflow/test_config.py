@@ -8,6 +8,7 @@ import yaml
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.standing.muscle_torque import ACTIVE
 from tepsipe.reporting.claims import MEASURES
 from workflow.settings.check import check_content
 from workflow.settings.complete import only, pick, settings_of, without
@@ -232,7 +233,7 @@ WRONG_VALUES = [
     ({"standing": {"muscles": {"TA": {"ankle_action": 2}}}}, "TA.ankle_action", "one of -1, 0, 1"),
     ({"standing": {"muscles": {"TA": {"lengthened_by": {"ankle": "1"}}}}}, "lengthened_by.ankle", "number"),
     ({"standing": {"pathways": {"ankle": {"torque": "leg"}}}}, "ankle.torque", "'single-joint'"),
-    ({"standing": {"estimators": {"long": {"active": "reflex"}}}}, "long.active", "'velocity', 'emg'"),
+    ({"standing": {"estimators": {"long": {"active": "reflex"}}}}, "long.active", str([*ACTIVE])[1:-1]),
     ({"standing": {"analysis": {"bootstrap_draws": 50}}}, "bootstrap_draws", "at least 100"),
     ({"standing": {"analysis": {"baseline_s": [-0.1, 0.1]}}}, "baseline_s", "a number of at most 0"),
     ({"standing": {"active": {"twitch_s": []}}}, "twitch_s", "at least 1"),

@@ -18,8 +18,8 @@ from workflow.settings.config import Config
 from workflow.settings.dummy import ABOUT_ESTIMATORS
 from workflow.settings.structure import kind_at, names_of
 from workflow.support import facts, outputs
-from workflow.support.captions import read_captions
-from workflow.support.experiments import APPENDIX, EXPERIMENTS, PARTS
+from workflow.support.captions import captions_of, read_captions
+from workflow.support.experiments import APPENDIX, EXPERIMENTS, OF_APPENDIX, PARTS
 from workflow.support.lookups.thesis import table_experiment
 from workflow.support.study import Study, any_of
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, TrialRow, read_trial_sheet
@@ -47,15 +47,13 @@ def study_of(config):
 
 
 @pytest.mark.parametrize("name", EXPERIMENTS)
-def test_experiment_has_columns_settings_and_captions_for_its_facts(name, config, root):
+def test_experiment_has_columns_settings_and_captions_for_its_facts(name, config):
     experiment = EXPERIMENTS[name]
     assert name in config
     assert set(experiment.raw_files) <= set(COLUMNS + OPTIONAL_COLUMNS)
     assert set(experiment.optional_files) <= set(experiment.raw_files)
     assert set(experiment.named) <= set(experiment.names) <= set(OPTIONAL_COLUMNS)
-    assert bool(experiment.figures) == bool(experiment.category)
-    for figure in experiment.figures:
-        assert figure in read_captions(root / "report/captions.yaml")
+    assert bool(captions_of(name)) == bool(experiment.category)
 
 
 def test_every_figure_is_drawn_by_the_module_of_its_experiment_or_part(shipped, root):
@@ -109,7 +107,8 @@ def test_outputs_of_the_shipped_study(shipped):
     everything = outputs.everything(shipped)
     assert len(everything) == len(set(everything))
     figures = outputs.figures(shipped)
-    assert len(figures) == 4 + 7 + 7 + 5 + 1 + 1 + 1 + 19 + 2 + 8 + 5
+    names = {name for own in outputs.shown(shipped) for name in captions_of(own)} - {OF_APPENDIX}
+    assert sorted(figures) == sorted(f"<results>/figures/{name}.svg" for name in names.union(APPENDIX))
     assert outputs.budget_names(shipped) == ["wristalyzer", "dummy", "foot", "weight", "standing"]
     assert shipped.estimators.budgeted_foot() == "foot-compensated"
     # trials of the manipulator and all of them together, of the dummy, its foot, the weight, and the

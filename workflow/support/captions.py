@@ -7,6 +7,7 @@ from pathlib import Path
 import yaml
 
 FOLDER = Path(".snakemake") / "tepsipe" / "captions"
+OF_PROJECT = Path(__file__).parents[2] / "report" / "captions.yaml"
 
 
 @cache
@@ -23,4 +24,15 @@ def caption_file(captions: Path, name: str) -> str:
 
 def read_captions(path: str | Path) -> dict[str, str]:
     """Name of a figure or table -> its caption."""
-    return yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+    return {name: text for group in _groups(Path(path)).values() for name, text in group.items()}
+
+
+def captions_of(name: str) -> tuple[str, ...]:
+    """Captions of the figures of an experiment or part, in the order in which they are shown."""
+    return tuple(_groups(OF_PROJECT).get(name, ()))
+
+
+@cache
+def _groups(path: Path) -> dict[str, dict[str, str]]:
+    """Experiment or part -> name of a figure -> its caption; ``tables`` has those of tables."""
+    return yaml.safe_load(path.read_text(encoding="utf-8"))

@@ -1,7 +1,7 @@
 """Table of the experiments, with all properties that the workflow needs before the first job.
 
 A new experiment begins with an entry here. The trial sheet takes raw files and columns from this table, the
-study takes figures, tables and files, and the report takes the settings that it prints.
+study takes tables and files, and the report takes the settings that it prints.
 """
 
 from dataclasses import dataclass, field
@@ -15,8 +15,9 @@ class Experiment:
     ----------
     raw_files : kind of raw file -> its name in the virtual laboratory, None if that makes none
         The kinds are columns of the trial sheet.
-    category, figures : category of the HTML report, and names of the figures
-        ``draw`` of the module in tepsipe/reporting/figures with the experiment's name yields them.
+    category : category of the HTML report, if the experiment has figures
+        They have captions below the experiment's name in report/captions.yaml, and ``draw`` of the module in
+        tepsipe/reporting/figures with this name yields them.
     optional_files : kinds of raw file that a recorded trial may lack.
     profiles : perturbation profiles of simulated trials.
     pulsed, at_random : whether perturbations are separate pulses, and whether their intervals may be a range.
@@ -37,7 +38,6 @@ class Experiment:
 
     raw_files: dict[str, str | None]
     category: str = ""
-    figures: tuple[str, ...] = ()
     optional_files: tuple[str, ...] = ()
     profiles: tuple[str, ...] = ()
     pulsed: bool = True
@@ -60,13 +60,12 @@ class Experiment:
 class Part:
     """A part of a study without trials of its own, which needs the trials of several experiments.
 
-    ``tables`` are those of the thesis that it needs, with conditions in the study. The module of its name
-    draws its ``figures``, as for an experiment.
+    ``tables`` are those of the thesis that it needs, with conditions in the study. Its figures are found by
+    its name, as for an experiment.
     """
 
     needs: tuple[str, ...]
     category: str
-    figures: tuple[str, ...]
     printed: tuple[str, ...] = ()
     tables: tuple[str, ...] = ()
 
@@ -102,15 +101,6 @@ EXPERIMENTS = {
         budgets=True,
         thesis_tables={"table_4_1": ""},
         category="Wristalyzer",
-        figures=(
-            "figure_2_4",
-            "figure_3_1",
-            "figure_4_1",
-            "figure_4_2",
-            "figure_4_3",
-            "figure_starting_values",
-            "figure_averaging",
-        ),
         printed=(
             "ingest.resample_rate_hz",
             "analysis.lowpass_cutoff_hz",
@@ -141,15 +131,6 @@ EXPERIMENTS = {
         budgets=True,
         thesis_tables={"table_4_2": "sine-", "table_4_3": "minjerk-"},
         category="TEP-SIPE on the ankle dummy",
-        figures=(
-            "figure_2_9",
-            "figure_3_3",
-            "figure_4_4",
-            "figure_pathways",
-            "figure_torque",
-            "figure_specification",
-            "figure_dummy_cross_validation",
-        ),
         printed=(
             "files.marker_labels",
             "ingest.resample_rate_hz",
@@ -179,13 +160,6 @@ EXPERIMENTS = {
         models="plate",
         budgets=True,
         category="Belt-induced force",
-        figures=(
-            "figure_4_5",
-            "figure_4_6",
-            "figure_5_1",
-            "figure_plate_models",
-            "figure_plate_responses",
-        ),
         printed=("weight.mass_kg", "analysis.cutoffs_hz", "analysis.segment_s"),
         true=("weight.mass_kg", "heavy_weight.mass_kg"),
     ),
@@ -203,16 +177,6 @@ EXPERIMENTS = {
         tasks=("relax", "stiff"),
         budgets=True,
         category="A person standing on the treadmill",
-        figures=(
-            "figure_4_13",
-            "figure_4_14",
-            "figure_standing_activity",
-            "figure_standing_latency",
-            "figure_standing_response",
-            "figure_standing_stiffness",
-            "figure_standing_window",
-            "figure_standing_joints",
-        ),
         printed=(
             "person.mass_kg",
             "person.stature_m",
@@ -230,7 +194,6 @@ EXPERIMENTS = {
         named=tuple(TABLE_OF_A_BELT),
         fitted=False,
         category="Belt-induced load of an empty treadmill",
-        figures=("figure_belt_prediction", "figure_belt_cutoff", "figure_belt_ripple"),
         printed=(
             "chosen",
             "analysis.shown_cutoff_hz",
@@ -254,13 +217,6 @@ EXPERIMENTS = {
             "torque_sign": "files.torque_sign",
         },
         category="Position-controlled manipulator",
-        figures=(
-            "figure_position_manipulator_impedance",
-            "figure_position_manipulator_prediction",
-            "figure_position_manipulator_responses",
-            "figure_position_manipulator_stationarity",
-            "figure_position_manipulator_residual",
-        ),
         printed=(
             "joint.name",
             "joint.positive",
@@ -288,11 +244,6 @@ EXPERIMENTS = {
             "torque_sign": "files.torque_sign",
         },
         category="Standing on a moving platform",
-        figures=(
-            "figure_platform_responses",
-            "figure_platform_quantities",
-            "figure_platform_prediction",
-        ),
         printed=(
             "ingest.resample_rate_hz",
             "analysis.band_hz",
@@ -314,73 +265,31 @@ EXPERIMENTS = {
     ),
 }
 
-# Figures B-1 to B-12 are one per condition of the dummy, in the order of the trial sheet
+# Figures B-1 to B-12 are one per condition of the dummy, in the order of the trial sheet, with one caption
 APPENDIX = tuple(f"figure_b_{number}" for number in range(1, 13))
+OF_APPENDIX = "figure_b_trial"
 PARTS = {
     # schematics of the thesis's rigs, and time lines of the trials
-    "rigs": Part(
-        ("dummy",),
-        "Rigs and protocols",
-        ("figure_rigs", "figure_protocol", "figure_signal_chain", "figure_free_bodies"),
-    ),
+    "rigs": Part(("dummy",), "Rigs and protocols"),
     # the torque from the foot's side needs models of the force plate
-    "foot": Part(("dummy", "weight"), EXPERIMENTS["dummy"].category, ("figure_foot",)),
+    "foot": Part(("dummy", "weight"), EXPERIMENTS["dummy"].category),
     # the dummy that the printed tables describe
-    "thesis_dummy": Part(
-        ("dummy",),
-        EXPERIMENTS["dummy"].category,
-        ("figure_thesis_dummy",),
-        tables=("table_4_2", "table_4_3"),
-    ),
+    "thesis_dummy": Part(("dummy",), EXPERIMENTS["dummy"].category, tables=("table_4_2", "table_4_3")),
     # simulations compare the parameters of both experiments with the dummy
-    "simulation": Part(
-        ("wristalyzer", "dummy"),
-        "Forward simulation",
-        (
-            "figure_4_7",
-            "figure_4_8",
-            "figure_4_9",
-            "figure_4_10",
-            "figure_4_11",
-            "figure_b",
-            *APPENDIX,
-            "figure_b_13",
-        ),
-    ),
+    "simulation": Part(("wristalyzer", "dummy"), "Forward simulation"),
     # all trials of the manipulator together, if they hold enough periods of the perturbation
-    "wristalyzer_pooled": Part(("wristalyzer",), "Wristalyzer", ("figure_wristalyzer_amplitudes",)),
+    "wristalyzer_pooled": Part(("wristalyzer",), "Wristalyzer"),
     # any experiment whose trials have uncertainty budgets
-    "budgets": Part(
-        (),
-        "Uncertainty",
-        (
-            "figure_budget_wristalyzer",
-            "figure_budget_dummy",
-            "figure_budget_foot",
-            "figure_budget_weight",
-            "figure_budget_standing",
-        ),
-    ),
+    "budgets": Part((), "Uncertainty"),
     # any experiment whose trials name participants
-    "participants": Part((), "Participants", ("figure_participants",)),
+    "participants": Part((), "Participants"),
     # at least two trials
-    "operating_points": Part(
-        ("position_manipulator",),
-        EXPERIMENTS["position_manipulator"].category,
-        ("figure_operating_points",),
-    ),
+    "operating_points": Part(("position_manipulator",), EXPERIMENTS["position_manipulator"].category),
     # if the configuration wants it
-    "time_varying": Part(
-        ("position_manipulator",),
-        EXPERIMENTS["position_manipulator"].category,
-        ("figure_time_varying",),
-    ),
+    "time_varying": Part(("position_manipulator",), EXPERIMENTS["position_manipulator"].category),
     "noise": Part(
         ("wristalyzer", "dummy"),
         "Sensitivity to noise",
-        ("figure_4_12", "figure_noise"),
-        ("joint", "table_snr_db", "draws", "table_estimators"),
+        printed=("joint", "table_snr_db", "draws", "table_estimators"),
     ),
 }
-# captions of the HTML report that serve several figures
-CAPTIONS = dict.fromkeys(APPENDIX, "figure_b_trial")

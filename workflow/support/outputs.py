@@ -1,6 +1,7 @@
 """Output files of a study, as named by its rules."""
 
-from workflow.support.experiments import APPENDIX, CAPTIONS, EXPERIMENTS, PARTS
+from workflow.support.captions import captions_of
+from workflow.support.experiments import APPENDIX, EXPERIMENTS, OF_APPENDIX, PARTS
 from workflow.support.study import Study
 
 
@@ -11,9 +12,11 @@ def shown(study: Study) -> list[str]:
 
 def figures_of(study: Study, name: str) -> dict[str, str]:
     """Figure -> its caption, of an experiment or part; of Figures B-1 to B-12 as many as there are trials."""
-    left_out = [*APPENDIX[len(study.conditions("dummy")) :], *_without_budget(study)]
-    names = (PARTS.get(name) or EXPERIMENTS[name]).figures
-    return {figure: CAPTIONS.get(figure, figure) for figure in names if figure not in left_out}
+    left_out, found = _without_budget(study), {}
+    for caption in captions_of(name):
+        figures = APPENDIX[: len(study.conditions("dummy"))] if caption == OF_APPENDIX else (caption,)
+        found |= {figure: caption for figure in figures if figure not in left_out}
+    return found
 
 
 BUDGET = "figure_budget_"
@@ -21,14 +24,14 @@ BUDGET = "figure_budget_"
 
 def budget_names(study: Study) -> list[str]:
     """What of the study has a figure of its uncertainty budget: experiments, and the foot."""
-    names = [figure.removeprefix(BUDGET) for figure in PARTS["budgets"].figures]
+    names = [figure.removeprefix(BUDGET) for figure in captions_of("budgets")]
     return [name for name in names if study.has(name)]
 
 
 def _without_budget(study: Study) -> list[str]:
     """Figures of budgets of what the study does not have."""
     shown = [f"{BUDGET}{name}" for name in budget_names(study)]
-    return [figure for figure in PARTS["budgets"].figures if figure not in shown]
+    return [figure for figure in captions_of("budgets") if figure not in shown]
 
 
 def category_of(name: str) -> str:

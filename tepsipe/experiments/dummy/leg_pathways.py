@@ -16,8 +16,7 @@ from tepsipe.identification.likelihood.result import LikelihoodEstimates
 from tepsipe.identification.regression.output_error import OutputError
 from tepsipe.identification.regression.windows import WindowedFits, damping_per_skew
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.inverse_dynamics import Leg
-from tepsipe.mechanics.joint_torque import leg_pathway_torque
+from tepsipe.mechanics.inverse_dynamics import Leg, leg_pathway_torque
 from tepsipe.mechanics.segment_kinematics import (
     SegmentMarkers,
     SegmentMotion,

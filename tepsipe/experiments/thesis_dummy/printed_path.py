@@ -12,8 +12,7 @@ import scipy
 
 from tepsipe.identification.regression.windows import WindowedFits, regress_torque
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.inverse_dynamics import Leg
-from tepsipe.mechanics.joint_torque import leg_pathway_torque
+from tepsipe.mechanics.inverse_dynamics import Leg, leg_pathway_torque
 from tepsipe.mechanics.rubber_joint import RubberJoint, swing
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
 from tepsipe.signals.filters import Lowpass, butterworth_lowpass

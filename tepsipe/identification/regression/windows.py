@@ -15,8 +15,7 @@ import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.mechanics.impedance_model import PARAMETERS, impedance_torque
-from tepsipe.mechanics.inverse_dynamics import Leg
-from tepsipe.mechanics.joint_torque import leg_pathway_torque
+from tepsipe.mechanics.inverse_dynamics import Leg, leg_pathway_torque
 from tepsipe.mechanics.segment_kinematics import JointMotion, SegmentMotion
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.goodness_of_fit import vaf
