@@ -150,7 +150,7 @@ def report_sources():
 
 
 def figure_pairs(*names):
-    """Named outputs of a rule that draws figures which are not in the HTML report: SVG and PNG of each."""
+    """Named outputs for figures that are not in the HTML report: SVG and PNG of each."""
     svg = {name: f"<results>/figures/{name}.svg" for name in names}
     return svg | {f"{name}_png": f"<results>/figures/{name}.png" for name in names}
 
