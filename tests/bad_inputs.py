@@ -21,12 +21,12 @@ from tepsipe.ingest.manipulators import (
     ingest_position_manipulator,
     ingest_torque_manipulator,
 )
-from tepsipe.ingest.plate_treadmill import TreadmillOptions
+from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
 from tepsipe.ingest.platform import PlatformTableOptions, ingest_platform
 from tepsipe.ingest.plausibility import plausible_trial
 from tepsipe.ingest.recording_options import RecordingOptions, ScaledChannel
 from tepsipe.ingest.standing import ingest_standing_files
-from tepsipe.ingest.whole_trial import ingest_files
+from tepsipe.ingest.whole_trial import ingest_recording_files
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
 from tepsipe.virtual_lab.platform_person import PlatformPerson, PlatformProtocol, record_platform
@@ -439,13 +439,15 @@ def ingest(experiment, folder, config, whole=False):
             channels = {muscle: choice["channel"] for muscle, choice in section["muscles"].items()}
             trigger = (section["files"]["emg_trigger"], section["files"]["emg_trigger_threshold"])
             trial = ingest_standing_files(files, labels, channels, *trigger, options, lasts)
+        elif "calibration" in files:
+            trial = ingest_treadmill_files(files, labels, options, lasts)
         else:
             recording = single_c3d_settings()
             one_file = RecordingOptions(
                 plates={belt: tuple(numbers) for belt, numbers in recording["plates"].items()},
                 belt_velocity=ScaledChannel("Belt speed", 0.5, 2.5),
             )
-            trial = ingest_files(files, labels, options, one_file, lasts)
+            trial = ingest_recording_files(files, labels, options, one_file, lasts)
     elif experiment == "wristalyzer":
         named = section["files"]
         trial = ingest_torque_manipulator(

@@ -20,7 +20,6 @@ from tepsipe.ingest.plate_treadmill import (
     MarkerSignals,
     TreadmillOptions,
     TreadmillSignals,
-    ingest_treadmill_files,
     marker_signals,
     treadmill_trial,
 )
@@ -53,25 +52,25 @@ FILTER_PERIODS = 4.0
 MAX_GAP_S = 0.1
 
 
-def ingest_files(
+def ingest_recording_files(
     files: dict[str, str],
     marker_labels: list[str] | None,
     options: TreadmillOptions,
-    recording: RecordingOptions,
+    use: RecordingOptions,
     duration_s: float,
 ) -> Trial:
-    """One trial from a log with its calibration and markers, or from one file that holds all.
+    """Read the recording of a whole trial and make one trial of it; see `ingest_recording`.
 
     Parameters
     ----------
     files : dict of str to str
-        Paths: ``log``, ``calibration`` and, where there are any, ``markers``; or as `read_recording_files`.
+        Paths, as `read_recording_files` takes them.
     marker_labels : list of str or None
-        Markers in the order of sequential sampling; None if there are none.
+        Markers in the order of sequential sampling; None if nothing on the belt carries markers.
     options : TreadmillOptions
         Rates (Hz), longest gap (s), trigger (V).
-    recording : RecordingOptions
-        Plates and channels of a file that holds a whole trial.
+    use : RecordingOptions
+        Plates and channels.
     duration_s : float
         Length of the trial by the protocol (s).
 
@@ -83,12 +82,10 @@ def ingest_files(
     Raises
     ------
     InputError
-        If a file cannot be read or used.
+        If a file cannot be read, or as `ingest_recording`.
     """
-    if "calibration" in files:
-        return ingest_treadmill_files(files, marker_labels, options, duration_s)
-    whole = read_recording_files(files, recording.velocity_markers)
-    return ingest_recording(whole, marker_labels, options, recording, duration_s)
+    recording = read_recording_files(files, use.velocity_markers)
+    return ingest_recording(recording, marker_labels, options, use, duration_s)
 
 
 def ingest_recording(

@@ -1,4 +1,12 @@
-"""Motion of a body segment from its markers (thesis section 3-1-2)."""
+"""Pose and motion of a body segment from its markers in the sagittal plane (thesis section 3-1-2).
+
+y points forward along the belt, z up. theta is a segment's angle from the vertical, positive when
+the segment tips towards +y. A point with the anterior offset ``across`` from the axis of the segment
+and the longitudinal offset ``along`` from its origin is at
+
+    y = y_0 + across cos theta + along sin theta
+    z = z_0 - across sin theta + along cos theta
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +15,6 @@ from typing import Self
 import numpy as np
 
 from tepsipe.errors import InputError, listed
-from tepsipe.mechanics.rigid_body_pose import fit_rigid_segment
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.units import regular_rate, same_length, samples
@@ -56,6 +63,25 @@ class SegmentMarkers:
                 f"mm: "
                 "divide layout_m by 1000"
             )
+
+
+@dataclass(frozen=True)
+class SegmentPose:
+    """Pose of a rigid segment over time.
+
+    Attributes
+    ----------
+    angle : ndarray, shape (n,)
+        theta (rad).
+    point : ndarray, shape (n, 2)
+        y, z of the wanted point of the segment (m).
+    marker_residual_rms_m : float
+        Root mean square distance between markers and the rigid segment (m).
+    """
+
+    angle: np.ndarray
+    point: np.ndarray
+    marker_residual_rms_m: float
 
 
 @dataclass(frozen=True)
@@ -215,3 +241,36 @@ def motion_of_markers(
         z_dd=acceleration[:, 1],
         marker_residual_rms_m=pose.marker_residual_rms_m,
     )
+
+
+def fit_rigid_segment(markers: np.ndarray, layout: np.ndarray, point: np.ndarray) -> SegmentPose:
+    """Least-squares pose of a rigid segment from its markers (Söderkvist & Wedin 1993, in the plane).
+
+    Parameters
+    ----------
+    markers : ndarray, shape (n, k, 2)
+        y, z of the segment's k >= 2 markers (m).
+    layout : ndarray, shape (k, 2)
+        Anterior and longitudinal offset of each marker in the segment (m).
+    point : ndarray, shape (2,)
+        Anterior and longitudinal offset of the wanted point, for example the centre of mass (m).
+
+    Returns
+    -------
+    SegmentPose
+        Angle (rad), position of the point (m) and marker residual RMS (m).
+    """
+    centre = layout.mean(axis=0)
+    across, along = (layout - centre).T
+    middle = markers.mean(axis=1)
+    y, z = np.moveaxis(markers - middle[:, None], 2, 0)
+    angle = np.arctan2(y @ along - z @ across, y @ across + z @ along)
+    cosine, sine = np.cos(angle), np.sin(angle)
+    offset = point - centre
+    position = middle + np.column_stack(
+        [offset[0] * cosine + offset[1] * sine, -offset[0] * sine + offset[1] * cosine]
+    )
+    error_y = y - np.outer(cosine, across) - np.outer(sine, along)
+    error_z = z + np.outer(sine, across) - np.outer(cosine, along)
+    residual_rms = float(np.sqrt(np.mean(error_y**2 + error_z**2)))
+    return SegmentPose(angle, position, residual_rms)

@@ -10,8 +10,8 @@ from scipy.interpolate import CubicSpline
 from tepsipe.experiments.dummy.foot_budget import FOOT_SOURCES
 from tepsipe.experiments.dummy.foot_pathways import analyse_foot
 from tepsipe.experiments.dummy.leg_budget import LEG_SOURCES, LIKELIHOOD_SOURCES, compliance_contributions
-from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy
-from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_contributions, dummy_estimates
+from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy, dummy_estimates
+from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_contributions
 from tepsipe.io.trial import Signal
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.statistics.uncertainty import Source, sources_of

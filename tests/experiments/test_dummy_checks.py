@@ -17,8 +17,8 @@ from tepsipe.experiments.dummy.checks import (
     noise_bias,
     quoted_rows,
 )
-from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy
-from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_estimates
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy, dummy_estimates
+from tepsipe.experiments.dummy.results import bootstrap_pathways
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.mechanics.rubber_joint import RubberJoint, swing
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers

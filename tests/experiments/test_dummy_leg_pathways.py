@@ -8,12 +8,11 @@ from builders import LEG, RATE_HZ, Joint, assert_one_sentence, swing
 from scipy.interpolate import CubicSpline
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy, dummy_estimates
 from tepsipe.experiments.dummy.results import (
     bootstrap_pathways,
     cross_validate_dummy,
     cross_validation_estimates,
-    dummy_estimates,
     dummy_result,
 )
 from tepsipe.io.trial import Signal, Trial

@@ -30,7 +30,7 @@ from tepsipe.io.readers.treadmill_log import (
     read_treadmill_log,
 )
 from tepsipe.io.trial import checksum, read_sources, read_trial, write_trial
-from tepsipe.mechanics.rigid_body_pose import fit_rigid_segment
+from tepsipe.mechanics.segment_kinematics import fit_rigid_segment
 from tepsipe.virtual_lab.belt import DriveTruth, velocity_command
 from tepsipe.virtual_lab.dummy import DummyTruth, move_dummy
 from tepsipe.virtual_lab.dummy_trial import INTEGRATION_RATE_HZ, make_dummy_trial

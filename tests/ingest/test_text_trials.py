@@ -15,7 +15,7 @@ from tepsipe.experiments.dummy.leg_pathways import analyse_dummy
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
 from tepsipe.ingest.recording_options import RecordingOptions, ScaledChannel
 from tepsipe.ingest.standing import with_emg
-from tepsipe.ingest.whole_trial import ingest_files
+from tepsipe.ingest.whole_trial import ingest_recording_files
 from tepsipe.io.contents import contents_of
 from tepsipe.io.readers.c3d import read_markers
 from tepsipe.io.readers.edf import EmgRecording
@@ -101,7 +101,7 @@ def expected(raw):
 
 
 def test_trial_as_dflow_text(dflow_files, raw, expected):
-    trial = ingest_files(dflow_files, LABELS, INGEST, DFLOW, DUMMY_DURATION_S)
+    trial = ingest_recording_files(dflow_files, LABELS, INGEST, DFLOW, DUMMY_DURATION_S)
     inertia, damping, stiffness = parameters(trial)
     assert inertia == pytest.approx(expected[0], abs=2e-4)
     assert damping == pytest.approx(expected[1], rel=0.01)
@@ -156,7 +156,7 @@ def test_trial_as_tables(raw, expected, tmp_path, with_trc):
     files = {"log": write_csv(tmp_path / "trial.csv", *table_of(raw, not with_trc))}
     if with_trc:
         files["markers"] = write_trc(tmp_path / "trial.trc", raw["positions"])
-    trial = ingest_files(files, LABELS, INGEST, TABLE, DUMMY_DURATION_S)
+    trial = ingest_recording_files(files, LABELS, INGEST, TABLE, DUMMY_DURATION_S)
     assert parameters(trial) == pytest.approx(expected, rel=0.01, abs=2e-4)
     n = trial.time.size
     assert trial.values("force")[: n - 1] == pytest.approx(raw["trial"].values("force")[: n - 1], abs=1e-3)
@@ -164,7 +164,7 @@ def test_trial_as_tables(raw, expected, tmp_path, with_trc):
 
 def refused(path, match, files, use=DFLOW):
     with pytest.raises(InputError, match=match) as caught:
-        ingest_files(files, LABELS, INGEST, use, DUMMY_DURATION_S)
+        ingest_recording_files(files, LABELS, INGEST, use, DUMMY_DURATION_S)
     assert_one_sentence(caught.value, path)
 
 

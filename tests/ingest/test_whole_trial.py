@@ -19,10 +19,10 @@ from tepsipe.experiments.standing.options import StandingEstimator, TorquePathwa
 from tepsipe.experiments.standing.thesis.latency import muscle_latency
 from tepsipe.experiments.standing.thesis.results import fit_all
 from tepsipe.experiments.weight import estimate_masses
-from tepsipe.ingest.plate_treadmill import TreadmillOptions
+from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
 from tepsipe.ingest.recording_options import LoadCell, RecordingOptions, ScaledChannel
 from tepsipe.ingest.standing import ingest_standing_files, with_recorded_emg
-from tepsipe.ingest.whole_trial import ingest_files, ingest_recording
+from tepsipe.ingest.whole_trial import ingest_recording, ingest_recording_files
 from tepsipe.io.readers.recording import Channel, ForcePlate
 from tepsipe.io.readers.whole_trial import read_recording
 from tepsipe.mechanics.inverse_dynamics import Foot
@@ -66,7 +66,10 @@ def recording(one_file):
 def ingested(dummy_files, one_file, options, labels):
     """The dummy's trial from three files, and from one."""
     files = {"log": str(one_file)}
-    return tuple(ingest_files(f, labels, options, USE, DUMMY_DURATION_S) for f in (dummy_files, files))
+    return (
+        ingest_treadmill_files(dummy_files, labels, options, DUMMY_DURATION_S),
+        ingest_recording_files(files, labels, options, USE, DUMMY_DURATION_S),
+    )
 
 
 @pytest.fixture(scope="module")
@@ -131,7 +134,7 @@ def test_leg_is_the_laboratorys(ingested, dummy, true_joint, short_truth):
 def test_belt_velocity_from_markers(one_file, options, labels, ingested, dummy):
     """On the exact clock of the frames, and without a channel of the belt velocity."""
     use = replace(USE, belt_velocity=None, velocity_markers=FIXED)
-    trial = ingest_files({"log": str(one_file)}, labels, options, use, DUMMY_DURATION_S)
+    trial = ingest_recording_files({"log": str(one_file)}, labels, options, use, DUMMY_DURATION_S)
     found, expected = leg(trial, dummy), leg(ingested[0], dummy)
     # the instruments of the output error now have the noise of the markers
     assert_same_joint(found, expected, stiffness_rel=0.01, delays_s=(5e-5, 2.5e-4))
@@ -158,7 +161,7 @@ def test_markers_on_an_empty_belt_give_its_velocity_only(recording, ingested):
 @pytest.mark.slow
 def test_frames_on_the_exact_clock_of_the_channels(dummy_files, options, labels, ingested, dummy, tmp_path):
     path = single_c3d(dummy_files, tmp_path / "exact.c3d", latency_s=LATENCY_S)
-    trial = ingest_files({"log": str(path)}, labels, options, USE, DUMMY_DURATION_S)
+    trial = ingest_recording_files({"log": str(path)}, labels, options, USE, DUMMY_DURATION_S)
     assert_same_joint(leg(trial, dummy), leg(ingested[0], dummy), stiffness_rel=0.01, delays_s=(5e-5, 2.5e-4))
 
 
@@ -183,8 +186,11 @@ def loads(short_truth, shipped_config, tmp_path_factory):
         path = single_c3d(files, folder / "one.c3d", duration_s=14.0)
         gaps = (None, None) if marked is None else (0.1, 2500.0)
         options = TreadmillOptions(250.0, *gaps, 2.5)
-        for given, recordings in zip((files, {"log": path}), found, strict=True):
-            trial = ingest_files(given, marked, options, USE, 14.0)
+        trials = (
+            ingest_treadmill_files(files, marked, options, 14.0),
+            ingest_recording_files({"log": path}, marked, options, USE, 14.0),
+        )
+        for trial, recordings in zip(trials, found, strict=True):
             carried = None if marked is None else weight
             recordings.append(plate_recordings(trial, experiment, "sine-0.5", plate, carried))
     return found
@@ -311,9 +317,11 @@ def test_origin_of_a_treadmill_that_points_the_other_way(dummy_files, options, l
     file["parameters"]["FORCE_PLATFORM"]["ORIGIN"]["value"] *= -1.0
     file.write(str(path))
     with pytest.raises(InputError) as caught:
-        ingest_files({"log": path}, labels, options, USE, DUMMY_DURATION_S)
+        ingest_recording_files({"log": path}, labels, options, USE, DUMMY_DURATION_S)
     assert_one_sentence(caught.value, path, "force plate 2", "reverse_origin", "m outside")
-    trial = ingest_files({"log": path}, labels, options, replace(USE, reverse_origin=True), DUMMY_DURATION_S)
+    trial = ingest_recording_files(
+        {"log": path}, labels, options, replace(USE, reverse_origin=True), DUMMY_DURATION_S
+    )
     same(trial, ingested[1], 1e-5)
 
 

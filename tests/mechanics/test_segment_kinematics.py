@@ -1,11 +1,61 @@
-"""Markers of a segment, and its motion from them."""
+"""Markers of a segment, its pose, and its motion from them."""
 
 import numpy as np
 import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers, fit_rigid_segment, segment_motion
+
+LAYOUT = np.array([[0.0, 0.0], [-0.012, 0.87], [0.012, 0.63], [0.1, 0.39]])
+CENTRE = np.array([0.0, 0.4485])
+
+
+def place(points, angle, origin):
+    """Turn points (across, along) by an angle towards +y and put their origin somewhere."""
+    toppled = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    return np.asarray(origin) + points @ toppled.T
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.01, -0.3, 1.5, np.pi - 0.01, -2.0])
+def test_pose_of_a_turned_and_moved_segment_is_found(angle):
+    markers = place(LAYOUT, angle, (0.3, -1.2))[None]
+    pose = fit_rigid_segment(markers, LAYOUT, CENTRE)
+    assert pose.angle == pytest.approx([angle], abs=1e-14)
+    assert pose.point[0] == pytest.approx(place(CENTRE, angle, (0.3, -1.2)), abs=1e-14)
+    assert pose.marker_residual_rms_m < 1e-14
+
+
+def test_angle_is_positive_when_the_segment_tips_forward():
+    tipped = np.array([[[0.0, 0.0], [0.1, 1.0]]])
+    pose = fit_rigid_segment(tipped, np.array([[0.0, 0.0], [0.0, 1.0]]), CENTRE)
+    assert pose.angle[0] == pytest.approx(np.arctan(0.1), rel=1e-12)
+
+
+def test_angle_does_not_depend_on_where_the_segment_is(rng):
+    markers = place(LAYOUT, 0.2, (0.0, 0.0)) + 1e-3 * rng.standard_normal((50, 4, 2))
+    here = fit_rigid_segment(markers, LAYOUT, CENTRE)
+    moved = np.array([5.0, -2.0])
+    there = fit_rigid_segment(markers + moved, LAYOUT, CENTRE)
+    assert there.angle == pytest.approx(here.angle, abs=1e-12)
+    assert there.point == pytest.approx(here.point + moved, abs=1e-12)
+    assert there.marker_residual_rms_m == pytest.approx(here.marker_residual_rms_m, rel=1e-9)
+
+
+def test_stretched_segment_is_off_by_half_its_stretch_at_either_end():
+    layout = np.array([[0.0, 0.0], [0.0, 1.0]])
+    stretched = np.array([[[0.0, -0.003], [0.0, 1.003]]])
+    pose = fit_rigid_segment(stretched, layout, np.array([0.0, 0.5]))
+    assert pose.marker_residual_rms_m == pytest.approx(0.003, rel=1e-12)
+    assert pose.point[0] == pytest.approx([0.0, 0.5], abs=1e-15)
+
+
+def test_noise_of_the_angle_is_that_of_the_markers_over_their_spread(rng):
+    markers = place(LAYOUT, 0.1, (0.0, 0.0)) + 1e-4 * rng.standard_normal((20000, 4, 2))
+    pose = fit_rigid_segment(markers, LAYOUT, CENTRE)
+    spread = np.sqrt(np.sum((LAYOUT - LAYOUT.mean(axis=0)) ** 2))
+    assert pose.angle.mean() == pytest.approx(0.1, abs=1e-5)
+    assert pose.angle.std() == pytest.approx(1e-4 / spread, rel=0.03)
 
 
 def test_two_markers_determine_the_angle_and_one_is_refused():

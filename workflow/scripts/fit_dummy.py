@@ -11,13 +11,8 @@ from tepsipe.experiments.dummy.checks import (
     known_inertia,
     quoted_rows,
 )
-from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy
-from tepsipe.experiments.dummy.results import (
-    bootstrap_pathways,
-    dummy_contributions,
-    dummy_estimates,
-    dummy_result,
-)
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy, dummy_estimates
+from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_contributions, dummy_result
 from tepsipe.io.budget_table import CONTRIBUTIONS
 from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import write_result

@@ -5,13 +5,8 @@ import job
 job.start(snakemake)
 
 from tepsipe.experiments.dummy.foot_pathways import FootOptions, FootPathway, analyse_foot
-from tepsipe.experiments.dummy.leg_pathways import DummyOptions
-from tepsipe.experiments.dummy.results import (
-    bootstrap_pathways,
-    dummy_contributions,
-    dummy_estimates,
-    dummy_result,
-)
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, dummy_estimates
+from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_contributions, dummy_result
 from tepsipe.io.budget_table import CONTRIBUTIONS
 from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import read_result, write_result

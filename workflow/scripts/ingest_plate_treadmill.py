@@ -5,22 +5,19 @@ import job
 job.start(snakemake)
 
 from tepsipe.ingest.limits import Limits, Rig
-from tepsipe.ingest.plate_treadmill import TreadmillOptions
+from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
 from tepsipe.ingest.plausibility import plausible_trial
 from tepsipe.ingest.recording_options import RecordingOptions
-from tepsipe.ingest.whole_trial import ingest_files
+from tepsipe.ingest.whole_trial import ingest_recording_files
 from tepsipe.io.trial import write_trial
 
-files, names = dict(snakemake.params.files), snakemake.wildcards
-options = TreadmillOptions(**snakemake.params.ingest)
-recording = snakemake.params.recording
-trial = ingest_files(
-    files,
-    snakemake.params.marker_labels,
-    options,
-    RecordingOptions.from_settings(recording),
-    snakemake.params.duration_s,
-)
-trial = plausible_trial(trial, Limits(**snakemake.params.plausible), Rig(**snakemake.params.rig), files)
-used = vars(options) | dict(snakemake.params.named) | ({} if recording is None else {"recording": recording})
+params, names, files = snakemake.params, snakemake.wildcards, dict(snakemake.params.files)
+options, recording = TreadmillOptions(**params.ingest), params.recording
+if "calibration" in files:
+    trial = ingest_treadmill_files(files, params.marker_labels, options, params.duration_s)
+else:
+    use = RecordingOptions.from_settings(recording)
+    trial = ingest_recording_files(files, params.marker_labels, options, use, params.duration_s)
+trial = plausible_trial(trial, Limits(**params.plausible), Rig(**params.rig), files)
+used = vars(options) | dict(params.named) | ({} if recording is None else {"recording": recording})
 write_trial(snakemake.output.trial, trial, names.experiment, names.condition, files, used)

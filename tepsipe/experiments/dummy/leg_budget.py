@@ -27,8 +27,7 @@ import numpy as np
 from tepsipe.identification.likelihood.result import LikelihoodEstimates
 from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.mechanics.inverse_dynamics import Leg
-from tepsipe.mechanics.rigid_body_pose import fit_rigid_segment
-from tepsipe.mechanics.segment_kinematics import SegmentMarkers, SegmentMotion
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers, SegmentMotion, fit_rigid_segment
 from tepsipe.signals.differentiation import derivative
 from tepsipe.statistics.uncertainty import Budget, Source, linear_contributions, scatter
 

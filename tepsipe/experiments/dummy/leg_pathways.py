@@ -1,4 +1,4 @@
-"""TEP-SIPE on the ankle dummy, from one trial to its parameters by every pathway (thesis section 3-1-2)."""
+"""TEP-SIPE on the ankle dummy, from one trial to its estimates by every pathway (thesis section 3-1-2)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -7,15 +7,18 @@ from typing import Self
 import numpy as np
 
 from tepsipe.errors import InputError, listed
+from tepsipe.experiments.budgets import with_budget
 from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck
 from tepsipe.experiments.dummy.leg_budget import LegKnowledge, leg_budget, small_budget
-from tepsipe.experiments.dummy.likelihood_budget import LikelihoodData, marker_contributions
+from tepsipe.experiments.dummy.likelihood_budget import LikelihoodData, joint_estimates, marker_contributions
 from tepsipe.identification.estimators import LEAST_SQUARES_THESIS, Record, estimate, find_estimator
 from tepsipe.identification.likelihood.channels import DummyMarkers, dummy_markers
 from tepsipe.identification.likelihood.result import LikelihoodEstimates
 from tepsipe.identification.regression.output_error import OutputError
 from tepsipe.identification.regression.windows import WindowedFits, damping_per_skew
+from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.trial import Trial
+from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
 from tepsipe.mechanics.inverse_dynamics import Leg, leg_pathway_torque
 from tepsipe.mechanics.segment_kinematics import (
     SegmentMarkers,
@@ -26,6 +29,7 @@ from tepsipe.mechanics.segment_kinematics import (
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
+from tepsipe.statistics.bootstrap import Interval
 from tepsipe.statistics.uncertainty import Budget, Source, sources_of
 from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
 
@@ -237,6 +241,70 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         marker_residual_rms_m=max(motion.marker_residual_rms_m for motion in motions.values()),
         marker_noise_m=_noise_at_rest(prepared, options),
     )
+
+
+def dummy_estimates(
+    condition: str, analysis: DummyAnalysis, intervals: dict[str, Interval]
+) -> list[Estimate]:
+    """Tidy rows of one trial: I, B, K, and VAF (%) per perturbation and over the trial.
+
+    Output error and joint likelihood add the VAF (%) of the angle, VAF_theta_trial; the joint likelihood also
+    adds I, B, K of small movements.
+
+    Parameters
+    ----------
+    condition : str
+        Name of the condition.
+    analysis : DummyAnalysis
+        Output of `analyse_dummy`.
+    intervals : dict of str to Interval
+        From `tepsipe.experiments.dummy.results.bootstrap_pathways`.
+
+    Returns
+    -------
+    list of Estimate
+        Values are means over perturbations, with the intervals of their budgets; the interval of the VAF is
+        bootstrapped. The output error has no SEM as printed.
+    """
+    rows = []
+    for name, regression in analysis.regressions.items():
+        names = ("dummy", condition, name, analysis.pathways[name].estimator)
+        interval, mean = intervals[name], regression.mean
+        printed = np.mean([fit.sem_as_printed for fit in regression.fits], axis=0)
+        count = len(regression.fits)
+        of_joint = [
+            Estimate(
+                *names,
+                quantity,
+                UNITS[quantity],
+                float(mean[k]),
+                sem_as_printed=float(printed[k]) if np.isfinite(printed[k]) else None,
+                n_perturbations=count,
+            )
+            for k, quantity in enumerate(PARAMETERS)
+        ]
+        failed = analysis.checks[name].flags if name in analysis.checks else ()
+        rows += flagged(with_budget(of_joint, analysis.budgets[name], PARAMETERS), *failed)
+        rows.append(
+            Estimate(
+                *names,
+                "VAF_perturbation",
+                "%",
+                float(regression.vaf_per_perturbation.mean()),
+                float(interval.standard_error[0]),
+                float(interval.low[0]),
+                float(interval.high[0]),
+                n_perturbations=count,
+            )
+        )
+        rows.append(Estimate(*names, "VAF_trial", "%", regression.vaf_trial, n_perturbations=count))
+        if name in analysis.likelihood_estimates:
+            likelihood_fit = analysis.likelihood_estimates[name]
+            rows += joint_estimates(names, likelihood_fit, analysis.small_budgets[name], count)
+        if name in analysis.output_errors:
+            of_angle = analysis.output_errors[name].vaf_angle
+            rows.append(Estimate(*names, "VAF_theta_trial", "%", of_angle, n_perturbations=count))
+    return rows
 
 
 def leg_motion(prepared: PreparedTrial, options: DummyOptions, instants: str) -> SegmentMotion:

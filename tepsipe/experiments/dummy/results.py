@@ -1,4 +1,4 @@
-"""Results of one trial of the ankle dummy: rows of estimates and budgets, arrays, and cross-validation."""
+"""Results of one trial of the ankle dummy: rows of budgets, arrays, facts, and cross-validation."""
 
 import zlib
 from collections.abc import Sequence
@@ -6,83 +6,18 @@ from collections.abc import Sequence
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.budgets import contributions_of, with_budget
+from tepsipe.experiments.budgets import contributions_of
 from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck
 from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis
 from tepsipe.identification.likelihood.result import LikelihoodEstimates
 from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.io.budget_table import Contribution
-from tepsipe.io.estimates import Estimate, flagged
+from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
-from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, impedance_torque
+from tepsipe.mechanics.impedance_model import PARAMETERS, impedance_torque
 from tepsipe.statistics.bootstrap import Interval, bootstrap_mean
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.uncertainty import Budget
-
-# quantities of small movements: name in the rows -> name at the working amplitude
-SMALL = {f"{quantity}_small": quantity for quantity in PARAMETERS}
-
-
-def joint_estimates(
-    names: tuple[str, str, str, str], fit: LikelihoodEstimates, budget: Budget, count: int
-) -> list[Estimate]:
-    """I, B, K of small movements, delay (s) of the angle after the foot, and softening if present.
-
-    Parameters
-    ----------
-    names : tuple of str
-        Experiment, condition, pathway and estimator.
-    fit : LikelihoodEstimates
-        The fit.
-    budget : Budget
-        Uncertainty of I, B, K of small movements.
-    count : int
-        Number of perturbations.
-
-    Returns
-    -------
-    list of Estimate
-        Those of delay and softening have Wald intervals.
-    """
-    rows = with_budget(
-        [
-            Estimate(*names, name, UNITS[quantity], float(fit.small[k]), n_perturbations=count)
-            for k, (name, quantity) in enumerate(SMALL.items())
-        ],
-        budget,
-        tuple(SMALL),
-    )
-    wanted = [("delay", "s", "delay")]
-    if fit.fit.softens:
-        wanted += [("K_softened", "Nm/rad", "C"), ("B_softened", "Nms/rad", "B_s")]
-    for quantity, unit, name in wanted:
-        value, error = fit.fit.value(name), fit.fit.standard_error(name)
-        ends = (value - 1.96 * error, value + 1.96 * error)
-        rows.append(Estimate(*names, quantity, unit, value, error, *ends, n_perturbations=count))
-    return rows
-
-
-def likelihood_facts(estimates: LikelihoodEstimates) -> dict:
-    """Noise levels, timing and softening of a fit, as plain numbers."""
-    fit = estimates.fit
-    facts = {
-        "delay_s": fit.value("delay"),
-        "delay_standard_error_s": fit.standard_error("delay"),
-        "marker_noise_m": fit.channels.marker_noise_m,
-        "log_noise_m_per_s": fit.log_noise_m_per_s,
-    }
-    if fit.log_noise_m_per_s is not None:
-        facts |= {"log_lag_s": fit.value("lag"), "log_gain": fit.value("gain")}
-    if estimates.softening is not None:
-        softening, damping, half = estimates.softening
-        facts |= {
-            "softening_Nm_per_rad": softening,
-            "softened_damping_Nms_per_rad": damping,
-            "half_softening_rad": half,
-            "softening_chi_square": fit.softening_chi_square,
-        }
-    return facts
-
 
 LOAD_UNITS = {"Fy": "N", "Mx": "Nm"}
 
@@ -113,70 +48,6 @@ def bootstrap_pathways(analysis: DummyAnalysis, draws: int, seed: int) -> dict[s
         )
         for name, regression in analysis.regressions.items()
     }
-
-
-def dummy_estimates(
-    condition: str, analysis: DummyAnalysis, intervals: dict[str, Interval]
-) -> list[Estimate]:
-    """Tidy rows of one trial: I, B, K, and VAF (%) per perturbation and over the trial.
-
-    Output error and joint likelihood add the VAF (%) of the angle, VAF_theta_trial; the joint likelihood also
-    adds I, B, K of small movements.
-
-    Parameters
-    ----------
-    condition : str
-        Name of the condition.
-    analysis : DummyAnalysis
-        Output of `analyse_dummy`.
-    intervals : dict of str to Interval
-        From `bootstrap_pathways`.
-
-    Returns
-    -------
-    list of Estimate
-        Values are means over perturbations, with the intervals of their budgets; the interval of the VAF is
-        bootstrapped. The output error has no SEM as printed.
-    """
-    rows = []
-    for name, regression in analysis.regressions.items():
-        names = ("dummy", condition, name, analysis.pathways[name].estimator)
-        interval, mean = intervals[name], regression.mean
-        printed = np.mean([fit.sem_as_printed for fit in regression.fits], axis=0)
-        count = len(regression.fits)
-        of_joint = [
-            Estimate(
-                *names,
-                quantity,
-                UNITS[quantity],
-                float(mean[k]),
-                sem_as_printed=float(printed[k]) if np.isfinite(printed[k]) else None,
-                n_perturbations=count,
-            )
-            for k, quantity in enumerate(PARAMETERS)
-        ]
-        failed = analysis.checks[name].flags if name in analysis.checks else ()
-        rows += flagged(with_budget(of_joint, analysis.budgets[name], PARAMETERS), *failed)
-        rows.append(
-            Estimate(
-                *names,
-                "VAF_perturbation",
-                "%",
-                float(regression.vaf_per_perturbation.mean()),
-                float(interval.standard_error[0]),
-                float(interval.low[0]),
-                float(interval.high[0]),
-                n_perturbations=count,
-            )
-        )
-        rows.append(Estimate(*names, "VAF_trial", "%", regression.vaf_trial, n_perturbations=count))
-        if name in analysis.likelihood_estimates:
-            likelihood_fit = analysis.likelihood_estimates[name]
-            rows += joint_estimates(names, likelihood_fit, analysis.small_budgets[name], count)
-        if name in analysis.output_errors:
-            of_angle = analysis.output_errors[name].vaf_angle
-            rows.append(Estimate(*names, "VAF_theta_trial", "%", of_angle, n_perturbations=count))
-    return rows
 
 
 def dummy_contributions(rows: Sequence[Estimate], analysis: DummyAnalysis) -> list[Contribution]:
@@ -236,6 +107,28 @@ def dummy_result(analysis: DummyAnalysis) -> Result:
         },
     }
     return Result(arrays, units, facts)
+
+
+def likelihood_facts(estimates: LikelihoodEstimates) -> dict:
+    """Noise levels, timing and softening of a fit, as plain numbers."""
+    fit = estimates.fit
+    facts = {
+        "delay_s": fit.value("delay"),
+        "delay_standard_error_s": fit.standard_error("delay"),
+        "marker_noise_m": fit.channels.marker_noise_m,
+        "log_noise_m_per_s": fit.log_noise_m_per_s,
+    }
+    if fit.log_noise_m_per_s is not None:
+        facts |= {"log_lag_s": fit.value("lag"), "log_gain": fit.value("gain")}
+    if estimates.softening is not None:
+        softening, damping, half = estimates.softening
+        facts |= {
+            "softening_Nm_per_rad": softening,
+            "softened_damping_Nms_per_rad": damping,
+            "half_softening_rad": half,
+            "softening_chi_square": fit.softening_chi_square,
+        }
+    return facts
 
 
 def _treadmill_error(check: TreadmillCheck) -> dict:

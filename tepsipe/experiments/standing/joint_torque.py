@@ -20,7 +20,7 @@ from tepsipe.mechanics.inverse_dynamics import (
     standing_torque,
     standing_torque_as_printed,
 )
-from tepsipe.mechanics.rigid_body_pose import fit_rigid_segment
+from tepsipe.mechanics.segment_kinematics import fit_rigid_segment
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.onsets import ramp_onset
 from tepsipe.signals.time_alignment import advanced, marker_delay

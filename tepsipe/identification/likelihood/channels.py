@@ -25,8 +25,7 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
-from tepsipe.mechanics.rigid_body_pose import fit_rigid_segment
-from tepsipe.mechanics.segment_kinematics import SegmentMarkers
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers, fit_rigid_segment
 
 # band of the fit (Hz): below it the foot does not move the leg, above it only noise remains
 BAND_HZ = (0.1, 30.0)

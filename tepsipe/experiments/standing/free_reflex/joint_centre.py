@@ -18,8 +18,7 @@ import numpy as np
 
 from tepsipe.experiments.standing.options import Person
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.rigid_body_pose import SegmentPose, fit_rigid_segment
-from tepsipe.mechanics.segment_kinematics import SegmentMarkers
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers, SegmentPose, fit_rigid_segment
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.resampling import runs_of
 
