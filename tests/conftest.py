@@ -26,9 +26,22 @@ sys.path.insert(0, str(ROOT))  # for `workflow`, which is not installed
 
 
 def pytest_collection_modifyitems(config, items):
-    """Where several processes share the tests, those that take longest start first."""
-    if hasattr(config, "workerinput"):
-        items.sort(key=lambda item: item.get_closest_marker("study") is None)
+    """Where several processes share the tests, the files that take longest start first.
+
+    The file that makes the shared study comes before all. Studies without it follow, so that no process
+    waits until it is made.
+    """
+    if not hasattr(config, "workerinput"):
+        return
+
+    def files_of(marker):
+        return [item.path for item in items if item.get_closest_marker(marker)]
+
+    studies, slow = files_of("study"), set(files_of("slow"))
+    shared = [item.path for item in items if "study" in item.fixturenames]
+    turns = dict.fromkeys(slow, 3) | dict.fromkeys(studies, 1) | dict.fromkeys(shared, 2)
+    turns |= dict.fromkeys(shared[:1], 0)
+    items.sort(key=lambda item: turns.get(item.path, 4))
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ A start of Python and the imports take half of the time of a dry run. Each call 
 folder of its study, whose code it imports; nothing remains of it in this process.
 """
 
+import gc
 import importlib
 import json
 import os
@@ -14,7 +15,9 @@ import traceback
 from pathlib import Path
 
 # of others: what a study imports of this project belongs to the study's own copy
-PACKAGES = ("snakemake.cli", "snakemake.report", "pydantic", "yaml")
+PACKAGES = ("snakemake.cli", "snakemake.report.html_reporter", "pydantic", "yaml")
+# what Snakemake imports only when it has read a study
+LATER = ("pandas", "jinja2", "requests", "smart_open")
 
 
 class WarmSnakemake:
@@ -39,8 +42,9 @@ class WarmSnakemake:
 
 def serve():
     """Answer every line of the standard input with an exit status."""
-    for package in PACKAGES:
+    for package in (*PACKAGES, *LATER):
         importlib.import_module(package)
+    gc.freeze()  # a collection in a fork would copy every page that it shares with this process
     for line in sys.stdin:
         call = json.loads(line)
         child = os.fork()
