@@ -12,6 +12,7 @@ from types import SimpleNamespace
 
 import psutil
 import pytest
+from study_builders import warm_process
 
 from snakemake_executor_plugin_tepsipe import run_script
 from workflow.support.stopped import records
@@ -69,12 +70,22 @@ output.write_text(f"{snakemake.params.number} {Path.cwd()} {os.environ['OPENBLAS
 
 @pytest.fixture
 def project(tmp_path, root):
-    """Write a small project whose jobs have these names; its scripts begin as those of the study do."""
+    """Write a small project whose jobs have these names; its scripts begin as those of the study do.
 
-    def write(*names):
+    What jobs are forked from has imported nothing, unless ``preloaded``: imports take most of a short run.
+    """
+
+    def write(*names, preloaded=False):
         (tmp_path / "workflow/scripts").mkdir(parents=True)
-        for part in ("tepsipe", "workflow/support"):
+        (tmp_path / "workflow/support").mkdir()
+        for part in (
+            "tepsipe",
+            *(f"workflow/support/{p.name}" for p in (root / "workflow/support").glob("*")),
+        ):
             (tmp_path / part).symlink_to(root / part)
+        if not preloaded:
+            (tmp_path / "workflow/support/preload.py").unlink()
+            (tmp_path / "workflow/support/preload.py").write_text("")
         shutil.copy(root / "workflow/scripts/job.py", tmp_path / "workflow/scripts")
         (tmp_path / "workflow/scripts/made.py").write_text(SCRIPT)
         (tmp_path / "Snakefile").write_text(SNAKEFILE.format(names=names))
@@ -113,7 +124,7 @@ def has_ended(process, within_s=10.0):
 
 @pytest.mark.parametrize("executor", ["tepsipe", "local"])
 def test_a_job_that_stops_is_named_and_the_others_go_on(project, executor):
-    folder = project("good", "bug", "refused", "SIGKILL", "SIGSEGV", "also")
+    folder = project("good", "bug", "refused", "SIGKILL", "SIGSEGV", "also", preloaded=True)
     run = started(folder, executor)
     said = ended(run, folder).partition("What stopped:\n")[2].splitlines()
     assert run.returncode == 1
@@ -153,9 +164,8 @@ def test_a_run_that_is_killed_ends_its_jobs(project):
     assert (folder / "out/waits.txt").read_text() == "begun"
     # Snakemake knows that this output is incomplete
     (folder / "workflow/scripts/made.py").write_text(SCRIPT.replace("sleep(60)", "sleep(0)"))
-    subprocess.run([sys.executable, "-m", "snakemake", "--unlock"], cwd=folder, check=True)
-    again = [sys.executable, "-m", "snakemake", "-c1", "--rerun-incomplete", "--executor", "tepsipe"]
-    subprocess.run(again, cwd=folder, check=True, capture_output=True)
+    again = warm_process().run(["-c1", "--nolock", "--rerun-incomplete", "--executor", "tepsipe"], folder)
+    assert again.returncode == 0, again.stderr
     assert (folder / "out/waits.txt").read_text().startswith("7 ")
 
 
