@@ -24,7 +24,7 @@ from tepsipe.virtual_lab.treadmill_trial import Protocol
 
 pytestmark = pytest.mark.slow
 
-DURATION_S = 45.0
+DURATION_S = 36.0
 TRIALS = (("sine", 0.4), ("sine", 0.5), ("negative-sine", 0.4), ("negative-sine", 0.5))
 INTERVAL_S = (3.6, 3.8)
 # a plate that feels nothing but the feet
