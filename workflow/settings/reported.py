@@ -65,8 +65,12 @@ class Cell(Section):
 
     tables: some(TableName) = setting("tables of the cells")
     rows: some(str) = setting("their quantities")
-    verdict: Literal["reproduced", "fitted", "predicted"] = optional(
-        "verdict of simulated trials within the tolerance, by default `reproduced`"
+    verdict: Literal["fitted", "predicted", "interpretation", "unknown"] = setting(
+        "verdict of simulated trials within the tolerance; `unknown` wherever no rule returns the printed value"
+    )
+    used: str = setting("name in `bases`: what was used to get the value")
+    null: Literal["mean of the printed row", "table_4_1", "table_4_2", "table_4_3"] = optional(
+        "null model: by default the mean of the printed row, or the same column of another table"
     )
     absolute: Positive = optional("tolerance in the unit of the row")
     share: Positive = optional("tolerance as a fraction of the printed number")
@@ -96,8 +100,25 @@ class Claim(Section):
     tolerance: Annotated[Any, AfterValidator(_tolerance)] = setting(
         "a number in `unit`, or `below` or `above` for values below or above `reported`"
     )
-    verdict: Literal["fitted", "predicted"] = optional("verdict of a simulated trial within the tolerance")
+    verdict: Literal["implied", "fitted", "predicted", "pattern", "interpretation"] = setting(
+        "verdict of a simulated trial within the tolerance; `implied` is measured on the printed values"
+    )
+    used: str = setting("name in `bases`: what was used to get the value")
+    null: float = optional("value of a null model, by default that of the null models of Tables 4-1 to 4-4")
+    margin: float = optional(
+        "value that the thesis itself has, by default that of its printed tables, if they determine it"
+    )
     section: str = setting("section of the report that discusses the claim")
+
+
+class Assertion(Section):
+    """Statement of chapters 4 to 6 of the thesis, with claims that test it or the reason why none does."""
+
+    where: str = setting("its place in the thesis")
+    says: str = setting("what the thesis says")
+    measures: list[str] = optional("measures of the claims that test it")
+    tables: list[TableName] = optional("printed tables whose cells test it")
+    unchecked: str = optional("why it cannot be checked, without `measures` and `tables`")
 
 
 class Reported(Section):
@@ -105,6 +126,8 @@ class Reported(Section):
 
     tables: Tables
     values: Values
+    bases: dict[str, str] = setting("{name: what values of the run are obtained from, in words}")
     slips: list[Slip] = setting("evident misprints")
     cells: list[Cell] = setting("tolerance of every printed cell")
     claims: list[Claim] = setting("statements that the study checks")
+    assertions: list[Assertion] = setting("all statements of chapters 4 to 6, in their order")

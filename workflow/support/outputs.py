@@ -69,6 +69,13 @@ def estimates_of(study: Study, experiment: str) -> list[str]:
     return files + ([f"<results>/cross_validation/{experiment}.csv"] if crossed else [])
 
 
+def fits_of_table(study: Study, table: str) -> list[str]:
+    """Fits of a table's conditions, with a standard error for each perturbation; of Table 4-1 none."""
+    if table == "table_4_1":
+        return []
+    return [f"<results>/fits/dummy/{condition}.h5" for condition in study.thesis.conditions(table)]
+
+
 def estimates(study: Study) -> list[str]:
     """Rows of estimates of all trials and tasks, then of cross-validations."""
     files = [f"<results>/estimates/{e}/{c}.csv" for e, c in study.trials if EXPERIMENTS[e].fitted]
