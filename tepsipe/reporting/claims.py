@@ -2,7 +2,7 @@
 
 import difflib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -185,6 +185,8 @@ class ClaimVerdict:
         Value of the thesis's own printed numbers (``unit``), if they determine it.
     used : str
         What was used to get the number of this run, and whether the claim can discriminate.
+    statements : str
+        Numbers of the statements of chapters 4 to 6 that it tests, joined by ``;``.
     """
 
     claim: str
@@ -199,6 +201,7 @@ class ClaimVerdict:
     null_verdict: str
     margin: float | None
     used: str
+    statements: str
 
 
 CLAIM_VERDICTS = Table(ClaimVerdict, "claims")
@@ -210,6 +213,7 @@ def check_claims(
     bases: dict[str, str],
     printed: Findings | None = None,
     nulls: Findings | None = None,
+    assertions: list[dict] | None = None,
 ) -> list[ClaimVerdict]:
     """Test every claim.
 
@@ -218,14 +222,16 @@ def check_claims(
     claims : list of dict
         Keys claim, where, measure, unit, reported, tolerance, section (``unit`` holds for reported and
         tolerance; the tolerance ``below`` requires less than reported, ``above`` more); verdict, which a
-        simulated trial within the tolerance has; used, a name in ``bases``; and optionally null and margin
-        (``unit``), in place of those by ``nulls`` and ``printed``.
+        simulated trial within the tolerance has; used, a name in ``bases``; and optionally null_value and
+        margin (``unit``), in place of those by ``nulls`` and ``printed``.
     findings : Findings
         Results of this run.
     bases : dict
         What numbers are obtained from, in words.
     printed, nulls : Findings or None
         Numbers that the thesis printed, and those of the null models, as `findings_of_cells` makes them.
+    assertions : list of dict or None
+        Statements of the thesis in their order, with the ``measures`` of the claims that test them.
 
     Returns
     -------
@@ -241,7 +247,15 @@ def check_claims(
         If a measure or a basis is unknown.
     """
     nothing = Findings([], {}, findings.as_printed)
-    return [_checked(claim, findings, bases, printed or nothing, nulls or nothing) for claim in claims]
+    rows = [_checked(claim, findings, bases, printed or nothing, nulls or nothing) for claim in claims]
+    tested = [
+        [k for k, one in enumerate(assertions or [], 1) if claim["measure"] in one.get("measures", ())]
+        for claim in claims
+    ]
+    return [
+        replace(row, statements=";".join(map(str, numbers)))
+        for row, numbers in zip(rows, tested, strict=True)
+    ]
 
 
 def _checked(
@@ -258,7 +272,7 @@ def _checked(
     value = _measured(MEASURES[name], printed if claim["verdict"] == IMPLIED else findings)
     null, margin = (
         claim.get(key, _measured(MEASURES[name], numbers))
-        for key, numbers in (("null", nulls), ("margin", printed))
+        for key, numbers in (("null_value", nulls), ("margin", printed))
     )
     null_verdict = null_verdict_of(None if null is None else _holds(claim, null))
     used = basis + ("; cannot discriminate: the null model is within, too" if null_verdict == IMPLIED else "")
@@ -272,6 +286,7 @@ def _checked(
         null_verdict=null_verdict,
         margin=margin,
         used=used,
+        statements="",
     )
 
 

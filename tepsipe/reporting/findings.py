@@ -12,7 +12,6 @@ from tepsipe.reporting.planned import PlannedRow
 from tepsipe.reporting.thesis_tables import TableRow
 from tepsipe.treadmill.calibration import ModelScore
 
-
 WRISTALYZER_TABLE, NOISE_TABLE = "table_4_1", "table_4_4"
 
 

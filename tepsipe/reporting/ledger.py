@@ -42,7 +42,7 @@ class Tolerance:
         ``predicted``. ``unknown`` if no rule returns the printed numbers: then no number is judged.
     used : str
         What was used to get the run's numbers.
-    null : str
+    null_model : str
         Null model: `ROW_MEAN`, or the table with the same condition by the other profile.
     absolute : float or None
         Largest distance (unit of the row).
@@ -65,7 +65,7 @@ class Tolerance:
     reason: str
     verdict: str = PREDICTED
     used: str = ""
-    null: str = ROW_MEAN
+    null_model: str = ROW_MEAN
     absolute: float | None = None
     share: float | None = None
     factor: float | None = None
@@ -273,7 +273,7 @@ def null_cells(
     printed, found = printed_cells(reported, slips), {}
     for table, row in ((table, row) for table, rows in reported.items() for row in rows):
         columns = [column for column in reported[table][row] if column != WITHOUT_NOISE]
-        null = tolerances[table, row].null
+        null = tolerances[table, row].null_model
         if null == ROW_MEAN:
             mean = float(np.mean([printed[table, row, column] for column in columns]))
             found |= {(table, row, column): mean for column in columns}

@@ -180,6 +180,7 @@ rule check_claims:
     params:
         claims=reported_of("claims").get("claims", []),
         bases=as_it_is(reported_of("bases").get("bases", {})),
+        assertions=reported_of("assertions").get("assertions", []),
         reported=reported_of("tables").get("tables", {}),
         tolerances=reported_of("cells").get("cells", []),
         slips=reported_of("slips").get("slips", []),

@@ -43,5 +43,5 @@ printed, nulls = (
         null_cells(params.reported, tolerances, params.slips),
     )
 )
-rows = check_claims(params.claims, findings, params.bases, printed, nulls)
+rows = check_claims(params.claims, findings, params.bases, printed, nulls, params.assertions)
 CLAIM_VERDICTS.write(snakemake.output.table, rows)

@@ -66,10 +66,10 @@ class Cell(Section):
     tables: some(TableName) = setting("tables of the cells")
     rows: some(str) = setting("their quantities")
     verdict: Literal["fitted", "predicted", "interpretation", "unknown"] = setting(
-        "verdict of simulated trials within the tolerance; `unknown` wherever no rule returns the printed value"
+        "verdict of simulated trials within the tolerance; `unknown` if no rule returns the printed value"
     )
     used: str = setting("name in `bases`: what was used to get the value")
-    null: Literal["mean of the printed row", "table_4_1", "table_4_2", "table_4_3"] = optional(
+    null_model: Literal["mean of the printed row", "table_4_1", "table_4_2", "table_4_3"] = optional(
         "null model: by default the mean of the printed row, or the same column of another table"
     )
     absolute: Positive = optional("tolerance in the unit of the row")
@@ -104,7 +104,7 @@ class Claim(Section):
         "verdict of a simulated trial within the tolerance; `implied` is measured on the printed values"
     )
     used: str = setting("name in `bases`: what was used to get the value")
-    null: float = optional("value of a null model, by default that of the null models of Tables 4-1 to 4-4")
+    null_value: float = optional("value of a null model, by default by those of Tables 4-1 to 4-4")
     margin: float = optional(
         "value that the thesis itself has, by default that of its printed tables, if they determine it"
     )
