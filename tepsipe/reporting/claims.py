@@ -1,6 +1,7 @@
 """Claims of the thesis that can be tested, with the findings of this run (thesis chapter 4)."""
 
 import difflib
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -304,7 +305,9 @@ def _verdict(claim: dict, value: float | None, findings: Findings) -> str:
 def _measured(measure: Callable[[Findings], float], findings: Findings) -> float | None:
     """A finite number, or None where the study does not have what it is made of."""
     try:
-        value = measure(findings)
+        with warnings.catch_warnings():  # means of nothing are not a number
+            warnings.simplefilter("ignore", RuntimeWarning)
+            value = measure(findings)
     except (ValueError, KeyError, ZeroDivisionError):
         return None
     return value if np.isfinite(value) else None

@@ -163,10 +163,13 @@ class Explanations:
         (table, row, column) -> predicted number (unit of the row).
     texts : dict
         (table, row, column) -> the explanation, in words.
+    factors : dict
+        (table, row, column) -> by what a misprint multiplied the number; numbers are compared without it.
     """
 
     values: Cells = field(default_factory=dict)
     texts: dict[tuple[str, str, str], str] = field(default_factory=dict)
+    factors: dict[tuple[str, str, str], float] = field(default_factory=dict)
 
 
 def basis_of(entry: dict, bases: dict[str, str]) -> str:
@@ -309,6 +312,7 @@ def explanations_of(values: Cells, slips: list[dict], noise: list[TableRow]) -> 
         key = slip["table"], slip["quantity"], slip["condition"]
         if key in values:
             found.values[key] = MISPLACED_POINT * values[key]
+            found.factors[key] = MISPLACED_POINT
             found.texts[key] = "misprint, a misplaced decimal point: ten times this run's number"
     for key, value in noise_cells(noise, CONSISTENT).items():
         if key[2] == "none":
@@ -424,6 +428,7 @@ def _explained(
     """Outcome of a number outside its tolerance, if an explanation predicts another (unit of the row)."""
     text = f"{found.texts[key]}, {found.values[key]:.4g}; used: {tolerance.used}"
     text += _discriminates(outcome.null_verdict)
-    if tolerance.holds(printed, found.values[key]):
+    factor = found.factors.get(key, 1.0)
+    if tolerance.holds(printed / factor, found.values[key] / factor):
         return replace(outcome, verdict=EXPLAINED, reason=text)
     return replace(outcome, reason=f"nor explained: {text}")

@@ -19,7 +19,7 @@ from tepsipe.mechanics.impedance_model import PARAMETERS
 # value of eq (3-2) is in estimates.csv), SE_x that of the value itself, over all perturbations
 PARAMETER_ROWS = ["I", "B", "K", "SEM_I", "SEM_B", "SEM_K", "SE_I", "SE_B", "SE_K"]
 ROWS = {
-    "table_4_1": [*PARAMETER_ROWS, "error", "VAF_trial", "VAF_cross_validated"],
+    "table_4_1": [*PARAMETER_ROWS[:6], "error", "VAF_trial", "VAF_cross_validated"],
     "table_4_2": [*PARAMETER_ROWS, "VAF_perturbation", "VAF_trial"],
     "table_4_3": [*PARAMETER_ROWS, "VAF_perturbation", "VAF_trial"],
 }
