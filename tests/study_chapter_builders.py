@@ -23,8 +23,13 @@ CLAIM = {
     "reported": 10.0,
     "reproduced": 9.0,
     "tolerance": "below",
-    "verdict": "reproduced",
+    "verdict": "pattern",
     "section": "",
+    "null_value": 10.0,
+    "null_verdict": "not reproduced",
+    "margin": "",
+    "used": "a joint",
+    "statements": "",
 }
 
 

@@ -60,14 +60,24 @@ def test_recommended_estimates_are_counted_once_each():
 
 def test_verdicts_are_counted_and_named_in_the_same_order_everywhere():
     assert evaluated(["verdicts"], "verdict_values.typ") == [list(VERDICTS)]
-    verdicts = ["reproduced", "fitted", "predicted", "explained", "not reproduced", "not computed"]
-    claims = [CLAIM | {"verdict": verdict} for verdict in [*verdicts, "fitted"]]
-    rows = [{"table": "table_4_2", "row": "K", "column": "a", "verdict": verdict} for verdict in verdicts]
+    claims = [CLAIM | {"verdict": verdict} for verdict in [*VERDICTS, "fitted"]]
+    claims[0] |= {"null_verdict": "implied"}
+    cell = {"table": "table_4_2", "row": "K", "column": "a", "null_verdict": "not reproduced"}
+    rows = [cell | {"verdict": verdict} for verdict in VERDICTS]
+    rows[:2] = [row | {"null_verdict": "implied"} for row in rows[:2]]
     claimed, cells = told(study_run({"claims": claims, "cells": rows}), "abstract_claims", "abstract_cells")
-    assert claimed.startswith("Of the 7 claims of the thesis, 1 are reproduced, 2 fitted (their numbers")
-    assert "and 1 not reproduced; 1 were not computed" in claimed
-    assert "Of the 6 printed cells of Tables 4-1 to 4-4, 4 lie within" in cells
-    assert "were not computed" not in told(study_run({"claims": claims[:5]}), "abstract_claims")[0]
+    assert claimed.startswith(
+        "Verdicts on the 10 claims of the thesis: 1 implied, 2 fitted, 1 predicted, 1 pattern"
+    )
+    assert "1 not reproduced, 1 unknown, 1 not computed." in claimed
+    assert "By null models that need no laboratory, 1 claims hold." in claimed
+    assert "Of the 9 printed cells of Tables 4-1 to 4-4, 5 lie within" in cells
+    assert "and 2 by a null model, which uses the thesis" in cells
+    assert "not computed" not in told(study_run({"claims": claims[:5]}), "abstract_claims")[0]
+    # no number of a simulated laboratory was reproduced blind; recordings are not told so
+    blind = "No numeric result of the thesis was reproduced blind"
+    made = study_run({"claims": claims}, made={"dummy": ["a"]})
+    assert blind in told(made, "abstract_claims")[0] and blind not in claimed
     assert told(study_run({}), "abstract_claims", "abstract_cells") == [None, None]
 
 
@@ -91,8 +101,8 @@ def test_rows_of_noise_are_told_by_their_cells():
     def cell(row, verdict, column="tau"):
         return {"table": "table_4_4", "row": row, "column": column, "verdict": verdict}
 
-    rows = [cell("I", "reproduced"), cell("SEM_K", "not reproduced"), cell("K", "explained")]
-    rows += [cell("K", "not reproduced", "theta"), cell("SEM_K", "reproduced", "none")]
+    rows = [cell("I", "interpretation"), cell("SEM_K", "not reproduced"), cell("K", "fitted")]
+    rows += [cell("K", "not reproduced", "theta"), cell("SEM_K", "interpretation", "none")]
     data = study_content(study_run({"cells": rows}))
     kinds = {"all": "I", "some": "K", "none": "SEM of K"}
     assert evaluated(["noisy-rows()"], "verdict_values.typ", *data) == [kinds]

@@ -326,7 +326,7 @@ def test_measures_of_the_printed_numbers_are_the_margins_of_the_thesis():
 
 
 def test_implied_claim_is_measured_on_the_numbers_of_the_thesis():
-    """The statement fails by the thesis's own SEMs, whatever the laboratory yields; another table turns it."""
+    """The statement fails by the SEMs of the thesis, and another table turns it."""
     claim = ("wristalyzer_relative_sem", 1.0, "above", findings())
     ratio = (12.26 / 9.967) / (0.019 / 0.015)
     found = verdict(*claim, printed_findings(), verdict="implied", used="thesis")
