@@ -367,16 +367,20 @@ def test_printed_numbers_are_counted_by_their_role(best):
     facts["scatter"] = {"I": 5e-4, "B": 5e-3, "K": 0.3}
     cells = pd.DataFrame(
         [
-            ("b", "I", "fitted", 0.061, 0.0609, "true"),
-            ("b", "SEM_I", "predicted", 0.0008, 1.49e-4, "false"),
-            ("c", "SEM_K", "predicted", 0.5, 0.4, "true"),
-            ("c", "VAF_trial", "predicted", 99.94, 99.98, "false"),
+            ("b", "I", "fitted", 0.061, 0.0609, "fitted", "implied"),
+            ("b", "SEM_I", "predicted", 0.0008, 1.49e-4, "not reproduced", "not reproduced"),
+            ("c", "SEM_K", "predicted", 0.5, 0.4, "interpretation", "implied"),
+            ("c", "VAF_trial", "predicted", 99.94, 99.98, "not reproduced", "implied"),
         ],
-        columns=["condition", "quantity", "role", "printed", "value", "within"],
+        columns=["condition", "quantity", "role", "printed", "value", "verdict", "null_verdict"],
     )
+    # the one verdict on a number is that of the whole laboratory
+    judged = cells.rename(columns={"condition": "column", "quantity": "row", "printed": "reported"})
+    judged = judged.drop(columns="role").assign(table="table_4_2", tolerance="1", reason="r", null_value=1.0)
+    cells = cells.drop(columns=["verdict", "null_verdict"])
     run = run_of()
     run = Run(
-        run.tables | {"thesis_dummy": cells},
+        run.tables | {"thesis_dummy": cells, "cells": judged},
         run.fits | {"thesis_dummy": {"thesis_dummy": SimpleNamespace(facts=facts, arrays={})}},
         run.settings,
         run.study,
@@ -385,10 +389,9 @@ def test_printed_numbers_are_counted_by_their_role(best):
     data, tables = content(run)
     data["chapters"] |= report_content(run, {"thesis_dummy": thesis_dummy})["chapters"]
     words = chapter_words("dummy", data, tables, cells=" | ")
-    assert "Of the 1 fitted numbers 1 lie within their tolerance, of the 3 predicted numbers 1" in words
-    assert "| SEM of I, B and K | – | 1 of 2 |" in words and "| K | – | – |" in words
-    assert "SEM of I of b (printed 0.0008, here 1.49·10−4); VAF of the full dataset of c" in words
-    assert "here 99.98)." in words
+    assert "Of the 1 fitted numbers 1 lie within their tolerance there, and 1 by the null model" in words
+    assert "of the 3 predicted numbers 1 do, and 2 by the null model" in words
+    assert "| SEM of I, B and K | – | 1 of 2 (1) |" in words and "| K | – | – |" in words
     assert ("the best for the half that was not fitted" in words) is best
     (caption,) = findings_of(["figure_thesis_dummy"], data, tables).values()
     assert caption == (
