@@ -1,9 +1,10 @@
 """Further statements of the thesis, measured on hand-made results."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from tepsipe.experiments.forward.scores import ForwardScore
 from tepsipe.experiments.noise.rows import NoiseRow
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
@@ -129,7 +130,8 @@ def test_noise_is_compared_with_the_truth_and_across_targets():
 
 
 def swing(condition, growth, vaf=0.0, parameter_set="thesis-tep"):
-    return ForwardScore(condition, parameter_set, "theta", 0.0, vaf, "settles", growth)
+    names = {"condition": condition, "parameter_set": parameter_set, "quantity": "theta"}
+    return SimpleNamespace(**names, vaf_trial=vaf, state="settles", growth=growth)
 
 
 def test_printed_joint_amplifies_by_its_growth_not_by_its_vaf():
