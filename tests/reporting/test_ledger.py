@@ -280,6 +280,8 @@ def test_tolerances_follow_from_the_printed_numbers(shipped):
 def test_classes_of_cells_say_what_the_numbers_rest_on(shipped):
     _, tolerances = shipped
     classes = {key: t.verdict for key, t in tolerances.items()}
+    # the inverse problem fits I, B, K and the VAF of the full dataset of both tables
+    assert {classes[table, "VAF_trial"] for table in ("table_4_2", "table_4_3")} == {FITTED}
     for table in ("table_4_1", "table_4_2", "table_4_3"):
         assert {classes[table, row] for row in ("I", "B", "K")} == {FITTED}
     assert {v for (table, _), v in classes.items() if table == "table_4_4"} == {INTERPRETATION}
