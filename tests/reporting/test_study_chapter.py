@@ -81,6 +81,27 @@ def test_verdicts_are_counted_and_named_in_the_same_order_everywhere():
     assert told(study_run({}), "abstract_claims", "abstract_cells") == [None, None]
 
 
+def test_scores_stand_beside_those_of_the_null_model():
+    def cell(column, value, null, verdict, null_verdict, reason="rounding; used: a joint"):
+        numbers = {"reported": 10.0, "value": value, "tolerance": "1", "null_value": null}
+        names = {"table": "table_4_2", "row": "K", "column": column, "reason": reason}
+        return names | numbers | {"verdict": verdict, "null_verdict": null_verdict}
+
+    rows = [
+        cell("a", 10.3, 11.4, "fitted", "not reproduced"),
+        cell("b", 10.4, 9.8, "fitted", "implied", "rounding; used: a joint; cannot discriminate: it is so"),
+        # a misprint is no distance
+        cell("c", 100.0, 100.0, "explained", "not reproduced", "misprint, a point; used: a joint"),
+    ]
+    claims = [CLAIM | {"used": "another joint; cannot discriminate: it is so"}]
+    data = study_content(study_run({"cells": rows, "claims": claims}))
+    (score,) = evaluated(["scores().first()"], "verdict_values.typ", *data)
+    assert (score["all"], score["within"], score["null"]) == (3, 2, 1)
+    assert (score["rms"], score["null-rms"]) == ("0.35", "1.0")  # of 0.3 and 0.4, and of 1.4 and 0.2
+    bases, letter = evaluated(["bases", "letter-of(basis-of(claims.first()))"], "verdict_values.typ", *data)
+    assert bases == ["another joint", "a joint"] and (letter, score["letters"]) == ("a", "b")
+
+
 @pytest.mark.parametrize(
     ("reported", "found", "tolerance", "shown"),
     [
