@@ -70,7 +70,7 @@ def test_verdicts_are_counted_and_named_in_the_same_order_everywhere():
         "Verdicts on the 10 claims of the thesis: 1 implied, 2 fitted, 1 predicted, 1 pattern"
     )
     assert "1 not reproduced, 1 unknown, 1 not computed." in claimed
-    assert "Null models, which need no laboratory, satisfy 1 of them." in claimed
+    assert "Null models, which need no laboratory, satisfy 1 of them" in claimed
     assert "Of the 9 printed cells of Tables 4-1 to 4-4, 5 lie within" in cells
     assert "and 2 by a null model, which uses the thesis" in cells
     assert "not computed" not in told(study_run({"claims": claims[:5]}), "abstract_claims")[0]
