@@ -197,9 +197,7 @@ def test_energy_of_a_relaxing_rubber_is_what_its_dashpot_takes(subject, foot):
 def test_manipulator_feels_the_rubber_relax(shipped_truth):
     """The mean torque over the mean angle of a joint that is pushed slowly and quickly, by hand."""
     own = dict.fromkeys(("contact_Nm_per_rad3", "friction_Nm", "ripple_Nm"), 0.0)
-    rig = (
-        shipped_truth["wristalyzer"]["manipulator"] | own | {"torque_scale": 1.0, "damping_Nms_per_rad": 0.0}
-    )
+    rig = shipped_truth["wristalyzer"]["manipulator"] | own | {"torque_scale": 1.0}
     rig |= {"band_low_hz": 2.0, "band_high_hz": 2.0, "period_s": 0.5, "lead_s": 0.0, "tail_s": 0.0}
     rubber = Rubber(10.0, 0.1, 0.0, 0.05, 0.0, relaxation_share=0.2, relaxation_s=0.05)
     rngs = generator(1, "a"), generator(1, "b")
