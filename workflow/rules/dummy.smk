@@ -20,7 +20,7 @@ rule fit_dummy:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        geometry=without(DUMMY["geometry"], "foot_mass_kg", "foot_height_m"),
+        geometry=DUMMY["geometry"],
         analysis=DUMMY_ANALYSIS,
         bootstrap_draws=DUMMY["analysis"]["bootstrap_draws"],
         pathways=DUMMY["pathways"],
