@@ -1,4 +1,4 @@
-"""Figure of the inverse problem: printed numbers beside those of the fitted dummy."""
+"""Figures of the inverse problem: printed numbers beside the fitted dummy's, and fits by lag of the markers."""
 
 from collections.abc import Iterator
 
@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tepsipe.experiments.thesis_dummy.tables import CELL_ROWS, CellRow
+from tepsipe.io.result import read_result
 from tepsipe.reporting.figures.names import short_name
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 
@@ -20,8 +21,9 @@ PANELS = (
 
 
 def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
-    """Figure of the table of printed and fitted numbers."""
+    """Figures of the table of printed and fitted numbers, and of the fits by lag."""
     yield "figure_thesis_dummy", plot_thesis_dummy(CELL_ROWS.read(files.table))
+    yield "figure_thesis_timing", plot_thesis_timing(read_result(files.fit).facts)
 
 
 @in_style
@@ -52,4 +54,34 @@ def plot_thesis_dummy(rows: list[CellRow]) -> Figure:
         axis.set_xticks(range(len(conditions)), [short_name(name) for name in conditions], rotation=90)
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=3)
+    return figure
+
+
+@in_style
+def plot_thesis_timing(facts: dict) -> Figure:
+    """Fitted B, distance from the printed numbers and VAF of the angle, by lag of the translation.
+
+    ``facts`` are those of ``fits/thesis_dummy.h5`` (s, N·m·s/rad, %).
+    """
+    rows = facts["timing"]["lags"]
+    lag_ms = [1e3 * row["lag_s"] for row in rows]
+    figure, (damping, distance, vaf) = new_figure(1, 3, 2.2, sharex=True)
+
+    def line(axis, key: str, colour: str, label: str | None = None) -> None:
+        axis.plot(lag_ms, [row[key] for row in rows], ".-", color=COLOURS[colour], label=label)
+
+    line(damping, "damping_Nms_per_rad", "recommended")
+    damping.set_title(r"fitted $B$ (N·m·s/rad)")
+    line(distance, "rms", "recommended", "fitted law")
+    distance.axhline(facts["null_rms"], color=COLOURS["model"], linestyle="--", label="other table copied")
+    distance.set_title("RMS distance / scatter")
+    distance.set_ylim(bottom=0.0)
+    line(vaf, "vaf_wristalyzer", "model", "Wristalyzer")
+    line(vaf, "vaf_without_handle", "recommended", "without handle")
+    vaf.set_title("VAF of the angle (%)")
+    for axis in (damping, distance, vaf):
+        axis.axvline(0.0, color=COLOURS["measured"], linewidth=0.6, linestyle=":")
+        axis.set_xlabel("lag of the translation (ms)")
+    distance.legend(loc="lower right")
+    vaf.legend(loc="lower right")
     return figure
