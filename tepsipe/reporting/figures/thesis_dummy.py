@@ -1,4 +1,4 @@
-"""Figures of the inverse problem: printed numbers beside the fitted dummy's, and fits by lag of the markers."""
+"""Figures of the inverse problem: printed numbers beside the fitted dummy, and fits by lag of the markers."""
 
 from collections.abc import Iterator
 
