@@ -226,7 +226,8 @@ def fit_tables(
         Constants fitted to all tables; ``predicted_rms`` is over the predictions of all tables, NaN if a
         table alone does not determine the constants.
     """
-    fit = fit_joint(path, belts, printed, [name for table in tables for name in table], fixed)
+    belts = {name: belts[name] for table in tables for name in table}
+    fit = fit_joint(path, belts, printed, list(belts), fixed)
     others = [[name for own in tables if own is not table for name in own] for table in tables]
     if min(3 * len(names) for names in others) <= len(fit.free):
         return fit

@@ -22,7 +22,7 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from tepsipe.experiments.thesis_dummy.inverse import SCATTER, JointFit, deviations
+from tepsipe.experiments.thesis_dummy.inverse import SCATTER, JointFit, deviations, printed_quantities
 from tepsipe.experiments.thesis_dummy.printed_path import BeltMotion, PrintedPath, printed_fits, swings
 from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.mechanics.impedance_model import PARAMETERS
@@ -109,6 +109,9 @@ class LagFit:
         Fitted B for small bending (N·m·s/rad).
     rms, rms_damping : float
         Root mean square of (value - printed) / scatter over I, B and K, and of B - printed B (N·m·s/rad).
+    unexplained_percent, standard_error_damping : float
+        100 - VAF of a perturbation (%), and standard error of B of a perturbation (N·m·s/rad), without noise;
+        means over the conditions.
     vaf_wristalyzer, vaf_without_handle : float
         VAF (%) of the angle of this joint by the linear joint of the Wristalyzer, with the inertia of foot
         and handle and without; median over the conditions.
@@ -118,6 +121,8 @@ class LagFit:
     damping_Nms_per_rad: float
     rms: float
     rms_damping: float
+    unexplained_percent: float
+    standard_error_damping: float
     vaf_wristalyzer: float
     vaf_without_handle: float
 
@@ -147,8 +152,16 @@ def timing_facts(
         "shift_Nms_per_rad": damping_shift(path, inertia, squared_rate),
         "simulated_shift_Nms_per_rad": float(np.mean([one.mean[b] - two.mean[b] for one, two in pairs])),
         "shift_per_lag_Nms_per_rad_per_s": -p * squared_rate * height,
+        "printed": {
+            "unexplained_percent": 100.0 - _mean_printed(printed, "VAF_perturbation"),
+            "standard_error_damping": _mean_printed(printed, "SEM_B"),
+        },
         "lags": [asdict(row) for row in lag_fits(path, belts, printed, fit)],
     }
+
+
+def _mean_printed(printed: dict[str, dict[str, float]], quantity: str) -> float:
+    return float(np.mean([*printed.get(quantity, {}).values()] or [np.nan]))
 
 
 def lag_fits(
@@ -200,12 +213,15 @@ def lag_fits(
     for k, lag in enumerate(lags_s):
         scores = [[vaf(angles[n][k], simulated[n][j]) for n in names] for j in (0, 1)]
         damping = SCATTER["B"] * found[k].reshape(-1, len(PARAMETERS))[:, b]
+        own = [printed_quantities(printed_fits(path, belts[n], angles[n][k], lag_s=lag)) for n in names]
         rows.append(
             LagFit(
                 lag_s=lag,
                 damping_Nms_per_rad=joint_at(points[k]).damping_Nms_per_rad,
                 rms=float(np.sqrt(np.mean(found[k] ** 2))),
                 rms_damping=float(np.sqrt(np.mean(damping**2))),
+                unexplained_percent=100.0 - float(np.mean([row["VAF_perturbation"] for row in own])),
+                standard_error_damping=float(np.mean([row["SEM_B"] for row in own])),
                 vaf_wristalyzer=float(np.median(scores[0])),
                 vaf_without_handle=float(np.median(scores[1])),
             )

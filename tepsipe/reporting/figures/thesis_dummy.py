@@ -59,13 +59,14 @@ def plot_thesis_dummy(rows: list[CellRow]) -> Figure:
 
 @in_style
 def plot_thesis_timing(facts: dict) -> Figure:
-    """Fitted B, distance from the printed numbers and VAF of the angle, by lag of the translation.
+    """Fitted B, distance from the printed numbers, and two VAFs, by lag of the translation.
 
     ``facts`` are those of ``fits/thesis_dummy.h5`` (s, N·m·s/rad, %).
     """
     rows = facts["timing"]["lags"]
     lag_ms = [1e3 * row["lag_s"] for row in rows]
-    figure, (damping, distance, vaf) = new_figure(1, 3, 2.2, sharex=True)
+    figure, axes = new_figure(2, 2, 3.8, sharex=True)
+    damping, distance, unexplained, vaf = axes.flat
 
     def line(axis, key: str, colour: str, label: str | None = None) -> None:
         axis.plot(lag_ms, [row[key] for row in rows], ".-", color=COLOURS[colour], label=label)
@@ -76,12 +77,22 @@ def plot_thesis_timing(facts: dict) -> Figure:
     distance.axhline(facts["null_rms"], color=COLOURS["model"], linestyle="--", label="other table copied")
     distance.set_title("RMS distance / scatter")
     distance.set_ylim(bottom=0.0)
+    line(unexplained, "unexplained_percent", "recommended", "fitted law, no noise")
+    unexplained.axhline(
+        facts["timing"]["printed"]["unexplained_percent"],
+        color=COLOURS["measured"],
+        linestyle="--",
+        label="printed",
+    )
+    unexplained.set_title("100 − VAF of a perturbation (%)")
+    unexplained.set_ylim(bottom=0.0)
     line(vaf, "vaf_wristalyzer", "model", "Wristalyzer")
     line(vaf, "vaf_without_handle", "recommended", "without handle")
     vaf.set_title("VAF of the angle (%)")
-    for axis in (damping, distance, vaf):
+    for axis in axes.flat:
         axis.axvline(0.0, color=COLOURS["measured"], linewidth=0.6, linestyle=":")
+    for axis in axes[1]:
         axis.set_xlabel("lag of the translation (ms)")
-    distance.legend(loc="lower right")
-    vaf.legend(loc="lower right")
+    for axis in (distance, unexplained, vaf):
+        axis.legend(loc="lower right")
     return figure
