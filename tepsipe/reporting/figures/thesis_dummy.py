@@ -93,6 +93,7 @@ def plot_thesis_timing(facts: dict) -> Figure:
         axis.axvline(0.0, color=COLOURS["measured"], linewidth=0.6, linestyle=":")
     for axis in axes[1]:
         axis.set_xlabel("lag of the translation (ms)")
-    for axis in (distance, unexplained, vaf):
+    unexplained.legend(loc="upper left")
+    for axis in (distance, vaf):
         axis.legend(loc="lower right")
     return figure
