@@ -360,11 +360,29 @@ def law(predicted, **constants):
     }
 
 
+def lag(lag_s, damping, rms, score):
+    scores = {"vaf_wristalyzer": score, "vaf_without_handle": score + 10.0}
+    scores |= {"unexplained_percent": 0.05, "standard_error_damping": 0.012}
+    return {"lag_s": lag_s, "damping_Nms_per_rad": damping, "rms": rms, "rms_damping": 0.005} | scores
+
+
+TIMING = {
+    "percussion_height_m": 0.638,
+    "pulse_rate_per_s": 51.0,
+    "shift_Nms_per_rad": -0.088,
+    "simulated_shift_Nms_per_rad": -0.082,
+    "shift_per_lag_Nms_per_rad_per_s": -299.0,
+    "printed": {"unexplained_percent": 0.012, "standard_error_damping": 0.005},
+    "lags": [lag(-1e-4, 0.0396, 0.89, 72.0), lag(1e-4, 0.0979, 1.02, 85.0)],
+}
+
+
 @pytest.mark.parametrize("best", [True, False])
 def test_printed_numbers_are_counted_by_their_role(best):
     softening = law(0.8 if best else 3.0, half_softening_rad=0.02, softened_damping_Nms_per_rad=0.1)
     facts = {"laws": {"linear": law(2.0), "full": softening}, "marker_noise_m": 6.8e-6}
     facts["scatter"] = {"I": 5e-4, "B": 5e-3, "K": 0.3}
+    facts |= {"null_rms": 1.0, "timing": TIMING}
     cells = pd.DataFrame(
         [
             ("b", "I", "fitted", 0.061, 0.0609, "fitted", "implied"),
@@ -392,7 +410,13 @@ def test_printed_numbers_are_counted_by_their_role(best):
     assert "Of the 1 fitted numbers 1 lie within their tolerance there, and 1 by the null model" in words
     assert "of the 3 predicted numbers 1 do, and 2 by the null model" in words
     assert "| SEM of I, B and K | – | 1 of 2 (1) |" in words and "| K | – | – |" in words
-    assert ("the best for the half that was not fitted" in words) is best
+    assert ("Of the laws, the full one predicts best." in words) is best
+    # a copy of the other table is better than 2.0 and 3.0, and worse than 0.8
+    assert thesis_dummy.copy_predicts_best(run) is not best
+    assert ("No law predicts one table from the other better than this copy" in words) is not best
+    assert "Copying the other table, with no dummy at all, is 1.00 from the printed numbers." in words
+    assert "@timing-shift gives −0.0880 N·m·s/rad" in words or "gives −0.0880 N·m·s/rad" in words
+    assert "Lags from −0.1 to 0.1 ms give B from 0.040 to 0.098 N·m·s/rad" in words
     (caption,) = findings_of(["figure_thesis_dummy"], data, tables).values()
     assert caption == (
         "One joint with 5 constants returns 1 of 1 fitted and 1 of 3 other printed numbers within tolerance."

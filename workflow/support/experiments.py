@@ -115,7 +115,6 @@ EXPERIMENTS = {
         ),
         true=(
             "wristalyzer.manipulator.inertia_kgm2",
-            "wristalyzer.manipulator.damping_Nms_per_rad",
             "wristalyzer.manipulator.contact_Nm_per_rad3",
             "wristalyzer.manipulator.friction_Nm",
             "dummy.rubber",

@@ -52,8 +52,12 @@ def cell_rows(cells: list[Cell]) -> list[CellRow]:
     ]
 
 
-def fit_result(fits: dict[str, JointFit], marker_noise_m: float) -> Result:
-    """Constants of every law with their intervals, as facts."""
+def fit_result(fits: dict[str, JointFit], marker_noise_m: float, null_rms: float, timing: dict) -> Result:
+    """Constants of every law with their intervals, as facts.
+
+    ``null_rms`` is that of `copied_rms`; ``timing`` has the shift of B by the sampling times and the fits
+    by lag (units in the keys).
+    """
     laws = {
         law: {
             "constants": {name: None if math.isinf(v) else v for name, v in asdict(fit.joint).items()},
@@ -63,4 +67,5 @@ def fit_result(fits: dict[str, JointFit], marker_noise_m: float) -> Result:
         }
         for law, fit in fits.items()
     }
-    return Result({}, {}, {"laws": laws, "marker_noise_m": marker_noise_m, "scatter": SCATTER})
+    facts = {"laws": laws, "marker_noise_m": marker_noise_m, "scatter": SCATTER}
+    return Result({}, {}, facts | {"null_rms": null_rms, "timing": timing})
