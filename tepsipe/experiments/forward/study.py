@@ -284,9 +284,9 @@ def simulation_result(simulated: SimulatedCondition) -> Result:
     facts = {
         "parameter_sets": list(simulated.simulations),
         "softens": [name for name, joint in simulated.joints.items() if joint.softens],
-        "measured_growth": swing_growth(simulated.theta, simulated.perturbations),
-        "pulse_interval_s": _pulse_interval(simulated),
-        "periods_s": {name: s.period_s for name, s in simulated.simulations.items()},
+        "measured_growth": _finite(swing_growth(simulated.theta, simulated.perturbations)),
+        "pulse_interval_s": _finite(_pulse_interval(simulated)),
+        "periods_s": {name: _finite(s.period_s) for name, s in simulated.simulations.items()},
         "states": {name: s.state for name, s in simulated.simulations.items()},
         "growth_per_s": {name: s.growth_per_s for name, s in simulated.simulations.items()},
         "fell_at_s": {name: s.fell_at_s for name, s in simulated.simulations.items()},
@@ -298,3 +298,8 @@ def _pulse_interval(simulated: SimulatedCondition) -> float:
     """Median time between onsets of neighbouring perturbations (s); NaN for fewer than two."""
     onsets = [simulated.time[p.start] for p in simulated.perturbations]
     return float(np.median(np.diff(onsets))) if len(onsets) > 1 else np.nan
+
+
+def _finite(value: float) -> float | None:
+    """The value (its unit), None if it is infinite or undefined."""
+    return value if np.isfinite(value) else None
