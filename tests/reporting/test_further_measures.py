@@ -121,8 +121,8 @@ def test_noise_is_compared_with_the_truth_and_across_targets():
 
 def test_simulated_angle_is_compared_between_intervals():
     scores = [
-        ForwardScore("sine-0.5", "tep", "theta", 0.0, -20.0, "grows"),
-        ForwardScore("sine-0.5-8s", "tep", "theta", 0.0, 10.0, "grows"),
-        ForwardScore("sine-0.5-8s", "corrected", "theta", 0.0, 90.0, "settles"),
+        ForwardScore("sine-0.5", "tep", "theta", 0.0, -20.0, "grows", 1.0),
+        ForwardScore("sine-0.5-8s", "tep", "theta", 0.0, 10.0, "grows", 1.0),
+        ForwardScore("sine-0.5-8s", "corrected", "theta", 0.0, 90.0, "settles", 1.0),
     ]
     assert measured("simulated_angle_at_8s", forward=scores) == pytest.approx(30.0)

@@ -8,6 +8,7 @@ import pandas as pd
 from tepsipe.reporting.figures.names import PARAMETER_SETS, compared_sets
 from tepsipe.reporting.run import Run
 
+BEYOND = 0.2  # growth beyond a limit that is more than different pulses and rounding
 # estimates of the run that the thesis compares, and the consistent one
 OF_THE_RUN = ("wristalyzer", "tep", "corrected")
 
@@ -24,6 +25,11 @@ def _known(run: Run) -> set[str]:
     return set(run.tables["forward"].parameter_set)
 
 
+def _focus(run: Run) -> str:
+    """Parameters of TEP-SIPE: numbers of the thesis, without these those of the run."""
+    return "thesis-tep" if "thesis-tep" in _known(run) else "tep"
+
+
 def _swings(run: Run) -> list[dict]:
     """Swing of the simulation with printed TEP-SIPE parameters against the interval of the pulses.
 
@@ -31,8 +37,7 @@ def _swings(run: Run) -> list[dict]:
     most that undamped swings of equal pulses add up to, relative to the first swing, and growth of the
     measured swing. The parameters are those of the thesis, or those of the run without them.
     """
-    name = "thesis-tep" if "thesis-tep" in _known(run) else "tep"
-    found = []
+    name, found = _focus(run), []
     for condition, fit in run.fits.get("simulation", {}).items():
         period, interval = fit.facts["periods_s"].get(name), fit.facts["pulse_interval_s"]
         if period is None or interval is None:
@@ -140,6 +145,15 @@ def amplifies_by_resonance(run: Run) -> bool:
     )
 
 
+def excess_by_negative_damping(run: Run) -> bool:
+    """Swings that grow beyond the limit of equal pulses exist, and all grow with the belt at rest, too."""
+    name = _focus(run)
+    rows = run.rows("forward", parameter_set=name, quantity="theta").set_index("condition")
+    known = [entry for entry in _swings(run) if entry["condition"] in rows.index]
+    beyond = [e["condition"] for e in known if rows.growth[e["condition"]] > e["limit"] + BEYOND]
+    return len(beyond) > 0 and all(rows.state[condition] == "grows" for condition in beyond)
+
+
 def printed_swing_grows(run: Run) -> bool:
     """With the printed parameters small swings grow in some condition."""
     return len(run.rows("forward", parameter_set="tep", state="grows")) > 0
@@ -164,6 +178,7 @@ PREDICATES = (
     likelihood_predicts_best,
     amplifies_less_at_8_s,
     amplifies_by_resonance,
+    excess_by_negative_damping,
     printed_swing_grows,
     first_shown,
     second_shown,
