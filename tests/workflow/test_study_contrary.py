@@ -31,6 +31,9 @@ FALSE_HERE = (
     "No combination with a mean VAF above 99 %",
     "the swing grows in",
     "agree with the pattern in the thesis",
+    "without it the VAF is higher in every condition",
+    "predicts the angle best in every condition",
+    "near-resonance of the pulses",
     "the bias is caused by the equation",
     "mainly due to its torque equation",
     "Least squares is biased if the angle has noise",
@@ -127,6 +130,7 @@ def contrary_forward(row):
     worse = row["parameter_set"] == "wristalyzer"
     return {
         "state": "settles",
+        "growth": 1.0,
         "vaf_trial": 10.0 if worse else 90.0,
         "vaf_perturbation": 10.0 if worse else 90.0,
     }

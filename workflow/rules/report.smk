@@ -52,7 +52,7 @@ rule write_report:
         study=as_it_is(
             ABOUT_STUDY
             | {
-                "reported": reported_of("tables", "values", "slips", "assertions") or None,
+                "reported": reported_of("tables", "values", "slips", "simulations", "assertions") or None,
                 "best": STUDY.shown("wristalyzer", SETTINGS["wristalyzer"]["best_condition"]),
                 "start_stiffness": SETTINGS["wristalyzer"]["analysis"]["start"]["K_Nm_per_rad"],
                 "step_s": SETTINGS["dummy"]["simulation"]["step_s"],

@@ -50,6 +50,23 @@ class Values(Section):
     marker_accuracy_mm: float = setting("accuracy of the motion capture", unit="mm", thesis="2-1-2")
 
 
+class PrintedJoint(Section):
+    """Parameters of a simulated joint."""
+
+    I: float = setting("inertia", unit="N·m·s²/rad")  # noqa: E741
+    B: float = setting("damping", unit="N·m·s/rad")
+    K: float = setting("stiffness", unit="N·m/rad")
+
+
+class Simulations(Section):
+    """Parameters of the forward simulation in every condition of Tables 4-2 and 4-3."""
+
+    every_condition: dict[str, PrintedJoint] = setting("{parameter set: parameters}")
+    captions: dict[str, PrintedJoint] = setting(
+        "{condition: parameters} of TEP-SIPE below a figure; other conditions have those of their table"
+    )
+
+
 class Slip(Section):
     """Evident misprint: tables show the printed value, captions the intended one."""
 
@@ -127,6 +144,7 @@ class Reported(Section):
     tables: Tables
     values: Values
     bases: dict[str, str] = setting("{name: what values of the run are obtained from, in words}")
+    simulations: Simulations
     slips: list[Slip] = setting("evident misprints")
     cells: list[Cell] = setting("tolerance of every printed cell")
     claims: list[Claim] = setting("statements that the study checks")

@@ -261,8 +261,10 @@ def figures_by_category(study: Study) -> dict[str, dict[str, str]]:
 
 def report_fits(study: Study) -> list[str]:
     """Fits of which the report has facts or numbers."""
-    models = [path for name in ("weight", "belt") for path in model_files(study, name)[:1]]
-    return fits(study) + pooled_wristalyzer(study)[:1] + task_fits(study) + thesis_dummy(study)[:1] + models
+    own = [path for name in ("weight", "belt") for path in model_files(study, name)[:1]]
+    if study.has("simulation"):
+        own += study.of_trials("<results>/fits/simulation/{condition}.h5", "dummy")
+    return fits(study) + pooled_wristalyzer(study)[:1] + task_fits(study) + thesis_dummy(study)[:1] + own
 
 
 def report_tables(study: Study) -> list[str]:
