@@ -1,9 +1,11 @@
 """Chapter on the ankle dummy: motion of the belt, and conditions of its sentences."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import pandas as pd
 
-from tepsipe.identification.estimators import ESTIMATORS, OUTPUT_ERROR
+from tepsipe.identification.estimators import ESTIMATORS, JOINT_LIKELIHOOD, OUTPUT_ERROR
 from tepsipe.io.result import Result
 from tepsipe.reporting.recovery import AT_WORK
 from tepsipe.reporting.run import Run
@@ -69,12 +71,16 @@ def commanded(run: Run) -> bool:
 
 def stiffness_falls(run: Run) -> bool:
     """The printed K at the largest belt velocity is below the one at the smallest by more than 5 %."""
-    stiffness = _values(run, "as_printed", "K")
-    known = {c: a for c, a in run.study["amplitudes"].items() if a is not None and c in stiffness}
+    return _falls(_values(run, "as_printed", "K"), run.study["amplitudes"])
+
+
+def _falls(values: pd.Series, amplitudes: Mapping[str, float | None]) -> bool:
+    """The mean value at the largest amplitude is below the one at the smallest by more than 5 %."""
+    known = {c: a for c, a in amplitudes.items() if a is not None and c in values}
     if len(set(known.values())) < 2:
         return False
     slow, fast = (
-        stiffness[[c for c, a in known.items() if a == end(known.values())]].mean() for end in (min, max)
+        values[[c for c, a in known.items() if a == end(known.values())]].mean() for end in (min, max)
     )
     return bool(fast < 0.95 * slow)
 
@@ -168,6 +174,45 @@ def recommended_specified(run: Run) -> bool:
     return len(run.rows("specification", role="recommended")) > 0
 
 
+def thesis_stiffness_falls(run: Run) -> bool:
+    """K in the thesis's tables at the largest belt velocity is below the one at the smallest by more than 5 %."""
+    return reproduces_thesis(run) and _falls(pd.Series(_in_thesis(run, "K")), run.study["amplitudes"])
+
+
+def thesis_damping_negative(run: Run) -> bool:
+    """Most values of B in the thesis's tables are negative."""
+    printed = list(_in_thesis(run, "B").values()) if reproduces_thesis(run) else []
+    return bool(printed) and bool(np.mean(np.array(printed) < 0.0) > 0.5)
+
+
+def consistent_torque_smaller(run: Run) -> bool:
+    """In every condition the consistent torque has less than half of the root mean square of the printed one."""
+    roles = (run.settings["dummy"]["recommended"], run.settings["dummy"]["as_printed"])
+    pairs = [[fit.arrays.get(f"{role}/torque") for role in roles] for fit in run.fits["dummy"].values()]
+    if any(torque is None for pair in pairs for torque in pair):
+        return False
+    return all(np.std(consistent) < 0.5 * np.std(printed) for consistent, printed in pairs)
+
+
+def errors_of_stiffness_alike(run: Run) -> bool:
+    """Errors of the joint likelihood's K have one sign, and differ by less than half of their mean."""
+    names = [n for n, c in run.settings["dummy"]["pathways"].items() if c["estimator"] == JOINT_LIKELIHOOD]
+    if not (names and recovered(run)):
+        return False
+    rows = run.rows("recovery", experiment="dummy", pathway=names[0], quantity="K")
+    errors = rows.relative_error.to_numpy(float)
+    return len(errors) > 2 and bool(np.ptp(errors) < 0.5 * abs(errors.mean()))
+
+
+def rest_matters(run: Run) -> bool:
+    """The median K from the foot changes by more than 5 % if the torque at rest is subtracted."""
+    medians = [
+        run.rows("specification", torque="foot", estimator=name).K_Nm_per_rad.median()
+        for name in ("windowed-least-squares", "windowed-least-squares-thesis")
+    ]
+    return bool(abs(medians[0] - medians[1]) > 0.05 * abs(medians[0]))
+
+
 PREDICATES = (
     reproduces_thesis,
     commanded,
@@ -182,4 +227,9 @@ PREDICATES = (
     truth_at_work,
     output_error_covers,
     recommended_specified,
+    thesis_stiffness_falls,
+    thesis_damping_negative,
+    consistent_torque_smaller,
+    errors_of_stiffness_alike,
+    rest_matters,
 )
