@@ -209,8 +209,9 @@ def test_truth_is_that_of_the_fitted_windows_only_if_it_is(of):
     run = run_of(recovery=recovered(of=of))
     assert standing.truth_at_work(run) is (of == AT_WORK)
     words = chapter(run)
-    assert ("of the linear joint nearest to the true torque" in words) is (of == AT_WORK)
+    assert ("is the linear joint nearest to the true torque in its own windows" in words) is (of == AT_WORK)
     assert "the largest error is 3.1 % in K and – % in B; 1 of 1 intervals cover the true K" in words
+    assert "|410|400|−3.1|yes|–|–|–|–|" in words
     assert not standing.recovered(run_of())
     assert "Comparison with the truth" not in chapter(run_of())
 

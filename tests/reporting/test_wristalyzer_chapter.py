@@ -14,8 +14,14 @@ FIGURES = [f"figure_{name}" for name in ("2_4", "3_1", "4_1", "4_2", "4_3", "sta
 ANALYSIS = {"fit_band_hz": [1.0, 9.0], "lowpass_cutoff_hz": 20.0, "perturbation_period_s": 10.0}
 SETTINGS = {"wristalyzer": {"analysis": ANALYSIS | {"averaged_bins": 5}}}
 REPORTED = {
-    "values": {"coherence_minimum": 0.8},
-    "tables": {"table_4_1": {"VAF_trial": {"a": 93.0, "b": 90.0}}},
+    "values": {"coherence_minimum": 0.8, "eigenfrequency_hz": 4.6},
+    "tables": {
+        "table_4_1": {
+            "I": {"a": 0.015, "b": 0.015},
+            "K": {"a": 10.012, "b": 9.967},
+            "VAF_trial": {"a": 93.0, "b": 90.0},
+        }
+    },
 }
 
 

@@ -175,7 +175,7 @@ def recommended_specified(run: Run) -> bool:
 
 
 def thesis_stiffness_falls(run: Run) -> bool:
-    """K in the thesis's tables at the largest belt velocity is below the one at the smallest by more than 5 %."""
+    """K of the thesis at the largest belt velocity is below the one at the smallest by more than 5 %."""
     return reproduces_thesis(run) and _falls(pd.Series(_in_thesis(run, "K")), run.study["amplitudes"])
 
 
@@ -186,7 +186,7 @@ def thesis_damping_negative(run: Run) -> bool:
 
 
 def consistent_torque_smaller(run: Run) -> bool:
-    """In every condition the consistent torque has less than half of the root mean square of the printed one."""
+    """In every condition the consistent torque has less than half of the printed one's standard deviation."""
     roles = (run.settings["dummy"]["recommended"], run.settings["dummy"]["as_printed"])
     pairs = [[fit.arrays.get(f"{role}/torque") for role in roles] for fit in run.fits["dummy"].values()]
     if any(torque is None for pair in pairs for torque in pair):

@@ -95,7 +95,7 @@ def thesis_stiffness_lost(run: Run) -> bool:
 
 
 def relative_noise_keeps_stiffness(run: Run) -> bool:
-    """With noise relative to the signal on the angle, the printed K stays above a tenth of K without noise."""
+    """With noise relative to the angle on it, the printed K stays above a tenth of K without noise."""
     with_noise, without = _stiffness(run, "as-printed")
     return bool(with_noise) and min(map(abs, with_noise)) > 0.1 * abs(without)
 

@@ -133,7 +133,7 @@ def window_matters(run: Run) -> bool:
 
 
 def free_reflex_steadier(run: Run) -> bool:
-    """In every task, K depends less on the window with a free reflex torque than without, at the same lengths."""
+    """In every task, K depends less on the window with a free reflex torque, over the same lengths."""
     estimator, found = run.settings["standing"]["recommended"]["estimator"], []
     for fit in _tasks(run).values():
         if estimator in fit.facts.get("budgets", {}):

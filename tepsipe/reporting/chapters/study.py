@@ -28,7 +28,7 @@ PRINTED = ("commit", "modified", "python", "engine", "config_sha256", "seed", "p
 
 
 def numbers(run: Run) -> dict:
-    """Provenance, meaning of every check, missed truths (units in the keys), signs of errors, and campaign."""
+    """Provenance, meaning of checks, missed truths, signs of errors, and campaign (units in the keys)."""
     return {
         "provenance": provenance_of(run.provenance),
         "flags": FLAGS,
@@ -90,10 +90,10 @@ def missed(run: Run) -> list[dict]:
     Returns
     -------
     list of dict
-        Keys of the estimate; ``error_percent``; ``error_over_u``, the error in combined standard uncertainties
-        (-); ``source``, the drawn source with the largest contribution in words, None without one;
-        ``drawn_sd``, its draw in standard deviations (-); ``share_percent``, its largest part of the error;
-        ``rest_over_u``, the rest of the error in standard uncertainties of the other sources (-).
+        Keys of the estimate; ``error_percent``; ``error_over_u``, the error in combined standard
+        uncertainties (-); ``source``, the drawn source with the largest contribution in words, None without
+        one; ``drawn_sd``, its draw in standard deviations (-); ``share_percent``, its largest part of the
+        error; ``rest_over_u``, the rest of the error in standard uncertainties of the other sources (-).
     """
     found = _compared(run)
     return [_miss(run, row) for _, row in found[~_true(found.covered)].iterrows()] if len(found) else []
@@ -120,7 +120,7 @@ def _miss(run: Run, row: pd.Series) -> dict:
 
 
 def _draw(run: Run, experiment: str, source: str) -> float | None:
-    """Draw of a source of the budget in standard deviations (-); None where the laboratory has no such draw."""
+    """Draw of a source of the budget in standard deviations (-); None if the laboratory does not draw it."""
     constants = run.rows("laboratory", kind="drawn")
     if not len(constants):
         return None
