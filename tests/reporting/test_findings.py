@@ -51,14 +51,19 @@ def simulated(scores):
     return simulations.simulated(scores)
 
 
-def table_4_4(theta, both, tabulated, thesis):
+def table_4_4(theta, both, tabulated, thesis, without=10.0):
     """K of Table 4-4 with noise on the angle, by two processings, and as the thesis printed it."""
     rows = [
         ("as-printed", 4.0, theta, both),
         ("as-tabulated", -2.0, tabulated, tabulated),
     ]
     frame = pd.DataFrame(rows, columns=["pathway", "none", "theta", "both"]).assign(
-        estimator="K = 10 Nm/rad", quantity="K", unit="Nm/rad", tau=3.0, none_reported=10.0, tau_reported=3.0
+        estimator="K = 10 Nm/rad",
+        quantity="K",
+        unit="Nm/rad",
+        tau=3.0,
+        none_reported=without,
+        tau_reported=3.0,
     )
     return frame.assign(theta_reported=thesis, both_reported=thesis)
 
@@ -153,6 +158,13 @@ def plain_thesis(quantity, *values):
     return dummy.run_of(**dummy.USUAL | {"reported": dummy.REPORTED | {"tables": tables, "slips": []}})
 
 
+def true_joints(*truths):
+    """Recovered K of two trials, in whose windows these are the true joints."""
+    run = study.compared()
+    recovery = run.tables["recovery"].iloc[:2].assign(truth=truths, truth_of="the fitted windows")
+    return Run(run.tables | {"recovery": recovery}, run.fits, run.settings, run.study, run.provenance)
+
+
 def sized(peaks=None, **own):
     """Run of the weight, with other peaks of the force (N) if wanted."""
     run = weight.run_of(**own)
@@ -241,6 +253,10 @@ FINDINGS = {
             noisy(simulations.TRUE_K, 4.0, 4.0, 0.1, 0.03),
             noisy(simulations.TRUE_K, 4.0, 0.1, 0.1, 0.03),
         ),
+        "thesis_returns_simulated": (
+            noisy(simulations.TRUE_K, 4.0, 4.0, 0.1, 0.03),
+            noisy(simulations.TRUE_K, 4.0, 4.0, 0.1, 0.03, 6.0),
+        ),
         "fixed_noise_loses_stiffness": (
             noisy(simulations.TRUE_K, 4.0, 4.0, 0.1, 0.03),
             noisy(simulations.TRUE_K, 4.0, 4.0, 2.0, 0.03),
@@ -304,6 +320,7 @@ FINDINGS = {
     "study": {
         "truth_missed": (study.compared(), study.compared(covered=["true"] * 4)),
         "errors_share_draw": (study.alike(0.015), study.alike(-0.015)),
+        "truth_differs": (true_joints(9.0, 10.0), true_joints(10.0, 10.0)),
         "campaign_holds": (study.counted(), study.counted(high=0.94)),
         "campaign_of_this_laboratory": (study.same_laboratory(), study.counted()),
     },

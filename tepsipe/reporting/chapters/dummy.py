@@ -20,10 +20,17 @@ def numbers(run: Run) -> dict:
     pulses = [_pulse(fit) for fit in run.fits["dummy"].values()]
     return {
         "perturbations": [len(fit.arrays["windows"]) for fit in run.fits["dummy"].values()],
+        "windows_percent": [_windows_percent(fit) for fit in run.fits["dummy"].values()],
         "belt_peak_percent": [pulse["peak_percent"] for pulse in pulses if pulse],
         "belt_delay_ms": [pulse["delay_ms"] for pulse in pulses if pulse],
         "without_torque": [name for name, one in ESTIMATORS.items() if "torque" not in one.needs],
     }
+
+
+def _windows_percent(fit: Result) -> float:
+    """Share of the samples of a trial that lie in fitted windows (%)."""
+    inside = np.diff(fit.arrays["windows"], axis=1).sum()
+    return 100.0 * float(inside) / len(fit.arrays["time"])
 
 
 def _pulse(fit: Result) -> dict | None:

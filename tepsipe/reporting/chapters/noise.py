@@ -120,6 +120,15 @@ def _stiffness(run: Run, pathway: str, suffix: str = "") -> tuple[list[float], f
     return (cells[:2], cells[2]) if all(map(math.isfinite, cells)) else ([], math.nan)
 
 
+def thesis_returns_simulated(run: Run) -> bool:
+    """The thesis printed the simulated K without noise, and the apparent K is another by more than 10 %."""
+    stiffness = run.settings["noise"]["joint"]["stiffness_Nm_per_rad"][0]
+    _, printed = _stiffness(run, "as-printed", "_reported")
+    apparent = _rows(run, "as-printed", ("tau", "theta", "both"), "K").apparent
+    differs = len(apparent) > 0 and abs(float(apparent.iloc[0]) / stiffness - 1.0) > 0.1
+    return abs(printed / stiffness - 1.0) < 0.01 and differs
+
+
 PREDICATES = (
     figure_has_both,
     least_squares_biased,
@@ -129,4 +138,5 @@ PREDICATES = (
     thesis_stiffness_lost,
     relative_noise_keeps_stiffness,
     fixed_noise_loses_stiffness,
+    thesis_returns_simulated,
 )

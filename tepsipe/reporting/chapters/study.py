@@ -10,6 +10,7 @@ import pandas as pd
 from tepsipe.io.budget_table import SCATTER
 from tepsipe.io.estimates import FLAGS
 from tepsipe.reporting.budgets import SOURCES
+from tepsipe.reporting.recovery import AT_WORK
 from tepsipe.reporting.run import Run
 
 KEYS = ["experiment", "condition", "pathway", "estimator", "quantity"]
@@ -232,6 +233,15 @@ def recommended_flagged(run: Run) -> bool:
     return bool((_recommended(run)["flags"].fillna("") != "").any())
 
 
+def truth_differs(run: Run) -> bool:
+    """The true K in the fitted windows differs by more than 1 % between trials of some estimator."""
+    rows = run.rows("recovery", truth_of=AT_WORK, quantity="K")
+    if not len(rows):
+        return False
+    truths = rows.groupby(["experiment", "estimator"]).truth
+    return bool((truths.max() - truths.min() > 0.01 * truths.mean().abs()).any())
+
+
 PREDICATES = (
     truth_of_recommended_known,
     truth_missed,
@@ -240,4 +250,5 @@ PREDICATES = (
     campaign_holds,
     campaign_of_this_laboratory,
     recommended_flagged,
+    truth_differs,
 )
