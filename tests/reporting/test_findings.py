@@ -267,6 +267,7 @@ FINDINGS = {
         "filter_of_one_distorts": (planned(), planned(torque=(1.0, 1.0, 1.0))),
         "one_sided_filter_worst": (planned(), planned(late=(-116.0, 1.0, -140.0))),
         "best_returning_pulse_halves": (planned(), planned(pulses=(1.0, 0.4))),
+        "no_returning_pulse_halves": (planned(pulses=(1.0, 0.4)), planned(pulses=(0.52, 0.4))),
         "best_one_way_pulse_halves": (planned(), planned(pulses=(0.4, 0.6))),
     },
     "weight": {

@@ -1,5 +1,6 @@
 """Chapter on the plan of the thesis's experiments: conditions of its sentences."""
 
+from tepsipe.reporting.planned import LEAST, RATIO
 from tepsipe.reporting.run import Run
 
 # a filter changes nothing below this, and distorts above the other (%)
@@ -16,9 +17,9 @@ def _changes(run: Run, design: str) -> list[float]:
     return [abs(x) for x in run.rows("planned", design=design, measure="change").value]
 
 
-def _ratio(run: Run, design: str) -> float:
+def _ratio(run: Run, design: str, measure: str = RATIO) -> float:
     """Standard uncertainty of K with the best pulse of a kind, by that of the sine; infinite without one."""
-    rows = run.rows("planned", design=design, measure="u_over_reference", quantity="K")
+    rows = run.rows("planned", design=design, measure=measure, quantity="K")
     return float(rows.value.iloc[0]) if len(rows) else float("inf")
 
 
@@ -48,6 +49,12 @@ def best_returning_pulse_halves(run: Run) -> bool:
     return _ratio(run, "best, belt returns") <= 0.5
 
 
+def no_returning_pulse_halves(run: Run) -> bool:
+    """Even the smallest bound of a pulse that returns the belt exceeds half of the sine's uncertainty."""
+    design = "best, belt returns"
+    return 0.5 < _ratio(run, design) * _ratio(run, design, LEAST) < float("inf")
+
+
 def best_one_way_pulse_halves(run: Run) -> bool:
     """The best pulse that leaves the belt displaced gives at most half of the uncertainty of the sine."""
     return _ratio(run, "best, one way") <= 0.5
@@ -58,5 +65,6 @@ PREDICATES = (
     filter_of_one_distorts,
     one_sided_filter_worst,
     best_returning_pulse_halves,
+    no_returning_pulse_halves,
     best_one_way_pulse_halves,
 )
