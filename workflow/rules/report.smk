@@ -3,9 +3,11 @@
 import json
 
 # the kept campaign of coverage, which the report of the thesis's simulated study quotes
-CAMPAIGN = []
-if config["study"]["reported"] and any(STUDY.all_made().values()):
-    CAMPAIGN = [here(f"benchmarks/coverage/{name}") for name in ("coverage.csv", "campaign.json")]
+CAMPAIGN = [here(f"benchmarks/coverage/{name}") for name in ("coverage.csv", "campaign.json")]
+if not (
+    config["study"]["reported"] and any(STUDY.all_made().values()) and all(map(os.path.exists, CAMPAIGN))
+):
+    CAMPAIGN = []
 
 
 rule record_provenance:
