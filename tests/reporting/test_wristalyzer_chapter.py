@@ -14,8 +14,14 @@ FIGURES = [f"figure_{name}" for name in ("2_4", "3_1", "4_1", "4_2", "4_3", "sta
 ANALYSIS = {"fit_band_hz": [1.0, 9.0], "lowpass_cutoff_hz": 20.0, "perturbation_period_s": 10.0}
 SETTINGS = {"wristalyzer": {"analysis": ANALYSIS | {"averaged_bins": 5}}}
 REPORTED = {
-    "values": {"coherence_minimum": 0.8},
-    "tables": {"table_4_1": {"VAF_trial": {"a": 93.0, "b": 90.0}}},
+    "values": {"coherence_minimum": 0.8, "eigenfrequency_hz": 4.6},
+    "tables": {
+        "table_4_1": {
+            "I": {"a": 0.015, "b": 0.015},
+            "K": {"a": 10.012, "b": 9.967},
+            "VAF_trial": {"a": 93.0, "b": 90.0},
+        }
+    },
 }
 
 
@@ -36,6 +42,11 @@ def fit(spread=1e-8, modulus=(10.0, 5.0), samples=10240):
     facts = {
         "many_starts_stiffness_spread_Nm_per_rad": spread,
         "many_starts_converged": 2,
+        "converged": {"spectral-fit-modulus": False},
+        "tried_modulus_cost": [2.0, 3.0],
+        "tried_smooth_cost": [1.0, 1.0],
+        "tried_modulus_vaf_percent": [50.0, 40.0],
+        "tried_modulus_converged": [False, True],
         "kept_samples": [1536, 1536 + samples],
         "rate_hz": 256.0,
     }
@@ -75,7 +86,7 @@ CONTRARY = USUAL | {
 
 def run_of(estimates, made=("a",), **changes):
     fits = {"wristalyzer": {condition: fit(**changes) for condition in "abc"}}
-    study = {"best": "b", "made": {"wristalyzer": list(made)}, "reported": REPORTED}
+    study = {"best": "b", "start_stiffness": 10.0, "made": {"wristalyzer": list(made)}, "reported": REPORTED}
     study |= {"title": "t", "recordings_source": None, "experiments": {"wristalyzer": list("abc")}}
     return Run({"estimates": rows(**estimates)}, fits, SETTINGS, study)
 

@@ -285,6 +285,7 @@ CHAPTERS = (
     "wristalyzer",
     "dummy",
     "thesis_dummy",
+    "planning",
     "simulation",
     "noise",
     "weight",
@@ -305,7 +306,8 @@ OWN_REPORTS = {
 
 def chapters(study: Study) -> list[str]:
     """Chapters of the report that have numbers of their own."""
-    return [name for name in CHAPTERS if name == "study" or study.has(name)]
+    present = {"study": True, "planning": bool(planned(study))}
+    return [name for name in CHAPTERS if present.get(name) or (name not in present and study.has(name))]
 
 
 def pages(study: Study) -> list[str]:

@@ -202,6 +202,24 @@ def _pooled_rows(run: Run, quantity: str) -> pd.DataFrame:
     return run.rows("estimates", experiment="wristalyzer", condition="pooled", quantity=quantity)
 
 
+def thesis_frequencies_differ(run: Run) -> bool:
+    """The printed eigenfrequency differs by more than 5 % from the one of the printed K and I."""
+    if not run.study["reported"]:
+        return False
+    table = run.study["reported"]["tables"]["table_4_1"]
+    stiffness, inertia = (np.mean(list(table[quantity].values())) for quantity in ("K", "I"))
+    of_joint = math.sqrt(stiffness / inertia) / 2.0 / math.pi
+    return bool(abs(run.study["reported"]["values"]["eigenfrequency_hz"] / of_joint - 1.0) > 0.05)
+
+
+def thesis_stiffness_unchanged(run: Run) -> bool:
+    """The printed K differs by less than 1 % between scale factors."""
+    if not run.study["reported"]:
+        return False
+    printed = np.array(list(run.study["reported"]["tables"]["table_4_1"]["K"].values()))
+    return bool(np.ptp(printed) < 0.01 * printed.mean())
+
+
 PREDICATES = (
     one_minimum,
     modulus_depends,
@@ -220,4 +238,6 @@ PREDICATES = (
     softens,
     friction_found,
     friction_negative,
+    thesis_frequencies_differ,
+    thesis_stiffness_unchanged,
 )
