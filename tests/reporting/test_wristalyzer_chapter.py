@@ -101,7 +101,10 @@ def contrary():
 def swept(*rows, printed=PRINTED):
     """Usual run with rows of `COLUMNS`, the same for every trial, and printed errors and SEM."""
     run = usual()
-    tables = [pd.DataFrame(rows, columns=COLUMNS).assign(condition=condition) for condition in "abc"]
+    tables = [
+        pd.DataFrame(rows, columns=COLUMNS).assign(condition=condition, K_Nm_per_rad=10.0)
+        for condition in "abc"
+    ]
     reported = REPORTED | {"tables": {"table_4_1": REPORTED["tables"]["table_4_1"] | printed}}
     tables = run.tables | {"averaging": pd.concat(tables, ignore_index=True)}
     return Run(tables, run.fits, run.settings, run.study | {"reported": reported})
@@ -133,11 +136,16 @@ def test_averaged_frequencies_are_compared_with_the_thesis_only_if_it_prints_the
         truth(usual())[name] for name in ("swept", "bins_disagree", "sem_not_from_bins", "averaging_dips")
     )
     assert not truth(swept(FEW, MANY, printed={}))["swept"]
-    found = findings_of(
-        ["figure_averaged_bins"], report_content(swept(FEW, MANY), {"wristalyzer": wristalyzer})
-    )
+    places, run = ["figure_averaged_bins"], swept(FEW, MANY)
+    tables = {"averaging": run.tables["averaging"].to_csv(index=False)}
+    found = findings_of(places, report_content(run, {"wristalyzer": wristalyzer}), tables)
     sentence = "No number of averaged frequencies gives both the printed error and the printed coherence."
     assert found == {"figure_averaged_bins": sentence}
+    assert findings_of(places, report_content(usual(), {"wristalyzer": wristalyzer})) == {}
+    run = swept(FEW, (16, 1.5, 9.0, 0.81, 3.0, 0.97))
+    tables = {"averaging": run.tables["averaging"].to_csv(index=False)}
+    found = findings_of(places, report_content(run, {"wristalyzer": wristalyzer}), tables)
+    assert found == {"figure_averaged_bins": "With 4 to 16 frequencies averaged into one, K is 10.0 N·m/rad."}
 
 
 def truth(run):

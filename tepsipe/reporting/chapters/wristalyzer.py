@@ -124,9 +124,14 @@ def _pooled(run: Run) -> list[dict] | None:
 # ---- conditions of sentences
 
 
+def bins_tried(run: Run) -> bool:
+    """The number of averaged frequencies was varied."""
+    return len(run.rows("averaging")) > 0
+
+
 def swept(run: Run) -> bool:
-    """The number of averaged frequencies was varied, and there are printed errors and a printed coherence."""
-    if "averaging" not in run.tables or not _printed(run, "error").size:
+    """Errors and coherence of several numbers of averaged frequencies can be compared with printed ones."""
+    if not bins_tried(run) or not _printed(run, "error").size:
         return False
     return len(_distance_to_errors(run)) > 0 and len(_distance_to_coherence(run)) > 0
 
@@ -274,6 +279,7 @@ def _pooled_rows(run: Run, quantity: str) -> pd.DataFrame:
 
 
 PREDICATES = (
+    bins_tried,
     swept,
     bins_disagree,
     averaging_dips,
