@@ -76,6 +76,7 @@ rule write_report:
                     for k in (7, 8)
                 },
                 "amplitudes": STUDY.amplitudes("dummy"),
+                "timing": STUDY.timing(),
                 "roles": STUDY.roles("belt"),
                 "models": outputs.model_names(STUDY),
                 "belt_of_models": (

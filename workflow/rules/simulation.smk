@@ -74,6 +74,7 @@ rule plot_simulation:
         drawn_by="simulation",
         conditions=STUDY.conditions("dummy"),
         frequent=STUDY.shown("dummy", DUMMY["simulation"]["figure_4_7_condition"]),
+        geometry=DUMMY["geometry"],
         rare=STUDY.shown("dummy", DUMMY["simulation"]["figure_4_8_condition"]),
     script:
         "../scripts/plot.py"

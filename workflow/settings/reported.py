@@ -40,14 +40,30 @@ class Tables(Section):
     table_4_4: PrintedTable = optional("Table 4-4; its conditions are the noisy signals")
 
 
+class PrintedSegment(Section):
+    """Printed properties of a segment of the dummy."""
+
+    width_cm: float = setting("width", unit="cm", thesis="Table 2-2")
+    depth_cm: float = setting("depth", unit="cm", thesis="Table 2-2")
+    length_cm: float = setting("length", unit="cm", thesis="Table 2-2")
+    mass_kg: float = setting("mass", thesis="Table 2-2")
+    inertia_kgm2: float = setting("moment of inertia", thesis="Table 2-2")
+
+
 class Values(Section):
     """Single values in the text."""
 
     coherence_minimum: float = setting("lowest coherence", thesis="4-1-1")
     eigenfrequency_hz: float = setting("eigenfrequency of the joint", thesis="4-1-1")
     log_rate_hz: float = setting("rate of the log", thesis="2-1-1")
+    command_rate_hz: float = setting("rate of the torque command", thesis="2-1-1")
+    force_rate_hz: float = setting("rate of the forces", thesis="2-1-2")
+    marker_rate_hz: float = setting("rate of the motion capture", thesis="2-1-2")
+    emg_rate_hz: float = setting("rate of the electromyograms", thesis="2-2")
     command_ms: float = setting("length of the command", unit="ms", thesis="2-1-2")
     marker_accuracy_mm: float = setting("accuracy of the motion capture", unit="mm", thesis="2-1-2")
+    foot: PrintedSegment
+    leg: PrintedSegment
 
 
 class PrintedJoint(Section):

@@ -195,6 +195,11 @@ def specification(study: Study) -> list[str]:
     return ["<results>/tables/specification.csv"] if study.has("dummy") else []
 
 
+def averaging(study: Study) -> list[str]:
+    """The Wristalyzer's fit against the number of averaged frequencies."""
+    return ["<results>/tables/averaging.csv"] if study.has("wristalyzer") else []
+
+
 def thesis_dummy(study: Study) -> list[str]:
     """The fit of the dummy that the printed tables describe, and its table."""
     if not study.has("thesis_dummy"):
@@ -238,7 +243,7 @@ def cells(study: Study) -> list[str]:
 
 def tables(study: Study) -> dict[str, str]:
     """Name of a table of the run -> its caption."""
-    others = (models, forward, noise, specification, participants, operating_points, time_varying)
+    others = (models, averaging, forward, noise, specification, participants, operating_points, time_varying)
     others += (planned, recovery, claims, cells)
     found = dict.fromkeys(map(_stem, thesis_tables(study)), "thesis_table")
     found |= {name: name for name in ("estimates", "uncertainty")}
@@ -332,6 +337,7 @@ def everything(study: Study) -> list[str]:
         *models(study),
         *forward(study),
         *noise(study),
+        *averaging(study),
         *specification(study),
         *thesis_dummy(study)[1:],
         *planned(study),

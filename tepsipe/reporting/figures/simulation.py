@@ -1,4 +1,4 @@
-"""Figures of the forward simulations (thesis Figures 4-7 to 4-11 and Appendix B)."""
+"""Figures of the forward simulations (thesis Figures 2-10, 2-11, 4-7 to 4-11 and Appendix B)."""
 
 from collections.abc import Callable, Iterable, Iterator
 
@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from tepsipe.experiments.forward.scores import FORWARD_SCORES, ForwardScore
 from tepsipe.io.result import Result, read_result
+from tepsipe.reporting.figures.flow_charts import draw_evaluation
 from tepsipe.reporting.figures.names import (
     ESTIMATED_SETS,
     PARAMETER_SETS,
@@ -17,6 +18,7 @@ from tepsipe.reporting.figures.names import (
     compared_sets,
     short_name,
 )
+from tepsipe.reporting.figures.schematics import draw_simulation_model
 from tepsipe.reporting.figures.style import COLOURS, WIDTH_IN, example_and_panels, in_style, new_figure
 
 LINES = {
@@ -47,6 +49,9 @@ def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
     names = list(chosen.conditions)
     results = {name: read_result(path) for name, path in zip(names, files.fits, strict=True)}
     scores = FORWARD_SCORES.read(files.forward)
+    yield "figure_2_10", draw_simulation_model(chosen.geometry)
+    sets = dict.fromkeys(PARAMETER_SETS[score.parameter_set] for score in scores)
+    yield "figure_2_11", draw_evaluation(list(sets), len(names))
     yield "figure_4_7", plot_angles(results[chosen.frequent])
     yield "figure_4_8", plot_angles(results[chosen.rare])
     yield "figure_4_9", plot_torques(results[chosen.frequent])
