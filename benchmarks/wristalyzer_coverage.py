@@ -23,7 +23,6 @@ from tepsipe.experiments.wristalyzer.analysis import (  # noqa: E402
 )
 from tepsipe.experiments.wristalyzer.pooled import fit_wristalyzer_together, pooled_estimates  # noqa: E402
 from tepsipe.experiments.wristalyzer.record import WristalyzerOptions  # noqa: E402
-from tepsipe.identification.admittance_fit import Bounds  # noqa: E402
 from tepsipe.ingest.manipulators import ManipulatorOptions, ingest_torque_manipulator  # noqa: E402
 from tepsipe.io.readers.text_table import read_text_table  # noqa: E402
 from tepsipe.reporting.recovery import true_parameters  # noqa: E402
@@ -31,18 +30,15 @@ from tepsipe.reporting.true_motion import linear_truth, read_true_motion  # noqa
 from tepsipe.statistics.uncertainty import sources_of  # noqa: E402
 from tepsipe.virtual_lab.drawn import draw_laboratory  # noqa: E402
 from tepsipe.virtual_lab.wristalyzer_trial import make_wristalyzer_trial  # noqa: E402
+from workflow.settings.complete import without  # noqa: E402
 
 FACTORS, DURATION_S = ("0.08", "0.12", "0.16", "0.20", "0.24"), 60.0
 
 
 def options_of(analysis: dict) -> WristalyzerOptions:
     """The study's choices, without the tests of starting values."""
-    analysis = dict(analysis)
-    bounds = Bounds(*(np.array(list(analysis.pop(key).values())) for key in ("start", "lower", "upper")))
-    low, high = analysis.pop("profile_stiffness_Nm_per_rad")
-    del analysis["profile_points"]
-    quick = {"random_starts": 0, "tried_stiffness_Nm_per_rad": (10.0,)}
-    return WristalyzerOptions(bounds=bounds, profile_Nm_per_rad=(low, high, 3), **analysis | quick)
+    quick = {"random_starts": 0, "tried_stiffness_Nm_per_rad": (10.0,), "profile_points": 3}
+    return WristalyzerOptions.from_settings(without(analysis, "swept_bins") | quick)
 
 
 def rows_of(seed: int, constants: dict, settings: dict, folder: Path) -> list[tuple]:

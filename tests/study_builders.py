@@ -71,6 +71,7 @@ def plain_laboratory(text):
 def copy_project(target):
     for package in ("tepsipe", "workflow"):
         compileall.compile_dir(ROOT / package, quiet=2)
+    shutil.copytree(ROOT / "benchmarks/coverage", target / "benchmarks/coverage")
     for name in ("Snakefile", "config", "workflow", "tepsipe", "report", "profiles", "requirements.txt"):
         source = ROOT / name
         if source.is_dir():

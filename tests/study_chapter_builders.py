@@ -23,8 +23,13 @@ CLAIM = {
     "reported": 10.0,
     "reproduced": 9.0,
     "tolerance": "below",
-    "verdict": "reproduced",
+    "verdict": "pattern",
     "section": "",
+    "null_value": 10.0,
+    "null_verdict": "not reproduced",
+    "margin": "",
+    "used": "a joint",
+    "statements": "",
 }
 
 
@@ -32,7 +37,16 @@ def estimate(**changed):
     """Row of the estimates."""
     row = {"experiment": "position_manipulator", "condition": "trial1", "pathway": "leg", "estimator": "ls"}
     return (
-        row | {"quantity": "K", "unit": "Nm/rad", "value": 9.0, "recommended": False, "flags": ""} | changed
+        row
+        | {
+            "quantity": "K",
+            "unit": "Nm/rad",
+            "value": 9.0,
+            "standard_error": 0.5,
+            "recommended": False,
+            "flags": "",
+        }
+        | changed
     )
 
 

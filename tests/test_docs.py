@@ -66,6 +66,16 @@ def test_index_has_every_numbered_equation_with_a_decision():
         assert "decisions/" in decision, number
 
 
+def test_report_indexes_the_same_functions():
+    text = (ROOT / "report/chapters/index.typ").read_text(encoding="utf-8")
+    lines = re.findall(r"^  \(\[(\(\d-\d+\))\], .*$", text, re.MULTILINE)
+    assert lines == NUMBERED
+    for number, (_, _, functions, _) in equation_rows().items():
+        line = re.search(rf"^  \(\[{re.escape(number)}\], .*$", text, re.MULTILINE).group()
+        shown = re.findall(r'"([a-z]\w*(?:\.\w+)+)"', line)
+        assert set(shown) == set(re.findall(r"`tepsipe\.([\w.]+)`", functions)), number
+
+
 @pytest.mark.parametrize("number", NUMBERED)
 def test_functions_of_an_equation_exist_and_name_it(number):
     names = re.findall(r"`(tepsipe\.[\w.]+)`", equation_rows()[number][2])

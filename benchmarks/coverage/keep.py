@@ -1,13 +1,15 @@
 """Keep the tables of a coverage campaign: ``python benchmarks/coverage/keep.py [results/coverage]``.
 
 Copies the tables of coverage, dropped sources, flags and laboratories into this folder, and writes commit,
-seed, the number of laboratories and the conditions of findings that hold to ``campaign.json``.
+date, checksum of the laboratory's constants, seed, the number of laboratories and the conditions of findings
+that hold to ``campaign.json``. The report of the thesis's study quotes both.
 """
 
 import csv
 import json
 import shutil
 import sys
+from datetime import date
 from pathlib import Path
 
 TABLES = ("coverage", "dropped", "flags", "laboratories")
@@ -18,12 +20,15 @@ def keep(results: Path, target: Path = HERE) -> dict:
     """Copy the tables; return what is written to ``campaign.json``."""
     for name in TABLES:
         shutil.copyfile(results / f"tables/{name}.csv", target / f"{name}.csv")
-    report = json.loads((results / "report/coverage.json").read_text(encoding="utf-8"))
+    written = results / "report/coverage.json"
+    report = json.loads(written.read_text(encoding="utf-8"))
     with open(target / "laboratories.csv", newline="", encoding="utf-8") as file:
         laboratories = list(csv.DictReader(file))
     study = report["study"]
     about = {
         **study["code"],
+        "date": date.fromtimestamp(written.stat().st_mtime).isoformat(),
+        "virtual_lab_sha256": study["virtual_lab_sha256"],
         "seed": study["seed"],
         "laboratories": len(laboratories),
         "failed": sum(row["failed"] != "" for row in laboratories),

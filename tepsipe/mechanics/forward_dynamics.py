@@ -6,6 +6,8 @@ The foot follows the recorded belt and does not rotate; the leg rotates about th
     J theta'' = m g r sin(theta) - m r y_f'' cos(theta) - B theta' - K (theta - theta_ref),
     J = I_l + m r^2 + I
 
+A joint that softens has further terms (`tepsipe.mechanics.engines.interface.Joint`).
+
 Symbols: theta leg angle, positive when the leg tips towards +y (rad); y_f position of the foot (m); I, B, K,
 theta_ref of the joint; m, r, I_l, g of the leg and m_f, l_f of the foot as in `inverse_dynamics`.
 
@@ -16,7 +18,7 @@ checks of the input and the result.
 
 import cmath
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
@@ -24,9 +26,9 @@ import scipy
 from tepsipe.errors import InputError
 from tepsipe.mechanics.engines import resolved_engine, simulate
 from tepsipe.mechanics.engines.interface import FALLEN_RAD, UPRIGHT, Joint, Start, Task
-from tepsipe.mechanics.impedance_model import impedance_torque
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 
+STANDING_ITERATIONS = 50  # of the bending at rest
 LARGEST_PHASE_RAD = 0.1  # natural frequency times step: 63 steps per period
 
 
@@ -41,7 +43,7 @@ class ForwardSimulation:
     theta, theta_d, theta_dd : ndarray, shape (n,)
         Leg angle (rad), its rate (rad/s) and acceleration (rad/s²).
     torque : ndarray, shape (n,)
-        tau of eq (2-1) (N·m), positive when it resists positive theta.
+        tau of eq (2-1), with the softening of the joint (N·m), positive when it resists positive theta.
     foot_y, foot_y_d, foot_y_dd : ndarray, shape (n,)
         Position of foot and ankle from where they start (m), velocity (m/s) and acceleration (m/s²).
     y_dd, z_dd : ndarray, shape (n,)
@@ -58,6 +60,8 @@ class ForwardSimulation:
     growth_per_s : float
         Rate at which small swings about upright grow once the belt rests (1/s), negative where they die out:
         -B / (2 J) of a leg that swings.
+    period_s : float
+        Period of small swings about upright (s); infinite for a leg that does not swing.
     fell_at_s : float or None
         Time at which theta passed a quarter turn (s), on the clock of ``time``; None unless the leg falls.
     """
@@ -79,16 +83,21 @@ class ForwardSimulation:
     f_az: np.ndarray
     state: str
     growth_per_s: float
+    period_s: float
     fell_at_s: float | None
 
 
-def rest_angle_of_standing(leg: Leg, stiffness: float, standing_angle: float) -> float:
-    """theta_ref (rad) of a joint of ``stiffness`` K (N·m/rad) on which the leg stands at an angle (rad).
+def resting(leg: Leg, joint: Joint, standing_angle: float) -> Joint:
+    """The same joint (units in `Joint`) with the theta_ref on which the leg stands at an angle (rad).
 
-    K (theta - theta_ref) = m g r sin(theta).
+    (K - C q) (theta - theta_ref) = m g r sin(theta). Softening is found by iteration: a leg at rest bends the
+    joint far less than phi_h.
     """
     gravity_moment = leg.mass_kg * leg.gravity_m_per_s2 * leg.com_m * math.sin(standing_angle)
-    return standing_angle - gravity_moment / stiffness
+    bending = 0.0
+    for _ in range(STANDING_ITERATIONS):
+        bending = (gravity_moment + joint.softened(bending, 0.0)) / joint.stiffness_Nm_per_rad
+    return replace(joint, rest_angle_rad=standing_angle - bending)
 
 
 def simulate_dummy(
@@ -115,7 +124,7 @@ def simulate_dummy(
     leg, foot : Leg, Foot
         The dummy's segments (kg, m, kg·m²).
     joint : Joint
-        I, B, K and theta_ref (N·m·s²/rad, N·m·s/rad, N·m/rad, rad).
+        I, B, K, theta_ref and softening (units in `Joint`).
     step_s : float
         Step of the simulation (s), a whole part of the sampling interval.
     engine : {"pybullet", "mujoco", "equations", "auto"}
@@ -159,15 +168,14 @@ def simulate_dummy(
     samples = theta.size
     elapsed = task.elapsed(samples)
     foot_y_dd = velocity(elapsed, 1)
-    i, b, k = joint.inertia_Nms2_per_rad, joint.damping_Nms_per_rad, joint.stiffness_Nm_per_rad
     s, c, r = np.sin(theta), np.cos(theta), leg.com_m
-    growth = _growth(leg, joint)
+    swinging = _small_swing(leg, joint)
     return ForwardSimulation(
         time=time[:samples],
         theta=theta,
         theta_d=theta_d,
         theta_dd=theta_dd,
-        torque=impedance_torque((i, b, k), theta - joint.rest_angle_rad, theta_d, theta_dd),
+        torque=joint.inertia_Nms2_per_rad * theta_dd + joint.resistance(theta, theta_d),
         foot_y=path(elapsed),
         foot_y_d=belt_velocity[:samples].copy(),
         foot_y_dd=foot_y_dd,
@@ -178,8 +186,9 @@ def simulate_dummy(
         m_x=swing.m_x,
         f_ay=swing.f_ay,
         f_az=swing.f_az,
-        state="falls" if swing.fell_after_s is not None else "grows" if growth > 0.0 else "settles",
-        growth_per_s=growth,
+        state="falls" if swing.fell_after_s is not None else "grows" if swinging.real > 0.0 else "settles",
+        growth_per_s=swinging.real,
+        period_s=2.0 * math.pi / swinging.imag if swinging.imag > 0.0 else math.inf,
         fell_at_s=None if swing.fell_after_s is None else float(time[0]) + swing.fell_after_s,
     )
 
@@ -194,11 +203,11 @@ def _about_the_ankle(leg: Leg, joint: Joint) -> tuple[float, float]:
     return about_ankle, upright
 
 
-def _growth(leg: Leg, joint: Joint) -> float:
-    """Larger real part (1/s) of the roots of J s^2 + B s + K - m g r = 0."""
+def _small_swing(leg: Leg, joint: Joint) -> complex:
+    """Root of J s^2 + B s + K - m g r = 0 with the larger real part (1/s, rad/s)."""
     about_ankle, upright = _about_the_ankle(leg, joint)
     b = joint.damping_Nms_per_rad
-    return ((cmath.sqrt(b * b - 4.0 * about_ankle * upright) - b) / (2.0 * about_ankle)).real
+    return (cmath.sqrt(b * b - 4.0 * about_ankle * upright) - b) / (2.0 * about_ankle)
 
 
 # ---- what cannot be simulated ------------------------------------------------------------------
@@ -253,7 +262,8 @@ def refuse_unstable(leg: Leg, joint: Joint) -> None:
 def _check_dummy(leg: Leg, foot: Foot, joint: Joint, start: Start) -> None:
     for body in (leg, foot, joint):
         for name, value in vars(body).items():
-            if not math.isfinite(value):
+            linear = name == "half_softening_rad" and value == math.inf
+            if not math.isfinite(value) and not linear:
                 raise InputError(f"{name}: expected a finite number, found {value}: correct it")
     for name, value in (("leg", leg.mass_kg), ("foot", foot.mass_kg)):
         if value <= 0.0:
@@ -265,6 +275,9 @@ def _check_dummy(leg: Leg, foot: Foot, joint: Joint, start: Start) -> None:
             f"inertia of the joint: expected more than {least:.4g} Nms2/rad, so that leg and joint together "
             f"have inertia, found {joint.inertia_Nms2_per_rad:.4g} Nms2/rad: simulate with other parameters"
         )
+    if joint.half_softening_rad <= 0.0:
+        found = f"{joint.half_softening_rad:g} rad"
+        raise InputError(f"half_softening_rad: expected more than 0 rad, found {found}: correct it")
     if not (abs(start.angle_rad) < FALLEN_RAD and math.isfinite(start.rate_rad_per_s)):
         raise InputError(
             "start: expected a leg within a quarter turn of upright and a finite rate, found "
@@ -281,7 +294,8 @@ def _check_step(step_s: float, interval: float, leg: Leg, joint: Joint) -> int:
             f"found {step_s:.6g} s: divide the interval by a whole number"
         )
     about_ankle, upright = _about_the_ankle(leg, joint)
-    fastest = max(math.sqrt(abs(upright) / about_ankle), abs(joint.damping_Nms_per_rad) / about_ankle)
+    damping = abs(joint.damping_Nms_per_rad) + abs(joint.softened_damping_Nms_per_rad)
+    fastest = max(math.sqrt(abs(upright) / about_ankle), damping / about_ankle)
     if step_s * fastest > LARGEST_PHASE_RAD:
         raise InputError(
             f"step of the simulation: expected at most {LARGEST_PHASE_RAD / fastest:.3g} s, a tenth of the "

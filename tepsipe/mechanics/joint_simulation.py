@@ -18,6 +18,7 @@ def simulate_joint(
     B: float,  # noqa: N803
     K: float,  # noqa: N803
     rest_angle_rad: float = 0.0,
+    softening: tuple[float, float, float] | None = None,
     foot: Foot = THESIS_FOOT,
     engine: str = "auto",
     step_s: float | None = None,
@@ -36,6 +37,9 @@ def simulate_joint(
         Inertia (N·m·s²/rad, without the leg's own), damping (N·m·s/rad), stiffness (N·m/rad) of the joint.
     rest_angle_rad : float
         Angle at which the joint is not bent (rad).
+    softening : tuple of float, optional
+        C (N·m/rad), B_s (N·m·s/rad) and phi_h (rad) of a joint that softens, such as the ``softening`` of a
+        joint likelihood (`tepsipe.mechanics.rubber_joint`); I, B, K are then those of small bending.
     foot : Foot
         The foot (kg, m); by default the foot of the thesis.
     engine : {"auto", "pybullet", "mujoco", "equations"}
@@ -60,5 +64,5 @@ def simulate_joint(
     velocity = samples(belt_velocity, "m/s", "belt_velocity")
     same_length(time, belt_velocity=velocity)
     stride = max(1, int(np.ceil(1.0 / (rate_hz * (0.001 if step_s is None else step_s)) - 1e-9)))
-    joint = Joint(I, B, K, rest_angle_rad)
+    joint = Joint(I, B, K, rest_angle_rad, *(softening or ()))
     return simulate_dummy(time, velocity, leg, foot, joint, 1.0 / (rate_hz * stride), engine)

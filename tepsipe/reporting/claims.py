@@ -1,8 +1,9 @@
 """Claims of the thesis that can be tested, with the findings of this run (thesis chapter 4)."""
 
 import difflib
+import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -14,8 +15,16 @@ from tepsipe.experiments.wristalyzer.names import MODULUS
 from tepsipe.io.tables import Table
 from tepsipe.reporting import further_measures
 from tepsipe.reporting.findings import Findings
-from tepsipe.reporting.ledger import EXPLAINED, NOT_COMPUTED, NOT_REPRODUCED, REPRODUCED
-from tepsipe.reporting.planned import CHANGE, planned_value
+from tepsipe.reporting.ledger import (
+    EXPLAINED,
+    FITTED,
+    IMPLIED,
+    NOT_COMPUTED,
+    NOT_REPRODUCED,
+    PREDICTED,
+    basis_of,
+    null_verdict_of,
+)
 
 
 def _mean(values: dict) -> float:
@@ -32,11 +41,11 @@ def _ratio(values: dict) -> float:
 
 
 def _unsettled(forward: list[ForwardScore]) -> float:
-    """Number of conditions in which a leg with TEP-SIPE parameters does not settle."""
-    if not forward:
+    """Number of conditions in which a leg with the printed TEP-SIPE parameters does not settle."""
+    states = {s.condition: s.state for s in forward if s.parameter_set == "thesis-tep"}
+    if not states:
         raise KeyError("forward")
-    unsettled = {s.condition for s in forward if s.parameter_set == "tep" and s.state != "settles"}
-    return float(len(unsettled))
+    return float(sum(state != "settles" for state in states.values()))
 
 
 def _least_step(values: dict) -> float:
@@ -96,6 +105,10 @@ MEASURES: dict[str, Callable[[Findings], float]] = {
     "weight_mass_minjerk_low": lambda f: f.by_condition("weight", "mass")["minjerk-0.1"],
     "weight_mass_minjerk_high": lambda f: f.by_condition("weight", "mass")["minjerk-0.5"],
     "weight_mass_spread_ratio": lambda f: _ratio(f.by_condition("weight", "mass_sd")),
+    "weight_mass_fall": lambda f: float(
+        np.mean(_at(f.by_condition("weight", "mass"), "0.5"))
+        - np.mean(_at(f.by_condition("weight", "mass"), "0.1"))
+    ),
     "weight_speed_at_peak": lambda f: min(speed_at_peak(usual_weight(f.fits["weight"]), "20 Hz")),
     "weight_least_step": lambda f: _least_step(f.by_condition("weight", "added_force_peak")),
     "weight_growth": lambda f: _ratio(f.by_condition("weight", "added_force_peak")),
@@ -107,9 +120,11 @@ MEASURES: dict[str, Callable[[Findings], float]] = {
     "weight_shape_at_10_hz": lambda f: min(shapes(f.fits["empty"], f.fits["weight"], "10 Hz")[0]),
     "weight_size_at_10_hz": lambda f: min(shapes(f.fits["empty"], f.fits["weight"], "10 Hz")[1]),
     "simulated_angle_gap": lambda f: (
-        min(f.followed("wristalyzer", "theta")) - max(f.followed("tep", "theta"))
+        min(f.followed("thesis-wristalyzer", "theta")) - max(f.followed("thesis-tep", "theta"))
     ),
-    "simulated_torque_gap": lambda f: min(f.followed("tep", "tau")) - max(f.followed("wristalyzer", "tau")),
+    "simulated_torque_gap": lambda f: (
+        min(f.followed("thesis-tep", "tau")) - max(f.followed("thesis-wristalyzer", "tau"))
+    ),
     "simulated_growth": lambda f: _unsettled(f.forward),
     "noise_free_stiffness": lambda f: f.noisy("as-tabulated", "K", "none"),
     "noise_inertia": lambda f: f.noisy("as-tabulated", "I", "tau"),
@@ -134,12 +149,16 @@ def _modulus_fits_at_start(f: Findings) -> float:
     return float(sum(abs(k - START_STIFFNESS) < 5e-4 for k in found))
 
 
-# number that the explanation of a claim predicts, in place of the one that is not reproduced
+def _tapered_drop(f: Findings) -> float:
+    """Drop of the coherence above 20 Hz with a taper, which removes the step between the record's ends."""
+    return further_measures.coherence_drop(f, "tapered")
+
+
+# number that the explanation of a claim predicts, in place of one outside the tolerance
 EXPLANATIONS: dict[str, Callable[[Findings], float]] = {
     "wristalyzer_stiffness_at_start": _modulus_fits_at_start,
+    "wristalyzer_coherence_drop": _tapered_drop,
     "noise_free_stiffness": lambda f: f.noisy("recommended-regression", "K", "none"),
-    # a filter distorts where torque and motion do not pass it alike
-    "planned_zero_lag_filter": lambda f: abs(planned_value(f.planned, "zero-lag, torque only", CHANGE, "K")),
 }
 
 
@@ -159,6 +178,16 @@ class ClaimVerdict:
         See `check_claims`.
     section : str
         Section of the report.
+    null_value : float or None
+        Of a null model (``unit``).
+    null_verdict : str
+        ``implied`` if the null model is within the tolerance, too, otherwise ``not reproduced``.
+    margin : float or None
+        Value of the thesis's own printed numbers (``unit``), if they determine it.
+    used : str
+        What was used to get the number of this run, and whether the claim can discriminate.
+    statements : str
+        Numbers of the statements of chapters 4 to 6 that it tests, joined by ``;``.
     """
 
     claim: str
@@ -169,69 +198,116 @@ class ClaimVerdict:
     tolerance: str
     verdict: str
     section: str
+    null_value: float | None
+    null_verdict: str
+    margin: float | None
+    used: str
+    statements: str
 
 
 CLAIM_VERDICTS = Table(ClaimVerdict, "claims")
 
 
-def check_claims(claims: list[dict], findings: Findings) -> list[ClaimVerdict]:
+def check_claims(
+    claims: list[dict],
+    findings: Findings,
+    bases: dict[str, str],
+    printed: Findings | None = None,
+    nulls: Findings | None = None,
+    assertions: list[dict] | None = None,
+) -> list[ClaimVerdict]:
     """Test every claim.
 
     Parameters
     ----------
     claims : list of dict
         Keys claim, where, measure, unit, reported, tolerance, section (``unit`` holds for reported and
-        tolerance; the tolerance ``below`` requires less than reported, ``above`` more), and optionally
-        verdict, which a simulated trial within the tolerance has: ``fitted`` or ``predicted``.
+        tolerance; the tolerance ``below`` requires less than reported, ``above`` more); verdict, which a
+        simulated trial within the tolerance has; used, a name in ``bases``; and optionally null_value and
+        margin (``unit``), in place of those by ``nulls`` and ``printed``.
     findings : Findings
         Results of this run.
+    bases : dict
+        What numbers are obtained from, in words.
+    printed, nulls : Findings or None
+        Numbers that the thesis printed, and those of the null models, as `findings_of_cells` makes them.
+    assertions : list of dict or None
+        Statements of the thesis in their order, with the ``measures`` of the claims that test them.
 
     Returns
     -------
     list of ClaimVerdict
-        One per claim: the verdict is ``reproduced`` (or that of the claim) within
-        the tolerance, ``explained`` outside it if the number that the explanation predicts is within, ``not
-        computed`` if this run does not have the result (reproduced is None), otherwise ``not reproduced``.
+        One per claim: the verdict is that of the claim within the tolerance (``predicted`` in place of
+        ``fitted`` if no trial was simulated), ``explained`` outside it if the number that the explanation
+        predicts is within, ``not computed`` if this run does not have the result (reproduced is None),
+        otherwise ``not reproduced``. A claim that is ``implied`` is measured on the printed numbers.
 
     Raises
     ------
     InputError
-        If a measure is unknown.
+        If a measure or a basis is unknown.
     """
-    rows = []
-    for claim in claims:
-        name = claim["measure"]
-        if name not in MEASURES:
-            close = difflib.get_close_matches(name, MEASURES, n=3, cutoff=0.0)
-            raise InputError(
-                f"expected a measure of tepsipe/reporting/claims.py, found {name!r}: "
-                f"did you mean {' or '.join(close)}?"
-            )
-        value = _measured(MEASURES[name], findings)
-        if value is None:
-            verdict = NOT_COMPUTED
-        elif _holds(claim, value):
-            verdict = REPRODUCED if findings.recorded else claim.get("verdict", REPRODUCED)
-        else:
-            predicted = _measured(EXPLANATIONS[name], findings) if name in EXPLANATIONS else None
-            within = predicted is not None and _holds(claim, predicted)
-            verdict = EXPLAINED if within else NOT_REPRODUCED
-        tolerance = claim["tolerance"]
-        rows.append(
-            ClaimVerdict(
-                *(claim["claim"], claim["where"], claim["unit"], claim["reported"], value),
-                tolerance=tolerance if isinstance(tolerance, str) else f"{tolerance:.10g}",
-                verdict=verdict,
-                section=claim["section"],
-            )
+    nothing = Findings([], {}, findings.as_printed)
+    rows = [_checked(claim, findings, bases, printed or nothing, nulls or nothing) for claim in claims]
+    tested = [
+        [k for k, one in enumerate(assertions or [], 1) if claim["measure"] in one.get("measures", ())]
+        for claim in claims
+    ]
+    return [
+        replace(row, statements=";".join(map(str, numbers)))
+        for row, numbers in zip(rows, tested, strict=True)
+    ]
+
+
+def _checked(
+    claim: dict, findings: Findings, bases: dict[str, str], printed: Findings, nulls: Findings
+) -> ClaimVerdict:
+    name = claim["measure"]
+    if name not in MEASURES:
+        close = difflib.get_close_matches(name, MEASURES, n=3, cutoff=0.0)
+        raise InputError(
+            f"expected a measure of tepsipe/reporting/claims.py, found {name!r}: "
+            f"did you mean {' or '.join(close)}?"
         )
-    return rows
+    basis = basis_of(claim, bases)
+    value = _measured(MEASURES[name], printed if claim["verdict"] == IMPLIED else findings)
+    null, margin = (
+        claim.get(key, _measured(MEASURES[name], numbers))
+        for key, numbers in (("null_value", nulls), ("margin", printed))
+    )
+    null_verdict = null_verdict_of(None if null is None else _holds(claim, null))
+    used = basis + ("; cannot discriminate: the null model is within, too" if null_verdict == IMPLIED else "")
+    tolerance = claim["tolerance"]
+    return ClaimVerdict(
+        *(claim["claim"], claim["where"], claim["unit"], claim["reported"], value),
+        tolerance=tolerance if isinstance(tolerance, str) else f"{tolerance:.10g}",
+        verdict=_verdict(claim, value, findings),
+        section=claim["section"],
+        null_value=null,
+        null_verdict=null_verdict,
+        margin=margin,
+        used=used,
+        statements="",
+    )
+
+
+def _verdict(claim: dict, value: float | None, findings: Findings) -> str:
+    if value is None:
+        return NOT_COMPUTED
+    if _holds(claim, value):
+        return PREDICTED if findings.recorded and claim["verdict"] == FITTED else claim["verdict"]
+    predicted = None
+    if claim["measure"] in EXPLANATIONS:
+        predicted = _measured(EXPLANATIONS[claim["measure"]], findings)
+    return EXPLAINED if predicted is not None and _holds(claim, predicted) else NOT_REPRODUCED
 
 
 def _measured(measure: Callable[[Findings], float], findings: Findings) -> float | None:
     """A finite number, or None where the study does not have what it is made of."""
     try:
-        value = measure(findings)
+        with warnings.catch_warnings():  # means of nothing are not a number
+            warnings.simplefilter("ignore", RuntimeWarning)
+            value = measure(findings)
     except (ValueError, KeyError, ZeroDivisionError):
         return None
     return value if np.isfinite(value) else None

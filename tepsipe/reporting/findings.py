@@ -12,6 +12,8 @@ from tepsipe.reporting.planned import PlannedRow
 from tepsipe.reporting.thesis_tables import TableRow
 from tepsipe.treadmill.calibration import ModelScore
 
+WRISTALYZER_TABLE, NOISE_TABLE = "table_4_1", "table_4_4"
+
 
 @dataclass(frozen=True)
 class Findings:
@@ -102,3 +104,41 @@ class Findings:
             and e.pathway == pathways.get(experiment, "force")
             and (experiment != "wristalyzer" or e.estimator == wristalyzer.AS_PRINTED)
         }
+
+
+def findings_of_cells(cells: dict[tuple[str, str, str], float], as_printed: str) -> Findings:
+    """Findings of a study that consists of printed cells: what a measure is by the thesis's own numbers.
+
+    Parameters
+    ----------
+    cells : dict
+        (table, row, column) -> number (unit of the row), as `tepsipe.reporting.ledger` has them.
+    as_printed : str
+        Pathway of Tables 4-2 and 4-3.
+
+    Returns
+    -------
+    Findings
+        Estimates with their SEMs, and the rows of Table 4-4; nothing else.
+    """
+    estimates, noise = [], {}
+    for (table, row, column), value in cells.items():
+        if table == NOISE_TABLE:
+            noise.setdefault(row, {})[column] = value
+        elif not row.startswith("SEM_"):
+            sem = cells.get((table, f"SEM_{row}", column))
+            names = (
+                ("wristalyzer", column, wristalyzer.PATHWAY, wristalyzer.AS_PRINTED)
+                if table == WRISTALYZER_TABLE
+                else ("dummy", column, as_printed, "printed")
+            )
+            estimates.append(Estimate(*names, row, "as printed", value, sem_as_printed=sem))
+    nothing = [None] * len(TABLE_COLUMNS)
+    rows = []
+    for row, columns in noise.items():
+        values = [columns.get(column) for column in TABLE_COLUMNS]
+        true = [values[0], *nothing[1:]]
+        rows.append(TableRow("as-tabulated", "printed", row, "as printed", values, nothing))
+        rows.append(TableRow("recommended-regression", "printed", row, "as printed", true, nothing))
+    fits = {e.experiment: {} for e in estimates}
+    return Findings(estimates, fits, as_printed, table_4_4=rows)

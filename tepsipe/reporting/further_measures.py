@@ -12,6 +12,7 @@ from tepsipe.reporting.planned import CHANGE, TYPE_A, planned_value
 
 NOISY = ("tau", "theta", "both")
 READING, TRUE_TORQUE = "as-tabulated", "recommended-regression"  # of Table 4-4
+START_K = 10.0  # N·m/rad, the simulated joint of Table 4-4
 BEST_FACTOR = "0.16"  # the scale factor of thesis Figure 4-1
 EXCITED_HZ, DOMINANT_HZ = 20.0, 9.0
 
@@ -81,13 +82,21 @@ def _spread_ratio(column: int) -> Callable[[Findings], float]:
     return ratio
 
 
+def _relative_sems(f: Findings, experiment: str, quantity: str) -> dict[str, float]:
+    """Condition -> SEM over value, both of one row of a table."""
+    return {
+        e.condition: e.sem_as_printed / e.value
+        for e in f.estimates
+        if (e.experiment, e.quantity) == (experiment, quantity)
+        and (experiment == "dummy" or e.estimator == AS_PRINTED)
+        and e.sem_as_printed is not None
+    }
+
+
 def _relative_sem(f: Findings) -> float:
     """Smallest ratio of the relative SEM of K to that of I in the Wristalyzer."""
-    found: dict[str, dict[str, float]] = {}
-    for e in f.estimates:
-        if (e.experiment, e.estimator) == ("wristalyzer", AS_PRINTED) and e.quantity in ("I", "K"):
-            found.setdefault(e.condition, {})[e.quantity] = e.sem_as_printed / e.value
-    return min(row["K"] / row["I"] for row in found.values())
+    inertia, stiffness = (_relative_sems(f, "wristalyzer", quantity) for quantity in ("I", "K"))
+    return min(stiffness[name] / inertia[name] for name in inertia)
 
 
 def _coherence(f: Findings) -> tuple[np.ndarray, np.ndarray]:
@@ -106,11 +115,11 @@ def _frequency_of_lowest(f: Findings) -> float:
     return float(frequency[band][np.argmin(coherence[band])])
 
 
-def _coherence_drop(f: Findings) -> float:
-    """Least drop of the mean coherence from within the excited band to above it."""
+def coherence_drop(f: Findings, estimator: str = AS_PRINTED) -> float:
+    """Least drop of the mean coherence from within the excited band to above it, by a spectral estimator."""
     drops = []
     for fit in f.fits["wristalyzer"].values():
-        frequency, coherence = (fit.arrays[f"tapered/{name}"] for name in ("frequency", "coherence"))
+        frequency, coherence = (fit.arrays[f"{estimator}/{name}"] for name in ("frequency", "coherence"))
         inside = (frequency >= 1.0) & (frequency <= EXCITED_HZ)
         above = (frequency > 1.1 * EXCITED_HZ) & (frequency <= 2.0 * EXCITED_HZ)
         drops.append(coherence[inside].mean() - coherence[above].mean())
@@ -127,6 +136,29 @@ def _above_9_hz(f: Findings) -> float:
         above = (frequency >= DOMINANT_HZ) & (frequency <= EXCITED_HZ)
         ratios.append(size[above].mean() / size[below].mean())
     return float(max(ratios))
+
+
+def _transition_line(f: Findings) -> float:
+    """Distance of the response from the fitted model: from 9 to 20 Hz, relative to below 9 Hz."""
+    arrays = f.fits["wristalyzer"][BEST_FACTOR].arrays
+    frequency = arrays[f"{AS_PRINTED}/frequency"]
+    inertia, damping, stiffness = arrays[f"{AS_PRINTED}/parameters"]
+    omega = 2.0 * np.pi * frequency
+    model = 1.0 / (stiffness - inertia * omega**2 + 1j * damping * omega)
+    misfit = np.abs(np.log(arrays[f"{AS_PRINTED}/response"][frequency > 0] / model[frequency > 0]))
+    frequency = frequency[frequency > 0]
+    below = misfit[(frequency >= 1.0) & (frequency < DOMINANT_HZ)].mean()
+    return float(misfit[(frequency >= DOMINANT_HZ) & (frequency <= EXCITED_HZ)].mean() / below)
+
+
+def _minima(f: Findings) -> float:
+    """Number of windows in which eq (3-9) does not have exactly one least-squares solution.
+
+    The equation is linear in I, B and K, so its sum of squares is a paraboloid with one minimum, unless the
+    regressors depend on each other. In that case a standard error is not finite.
+    """
+    errors = [fit.arrays[f"{f.as_printed}/standard_errors"] for fit in f.fits["dummy"].values()]
+    return float(sum((~np.isfinite(one).all(axis=1)).sum() for one in errors)) if errors else np.nan
 
 
 def _times_the_truth(quantity: str) -> Callable[[Findings], float]:
@@ -155,15 +187,6 @@ def _spreads(f: Findings, estimator: str, noise_on: str) -> list[NoiseRow]:
     return rows
 
 
-def _effect_of_snr(f: Findings) -> float:
-    rows = _spreads(f, "as-printed", "tau")
-    noisy, clean = (
-        np.mean([row.sd for row in rows if row.snr_db == snr])
-        for snr in (min(r.snr_db for r in rows), max(r.snr_db for r in rows))
-    )
-    return float(noisy / clean)
-
-
 def _spread_of_smallest(f: Findings) -> float:
     spread = {row.condition: row.sd for row in _spreads(f, READING, "tau")}
     return spread["sine-0.1"] / max(sd for name, sd in spread.items() if name != "sine-0.1")
@@ -174,9 +197,32 @@ def _spread_by_target(f: Findings) -> float:
     return float(theta / tau)
 
 
-def _simulated_at_8_s(f: Findings) -> float:
-    vaf = {s.condition: s.vaf_trial for s in f.forward if (s.parameter_set, s.quantity) == ("tep", "theta")}
-    return vaf["sine-0.5-8s"] - vaf["sine-0.5"]
+def _growth(f: Findings, condition: str, parameter_set: str = "thesis-tep") -> float:
+    """Largest swing of a simulated trial relative to the swing after its first perturbation."""
+    found = [
+        s.growth
+        for s in f.forward
+        if (s.condition, s.parameter_set, s.quantity) == (condition, parameter_set, "theta")
+    ]
+    if not found:
+        raise KeyError(parameter_set)
+    return float(found[0])
+
+
+def _largest_ratio_with_noise(f: Findings) -> float:
+    """Largest ratio of I, B or K with noise to the simulated one."""
+    true = {q: f.noisy(TRUE_TORQUE, q, "none") for q in ("I", "B", "K")}
+    return max(f.noisy(READING, q, target) / true[q] for q in true for target in NOISY)
+
+
+def _effect_of_snr(f: Findings) -> float:
+    """Range of the mean of K over the signal-to-noise ratios relative to the simulated K, the largest."""
+    ranges = []
+    for target in NOISY:
+        rows = [row for row in _spreads(f, "as-printed", target) if row.stiffness_Nm_per_rad == START_K]
+        means = [np.mean([r.mean for r in rows if r.snr_db == snr]) for snr in {r.snr_db for r in rows}]
+        ranges.append(np.ptp(means) / START_K)
+    return float(max(ranges))
 
 
 def _mass_sd(condition: str) -> Callable[[Findings], float]:
@@ -226,7 +272,7 @@ MEASURES: dict[str, Callable[[Findings], float]] = {
     "wristalyzer_relative_sem": _relative_sem,
     "wristalyzer_lowest_coherence": _lowest_coherence,
     "wristalyzer_frequency_of_lowest_coherence": _frequency_of_lowest,
-    "wristalyzer_coherence_drop": _coherence_drop,
+    "wristalyzer_coherence_drop": coherence_drop,
     "wristalyzer_above_9_hz": _above_9_hz,
     "pulse_length": lambda f: 1e3 * min(fit.facts["mean_window_s"] for fit in f.fits["dummy"].values()),
     "printed_lowest_cross_validated": lambda f: min(f.by_condition("dummy", "VAF_cross_validated").values()),
@@ -244,7 +290,25 @@ MEASURES: dict[str, Callable[[Findings], float]] = {
     "weight_sd_minjerk_low": _mass_sd("minjerk-0.1"),
     "weight_sd_sine_high": _mass_sd("sine-0.5"),
     "weight_sd_minjerk_high": _mass_sd("minjerk-0.5"),
-    "simulated_angle_at_8s": _simulated_at_8_s,
+    "simulated_angle_matched": lambda f: float(np.median(f.followed("thesis-wristalyzer", "theta"))),
+    "simulated_angle_of_tep": lambda f: max(f.followed("thesis-tep", "theta")),
+    "simulated_torque_of_tep": lambda f: min(f.followed("thesis-tep", "tau")),
+    "simulated_amplifies": lambda f: _growth(f, "sine-0.5"),
+    "simulated_amplifies_less": lambda f: _growth(f, "sine-0.5") / _growth(f, "sine-0.5-8s"),
+    "wristalyzer_transition_line": _transition_line,
+    "wristalyzer_local_minima": lambda f: max(
+        fit.facts["many_starts_stiffness_spread_Nm_per_rad"] for fit in f.fits["wristalyzer"].values()
+    ),
+    "wristalyzer_sem": lambda f: max(
+        max(_relative_sems(f, "wristalyzer", quantity).values()) for quantity in ("I", "B")
+    ),
+    "printed_sem": lambda f: max(_relative_sems(f, "dummy", "K").values()),
+    "printed_minima": _minima,
+    "printed_over_wristalyzer": lambda f: float(
+        np.mean(list(f.by_condition("dummy", "I").values()))
+        / np.mean(list(f.by_condition("wristalyzer", "I").values()))
+    ),
+    "noise_largest_ratio": _largest_ratio_with_noise,
     "noise_inertia_ratio": _times_the_truth("I"),
     "noise_damping_ratio": _times_the_truth("B"),
     "noise_angle_validates_best": _on_angle_validates_best,

@@ -1,4 +1,4 @@
-"""The simulated laboratory: which mechanisms are on, and which constants were drawn around what is known.
+"""The simulated laboratory: mechanisms that are on, constants drawn around what is known, constants inferred.
 
 Like the comparison with the truth, this is a part of the library that is given the laboratory's constants; it
 computes nothing with them.
@@ -6,9 +6,11 @@ computes nothing with them.
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from tepsipe.io.tables import Table
 
-MECHANISM, DRAWN = "mechanism", "drawn"
+MECHANISM, DRAWN, INFERRED = "mechanism", "drawn", "inferred"
 
 
 @dataclass(frozen=True)
@@ -62,23 +64,44 @@ MECHANISMS = (
     Mechanism("wristalyzer", "wristalyzer.manipulator.ripple_Nm", "ripple of the drive's torque"),
 )
 
+# constants that the thesis does not print and that were chosen so that the laboratory returns its tables
+INFERRED_CONSTANTS = (
+    "dummy.rubber.stiffness_Nm_per_rad",
+    "dummy.rubber.softening_angle_rad",
+    "dummy.rubber.damping_Nms_per_rad",
+    "dummy.rubber.softened_damping_Nms_per_rad",
+    "dummy.subject.joint_inertia_kgm2",
+    "dummy.rubber.softening",
+    "dummy.markers.leg_m",
+    "treadmill.capture.noise_m",
+    "dummy.foot_tilt.compliance_rad_per_Nm",
+    "dummy.wobble.growing_per_m",
+    "wristalyzer.manipulator.inertia_kgm2",
+    "wristalyzer.manipulator.torque_per_factor_Nm",
+    "wristalyzer.manipulator.contact_Nm_per_rad3",
+    "wristalyzer.manipulator.friction_Nm",
+    "wristalyzer.manipulator.friction_rate_rad_per_s",
+    "wristalyzer.manipulator.ripple_Nm",
+    "wristalyzer.manipulator.ripple_bandwidth_hz",
+)
+
 
 @dataclass(frozen=True)
 class LaboratoryRow:
-    """One mechanism, or one constant that was drawn.
+    """One mechanism, or one constant that was drawn or inferred from the thesis's tables.
 
     Attributes
     ----------
-    kind : {"mechanism", "drawn"}
-        Which of the two.
+    kind : {"mechanism", "drawn", "inferred"}
+        Which of them.
     key, name : str
         Its path among the constants, whose last word ends in the unit; what a mechanism is.
     nominal : float or None
-        What the analysis may know (unit of the key); None for a mechanism.
+        What the analysis may know (unit of the key); None unless it was drawn.
     value : tuple of float
         What the laboratory has (unit of the key); all 0 where a mechanism is off.
     distribution, standard_deviation : str and float or None
-        From which a number was drawn (unit of the key); empty and None for a mechanism.
+        From which a number was drawn (unit of the key); empty and None unless it was drawn.
     """
 
     kind: str
@@ -94,7 +117,7 @@ LABORATORY_ROWS = Table(LaboratoryRow, "mechanisms and drawn constants")
 
 
 def laboratory_rows(truth: dict, experiments: list[str]) -> list[LaboratoryRow]:
-    """Mechanisms and drawn numbers of a laboratory.
+    """Mechanisms, drawn numbers and inferred constants of a laboratory.
 
     Parameters
     ----------
@@ -107,22 +130,34 @@ def laboratory_rows(truth: dict, experiments: list[str]) -> list[LaboratoryRow]:
     Returns
     -------
     list of LaboratoryRow
-        Mechanisms, then drawn numbers of these experiments and of the treadmill, if they are on it.
+        Mechanisms, then drawn numbers of these experiments and of the treadmill, if they are on it, then
+        inferred constants.
     """
     sections = {*experiments} | ({"treadmill"} & {*truth})
     if "weight" in experiments:
         sections.add("heavy_weight")
     rows = []
     for mechanism in MECHANISMS:
-        place = truth
-        for key in mechanism.key.split("."):
-            place = place.get(key) if isinstance(place, dict) else None
-        if place is not None:
-            value = tuple(map(float, place if isinstance(place, list) else [place]))
+        value = _numbers(truth, mechanism.key)
+        if value:
             rows.append(LaboratoryRow(MECHANISM, mechanism.key, mechanism.name, None, value))
     for drawn in truth.get("drawn_numbers", ()):
         if drawn["path"].partition(".")[0] not in sections:
             continue
         own = drawn["distribution"], drawn["standard_deviation"]
         rows.append(LaboratoryRow(DRAWN, drawn["path"], "", drawn["nominal"], (drawn["value"],), *own))
+    for path in INFERRED_CONSTANTS:
+        value = _numbers(truth, path)
+        if value:
+            rows.append(LaboratoryRow(INFERRED, path, "", None, value))
     return rows
+
+
+def _numbers(truth: dict, path: str) -> tuple[float, ...]:
+    """Numbers at a path of keys (unit of the key), those of a list in their order; none where it is not."""
+    place = truth
+    for key in path.split("."):
+        place = place.get(key) if isinstance(place, dict) else None
+    if place is None:
+        return ()
+    return tuple(float(number) for number in np.ravel(place))

@@ -1,24 +1,26 @@
 """A verdict for every printed cell of Tables 4-1 to 4-4: one row of ``cells.csv`` each."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from tepsipe.errors import InputError, quoted
-from tepsipe.io.result import Result
 from tepsipe.io.tables import Table
-from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.reporting.noise_table import TABLE_COLUMNS
 from tepsipe.reporting.thesis_tables import TableRow
 
-REPRODUCED, FITTED, PREDICTED = "reproduced", "fitted", "predicted"
-EXPLAINED, NOT_REPRODUCED, NOT_COMPUTED = "explained", "not reproduced", "not computed"
-VERDICTS = (REPRODUCED, FITTED, PREDICTED, EXPLAINED, NOT_REPRODUCED, NOT_COMPUTED)
-MANIPULATOR_TABLE, NOISE_TABLE = "table_4_1", "table_4_4"
+IMPLIED, FITTED, PREDICTED, PATTERN = "implied", "fitted", "predicted", "pattern"
+INTERPRETATION, EXPLAINED, NOT_REPRODUCED = "interpretation", "explained", "not reproduced"
+UNKNOWN, NOT_COMPUTED = "unknown", "not computed"
+WITHIN = (IMPLIED, FITTED, PREDICTED, PATTERN, INTERPRETATION)  # verdicts of a value within its tolerance
+VERDICTS = (*WITHIN, EXPLAINED, NOT_REPRODUCED, UNKNOWN, NOT_COMPUTED)
+NOISE_TABLE, WITHOUT_NOISE = "table_4_4", "none"
 # readings of Table 4-4: of its columns with noise, and of the torque that returns the column without
 TABULATED, CONSISTENT = "as-tabulated", "recommended-regression"
 MISPLACED_POINT = 10.0  # a decimal point one place too far to the right
+ROW_MEAN = "mean of the printed row"  # the null of a table; otherwise that of another table's column
+RECORDED = "recorded trials, to which no constant was fitted"
 
 Cells = dict[tuple[str, str, str], float]  # (table, row, column) -> value, in the unit of the row
 
@@ -35,8 +37,13 @@ class Tolerance:
         Where it holds.
     reason : str
         Why it is as wide as it is.
-    verdict : {"reproduced", "fitted", "predicted"}
-        Of a number within it, if its trial was simulated; of a recorded trial it is ``reproduced``.
+    verdict : str
+        Of a number within it, if its trial was simulated: one of `WITHIN`; of a recorded trial it is
+        ``predicted``. ``unknown`` if no rule returns the printed numbers: then no number is judged.
+    used : str
+        What was used to get the run's numbers.
+    null_model : str
+        Null model: `ROW_MEAN`, or the table with the same condition by the other profile.
     absolute : float or None
         Largest distance (unit of the row).
     share : float or None
@@ -56,7 +63,9 @@ class Tolerance:
     tables: tuple[str, ...]
     rows: tuple[str, ...]
     reason: str
-    verdict: str = REPRODUCED
+    verdict: str = PREDICTED
+    used: str = ""
+    null_model: str = ROW_MEAN
     absolute: float | None = None
     share: float | None = None
     factor: float | None = None
@@ -114,7 +123,13 @@ class CellVerdict:
     verdict : str
         One of `VERDICTS`.
     reason : str
-        Why the tolerance is as it is, how the number is explained, or what is known of one that is not.
+        Why the tolerance is as it is, how the number is explained, or what is known of one that is not; what
+        was used to get it; and whether the cell can discriminate.
+    null_value : float or None
+        Of the null model (unit of the row).
+    null_verdict : str
+        ``implied`` if the null model, which uses the thesis's own numbers only, lies within the
+        tolerance, too; otherwise ``not reproduced``.
     """
 
     table: str
@@ -125,11 +140,14 @@ class CellVerdict:
     tolerance: str
     verdict: str
     reason: str
+    null_value: float | None
+    null_verdict: str
 
 
 def _check(row: CellVerdict) -> None:
-    if row.verdict not in VERDICTS:
-        raise ValueError(f"no verdict {quoted(row.verdict)}")
+    for verdict in (row.verdict, row.null_verdict):
+        if verdict not in VERDICTS:
+            raise ValueError(f"no verdict {quoted(verdict)}")
 
 
 CELL_VERDICTS = Table(CellVerdict, "verdicts of printed cells", check=_check)
@@ -145,24 +163,44 @@ class Explanations:
         (table, row, column) -> predicted number (unit of the row).
     texts : dict
         (table, row, column) -> the explanation, in words.
+    factors : dict
+        (table, row, column) -> by what a misprint multiplied the number; numbers are compared without it.
     """
 
     values: Cells = field(default_factory=dict)
     texts: dict[tuple[str, str, str], str] = field(default_factory=dict)
+    factors: dict[tuple[str, str, str], float] = field(default_factory=dict)
 
 
-def tolerances_of(entries: list[dict]) -> dict[tuple[str, str], Tolerance]:
-    """(table, row) -> tolerance (unit of the row), from the section ``cells`` of the reported values.
+def basis_of(entry: dict, bases: dict[str, str]) -> str:
+    """What was used to get the numbers of an entry of the reported values, in words.
 
     Raises
     ------
     InputError
-        If an entry has not exactly one tolerance, or a row has two.
+        If ``bases`` lacks it.
+    """
+    if entry["used"] not in bases:
+        raise InputError(
+            f"used: expected one of {', '.join(bases)}, found {quoted(entry['used'])}: add it to bases"
+        )
+    return bases[entry["used"]]
+
+
+def tolerances_of(entries: list[dict], bases: dict[str, str]) -> dict[tuple[str, str], Tolerance]:
+    """(table, row) -> tolerance (unit of the row), from the section ``cells`` of the reported values.
+
+    ``bases`` has what was used, in words, by the name that the entries give it.
+
+    Raises
+    ------
+    InputError
+        If an entry has not exactly one tolerance or an unknown basis, or a row has two tolerances.
     """
     found = {}
     for entry in entries:
         lists = {key: tuple(entry[key]) for key in ("tables", "rows")}
-        tolerance = Tolerance(**(entry | lists))
+        tolerance = Tolerance(**(entry | lists | {"used": basis_of(entry, bases)}))
         kinds = ("absolute", "share", "factor", "unexplained_factor")
         given = [kind for kind in kinds if getattr(tolerance, kind) is not None]
         if len(given) != 1:
@@ -180,12 +218,8 @@ def tolerances_of(entries: list[dict]) -> dict[tuple[str, str], Tolerance]:
 
 
 def cells_of_table(table: str, rows: list[TableRow], columns: list[str]) -> Cells:
-    """Numbers of a table's first block, which is the one as printed (unit of each row).
-
-    SEMs by eq (3-2) are those of Table 4-1 only: for the others see `ordinary_errors`.
-    """
+    """Numbers of a table's first block, which is the one as printed (unit of each row)."""
     first = [row for row in rows if (row.pathway, row.estimator) == (rows[0].pathway, rows[0].estimator)]
-    first = [row for row in first if table == MANIPULATOR_TABLE or not row.quantity.startswith("SEM_")]
     return {
         (table, row.quantity, column): float(value)
         for row in first
@@ -194,35 +228,63 @@ def cells_of_table(table: str, rows: list[TableRow], columns: list[str]) -> Cell
     }
 
 
-def ordinary_errors(table: str, fits: dict[str, Result], pathway: str) -> Cells:
-    """SEM of I, B, K of the dummy as Tables 4-2 and 4-3 must have it (units of I, B, K).
-
-    It is the ordinary standard error of one perturbation, the mean over perturbations. ``fits`` are those of
-    the table's conditions.
-    """
-    return {
-        (table, f"SEM_{quantity}", condition): float(error)
-        for condition, fit in fits.items()
-        if f"{pathway}/standard_errors" in fit.arrays
-        for quantity, error in zip(
-            PARAMETERS, np.mean(fit.arrays[f"{pathway}/standard_errors"], axis=0), strict=True
-        )
-    }
-
-
 def noise_cells(rows: list[TableRow], reading: str) -> Cells:
-    """Table 4-4 by one reading, for the first simulated stiffness, with ordinary SEMs (unit of each row)."""
-    own = [row for row in rows if row.pathway == reading]
-    own = [row for row in own if row.estimator == own[0].estimator]
-    found = {}
-    for row in own:
-        name = row.quantity.replace("SE_", "SEM_") if row.quantity.startswith("SE_") else row.quantity
-        if row.quantity.startswith("SEM_"):
-            continue  # eq (3-2) as printed: tens of times larger
-        for column, value in zip(TABLE_COLUMNS, row.values, strict=True):
-            if value is not None:
-                found[NOISE_TABLE, name, column] = float(value)
-    return found
+    """Table 4-4 by one reading, for the first simulated stiffness (unit of each row)."""
+    return cells_of_table(NOISE_TABLE, [row for row in rows if row.pathway == reading], list(TABLE_COLUMNS))
+
+
+def printed_cells(reported: dict[str, dict[str, dict[str, float]]], slips: list[dict]) -> Cells:
+    """Printed numbers (unit of each row), evident misprints corrected.
+
+    ``reported`` maps table, row and column to a number; ``slips`` have table, quantity, condition and meant.
+    """
+    meant = {(slip["table"], slip["quantity"], slip["condition"]): slip["meant"] for slip in slips}
+    found = {
+        (table, row, column): float(number)
+        for table, rows in reported.items()
+        for row, columns in rows.items()
+        for column, number in columns.items()
+    }
+    return found | {key: float(number) for key, number in meant.items() if key in found}
+
+
+def null_cells(
+    reported: dict[str, dict[str, dict[str, float]]],
+    tolerances: dict[tuple[str, str], Tolerance],
+    slips: list[dict],
+) -> Cells:
+    """Numbers of the null models, which use the thesis's own printed numbers only (unit of each row).
+
+    A row is the mean of the printed row, or a copy of the same row of another table, column by column. The
+    column of Table 4-4 without noise is the simulated joint itself: noise-free data of an equation return its
+    parameters.
+
+    Parameters
+    ----------
+    reported : dict
+        Table -> row -> column -> printed number (unit of the row).
+    tolerances : dict
+        (table, row) -> tolerance, with the name of the null model.
+    slips : list of dict
+        Misprints (table, quantity, condition, meant), which are corrected.
+
+    Returns
+    -------
+    dict
+        (table, row, column) -> number.
+    """
+    printed, found = printed_cells(reported, slips), {}
+    for table, row in ((table, row) for table, rows in reported.items() for row in rows):
+        columns = [column for column in reported[table][row] if column != WITHOUT_NOISE]
+        null = tolerances[table, row].null_model
+        if null == ROW_MEAN:
+            mean = float(np.mean([printed[table, row, column] for column in columns]))
+            found |= {(table, row, column): mean for column in columns}
+        else:
+            copied = zip(columns, reported.get(null, {}).get(row, ()), strict=False)
+            found |= {(table, row, column): printed[null, row, other] for column, other in copied}
+    without = {key: number for key, number in printed.items() if key[2] == WITHOUT_NOISE}
+    return found | without
 
 
 def explanations_of(values: Cells, slips: list[dict], noise: list[TableRow]) -> Explanations:
@@ -250,6 +312,7 @@ def explanations_of(values: Cells, slips: list[dict], noise: list[TableRow]) -> 
         key = slip["table"], slip["quantity"], slip["condition"]
         if key in values:
             found.values[key] = MISPLACED_POINT * values[key]
+            found.factors[key] = MISPLACED_POINT
             found.texts[key] = "misprint, a misplaced decimal point: ten times this run's number"
     for key, value in noise_cells(noise, CONSISTENT).items():
         if key[2] == "none":
@@ -263,6 +326,7 @@ def ledger(
     tolerances: dict[tuple[str, str], Tolerance],
     values: Cells,
     explanations: Explanations,
+    nulls: Cells | None = None,
     recorded: set[str] | frozenset[str] = frozenset(),
 ) -> list[CellVerdict]:
     """Verdict of every printed cell.
@@ -277,8 +341,10 @@ def ledger(
         (table, row, column) -> number of this run (unit of the row); a missing one is ``not computed``.
     explanations : Explanations
         Numbers that explanations predict.
+    nulls : dict or None
+        (table, row, column) -> number of the null model (unit of the row).
     recorded : set of str
-        Columns whose trials were not simulated: nothing was fitted or predicted there.
+        Columns whose trials were not simulated: no constant was fitted to them.
 
     Returns
     -------
@@ -297,32 +363,72 @@ def ledger(
                 raise InputError(
                     f"cells: expected a tolerance for {row} of {table}, found none: add it to cells"
                 )
-            tolerance = tolerances[table, row]
             for column, printed in columns.items():
                 key = table, row, column
-                value = values.get(key)
-                own = tolerance.verdict if column not in recorded else REPRODUCED
-                verdict, reason = _verdict(key, float(printed), value, tolerance, explanations, own)
-                found.append(CellVerdict(*key, float(printed), value, tolerance.text, verdict, reason))
+                tolerance = tolerances[table, row]
+                if column in recorded:
+                    own = UNKNOWN if tolerance.verdict == UNKNOWN else PREDICTED
+                    tolerance = replace(tolerance, verdict=own, used=RECORDED)
+                null = (nulls or {}).get(key)
+                outcome = judged(tolerance, float(printed), values.get(key), null)
+                if outcome.verdict == NOT_REPRODUCED and key in explanations.values:
+                    outcome = _explained(outcome, tolerance, float(printed), key, explanations)
+                found.append(
+                    CellVerdict(
+                        *(*key, float(printed), values.get(key), tolerance.text),
+                        *(outcome.verdict, outcome.reason, null, outcome.null_verdict),
+                    )
+                )
     return found
 
 
-def _verdict(
-    key: tuple[str, str, str],
-    printed: float,
-    value: float | None,
-    tolerance: Tolerance,
-    explanations: Explanations,
-    within: str,
-) -> tuple[str, str]:
+@dataclass(frozen=True)
+class Outcome:
+    """Verdict on a number, its reason in words, and whether the null model is within the tolerance, too.
+
+    Attributes
+    ----------
+    verdict, null_verdict : str
+        Two of `VERDICTS`.
+    reason : str
+        As `CellVerdict.reason`.
+    """
+
+    verdict: str
+    reason: str
+    null_verdict: str
+
+
+def null_verdict_of(within: bool | None) -> str:
+    """Verdict on a null model: ``implied`` within the tolerance; None if there is no null model."""
+    return NOT_COMPUTED if within is None else IMPLIED if within else NOT_REPRODUCED
+
+
+def judged(tolerance: Tolerance, printed: float, value: float | None, null: float | None) -> Outcome:
+    """Judge a number of the run against the printed one, beside a null model (all in the unit of the row)."""
+    null_verdict = null_verdict_of(None if null is None else tolerance.holds(printed, null))
     if value is None or not math.isfinite(value):
-        return NOT_COMPUTED, "this run does not have the result"
-    if tolerance.holds(printed, value):
-        return within, tolerance.reason
-    if key in explanations.values:
-        predicted = explanations.values[key]
-        text = f"{explanations.texts[key]}, {predicted:.4g}"
-        if tolerance.holds(printed, predicted):
-            return EXPLAINED, text
-        return NOT_REPRODUCED, f"nor explained: {text}"
-    return NOT_REPRODUCED, tolerance.outside or "no reason is known"
+        return Outcome(NOT_COMPUTED, "this run does not have the result", null_verdict)
+    if tolerance.verdict == UNKNOWN:
+        verdict, reason = UNKNOWN, tolerance.outside
+    elif tolerance.holds(printed, value):
+        verdict, reason = tolerance.verdict, tolerance.reason
+    else:
+        verdict, reason = NOT_REPRODUCED, tolerance.outside or "no reason is known"
+    return Outcome(verdict, f"{reason}; used: {tolerance.used}{_discriminates(null_verdict)}", null_verdict)
+
+
+def _discriminates(null_verdict: str) -> str:
+    return "; cannot discriminate: the null model is within, too" if null_verdict == IMPLIED else ""
+
+
+def _explained(
+    outcome: Outcome, tolerance: Tolerance, printed: float, key: tuple[str, str, str], found: Explanations
+) -> Outcome:
+    """Outcome of a number outside its tolerance, if an explanation predicts another (unit of the row)."""
+    text = f"{found.texts[key]}, {found.values[key]:.4g}; used: {tolerance.used}"
+    text += _discriminates(outcome.null_verdict)
+    factor = found.factors.get(key, 1.0)
+    if tolerance.holds(printed / factor, found.values[key] / factor):
+        return replace(outcome, verdict=EXPLAINED, reason=text)
+    return replace(outcome, reason=f"nor explained: {text}")

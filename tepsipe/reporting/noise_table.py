@@ -12,15 +12,14 @@ TABLE_4_4 = (
     "SEM_I",
     "SEM_B",
     "SEM_K",
-    "SE_I",
-    "SE_B",
-    "SE_K",
     "VAF_perturbation",
     "VAF_trial",
     "VAF_cross_validated",
     "VAF_theta_perturbation",
     "VAF_theta_trial",
 )
+# rows of the noise study that a row of the table shows: the ordinary standard error, not that of eq (3-2)
+SHOWN = {"SEM_I": "SE_I", "SEM_B": "SE_B", "SEM_K": "SE_K"}
 TABLE_COLUMNS = ("none", "tau", "theta", "both")
 
 
@@ -53,7 +52,8 @@ def table_4_4(
     laid_out = []
     for estimator, stiffness in dict.fromkeys((e, k) for e, k, _, _ in found):
         for quantity in TABLE_4_4:
-            cells = [found.get((estimator, stiffness, quantity, target)) for target in TABLE_COLUMNS]
+            shown = SHOWN.get(quantity, quantity)
+            cells = [found.get((estimator, stiffness, shown, target)) for target in TABLE_COLUMNS]
             if not any(cells):
                 continue
             unit = next(group[0].unit for group in cells if group)
@@ -62,7 +62,7 @@ def table_4_4(
                     estimator,
                     f"K = {stiffness:g} Nm/rad",
                     quantity,
-                    "as printed" if quantity.startswith("SEM") else unit,
+                    unit,
                     [None if group is None else float(np.mean([r.mean for r in group])) for group in cells],
                     [reported.get(quantity, {}).get(target) for target in TABLE_COLUMNS],
                 )

@@ -34,7 +34,7 @@ def true_parameters(truth: dict) -> dict[str, dict[str, float]]:
     wristalyzer/pooled, with friction (N·m), hardening and softening.
 
     ``truth`` is the laboratory's configuration, or sections of it. The rubber is the same in both rigs; in
-    the manipulator the foot rotates with the handle, whose inertia and damping are those of the rig.
+    the manipulator the foot rotates with the handle, whose inertia is that of the rig.
     """
     found = {}
     if "dummy" in truth:
@@ -44,7 +44,6 @@ def true_parameters(truth: dict) -> dict[str, dict[str, float]]:
     if "wristalyzer" in truth:
         rig = truth["wristalyzer"]["manipulator"]
         found["wristalyzer"] = _of_joint(rig["inertia_kgm2"], rubber)
-        found["wristalyzer"]["B"] += rig["damping_Nms_per_rad"]
         found["wristalyzer/pooled"] = found["wristalyzer"] | {
             "friction": rig["friction_Nm"],
             "K_cubic": rig["contact_Nm_per_rad3"],

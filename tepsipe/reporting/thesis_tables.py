@@ -6,15 +6,20 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from tepsipe.errors import InputError, quoted
 from tepsipe.io.csv_file import write_cells
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.readers.text_file import read_text
+from tepsipe.io.result import Result
+from tepsipe.mechanics.impedance_model import PARAMETERS
 
-# SEM_x is the thesis's "standard error of the mean" as printed, SE_x the standard error
+# SEM_x is the ordinary standard error of one perturbation, the rule by which SEMs are printed and judged (the
+# value of eq (3-2) is in estimates.csv), SE_x that of the value itself, over all perturbations
 PARAMETER_ROWS = ["I", "B", "K", "SEM_I", "SEM_B", "SEM_K", "SE_I", "SE_B", "SE_K"]
 ROWS = {
-    "table_4_1": [*PARAMETER_ROWS, "error", "VAF_trial", "VAF_cross_validated"],
+    "table_4_1": [*PARAMETER_ROWS[:6], "error", "VAF_trial", "VAF_cross_validated"],
     "table_4_2": [*PARAMETER_ROWS, "VAF_perturbation", "VAF_trial"],
     "table_4_3": [*PARAMETER_ROWS, "VAF_perturbation", "VAF_trial"],
 }
@@ -49,6 +54,7 @@ def lay_out_table(
     reported: dict[str, dict[str, float]],
     conditions: list[str],
     blocks: list[tuple[str, str | None]],
+    fits: dict[str, Result] | None = None,
 ) -> list[TableRow]:
     """Arrange estimates as in the thesis, in one block per pathway.
 
@@ -64,6 +70,9 @@ def lay_out_table(
         Columns.
     blocks : list of (pathway, estimator or None)
         One block of rows each; None selects the estimator of the pathway.
+    fits : dict or None
+        Condition -> fit of the dummy, with a standard error for each perturbation. A value of Table 4-1 comes
+        from one fit, whose standard error is both.
 
     Returns
     -------
@@ -98,17 +107,20 @@ def lay_out_table(
                         f"expected an estimate of {quantity} for {condition} by {pathway}, found none: "
                         "make the estimates again"
                     )
-                values.append(
-                    {
-                        "": estimate.value,
-                        "SEM": estimate.sem_as_printed,
-                        "SE": estimate.standard_error if estimate.u_type_a is None else estimate.u_type_a,
-                    }[prefix]
-                )
+                error = estimate.standard_error if estimate.u_type_a is None else estimate.u_type_a
+                one = _of_one_perturbation((fits or {}).get(condition), pathway, quantity)
+                values.append({"": estimate.value, "SEM": error if one is None else one, "SE": error}[prefix])
             printed = [reported.get(name, {}).get(condition) for condition in conditions]
-            unit = "as printed" if prefix == "SEM" else unit
             rows.append(TableRow(pathway, estimator, name, unit, values, printed))
     return rows
+
+
+def _of_one_perturbation(fit: Result | None, pathway: str, quantity: str) -> float | None:
+    """Ordinary standard error of one perturbation, the mean over perturbations (unit of I, B or K)."""
+    errors = None if fit is None else fit.arrays.get(f"{pathway}/standard_errors")
+    if errors is None or quantity not in PARAMETERS:
+        return None
+    return float(np.mean(errors[:, PARAMETERS.index(quantity)]))
 
 
 def write_table(path: str | Path, rows: list[TableRow], conditions: list[str]) -> None:

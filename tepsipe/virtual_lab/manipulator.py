@@ -3,7 +3,7 @@
 Symbols: th handle angle (rad), w its rate (rad/s), tau commanded torque (N·m). The rod is fixed to
 the arm rest, so the foot and the handle turn as one body against the rubber:
 
-    J w' = tau + ripple - rubber(th, w) - c w - contact * th^3 - Fc tanh(w / ws)
+    J w' = tau + ripple - rubber(th, w) - contact * th^3 - Fc tanh(w / ws)
 """
 
 import math
@@ -25,8 +25,6 @@ class ManipulatorTruth:
     ----------
     inertia_kgm2 : float
         Foot and handle about the joint (kg·m²).
-    damping_Nms_per_rad : float
-        Viscous damping c of drive and handle (N·m·s/rad).
     contact_Nm_per_rad3 : float
         Hardening as the rubber is pressed against the brick at large angles (N·m/rad³).
     friction_Nm, friction_rate_rad_per_s : float
@@ -54,7 +52,6 @@ class ManipulatorTruth:
     """
 
     inertia_kgm2: float
-    damping_Nms_per_rad: float
     contact_Nm_per_rad3: float
     friction_Nm: float
     friction_rate_rad_per_s: float
@@ -181,13 +178,13 @@ def record_manipulator(
     relaxation = Relaxation(rubber) if rubber.relaxation_share else None
     moment = rubber.moment if relaxation is None else relaxation.moment
 
-    inertia, viscous, contact = truth.inertia_kgm2, truth.damping_Nms_per_rad, truth.contact_Nm_per_rad3
+    inertia, contact = truth.inertia_kgm2, truth.contact_Nm_per_rad3
     coulomb, slow, tanh = truth.friction_Nm, truth.friction_rate_rad_per_s, math.tanh
 
     def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
         th, w = state
         now = int(t * rate + 1e-6)
-        added = viscous * w + contact * th**3 + coulomb * tanh(w / slow)
+        added = contact * th**3 + coulomb * tanh(w / slow)
         return w, (applied[now if now < last else last] - (moment(th, w) + added)) / inertia
 
     total_s = truth.lead_s + duration_s + truth.tail_s

@@ -9,12 +9,25 @@ from scipy.interpolate import CubicSpline
 
 from tepsipe.experiments.dummy.foot_budget import FOOT_SOURCES
 from tepsipe.experiments.dummy.foot_pathways import analyse_foot
-from tepsipe.experiments.dummy.leg_budget import LEG_SOURCES, LIKELIHOOD_SOURCES, compliance_contributions
+from tepsipe.experiments.dummy.leg_budget import (
+    LEG_SOURCES,
+    LIKELIHOOD_SOURCES,
+    compliance_contributions,
+    driven_tilt_contributions,
+)
 from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy, dummy_estimates
 from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_contributions
+from tepsipe.identification.regression.windows import regress_torque
 from tepsipe.io.trial import Signal
-from tepsipe.mechanics.segment_kinematics import SegmentMarkers
+from tepsipe.mechanics.inverse_dynamics import Foot, Leg
+from tepsipe.mechanics.segment_kinematics import JointMotion, SegmentMarkers
+from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.uncertainty import Source, sources_of
+from tepsipe.virtual_lab.belt import DriveTruth
+from tepsipe.virtual_lab.dummy import DummyTruth, move_dummy
+from tepsipe.virtual_lab.rubber import Rubber
+from tepsipe.virtual_lab.tilting_foot import FootTilt
 from tests.experiments import test_dummy_foot_pathways as plate
 from tests.experiments.test_dummy_leg_pathways import OPTIONS, trial_of_swing
 
@@ -379,3 +392,34 @@ def test_a_delay_of_the_log_after_the_forces_contributes_what_later_forces_show(
 def test_shipped_sources_are_those_of_the_pathways(config):
     known = set(sources_of(config["uncertainty"]["dummy"]))
     assert known == {*LEG_SOURCES, *LIKELIHOOD_SOURCES, *FOOT_SOURCES}
+
+
+def test_tilt_that_the_inertia_of_the_foot_drives_raises_the_damping(shipped_truth):
+    """Windows of a moving dummy with a foot that tilts, and with one that does not."""
+    truth, c, rate = shipped_truth["dummy"], 0.0005, 2000.0
+    subject = DummyTruth(**truth["subject"] | {"joint_offset_m": [0.0, 0.0], "rest_angle_rad": 0.0})
+    drive = DriveTruth(**shipped_truth["treadmill"]["drive"])
+    rubber = Rubber(9.0, 0.075, 0.0, 0.05, 0.0)
+
+    def pulse(t):
+        return 0.3 * np.sin(2.0 * np.pi * (t - 0.2) / 0.1) if 0.2 <= t < 0.3 else 0.0
+
+    window = [Perturbation(int(0.2 * rate), int(0.36 * rate), 0.3)]
+    fits = {}
+    for held, compliance in (("rigid", 0.0), ("tilting", c)):
+        moved = move_dummy(subject, rubber, drive, pulse, 0.8, rate, FootTilt(compliance, 0.2, 0.006))
+        angle, angle_rate, torque = (
+            butterworth_lowpass(x, rate, 20.0, 4) for x in (moved.angle, moved.angle_rate, moved.joint_torque)
+        )
+        motion = JointMotion(moved.time, angle, angle_rate, np.gradient(angle_rate, moved.time))
+        fits[held] = regress_torque(motion, torque, window, moved.time < 0.1)
+    leg = Leg(mass_kg=0.4, com_m=0.4485, inertia_kgm2=0.027)
+    source = {"foot_compliance_rad_per_Nm": Source("c", c)}
+    (row,) = driven_tilt_contributions(fits["rigid"], leg, Foot(2.1, 0.055), source).values()
+    change = fits["tilting"].mean - fits["rigid"].mean
+    assert row[0] == pytest.approx(change, rel=0.25)
+    # the damping of a foot that only the joint tilts would fall
+    assert change[1] > 0.02 * 0.075
+    (slow,) = compliance_contributions(fits["rigid"].mean, source).values()
+    assert slow[0, 1] < 0.0
+    assert driven_tilt_contributions(fits["rigid"], leg, Foot(2.1, 0.055), {}) == {}

@@ -1,11 +1,14 @@
 """Simulations against a leg whose motion is exact: only the joint's own parameters follow it."""
 
-from dataclasses import replace
+import math
+from dataclasses import astuple, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
-from builders import LEG, RATE_HZ, Joint, assert_one_sentence, swing, trial_of
+from builders import LEG, RATE_HZ, assert_one_sentence, belt_pulses, swing, trial_of
+from builders import Joint as ExactJoint
 from typst_builders import STUDY, chapter_words
 
 from tepsipe.errors import InputError
@@ -13,19 +16,26 @@ from tepsipe.experiments.dummy.leg_pathways import DummyOptions
 from tepsipe.experiments.forward.scores import FORWARD_SCORES, ForwardScore
 from tepsipe.experiments.forward.study import (
     forward_scores,
-    mean_parameters,
+    likelihood_joint,
+    mean_joint,
     simulate_condition,
     simulated_signals,
     simulation_result,
+    swing_growth,
 )
 from tepsipe.io.estimates import Estimate
-from tepsipe.io.result import read_result, write_result
+from tepsipe.io.result import Result, read_result, write_result
 from tepsipe.io.trial import Signal
+from tepsipe.mechanics.engines import installed_engines
+from tepsipe.mechanics.engines.interface import Joint
+from tepsipe.mechanics.forward_dynamics import simulate_dummy
 from tepsipe.mechanics.inverse_dynamics import Foot
+from tepsipe.mechanics.rubber_joint import SOFTENING, RubberJoint
+from tepsipe.mechanics.rubber_joint import swing as rubber_swing
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.reporting.chapters import simulation
 from tepsipe.reporting.run import Run, report_content
-from tepsipe.signals.perturbations import WindowOptions
+from tepsipe.signals.perturbations import Perturbation, WindowOptions
 from tepsipe.statistics.goodness_of_fit import vaf
 
 FOOT = Foot(mass_kg=2.1, height_m=0.055)
@@ -45,13 +55,15 @@ OPTIONS = DummyOptions(
         merge_s=0.06,
     ),
 )
-TRUTH = np.array([0.015, 0.1, 10.0])
+TRUTH = Joint(0.015, 0.1, 10.0)
 DOUBLE_WEIGHT = 2.0 * 0.4 * 9.81 * 0.4485  # 2 m g r (Nm/rad)
 JOINTS = {
     "truth": TRUTH,
-    "stiff": TRUTH * [1.0, 1.0, 1.1],
-    "printed": np.add(TRUTH, [2.0 * 0.027, 0.0, -DOUBLE_WEIGHT]),  # what theta towards +y makes of eq (3-8)
-    "soft": np.array([0.015, 0.1, 0.9]),  # less than m g r
+    "stiff": Joint(0.015, 0.1, 11.0),
+    "printed": Joint(
+        0.015 + 2.0 * 0.027, 0.1, 10.0 - DOUBLE_WEIGHT
+    ),  # what theta towards +y makes of eq (3-8)
+    "soft": Joint(0.015, 0.1, 0.9),  # less than m g r
 }
 STEP_S, ENGINE = 0.001, "auto"
 
@@ -74,7 +86,7 @@ def recorded(moved):
 
 @pytest.fixture(scope="module")
 def trial():
-    joint = Joint(inertia=TRUTH[0], damping=TRUTH[1], stiffness=TRUTH[2], rest=0.005)
+    joint = ExactJoint(inertia=0.015, damping=0.1, stiffness=10.0, rest=0.005)
     return recorded(swing(joint, (2.0, 4.0, 6.0), duration_s=10.0))
 
 
@@ -166,7 +178,7 @@ def test_result_holds_what_figures_show(simulated, tmp_path):
     assert result.facts["fell_at_s"]["truth"] is None
     assert result.arrays.keys() == result.units.keys()
     for name, joint in JOINTS.items():
-        assert np.array_equal(result.arrays[f"{name}/parameters"], joint)
+        assert result.arrays[f"{name}/parameters"].tolist() == list(astuple(joint)[:3])
         for key, signal in simulated_signals(simulated, name).items():
             assert np.array_equal(result.arrays[f"{name}/{key}"], signal, equal_nan=True)
     windows = [slice(*window) for window in result.arrays["windows"]]
@@ -175,7 +187,7 @@ def test_result_holds_what_figures_show(simulated, tmp_path):
 
 def test_trial_that_cannot_be_simulated_is_refused(trial):
     with pytest.raises(InputError) as caught:
-        simulate_condition(trial, OPTIONS, FOOT, {"light": np.array([-0.2, 0.1, 10.0])}, STEP_S, ENGINE)
+        simulate_condition(trial, OPTIONS, FOOT, {"light": Joint(-0.2, 0.1, 10.0)}, STEP_S, ENGINE)
     assert_one_sentence(caught.value, "inertia of the joint", "-0.2")
     still = replace(trial.signals["belt_velocity"], values=np.zeros(trial.time.size))
     with pytest.raises(InputError) as caught:
@@ -188,6 +200,136 @@ def test_trial_that_cannot_be_simulated_is_refused(trial):
             ENGINE,
         )
     assert_one_sentence(caught.value, "belt velocity", "perturbations")
+
+
+# ---- a joint that softens ------------------------------------------------------------------------
+
+RUBBER = RubberJoint(
+    stiffness_Nm_per_rad=10.0,
+    half_softening_rad=0.02,
+    damping_Nms_per_rad=0.05,
+    softened_damping_Nms_per_rad=0.1,
+    inertia_Nms2_per_rad=0.007,
+)
+LAW = Joint(
+    0.007,
+    0.05,
+    10.0,
+    softening_Nm_per_rad=SOFTENING * 10.0,
+    softened_damping_Nms_per_rad=0.1,
+    half_softening_rad=0.02,
+)
+
+
+@pytest.fixture(scope="module")
+def rubber_trial():
+    """Recording of a leg on a rubber joint, integrated by `rubber_joint.swing`."""
+    onsets, peak, parts = (2.0, 4.0, 6.0), 0.3, 4
+    half_steps = np.arange(2 * parts * round(10.0 * RATE_HZ) - 1) / (2.0 * parts * RATE_HZ)
+    pushed = belt_pulses(half_steps, onsets, peak)[2]
+    theta = rubber_swing(LEG, [RUBBER], pushed[None], 1.0 / (parts * RATE_HZ))[0, 0, ::parts]
+    position, velocity, _ = belt_pulses(np.arange(theta.size) / RATE_HZ, onsets, peak)
+    motion = SimpleNamespace(theta=theta)
+    return recorded(SimpleNamespace(motion=motion, belt_position=position, belt_velocity=velocity))
+
+
+@pytest.mark.parametrize("labels", [(), ("ankle",)], ids=["log", "belt-fixed marker"])
+def test_law_of_a_joint_that_softens_follows_its_leg_and_no_linear_joint_does(rubber_trial, labels):
+    linear = {str(k): Joint(0.007, 0.05, k) for k in (8.0, 9.0, 10.0)}
+    options = replace(OPTIONS, belt_fixed_labels=labels)
+    found = simulate_condition(rubber_trial, options, FOOT, {"law": LAW, **linear}, STEP_S, ENGINE)
+    assert np.abs(found.theta).max() > 0.012
+    angle = {s.parameter_set: s.vaf_trial for s in forward_scores("s", found) if s.quantity == "theta"}
+    # the recorded angle is low-passed
+    assert angle.pop("law") > 99.95
+    assert max(angle.values()) < 90.0
+    # the torque of the law, too
+    torque = next(s for s in forward_scores("s", found) if s.quantity == "tau_consistent")
+    assert torque.parameter_set == "law" and torque.vaf_trial > 99.9
+
+
+@pytest.mark.parametrize("engine", ["pybullet", "mujoco", "equations"])
+def test_law_that_moved_the_leg_explains_all_of_its_angle(rubber_trial, engine):
+    if engine not in installed_engines():
+        pytest.skip(f"the engine {engine} is not installed")
+    velocity = rubber_trial.values("belt_velocity")
+    moved = simulate_dummy(rubber_trial.time, velocity, LEG, FOOT, LAW, STEP_S, engine)
+    assert vaf(np.arctan2(*angle_of(rubber_trial)), moved.theta) > 99.9999
+
+
+def angle_of(trial):
+    """Vector from the ankle to the middle of the leg's markers, along the belt and upwards (m)."""
+    ankle, first, second = np.moveaxis(trial.values("marker_position"), 1, 0)
+    above = (0.5 * (first + second) - ankle)[:, 1:]
+    return above[:, 0], above[:, 1]
+
+
+def test_joint_of_the_likelihood_has_the_law_of_its_trial():
+    rows = [
+        estimate(quantity, value, pathway="likelihood")
+        for quantity, value in zip(
+            ("I_small", "B_small", "K_small", "K"), (0.007, 0.05, 10.0, 8.0), strict=True
+        )
+    ]
+    law = {"softening_Nm_per_rad": 5.0, "softened_damping_Nms_per_rad": 0.1, "half_softening_rad": 0.02}
+
+    def fitted(**facts):
+        return Result({}, {}, {"joint_likelihood": facts})
+
+    assert likelihood_joint(rows, fitted(likelihood=law), "likelihood") == LAW
+    assert likelihood_joint(rows, fitted(likelihood={}), "likelihood") == Joint(0.007, 0.05, 10.0)
+    assert likelihood_joint(rows, fitted(other=law), "likelihood") is None
+    with pytest.raises(InputError):
+        likelihood_joint(rows[:2], fitted(likelihood=law), "likelihood")
+
+
+# ---- growth of the swing ---------------------------------------------------------------------------
+
+
+def pulsed(periods_between, damping=0.0, count=8, every_s=4.0):
+    """Angle (rad) of a leg whose belt is pulsed gently every ``every_s``, and the windows.
+
+    Between two onsets the leg swings ``periods_between`` times.
+    """
+    time = np.arange(round((every_s * count + 1.0) * RATE_HZ)) / RATE_HZ
+    onsets = 0.5 + every_s * np.arange(count)
+    _, velocity, _ = belt_pulses(time, onsets, 0.01)
+    weight = LEG.mass_kg * LEG.gravity_m_per_s2 * LEG.com_m
+    about_ankle = LEG.inertia_kgm2 + LEG.mass_kg * LEG.com_m**2
+    stiffness = weight + about_ankle * (2.0 * np.pi * periods_between / every_s) ** 2
+    joint = Joint(0.0, damping, stiffness)
+    found = simulate_dummy(time, velocity, LEG, FOOT, joint, 0.004, "equations")
+    first = np.round(onsets * RATE_HZ).astype(int)
+    return found, [Perturbation(start, start + 50, 0.01) for start in first.tolist()]
+
+
+@pytest.mark.parametrize("n", [4, 6, 8])
+def test_swings_of_equal_pulses_add_up_with_their_phase(n):
+    """Pulses 2 + 1 / (2 n) periods apart add up to sin(k d) / sin(d), d = pi / (2 n): at most 1 / sin(d)."""
+    found, windows = pulsed(2.0 + 0.5 / n)
+    assert found.period_s == pytest.approx(4.0 / (2.0 + 0.5 / n))
+    assert swing_growth(found.theta, windows) == pytest.approx(1.0 / math.sin(0.5 * math.pi / n), rel=0.01)
+
+
+def test_swing_after_pulses_half_a_period_apart_or_well_damped_does_not_grow():
+    assert swing_growth(*of_angle(pulsed(2.5))) == pytest.approx(1.0, abs=0.01)
+    assert swing_growth(*of_angle(pulsed(2.0, damping=0.3))) == pytest.approx(1.0, abs=0.01)
+
+
+def test_swing_of_pulses_in_phase_grows_with_every_one():
+    assert swing_growth(*of_angle(pulsed(2.0, count=5))) == pytest.approx(5.0, rel=0.01)
+
+
+def of_angle(moved):
+    return moved[0].theta, moved[1]
+
+
+def test_growth_of_a_leg_that_falls_is_infinite_and_of_one_pulse_unknown():
+    theta = np.ones(100)
+    windows = [Perturbation(10, 20, 0.3), Perturbation(50, 60, 0.3)]
+    assert swing_growth(theta, windows) == 1.0
+    assert swing_growth(np.where(np.arange(100) < 70, 1.0, np.nan), windows) == math.inf
+    assert math.isnan(swing_growth(theta, windows[:1]))
 
 
 # ---- parameters that are evaluated ----------------------------------------------------------------
@@ -204,25 +346,26 @@ def test_parameters_are_means_over_trials_of_one_pathway_and_estimator():
         for quantity, value in zip("KIB", (10.0, 0.015, 0.1), strict=True)
     ]
     rows += [estimate("VAF_trial", 99.0), estimate("K", 500.0, pathway="leg")]
-    assert mean_parameters(iter(rows), "admittance") == pytest.approx(TRUTH)
+    assert astuple(mean_joint(iter(rows), "admittance")) == pytest.approx(astuple(TRUTH))
     rows += [estimate(quantity, 7.0, estimator="as-printed") for quantity in "IBK"]
-    assert mean_parameters(rows, "admittance", "spectral-fit") == pytest.approx(TRUTH)
-    assert mean_parameters(rows, "admittance")[2] == pytest.approx(9.0)
+    of_fit = mean_joint(rows, "admittance", "spectral-fit")
+    assert astuple(of_fit) == pytest.approx(astuple(TRUTH))
+    assert mean_joint(rows, "admittance").stiffness_Nm_per_rad == pytest.approx(9.0)
 
 
 @pytest.mark.parametrize(("pathway", "estimator"), [("foot", None), ("admittance", "other")])
 def test_parameters_that_were_not_estimated_are_refused(pathway, estimator):
     rows = [estimate(quantity, 1.0) for quantity in "IBK"]
     with pytest.raises(InputError) as caught:
-        mean_parameters(rows, pathway, estimator)
+        mean_joint(rows, pathway, estimator)
     assert_one_sentence(caught.value, pathway)
 
 
 # ---- files -------------------------------------------------------------------------------------
 
 SCORES = [
-    ForwardScore("0.20", "tep", "theta", 87.123456789012, -1234.5, "settles"),
-    ForwardScore("sine-0.5", "corrected", "tau_consistent", 99.9, 0.0, "falls"),
+    ForwardScore("0.20", "tep", "theta", 87.123456789012, -1234.5, "settles", 1.25),
+    ForwardScore("sine-0.5", "corrected", "tau_consistent", 99.9, 0.0, "falls", math.inf),
 ]
 
 
@@ -231,7 +374,8 @@ def test_scores_come_back_from_their_file(tmp_path):
     FORWARD_SCORES.write(path, SCORES)
     read = FORWARD_SCORES.read(path)
     assert read[0] == replace(SCORES[0], vaf_perturbation=87.12345679)
-    assert read[1] == SCORES[1]
+    # a leg that falls has no ratio of swings
+    assert replace(read[1], growth=math.inf) == SCORES[1] and math.isnan(read[1].growth)
     FORWARD_SCORES.write(again, read)
     assert again.read_bytes() == path.read_bytes()
     FORWARD_SCORES.write(path, [])
@@ -243,7 +387,7 @@ def test_scores_come_back_from_their_file(tmp_path):
     [
         ("vaf_trial", "vaf", "vaf_trial"),
         ("-1234.5", "much", "much"),
-        ("99.9,0,falls", "", "damaged"),
+        ("99.9,0,falls,", "", "damaged"),
         ("condition,parameter_set", "condition;parameter_set", "columns"),
         (None, "", "found nothing"),
     ],
@@ -264,7 +408,7 @@ def test_damaged_scores_are_refused(old, new, words, tmp_path):
 
 def test_report_tells_spans_of_vaf_and_which_legs_do_not_settle():
     rows = [
-        ForwardScore(condition, name, quantity, low, high, state)
+        ForwardScore(condition, name, quantity, low, high, state, 1.0)
         for condition, name, low, high, state in (
             ("sine-0.1", "tep", 10.0, -5000.0, "falls"),
             ("sine-0.2", "tep", 20.0, 30.0, "settles"),

@@ -1,6 +1,6 @@
 """The inverse problem: a known dummy gives printed numbers, from which its constants are found again."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -8,13 +8,23 @@ import pytest
 from tepsipe.errors import InputError
 from tepsipe.experiments.thesis_dummy.inverse import (
     JOINTS,
+    SCATTER,
     START,
+    copied_rms,
     fit_joint,
     fit_marker_noise,
+    fit_tables,
     printed_and_predicted,
     printed_quantities,
 )
 from tepsipe.experiments.thesis_dummy.printed_path import PrintedPath, belt_motion, printed_fits, swings
+from tepsipe.experiments.thesis_dummy.timing import (
+    damping_shift,
+    percussion_height,
+    pose_error,
+    squared_pulse_rate,
+    timing_facts,
+)
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.rubber_joint import RubberJoint
@@ -133,3 +143,93 @@ def test_marker_noise_is_found_from_the_printed_vaf(belts):
 def test_too_few_printed_numbers_are_refused(belts):
     with pytest.raises(InputError, match="more printed numbers than the 5 constants, found 3"):
         fit_joint(path(), belts, printed_by(START, belts), ["low"], {})
+
+
+# ---- sampling times of the markers ----------------------------------------------------------------
+
+LAYOUTS = {
+    "spread": LAYOUT,
+    "low": np.array([[0.0, 0.0], [-0.012, 0.6], [0.012, 0.5], [-0.012, 0.4], [0.012, 0.3]]),
+    "two": np.array([[0.0, 0.0], [0.0, 0.87]]),
+}
+
+
+def test_a_struck_leg_turns_about_its_centre_of_percussion():
+    """A blow at the ankle of a free rod leaves the point at l where it is; by hand from m r and I."""
+    leg = path().leg
+    height = percussion_height(leg, 0.0)
+    # momentum p and angular momentum -p r about the centre of mass
+    velocity, rate = 1.0 / leg.mass_kg, -leg.com_m / leg.inertia_kgm2
+    assert velocity + (height - leg.com_m) * rate == pytest.approx(0.0, abs=1e-12)
+
+
+def test_pose_error_is_that_of_the_least_squares_pose():
+    heights, late, height, rate = LAYOUTS["low"][:, 1], np.arange(3, 8) * 4e-4, 0.64, 2.0
+    displaced = late * (heights - height) * rate
+    slope, ankle = np.polyfit(heights, displaced, 1)
+    assert pose_error(heights, late, height) * rate == pytest.approx(ankle + slope * height)
+    # sampled at once, but late: the whole leg is late, and its centre of percussion does not move
+    assert pose_error(heights, np.full(5, 4e-4), height) == pytest.approx(0.0, abs=1e-15)
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_shift_of_the_damping_in_closed_form_is_that_of_simulated_markers(layout, belts):
+    offsets = LAYOUTS[layout]
+    slots = np.arange(3, 8) if len(offsets) == 5 else np.array([3, 7])
+    own = replace(
+        path(),
+        markers=SegmentMarkers(tuple("abcde"[: len(offsets)]), offsets),
+        sampled_after_s=slots / 2500.0,
+    )
+    angles = swings(own, [TRUE], {"low": belts["low"]})["low"][0]
+    at_once = replace(own, sampled_after_s=np.zeros(len(offsets)))
+    later, exact = (printed_fits(way, belts["low"], angles) for way in (own, at_once))
+    shift = later.mean[1] - exact.mean[1]
+    found = damping_shift(own, TRUE.inertia_Nms2_per_rad, squared_pulse_rate(exact))
+    assert abs(shift) > 0.02
+    assert found == pytest.approx(shift, rel=0.15)
+
+
+def test_lag_of_the_translation_is_found_as_damping(belts):
+    """Numbers printed with a lag are returned by the true joint with it, and by another B without."""
+    names, lag = ["low", "middle"], 1e-4
+    own = {name: belts[name] for name in names}
+    angles = swings(path(), [TRUE], own)
+    found = {n: printed_fits(path(), b, angles[n][0], lag_s=lag).mean for n, b in own.items()}
+    printed = {q: {n: found[n][k] for n in names} for k, q in enumerate("IBK")}
+    fit = fit_joint(path(), own, printed, names, JOINTS["softening"])
+    facts = timing_facts(path(), own, printed, fit)
+    slope = facts["shift_per_lag_Nms_per_rad_per_s"]
+    # the printed B is lower by the lag: without it, a joint with less damping is found
+    assert fit.joint.damping_Nms_per_rad < TRUE.damping_Nms_per_rad
+    by_lag = {round(1e6 * row["lag_s"]): row for row in facts["lags"]}
+    true, zero = by_lag[100], by_lag[0]
+    found, other = true["damping_Nms_per_rad"], zero["damping_Nms_per_rad"]
+    assert found - other == pytest.approx(-slope * lag, rel=0.15)
+    assert other == pytest.approx(fit.joint.damping_Nms_per_rad, rel=1e-3)
+    assert zero["rms"] == pytest.approx(fit.fitted_rms, rel=1e-2)
+    # the more a joint damps, the better 0.1 N m s/rad describes its swing
+    assert true["vaf_wristalyzer"] > zero["vaf_wristalyzer"]
+
+
+def test_tables_predict_each_other_and_are_copied():
+    printed = {q: {"a-1": 1.0, "a-2": 2.0, "b-1": 1.0, "b-2": 2.0} for q in "IBK"}
+    tables = [["a-1", "a-2"], ["b-1", "b-2"]]
+    assert copied_rms(printed, tables) == 0.0
+    printed["K"] |= {"b-1": 1.0 + 3.0 * SCATTER["K"]}
+    assert copied_rms(printed, tables) == pytest.approx(3.0 / np.sqrt(6.0))
+    assert np.isnan(copied_rms(printed, [["a-1"], []]))
+
+
+@pytest.mark.slow
+def test_two_tables_of_one_dummy_are_predicted_by_each_other():
+    peaks = {"s-1": 0.1, "s-2": 0.3, "s-3": 0.5, "m-1": 0.15, "m-2": 0.25, "m-3": 0.45}
+    belts = {name: belt_motion(trial(peak, pulses=1), path()) for name, peak in peaks.items()}
+    printed = printed_by(TRUE, belts)
+    tables = [list(peaks)[:3], list(peaks)[3:]]
+    found = fit_tables(path(), belts, printed, tables, {})
+    assert found.joint.stiffness_Nm_per_rad == pytest.approx(TRUE.stiffness_Nm_per_rad, rel=0.01)
+    assert found.predicted_rms < 0.05
+    # one table alone has too few numbers
+    without_loss = fit_tables(path(), belts, printed, [tables[0], ["m-1"]], JOINTS["softening"])
+    assert np.isnan(without_loss.predicted_rms)

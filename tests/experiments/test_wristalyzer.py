@@ -16,6 +16,7 @@ from tepsipe.experiments.wristalyzer.analysis import (
     wristalyzer_estimates,
     wristalyzer_result,
 )
+from tepsipe.experiments.wristalyzer.averaging import sweep_averaging
 from tepsipe.experiments.wristalyzer.estimators import ESTIMATORS, RECOMMENDED, Estimator, Fitted
 from tepsipe.experiments.wristalyzer.record import WristalyzerOptions, prepare
 from tepsipe.identification.admittance_fit import Bounds
@@ -266,3 +267,39 @@ def test_registry_names_what_is_recommended_and_what_a_trial_without_a_period_al
     in_table = [name for name, one in ESTIMATORS.items() if one.in_table]
     assert in_table[:2] == ["spectral-fit", "spectral-fit-periods"]
     assert all(one.meaning for one in ESTIMATORS.values())
+
+
+# ---- number of averaged frequencies
+
+
+@pytest.fixture(scope="module")
+def swept():
+    torque, angle = multisine_record(JOINT, 6.0)
+    noise = 2e-3 * np.random.default_rng(5).standard_normal(angle.size)
+    trial = trial_of(256.0, torque=(torque, "Nm"), angle=(angle + noise, "rad"))
+    numbers = (1, 2, 8, 32, 64, 1000)
+    return {row.averaged_bins: row for row in sweep_averaging(trial, "0.16", OPTIONS, numbers)}
+
+
+def test_averaging_leaves_out_numbers_that_leave_too_few_frequencies(swept):
+    assert list(swept) == [1, 2, 8, 32, 64]
+    # 52 s are kept: 8 Hz are 416 lines and both ends
+    assert [row.frequencies for row in swept.values()] == [417, 208, 52, 13, 6]
+
+
+def test_single_frequencies_are_coherent_without_a_lowest_one(swept):
+    assert swept[1].lowest_coherence == pytest.approx(1.0)
+    assert swept[1].linear_coherence == pytest.approx(1.0)
+    assert np.isnan(swept[1].lowest_coherence_Hz)
+
+
+def test_averaging_across_the_resonance_lowers_the_coherence_of_a_linear_joint_there(swept):
+    natural_hz = np.sqrt(JOINT[2] / JOINT[0]) / (2.0 * np.pi)
+    assert swept[64].lowest_coherence_Hz == pytest.approx(natural_hz, rel=0.2)
+    assert swept[64].linear_coherence < swept[8].linear_coherence - 0.1
+    # noise takes its part beside the averaging
+    assert swept[64].lowest_coherence <= swept[64].linear_coherence + 1e-3
+
+
+def test_error_of_a_noisy_record_falls_when_frequencies_are_averaged(swept):
+    assert swept[1].error > 5.0 * swept[2].error > 50.0 * swept[8].error

@@ -20,6 +20,7 @@ from syntax import imports
 
 import tepsipe
 from tepsipe.errors import InputError
+from tepsipe.identification.likelihood.model import softening_forces
 from tepsipe.mechanics import engines
 from tepsipe.mechanics.engines import ENGINES, engine_version, installed_engines, resolved_engine
 from tepsipe.mechanics.forward_dynamics import (
@@ -27,7 +28,7 @@ from tepsipe.mechanics.forward_dynamics import (
     Joint,
     Start,
     refuse_unstable,
-    rest_angle_of_standing,
+    resting,
     simulate_dummy,
 )
 from tepsipe.mechanics.inverse_dynamics import Foot, foot_torque, leg_torque
@@ -39,6 +40,14 @@ M_F, M, R, I_L, G = 2.1, 0.4, 0.4485, 0.027, 9.81
 K_G = M * G * R
 RATE_HZ = 250.0
 RUBBER = Joint(0.0, 0.1, 10.0)
+SOFT = Joint(  # half of the stiffness goes at large bending, at 0.03 rad a quarter
+    0.007,
+    0.02,
+    10.0,
+    softening_Nm_per_rad=5.0,
+    softened_damping_Nms_per_rad=0.1,
+    half_softening_rad=0.03,
+)
 
 
 def needed(engine):
@@ -198,7 +207,8 @@ COMPARED = {  # joint, angle (rad) and rate (rad/s) at the start
     "less inertia than the leg's": (Joint(-0.02, 0.1, 10.0), 0.0, 0.0),
     "overdamped": (Joint(0.0, 3.0, 10.0), 0.0, 0.0),
     "stiff": (Joint(0.0, 0.5, 300.0), 0.0, 0.0),
-    "leaning": (Joint(0.0, 0.1, 10.0, rest_angle_of_standing(LEG, 10.0, 0.15)), 0.15, 0.0),
+    "leaning": (resting(LEG, RUBBER, 0.15), 0.15, 0.0),
+    "softening": (replace(SOFT, rest_angle_rad=0.003), 0.05, 0.2),
     "thrown": (Joint(0.015, 0.1, 10.0, 0.02), 0.4, -3.0),
     "too soft": (Joint(0.0, 0.1, 1.2), 0.02, 0.0),
     "repelled": (Joint(0.01, 0.1, -3.0), 0.001, 0.0),
@@ -278,10 +288,10 @@ def test_swing_grows_at_the_rate_that_is_reported(damping, state, engine):
     assert found.fell_at_s is None
 
 
-def test_leg_that_leans_stands_still_on_a_joint_bent_for_it(engine):
-    rest = rest_angle_of_standing(LEG, 10.0, 0.1)
+@pytest.mark.parametrize("joint", [RUBBER, SOFT], ids=["linear", "softening"])
+def test_leg_that_leans_stands_still_on_a_joint_bent_for_it(joint, engine):
     gravity_moment = K_G * math.sin(0.1)
-    found = run(*still(3.0), replace(RUBBER, rest_angle_rad=rest), start_angle_rad=0.1, engine=engine)
+    found = run(*still(3.0), resting(LEG, joint, 0.1), start_angle_rad=0.1, engine=engine)
     assert found.theta == pytest.approx(np.full(750, 0.1), abs=1e-13)
     assert found.torque == pytest.approx(np.full(750, gravity_moment), rel=1e-12)
     assert found.f_az == pytest.approx(np.full(750, -M * G), rel=1e-12)
@@ -289,6 +299,47 @@ def test_leg_that_leans_stands_still_on_a_joint_bent_for_it(engine):
     assert np.abs([found.f_y, found.f_ay]).max() < 1e-9
     # the belt presses in front of the ankle, against the weight of the leg
     assert found.m_x == pytest.approx(np.full(750, gravity_moment), rel=1e-9)
+
+
+def test_joint_that_softens_moves_its_leg_as_a_free_body_does_by_hand(engine):
+    """At phi_h, 0.03 rad, half of the softening has taken place; the leg turns at 0.5 rad/s.
+
+    K 10 - 5 / 2 = 7.5 N·m/rad and B 0.02 + 0.1 / 2 = 0.07 N·m·s/rad resist with 0.225 + 0.035 = 0.26 N·m. The
+    weight tips the leg with 0.4 x 9.81 x 0.4485 sin(0.03) = 0.052789 N·m, and 0.027 + 0.4 x 0.4485^2 + 0.007
+    = 0.1144609 kg·m2 turn.
+    """
+    found = run(*still(0.2), SOFT, start_angle_rad=0.03, start_rate_rad_per_s=0.5, engine=engine)
+    assert found.theta_dd[0] == pytest.approx((0.052789 - 0.26) / 0.1144609, rel=1e-4)
+    assert found.torque[0] == pytest.approx(0.26 + 0.007 * found.theta_dd[0], rel=1e-6)
+    # the other way round, the same
+    mirrored = run(*still(0.2), SOFT, start_angle_rad=-0.03, start_rate_rad_per_s=-0.5, engine=engine)
+    assert mirrored.theta == pytest.approx(-found.theta, abs=1e-12)
+
+
+def test_large_swings_of_a_joint_that_softens_are_slower_and_keep_their_energy(engine):
+    """Potential energy K b^2 / 2 - C / 2 [b^2 - h^2 ln(1 + b^2 / h^2)], whose slope is (K - q C) b."""
+    joint = replace(SOFT, damping_Nms_per_rad=0.0, softened_damping_Nms_per_rad=0.0)
+    periods = []
+    for size in (0.0005, 0.06):
+        found = run(*still(10.0), joint, start_angle_rad=size, engine=engine)
+        b, c, h = found.theta, 5.0, 0.03
+        energy = 0.5 * about_ankle(joint) * found.theta_d**2 + K_G * (np.cos(b) - 1.0)
+        energy += 0.5 * 10.0 * b**2 - 0.5 * c * (b**2 - h**2 * np.log1p((b / h) ** 2))
+        assert np.ptp(energy) < 1e-3 * energy.mean()
+        up = np.flatnonzero((b[:-1] < 0.0) & (b[1:] >= 0.0))
+        periods.append(float(np.diff(found.time[up]).mean()))
+    assert periods[0] == pytest.approx(found.period_s, rel=2e-3)
+    assert periods[0] == pytest.approx(2.0 * math.pi * math.sqrt(about_ankle(joint) / (10.0 - K_G)), rel=2e-3)
+    assert periods[1] > 1.15 * periods[0]
+
+
+def test_law_is_that_of_the_joint_likelihood():
+    theta, rate = np.random.default_rng(3).normal(0.0, 0.03, (2, 50))
+    forces = softening_forces(theta - 0.004, rate, 0.004 - 0.001, 0.03)
+    # forces of the likelihood are relative to rest, where the joint is bent by 0.003
+    at_rest = SOFT.softened(0.003, 0.0)
+    expected = 10.0 * (theta - 0.001) + 0.02 * rate - 5.0 * forces["C"] - 0.1 * forces["B_s"] - at_rest
+    assert replace(SOFT, rest_angle_rad=0.001).resistance(theta, rate) == pytest.approx(expected, abs=1e-12)
 
 
 def test_dummy_on_a_still_belt_does_nothing(engine):

@@ -1,9 +1,10 @@
 """Further statements of the thesis, measured on hand-made results."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from tepsipe.experiments.forward.scores import ForwardScore
 from tepsipe.experiments.noise.rows import NoiseRow
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
@@ -65,8 +66,6 @@ def test_coherence_and_admittance_are_taken_from_their_bands():
         "spectral-fit/frequency": frequency,
         "spectral-fit/coherence": coherence,
         "spectral-fit/response": np.array([1.0, 2.0, 3.0, 0.5j, 100.0]),
-        "tapered/frequency": frequency,
-        "tapered/coherence": coherence,
     }
     fits = {"wristalyzer": {"0.16": Result(arrays, {}, {})}}
     assert measured("wristalyzer_lowest_coherence", fits=fits) == 0.7
@@ -101,9 +100,20 @@ def test_spread_of_the_noise_study_by_snr_amplitude_and_target():
         noise("as-tabulated", "theta", "sine-0.1", 20.0, 1.0),
         noise("as-tabulated", "tau", "minjerk-0.1", 20.0, 99.0),
     ]
-    assert measured("noise_snr_effect", noise=rows) == pytest.approx(3.0)
     assert measured("noise_spread_of_smallest", noise=rows) == pytest.approx(3.0)
     assert measured("noise_spread_by_target", noise=rows) == pytest.approx(0.25)
+
+
+def test_signal_to_noise_ratio_has_an_effect_if_the_mean_of_the_estimates_depends_on_it():
+    def rows(means):
+        return [
+            NoiseRow("sine-0.1", target, snr, "as-printed", "K", mean, 1.0, None, 9, "-", 10.0, None, None)
+            for target in ("tau", "theta", "both")
+            for snr, mean in zip((0.0, 60.0), means if target == "theta" else (9.0, 9.0), strict=True)
+        ]
+
+    assert measured("noise_snr_effect", noise=rows((9.0, 9.0))) == 0.0
+    assert measured("noise_snr_effect", noise=rows((-19.0, 10.0))) == pytest.approx(2.9)
 
 
 def test_noise_is_compared_with_the_truth_and_across_targets():
@@ -119,10 +129,61 @@ def test_noise_is_compared_with_the_truth_and_across_targets():
     assert measured("noise_angle_validates_best", table_4_4=table) == pytest.approx(27.0)
 
 
-def test_simulated_angle_is_compared_between_intervals():
-    scores = [
-        ForwardScore("sine-0.5", "tep", "theta", 0.0, -20.0, "grows"),
-        ForwardScore("sine-0.5-8s", "tep", "theta", 0.0, 10.0, "grows"),
-        ForwardScore("sine-0.5-8s", "corrected", "theta", 0.0, 90.0, "settles"),
-    ]
-    assert measured("simulated_angle_at_8s", forward=scores) == pytest.approx(30.0)
+def swing(condition, growth, vaf=0.0, parameter_set="thesis-tep"):
+    names = {"condition": condition, "parameter_set": parameter_set, "quantity": "theta"}
+    return SimpleNamespace(**names, vaf_trial=vaf, state="settles", growth=growth)
+
+
+def test_printed_joint_amplifies_by_its_growth_not_by_its_vaf():
+    scores = [swing("sine-0.5", 4.5, -20.0), swing("sine-0.5-8s", 1.5, 10.0)]
+    scores += [swing("sine-0.5", 9.0, parameter_set="tep")]
+    assert measured("simulated_amplifies", forward=scores) == 4.5
+    assert measured("simulated_amplifies_less", forward=scores) == pytest.approx(3.0)
+    with pytest.raises(KeyError):
+        measured("simulated_amplifies", forward=scores[1:2])
+
+
+def test_angle_matches_by_the_median_over_conditions():
+    scores = [swing(c, 1.0, v, "thesis-wristalyzer") for c, v in zip("abc", (50.0, 80.0, 99.0), strict=True)]
+    assert measured("simulated_angle_matched", forward=scores) == 80.0
+    assert measured("simulated_angle_of_tep", forward=[swing("a", 1.0, 20.0), swing("b", 1.0, 40.0)]) == 40.0
+
+
+def test_linear_equation_has_one_minimum_unless_its_regressors_depend_on_each_other():
+    def fit(errors):
+        return {"dummy": {"a": Result({"leg-thesis/standard_errors": np.array(errors)}, {}, {})}}
+
+    assert measured("printed_minima", fits=fit([[1e-4, 4e-3, 0.2], [3e-4, 6e-3, 0.4]])) == 0.0
+    assert measured("printed_minima", fits=fit([[1e-4, 4e-3, 0.2], [np.inf, np.inf, 0.4]])) == 1.0
+
+
+def test_transition_line_is_a_misfit_above_9_hz_that_exceeds_the_one_below():
+    frequency = np.array([0.0, 2.0, 6.0, 12.0, 18.0, 30.0])
+    omega = 2.0 * np.pi * frequency
+    model = 1.0 / (10.0 - 0.015 * omega**2 + 0.1j * omega)
+
+    def ratio(above):
+        response = model * np.exp(np.where(frequency >= 9.0, above, 0.1))
+        arrays = {"frequency": frequency, "response": response, "parameters": np.array([0.015, 0.1, 10.0])}
+        fit = Result({f"spectral-fit/{name}": array for name, array in arrays.items()}, {}, {})
+        return measured("wristalyzer_transition_line", fits={"wristalyzer": {"0.16": fit}})
+
+    assert ratio(0.1) == pytest.approx(1.0)
+    assert ratio(0.5) == pytest.approx(5.0)
+
+
+def test_noise_that_lowers_all_parameters_but_one_does_not_lower_all():
+    def table(inertia):
+        rows = {
+            "I": [0.015, inertia, inertia, inertia],
+            "B": [0.1] + 3 * [0.03],
+            "K": [10.0, 3.0, 0.03, 0.01],
+        }
+        return [
+            TableRow(reading, "K = 10 Nm/rad", quantity, "", values, [None] * 4)
+            for quantity, values in rows.items()
+            for reading in ("as-tabulated", "recommended-regression")
+        ]
+
+    assert measured("noise_largest_ratio", table_4_4=table(0.039)) == pytest.approx(2.6)
+    assert measured("noise_largest_ratio", table_4_4=table(0.010)) < 1.0

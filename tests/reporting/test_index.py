@@ -47,14 +47,14 @@ def test_source_tells_simulated_trials_from_recordings():
 def test_abstract_has_what_the_study_has():
     assert parts()["findings"] == ""
     findings = plain_words(parts(claims=[CLAIM, CLAIM | {"verdict": "explained"}])["findings"])
-    assert findings.startswith("Of the 2 claims of the thesis, 1 are reproduced, 0 fitted")
+    assert findings.startswith("Verdicts on the 2 claims of the thesis: 1 pattern, 1 explained.")
     content, tables = content_of(run_of({"a": fit_of()}, rows_of("a")))
     study, claims = study_content(study_run({"claims": [CLAIM, CLAIM]}))
     content["chapters"] |= study["chapters"]
     findings = index_parts_of(content, tables | {"claims": claims["claims"]})["findings"]
     assert findings.count("<p>") == 4
     words = plain_words(findings).replace("\u2060", "")
-    assert "stiffness of the joint is K = 50.0 N·m/rad" in words and "Of the 2 claims" in words
+    assert "stiffness of the joint is K = 50.0 N·m/rad" in words and "Verdicts on the 2 claims" in words
     assert "Wristalyzer" not in words and "platform" not in words
 
 
@@ -98,12 +98,15 @@ def test_index_links_every_file_relatively_and_needs_no_script():
 
 def test_index_lists_claims_cells_and_provenance():
     cell = {"table": "table_4_2", "row": "VAF_trial", "column": "sine-0.3", "reported": 99.9, "value": 91.137}
-    cell |= {"tolerance": 1, "verdict": "not reproduced", "reason": "it <rests>"}
+    cell |= {"tolerance": 1, "verdict": "not reproduced", "reason": "it <rests>; used: a joint"}
+    cell |= {"null_value": 99.8, "null_verdict": "implied"}
     cells, ran = [cell, cell | {"verdict": "fitted"}], [estimate(condition="sine-0.3")]
     html = page(claims=[CLAIM], cells=cells, estimates=ran)
     words = plain_words(html.replace("</t", " | </t"))
-    assert "K < (N·m/rad) | p. 3 | < 10 | 9 | reproduced |" in words
-    assert "4-2 | 0 | 1 | 0 | 0 | 1 | 0 |" in words
+    assert "K < (N·m/rad) | p. 3 | < 10 | 9 | pattern | 10 | a joint |" in words
+    assert "4-2 | 0 | 1 | 0 | 0 | 0 | 0 | 1 | 0 | 0 | 1 | 2 |" in words
+    # the null model is nearer, row by row
+    assert "4-2, VAF of the full dataset | 2 | 1 | 2 | 8.8 | 0.10 |" in words
     assert "4-2 | VAF of the full dataset: S3 (99.9, 91.14) | it <rests> |" in words
     assert "Every printed cell" not in page(claims=[CLAIM]) and "All claims" not in page(cells=[cell])
     assert "<dt>Commit</dt><dd>abc</dd>" in html and "numpy 2.0" in words

@@ -7,7 +7,7 @@ import pytest
 import yaml
 from typst_builders import REPORT, evaluated
 
-from tepsipe.reporting.laboratory import LABORATORY_ROWS, MECHANISMS, laboratory_rows
+from tepsipe.reporting.laboratory import INFERRED_CONSTANTS, LABORATORY_ROWS, MECHANISMS, laboratory_rows
 from workflow.support.start import checked_sections
 
 EVERYTHING = ["wristalyzer", "dummy", "weight", "standing"]
@@ -83,7 +83,8 @@ def test_constants_are_told_in_words_and_units(truth, told):
     assert all("_" not in word + unit and word for word, unit in named)
     # every constant that may be drawn or switched has its own words
     words = yaml.safe_load((REPORT / "laboratory.yaml").read_text(encoding="utf-8"))
-    keys = {re.sub(r"(\.\d+)+$", "", row.key) for row in laboratory_rows(truth, EVERYTHING)}
+    told_apart = [row for row in laboratory_rows(truth, EVERYTHING) if row.kind != "inferred"]
+    keys = {re.sub(r"(\.\d+)+$", "", row.key) for row in told_apart}
     assert keys <= {*words["measures"], *words["drawn"]}
     by_key = {row["key"]: row for row in rows}
     assert by_key["dummy.subject.leg_inertia_kgm2"]["unit"] == "kg·m²"
@@ -103,3 +104,20 @@ def test_a_study_of_the_manipulator_says_nothing_of_the_treadmill(truth):
     assert keys
     assert all(key.startswith("wristalyzer.") for key in keys)
     assert evaluated(["mechanisms()", "drawn-constants()"], "laboratory_values.typ") == [[], []]
+
+
+def test_inferred_constants_are_told_with_their_values_and_counted_in_the_decision(truth, root, tmp_path):
+    LABORATORY_ROWS.write(tmp_path / "laboratory.csv", laboratory_rows(truth, EVERYTHING))
+    tables = {"laboratory": tmp_path / "laboratory.csv"}
+    (rows,) = evaluated(["inferred-constants()"], "laboratory_values.typ", {}, tables)
+    words = yaml.safe_load((REPORT / "laboratory.yaml").read_text(encoding="utf-8"))["inferred"]
+    assert [row["key"] for row in rows] == list(INFERRED_CONSTANTS)
+    assert set(words) == set(INFERRED_CONSTANTS)
+    values = {row["key"]: (row["value"], row["unit"]) for row in rows}
+    rubber = truth["dummy"]["rubber"]
+    assert values["dummy.rubber.damping_Nms_per_rad"] == (str(rubber["damping_Nms_per_rad"]), "N·m·s/rad")
+    # heights of the markers, without what was drawn
+    assert values["dummy.markers.leg_m"] == ("0.60, 0.50, 0.40, 0.30", "m")
+    decision = (root / "docs/decisions/0046-dummy-of-the-thesis.md").read_text(encoding="utf-8")
+    (before, now) = re.search(r"\| all \| (\d+) \| (\d+) \|", decision).groups()
+    assert sum(row["free"] for row in rows) == int(now) <= int(before)

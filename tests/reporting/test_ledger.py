@@ -1,25 +1,30 @@
 """A verdict for every printed cell: hand-made numbers give each of them."""
 
+import itertools
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tepsipe.errors import InputError
-from tepsipe.io.result import Result
 from tepsipe.reporting.ledger import (
     CELL_VERDICTS,
     EXPLAINED,
     FITTED,
+    IMPLIED,
+    INTERPRETATION,
     NOT_COMPUTED,
     NOT_REPRODUCED,
     PREDICTED,
-    REPRODUCED,
+    UNKNOWN,
     Explanations,
     Tolerance,
     cells_of_table,
     explanations_of,
     ledger,
     noise_cells,
-    ordinary_errors,
+    null_cells,
+    printed_cells,
     tolerances_of,
 )
 from tepsipe.reporting.thesis_tables import TableRow
@@ -28,26 +33,33 @@ from workflow.support.yaml_file import read_settings
 KEY = ("table_4_2", "K", "sine-0.1")
 
 
-def one(value, printed=10.0, explained=None, recorded=(), **tolerance):
-    """Verdict and reason of one cell."""
-    entry = {"tables": ["table_4_2"], "rows": ["K"], "reason": "rounding"} | tolerance
+BASES = {"joint": "a joint", "none": "nothing"}
+
+
+def one(value, printed=10.0, explained=None, recorded=(), null=None, **tolerance):
+    """Verdict and reason of one cell, and the verdict on its null model."""
+    entry = {"tables": ["table_4_2"], "rows": ["K"], "reason": "rounding"}
+    entry |= {"verdict": FITTED, "used": "joint"} | tolerance
     reported = {"table_4_2": {"K": {"sine-0.1": printed}}}
     values = {} if value is None else {KEY: value}
     reasons = Explanations() if explained is None else Explanations({KEY: explained}, {KEY: "because"})
-    (row,) = ledger(reported, tolerances_of([entry]), values, reasons, set(recorded))
-    return row.verdict, row.reason
+    nulls = {} if null is None else {KEY: null}
+    (row,) = ledger(reported, tolerances_of([entry], BASES), values, reasons, nulls, set(recorded))
+    return row.verdict, row.reason, row.null_verdict
 
 
 @pytest.mark.parametrize(
     ("value", "tolerance", "verdict"),
     [
-        (10.5, {"absolute": 0.5}, REPRODUCED),
-        (10.5, {"absolute": 0.5, "verdict": FITTED}, FITTED),
+        (10.5, {"absolute": 0.5}, FITTED),
+        (10.5, {"absolute": 0.5, "verdict": INTERPRETATION}, INTERPRETATION),
+        (10.5, {"absolute": 0.5, "verdict": UNKNOWN}, UNKNOWN),
+        (99.0, {"absolute": 0.5, "verdict": UNKNOWN}, UNKNOWN),
         (10.5, {"absolute": 0.5, "verdict": PREDICTED}, PREDICTED),
         (10.6, {"absolute": 0.5, "verdict": FITTED}, NOT_REPRODUCED),
-        (9.0, {"share": 0.1}, REPRODUCED),
+        (9.0, {"share": 0.1}, FITTED),
         (8.9, {"share": 0.1}, NOT_REPRODUCED),
-        (20.0, {"factor": 2}, REPRODUCED),
+        (20.0, {"factor": 2}, FITTED),
         (4.9, {"factor": 2}, NOT_REPRODUCED),
         (-10.0, {"factor": 2}, NOT_REPRODUCED),
         (None, {"factor": 2}, NOT_COMPUTED),
@@ -70,29 +82,79 @@ def test_unexplained_part_of_a_vaf_counts_with_the_rounding_of_the_print():
 
 
 def test_printed_zero_has_a_tolerance_of_its_own():
-    assert one(4e-5, 0.0, factor=2, zero=5e-5)[0] == REPRODUCED
+    assert one(4e-5, 0.0, factor=2, zero=5e-5)[0] == FITTED
     assert one(6e-5, 0.0, factor=2, zero=5e-5)[0] == NOT_REPRODUCED
     assert one(1e-12, 0.0, factor=2)[0] == NOT_REPRODUCED
 
 
 def test_explanation_counts_only_with_a_number_that_agrees():
-    assert one(5.0, explained=10.2, absolute=0.5) == (EXPLAINED, "because, 10.2")
-    verdict, reason = one(5.0, explained=11.0, absolute=0.5)
+    verdict, reason, _ = one(5.0, explained=10.2, absolute=0.5)
+    assert (verdict, reason) == (EXPLAINED, "because, 10.2; used: a joint")
+    verdict, reason, _ = one(5.0, explained=11.0, absolute=0.5)
     assert verdict == NOT_REPRODUCED
     assert "11" in reason
     # a number that agrees needs none
-    assert one(10.0, explained=10.2, absolute=0.5)[0] == REPRODUCED
+    assert one(10.0, explained=10.2, absolute=0.5)[0] == FITTED
     assert one(None, explained=10.2, absolute=0.5)[0] == NOT_COMPUTED
 
 
-def test_recorded_trial_is_neither_fitted_nor_predicted():
-    assert one(10.0, absolute=0.5, verdict=FITTED, recorded=["sine-0.1"])[0] == REPRODUCED
-    assert one(10.0, absolute=0.5, verdict=FITTED, recorded=["sine-0.2"])[0] == FITTED
+def test_misprint_is_compared_as_it_was_meant():
+    """A printed 0.614 is ten times 0.0614, whose tolerance is that of 0.061: the explanation can fail."""
+    key, slip = (
+        ("table_4_2", "I", "a"),
+        {"table": "table_4_2", "quantity": "I", "condition": "a", "meant": 0.061},
+    )
+    entry = {"tables": ["table_4_2"], "rows": ["I"], "reason": "r", "verdict": FITTED, "used": "joint"}
+    tolerances = tolerances_of([entry | {"absolute": 6e-4}], BASES)
+    for value, verdict in ((0.0617, EXPLAINED), (0.0622, NOT_REPRODUCED)):
+        reasons = explanations_of({key: value}, [slip], [])
+        (row,) = ledger({"table_4_2": {"I": {"a": 0.614}}}, tolerances, {key: value}, reasons)
+        assert row.verdict == verdict
 
 
-def test_reason_of_a_cell_is_that_of_its_verdict():
-    assert one(10.0, absolute=0.5, outside="known")[1] == "rounding"
-    assert one(20.0, absolute=0.5, outside="known")[1] == "known"
+def test_recorded_trial_is_not_fitted():
+    verdict, reason, _ = one(10.0, absolute=0.5, recorded=["sine-0.1"])
+    assert verdict == PREDICTED and "to which no constant was fitted" in reason
+    assert one(10.0, absolute=0.5, recorded=["sine-0.2"])[0] == FITTED
+    assert one(10.0, absolute=0.5, recorded=["sine-0.1"], verdict=UNKNOWN)[0] == UNKNOWN
+
+
+def test_text_of_a_verdict_names_its_reason_and_what_was_used():
+    assert one(10.0, absolute=0.5, outside="known")[1] == "rounding; used: a joint"
+    assert one(20.0, absolute=0.5, outside="known")[1] == "known; used: a joint"
+    with pytest.raises(InputError, match="used: expected one of joint, none, found 'rubber'"):
+        one(10.0, absolute=0.5, used="rubber")
+
+
+@pytest.mark.parametrize(
+    ("null", "found", "says"),
+    [(10.4, IMPLIED, True), (10.6, NOT_REPRODUCED, False), (None, NOT_COMPUTED, False)],
+)
+def test_cell_that_its_null_model_passes_says_that_it_cannot_discriminate(null, found, says):
+    for value, verdict in ((10.1, FITTED), (12.0, NOT_REPRODUCED)):
+        own, reason, null_verdict = one(value, null=null, absolute=0.5)
+        assert (own, null_verdict) == (verdict, found)
+        assert ("cannot discriminate" in reason) is says
+
+
+def test_null_models_use_printed_numbers_only():
+    reported = {
+        "table_4_2": {"K": {"sine-0.1": 6.0, "sine-0.5": 5.0}, "I": {"sine-0.1": 0.061, "sine-0.5": 0.614}},
+        "table_4_3": {"K": {"minjerk-0.1": 6.6, "minjerk-0.5": 4.8}},
+        "table_4_4": {"K": {"none": 10.0, "tau": 3.0, "theta": 1.0}},
+    }
+    slips = [{"table": "table_4_2", "quantity": "I", "condition": "sine-0.5", "meant": 0.061}]
+    entry = {"reason": "r", "verdict": FITTED, "used": "joint", "absolute": 1.0}
+    entries = [entry | {"tables": ["table_4_2"], "rows": ["K", "I"]}]
+    entries += [entry | {"tables": ["table_4_3"], "rows": ["K"], "null_model": "table_4_2"}]
+    entries += [entry | {"tables": ["table_4_4"], "rows": ["K"]}]
+    found = null_cells(reported, tolerances_of(entries, BASES), slips)
+    assert found["table_4_2", "K", "sine-0.1"] == found["table_4_2", "K", "sine-0.5"] == 5.5
+    assert found["table_4_2", "I", "sine-0.5"] == pytest.approx(0.061)  # a misprint is no number of the null
+    assert (found["table_4_3", "K", "minjerk-0.1"], found["table_4_3", "K", "minjerk-0.5"]) == (6.0, 5.0)
+    # without noise the simulated joint is known; with noise the mean of the noisy columns
+    assert [found["table_4_4", "K", column] for column in ("none", "tau", "theta")] == [10.0, 2.0, 2.0]
+    assert printed_cells(reported, slips)["table_4_2", "I", "sine-0.5"] == 0.061
 
 
 @pytest.mark.parametrize("tolerance", [{}, {"absolute": 1.0, "share": 0.1}])
@@ -103,10 +165,11 @@ def test_entry_needs_one_tolerance(tolerance):
 
 def test_row_without_a_tolerance_or_with_two_is_refused():
     entry = {"tables": ["table_4_2"], "rows": ["K"], "reason": "r", "absolute": 1.0}
+    entry |= {"verdict": FITTED, "used": "joint"}
     with pytest.raises(InputError, match="one tolerance for K of table_4_2, found two"):
-        tolerances_of([entry, entry])
+        tolerances_of([entry, entry], BASES)
     with pytest.raises(InputError, match="a tolerance for I of table_4_2, found none"):
-        ledger({"table_4_2": {"I": {"sine-0.1": 0.061}}}, tolerances_of([entry]), {}, Explanations())
+        ledger({"table_4_2": {"I": {"sine-0.1": 0.061}}}, tolerances_of([entry], BASES), {}, Explanations())
 
 
 def noise_rows():
@@ -118,14 +181,13 @@ def noise_rows():
     return [
         row("as-printed", "I", [0.04, 0.04, 0.05, 0.04]),
         row("as-tabulated", "I", [0.039, 0.039, 0.040, 0.041]),
-        row("as-tabulated", "SEM_I", [9.0, 9.0, 9.0, 9.0]),
-        row("as-tabulated", "SE_I", [6e-4, 9e-4, 5e-4, None]),
+        row("as-tabulated", "SEM_I", [6e-4, 9e-4, 5e-4, None]),
         row("as-tabulated", "I", [0.1, 0.1, 0.1, 0.1], "K = 15 Nm/rad"),
         row("recommended-regression", "I", [0.015, 0.015, 0.015, 0.015]),
     ]
 
 
-def test_table_4_4_is_read_by_one_reading_with_ordinary_standard_errors():
+def test_table_4_4_is_read_by_one_reading_and_its_first_stiffness():
     found = noise_cells(noise_rows(), "as-tabulated")
     assert found["table_4_4", "I", "both"] == 0.041
     assert found["table_4_4", "SEM_I", "tau"] == 9e-4
@@ -144,29 +206,32 @@ def test_misprint_and_column_without_noise_are_explained_by_numbers():
     assert set(found.texts) == set(found.values)
 
 
-def test_numbers_come_from_the_block_as_printed_and_from_the_fits():
+def test_numbers_come_from_the_block_as_printed():
     rows = [
         TableRow("leg-thesis", "e", "K", "Nm/rad", [6.0, None], [None, None]),
-        TableRow("leg-thesis", "e", "SEM_K", "as printed", [9.0, 9.0], [None, None]),
+        TableRow("leg-thesis", "e", "SEM_K", "Nm/rad", [0.3, 0.2], [None, None]),
         TableRow("leg", "e", "K", "Nm/rad", [10.0, 10.0], [None, None]),
     ]
-    assert ("table_4_1", "SEM_K", "b") in cells_of_table("table_4_1", rows, ["a", "b"])
-    assert cells_of_table("table_4_2", rows, ["a", "b"]) == {("table_4_2", "K", "a"): 6.0}
-    errors = np.array([[1e-4, 4e-3, 0.2], [3e-4, 6e-3, 0.4]])
-    fits = {"a": Result({"leg-thesis/standard_errors": errors}, {}, {}), "b": Result({}, {}, {})}
-    found = ordinary_errors("table_4_2", fits, "leg-thesis")
+    found = cells_of_table("table_4_2", rows, ["a", "b"])
     assert found == {
-        ("table_4_2", "SEM_I", "a"): pytest.approx(2e-4),
-        ("table_4_2", "SEM_B", "a"): pytest.approx(5e-3),
-        ("table_4_2", "SEM_K", "a"): pytest.approx(0.3),
+        ("table_4_2", "K", "a"): 6.0,
+        ("table_4_2", "SEM_K", "a"): 0.3,
+        ("table_4_2", "SEM_K", "b"): 0.2,
     }
 
 
-def test_every_printed_cell_has_a_tolerance_that_can_fail(root, tmp_path):
+@pytest.fixture(scope="module")
+def shipped(root):
+    """Reported values of the shipped study, and its tolerances."""
     reported = read_settings(root / "config/reported.yaml")
-    tolerances = tolerances_of(reported["cells"])
-    rows = ledger(reported["tables"], tolerances, {}, Explanations())
-    assert len(rows) == 182
+    return reported, tolerances_of(reported["cells"], reported["bases"])
+
+
+def test_every_printed_cell_has_a_tolerance_that_can_fail(shipped, tmp_path):
+    reported, tolerances = shipped
+    nulls = null_cells(reported["tables"], tolerances, reported["slips"])
+    rows = ledger(reported["tables"], tolerances, {}, Explanations(), nulls)
+    assert len(rows) == len(nulls) == 182
     assert {row.verdict for row in rows} == {NOT_COMPUTED}
     for row in rows:
         low, high = tolerances[row.table, row.row].limits(row.reported)
@@ -176,22 +241,62 @@ def test_every_printed_cell_has_a_tolerance_that_can_fail(root, tmp_path):
             wrong = 3.0 * row.reported + (row.reported == 0.0)
             assert not low <= wrong <= high or abs(row.reported) < 0.1, row
     assert {key[0] for key in tolerances} == set(reported["tables"])
+    # printed K falls with amplitude, which no constant can follow: there a null model fails
+    assert not any(r.null_verdict == IMPLIED for r in rows if (r.table, r.row) == ("table_4_2", "K"))
+    # numbers that do not differ between columns cannot discriminate
+    assert all(r.null_verdict == IMPLIED for r in rows if (r.table, r.row) == ("table_4_1", "I"))
     CELL_VERDICTS.write(tmp_path / "cells.csv", rows)
-    assert CELL_VERDICTS.read(tmp_path / "cells.csv") == rows
+    read = CELL_VERDICTS.read(tmp_path / "cells.csv")
+    assert [replace(row, null_value=None) for row in read] == [replace(row, null_value=None) for row in rows]
+    assert [row.null_value for row in read] == pytest.approx([row.null_value for row in rows])
 
 
-def test_only_numbers_that_the_fit_used_count_as_fitted(root):
-    tolerances = tolerances_of(read_settings(root / "config/reported.yaml")["cells"])
-    fitted = {row for (table, row), t in tolerances.items() if table == "table_4_2" and t.verdict == FITTED}
-    assert fitted == {"I", "B", "K", "VAF_trial"}
-    assert {t.verdict for (table, _), t in tolerances.items() if table == "table_4_3"} == {PREDICTED}
-    assert {t.verdict for (table, _), t in tolerances.items() if table == "table_4_4"} == {REPRODUCED}
+def test_tolerances_follow_from_the_printed_numbers(shipped):
+    """The rule: half the last digit and one printed SEM; scatter between cells that should agree."""
+    reported, tolerances = shipped
+    sine, minjerk = (reported["tables"][table] for table in ("table_4_2", "table_4_3"))
+    for quantity, half_digit in (("I", 5e-4), ("B", 5e-4), ("K", 5e-4)):
+        printed = [*sine[f"SEM_{quantity}"].values(), *minjerk[f"SEM_{quantity}"].values()]
+        rule = half_digit + np.median(printed)
+        for table in reported["tables"]:
+            assert tolerances[table, quantity].absolute == pytest.approx(rule, rel=0.05)
+    ratios = [
+        np.exp(abs(np.log(b / a)))
+        for q in ("SEM_I", "SEM_B", "SEM_K")
+        for a, b in zip(sine[q].values(), minjerk[q].values(), strict=True)
+    ]
+    factors = {t.factor for (_, row), t in tolerances.items() if row.startswith("SEM")}
+    assert factors == {round(float(np.median(ratios)), 1)}
+    unexplained = [[100.0 - v for v in list(t["VAF_trial"].values())[2:]] for t in (sine, minjerk)]
+    widest = max(max(own) / min(own) for own in unexplained)
+    assert {t.unexplained_factor for (_, row), t in tolerances.items() if t.unexplained_factor} == {
+        round(widest, 1)
+    }
+    errors = list(reported["tables"]["table_4_1"]["error"].values())
+    steps = [b / a for a, b in itertools.pairwise(errors)]
+    assert tolerances["table_4_1", "error"].factor == round(max(steps), 1)
+
+
+def test_classes_of_cells_say_what_the_numbers_rest_on(shipped):
+    _, tolerances = shipped
+    classes = {key: t.verdict for key, t in tolerances.items()}
+    # the inverse problem fits I, B, K and the VAF of the full dataset of both tables
+    assert {classes[table, "VAF_trial"] for table in ("table_4_2", "table_4_3")} == {FITTED}
+    for table in ("table_4_1", "table_4_2", "table_4_3"):
+        assert {classes[table, row] for row in ("I", "B", "K")} == {FITTED}
+    assert {v for (table, _), v in classes.items() if table == "table_4_4"} == {INTERPRETATION}
+    sems = {
+        table: {v for (t, row), v in classes.items() if t == table and row[:3] == "SEM"}
+        for table, _ in classes
+    }
+    assert sems["table_4_1"] == {UNKNOWN} and sems["table_4_2"] == sems["table_4_3"] == {INTERPRETATION}
 
 
 def test_damaged_verdicts_are_refused(tmp_path):
     path = tmp_path / "cells.csv"
     path.write_text(
-        "table,row,column,reported,value,tolerance,verdict,reason\ntable_4_2,K,a,1,1,0.1,perhaps,r\n"
+        "table,row,column,reported,value,tolerance,verdict,reason,null_value,null_verdict\n"
+        "table_4_2,K,a,1,1,0.1,perhaps,r,1,implied\n"
     )
     with pytest.raises(InputError, match="verdicts of printed cells"):
         CELL_VERDICTS.read(path)

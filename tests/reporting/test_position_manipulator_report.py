@@ -44,7 +44,7 @@ def test_short_range_stiffness_leads_with_the_stiffness_at_the_recorded_amplitud
     assert told.startswith(
         "The intrinsic stiffness of the joint at the recorded amplitude is 60.0 N·m/rad (55.0"
     )
-    assert "from 80 N·m/rad (70 to 90) for the smallest movements to K = 50.0 N·m/rad" in told
+    assert "is 80 N·m/rad (70 to 90) for the smallest movements and K = 50.0 N·m/rad" in told
 
 
 def test_relaxation_leads_with_the_stiffness_at_the_recorded_amplitude():

@@ -3,10 +3,12 @@
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.patches import FancyBboxPatch
 from typst_builders import evaluated
 
 from tepsipe.io.trial import Signal, Trial
-from tepsipe.reporting.figures.names import short_name
+from tepsipe.reporting.figures import flow_charts
+from tepsipe.reporting.figures.names import PARAMETER_SETS, short_name
 from tepsipe.reporting.figures.protocol import TimeLine, draw_protocol
 from tepsipe.reporting.figures.schematics import draw_rigs, rig_at_rest
 
@@ -95,3 +97,37 @@ def test_protocol_has_a_tick_at_every_onset():
     assert [float(s[0][0]) for s in ticks[0]] == [6.0, 10.0]
     height = [abs(own[0][1][1] - own[0][0][1]) for own in ticks]
     assert height[0] == pytest.approx(5.0 * height[1])
+
+
+CHAIN = {"plate_rate_hz": 250.0, "sampling_hz": 2500.0, "cutoff_hz": 20.0, "emg": True}
+CHARTS = {
+    "identification": flow_charts.draw_identification,
+    "all methods": lambda: flow_charts.draw_methods(list(flow_charts.METHODS)),
+    "methods without the Wristalyzer": lambda: flow_charts.draw_methods(["dummy", "standing"]),
+    "signals": lambda: flow_charts.draw_signal_chain(CHAIN),
+    "signals without EMG": lambda: flow_charts.draw_signal_chain(CHAIN | {"sampling_hz": None, "emg": False}),
+    "evaluation": lambda: flow_charts.draw_evaluation(list(PARAMETER_SETS.values()), 12),
+    "sensitivity": lambda: flow_charts.draw_sensitivity({"snr_db": [0, 60], "draws": 200, "cutoff_hz": 20.0}),
+}
+
+
+@pytest.mark.parametrize("name", CHARTS)
+def test_words_of_a_flow_chart_are_legible_and_inside_their_boxes(name):
+    figure = CHARTS[name]()
+    figure.draw_without_rendering()
+    (axis,) = figure.axes
+    renderer = figure.canvas.get_renderer()
+    boxes = [p.get_window_extent(renderer) for p in axis.patches if isinstance(p, FancyBboxPatch)]
+    whole = figure.bbox
+    for text in axis.texts:
+        words = text.get_text()
+        if not words:
+            continue
+        assert text.get_fontsize() >= 7.5, words
+        own = text.get_window_extent(renderer)
+        assert whole.x0 <= own.x0 and own.x1 <= whole.x1, words
+        assert whole.y0 <= own.y0 and own.y1 <= whole.y1, words
+        for box in boxes:
+            if box.overlaps(own):
+                assert box.x0 <= own.x0 and own.x1 <= box.x1, words
+                assert box.y0 <= own.y0 and own.y1 <= box.y1, words

@@ -1,9 +1,13 @@
 """Chapters on forward simulation and noise: conditions, numbers, and the sentences that they choose."""
 
+from dataclasses import replace
+
+import numpy as np
 import pandas as pd
 import pytest
 from typst_builders import STUDY, chapter_words, evaluated, findings_of
 
+from tepsipe.io.result import Result
 from tepsipe.reporting.chapters import noise, simulation
 from tepsipe.reporting.run import Run, report_content
 
@@ -29,11 +33,13 @@ def simulated(scores, conditions=("sine-0.1", "sine-0.5-8s"), **study):
         for name, (angle, torque, state) in scores.items():
             for quantity, vaf in (("theta", angle), ("tau", torque), ("tau_consistent", angle)):
                 row = {"condition": condition, "parameter_set": name, "quantity": quantity, "state": state}
+                row["growth"] = GROWTH.get((name, condition), 1.0)
                 rows.append(row | {"vaf_trial": vaf, "vaf_perturbation": vaf})
     study = STUDY | {"simulated": SHOWN, "step_s": 0.001, "engine": "mujoco", **study}
     return Run({"forward": pd.DataFrame(rows)}, study=study)
 
 
+GROWTH = {("thesis-tep", "sine-0.1"): 4.2, ("thesis-tep", "sine-0.5-8s"): 1.6}
 USUAL = {
     "wristalyzer": (90.0, 80.0, "settles"),
     "tep": (-2000.0, 90.0, "grows"),
@@ -87,6 +93,99 @@ def test_chapter_names_the_conditions_that_the_consistent_parameters_predict_bes
     other = chapter_words("simulation", *content(simulated(CONTRARY), simulation=simulation))
     assert "in 0 of 2 conditions." in other
     assert "does not hold in every condition" in other and "All simulated legs settle" in other
+
+
+# numbers of the thesis: Wristalyzer, the same without the handle, TEP-SIPE; and the recommended estimate
+OF_THESIS = {
+    "thesis-wristalyzer": (80.0, 30.0, "settles"),
+    "thesis-without-handle": (90.0, 20.0, "settles"),
+    "thesis-tep": (-300.0, 85.0, "settles"),
+    "joint-likelihood": (99.9, 10.0, "settles"),
+}
+CAPTIONS = {
+    "every_condition": {
+        "thesis-wristalyzer": {"I": 0.015, "B": 0.1, "K": 10},
+        "thesis-without-handle": {"I": 0.007, "B": 0.1, "K": 10},
+    },
+    "captions": {"sine-0.5-8s": {"I": 0.061, "B": 0.0137, "K": 4.53}},
+}
+REPORTED = {
+    "simulations": CAPTIONS,
+    "tables": {"table_4_2": {"B": {"sine-0.5": -0.002}}},
+    "slips": [{"quantity": "I", "printed": 0.614, "meant": 0.061}],
+}
+
+
+def of_thesis(scores):
+    """Run with numbers of the thesis, whose swing has 1.363 s: a pulse every 4 s, and every 8 s."""
+    run = simulated(USUAL | scores, reported=REPORTED)
+    fits = {}
+    for condition, interval, pulses in (("sine-0.1", 4.0, 14), ("sine-0.5-8s", 8.0, 7)):
+        facts = {"periods_s": {"thesis-tep": 1.363}, "pulse_interval_s": interval, "measured_growth": 1.0}
+        fits[condition] = Result({"windows": np.zeros((pulses, 2))}, {}, facts)
+    return replace(run, fits={"simulation": fits})
+
+
+def test_growth_is_explained_by_near_resonance():
+    run = of_thesis(OF_THESIS)
+    often, rarely = simulation.numbers(run)["swings"]
+    assert often["periods"] == pytest.approx(2.9347, abs=1e-3)
+    assert often["limit"] == pytest.approx(4.91, abs=0.02)  # 1 / sin(11.75 degrees)
+    assert rarely["limit"] == pytest.approx(1.0 / np.sin(np.radians(2 * 11.75)), rel=0.01)
+    told = chapter_words("simulation", *content(run, simulation=simulation))
+    assert "grows to 4.2 times the first one in S1, and to 1.6 times in S52" in told
+    assert "is 2.93 periods" in told and "with a phase of only 24°" in told
+    assert "near-resonance" in told and "does not reproduce this" not in told
+    (found,) = findings_of(["figure_b"], *content(run, simulation=simulation)).values()
+    assert "the swing grows to 4.2 times the first one in S1, and to 1.6 times in S52" in found
+
+
+def test_pulses_in_resonance_add_up_to_their_number():
+    run = of_thesis(OF_THESIS)
+    run.fits["simulation"]["sine-0.1"].facts["periods_s"]["thesis-tep"] = 1.0
+    assert simulation.numbers(run)["swings"][0]["limit"] == 14
+    run.fits["simulation"]["sine-0.1"].facts["periods_s"]["thesis-tep"] = None  # it does not swing
+    assert [entry["condition"] for entry in simulation.numbers(run)["swings"]] == ["sine-0.5-8s"]
+
+
+@pytest.mark.parametrize(
+    ("changed", "gone", "instead"),
+    [
+        ({"growth": {"sine-0.1": 1.5}}, "near-resonance", "does not reproduce this"),
+        ({"state": "grows"}, "near-resonance", ""),
+        ({"thesis-without-handle": 70.0}, "without it the VAF is higher", ""),
+        ({"joint-likelihood": 85.0}, "predicts the angle best in every condition", ""),
+        ({"thesis-wristalyzer": -400.0}, "As in the thesis, its numbers", "does not hold in all conditions"),
+    ],
+)
+def test_sentences_on_numbers_of_the_thesis_go_with_the_table(changed, gone, instead):
+    usual = of_thesis(OF_THESIS)
+    assert gone in chapter_words("simulation", *content(usual, simulation=simulation))
+    table = usual.tables["forward"].copy()
+    for name, value in changed.items():
+        if name == "growth":
+            for condition, growth in value.items():
+                table.loc[(table.parameter_set == "thesis-tep") & (table.condition == condition), name] = (
+                    growth
+                )
+        elif name == "state":
+            table.loc[table.parameter_set == "thesis-tep", "state"] = value
+        else:
+            table.loc[(table.parameter_set == name) & (table.quantity == "theta"), "vaf_trial"] = value
+    told = chapter_words(
+        "simulation", *content(replace(usual, tables={"forward": table}), simulation=simulation)
+    )
+    assert gone not in told and instead in told
+
+
+def test_growth_beyond_the_limit_is_ascribed_to_damping_only_if_the_leg_is_unstable():
+    scores = OF_THESIS | {"thesis-tep": (-300.0, 85.0, "grows")}
+    run = of_thesis(scores)
+    run.fits["simulation"]["sine-0.1"].facts["periods_s"]["thesis-tep"] = 4.0 / 2.5  # limit 1
+    told = chapter_words("simulation", *content(run, simulation=simulation))
+    assert "In S1 the swing exceeds the limit" in told
+    stable = replace(of_thesis(OF_THESIS), fits=run.fits)
+    assert not simulation.excess_by_negative_damping(stable)
 
 
 # ---- sensitivity to noise

@@ -1,5 +1,6 @@
 """Conditions and sentences that every report may have: claims, cells, estimates to quote, provenance."""
 
+import pandas as pd
 import pytest
 from study_chapter_builders import CLAIM, PROVENANCE, estimate, study_content, study_run
 from typst_builders import chapter_words, evaluated
@@ -7,11 +8,12 @@ from typst_builders import chapter_words, evaluated
 from tepsipe.reporting.chapters import study
 from tepsipe.reporting.chapters.study import digest_of, provenance_of
 from tepsipe.reporting.ledger import VERDICTS
+from tepsipe.reporting.run import Run
 
 REPORTED = {"reported": {"slips": []}, "experiments": {"dummy": list("abcd")}}
 
 
-def compared(missing=False):
+def compared(further=None, missing=False, covered=("true", "false", "false", "true"), **changed):
     """A run with three recommended estimates: one covers its truth, two miss it, one of these with a flag."""
     rows = [
         estimate(
@@ -20,12 +22,31 @@ def compared(missing=False):
         for c in "abcd"
     ]
     keys = ("experiment", "condition", "pathway", "estimator", "quantity")
-    covered = ("true", "false", "false", "true")
+    truth = {"truth": 10.0, "relative_error": -0.1, "value": 9.0, "truth_of": "small movements"}
+    truth["unit"] = "Nm/rad"
     recovery = [
-        {key: row[key] for key in keys} | {"covered": c} for row, c in zip(rows, covered, strict=True)
+        {key: row[key] for key in keys} | truth | {"covered": c} for row, c in zip(rows, covered, strict=True)
     ]
     tables = {"estimates": rows} | ({} if missing else {"recovery": recovery})
-    return study_run(tables, **REPORTED)
+    return study_run(tables | (further or {}), **REPORTED | changed)
+
+
+SOURCES = {"scatter": ("A", 0.3), "leg_mass_kg": ("B", 0.4)}
+
+
+def explained(**constants):
+    """The same with budgets, and constants of the laboratory, drawn around 0.4 with a spread of 0.1."""
+    keys = {"pathway": "leg", "estimator": "ls", "quantity": "K", "experiment": "dummy"}
+    budget = [
+        keys | {"condition": c, "source": name, "type": kind, "u": u}
+        for c in "abc"
+        for name, (kind, u) in SOURCES.items()
+    ]
+    drawn = {"kind": "drawn", "nominal": "0.4", "standard_deviation": 0.1}
+    laboratory = [drawn | {"key": f"dummy.subject.{name}", "value": x} for name, x in constants.items()]
+    return compared(
+        {"uncertainty": budget, "laboratory": laboratory or [drawn | {"key": "a.b", "value": "0"}]}
+    )
 
 
 def told(run, *places):
@@ -53,22 +74,147 @@ def test_studies_without_the_thesis_have_no_summary():
 
 def test_recommended_estimates_are_counted_once_each():
     (summary,) = told(compared(), "summary")
-    assert "intervals of 1 of 3 recommended estimates contain it." in summary
-    assert "Checks warn of 1 of them, and 1 miss the truth without a warning" in summary
+    assert "The intervals of 2 of its 3 recommended estimates miss the truth" in summary
+    assert "and checks flagged 1 of the 3." in summary
     assert told(compared(missing=True), "summary") == [None]
+    (summary,) = told(compared(covered=["true"] * 4), "summary")
+    assert "No interval of its 3 recommended estimates misses the truth, and checks" in summary
+
+
+def test_missed_truth_is_compared_with_the_draws_by_hand():
+    # an error of -1.0: a mass drawn at +1.5 standard deviations explains at most 0.6 of it, the rest is 0.4
+    first, second = study.missed(explained(leg_mass_kg="0.55"))
+    assert (first["condition"], second["condition"]) == ("b", "c")
+    assert first["source"] == "mass of the leg"
+    assert first["drawn_sd"] == pytest.approx(1.5)
+    assert first["error_percent"] == pytest.approx(-10.0)
+    assert first["error_over_u"] == pytest.approx(-2.0)
+    assert first["share_percent"] == pytest.approx(60.0)
+    assert first["rest_over_u"] == pytest.approx(0.4 / 0.3)
+    # without a draw of any source the whole error remains
+    first, _ = study.missed(explained())
+    assert first["source"] is None and first["share_percent"] == 0.0
+    assert first["rest_over_u"] == pytest.approx(1.0 / 0.5)
+
+
+@pytest.mark.parametrize(
+    ("constants", "told"),
+    [
+        ({"leg_mass_kg": "0.55"}, "|mass of the leg, drawn at +1.5 standard deviations|60|1.3|"),
+        ({}, "|no drawn source|–|2.0|"),
+    ],
+)
+def test_table_of_missed_truths_tells_the_reason(constants, told):
+    data, tables = study_content(explained(**constants))
+    words = chapter_words("findings", data | {"short_names": {"b": "S2"}}, tables, cells="|")
+    assert "intervals of 2 of the 3 recommended estimates miss the truth" in words
+    assert f"|K of the dummy, S2|ls|−10|−2.0{told}" in words
+    assert ("In 2 of the 2 cases the rest" in words) is bool(constants)
+    covered = study_content(compared(covered=["true"] * 4))
+    assert "miss the truth" not in chapter_words("findings", *covered)
+
+
+def alike(third):
+    """Five recommended estimates with errors of 1.4 to 1.5 %, but for the third."""
+    rows = [estimate(experiment="dummy", condition=c, recommended=True) for c in "abcde"]
+    recovery = pd.DataFrame(rows).drop(columns=["recommended", "flags"])
+    errors = [0.014, 0.0145, third, 0.0148, 0.0141]
+    recovery = recovery.assign(covered="true", truth=1.0, relative_error=errors, truth_of="small movements")
+    return study_run({"estimates": rows, "recovery": recovery}, **REPORTED)
+
+
+def test_errors_of_one_sign_are_one_draw():
+    (own,) = study.one_sided(alike(0.015))
+    assert (own["n"], own["quantity"]) == (5, "K")
+    assert (own["low_percent"], own["high_percent"]) == pytest.approx((1.4, 1.5))
+    assert study.one_sided(alike(-0.015)) == []
+
+
+# ---- coverage campaign
+
+ABOUT = {"date": "2026-01-31", "commit": "abc", "laboratories": 41, "failed": 1, "virtual_lab_sha256": "f1"}
+
+
+def counted(high=0.99, **changed):
+    """The same run with a campaign: nominal and other laboratories, a short and a long window."""
+    row = {"experiment": "dummy", "quantity": "K", "window_s": None, "mechanism": "nominal", "coverage": 0.95}
+    row |= {"recommended": True, "laboratories": 20, "coverage_low": 0.8, "coverage_high": high}
+    person = {"experiment": "standing", "coverage": 0.85, "coverage_high": 0.96}
+    rows = [
+        row,
+        row | {"mechanism": "shifted", "coverage": 0.5},
+        row | {"quantity": "B", "recommended": False},
+    ]
+    rows += [row | person | {"window_s": 0.04}, row | person | {"window_s": 0.08, "coverage": 0.9}]
+    return compared({"coverage": rows}, campaign=ABOUT, **changed)
+
+
+def test_first_page_quotes_the_campaign_with_its_date():
+    (summary,) = told(counted(), "summary")
+    assert (
+        "in 20 simulated laboratories that were drawn as the analysis assumes (campaign of 2026-01-31)"
+        in summary
+    )
+    assert "in 95 % for K of the dummy; 90 % for K of the standing person." in summary
+    assert (
+        "compatible with 95 % or higher" in summary and "Settings of the laboratory were changed" in summary
+    )
+    assert "This run is a single such laboratory. The intervals of 2" in summary
+    (other,) = told(counted(high=0.94), "summary")
+    assert "Not all of these shares are compatible with 95 %." in other
+
+
+def same_laboratory():
+    run, files = counted(), {"virtual laboratory": {"file": "lab.yaml", "sha256": "f1"}}
+    return Run(run.tables, {}, {}, run.study, PROVENANCE | {"files": files})
+
+
+def test_campaign_of_the_same_constants_is_told_as_such():
+    assert "Settings of the laboratory were changed" not in told(same_laboratory(), "summary")[0]
 
 
 def test_verdicts_are_counted_and_named_in_the_same_order_everywhere():
     assert evaluated(["verdicts"], "verdict_values.typ") == [list(VERDICTS)]
-    verdicts = ["reproduced", "fitted", "predicted", "explained", "not reproduced", "not computed"]
-    claims = [CLAIM | {"verdict": verdict} for verdict in [*verdicts, "fitted"]]
-    rows = [{"table": "table_4_2", "row": "K", "column": "a", "verdict": verdict} for verdict in verdicts]
+    claims = [CLAIM | {"verdict": verdict} for verdict in [*VERDICTS, "fitted"]]
+    claims[0] |= {"null_verdict": "implied"}
+    cell = {"table": "table_4_2", "row": "K", "column": "a", "null_verdict": "not reproduced"}
+    rows = [cell | {"verdict": verdict} for verdict in VERDICTS]
+    rows[:2] = [row | {"null_verdict": "implied"} for row in rows[:2]]
     claimed, cells = told(study_run({"claims": claims, "cells": rows}), "abstract_claims", "abstract_cells")
-    assert claimed.startswith("Of the 7 claims of the thesis, 1 are reproduced, 2 fitted (their numbers")
-    assert "and 1 not reproduced; 1 were not computed" in claimed
-    assert "Of the 6 printed cells of Tables 4-1 to 4-4, 4 lie within" in cells
-    assert "were not computed" not in told(study_run({"claims": claims[:5]}), "abstract_claims")[0]
+    assert claimed.startswith(
+        "Verdicts on the 10 claims of the thesis: 1 implied, 2 fitted, 1 predicted, 1 pattern"
+    )
+    assert "1 not reproduced, 1 unknown, 1 not computed." in claimed
+    assert "Null models, which need no laboratory, satisfy 1 of them" in claimed
+    assert "Of the 9 printed cells of Tables 4-1 to 4-4, 5 lie within" in cells
+    assert "and 2 by a null model, which uses the thesis" in cells
+    assert "not computed" not in told(study_run({"claims": claims[:5]}), "abstract_claims")[0]
+    # no number of a simulated laboratory was reproduced blind; recordings are not told so
+    blind = "No numeric result of the thesis was reproduced blind"
+    made = study_run({"claims": claims}, made={"dummy": ["a"]})
+    assert blind in told(made, "abstract_claims")[0] and blind not in claimed
     assert told(study_run({}), "abstract_claims", "abstract_cells") == [None, None]
+
+
+def test_scores_stand_beside_those_of_the_null_model():
+    def cell(column, value, null, verdict, null_verdict, reason="rounding; used: a joint"):
+        numbers = {"reported": 10.0, "value": value, "tolerance": "1", "null_value": null}
+        names = {"table": "table_4_2", "row": "K", "column": column, "reason": reason}
+        return names | numbers | {"verdict": verdict, "null_verdict": null_verdict}
+
+    rows = [
+        cell("a", 10.3, 11.4, "fitted", "not reproduced"),
+        cell("b", 10.4, 9.8, "fitted", "implied", "rounding; used: a joint; cannot discriminate: it is so"),
+        # a misprint is no distance
+        cell("c", 100.0, 100.0, "explained", "not reproduced", "misprint, a point; used: a joint"),
+    ]
+    claims = [CLAIM | {"used": "another joint; cannot discriminate: it is so"}]
+    data = study_content(study_run({"cells": rows, "claims": claims}))
+    (score,) = evaluated(["scores().first()"], "verdict_values.typ", *data)
+    assert (score["all"], score["within"], score["null"]) == (3, 2, 1)
+    assert (score["rms"], score["null-rms"]) == ("0.35", "1.0")  # of 0.3 and 0.4, and of 1.4 and 0.2
+    bases, letter = evaluated(["bases", "letter-of(basis-of(claims.first()))"], "verdict_values.typ", *data)
+    assert bases == ["another joint", "a joint"] and (letter, score["letters"]) == ("a", "b")
 
 
 @pytest.mark.parametrize(
@@ -91,8 +237,8 @@ def test_rows_of_noise_are_told_by_their_cells():
     def cell(row, verdict, column="tau"):
         return {"table": "table_4_4", "row": row, "column": column, "verdict": verdict}
 
-    rows = [cell("I", "reproduced"), cell("SEM_K", "not reproduced"), cell("K", "explained")]
-    rows += [cell("K", "not reproduced", "theta"), cell("SEM_K", "reproduced", "none")]
+    rows = [cell("I", "interpretation"), cell("SEM_K", "not reproduced"), cell("K", "fitted")]
+    rows += [cell("K", "not reproduced", "theta"), cell("SEM_K", "interpretation", "none")]
     data = study_content(study_run({"cells": rows}))
     kinds = {"all": "I", "some": "K", "none": "SEM of K"}
     assert evaluated(["noisy-rows()"], "verdict_values.typ", *data) == [kinds]

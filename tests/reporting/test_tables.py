@@ -14,6 +14,7 @@ from tepsipe.io.estimates import ESTIMATES, Estimate
 from tepsipe.io.recovery_table import RECOVERIES
 from tepsipe.io.result import Result, read_result, write_result
 from tepsipe.reporting.claims import CLAIM_VERDICTS, MEASURES, Findings, check_claims
+from tepsipe.reporting.findings import findings_of_cells
 from tepsipe.reporting.recovery import compare_with_truth, recovery_of, true_parameters
 from tepsipe.reporting.thesis_tables import ROWS, lay_out_table, read_table, write_table
 
@@ -123,7 +124,14 @@ QUANTITIES = ["I", "B", "K", "VAF_perturbation", "VAF_trial"]
 
 def dummy_estimates(pathway, factor=1.0):
     return [
-        estimate(quantity, factor * (10.0 * k + c), condition, pathway, sem_as_printed=0.5)
+        estimate(
+            quantity,
+            factor * (10.0 * k + c),
+            condition,
+            pathway,
+            standard_error=0.01 * (5 + c),
+            sem_as_printed=0.5,
+        )
         for c, condition in enumerate(CONDITIONS)
         for k, quantity in enumerate(QUANTITIES)
     ]
@@ -135,15 +143,21 @@ REPORTED = {"K": {"sine-0.1": 6.722}, "SEM_K": {"sine-0.5": 0.342}}
 def test_table_has_the_rows_of_the_thesis_pathway_by_pathway():
     estimates = dummy_estimates("leg", 2.0) + dummy_estimates("leg-thesis")
     blocks = [("leg-thesis", None), ("leg", None)]
-    rows = lay_out_table("table_4_2", estimates[::-1], REPORTED, CONDITIONS, blocks)
+    errors = np.array([[1e-4, 4e-3, 0.2], [3e-4, 6e-3, 0.4]])
+    fits = {name: Result({"leg-thesis/standard_errors": errors}, {}, {}) for name in CONDITIONS}
+    rows = lay_out_table("table_4_2", estimates[::-1], REPORTED, CONDITIONS, blocks, fits)
     assert [row.quantity for row in rows] == 2 * ROWS["table_4_2"]
     each = len(ROWS["table_4_2"])
     assert [row.pathway for row in rows] == each * ["leg-thesis"] + each * ["leg"]
     stiffness = [row.values for row in rows if row.quantity == "K"]
     assert stiffness == [[20.0, 21.0], [40.0, 42.0]]
-    assert [row.values for row in rows if row.quantity == "SEM_K"] == [[0.5, 0.5], [0.5, 0.5]]
+    # the SEM is the mean of the standard errors of the perturbations, not that of eq (3-2), which is 0.5
+    sems = {(row.pathway, row.quantity): row.values for row in rows if row.quantity.startswith("SEM_")}
+    assert sems["leg-thesis", "SEM_I"] == pytest.approx([2e-4, 2e-4])
+    assert sems["leg-thesis", "SEM_K"] == pytest.approx([0.3, 0.3])
+    assert sems["leg", "SEM_K"] == [0.05, 0.06]
     units = {row.quantity: row.unit for row in rows}
-    assert (units["K"], units["SEM_K"], units["VAF_trial"]) == ("Nm/rad", "as printed", "%")
+    assert (units["K"], units["SEM_K"], units["VAF_trial"]) == ("Nm/rad", "Nm/rad", "%")
 
 
 def test_cells_stand_beside_what_was_reported_for_their_condition():
@@ -236,22 +250,31 @@ def findings(stiffness=(6.5, 6.4, 6.6), start_spread=1e-5, wristalyzer=(9.9, 10.
     return Findings(rows, fits, "leg-thesis")
 
 
-def verdict(measure, reported, tolerance, found):
-    claim = {"claim": "c", "where": "w", "measure": measure, "unit": "1"}
-    claim |= {"reported": reported, "tolerance": tolerance, "section": "s"}
-    (row,) = check_claims([claim], found)
+BASES = {"joint": "a joint", "thesis": "numbers of the thesis"}
+
+
+def row_of(measure, reported, tolerance, found, printed=None, nulls=None, **more):
+    claim = {"claim": "c", "where": "w", "measure": measure, "unit": "1", "section": "s"}
+    claim |= {"reported": reported, "tolerance": tolerance, "verdict": "fitted", "used": "joint"} | more
+    (row,) = check_claims([claim], found, BASES, printed, nulls)
+    return row
+
+
+def verdict(*claim, **more):
+    row = row_of(*claim, **more)
     return row.verdict, row.reproduced
 
 
-def test_value_within_its_tolerance_is_reproduced():
-    assert verdict("printed_stiffness_low", 6.471, 0.65, findings())[0] == "reproduced"
-    assert verdict("printed_inertia", 0.061, 0.0092, findings())[0] == "reproduced"
+def test_value_within_its_tolerance_has_the_class_of_its_claim():
+    for own in ("fitted", "predicted", "pattern", "interpretation"):
+        assert verdict("printed_stiffness_low", 6.471, 0.65, findings(), verdict=own)[0] == own
+    assert verdict("printed_inertia", 0.061, 0.0092, findings())[0] == "fitted"
 
 
 def test_tolerance_counts_to_both_sides_and_to_its_border():
     found = findings(stiffness=(6.0, 7.0, 6.5))
-    assert verdict("printed_stiffness_low", 6.0, 0.5, found) == ("reproduced", 6.5)
-    assert verdict("printed_stiffness_low", 7.0, 0.5, found) == ("reproduced", 6.5)
+    assert verdict("printed_stiffness_low", 6.0, 0.5, found) == ("fitted", 6.5)
+    assert verdict("printed_stiffness_low", 7.0, 0.5, found) == ("fitted", 6.5)
     assert verdict("printed_stiffness_low", 7.0, 0.49, found) == ("not reproduced", 6.5)
 
 
@@ -271,30 +294,92 @@ def test_value_outside_its_tolerance_is_explained_only_by_a_number_within_it():
     measure = "wristalyzer_stiffness_at_start"
     assert verdict(measure, 3, 0, found([10.0, 10.0, 10.0, 9.0])) == ("explained", 1.0)
     assert verdict(measure, 3, 0, found([10.0, 10.0, 9.0])) == ("not reproduced", 1.0)
-    assert verdict(measure, 1, 0, found([9.0])) == ("reproduced", 1.0)
+    assert verdict(measure, 1, 0, found([9.0])) == ("fitted", 1.0)
 
 
-def test_claim_whose_numbers_were_fitted_is_not_called_reproduced():
-    claim = {"claim": "c", "where": "w", "measure": "printed_stiffness_low", "unit": "1", "section": "s"}
-    claim |= {"reported": 6.471, "tolerance": 0.65, "verdict": "fitted"}
-    for found, expected in (
-        (findings(), "fitted"),
-        (replace(findings(), recorded=True), "reproduced"),
-        (findings(stiffness=(9.0, 9.0, 9.0)), "not reproduced"),
-    ):
-        (row,) = check_claims([claim], found)
-        assert row.verdict == expected
+def test_claim_on_recordings_is_not_fitted():
+    claim = ("printed_stiffness_low", 6.471, 0.65)
+    recorded = replace(findings(), recorded=True)
+    assert verdict(*claim, recorded)[0] == "predicted"
+    assert verdict(*claim, recorded, verdict="pattern")[0] == "pattern"
+
+
+def printed_findings(stiffness=(6.722, 5.341), sem=0.3):
+    """Thesis's own numbers: two conditions of Table 4-2 and one of Table 4-1."""
+    cells = {("table_4_2", "K", f"sine-0.{n}"): k for n, k in zip((1, 5), stiffness, strict=True)}
+    cells |= {("table_4_2", "SEM_K", f"sine-0.{n}"): sem for n in (1, 5)}
+    cells |= {("table_4_1", "K", "0.16"): 9.967, ("table_4_1", "SEM_K", "0.16"): 12.26}
+    cells |= {("table_4_1", "I", "0.16"): 0.015, ("table_4_1", "SEM_I", "0.16"): 0.019}
+    cells |= {("table_4_4", "K", "none"): 10.0, ("table_4_4", "K", "tau"): 2.963}
+    return findings_of_cells(cells, "leg-thesis")
+
+
+def test_measures_of_the_printed_numbers_are_the_margins_of_the_thesis():
+    own = printed_findings()
+    row = row_of("printed_stiffness_ratio", 0.76, 0.05, findings(), own)
+    assert row.margin == pytest.approx(5.341 / 6.722)
+    # where it prints no number, its margin is given or empty
+    assert row_of("weight_growth", 5.0, "below", findings(), own).margin is None
+    assert row_of("weight_growth", 5.0, "below", findings(), own, margin=2.0).margin == 2.0
+    assert own.noisy("as-tabulated", "K", "tau") == 2.963
+    assert own.noisy("recommended-regression", "K", "none") == 10.0
+
+
+def test_implied_claim_is_measured_on_the_numbers_of_the_thesis():
+    """The statement fails by the SEMs of the thesis, and another table turns it."""
+    claim = ("wristalyzer_relative_sem", 1.0, "above", findings())
+    ratio = (12.26 / 9.967) / (0.019 / 0.015)
+    found = verdict(*claim, printed_findings(), verdict="implied", used="thesis")
+    assert found == ("not reproduced", pytest.approx(ratio)) and ratio < 1.0
+    low = {"verdict": "implied", "used": "thesis"}
+    assert verdict("printed_sem", 0.1, "below", findings(), printed_findings(), **low)[0] == "implied"
+    assert (
+        verdict("printed_sem", 0.1, "below", findings(), printed_findings(sem=0.9), **low)[0]
+        == "not reproduced"
+    )
+
+
+@pytest.mark.parametrize(
+    ("nulls", "given", "value", "found"),
+    [
+        (printed_findings((6.5, 6.5)), {}, 1.0, "not reproduced"),  # a constant does not fall
+        (printed_findings((6.5, 5.0)), {}, 5.0 / 6.5, "implied"),
+        (printed_findings((6.5, 5.0)), {"null_value": 1.0}, 1.0, "not reproduced"),
+        (None, {}, None, "not computed"),
+    ],
+)
+def test_null_model_of_a_claim_is_judged_by_the_same_tolerance(nulls, given, value, found):
+    row = row_of("printed_stiffness_ratio", 0.76, 0.05, findings((6.5, 6.0, 5.0)), None, nulls, **given)
+    assert row.verdict == "fitted"
+    assert (row.null_value, row.null_verdict) == (None if value is None else pytest.approx(value), found)
+    assert row.used == "a joint" + (
+        "; cannot discriminate: the null model is within, too" if found == "implied" else ""
+    )
+
+
+def test_claim_names_the_statements_that_it_tests():
+    claim = {"claim": "c", "where": "w", "measure": "printed_damping", "unit": "1", "section": "s"}
+    claim |= {"reported": 0.0, "tolerance": 1, "verdict": "fitted", "used": "joint"}
+    assertions = [
+        {"measures": ["printed_damping"]},
+        {"unchecked": "no"},
+        {"measures": ["printed_damping", "x"]},
+    ]
+    (row,) = check_claims([claim], findings(), BASES, assertions=assertions)
+    assert row.statements == "1;3"
+    with pytest.raises(InputError, match="used: expected one of joint, thesis, found 'rubber'"):
+        check_claims([claim | {"used": "rubber"}], findings(), BASES)
 
 
 def test_tolerance_holds_at_its_border_in_spite_of_rounding():
-    assert verdict("wristalyzer_best_factor", 0.12, 0.04, findings())[0] == "reproduced"
+    assert verdict("wristalyzer_best_factor", 0.12, 0.04, findings())[0] == "fitted"
     assert verdict("wristalyzer_best_factor", 0.12, 0.0399, findings())[0] == "not reproduced"
 
 
 def test_claim_of_less_than_something_asks_for_less():
     ratio = 0.1 / 0.6
     found = verdict("printed_spread_ratio", 1.0, "below", findings())
-    assert found == ("reproduced", pytest.approx(ratio))
+    assert found == ("fitted", pytest.approx(ratio))
     assert verdict("printed_spread_ratio", 0.1, "below", findings())[0] == "not reproduced"
 
 
@@ -303,11 +388,10 @@ def test_claims_are_measured_on_the_printed_pathway_and_estimator():
     assert found.by_condition("dummy", "K") == {"sine-0.1": 6.5, "sine-0.2": 6.4, "sine-0.5": 6.6}
     assert found.by_condition("dummy", "K", "leg")["sine-0.1"] == 10.0
     assert found.by_condition("wristalyzer", "K") == {"0.08": 9.9, "0.16": 10.0001}
-    assert verdict("wristalyzer_best_factor", 0.16, 0.01, found) == ("reproduced", 0.16)
+    assert verdict("wristalyzer_best_factor", 0.16, 0.01, found) == ("fitted", 0.16)
     assert verdict("printed_stiffness_ratio", 1.0, 0.1, found)[1] == pytest.approx(6.6 / 6.5)
 
 
-@pytest.mark.filterwarnings("ignore::RuntimeWarning")
 @pytest.mark.parametrize("measure", MEASURES)
 def test_claim_whose_experiment_was_not_run_is_not_computed(measure, tmp_path):
     nothing = Findings([], {}, "leg-thesis")
@@ -321,26 +405,14 @@ def test_unknown_measure_is_refused():
 
 
 def test_claims_are_written_with_their_columns(tmp_path):
-    claims = [
-        {
-            "claim": "K, as printed",
-            "where": "Table 4-2",
-            "measure": "printed_stiffness_low",
-            "unit": "Nm/rad",
-            "reported": 6.471,
-            "tolerance": 0.65,
-            "section": "s",
-        }
-    ]
-    rows = check_claims(claims, findings())
-    CLAIM_VERDICTS.write(tmp_path / "claims.csv", rows)
+    row = row_of("printed_stiffness_low", 6.471, 0.65, findings(), printed_findings())
+    CLAIM_VERDICTS.write(tmp_path / "claims.csv", [row])
     with open(tmp_path / "claims.csv", newline="", encoding="utf-8") as file:
         (read,) = csv.DictReader(file)
-    columns = ("claim", "where", "unit", "reported", "reproduced", "tolerance", "verdict", "section")
-    assert tuple(read) == CLAIM_VERDICTS.columns == columns
-    assert read["claim"] == "K, as printed"
+    columns = ["claim", "where", "unit", "reported", "reproduced", "tolerance", "verdict", "section"]
+    assert list(read)[:10] == [*columns, "null_value", "null_verdict"]
     assert (read["reported"], read["tolerance"], read["reproduced"]) == ("6.471", "0.65", "6.45")
-    assert read["verdict"] == "reproduced"
+    assert (read["verdict"], read["margin"], read["used"]) == ("fitted", "6.722", "a joint")
 
 
 # ---- estimates beside the truth ----------------------------------------------------------------
@@ -386,7 +458,7 @@ def test_truth_is_the_joint_for_small_movements(shipped_truth):
     rig = shipped_truth["wristalyzer"]["manipulator"]
     assert truth["wristalyzer"] == {
         "I": rig["inertia_kgm2"],
-        "B": rubber["damping_Nms_per_rad"] + rig["damping_Nms_per_rad"],
+        "B": rubber["damping_Nms_per_rad"],
         "K": rubber["stiffness_Nm_per_rad"],
     }
 

@@ -11,11 +11,27 @@ from tepsipe.reporting.chapters import wristalyzer
 from tepsipe.reporting.run import Run, raw, report_content
 
 FIGURES = [f"figure_{name}" for name in ("2_4", "3_1", "4_1", "4_2", "4_3", "starting_values", "averaging")]
+COLUMNS = (
+    "averaged_bins",
+    "error",
+    "K_sem_as_printed",
+    "lowest_coherence",
+    "lowest_coherence_Hz",
+    "linear_coherence",
+)
+PRINTED = {"error": {"a": 1.2, "b": 1.5, "c": 1.9}, "SEM_K": {"a": 14.0, "b": 12.0, "c": 8.0}}
+
 ANALYSIS = {"fit_band_hz": [1.0, 9.0], "lowpass_cutoff_hz": 20.0, "perturbation_period_s": 10.0}
 SETTINGS = {"wristalyzer": {"analysis": ANALYSIS | {"averaged_bins": 5}}}
 REPORTED = {
-    "values": {"coherence_minimum": 0.8},
-    "tables": {"table_4_1": {"VAF_trial": {"a": 93.0, "b": 90.0}}},
+    "values": {"coherence_minimum": 0.8, "eigenfrequency_hz": 4.6},
+    "tables": {
+        "table_4_1": {
+            "I": {"a": 0.015, "b": 0.015},
+            "K": {"a": 10.012, "b": 9.967},
+            "VAF_trial": {"a": 93.0, "b": 90.0},
+        }
+    },
 }
 
 
@@ -36,6 +52,11 @@ def fit(spread=1e-8, modulus=(10.0, 5.0), samples=10240):
     facts = {
         "many_starts_stiffness_spread_Nm_per_rad": spread,
         "many_starts_converged": 2,
+        "converged": {"spectral-fit-modulus": False},
+        "tried_modulus_cost": [2.0, 3.0],
+        "tried_smooth_cost": [1.0, 1.0],
+        "tried_modulus_vaf_percent": [50.0, 40.0],
+        "tried_modulus_converged": [False, True],
         "kept_samples": [1536, 1536 + samples],
         "rate_hz": 256.0,
     }
@@ -75,7 +96,7 @@ CONTRARY = USUAL | {
 
 def run_of(estimates, made=("a",), **changes):
     fits = {"wristalyzer": {condition: fit(**changes) for condition in "abc"}}
-    study = {"best": "b", "made": {"wristalyzer": list(made)}, "reported": REPORTED}
+    study = {"best": "b", "start_stiffness": 10.0, "made": {"wristalyzer": list(made)}, "reported": REPORTED}
     study |= {"title": "t", "recordings_source": None, "experiments": {"wristalyzer": list("abc")}}
     return Run({"estimates": rows(**estimates)}, fits, SETTINGS, study)
 
@@ -86,6 +107,56 @@ def usual(**changes):
 
 def contrary():
     return run_of(CONTRARY, spread=5.0, modulus=(10.0, 10.0))
+
+
+def swept(*rows, printed=PRINTED):
+    """Usual run with rows of `COLUMNS`, the same for every trial, and printed errors and SEM."""
+    run = usual()
+    tables = [
+        pd.DataFrame(rows, columns=COLUMNS).assign(condition=condition, K_Nm_per_rad=10.0)
+        for condition in "abc"
+    ]
+    reported = REPORTED | {"tables": {"table_4_1": REPORTED["tables"]["table_4_1"] | printed}}
+    tables = run.tables | {"averaging": pd.concat(tables, ignore_index=True)}
+    return Run(tables, run.fits, run.settings, run.study | {"reported": reported})
+
+
+# natural frequency: 5.2 Hz; printed coherence: 0.8
+FEW, MANY = (4, 1.4, 2.0, 0.5, 3.0, 0.98), (64, 0.01, 3.0, 0.82, 5.0, 0.83)
+
+
+def test_no_number_of_averaged_frequencies_gives_printed_error_and_coherence():
+    run = swept((1, 100.0, 3.0, 1.0, np.nan, 1.0), FEW, MANY)
+    assert wristalyzer.numbers(run)["nearest_bins"] == {"error": 4, "coherence": 64}
+    held = truth(run)
+    assert held["swept"] and held["bins_disagree"] and held["averaging_dips"]
+    assert held["sem_not_from_bins"] and held["printed_sem_falls"]
+
+
+def test_a_number_that_gives_both_or_a_sem_as_large_as_printed_ends_the_sentence():
+    both = (16, 1.5, 9.0, 0.81, 3.0, 0.97)
+    held = truth(swept(FEW, both))
+    assert held["swept"] and not held["bins_disagree"]
+    assert not held["averaging_dips"] and not held["sem_not_from_bins"]
+    rising = PRINTED | {"SEM_K": {"a": 8.0, "b": 12.0, "c": 14.0}}
+    assert not truth(swept(FEW, printed=rising))["printed_sem_falls"]
+
+
+def test_averaged_frequencies_are_compared_with_the_thesis_only_if_it_prints_them():
+    assert not any(
+        truth(usual())[name] for name in ("swept", "bins_disagree", "sem_not_from_bins", "averaging_dips")
+    )
+    assert not truth(swept(FEW, MANY, printed={}))["swept"]
+    places, run = ["figure_averaged_bins"], swept(FEW, MANY)
+    tables = {"averaging": run.tables["averaging"].to_csv(index=False)}
+    found = findings_of(places, report_content(run, {"wristalyzer": wristalyzer}), tables)
+    sentence = "No number of averaged frequencies gives both the printed error and the printed coherence."
+    assert found == {"figure_averaged_bins": sentence}
+    assert findings_of(places, report_content(usual(), {"wristalyzer": wristalyzer})) == {}
+    run = swept(FEW, (16, 1.5, 9.0, 0.81, 3.0, 0.97))
+    tables = {"averaging": run.tables["averaging"].to_csv(index=False)}
+    found = findings_of(places, report_content(run, {"wristalyzer": wristalyzer}), tables)
+    assert found == {"figure_averaged_bins": "With 4 to 16 frequencies averaged into one, K is 10.0 N·m/rad."}
 
 
 def truth(run):

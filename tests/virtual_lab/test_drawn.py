@@ -250,6 +250,7 @@ def test_tilted_axes_and_a_wrong_scale_move_markers_as_such(shipped_truth):
 
 def test_rod_is_set_upright_by_what_the_motion_capture_shows(short_truth, tmp_path):
     truth = copy.deepcopy(short_truth)
+    truth["dummy"]["subject"]["rest_angle_rad"] = 0.0001
     truth["treadmill"]["capture"] |= {"vertical_rad": 0.01, "noise_m": 0.0, "occlusions_per_minute": 0.0}
     names = {"log": "log.mat", "calibration": "calibration.csv", "markers": "markers.c3d"}
     files = {kind: tmp_path / name for kind, name in names.items()}

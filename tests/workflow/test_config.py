@@ -9,7 +9,9 @@ from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.muscle_torque import ACTIVE
-from tepsipe.reporting.claims import MEASURES
+from tepsipe.reporting.claims import MEASURES, Findings, check_claims
+from tepsipe.reporting.findings import findings_of_cells
+from tepsipe.reporting.ledger import null_cells, tolerances_of
 from workflow.settings.check import check_content
 from workflow.settings.complete import only, pick, settings_of, without
 from workflow.settings.config import Config, check_config
@@ -125,6 +127,35 @@ def test_every_reported_claim_can_be_measured(root):
     measured = [claim["measure"] for claim in reported["claims"]]
     assert set(measured) <= set(MEASURES)
     assert len(set(measured)) == len(measured)
+
+
+def test_every_claim_has_a_null_model_and_names_what_it_rests_on(root):
+    reported = read_settings(root / "config/reported.yaml")
+    tolerances = tolerances_of(reported["cells"], reported["bases"])
+    cells = null_cells(reported["tables"], tolerances, reported["slips"])
+    nulls = findings_of_cells(cells, "leg-thesis")
+    nothing = Findings([], {}, "leg-thesis")
+    rows = check_claims(reported["claims"], nothing, reported["bases"], nulls=nulls)
+    assert [row.claim for row in rows if row.null_value is None or not row.used] == []
+    # most claims can discriminate: their null model fails
+    assert sum(row.null_verdict == "implied" for row in rows) < len(rows) / 4
+    assert set(reported["bases"]) == {one["used"] for one in reported["claims"] + reported["cells"]}
+
+
+def test_every_statement_is_tested_or_says_why_not(root):
+    reported = read_settings(root / "config/reported.yaml")
+    measures = {claim["measure"] for claim in reported["claims"]}
+    named = set()
+    for one in reported["assertions"]:
+        tests = one.get("measures", []) + one.get("tables", [])
+        assert bool(tests) != ("unchecked" in one), one["says"]
+        assert set(one.get("tables", [])) <= set(reported["tables"])
+        named |= set(one.get("measures", []))
+    # no claim tests what the thesis does not say
+    assert named == measures
+    places = " ".join(one["where"] for one in reported["assertions"])
+    for place in ("Section 4-1-1", "Section 4-1-2", "Section 4-1-3", "Section 4-2", "Chapter 5", "Chapter 6"):
+        assert place in places
 
 
 # ---- the closed model --------------------------------------------------------------------------

@@ -182,6 +182,17 @@ def test_printed_settings_are_those_of_experiments_and_parts_in_the_study(shippe
     assert list(facts.printed(study_of(row("belt", "a", role="calibrate")))) == ["belt"]
 
 
+def test_protocols_have_durations_intervals_and_amplitudes_of_the_trial_sheet(shipped):
+    timing = shipped.timing()
+    assert timing["dummy"] == {
+        "durations_s": [70.0],
+        "intervals_s": [[4.0, 4.0], [8.0, 8.0]],
+        "amplitudes": [0.1, 0.2, 0.3, 0.4, 0.5],
+    }
+    assert timing["standing"]["intervals_s"] == [[4.0, 8.0]]
+    assert timing["wristalyzer"]["intervals_s"] == []
+
+
 # ---- other studies ---------------------------------------------------------------------------------
 
 

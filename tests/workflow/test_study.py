@@ -14,7 +14,20 @@ from typst_builders import evaluated, tables_of
 from tepsipe.mechanics.engines import engine_version, resolved_engine
 
 pytestmark = pytest.mark.study
-FIGURES = ("2_4", "2_9", "3_1", "3_3", *(f"4_{k}" for k in range(1, 15)), "5_1", "b_1", "b_2", "b_13")
+FIGURES = (
+    "1_1",
+    "1_3",
+    "2_4",
+    *(f"2_{k}" for k in range(9, 13)),
+    "averaged_bins",
+    "3_1",
+    "3_3",
+    *(f"4_{k}" for k in range(1, 15)),
+    "5_1",
+    "b_1",
+    "b_2",
+    "b_13",
+)
 
 
 def laboratory(study):
@@ -40,6 +53,7 @@ def test_the_study_writes_every_output_of_its_contract(study):
         "tables/claims.csv",
         "tables/cells.csv",
         "tables/treadmill_models.csv",
+        "tables/averaging.csv",
         *[f"figures/figure_{number}.{kind}" for number in FIGURES for kind in ("svg", "png")],
         *[
             f"figures/standing/{condition}_{figure}.png"

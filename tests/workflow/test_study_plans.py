@@ -204,7 +204,7 @@ def test_an_edit_of_the_simulation_reruns_simulations_and_no_fit(own_study):
 
 def test_an_edit_of_a_reported_value_lays_its_own_table_out_again(own_study):
     planned = planned_after_an_edit(own_study, "config/reported.yaml", "sine-0.5: 5.341", "sine-0.5: 5.342")
-    assert planned == {"lay_out_table": 1, **CELLS, **RECORD, **REPORTS}
+    assert planned == {"lay_out_table": 1, "check_claims": 1, **CELLS, **RECORD, **REPORTS}
     planned = planned_after_an_edit(own_study, "config/reported.yaml", "reported: 9.996", "reported: 9.995")
     assert planned == {"check_claims": 1, **RECORD, **REPORTS}
 

@@ -20,7 +20,7 @@ rule fit_dummy:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        geometry=without(DUMMY["geometry"], "foot_mass_kg", "foot_height_m"),
+        geometry=DUMMY["geometry"],
         analysis=DUMMY_ANALYSIS,
         bootstrap_draws=DUMMY["analysis"]["bootstrap_draws"],
         pathways=DUMMY["pathways"],
@@ -164,7 +164,7 @@ rule fit_thesis_dummy:
         "../envs/tepsipe.yaml"
     params:
         conditions=STUDY.conditions("dummy"),
-        fitted=STUDY.thesis.conditions("table_4_2"),
+        tables=[STUDY.thesis.conditions(table) for table in ("table_4_2", "table_4_3")],
         printed=meant_in("table_4_2", "table_4_3"),
         geometry=without(DUMMY["geometry"], "foot_mass_kg", "foot_height_m"),
         analysis=DUMMY_ANALYSIS,
@@ -202,6 +202,7 @@ rule plan_dummy:
 rule plot_thesis_dummy:
     input:
         table="<results>/tables/thesis_dummy.csv",
+        fit="<results>/fits/thesis_dummy.h5",
         library=library_of("plot", "tepsipe/reporting/figures/thesis_dummy.py"),
     output:
         **figure_files("thesis_dummy"),

@@ -86,6 +86,7 @@ rule plot_noise:
     params:
         drawn_by="noise",
         joint=NOISE["joint"],
+        protocol=pick(NOISE, "snr_db", "draws") | {"cutoff_hz": DUMMY_ANALYSIS["lowpass_cutoff_hz"]},
         table_snr_db=NOISE["table_snr_db"],
         conditions=STUDY.noise.averaged(),
     script:

@@ -185,7 +185,7 @@ rule write_belt_pages:
 rule write_index:
     input:
         data="<results>/report/report.json",
-        tables=outputs.report_tables(STUDY),
+        tables=outputs.report_tables(STUDY) + CAMPAIGN[:1],
         report=report_sources(),
         captions=here("report/captions.yaml"),
         outputs=outputs.pages(STUDY),

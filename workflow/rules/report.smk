@@ -1,5 +1,14 @@
 # The PDF, one source with a chapter for every experiment of the study, and Snakemake's HTML report.
 
+import json
+
+# the kept campaign of coverage, which the report of the thesis's simulated study quotes
+CAMPAIGN = [here(f"benchmarks/coverage/{name}") for name in ("coverage.csv", "campaign.json")]
+if not (
+    config["study"]["reported"] and any(STUDY.all_made().values()) and all(map(os.path.exists, CAMPAIGN))
+):
+    CAMPAIGN = []
+
 
 rule record_provenance:
     input:
@@ -30,8 +39,9 @@ rule write_report:
         source=report_sources(),
         figures=outputs.figures(STUDY),
         fits=outputs.report_fits(STUDY),
-        tables=outputs.report_tables(STUDY),
+        tables=outputs.report_tables(STUDY) + CAMPAIGN[:1],
         provenance="<results>/provenance.json",
+        campaign=CAMPAIGN[1:],
         library=library_of("write_report", *chapter_modules(outputs.chapters(STUDY))),
     output:
         pdf=report(
@@ -52,7 +62,8 @@ rule write_report:
         study=as_it_is(
             ABOUT_STUDY
             | {
-                "reported": reported_of("tables", "values", "slips") or None,
+                "reported": reported_of("tables", "values", "slips", "simulations", "assertions") or None,
+                "campaign": json.loads(Path(CAMPAIGN[1]).read_text("utf-8")) if CAMPAIGN else None,
                 "best": STUDY.shown("wristalyzer", SETTINGS["wristalyzer"]["best_condition"]),
                 "start_stiffness": SETTINGS["wristalyzer"]["analysis"]["start"]["K_Nm_per_rad"],
                 "step_s": SETTINGS["dummy"]["simulation"]["step_s"],
@@ -65,6 +76,7 @@ rule write_report:
                     for k in (7, 8)
                 },
                 "amplitudes": STUDY.amplitudes("dummy"),
+                "timing": STUDY.timing(),
                 "roles": STUDY.roles("belt"),
                 "models": outputs.model_names(STUDY),
                 "belt_of_models": (

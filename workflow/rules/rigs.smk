@@ -19,6 +19,7 @@ rule plot_rigs:
         fitted=[[e, c] for e in ("dummy", "weight", "empty") for c in STUDY.conditions(e)],
         standing=STUDY.conditions("standing"),
         time_lines=STUDY.time_lines(),
+        methods=[*STUDY.experiments, *(["simulation"] if STUDY.has("simulation") else [])],
         geometry=DUMMY["geometry"],
         person=SETTINGS["standing"]["person"],
         mass_kg=SETTINGS["weight"]["weight"]["mass_kg"],

@@ -1,10 +1,22 @@
 # Validation of parameters by forward simulation of the dummy: thesis sections 2-1-3 and 4-1-3, Appendix B.
 
 
+def printed_joints(w):
+    """Parameter set -> I, B, K of the thesis for a condition; none for a condition that it does not have."""
+    simulations = reported_of("simulations").get("simulations", {})
+    tables = meant_in("table_4_2", "table_4_3")
+    printed = {key: tables.get(key, {}).get(w.condition) for key in ("I", "B", "K")}
+    if not simulations or None in printed.values():
+        return {}
+    tep = simulations["captions"].get(w.condition, printed)
+    return {**simulations["every_condition"], "thesis-tep": tep}
+
+
 rule simulate_dummy:
     input:
         trial="<results>/trials/dummy/{condition}.h5",
         estimates="<results>/estimates/dummy/{condition}.csv",
+        fit="<results>/fits/dummy/{condition}.h5",
         wristalyzer=STUDY.of_trials("<results>/estimates/wristalyzer/{condition}.csv", "wristalyzer"),
         library=library_of("simulate_dummy"),
     output:
@@ -17,8 +29,11 @@ rule simulate_dummy:
     params:
         geometry=DUMMY["geometry"],
         analysis=DUMMY_ANALYSIS,
+        belt_fixed_labels=as_it_is(DUMMY["foot"]["belt_fixed_labels"]),
         as_printed=DUMMY["as_printed"],
         recommended=DUMMY["recommended"],
+        quoted=DUMMY["quoted"],
+        printed=printed_joints,
         step_s=DUMMY["simulation"]["step_s"],
         engine=ENGINE,
     script:
@@ -59,6 +74,7 @@ rule plot_simulation:
         drawn_by="simulation",
         conditions=STUDY.conditions("dummy"),
         frequent=STUDY.shown("dummy", DUMMY["simulation"]["figure_4_7_condition"]),
+        geometry=DUMMY["geometry"],
         rare=STUDY.shown("dummy", DUMMY["simulation"]["figure_4_8_condition"]),
     script:
         "../scripts/plot.py"

@@ -72,6 +72,7 @@ rule collect_treadmill_models:
 rule lay_out_table:
     input:
         estimates=lambda w: outputs.estimates_of(STUDY, table_experiment(w.table)),
+        fits=lambda w: outputs.fits_of_table(STUDY, w.table),
         library=library_of("lay_out_table"),
     output:
         table=report(
@@ -132,7 +133,6 @@ rule compare_with_truth:
 rule judge_cells:
     input:
         tables=outputs.thesis_tables(STUDY),
-        fits=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
         noise=outputs.noise(STUDY),
         library=library_of("judge_cells"),
     output:
@@ -148,12 +148,11 @@ rule judge_cells:
         "../envs/tepsipe.yaml"
     params:
         tables=list(STUDY.thesis.tables()),
-        conditions=STUDY.conditions("dummy"),
         recorded=STUDY.recorded("wristalyzer") + STUDY.recorded("dummy"),
         reported=reported_of("tables").get("tables", {}),
         tolerances=reported_of("cells").get("cells", []),
+        bases=as_it_is(reported_of("bases").get("bases", {})),
         slips=reported_of("slips").get("slips", []),
-        as_printed=as_it_is(SETTINGS["dummy"]["as_printed"]),
     script:
         "../scripts/judge_cells.py"
 
@@ -180,6 +179,11 @@ rule check_claims:
         "../envs/tepsipe.yaml"
     params:
         claims=reported_of("claims").get("claims", []),
+        bases=as_it_is(reported_of("bases").get("bases", {})),
+        assertions=reported_of("assertions").get("assertions", []),
+        reported=reported_of("tables").get("tables", {}),
+        tolerances=reported_of("cells").get("cells", []),
+        slips=reported_of("slips").get("slips", []),
         experiments=STUDY.all_conditions(fitted=True),
         recorded=not (STUDY.made("wristalyzer") or STUDY.made("dummy")),
         as_printed=as_it_is(SETTINGS["dummy"]["as_printed"]),

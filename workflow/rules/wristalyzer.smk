@@ -14,11 +14,34 @@ rule fit_wristalyzer:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        analysis=SETTINGS["wristalyzer"]["analysis"],
+        analysis=without(SETTINGS["wristalyzer"]["analysis"], "swept_bins"),
         uncertainty=SETTINGS["uncertainty"]["wristalyzer"],
         seed=SEED,
     script:
         "../scripts/fit_wristalyzer.py"
+
+
+rule sweep_averaging:
+    input:
+        trials=STUDY.of_trials("<results>/trials/wristalyzer/{condition}.h5", "wristalyzer"),
+        library=library_of("sweep_averaging"),
+    output:
+        table=report(
+            "<results>/tables/averaging.csv",
+            caption=caption("averaging"),
+            category="Tables",
+            labels={"table": "number of averaged frequencies"},
+        ),
+    log:
+        "<logs>/sweep_averaging.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        conditions=STUDY.conditions("wristalyzer"),
+        analysis=without(SETTINGS["wristalyzer"]["analysis"], "swept_bins"),
+        numbers=SETTINGS["wristalyzer"]["analysis"]["swept_bins"],
+    script:
+        "../scripts/sweep_averaging.py"
 
 
 rule cross_validate_wristalyzer:
@@ -80,6 +103,7 @@ rule plot_wristalyzer:
     input:
         fits=STUDY.of_trials("<results>/fits/wristalyzer/{condition}.h5", "wristalyzer"),
         matrix="<results>/cross_validation/wristalyzer.h5",
+        averaging="<results>/tables/averaging.csv",
         library=library_of("plot", "tepsipe/reporting/figures/wristalyzer.py"),
     output:
         **figure_files("wristalyzer"),
@@ -93,5 +117,6 @@ rule plot_wristalyzer:
         best=STUDY.shown("wristalyzer", SETTINGS["wristalyzer"]["best_condition"]),
         fit_band_hz=SETTINGS["wristalyzer"]["analysis"]["fit_band_hz"],
         start_stiffness=SETTINGS["wristalyzer"]["analysis"]["start"]["K_Nm_per_rad"],
+        printed=reported_table("table_4_1") | reported_of("values").get("values", {}),
     script:
         "../scripts/plot.py"

@@ -9,6 +9,8 @@ from tepsipe.experiments.noise.rows import NOISE_ROWS
 from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import read_result
 from tepsipe.reporting.claims import CLAIM_VERDICTS, Findings, check_claims
+from tepsipe.reporting.findings import findings_of_cells
+from tepsipe.reporting.ledger import null_cells, printed_cells, tolerances_of
 from tepsipe.reporting.planned import PLANNED_ROWS
 from tepsipe.reporting.thesis_tables import read_table
 from tepsipe.treadmill.calibration import MODEL_SCORES
@@ -32,4 +34,14 @@ findings = Findings(
     recorded=snakemake.params.recorded,
     planned=PLANNED_ROWS.read(*snakemake.input.planned),
 )
-CLAIM_VERDICTS.write(snakemake.output.table, check_claims(snakemake.params.claims, findings))
+params = snakemake.params
+tolerances = tolerances_of(params.tolerances, params.bases)
+printed, nulls = (
+    findings_of_cells(cells, params.as_printed)
+    for cells in (
+        printed_cells(params.reported, params.slips),
+        null_cells(params.reported, tolerances, params.slips),
+    )
+)
+rows = check_claims(params.claims, findings, params.bases, printed, nulls, params.assertions)
+CLAIM_VERDICTS.write(snakemake.output.table, rows)

@@ -9,12 +9,14 @@ import numpy as np
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
 from tepsipe.experiments.thesis_dummy.inverse import (
     JOINTS,
-    fit_joint,
+    copied_rms,
     fit_marker_noise,
+    fit_tables,
     printed_and_predicted,
 )
 from tepsipe.experiments.thesis_dummy.printed_path import PrintedPath, belt_motion, swings
 from tepsipe.experiments.thesis_dummy.tables import CELL_ROWS, cell_rows, fit_result
+from tepsipe.experiments.thesis_dummy.timing import timing_facts
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 
@@ -37,13 +39,14 @@ path = PrintedPath(
 belts = {name: belt_motion(trial, path) for name, trial in trials.items()}
 # the search needs not all pulses
 shorter = {name: belt_motion(trial, path, params.searched_s) for name, trial in trials.items()}
-fitted, printed, seed = list(params.fitted), params.printed, params.seed
-fits = {}
-for law, fixed in JOINTS.items():
-    fits[law] = fit_joint(path, shorter, printed, fitted, fixed)
-joint = fits[law].joint
+tables, printed, seed = list(params.tables), params.printed, params.seed
+fitted = [name for table in tables for name in table]
+fits = {law: fit_tables(path, shorter, printed, tables, fixed) for law, fixed in JOINTS.items()}
+full = list(fits.values())[-1]
+joint = full.joint
 angles = {name: angle[0] for name, angle in swings(path, [joint], belts).items()}
 noise = fit_marker_noise(path, belts, angles, printed["VAF_trial"], fitted, seed)
 cells = printed_and_predicted(path, belts, angles, printed, fitted, noise, params.draws, seed)
-write_result(snakemake.output.fit, fit_result(fits, noise))
+timing = timing_facts(path, shorter, printed, full)
+write_result(snakemake.output.fit, fit_result(fits, noise, copied_rms(printed, tables), timing))
 CELL_ROWS.write(snakemake.output.table, cell_rows(cells))

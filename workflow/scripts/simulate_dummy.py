@@ -1,4 +1,4 @@
-"""Simulate one trial of the ankle dummy with the parameters of both experiments, and compare."""
+"""Simulate one trial of the ankle dummy with parameters of this run and of the thesis, and compare."""
 
 import job
 
@@ -8,31 +8,39 @@ from tepsipe.experiments.dummy.leg_pathways import DummyOptions
 from tepsipe.experiments.forward.scores import FORWARD_SCORES
 from tepsipe.experiments.forward.study import (
     forward_scores,
-    mean_parameters,
+    likelihood_joint,
+    mean_joint,
     simulate_condition,
     simulation_result,
 )
 from tepsipe.experiments.wristalyzer.names import AS_PRINTED, PATHWAY
 from tepsipe.io.estimates import ESTIMATES
-from tepsipe.io.result import write_result
+from tepsipe.io.result import read_result, write_result
 from tepsipe.io.trial import read_trial
+from tepsipe.mechanics.engines.interface import Joint
+from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.inverse_dynamics import Foot
 
-geometry, condition = snakemake.params.geometry, snakemake.wildcards.condition
+params, condition = snakemake.params, snakemake.wildcards.condition
+geometry = params.geometry
 in_manipulator = ESTIMATES.read(*snakemake.input.wristalyzer)
 on_belt = ESTIMATES.read(snakemake.input.estimates)
 joints = {
-    "wristalyzer": mean_parameters(in_manipulator, PATHWAY, AS_PRINTED),
-    "tep": mean_parameters(on_belt, snakemake.params.as_printed),
-    "corrected": mean_parameters(on_belt, snakemake.params.recommended),
+    "wristalyzer": mean_joint(in_manipulator, PATHWAY, AS_PRINTED),
+    "tep": mean_joint(on_belt, params.as_printed),
+    "corrected": mean_joint(on_belt, params.recommended),
 }
+joints |= {name: Joint(*(printed[key] for key in PARAMETERS)) for name, printed in params.printed.items()}
+likelihood = likelihood_joint(on_belt, read_result(snakemake.input.fit), params.quoted)
+if likelihood is not None:
+    joints["joint-likelihood"] = likelihood
 simulated = simulate_condition(
     read_trial(snakemake.input.trial),
-    DummyOptions.from_settings(geometry, snakemake.params.analysis),
+    DummyOptions.from_settings(geometry, params.analysis, params.belt_fixed_labels),
     Foot.from_settings(geometry),
     joints,
-    snakemake.params.step_s,
-    snakemake.params.engine,
+    params.step_s,
+    params.engine,
 )
 write_result(snakemake.output.fit, simulation_result(simulated))
 FORWARD_SCORES.write(snakemake.output.forward, forward_scores(condition, simulated))

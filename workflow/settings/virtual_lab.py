@@ -56,9 +56,6 @@ class Manipulator(Section):
     """The torque-controlled manipulator."""
 
     inertia_kgm2: InertiaAboveZero = setting("inertia of foot and handle about the joint")
-    damping_Nms_per_rad: Damping = setting(
-        "viscous damping of the manipulator, in addition to the damping of the rubber"
-    )
     contact_Nm_per_rad3: NotNegative = setting(
         "hardening at large angles, where the rubber is pressed against the brick", unit="N·m/rad³"
     )

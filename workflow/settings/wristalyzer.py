@@ -1,10 +1,20 @@
 """Settings of the joint in the torque-controlled manipulator (thesis sections 2-1-1 and 3-1-1)."""
 
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
-from workflow.settings.quantities import AngleUnit, FilterOrder, Frequency, Pause, Rate, Time, band, some
+from workflow.settings.quantities import (
+    AngleUnit,
+    FilterOrder,
+    Frequency,
+    Pause,
+    Rate,
+    Time,
+    band,
+    different,
+    some,
+)
 from workflow.settings.section import Section, UnfitError, number, setting
 
 
@@ -39,6 +49,7 @@ class RegularClock(Section):
 
 
 Bound = number(least=-1000, most=1000)
+AveragedBins = Annotated[int, Field(ge=1)]
 
 
 class Impedance(Section):
@@ -56,6 +67,7 @@ class WristalyzerAnalysis(Section):
     lowpass_order: FilterOrder = setting("order of both passes together", thesis="3-1-1")
     cut_s: Pause = setting("time cut at both ends", thesis="3-1-1")
     averaged_bins: int = setting("raw frequencies averaged into one", least=2, thesis="3-1-1, no number")
+    swept_bins: different(AveragedBins) = setting("other numbers of averaged frequencies that are tried")
     fit_band_hz: band() = setting("fitted frequencies", thesis="3-1-1")
     perturbation_period_s: Time | None = setting(
         "period of the multisine, a whole number of samples; null if the perturbation is not periodic"

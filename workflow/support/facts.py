@@ -1,6 +1,6 @@
 """Facts of a study that its pages, its report and the comparison with the truth are given."""
 
-from tepsipe.reporting.laboratory import MECHANISMS
+from tepsipe.reporting.laboratory import INFERRED_CONSTANTS, MECHANISMS
 from workflow.settings.complete import pick
 from workflow.support.experiments import EXPERIMENTS, PARTS
 from workflow.support.study import Study
@@ -35,9 +35,11 @@ def true(study: Study) -> list[str]:
 
 
 def mechanisms(study: Study) -> list[str]:
-    """Constants that say what the laboratory is like: mechanisms, and what was drawn."""
+    """Constants that say what the laboratory is like: mechanisms, what was inferred, and what was drawn."""
     made = [experiment for experiment, names in study.all_made().items() if names]
     if any(EXPERIMENTS[experiment].on_plate for experiment in made):
         made.append("treadmill")
     paths = [mechanism.key for mechanism in MECHANISMS if mechanism.section in made]
-    return [*paths, "drawn_numbers"] if made else []
+    if "dummy" in made:
+        paths += [path for path in INFERRED_CONSTANTS if path.partition(".")[0] in made]
+    return [*dict.fromkeys(paths), "drawn_numbers"] if made else []

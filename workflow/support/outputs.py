@@ -69,6 +69,13 @@ def estimates_of(study: Study, experiment: str) -> list[str]:
     return files + ([f"<results>/cross_validation/{experiment}.csv"] if crossed else [])
 
 
+def fits_of_table(study: Study, table: str) -> list[str]:
+    """Fits of a table's conditions, with a standard error for each perturbation; of Table 4-1 none."""
+    if table == "table_4_1":
+        return []
+    return [f"<results>/fits/dummy/{condition}.h5" for condition in study.thesis.conditions(table)]
+
+
 def estimates(study: Study) -> list[str]:
     """Rows of estimates of all trials and tasks, then of cross-validations."""
     files = [f"<results>/estimates/{e}/{c}.csv" for e, c in study.trials if EXPERIMENTS[e].fitted]
@@ -188,6 +195,11 @@ def specification(study: Study) -> list[str]:
     return ["<results>/tables/specification.csv"] if study.has("dummy") else []
 
 
+def averaging(study: Study) -> list[str]:
+    """The Wristalyzer's fit against the number of averaged frequencies."""
+    return ["<results>/tables/averaging.csv"] if study.has("wristalyzer") else []
+
+
 def thesis_dummy(study: Study) -> list[str]:
     """The fit of the dummy that the printed tables describe, and its table."""
     if not study.has("thesis_dummy"):
@@ -231,7 +243,7 @@ def cells(study: Study) -> list[str]:
 
 def tables(study: Study) -> dict[str, str]:
     """Name of a table of the run -> its caption."""
-    others = (models, forward, noise, specification, participants, operating_points, time_varying)
+    others = (models, averaging, forward, noise, specification, participants, operating_points, time_varying)
     others += (planned, recovery, claims, cells)
     found = dict.fromkeys(map(_stem, thesis_tables(study)), "thesis_table")
     found |= {name: name for name in ("estimates", "uncertainty")}
@@ -254,8 +266,10 @@ def figures_by_category(study: Study) -> dict[str, dict[str, str]]:
 
 def report_fits(study: Study) -> list[str]:
     """Fits of which the report has facts or numbers."""
-    models = [path for name in ("weight", "belt") for path in model_files(study, name)[:1]]
-    return fits(study) + pooled_wristalyzer(study)[:1] + task_fits(study) + thesis_dummy(study)[:1] + models
+    own = [path for name in ("weight", "belt") for path in model_files(study, name)[:1]]
+    if study.has("simulation"):
+        own += study.of_trials("<results>/fits/simulation/{condition}.h5", "dummy")
+    return fits(study) + pooled_wristalyzer(study)[:1] + task_fits(study) + thesis_dummy(study)[:1] + own
 
 
 def report_tables(study: Study) -> list[str]:
@@ -276,6 +290,7 @@ CHAPTERS = (
     "wristalyzer",
     "dummy",
     "thesis_dummy",
+    "planning",
     "simulation",
     "noise",
     "weight",
@@ -296,7 +311,8 @@ OWN_REPORTS = {
 
 def chapters(study: Study) -> list[str]:
     """Chapters of the report that have numbers of their own."""
-    return [name for name in CHAPTERS if name == "study" or study.has(name)]
+    present = {"study": True, "planning": bool(planned(study))}
+    return [name for name in CHAPTERS if present.get(name) or (name not in present and study.has(name))]
 
 
 def pages(study: Study) -> list[str]:
@@ -321,6 +337,7 @@ def everything(study: Study) -> list[str]:
         *models(study),
         *forward(study),
         *noise(study),
+        *averaging(study),
         *specification(study),
         *thesis_dummy(study)[1:],
         *planned(study),

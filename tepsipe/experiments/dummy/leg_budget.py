@@ -26,7 +26,7 @@ import numpy as np
 
 from tepsipe.identification.likelihood.result import LikelihoodEstimates
 from tepsipe.identification.regression.windows import WindowedFits
-from tepsipe.mechanics.inverse_dynamics import Leg
+from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, SegmentMotion, fit_rigid_segment
 from tepsipe.signals.differentiation import derivative
 from tepsipe.statistics.uncertainty import Budget, Source, linear_contributions, scatter
@@ -78,6 +78,8 @@ class LegKnowledge:
     motion, sampled_later : SegmentMotion
         As it was found, and as it is with a time between markers that is longer by its standard uncertainty
         (s, rad, m); None if that time does not act.
+    foot : Foot, optional
+        The foot (kg, m), whose inertia tilts it on a compliant belt; without it, only the joint does.
     """
 
     leg: Leg
@@ -85,6 +87,7 @@ class LegKnowledge:
     sources: Mapping[str, Source]
     motion: SegmentMotion
     sampled_later: SegmentMotion | None = None
+    foot: Foot | None = None
 
 
 def compliance_contributions(values: np.ndarray, sources: Mapping[str, Source]) -> dict[str, np.ndarray]:
@@ -110,6 +113,46 @@ def compliance_contributions(values: np.ndarray, sources: Mapping[str, Source]) 
         return {}
     inertia, damping, stiffness = values
     slope = np.array([damping**2 + 2.0 * stiffness * inertia, 2.0 * stiffness * damping, stiffness**2])
+    c = sources["foot_compliance_rad_per_Nm"].standard_uncertainty
+    return {"foot_compliance_rad_per_Nm": -c * slope[None]}
+
+
+def driven_tilt_contributions(
+    fit: WindowedFits, leg: Leg, foot: Foot, sources: Mapping[str, Source]
+) -> dict[str, np.ndarray]:
+    """Contribution of a compliant foot to I, B, K of windows of a perturbation, shape (1, 3).
+
+    Inertia tilts the foot, too, by psi = c (K theta + B theta' - a y_f'' - m h r theta''), with its height h
+    and a = m_f h / 2 + m h. The equation of motion, -m r y_f'' = J theta'' + B theta' + (K - m g r) theta,
+    replaces y_f'', so that psi = c (K_1 theta + B_1 theta' + D theta'') with
+
+        K_1 = K + (a / m r) (K - m g r),    B_1 = (1 + a / m r) B,    D = (a / m r) J - m h r
+
+    The joint bends by theta - psi. In a window the third derivative is nearly -w^2 theta', therefore
+
+        I -> I - c (K D + B B_1),    B -> B - c (K B_1 + B K_1 - B D w^2),    K -> K - c K K_1
+
+    The last term of B dominates in short pulses. Takes the arguments of `leg_budget`, with the leg and the
+    foot (kg, m, kg·m²); empty without this source.
+    """
+    if "foot_compliance_rad_per_Nm" not in sources:
+        return {}
+    inertia, damping, stiffness = fit.mean
+    p = leg.mass_kg * leg.com_m
+    share = (0.5 * foot.mass_kg + leg.mass_kg) * foot.height_m / p
+    about_ankle = leg.inertia_kgm2 + p * leg.com_m + inertia
+    stiffness_1 = stiffness + share * (stiffness - p * leg.gravity_m_per_s2)
+    damping_1 = (1.0 + share) * damping
+    driven = share * about_ankle - p * foot.height_m
+    inside = np.concatenate([fit.regressors[w.start : w.stop] for w in fit.perturbations])
+    squared_rate = np.sum(inside[:, 0] ** 2) / np.sum(inside[:, 1] ** 2)
+    slope = np.array(
+        [
+            stiffness * driven + damping * damping_1,
+            stiffness * damping_1 + damping * stiffness_1 - damping * driven * squared_rate,
+            stiffness * stiffness_1,
+        ]
+    )
     c = sources["foot_compliance_rad_per_Nm"].standard_uncertainty
     return {"foot_compliance_rad_per_Nm": -c * slope[None]}
 
@@ -145,7 +188,11 @@ def leg_budget(
         contributions = angle_contributions(fit.mean, known.leg, known.sources)
     else:
         contributions = torque_contributions(reestimate, known)
-    contributions |= compliance_contributions(fit.mean, known.sources) | dict(further or {})
+    if reestimate is None or known.foot is None:
+        contributions |= compliance_contributions(fit.mean, known.sources)
+    else:
+        contributions |= driven_tilt_contributions(fit, known.leg, known.foot, known.sources)
+    contributions |= dict(further or {})
     freedom = {name: known.sources[name].freedom for name in contributions}
     return Budget(*type_a_uncertainty(fit), contributions, freedom)
 

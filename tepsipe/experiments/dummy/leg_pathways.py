@@ -19,7 +19,7 @@ from tepsipe.identification.regression.windows import WindowedFits, damping_per_
 from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
-from tepsipe.mechanics.inverse_dynamics import Leg, leg_pathway_torque
+from tepsipe.mechanics.inverse_dynamics import Foot, Leg, leg_pathway_torque
 from tepsipe.mechanics.segment_kinematics import (
     SegmentMarkers,
     SegmentMotion,
@@ -76,6 +76,8 @@ class DummyOptions:
         Belt-fixed markers, whose mean is the motion of the foot, for output error and joint likelihood.
     sources : dict of str to Source
         Uncertain constants; without any, Type B is not evaluated.
+    foot : Foot, optional
+        The foot (kg, m), for Type B: it tilts on a compliant belt.
     """
 
     leg: Leg
@@ -85,6 +87,7 @@ class DummyOptions:
     window: WindowOptions
     belt_fixed_labels: tuple[str, ...] = ()
     sources: dict[str, Source] = field(default_factory=dict)
+    foot: Foot | None = None
 
     @classmethod
     def from_settings(
@@ -95,7 +98,7 @@ class DummyOptions:
         Parameters
         ----------
         geometry : dict
-            Constants of the leg (kg, m, kg·m²) and ``leg_markers``.
+            Constants of the leg (kg, m, kg·m²) and ``leg_markers``, and for Type B those of the foot.
         analysis : dict
             ``lowpass_cutoff_hz``, ``lowpass_order``, and the attributes of `WindowOptions`.
         belt_fixed_labels : sequence of str
@@ -112,6 +115,7 @@ class DummyOptions:
             window=WindowOptions(**window),
             belt_fixed_labels=tuple(belt_fixed_labels),
             sources=sources_of(uncertainty or {}),
+            foot=Foot.from_settings(geometry) if "foot_mass_kg" in geometry else None,
         )
 
     @property
@@ -423,7 +427,7 @@ def leg_knowledge(
         filtered = prepared.filtered(positions)
         rate = derivative(time, filtered.reshape(len(filtered), -1)).reshape(filtered.shape)
         later = motion_of_markers(time, filtered + lag[:, None] * rate, markers, options.leg.com_m)
-    return LegKnowledge(options.leg, markers, sources, motion, later)
+    return LegKnowledge(options.leg, markers, sources, motion, later, options.foot)
 
 
 def belt_fixed_position(trial: Trial, labels: tuple[str, ...], instants: str) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from tepsipe.io.tables import Table
+from tepsipe.io.tables import Table, Undefinable
 
 
 @dataclass(frozen=True)
@@ -19,6 +19,9 @@ class ForwardScore:
         Mean VAF of the perturbations and VAF of the trial, thesis eq (3-1) (%).
     state : str
         Whether the simulated leg settles, grows or falls.
+    growth : float
+        Largest swing after a perturbation relative to the swing after the first one; undefined if the leg
+        falls.
     """
 
     condition: str
@@ -27,6 +30,7 @@ class ForwardScore:
     vaf_perturbation: float
     vaf_trial: float
     state: str
+    growth: Undefinable
 
 
 FORWARD_SCORES = Table(ForwardScore, "scores of simulations")

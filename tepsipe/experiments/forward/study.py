@@ -5,12 +5,13 @@ motion, and compared with the recorded angle and with the torque by inverse dyna
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.dummy.leg_pathways import DummyOptions, leg_motion
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, belt_fixed_position, leg_motion
+from tepsipe.experiments.dummy.results import SMALL
 from tepsipe.experiments.forward.scores import ForwardScore
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
@@ -19,14 +20,15 @@ from tepsipe.mechanics.forward_dynamics import (
     ForwardSimulation,
     Joint,
     Start,
-    rest_angle_of_standing,
+    resting,
     simulate_dummy,
 )
 from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, Foot
+from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.goodness_of_fit import vaf
-from tepsipe.treadmill.prepared import prepare_trial
+from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
 
 MEASURED_TORQUES = {"tau": "leg-thesis", "tau_consistent": "leg"}
 
@@ -46,8 +48,8 @@ class SimulatedCondition:
         ``tau_consistent`` by the consistent equation.
     perturbations : list of Perturbation
         Windows (samples).
-    joints : dict of str to ndarray, shape (3,)
-        Parameter set -> I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+    joints : dict of str to Joint
+        Parameter set -> the joint that was simulated (units in it).
     simulations : dict of str to ForwardSimulation
         Parameter set -> simulation, on the recorded instants.
     """
@@ -56,12 +58,17 @@ class SimulatedCondition:
     theta: np.ndarray
     torques: dict[str, np.ndarray]
     perturbations: list[Perturbation]
-    joints: dict[str, np.ndarray]
+    joints: dict[str, Joint]
     simulations: dict[str, ForwardSimulation]
 
 
-def mean_parameters(estimates: Iterable[Estimate], pathway: str, estimator: str | None = None) -> np.ndarray:
-    """Mean I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) over some rows of estimates, shape (3,).
+def mean_joint(
+    estimates: Iterable[Estimate],
+    pathway: str,
+    estimator: str | None = None,
+    quantities: tuple[str, ...] = PARAMETERS,
+) -> Joint:
+    """Linear joint with the mean I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of some rows of estimates.
 
     Raises
     ------
@@ -69,17 +76,54 @@ def mean_parameters(estimates: Iterable[Estimate], pathway: str, estimator: str 
         If the rows hold no estimate of the pathway.
     """
     rows = [e for e in estimates if e.pathway == pathway and estimator in (None, e.estimator)]
-    values = [[e.value for e in rows if e.quantity == quantity] for quantity in PARAMETERS]
+    values = [[e.value for e in rows if e.quantity == quantity] for quantity in quantities]
     if not all(values):
         raise InputError(f"expected estimates by the pathway {pathway!r}, found none: fit the trials first")
-    return np.array([float(np.mean(column)) for column in values])
+    return Joint(*(float(np.mean(column)) for column in values))
+
+
+def likelihood_joint(estimates: Iterable[Estimate], fit: Result, pathway: str) -> Joint | None:
+    """Joint with the law that the joint likelihood fitted to a trial.
+
+    Parameters
+    ----------
+    estimates : iterable of Estimate
+        Estimates of the trial (units in them).
+    fit : Result
+        Fit of the trial, with the softening among its facts (N·m/rad, N·m·s/rad, rad).
+    pathway : str
+        Pathway by the joint likelihood.
+
+    Returns
+    -------
+    Joint or None
+        I, B, K of small movements, with softening if the trial showed any; None if the pathway is no joint
+        likelihood.
+
+    Raises
+    ------
+    InputError
+        If the trial has no estimates by the pathway.
+    """
+    facts = fit.facts["joint_likelihood"].get(pathway)
+    if facts is None:
+        return None
+    joint = mean_joint(estimates, pathway, quantities=tuple(SMALL))
+    if "half_softening_rad" not in facts:
+        return joint
+    return replace(
+        joint,
+        softening_Nm_per_rad=facts["softening_Nm_per_rad"],
+        softened_damping_Nms_per_rad=facts["softened_damping_Nms_per_rad"],
+        half_softening_rad=facts["half_softening_rad"],
+    )
 
 
 def simulate_condition(
     trial: Trial,
     options: DummyOptions,
     foot: Foot,
-    joints: dict[str, np.ndarray],
+    joints: dict[str, Joint],
     step_s: float,
     engine: str,
 ) -> SimulatedCondition:
@@ -90,11 +134,12 @@ def simulate_condition(
     trial : Trial
         Markers (m) and belt velocity (m/s).
     options : DummyOptions
-        Processing of the recording.
+        Processing of the recording. With belt-fixed markers these move the foot, because a leg with little
+        damping swings with the noise of the belt's log; without them the log does.
     foot : Foot
         The foot (kg, m).
-    joints : dict of str to ndarray, shape (3,)
-        Parameter set -> I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+    joints : dict of str to Joint
+        Parameter set -> joint (units in it); its rest angle follows from the leg's angle at rest.
     step_s : float
         Step of the simulation (s).
     engine : {"pybullet", "mujoco", "equations", "auto"}
@@ -111,7 +156,7 @@ def simulate_condition(
         If the recording cannot be processed, or the dummy cannot be simulated.
     """
     prepared = prepare_trial(trial, "belt velocity", options.lowpass, options.window)
-    time, velocity, at_rest = prepared.time, prepared.belt_velocity, prepared.at_rest
+    time, velocity, at_rest = prepared.time, _foot_velocity(prepared, options), prepared.at_rest
     motion = leg_motion(prepared, options, "aligned")
     torques = {}
     for name, pathway in MEASURED_TORQUES.items():
@@ -121,14 +166,13 @@ def simulate_condition(
         torques[name] = torque - torque[at_rest].mean()
     standing = float(motion.theta[at_rest].mean())
     simulations = {}
-    for name, (inertia, damping, stiffness) in joints.items():
-        reference = rest_angle_of_standing(options.leg, stiffness, standing)
+    for name, joint in joints.items():
         simulations[name] = simulate_dummy(
             time,
             velocity - np.median(velocity[at_rest]),
             options.leg,
             foot,
-            Joint(inertia, damping, stiffness, reference),
+            resting(options.leg, joint, standing),
             step_s,
             engine,
             Start(standing, 0.0),
@@ -143,6 +187,14 @@ def simulate_condition(
     )
 
 
+def _foot_velocity(prepared: PreparedTrial, options: DummyOptions) -> np.ndarray:
+    """Velocity of the foot (m/s), shape (n,)."""
+    if not options.belt_fixed_labels:
+        return prepared.belt_velocity
+    position = belt_fixed_position(prepared.trial, options.belt_fixed_labels, "aligned")
+    return derivative(prepared.time, prepared.filtered(position))
+
+
 def simulated_signals(simulated: SimulatedCondition, name: str) -> dict[str, np.ndarray]:
     """Simulated angle (rad) and torque (N·m) of a parameter set relative to rest, (n,), NaN after a fall."""
     simulation = simulated.simulations[name]
@@ -154,6 +206,35 @@ def simulated_signals(simulated: SimulatedCondition, name: str) -> dict[str, np.
     }
 
 
+def swing_growth(theta: np.ndarray, perturbations: list[Perturbation]) -> float:
+    """Largest swing of a trial relative to the swing after the first perturbation.
+
+    The swing after a perturbation is the largest abs(theta) from the end of its window to the onset of the
+    next one; after the last perturbation it is sought for as long as after the one before.
+
+    Parameters
+    ----------
+    theta : ndarray, shape (n,)
+        Angle from rest (rad), NaN after a fall.
+    perturbations : list of Perturbation
+        Windows (samples).
+
+    Returns
+    -------
+    float
+        1 if the first swing is the largest; infinite if the leg falls; NaN for fewer than two perturbations.
+    """
+    if len(perturbations) < 2:
+        return np.nan
+    ends = [p.start for p in perturbations[1:]]
+    ends.append(perturbations[-1].stop + ends[-1] - perturbations[-2].stop)
+    between = [np.abs(theta[p.stop : end]) for p, end in zip(perturbations, ends, strict=True)]
+    if any(np.isnan(angle).any() for angle in between):
+        return np.inf
+    swings = [float(angle.max()) for angle in between if angle.size]
+    return max(swings) / swings[0]
+
+
 def forward_scores(condition: str, simulated: SimulatedCondition) -> list[ForwardScore]:
     """Compare every simulation with the recording (%).
 
@@ -162,6 +243,7 @@ def forward_scores(condition: str, simulated: SimulatedCondition) -> list[Forwar
     scores = []
     for name, simulation in simulated.simulations.items():
         signals = simulated_signals(simulated, name)
+        growth = swing_growth(signals["theta"], simulated.perturbations)
         pairs = {"theta": (simulated.theta, signals["theta"])}
         pairs |= {key: (torque, signals["tau"]) for key, torque in simulated.torques.items()}
         for quantity, (measured, simulated_values) in pairs.items():
@@ -175,6 +257,7 @@ def forward_scores(condition: str, simulated: SimulatedCondition) -> list[Forwar
                     float(np.mean([vaf(measured[w], predicted[w]) for w in windows])),
                     vaf(measured, predicted),
                     simulation.state,
+                    growth,
                 )
             )
     return scores
@@ -193,12 +276,30 @@ def simulation_result(simulated: SimulatedCondition) -> Result:
     for name in simulated.simulations:
         for key, x in simulated_signals(simulated, name).items():
             arrays[f"{name}/{key}"], units[f"{name}/{key}"] = x, {"theta": "rad", "tau": "Nm"}[key]
-        arrays[f"{name}/parameters"] = np.asarray(simulated.joints[name], dtype=float)
+        joint = simulated.joints[name]
+        arrays[f"{name}/parameters"] = np.array(
+            [joint.inertia_Nms2_per_rad, joint.damping_Nms_per_rad, joint.stiffness_Nm_per_rad]
+        )
         units[f"{name}/parameters"] = "Nms2/rad, Nms/rad, Nm/rad"
     facts = {
         "parameter_sets": list(simulated.simulations),
+        "softens": [name for name, joint in simulated.joints.items() if joint.softens],
+        "measured_growth": _finite(swing_growth(simulated.theta, simulated.perturbations)),
+        "pulse_interval_s": _finite(_pulse_interval(simulated)),
+        "periods_s": {name: _finite(s.period_s) for name, s in simulated.simulations.items()},
         "states": {name: s.state for name, s in simulated.simulations.items()},
         "growth_per_s": {name: s.growth_per_s for name, s in simulated.simulations.items()},
         "fell_at_s": {name: s.fell_at_s for name, s in simulated.simulations.items()},
     }
     return Result(arrays, units, facts)
+
+
+def _pulse_interval(simulated: SimulatedCondition) -> float:
+    """Median time between onsets of neighbouring perturbations (s); NaN for fewer than two."""
+    onsets = [simulated.time[p.start] for p in simulated.perturbations]
+    return float(np.median(np.diff(onsets))) if len(onsets) > 1 else np.nan
+
+
+def _finite(value: float) -> float | None:
+    """The value (its unit), None if it is infinite or undefined."""
+    return value if np.isfinite(value) else None

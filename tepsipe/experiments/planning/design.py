@@ -25,7 +25,7 @@ JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, LEG, FOOT = (
 )
 # pathways of a plan: two likelihoods, and windowed least squares with the torque from leg or foot
 PATHWAYS = (JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, LEG, FOOT)
-# markers of the thesis's dummy on the leg: anterior and longitudinal offset from the ankle (m)
+# the ankle and four markers spread over the rod: anterior and longitudinal offset from the ankle (m)
 LEG_MARKERS = SegmentMarkers(
     ("ankle", "leg1", "leg2", "leg3", "leg4"),
     np.array([[0.0, 0.0], [-0.012, 0.87], [0.012, 0.63], [-0.012, 0.39], [0.012, 0.15]]),

@@ -19,6 +19,7 @@ from tepsipe.experiments.dummy.leg_budget import (
     LegKnowledge,
     angle_contributions,
     compliance_contributions,
+    driven_tilt_contributions,
     torque_contributions,
 )
 from tepsipe.experiments.planning.design import (
@@ -303,4 +304,5 @@ def _window_contributions(design: Design, fitted: WindowedFits, fit, signals: _S
         return fit(of_leg, torque).mean
 
     known = LegKnowledge(design.leg, design.rig.leg_markers, sources, signals.motion)
-    return torque_contributions(by_leg, known) | compliance_contributions(fitted.mean, sources)
+    tilted = driven_tilt_contributions(fitted, design.leg, design.foot, sources)
+    return torque_contributions(by_leg, known) | tilted

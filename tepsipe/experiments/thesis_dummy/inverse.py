@@ -1,12 +1,13 @@
 """Inverse problem: the dummy that returns the thesis's printed tables by its printed equations.
 
-Constants of a rubber joint are fitted to the printed I, B, K of the sinusoidal perturbations (Table 4-2),
-and the noise of the markers to its VAF of the full dataset. The minimum-jerk perturbations (Table 4-3) are
-predicted.
+Constants of a rubber joint are fitted to the printed I, B, K of Tables 4-2 and 4-3, and the noise of the
+markers to the VAF of the full dataset. To see what a law can predict, it is also fitted to each table alone,
+from which it predicts the other; the null model copies the other table.
 """
 
 import math
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 import scipy
@@ -71,7 +72,8 @@ class JointFit:
     low, high : dict of str to float
         95 % interval of each free constant, Student's t, scatter from the residuals (unit of the constant).
     fitted_rms, predicted_rms : float
-        Root mean square of (value - printed) / scatter, over the fitted and the other conditions.
+        Root mean square of (value - printed) / scatter over the fitted conditions, and over conditions that
+        the fit did not use.
     """
 
     joint: RubberJoint
@@ -82,12 +84,43 @@ class JointFit:
     predicted_rms: float
 
 
+def deviations(
+    path: PrintedPath,
+    belts: dict[str, BeltMotion],
+    angles: dict[str, np.ndarray],
+    printed: dict[str, dict[str, float]],
+    names: list[str],
+    lags_s: Sequence[float],
+) -> np.ndarray:
+    """(value - printed) / scatter of I, B, K of several joints, shape (joints, 3 conditions).
+
+    Parameters
+    ----------
+    path, belts, printed
+        As `fit_joint`.
+    angles : dict of str to ndarray, shape (joints, n)
+        Condition -> angle of the leg on every joint (rad).
+    names : list of str
+        Conditions.
+    lags_s : sequence of float
+        Lag of the translation for every joint (s).
+    """
+    scatter = np.array([SCATTER[q] for q in PARAMETERS])
+    targets = {name: np.array([printed[q][name] for q in PARAMETERS]) for name in names}
+    rows = [
+        [(printed_fits(path, belts[n], angles[n][k], lag_s=lag).mean - targets[n]) / scatter for n in names]
+        for k, lag in enumerate(map(float, lags_s))
+    ]
+    return np.array(rows).reshape(len(rows), -1)
+
+
 def fit_joint(
     path: PrintedPath,
     belts: dict[str, BeltMotion],
     printed: dict[str, dict[str, float]],
     fitted: list[str],
     fixed: dict[str, float],
+    start: RubberJoint = START,
 ) -> JointFit:
     """Fit the free constants of a joint to printed I, B, K by weighted nonlinear least squares.
 
@@ -103,6 +136,8 @@ def fit_joint(
         Conditions that are used.
     fixed : dict of str to float
         Constants that are not fitted, and their values.
+    start : RubberJoint
+        Constants from which the search starts.
 
     Returns
     -------
@@ -118,28 +153,21 @@ def fit_joint(
     if 3 * len(fitted) <= len(free):
         raise InputError(
             f"thesis dummy: expected more printed numbers than the {len(free)} constants, found "
-            f"{3 * len(fitted)}: add the conditions of Table 4-2 to the trial sheet"
+            f"{3 * len(fitted)}: add conditions of Tables 4-2 and 4-3 to the trial sheet"
         )
-    scatter = np.array([SCATTER[q] for q in PARAMETERS])
 
     def joint_at(x: np.ndarray) -> RubberJoint:
         return RubberJoint(**fixed, **dict(zip(free, (float(v) for v in np.exp(x)), strict=True)))
 
-    def deviations(joints: list[RubberJoint], names: list[str]) -> np.ndarray:
-        """(value - printed) / scatter, shape (joints, 3 conditions)."""
+    def deviations_of(joints: list[RubberJoint], names: list[str]) -> np.ndarray:
         angles = swings(path, joints, {name: belts[name] for name in names})
-        targets = {name: np.array([printed[q][name] for q in PARAMETERS]) for name in names}
-        rows = [
-            [(printed_fits(path, belts[n], angles[n][k]).mean - targets[n]) / scatter for n in names]
-            for k in range(len(joints))
-        ]
-        return np.array(rows).reshape(len(joints), -1)
+        return deviations(path, belts, angles, printed, names, np.zeros(len(joints)))
 
     step = 1e-3  # of the logarithm
 
     def residuals_and_slopes(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         tried = [joint_at(x), *(joint_at(x + step * row) for row in np.eye(x.size))]
-        fit = deviations(tried, fitted)
+        fit = deviations_of(tried, fitted)
         return fit[0], (fit[1:] - fit[0]).T / step
 
     cache: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
@@ -153,7 +181,7 @@ def fit_joint(
     bounds = [[math.log(max(limit[name], 1e-6)) for name in free] for limit in (LOWEST, HIGHEST)]
     fit = scipy.optimize.least_squares(
         lambda x: at(x)[0],
-        [math.log(getattr(START, name)) for name in free],
+        [math.log(max(getattr(start, name), 1e-4)) for name in free],
         jac=lambda x: at(x)[1],
         bounds=bounds,
         xtol=1e-3,
@@ -165,7 +193,7 @@ def fit_joint(
     covariance = np.linalg.pinv(fit.jac.T @ fit.jac) * (2.0 * fit.cost / freedom)
     reach = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(np.diag(covariance))
     others = [name for name in belts if name not in fitted]
-    differences = deviations([joint], others)[0] if others else np.array([np.nan])
+    differences = deviations_of([joint], others)[0] if others else np.array([np.nan])
     return JointFit(
         joint=joint,
         free=free,
@@ -174,6 +202,53 @@ def fit_joint(
         fitted_rms=float(np.sqrt(np.mean(fit.fun**2))),
         predicted_rms=float(np.sqrt(np.mean(differences**2))),
     )
+
+
+def fit_tables(
+    path: PrintedPath,
+    belts: dict[str, BeltMotion],
+    printed: dict[str, dict[str, float]],
+    tables: Sequence[Sequence[str]],
+    fixed: dict[str, float],
+) -> JointFit:
+    """Fit a law to all tables, and score its prediction of each table from the others.
+
+    Parameters
+    ----------
+    path, belts, printed, fixed
+        As `fit_joint`.
+    tables : sequence of sequences of str
+        Conditions of each table.
+
+    Returns
+    -------
+    JointFit
+        Constants fitted to all tables; ``predicted_rms`` is over the predictions of all tables, NaN if a
+        table alone does not determine the constants.
+    """
+    belts = {name: belts[name] for table in tables for name in table}
+    fit = fit_joint(path, belts, printed, list(belts), fixed)
+    others = [[name for own in tables if own is not table for name in own] for table in tables]
+    if min(3 * len(names) for names in others) <= len(fit.free):
+        return fit
+    squares = [
+        len(table) * fit_joint(path, belts, printed, names, fixed, fit.joint).predicted_rms ** 2
+        for table, names in zip(tables, others, strict=True)
+    ]
+    return replace(fit, predicted_rms=math.sqrt(sum(squares) / sum(map(len, tables))))
+
+
+def copied_rms(printed: dict[str, dict[str, float]], tables: Sequence[Sequence[str]]) -> float:
+    """Null model: root mean square of (printed - printed in the other table) / scatter over I, B and K.
+
+    Conditions with the same name after their first hyphen belong together; NaN if there are none.
+    """
+    first, second = ({name.partition("-")[2]: name for name in table} for table in tables)
+    pairs = [(first[key], second[key]) for key in first if key in second]
+    if not pairs:
+        return math.nan
+    differences = [(printed[q][a] - printed[q][b]) / SCATTER[q] for q in PARAMETERS for a, b in pairs]
+    return float(np.sqrt(np.mean(np.square(differences))))
 
 
 def fit_marker_noise(

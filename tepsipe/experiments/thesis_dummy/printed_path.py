@@ -151,6 +151,7 @@ def printed_fits(
     theta: np.ndarray,
     marker_noise_m: float = 0.0,
     rng: np.random.Generator | None = None,
+    lag_s: float = 0.0,
 ) -> WindowedFits:
     """I, B, K and their measures of fit by the thesis's method.
 
@@ -166,6 +167,8 @@ def printed_fits(
         Standard deviation of white noise on each coordinate (m).
     rng : numpy.random.Generator, optional
         Draws the noise.
+    lag_s : float
+        Time by which the translation of the leg is read after its rotation (s).
 
     Returns
     -------
@@ -180,7 +183,9 @@ def printed_fits(
     ):
         th = angle(frames + after)
         cosine, sine = np.cos(th), np.sin(th)
-        positions[:, k, 0] = belt.position_after(float(after)) + anterior * cosine + longitudinal * sine
+        positions[:, k, 0] = (
+            belt.position_after(float(after) + lag_s) + anterior * cosine + longitudinal * sine
+        )
         positions[:, k, 1] = longitudinal * cosine - anterior * sine
     if marker_noise_m:
         positions += marker_noise_m * rng.standard_normal(positions.shape)

@@ -57,6 +57,20 @@ class WristalyzerOptions:
     tried_stiffness_Nm_per_rad: tuple[float, ...]
     profile_Nm_per_rad: tuple[float, float, int]
 
+    @classmethod
+    def from_settings(cls, analysis: Mapping) -> "WristalyzerOptions":
+        """Options from the section ``wristalyzer.analysis`` of the configuration (units in the keys)."""
+        analysis = dict(analysis)
+        names = ("I_Nms2_per_rad", "B_Nms_per_rad", "K_Nm_per_rad")
+        bounds = Bounds(
+            *(
+                np.array([joint[name] for name in names])
+                for joint in map(analysis.pop, ("start", "lower", "upper"))
+            )
+        )
+        profile = (*analysis.pop("profile_stiffness_Nm_per_rad"), analysis.pop("profile_points"))
+        return cls(bounds=bounds, profile_Nm_per_rad=profile, **analysis)
+
 
 @dataclass(frozen=True)
 class PreparedTrial:

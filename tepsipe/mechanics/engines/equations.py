@@ -8,14 +8,15 @@ equations are
             I_l theta'' = r (A_z sin(theta) - A_y cos(theta)) - tau          z = l_f + r cos(theta)
     foot    F_y = m_f y_f'' + A_y,   F_z = m_f g + A_z
             M_x - y_f F_z + l_f F_y - m_f y_f'' l_f / 2 = tau
-    joint   tau = I theta'' + B theta' + K (theta - theta_ref)
+    joint   tau = I theta'' + B theta' + K (theta - theta_ref) - s
 
 Substituting the first two equations of the leg into the third gives the equation that is integrated,
 
-    J theta'' = m r G sin(theta - phi) - B theta' - K (theta - theta_ref),   J = I_l + m r^2 + I,
+    J theta'' = m r G sin(theta - phi) - B theta' - K (theta - theta_ref) + s,   J = I_l + m r^2 + I,
 
 where G = hypot(g, y_f'') and phi = atan2(y_f'', g) are magnitude and tilt of the apparent gravity in the
-frame of the belt. The other equations give the forces. Symbols: theta leg angle, positive when the leg tips
+frame of the belt. s, 0 for a linear joint, is what softening takes away (`Joint`). The other equations give
+the forces. Symbols: theta leg angle, positive when the leg tips
 towards +y (rad); y_f position of the foot (m); F_y, F_z (N) and M_x (N·m) of the belt on the foot, the moment
 in the belt's surface where the ankle starts; I, B, K, theta_ref of the joint; m, r, I_l, g of the leg and
 m_f, l_f of the foot as in `inverse_dynamics`.
@@ -49,7 +50,7 @@ def simulate(task: Task) -> Swing:
     y_f, y_f_dd = task.path(elapsed), task.velocity(elapsed, 1)
     s, c = np.sin(theta), np.cos(theta)
 
-    bent = joint.damping_Nms_per_rad * theta_d + joint.stiffness_Nm_per_rad * (theta - joint.rest_angle_rad)
+    bent = joint.resistance(theta, theta_d)
     theta_dd = (m * r * (g * s - y_f_dd * c) - bent) / _about_the_ankle(task)
     tau = joint.inertia_Nms2_per_rad * theta_dd + bent
     on_leg_y = m * (y_f_dd + r * (c * theta_dd - s * theta_d**2))
@@ -79,6 +80,8 @@ def _integrate(task: Task) -> tuple[np.ndarray, np.ndarray, float | None]:
     leg, joint, h = task.leg, task.joint, task.step_s
     about_ankle, rest = _about_the_ankle(task), joint.rest_angle_rad
     b, k = joint.damping_Nms_per_rad / about_ankle, joint.stiffness_Nm_per_rad / about_ankle
+    c, d = joint.softening_Nm_per_rad / about_ankle, joint.softened_damping_Nms_per_rad / about_ankle
+    half_squared = joint.half_softening_rad**2
     y_dd = task.velocity(0.5 * h * np.arange(2 * task.steps - 1), 1)  # at steps and half-way between
     pull = leg.mass_kg * leg.com_m / about_ankle * np.hypot(leg.gravity_m_per_s2, y_dd)
     lean = np.arctan2(y_dd, leg.gravity_m_per_s2) - rest
@@ -93,13 +96,17 @@ def _integrate(task: Task) -> tuple[np.ndarray, np.ndarray, float | None]:
     angles, rates = [x], [w]
     p1, l1 = first_pull, first_lean
     for (p2, l2), (p3, l3) in zip(between, at_end, strict=True):
-        a1 = p1 * sin(x - l1) - b * w - k * x
+        q = x * x / (x * x + half_squared)
+        a1 = p1 * sin(x - l1) - b * w - k * x + q * (c * x - d * w)
         x2, w2 = x + half * w, w + half * a1
-        a2 = p2 * sin(x2 - l2) - b * w2 - k * x2
+        q = x2 * x2 / (x2 * x2 + half_squared)
+        a2 = p2 * sin(x2 - l2) - b * w2 - k * x2 + q * (c * x2 - d * w2)
         x3, w3 = x + half * w2, w + half * a2
-        a3 = p2 * sin(x3 - l2) - b * w3 - k * x3
+        q = x3 * x3 / (x3 * x3 + half_squared)
+        a3 = p2 * sin(x3 - l2) - b * w3 - k * x3 + q * (c * x3 - d * w3)
         x4, w4 = x + h * w3, w + h * a3
-        a4 = p3 * sin(x4 - l3) - b * w4 - k * x4
+        q = x4 * x4 / (x4 * x4 + half_squared)
+        a4 = p3 * sin(x4 - l3) - b * w4 - k * x4 + q * (c * x4 - d * w4)
         x += sixth * (w + 2.0 * (w2 + w3) + w4)
         w += sixth * (a1 + 2.0 * (a2 + a3) + a4)
         if not lowest <= x <= highest:

@@ -1,6 +1,8 @@
 """Input and output of every engine: the dummy with its belt motion, and the simulated motion and forces."""
 
+import math
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import scipy
@@ -8,11 +10,17 @@ import scipy
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 
 FALLEN_RAD = 0.5 * np.pi
+Angle = TypeVar("Angle", float, np.ndarray)
 
 
 @dataclass(frozen=True)
 class Joint:
-    """Joint between foot and leg, thesis eq (2-1).
+    """Joint between foot and leg: thesis eq (2-1), and the softening of a rubber joint.
+
+        tau = I theta'' + B theta' + K b - q (C b - B_s theta'),   q = b^2 / (b^2 + phi_h^2)
+
+    b = theta - theta_ref is the bending. Without C and B_s the joint is linear, as in the thesis. The law is
+    that of `rubber_joint` with C = S K, and of the joint likelihood.
 
     Attributes
     ----------
@@ -24,12 +32,37 @@ class Joint:
         K (N·m/rad); may be negative.
     rest_angle_rad : float
         theta_ref (rad), at which the joint is not bent.
+    softening_Nm_per_rad : float
+        C, stiffness that complete softening takes away (N·m/rad).
+    softened_damping_Nms_per_rad : float
+        B_s, damping that complete softening adds (N·m·s/rad).
+    half_softening_rad : float
+        phi_h, bending at which half of the softening has taken place (rad); infinite for a linear joint.
     """
 
     inertia_Nms2_per_rad: float
     damping_Nms_per_rad: float
     stiffness_Nm_per_rad: float
     rest_angle_rad: float = 0.0
+    softening_Nm_per_rad: float = 0.0
+    softened_damping_Nms_per_rad: float = 0.0
+    half_softening_rad: float = math.inf
+
+    @property
+    def softens(self) -> bool:
+        """True if the joint is not linear."""
+        return self.softening_Nm_per_rad != 0.0 or self.softened_damping_Nms_per_rad != 0.0
+
+    def softened(self, bending: Angle, rate: Angle) -> Angle:
+        """Torque that softening takes away (N·m), q (C b - B_s b'), at bending (rad) and rate (rad/s)."""
+        share = bending**2 / (bending**2 + self.half_softening_rad**2)
+        return share * (self.softening_Nm_per_rad * bending - self.softened_damping_Nms_per_rad * rate)
+
+    def resistance(self, theta: Angle, theta_d: Angle) -> Angle:
+        """Torque tau - I theta'' (N·m) at angle (rad) and rate (rad/s)."""
+        bending = theta - self.rest_angle_rad
+        linear = self.damping_Nms_per_rad * theta_d + self.stiffness_Nm_per_rad * bending
+        return linear - self.softened(bending, theta_d)
 
 
 @dataclass(frozen=True)
@@ -58,7 +91,7 @@ class Task:
     leg, foot : Leg, Foot
         Segments (kg, m, kg·m²).
     joint : Joint
-        I, B, K and theta_ref (N·m·s²/rad, N·m·s/rad, N·m/rad, rad).
+        I, B, K, theta_ref and softening (units in `Joint`).
     velocity : CubicSpline
         Velocity of the belt (m/s) over the time since the first sample (s).
     path : PPoly

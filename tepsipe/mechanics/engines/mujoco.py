@@ -1,9 +1,10 @@
 """The dummy in the multi-body engine MuJoCo, stepped by its own Runge-Kutta integrator of fourth order.
 
 The bodies and the joint are modelled in MuJoCo; this module holds no equation of motion. The joint is
-MuJoCo's hinge with its damping, stiffness and armature, each of which may be negative. The bodies are
-described in the frame of the foot, where the motion of the belt is a force -m y_f'' at the leg's centre of
-mass. An actuator with an integrator exerts it, linear in time within a step from t to t + h:
+MuJoCo's hinge with its damping, stiffness and armature, each of which may be negative; what softening takes
+away is added to its passive forces at every stage of a step. The bodies are described in the frame of the
+foot, where the motion of the belt is a force -m y_f'' at the leg's centre of mass. An actuator with an
+integrator exerts it, linear in time within a step from t to t + h:
 
     y_f''(t + s) = a + b s    with    a h + b h^2 / 2 = y_f'(t + h) - y_f'(t)
                                       a h^2 / 2 + b h^3 / 6 = y_f(t + h) - y_f(t) - h y_f'(t)
@@ -13,10 +14,13 @@ afterwards: the leg is set to theta, theta' of every recorded instant, and the m
 gravity (0, -y_f'', -g) on both bodies.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import mujoco
 import numpy as np
 
-from tepsipe.mechanics.engines.interface import FALLEN_RAD, Swing, Task, in_world_frame
+from tepsipe.mechanics.engines.interface import FALLEN_RAD, Joint, Swing, Task, in_world_frame
 
 LEG = 2  # bodies: the world, the foot, the leg
 SENSORS_OFF = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
@@ -67,10 +71,11 @@ def simulate(task: Task) -> Swing:
     """
     model = _built(task)
     data = mujoco.MjData(model)
-    theta, theta_d, fell_after_s = _swing(task, model, data)
-    theta, theta_d = theta[:: task.stride], theta_d[:: task.stride]
-    elapsed = task.elapsed(theta.size)
-    theta_dd, read = _reactions(model, data, task.velocity(elapsed, 1), theta, theta_d)
+    with _softening(task.joint):
+        theta, theta_d, fell_after_s = _swing(task, model, data)
+        theta, theta_d = theta[:: task.stride], theta_d[:: task.stride]
+        elapsed = task.elapsed(theta.size)
+        theta_dd, read = _reactions(model, data, task.velocity(elapsed, 1), theta, theta_d)
     _, f_y, f_z, m_x, _, _, _, across, along = read.T
     on_leg_y, on_leg_z = in_world_frame(theta, across, along)
     return Swing(
@@ -84,6 +89,22 @@ def simulate(task: Task) -> Swing:
         f_az=-on_leg_z,
         fell_after_s=fell_after_s,
     )
+
+
+@contextmanager
+def _softening(joint: Joint) -> Iterator[None]:
+    """Let MuJoCo call for the torque of softening within the block, if the joint softens."""
+    rest = joint.rest_angle_rad
+
+    def add(_, data):
+        data.qfrc_passive[0] += joint.softened(data.qpos.item() - rest, data.qvel.item())
+
+    if joint.softens:
+        mujoco.set_mjcb_passive(add)
+    try:
+        yield
+    finally:
+        mujoco.set_mjcb_passive(None)
 
 
 def _built(task: Task) -> mujoco.MjModel:

@@ -63,9 +63,7 @@ class _Dummy:
     """The dummy in a separate PyBullet instance, at steps of h (s)."""
 
     def __init__(self, client: int, body: int, g: float, joint: Joint, h: float):
-        self.client, self.body, self.g, self.h = client, body, g, h
-        self.b, self.k = joint.damping_Nms_per_rad, joint.stiffness_Nm_per_rad
-        self.theta_ref = joint.rest_angle_rad
+        self.client, self.body, self.g, self.h, self.joint = client, body, g, h, joint
 
     def put(self, theta: float, theta_d: float) -> None:
         """Set the leg to an angle (rad) and a rate (rad/s)."""
@@ -73,7 +71,7 @@ class _Dummy:
 
     def step(self, y_dd: float, theta: float, theta_d: float) -> None:
         """One step under y_f'' (m/s²) and the torque of the joint at theta, theta'."""
-        tau = self.b * theta_d + self.k * (theta - self.theta_ref)
+        tau = self.joint.resistance(theta, theta_d)
         pybullet.setGravity(0.0, -y_dd, -self.g, self.client)
         # positional arguments are faster: two targets (unused for a torque), the torque, three gains
         pybullet.setJointMotorControl2(

@@ -1,5 +1,7 @@
 """Chapter on the noise study: largest errors at the level of the table, and conditions of its sentences."""
 
+import math
+
 import pandas as pd
 
 from tepsipe.reporting.run import Run
@@ -87,4 +89,54 @@ def filter_dominates(run: Run) -> bool:
     return _from_apparent(run, "tau", "theta") > 2.0 * _from_apparent(run, "both")
 
 
-PREDICATES = (figure_has_both, least_squares_biased, method_sound, near_apparent, filter_dominates)
+def thesis_stiffness_lost(run: Run) -> bool:
+    """In the thesis's Table 4-4, K with noise on the angle is below a tenth of K without noise."""
+    return _lost(run, "as-printed", "_reported")
+
+
+def relative_noise_keeps_stiffness(run: Run) -> bool:
+    """With noise relative to the angle on it, the printed K stays above a tenth of K without noise."""
+    with_noise, without = _stiffness(run, "as-printed")
+    return bool(with_noise) and min(map(abs, with_noise)) > 0.1 * abs(without)
+
+
+def fixed_noise_loses_stiffness(run: Run) -> bool:
+    """With noise of fixed power on the angle, K falls below a tenth of K without noise."""
+    return _lost(run, "as-tabulated")
+
+
+def _lost(run: Run, pathway: str, suffix: str = "") -> bool:
+    with_noise, without = _stiffness(run, pathway, suffix)
+    return bool(with_noise) and max(map(abs, with_noise)) < 0.1 * abs(without)
+
+
+def _stiffness(run: Run, pathway: str, suffix: str = "") -> tuple[list[float], float]:
+    """K of Table 4-4 with noise on the angle, and without noise; no values where a cell is empty."""
+    stiffness = run.settings["noise"]["joint"]["stiffness_Nm_per_rad"][0]
+    rows = run.rows("table_4_4", pathway=pathway, quantity="K", estimator=f"K = {stiffness:g} Nm/rad")
+    if not len(rows):
+        return [], math.nan
+    cells = [float(rows.iloc[0][f"{name}{suffix}"]) for name in ("theta", "both", "none")]
+    return (cells[:2], cells[2]) if all(map(math.isfinite, cells)) else ([], math.nan)
+
+
+def thesis_returns_simulated(run: Run) -> bool:
+    """The thesis printed the simulated K without noise, and the apparent K is another by more than 10 %."""
+    stiffness = run.settings["noise"]["joint"]["stiffness_Nm_per_rad"][0]
+    _, printed = _stiffness(run, "as-printed", "_reported")
+    apparent = _rows(run, "as-printed", ("tau", "theta", "both"), "K").apparent
+    differs = len(apparent) > 0 and abs(float(apparent.iloc[0]) / stiffness - 1.0) > 0.1
+    return abs(printed / stiffness - 1.0) < 0.01 and differs
+
+
+PREDICATES = (
+    figure_has_both,
+    least_squares_biased,
+    method_sound,
+    near_apparent,
+    filter_dominates,
+    thesis_stiffness_lost,
+    relative_noise_keeps_stiffness,
+    fixed_noise_loses_stiffness,
+    thesis_returns_simulated,
+)

@@ -121,6 +121,16 @@ def _residuals(run: Run) -> list[dict]:
     return [fit.facts["diagnostics"]["residual"] for fit in run.fits["position_manipulator"].values()]
 
 
+def stiffer_when_small(run: Run) -> bool:
+    """In every trial with short-range stiffness, the smallest movements meet more than K beyond it."""
+    small, beyond = (
+        run.values("position_manipulator", quantity, estimator=REFLEX_ESTIMATOR)
+        for quantity in ("K_short_range", "K")
+    )
+    small = small.dropna()
+    return len(small) > 0 and bool((small > beyond.reindex(small.index)).all())
+
+
 PREDICATES = (
     participants_named,
     more_than_shown,
@@ -130,4 +140,5 @@ PREDICATES = (
     short_range,
     white,
     mostly_slow,
+    stiffer_when_small,
 )

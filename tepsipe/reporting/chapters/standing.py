@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tepsipe.experiments.standing.muscle_torque import NONE
+from tepsipe.experiments.standing.muscle_torque import FREE, NONE
 from tepsipe.io.estimates import FLAGS
 from tepsipe.io.result import Result
 from tepsipe.reporting.budgets import source_words
@@ -127,4 +127,50 @@ def truth_at_work(run: Run) -> bool:
     return all(row.truth_of == AT_WORK for row in rows.itertuples() if row.quantity in ("K", "B"))
 
 
-PREDICATES = (one_person, visible, knee_turns, free_reflex, printed_little, recovered, truth_at_work)
+def window_matters(run: Run) -> bool:
+    """In a task, K without a reflex torque changes by more than a tenth between windows."""
+    return any(_window_spread(fit.arrays["windows/K"][:, 0]) > 0.1 for fit in _tasks(run).values())
+
+
+def free_reflex_steadier(run: Run) -> bool:
+    """In every task, K depends less on the window with a free reflex torque, over the same lengths."""
+    estimator, found = run.settings["standing"]["recommended"]["estimator"], []
+    for fit in _tasks(run).values():
+        if estimator in fit.facts.get("budgets", {}):
+            lengths, _, free = fit.arrays[f"budget/{estimator}/windows"].T
+            ends = (lengths.min() - 1e-6, lengths.max() + 1e-6)
+            inside = (fit.arrays["windows/length"] >= ends[0]) & (fit.arrays["windows/length"] <= ends[1])
+            found.append(_window_spread(free) < _window_spread(fit.arrays["windows/K"][inside, 0]))
+    return bool(found) and all(found)
+
+
+def _window_spread(stiffness: np.ndarray) -> float:
+    """Range over the mean; 0 without two values."""
+    known = stiffness[np.isfinite(stiffness)]
+    return float(np.ptp(known) / abs(known.mean())) if known.size > 1 else 0.0
+
+
+def active_biased(run: Run) -> bool:
+    """No interval of B of a task by an estimator with an active torque covers the truth."""
+    settings = run.settings["standing"]
+    names = [n for n, e in settings["estimators"].items() if e["active"] not in (NONE, FREE)]
+    rows = run.rows(
+        "recovery", experiment="standing", quantity="B", pathway=settings["recommended"]["pathway"]
+    )
+    rows = rows[rows.condition.isin(list(_tasks(run)))] if len(rows) else rows
+    rows = rows[rows.estimator.isin(names)] if len(rows) else rows
+    return len(rows) > 0 and not (rows.covered.astype(str).str.lower() == "true").any()
+
+
+PREDICATES = (
+    one_person,
+    visible,
+    knee_turns,
+    free_reflex,
+    printed_little,
+    recovered,
+    truth_at_work,
+    window_matters,
+    free_reflex_steadier,
+    active_biased,
+)

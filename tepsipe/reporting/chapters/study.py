@@ -1,20 +1,42 @@
-"""Parts of every report: estimates to quote, the meaning of checks, and provenance."""
+"""Parts of every report: estimates to quote, those that miss the truth, checks, campaign, provenance."""
 
 import hashlib
+import math
 from collections.abc import Iterable, Mapping
 
+import numpy as np
 import pandas as pd
 
+from tepsipe.io.budget_table import SCATTER
 from tepsipe.io.estimates import FLAGS
+from tepsipe.reporting.budgets import SOURCES
+from tepsipe.reporting.recovery import AT_WORK
 from tepsipe.reporting.run import Run
+
+KEYS = ["experiment", "condition", "pathway", "estimator", "quantity"]
+# source of a budget -> drawn constant of the laboratory, where their names differ
+DRAWN_AS = {
+    "marker_scale": "treadmill.capture.length_scale",
+    "clock_ratio": "treadmill.capture.clock_ppm",
+    "marker_sampling_s": "treadmill.capture.marker_sampling_hz",
+    "moment_scale": "treadmill.plate.force_scale",
+    "joint_centre_anterior_m": "standing.markers.joint_centre_m.0",
+    "joint_centre_height_m": "standing.markers.joint_centre_m.1",
+}
 
 # facts of the record of provenance that reports print
 PRINTED = ("commit", "modified", "python", "engine", "config_sha256", "seed", "packages")
 
 
 def numbers(run: Run) -> dict:
-    """Provenance with checksums of lists of files, and the meaning of every check (no units)."""
-    return {"provenance": provenance_of(run.provenance), "flags": FLAGS}
+    """Provenance, meaning of checks, missed truths, signs of errors, and campaign (units in the keys)."""
+    return {
+        "provenance": provenance_of(run.provenance),
+        "flags": FLAGS,
+        "missed": missed(run),
+        "one_sided": one_sided(run),
+        "campaign": campaign(run),
+    }
 
 
 def provenance_of(record: Mapping) -> dict:
@@ -42,7 +64,130 @@ def digest_of(entries: Iterable[dict]) -> str:
 def _recommended(run: Run) -> pd.DataFrame:
     """Estimates to quote."""
     estimates = run.tables["estimates"]
-    return estimates[estimates.recommended.astype(str).str.lower() == "true"]
+    return estimates[_true(estimates.recommended)]
+
+
+def _true(cells: pd.Series) -> pd.Series:
+    return cells.astype(str).str.lower() == "true"
+
+
+def _compared(run: Run) -> pd.DataFrame:
+    """Estimates to quote that have a truth, beside it."""
+    if "recovery" not in run.tables:
+        return pd.DataFrame()
+    truth = run.tables["recovery"].drop(columns=["unit", "value"], errors="ignore")
+    return _recommended(run).merge(truth, on=KEYS)
+
+
+# ---- estimates that miss the truth
+
+
+def missed(run: Run) -> list[dict]:
+    """Recommended estimates whose 95 % interval misses the truth, and how far draws explain the error.
+
+    The reason is read by the comparison with the truth: a source of the budget that was drawn at d standard
+    deviations contributes at most abs(d) times its uncertainty to the error.
+
+    Returns
+    -------
+    list of dict
+        Keys of the estimate; ``error_percent``; ``error_over_u``, the error in combined standard
+        uncertainties (-); ``source``, the drawn source with the largest contribution in words, None without
+        one; ``drawn_sd``, its draw in standard deviations (-); ``share_percent``, its largest part of the
+        error; ``rest_over_u``, the rest of the error in standard uncertainties of the other sources (-).
+    """
+    found = _compared(run)
+    return [_miss(run, row) for _, row in found[~_true(found.covered)].iterrows()] if len(found) else []
+
+
+def _miss(run: Run, row: pd.Series) -> dict:
+    error = row.relative_error * row.truth
+    budget = run.rows("uncertainty", **{key: row[key] for key in KEYS})
+    u = dict(zip(budget.source, budget.u, strict=True)) if len(budget) else {}
+    draws = {name: _draw(run, row.experiment, name) for name in u if name != SCATTER}
+    parts = {name: abs(d) * u[name] for name, d in draws.items() if d is not None and d * u[name] != 0.0}
+    largest = max(parts, key=parts.__getitem__) if parts else None
+    rest = max(0.0, abs(error) - parts.get(largest, 0.0))
+    others = math.sqrt(sum(own**2 for name, own in u.items() if name != largest))
+    return {
+        **row[KEYS].to_dict(),
+        "error_percent": 100.0 * row.relative_error,
+        "error_over_u": error / row.standard_error if row.standard_error > 0.0 else math.nan,
+        "source": SOURCES.get(largest, largest),
+        "drawn_sd": draws.get(largest),
+        "share_percent": min(100.0, 100.0 * parts[largest] / abs(error)) if largest else 0.0,
+        "rest_over_u": rest / others if others > 0.0 else math.nan,
+    }
+
+
+def _draw(run: Run, experiment: str, source: str) -> float | None:
+    """Draw of a source of the budget in standard deviations (-); None if the laboratory does not draw it."""
+    constants = run.rows("laboratory", kind="drawn")
+    if not len(constants):
+        return None
+    parts = (experiment, "treadmill")
+    own = constants.key.str.split(".").str[0].isin(parts) & constants.key.str.endswith(f".{source}")
+    rows = constants[own | (constants.key == DRAWN_AS.get(source))]
+    if not len(rows):
+        return None
+    row = rows.iloc[0]
+    return float((float(row.value) - float(row.nominal)) / float(row.standard_deviation))
+
+
+def one_sided(run: Run) -> list[dict]:
+    """Groups of recommended estimates, one per trial, whose errors all have the same sign (%).
+
+    A draw that all trials share, for example of the leg's mass, moves all of them alike.
+    """
+    compared = _compared(run)
+    if not len(compared):
+        return []
+    groups = []
+    for (experiment, pathway, estimator, quantity), rows in compared.groupby(
+        ["experiment", "pathway", "estimator", "quantity"], sort=False
+    ):
+        errors = 100.0 * rows.relative_error.to_numpy(float)
+        if len(errors) >= 5 and abs(np.sign(errors).sum()) == len(errors):
+            ends = {"low_percent": float(errors.min()), "high_percent": float(errors.max()), "n": len(errors)}
+            names = {"experiment": experiment, "pathway": pathway, "estimator": estimator}
+            groups.append(names | {"quantity": quantity} | ends)
+    return groups
+
+
+# ---- coverage campaign
+
+
+def campaign(run: Run) -> dict | None:
+    """Coverage (%) of recommended estimates in the nominal laboratories of the kept campaign.
+
+    Returns
+    -------
+    dict or None
+        ``date``, ``commit``, ``laboratories`` (nominal ones) and ``all_laboratories``; ``rows``: experiment,
+        quantity, ``covered_percent`` and the interval ``low_percent`` to ``high_percent``. Longer windows of
+        a person are left out. None if the study has no campaign.
+    """
+    about = run.study.get("campaign")
+    rows = run.rows("coverage", mechanism="nominal")
+    if not about or not len(rows):
+        return None
+    rows = rows[_true(rows.recommended)]
+    rows = rows[rows.window_s.isna() | (rows.window_s == rows.window_s.max())]
+    return {
+        **{name: about[name] for name in ("date", "commit")},
+        "all_laboratories": about["laboratories"] - about["failed"],
+        "laboratories": int(rows.laboratories.max()),
+        "rows": [
+            {
+                "experiment": row.experiment,
+                "quantity": row.quantity,
+                "covered_percent": 100.0 * row.coverage,
+                "low_percent": 100.0 * row.coverage_low,
+                "high_percent": 100.0 * row.coverage_high,
+            }
+            for row in rows.itertuples()
+        ],
+    }
 
 
 # ---- conditions of sentences
@@ -52,8 +197,35 @@ def truth_of_recommended_known(run: Run) -> bool:
     """The study reproduces the thesis with the dummy, and the truth of recommended estimates is known."""
     if run.study["reported"] is None or "dummy" not in run.study["experiments"]:
         return False
-    keys = ["experiment", "condition", "pathway", "estimator", "quantity"]
-    return "recovery" in run.tables and len(_recommended(run).merge(run.tables["recovery"], on=keys)) > 0
+    return len(_compared(run)) > 0
+
+
+def truth_missed(run: Run) -> bool:
+    """The interval of a recommended estimate misses the truth."""
+    return len(missed(run)) > 0
+
+
+def errors_share_draw(run: Run) -> bool:
+    """All errors of a recommended quantity have the same sign."""
+    return len(one_sided(run)) > 0
+
+
+def coverage_counted(run: Run) -> bool:
+    """The coverage of intervals was counted in many laboratories."""
+    return campaign(run) is not None
+
+
+def campaign_holds(run: Run) -> bool:
+    """In nominal laboratories the interval of every recommended coverage includes 95 % or lies above."""
+    found = campaign(run)
+    return found is not None and all(row["high_percent"] >= 95.0 for row in found["rows"])
+
+
+def campaign_of_this_laboratory(run: Run) -> bool:
+    """The campaign drew from the same constants of the laboratory as this run."""
+    files = run.provenance.get("files", {})
+    own = files.get("virtual laboratory", {}).get("sha256")
+    return own is not None and own == (run.study.get("campaign") or {}).get("virtual_lab_sha256")
 
 
 def recommended_flagged(run: Run) -> bool:
@@ -61,4 +233,22 @@ def recommended_flagged(run: Run) -> bool:
     return bool((_recommended(run)["flags"].fillna("") != "").any())
 
 
-PREDICATES = (truth_of_recommended_known, recommended_flagged)
+def truth_differs(run: Run) -> bool:
+    """The true K in the fitted windows differs by more than 1 % between trials of some estimator."""
+    rows = run.rows("recovery", truth_of=AT_WORK, quantity="K")
+    if not len(rows):
+        return False
+    truths = rows.groupby(["experiment", "estimator"]).truth
+    return bool((truths.max() - truths.min() > 0.01 * truths.mean().abs()).any())
+
+
+PREDICATES = (
+    truth_of_recommended_known,
+    truth_missed,
+    errors_share_draw,
+    coverage_counted,
+    campaign_holds,
+    campaign_of_this_laboratory,
+    recommended_flagged,
+    truth_differs,
+)

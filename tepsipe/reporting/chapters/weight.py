@@ -1,4 +1,4 @@
-"""Chapter on the belt-induced force: peaks and shapes of the force, trends, conditions of its sentences."""
+"""Chapter on the belt-induced force: peaks and shapes of the force, conditions of its sentences."""
 
 import numpy as np
 import pandas as pd
@@ -8,8 +8,6 @@ from tepsipe.io.result import Result
 from tepsipe.reporting.run import Run
 from tepsipe.treadmill.calibration import BOTH, OF_BOTH
 
-# a trend counts if its slope exceeds this many standard errors (-)
-CLEAR = 2.5
 # delay of the weight's markers that the report discusses (s)
 LAG_S = 1e-4
 
@@ -21,7 +19,6 @@ def numbers(run: Run) -> dict:
     speeds, peaks = _peak_speeds(weight, fine), _peaks(weight, fine)
     alike_fine, size_fine = shapes(empty, weight, fine)
     alike_coarse, size_coarse = shapes(empty, weight, coarse)
-    masses, spreads = ([_mass(run, q)[c] for c in weight] for q in ("mass", "mass_sd"))
     return {
         "conditions": list(weight),
         "peak_empty_N": _peaks(empty, fine),
@@ -33,8 +30,6 @@ def numbers(run: Run) -> dict:
         "alike_coarse": alike_coarse,
         "size_fine": size_fine,
         "size_coarse": size_coarse,
-        "mass_trend": trend(speeds, masses),
-        "spread_trend": trend(speeds, spreads),
     }
 
 
@@ -65,14 +60,18 @@ def _mass(run: Run, quantity: str) -> pd.Series:
     return run.values("weight", quantity)
 
 
-def trend(speeds: list[float], values: list[float]) -> int:
-    """1 if values (any unit) rise with speed (m/s), -1 if they fall, 0 if neither is clear."""
-    x, y = np.asarray(speeds) - np.mean(speeds), np.asarray(values) - np.mean(values)
-    if x.size < 3 or not (x @ x) > 0.0:
-        return 0
-    slope = float(x @ y / (x @ x))
-    error = float(np.sqrt(np.sum((y - slope * x) ** 2) / (x.size - 2) / (x @ x)))
-    return 0 if abs(slope) <= CLEAR * error else int(np.sign(slope))
+def _by_speed(run: Run, quantity: str) -> list[list[float]]:
+    """Values of the usual weight (any unit) in the order of belt speed, profile by profile.
+
+    Conditions of one profile share the words of their name before the last hyphen.
+    """
+    weight = usual_weight(run.fits["weight"])
+    speeds = dict(zip(weight, _peak_speeds(weight, _filters(run)[0]), strict=True))
+    profiles: dict[str, list[str]] = {}
+    for condition in sorted(weight, key=speeds.__getitem__):
+        profiles.setdefault(condition.rpartition("-")[0], []).append(condition)
+    values = _mass(run, quantity)
+    return [[float(values[c]) for c in own] for own in profiles.values() if len(own) > 1]
 
 
 # ---- conditions of sentences
@@ -157,6 +156,33 @@ def foot_pathways(run: Run) -> bool:
     return foot(run) and len(run.settings["dummy"]["foot"]["pathways"]) > 0
 
 
+def force_grows(run: Run) -> bool:
+    """The peak of the belt-induced force under the weight grows with the peak speed of the belt."""
+    weight, fine = usual_weight(run.fits["weight"]), _filters(run)[0]
+    exponent = _exponent(_peak_speeds(weight, fine), _peaks(weight, fine))
+    return exponent is not None and exponent > 0.0
+
+
+def mass_falls(run: Run) -> bool:
+    """In each profile the mass falls from every amplitude to the next."""
+    return _steadily_falls(_by_speed(run, "mass"))
+
+
+def mass_sd_falls(run: Run) -> bool:
+    """In each profile the standard deviation of the mass falls from every amplitude to the next."""
+    return _steadily_falls(_by_speed(run, "mass_sd"))
+
+
+def mass_sd_largest_first(run: Run) -> bool:
+    """In each profile the standard deviation of the mass is largest at the smallest amplitude."""
+    profiles = _by_speed(run, "mass_sd")
+    return bool(profiles) and all(own[0] > max(own[1:]) for own in profiles)
+
+
+def _steadily_falls(profiles: list[list[float]]) -> bool:
+    return bool(profiles) and all(np.diff(own).max() < 0.0 for own in profiles)
+
+
 PREDICATES = (
     load_matters,
     alike,
@@ -169,4 +195,8 @@ PREDICATES = (
     scored,
     foot,
     foot_pathways,
+    force_grows,
+    mass_falls,
+    mass_sd_falls,
+    mass_sd_largest_first,
 )

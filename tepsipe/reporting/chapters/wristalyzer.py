@@ -12,6 +12,10 @@ from tepsipe.reporting.run import Run
 UNRELATED = 0.2
 # values that differ by less are called the same (%)
 ALIKE_PERCENT = 5.0
+# a coherence that is nearer to the printed one agrees with it (-)
+COHERENCE_APART = 0.05
+# errors agree with the printed ones if none of them is larger or smaller by this factor
+ERROR_FACTOR = 2.0
 
 
 def numbers(run: Run) -> dict:
@@ -26,6 +30,7 @@ def numbers(run: Run) -> dict:
         "torque_rms_Nm": [float(fit.arrays["torque"].std()) for fit in fits.values()],
         "coherence_above_lowpass": _coherence_above_lowpass(run),
         "damping_shift_percent": _damping_shift(run),
+        "nearest_bins": _nearest_bins(run),
     }
     return content | {"pooled": _pooled(run)}
 
@@ -64,6 +69,35 @@ def _damping_shift(run: Run) -> float | None:
     return 100.0 * float((averaged / periodic - 1.0).abs().max()) if len(periodic) else None
 
 
+def _printed(run: Run, row: str) -> pd.Series:
+    """A row of Table 4-1 as the thesis prints it, by condition (unit of the row); empty without a thesis."""
+    reported = run.study["reported"] or {}
+    return pd.Series(reported.get("tables", {}).get("table_4_1", {}).get(row, {}), dtype=float)
+
+
+def _distance_to_errors(run: Run) -> pd.Series:
+    """Largest factor between errors of the run and printed errors, by number of averaged frequencies."""
+    rows = run.rows("averaging")
+    factor = np.log(rows.error.to_numpy() / rows.condition.map(_printed(run, "error")).to_numpy())
+    return np.exp(pd.Series(np.abs(factor), index=rows.averaged_bins)).groupby(level=0).max().dropna()
+
+
+def _distance_to_coherence(run: Run) -> pd.Series:
+    """Distance of the lowest coherence of the example from the printed one, by number of frequencies."""
+    rows = run.rows("averaging", condition=run.study["best"])
+    rows = rows[rows.averaged_bins > 1]
+    printed = run.study["reported"]["values"]["coherence_minimum"]
+    return (rows.set_index("averaged_bins").lowest_coherence - printed).abs()
+
+
+def _nearest_bins(run: Run) -> dict | None:
+    """Numbers of averaged frequencies with the errors and with the coherence nearest to the printed ones."""
+    if not swept(run):
+        return None
+    distances = {"error": _distance_to_errors(run), "coherence": _distance_to_coherence(run)}
+    return {name: int(distance.idxmin()) for name, distance in distances.items()}
+
+
 def _pooled(run: Run) -> list[dict] | None:
     """K and B of the rubber, of what the manipulator adds, and of friction alone, by trial."""
     if "wristalyzer_pooled" not in run.fits:
@@ -88,6 +122,48 @@ def _pooled(run: Run) -> list[dict] | None:
 
 
 # ---- conditions of sentences
+
+
+def bins_tried(run: Run) -> bool:
+    """The number of averaged frequencies was varied."""
+    return len(run.rows("averaging")) > 0
+
+
+def swept(run: Run) -> bool:
+    """Errors and coherence of several numbers of averaged frequencies can be compared with printed ones."""
+    if not bins_tried(run) or not _printed(run, "error").size:
+        return False
+    return len(_distance_to_errors(run)) > 0 and len(_distance_to_coherence(run)) > 0
+
+
+def bins_disagree(run: Run) -> bool:
+    """No number of averaged frequencies returns both the printed errors and the printed coherence."""
+    if not swept(run):
+        return False
+    errors, coherence = _distance_to_errors(run), _distance_to_coherence(run)
+    return not set(errors.index[errors < ERROR_FACTOR]) & set(coherence.index[coherence < COHERENCE_APART])
+
+
+def averaging_dips(run: Run) -> bool:
+    """Even a linear joint without noise has a lower coherence with the most averaged frequencies."""
+    rows = run.rows("averaging", condition=run.study["best"])
+    if not len(rows) or not resonant(run):
+        return False
+    most = rows.loc[rows.averaged_bins.idxmax()]
+    near = abs(most.lowest_coherence_Hz / _natural_frequency(run) - 1.0) < 0.25
+    return bool(near and most.linear_coherence < 1.0 - COHERENCE_APART)
+
+
+def sem_not_from_bins(run: Run) -> bool:
+    """The SEM of K is below every printed one, whatever the number of averaged frequencies."""
+    printed = _printed(run, "SEM_K")
+    return bool(swept(run) and run.rows("averaging").K_sem_as_printed.max() < printed.min())
+
+
+def printed_sem_falls(run: Run) -> bool:
+    """From the first to the last condition the printed SEM of K falls, and the printed error rises."""
+    sem, error = _printed(run, "SEM_K"), _printed(run, "error")
+    return bool(sem.size and error.size and sem.iloc[-1] < sem.iloc[0] and error.iloc[-1] > error.iloc[0])
 
 
 def one_minimum(run: Run) -> bool:
@@ -202,7 +278,31 @@ def _pooled_rows(run: Run, quantity: str) -> pd.DataFrame:
     return run.rows("estimates", experiment="wristalyzer", condition="pooled", quantity=quantity)
 
 
+def thesis_frequencies_differ(run: Run) -> bool:
+    """The printed eigenfrequency differs by more than 5 % from the one of the printed K and I."""
+    if not run.study["reported"]:
+        return False
+    table = run.study["reported"]["tables"]["table_4_1"]
+    stiffness, inertia = (np.mean(list(table[quantity].values())) for quantity in ("K", "I"))
+    of_joint = math.sqrt(stiffness / inertia) / 2.0 / math.pi
+    return bool(abs(run.study["reported"]["values"]["eigenfrequency_hz"] / of_joint - 1.0) > 0.05)
+
+
+def thesis_stiffness_unchanged(run: Run) -> bool:
+    """The printed K differs by less than 1 % between scale factors."""
+    if not run.study["reported"]:
+        return False
+    printed = np.array(list(run.study["reported"]["tables"]["table_4_1"]["K"].values()))
+    return bool(np.ptp(printed) < 0.01 * printed.mean())
+
+
 PREDICATES = (
+    bins_tried,
+    swept,
+    bins_disagree,
+    averaging_dips,
+    sem_not_from_bins,
+    printed_sem_falls,
     one_minimum,
     modulus_depends,
     only_modulus_depends,
@@ -220,4 +320,6 @@ PREDICATES = (
     softens,
     friction_found,
     friction_negative,
+    thesis_frequencies_differ,
+    thesis_stiffness_unchanged,
 )

@@ -1,12 +1,22 @@
 """Names of conditions (thesis Figure 4-4) and of choices, and symbols of units, in figures and tables."""
 
+from collections.abc import Iterable
+
 PROFILES = {"sine": "sinusoidal", "minjerk": "minimum jerk"}
-# sets of parameters of the simulated dummy
-PARAMETER_SETS = {
+# sets of parameters of the simulated dummy: estimates of the run, then what the thesis printed
+ESTIMATED_SETS = {
     "wristalyzer": "Wristalyzer",
     "tep": "TEP-SIPE as printed",
     "corrected": "TEP-SIPE, consistent",
+    "joint-likelihood": "joint likelihood",
 }
+THESIS_SETS = {
+    "thesis-wristalyzer": "Wristalyzer (thesis)",
+    "thesis-without-handle": "Wristalyzer without handle",
+    "thesis-tep": "TEP-SIPE (thesis)",
+}
+PARAMETER_SETS = ESTIMATED_SETS | THESIS_SETS
+COMPARED_SETS = ("thesis-wristalyzer", "thesis-tep", "joint-likelihood")
 # units as tables and files write them -> as text and figures show them
 UNIT_SYMBOLS = {
     "Nms2/rad": "N·m·s²/rad",
@@ -67,6 +77,15 @@ def words(name: str) -> str:
 def unit_symbol(unit: str) -> str:
     """A unit as text and figures show it, for example N·m·s²/rad for N·m·s²/rad."""
     return UNIT_SYMBOLS.get(unit, unit)
+
+
+def compared_sets(known: Iterable[str]) -> list[str]:
+    """Sets in a figure of few (no unit): what the thesis compares, and the recommended estimate.
+
+    Without numbers of the thesis all known sets.
+    """
+    known = list(known)
+    return [name for name in COMPARED_SETS if name in known] if "thesis-tep" in known else known
 
 
 def short_name(condition: str) -> str:

@@ -1,4 +1,4 @@
-"""Figures of the noise study (thesis Figure 4-12)."""
+"""Figures of the noise study (thesis Figures 2-12 and 4-12)."""
 
 from collections.abc import Iterator
 
@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from tepsipe.experiments.noise.rows import NOISE_ROWS, NoiseRow
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
+from tepsipe.reporting.figures.flow_charts import draw_sensitivity
 from tepsipe.reporting.figures.names import short_name, unit_symbol, words
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 
@@ -26,6 +27,7 @@ def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
     stiffness = joint["stiffness_Nm_per_rad"]
     others = (joint["inertia_Nms2_per_rad"], joint["damping_Nms_per_rad"])
     level, conditions = float(chosen.table_snr_db), list(chosen.conditions)
+    yield "figure_2_12", draw_sensitivity(chosen.protocol)
     yield "figure_4_12", plot_estimates(rows, conditions, level, (*others, stiffness[-1]))
     yield "figure_noise", plot_usable(rows, (*others, stiffness[0]))
 

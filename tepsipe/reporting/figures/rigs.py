@@ -1,4 +1,4 @@
-"""Figures of the rigs: their schematics, and time lines of the trials."""
+"""Figures of the thesis's idea, of the rigs, and of the time lines of the trials."""
 
 from collections.abc import Iterator
 
@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from tepsipe.io.result import read_result
 from tepsipe.io.trial import read_trial
-from tepsipe.reporting.figures import protocol, schematics
+from tepsipe.reporting.figures import flow_charts, protocol, schematics
 from tepsipe.reporting.figures.names import short_name
 
 
@@ -30,9 +30,11 @@ def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
         "cutoff_hz": chosen.cutoff_hz,
         "emg": bool(chosen.standing),
     }
+    yield "figure_1_1", flow_charts.draw_identification()
+    yield "figure_1_3", flow_charts.draw_methods(chosen.methods)
     yield "figure_rigs", schematics.draw_rigs(rigs, chosen.geometry, chosen.person, chosen.mass_kg)
     yield "figure_protocol", protocol.draw_protocol(lines)
-    yield "figure_signal_chain", schematics.draw_signal_chain(chain)
+    yield "figure_signal_chain", flow_charts.draw_signal_chain(chain)
     yield "figure_free_bodies", schematics.draw_free_bodies()
 
 

@@ -1,7 +1,7 @@
-"""Schematics of the rigs, the free bodies and the signal chain, drawn from the configuration and the trials.
+"""Schematics of the rigs, the simulation model and the free bodies, drawn from configuration and trials.
 
-Counterparts of Figures 2-1, 2-2, 2-3, 2-5, 2-6, 2-7, 2-10, 2-13 and 3-2 of the thesis. Markers stand where a
-trial has them at rest; masses and lengths are those of the configuration.
+Counterparts of Figures 2-1, 2-2, 2-3, 2-6, 2-7, 2-10, 2-13 and 3-2 of the thesis. Markers are where a trial
+has them at rest; masses and lengths are those of the configuration.
 """
 
 from collections.abc import Mapping
@@ -25,9 +25,11 @@ ELECTRODES = {
     "TA": (0.20, "front"),
     "SOL": (0.13, "back"),
     "GAS": (0.22, "back"),
-    "RF": (0.40, "front"),
     "BF": (0.37, "back"),
+    "RF": (0.40, "front"),
 }
+# letters of the electrodes in the thesis, in the order of the muscles above
+LETTERS = dict(zip(ELECTRODES, "ABCDE", strict=True))
 
 
 @dataclass(frozen=True)
@@ -142,16 +144,42 @@ def _draw_person(axis: Axes, rig: Rig, stature: float) -> None:
         y = np.interp(height * stature, joints[:, 1], joints[:, 0]) + (0.055 if side == "front" else -0.055)
         axis.plot(y, height * stature, "s", color=COLOURS["recommended"], markersize=3.4, zorder=5)
         axis.annotate(
-            muscle,
+            f"{LETTERS[muscle]} {muscle}",
             (y, height * stature),
             (y - 0.16 if side == "back" else y + 0.44, height * stature),
-            fontsize=7.0,
+            fontsize=7.5,
             color=COLOURS["recommended"],
             va="center",
             ha="right",
             arrowprops={"arrowstyle": "-", "lw": 0.3, "color": COLOURS["recommended"]},
         )
-    _bare(axis, "Standing person", (-0.55, 0.75), (-0.15, stature + 0.05))
+    _bare(axis, "Person, from the side", (-0.6, 0.8), (-0.15, stature + 0.05))
+
+
+def _draw_person_from_behind(axis: Axes, stature: float) -> None:
+    """Legs, trunk and head from behind, with the electrodes of the right leg; open ones are in front."""
+    hip, knee, foot = 0.53 * stature, 0.285 * stature, 0.046 * stature
+    axis.add_patch(Rectangle((-0.32, -0.03), 0.31, 0.03, color=BELT, linewidth=0.0))
+    axis.add_patch(Rectangle((0.01, -0.03), 0.31, 0.03, color=BELT, linewidth=0.0))
+    for side in (0.08, 0.24):
+        axis.plot([side, side], [foot, hip], color=BODY, linewidth=8.0, solid_capstyle="round", zorder=1)
+        axis.plot(
+            [side] * 3, [foot, knee, hip], color=LINE, linewidth=0.8, marker="o", markersize=2.6, zorder=2
+        )
+        outline = [(side - 0.045, 0.0), (side + 0.045, 0.0), (side + 0.03, foot), (side - 0.03, foot)]
+        axis.add_patch(Polygon(outline, facecolor=BODY, edgecolor=LINE, linewidth=0.8))
+    shoulder = 0.82 * stature
+    trunk = [(0.06, hip), (0.26, hip), (0.36, shoulder), (-0.04, shoulder)]
+    axis.add_patch(Polygon(trunk, facecolor=BODY, edgecolor=LINE, linewidth=0.8))
+    axis.add_patch(Circle((0.16, 0.93 * stature), 0.06 * stature, facecolor=BODY, edgecolor=LINE))
+    for muscle, (height, side) in ELECTRODES.items():
+        face, z = (COLOURS["recommended"] if side == "back" else "white"), height * stature
+        axis.plot(0.24, z, "s", color=COLOURS["recommended"], markersize=3.6, markerfacecolor=face, zorder=5)
+        x = 0.33 if side == "back" else 0.15
+        axis.text(x, z, LETTERS[muscle], fontsize=7.5, color=COLOURS["recommended"], va="center", ha="center")
+    axis.text(-0.02, -0.05, "left belt", fontsize=7.5, ha="right", va="top")
+    axis.text(0.02, -0.05, "right belt", fontsize=7.5, ha="left", va="top")
+    _bare(axis, "Person, from behind", (-0.45, 0.55), (-0.15, stature + 0.05))
 
 
 def _draw_manipulator(axis: Axes) -> None:
@@ -190,7 +218,31 @@ def _draw_manipulator(axis: Axes) -> None:
         )
     )
     axis.text(0.33, -0.14, r"$\tau(t)$, $\theta(t)$", color=COLOURS["recommended"], fontsize=9.0)
-    _bare(axis, "Dummy in the Wristalyzer,\nfrom above", (-0.62, 0.58), (-0.40, 0.34))
+    _bare(axis, "Wristalyzer, from above", (-0.62, 0.58), (-0.40, 0.34))
+
+
+def _draw_drive(axis: Axes) -> None:
+    """The drive of the manipulator from the side: motor, encoder and torque transducer below the handle."""
+    part = {"edgecolor": LINE, "linewidth": 0.8}
+    axis.add_patch(Rectangle((-0.5, 0.0), 1.0, 0.045, facecolor="#eeeeee", **part))
+    axis.add_patch(Rectangle((-0.5, 0.1), 0.3, 0.05, facecolor="#eeeeee", **part))
+    axis.add_patch(Rectangle((-0.5, 0.045), 0.045, 0.055, facecolor="#eeeeee", **part))
+    axis.add_patch(Rectangle((-0.5, 0.16), 0.5, 0.035, facecolor=BODY, **part))
+    axis.add_patch(Rectangle((-0.16, 0.07), 0.32, 0.03, facecolor="#eeeeee", **part))
+    axis.add_patch(Rectangle((-0.04, 0.11), 0.26, 0.11, facecolor=BODY, **part))
+    axis.add_patch(Rectangle((-0.02, -0.5), 0.04, 0.57, facecolor=BELT, **part))
+    stack = (
+        (-0.09, 0.06, "torque transducer"),
+        (-0.32, 0.20, "brushless motor\nwith current control"),
+        (-0.46, 0.08, "encoder: angle"),
+    )
+    for z, height, text in stack:
+        axis.add_patch(Rectangle((-0.11, z), 0.22, height, facecolor="#dfe6ea", **part))
+        axis.text(0.15, z + 0.5 * height, text, fontsize=7.5, va="center")
+    axis.plot([0.0, 0.0], [-0.52, 0.3], color=LINE, linewidth=0.6, linestyle="-.")
+    axis.text(-0.34, 0.22, "rod, strapped to\nthe arm rest", fontsize=7.5, ha="center", va="bottom")
+    axis.text(0.24, 0.165, "foot on\nthe handle", fontsize=7.5, va="center")
+    _bare(axis, "Wristalyzer, from the side", (-0.62, 0.66), (-0.54, 0.42))
 
 
 @in_style
@@ -213,21 +265,89 @@ def draw_rigs(rigs: Mapping[str, Rig | None], geometry: Mapping, person: Mapping
     Figure
         A panel for each rig.
     """
-    shown = [name for name in ("wristalyzer", "dummy", "weight", "standing") if name in rigs]
-    widths = {"wristalyzer": 1.5, "dummy": 0.9, "weight": 0.9, "standing": 1.15}
-    figure, axes = new_figure(
-        1, len(shown), 2.75, squeeze=False, gridspec_kw={"width_ratios": [widths[name] for name in shown]}
+    panels = []
+    if "wristalyzer" in rigs:
+        panels.append(_draw_manipulator)
+    if "dummy" in rigs:
+        panels.append(lambda axis: _draw_dummy(axis, rigs["dummy"], geometry))
+    if "weight" in rigs:
+        panels.append(lambda axis: _draw_weight(axis, rigs["weight"], mass_kg))
+    if "wristalyzer" in rigs:
+        panels.append(_draw_drive)
+    if "standing" in rigs:
+        stature = float(person["stature_m"])
+        panels.append(lambda axis: _draw_person(axis, rigs["standing"], stature))
+        panels.append(lambda axis: _draw_person_from_behind(axis, stature))
+    columns = min(3, len(panels))
+    rows = -(-len(panels) // columns)
+    figure, axes = new_figure(rows, columns, 2.5 * rows, squeeze=False)
+    for axis in axes.flat[len(panels) :]:
+        axis.set_visible(False)
+    for axis, panel in zip(axes.flat, panels, strict=False):
+        panel(axis)
+    return figure
+
+
+@in_style
+def draw_simulation_model(geometry: Mapping) -> Figure:
+    """Model of the dummy in the simulation (Figure 2-10): bodies, joints, input and outputs.
+
+    Parameters
+    ----------
+    geometry : mapping
+        Section ``dummy.geometry`` of the configuration (units in the keys).
+    """
+    figure, axis = new_figure(1, 1, 2.6)
+    length, height = 2.0 * float(geometry["leg_com_m"]), float(geometry["foot_height_m"])
+    theta, blue, red = 0.22, COLOURS["recommended"], COLOURS["model"]
+    along = np.array([np.sin(theta), np.cos(theta)])
+    axis.plot([-0.55, 0.75], [0.0, 0.0], color=LINE, linewidth=0.8)
+    for y in np.arange(-0.5, 0.75, 0.08):
+        axis.plot([y, y - 0.04], [0.0, -0.04], color=LINE, linewidth=0.5)
+    for y in (-0.08, 0.08):
+        axis.add_patch(Circle((y, 0.015), 0.015, facecolor="white", edgecolor=LINE, linewidth=0.7))
+    foot = 0.03 + 1.4 * height
+    axis.add_patch(Rectangle((-0.14, 0.03), 0.28, foot - 0.03, facecolor=BODY, edgecolor=LINE, linewidth=0.8))
+    ankle = np.array([0.0, foot + 0.035])
+    top, com = ankle + length * along, ankle + 0.5 * length * along
+    axis.plot(*np.transpose([ankle, top]), color=LINE, linewidth=7.0, solid_capstyle="butt")
+    axis.plot(*np.transpose([ankle, top]), color=BODY, linewidth=5.6, solid_capstyle="butt")
+    axis.plot([0.0, 0.0], [ankle[1], ankle[1] + length], color="#999999", linewidth=0.7, linestyle="--")
+    axis.add_patch(Circle(tuple(ankle), 0.033, facecolor="white", edgecolor=LINE, linewidth=0.9, zorder=4))
+    arc = 1.5 * length
+    axis.add_patch(Arc(tuple(ankle), arc, arc, theta1=90.0 - np.degrees(theta), theta2=90.0, color=LINE))
+    axis.text(0.03, ankle[1] + 0.79 * length, r"$\theta_A$", fontsize=9.0)
+    axis.plot(*com, marker="x", color=LINE, markersize=5.0, zorder=5)
+    _arrow(axis, (-0.52, 0.09), (-0.15, 0.09), "", blue, (0.0, 0.0))
+    axis.text(
+        -0.54,
+        0.13,
+        "input: recorded motion\nof the belt, $y_f$, $\\dot{y}_f$, $\\ddot{y}_f$",
+        fontsize=8.0,
+        color=blue,
+        ha="center",
+        va="bottom",
     )
-    for axis, name in zip(axes[0], shown, strict=True):
-        rig = rigs[name]
-        if name == "wristalyzer":
-            _draw_manipulator(axis)
-        elif name == "dummy":
-            _draw_dummy(axis, rig, geometry)
-        elif name == "weight":
-            _draw_weight(axis, rig, mass_kg)
-        else:
-            _draw_person(axis, rig, float(person["stature_m"]))
+    notes = (
+        (f"leg: {geometry['leg_mass_kg']:g} kg, {geometry['leg_inertia_kgm2']:g} kg·m²", com, 0.62),
+        ("revolute joint about $x$: $I$, $B$, $K$", ankle + np.array([0.03, 0.01]), 0.36),
+        (f"foot: {geometry['foot_mass_kg']:g} kg, slides along $y$", np.array([0.14, 0.07]), 0.13),
+    )
+    line = {"arrowstyle": "-", "lw": 0.5, "color": LINE}
+    for text, at, z in notes:
+        axis.annotate(text, tuple(at), (0.5, z), fontsize=8.0, va="center", arrowprops=line)
+    axis.text(
+        1.2,
+        1.02,
+        "recorded: torque, angle and derivatives,\nforces at ankle and ground, motion of the foot",
+        fontsize=8.0,
+        color=red,
+        ha="right",
+        va="top",
+    )
+    _arrow(axis, (-1.05, 0.6), (-0.85, 0.6), "$y$", LINE, (-0.83, 0.58))
+    _arrow(axis, (-1.05, 0.6), (-1.05, 0.8), "$z$", LINE, (-1.07, 0.82))
+    _bare(axis, "", (-1.1, 1.25), (-0.06, 1.05))
     return figure
 
 
@@ -284,69 +404,3 @@ def draw_free_bodies(theta: float = 0.35) -> Figure:
     foot.text(-0.75, 0.25, r"$l_f$", fontsize=9.5)
     _bare(foot, "Foot", (-1.0, 1.05), (-0.46, 1.0))
     return figure
-
-
-@in_style
-def draw_signal_chain(choices: Mapping) -> Figure:
-    """From the instruments' files to one trial: rates, trigger and common clock (Figure 2-5 of the thesis).
-
-    Parameters
-    ----------
-    choices : mapping
-        ``plate_rate_hz``, ``sampling_hz`` (of the markers within a frame, or None), ``cutoff_hz`` (all Hz),
-        and ``emg``: whether the study has electromyograms.
-    """
-    figure, axis = new_figure(1, 1, 2.3)
-    _draw_instruments(axis, choices)
-    _draw_steps(axis, choices)
-    axis.set(xlim=(-0.01, 1.03), ylim=(0.0, 1.0))
-    axis.grid(visible=False)
-    axis.axis("off")
-    return figure
-
-
-def _draw_instruments(axis: Axes, choices: Mapping) -> None:
-    """Boxes of the instruments and their files, one above the other, with arrows to the first step."""
-    sampling_hz = choices["sampling_hz"]
-    in_turn = "" if sampling_hz is None else f", one after another\nat {sampling_hz:g} Hz"
-    instruments = [
-        ("Belt and force plate", "log: belt velocity, plate voltages,\ntrigger"),
-        ("Motion capture", f"markers (C3D){in_turn}"),
-    ]
-    if choices["emg"]:
-        instruments.append(("EMG amplifier", "electromyograms (EDF), trigger"))
-    height = 1.0 / len(instruments)
-    for k, (name, files) in enumerate(instruments):
-        y = 1.0 - (k + 0.5) * height
-        _draw_box(axis, (0.0, y - 0.32 * height), (0.26, 0.64 * height), "#f1ede2")
-        axis.text(0.13, y + 0.15 * height, name, ha="center", va="center", fontsize=8.5, weight="bold")
-        axis.text(0.13, y - 0.12 * height, files, ha="center", va="center", fontsize=6.6)
-        _draw_arrow(axis, (0.27, y), (0.325, 0.5 + 0.25 * (y - 0.5)))
-
-
-def _draw_steps(axis: Axes, choices: Mapping) -> None:
-    """Boxes of the processing steps from left to right, joined by arrows."""
-    steps = (
-        "align by trigger;\nmarkers to\none instant;\nvoltages to forces",
-        f"resample at\n{choices['plate_rate_hz']:g} Hz:\none trial (HDF5)",
-        f"zero-lag\nlow-pass,\n{choices['cutoff_hz']:g} Hz",
-        "pathways:\ntorque, windows,\nestimator",
-    )
-    width = 0.145
-    for k, label in enumerate(steps):
-        x = 0.33 + k * (width + 0.032)
-        _draw_box(axis, (x, 0.27), (width, 0.46), "#e3edf4")
-        axis.text(x + 0.5 * width, 0.5, label, ha="center", va="center", fontsize=7.4)
-        if k:
-            _draw_arrow(axis, (x - 0.030, 0.5), (x - 0.004, 0.5))
-
-
-def _draw_box(axis: Axes, corner: tuple[float, float], size: tuple[float, float], colour: str) -> None:
-    """Rounded box of a flow chart; ``corner`` is the lower left one."""
-    style = {"boxstyle": "round,pad=0.004", "edgecolor": LINE, "linewidth": 0.8}
-    axis.add_patch(FancyBboxPatch(corner, *size, facecolor=colour, **style))
-
-
-def _draw_arrow(axis: Axes, begin: tuple[float, float], end: tuple[float, float]) -> None:
-    """Arrow of a flow chart."""
-    axis.annotate("", end, begin, arrowprops={"arrowstyle": "-|>", "lw": 0.9, "color": LINE})

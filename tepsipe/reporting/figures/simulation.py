@@ -1,17 +1,40 @@
-"""Figures of the forward simulations (thesis Figures 4-7 to 4-11 and Appendix B)."""
+"""Figures of the forward simulations (thesis Figures 2-10, 2-11, 4-7 to 4-11 and Appendix B)."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
+import scipy
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from tepsipe.experiments.forward.scores import FORWARD_SCORES, ForwardScore
 from tepsipe.io.result import Result, read_result
-from tepsipe.reporting.figures.names import PARAMETER_SETS, short_name
-from tepsipe.reporting.figures.style import COLOURS, example_and_panels, in_style, new_figure
+from tepsipe.reporting.figures.flow_charts import draw_evaluation
+from tepsipe.reporting.figures.names import (
+    ESTIMATED_SETS,
+    PARAMETER_SETS,
+    THESIS_SETS,
+    compared_sets,
+    short_name,
+)
+from tepsipe.reporting.figures.schematics import draw_simulation_model
+from tepsipe.reporting.figures.style import COLOURS, WIDTH_IN, example_and_panels, in_style, new_figure
 
-LINES = {"wristalyzer": ("#c8371b", "-."), "tep": ("#2f8f4e", "--"), "corrected": ("#1668a8", ":")}
+LINES = {
+    "wristalyzer": ("#c8371b", "-."),
+    "tep": ("#2f8f4e", "--"),
+    "corrected": ("#1668a8", ":"),
+    "joint-likelihood": (COLOURS["joint likelihood"], (0, (5, 2))),
+    "thesis-wristalyzer": ("#c8371b", "-."),
+    "thesis-without-handle": ("#c28a0e", ":"),
+    "thesis-tep": ("#2f8f4e", "--"),
+}
+MARKERS = dict(zip(PARAMETER_SETS, "os^DPXv", strict=True))
+GROUPS = {"numbers of the thesis": THESIS_SETS, "estimates of this run": ESTIMATED_SETS}
+ENVELOPE_S = 0.7  # half a period of the slowest swing in the thesis
+# larger swings leave the panel, where the measured one would be too small to see
+LARGEST_SWING = 4.0  # of the largest measured one
 # small panels in a row
 COLUMNS = 4
 QUANTITIES = {
@@ -26,6 +49,9 @@ def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
     names = list(chosen.conditions)
     results = {name: read_result(path) for name, path in zip(names, files.fits, strict=True)}
     scores = FORWARD_SCORES.read(files.forward)
+    yield "figure_2_10", draw_simulation_model(chosen.geometry)
+    sets = dict.fromkeys(PARAMETER_SETS[score.parameter_set] for score in scores)
+    yield "figure_2_11", draw_evaluation(list(sets), len(names))
     yield "figure_4_7", plot_angles(results[chosen.frequent])
     yield "figure_4_8", plot_angles(results[chosen.rare])
     yield "figure_4_9", plot_torques(results[chosen.frequent])
@@ -47,10 +73,9 @@ def _around(result: Result, seconds: float) -> slice:
 
 def _label(result: Result, name: str) -> str:
     i, b, k = result.arrays[f"{name}/parameters"]
-    state = result.facts["states"][name]
-    return f"{PARAMETER_SETS[name]}: I {i:.3f}, B {b:.3f}, K {k:.2f}" + (
-        "" if state == "settles" else f" ({state})"
-    )
+    softens = ", softens" if name in result.facts["softens"] else ""
+    text = f"{PARAMETER_SETS[name]}: I {i:.3f}, B {b:.3g}, K {k:.2f}{softens}"
+    return text.replace("-0", "\N{MINUS SIGN}0")
 
 
 def _draw(
@@ -59,6 +84,7 @@ def _draw(
     signal: str,
     measured: str,
     part: slice,
+    names: Iterable[str],
     *,
     label: bool = False,
     onset_s: float = 0.0,
@@ -67,7 +93,7 @@ def _draw(
     axis.plot(
         time, result.arrays[measured][part], color=COLOURS["measured"], label="measured" if label else None
     )
-    for name in result.facts["parameter_sets"]:
+    for name in names:
         colour, line = LINES[name]
         axis.plot(
             time,
@@ -80,15 +106,46 @@ def _draw(
     axis.margins(x=0.0)
 
 
+def _envelope(result: Result, angle: np.ndarray) -> np.ndarray:
+    """Largest abs(angle) between perturbations (rad) within `ENVELOPE_S`, up to a fall."""
+    size = np.abs(angle[np.isfinite(angle)])
+    for start, stop in result.arrays["windows"]:
+        size[start:stop] = 0.0
+    rate_hz = 1.0 / float(result.arrays["time"][1] - result.arrays["time"][0])
+    return scipy.ndimage.maximum_filter1d(size, 1 + round(ENVELOPE_S * rate_hz))
+
+
+def _draw_swings(axis: Axes, result: Result, names: Iterable[str]) -> None:
+    """Envelope of the measured and simulated swing over the trial (s, rad)."""
+    time, part = result.arrays["time"], slice(None, None, 8)
+    measured = _envelope(result, result.arrays["theta"])
+    axis.fill_between(time[part], measured[part], color=COLOURS["other too"], linewidth=0.0)
+    highest = measured.max()
+    for name in names:
+        envelope = _envelope(result, result.arrays[f"{name}/theta"])
+        colour, line = LINES[name]
+        axis.plot(time[: envelope.size][part], envelope[part], color=colour, linestyle=line, linewidth=1.0)
+        highest = max(highest, envelope.max(initial=0.0))
+    axis.margins(x=0.0)
+    axis.set_ylim(0.0, 1.05 * min(highest, LARGEST_SWING * measured.max()))
+
+
 @in_style
 def plot_angles(result: Result) -> Figure:
-    """Measured and simulated angle over the trial and after one perturbation (s, rad)."""
-    figure, axes = new_figure(1, 2, 2.3, width_ratios=[1.3, 1.0], sharey=True)
-    _draw(axes[0], result, "theta", "theta", slice(None, None, 4))
-    _draw(axes[1], result, "theta", "theta", _around(result, 3.6), label=True)
-    axes[0].set(xlabel="Time (s)", ylabel=r"Angle $\theta_A$ from rest (rad)")
-    axes[1].set(xlabel="Time (s)")
-    figure.legend(loc="outside lower center", ncols=2, fontsize=7.8)
+    """Swing over the trial, and angle after one perturbation, measured and simulated (s, rad)."""
+    known = result.facts["parameter_sets"]
+    groups = {title: [n for n in names if n in known] for title, names in GROUPS.items()}
+    groups = {title: names for title, names in groups.items() if names}
+    figure = Figure(figsize=(WIDTH_IN, 2.5 * len(groups)), layout="constrained")
+    FigureCanvasAgg(figure)
+    rows = figure.subfigures(len(groups), 1, squeeze=False)[:, 0]
+    for row, (title, names) in zip(rows, groups.items(), strict=True):
+        whole, near = row.subplots(1, 2, width_ratios=[1.2, 1.0])
+        _draw_swings(whole, result, names)
+        _draw(near, result, "theta", "theta", _around(result, 3.6), names, label=True)
+        whole.set(title=f"whole trial, {title}", ylabel=r"swing of $\theta_A$ (rad)", xlabel="Time (s)")
+        near.set(title="one perturbation", ylabel=r"$\theta_A$ (rad)", xlabel="Time (s)")
+        row.legend(loc="outside lower center", ncols=2)
     return figure
 
 
@@ -96,11 +153,11 @@ def plot_angles(result: Result) -> Figure:
 def plot_torques(result: Result) -> Figure:
     """Torque by inverse dynamics, as printed and consistent, and simulated torque (s, N·m)."""
     figure, axes = new_figure(1, 2, 2.3)
-    part = _around(result, 0.6)
+    part, names = _around(result, 0.6), compared_sets(result.facts["parameter_sets"])
     for axis, quantity, title in zip(
         axes, ("tau", "tau_consistent"), ("inverse dynamics as printed", "consistent"), strict=True
     ):
-        _draw(axis, result, "tau", quantity, part, label=axis is axes[0])
+        _draw(axis, result, "tau", quantity, part, names, label=axis is axes[0])
         axis.set(title=title, xlabel="Time (s)", ylabel=r"Torque $\tau_A$ (N·m)")
     figure.legend(loc="outside lower center", ncols=2, fontsize=7.8)
     return figure
@@ -109,54 +166,60 @@ def plot_torques(result: Result) -> Figure:
 @in_style
 def plot_scores(scores: list[ForwardScore], conditions: list[str], key: str) -> Figure:
     """VAF of angle and torque for every parameter set and condition (%)."""
-    figure, axes = new_figure(len(QUANTITIES), 1, 3.3, sharex=True)
+    names = [name for name in PARAMETER_SETS if any(s.parameter_set == name for s in scores)]
+    figure, axes = new_figure(len(QUANTITIES), 1, 4.4, sharex=True)
     x = np.arange(len(conditions))
-    shifts = np.linspace(-0.26, 0.26, len(PARAMETER_SETS))
+    shifts = 0.1 * (np.arange(len(names)) - 0.5 * (len(names) - 1))
     for axis, (quantity, title) in zip(axes, QUANTITIES.items(), strict=True):
-        for shift, (name, label) in zip(shifts, PARAMETER_SETS.items(), strict=True):
-            colour, _ = LINES[name]
-            by_condition = {
+        for shift, name in zip(shifts, names, strict=True):
+            found = {
                 s.condition: getattr(s, key)
                 for s in scores
                 if s.parameter_set == name and s.quantity == quantity
             }
-            values = np.array([by_condition[condition] for condition in conditions])
-            axis.bar(x + shift, np.maximum(values, 0.0), 0.24, color=colour, label=label)
-            below = values < 0.0
-            axis.plot((x + shift)[below], np.full(below.sum(), 3.0), "v", color=colour, markersize=4)
-        axis.set(ylabel="VAF (%)", title=title, ylim=(0.0, 105.0))
+            values = np.array([found.get(condition, np.nan) for condition in conditions])
+            look = {"marker": MARKERS[name], "color": LINES[name][0], "markersize": 4, "linestyle": "none"}
+            if name in THESIS_SETS:
+                look["markerfacecolor"] = "white"
+            axis.plot(x + shift, np.maximum(values, 0.0), label=PARAMETER_SETS[name], clip_on=False, **look)
+        axis.set(ylabel="VAF (%)", title=title, ylim=(0.0, 103.0))
+        axis.set_xticks(np.arange(len(conditions) + 1) - 0.5, minor=True)
         axis.grid(axis="x", visible=False)
+        axis.grid(axis="x", which="minor", color="#c4c4c4", linewidth=0.5)
+        axis.tick_params(axis="x", which="both", length=0)
     axes[-1].set_xticks(x, [short_name(name) for name in conditions])
-    handles, labels = axes[0].get_legend_handles_labels()
-    handles.append(axes[0].plot([], [], "v", color=COLOURS["other"], markersize=4)[0])
-    figure.legend(handles, [*labels, "below 0 %"], loc="outside lower center", ncols=4, fontsize=7.8)
+    axes[-1].set_xlim(-0.5, len(conditions) - 0.5)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=7.8)
     return figure
 
 
 def _all(
-    results: dict[str, Result], signal: str, measured: str, seconds: float, label: str
+    results: dict[str, Result], signal: str, seconds: float, label: str, small: Callable, small_label: str
 ) -> tuple[Figure, Axes]:
-    """One perturbation of every condition, the first one also large; the figure and its large panel."""
+    """One perturbation of the first condition, large, above all conditions, drawn by ``small``.
+
+    Returns the figure and its large panel.
+    """
     rows = -(-len(results) // COLUMNS)
     figure, example, axes = example_and_panels(len(results), COLUMNS, 0.86 * (rows + 1.5) + 0.5)
     for axis, (name, result) in zip(axes.flat, results.items(), strict=False):
-        _draw(axis, result, signal, measured, _around(result, seconds), onset_s=_onset(result))
+        small(axis, result, compared_sets(result.facts["parameter_sets"]))
         axis.set_title(short_name(name), fontsize=8.5)
         axis.locator_params(axis="y", nbins=3)
     first, result = next(iter(results.items()))
-    _draw(example, result, signal, measured, _around(result, seconds), label=True, onset_s=_onset(result))
+    part, names = _around(result, seconds), compared_sets(result.facts["parameter_sets"])
+    _draw(example, result, signal, signal, part, names, label=True, onset_s=_onset(result))
     example.set(title=short_name(first), xlabel="Time from the onset (s)", ylabel=label)
     start, stop = result.arrays["windows"][len(result.arrays["windows"]) // 2]
     length = float(result.arrays["time"][int(stop)] - result.arrays["time"][int(start)])
     example.axvspan(0.0, length, color=COLOURS["window"], zorder=0)
     for axis in axes[:, 0]:
-        axis.set_ylabel(label)
+        axis.set_ylabel(small_label)
     for axis in axes[-1]:
         axis.set_xlabel("Time (s)")
-    handles, names = example.get_legend_handles_labels()
-    figure.legend(
-        handles, [n.split(":")[0] for n in names], loc="outside lower center", ncols=4, fontsize=7.8
-    )
+    handles, labels = example.get_legend_handles_labels()
+    labels = [label.split(":")[0] for label in labels]
+    figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=7.8)
     return figure, example
 
 
@@ -172,8 +235,8 @@ def _note(axis: Axes, text: str, at: tuple[float, float], beside: tuple[float, f
 
 @in_style
 def plot_all_angles(results: dict[str, Result]) -> Figure:
-    """Measured and simulated angle after one perturbation of every condition (s, rad)."""
-    figure, example = _all(results, "theta", "theta", 3.6, r"$\theta_A$ (rad)")
+    """Swing over every trial, and the angle after one perturbation, measured and simulated (s, rad)."""
+    figure, example = _all(results, "theta", 3.6, r"$\theta_A$ (rad)", _draw_swings, "swing (rad)")
     result = next(iter(results.values()))
     part = _around(result, 3.6)
     time, angle = result.arrays["time"][part] - _onset(result), result.arrays["theta"][part]
@@ -198,10 +261,16 @@ def plot_all_angles(results: dict[str, Result]) -> Figure:
     return figure
 
 
+def _draw_torque(axis: Axes, result: Result, names: Iterable[str]) -> None:
+    """Torque as printed and simulated torque during one perturbation (s, N·m)."""
+    _draw(axis, result, "tau", "tau", _around(result, 0.5), names, onset_s=_onset(result))
+
+
 @in_style
 def plot_all_torques(results: dict[str, Result]) -> Figure:
     """Torque as printed and simulated torque during one perturbation of every condition (s, N·m)."""
-    figure, example = _all(results, "tau", "tau", 0.5, r"$\tau_A$ (N·m)")
+    label = r"$\tau_A$ (N·m)"
+    figure, example = _all(results, "tau", 0.5, label, _draw_torque, label)
     result = next(iter(results.values()))
     part = _around(result, 0.5)
     time, torque = result.arrays["time"][part] - _onset(result), result.arrays["tau"][part]

@@ -1,16 +1,17 @@
 """Figures of the Wristalyzer experiment (thesis Figures 2-4, 3-1, 4-1, 4-2, 4-3)."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import cycle
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from tepsipe.experiments.wristalyzer.averaging import AVERAGED_FITS, AveragedFit
 from tepsipe.experiments.wristalyzer.names import AS_PRINTED, PERIODS
 from tepsipe.io.result import Result, read_result
 from tepsipe.mechanics.impedance_model import admittance
 from tepsipe.reporting.figures.matrix import plot_matrix
-from tepsipe.reporting.figures.style import COLOURS, in_style, legend_above, new_figure
+from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, legend_above, new_figure
 
 LOWEST_HZ = 0.5
 # lengths of the recordings that are drawn (s)
@@ -32,6 +33,8 @@ def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
     yield "figure_4_3", plot_matrix(matrix, names, "VAF (%)", axes)
     yield "figure_starting_values", plot_starting_values(results, chosen.start_stiffness)
     yield "figure_averaging", plot_averaging(results[best], best, band)
+    swept = AVERAGED_FITS.read(files.averaging)
+    yield "figure_averaged_bins", plot_averaged_bins(swept, best, dict(chosen.printed))
 
 
 @in_style
@@ -221,4 +224,56 @@ def plot_averaging(result: Result, name: str, band_hz: tuple[float, float]) -> F
         )
     _label_frequency_axes(axes, band_hz)
     legend_above(figure, axes[0], 2, title=f"scale factor {name}")
+    return figure
+
+
+@in_style
+def plot_averaged_bins(fits: Sequence[AveragedFit], best: str, printed: Mapping) -> Figure:
+    """Error, SEM of K and lowest coherence against the number of averaged frequencies.
+
+    Parameters
+    ----------
+    fits : sequence of AveragedFit
+        Fits of all trials (units in the fields).
+    best : str
+        Condition whose lowest coherence the thesis states.
+    printed : mapping
+        ``error`` and ``SEM_K`` of Table 4-1 by condition, ``coherence_minimum``, and ``eigenfrequency_hz``
+        (Hz); empty without a comparison.
+
+    Returns
+    -------
+    Figure
+        Four panels; one colour for each condition.
+    """
+    figure, axes = new_figure(2, 2, 4.1, sharex=True)
+    panels = (
+        ("error", "Error, eq (3-6)", printed.get("error", {})),
+        ("K_sem_as_printed", "SEM of $K$, eq (3-2)", printed.get("SEM_K", {})),
+        ("lowest_coherence", "Lowest coherence", {best: printed.get("coherence_minimum")}),
+        ("lowest_coherence_Hz", "Its frequency (Hz)", {best: printed.get("eigenfrequency_hz")}),
+    )
+    conditions = list(dict.fromkeys(fit.condition for fit in fits))
+    bins = sorted({fit.averaged_bins for fit in fits})
+    for axis, (name, label, values) in zip(axes.flat, panels, strict=True):
+        for condition, colour in zip(conditions, cycle(CYCLE), strict=False):
+            own = [fit for fit in fits if fit.condition == condition]
+            x, y = [fit.averaged_bins for fit in own], [getattr(fit, name) for fit in own]
+            axis.plot(x, y, "o-", color=colour, markersize=3.0, linewidth=0.9, label=condition)
+            if values.get(condition) is not None:
+                axis.axhline(values[condition], color=colour, linewidth=0.8, linestyle=":")
+            if name == "lowest_coherence":
+                linear = [fit.linear_coherence for fit in own]
+                axis.plot(
+                    x, linear, "s--", color=colour, markersize=3.0, linewidth=0.6, markerfacecolor="white"
+                )
+        axis.set(ylabel=label, xscale="log")
+        axis.set_xticks(bins, [str(n) for n in bins])
+        axis.minorticks_off()
+    axes[0, 0].set_yscale("log")
+    axes[0, 1].set_ylim(bottom=0.0)
+    for axis in axes[1]:
+        axis.set_xlabel("Frequencies averaged into one")
+    legend_above(figure, axes[0, 0], len(conditions), title="scale factor")
+    figure.align_ylabels()
     return figure

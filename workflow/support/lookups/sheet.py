@@ -73,6 +73,20 @@ class Sheet:
             found.setdefault(experiment, []).append([condition, row.duration_s, amplitude])
         return found
 
+    def timing(self) -> dict[str, dict[str, list]]:
+        """Experiment -> all durations (s), shortest and longest intervals (s), and amplitudes of its trials.
+
+        Amplitudes are peak velocities (m/s), and scale factors of the Wristalyzer.
+        """
+        found: dict[str, dict[str, list]] = {}
+        for (experiment, _), row in self.trials.items():
+            own = found.setdefault(experiment, {"durations_s": [], "intervals_s": [], "amplitudes": []})
+            interval = None if row.interval_s is None else [row.interval_s, row.longest_interval_s]
+            for values, value in zip(own.values(), (row.duration_s, interval, row.amplitude), strict=True):
+                if value is not None and value not in values:
+                    values.append(value)
+        return found
+
     def protocol(self, experiment: str, condition: str) -> dict:
         """Motion of the belt in a simulated trial."""
         row = self.trials[experiment, condition]

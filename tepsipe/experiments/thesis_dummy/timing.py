@@ -1,0 +1,229 @@
+"""Sampling times of the markers and the printed damping.
+
+In a short pulse the leg turns about its centre of percussion, at the height l above the ankle, which stays
+where it is:
+
+    l = (I_l + m r^2 + I) / (m r),      y_f' = -l theta'
+
+Marker k at height h_k is sampled s_k after its frame, and is found s_k (h_k - l) theta' from its place. The
+rigid pose nearest to n markers moves the point at height l by E theta',
+
+    E = sum_k s_k (h_k - l) [1/n + (l - h) (h_k - h) / sum (h_k - h)^2],      h = mean of h_k
+
+The torque of eq (3-8) contains m r times the acceleration of this point. With the third derivative of theta
+close to -w^2 theta', B shifts by
+
+    m r w^2 E
+
+If the translation of the leg is read a time t later than its rotation, E changes by -l t.
+"""
+
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from tepsipe.experiments.thesis_dummy.inverse import SCATTER, JointFit, deviations, printed_quantities
+from tepsipe.experiments.thesis_dummy.printed_path import BeltMotion, PrintedPath, printed_fits, swings
+from tepsipe.identification.regression.windows import WindowedFits
+from tepsipe.mechanics.impedance_model import PARAMETERS
+from tepsipe.mechanics.inverse_dynamics import Leg
+from tepsipe.mechanics.rubber_joint import RubberJoint
+from tepsipe.statistics.goodness_of_fit import vaf
+
+# by which the translation of the leg is read after its rotation (s)
+LAGS_S = tuple(float(x) for x in np.arange(-4, 5) * 5e-5)
+STEPS = 2  # Gauss-Newton steps from the constants without lag
+
+
+def linear_joint(inertia: float, damping: float, stiffness: float) -> RubberJoint:
+    """Joint of constant I (N·m·s²/rad), B (N·m·s/rad) and K (N·m/rad)."""
+    return RubberJoint(
+        stiffness_Nm_per_rad=stiffness,
+        half_softening_rad=np.inf,
+        damping_Nms_per_rad=damping,
+        softened_damping_Nms_per_rad=0.0,
+        inertia_Nms2_per_rad=inertia,
+    )
+
+
+# thesis section 4-1-3: parameters of the Wristalyzer, and without the inertia of foot and handle, which do
+# not turn on the treadmill
+WRISTALYZER, WITHOUT_HANDLE = linear_joint(0.015, 0.1, 10.0), linear_joint(0.007, 0.1, 10.0)
+
+
+def percussion_height(leg: Leg, inertia: float) -> float:
+    """Height l (m) above the ankle of the centre of percussion of a leg with a joint of I (N·m·s²/rad)."""
+    p = leg.mass_kg * leg.com_m
+    return (leg.inertia_kgm2 + p * leg.com_m + inertia) / p
+
+
+def pose_error(heights: np.ndarray, sampled_after_s: np.ndarray, height: float) -> float:
+    """Displacement E of the point at a height (m) per angular velocity of the leg (m·s/rad).
+
+    Parameters
+    ----------
+    heights : ndarray, shape (markers,)
+        h_k, above the ankle (m).
+    sampled_after_s : ndarray, shape (markers,)
+        s_k, after the frame (s).
+    height : float
+        l (m).
+    """
+    from_mean = heights - heights.mean()
+    weights = 1.0 / heights.size + (height - heights.mean()) * from_mean / np.sum(from_mean**2)
+    return float(np.sum(sampled_after_s * (heights - height) * weights))
+
+
+def squared_pulse_rate(fits: WindowedFits) -> float:
+    """Square w^2 (1/s²) of the angular frequency of the movements in the windows: theta'' over theta'."""
+    rows = np.concatenate([fits.regressors[w.start : w.stop] for w in fits.perturbations])
+    return float(np.sum(rows[:, 0] ** 2) / np.sum(rows[:, 1] ** 2))
+
+
+def damping_shift(path: PrintedPath, inertia: float, squared_rate: float) -> float:
+    """Shift of the printed B by the sampling times of the markers (N·m·s/rad).
+
+    Parameters
+    ----------
+    path : PrintedPath
+        Leg and markers.
+    inertia : float
+        I of the joint (N·m·s²/rad).
+    squared_rate : float
+        w^2 (1/s²), of `squared_pulse_rate`.
+    """
+    leg = path.leg
+    error = pose_error(path.markers.layout_m[:, 1], path.sampled_after_s, percussion_height(leg, inertia))
+    return leg.mass_kg * leg.com_m * squared_rate * error
+
+
+@dataclass(frozen=True)
+class LagFit:
+    """The law of the joint, fitted with another lag of the translation.
+
+    Attributes
+    ----------
+    lag_s : float
+        Time by which the translation of the leg is read after its rotation (s).
+    damping_Nms_per_rad : float
+        Fitted B for small bending (N·m·s/rad).
+    rms, rms_damping : float
+        Root mean square of (value - printed) / scatter over I, B and K, and of B - printed B (N·m·s/rad).
+    unexplained_percent, standard_error_damping : float
+        100 - VAF of a perturbation (%), and standard error of B of a perturbation (N·m·s/rad), without noise;
+        means over the conditions.
+    vaf_wristalyzer, vaf_without_handle : float
+        VAF (%) of the angle of this joint by the linear joint of the Wristalyzer, with the inertia of foot
+        and handle and without; median over the conditions.
+    """
+
+    lag_s: float
+    damping_Nms_per_rad: float
+    rms: float
+    rms_damping: float
+    unexplained_percent: float
+    standard_error_damping: float
+    vaf_wristalyzer: float
+    vaf_without_handle: float
+
+
+def timing_facts(
+    path: PrintedPath, belts: dict[str, BeltMotion], printed: dict[str, dict[str, float]], fit: JointFit
+) -> dict:
+    """Shift of the printed B by the sampling times, in closed form and simulated, and fits by lag.
+
+    Takes the arguments of `lag_fits`. ``pulse_rate_per_s`` is w, ``shift_per_lag_Nms_per_rad_per_s`` the
+    shift of B per lag of the translation; the simulated shift is the difference of B as printed from B with
+    all markers sampled at once, mean over the conditions.
+    """
+    inertia = fit.joint.inertia_Nms2_per_rad
+    angles = swings(path, [fit.joint], belts)
+    at_once = replace(path, sampled_after_s=np.zeros_like(path.sampled_after_s))
+    pairs = [
+        [printed_fits(own, belt, angles[name][0]) for own in (path, at_once)] for name, belt in belts.items()
+    ]
+    b = PARAMETERS.index("B")
+    squared_rate = float(np.mean([squared_pulse_rate(exact) for _, exact in pairs]))
+    p = path.leg.mass_kg * path.leg.com_m
+    height = percussion_height(path.leg, inertia)
+    return {
+        "percussion_height_m": height,
+        "pulse_rate_per_s": float(np.sqrt(squared_rate)),
+        "shift_Nms_per_rad": damping_shift(path, inertia, squared_rate),
+        "simulated_shift_Nms_per_rad": float(np.mean([one.mean[b] - two.mean[b] for one, two in pairs])),
+        "shift_per_lag_Nms_per_rad_per_s": -p * squared_rate * height,
+        "printed": {
+            "unexplained_percent": 100.0 - _mean_printed(printed, "VAF_perturbation"),
+            "standard_error_damping": _mean_printed(printed, "SEM_B"),
+        },
+        "lags": [asdict(row) for row in lag_fits(path, belts, printed, fit)],
+    }
+
+
+def _mean_printed(printed: dict[str, dict[str, float]], quantity: str) -> float:
+    return float(np.mean([*printed.get(quantity, {}).values()] or [np.nan]))
+
+
+def lag_fits(
+    path: PrintedPath,
+    belts: dict[str, BeltMotion],
+    printed: dict[str, dict[str, float]],
+    fit: JointFit,
+    lags_s: tuple[float, ...] = LAGS_S,
+) -> list[LagFit]:
+    """Fit the law for several lags, by Gauss-Newton steps from the fit without lag.
+
+    Parameters
+    ----------
+    path, belts, printed
+        As `fit_joint`; all conditions are used.
+    fit : JointFit
+        The law fitted without lag.
+    lags_s : tuple of float
+        Lags of the translation (s).
+
+    Returns
+    -------
+    list of LagFit
+        In the order of the lags.
+    """
+    names, step = list(belts), 1e-3
+    fitted = np.array([getattr(fit.joint, name) for name in fit.free])
+
+    def joint_at(x: np.ndarray) -> RubberJoint:
+        return RubberJoint(**vars(fit.joint) | dict(zip(fit.free, map(float, x * fitted), strict=True)))
+
+    def residuals(points: np.ndarray, lags) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        joints = [joint_at(x) for x in points]
+        angles = swings(path, joints, belts)
+        return deviations(path, belts, angles, printed, names, lags), angles
+
+    start = np.ones(fitted.size)
+    nearby = np.vstack([start, start + step * np.eye(start.size)])
+    moved, _ = residuals(nearby, np.zeros(len(nearby)))
+    solve = np.linalg.pinv((moved[1:] - moved[0]).T / step)
+    points = np.tile(start, (len(lags_s), 1))
+    found, angles = residuals(points, lags_s)
+    for _ in range(STEPS):
+        points = points - found @ solve.T
+        found, angles = residuals(points, lags_s)
+    simulated = swings(path, [WRISTALYZER, WITHOUT_HANDLE], belts)
+    b = PARAMETERS.index("B")
+    rows = []
+    for k, lag in enumerate(lags_s):
+        scores = [[vaf(angles[n][k], simulated[n][j]) for n in names] for j in (0, 1)]
+        damping = SCATTER["B"] * found[k].reshape(-1, len(PARAMETERS))[:, b]
+        own = [printed_quantities(printed_fits(path, belts[n], angles[n][k], lag_s=lag)) for n in names]
+        rows.append(
+            LagFit(
+                lag_s=lag,
+                damping_Nms_per_rad=joint_at(points[k]).damping_Nms_per_rad,
+                rms=float(np.sqrt(np.mean(found[k] ** 2))),
+                rms_damping=float(np.sqrt(np.mean(damping**2))),
+                unexplained_percent=100.0 - float(np.mean([row["VAF_perturbation"] for row in own])),
+                standard_error_damping=float(np.mean([row["SEM_B"] for row in own])),
+                vaf_wristalyzer=float(np.median(scores[0])),
+                vaf_without_handle=float(np.median(scores[1])),
+            )
+        )
+    return rows

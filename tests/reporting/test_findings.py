@@ -1,0 +1,391 @@
+"""Table of the report's findings: a run in which each sentence holds, and one in which it does not.
+
+A finding is a sentence that compares. Its predicate reads the tables and fits of a run; the sources of the
+report ask for it by name. Predicates in `PRESENCE` only say that something is there.
+"""
+
+import importlib
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+from joint_builders import content_of as joint_content
+from joint_builders import fit_of, rows_of
+from joint_builders import run_of as joint_run
+from reporting import test_belt_chapter as belt
+from reporting import test_dummy_chapter as dummy
+from reporting import test_simulation_chapters as simulations
+from reporting import test_standing_chapter as standing
+from reporting import test_study_chapter as study
+from reporting import test_weight_chapter as weight
+from reporting import test_wristalyzer_chapter as wristalyzer
+from typst_builders import REPORT, STUDY, chapter_words, evaluated
+
+from tepsipe.reporting.chapters import noise, simulation
+from tepsipe.reporting.run import Run, report_content
+from workflow.support.outputs import CHAPTERS
+
+# what a study has: rows, fits, trials or values of the thesis; each is tested with its chapter
+PRESENCE = {
+    "belt": "linear chosen tracked lines no_lines something_predicts nothing_predicts",
+    "budgets": "any_budget of_wristalyzer of_dummy of_foot of_standing of_weight",
+    "dummy": "reproduces_thesis commanded recovered truth_at_work recommended_specified",
+    "noise": "figure_has_both",
+    "participants": "mean_stiffness",
+    "platform": "one_perturbation",
+    "position_manipulator": "participants_named more_than_shown short_range",
+    "simulation": "compared first_shown second_shown",
+    "standing": "one_person free_reflex recovered truth_at_work",
+    "study": "truth_of_recommended_known coverage_counted recommended_flagged",
+    "thesis_dummy": "full_law_predicts_best",
+    "weight": "frame_scored scored foot foot_pathways",
+    "wristalyzer": "cross_validated resonant leaks pooled softens friction_found friction_negative",
+}
+
+
+# ---- runs
+
+
+def simulated(scores):
+    return simulations.simulated(scores)
+
+
+def table_4_4(theta, both, tabulated, thesis, without=10.0):
+    """K of Table 4-4 with noise on the angle, by two processings, and as the thesis printed it."""
+    rows = [
+        ("as-printed", 4.0, theta, both),
+        ("as-tabulated", -2.0, tabulated, tabulated),
+    ]
+    frame = pd.DataFrame(rows, columns=["pathway", "none", "theta", "both"]).assign(
+        estimator="K = 10 Nm/rad",
+        quantity="K",
+        unit="Nm/rad",
+        tau=3.0,
+        none_reported=without,
+        tau_reported=3.0,
+    )
+    return frame.assign(theta_reported=thesis, both_reported=thesis)
+
+
+def noisy(means, *cells):
+    """Run of the noise study with means of K, and with Table 4-4 if there are cells of it."""
+    run = simulations.noisy(**means)
+    return Run(run.tables | ({"table_4_4": table_4_4(*cells)} if cells else {}), {}, run.settings, run.study)
+
+
+def joint(fit, **rows):
+    return joint_run({"a": fit}, rows_of("a", **rows))
+
+
+def with_short_range(stiffness):
+    rows = rows_of("a")
+    rows.loc[rows.quantity == "K_short_range", "value"] = stiffness
+    return joint_run({"a": fit_of(short_range=True)}, rows)
+
+
+def slow_torque(vaf):
+    rows = rows_of("a")
+    rows.loc[rows.quantity == "VAF_held_out_with_slow_torque", "value"] = vaf
+    return joint_run({"a": fit_of()}, rows)
+
+
+def planned(both=0.01, torque=(-16.0, 1.1, -30.0), late=(-116.0, 418.0, -140.0), pulses=(0.4, 0.4)):
+    """Plan with changes (%) of I, B and K by filters, and ratios of the best pulses to the sine."""
+    changes = {"zero-lag, torque only": torque, "one-sided, torque only": late}
+    changes |= dict.fromkeys(("zero-lag, all signals", "one-sided, all signals"), (both,) * 3)
+    rows = [
+        (design, "leg", quantity, "change", value)
+        for design, values in changes.items()
+        for quantity, value in zip("IBK", values, strict=True)
+    ]
+    for design, ratio in zip(("best, belt returns", "best, one way"), pulses, strict=True):
+        rows.append((design, "joint-likelihood", "K", "u_over_reference", ratio))
+        rows.append((design, "joint-likelihood", "K", "least_bound_over_reference", 0.9))
+    for design, pathway in (("sine-0.3", "leg"), ("minjerk-0.3", "leg"), ("sine-0.3", "foot")):
+        rows += [(design, pathway, "K", measure, 0.1) for measure in ("u_type_a", "u_type_b")]
+    columns = ["design", "pathway", "quantity", "measure", "value"]
+    joint = {"inertia_Nms2_per_rad": 0.015, "damping_Nms_per_rad": 0.1, "stiffness_Nm_per_rad": [10.0]}
+    return Run({"planned": pd.DataFrame(rows, columns=columns)}, study=STUDY | {"planned_joint": joint})
+
+
+def stood(**changes):
+    return standing.run_of(tasks={"calm": standing.task(**changes)})
+
+
+def in_windows(without, free):
+    """A task with K of two windows without and with a free reflex torque."""
+    own = standing.task()
+    own.arrays["windows/length"] = np.array([0.04, 0.08])
+    own.arrays["windows/K"] = np.array(without)[:, None]
+    own.arrays["budget/gls/windows"] = np.array([[0.04, 8.0, free[0]], [0.08, 8.0, free[1]]])
+    return standing.run_of(tasks={"calm": own})
+
+
+def damped(covered):
+    """Recovered B of a task by the estimator with an active torque."""
+    own = standing.recovered()
+    row = own[own.quantity == "K"].assign(estimator="twitch", quantity="B", covered=covered)
+    return standing.run_of(recovery=pd.concat([own, row]))
+
+
+def printed_torque(stiffness):
+    rows = [row for row in standing.ESTIMATES if row[1] != "printed"]
+    return standing.run_of(estimates=[*rows, ("calm", "printed", "short", "K", stiffness)])
+
+
+def of_thesis(stiffness=(10.012, 10.0), eigenfrequency_hz=4.6):
+    """Usual run of the Wristalyzer with other numbers in the thesis."""
+    run, reported = wristalyzer.usual(), wristalyzer.REPORTED
+    cells = reported["tables"]["table_4_1"] | {"K": dict(zip("ab", stiffness, strict=True))}
+    values = reported["values"] | {"eigenfrequency_hz": eigenfrequency_hz}
+    changed = {"values": values, "tables": {"table_4_1": cells}}
+    return Run(run.tables, run.fits, run.settings, run.study | {"reported": changed})
+
+
+def unrelated(coherence):
+    run = wristalyzer.usual()
+    for fit in run.fits["wristalyzer"].values():
+        fit.arrays["tapered/coherence"] = np.full(7, coherence)
+    return run
+
+
+def plain_thesis(quantity, *values):
+    """Usual run of the dummy, in which the thesis printed other values of I, B or K."""
+    tables = {name: dict(own) for name, own in dummy.REPORTED["tables"].items()}
+    tables["table_4_2"][quantity] = dict(zip("ab", values, strict=False))
+    tables["table_4_3"][quantity] = {"c": values[2]}
+    return dummy.run_of(**dummy.USUAL | {"reported": dummy.REPORTED | {"tables": tables, "slips": []}})
+
+
+def true_joints(*truths):
+    """Recovered K of two trials, in whose windows these are the true joints."""
+    run = study.compared()
+    recovery = run.tables["recovery"].iloc[:2].assign(truth=truths, truth_of="the fitted windows")
+    return Run(run.tables | {"recovery": recovery}, run.fits, run.settings, run.study, run.provenance)
+
+
+def sized(peaks=None, **own):
+    """Run of the weight, with other peaks of the force (N) if wanted."""
+    run = weight.run_of(**own)
+    if peaks:
+        for fit, peak in zip(run.fits["weight"].values(), peaks, strict=True):
+            fit.arrays["20 Hz/added_force"] = peak * np.sin(np.linspace(0.0, np.pi, 21))[None]
+    return run
+
+
+def other_shape():
+    run = weight.run_of()
+    for fit in run.fits["weight"].values():
+        fit.arrays["10 Hz/added_force"] = np.sin(np.linspace(0.0, 4.0 * np.pi, 21))[None]
+    return run
+
+
+def strobed(run):
+    """The same run of the dummy, with markers that are sampled one after another."""
+    own = run.settings["dummy"]
+    printed = own["pathways"]["leg-thesis"]
+    pathways = own["pathways"] | {"leg-thesis": printed | {"marker_instants": "as-sampled"}}
+    pathways["leg-thesis-aligned"] = printed
+    estimates = run.tables["estimates"]
+    aligned = estimates[estimates.pathway == "leg-thesis"].assign(pathway="leg-thesis-aligned")
+    settings = {"dummy": own | {"pathways": pathways, "ingest": {"marker_sampling_hz": 2500.0}}}
+    tables = run.tables | {"estimates": pd.concat([estimates, aligned])}
+    return Run(tables, run.fits, settings, run.study)
+
+
+# ---- findings: name -> run in which the sentence holds, run in which it does not
+
+THE_DUMMY = dummy.run_of(**dummy.USUAL), dummy.run_of(**dummy.CONTRARY)
+THE_WRISTALYZER = wristalyzer.usual(), wristalyzer.contrary()
+THE_BELT = belt.usual(), belt.contrary()
+FINDINGS = {
+    "dummy": dict.fromkeys(
+        [
+            "stiffness_falls",
+            "inertia_above_zero",
+            "signs_explain",
+            "consistent_vaf_lower",
+            "vaf_of_trial",
+            "noise_below_accuracy",
+            "output_error_covers",
+            "consistent_torque_smaller",
+            "errors_of_stiffness_alike",
+            "rest_matters",
+        ],
+        THE_DUMMY,
+    )
+    | {
+        "signs_bridge_thesis": (THE_DUMMY[0], plain_thesis("K", 10.0, 10.0, 10.0)),
+        "thesis_stiffness_falls": (THE_DUMMY[0], plain_thesis("K", 5.0, 5.5, 6.0)),
+        "thesis_damping_negative": (strobed(THE_DUMMY[0]), plain_thesis("B", -0.01, 0.02, 0.01)),
+    },
+    "wristalyzer": dict.fromkeys(
+        [
+            "one_minimum",
+            "modulus_depends",
+            "only_modulus_depends",
+            "modulus_worse",
+            "vaf_peaks",
+            "last_vaf_above_thesis",
+            "averages_alike",
+        ],
+        THE_WRISTALYZER,
+    )
+    | {
+        "averages_differ": THE_WRISTALYZER[::-1],
+        "coherence_above_thesis": (wristalyzer.usual(), wristalyzer.usual(made=())),
+        "unrelated_above_lowpass": (unrelated(0.1), unrelated(0.5)),
+        "thesis_frequencies_differ": (of_thesis(), of_thesis(eigenfrequency_hz=4.1)),
+        "thesis_stiffness_unchanged": (of_thesis(), of_thesis(stiffness=(10.0, 9.0))),
+    },
+    "simulation": {
+        "pattern_of_thesis": (simulated(simulations.USUAL), simulated(simulations.CONTRARY)),
+        "printed_swing_grows": (simulated(simulations.USUAL), simulated(simulations.CONTRARY)),
+    },
+    "noise": dict.fromkeys(simulations.SENTENCES, (noisy(simulations.TRUE_K), noisy(simulations.FALSE_K)))
+    | {
+        "thesis_stiffness_lost": (
+            noisy(simulations.TRUE_K, 4.0, 4.0, 0.1, 0.03),
+            noisy(simulations.TRUE_K, 4.0, 4.0, 0.1, 3.0),
+        ),
+        "relative_noise_keeps_stiffness": (
+            noisy(simulations.TRUE_K, 4.0, 4.0, 0.1, 0.03),
+            noisy(simulations.TRUE_K, 4.0, 0.1, 0.1, 0.03),
+        ),
+        "thesis_returns_simulated": (
+            noisy(simulations.TRUE_K, 4.0, 4.0, 0.1, 0.03),
+            noisy(simulations.TRUE_K, 4.0, 4.0, 0.1, 0.03, 6.0),
+        ),
+        "fixed_noise_loses_stiffness": (
+            noisy(simulations.TRUE_K, 4.0, 4.0, 0.1, 0.03),
+            noisy(simulations.TRUE_K, 4.0, 4.0, 2.0, 0.03),
+        ),
+    },
+    "planning": {
+        "filter_of_both_changes_nothing": (planned(), planned(both=0.6)),
+        "filter_of_one_distorts": (planned(), planned(torque=(1.0, 1.0, 1.0))),
+        "one_sided_filter_worst": (planned(), planned(late=(-116.0, 1.0, -140.0))),
+        "best_returning_pulse_halves": (planned(), planned(pulses=(1.0, 0.4))),
+        "no_returning_pulse_halves": (planned(pulses=(1.0, 0.4)), planned(pulses=(0.52, 0.4))),
+        "best_one_way_pulse_halves": (planned(), planned(pulses=(0.4, 0.6))),
+    },
+    "weight": {
+        "alike": (sized(), other_shape()),
+        "force_grows": (sized(), sized(peaks=weight.RISING[::-1])),
+        "load_matters": (sized(), sized(size=10.5)),
+        "lags": (sized(lag_s=0.001), sized()),
+        "markers_late": (sized(lag_s=0.001), sized(lag_s=-0.001)),
+        "markers_early": (sized(lag_s=-0.001), sized(lag_s=0.001)),
+        "linear_needs_load": (weight.with_linear([0.95], [0.53]), weight.with_linear([0.95], [0.94])),
+        "linear_alike": (weight.with_linear([0.95], [0.94]), weight.with_linear([0.95], [0.53])),
+        "mass_falls": (sized(), sized(masses=weight.RISING)),
+        "mass_sd_falls": (sized(), sized(spreads=weight.WAVERING)),
+        "mass_sd_largest_first": (sized(spreads=weight.WAVERING), sized(spreads=weight.RISING)),
+    },
+    "standing": {
+        "visible": (
+            standing.run_of({"a": standing.trial(3.1)}),
+            standing.run_of({"a": standing.trial(2.9)}),
+        ),
+        "knee_turns": (stood(), stood(knee=0.05)),
+        "printed_little": (printed_torque(-25.0), printed_torque(400.0)),
+        "window_matters": (stood(), in_windows((400.0, 410.0), (400.0, 401.0))),
+        "free_reflex_steadier": (
+            in_windows((300.0, 400.0), (400.0, 401.0)),
+            in_windows((400.0, 401.0), (300.0, 400.0)),
+        ),
+        "active_biased": (damped(False), damped(True)),
+    },
+    "belt": {
+        "linear_predicts": THE_BELT,
+        "lead_helps": THE_BELT,
+        "tracking_useless": THE_BELT[::-1],
+        "recommended_is_ahead": (
+            belt.run_of(("fir", 0.727, 51, True), ("hnat2014", 0.721, 2, True)),
+            belt.run_of(("hnat2014", 0.721, 2, True)),
+        ),
+        "smaller_live": (
+            belt.run_of(("arx", 0.727, 9, True), ("hnat2014", 0.7225, 2, True), ("fir", 0.731, 51, True)),
+            belt.run_of(("hnat2014", 0.721, 2, True)),
+        ),
+    },
+    "position_manipulator": {
+        "alone_predicts": (joint(fit_of()), joint(fit_of(), alone=-40.0)),
+        "reflex_raises": (joint(fit_of()), joint(fit_of(), cascade=70.0)),
+        "slow_raises": (slow_torque(95.0), slow_torque(80.0)),
+        "white": (joint(fit_of(white=0.5)), joint(fit_of(white=0.01))),
+        "mostly_slow": (joint(fit_of()), joint(fit_of(slow=10.0))),
+        "stiffer_when_small": (with_short_range(80.0), with_short_range(40.0)),
+    },
+    "study": {
+        "truth_missed": (study.compared(), study.compared(covered=["true"] * 4)),
+        "errors_share_draw": (study.alike(0.015), study.alike(-0.015)),
+        "truth_differs": (true_joints(9.0, 10.0), true_joints(10.0, 10.0)),
+        "campaign_holds": (study.counted(), study.counted(high=0.94)),
+        "campaign_of_this_laboratory": (study.same_laboratory(), study.counted()),
+    },
+}
+# content of report.json and tables of a run, by chapter
+CONTENT = {
+    "dummy": dummy.content,
+    "wristalyzer": lambda run: plain_content(run, "wristalyzer"),
+    "simulation": lambda run: simulations.content(run, simulation=simulation),
+    "noise": lambda run: simulations.content(run, noise=noise),
+    "planning": lambda run: plain_content(run, "planning"),
+    "weight": weight.content,
+    "standing": standing.content,
+    "belt": belt.content,
+    "position_manipulator": joint_content,
+    "study": study.study_content,
+}
+SOURCES = {"study": "findings"}
+
+
+def plain_content(run, chapter):
+    tables = {name: rows.to_csv(index=False) for name, rows in run.tables.items()}
+    return report_content(run, {chapter: module_of(chapter)}), tables
+
+
+CASES = [(chapter, name) for chapter, own in FINDINGS.items() for name in own]
+
+
+def module_of(chapter):
+    return importlib.import_module(f"tepsipe.reporting.chapters.{chapter}")
+
+
+@pytest.mark.parametrize("chapter", CHAPTERS)
+def test_every_predicate_of_the_report_is_in_the_table(chapter):
+    known = {predicate.__name__ for predicate in module_of(chapter).PREDICATES}
+    assert known == {*FINDINGS.get(chapter, ()), *PRESENCE.get(chapter, "").split()}
+
+
+@pytest.mark.parametrize(("chapter", "name"), CASES)
+def test_a_finding_holds_in_its_run_and_not_in_the_contrary_one(chapter, name):
+    holds = getattr(module_of(chapter), name)
+    assert [bool(holds(run)) for run in FINDINGS[chapter][name]] == [True, False]
+
+
+def told(chapter, name, data, tables):
+    """Words that depend on a predicate: of the chapter that asks for it, and of places of the findings."""
+    asked, source = f'"{chapter}.{name}"', SOURCES.get(chapter, chapter)
+    words = []
+    if asked in (REPORT / f"chapters/{source}.typ").read_text(encoding="utf-8"):
+        words.append(chapter_words(source, data, tables))
+    findings = (REPORT / "findings.typ").read_text(encoding="utf-8")
+    _, *parts = re.split(r"^  (\w+): (?:findings\.\w+ \+ )?\(", findings, flags=re.MULTILINE)
+    places = [place for place, rows in zip(parts[::2], parts[1::2], strict=True) if asked in rows]
+    if places:
+        words += evaluated([f'told("{p}").map(plain)' for p in places], "findings.typ", data, tables)
+    assert words, "no source asks for it"
+    return words
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("chapter", "name"), CASES)
+def test_the_sentence_changes_or_goes_with_its_finding(chapter, name):
+    data, tables = CONTENT[chapter](FINDINGS[chapter][name][0])
+    before = told(chapter, name, data, tables)
+    assert data["chapters"][chapter]["holds"][name] is True
+    data["chapters"][chapter]["holds"][name] = False
+    assert told(chapter, name, data, tables) != before

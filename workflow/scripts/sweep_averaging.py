@@ -1,0 +1,15 @@
+"""Fit the trials of the Wristalyzer again for every number of averaged frequencies."""
+
+import job
+
+job.start(snakemake)
+
+from tepsipe.experiments.wristalyzer.averaging import AVERAGED_FITS, sweep_averaging
+from tepsipe.experiments.wristalyzer.record import WristalyzerOptions
+from tepsipe.io.trial import read_trial
+
+options = WristalyzerOptions.from_settings(snakemake.params.analysis)
+rows = []
+for condition, path in zip(snakemake.params.conditions, snakemake.input.trials, strict=True):
+    rows += sweep_averaging(read_trial(path), condition, options, snakemake.params.numbers)
+AVERAGED_FITS.write(snakemake.output.table, rows)
