@@ -10,10 +10,13 @@ import json
 import shutil
 import sys
 from datetime import date
+from hashlib import sha256
 from pathlib import Path
 
 TABLES = ("coverage", "dropped", "flags", "laboratories")
 HERE = Path(__file__).parent
+# of the checkout that the campaign ran in
+LABORATORY = HERE.parents[1] / "config/virtual_lab.yaml"
 
 
 def keep(results: Path, target: Path = HERE) -> dict:
@@ -28,7 +31,7 @@ def keep(results: Path, target: Path = HERE) -> dict:
     about = {
         **study["code"],
         "date": date.fromtimestamp(written.stat().st_mtime).isoformat(),
-        "virtual_lab_sha256": study["virtual_lab_sha256"],
+        "virtual_lab_sha256": sha256(LABORATORY.read_bytes()).hexdigest(),
         "seed": study["seed"],
         "laboratories": len(laboratories),
         "failed": sum(row["failed"] != "" for row in laboratories),

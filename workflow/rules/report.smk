@@ -41,7 +41,6 @@ rule write_report:
         fits=outputs.report_fits(STUDY),
         tables=outputs.report_tables(STUDY) + CAMPAIGN[:1],
         provenance="<results>/provenance.json",
-        campaign=CAMPAIGN[1:],
         library=library_of("write_report", *chapter_modules(outputs.chapters(STUDY))),
     output:
         pdf=report(

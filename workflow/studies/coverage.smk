@@ -1,8 +1,6 @@
 # How often intervals hold the truth: many laboratories, drawn from what the analysis assumes and from other
 # distributions. A job is a whole study of one laboratory, by the same Snakefile.
 
-from hashlib import sha256
-
 from workflow.support.laboratories import Laboratories
 
 LABORATORIES = Laboratories(config)
@@ -113,7 +111,6 @@ rule write_coverage:
             ABOUT_STUDY
             | {
                 "code": code_version(workflow.basedir),
-                "virtual_lab_sha256": sha256(Path(config["study"]["virtual_lab"]).read_bytes()).hexdigest(),
                 "sets": LABORATORIES.sets(),
                 "drawn": LABORATORIES.drawn(),
                 "seed": config["coverage"]["seed"],
