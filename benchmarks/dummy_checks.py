@@ -47,7 +47,8 @@ def wobble(size_m: float, growing: bool):
         pole = np.exp((-0.3 + 1j * np.sqrt(1.0 - 0.09)) * natural * step)
         lag = lfilter([1.0], [1.0, -2.0 * pole.real, abs(pole) ** 2], motion.foot_dd)
         lag = -size_m * lag / np.abs(lag).max()
-        share = np.array([r[1] for r in lab.LAYOUT]) / 0.87 if growing else np.ones(5)
+        heights = np.array([row[1] for row in lab.LAYOUT])
+        share = heights / heights.max() if growing else np.ones(5)
         positions[:, ON_LEG, 0] += np.outer(lag, share)
         return positions
 

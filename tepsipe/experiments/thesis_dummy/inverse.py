@@ -96,10 +96,12 @@ def deviations(
 
     Parameters
     ----------
-    path, belts, printed
+    path, belts
         As `fit_joint`.
     angles : dict of str to ndarray, shape (joints, n)
         Condition -> angle of the leg on every joint (rad).
+    printed : dict of str to dict
+        As `fit_joint`.
     names : list of str
         Conditions.
     lags_s : sequence of float
@@ -215,10 +217,12 @@ def fit_tables(
 
     Parameters
     ----------
-    path, belts, printed, fixed
+    path, belts, printed
         As `fit_joint`.
     tables : sequence of sequences of str
         Conditions of each table.
+    fixed : dict of str to float
+        As `fit_joint`.
 
     Returns
     -------
