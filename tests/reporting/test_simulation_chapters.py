@@ -62,7 +62,7 @@ def test_captions_of_simulations_name_the_parameters_that_predict_best(scores, b
     assert set(found) == set(names)
     assert f"best by the parameters of {best} in 2 of 2 conditions" in found["figure_4_10"]
     assert f"the parameters of {best} predict the angle best" in found["figure_4_8"]
-    assert "S52" in found["figure_4_8"] and f"those of {worst} worst" in found["figure_4_7"]
+    assert "S52" in found["figure_4_8"] and f"of {worst} predict it worst" in found["figure_4_7"]
     assert (f"below {MINUS}1000 %" in found["figure_4_7"]) is (scores is USUAL)
     assert ("the swing grows in 2 of 2 conditions" in found["figure_b"]) is (scores is USUAL)
     assert ("no swing grows" in found["figure_b"]) is (scores is CONTRARY)
