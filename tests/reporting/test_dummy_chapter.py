@@ -444,7 +444,7 @@ def test_printed_numbers_are_counted_by_their_role(best):
     assert ("No law predicts one table from the other better than this copy" in words) is not best
     assert "Copying the other table, with no dummy at all, is 1.00 from the printed numbers." in words
     assert "@timing-shift gives −0.0880 N·m·s/rad" in words or "gives −0.0880 N·m·s/rad" in words
-    assert "Lags from −0.1 to 0.1 ms give B from 0.040 to 0.098 N·m·s/rad" in words
+    assert "from −0.1 to 0.1 ms, the fitted B goes from 0.040 to 0.098 N·m·s/rad" in words
     (caption,) = findings_of(["figure_thesis_dummy"], data, tables).values()
     assert caption == (
         "One joint with 5 constants returns 1 of 1 fitted and 1 of 3 other printed numbers within tolerance."
