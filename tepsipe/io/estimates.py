@@ -12,7 +12,7 @@ FLAGS = {
     "assumed": "the record does not determine the value, which is assumed: see the rows of its range",
     "relaxation-assumed": "a part of the stiffness relaxes at assumed rates, on which the value depends: try "
     "other relaxation_times_s",
-    "not-converged": "the search ended before it met its tolerances: try other starting values",
+    "not-converged": "the fit stopped before it converged: try other starting values",
     "undefined": "the value is not a finite number: the parameters describe no stable joint",
     "no-interval": "its standard error or interval is not a number: record more perturbations",
     "leg-disagrees": "K of the windowed fit is not what the joint likelihood lets it find: look for markers "
@@ -45,9 +45,9 @@ FLAGS = {
     "mass-differs": "the mass that the fore-aft force shows is not that of the trial sheet: check the mass, "
     "the scale of the force, and friction and mounts of the belt",
     "diverged": "the prediction grows without limit: the parameters describe no stable joint",
-    "treadmill-model": "on trials that it has not seen, the treadmill model errs by more than a tenth of "
-    "K, or its constants are impossible: record the empty belt, and a weight near the subject's mass, with "
-    "the subject's pulses",
+    "treadmill-model": "on held-out trials the error of the treadmill model exceeds a tenth of K, or its "
+    "constants are impossible: record the empty belt and a weight close to the subject's mass, with the "
+    "subject's pulses",
     "beyond-calibrated-mass": "the subject is heavier than the weights of the treadmill's calibration: "
     "record a weight near the subject's mass",
 }

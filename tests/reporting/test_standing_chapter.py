@@ -282,4 +282,4 @@ def test_summary_tells_of_one_person_in_a_study_of_the_thesis(people, told):
     )
     assert (words is not None) is told
     if told:
-        assert "the intrinsic stiffness of both ankles is then 400 N·m/rad (calm) (" in words
+        assert "intrinsic stiffness of both ankles together is then 400 N·m/rad (calm) (" in words
