@@ -424,6 +424,6 @@ def test_report_tells_spans_of_vaf_and_which_legs_do_not_settle():
     # angle, printed and consistent torque: perturbations, then full dataset
     assert "| TEP-SIPE as printed " + 3 * "| 10 to 20 | < \N{MINUS SIGN}1000 to 30 " in words
     assert "| TEP-SIPE, consistent " + 3 * "| 100 | 100 " in words
-    assert "all 2 conditions are simulated with a step of 1.0 ms by the multi-body engine MuJoCo." in words
+    assert "all 2 conditions with the multi-body engine MuJoCo and a step of 1.0 ms." in words
     assert "with the parameters of TEP-SIPE as printed it ends in a fall in S1" in words
     assert words.count(" in a fall ") == 1 and "S1, S2" not in words
