@@ -117,6 +117,17 @@ def meant_in(*names):
     return found
 
 
+def printed_joints(w):
+    """Parameter set -> I, B, K of the thesis for a condition; none for a condition that it does not have."""
+    simulations = reported_of("simulations").get("simulations", {})
+    tables = meant_in("table_4_2", "table_4_3")
+    printed = {key: tables.get(key, {}).get(w.condition) for key in ("I", "B", "K")}
+    if not simulations or None in printed.values():
+        return {}
+    tep = simulations["captions"].get(w.condition, printed)
+    return {**simulations["every_condition"], "thesis-tep": tep}
+
+
 def library_of(script, *modules):
     """The modules that a script reaches, and those that it loads by name: an edit of one re-runs the rule."""
     starts = (f"workflow/scripts/{script}.py", *modules)

@@ -1,17 +1,6 @@
 # Validation of parameters by forward simulation of the dummy: thesis sections 2-1-3 and 4-1-3, Appendix B.
 
 
-def printed_joints(w):
-    """Parameter set -> I, B, K of the thesis for a condition; none for a condition that it does not have."""
-    simulations = reported_of("simulations").get("simulations", {})
-    tables = meant_in("table_4_2", "table_4_3")
-    printed = {key: tables.get(key, {}).get(w.condition) for key in ("I", "B", "K")}
-    if not simulations or None in printed.values():
-        return {}
-    tep = simulations["captions"].get(w.condition, printed)
-    return {**simulations["every_condition"], "thesis-tep": tep}
-
-
 rule simulate_dummy:
     input:
         trial="<results>/trials/dummy/{condition}.h5",
