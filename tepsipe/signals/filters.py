@@ -4,7 +4,7 @@ The order counts both passes together, separately at each edge of a band: a four
 band-pass is a second-order high-pass and a second-order low-pass, each applied twice.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -12,6 +12,10 @@ import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.signals.units import samples
+
+# largest cutoff over the sampling rate where a slow recording is filtered as far as its rate allows (-):
+# splines through the samples shift and differentiate a signal up to there
+WIDEST = 0.4
 
 
 def lowpass(
@@ -214,6 +218,10 @@ class Lowpass:
     cutoff_hz: float
     order: int
     zero_lag: bool
+
+    def within(self, rate_hz: float) -> "Lowpass":
+        """The same filter, with a cutoff of at most `WIDEST` of a sampling rate (Hz)."""
+        return replace(self, cutoff_hz=min(self.cutoff_hz, WIDEST * rate_hz))
 
     def __call__(self, x: np.ndarray, rate_hz: float) -> np.ndarray:
         """Filter ``x``, shape (n,) or (n, c), sampled at ``rate_hz`` (Hz); unit of ``x``.

@@ -8,20 +8,37 @@ error of a given share of the torque. s is sway; its covariance is taken from un
 B phi' + K phi, and divided by the number of responses. The window may then end before or after the first
 reflex: K and B depend little on it.
 
-Type A is the scatter between trials, by the jackknife; of a single trial, between responses, by the
-bootstrap. Type B are the sources of `tepsipe.experiments.standing.free_reflex.free_body`, draws of the
+Noise of the cameras and sway are in phi and phi', too, and there they attenuate B and K (errors in
+variables). The belt, whose encoder has no such noise, turns the ankle: the regressors count as far as they
+resemble its velocity and its displacement. Of the little noise that this leaves, the moments of
+unperturbed standing say how much it adds to the products of the mean responses, a share 1 / n of it: it is
+subtracted (`tepsipe.identification.regression.generalised`). Sway is subtracted with the noise: torque and
+angle of sway are related by balance, not by B and K, and only the pulses are repeated in all responses.
+
+r passes the low-pass of all signals: behind it, a little of it precedes t_r.
+
+Type A is the scatter between trials, by the jackknife; of fewer than 4 trials, between responses, by the
+jackknife, too. Type B are the sources of `tepsipe.experiments.standing.free_reflex.free_body`, draws of the
 treadmill model's constants, the choice of window and t_r, and the part of d that all trials of a person
 share. The contribution of soft tissue also uses the responses: the apparent centre of the joint after a pulse
 less the centre in quiet sway, over the shift that a metre of tissue motion causes.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
-from tepsipe.experiments.standing.free_reflex.fit_errors import ANKLE, ANKLE_D, TORQUE, FitErrors, fit_errors
+from tepsipe.experiments.standing.free_reflex.fit_errors import (
+    ANKLE,
+    ANKLE_D,
+    REGRESSORS,
+    TORQUE,
+    FitErrors,
+    fit_errors,
+)
 from tepsipe.identification.regression.generalised import (
     GeneralisedFit,
     Record,
@@ -29,6 +46,7 @@ from tepsipe.identification.regression.generalised import (
     integrated_wiener,
     squared_exponential,
 )
+from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.statistics.uncertainty import Budget, Source
 
 QUANTITIES = ("B", "K")
@@ -38,6 +56,8 @@ FILTER_WIDTH_S = 0.03
 QUIET_STEP_S = 0.02
 # covariance of sway and parameters are estimated in turn
 ROUNDS = 3
+# beyond an epoch, what a low-pass of its samples sees (s)
+BEYOND_S = 0.1
 # fewest trials whose scatter is Type A
 FEWEST_TRIALS = 4
 # sources that this module adds to the sources of the signals
@@ -91,10 +111,15 @@ class FreeReflexFit:
         Window and t_r (s).
     windows : ndarray, shape (w, 3)
         Window (s), B and K by it, within ``windows_s`` of the options.
+    windows_chance : ndarray, shape (w, 2)
+        Standard uncertainty of their difference from ``parameters`` by scatter and sources (units of B and
+        K).
     curves : list of dict of str to ndarray
         Per trial: ``time`` (s), ``torque``, ``intrinsic``, ``active`` (N·m), ``ankle`` (rad).
     vaf : float
         VAF of the mean responses by B and K alone, before t_r (%).
+    noise_share : float
+        Largest share of noise in what the angles seem to say of B and K (-); it is subtracted.
     """
 
     parameters: np.ndarray
@@ -103,8 +128,10 @@ class FreeReflexFit:
     window_s: float
     reflex_onset_s: float
     windows: np.ndarray
+    windows_chance: np.ndarray
     curves: list[dict[str, np.ndarray]]
     vaf: float
+    noise_share: float
 
 
 def fit_free_reflex(
@@ -157,11 +184,11 @@ def fit_free_reflex(
     resampled = _resampled(trials, records, inside, draws, rng)
     by_source = {source.name: source.standard_uncertainty for source in sources}
     contributions = dict(errors.contributions)
-    tried, contributions[WINDOW] = _windows(trials, errors, options, sources, onset)
+    tried, chance, contributions[WINDOW] = _windows(trials, errors, options, sources, onset)
     if DISCREPANCY in by_source:
         contributions[DISCREPANCY] = by_source[DISCREPANCY] * errors.discrepancy.sum(axis=0)
     budget = Budget(
-        *_scatter(fit, resampled, sum(trial.count for trial in trials)),
+        *_scatter(fit, trials, inside),
         contributions,
         {source.name: source.freedom for source in sources},
     )
@@ -174,8 +201,10 @@ def fit_free_reflex(
         window_s=window_s,
         reflex_onset_s=onset,
         windows=tried,
+        windows_chance=chance,
         curves=curves,
         vaf=_vaf(curves, before),
+        noise_share=fit.noise_share,
     )
 
 
@@ -192,8 +221,8 @@ def _sway(trials: list[BroadbandEpochs], inside: np.ndarray) -> np.ndarray:
     return stretches[0] if len(stretches) == 1 else np.concatenate(stretches)
 
 
-def _sway_moments(trials: list[BroadbandEpochs], inside: np.ndarray) -> np.ndarray:
-    """Mean products of the signals of sway at all pairs of instants, shape (3, 3, n, n)."""
+def sway_moments(trials: list[BroadbandEpochs], inside: np.ndarray) -> np.ndarray:
+    """Mean products of the signals of sway and noise at all pairs of instants, shape (3, 3, n, n)."""
     sway = _sway(trials, inside)
     flat = np.moveaxis(sway, 2, 1).reshape(len(sway), -1)
     n = sway.shape[1]
@@ -212,7 +241,9 @@ def _fitted(
     means = [trial.perturbed[:, inside].mean(axis=0) for trial in trials]
     smooth = squared_exponential(time, options.discrepancy_s)
     unit = options.reflex_Nm**2 / (options.reflex_after_s**3 / 3.0)
-    free = unit * integrated_wiener(time, onset_s)
+    first = trials[0]
+    free = unit * reflex_covariance(first.time, onset_s, first.cutoff_hz, first.order)
+    free = free[np.ix_(inside, inside)]
     parameters = np.zeros(2)
     for _ in range(ROUNDS):
         combination = np.zeros(3)
@@ -221,16 +252,66 @@ def _fitted(
         records = [
             Record(
                 target=mean[:, TORQUE],
-                regressors=mean[:, [ANKLE_D, ANKLE]],
+                regressors=mean[:, REGRESSORS],
                 covariance=covariance / trial.count
                 + _size(mean[:, TORQUE], options) ** 2 * (smooth + 1e-6 * np.eye(time.size))
                 + (trial.peak_m_per_s / options.reflex_speed_m_per_s) ** 2 * free,
+                instruments=trial.belt[inside],
+                noise=noise_of_mean(moments, trial.count),
             )
             for trial, mean in zip(trials, means, strict=True)
         ]
         fit = generalised_least_squares(records)
         parameters = fit.parameters
     return fit, records
+
+
+def noise_of_mean(moments: np.ndarray, responses: float) -> tuple[np.ndarray, np.ndarray]:
+    """Moments of noise and sway in the regressors of a mean of responses, and with those of its torque.
+
+    Parameters
+    ----------
+    moments : ndarray, shape (3, 3, n, n)
+        Of single responses (products of the units of the signals).
+    responses : float
+        Their number (-).
+
+    Returns
+    -------
+    tuple of ndarray, shape (2, 2, n, n) and (2, n, n)
+        As in `tepsipe.identification.regression.generalised.Record` (products of the units of the signals).
+    """
+    return moments[np.ix_(REGRESSORS, REGRESSORS)] / responses, moments[REGRESSORS, TORQUE] / responses
+
+
+@lru_cache(maxsize=64)
+def _low_pass(samples: int, rate_hz: float, cutoff_hz: float, order: int) -> np.ndarray:
+    """Zero-lag low-pass of so many samples, shape (samples, samples) (-)."""
+    return butterworth_lowpass(np.eye(samples), rate_hz, cutoff_hz, order)
+
+
+def reflex_covariance(time: np.ndarray, onset_s: float, cutoff_hz: float, order: int) -> np.ndarray:
+    """Covariance of a reflex torque of unit intensity behind a zero-lag low-pass.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Regular instants (s).
+    onset_s : float
+        t_r (s).
+    cutoff_hz, order : float, int
+        Of the low-pass (Hz, -).
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+        Covariance (s^3).
+    """
+    rate_hz = float(round(1.0 / np.diff(time).mean(), 6))
+    margin = round(BEYOND_S * rate_hz)
+    wide = time[0] + np.arange(-margin, time.size + margin) / rate_hz
+    passed = _low_pass(wide.size, rate_hz, cutoff_hz, order)[margin:-margin]
+    return passed @ integrated_wiener(wide, onset_s) @ passed.T
 
 
 def _size(torque: np.ndarray, options: FreeReflexOptions) -> float:
@@ -247,7 +328,7 @@ def fit_with_errors(
 ) -> tuple[GeneralisedFit, list[Record], FitErrors]:
     """Best B and K (N·m·s/rad, N·m/rad) in a window (s) for an onset of reflexes (s), records, and errors."""
     inside = inside_window(trials[0].time, window_s)
-    moments = _sway_moments(trials, inside)
+    moments = sway_moments(trials, inside)
     fit, records = _fitted(trials, inside, moments, onset_s, options)
     errors = fit_errors(trials, fit, records, inside, sources, options.discrepancy_s)
     for source in sources:
@@ -266,8 +347,8 @@ def _windows(
     options: FreeReflexOptions,
     sources: list[Source],
     onset_s: float,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Window, B and K every 10 ms, shape (w, 3), and root of the covariance by the window, shape (w, 2).
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Window, B and K every 10 ms, shape (w, 3), and roots of covariances, shape (w, 2): chance, choice.
 
     Scatter and the other sources also make windows differ, and are counted there. Only the spread beyond
     them counts as the effect of the window.
@@ -277,11 +358,12 @@ def _windows(
     by_length = [fit_with_errors(trials, w, onset_s, options, sources)[2] for w in lengths]
     differences = np.array([errors.parameters for errors in by_length]) - chosen.parameters
     shared = sum(source.standard_uncertainty for source in sources if source.name == DISCREPANCY)
-    expected = sum(errors.minus(chosen).variance(shared) for errors in by_length)
+    variances = np.array([errors.minus(chosen).variance(shared) for errors in by_length])
+    expected = variances.sum(axis=0)
     seen = np.maximum((differences**2).sum(axis=0), 1e-300)
     beyond = np.sqrt(np.maximum(0.0, 1.0 - expected / seen))
     tried = np.array([[w, *errors.parameters] for w, errors in zip(lengths, by_length, strict=True)])
-    return tried, differences * beyond / np.sqrt(len(lengths))
+    return tried, np.sqrt(variances), differences * beyond / np.sqrt(len(lengths))
 
 
 def _resampled(
@@ -297,20 +379,51 @@ def _resampled(
         n = trial.count
         weights = rng.multinomial(n, np.full(n, 1.0 / n), draws) / n
         means = np.einsum("dr,rnc->dnc", weights, trial.perturbed[:, inside])
-        drawn.append(Record(means[..., TORQUE], means[..., [ANKLE_D, ANKLE]], record.covariance))
+        # a mean of responses that were drawn again has the noise of the mean, and as much by the draw
+        twice = tuple(2.0 * moments for moments in record.noise)
+        changed = {"target": means[..., TORQUE], "regressors": means[..., REGRESSORS], "noise": twice}
+        drawn.append(replace(record, **changed))
     return generalised_least_squares(drawn).parameters
 
 
-def _scatter(fit: GeneralisedFit, resampled: np.ndarray, responses: int) -> tuple[np.ndarray, float]:
-    """Type A of B and K, and its degrees of freedom."""
-    trials = len(fit.information)
-    if trials >= FEWEST_TRIALS:
-        left_out = fit.without_each()
-        around = left_out - left_out.mean(axis=0)
-        return np.sqrt((trials - 1.0) / trials * (around**2).sum(axis=0)), trials - 1.0
-    freedom = max(1.0, float(responses - trials))
-    # resampling n responses underestimates their spread
-    return np.sqrt(responses / freedom) * resampled.std(axis=0), freedom
+def _scatter(
+    fit: GeneralisedFit, trials: list[BroadbandEpochs], inside: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Type A of B and K, and its degrees of freedom (-)."""
+    number = len(trials)
+    if number >= FEWEST_TRIALS:
+        return np.sqrt(_jackknife(fit.without_each())), number - 1.0
+    variance = sum(_jackknife(x) for x in _without_each_response(fit, trials, inside))
+    return np.sqrt(variance), max(1.0, float(sum(trial.count for trial in trials) - number))
+
+
+def _jackknife(left_out: np.ndarray) -> np.ndarray:
+    """Variance of p estimates from those without one of k parts, shape (k, p)."""
+    k = len(left_out)
+    return (k - 1.0) / k * ((left_out - left_out.mean(axis=0)) ** 2).sum(axis=0)
+
+
+def _without_each_response(
+    fit: GeneralisedFit, trials: list[BroadbandEpochs], inside: np.ndarray
+) -> list[np.ndarray]:
+    """B and K without one response after the other, of each trial with several, shape (responses, 2)."""
+    information, moments = fit.information.sum(axis=0), fit.moments.sum(axis=0)
+    found = []
+    for k, trial in enumerate(trials):
+        n = trial.count
+        if n < 2:
+            continue
+        responses = trial.perturbed[:, inside]
+        means = (responses.sum(axis=0) - responses) / (n - 1.0)
+        x, y = means[..., REGRESSORS], means[..., TORQUE]
+        weighted = np.swapaxes(x, -1, -2) @ fit.weights[k]
+        more = n / (n - 1.0)  # the mean of fewer responses is noisier
+        changed = weighted @ x - more * fit.noise_information[k]
+        changed_moments = (weighted @ y[..., None])[..., 0] - more * fit.noise_moments[k]
+        left = information - fit.information[k] + changed
+        right = moments - fit.moments[k] + changed_moments
+        found.append(np.linalg.solve(left, right[..., None])[..., 0])
+    return found
 
 
 def _curve(record: Record, parameters: np.ndarray, time: np.ndarray) -> dict[str, np.ndarray]:
