@@ -258,8 +258,15 @@ def with_treadmill_error(
     fitted = (broadband.time > -0.5 / rate) & (broadband.time <= window_s + 0.5 / rate)
     motion = broadband.perturbed.mean(axis=0)[fitted]
     velocity = epochs.perturbed["belt_velocity"].mean(axis=0)[epochs.time > -0.5 / rate]
-    regressors = motion[:, [2, 1]]
-    subject = Subject(broadband.carried_kg, ankle_height_m, velocity, regressors, rate, False)
+    subject = Subject(
+        mass_kg=broadband.carried_kg,
+        lever_m=ankle_height_m,
+        velocity=velocity,
+        regressors=motion[:, [2, 1]],
+        rate_hz=rate,
+        own_zero=False,
+        instruments=broadband.belt[fitted],
+    )
     error = predicted_error(held_out, subject)
     return replace(broadband, treadmill_error=(float(error.parameters[-1]), float(error.standard_error[-1])))
 
