@@ -35,8 +35,8 @@ from tepsipe.treadmill.registry import FittedModel
 
 # length of an epoch after its onset (s), beyond which no window of the estimator reaches
 AFTER_S = 0.2
-# and before the baseline (s): as much as a second low-pass of the responses sees
-MARGIN_S = 0.1
+# start of an epoch before its baseline (s)
+MARGIN_S = 0.02
 # responses within which the apparent centre of the joint is sought (s)
 PULSE_S = (-0.02, 0.1)
 # step of the sources for their slopes
@@ -69,9 +69,9 @@ class BroadbandEpochs:
         Velocity (m/s) and displacement (m) of the belt in the mean response, relative to their mean in the
         baseline.
     baseline_s : tuple of float
-        Baseline of the responses, from the onset (s).
+        Start and end of the baseline, from the onset (s).
     cutoff_hz, order : float, int
-        Zero-lag low-pass of all signals (Hz), and its order (-).
+        Cutoff (Hz) and order of the zero-lag low-pass of all signals.
     peak_m_per_s : float
         Largest speed of the belt, median over responses (m/s).
     carried_kg : float
@@ -117,7 +117,7 @@ class BroadbandEpochs:
 
     @property
     def baseline(self) -> np.ndarray:
-        """Samples of the baseline, shape (n,) (-)."""
+        """True for samples of the baseline, shape (n,)."""
         start, end = self.baseline_s
         return (self.time >= start - 1e-9) & (self.time <= end + 1e-9)
 
@@ -163,7 +163,7 @@ def cut_broadband(
     options, cutting : StandingOptions, EpochOptions
         Options of the analysis.
     lowpass : Lowpass
-        Filter of all signals here (Hz); at a low rate of the cameras as wide as that allows.
+        Filter of all signals here (Hz); its cutoff is lowered if the cameras are too slow for it.
     models : dict of str to FittedModel
         Component, Fy or Mx -> treadmill model; empty for the loads as measured.
 
@@ -272,7 +272,7 @@ def with_treadmill_error(
 
 
 def is_steady(centre: JointCentre) -> bool:
-    """Whether the foot did not turn in quiet sway (no unit): only then the shank shows a centre."""
+    """Test for a foot that stands still in quiet sway, without which sway determines no centre."""
     return bool(centre.foot_rad < FOOT_SHARE * centre.sway_rad and np.isfinite(centre.standard_error_m).all())
 
 
@@ -286,7 +286,7 @@ def _usable(centre: JointCentre) -> bool:
 
 
 def _belt(time: np.ndarray, velocity: np.ndarray, baseline_s: tuple[float, float]) -> np.ndarray:
-    """Velocity (m/s) and displacement (m) of the belt from the former, shape (n, 2)."""
+    """Velocity (m/s) and displacement (m) of the belt, relative to the baseline, shape (n, 2)."""
     belt = np.column_stack([velocity, scipy.integrate.cumulative_trapezoid(velocity, time, initial=0.0)])
     zero = (time >= baseline_s[0] - 1e-9) & (time <= baseline_s[1] + 1e-9)
     return belt - belt[zero].mean(axis=0)

@@ -34,7 +34,7 @@ DIFFERENCE, WINDOW_RANGE = 0.05, 0.25
 SKIN_M = 0.003
 # predicted error of K above which K is not quoted, relative to K
 GROSS = 0.5
-# largest share of noise in the information of the responses on B and K that can be subtracted safely
+# largest share of noise in the information on B and K: the corrected estimate is biased beyond it
 NOISE_SHARE = 0.1
 # share of the perturbations that must be usable
 USABLE = 0.7

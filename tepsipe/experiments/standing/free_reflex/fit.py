@@ -8,20 +8,20 @@ error of a given share of the torque. s is sway; its covariance is taken from un
 B phi' + K phi, and divided by the number of responses. The window may then end before or after the first
 reflex: K and B depend little on it.
 
-Noise of the cameras and sway are in phi and phi', too, and there they attenuate B and K (errors in
-variables). The belt, whose encoder has no such noise, turns the ankle: the regressors count as far as they
-resemble its velocity and its displacement. Of the little noise that this leaves, the moments of
-unperturbed standing say how much it adds to the products of the mean responses, a share 1 / n of it: it is
-subtracted (`tepsipe.identification.regression.generalised`). Sway is subtracted with the noise: torque and
-angle of sway are related by balance, not by B and K, and only the pulses are repeated in all responses.
+Noise of the cameras in phi and phi' would attenuate B and K (errors in variables). The encoder of the belt
+has no such noise, and the belt is what turns the ankle: its velocity and displacement are the instruments of
+`tepsipe.identification.regression.generalised`. They remove most of the noise from the regressors. The rest
+is subtracted: the mean of n responses has 1 / n of the moments of unperturbed standing. These contain sway as
+well, which must go, too: balance relates torque and angle of sway, not B and K, and only the pulse is the
+same in all responses.
 
-r passes the low-pass of all signals: behind it, a little of it precedes t_r.
+The covariance of r includes the low-pass of all signals, which spreads a part of r to before t_r.
 
-Type A is the scatter between trials, by the jackknife; of fewer than 4 trials, between responses, by the
-jackknife, too. Type B are the sources of `tepsipe.experiments.standing.free_reflex.free_body`, draws of the
-treadmill model's constants, the choice of window and t_r, and the part of d that all trials of a person
-share. The contribution of soft tissue also uses the responses: the apparent centre of the joint after a pulse
-less the centre in quiet sway, over the shift that a metre of tissue motion causes.
+Type A is the scatter between trials, or between responses if there are fewer than 4 trials, by the jackknife
+of the corrected estimate. Type B are the sources of `tepsipe.experiments.standing.free_reflex.free_body`,
+draws of the treadmill model's constants, the choice of window and t_r, and the part of d that all trials of a
+person share. The contribution of soft tissue also uses the responses: the apparent centre of the joint after
+a pulse less the centre in quiet sway, over the shift that a metre of tissue motion causes.
 """
 
 from dataclasses import dataclass, replace
@@ -56,7 +56,7 @@ FILTER_WIDTH_S = 0.03
 QUIET_STEP_S = 0.02
 # covariance of sway and parameters are estimated in turn
 ROUNDS = 3
-# beyond an epoch, what a low-pass of its samples sees (s)
+# margin on both sides of an epoch, beyond which the low-pass has no effect on it (s)
 BEYOND_S = 0.1
 # fewest trials whose scatter is Type A
 FEWEST_TRIALS = 4
@@ -112,14 +112,13 @@ class FreeReflexFit:
     windows : ndarray, shape (w, 3)
         Window (s), B and K by it, within ``windows_s`` of the options.
     windows_chance : ndarray, shape (w, 2)
-        Standard uncertainty of their difference from ``parameters`` by scatter and sources (units of B and
-        K).
+        Standard uncertainty of their difference from ``parameters`` by scatter and sources.
     curves : list of dict of str to ndarray
         Per trial: ``time`` (s), ``torque``, ``intrinsic``, ``active`` (N·m), ``ankle`` (rad).
     vaf : float
         VAF of the mean responses by B and K alone, before t_r (%).
     noise_share : float
-        Largest share of noise in what the angles seem to say of B and K (-); it is subtracted.
+        Largest share of noise in the information on B and K, which was subtracted.
     """
 
     parameters: np.ndarray
@@ -222,7 +221,7 @@ def _sway(trials: list[BroadbandEpochs], inside: np.ndarray) -> np.ndarray:
 
 
 def sway_moments(trials: list[BroadbandEpochs], inside: np.ndarray) -> np.ndarray:
-    """Mean products of the signals of sway and noise at all pairs of instants, shape (3, 3, n, n)."""
+    """Moments of sway and noise: mean products of the signals at all pairs of instants, (3, 3, n, n)."""
     sway = _sway(trials, inside)
     flat = np.moveaxis(sway, 2, 1).reshape(len(sway), -1)
     n = sway.shape[1]
@@ -236,7 +235,7 @@ def _fitted(
     onset_s: float,
     options: FreeReflexOptions,
 ) -> tuple[GeneralisedFit, list[Record]]:
-    """Best B and K in a window, with the moments of sway in it, for an onset of reflexes, and the records."""
+    """Best B and K in a window, for an onset of reflexes, and the records; ``moments`` of `sway_moments`."""
     time = trials[0].time[inside]
     means = [trial.perturbed[:, inside].mean(axis=0) for trial in trials]
     smooth = squared_exponential(time, options.discrepancy_s)
@@ -267,26 +266,26 @@ def _fitted(
 
 
 def noise_of_mean(moments: np.ndarray, responses: float) -> tuple[np.ndarray, np.ndarray]:
-    """Moments of noise and sway in the regressors of a mean of responses, and with those of its torque.
+    """Moments of the noise in a mean of so many responses, for `Record`.
 
     Parameters
     ----------
     moments : ndarray, shape (3, 3, n, n)
-        Of single responses (products of the units of the signals).
+        Moments of single responses, from `sway_moments` (products of N·m, rad, rad/s).
     responses : float
-        Their number (-).
+        Number of responses.
 
     Returns
     -------
     tuple of ndarray, shape (2, 2, n, n) and (2, n, n)
-        As in `tepsipe.identification.regression.generalised.Record` (products of the units of the signals).
+        Moments of the regressors, and of the regressors with the torque.
     """
     return moments[np.ix_(REGRESSORS, REGRESSORS)] / responses, moments[REGRESSORS, TORQUE] / responses
 
 
 @lru_cache(maxsize=64)
 def _low_pass(samples: int, rate_hz: float, cutoff_hz: float, order: int) -> np.ndarray:
-    """Zero-lag low-pass of so many samples, shape (samples, samples) (-)."""
+    """Zero-lag low-pass of so many samples as a matrix, shape (samples, samples)."""
     return butterworth_lowpass(np.eye(samples), rate_hz, cutoff_hz, order)
 
 
@@ -300,7 +299,7 @@ def reflex_covariance(time: np.ndarray, onset_s: float, cutoff_hz: float, order:
     onset_s : float
         t_r (s).
     cutoff_hz, order : float, int
-        Of the low-pass (Hz, -).
+        Cutoff (Hz) and order of the low-pass.
 
     Returns
     -------
@@ -348,8 +347,10 @@ def _windows(
     sources: list[Source],
     onset_s: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Window, B and K every 10 ms, shape (w, 3), and roots of covariances, shape (w, 2): chance, choice.
+    """B and K by the window, and what makes them differ.
 
+    Returns window, B and K every 10 ms, shape (w, 3), the standard uncertainty of their differences from the
+    chosen window by chance, shape (w, 2), and the root of the covariance by the choice of the window, (w, 2).
     Scatter and the other sources also make windows differ, and are counted there. Only the spread beyond
     them counts as the effect of the window.
     """
@@ -379,7 +380,7 @@ def _resampled(
         n = trial.count
         weights = rng.multinomial(n, np.full(n, 1.0 / n), draws) / n
         means = np.einsum("dr,rnc->dnc", weights, trial.perturbed[:, inside])
-        # a mean of responses that were drawn again has the noise of the mean, and as much by the draw
+        # resampling adds as much noise to the mean as it already has
         twice = tuple(2.0 * moments for moments in record.noise)
         changed = {"target": means[..., TORQUE], "regressors": means[..., REGRESSORS], "noise": twice}
         drawn.append(replace(record, **changed))
@@ -389,7 +390,7 @@ def _resampled(
 def _scatter(
     fit: GeneralisedFit, trials: list[BroadbandEpochs], inside: np.ndarray
 ) -> tuple[np.ndarray, float]:
-    """Type A of B and K, and its degrees of freedom (-)."""
+    """Type A of B and K, and its degrees of freedom."""
     number = len(trials)
     if number >= FEWEST_TRIALS:
         return np.sqrt(_jackknife(fit.without_each())), number - 1.0
@@ -398,7 +399,7 @@ def _scatter(
 
 
 def _jackknife(left_out: np.ndarray) -> np.ndarray:
-    """Variance of p estimates from those without one of k parts, shape (k, p)."""
+    """Variance of estimates from the estimates without each of k parts, shape (k, p)."""
     k = len(left_out)
     return (k - 1.0) / k * ((left_out - left_out.mean(axis=0)) ** 2).sum(axis=0)
 
@@ -406,9 +407,9 @@ def _jackknife(left_out: np.ndarray) -> np.ndarray:
 def _without_each_response(
     fit: GeneralisedFit, trials: list[BroadbandEpochs], inside: np.ndarray
 ) -> list[np.ndarray]:
-    """B and K without one response after the other, of each trial with several, shape (responses, 2)."""
+    """B and K without each response, shape (responses, 2), for each trial with several."""
     information, moments = fit.information.sum(axis=0), fit.moments.sum(axis=0)
-    found = []
+    estimates = []
     for k, trial in enumerate(trials):
         n = trial.count
         if n < 2:
@@ -417,13 +418,13 @@ def _without_each_response(
         means = (responses.sum(axis=0) - responses) / (n - 1.0)
         x, y = means[..., REGRESSORS], means[..., TORQUE]
         weighted = np.swapaxes(x, -1, -2) @ fit.weights[k]
-        more = n / (n - 1.0)  # the mean of fewer responses is noisier
+        more = n / (n - 1.0)  # noise of a mean of fewer responses
         changed = weighted @ x - more * fit.noise_information[k]
         changed_moments = (weighted @ y[..., None])[..., 0] - more * fit.noise_moments[k]
         left = information - fit.information[k] + changed
         right = moments - fit.moments[k] + changed_moments
-        found.append(np.linalg.solve(left, right[..., None])[..., 0])
-    return found
+        estimates.append(np.linalg.solve(left, right[..., None])[..., 0])
+    return estimates
 
 
 def _curve(record: Record, parameters: np.ndarray, time: np.ndarray) -> dict[str, np.ndarray]:

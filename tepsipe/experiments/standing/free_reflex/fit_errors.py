@@ -18,7 +18,7 @@ from tepsipe.identification.regression.generalised import (
 from tepsipe.statistics.uncertainty import Source, root_of_draws
 
 TORQUE, ANKLE, ANKLE_D = range(3)
-# of B and K
+# signals that B and K multiply
 REGRESSORS = [ANKLE_D, ANKLE]
 TREADMILL = "treadmill_model"
 

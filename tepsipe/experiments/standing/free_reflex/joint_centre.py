@@ -10,6 +10,10 @@ functional joint centres). In quiet sway soft tissue follows the bone, and the o
 perturbation it does not: the two centres differ by the wobble of the skin. A marker on the malleolus slips as
 the ankle turns, so the centre is found from the markers that belong to shank or foot alone, where each has
 two. The two apparent centres are compared including that marker, whose slip is in both.
+
+The slopes are ratios of products with the angle, whose noise would attenuate them (errors in variables). In
+quiet sway the products are therefore those of samples 0.2 s apart: sway hardly changes in that time, and noise
+of the cameras is independent.
 """
 
 from dataclasses import dataclass, replace
@@ -25,7 +29,7 @@ from tepsipe.signals.resampling import runs_of
 
 # cutoff between the sway of quiet standing and the noise of the markers (Hz)
 SWAY_HZ = 3.0
-# apart, in which the noise of the cameras behind that filter has become another (s)
+# time after which noise of the cameras behind that filter is independent (s)
 LAG_S = 0.2
 # shortest stretch of quiet standing (s), and fewest stretches
 STRETCH_S, FEWEST = 1.0, 3
@@ -152,18 +156,18 @@ def _centre(pieces: list[np.ndarray], mean_angle: float) -> JointCentre:
 
 
 def _centre_of_sway(pieces: list[np.ndarray], mean_angle: float, lag: int) -> JointCentre:
-    """Slopes over all pieces about the mean of all; standard error by the jackknife over pieces.
+    """Slopes over all pieces, about the mean of all pieces, from products of samples ``lag`` samples apart.
 
-    A person drifts further from piece to piece than within one. Products are of samples a lag apart: sway
-    changes little in that time, and noise of the cameras is another, so it does not attenuate the slopes.
+    The mean of all pieces is common because a person drifts further between pieces than within one. The
+    standard error is that of the jackknife over pieces.
     """
     middle = np.concatenate(pieces).mean(axis=0)
     return _slopes([(p[: len(p) - lag] - middle, p[lag:] - middle) for p in pieces], mean_angle)
 
 
 def _slopes(pairs: list[tuple[np.ndarray, np.ndarray]], mean_angle: float) -> JointCentre:
-    """Centre by the slopes of y and z over the angle, from samples and later ones of each piece."""
-    # per piece: products of the angle with angle, y and z, square of the foot's angle, sums, and their number
+    """Centre from the slopes of y and z over the angle; pairs of earlier and later samples of each piece."""
+    # per piece: products of the angle with angle, y and z, square of the foot's angle, sums, samples
     parts = np.array(
         [
             np.r_[

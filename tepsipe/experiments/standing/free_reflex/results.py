@@ -11,7 +11,7 @@ from tepsipe.experiments.budgets import contributions_of
 from tepsipe.experiments.standing.estimates import UNITS, Fits, StandingFit, generator
 from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
 from tepsipe.experiments.standing.free_reflex.checks import difference_from_window, failed_checks, quotable
-from tepsipe.experiments.standing.free_reflex.common_centre import with_common_centre
+from tepsipe.experiments.standing.free_reflex.common_centre import common_centre, with_common_centre
 from tepsipe.experiments.standing.free_reflex.fit import (
     QUANTITIES,
     FreeReflexFit,
@@ -172,12 +172,12 @@ def reflex_onset(
     return min(known) + options.electromechanical_delay_s if known else None
 
 
-def centre_facts(trials: list[BroadbandEpochs]) -> dict:
-    """Facts on the joint's centre for the report: mean offset (m), whether it was used, soft tissue (m)."""
-    offsets = [trial.centre.offset_m for trial in trials if trial.centre is not None]
+def centre_facts(trials: list[BroadbandEpochs], sources: dict[str, Source]) -> dict:
+    """Facts on the joint's centre: its offset (m), whether it is from sway, motion of soft tissue (m)."""
+    centre = common_centre(trials, sources)
     return {
-        "joint_centre_m": np.mean(offsets, axis=0).tolist() if offsets else None,
-        "centre_used": bool(trials) and all(trial.centre_used for trial in trials),
+        "joint_centre_m": centre.offset_m.tolist() if trials else None,
+        "centre_used": centre.from_sway,
         "skin_m": float(np.sqrt(np.mean([trial.skin_m**2 for trial in trials]))) if trials else 0.0,
     }
 
