@@ -33,7 +33,7 @@ from tepsipe.reporting.coverage_flags import FLAG_ROWS, flag_rows
 from tepsipe.reporting.figures.coverage import plot_coverage, plot_intervals
 from tepsipe.reporting.recovery import recovery_of
 from tepsipe.reporting.run import Run, report_content
-from tepsipe.virtual_lab.drawn import drawn_numbers
+from tepsipe.virtual_lab.drawn import draw_laboratory, drawn_numbers
 from workflow.support import laboratories
 from workflow.support.laboratories import Laboratories, constants_of, one_of_each_set, seed_of, set_of
 from workflow.support.start import merged_settings
@@ -323,7 +323,7 @@ def test_every_set_draws_the_further_constants_unchanged_and_the_rate_is_known()
     further = config["coverage"]["drawn"]
     noises = []
     for number in (1, 2, 4, 6):
-        files = laboratories.files(number)
+        files = laboratories.files(number, draw_laboratory)
         constants = json.loads(files["config/virtual_lab.yaml"])
         assert {path: constants["drawn"][path] for path in further} == further
         # no other number depends on them
@@ -339,7 +339,6 @@ def test_every_set_draws_the_further_constants_unchanged_and_the_rate_is_known()
 
 
 def test_shift_moves_a_drawn_number_by_standard_deviations():
-    from tepsipe.virtual_lab.drawn import draw_laboratory
 
     def drawn(**entry):
         made = {"seed": 7, "x": [0.0] * 40, "drawn": {"x": {"normal": 1.0, **entry}}}
@@ -354,7 +353,7 @@ def test_a_laboratory_is_a_study_of_its_own(root, monkeypatch):
     monkeypatch.chdir(root)
     config = yaml.safe_load((root / "config/config.yaml").read_text(encoding="utf-8"))
     made = Laboratories(config | {"coverage": COVERAGE})
-    files = made.files(3)
+    files = made.files(3, draw_laboratory)
     own = json.loads(files["config/config.yaml"])
     assert own["coverage"] is None and own["study"]["seed"] == made.about(3)["seed"]
     assert own["study"]["virtual_lab"] == "config/virtual_lab.yaml" in files

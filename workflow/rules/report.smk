@@ -1,14 +1,12 @@
 # The PDF, one source with a chapter for every experiment of the study, and Snakemake's HTML report.
 
-VIRTUAL_LAB = config["study"]["virtual_lab"]
-
 
 rule record_provenance:
     input:
         trials=outputs.trials(STUDY),
         trial_sheet=config["study"]["trial_sheet"],
-        virtual_lab=VIRTUAL_LAB or [],
-        virtual_lab_base=(VIRTUAL_LAB and base_of(VIRTUAL_LAB)) or [],
+        virtual_lab=config["study"]["virtual_lab"] or [],
+        laboratory_base=base_of(config["study"]["virtual_lab"]) or [],
         reported=config["study"]["reported"] or [],
         participants=config["study"]["participants"] or [],
         requirements=here("requirements.txt"),

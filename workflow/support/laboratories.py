@@ -11,13 +11,13 @@ import os
 import runpy
 import shutil
 import sys
+from collections.abc import Callable
 from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
 from random import Random
 
 from tepsipe.errors import InputError, quoted
-from tepsipe.virtual_lab.drawn import draw_laboratory
 from workflow.support.stopped import RECORDS, SENTENCE, records
 from workflow.support.yaml_file import read_constants
 
@@ -131,13 +131,15 @@ class Laboratories:
         seed = seed_of(self.coverage, number)
         return {"number": number, "set": set_of(self.coverage, number), "seed": seed}
 
-    def files(self, number: int) -> dict[str, str]:
-        """Path below the laboratory's folder -> text of the files that make it a study of its own."""
+    def files(self, number: int, draw: Callable[[dict], dict]) -> dict[str, str]:
+        """Path below the laboratory's folder -> text of the files that make it a study of its own.
+
+        ``draw`` returns the constants after drawing: a laboratory knows the rate of its cameras.
+        """
         constants = constants_of(self.constants, self.coverage, number)
         own = self.own_config | {"study": self.own_config["study"] | {"seed": seed_of(self.coverage, number)}}
         if RATE in self.coverage.get("drawn", {}):
-            # a laboratory knows the rate of its cameras
-            rate_hz = draw_laboratory(constants)["treadmill"]["capture"]["rate_hz"]
+            rate_hz = draw(constants)["treadmill"]["capture"]["rate_hz"]
             own["plate_treadmill"] = own["plate_treadmill"] | {"resample_rate_hz": rate_hz}
         return {
             "config/config.yaml": _text(own),

@@ -46,9 +46,9 @@ def override(settings: dict, changes: dict) -> None:
             settings[key] = value
 
 
-def base_of(path: str | Path) -> str | None:
-    """Path of the file whose constants a file of the virtual laboratory overrides, or None."""
-    base = read_settings(path).get("base")
+def base_of(path: str | Path | None) -> str | None:
+    """Path of the file whose constants a file of the virtual laboratory overrides; None without one."""
+    base = None if path is None else read_settings(path).get("base")
     if base is not None and not isinstance(base, str):
         raise InputError(f"{path}: expected the path of a file for 'base', found {quoted(base)}: correct it")
     return base

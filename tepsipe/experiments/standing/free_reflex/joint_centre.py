@@ -12,8 +12,8 @@ the ankle turns, so the centre is found from the markers that belong to shank or
 two. The two apparent centres are compared including that marker, whose slip is in both.
 
 The slopes are ratios of products with the angle, whose noise would attenuate them (errors in variables). In
-quiet sway the products are therefore those of samples 0.2 s apart: sway hardly changes in that time, and noise
-of the cameras is independent.
+quiet sway the products are therefore those of samples 0.2 s apart: sway hardly changes in that time, and
+noise of the cameras is independent.
 """
 
 from dataclasses import dataclass, replace
