@@ -13,9 +13,9 @@ import scipy
 from tepsipe.errors import InputError
 from tepsipe.signals.units import samples
 
-# largest cutoff over the sampling rate where a slow recording is filtered as far as its rate allows (-):
-# splines through the samples shift and differentiate a signal up to there
-WIDEST = 0.4
+# largest cutoff of `Lowpass.within` over the sampling rate: up to there signals that were resampled to this rate
+# are complete (`tepsipe.signals.resampling.resample`), as those sampled at it are
+WIDEST = 0.3
 
 
 def lowpass(

@@ -138,7 +138,7 @@ class StandingAnalysis(Section):
     """Epochs around the perturbations."""
 
     stretch_cutoff_hz: Frequency = setting(
-        "cutoff for the angles that determine which muscles are lengthened first, at most 0.4 of the rate; "
+        "cutoff for the angles that determine which muscles are lengthened first, at most 0.3 of the rate; "
         "order as in `plate_treadmill`"
     )
     window: Window
@@ -232,7 +232,7 @@ class FreeReflex(Section):
     """Estimators with `active: free`."""
 
     lowpass_cutoff_hz: Frequency = setting(
-        "low-pass of all signals for estimators with `active: free`, at most 0.4 of the rate; order as in "
+        "low-pass of all signals for estimators with `active: free`, at most 0.3 of the rate; order as in "
         "`plate_treadmill`"
     )
     discrepancy: Positive = setting(
