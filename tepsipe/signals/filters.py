@@ -13,8 +13,8 @@ import scipy
 from tepsipe.errors import InputError
 from tepsipe.signals.units import samples
 
-# largest cutoff of `Lowpass.within` over the sampling rate: up to there signals that were resampled to this rate
-# are complete (`tepsipe.signals.resampling.resample`), as those sampled at it are
+# largest cutoff of `Lowpass.within` over the sampling rate: up to there signals that were resampled are
+# complete (`tepsipe.signals.resampling.resample`), as are those of the cameras
 WIDEST = 0.3
 
 
@@ -220,7 +220,7 @@ class Lowpass:
     zero_lag: bool
 
     def within(self, rate_hz: float) -> "Lowpass":
-        """The same filter, with a cutoff of at most `WIDEST` of a sampling rate (Hz)."""
+        """Filter with the cutoff lowered to `WIDEST` times a sampling rate (Hz) where it lies above."""
         return replace(self, cutoff_hz=min(self.cutoff_hz, WIDEST * rate_hz))
 
     def __call__(self, x: np.ndarray, rate_hz: float) -> np.ndarray:
