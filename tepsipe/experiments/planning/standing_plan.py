@@ -2,21 +2,21 @@
 
 The belt turns the shank about a point a distance L above the ankle, phi = -y / L, for the first tenth of a
 second. Within it, B and K are estimated together with a free reflex torque
-(`tepsipe.experiments.standing.free_reflex.fit`). With the estimator's own weights A = N^-1 X' C^-1,
-N = X' C^-1 X, for n responses
+(`tepsipe.experiments.standing.free_reflex.fit`). With X the mean responses of rate and angle, and H = C^-1 P
+the estimator's own weights, where P projects on the motion of the belt, the covariance after n responses is
 
-    u_A^2 = A S A' / n,     C = S / n + C_model + C_reflex
+    cov = N^-1 [ X' H S H X / n + V / n^2 ] N^-1,     N = X' H X,     C = S / n + C_model + C_reflex
 
-S is the covariance of sway in the window, relative to the baseline before the onset: a smooth process
-(Matern 3/2) of standard deviation s and time T and noise of the plate, both low-passed as the signals,
+S is the covariance of the residual torque u = tau - B phi' - K phi in the window, relative to the baseline
+before the onset: sway, a smooth process (Matern 3/2) of standard deviation s and time T, noise of the plate,
+and noise of the angle times B and K, all low-passed as the signals (F),
 
-    cov(s(t), s(t')) = s^2 (1 + |t - t'| / T) exp(-|t - t'| / T) + F F'
+    cov(s(t), s(t')) = s^2 (1 + |t - t'| / T) exp(-|t - t'| / T)
 
-Noise of the cameras adds to the ankle angle in proportion to the noise of a marker. S includes the noise of
-B phi' + K phi. The moments M of the noise in the regressors are subtracted (errors in variables), but its
-chance remains. With H = C^-1 P, where P projects on the motion of the belt, and a, b = B, K,
+Noise of the angle is that of a marker times a factor of the layout of the markers. Its moments M in the
+regressors are subtracted (errors in variables), but chance remains: with a, b = phi', phi,
 
-    cov(a, b) = N^-1 [ X' H S H X / n + (tr(H S H M_ab) + tr(H M_ua H M_ub)) / n^2 ] N^-1
+    V_ab = tr(H S H M_ab) + tr(H M_ua H M_ub)
 
 Where the model of rig and reflex limits C, C does not fall with n, and u_A does not fall as 1 / sqrt(n).
 Type B is a share of B and K due to treadmill model, joint centre and mass of the feet. I is not estimated,
@@ -48,8 +48,8 @@ BEFORE_S, AFTER_S, BASELINE_S = 0.12, 0.2, 0.1
 ONSET_SHARE = 0.1
 MOST_RESPONSES = 100_000
 ORDER = 4  # of the low-pass
-MARGIN = 40  # samples beyond which a filter does not see the ends (-)
-WINDOW_S = 0.08  # that is fitted
+MARGIN = 40  # samples on both sides, beyond which the low-pass has no effect
+WINDOW_S = 0.08  # length of the fitted window
 # shipped choices of the estimator; a test compares them with the configuration
 OPTIONS = FreeReflexOptions(
     lowpass_cutoff_hz=60.0,
@@ -79,9 +79,9 @@ class StandingDesign:
     noise_Nm : float
         Noise of the torque after the low-pass (N·m).
     marker_noise_m, camera_rate_hz : float
-        Noise of a marker in each direction (m), and rate of the cameras (Hz).
+        Standard deviation of a marker's noise in each direction (m), and rate of the cameras (Hz).
     angle_per_marker : float
-        Noise of the ankle angle over that of a marker (rad/m), by the distances of the markers.
+        Noise of the ankle angle per noise of a marker (rad/m); it follows from the distances of the markers.
     pulse : Pulse
         Commanded pulse (m/s).
     number : int
@@ -133,7 +133,7 @@ class StandingDesign:
 
     @property
     def cutoff_hz(self) -> float:
-        """Low-pass of all signals (Hz), as wide as the cameras' rate allows."""
+        """Cutoff of the low-pass of all signals (Hz), lowered if the cameras are slow."""
         return min(self.options.lowpass_cutoff_hz, WIDEST * self.camera_rate_hz)
 
     @property
@@ -198,26 +198,24 @@ class StandingPlan:
         response, options = self.response[inside], design.options
         moments = noise_moments(design)[:, :, inside][..., inside]
         combination = np.array([1.0, -design.stiffness_Nm_per_rad, -design.damping_Nms_per_rad])
-        residual = np.tensordot(combination, moments, 1)  # of u with torque, angle and rate
-        of_residual = np.tensordot(combination, residual, 1)
+        with_residual = np.tensordot(combination, moments, 1)  # u with torque, angle and rate
+        of_residual = np.tensordot(combination, with_residual, 1)
         size = options.discrepancy * np.abs(response[:, 0]).max()
         smooth = squared_exponential(time[inside], options.discrepancy_s) + 1e-6 * np.eye(inside.sum())
-        free = reflex_covariance(time, options.reflex_onset_s, design.cutoff_hz, ORDER)[
-            np.ix_(inside, inside)
-        ]
+        free = reflex_covariance(time, options.reflex_onset_s, design.cutoff_hz, ORDER)
+        free = free[np.ix_(inside, inside)]
         free *= options.reflex_Nm**2 / (options.reflex_after_s**3 / 3.0)
         speed = self.peak_m_per_s / options.reflex_speed_m_per_s
         covariance = of_residual / number + size**2 * smooth + speed**2 * free
-        x, order = response[:, [2, 1]], [2, 1]
-        # the belt turns the shank about a point: its motion is that of the angle, but for its size
+        regressors = [2, 1]  # rate and angle
+        x = response[:, regressors]
+        # the shank turns about a point, so belt and angle have the same motion up to a factor
         weight = Record(response[:, 0], x, covariance, x).weight
-        chance = weight @ of_residual @ weight
-        crossed = [weight @ residual[k] for k in order]
-        spread = x.T @ chance @ x / number
-        for a, k in enumerate(order):
-            for b, m in enumerate(order):
-                by_chance = np.trace(chance @ moments[k, m]) + np.trace(crossed[a] @ crossed[b])
-                spread[a, b] += by_chance / number**2
+        weighted = weight @ of_residual @ weight
+        crossed = weight @ with_residual[regressors]
+        of_noise = moments[np.ix_(regressors, regressors)]
+        chance = np.einsum("st,abts->ab", weighted, of_noise) + np.einsum("ast,bts->ab", crossed, crossed)
+        spread = x.T @ weighted @ x / number + chance / number**2
         inverse = np.linalg.inv(x.T @ weight @ x)
         return np.concatenate([[np.nan], np.sqrt(np.diag(inverse @ spread @ inverse))])
 
@@ -297,13 +295,13 @@ def angle_covariance(design: StandingDesign, samples: int) -> np.ndarray:
     passed = _passed(design, samples)
     time = np.arange(samples + 2 * MARGIN) / RATE_HZ
     both = np.stack([passed, derivative(time, passed)])[:, MARGIN:-MARGIN]
-    # white noise of faster cameras is spread over a wider band
+    # the faster the cameras, the wider the band over which the noise is spread
     size = design.angle_per_marker * design.marker_noise_m * np.sqrt(RATE_HZ / design.camera_rate_hz)
     return size**2 * np.einsum("ant,bmt->abnm", both, both)
 
 
 def _passed(design: StandingDesign, samples: int) -> np.ndarray:
-    """Low-pass of so many samples and of those around them, shape (samples + 2 margins,) twice (-)."""
+    """Low-pass of so many samples and a margin on both sides as a matrix, (samples + 2 margins,) twice."""
     return butterworth_lowpass(np.eye(samples + 2 * MARGIN), RATE_HZ, design.cutoff_hz, ORDER)
 
 
