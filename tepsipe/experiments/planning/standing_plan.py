@@ -125,7 +125,9 @@ class StandingDesign:
                 )
         for name in ("marker_noise_m", "angle_per_marker"):
             if not 0.0 <= getattr(self, name) < np.inf:
-                raise InputError(f"standing: expected a {name} of 0 or more, found {getattr(self, name):g}")
+                raise InputError(
+                    f"standing: expected a {name} of 0 or more, found {getattr(self, name):g}: correct it"
+                )
         if not 0.0 <= self.type_b < 1.0:
             raise InputError(
                 f"standing: expected a share of Type B from 0 to 1, found {self.type_b:g}: correct it"
