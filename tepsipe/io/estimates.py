@@ -26,8 +26,8 @@ FLAGS = {
     "markers-pulse-locked": "markers leave the rigid leg in every perturbation: look for bending or soft "
     "mounts",
     "lack-of-fit": "the model of the joint leaves a motion that repeats: look at the residuals, for wobble",
-    "noise-biased": "noise of the markers biases the windowed fit by half of its uncertainty or more: use "
-    "the joint likelihood, or larger perturbations",
+    "noise-biased": "noise of the markers biases the estimate: record more, equal or larger perturbations, "
+    "place markers further apart, or use the joint likelihood of a dummy",
     "pre-reflex-differs": "K differs from that of the pre-reflex window by more than 5 % and chance: "
     "look at the onset of the reflexes and the friction of the belt",
     "window-sensitive": "K changes by more than 25 % between windows: look at the onset of the "

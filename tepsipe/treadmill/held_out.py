@@ -7,7 +7,9 @@ and near its mass, is regressed on the subject's own motion,
 
     e(t) = dI theta'' + dB theta' + dK theta (+ constant),
 
-which is the error that the compensated estimates inherit. Residuals of calibration trials come from a fit
+which is the error that the compensated estimates inherit. Noise of the cameras in that motion would make the
+error look smaller than it is (errors in variables): where the motion of the belt is known, it serves as
+instrument. Residuals of calibration trials come from a fit
 without that trial. The gate does not detect the state of friction before a pulse, nor wrong geometry.
 """
 
@@ -90,6 +92,8 @@ class Subject:
         Sampling rate (Hz).
     own_zero : bool
         Whether the estimator has a free constant torque in every window.
+    instruments : ndarray, shape (m, p), optional
+        Signals that resemble the regressors without noise of the cameras; the regressors if left out.
     """
 
     mass_kg: float
@@ -98,6 +102,7 @@ class Subject:
     regressors: np.ndarray
     rate_hz: float
     own_zero: bool
+    instruments: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -244,11 +249,7 @@ def predicted_error(held_out: HeldOut, subject: Subject) -> PredictedError:
             f"expected the subject at {held_out.rate_hz:g} Hz, the rate of the treadmill's calibration, "
             f"found {subject.rate_hz:g} Hz: resample one of the two"
         )
-    columns, p = subject.regressors, subject.regressors.shape[1]
-    if subject.own_zero:
-        columns = np.column_stack([columns, np.ones(columns.shape[0])])
-    size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    solve = (np.linalg.pinv(columns / size) / size[:, None])[:p]
+    solve, p = _parameters_of_torque(subject), subject.regressors.shape[1]
     total, variance, used, differences = np.zeros(p), np.zeros(p), [], []
     for weight, kg in _masses(held_out.kg, subject.mass_kg):
         rows = np.flatnonzero(held_out.kg == kg)
@@ -267,6 +268,17 @@ def predicted_error(held_out: HeldOut, subject: Subject) -> PredictedError:
         used += [held_out.names[rows[k]] for k in near]
         differences.append(float(distance.min()))
     return PredictedError(total, np.sqrt(variance), tuple(used), max(differences))
+
+
+def _parameters_of_torque(subject: Subject) -> np.ndarray:
+    """Matrix from a torque in the subject's window (N·m) to its dI, dB, dK, shape (p, m)."""
+    columns, p = subject.regressors, subject.regressors.shape[1]
+    instruments = columns if subject.instruments is None else subject.instruments
+    if subject.own_zero:
+        columns, instruments = (np.column_stack([x, np.ones(len(x))]) for x in (columns, instruments))
+    size, of_instruments = (np.maximum(np.linalg.norm(x, axis=0), 1e-300) for x in (columns, instruments))
+    instruments = instruments / of_instruments
+    return (np.linalg.pinv(instruments.T @ (columns / size)) @ instruments.T / size[:, None])[:p]
 
 
 def _masses(known: np.ndarray, mass_kg: float) -> list[tuple[float, float]]:

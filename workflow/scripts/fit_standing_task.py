@@ -73,7 +73,7 @@ facts = {
     "muscles": list(params.muscles),
     "trials": sum(responses.count > 0 for responses in trials),
     "responses": sum(responses.count for responses in trials),
-    **centre_facts(broadband),
+    **centre_facts(broadband, choices.sources),
     "critical_stiffness_Nm_per_rad": person.body.critical_stiffness,
 }
 windows = stiffness_by_window(

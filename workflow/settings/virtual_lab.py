@@ -501,6 +501,10 @@ class Distribution(Section):
     student: fixed(NotNegative, 2) = optional(
         "`student: [s, n]`: standard deviation *s*, with the tails of *n* > 2 degrees of freedom"
     )
+    log_uniform: fixed(Positive, 2) = optional(
+        "`log_uniform: [a, b]`: from *a* to *b*, whatever the number in the file, uniform in the logarithm"
+    )
+    one_of: list[float] = optional("`one_of: [a, b, ...]`: one of these, whatever the number in the file")
     relative: bool = optional("true: widths are fractions of the number, whose sign stays")
     positive: bool = optional(
         "true, for a number above 0 with an absolute width: draws of 0 or less are repeated"

@@ -145,7 +145,8 @@ def process_standing(
     filtered = prepared.filtered(positions)
     _refuse_loose_segments(filtered[~hidden.any(axis=1)], labels, person, name)
     poses = segment_poses(filtered, labels, person)
-    sharp = segment_poses(options.stretch_lowpass(positions, prepared.rate_hz), labels, person)
+    stretch_lowpass = options.stretch_lowpass.within(prepared.rate_hz)
+    sharp = segment_poses(stretch_lowpass(positions, prepared.rate_hz), labels, person)
     fault = stance_fault(prepared, Stance(filtered, hidden, poses["shank"], belt, loads["Fz"]), options)
     riding = filtered[:, [labels.index(label) for label in person.foot.labels], 0].mean(axis=1)
     # after a step the foot is not belt-fixed: report the step, not a delay of the markers

@@ -11,6 +11,7 @@ from tepsipe.experiments.budgets import contributions_of
 from tepsipe.experiments.standing.estimates import UNITS, Fits, StandingFit, generator
 from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
 from tepsipe.experiments.standing.free_reflex.checks import difference_from_window, failed_checks, quotable
+from tepsipe.experiments.standing.free_reflex.common_centre import common_centre, with_common_centre
 from tepsipe.experiments.standing.free_reflex.fit import (
     QUANTITIES,
     FreeReflexFit,
@@ -24,9 +25,6 @@ from tepsipe.io.budget_table import Contribution
 from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.result import Result
 from tepsipe.statistics.uncertainty import Budget, Source, sources_of
-
-PALPATED = "palpated_centre_m"
-CENTRE = ("joint_centre_anterior_m", "joint_centre_height_m")
 
 
 @dataclass(frozen=True)
@@ -95,7 +93,7 @@ def fit_free(
         If an estimator asks for an inertia, or as `fit_free_reflex`.
     """
     fits: Fits = {}
-    sources = _sources(trials, choices.sources)
+    trials, sources = with_common_centre(trials, choices.sources)
     for key, estimator in estimators.items() if trials else ():
         if estimator.active != FREE:
             continue
@@ -112,15 +110,6 @@ def fit_free(
         flags = failed_checks(fit, trials, perturbations, check)
         fits[choices.pathway, key] = _as_fit(fit, trials, flags)
     return fits
-
-
-def _sources(trials: list[BroadbandEpochs], sources: dict[str, Source]) -> list[Source]:
-    """Sources of these trials; the joint's centre is the palpated one if sway did not determine it."""
-    if PALPATED in sources and not all(trial.centre_used for trial in trials):
-        felt = sources[PALPATED]
-        swapped = [Source(n, felt.standard_uncertainty, felt.distribution, felt.freedom) for n in CENTRE]
-        return [s for s in sources.values() if s.name not in (PALPATED, *CENTRE)] + swapped
-    return [source for source in sources.values() if source.name != PALPATED]
 
 
 def _pre_reflex(
@@ -183,12 +172,12 @@ def reflex_onset(
     return min(known) + options.electromechanical_delay_s if known else None
 
 
-def centre_facts(trials: list[BroadbandEpochs]) -> dict:
-    """Facts on the joint's centre for the report: mean offset (m), whether it was used, soft tissue (m)."""
-    offsets = [trial.centre.offset_m for trial in trials if trial.centre is not None]
+def centre_facts(trials: list[BroadbandEpochs], sources: dict[str, Source]) -> dict:
+    """Facts on the joint's centre: its offset (m), whether it is from sway, motion of soft tissue (m)."""
+    centre = common_centre(trials, sources)
     return {
-        "joint_centre_m": np.mean(offsets, axis=0).tolist() if offsets else None,
-        "centre_used": bool(trials) and all(trial.centre_used for trial in trials),
+        "joint_centre_m": centre.offset_m.tolist() if trials else None,
+        "centre_used": centre.from_sway,
         "skin_m": float(np.sqrt(np.mean([trial.skin_m**2 for trial in trials]))) if trials else 0.0,
     }
 
