@@ -2,15 +2,18 @@
 
 Force and moment are fitted together, with a free zero per trial, because transducers drift and bristles hold
 a force between the pulses. Linear constants follow by least squares for every set of the others (variable
-projection; Golub & Pereyra 1973). The fit begins with the loaded frame and adds the term that most reduces
-the error of trials that are left out in turn, as long as the gain is clear: a treadmill without memory gets a
-model without bristles. Left-out errors follow from the linearised fit. So does the covariance of the
-constants: trials are clusters with independent errors, whose residuals are corrected for the leverage of the
+projection; Golub & Pereyra 1973). All combinations of the terms are fitted, each from several starts: the
+constants of the combinations with one term less, and the usual ones. The combination is kept whose error of
+trials that are left out in turn is least, where every further term must bring a clear gain: a treadmill
+without memory gets a model without bristles. Left-out errors follow from the linearised fit. So does the
+covariance of the constants: trials are clusters with independent errors, whose residuals are corrected for the leverage of the
 trial on the fit (bias-reduced linearisation; Bell & McCaffrey 2002). The jackknife overstates the influence
 of a single trial, for example of the only one with the fastest pulse.
 """
 
+import itertools
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +30,7 @@ from tepsipe.treadmill.bristle_frame import (
     frame_response,
     mount_response,
 )
-from tepsipe.treadmill.pulse_windows import PulseWindows, coarse_spectrum, mean_state, pulse_windows
+from tepsipe.treadmill.pulse_windows import Bristles, PulseWindows, coarse_spectrum, mean_state, pulse_windows
 from tepsipe.treadmill.recording import BeltRecording
 
 # terms beyond the loaded frame, each with its constants and the term that it needs
@@ -43,6 +46,10 @@ SWITCHES = ("stribeck", "second_mode", "second_mode_moment")
 GAIN = 0.1
 # part of the load's root mean square that no model of this kind predicts
 DISCREPANCY = 0.005
+# evaluations after which the search of a variant, and of the chosen one, ends
+FEW, MOST = 30, 200
+AT_BOUND = 2e-3  # distance of a constant from its bound that counts as none (scales of the constants)
+KEPT = 64  # spectra of friction that are kept
 STIFF_S2 = 1.0 / (2.0 * np.pi * 50.0) ** 2
 
 
@@ -107,10 +114,13 @@ class Calibrated:
 
 @dataclass(frozen=True)
 class _Fit:
-    """One variant: constants, whether the search converged, their change without each trial, their spread."""
+    """One variant: constants, whether the search converged, and ended at a bound, their change without each
+    trial, their spread.
+    """
 
     constants: np.ndarray
     converged: bool
+    at_bound: bool
     left_out: float
     without_trial: np.ndarray
     spread: np.ndarray
@@ -158,7 +168,7 @@ def fit_bristle_frame(
     else:
         known = like.models["Fy"]
         kept = known.terms
-        best = _fit(windows, _weights(windows), kept, known.constants[:SEARCHED])
+        best = _fit(_Signals(windows), _weights(windows), kept, [known.constants[:SEARCHED]])
         scores = {"+".join(kept) or PLAIN: float(np.sqrt(best.left_out))}
     deviations = rng.standard_normal((draws, windows.kg.size)) @ best.spread
     models = {
@@ -198,23 +208,27 @@ def left_out_in_turn(trials: list[dict[str, BeltRecording]]) -> list[dict[str, B
     return parts_of_trials
 
 
+def _combinations() -> list[tuple[str, ...]]:
+    """Every combination of the terms in which each has the term that it needs, small ones first."""
+    found = [c for size in range(len(TERMS) + 1) for c in itertools.combinations(TERMS, size)]
+    return [c for c in found if all(TERMS[term][1] in (None, *c) for term in c)]
+
+
 def _chosen(
     windows: PulseWindows, weights: dict[str, float]
 ) -> tuple[_Fit, tuple[str, ...], dict[str, float]]:
-    """The best variant, its terms, and the left-out error of every variant that was fitted."""
-    kept: tuple[str, ...] = ()
-    best = _fit(windows, weights, kept, START * SCALE)
-    scores = {PLAIN: float(np.sqrt(best.left_out))}
-    while True:
-        more = [t for t, (_, needed) in TERMS.items() if t not in kept and needed in (None, *kept)]
-        tried = {
-            (*kept, term): _fit(windows, weights, (*kept, term), best.constants[:SEARCHED]) for term in more
-        }
-        scores |= {"+".join(terms): float(np.sqrt(fit.left_out)) for terms, fit in tried.items()}
-        terms = min(tried, key=lambda t: tried[t].left_out, default=kept)
-        if terms == kept or tried[terms].left_out > (1.0 - GAIN) * best.left_out:
-            return best, kept, scores
-        kept, best = terms, tried[terms]
+    """The best variant, its terms, and the left-out error of every variant."""
+    fits: dict[tuple[str, ...], _Fit] = {}
+    signals = _Signals(windows)
+    for terms in _combinations():
+        smaller = [fits[c] for c in fits if len(c) + 1 == len(terms) and set(c) < set(terms)]
+        starts = [[START * SCALE], [fit.constants[:SEARCHED] for fit in smaller]]
+        found = [_fit(signals, weights, terms, some) for some in starts if some]
+        fits[terms] = min(found, key=lambda fit: (fit.at_bound, fit.left_out))
+    inside = [c for c in fits if not fits[c].at_bound] or list(fits)
+    terms = min(inside, key=lambda c: fits[c].left_out / (1.0 - GAIN) ** len(c))
+    scores = {"+".join(c) or PLAIN: float(np.sqrt(fit.left_out)) for c, fit in fits.items()}
+    return _fit(signals, weights, terms, [fits[terms].constants[:SEARCHED]], MOST), terms, scores
 
 
 def _weights(windows: PulseWindows) -> dict[str, float]:
@@ -236,25 +250,46 @@ def _weights(windows: PulseWindows) -> dict[str, float]:
 
 
 def _centred(windows: PulseWindows, x: np.ndarray) -> np.ndarray:
-    """Evaluated samples less the mean of each trial, times the root of its number of pulses, shape (m,)."""
+    """Evaluated samples less the mean of each trial, times the root of its number of pulses, shape (..., m)."""
     mask = windows.evaluated
-    mean = np.sum(x * mask, axis=1) / mask.sum(axis=1)
-    return ((x - mean[:, None]) * np.sqrt(windows.count)[:, None])[mask]
+    mean = np.sum(x * mask, axis=-1) / mask.sum(axis=1)
+    return ((x - mean[..., None]) * np.sqrt(windows.count)[:, None])[..., mask]
 
 
-def _columns(
-    windows: PulseWindows, constants: Constants, bristles: bool
-) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
-    """Spectra of a, v and of what the terms of friction multiply, each of shape (trials, n // 2 + 1)."""
-    w = windows.fine_velocity + constants.lag_s * windows.fine_acceleration
-    acceleration, velocity = (np.fft.rfft(x, axis=1) for x in (windows.acceleration, windows.velocity))
-    kg = windows.kg[:, None]
-    smooth = coarse_spectrum(windows, w / np.hypot(constants.friction_speed_m_per_s, w))
-    rubbing = [velocity + constants.lag_s * acceleration, smooth, kg * smooth]
-    if bristles:
-        z = coarse_spectrum(windows, mean_state(windows, w, constants.bristles))
-        rubbing += [z, kg * z]
-    return acceleration, velocity, rubbing
+class _Signals:
+    """Spectra of the trials' signals, each of shape (trials, n // 2 + 1), as evaluations of the model use them.
+
+    The spectra of friction are kept: most steps of a search leave them as they are.
+    """
+
+    def __init__(self, windows: PulseWindows):
+        self.windows = windows
+        self.acceleration, self.velocity = (
+            np.fft.rfft(x, axis=1) for x in (windows.acceleration, windows.velocity)
+        )
+        self.carried = {c: np.fft.rfft(x, axis=1) for c, x in windows.carried.items()}
+        self._smooth = lru_cache(KEPT)(self._smooth)
+        self._bent = lru_cache(KEPT)(self._bent)
+
+    def _sliding(self, lag_s: float) -> np.ndarray:
+        return self.windows.fine_velocity + lag_s * self.windows.fine_acceleration
+
+    def _smooth(self, lag_s: float, friction_speed_m_per_s: float) -> np.ndarray:
+        w = self._sliding(lag_s)
+        return coarse_spectrum(self.windows, w / np.hypot(friction_speed_m_per_s, w))
+
+    def _bent(self, lag_s: float, bristles: Bristles) -> np.ndarray:
+        return coarse_spectrum(self.windows, mean_state(self.windows, self._sliding(lag_s), bristles))
+
+    def rubbing(self, constants: Constants, bristles: bool) -> list[np.ndarray]:
+        """Signals that the terms of friction multiply (m/s, or no unit; per kg)."""
+        kg = self.windows.kg[:, None]
+        smooth = self._smooth(constants.lag_s, constants.friction_speed_m_per_s)
+        found = [self.velocity + constants.lag_s * self.acceleration, smooth, kg * smooth]
+        if bristles:
+            z = self._bent(constants.lag_s, constants.bristles)
+            found += [z, kg * z]
+        return found
 
 
 def _responses(windows: PulseWindows, constants: Constants) -> dict[str, np.ndarray]:
@@ -265,33 +300,30 @@ def _responses(windows: PulseWindows, constants: Constants) -> dict[str, np.ndar
 
 
 def _solve(
-    windows: PulseWindows, searched: np.ndarray, terms: tuple[str, ...], weights: dict[str, float]
+    signals: _Signals, searched: np.ndarray, terms: tuple[str, ...], weights: dict[str, float]
 ) -> tuple[np.ndarray, np.ndarray]:
     """All constants, the linear ones by least squares, and residuals relative to the noise, shape (2 m,)."""
-    named = Constants(*searched.tolist())
-    acceleration, velocity, rubbing = _columns(windows, named, "bristles" in terms)
+    windows, named = signals.windows, Constants(*searched.tolist())
+    rubbing = signals.rubbing(named, "bristles" in terms)
     responses = _responses(windows, named)
-    carried = {c: np.fft.rfft(x, axis=1) for c, x in windows.carried.items()}
 
     def least_squares(component: str, columns: list[np.ndarray], priors: dict[int, float]):
-        def seen(spectrum: np.ndarray) -> np.ndarray:
-            filtered = np.fft.irfft(spectrum * responses[component], windows.samples, axis=1)
-            return _centred(windows, filtered) / weights[component]
-
-        rows = np.column_stack([seen(x) for x in columns])
+        spectra = np.array([*columns, signals.carried[component]]) * responses[component]
+        seen = _centred(windows, np.fft.irfft(spectra, windows.samples, axis=2)) / weights[component]
+        rows = seen[:-1].T
         total = _centred(windows, windows.load[component] + windows.carried[component]) / weights[component]
-        target = total - seen(carried[component])
+        target = total - seen[-1]
         size = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
         held = np.array([1.0 / priors[k] if k in priors else 0.0 for k in range(size.size)]) / size
         stacked = np.concatenate([rows / size, np.diag(held)])
         solution = np.linalg.lstsq(stacked, np.append(target, np.zeros(size.size)), rcond=1e-10)[0] / size
         return solution, target - rows @ solution
 
-    force, left_force = least_squares("Fy", [acceleration, *rubbing], {})
-    columns, priors = [acceleration, velocity], {}
+    force, left_force = least_squares("Fy", [signals.acceleration, *rubbing], {})
+    columns, priors = [signals.acceleration, signals.velocity], {}
     if "lever" in terms:
         friction = sum(b * x for b, x in zip(force[1:], rubbing, strict=True))
-        columns += [friction, carried["Fy"]]
+        columns += [friction, signals.carried["Fy"]]
         priors = {2: PRIOR["lever_m"], 3: PRIOR["cross_talk_m"]}
     moment, left_moment = least_squares("Mx", columns, priors)
     constants = np.zeros(len(CONSTANTS))
@@ -301,20 +333,30 @@ def _solve(
     return constants, np.concatenate([left_force, left_moment])
 
 
+def _changed(x: np.ndarray, k: int, value: float) -> np.ndarray:
+    changed = x.copy()
+    changed[k] = value
+    return changed
+
+
 def _absent(terms: tuple[str, ...]) -> list[str]:
     """Constants of the terms that a variant lacks."""
     return [name for term, (names, _) in TERMS.items() if term not in terms for name in names]
 
 
-def _fit(windows: PulseWindows, weights: dict[str, float], terms: tuple[str, ...], start: np.ndarray) -> _Fit:
-    """Search for the constants of one variant, starting from a smaller variant's constants."""
-    absent = _absent(terms)
+def _fit(
+    signals: _Signals,
+    weights: dict[str, float],
+    terms: tuple[str, ...],
+    starts: list[np.ndarray],
+    most: int = FEW,
+) -> _Fit:
+    """Search for the constants of one variant from the best of several starts, constants of other variants."""
+    windows, absent = signals.windows, _absent(terms)
     free = np.array([k for k in range(SEARCHED) if CONSTANTS[k] not in absent])
     scale = SCALE.copy()
     scale[AT["slowness_s2_per_kg"]] *= 20.0 / windows.kg.max()
-    base = start.copy()
-    for name in SWITCHES:
-        base[AT[name]] = 0.0 if name in absent else base[AT[name]] or (START * SCALE)[AT[name]]
+    base = _best_start(signals, weights, terms, starts)
 
     def whole(x: np.ndarray) -> np.ndarray:
         full = base.copy()
@@ -323,15 +365,9 @@ def _fit(windows: PulseWindows, weights: dict[str, float], terms: tuple[str, ...
 
     def error(x: np.ndarray) -> np.ndarray:
         searched = whole(x)
-        solution = _solve(windows, searched, terms, weights)[1]
         weak = [searched[AT[name]] / PRIOR[name] for name in ("second_mode", "second_mode_moment")]
-        return np.append(solution, weak)
+        return np.append(_solve(signals, searched, terms, weights)[1], weak)
 
-    for name, values in (TRIED[term] for term in TRIED if term in terms):
-        starts = [base.copy() for _ in range(len(values) + 1)]
-        for x, value in zip(starts, values, strict=False):
-            x[AT[name]] = value
-        base = min(starts, key=lambda x: float(np.sum(_solve(windows, x, terms, weights)[1] ** 2)))
     low, high = LOW[free], HIGH[free]
     first = np.clip(base[free] / scale[free], low + 1e-3, high - 1e-3)
     solution = scipy.optimize.least_squares(
@@ -341,13 +377,30 @@ def _fit(windows: PulseWindows, weights: dict[str, float], terms: tuple[str, ...
         diff_step=1e-3,
         x_scale=np.maximum(np.abs(first), 0.1),
         ftol=1e-5,
-        max_nfev=30,
+        max_nfev=most,
     )
-    constants, _ = _solve(windows, whole(solution.x), terms, weights)
+    constants, _ = _solve(signals, whole(solution.x), terms, weights)
+    ends = np.minimum(solution.x - low, high - solution.x) < AT_BOUND
     # v_0 at a bound is no fault: where bristles explain the friction, the smooth part is about 0
-    at_bound = solution.active_mask[free != AT["friction_speed_m_per_s"]].any()
+    at_bound = bool(ends[free != AT["friction_speed_m_per_s"]].any())
     converged = bool(solution.success and not at_bound)
-    return _Fit(constants, converged, *_leave_out(windows, weights, terms, constants))
+    return _Fit(constants, converged, at_bound, *_leave_out(signals, weights, terms, constants))
+
+
+def _best_start(
+    signals: _Signals, weights: dict[str, float], terms: tuple[str, ...], starts: list[np.ndarray]
+) -> np.ndarray:
+    """The start with the least error, with the terms of a variant switched on, each from several values."""
+    absent, tried = _absent(terms), []
+    for start in starts:
+        base = start.copy()
+        for name in SWITCHES:
+            base[AT[name]] = 0.0 if name in absent else base[AT[name]] or (START * SCALE)[AT[name]]
+        found = [base]
+        for name, values in (TRIED[term] for term in TRIED if term in terms):
+            found += [_changed(x, AT[name], value) for x in list(found) for value in values]
+        tried += found
+    return min(tried, key=lambda x: float(np.sum(_solve(signals, x, terms, weights)[1] ** 2)))
 
 
 def residuals(windows: PulseWindows, constants: np.ndarray) -> dict[str, np.ndarray]:
@@ -365,38 +418,41 @@ def residuals(windows: PulseWindows, constants: np.ndarray) -> dict[str, np.ndar
     dict of str to ndarray, shape (trials, n)
         Component -> residual (N, N·m).
     """
-    named = Constants(*constants.tolist())
-    bristles = bool(named.bristle or named.bristle_per_kg)
-    acceleration, velocity, rubbing = _columns(windows, named, bristles)
-    carried = {c: np.fft.rfft(x, axis=1) for c, x in windows.carried.items()}
+    return _residuals(_Signals(windows), constants)
+
+
+def _residuals(signals: _Signals, constants: np.ndarray) -> dict[str, np.ndarray]:
+    """As `residuals` (N, N·m)."""
+    windows, named = signals.windows, Constants(*constants.tolist())
+    rubbing = signals.rubbing(named, bool(named.bristle or named.bristle_per_kg))
     # a model without bristles has no signals for the last two factors
     friction = sum(getattr(named, name) * x for name, x in zip(RUBBING, rubbing, strict=False))
     added = {
-        "Fy": named.force_mass * acceleration + friction,
-        "Mx": named.moment_mass * acceleration
-        + named.moment_viscous * velocity
+        "Fy": named.force_mass * signals.acceleration + friction,
+        "Mx": named.moment_mass * signals.acceleration
+        + named.moment_viscous * signals.velocity
         + named.lever_m * friction
-        + named.cross_talk_m * carried["Fy"],
+        + named.cross_talk_m * signals.carried["Fy"],
     }
     residual = {}
     for c, response in _responses(windows, named).items():
-        modelled = np.fft.irfft((carried[c] + added[c]) * response, windows.samples, axis=1)
+        modelled = np.fft.irfft((signals.carried[c] + added[c]) * response, windows.samples, axis=1)
         residual[c] = windows.load[c] + windows.carried[c] - modelled
     return residual
 
 
 def _leave_out(
-    windows: PulseWindows, weights: dict[str, float], terms: tuple[str, ...], constants: np.ndarray
+    signals: _Signals, weights: dict[str, float], terms: tuple[str, ...], constants: np.ndarray
 ) -> tuple[float, np.ndarray, np.ndarray]:
     """Mean square error of left-out trials relative to the noise, the constants' change without each, and a
     root of their covariance, with a row for each trial.
     """
-    absent = _absent(terms)
+    windows, absent = signals.windows, _absent(terms)
     free = [k for k, name in enumerate(CONSTANTS) if name not in absent]
     trial = np.tile(np.repeat(np.arange(windows.kg.size), windows.evaluated.sum(axis=1)), len(COMPONENTS))
 
     def weighted(x: np.ndarray) -> np.ndarray:
-        residual = residuals(windows, x)
+        residual = _residuals(signals, x)
         return np.concatenate([_centred(windows, residual[c]) / weights[c] for c in COMPONENTS])
 
     error = weighted(constants)
