@@ -6,9 +6,9 @@ projection; Golub & Pereyra 1973). All combinations of the terms are fitted, eac
 constants of the combinations with one term less, and the usual ones. The combination is kept whose error of
 trials that are left out in turn is least, where every further term must bring a clear gain: a treadmill
 without memory gets a model without bristles. Left-out errors follow from the linearised fit. So does the
-covariance of the constants: trials are clusters with independent errors, whose residuals are corrected for the leverage of the
-trial on the fit (bias-reduced linearisation; Bell & McCaffrey 2002). The jackknife overstates the influence
-of a single trial, for example of the only one with the fastest pulse.
+covariance of the constants: trials are clusters with independent errors, whose residuals are corrected for
+the leverage of the trial on the fit (bias-reduced linearisation; Bell & McCaffrey 2002). The jackknife
+overstates the influence of a single trial, for example of the only one with the fastest pulse.
 """
 
 import itertools
@@ -250,14 +250,14 @@ def _weights(windows: PulseWindows) -> dict[str, float]:
 
 
 def _centred(windows: PulseWindows, x: np.ndarray) -> np.ndarray:
-    """Evaluated samples less the mean of each trial, times the root of its number of pulses, shape (..., m)."""
+    """Evaluated samples less their mean per trial, times the root of the number of pulses, shape (..., m)."""
     mask = windows.evaluated
     mean = np.sum(x * mask, axis=-1) / mask.sum(axis=1)
     return ((x - mean[..., None]) * np.sqrt(windows.count)[:, None])[..., mask]
 
 
 class _Signals:
-    """Spectra of the trials' signals, each of shape (trials, n // 2 + 1), as evaluations of the model use them.
+    """Spectra of the trials' signals, each of shape (trials, n // 2 + 1).
 
     The spectra of friction are kept: most steps of a search leave them as they are.
     """
@@ -351,7 +351,7 @@ def _fit(
     starts: list[np.ndarray],
     most: int = FEW,
 ) -> _Fit:
-    """Search for the constants of one variant from the best of several starts, constants of other variants."""
+    """Search for the constants of one variant from the best of several starts."""
     windows, absent = signals.windows, _absent(terms)
     free = np.array([k for k in range(SEARCHED) if CONSTANTS[k] not in absent])
     scale = SCALE.copy()
