@@ -1,92 +1,49 @@
 """Fit of the frame with bristle friction to the mean pulses of the calibration trials.
 
 Force and moment are fitted together, with a free zero per trial, because transducers drift and bristles hold
-a force between the pulses. Linear constants follow by least squares for every set of the others (variable
-projection; Golub & Pereyra 1973). All combinations of the terms are fitted, each from several starts: the
-constants of the combinations with one term less, and the usual ones. The combination is kept whose error of
-trials that are left out in turn is least, where every further term must bring a clear gain: a treadmill
-without memory gets a model without bristles. Left-out errors follow from the linearised fit. So does the
-covariance of the constants: trials are clusters with independent errors, whose residuals are corrected for
-the leverage of the trial on the fit (bias-reduced linearisation; Bell & McCaffrey 2002). The jackknife
-overstates the influence of a single trial, for example of the only one with the fastest pulse.
+a force between the pulses. All combinations of the terms beyond the loaded frame are fitted, each from
+several starts: the constants of the combinations with one term less, and the usual ones. The combination is
+kept whose error of trials that are left out in turn is least, where every further term must bring a clear
+gain: a treadmill without memory gets a model without bristles. A combination whose constants end at a bound
+is kept only if all do. Where even the best leaves far more than noise, a response without physics is added
+(`tepsipe.treadmill.remainder`), if it clearly reduces the left-out error.
 """
 
 import itertools
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from tepsipe.errors import InputError
-from tepsipe.statistics.clusters import bias_reduced_share
-from tepsipe.treadmill.bristle_frame import (
-    AT,
-    CONSTANTS,
-    RUBBING,
-    BristleFrame,
-    Constants,
-    frame_response,
-    mount_response,
+from tepsipe.treadmill.bristle_frame import AT, BristleFrame
+from tepsipe.treadmill.bristle_search import (
+    COMPONENTS,
+    MOST,
+    SCALE,
+    SEARCHED,
+    START,
+    TERMS,
+    Fit,
+    Signals,
+    centred,
+    modelled_residuals,
+    noise_weights,
+    search,
 )
-from tepsipe.treadmill.pulse_windows import Bristles, PulseWindows, coarse_spectrum, mean_state, pulse_windows
+from tepsipe.treadmill.pulse_windows import PulseWindows, pulse_windows
 from tepsipe.treadmill.recording import BeltRecording
+from tepsipe.treadmill.remainder import Remainder, fit_remainder
 
-# terms beyond the loaded frame, each with its constants and the term that it needs
-TERMS = {
-    "bristles": (("bristle_m", "bristle", "bristle_per_kg"), None),
-    "stribeck": (("stribeck", "stribeck_speed_m_per_s"), "bristles"),
-    "lever": (("lever_m", "cross_talk_m"), None),
-    "second-mode": (("second_mode", "second_mode_moment", "second_slowness"), None),
-}
-# constants that switch their term off where they are 0
-SWITCHES = ("stribeck", "second_mode", "second_mode_moment")
 # smallest relative gain of the mean square error of left-out trials that another term must bring
 GAIN = 0.1
-# part of the load's root mean square that no model of this kind predicts
-DISCREPANCY = 0.005
-# evaluations after which the search of a variant, and of the chosen one, ends
-FEW, MOST = 30, 200
-AT_BOUND = 2e-3  # distance of a constant from its bound that counts as none (scales of the constants)
-KEPT = 64  # spectra of friction that are kept
-STIFF_S2 = 1.0 / (2.0 * np.pi * 50.0) ** 2
-
-
-class Search(NamedTuple):
-    """Search for one constant: its scale, and start and bounds in units of the scale."""
-
-    scale: float
-    start: float
-    low: float
-    high: float
-
-
-# the first constants of `Constants` are searched for; the others follow by least squares
-SEARCHES = {
-    "damping_s": Search(1e-3, 0.5, -5.0, 20.0),
-    "damping_s_per_kg": Search(1e-5, 0.0, -10.0, 10.0),
-    "slowness_s2": Search(STIFF_S2, 1.0, 0.0, 50.0),
-    "slowness_s2_per_kg": Search(STIFF_S2 / 20.0, 0.1, 0.0, 50.0),
-    "second_mode": Search(0.1, 0.5, -5.0, 6.0),
-    "second_mode_moment": Search(0.1, 0.5, -5.0, 6.0),
-    "second_slowness": Search(1.0, 1.5, 0.3, 4.0),
-    "lag_s": Search(1e-3, 1.0, -20.0, 20.0),
-    "friction_speed_m_per_s": Search(0.1, 2.0, 0.1, 5.0),
-    "mount_share": Search(0.05, 0.4, -10.0, 18.0),
-    "mount_time_s": Search(0.05, 1.0, 0.1, 40.0),
-    "bristle_m": Search(1e-3, 0.5, 0.01, 20.0),
-    "stribeck": Search(1.0, 0.2, -0.5, 3.0),
-    "stribeck_speed_m_per_s": Search(0.1, 0.5, 0.05, 5.0),
-}
-SEARCHED = len(SEARCHES)
-SCALE, START, LOW, HIGH = np.array(list(SEARCHES.values())).T
-# pre-sliding distances (m) and ratios of the second mode from which the search may start
-TRIED = {"bristles": ("bristle_m", (5e-5, 2e-4, 8e-4, 3e-3)), "second-mode": ("second_slowness", (0.6, 1.6))}
-# standard deviations of weak priors about 0 (units of the constants)
-PRIOR = {"second_mode": 0.2, "second_mode_moment": 0.2, "lever_m": 0.2, "cross_talk_m": 0.02}
-COMPONENTS = ("Fy", "Mx")
+# a response without physics is tried where the error of left-out trials exceeds this times the noise, and
+# kept where it brings this relative gain of the mean square
+UNEXPLAINED, REMAINDER_GAIN = 3.0, 0.5
+# standard deviation of the constant `remainder_share`
+SHARE_SD = 0.5
 PLAIN = "loaded frame"  # the variant without further terms
+REMAINDER = "remainder"  # the response without physics
 
 
 @dataclass(frozen=True)
@@ -97,33 +54,22 @@ class Calibrated:
     ----------
     models : dict of str to BristleFrame
         Component -> model.
-    deviations : ndarray, shape (draws, 24)
+    deviations : ndarray, shape (draws, 25)
         Draws of the errors of the constants.
-    without_trial : ndarray, shape (trials, 24)
+    without_trial : ndarray, shape (trials, 25)
         Change of the constants if a trial is left out.
     left_out : dict of str to float
         Terms joined by ``+``, for every variant that was fitted -> root mean square error of left-out
         trials relative to the noise.
+    without_remainder : tuple of dict of str to Remainder
+        Component -> remainder of the model if a trial is left out; empty without remainder.
     """
 
     models: dict[str, BristleFrame]
     deviations: np.ndarray
     without_trial: np.ndarray
     left_out: dict[str, float]
-
-
-@dataclass(frozen=True)
-class _Fit:
-    """One variant: constants, whether the search converged, and ended at a bound, their change without each
-    trial, their spread.
-    """
-
-    constants: np.ndarray
-    converged: bool
-    at_bound: bool
-    left_out: float
-    without_trial: np.ndarray
-    spread: np.ndarray
+    without_remainder: tuple[dict[str, Remainder], ...] = ()
 
 
 def fit_bristle_frame(
@@ -156,6 +102,7 @@ def fit_bristle_frame(
         If all trials carry the same mass, or their pulses cannot be used.
     """
     windows = pulse_windows(left_out_in_turn(trials))
+    weights = noise_weights(windows)
     masses = sorted(set(windows.kg.tolist()))
     if len(masses) < 2:
         raise InputError(
@@ -164,20 +111,33 @@ def fit_bristle_frame(
             "the subject, each with the subject's pulses"
         )
     if like is None:
-        best, kept, scores = _chosen(windows, _weights(windows))
+        best, kept, scores = _chosen(windows, weights)
     else:
         known = like.models["Fy"]
-        kept = known.terms
-        best = _fit(_Signals(windows), _weights(windows), kept, [known.constants[:SEARCHED]])
+        kept = tuple(term for term in known.terms if term != REMAINDER)
+        best = search(Signals(windows), weights, kept, [known.constants[:SEARCHED]])
         scores = {"+".join(kept) or PLAIN: float(np.sqrt(best.left_out))}
     deviations = rng.standard_normal((draws, windows.kg.size)) @ best.spread
+    found = _remainders(windows, weights, best) if np.sqrt(best.left_out) > UNEXPLAINED else None
+    if found is not None:
+        scores["+".join((*kept, REMAINDER))] = float(np.sqrt(found.left_out))
+    rest: tuple[dict[str, Remainder], ...] = ()
+    if found is not None and found.left_out < (1.0 - REMAINDER_GAIN) * best.left_out:
+        rest = found.fits
+        deviations[:, AT["remainder_share"]] = SHARE_SD * rng.standard_normal(draws)
     models = {
         component: BristleFrame(
-            component, best.constants, kept, windows.rate_hz, float(masses[-1]), best.converged
+            component,
+            best.constants,
+            (*kept, REMAINDER) if rest else kept,
+            windows.rate_hz,
+            float(masses[-1]),
+            best.converged,
+            rest[0][component] if rest else None,
         )
         for component in COMPONENTS
     }
-    return Calibrated(models, deviations, best.without_trial, scores)
+    return Calibrated(models, deviations, best.without_trial, scores, rest[1:])
 
 
 def left_out_in_turn(trials: list[dict[str, BeltRecording]]) -> list[dict[str, BeltRecording]]:
@@ -216,264 +176,43 @@ def _combinations() -> list[tuple[str, ...]]:
 
 def _chosen(
     windows: PulseWindows, weights: dict[str, float]
-) -> tuple[_Fit, tuple[str, ...], dict[str, float]]:
+) -> tuple[Fit, tuple[str, ...], dict[str, float]]:
     """The best variant, its terms, and the left-out error of every variant."""
-    fits: dict[tuple[str, ...], _Fit] = {}
-    signals = _Signals(windows)
+    fits: dict[tuple[str, ...], Fit] = {}
+    signals = Signals(windows)
     for terms in _combinations():
         smaller = [fits[c] for c in fits if len(c) + 1 == len(terms) and set(c) < set(terms)]
         starts = [[START * SCALE], [fit.constants[:SEARCHED] for fit in smaller]]
-        found = [_fit(signals, weights, terms, some) for some in starts if some]
+        found = [search(signals, weights, terms, some) for some in starts if some]
         fits[terms] = min(found, key=lambda fit: (fit.at_bound, fit.left_out))
     inside = [c for c in fits if not fits[c].at_bound] or list(fits)
     terms = min(inside, key=lambda c: fits[c].left_out / (1.0 - GAIN) ** len(c))
     scores = {"+".join(c) or PLAIN: float(np.sqrt(fit.left_out)) for c, fit in fits.items()}
-    return _fit(signals, weights, terms, [fits[terms].constants[:SEARCHED]], MOST), terms, scores
+    return search(signals, weights, terms, [fits[terms].constants[:SEARCHED]], MOST), terms, scores
 
 
-def _weights(windows: PulseWindows) -> dict[str, float]:
-    """Component -> standard deviation of one pulse about the trial's mean, and of what no model predicts."""
-    weights = {}
-    for component, single in windows.single.items():
-        noise, size = [], []
-        for k, parts in enumerate(single):
-            inside = parts[:, windows.evaluated[k]]
-            inside = inside - inside.mean(axis=1, keepdims=True)
-            if inside.shape[0] > 1:
-                noise.append(np.mean(inside.var(axis=0, ddof=1)))
-            carried = windows.carried[component][k][windows.evaluated[k]]
-            total = inside.mean(axis=0) + carried - carried.mean()
-            size.append(windows.count[k] * np.mean(total**2))
-        usual = np.mean(noise) if noise else 0.0
-        weights[component] = float(np.sqrt(usual + DISCREPANCY**2 * np.mean(size)))
-    return weights
-
-
-def _centred(windows: PulseWindows, x: np.ndarray) -> np.ndarray:
-    """Evaluated samples less their mean per trial, times the root of the number of pulses, shape (..., m)."""
-    mask = windows.evaluated
-    mean = np.sum(x * mask, axis=-1) / mask.sum(axis=1)
-    return ((x - mean[..., None]) * np.sqrt(windows.count)[:, None])[..., mask]
-
-
-class _Signals:
-    """Spectra of the trials' signals, each of shape (trials, n // 2 + 1).
-
-    The spectra of friction are kept: most steps of a search leave them as they are.
+class _Remainders(NamedTuple):
+    """Mean square error of left-out trials relative to the noise, and the remainders: component -> remainder,
+    fitted to all trials and without each trial in turn.
     """
 
-    def __init__(self, windows: PulseWindows):
-        self.windows = windows
-        self.acceleration, self.velocity = (
-            np.fft.rfft(x, axis=1) for x in (windows.acceleration, windows.velocity)
-        )
-        self.carried = {c: np.fft.rfft(x, axis=1) for c, x in windows.carried.items()}
-        self._smooth = lru_cache(KEPT)(self._smooth)
-        self._bent = lru_cache(KEPT)(self._bent)
-
-    def _sliding(self, lag_s: float) -> np.ndarray:
-        return self.windows.fine_velocity + lag_s * self.windows.fine_acceleration
-
-    def _smooth(self, lag_s: float, friction_speed_m_per_s: float) -> np.ndarray:
-        w = self._sliding(lag_s)
-        return coarse_spectrum(self.windows, w / np.hypot(friction_speed_m_per_s, w))
-
-    def _bent(self, lag_s: float, bristles: Bristles) -> np.ndarray:
-        return coarse_spectrum(self.windows, mean_state(self.windows, self._sliding(lag_s), bristles))
-
-    def rubbing(self, constants: Constants, bristles: bool) -> list[np.ndarray]:
-        """Signals that the terms of friction multiply (m/s, or no unit; per kg)."""
-        kg = self.windows.kg[:, None]
-        smooth = self._smooth(constants.lag_s, constants.friction_speed_m_per_s)
-        found = [self.velocity + constants.lag_s * self.acceleration, smooth, kg * smooth]
-        if bristles:
-            z = self._bent(constants.lag_s, constants.bristles)
-            found += [z, kg * z]
-        return found
+    left_out: float
+    fits: tuple[dict[str, Remainder], ...]
 
 
-def _responses(windows: PulseWindows, constants: Constants) -> dict[str, np.ndarray]:
-    """Component -> response of frame and mounts, shape (trials, n // 2 + 1)."""
-    s, kg = windows.s[None, :], windows.kg[:, None]
-    force, moment = (frame_response(constants, s, kg, component) for component in COMPONENTS)
-    return {"Fy": force * mount_response(constants, s), "Mx": moment}
-
-
-def _solve(
-    signals: _Signals, searched: np.ndarray, terms: tuple[str, ...], weights: dict[str, float]
-) -> tuple[np.ndarray, np.ndarray]:
-    """All constants, the linear ones by least squares, and residuals relative to the noise, shape (2 m,)."""
-    windows, named = signals.windows, Constants(*searched.tolist())
-    rubbing = signals.rubbing(named, "bristles" in terms)
-    responses = _responses(windows, named)
-
-    def least_squares(component: str, columns: list[np.ndarray], priors: dict[int, float]):
-        spectra = np.array([*columns, signals.carried[component]]) * responses[component]
-        seen = _centred(windows, np.fft.irfft(spectra, windows.samples, axis=2)) / weights[component]
-        rows = seen[:-1].T
-        total = _centred(windows, windows.load[component] + windows.carried[component]) / weights[component]
-        target = total - seen[-1]
-        size = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
-        held = np.array([1.0 / priors[k] if k in priors else 0.0 for k in range(size.size)]) / size
-        stacked = np.concatenate([rows / size, np.diag(held)])
-        solution = np.linalg.lstsq(stacked, np.append(target, np.zeros(size.size)), rcond=1e-10)[0] / size
-        return solution, target - rows @ solution
-
-    force, left_force = least_squares("Fy", [signals.acceleration, *rubbing], {})
-    columns, priors = [signals.acceleration, signals.velocity], {}
-    if "lever" in terms:
-        friction = sum(b * x for b, x in zip(force[1:], rubbing, strict=True))
-        columns += [friction, signals.carried["Fy"]]
-        priors = {2: PRIOR["lever_m"], 3: PRIOR["cross_talk_m"]}
-    moment, left_moment = least_squares("Mx", columns, priors)
-    constants = np.zeros(len(CONSTANTS))
-    constants[:SEARCHED] = searched
-    constants[SEARCHED : SEARCHED + force.size] = force
-    constants[AT["moment_mass"] : AT["moment_mass"] + moment.size] = moment
-    return constants, np.concatenate([left_force, left_moment])
-
-
-def _changed(x: np.ndarray, k: int, value: float) -> np.ndarray:
-    changed = x.copy()
-    changed[k] = value
-    return changed
-
-
-def _absent(terms: tuple[str, ...]) -> list[str]:
-    """Constants of the terms that a variant lacks."""
-    return [name for term, (names, _) in TERMS.items() if term not in terms for name in names]
-
-
-def _fit(
-    signals: _Signals,
-    weights: dict[str, float],
-    terms: tuple[str, ...],
-    starts: list[np.ndarray],
-    most: int = FEW,
-) -> _Fit:
-    """Search for the constants of one variant from the best of several starts."""
-    windows, absent = signals.windows, _absent(terms)
-    free = np.array([k for k in range(SEARCHED) if CONSTANTS[k] not in absent])
-    scale = SCALE.copy()
-    scale[AT["slowness_s2_per_kg"]] *= 20.0 / windows.kg.max()
-    base = _best_start(signals, weights, terms, starts)
-
-    def whole(x: np.ndarray) -> np.ndarray:
-        full = base.copy()
-        full[free] = x * scale[free]
-        return full
-
-    def error(x: np.ndarray) -> np.ndarray:
-        searched = whole(x)
-        weak = [searched[AT[name]] / PRIOR[name] for name in ("second_mode", "second_mode_moment")]
-        return np.append(_solve(signals, searched, terms, weights)[1], weak)
-
-    low, high = LOW[free], HIGH[free]
-    first = np.clip(base[free] / scale[free], low + 1e-3, high - 1e-3)
-    solution = scipy.optimize.least_squares(
-        error,
-        first,
-        bounds=(low, high),
-        diff_step=1e-3,
-        x_scale=np.maximum(np.abs(first), 0.1),
-        ftol=1e-5,
-        max_nfev=most,
-    )
-    constants, _ = _solve(signals, whole(solution.x), terms, weights)
-    ends = np.minimum(solution.x - low, high - solution.x) < AT_BOUND
-    # v_0 at a bound is no fault: where bristles explain the friction, the smooth part is about 0
-    at_bound = bool(ends[free != AT["friction_speed_m_per_s"]].any())
-    converged = bool(solution.success and not at_bound)
-    return _Fit(constants, converged, at_bound, *_leave_out(signals, weights, terms, constants))
-
-
-def _best_start(
-    signals: _Signals, weights: dict[str, float], terms: tuple[str, ...], starts: list[np.ndarray]
-) -> np.ndarray:
-    """The start with the least error, with the terms of a variant switched on, each from several values."""
-    absent, tried = _absent(terms), []
-    for start in starts:
-        base = start.copy()
-        for name in SWITCHES:
-            base[AT[name]] = 0.0 if name in absent else base[AT[name]] or (START * SCALE)[AT[name]]
-        found = [base]
-        for name, values in (TRIED[term] for term in TRIED if term in terms):
-            found += [_changed(x, AT[name], value) for x in list(found) for value in values]
-        tried += found
-    return min(tried, key=lambda x: float(np.sum(_solve(signals, x, terms, weights)[1] ** 2)))
-
-
-def residuals(windows: PulseWindows, constants: np.ndarray) -> dict[str, np.ndarray]:
-    """Measured less modelled mean pulses.
-
-    Parameters
-    ----------
-    windows : PulseWindows
-        The trials.
-    constants : ndarray, shape (24,)
-        Those of `tepsipe.treadmill.bristle_frame.Constants` in their order.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (trials, n)
-        Component -> residual (N, N·m).
-    """
-    return _residuals(_Signals(windows), constants)
-
-
-def _residuals(signals: _Signals, constants: np.ndarray) -> dict[str, np.ndarray]:
-    """As `residuals` (N, N·m)."""
-    windows, named = signals.windows, Constants(*constants.tolist())
-    rubbing = signals.rubbing(named, bool(named.bristle or named.bristle_per_kg))
-    # a model without bristles has no signals for the last two factors
-    friction = sum(getattr(named, name) * x for name, x in zip(RUBBING, rubbing, strict=False))
-    added = {
-        "Fy": named.force_mass * signals.acceleration + friction,
-        "Mx": named.moment_mass * signals.acceleration
-        + named.moment_viscous * signals.velocity
-        + named.lever_m * friction
-        + named.cross_talk_m * signals.carried["Fy"],
-    }
-    residual = {}
-    for c, response in _responses(windows, named).items():
-        modelled = np.fft.irfft((signals.carried[c] + added[c]) * response, windows.samples, axis=1)
-        residual[c] = windows.load[c] + windows.carried[c] - modelled
-    return residual
-
-
-def _leave_out(
-    signals: _Signals, weights: dict[str, float], terms: tuple[str, ...], constants: np.ndarray
-) -> tuple[float, np.ndarray, np.ndarray]:
-    """Mean square error of left-out trials relative to the noise, the constants' change without each, and a
-    root of their covariance, with a row for each trial.
-    """
-    windows, absent = signals.windows, _absent(terms)
-    free = [k for k, name in enumerate(CONSTANTS) if name not in absent]
-    trial = np.tile(np.repeat(np.arange(windows.kg.size), windows.evaluated.sum(axis=1)), len(COMPONENTS))
-
-    def weighted(x: np.ndarray) -> np.ndarray:
-        residual = _residuals(signals, x)
-        return np.concatenate([_centred(windows, residual[c]) / weights[c] for c in COMPONENTS])
-
-    error = weighted(constants)
-    least = np.concatenate([0.1 * SCALE, np.full(len(CONSTANTS) - SEARCHED, 1e-3)])
-    steps = 1e-3 * np.maximum(np.abs(constants), least)
-    slopes = np.empty((error.size, len(free)))
-    for column, k in enumerate(free):
-        step = np.zeros(len(CONSTANTS))
-        step[k] = steps[k]
-        slopes[:, column] = (error - weighted(constants + step)) / steps[k]
-    norm = np.maximum(np.linalg.norm(slopes, axis=0), 1e-300)
-    slopes /= norm
-    names = [CONSTANTS[k] for k in free]
-    prior = np.array([PRIOR.get(name, np.inf) for name in names]) * norm
-    normal = slopes.T @ slopes + np.diag(prior**-2.0 + 1e-9)
-    total, changes, spread = 0.0, *np.zeros((2, windows.kg.size, len(CONSTANTS)))
-    for k in range(windows.kg.size):
-        rows = slopes[trial == k]
-        moment, information = rows.T @ error[trial == k], rows.T @ rows
-        change = np.linalg.solve(normal - information, -moment)
-        changes[k, free] = change / norm
-        spread[k, free] = bias_reduced_share(normal, information, moment) / norm
-        total += float(np.sum((error[trial == k] - rows @ change) ** 2))
-    return total / error.size, changes, spread
+def _remainders(windows: PulseWindows, weights: dict[str, float], best: Fit) -> _Remainders:
+    """Remainders of a fit, and what they leave of trials that neither they nor the fit have seen."""
+    every = np.ones(windows.kg.size, dtype=bool)
+    signals = Signals(windows)
+    residual = modelled_residuals(signals, best.constants)
+    fits = [{c: fit_remainder(windows, residual[c], every) for c in COMPONENTS}]
+    total = 0.0
+    for k, change in enumerate(best.without_trial):
+        residual = modelled_residuals(signals, best.constants + change)
+        fits.append({c: fit_remainder(windows, residual[c], np.arange(every.size) != k) for c in COMPONENTS})
+        for c in COMPONENTS:
+            left = residual[c] - fits[-1][c].in_windows(windows)
+            mine = np.zeros_like(left)
+            mine[k] = left[k]
+            total += float(np.sum((centred(windows, mine) / weights[c]) ** 2))
+    return _Remainders(total / (len(COMPONENTS) * int(windows.evaluated.sum())), tuple(fits))

@@ -18,10 +18,12 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.io.result import Result
-from tepsipe.treadmill.bristle_fit import COMPONENTS, Calibrated, left_out_in_turn, residuals
+from tepsipe.treadmill.bristle_fit import Calibrated, left_out_in_turn
 from tepsipe.treadmill.bristle_frame import BristleFrame
+from tepsipe.treadmill.bristle_search import COMPONENTS, residuals
 from tepsipe.treadmill.pulse_windows import BEFORE_S, PulseWindows, longest_window, pulse_windows
 from tepsipe.treadmill.recording import BeltRecording
+from tepsipe.treadmill.remainder import Remainder
 
 # largest predicted error of K that is trusted, with two standard errors, relative to K
 TRUSTED = 0.1
@@ -176,7 +178,10 @@ def held_out_residuals(
     facts: dict = {"trials": [], "kg": [], "before_s": BEFORE_S, "after_s": after_s}
     facts["below_limit_kg"] = list(below_limit_kg)
 
-    def keep(windows: PulseWindows, k: int, residual: dict[str, np.ndarray]) -> None:
+    def keep(
+        windows: PulseWindows, k: int, residual: dict[str, np.ndarray], rest: dict[str, Remainder]
+    ) -> None:
+        residual = {c: r - rest[c].in_windows(windows) if rest else r for c, r in residual.items()}
         name = windows.names[k]
         facts["trials"].append(name)
         facts["kg"].append(float(windows.kg[k]))
@@ -189,12 +194,14 @@ def held_out_residuals(
 
     windows = pulse_windows(left_out_in_turn(training), whole=True)
     for k, change in enumerate(calibrated.without_trial):
-        keep(windows, k, residuals(windows, constants + change))
+        rest = calibrated.without_remainder[k] if calibrated.without_remainder else {}
+        keep(windows, k, residuals(windows, constants + change), rest)
     if testing:
         windows = pulse_windows(testing, whole=True)
         residual = residuals(windows, constants)
+        rest = {c: m.remainder for c, m in calibrated.models.items() if m.remainder is not None}
         for k in range(windows.kg.size):
-            keep(windows, k, residual)
+            keep(windows, k, residual, rest)
     return Result(arrays, units, facts)
 
 

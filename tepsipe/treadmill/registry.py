@@ -21,6 +21,7 @@ from tepsipe.treadmill.mass_spring_damper import (
     fit_mean_subtraction,
 )
 from tepsipe.treadmill.recording import BeltRecording, Score, check_recordings, score
+from tepsipe.treadmill.remainder import Remainder
 from tepsipe.treadmill.ripple import RippleOptions, RippleTracker, fit_ripple_tracker
 from tepsipe.treadmill.transfer_function import DiscreteTransfer, fit_discrete_output_error, fit_hnat2014
 
@@ -49,6 +50,7 @@ KINDS = (
     LoadedFrame,
     BristleFrame,
     RippleTracker,
+    Remainder,
 )
 
 
