@@ -48,6 +48,9 @@ FLAGS = {
     "treadmill-model": "on trials that it has not seen, the treadmill model errs by more than a tenth of "
     "K, or its constants are impossible: record the empty belt, and a weight near the subject's mass, with "
     "the subject's pulses",
+    "treadmill-not-converged": "the search for the constants of the treadmill model did not converge, and "
+    "the model errs by more than a tenth of K, or its constants are impossible: look at the calibration "
+    "trials, one by one, for slip of the weight, clipped channels and a wrong mass",
     "beyond-calibrated-mass": "the subject is heavier than the weights of the treadmill's calibration: "
     "record a weight near the subject's mass",
 }

@@ -5,19 +5,19 @@ a force between the pulses. All combinations of the terms beyond the loaded fram
 several starts: the constants of the combinations with one term less, and the usual ones. The combination is
 kept whose error of trials that are left out in turn is least, where every further term must bring a clear
 gain: a treadmill without memory gets a model without bristles. A combination whose constants end at a bound
-is kept only if all do. Where even the best leaves far more than noise, a response without physics is added
-(`tepsipe.treadmill.remainder`), if it clearly reduces the left-out error.
+is kept only if all do. Where even the best leaves far more than noise, a response without physics takes its
+place (`tepsipe.treadmill.mass_response`), if it halves the left-out error.
 """
 
 import itertools
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.treadmill.bristle_frame import AT, BristleFrame
+from tepsipe.treadmill.bristle_frame import AT, CONSTANTS, IDLE, BristleFrame
 from tepsipe.treadmill.bristle_search import (
+    BRIEF,
     COMPONENTS,
     MOST,
     SCALE,
@@ -27,23 +27,22 @@ from tepsipe.treadmill.bristle_search import (
     Fit,
     Signals,
     centred,
-    modelled_residuals,
     noise_weights,
     search,
 )
+from tepsipe.treadmill.mass_response import MassResponse, fit_mass_response
 from tepsipe.treadmill.pulse_windows import PulseWindows, pulse_windows
 from tepsipe.treadmill.recording import BeltRecording
-from tepsipe.treadmill.remainder import Remainder, fit_remainder
 
 # smallest relative gain of the mean square error of left-out trials that another term must bring
 GAIN = 0.1
 # a response without physics is tried where the error of left-out trials exceeds this times the noise, and
 # kept where it brings this relative gain of the mean square
-UNEXPLAINED, REMAINDER_GAIN = 3.0, 0.5
-# standard deviation of the constant `remainder_share`
+UNEXPLAINED, WITHOUT_GAIN = 3.0, 0.5
+# standard deviation of the constant `response_share`
 SHARE_SD = 0.5
 PLAIN = "loaded frame"  # the variant without further terms
-REMAINDER = "remainder"  # the response without physics
+WITHOUT = "without-physics"  # a response of every mass
 
 
 @dataclass(frozen=True)
@@ -61,15 +60,15 @@ class Calibrated:
     left_out : dict of str to float
         Terms joined by ``+``, for every variant that was fitted -> root mean square error of left-out
         trials relative to the noise.
-    without_remainder : tuple of dict of str to Remainder
-        Component -> remainder of the model if a trial is left out; empty without remainder.
+    by_mass : tuple of dict of str to MassResponse
+        Of a model without physics: component -> its response if a trial is left out, trial by trial.
     """
 
     models: dict[str, BristleFrame]
     deviations: np.ndarray
     without_trial: np.ndarray
     left_out: dict[str, float]
-    without_remainder: tuple[dict[str, Remainder], ...] = ()
+    by_mass: tuple[dict[str, MassResponse], ...] = ()
 
 
 def fit_bristle_frame(
@@ -112,32 +111,34 @@ def fit_bristle_frame(
         )
     if like is None:
         best, kept, scores = _chosen(windows, weights)
+    elif like.by_mass:
+        best, kept, scores = None, (), {}
     else:
         known = like.models["Fy"]
-        kept = tuple(term for term in known.terms if term != REMAINDER)
+        kept = known.terms
         best = search(Signals(windows), weights, kept, [known.constants[:SEARCHED]])
         scores = {"+".join(kept) or PLAIN: float(np.sqrt(best.left_out))}
+    if best is None or np.sqrt(best.left_out) > UNEXPLAINED:
+        left_out, responses = _without_physics(windows, weights)
+        scores[WITHOUT] = float(np.sqrt(left_out))
+        if best is None or left_out < (1.0 - WITHOUT_GAIN) * best.left_out:
+            deviations = np.zeros((draws, len(CONSTANTS)))
+            deviations[:, AT["response_share"]] = SHARE_SD * rng.standard_normal(draws)
+            idle = IDLE._replace(response_share=0.0)
+            models = {
+                c: BristleFrame(
+                    c, np.array(idle), (WITHOUT,), windows.rate_hz, float(masses[-1]), True, responses[0][c]
+                )
+                for c in COMPONENTS
+            }
+            without = np.zeros((windows.kg.size, len(CONSTANTS)))
+            return Calibrated(models, deviations, without, scores, responses[1:])
     deviations = rng.standard_normal((draws, windows.kg.size)) @ best.spread
-    found = _remainders(windows, weights, best) if np.sqrt(best.left_out) > UNEXPLAINED else None
-    if found is not None:
-        scores["+".join((*kept, REMAINDER))] = float(np.sqrt(found.left_out))
-    rest: tuple[dict[str, Remainder], ...] = ()
-    if found is not None and found.left_out < (1.0 - REMAINDER_GAIN) * best.left_out:
-        rest = found.fits
-        deviations[:, AT["remainder_share"]] = SHARE_SD * rng.standard_normal(draws)
     models = {
-        component: BristleFrame(
-            component,
-            best.constants,
-            (*kept, REMAINDER) if rest else kept,
-            windows.rate_hz,
-            float(masses[-1]),
-            best.converged,
-            rest[0][component] if rest else None,
-        )
-        for component in COMPONENTS
+        c: BristleFrame(c, best.constants, kept, windows.rate_hz, float(masses[-1]), best.converged)
+        for c in COMPONENTS
     }
-    return Calibrated(models, deviations, best.without_trial, scores, rest[1:])
+    return Calibrated(models, deviations, best.without_trial, scores)
 
 
 def left_out_in_turn(trials: list[dict[str, BeltRecording]]) -> list[dict[str, BeltRecording]]:
@@ -182,8 +183,11 @@ def _chosen(
     signals = Signals(windows)
     for terms in _combinations():
         smaller = [fits[c] for c in fits if len(c) + 1 == len(terms) and set(c) < set(terms)]
-        starts = [[START * SCALE], [fit.constants[:SEARCHED] for fit in smaller]]
-        found = [search(signals, weights, terms, some) for some in starts if some]
+        usual, known = [START * SCALE], [fit.constants[:SEARCHED] for fit in smaller]
+        found = [search(signals, weights, terms, known or usual)]
+        other = search(signals, weights, terms, usual, BRIEF)
+        if other.cost < found[0].cost:
+            found.append(search(signals, weights, terms, [other.constants[:SEARCHED]]))
         fits[terms] = min(found, key=lambda fit: (fit.at_bound, fit.left_out))
     inside = [c for c in fits if not fits[c].at_bound] or list(fits)
     terms = min(inside, key=lambda c: fits[c].left_out / (1.0 - GAIN) ** len(c))
@@ -191,28 +195,19 @@ def _chosen(
     return search(signals, weights, terms, [fits[terms].constants[:SEARCHED]], MOST), terms, scores
 
 
-class _Remainders(NamedTuple):
-    """Mean square error of left-out trials relative to the noise, and the remainders: component -> remainder,
-    fitted to all trials and without each trial in turn.
+def _without_physics(
+    windows: PulseWindows, weights: dict[str, float]
+) -> tuple[float, tuple[dict[str, MassResponse], ...]]:
+    """Mean square error of left-out trials relative to the noise, and component -> response, fitted to all
+    trials and without each trial in turn.
     """
-
-    left_out: float
-    fits: tuple[dict[str, Remainder], ...]
-
-
-def _remainders(windows: PulseWindows, weights: dict[str, float], best: Fit) -> _Remainders:
-    """Remainders of a fit, and what they leave of trials that neither they nor the fit have seen."""
-    every = np.ones(windows.kg.size, dtype=bool)
-    signals = Signals(windows)
-    residual = modelled_residuals(signals, best.constants)
-    fits = [{c: fit_remainder(windows, residual[c], every) for c in COMPONENTS}]
+    every = np.arange(windows.kg.size)
+    fits = [
+        {c: fit_mass_response(windows, windows.load[c], every != k) for c in COMPONENTS} for k in (-1, *every)
+    ]
     total = 0.0
-    for k, change in enumerate(best.without_trial):
-        residual = modelled_residuals(signals, best.constants + change)
-        fits.append({c: fit_remainder(windows, residual[c], np.arange(every.size) != k) for c in COMPONENTS})
-        for c in COMPONENTS:
-            left = residual[c] - fits[-1][c].in_windows(windows)
-            mine = np.zeros_like(left)
-            mine[k] = left[k]
-            total += float(np.sum((centred(windows, mine) / weights[c]) ** 2))
-    return _Remainders(total / (len(COMPONENTS) * int(windows.evaluated.sum())), tuple(fits))
+    for k, fit in enumerate(fits[1:]):
+        for c, response in fit.items():
+            left = (windows.load[c] - response.in_windows(windows)) * (every == k)[:, None]
+            total += float(np.sum((centred(windows, left) / weights[c]) ** 2))
+    return total / (len(COMPONENTS) * int(windows.evaluated.sum())), tuple(fits)

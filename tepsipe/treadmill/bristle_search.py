@@ -29,8 +29,9 @@ TERMS = {
 SWITCHES = ("stribeck", "second_mode", "second_mode_moment")
 # part of the load's root mean square that no model of this kind predicts
 DISCREPANCY = 0.005
-# evaluations after which the search of a variant, and of the chosen one, ends
-FEW, MOST = 30, 200
+# evaluations after which the search of a variant ends: from a start that is only tried, from the best start,
+# and of the chosen variant
+BRIEF, FEW, MOST = 8, 30, 200
 AT_BOUND = 2e-3  # distance of a constant from its bound that counts as none (scales of the constants)
 KEPT = 64  # spectra of friction that are kept
 STIFF_S2 = 1.0 / (2.0 * np.pi * 50.0) ** 2
@@ -73,13 +74,14 @@ COMPONENTS = ("Fy", "Mx")
 
 @dataclass(frozen=True)
 class Fit:
-    """One variant: constants, whether the search converged, and ended at a bound, their change without each
-    trial, their spread.
+    """One variant: constants, whether the search converged, and ended at a bound, sum of squares, mean
+    square error of left-out trials, change of the constants without each trial, their spread.
     """
 
     constants: np.ndarray
     converged: bool
     at_bound: bool
+    cost: float
     left_out: float
     without_trial: np.ndarray
     spread: np.ndarray
@@ -196,7 +198,7 @@ def _changed(x: np.ndarray, k: int, value: float) -> np.ndarray:
 def _absent(terms: tuple[str, ...]) -> list[str]:
     """Constants of the terms that a variant lacks."""
     names = [name for term, (names, _) in TERMS.items() if term not in terms for name in names]
-    return [*names, "remainder_share"]
+    return [*names, "response_share"]
 
 
 def search(
@@ -239,7 +241,9 @@ def search(
     # v_0 at a bound is no fault: where bristles explain the friction, the smooth part is about 0
     at_bound = bool(ends[free != AT["friction_speed_m_per_s"]].any())
     converged = bool(solution.success and not at_bound)
-    return Fit(constants, converged, at_bound, *_leave_out(signals, weights, terms, constants))
+    return Fit(
+        constants, converged, at_bound, float(solution.cost), *_leave_out(signals, weights, terms, constants)
+    )
 
 
 def _best_start(

@@ -14,6 +14,7 @@ from tepsipe.treadmill.bristle_fit import Calibrated
 from tepsipe.treadmill.bristle_frame import BristleFrame
 from tepsipe.treadmill.impulse_response import ImpulseResponse, fit_finite_response, fit_spectral
 from tepsipe.treadmill.loaded_frame import LoadedFrame, fit_loaded_frame
+from tepsipe.treadmill.mass_response import MassResponse
 from tepsipe.treadmill.mass_spring_damper import (
     MassSpringDamper,
     MeanSubtraction,
@@ -21,7 +22,6 @@ from tepsipe.treadmill.mass_spring_damper import (
     fit_mean_subtraction,
 )
 from tepsipe.treadmill.recording import BeltRecording, Score, check_recordings, score
-from tepsipe.treadmill.remainder import Remainder
 from tepsipe.treadmill.ripple import RippleOptions, RippleTracker, fit_ripple_tracker
 from tepsipe.treadmill.transfer_function import DiscreteTransfer, fit_discrete_output_error, fit_hnat2014
 
@@ -50,7 +50,7 @@ KINDS = (
     LoadedFrame,
     BristleFrame,
     RippleTracker,
-    Remainder,
+    MassResponse,
 )
 
 

@@ -85,7 +85,7 @@ def check_treadmill(
         beyond_noise = np.maximum(error.parameters**2 - error.standard_error**2, 0.0)
         contributions[RESIDUAL] = (np.sign(error.parameters) * np.sqrt(beyond_noise))[None]
         if not error.trusted(float(fit.mean[2])):
-            flags.append("treadmill-model")
+            flags.append(held_out.failed)
     return TreadmillCheck(error, contributions, tuple(dict.fromkeys(flags)))
 
 

@@ -79,6 +79,8 @@ class BroadbandEpochs:
         it is not known.
     treadmill_error : tuple of 2 float, or None
         Error of K that held-out trials of the treadmill predict, and its standard error (N·m/rad).
+    treadmill_flag : str
+        Name of the flag, in `tepsipe.io.estimates.FLAGS`, if this error is too large.
     """
 
     time: np.ndarray
@@ -95,6 +97,7 @@ class BroadbandEpochs:
     apparent: JointCentre | None
     skin_m: float
     treadmill_error: tuple[float, float] | None = None
+    treadmill_flag: str = "treadmill-model"
 
     @property
     def count(self) -> int:
@@ -234,7 +237,8 @@ def with_treadmill_error(
     regressors = motion[:, [2, 1]]
     subject = Subject(broadband.carried_kg, ankle_height_m, velocity, regressors, rate, False)
     error = predicted_error(held_out, subject)
-    return replace(broadband, treadmill_error=(float(error.parameters[-1]), float(error.standard_error[-1])))
+    found = float(error.parameters[-1]), float(error.standard_error[-1])
+    return replace(broadband, treadmill_error=found, treadmill_flag=held_out.failed)
 
 
 def _usable(centre: JointCentre) -> bool:
@@ -304,7 +308,10 @@ def _pulses(
 # ---- to and from a result's file -------------------------------------------------------------------
 
 UNITS = {"time": "s", "perturbed": "Nm, rad, rad/s", "quiet_time": "s", "quiet": "Nm, rad, rad/s"}
-PLAIN = ("peak_m_per_s", "carried_kg", "calibrated_kg", "centre_used", "skin_m", "treadmill_error")
+PLAIN = (
+    *("peak_m_per_s", "carried_kg", "calibrated_kg", "centre_used", "skin_m"),
+    *("treadmill_error", "treadmill_flag"),
+)
 
 
 def broadband_result(epochs: BroadbandEpochs) -> Result:

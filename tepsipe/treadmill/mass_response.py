@@ -1,12 +1,12 @@
-"""Remainder of the belt-induced load beyond the physics of a treadmill model: a response without physics.
+"""Belt-induced load without physics: a response to the acceleration of the belt for every calibrated mass.
 
-    rest_M(t) = sum_j c_Mj (h_j * a)(t)
+    L_M(t) = sum_j c_Mj (h_j * a)(t)
 
 Here a is the acceleration of the belt, h_j are hats over the time since it acted, and c_Mj follow by least
 squares from the trials with the mass M on the belt. Between two masses of the calibration the response is
 interpolated, beyond them the nearest one counts. It describes any linear, time-invariant treadmill under a
-weight that was calibrated. Which part of the change with M a subject causes who does not ride rigidly on the
-belt is unknown; the constant ``remainder_share`` of the model carries this.
+rigid weight. Which part of the change with M is caused by a subject who does not ride rigidly on the belt is
+unknown; the constant ``response_share`` of the model carries this.
 """
 
 from dataclasses import dataclass
@@ -19,14 +19,14 @@ from tepsipe.treadmill.recording import BeltRecording
 # tips of the hats: time since the acceleration acted (s); the response is 0 at the first and at the last
 TIPS_S = (
     *(-0.06, -0.04, -0.02, 0.0, 0.0125, 0.025, 0.0375, 0.05, 0.065),
-    *(0.08, 0.1, 0.125, 0.16, 0.2, 0.25, 0.32, 0.4),
+    *(0.08, 0.1, 0.125, 0.16, 0.2, 0.25, 0.32, 0.4, 0.5, 0.65),
 )
 # standard deviation of the coefficients' weak prior, relative to a response of the size of the load
 LOOSE = 10.0
 
 
 @dataclass(frozen=True)
-class Remainder:
+class MassResponse:
     """Response of one component of the load to the acceleration of the belt, mass by mass.
 
     Attributes
@@ -52,12 +52,12 @@ class Remainder:
         return self.taps[0] + (1.0 + share) * (mixed - self.taps[0])
 
     def load(self, recording: BeltRecording, share: float) -> np.ndarray:
-        """Remainder in a trial (unit of the load), shape (n,)."""
+        """MassResponse in a trial (unit of the load), shape (n,)."""
         whole = np.convolve(recording.acceleration, self.at(recording.carried_kg, share))
         return whole[self.lead : self.lead + recording.acceleration.size]
 
     def in_windows(self, windows: PulseWindows) -> np.ndarray:
-        """Remainder in the mean pulses of trials (unit of the load), shape (trials, n)."""
+        """MassResponse in the mean pulses of trials (unit of the load), shape (trials, n)."""
         return np.array(
             [
                 _response(acceleration, self.at(kg, 0.0)[None], self.lead)[0]
@@ -66,21 +66,21 @@ class Remainder:
         )
 
 
-def fit_remainder(windows: PulseWindows, residual: np.ndarray, used: np.ndarray) -> Remainder:
-    """Fit the response of every mass to what a model leaves of its trials.
+def fit_mass_response(windows: PulseWindows, load: np.ndarray, used: np.ndarray) -> MassResponse:
+    """Fit the response of every mass to the load of its trials.
 
     Parameters
     ----------
     windows : PulseWindows
         The trials.
-    residual : ndarray, shape (trials, n)
-        Measured less modelled load of one component (N or N·m).
+    load : ndarray, shape (trials, n)
+        Measured load of one component less the load carried (N or N·m).
     used : ndarray of bool, shape (trials,)
-        Trials to fit; a mass without any of them has no remainder.
+        Trials to fit; a mass without any of them gets no response.
 
     Returns
     -------
-    Remainder
+    MassResponse
         Responses (unit of the load).
     """
     hats, lead = _hats(windows.rate_hz)
@@ -89,16 +89,16 @@ def fit_remainder(windows: PulseWindows, residual: np.ndarray, used: np.ndarray)
     for row, kg in enumerate(masses):
         rows, right = [np.empty((0, hats.shape[0]))], [np.empty(0)]
         for k in np.flatnonzero(used & (windows.kg == kg)):
-            inside, scale = windows.evaluated[k], np.sqrt(windows.count[k])
+            inside, scale = windows.ramp == 1.0, np.sqrt(windows.count[k])
             columns = _response(windows.acceleration[k], hats, lead)[:, inside]
-            rows.append(scale * (columns - columns.mean(axis=1, keepdims=True)).T)
-            right.append(scale * (residual[k, inside] - residual[k, inside].mean()))
+            rows.append(scale * columns.T)
+            right.append(scale * load[k, inside])
         found, target = np.concatenate(rows), np.concatenate(right)
         size = max(float(np.linalg.norm(found, axis=0).max(initial=0.0)), 1e-300)
         held = np.eye(hats.shape[0]) * size / LOOSE / np.sqrt(max(target.size, 1))
         stacked = np.concatenate([found, held])
         taps[row] = np.linalg.lstsq(stacked, np.append(target, np.zeros(held.shape[0])))[0] @ hats
-    return Remainder(masses, taps, lead)
+    return MassResponse(masses, taps, lead)
 
 
 def _hats(rate_hz: float) -> tuple[np.ndarray, int]:
