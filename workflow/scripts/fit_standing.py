@@ -32,11 +32,14 @@ from tepsipe.io.result import joined, read_result, write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.held_out import read_held_out
+from tepsipe.treadmill.plate_check import PlateCheck
 from tepsipe.treadmill.registry import load_treadmill_models, pick
 
 params, analysis, condition = snakemake.params, snakemake.params.analysis, snakemake.wildcards.condition
 name = f"standing/{condition}"
-trial = read_trial(snakemake.input.trial)
+calibration = read_result(snakemake.input.held_out[0]) if snakemake.input.held_out else None
+plate = PlateCheck() if calibration is None else PlateCheck.from_result(calibration)
+trial = plate.corrected(read_trial(snakemake.input.trial), params.belt)
 options = StandingOptions.from_settings(params.person, params.belt, analysis, params.stance)
 person = options.person
 pathways = {key: TorquePathway(**pathway) for key, pathway in params.pathways.items()}
@@ -75,7 +78,7 @@ if pathway.torque == "ankle":
         {} if model is None else {load: pick(of_load, model) for load, of_load in models.items()},
     )
     quoted = estimators[params.recommended["estimator"]]
-    held_out = read_held_out(read_result(snakemake.input.held_out[0])) if model == "bristle-frame" else None
+    held_out = read_held_out(calibration) if calibration and model == "bristle-frame" else None
     if broadband is not None and held_out is not None:
         broadband = with_treadmill_error(
             broadband, responses, held_out, person.ankle_height_m, quoted.window_s
