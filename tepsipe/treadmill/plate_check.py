@@ -8,7 +8,8 @@ and whose moment has the scale s, shows
 
 with a zero m of the transducers that drifts from trial to trial. The weight moves with the belt, so it rests
 at another place after every perturbation: s and o follow from all places and weights by least squares, with
-the prior of m that the trials of the empty belt show.
+the prior of m that the trials of the empty belt show, and a weak one of s, without which weights at one place
+would not show o.
 """
 
 from collections.abc import Sequence
@@ -29,6 +30,10 @@ CENTRE_KNOWN_M = 0.002
 ZERO_UNKNOWN_NM, ZERO_LEAST_NM = 2.0, 0.2
 # deviations that are corrected exceed this and `CLEAR` standard uncertainties: of the origin (m), of M_x
 SMALL_M, SMALL_SCALE, CLEAR = 0.003, 0.03, 2.0
+# standard deviation of the prior of s
+SCALE_SD = 0.1
+# standard uncertainties by which the scale must be below 0 to be refused
+SURELY = 5.0
 # an origin that is less well known than this is not corrected (m)
 UNKNOWN_M = 0.01
 # least relative deviation of the vertical force from the weight that shows a faulty plate
@@ -67,9 +72,9 @@ class PlateCheck:
     ----------
     origin_m, origin_u_m : float or None
         Position of the plate's origin along the belt, forward of the markers' origin, and its standard
-        uncertainty (m); None where no weight's centre of mass is stated, or nothing shows it.
+        uncertainty (m); None where no weight's centre of mass is stated.
     moment_scale, moment_scale_u : float or None
-        Scale s of M_x, and its standard uncertainty; None if the weights rest at one place.
+        Scale s of M_x, and its standard uncertainty; None without weights.
     force_scale : float or None
         Vertical force over the weight, f.
     sideways_m : float or None
@@ -180,7 +185,7 @@ def check_plate(trials: Sequence[Resting], name: str) -> PlateCheck:
         return PlateCheck()
     stated = all(r.weight.com_forward_of_markers_m is not None for r in loaded)
     (scale, u_scale), (origin_m, u_origin_m) = _moment(trials, loaded)
-    if scale + CLEAR * u_scale < 0.0:
+    if scale + SURELY * u_scale < 0.0:
         raise InputError(
             f"{name}: expected the moment M_x to grow by the weight times its way where the weight moves "
             f"forward, found {scale:.2g} times that: turn the sign of M_x in the calibration of the plate, "
@@ -200,12 +205,11 @@ def check_plate(trials: Sequence[Resting], name: str) -> PlateCheck:
     flags = ()
     if abs(f - 1.0) > FORCE_WITHIN:
         flags = ("plate-transducer",) if abs(sideways_m) > SIDEWAYS_M else ("plate-scale",)
-    shown = u_scale < 1.0
     return PlateCheck(
-        origin_m=origin_m if stated and shown else None,
-        origin_u_m=float(np.hypot(u_origin_m, CENTRE_KNOWN_M)) if stated and shown else None,
-        moment_scale=scale if shown else None,
-        moment_scale_u=u_scale if shown else None,
+        origin_m=origin_m if stated else None,
+        origin_u_m=float(np.hypot(u_origin_m, CENTRE_KNOWN_M)) if stated else None,
+        moment_scale=scale,
+        moment_scale_u=u_scale,
         force_scale=f,
         sideways_m=sideways_m,
         flags=flags,
@@ -225,8 +229,10 @@ def _moment(trials: Sequence[Resting], loaded: Sequence[Resting]) -> tuple[tuple
     left = m_x - within @ np.linalg.lstsq(within, m_x)[0]
     noise = max(float(np.sqrt(left @ left / max(left.size - len(loaded) - 1, 1))), 0.1 * ZERO_LEAST_NM)
     rows = np.column_stack([y * f_z, -f_z, of_trial]) / noise
-    held = np.column_stack([np.zeros((len(loaded), 2)), np.eye(len(loaded)) / spread])
-    stacked, right = np.concatenate([rows, held]), np.append(m_x / noise, np.zeros(len(loaded)))
+    held = np.zeros((len(loaded) + 1, len(loaded) + 2))
+    held[0, 0], held[1:, 2:] = 1.0 / SCALE_SD, np.eye(len(loaded)) / spread
+    known = np.append(1.0 / SCALE_SD, np.zeros(len(loaded)))
+    stacked, right = np.concatenate([rows, held]), np.concatenate([m_x / noise, known])
     size = np.linalg.norm(stacked, axis=0)
     (scale, moved), covariance = _solved(stacked / size, right, size)
     origin_m = moved / scale

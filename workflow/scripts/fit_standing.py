@@ -39,13 +39,13 @@ params, analysis, condition = snakemake.params, snakemake.params.analysis, snake
 name = f"standing/{condition}"
 calibration = read_result(snakemake.input.held_out[0]) if snakemake.input.held_out else None
 plate = PlateCheck() if calibration is None else PlateCheck.from_result(calibration)
-trial = plate.corrected(read_trial(snakemake.input.trial), params.belt)
+trial = read_trial(snakemake.input.trial)
 options = StandingOptions.from_settings(params.person, params.belt, analysis, params.stance)
 person = options.person
 pathways = {key: TorquePathway(**pathway) for key, pathway in params.pathways.items()}
 loads = zip(("Fy", "Mx"), snakemake.input.models, strict=False)
 models = {load: load_treadmill_models(path) for load, path in loads}
-standing = process_standing(trial, name, options, pathways, models)
+standing = process_standing(trial, name, options, pathways, models, plate)
 cutting = EpochOptions.from_settings(analysis, params.emg, params.max_gap_s)
 responses = cut_standing_epochs(standing, cutting)
 estimators = {key: StandingEstimator(**choice) for key, choice in params.estimators.items()}

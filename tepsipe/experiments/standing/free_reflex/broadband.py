@@ -81,6 +81,10 @@ class BroadbandEpochs:
         Error of K that held-out trials of the treadmill predict, and its standard error (N·m/rad).
     treadmill_flag : str
         Name of the flag, in `tepsipe.io.estimates.FLAGS`, if this error is too large.
+    origin_known : bool
+        Whether weights showed the origin of the force plate along the belt.
+    plate_flags : tuple of str
+        Names of faults of the plate, in `tepsipe.io.estimates.FLAGS`.
     """
 
     time: np.ndarray
@@ -98,6 +102,8 @@ class BroadbandEpochs:
     skin_m: float
     treadmill_error: tuple[float, float] | None = None
     treadmill_flag: str = "treadmill-model"
+    origin_known: bool = True
+    plate_flags: tuple[str, ...] = ()
 
     @property
     def count(self) -> int:
@@ -199,6 +205,8 @@ def cut_broadband(
         centre_used=used,
         apparent=apparent,
         skin_m=skins_m[0],
+        origin_known=standing.plate.origin_m is not None,
+        plate_flags=standing.plate_flags,
     )
 
 
@@ -310,7 +318,7 @@ def _pulses(
 UNITS = {"time": "s", "perturbed": "Nm, rad, rad/s", "quiet_time": "s", "quiet": "Nm, rad, rad/s"}
 PLAIN = (
     *("peak_m_per_s", "carried_kg", "calibrated_kg", "centre_used", "skin_m"),
-    *("treadmill_error", "treadmill_flag"),
+    *("treadmill_error", "treadmill_flag", "origin_known"),
 )
 
 
@@ -322,7 +330,7 @@ def broadband_result(epochs: BroadbandEpochs) -> Result:
         arrays[f"broadband/slopes/{source}"] = slope
         units[f"broadband/slopes/{source}"] = ", ".join(f"{unit} per unit" for unit in ("Nm", "rad", "rad/s"))
     arrays["broadband/draws"], units["broadband/draws"] = epochs.draws.astype(np.float32), "Nm"
-    facts = {key: getattr(epochs, key) for key in PLAIN}
+    facts = {key: getattr(epochs, key) for key in PLAIN} | {"plate_flags": list(epochs.plate_flags)}
     for key in ("centre", "apparent"):
         centre = getattr(epochs, key)
         facts[key] = (
@@ -338,6 +346,7 @@ def broadband_of(result: Result) -> BroadbandEpochs | None:
     if "broadband" not in result.facts:
         return None
     facts = dict(result.facts["broadband"])
+    facts["plate_flags"] = tuple(facts["plate_flags"])
     for key in ("centre", "apparent"):
         if facts[key] is not None:
             arrays = {

@@ -1,7 +1,7 @@
 """Fits with a free reflex torque among the other fits of a person, their budgets, and differences."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -27,6 +27,7 @@ from tepsipe.statistics.uncertainty import Budget, Source, sources_of
 
 PALPATED = "palpated_centre_m"
 CENTRE = ("joint_centre_anterior_m", "joint_centre_height_m")
+UNKNOWN_ORIGIN, ORIGIN = "unknown_origin_m", "origin_anterior_m"
 
 
 @dataclass(frozen=True)
@@ -115,12 +116,20 @@ def fit_free(
 
 
 def _sources(trials: list[BroadbandEpochs], sources: dict[str, Source]) -> list[Source]:
-    """Sources of these trials; the joint's centre is the palpated one if sway did not determine it."""
-    if PALPATED in sources and not all(trial.centre_used for trial in trials):
-        felt = sources[PALPATED]
-        swapped = [Source(n, felt.standard_uncertainty, felt.distribution, felt.freedom) for n in CENTRE]
-        return [s for s in sources.values() if s.name not in (PALPATED, *CENTRE)] + swapped
-    return [source for source in sources.values() if source.name != PALPATED]
+    """Sources of these trials; the joint's centre is the palpated one if sway did not determine it, and the
+    plate's origin the assumed one if no weight did.
+    """
+    kept = dict(sources)
+    for other, names, known in (
+        (PALPATED, CENTRE, all(trial.centre_used for trial in trials)),
+        (UNKNOWN_ORIGIN, (ORIGIN,), all(trial.origin_known for trial in trials)),
+    ):
+        instead = kept.pop(other, None)
+        if instead is not None and not known:
+            for name in names:
+                kept.pop(name, None)
+            kept |= {name: replace(instead, name=name) for name in names}
+    return list(kept.values())
 
 
 def _pre_reflex(
