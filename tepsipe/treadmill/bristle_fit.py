@@ -31,7 +31,7 @@ from tepsipe.treadmill.bristle_search import (
     search,
 )
 from tepsipe.treadmill.mass_response import MassResponse, fit_mass_response
-from tepsipe.treadmill.pulse_windows import PulseWindows, pulse_windows
+from tepsipe.treadmill.pulse_windows import PulseWindows, by_direction, pulse_windows
 from tepsipe.treadmill.recording import BeltRecording
 
 # smallest relative gain of the mean square error of left-out trials that another term must bring
@@ -142,7 +142,10 @@ def fit_bristle_frame(
 
 
 def left_out_in_turn(trials: list[dict[str, BeltRecording]]) -> list[dict[str, BeltRecording]]:
-    """Trials that can be left out of a fit (N, N·m): the only one of a mass is split, pulse by pulse, in two.
+    """Trials that can be left out of a fit (N, N·m).
+
+    Pulses of opposite directions are trials of their own; the only one of a mass is split, pulse by pulse, in
+    two.
 
     Parameters
     ----------
@@ -154,6 +157,7 @@ def left_out_in_turn(trials: list[dict[str, BeltRecording]]) -> list[dict[str, B
     list of dict of str to BeltRecording
         In the same order.
     """
+    trials = by_direction(trials)
     masses = [trial["Fy"].carried_kg for trial in trials]
     parts_of_trials = []
     for trial, kg in zip(trials, masses, strict=True):

@@ -22,7 +22,13 @@ from tepsipe.treadmill.bristle_fit import Calibrated, left_out_in_turn
 from tepsipe.treadmill.bristle_frame import BristleFrame
 from tepsipe.treadmill.bristle_search import COMPONENTS, residuals
 from tepsipe.treadmill.mass_response import MassResponse
-from tepsipe.treadmill.pulse_windows import BEFORE_S, PulseWindows, longest_window, pulse_windows
+from tepsipe.treadmill.pulse_windows import (
+    BEFORE_S,
+    PulseWindows,
+    by_direction,
+    longest_window,
+    pulse_windows,
+)
 from tepsipe.treadmill.recording import BeltRecording
 
 # largest predicted error of K that is trusted, with two standard errors, relative to K
@@ -206,7 +212,7 @@ def held_out_residuals(
         free = calibrated.by_mass[k] if calibrated.by_mass else {}
         keep(windows, k, residuals(windows, constants + change), free)
     if testing:
-        windows = pulse_windows(testing, whole=True)
+        windows = pulse_windows(by_direction(testing), whole=True)
         residual = residuals(windows, constants)
         free = {c: m.by_mass for c, m in calibrated.models.items() if m.by_mass is not None}
         for k in range(windows.kg.size):

@@ -315,6 +315,8 @@ def _pulses(
 
 # ---- to and from a result's file -------------------------------------------------------------------
 
+# of the responses like the first one, and of those to perturbations of the opposite direction
+GROUPS = ("broadband", "broadband_opposite")
 UNITS = {"time": "s", "perturbed": "Nm, rad, rad/s", "quiet_time": "s", "quiet": "Nm, rad, rad/s"}
 PLAIN = (
     *("peak_m_per_s", "carried_kg", "calibrated_kg", "centre_used", "skin_m"),
@@ -322,14 +324,14 @@ PLAIN = (
 )
 
 
-def broadband_result(epochs: BroadbandEpochs) -> Result:
-    """Epochs as arrays below ``broadband/`` with their units, and facts."""
-    arrays = {f"broadband/{key}": getattr(epochs, key).astype(np.float32) for key in UNITS}
-    units = {f"broadband/{key}": unit for key, unit in UNITS.items()}
+def broadband_result(epochs: BroadbandEpochs, group: str = GROUPS[0]) -> Result:
+    """Epochs as arrays below a group, one of `GROUPS`, with their units, and facts."""
+    arrays = {f"{group}/{key}": getattr(epochs, key).astype(np.float32) for key in UNITS}
+    units = {f"{group}/{key}": unit for key, unit in UNITS.items()}
     for source, slope in epochs.slopes.items():
-        arrays[f"broadband/slopes/{source}"] = slope
-        units[f"broadband/slopes/{source}"] = ", ".join(f"{unit} per unit" for unit in ("Nm", "rad", "rad/s"))
-    arrays["broadband/draws"], units["broadband/draws"] = epochs.draws.astype(np.float32), "Nm"
+        arrays[f"{group}/slopes/{source}"] = slope
+        units[f"{group}/slopes/{source}"] = ", ".join(f"{unit} per unit" for unit in ("Nm", "rad", "rad/s"))
+    arrays[f"{group}/draws"], units[f"{group}/draws"] = epochs.draws.astype(np.float32), "Nm"
     facts = {key: getattr(epochs, key) for key in PLAIN} | {"plate_flags": list(epochs.plate_flags)}
     for key in ("centre", "apparent"):
         centre = getattr(epochs, key)
@@ -338,14 +340,14 @@ def broadband_result(epochs: BroadbandEpochs) -> Result:
             if centre is None
             else {k: x.tolist() if isinstance(x, np.ndarray) else x for k, x in vars(centre).items()}
         )
-    return Result(arrays, units, {"broadband": facts})
+    return Result(arrays, units, {group: facts})
 
 
-def broadband_of(result: Result) -> BroadbandEpochs | None:
-    """Read the epochs of `broadband_result` from a result; None without them."""
-    if "broadband" not in result.facts:
+def broadband_of(result: Result, group: str = GROUPS[0]) -> BroadbandEpochs | None:
+    """Read the epochs of `broadband_result` from a group of a result; None without them."""
+    if group not in result.facts:
         return None
-    facts = dict(result.facts["broadband"])
+    facts = dict(result.facts[group])
     facts["plate_flags"] = tuple(facts["plate_flags"])
     for key in ("centre", "apparent"):
         if facts[key] is not None:
@@ -353,6 +355,6 @@ def broadband_of(result: Result) -> BroadbandEpochs | None:
                 k: np.array(facts[key][k]) for k in ("offset_m", "moving_m", "own_m", "standard_error_m")
             }
             facts[key] = JointCentre(**{**facts[key], **arrays})
-    arrays = {key: result.arrays[f"broadband/{key}"].astype(float) for key in (*UNITS, "draws")}
-    slopes = {source: result.arrays[f"broadband/slopes/{source}"] for source in SOURCES}
+    arrays = {key: result.arrays[f"{group}/{key}"].astype(float) for key in (*UNITS, "draws")}
+    slopes = {source: result.arrays[f"{group}/slopes/{source}"] for source in SOURCES}
     return BroadbandEpochs(**arrays, slopes=slopes, **facts)

@@ -18,10 +18,10 @@ from tepsipe.experiments.standing.free_reflex.fit import (
     fit_free_reflex,
 )
 from tepsipe.experiments.standing.muscle_torque import FREE, NONE
-from tepsipe.experiments.standing.options import StandingEstimator
+from tepsipe.experiments.standing.options import StandingEstimator, TorquePathway
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency
 from tepsipe.io.budget_table import Contribution
-from tepsipe.io.estimates import Estimate, flagged
+from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.statistics.uncertainty import Budget, Source, sources_of
 
@@ -202,16 +202,47 @@ def centre_facts(trials: list[BroadbandEpochs]) -> dict:
     }
 
 
-def to_quote(trials: list[BroadbandEpochs], fits: Fits, chosen: dict[str, str]) -> bool:
-    """Test for a treadmill model that is good enough for the recommended fit to be quoted.
+def quoted(
+    rows: list[Estimate],
+    trials: list[BroadbandEpochs],
+    fits: Fits,
+    chosen: dict[str, str],
+    pathway: TorquePathway,
+) -> list[Estimate]:
+    """Rows of a task with those to quote marked; none, where the torque cannot be trusted.
 
-    ``chosen`` names its ``pathway`` and ``estimator``. Fits with another torque of reflexes are always
-    quoted.
+    The belt-induced load must be compensated, by a treadmill model whose error of K is not clearly above half
+    of it. Without compensation, K and B of the chosen pathway are flagged ``uncompensated``.
+
+    Parameters
+    ----------
+    rows : list of Estimate
+        Estimates of the task.
+    trials : list of BroadbandEpochs
+        Its trials.
+    fits : dict of (str, str) to StandingFit
+        (pathway, estimator) -> fit.
+    chosen : dict of str to str
+        Recommended ``pathway`` and ``estimator``.
+    pathway : TorquePathway
+        The recommended pathway.
+
+    Returns
+    -------
+    list of Estimate
+        In the same order.
     """
+    if pathway.torque != "single-joint" and pathway.treadmill_model is None:
+        return [*(flagged([row], "uncompensated")[0] if _of(row, chosen["pathway"]) else row for row in rows)]
     fit = fits.get((chosen["pathway"], chosen["estimator"]))
-    if fit is None or fit.budget is None:
-        return True
-    return quotable(trials, float(fit.parameters[0, fit.names.index("K")]))
+    known = fit is not None and fit.budget is not None
+    if known and not quotable(trials, float(fit.parameters[0, fit.names.index("K")])):
+        return rows
+    return recommended(rows, **chosen)
+
+
+def _of(row: Estimate, pathway: str) -> bool:
+    return row.pathway == pathway and row.quantity in ("B", "K")
 
 
 def budget_rows(rows: list[Estimate], fits: Fits) -> list[Contribution]:
