@@ -24,7 +24,7 @@ from tepsipe.treadmill.held_out import (
     predicted_error,
     read_held_out,
 )
-from tepsipe.treadmill.pulse_windows import FINER, Bristles, bent, mean_state
+from tepsipe.treadmill.pulse_windows import FINER, Bristles, bent, by_direction, mean_state, pulse_windows
 from tepsipe.treadmill.registry import FamilyOptions, FittedModel, evaluate, fit_model
 from tepsipe.treadmill.trial_recordings import zeroed_per_pulse
 
@@ -305,3 +305,26 @@ def test_search_that_did_not_converge_has_a_message_of_its_own(remembered, unsee
     step[AT["lag_s"]] = 0.1
     assert model_flags(lost["Fy"], 64.0) == []
     assert model_flags(lost["Fy"].moved(step), 64.0) == ["treadmill-not-converged"]
+
+
+# ---- pulses of both directions in one trial ------------------------------------------------------
+
+
+def test_opposite_pulses_of_a_calibration_trial_are_trials_of_their_own():
+    trial = treadmill(20.0, 0.3, np.random.default_rng(18), memory=False, zeroed=False)
+    turned = np.ones(trial["Fy"].load.size)
+    for onset in trial["Fy"].onsets[1::2]:
+        turned[onset - 60 : onset + 300] = -1.0  # the treadmill has no memory: a pulse may be turned around
+    mixed = {
+        c: replace(
+            r,
+            **{key: turned * getattr(r, key) for key in ("velocity", "acceleration", "raw_velocity", "load")},
+        )
+        for c, r in trial.items()
+    }
+    parts = by_direction([mixed])
+    assert [p["Fy"].onsets for p in parts] == [trial["Fy"].onsets[::2], trial["Fy"].onsets[1::2]]
+    assert by_direction([trial]) == [trial]
+    peaks = [np.abs(pulse_windows([p]).velocity).max() for p in (trial, *parts, mixed)]
+    assert peaks[1:3] == pytest.approx([peaks[0]] * 2, rel=0.02)
+    assert peaks[3] < 0.6 * peaks[0]
