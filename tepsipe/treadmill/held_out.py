@@ -22,6 +22,7 @@ from tepsipe.treadmill.bristle_fit import Calibrated, left_out_in_turn
 from tepsipe.treadmill.bristle_frame import BristleFrame
 from tepsipe.treadmill.bristle_search import COMPONENTS, residuals
 from tepsipe.treadmill.mass_response import MassResponse
+from tepsipe.treadmill.plate_check import PlateCheck
 from tepsipe.treadmill.pulse_windows import (
     BEFORE_S,
     PulseWindows,
@@ -69,6 +70,8 @@ class HeldOut:
         Masses at which R2 of the model falls clearly below its limit (kg), see `below_limit`.
     converged : bool
         Whether the search for the model's constants converged inside its bounds.
+    plate_flags : tuple of str
+        Names, in `tepsipe.io.estimates.FLAGS`, of faults of the plate that resting weights show.
     """
 
     rate_hz: float
@@ -80,6 +83,7 @@ class HeldOut:
     residual: dict[str, list[np.ndarray]]
     below_limit_kg: tuple[float, ...]
     converged: bool = True
+    plate_flags: tuple[str, ...] = ()
 
     @property
     def failed(self) -> str:
@@ -235,6 +239,7 @@ def read_held_out(result: Result) -> HeldOut | None:
         residual={c: [np.asarray(result.arrays[f"{n}/{c}"], dtype=float) for n in names] for c in COMPONENTS},
         below_limit_kg=tuple(result.facts["below_limit_kg"]),
         converged=bool(result.facts["converged"]),
+        plate_flags=PlateCheck.from_result(result).flags,
     )
 
 

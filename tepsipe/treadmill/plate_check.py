@@ -38,8 +38,8 @@ SURELY = 5.0
 UNKNOWN_M = 0.01
 # least relative deviation of the vertical force from the weight that shows a faulty plate
 FORCE_WITHIN = 0.03
-# deviation of the centre of pressure across the belt that shows one faulty transducer (m)
-SIDEWAYS_M = 0.02
+# deviation of the centre of pressure that shows one faulty transducer (m)
+MOVED_M = 0.02
 
 
 @dataclass(frozen=True)
@@ -204,7 +204,9 @@ def check_plate(trials: Sequence[Resting], name: str) -> PlateCheck:
     f, sideways_m = float(force @ share), float(across @ share)
     flags = ()
     if abs(f - 1.0) > FORCE_WITHIN:
-        flags = ("plate-transducer",) if abs(sideways_m) > SIDEWAYS_M else ("plate-scale",)
+        # with one scale for all transducers the centre of pressure stays where it is
+        moved_m = max(abs(sideways_m), abs(origin_m) if stated else 0.0)
+        flags = ("plate-transducer",) if moved_m > MOVED_M else ("plate-scale",)
     return PlateCheck(
         origin_m=origin_m if stated else None,
         origin_u_m=float(np.hypot(u_origin_m, CENTRE_KNOWN_M)) if stated else None,
