@@ -6,10 +6,10 @@ and whose moment has the scale s, shows
 
     M_x = s (y - o) F_z + m,    F_z = f M g,    M_y = -x F_z
 
-with a zero m of the transducers that drifts from trial to trial. The weight moves with the belt, so it rests
-at another place after every perturbation: s and o follow from all places and weights by least squares, with
-the prior of m that the trials of the empty belt show, and a weak one of s, without which weights at one place
-would not show o.
+with a zero m of the transducers that drifts, between trials and within them. The weight moves with the belt,
+so it rests at another place after every perturbation: s and o follow from all places and weights by least
+squares, with the prior of m that the trials of the empty belt show, and a weak one of s, without which
+weights at one place would not show o.
 """
 
 from collections.abc import Sequence
@@ -26,7 +26,8 @@ from tepsipe.treadmill.trial_recordings import ZERO_BEFORE_S, ZERO_GAP_S, Weight
 
 # standard uncertainty of a stated centre of mass relative to the markers (m)
 CENTRE_KNOWN_M = 0.002
-# least standard deviation of the zero of M_x where no empty belt shows it, and where it does (N·m)
+# standard deviation of the zero of M_x, and of its drift in a trial, where no empty belt shows it, and the
+# least one where it does (N·m)
 ZERO_UNKNOWN_NM, ZERO_LEAST_NM = 2.0, 0.2
 # deviations that are corrected exceed this and `CLEAR` standard uncertainties: of the origin (m), of M_x
 SMALL_M, SMALL_SCALE, CLEAR = 0.003, 0.03, 2.0
@@ -220,20 +221,27 @@ def check_plate(trials: Sequence[Resting], name: str) -> PlateCheck:
 
 def _moment(trials: Sequence[Resting], loaded: Sequence[Resting]) -> tuple[tuple[float, float], ...]:
     """Scale of M_x and origin (m), each with its standard uncertainty."""
-    zeros = [float(r.m_x.mean()) for r in trials if r.weight is None]
-    spread = max(float(np.sqrt(np.mean(np.square(zeros)))), ZERO_LEAST_NM) if zeros else ZERO_UNKNOWN_NM
-    trial = np.repeat(np.arange(len(loaded)), [r.m_x.size for r in loaded])
+    empty = [r.m_x for r in trials if r.weight is None]
+    zero_sd, drift_sd = (
+        max(float(np.sqrt(np.mean(np.square(found)))), ZERO_LEAST_NM) if empty else ZERO_UNKNOWN_NM
+        for found in ([m.mean() for m in empty], [m[-1] - m[0] for m in empty])
+    )
+    count = len(loaded)
+    trial = np.repeat(np.arange(count), [r.m_x.size for r in loaded])
     f_z, m_x = (np.concatenate([getattr(r, key) for r in loaded]) for key in ("f_z", "m_x"))
     y = np.concatenate([r.place[:, 1] for r in loaded])
-    of_trial = (trial[:, None] == np.arange(len(loaded))).astype(float)
+    course = np.concatenate([np.linspace(-0.5, 0.5, r.m_x.size) if r.m_x.size > 1 else [0.0] for r in loaded])
+    of_trial = (trial[:, None] == np.arange(count)).astype(float)
+    drift = np.column_stack([of_trial, of_trial * course[:, None]])
     # noise of one rest: what remains within the trials
-    within = np.column_stack([y * f_z, of_trial])
+    within = np.column_stack([y * f_z, drift])
     left = m_x - within @ np.linalg.lstsq(within, m_x)[0]
-    noise = max(float(np.sqrt(left @ left / max(left.size - len(loaded) - 1, 1))), 0.1 * ZERO_LEAST_NM)
-    rows = np.column_stack([y * f_z, -f_z, of_trial]) / noise
-    held = np.zeros((len(loaded) + 1, len(loaded) + 2))
-    held[0, 0], held[1:, 2:] = 1.0 / SCALE_SD, np.eye(len(loaded)) / spread
-    known = np.append(1.0 / SCALE_SD, np.zeros(len(loaded)))
+    noise = max(float(np.sqrt(left @ left / max(left.size - 2 * count - 1, 1))), 0.1 * ZERO_LEAST_NM)
+    rows = np.column_stack([y * f_z, -f_z, drift]) / noise
+    held = np.zeros((2 * count + 1, 2 * count + 2))
+    held[0, 0] = 1.0 / SCALE_SD
+    held[1:, 2:] = np.diag(np.repeat([1.0 / zero_sd, 1.0 / drift_sd], count))
+    known = np.append(1.0 / SCALE_SD, np.zeros(2 * count))
     stacked, right = np.concatenate([rows, held]), np.concatenate([m_x / noise, known])
     size = np.linalg.norm(stacked, axis=0)
     (scale, moved), covariance = _solved(stacked / size, right, size)

@@ -111,6 +111,19 @@ def test_centre_that_is_not_stated_shows_a_scale_but_no_origin():
     assert found.corrected_scale == pytest.approx(1.1, rel=0.02)
 
 
+def test_drift_of_the_zero_within_a_trial_is_no_scale():
+    """20 kg that move by 8 mm change M_x by 1.6 N·m; the empty belt shows a drift of 0.4 N·m."""
+    rng, course = np.random.default_rng(7), np.linspace(0.0, 1.0, PLACES_M.size)
+    light = [rest(20.0, rng), rest(0.0, rng), rest(0.0, rng)]
+    y = 0.02 + 0.008 * course
+    place = np.column_stack([light[0].place[:, 0], y])
+    slow = [replace(light[0], place=place, m_x=y * light[0].f_z - 0.4 * course)]
+    slow += [replace(r, m_x=r.m_x + 0.4 * course) for r in light[1:]]
+    found = check_plate(slow, "plate")
+    assert found.corrected_scale == 1.0
+    assert found.moment_scale_u > 0.05
+
+
 def test_weights_at_one_place_show_an_origin_but_hardly_a_scale():
     r = rest(20.0, np.random.default_rng(6), origin_m=0.05)
     place = np.full((1, 2), [X_M, PLACES_M[1]])

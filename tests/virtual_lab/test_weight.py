@@ -377,7 +377,11 @@ def checked_plate(truth, folder, **fault):
     """What weights at two places show of a plate with a fault."""
     changed = copy.deepcopy(truth)
     changed["treadmill"]["plate"] |= fault
-    window, rests = WindowOptions(0.8, 0.8, 0.1, 0.05, 0.5, 0.06), []
+    window = WindowOptions(0.8, 0.8, 0.1, 0.05, 0.5, 0.06)
+    nothing = prepare_trial(
+        ingested(make(changed, "empty", folder / "empty")), "empty", Lowpass(20.0, 4, True), window
+    )
+    rests = [resting(nothing, "right", None)]
     for k, y in enumerate((-0.1, 0.1)):
         changed["weight"] |= {"position_y_m": y, "mass_kg": 60.0}
         trial = ingested(make(changed, "weight", folder / str(k)))
