@@ -22,10 +22,11 @@ from tepsipe.experiments.standing.free_reflex.joint_centre import JointCentre
 from tepsipe.experiments.standing.free_reflex.results import (
     FreeReflexChoices,
     fit_free,
+    quoted,
     task_difference,
     with_budgets,
 )
-from tepsipe.experiments.standing.options import StandingEstimator
+from tepsipe.experiments.standing.options import StandingEstimator, TorquePathway
 from tepsipe.identification.regression.generalised import (
     Record,
     generalised_least_squares,
@@ -33,6 +34,7 @@ from tepsipe.identification.regression.generalised import (
     sensitivity,
     squared_exponential,
 )
+from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.statistics.uncertainty import Budget, Source
@@ -282,6 +284,47 @@ def test_noise_of_the_angle_does_not_bias(noise_rad):
         assert (uncorrected.mean(axis=0) < found.mean(axis=0) - 3.0 * error)[0]
 
 
+def test_origin_of_the_plate_counts_more_where_no_weight_shows_it():
+    """K is off by 600 N·m/rad per metre of the origin, which is known to 0.002 m or to 0.01 m."""
+    known = {"origin_anterior_m": 0.002, "unknown_origin_m": 0.01}
+    trials = group()
+    for trial in trials:
+        trial.slopes["origin_anterior_m"][:, 0] = 600.0 * trial.perturbed[..., 1].mean(axis=0)
+    shown, unknown = (
+        task([replace(t, origin_known=state) for t in trials], **known)[0].budget.of_source(
+            "origin_anterior_m"
+        )
+        for state in (True, False)
+    )
+    assert shown[1] == pytest.approx(600.0 * 0.002, rel=0.05)
+    assert unknown == pytest.approx(5.0 * shown)
+
+
+COMPENSATED = TorquePathway("ankle", "bristle-frame")
+
+
+def rows_of_task(**values):
+    names = ("standing_tasks", "relax", "ankle", "free")
+    return [Estimate(*names, name, "unit", value) for name, value in values.items()]
+
+
+def test_torque_that_is_not_compensated_is_flagged_and_not_quoted():
+    chosen = {"pathway": "ankle", "estimator": "free"}
+    rows = rows_of_task(B=9.0, K=420.0, VAF=90.0)
+    assert [r.recommended for r in quoted(rows, [], {}, chosen, COMPENSATED)] == [True, True, False]
+    found = quoted(rows, [], {}, chosen, TorquePathway("ankle", None))
+    assert [r.flags for r in found] == ["uncompensated", "uncompensated", ""]
+    assert not any(r.recommended for r in found)
+    assert quoted(rows, [], {}, chosen, TorquePathway("single-joint", None))[0].recommended
+
+
+@pytest.mark.parametrize("values", [{"B": -0.5, "K": 420.0}, {"B": 9.0, "K": -3.0}])
+def test_negative_damping_or_stiffness_is_never_quoted(values):
+    found = quoted(rows_of_task(**values), [], {}, {"pathway": "ankle", "estimator": "free"}, COMPENSATED)
+    assert [r.flags for r in found] == ["negative", "negative"]
+    assert not any(r.recommended for r in found)
+
+
 def test_inertia_is_refused():
     with pytest.raises(InputError, match="inertia: true for free"):
         fit_free(group(), "x", {"free": StandingEstimator(0.08, True, "free")}, choices(), 80)
@@ -303,6 +346,11 @@ def test_inertia_is_refused():
         ({"treadmill_error": (0.12 * K, 0.03 * K)}, None),
         # a model below its limit: the error is not known
         ({"treadmill_error": (0.0, UNKNOWN)}, "treadmill-model"),
+        (
+            {"treadmill_error": (0.0, UNKNOWN), "treadmill_flag": "treadmill-not-converged"},
+            "treadmill-not-converged",
+        ),
+        ({"plate_flags": ("plate-transducer",)}, "plate-transducer"),
     ],
 )
 def test_what_the_trials_show_is_flagged(changes, flag):
@@ -311,8 +359,8 @@ def test_what_the_trials_show_is_flagged(changes, flag):
 
 
 def test_estimate_is_not_to_be_quoted_where_the_treadmill_certainly_makes_half_of_it():
-    for error, quoted in ((0.4, True), (0.52, True), (0.7, False), (-0.7, False)):
-        assert quotable([replace(group()[0], treadmill_error=(300.0 * error, 30.0))], 300.0) == quoted
+    for error, good in ((0.4, True), (0.52, True), (0.7, False), (-0.7, False)):
+        assert quotable([replace(group()[0], treadmill_error=(300.0 * error, 30.0))], 300.0) == good
     assert quotable(group(), 300.0)
 
 

@@ -89,6 +89,12 @@ class BroadbandEpochs:
         it is not known.
     treadmill_error : tuple of 2 float, or None
         Error of K that held-out trials of the treadmill predict, and its standard error (N·m/rad).
+    treadmill_flag : str
+        Name of the flag, in `tepsipe.io.estimates.FLAGS`, if this error is too large.
+    origin_known : bool
+        Whether weights showed the origin of the force plate along the belt.
+    plate_flags : tuple of str
+        Names of faults of the plate, in `tepsipe.io.estimates.FLAGS`.
     """
 
     time: np.ndarray
@@ -109,6 +115,9 @@ class BroadbandEpochs:
     apparent: JointCentre | None
     skin_m: float
     treadmill_error: tuple[float, float] | None = None
+    treadmill_flag: str = "treadmill-model"
+    origin_known: bool = True
+    plate_flags: tuple[str, ...] = ()
 
     @property
     def count(self) -> int:
@@ -223,6 +232,8 @@ def cut_broadband(
         centre_used=used,
         apparent=apparent,
         skin_m=skins_m[0],
+        origin_known=standing.plate.origin_m is not None,
+        plate_flags=standing.plate_flags,
     )
 
 
@@ -268,7 +279,8 @@ def with_treadmill_error(
         instruments=broadband.belt[fitted],
     )
     error = predicted_error(held_out, subject)
-    return replace(broadband, treadmill_error=(float(error.parameters[-1]), float(error.standard_error[-1])))
+    found = float(error.parameters[-1]), float(error.standard_error[-1])
+    return replace(broadband, treadmill_error=found, treadmill_flag=held_out.failed)
 
 
 def is_steady(centre: JointCentre) -> bool:
@@ -350,6 +362,8 @@ def _pulses(
 
 # ---- to and from a result's file -------------------------------------------------------------------
 
+# of the responses like the first one, and of those to perturbations of the opposite direction
+GROUPS = ("broadband", "broadband_opposite")
 SIGNAL_UNITS = "Nm, rad, rad/s"
 UNITS = {
     "time": "s",
@@ -359,27 +373,21 @@ UNITS = {
     "belt": "m/s, m",
 }
 PLAIN = (
-    "baseline_s",
-    "cutoff_hz",
-    "order",
-    "peak_m_per_s",
-    "carried_kg",
-    "calibrated_kg",
-    "centre_used",
-    "skin_m",
-    "treadmill_error",
+    *("baseline_s", "cutoff_hz", "order"),
+    *("peak_m_per_s", "carried_kg", "calibrated_kg", "centre_used", "skin_m"),
+    *("treadmill_error", "treadmill_flag", "origin_known"),
 )
 
 
-def broadband_result(epochs: BroadbandEpochs) -> Result:
-    """Epochs as arrays below ``broadband/`` with their units, and facts."""
-    arrays = {f"broadband/{key}": getattr(epochs, key).astype(np.float32) for key in UNITS}
-    units = {f"broadband/{key}": unit for key, unit in UNITS.items()}
+def broadband_result(epochs: BroadbandEpochs, group: str = GROUPS[0]) -> Result:
+    """Epochs as arrays below a group, one of `GROUPS`, with their units, and facts."""
+    arrays = {f"{group}/{key}": getattr(epochs, key).astype(np.float32) for key in UNITS}
+    units = {f"{group}/{key}": unit for key, unit in UNITS.items()}
     for source, slope in epochs.slopes.items():
-        arrays[f"broadband/slopes/{source}"] = slope
-        units[f"broadband/slopes/{source}"] = ", ".join(f"{unit} per unit" for unit in ("Nm", "rad", "rad/s"))
-    arrays["broadband/draws"], units["broadband/draws"] = epochs.draws.astype(np.float32), "Nm"
-    facts = {key: getattr(epochs, key) for key in PLAIN}
+        arrays[f"{group}/slopes/{source}"] = slope
+        units[f"{group}/slopes/{source}"] = ", ".join(f"{unit} per unit" for unit in ("Nm", "rad", "rad/s"))
+    arrays[f"{group}/draws"], units[f"{group}/draws"] = epochs.draws.astype(np.float32), "Nm"
+    facts = {key: getattr(epochs, key) for key in PLAIN} | {"plate_flags": list(epochs.plate_flags)}
     for key in ("centre", "apparent"):
         centre = getattr(epochs, key)
         facts[key] = (
@@ -387,20 +395,21 @@ def broadband_result(epochs: BroadbandEpochs) -> Result:
             if centre is None
             else {k: x.tolist() if isinstance(x, np.ndarray) else x for k, x in vars(centre).items()}
         )
-    return Result(arrays, units, {"broadband": facts})
+    return Result(arrays, units, {group: facts})
 
 
-def broadband_of(result: Result) -> BroadbandEpochs | None:
-    """Read the epochs of `broadband_result` from a result; None without them."""
-    if "broadband" not in result.facts:
+def broadband_of(result: Result, group: str = GROUPS[0]) -> BroadbandEpochs | None:
+    """Read the epochs of `broadband_result` from a group of a result; None without them."""
+    if group not in result.facts:
         return None
-    facts = dict(result.facts["broadband"])
+    facts = dict(result.facts[group])
+    facts["plate_flags"] = tuple(facts["plate_flags"])
     for key in ("centre", "apparent"):
         if facts[key] is not None:
             arrays = {
                 k: np.array(facts[key][k]) for k in ("offset_m", "moving_m", "own_m", "standard_error_m")
             }
             facts[key] = JointCentre(**{**facts[key], **arrays})
-    arrays = {key: result.arrays[f"broadband/{key}"].astype(float) for key in (*UNITS, "draws")}
-    slopes = {source: result.arrays[f"broadband/slopes/{source}"] for source in SOURCES}
+    arrays = {key: result.arrays[f"{group}/{key}"].astype(float) for key in (*UNITS, "draws")}
+    slopes = {source: result.arrays[f"{group}/slopes/{source}"] for source in SOURCES}
     return BroadbandEpochs(**arrays, slopes=slopes, **facts)

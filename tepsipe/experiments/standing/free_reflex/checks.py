@@ -83,7 +83,8 @@ def failed_checks(
         failed.append("beyond-calibrated-mass")
     error = _treadmill_error(trials)
     if error is not None and clearly_wrong(*error, stiffness):
-        failed.append("treadmill-model")
+        failed += dict.fromkeys(t.treadmill_flag for t in trials if t.treadmill_error is not None)
+    failed += dict.fromkeys(flag for trial in trials for flag in trial.plate_flags)
     if sum(trial.count for trial in trials) < USABLE * perturbations:
         failed.append("few-perturbations")
     return tuple(failed)

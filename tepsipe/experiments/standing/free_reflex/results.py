@@ -1,7 +1,7 @@
 """Fits with a free reflex torque among the other fits of a person, their budgets, and differences."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -19,12 +19,14 @@ from tepsipe.experiments.standing.free_reflex.fit import (
     fit_free_reflex,
 )
 from tepsipe.experiments.standing.muscle_torque import FREE, NONE
-from tepsipe.experiments.standing.options import StandingEstimator
+from tepsipe.experiments.standing.options import StandingEstimator, TorquePathway
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency
 from tepsipe.io.budget_table import Contribution
-from tepsipe.io.estimates import Estimate, flagged
+from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.statistics.uncertainty import Budget, Source, sources_of
+
+UNKNOWN_ORIGIN, ORIGIN = "unknown_origin_m", "origin_anterior_m"
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,7 @@ def fit_free(
         If an estimator asks for an inertia, or as `fit_free_reflex`.
     """
     fits: Fits = {}
-    trials, sources = with_common_centre(trials, choices.sources)
+    trials, sources = with_common_centre(trials, _with_origin(trials, choices.sources))
     for key, estimator in estimators.items() if trials else ():
         if estimator.active != FREE:
             continue
@@ -110,6 +112,15 @@ def fit_free(
         flags = failed_checks(fit, trials, perturbations, check)
         fits[choices.pathway, key] = _as_fit(fit, trials, flags)
     return fits
+
+
+def _with_origin(trials: list[BroadbandEpochs], sources: dict[str, Source]) -> dict[str, Source]:
+    """Sources, with that of the plate's origin (m) as assumed where no weight showed it in every trial."""
+    kept = dict(sources)
+    assumed = kept.pop(UNKNOWN_ORIGIN, None)
+    if assumed is not None and not all(trial.origin_known for trial in trials):
+        kept[ORIGIN] = replace(assumed, name=ORIGIN)
+    return kept
 
 
 def _pre_reflex(
@@ -182,16 +193,47 @@ def centre_facts(trials: list[BroadbandEpochs], sources: dict[str, Source]) -> d
     }
 
 
-def to_quote(trials: list[BroadbandEpochs], fits: Fits, chosen: dict[str, str]) -> bool:
-    """Test for a treadmill model that is good enough for the recommended fit to be quoted.
+def quoted(
+    rows: list[Estimate],
+    trials: list[BroadbandEpochs],
+    fits: Fits,
+    chosen: dict[str, str],
+    pathway: TorquePathway,
+) -> list[Estimate]:
+    """Rows of a task with those to quote marked; none, where the torque cannot be trusted.
 
-    ``chosen`` names its ``pathway`` and ``estimator``. Fits with another torque of reflexes are always
-    quoted.
+    The belt-induced load must be compensated, by a treadmill model whose error of K is not clearly above half
+    of it. Without compensation, K and B of the chosen pathway are flagged ``uncompensated``.
+
+    Parameters
+    ----------
+    rows : list of Estimate
+        Estimates of the task.
+    trials : list of BroadbandEpochs
+        Its trials.
+    fits : dict of (str, str) to StandingFit
+        (pathway, estimator) -> fit.
+    chosen : dict of str to str
+        Recommended ``pathway`` and ``estimator``.
+    pathway : TorquePathway
+        The recommended pathway.
+
+    Returns
+    -------
+    list of Estimate
+        In the same order.
     """
+    if pathway.torque != "single-joint" and pathway.treadmill_model is None:
+        return [*(flagged([row], "uncompensated")[0] if _of(row, chosen["pathway"]) else row for row in rows)]
     fit = fits.get((chosen["pathway"], chosen["estimator"]))
-    if fit is None or fit.budget is None:
-        return True
-    return quotable(trials, float(fit.parameters[0, fit.names.index("K")]))
+    known = fit is not None and fit.budget is not None
+    if known and not quotable(trials, float(fit.parameters[0, fit.names.index("K")])):
+        return rows
+    return recommended(rows, **chosen)
+
+
+def _of(row: Estimate, pathway: str) -> bool:
+    return row.pathway == pathway and row.quantity in ("B", "K")
 
 
 def budget_rows(rows: list[Estimate], fits: Fits) -> list[Contribution]:
