@@ -255,7 +255,10 @@ def test_palpated_centre_counts_where_sway_shows_none():
 def test_centre_of_all_trials_is_weighed_against_the_one_that_was_felt():
     known = {name: Source(name, 0.002) for name in ("joint_centre_anterior_m", "joint_centre_height_m")}
     known |= {"palpated_centre_m": Source("palpated_centre_m", 0.01)}
-    trials = [replace(t, centre=centre_of((0.006, -0.004), 0.02), centre_used=False) for t in group()[:4]]
+    centres = [centre_of((0.006 + k * 1e-4, -0.004), 0.02) for k in (-2, -1, 1, 2)]
+    trials = [
+        replace(t, centre=centre, centre_used=False) for t, centre in zip(group(), centres, strict=False)
+    ]
     for trial in trials:
         trial.slopes["joint_centre_anterior_m"][:, 0] = 50.0
     # four trials of 20 mm each say as much as one of 10 mm, which is as much as was felt
@@ -263,6 +266,10 @@ def test_centre_of_all_trials_is_weighed_against_the_one_that_was_felt():
     assert moved[0].perturbed[..., 0] - trials[0].perturbed[..., 0] == pytest.approx(50.0 * 0.003)
     expected = np.hypot(0.002, 0.01 / np.sqrt(2.0))
     assert [source.standard_uncertainty for source in sources] == pytest.approx([expected, expected])
+    # responses to the opposite perturbations of the same trials say nothing more
+    assert [s.standard_uncertainty for s in with_common_centre(trials * 2, known)[1]] == pytest.approx(
+        [expected, expected]
+    )
     # a foot that turns shows none
     turning = [replace(t, centre=replace(t.centre, foot_rad=0.002)) for t in trials]
     moved, sources = with_common_centre(turning, known)

@@ -59,6 +59,8 @@ def common_centre(trials: list[BroadbandEpochs], sources: dict[str, Source]) -> 
     centres = [t.centre for t in trials if t.centre is not None and is_steady(t.centre)]
     offset, error = np.zeros(2), np.full(2, np.inf)
     if trials and len(centres) >= max(1.0, SHOWN * len(trials)):
+        # responses to opposite perturbations of one trial share its quiet standing, and so its centre
+        centres = list({(*centre.offset_m, *centre.standard_error_m): centre for centre in centres}.values())
         squares = np.mean([centre.standard_error_m**2 for centre in centres], axis=0) / len(centres)
         mean = np.mean([centre.offset_m for centre in centres], axis=0)
         if np.hypot(*mean) < FAR_M + 2.0 * np.sqrt(squares.sum()):
