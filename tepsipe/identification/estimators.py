@@ -149,7 +149,8 @@ ESTIMATORS = {
         of_windows=True,
     ),
     LEAST_SQUARES: Estimator(
-        "the same with the torque at rest subtracted",
+        "the same with the torque at rest subtracted; where the perturbations repeat each other, products of "
+        "different ones only, which noise does not bias",
         OF_WINDOWS,
         _windowed(thesis=False),
         of_windows=True,

@@ -49,9 +49,11 @@ def fit_impedance(
 
     With perturbations, tau = I theta'' + B theta' + K (theta - theta_rest) is fitted to each perturbation
     separately, with tau relative to its value at rest (windowed least squares, thesis eq 3-9), and the
-    estimates are averaged. Intervals are bootstrapped over the perturbations. Without perturbations,
-    tau = I theta'' + B theta' + K theta + offset is fitted to the whole record, and intervals are
-    bootstrapped over blocks of the record.
+    estimates are averaged. If at least 3 perturbations repeat each other, in either direction, only signals
+    of different perturbations are multiplied, so that noise of the angle does not bias I, B and K
+    (`tepsipe.identification.regression.windows`). Intervals are bootstrapped over the perturbations. Without
+    perturbations, tau = I theta'' + B theta' + K theta + offset is fitted to the whole record, and intervals
+    are bootstrapped over blocks of the record.
 
     Parameters
     ----------
@@ -69,7 +71,7 @@ def fit_impedance(
     order : int
         Its order, both passes together.
     thesis : bool
-        Leave the torque at rest in, as eq (3-9) is printed.
+        Leave the torque at rest in, and fit each perturbation by itself, as eq (3-9) is printed.
     block_s : float
         Length of the bootstrapped blocks (s), without perturbations.
     bootstrap_draws : int

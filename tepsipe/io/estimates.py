@@ -26,8 +26,8 @@ FLAGS = {
     "markers-pulse-locked": "markers leave the rigid leg in every perturbation: look for bending or soft "
     "mounts",
     "lack-of-fit": "the model of the joint leaves a motion that repeats: look at the residuals, for wobble",
-    "noise-biased": "noise of the markers biases the windowed fit by half of its uncertainty or more: use "
-    "the joint likelihood, or larger perturbations",
+    "noise-biased": "noise of the markers biases the estimate: record more, equal or larger perturbations, "
+    "place markers further apart, or use the joint likelihood of a dummy",
     "pre-reflex-differs": "K differs from that of the pre-reflex window by more than 5 % and chance: "
     "look at the onset of the reflexes and the friction of the belt",
     "window-sensitive": "K changes by more than 25 % between windows: look at the onset of the "
@@ -48,6 +48,18 @@ FLAGS = {
     "treadmill-model": "on held-out trials the error of the treadmill model exceeds a tenth of K, or its "
     "constants are impossible: record the empty belt and a weight close to the subject's mass, with the "
     "subject's pulses",
+    "treadmill-not-converged": "the search for the constants of the treadmill model did not converge, and "
+    "the model errs by more than a tenth of K, or its constants are impossible: look at the calibration "
+    "trials, one by one, for slip of the weight, clipped channels and a wrong mass",
+    "plate-origin": "in quiet standing the centre of pressure is more than 4 cm from the person's centre of "
+    "mass: check the origin of the force plate, or state where the weight's centre of mass lies",
+    "plate-scale": "the force plate shows another vertical force than the weights: check its scale, and the "
+    "masses of the weights",
+    "plate-transducer": "the force plate shows another vertical force than the weights, and at another "
+    "place: check the gain of every transducer",
+    "negative": "B or K is negative, which no joint has: check signs, clocks and delays of the recording",
+    "uncompensated": "no weight was recorded on the treadmill, so the belt-induced load is part of the "
+    "torque: record the empty belt, and a weight near the subject's mass",
     "beyond-calibrated-mass": "the subject is heavier than the weights of the treadmill's calibration: "
     "record a weight near the subject's mass",
 }
@@ -128,15 +140,23 @@ def recommended(estimates: Iterable[Estimate], pathway: str, estimator: str | No
     Returns
     -------
     list of Estimate
-        Rows of this pathway and estimator with a quantity of `QUOTED` are marked, and no others.
+        Rows of this pathway and estimator with a quantity of `QUOTED` are marked, and no others. Where B or K
+        is negative none of its trial, pathway and estimator is; they are flagged ``negative`` instead.
     """
-    return [
-        replace(
-            e,
-            recommended=e.quantity in QUOTED and e.pathway == pathway and estimator in (None, e.estimator),
-        )
-        for e in estimates
-    ]
+    rows = list(estimates)
+    impossible = {_fit_of(e) for e in rows if e.quantity in ("B", "K") and e.value < 0.0}
+    marked = []
+    for e in rows:
+        chosen = e.quantity in QUOTED and e.pathway == pathway and estimator in (None, e.estimator)
+        if chosen and _fit_of(e) in impossible:
+            marked += flagged([replace(e, recommended=False)], "negative")
+        else:
+            marked.append(replace(e, recommended=chosen))
+    return marked
+
+
+def _fit_of(estimate: Estimate) -> tuple[str, ...]:
+    return estimate.experiment, estimate.condition, estimate.pathway, estimate.estimator
 
 
 def _flagged_where_undefined(estimate: Estimate) -> Estimate:

@@ -251,6 +251,7 @@ def _plan_weight(plan: Plan, trials: list[tuple[Group, Seen]], _: set[str]) -> N
         f"the plate shows {load / 9.81:.1f} kg",
     )
     plan.ask("weight.weight.com_height_m", "height of its centre of mass above the belt (m)", "measure it")
+    plan.put("weight.weight.com_forward_of_markers_m", None, "measure it to find the origin of the plate")
     _state_uncertainty(plan, "weight")
 
 

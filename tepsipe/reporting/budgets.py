@@ -31,6 +31,7 @@ SOURCES = {
     "force_scale": "scale of the force plate",
     "vertical_leak": "cross-talk of the force plate",
     "origin_height_m": "height of the plate's axes",
+    "origin_anterior_m": "place of the plate's axes along the belt",
     "log_delay_s": "delay of belt velocity after forces",
     "belt_force_ratio": "belt-induced force",
     "treadmill_calibration": "calibration of the treadmill model",

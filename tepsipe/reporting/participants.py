@@ -105,14 +105,14 @@ class GroupEstimate:
     experiment, condition, pathway, estimator, quantity, unit : str
         As in `PersonEstimate`.
     n : int
-        Number of people (-).
+        Number of people whose value has no flag (-).
     mean, sd, sem, ci_low, ci_high : float or None
-        Mean over people, standard deviation between them, standard error of the mean and its 95 % interval by
-        Student's t (``unit``); None, except the mean, for one person.
+        Mean over these people, standard deviation between them, standard error of the mean and its 95 %
+        interval by Student's t (``unit``); None for nobody and, except the mean, for one person.
     u_within : float or None
         Typical standard error within a person: root mean square over people (``unit``).
     n_flagged : int
-        Number of people whose value has a flag (-); it counts nevertheless.
+        Number of people whose value has a flag (-), and is left out.
     belt : str
         Belt of the treadmill, empty where the study does not separate them.
     """
@@ -124,7 +124,7 @@ class GroupEstimate:
     quantity: str
     unit: str
     n: int
-    mean: float
+    mean: float | None
     sd: float | None
     sem: float | None
     ci_low: float | None
@@ -263,17 +263,23 @@ def _order(row: PersonEstimate) -> tuple:
 
 
 def group_estimates(people: list[PersonEstimate]) -> list[GroupEstimate]:
-    """Mean of every quantity over people (units in the rows), in the order of `person_estimates`."""
+    """Mean of every quantity over people (units in the rows), in the order of `person_estimates`.
+
+    Flagged values are left out of the mean and counted.
+    """
     found: dict[tuple, list[PersonEstimate]] = {}
     for p in people:
         key = (p.experiment, p.condition, p.belt, p.pathway, p.estimator, p.quantity, p.unit)
         found.setdefault(key, []).append(p)
     rows = []
     for (experiment, condition, belt, *what), group in found.items():
-        mean = group_mean(np.array([p.value for p in group]))
-        known = [p.standard_error for p in group if p.standard_error is not None]
-        within = typical_uncertainty(np.array(known)) if len(known) == len(group) else None
-        numbers = (mean.n, mean.mean, mean.sd, mean.sem, mean.low, mean.high, within)
-        numbers += (sum(bool(p.flags) for p in group),)
+        sound = [p for p in group if not p.flags]
+        numbers: tuple = (0, *[None] * 6)
+        if sound:
+            mean = group_mean(np.array([p.value for p in sound]))
+            known = [p.standard_error for p in sound if p.standard_error is not None]
+            within = typical_uncertainty(np.array(known)) if len(known) == len(sound) else None
+            numbers = (mean.n, mean.mean, mean.sd, mean.sem, mean.low, mean.high, within)
+        numbers += (len(group) - len(sound),)
         rows.append(GroupEstimate(experiment, condition, *what, *numbers, belt))
     return rows

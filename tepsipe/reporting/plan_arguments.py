@@ -63,6 +63,7 @@ _NUMBERS = {
         ("person-lever", 0.85, "m", "height above the ankle about which a pulse turns the shank"),
         ("sway-torque", 2.0, "Nm", "standard deviation of the torque of sway beyond B and K"),
         ("sway-time", 0.18, "s", "time constant of sway"),
+        ("person-angle-noise", 12.0, "rad/m", "noise of the ankle angle over that of a marker"),
         (
             "person-type-b",
             0.075,

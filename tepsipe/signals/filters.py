@@ -4,7 +4,7 @@ The order counts both passes together, separately at each edge of a band: a four
 band-pass is a second-order high-pass and a second-order low-pass, each applied twice.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -12,6 +12,10 @@ import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.signals.units import samples
+
+# largest cutoff of `Lowpass.within` over the sampling rate: up to there signals that were resampled are
+# complete (`tepsipe.signals.resampling.resample`), as are those of the cameras
+WIDEST = 0.3
 
 
 def lowpass(
@@ -214,6 +218,10 @@ class Lowpass:
     cutoff_hz: float
     order: int
     zero_lag: bool
+
+    def within(self, rate_hz: float) -> "Lowpass":
+        """Filter with the cutoff lowered to `WIDEST` times a sampling rate (Hz) where it lies above."""
+        return replace(self, cutoff_hz=min(self.cutoff_hz, WIDEST * rate_hz))
 
     def __call__(self, x: np.ndarray, rate_hz: float) -> np.ndarray:
         """Filter ``x``, shape (n,) or (n, c), sampled at ``rate_hz`` (Hz); unit of ``x``.

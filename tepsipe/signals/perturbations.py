@@ -349,3 +349,19 @@ def find_perturbations(
         merge_s,
         "belt_velocity",
     )
+
+
+def same_direction(pulses: np.ndarray) -> np.ndarray:
+    """True for pulses that go the way of the first one, shape (pulses,).
+
+    Parameters
+    ----------
+    pulses : ndarray, shape (pulses, n)
+        Velocity of the belt in every pulse, from its onset (m/s).
+
+    Returns
+    -------
+    ndarray of bool, shape (pulses,)
+        False for pulses that are like the first one with the opposite sign.
+    """
+    return pulses @ pulses[0] >= 0.0

@@ -11,7 +11,8 @@ deck (`tepsipe.treadmill.pulse_windows`), with the pre-sliding distance d_z, the
 and its speed v_s; p the share of a second mode of the frame, p_F of the force and p_M of the moment, r times
 slower; lever the height of the friction, all terms of F_y with w and z, about the x axis (m); x cross-talk
 from the true fore-aft force to the moment (m). The pulses of all trials are fitted together, force and moment
-with one frame.
+with one frame. Where this does not explain the calibration, all constants are idle and a response without
+physics takes their place, mass by mass (`tepsipe.treadmill.mass_response`).
 """
 
 from dataclasses import dataclass, replace
@@ -21,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tepsipe.treadmill.belt_model import BeltModel
+from tepsipe.treadmill.mass_response import MassResponse
 from tepsipe.treadmill.pulse_windows import FINER, Bristles, Pulses, bent, held, pulses_of
 from tepsipe.treadmill.recording import BeltRecording
 
@@ -28,7 +30,7 @@ from tepsipe.treadmill.recording import BeltRecording
 class Constants(NamedTuple):
     """Constants of the model, the same for fore-aft force and moment.
 
-    The last ten follow from the others by least squares.
+    All from ``force_mass`` to ``cross_talk_m`` follow from the others by least squares.
 
     Attributes
     ----------
@@ -46,6 +48,9 @@ class Constants(NamedTuple):
         Force: m (N over m/s²), c (N over m/s), f_0 (N), f_1 (N/kg), b_0 (N), b_1 (N/kg).
     moment_mass, moment_viscous, lever_m, cross_talk_m : float
         Moment: m_x (N·m over m/s²), c_x (N·m over m/s), lever (m), x (m).
+    response_share : float
+        Without physics: deviation of the load's dependence on the mass from that of a rigid weight, as a
+        share of it.
     """
 
     damping_s: float
@@ -72,6 +77,7 @@ class Constants(NamedTuple):
     moment_viscous: float = 0.0
     lever_m: float = 0.0
     cross_talk_m: float = 0.0
+    response_share: float = 0.0
 
     @property
     def bristles(self) -> Bristles:
@@ -82,6 +88,17 @@ class Constants(NamedTuple):
 # names of the constants in their order
 CONSTANTS = Constants._fields
 AT = {name: k for k, name in enumerate(CONSTANTS)}
+# constants with which neither frame nor friction does anything
+IDLE = Constants(
+    *[0.0] * 7,
+    lag_s=0.0,
+    friction_speed_m_per_s=1.0,
+    mount_share=0.0,
+    mount_time_s=1.0,
+    bristle_m=1.0,
+    stribeck=0.0,
+    stribeck_speed_m_per_s=1.0,
+)
 # constants on which the response of the frame, the friction and the state of the bristles depend
 OF_FRAME = (*CONSTANTS[:7], "mount_share", "mount_time_s")
 OF_BRISTLES = ("lag_s", "bristle_m", "stribeck", "stribeck_speed_m_per_s")
@@ -98,16 +115,19 @@ class BristleFrame(BeltModel):
     ----------
     component : {"Fy", "Mx"}
         The load that it predicts.
-    constants : ndarray, shape (24,)
+    constants : ndarray, shape (25,)
         Those of `Constants` in their order.
     terms : tuple of str
-        Parts beyond the loaded frame that cross-validation kept, of `tepsipe.treadmill.bristle_fit.TERMS`.
+        Parts beyond the loaded frame that cross-validation kept, of `tepsipe.treadmill.bristle_search.TERMS`,
+        or ``without-physics``.
     rate_hz : float
         Sampling rate of the calibration (Hz).
     heaviest_kg : float
         Largest mass of the calibration (kg).
     converged : bool
         Whether the optimisation converged inside its bounds.
+    by_mass : MassResponse or None
+        Response without physics, where physics does not explain the calibration.
     """
 
     component: str
@@ -116,6 +136,7 @@ class BristleFrame(BeltModel):
     rate_hz: float
     heaviest_kg: float
     converged: bool = True
+    by_mass: MassResponse | None = None
 
     @property
     def holds_errors(self) -> bool:
@@ -133,7 +154,7 @@ class BristleFrame(BeltModel):
         return Constants(*self.constants.tolist())
 
     def moved(self, step: np.ndarray) -> "BristleFrame":
-        """The model with a step, shape (24,), added to its ``constants``."""
+        """The model with a step, shape (25,), added to its ``constants``."""
         return replace(self, constants=self.constants + step)
 
     def resonance_hz(self, carried_kg: float) -> float:
@@ -154,6 +175,7 @@ class BristleFrame(BeltModel):
         carried_force = recording.carried_kg * recording.acceleration
         load = recording.carried + self.added(recording, carried_force)
         predicted = self._through(recording, _spectrum(load), inverse=False) - recording.carried
+        predicted = predicted + self._free(recording)
         return _from_each_pulse(recording, predicted)
 
     def compensate(
@@ -180,8 +202,10 @@ class BristleFrame(BeltModel):
         InputError
             If the belt was not perturbed by separate pulses.
         """
-        whole = recording.once("spectrum", lambda: _spectrum(recording.load + recording.carried))
-        key = ("before", self.component, *self._constants(OF_FRAME))
+        key = ("spectrum", *self._constants(self._of_response))
+        measured = recording.load + recording.carried
+        whole = recording.once(key, lambda: _spectrum(measured - self._free(recording)))
+        key = ("before", self.component, *self._constants((*OF_FRAME, *self._of_response)))
         before = recording.once(key, lambda: self._through(recording, whole, inverse=True))
         added = self.added(recording, np.zeros_like(before) if force is None else force, friction)
         return before - added - recording.carried
@@ -258,6 +282,14 @@ class BristleFrame(BeltModel):
         sliding = recording.velocity + c.lag_s * recording.acceleration
         last = np.broadcast_to(bristle * last, pulses.start.shape)
         return c.force_viscous * sliding + held(recording, pulses, rubbing, last)
+
+    @property
+    def _of_response(self) -> tuple[str, ...]:
+        return () if self.by_mass is None else ("response_share",)
+
+    def _free(self, recording: BeltRecording) -> np.ndarray | float:
+        """Load without physics (unit of the load), shape (n,)."""
+        return 0.0 if self.by_mass is None else self.by_mass.load(recording, self.named.response_share)
 
     def _constants(self, names: tuple[str, ...]) -> list[float]:
         return [getattr(self.named, name) for name in names]

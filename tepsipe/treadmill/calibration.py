@@ -303,6 +303,7 @@ def _bristle_facts(fitted: FittedModel, usual_kg: float) -> dict:
     ]
     return {
         "terms": list(model.terms),
+        "converged": model.converged,
         "masses_kg": masses,
         "resonance_hz": resonances,
         "resonance_sd_hz": spreads,

@@ -7,7 +7,9 @@ and near its mass, is regressed on the subject's own motion,
 
     e(t) = dI theta'' + dB theta' + dK theta (+ constant),
 
-which is the error that the compensated estimates inherit. Residuals of calibration trials come from a fit
+which is the error that the compensated estimates inherit. Noise of the cameras in that motion would make the
+error look smaller than it is (errors in variables): where the motion of the belt is known, it serves as
+instrument. Residuals of calibration trials come from a fit
 without that trial. The gate does not detect the state of friction before a pulse, nor wrong geometry.
 """
 
@@ -18,9 +20,18 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.io.result import Result
-from tepsipe.treadmill.bristle_fit import COMPONENTS, Calibrated, left_out_in_turn, residuals
+from tepsipe.treadmill.bristle_fit import Calibrated, left_out_in_turn
 from tepsipe.treadmill.bristle_frame import BristleFrame
-from tepsipe.treadmill.pulse_windows import BEFORE_S, PulseWindows, longest_window, pulse_windows
+from tepsipe.treadmill.bristle_search import COMPONENTS, residuals
+from tepsipe.treadmill.mass_response import MassResponse
+from tepsipe.treadmill.plate_check import PlateCheck
+from tepsipe.treadmill.pulse_windows import (
+    BEFORE_S,
+    PulseWindows,
+    by_direction,
+    longest_window,
+    pulse_windows,
+)
 from tepsipe.treadmill.recording import BeltRecording
 
 # largest predicted error of K that is trusted, with two standard errors, relative to K
@@ -59,6 +70,10 @@ class HeldOut:
         Component -> measured less modelled load of every pulse, trial by trial (N, N·m).
     below_limit_kg : tuple of float
         Masses at which R2 of the model falls clearly below its limit (kg), see `below_limit`.
+    converged : bool
+        Whether the search for the model's constants converged inside its bounds.
+    plate_flags : tuple of str
+        Names, in `tepsipe.io.estimates.FLAGS`, of faults of the plate that resting weights show.
     """
 
     rate_hz: float
@@ -69,6 +84,13 @@ class HeldOut:
     velocity: np.ndarray
     residual: dict[str, list[np.ndarray]]
     below_limit_kg: tuple[float, ...]
+    converged: bool = True
+    plate_flags: tuple[str, ...] = ()
+
+    @property
+    def failed(self) -> str:
+        """Name of the flag, in `FLAGS`, of what the model errs by too much."""
+        return "treadmill-model" if self.converged else "treadmill-not-converged"
 
 
 @dataclass(frozen=True)
@@ -90,6 +112,8 @@ class Subject:
         Sampling rate (Hz).
     own_zero : bool
         Whether the estimator has a free constant torque in every window.
+    instruments : ndarray, shape (m, p), optional
+        Signals that resemble the regressors without noise of the cameras; the regressors if left out.
     """
 
     mass_kg: float
@@ -98,6 +122,7 @@ class Subject:
     regressors: np.ndarray
     rate_hz: float
     own_zero: bool
+    instruments: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -175,8 +200,12 @@ def held_out_residuals(
     after_s = min(longest_window(trial["Fy"]) for trial in (*training, *testing))
     facts: dict = {"trials": [], "kg": [], "before_s": BEFORE_S, "after_s": after_s}
     facts["below_limit_kg"] = list(below_limit_kg)
+    facts["converged"] = all(model.converged for model in calibrated.models.values())
 
-    def keep(windows: PulseWindows, k: int, residual: dict[str, np.ndarray]) -> None:
+    def keep(
+        windows: PulseWindows, k: int, residual: dict[str, np.ndarray], free: dict[str, MassResponse]
+    ) -> None:
+        residual = {c: r - free[c].in_windows(windows) if free else r for c, r in residual.items()}
         name = windows.names[k]
         facts["trials"].append(name)
         facts["kg"].append(float(windows.kg[k]))
@@ -189,12 +218,14 @@ def held_out_residuals(
 
     windows = pulse_windows(left_out_in_turn(training), whole=True)
     for k, change in enumerate(calibrated.without_trial):
-        keep(windows, k, residuals(windows, constants + change))
+        free = calibrated.by_mass[k] if calibrated.by_mass else {}
+        keep(windows, k, residuals(windows, constants + change), free)
     if testing:
-        windows = pulse_windows(testing, whole=True)
+        windows = pulse_windows(by_direction(testing), whole=True)
         residual = residuals(windows, constants)
+        free = {c: m.by_mass for c, m in calibrated.models.items() if m.by_mass is not None}
         for k in range(windows.kg.size):
-            keep(windows, k, residual)
+            keep(windows, k, residual, free)
     return Result(arrays, units, facts)
 
 
@@ -212,6 +243,8 @@ def read_held_out(result: Result) -> HeldOut | None:
         velocity=np.array([result.arrays[f"{name}/velocity"] for name in names]),
         residual={c: [np.asarray(result.arrays[f"{n}/{c}"], dtype=float) for n in names] for c in COMPONENTS},
         below_limit_kg=tuple(result.facts["below_limit_kg"]),
+        converged=bool(result.facts["converged"]),
+        plate_flags=PlateCheck.from_result(result).flags,
     )
 
 
@@ -244,11 +277,7 @@ def predicted_error(held_out: HeldOut, subject: Subject) -> PredictedError:
             f"expected the subject at {held_out.rate_hz:g} Hz, the rate of the treadmill's calibration, "
             f"found {subject.rate_hz:g} Hz: resample one of the two"
         )
-    columns, p = subject.regressors, subject.regressors.shape[1]
-    if subject.own_zero:
-        columns = np.column_stack([columns, np.ones(columns.shape[0])])
-    size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    solve = (np.linalg.pinv(columns / size) / size[:, None])[:p]
+    solve, p = _parameters_of_torque(subject), subject.regressors.shape[1]
     total, variance, used, differences = np.zeros(p), np.zeros(p), [], []
     for weight, kg in _masses(held_out.kg, subject.mass_kg):
         rows = np.flatnonzero(held_out.kg == kg)
@@ -267,6 +296,17 @@ def predicted_error(held_out: HeldOut, subject: Subject) -> PredictedError:
         used += [held_out.names[rows[k]] for k in near]
         differences.append(float(distance.min()))
     return PredictedError(total, np.sqrt(variance), tuple(used), max(differences))
+
+
+def _parameters_of_torque(subject: Subject) -> np.ndarray:
+    """Matrix from a torque in the subject's window (N·m) to its dI, dB, dK, shape (p, m)."""
+    columns, p = subject.regressors, subject.regressors.shape[1]
+    instruments = columns if subject.instruments is None else subject.instruments
+    if subject.own_zero:
+        columns, instruments = (np.column_stack([x, np.ones(len(x))]) for x in (columns, instruments))
+    size, of_instruments = (np.maximum(np.linalg.norm(x, axis=0), 1e-300) for x in (columns, instruments))
+    instruments = instruments / of_instruments
+    return (np.linalg.pinv(instruments.T @ (columns / size)) @ instruments.T / size[:, None])[:p]
 
 
 def _masses(known: np.ndarray, mass_kg: float) -> list[tuple[float, float]]:
@@ -323,13 +363,14 @@ def model_flags(model: BristleFrame, mass_kg: float) -> list[str]:
     """Flags of estimates that a model compensates at a mass on the belt (kg): names in `FLAGS`.
 
     ``beyond-calibrated-mass`` where the mass exceeds the heaviest weight by more than a tenth,
-    ``treadmill-model`` where a constant is outside the plausible range of a treadmill.
+    where a constant is outside the plausible range of a treadmill ``treadmill-model``, or
+    ``treadmill-not-converged`` if the search for the constants did not converge.
     """
     flags = []
     if mass_kg > BEYOND * model.heaviest_kg:
         flags.append("beyond-calibrated-mass")
     if not _physical(model, mass_kg):
-        flags.append("treadmill-model")
+        flags.append("treadmill-model" if model.converged else "treadmill-not-converged")
     return flags
 
 

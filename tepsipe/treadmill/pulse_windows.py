@@ -13,12 +13,13 @@ u = 0).
 Between pulses the belt rests and the bristles stay as they are: a pulse begins where the last one ended.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
+from tepsipe.signals.perturbations import same_direction
 from tepsipe.treadmill.recording import BeltRecording
 
 BEFORE_S, AFTER_S, BACK_S = 0.2, 0.8, 0.4  # window of a pulse, and the ramp back that makes it periodic
@@ -195,6 +196,32 @@ def pulse_windows(trials: list[dict[str, BeltRecording]], *, whole: bool = False
         lowpass=gain,
         ramp=ramp,
     )
+
+
+def by_direction(trials: list[dict[str, BeltRecording]]) -> list[dict[str, BeltRecording]]:
+    """Trials with the pulses of each direction of the belt apart, whose means would cancel (N, N·m).
+
+    Parameters
+    ----------
+    trials : list of dict of str to BeltRecording
+        For each trial component Fy or Mx -> recording (N, N·m).
+
+    Returns
+    -------
+    list of dict of str to BeltRecording
+        Trials of one direction as they are, in the same order.
+    """
+    parts = []
+    for trial in trials:
+        force = trial["Fy"]
+        alike = same_direction(force.velocity[_window_samples(force, round(MOVING_S * force.rate_hz))])
+        if alike.all():
+            parts.append(trial)
+            continue
+        for kept, way in ((alike, ""), (~alike, ", opposite")):
+            onsets = tuple(np.array(force.onsets)[kept].tolist())
+            parts.append({c: replace(r, name=f"{r.name}{way}", onsets=onsets) for c, r in trial.items()})
+    return parts
 
 
 def longest_window(recording: BeltRecording) -> float:

@@ -9,10 +9,12 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.signals.filters import Lowpass
+from tepsipe.treadmill.belt_model import BeltModel
 from tepsipe.treadmill.bristle_fit import Calibrated
 from tepsipe.treadmill.bristle_frame import BristleFrame
 from tepsipe.treadmill.impulse_response import ImpulseResponse, fit_finite_response, fit_spectral
 from tepsipe.treadmill.loaded_frame import LoadedFrame, fit_loaded_frame
+from tepsipe.treadmill.mass_response import MassResponse
 from tepsipe.treadmill.mass_spring_damper import (
     MassSpringDamper,
     MeanSubtraction,
@@ -38,6 +40,8 @@ MODEL_MEANINGS = {
 }
 FORMAT = "tepsipe treadmill models 1"
 FAMILY = tuple(MODEL_MEANINGS)
+# correlation of load and prediction from which they are alike
+ALIKE = 0.5
 KINDS = (
     MeanSubtraction,
     MassSpringDamper,
@@ -46,6 +50,7 @@ KINDS = (
     LoadedFrame,
     BristleFrame,
     RippleTracker,
+    MassResponse,
 )
 
 
@@ -112,6 +117,9 @@ class FittedModel:
     deviations : ndarray, shape (draws, constants), or None
         Draws of the errors of the model's ``constants``, for
         `tepsipe.treadmill.compensation.compensated_draws`; None where the calibration has none.
+    usual : tuple of float, or None
+        Of a calibration with one mass on the belt: this mass (kg), correlation of load and prediction, and
+        ratio of their sizes. None for several masses.
     """
 
     name: str
@@ -120,6 +128,7 @@ class FittedModel:
     lowpass: Lowpass | None
     trained_on: tuple[str, ...]
     deviations: np.ndarray | None = None
+    usual: tuple[float, ...] | None = None
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
         """Belt-induced load (unit of the load), shape (n,).
@@ -214,14 +223,15 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
                 "options of the ripple" if name == "ripple-tracking" else "the joint fit of force and moment"
             )
             raise InputError(f"expected {what} for the model {name!r}, found none: give them")
-    first = recordings[0]
+    first, model = recordings[0], fits[name]()
     return FittedModel(
         name,
-        fits[name](),
+        model,
         first.unit,
         first.lowpass,
         tuple(r.name for r in recordings),
         options.joint.deviations if name == "bristle-frame" else None,
+        _usual(model, recordings),
     )
 
 
@@ -234,38 +244,58 @@ def evaluate(fitted: FittedModel, recordings: list[BeltRecording]) -> Score:
         If rates or units differ, or the load evidently has another sign or unit than the calibration's.
     """
     predictions = [fitted.predict(r) for r in recordings]
-    base = getattr(fitted.model, "base", None)  # tracked ripple follows any load
-    for r, predicted in zip(recordings, predictions, strict=True):
-        refuse_other_scale(r, predicted if base is None else base.predict(r), fitted)
+    for r in recordings:
+        refuse_other_scale(r, fitted)
     return score(recordings, predictions)
 
 
-def refuse_other_scale(recording: BeltRecording, predicted: np.ndarray, fitted: FittedModel) -> None:
-    """Compare the sizes of measured and predicted load (unit of the load), shape (n,).
+def _usual(model: BeltModel, recordings: list[BeltRecording]) -> tuple[float, ...] | None:
+    """Mass (kg), correlation of load and prediction, ratio of their sizes; None for several masses."""
+    masses = {r.carried_kg for r in recordings}
+    return (*masses, *_likeness(model, recordings)) if len(masses) == 1 else None
+
+
+def _likeness(model: BeltModel, recordings: list[BeltRecording]) -> tuple[float, float]:
+    """Correlation of measured and predicted load, and ratio of their sizes; 0 if one of them is 0."""
+    base = getattr(model, "base", model)  # tracked ripple follows any load
+    load, predicted = (
+        np.concatenate([x[r.evaluated] - x[r.evaluated].mean() for r, x in found])
+        for found in ([(r, r.load) for r in recordings], [(r, base.predict(r)) for r in recordings])
+    )
+    power = float(np.sqrt((load @ load) * (predicted @ predicted)))
+    if power == 0.0:
+        return 0.0, 0.0
+    return float(load @ predicted) / power, float(np.linalg.norm(load) / np.linalg.norm(predicted))
+
+
+def refuse_other_scale(recording: BeltRecording, fitted: FittedModel) -> None:
+    """Compare the load of a recording with the calibration's load, with the same mass on the belt.
+
+    A model predicts little of a load that is mostly noise, or that its own calibration hardly showed: loads
+    are therefore compared through the prediction, whose size relative to the load must be like that in the
+    calibration.
 
     Raises
     ------
     InputError
-        If the measured load has the opposite sign of the prediction, or is 20 times larger or smaller.
+        If the load has the opposite sign, or is 20 times larger or smaller.
     """
-    load, model = (
-        x[recording.evaluated] - x[recording.evaluated].mean() for x in (recording.load, predicted)
-    )
-    power = float(np.sqrt((load @ load) * (model @ model)))
-    if power == 0.0:
+    carried_kg, before, size = fitted.usual or (None, 0.0, 0.0)
+    if before < ALIKE or recording.carried_kg != carried_kg:
         return
-    correlation = float(load @ model) / power
-    gain = float(np.linalg.norm(load) / np.linalg.norm(model))
+    correlation, ratio = _likeness(fitted.model, [recording])
+    if abs(correlation) < ALIKE:
+        return
     trained = ", ".join(fitted.trained_on[:3])
-    if correlation < -0.5:
+    if correlation < 0.0:
         raise InputError(
             f"{recording.name}: expected the load to follow the belt as in {trained}, found it with the "
             f"opposite sign (correlation {correlation:.2f}): turn the sign of one of the load columns"
         )
-    if abs(correlation) > 0.5 and not 0.05 < gain < 20.0:
+    if not 0.05 < ratio / size < 20.0:
         raise InputError(
             f"{recording.name}: expected a load of the size that {trained} predict, found one "
-            f"{gain:.3g} times as large: its column is probably not in {recording.unit}"
+            f"{ratio / size:.3g} times as large: its column is probably not in {recording.unit}"
         )
 
 

@@ -38,11 +38,15 @@ class Weight:
         Height h of its centre of mass over the belt (m).
     gravity_m_per_s2 : float
         Acceleration of gravity g (m/s²).
+    com_forward_of_markers_m : float or None
+        Distance along the belt from the mean of its markers forward to the centre of mass (m); None if
+        unknown.
     """
 
     mass_kg: float
     com_height_m: float
     gravity_m_per_s2: float
+    com_forward_of_markers_m: float | None = None
 
 
 @dataclass(frozen=True)

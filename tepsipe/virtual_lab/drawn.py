@@ -15,9 +15,11 @@ import copy
 import math
 from dataclasses import dataclass, replace
 from random import Random
-from statistics import NormalDist
+from statistics import NormalDist, pstdev
 
 DISTRIBUTIONS = ("normal", "rectangular", "student")
+# distributions of a number itself, which has no nominal value
+FREE = ("log_uniform", "one_of")
 FURTHER = ("relative", "shift", "positive", "below")
 # draws of one number until one has the right sign
 TRIES = 1000
@@ -33,7 +35,7 @@ class DrawnNumber:
         Keys and, within lists, positions from 0, joined by dots.
     nominal, value : float
         Number of the file, and of the laboratory (unit of the key).
-    distribution : {"normal", "rectangular", "student"}
+    distribution : {"normal", "rectangular", "student", "log_uniform", "one_of"}
         Its shape.
     standard_deviation : float
         Standard deviation of the distribution (unit of the key).
@@ -58,7 +60,8 @@ def draw_laboratory(constants: dict) -> dict:
         unit of the key, or with ``"relative": True`` as parts of the number, whose sign stays. ``"shift"``
         moves the mean of each number by so many standard deviations up or, as likely, down. With
         ``"positive": True`` draws of 0 or less are repeated; with ``"below"``, draws at or above a limit
-        (unit of the key). None draws nothing.
+        (unit of the key). ``{"log_uniform": [least, most]}`` and ``{"one_of": [values]}`` replace the number
+        by a draw that does not depend on it. None draws nothing.
 
     Returns
     -------
@@ -103,6 +106,7 @@ def drawn_numbers(constants: dict) -> list[DrawnNumber]:
     numbers: dict[str, DrawnNumber] = {}
     for path, choice in (constants.get("drawn") or {}).items():
         shape, spread, freedom = _shape(path, choice)
+        free = shape in FREE
         for where, nominal in _numbers(constants, path):
             if where in numbers:
                 raise ValueError(
@@ -117,7 +121,8 @@ def drawn_numbers(constants: dict) -> list[DrawnNumber]:
                 )
             random = Random(f"{constants['seed']}/{where}")
             entry = DrawnNumber(where, nominal, nominal, shape, deviation)
-            numbers[where] = replace(entry, value=_value(entry, freedom, choice, random))
+            value = _free_value(shape, choice, random) if free else _value(entry, freedom, choice, random)
+            numbers[where] = replace(entry, value=value)
     return list(numbers.values())
 
 
@@ -147,15 +152,27 @@ def _value(number: DrawnNumber, freedom: float, choice: dict, random: Random) ->
     )
 
 
+def _free_value(shape: str, choice: dict, random: Random) -> float:
+    """A draw of a number without a nominal value (unit of the number)."""
+    if shape == "one_of":
+        return random.choice(choice[shape])
+    low, high = choice[shape]
+    return low * (high / low) ** random.random()
+
+
 def _shape(path: str, choice: dict) -> tuple[str, float, float]:
     """Shape, standard deviation and degrees of freedom of an entry."""
-    named = [name for name in DISTRIBUTIONS if name in choice]
-    if len(named) != 1 or set(choice) - {*DISTRIBUTIONS, *FURTHER}:
+    named = [name for name in (*DISTRIBUTIONS, *FREE) if name in choice]
+    known = {*named} if named and named[0] in FREE else {*DISTRIBUTIONS, *FURTHER}
+    if len(named) != 1 or set(choice) - known:
         raise ValueError(
-            f"expected one of {', '.join(DISTRIBUTIONS)} for the entry {path!r} of 'drawn', with or without "
-            f"{', '.join(map(repr, FURTHER))}, found {', '.join(map(str, choice)) or 'nothing'}: correct it"
+            f"expected one of {', '.join((*DISTRIBUTIONS, *FREE))} for the entry {path!r} of 'drawn', the "
+            f"first three with or without {', '.join(map(repr, FURTHER))}, found "
+            f"{', '.join(map(str, choice)) or 'nothing'}: correct it"
         )
     shape = named[0]
+    if shape in FREE:
+        return shape, _free_deviation(path, shape, choice[shape]), math.inf
     width, freedom = choice[shape] if shape == "student" else (choice[shape], math.inf)
     if not width >= 0.0 or not freedom > 2.0:
         raise ValueError(
@@ -163,6 +180,23 @@ def _shape(path: str, choice: dict) -> tuple[str, float, float]:
             f"'drawn', found {choice[shape]}: correct it"
         )
     return shape, (width / math.sqrt(3.0) if shape == "rectangular" else width), freedom
+
+
+def _free_deviation(path: str, shape: str, values: list[float]) -> float:
+    """Standard deviation of a distribution without a nominal value (unit of the number)."""
+    if shape == "one_of":
+        if not values:
+            raise ValueError(f"expected values for the entry {path!r} of 'drawn', found none: name them")
+        return pstdev(values)
+    low, high = values
+    if not 0.0 < low < high:
+        raise ValueError(
+            f"expected two ascending numbers above 0 for the entry {path!r} of 'drawn', found {values}: "
+            "correct it"
+        )
+    span = math.log(high / low)
+    mean = (high - low) / span
+    return math.sqrt((high**2 - low**2) / (2.0 * span) - mean**2)
 
 
 def _standardised(shape: str, freedom: float, random: Random) -> float:

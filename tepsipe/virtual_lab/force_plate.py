@@ -102,6 +102,9 @@ class PlateTruth:
         vertical force that the fore-aft one has come to feel.
     origin_height_m : float
         Height of the calibration's origin above the belt, on which it is thought to lie (m).
+    origin_forward_m, moment_scale, transducer_gain : float, float, list of 4 float
+        Position of the calibration's origin forward of the motion capture's (m), gain of M_x since the
+        calibration, and gain of every vertical transducer.
     noise_V, drift_V_per_s : float
         White noise of a channel (V) and standard deviation of its linear drift (V/s).
     felt_belt_mass_kg : float
@@ -145,6 +148,9 @@ class PlateTruth:
     force_scale: list
     vertical_leak: float
     origin_height_m: float
+    origin_forward_m: float
+    moment_scale: float
+    transducer_gain: list[float]
     noise_V: float
     drift_V_per_s: float
     felt_belt_mass_kg: float
@@ -368,11 +374,12 @@ def plate_voltages(
     relaxing = ([truth.mount_relaxation_s, 0.0], [truth.mount_relaxation_s, 1.0])
     taken = truth.mount_share * _filtered(relaxing, wrench[:, 1] - wrench[0, 1], grid_rate_hz)
     wrench[:, 1] -= taken
-    wrench[:, 3] += truth.origin_height_m * wrench[:, 1]
+    wrench[:, 3] += truth.origin_height_m * wrench[:, 1] - truth.origin_forward_m * wrench[:, 2]
+    wrench[:, 3] *= truth.moment_scale
     right = wrench[sample] @ np.linalg.pinv(lines_of_action(truth)).T
     vertical = right[:, :4].sum(axis=1)
     right[:, 6] = truth.force_scale[0] * right[:, 6] + truth.vertical_leak * vertical
-    right[:, :4] *= truth.force_scale[1]
+    right[:, :4] *= truth.force_scale[1] * np.asarray(truth.transducer_gain)
     forces = np.concatenate([np.zeros_like(right), right], axis=1)
     drift = truth.drift_V_per_s * rng.standard_normal(forces.shape[1])
     elapsed = np.arange(sample.size)[:, None] / truth.rate_hz

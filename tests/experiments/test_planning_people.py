@@ -9,6 +9,8 @@ from tepsipe.cli import main
 from tepsipe.errors import InputError
 from tepsipe.experiments.planning.pulses import pulse_of
 from tepsipe.experiments.planning.standing_plan import (
+    BASELINE_S,
+    BEFORE_S,
     OPTIONS,
     RATE_HZ,
     WINDOW_S,
@@ -21,11 +23,22 @@ from tepsipe.experiments.planning.standing_plan import (
 from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
 from tepsipe.experiments.standing.free_reflex.fit import fit_free_reflex
 from tepsipe.experiments.walking.needed import NEEDED_ROWS, NeededRow
+from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.filters import butterworth_lowpass
 
 
 def test_choices_of_the_estimator_are_those_of_the_study(shipped_config):
     chosen = shipped_config["standing"]["free_reflex"]
     assert vars(OPTIONS) == {**chosen, "windows_s": tuple(chosen["windows_s"])}
+
+
+def angle_noise(design, shape, rng):
+    """Noise of the cameras in angle and rate behind the low-pass, shape (*shape, 2) (rad, rad/s)."""
+    size = design.angle_per_marker * design.marker_noise_m * np.sqrt(RATE_HZ / design.camera_rate_hz)
+    wide = size * rng.standard_normal((shape[0], shape[1] + 80))
+    wide = butterworth_lowpass(wide, RATE_HZ, design.cutoff_hz, 4, axis=1)
+    rate = derivative(np.arange(wide.shape[1]) / RATE_HZ, wide.T).T
+    return np.stack([wide, rate], axis=-1)[:, 40:-40]
 
 
 def draw_standing_estimates(plan, rng, draws, quiet_s=1.12):
@@ -37,6 +50,7 @@ def draw_standing_estimates(plan, rng, draws, quiet_s=1.12):
         for n in (time.size, quiet_time.size)
     ]
     found = np.empty((draws, 2))
+    angle, rate = plan.response[:, 1:].T
     for k in range(draws):
         sway, quiet = (
             rng.standard_normal((count, len(root))) @ root.T
@@ -46,6 +60,10 @@ def draw_standing_estimates(plan, rng, draws, quiet_s=1.12):
         perturbed[:, :, 0] += sway - sway[:, baseline_samples(time)].mean(axis=1, keepdims=True)
         still = np.zeros((*quiet.shape, 3))
         still[:, :, 0] = quiet
+        for signals in (perturbed, still):
+            noise = angle_noise(design, signals.shape[:2], rng)
+            signals[:, :, 1:] += noise
+        perturbed -= perturbed[:, baseline_samples(time)].mean(axis=1, keepdims=True)
         epochs = BroadbandEpochs(
             time=time,
             perturbed=perturbed,
@@ -53,6 +71,11 @@ def draw_standing_estimates(plan, rng, draws, quiet_s=1.12):
             quiet=still,
             slopes={},
             draws=np.zeros((0, time.size)),
+            # the belt turns the shank about a point: but for its size, the same motion
+            belt=np.column_stack([rate, angle]),
+            baseline_s=(-BEFORE_S, BASELINE_S - BEFORE_S),
+            cutoff_hz=design.cutoff_hz,
+            order=4,
             peak_m_per_s=plan.peak_m_per_s,
             carried_kg=80.0,
             calibrated_kg=None,
@@ -67,8 +90,9 @@ def draw_standing_estimates(plan, rng, draws, quiet_s=1.12):
 
 
 @pytest.mark.slow
-def test_draws_of_sway_scatter_as_predicted():
-    plan = plan_standing(StandingDesign(number=12))
+@pytest.mark.parametrize(("noise_m", "rate_hz"), [(6.5e-6, 250.0), (3e-4, 200.0)])
+def test_draws_of_sway_and_noise_scatter_as_predicted(noise_m, rate_hz):
+    plan = plan_standing(StandingDesign(number=12, marker_noise_m=noise_m, camera_rate_hz=rate_hz))
     drawn = draw_standing_estimates(plan, np.random.default_rng(4), 30)
     # 30 draws determine a standard deviation to 13 %
     assert drawn.std(axis=0, ddof=1) == pytest.approx(plan.type_a[1:], rel=0.4)
@@ -77,7 +101,8 @@ def test_draws_of_sway_scatter_as_predicted():
 
 
 def test_uncertainty_follows_sway_size_and_number():
-    base = StandingDesign(noise_Nm=1e-3, options=replace(OPTIONS, discrepancy=1e-4, reflex_Nm=1e-3))
+    options = replace(OPTIONS, discrepancy=1e-4, reflex_Nm=1e-3)
+    base = StandingDesign(noise_Nm=1e-3, marker_noise_m=0.0, options=options)
     plan = plan_standing(base)
     twice = plan_standing(replace(base, sway_Nm=2.0 * base.sway_Nm))
     assert twice.type_a[1:] == pytest.approx(2.0 * plan.type_a[1:], rel=0.05)

@@ -8,6 +8,7 @@ import pytest
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
 from tepsipe.experiments.standing.free_reflex.checks import difference_from_window, failed_checks, quotable
+from tepsipe.experiments.standing.free_reflex.common_centre import with_common_centre
 from tepsipe.experiments.standing.free_reflex.fit import (
     DISCREPANCY,
     REFLEX_ONSET,
@@ -17,13 +18,15 @@ from tepsipe.experiments.standing.free_reflex.fit import (
 )
 from tepsipe.experiments.standing.free_reflex.fit_errors import TREADMILL
 from tepsipe.experiments.standing.free_reflex.free_body import SOURCES
+from tepsipe.experiments.standing.free_reflex.joint_centre import JointCentre
 from tepsipe.experiments.standing.free_reflex.results import (
     FreeReflexChoices,
     fit_free,
+    quoted,
     task_difference,
     with_budgets,
 )
-from tepsipe.experiments.standing.options import StandingEstimator
+from tepsipe.experiments.standing.options import StandingEstimator, TorquePathway
 from tepsipe.identification.regression.generalised import (
     Record,
     generalised_least_squares,
@@ -31,7 +34,9 @@ from tepsipe.identification.regression.generalised import (
     sensitivity,
     squared_exponential,
 )
+from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
+from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.statistics.uncertainty import Budget, Source
 from tepsipe.treadmill.held_out import UNKNOWN
 
@@ -72,6 +77,10 @@ def responses(seed=1, stiffness=K, damping=B, reflex=0.0, noise=0.05, peak=0.4, 
         quiet=quiet,
         slopes=slopes,
         draws=np.outer([0.01, -0.01, 0.0], torque),
+        belt=np.column_stack([rate, angle]),
+        baseline_s=(-0.1, -0.02),
+        cutoff_hz=60.0,
+        order=4,
         peak_m_per_s=peak,
         carried_kg=64.0,
         calibrated_kg=60.0,
@@ -81,6 +90,37 @@ def responses(seed=1, stiffness=K, damping=B, reflex=0.0, noise=0.05, peak=0.4, 
         skin_m=0.0,
     )
     return replace(trial, **changes)
+
+
+def centre_of(offset_m, error_m):
+    """A centre that quiet sway shows (m), of a foot that does not turn."""
+    place, error = np.array(offset_m), np.full(2, error_m)
+    return JointCentre(place, place, place, error, sway_rad=0.004, foot_rad=0.0, stretches=8)
+
+
+def noisy_angle(trial, noise_rad, seed):
+    """The trial with low-passed noise of the angle (rad) and its rate, in quiet standing, too."""
+    rng = np.random.default_rng(seed)
+    changed = {}
+    for name in ("perturbed", "quiet"):
+        signals = getattr(trial, name).copy()
+        noise = noise_rad * rng.standard_normal(signals.shape[:2])
+        noise = butterworth_lowpass(noise, RATE_HZ, trial.cutoff_hz, trial.order, axis=1)
+        signals[..., 1] += noise
+        signals[..., 2] += np.gradient(noise, 1.0 / RATE_HZ, axis=1)
+        changed[name] = signals
+    zero = trial.baseline
+    changed["perturbed"] -= changed["perturbed"][:, zero].mean(axis=1, keepdims=True)
+    return replace(trial, **changed)
+
+
+def attenuated(trials, window_s=0.08):
+    """B and K of weighted least squares in the window, without a word on noise."""
+    inside = (trials[0].time >= 0.0) & (trials[0].time <= window_s)
+    means = [t.perturbed[:, inside].mean(axis=0) for t in trials]
+    return generalised_least_squares(
+        [Record(m[:, 0], m[:, [2, 1]], np.eye(inside.sum())) for m in means]
+    ).parameters
 
 
 def group(seed=1, **changes):
@@ -201,13 +241,95 @@ def test_palpated_centre_counts_where_sway_shows_none():
     trials = group()
     for trial in trials:
         trial.slopes["joint_centre_anterior_m"][:, 0] = 50.0 * trial.perturbed[..., 1].mean(axis=0)
+    shown = centre_of((0.0, 0.0), 1e-5)
     seen, felt = (
-        task([replace(t, centre_used=used) for t in trials], **known)[0].budget.of_source(
-            "joint_centre_anterior_m"
-        )
-        for used in (True, False)
+        task([replace(t, centre=centre, centre_used=centre is not None) for t in trials], **known)[
+            0
+        ].budget.of_source("joint_centre_anterior_m")
+        for centre in (shown, None)
     )
-    assert felt == pytest.approx(5.0 * seen)
+    # felt with 10 mm, and 2 mm that sway leaves in any case
+    assert felt == pytest.approx(np.hypot(1.0, 5.0) * seen, rel=1e-3)
+
+
+def test_centre_of_all_trials_is_weighed_against_the_one_that_was_felt():
+    known = {name: Source(name, 0.002) for name in ("joint_centre_anterior_m", "joint_centre_height_m")}
+    known |= {"palpated_centre_m": Source("palpated_centre_m", 0.01)}
+    centres = [centre_of((0.006 + k * 1e-4, -0.004), 0.02) for k in (-2, -1, 1, 2)]
+    trials = [
+        replace(t, centre=centre, centre_used=False) for t, centre in zip(group(), centres, strict=False)
+    ]
+    for trial in trials:
+        trial.slopes["joint_centre_anterior_m"][:, 0] = 50.0
+    # four trials of 20 mm each say as much as one of 10 mm, which is as much as was felt
+    moved, sources = with_common_centre(trials, known)
+    assert moved[0].perturbed[..., 0] - trials[0].perturbed[..., 0] == pytest.approx(50.0 * 0.003)
+    expected = np.hypot(0.002, 0.01 / np.sqrt(2.0))
+    assert [source.standard_uncertainty for source in sources] == pytest.approx([expected, expected])
+    # responses to the opposite perturbations of the same trials say nothing more
+    assert [s.standard_uncertainty for s in with_common_centre(trials * 2, known)[1]] == pytest.approx(
+        [expected, expected]
+    )
+    # a foot that turns shows none
+    turning = [replace(t, centre=replace(t.centre, foot_rad=0.002)) for t in trials]
+    moved, sources = with_common_centre(turning, known)
+    assert moved[0].perturbed == pytest.approx(trials[0].perturbed)
+    assert sources[0].standard_uncertainty == pytest.approx(np.hypot(0.002, 0.01))
+
+
+@pytest.mark.parametrize("noise_rad", [1e-4, 4e-3])
+def test_noise_of_the_angle_does_not_bias(noise_rad):
+    def noisy(seed):
+        return [noisy_angle(t, noise_rad, seed + k) for k, t in enumerate(group(seed))]
+
+    found = np.array([fitted(noisy(seed)).parameters[0] for seed in range(1, 13)])
+    error = found.std(axis=0, ddof=1) / np.sqrt(len(found))
+    assert (np.abs(found.mean(axis=0) - (B, K)) < 3.0 * error + 0.01 * np.array([B, K])).all()
+    # as much noise in the regressors without instruments attenuates
+    uncorrected = np.array([attenuated(noisy(seed)) for seed in range(1, 13)])
+    if noise_rad == 4e-3:
+        assert (uncorrected.mean(axis=0) < found.mean(axis=0) - 3.0 * error)[0]
+
+
+def test_origin_of_the_plate_counts_more_where_no_weight_shows_it():
+    """K is off by 600 N·m/rad per metre of the origin, which is known to 0.002 m or to 0.01 m."""
+    known = {"origin_anterior_m": 0.002, "unknown_origin_m": 0.01}
+    trials = group()
+    for trial in trials:
+        trial.slopes["origin_anterior_m"][:, 0] = 600.0 * trial.perturbed[..., 1].mean(axis=0)
+    shown, unknown = (
+        task([replace(t, origin_known=state) for t in trials], **known)[0].budget.of_source(
+            "origin_anterior_m"
+        )
+        for state in (True, False)
+    )
+    assert shown[1] == pytest.approx(600.0 * 0.002, rel=0.05)
+    assert unknown == pytest.approx(5.0 * shown)
+
+
+COMPENSATED = TorquePathway("ankle", "bristle-frame")
+
+
+def rows_of_task(**values):
+    names = ("standing_tasks", "relax", "ankle", "free")
+    return [Estimate(*names, name, "unit", value) for name, value in values.items()]
+
+
+def test_torque_that_is_not_compensated_is_flagged_and_not_quoted():
+    chosen = {"pathway": "ankle", "estimator": "free"}
+    rows = rows_of_task(B=9.0, K=420.0, VAF=90.0)
+    assert [r.recommended for r in quoted(rows, [], {}, chosen, COMPENSATED)] == [True, True, False]
+    found = quoted(rows, [], {}, chosen, TorquePathway("ankle", None))
+    assert [r.flags for r in found] == ["uncompensated", "uncompensated", ""]
+    assert not any(r.recommended for r in found)
+    assert quoted(rows, [], {}, chosen, TorquePathway("single-joint", None))[0].recommended
+
+
+@pytest.mark.parametrize("values", [{"B": -0.5, "K": 420.0}, {"B": 9.0, "K": -3.0}])
+def test_negative_damping_or_stiffness_is_never_quoted(values):
+    found = quoted(rows_of_task(**values), [], {}, {"pathway": "ankle", "estimator": "free"}, COMPENSATED)
+    assert [r.flags for r in found] == ["negative", "negative"]
+    assert not any(r.recommended for r in found)
 
 
 def test_inertia_is_refused():
@@ -231,6 +353,11 @@ def test_inertia_is_refused():
         ({"treadmill_error": (0.12 * K, 0.03 * K)}, None),
         # a model below its limit: the error is not known
         ({"treadmill_error": (0.0, UNKNOWN)}, "treadmill-model"),
+        (
+            {"treadmill_error": (0.0, UNKNOWN), "treadmill_flag": "treadmill-not-converged"},
+            "treadmill-not-converged",
+        ),
+        ({"plate_flags": ("plate-transducer",)}, "plate-transducer"),
     ],
 )
 def test_what_the_trials_show_is_flagged(changes, flag):
@@ -239,8 +366,8 @@ def test_what_the_trials_show_is_flagged(changes, flag):
 
 
 def test_estimate_is_not_to_be_quoted_where_the_treadmill_certainly_makes_half_of_it():
-    for error, quoted in ((0.4, True), (0.52, True), (0.7, False), (-0.7, False)):
-        assert quotable([replace(group()[0], treadmill_error=(300.0 * error, 30.0))], 300.0) == quoted
+    for error, good in ((0.4, True), (0.52, True), (0.7, False), (-0.7, False)):
+        assert quotable([replace(group()[0], treadmill_error=(300.0 * error, 30.0))], 300.0) == good
     assert quotable(group(), 300.0)
 
 

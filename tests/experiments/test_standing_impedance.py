@@ -451,3 +451,31 @@ def test_model_in_the_registry_is_fitted_with_its_delays_and_gains(monkeypatch):
     )
     assert found.names == ("B", "K", "ramp") and found.delays == {"L": 0.044}
     assert found.parameters[0] == pytest.approx([B, K, 40.0 * np.mean(SIZES)], rel=1e-6)
+
+
+# ---- pulses of both directions in one trial ------------------------------------------------------
+
+
+def test_opposite_pulses_of_one_trial_are_no_mean_but_two_groups():
+    """Their mean is zero, so K would follow from what is left; each direction alone returns K and B."""
+    mixed = responses_with(INTRINSIC, sizes=(1.0, -0.9, 0.95, -1.05, 1.1, -1.0))
+    forward, backward = mixed.by_direction()
+    assert forward.onsets_s.tolist() == mixed.onsets_s[::2].tolist()
+    assert backward.onsets_s.tolist() == mixed.onsets_s[1::2].tolist()
+    assert forward.perturbed["ankle"].mean(axis=0) == pytest.approx(
+        -backward.perturbed["ankle"].mean(axis=0), rel=0.1
+    )
+    assert backward.unperturbed == mixed.unperturbed
+    for part in (forward, backward):
+        values = found(fit(part))
+        assert values["K"] == pytest.approx(K, rel=1e-3)
+        assert values["B"] == pytest.approx(B, rel=1e-3)
+    together = found(fit([forward, backward]))
+    assert together["K"] == pytest.approx(K, rel=1e-3)
+
+
+def test_responses_of_one_direction_stay_as_they_are():
+    alike = responses_with(INTRINSIC, sizes=(-1.0, -0.9))
+    assert alike.by_direction()[0] is alike
+    nobody = responses_with(INTRINSIC, sizes=())
+    assert nobody.by_direction() == [nobody]

@@ -41,10 +41,10 @@ WIDE = Lowpass(60.0, 4, True)
 FREE = FreeReflexOptions(60.0, 0.02, 0.008, 1.6, 0.02, 0.5, 0.045, 0.004, (0.04, 0.08))
 
 
-def swaying(centre=(0.006, -0.004), slip_m_per_rad=0.0, foot_share=0.0, seconds=20.0):
+def swaying(centre=(0.006, -0.004), slip_m_per_rad=0.0, foot_share=0.0, seconds=20.0, noise_m=6e-6, seed=1):
     """Markers of a shank that sways about a centre that lies beside the assumed one, on a foot."""
     time = np.arange(round(seconds * RATE_HZ)) / RATE_HZ
-    rng = np.random.default_rng(1)
+    rng = np.random.default_rng(seed)
     angle = 0.05 + 0.004 * np.sin(2.0 * np.pi * 0.31 * time) + 0.003 * np.sin(2.0 * np.pi * 0.83 * time)
     foot = foot_share * (angle - 0.05)
     a, up = np.array(centre), np.array([0.3, 0.08])
@@ -59,7 +59,7 @@ def swaying(centre=(0.006, -0.004), slip_m_per_rad=0.0, foot_share=0.0, seconds=
             positions[:, k, 1] = up[0] + dy * np.cos(turn) + dz * np.sin(turn)
             positions[:, k, 2] = up[1] - dy * np.sin(turn) + dz * np.cos(turn)
     positions[:, LABELS.index("ankle"), 1] += slip_m_per_rad * (angle - 0.05)
-    positions[..., 1:] += 6e-6 * rng.standard_normal(positions[..., 1:].shape)
+    positions[..., 1:] += noise_m * rng.standard_normal(positions[..., 1:].shape)
     return Trial(
         rate_hz=RATE_HZ,
         axes={"time": time, "marker": np.array(LABELS)},
@@ -79,6 +79,18 @@ def test_centre_is_where_the_shank_turns(centre):
     seen = found(swaying(centre))
     assert seen.offset_m == pytest.approx(centre, abs=2e-4)
     assert (seen.standard_error_m < 2e-4).all() and seen.foot_rad < 0.01 * seen.sway_rad
+
+
+def test_noise_of_the_cameras_does_not_move_the_centre():
+    centre = (0.006, -0.004)
+    seen = [found(swaying(centre, noise_m=5e-4, seed=seed, seconds=40.0)) for seed in range(24)]
+    offsets = np.array([one.offset_m for one in seen])
+    error = offsets.std(axis=0, ddof=1) / np.sqrt(len(seen))
+    assert (np.abs(offsets.mean(axis=0) - centre) < 3.5 * error).all()
+    # attenuation would move it by millimetres
+    assert error.max() < 1e-3
+    stated = np.sqrt(np.mean([one.standard_error_m**2 for one in seen], axis=0))
+    assert stated == pytest.approx(offsets.std(axis=0, ddof=1), rel=0.6)
 
 
 def test_slip_of_the_malleolus_marker_moves_the_centre_by_little():

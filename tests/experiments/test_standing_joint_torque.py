@@ -33,6 +33,7 @@ from tepsipe.errors import InputError
 from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.options import TorquePathway
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
+from tepsipe.treadmill.plate_check import PlateCheck
 from tepsipe.treadmill.registry import fit_model
 
 PATHWAYS = {name: TorquePathway(name, None) for name in ("ankle-thesis", "ankle", "single-joint")}
@@ -386,3 +387,43 @@ def test_belt_that_does_not_move_is_refused():
         velocity[:] = 0.0
 
     refused(with_signal(usual_trial(), "belt_velocity", stop), "standing/relax-pos-0.4", "perturbations")
+
+
+# ---- a plate that does not balance the person ----------------------------------------------------
+
+
+def on_plate(origin_m=0.0, scale=1.0):
+    """The usual trial on a plate whose origin lies forward, and whose moment has another scale."""
+    trial = usual_trial()
+    force_z = trial.values("force")[..., 2]
+
+    def change(moment):
+        moment[..., 0] = scale * (moment[..., 0] - origin_m * force_z)
+
+    return with_signal(trial, "moment", change)
+
+
+@pytest.mark.parametrize(("origin_m", "scale"), [(0.05, 1.0), (-0.02, 1.1)])
+def test_plate_that_weights_have_shown_is_corrected_in_the_torque(origin_m, scale):
+    check = PlateCheck(origin_m, 0.001, scale, 0.001, 1.0, 0.0)
+    sound, off = processed(usual_trial()), on_plate(origin_m, scale)
+    found = process_standing(off, "standing/relax-pos-0.4", OPTIONS, PATHWAYS, {}, check)
+    assert found.torque["ankle"] == pytest.approx(sound.torque["ankle"], abs=1e-6)
+    assert found.plate_flags == ()
+    assert found.plate is check
+
+
+def test_centre_of_pressure_shows_a_plate_that_no_weight_has_shown():
+    assert processed(usual_trial()).plate_flags == ()
+    for origin_m in (-0.05, 0.05):
+        assert processed(on_plate(origin_m)).plate_flags == ("plate-origin",)
+    for origin_m in (-0.3, 0.3):
+        assert "outside the foot" in processed(on_plate(origin_m)).fault
+    assert processed(on_plate(0.01)).fault is None
+
+
+def test_reversed_moment_is_a_fault_by_its_name():
+    """The ankles stand 0.12 m forward, so a reversed moment puts the pressure behind the heel."""
+    assert "sign" in processed(on_plate(0.0, -1.0)).fault
+    back = on_plate(2.0 * ANKLE_M + 2.0 * 0.044, -1.0)  # the same where both signs put it below the foot
+    assert "turn the sign of M_x" in processed(back).fault

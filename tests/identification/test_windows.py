@@ -8,10 +8,11 @@ from builders import LEG, RATE_HZ, Joint, assert_one_sentence, scaled_leg, swing
 from scipy.interpolate import CubicSpline
 
 from tepsipe.errors import InputError
-from tepsipe.identification.regression.windows import damping_per_skew, regress_perturbations
-from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
+from tepsipe.identification.regression.windows import damping_per_skew, regress_perturbations, regress_torque
+from tepsipe.mechanics.segment_kinematics import JointMotion, SegmentMarkers, segment_motion
 from tepsipe.signals.differentiation import derivative
-from tepsipe.signals.perturbations import WindowOptions, filtered_perturbations
+from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.signals.perturbations import Perturbation, WindowOptions, filtered_perturbations
 from tepsipe.statistics.bootstrap import bootstrap_mean
 from tepsipe.statistics.least_squares import least_squares_line
 
@@ -218,3 +219,68 @@ def test_interval_over_noisy_perturbations_covers_the_joint(rng):
         interval = bootstrap_mean(found.parameters, 400, rng)
         covered += (interval.low <= truth) & (truth <= interval.high)
     assert (covered >= 0.85 * repeats).all()
+
+
+# ---- noise in the regressors -----------------------------------------------------------------------
+
+TRUTH = np.array([0.01, 0.1, 10.0])
+
+
+def noisy_pulses(signs, noise_rad, seed, of_markers=False):
+    """Fit of equal responses, in either direction, with noise of the angle (rad).
+
+    The torque is exact, or has the noise of the angle, as a torque that comes from the same markers.
+    """
+    onsets = np.arange(1, len(signs) + 1)
+    time = np.arange(round((len(signs) + 1) * RATE_HZ)) / RATE_HZ
+    shapes = np.exp(-(((time - onsets[:, None] - 0.1) / 0.03) ** 2))
+    exact = 0.02 * np.array(signs) @ shapes
+    noise = noise_rad * np.random.default_rng(seed).standard_normal(time.size)
+    noise = butterworth_lowpass(noise, RATE_HZ, 20.0, 4)
+
+    def columns(angle):
+        rate = derivative(time, angle)
+        return np.column_stack([derivative(time, rate), rate, angle])
+
+    torque = columns(exact) @ TRUTH
+    if of_markers:
+        torque = torque + columns(noise) @ (-0.1, 0.0, 1.0)
+    acceleration, rate, angle = columns(exact + noise).T
+    found = [Perturbation(round(t * RATE_HZ), round((t + 0.25) * RATE_HZ), 0.3) for t in onsets]
+    return regress_torque(JointMotion(time, angle, rate, acceleration), torque, found, time < 0.8)
+
+
+@pytest.mark.parametrize("of_markers", [False, True])
+@pytest.mark.parametrize("signs", [(1.0,) * 10, (1.0, -1.0) * 5])
+def test_noise_does_not_bias_perturbations_that_repeat_each_other(signs, of_markers):
+    fits = [noisy_pulses(signs, 2e-3, seed, of_markers) for seed in range(20)]
+    means = np.array([fit.mean for fit in fits]) / TRUTH
+    error = means.std(axis=0, ddof=1) / np.sqrt(len(fits))
+    assert all(fit.crossed for fit in fits)
+    assert (np.abs(means.mean(axis=0) - 1.0) < 3.5 * error + 0.002).all()
+
+
+def test_noise_attenuates_perturbations_that_are_too_few():
+    fits = [noisy_pulses((1.0, 1.0), 2e-3, seed) for seed in range(20)]
+    assert not any(fit.crossed for fit in fits)
+    assert np.mean([fit.mean for fit in fits], axis=0)[0] < 0.9 * TRUTH[0]
+
+
+def test_perturbations_that_do_not_repeat_are_fitted_one_by_one(rng):
+    time = np.arange(4000) / RATE_HZ
+    angle = butterworth_lowpass(rng.standard_normal(time.size), RATE_HZ, 10.0, 4)
+    rate = derivative(time, angle)
+    acceleration = derivative(time, rate)
+    torque = np.column_stack([acceleration, rate, angle]) @ TRUTH
+    found = [Perturbation(start, start + 200, 0.3) for start in range(500, 3500, 250)]
+    fit = regress_torque(JointMotion(time, angle, rate, acceleration), torque, found, time < 1.0)
+    assert not fit.crossed
+    alone = least_squares_line(fit.regressors[500:700], fit.torque[500:700])
+    assert fit.parameters[0] == pytest.approx(alone.parameters)
+
+
+def test_pseudo_values_scatter_as_the_estimates_do():
+    fits = [noisy_pulses((1.0,) * 8, 1e-3, seed) for seed in range(60)]
+    errors = [fit.parameters.std(axis=0, ddof=1) / np.sqrt(8.0) for fit in fits]
+    means = np.array([fit.mean for fit in fits])
+    assert np.sqrt(np.mean(np.square(errors), axis=0)) == pytest.approx(means.std(axis=0, ddof=1), rel=0.3)

@@ -135,3 +135,8 @@ def test_small_sources_are_one_bar_and_type_a_is_apart():
 def test_a_source_without_a_name_in_words_is_readable():
     assert source_words("skin_wobble_m") == "skin wobble"
     assert source_words("leg_mass_kg") == "mass of the leg"
+
+
+def test_figure_without_a_recommended_estimate_says_so():
+    (axis,) = plot_budgets({}).axes
+    assert axis.texts[0].get_text() == "No estimate is recommended: no budget."

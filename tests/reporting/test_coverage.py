@@ -33,6 +33,7 @@ from tepsipe.reporting.coverage_flags import FLAG_ROWS, flag_rows
 from tepsipe.reporting.figures.coverage import plot_coverage, plot_intervals
 from tepsipe.reporting.recovery import recovery_of
 from tepsipe.reporting.run import Run, report_content
+from tepsipe.virtual_lab.drawn import draw_laboratory, drawn_numbers
 from workflow.support import laboratories
 from workflow.support.laboratories import Laboratories, constants_of, one_of_each_set, seed_of, set_of
 from workflow.support.start import merged_settings
@@ -316,8 +317,28 @@ def test_a_set_changes_distributions_and_constants():
         constants_of(constants, COVERAGE | {"sets": {"a": {}, "b": {"factors": {"weight.mass": 2.0}}}}, 2)
 
 
+def test_every_set_draws_the_further_constants_unchanged_and_the_rate_is_known():
+    config = merged_settings(["config/config.yaml", "config/coverage/config.yaml"])
+    laboratories, rate = Laboratories(config), "treadmill.capture.rate_hz"
+    further = config["coverage"]["drawn"]
+    noises = []
+    for number in (1, 2, 4, 6):
+        files = laboratories.files(number, draw_laboratory)
+        constants = json.loads(files["config/virtual_lab.yaml"])
+        assert {path: constants["drawn"][path] for path in further} == further
+        # no other number depends on them
+        without = {path: entry for path, entry in constants["drawn"].items() if path not in further}
+        numbers = {number.path: number.value for number in drawn_numbers(constants)}
+        others = {n.path: n.value for n in drawn_numbers(constants | {"drawn": without})}
+        assert others == {path: value for path, value in numbers.items() if path not in further}
+        own = json.loads(files["config/config.yaml"])
+        assert own["plate_treadmill"]["resample_rate_hz"] == numbers[rate]
+        assert 1e-5 <= numbers["treadmill.capture.noise_m"] <= 5e-4
+        noises.append(numbers["treadmill.capture.noise_m"])
+    assert len(set(noises)) == 4
+
+
 def test_shift_moves_a_drawn_number_by_standard_deviations():
-    from tepsipe.virtual_lab.drawn import draw_laboratory
 
     def drawn(**entry):
         made = {"seed": 7, "x": [0.0] * 40, "drawn": {"x": {"normal": 1.0, **entry}}}
@@ -332,7 +353,7 @@ def test_a_laboratory_is_a_study_of_its_own(root, monkeypatch):
     monkeypatch.chdir(root)
     config = yaml.safe_load((root / "config/config.yaml").read_text(encoding="utf-8"))
     made = Laboratories(config | {"coverage": COVERAGE})
-    files = made.files(3)
+    files = made.files(3, draw_laboratory)
     own = json.loads(files["config/config.yaml"])
     assert own["coverage"] is None and own["study"]["seed"] == made.about(3)["seed"]
     assert own["study"]["virtual_lab"] == "config/virtual_lab.yaml" in files

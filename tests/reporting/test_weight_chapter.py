@@ -20,6 +20,7 @@ FRAME = {"empty_hz": 52.0, "loaded_hz": 48.0, "motion": [0.1, 3.0, 2.0, 0.5], "l
 FRAME |= {"friction_speed_m_per_s": 0.05, "mount_share": 0.1, "mount_time_s": 0.02}
 BRISTLES = {
     "terms": ["bristles", "lever"],
+    "converged": True,
     "masses_kg": [0.0, 20.0, 60.0],
     "resonance_sd_hz": [0.0, 0.2, 0.11],
 }
@@ -167,7 +168,7 @@ def test_cells_of_models_are_those_of_the_scores():
     chapter = words(run_of(scores=scores, bristles=None))
     assert "impulse response|empty|2|0.900|2.00|< −10|2.00|" in chapter
     assert "arx *|weight|2|–|–|0.800|2.00|" in chapter
-    assert "bristle frame starts from" not in chapter
+    assert "bristle frame is the loaded frame" not in chapter
 
 
 def test_frame_names_its_terms_and_no_resonance_that_nobody_sees():
@@ -178,6 +179,13 @@ def test_frame_names_its_terms_and_no_resonance_that_nobody_sees():
     assert "above 200 Hz at 0 kg, at 48.7 ± 0.20 Hz at 20 kg and at 43.9 ± 0.11 Hz at 60 kg" in chapter
     assert "|weight|force" in chapter and "|0.990|0.860|0.990|" in chapter
     assert "these are no further term." in words(run_of(bristles=BRISTLES | {"terms": []}))
+    assert "search for its constants did not converge" not in words(run_of(bristles=BRISTLES))
+    assert "search for its constants did not converge" in words(
+        run_of(bristles=BRISTLES | {"converged": False})
+    )
+    free = words(run_of(bristles=BRISTLES | {"terms": ["without-physics"]}))
+    assert "a linear response to the acceleration of the belt takes its place" in free
+    assert "resonance lies" not in free
 
 
 @pytest.mark.parametrize(

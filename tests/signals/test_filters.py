@@ -5,7 +5,7 @@ import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from tepsipe.signals.filters import butterworth_bandpass, butterworth_lowpass, notch
+from tepsipe.signals.filters import Lowpass, butterworth_bandpass, butterworth_lowpass, notch
 
 RATE = 250.0
 TIME = np.arange(0.0, 20.0, 1.0 / RATE)
@@ -145,3 +145,11 @@ def test_notch_removes_its_frequency_and_little_else():
 def test_notch_that_the_rate_cannot_hold_is_refused(frequency_hz, width_hz):
     with pytest.raises(InputError, match="notch: expected a frequency"):
         notch(FAST_TIME, FAST, frequency_hz, width_hz)
+
+
+def test_low_pass_of_a_slow_recording_is_as_wide_as_its_rate_allows():
+    wide = Lowpass(60.0, 4, True)
+    assert wide.within(250.0) == wide.within(200.0) == wide
+    slow = wide.within(100.0)
+    assert slow == Lowpass(30.0, 4, True)
+    assert np.isfinite(slow(np.ones(50), 100.0)).all()

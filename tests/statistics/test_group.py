@@ -159,7 +159,12 @@ def test_flags_of_estimates_are_those_of_the_person_and_counted_in_the_group(peo
     assert flags["P1", "relax"] == flags["P1", "stiff minus relax"] == "at-bound"
     assert flags["P1", "stiff"] == flags["P2", "stiff minus relax"] == ""
     (mean,) = chosen(group_estimates(found), condition="relax", quantity="K_per_kg")
-    assert (mean.n, mean.n_flagged) == (2, 1)
+    sound = [r for r in found if r.condition == "relax" and r.quantity == "K_per_kg" and not r.flags]
+    assert (mean.n, mean.n_flagged) == (1, 1)
+    assert mean.mean == sound[0].value
+    flagged_all = [replace(r, flags="at-bound") for r in found]
+    (none,) = chosen(group_estimates(flagged_all), condition="relax", quantity="K_per_kg")
+    assert (none.n, none.mean, none.n_flagged) == (0, None, 2)
 
 
 def test_rows_of_trials_that_are_no_persons_are_omitted(people):

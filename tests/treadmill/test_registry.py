@@ -478,6 +478,20 @@ def test_sign_that_is_turned_and_wrong_unit_are_refused(name, rng):
         assert_one_sentence(caught.value, "trial 2", "trial 1", hint)
 
 
+def test_small_load_of_another_mass_is_judged_not_refused(rng):
+    """An empty belt under its axis of symmetry has a thirtieth of a weight's moment."""
+
+    def recorded(size, kg):
+        r = restless_belt(lambda v, a: size * a + 0.002 * rng.standard_normal(a.size), rng, 30.0)
+        return replace(r, carried_kg=kg)
+
+    heavy = fit_model("fir", [recorded(3.0, 20.0)], OPTIONS)
+    light = recorded(0.1, 0.0)
+    assert evaluate(heavy, [light]).r2 < -100.0
+    assert evaluate(heavy, [recorded(3.0, 20.0)]).r2 > 0.99
+    assert evaluate(fit_model("fir", [recorded(0.1, 0.0)], OPTIONS), [light]).r2 > 0.99
+
+
 def test_another_but_plausible_treadmill_is_judged_not_refused(rng):
     train, test = (restless_belt(lambda v, a: 3.0 * a, rng, 30.0) for _ in range(2))
     fitted = fit_model("fir", [train], OPTIONS)

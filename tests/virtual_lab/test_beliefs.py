@@ -80,6 +80,8 @@ UNDRAWN = {
     "standing.joint_centre_anterior_m": "what quiet sway leaves of the drawn place of the axis",
     "standing.joint_centre_height_m": "as along the belt",
     "standing.palpated_centre_m": "with the error of palpation, which the laboratory's markers lack",
+    "standing.origin_anterior_m": "what resting weights leave of the origin, which is not drawn",
+    "standing.unknown_origin_m": "the origin where no weight shows it, which is not drawn",
     "standing.force_marker_delay_s": "what is left of the drawn latency after alignment",
     "standing.skin_m": "what the responses leave of the drawn soft tissue",
     "standing.foot_rotation": "what the drawn forefoot_share does to the rotation of the hindfoot",

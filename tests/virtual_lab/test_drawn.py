@@ -100,9 +100,26 @@ def test_distributions_have_the_mean_the_spread_and_the_tails_asked_for(entry, d
         assert np.abs(values - 2.0).max() < 0.5
 
 
+def test_free_distributions_replace_the_number():
+    spread = {"scale": {"log_uniform": [1e-5, 5e-4]}}
+    values = np.array([drawn(spread, seed=seed)["scale"] for seed in range(4000)])
+    assert stats.kstest(np.log(values), stats.uniform(np.log(1e-5), np.log(50.0)).cdf).pvalue > 0.01
+    (number,) = drawn_numbers(SMALL | {"drawn": spread})
+    assert number.standard_deviation == pytest.approx(values.std(), rel=0.1)
+    chosen = {"scale": {"one_of": [1.0, 3.0]}}
+    values = [drawn(chosen, seed=seed)["scale"] for seed in range(200)]
+    assert set(values) == {1.0, 3.0}
+    assert 70 < values.count(1.0) < 130
+    (number,) = drawn_numbers(SMALL | {"drawn": chosen})
+    assert number.standard_deviation == pytest.approx(1.0)
+
+
 @pytest.mark.parametrize(
     ("entries", "part"),
     [
+        ({"scale": {"log_uniform": [2.0, 1.0]}}, "two ascending numbers above 0"),
+        ({"scale": {"one_of": []}}, "expected values for the entry 'scale'"),
+        ({"scale": {"one_of": [1.0], "shift": 1.0}}, "found one_of, shift"),
         ({"rod.weight": {"normal": 1.0}}, "to name a constant, found 'rod.weight'"),
         ({"rod.points_m.2": {"normal": 1.0}}, "to name a constant, found 'rod.points_m.2'"),
         ({"rod.mass_kg.0": {"normal": 1.0}}, "to name a constant, found 'rod.mass_kg.0'"),

@@ -14,6 +14,11 @@ from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill
 from tepsipe.io.readers.c3d import read_markers
 from tepsipe.io.readers.treadmill_log import read_calibration_matrix, read_treadmill_log
 from tepsipe.io.trial import read_trial, write_trial
+from tepsipe.signals.filters import Lowpass
+from tepsipe.signals.perturbations import WindowOptions
+from tepsipe.treadmill.plate_check import check_plate, resting
+from tepsipe.treadmill.prepared import prepare_trial
+from tepsipe.treadmill.trial_recordings import Weight
 from tepsipe.virtual_lab.belt import DriveTruth, velocity_command
 from tepsipe.virtual_lab.force_plate import (
     PlateTruth,
@@ -363,3 +368,51 @@ def test_empty_belt_recorded_too_short_is_refused(empty_files):
     with pytest.raises(InputError) as caught:
         ingested(empty_files, duration_s=60.0)
     assert_one_sentence(caught.value, "log.mat", "60 s")
+
+
+# ---- a plate with a fault, from raw files to its name --------------------------------------------
+
+
+def checked_plate(truth, folder, **fault):
+    """What weights at two places show of a plate with a fault."""
+    changed = copy.deepcopy(truth)
+    changed["treadmill"]["plate"] |= fault
+    window = WindowOptions(0.8, 0.8, 0.1, 0.05, 0.5, 0.06)
+    nothing = prepare_trial(
+        ingested(make(changed, "empty", folder / "empty")), "empty", Lowpass(20.0, 4, True), window
+    )
+    rests = [resting(nothing, "right", None)]
+    for k, y in enumerate((-0.1, 0.1)):
+        changed["weight"] |= {"position_y_m": y, "mass_kg": 60.0}
+        trial = ingested(make(changed, "weight", folder / str(k)))
+        weight = Weight(60.0, 0.1, 9.81, 0.0)
+        rests.append(resting(prepare_trial(trial, "weight", Lowpass(20.0, 4, True), window), "right", weight))
+    return check_plate(rests, "plate")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("fault", "origin_m", "scale"),
+    [
+        ({}, 0.0, 1.0),
+        ({"origin_forward_m": 0.02}, 0.02, 1.0),
+        ({"origin_forward_m": -0.05}, -0.05, 1.0),
+        ({"moment_scale": 1.1}, 0.0, 1.1),
+    ],
+)
+def test_origin_and_scale_of_a_plate_are_corrected(fault, origin_m, scale, short_protocol, tmp_path):
+    found = checked_plate(short_protocol, tmp_path, **fault)
+    assert found.corrected_origin_m == pytest.approx(origin_m, abs=2.0 * found.origin_u_m)
+    assert (found.corrected_origin_m == 0.0) == (origin_m == 0.0)
+    assert found.corrected_scale == pytest.approx(scale, rel=0.01)
+    assert found.flags == ()
+
+
+@pytest.mark.slow
+def test_reversed_moment_and_half_a_transducer_get_their_names(short_protocol, tmp_path):
+    (tmp_path / "half").mkdir()
+    half = checked_plate(short_protocol, tmp_path / "half", transducer_gain=[1.0, 0.5, 1.0, 1.0])
+    assert half.flags == ("plate-transducer",)
+    (tmp_path / "turned").mkdir()
+    with pytest.raises(InputError, match="turn the sign of M_x"):
+        checked_plate(short_protocol, tmp_path / "turned", moment_scale=-1.0)

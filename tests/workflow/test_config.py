@@ -22,9 +22,10 @@ from workflow.support.check import check_one_treadmill, check_plate_models
 from workflow.support.experiments import EXPERIMENTS
 from workflow.support.reach import reached_by
 from workflow.support.renames import KEYS, MOVED, PATHWAYS, REMOVED, VALUES
+from workflow.support.start import checked_constants
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, check_sources, read_trial_sheet
 from workflow.support.version import code_version
-from workflow.support.yaml_file import read_settings
+from workflow.support.yaml_file import read_constants, read_settings
 
 
 def merged(base, changes):
@@ -85,6 +86,29 @@ def test_overlay_for_computers_without_pybullet_changes_the_engine_and_nothing_e
     assert config["dummy"]["simulation"]["engine"] == "pybullet"
     both["dummy"]["simulation"]["engine"] = "pybullet"
     assert both == config
+
+
+def test_shipped_study_with_passive_cameras_is_a_valid_override(config, root, monkeypatch):
+    monkeypatch.chdir(root)
+    override = read_settings("config/passive-cameras/config.yaml")
+    both = merged(config, override)
+    check_config(both, "passive-cameras")
+    own, base = checked_constants(both["study"]["virtual_lab"]), checked_constants("config/virtual_lab.yaml")
+    capture = own["treadmill"].pop("capture")
+    assert capture == base["treadmill"].pop("capture") | {"rate_hz": 200.0, "noise_m": 0.0002}
+    assert own == base
+    assert both["plate_treadmill"]["resample_rate_hz"] == capture["rate_hz"]
+
+
+def test_cameras_of_100_hz_need_no_other_filter(config):
+    changes = {"plate_treadmill": {"resample_rate_hz": 100.0}}
+    check_config(merged(config, changes), "my-study")
+
+
+def test_base_of_a_laboratory_is_a_path(tmp_path):
+    (tmp_path / "lab.yaml").write_text("base: [a, b]\n")
+    with pytest.raises(InputError, match="expected the path of a file for 'base'"):
+        read_constants(tmp_path / "lab.yaml")
 
 
 def test_shipped_study_of_a_treadmill_is_a_valid_override(config, root):
@@ -375,19 +399,15 @@ MISFITS = [
         ["standing.emg.band_hz from low to high", "[300.0, 20.0]"],
     ),
     (
-        {"standing": {"analysis": {"stretch_cutoff_hz": 125.0}}},
-        ["standing.analysis.stretch_cutoff_hz", "125 Hz"],
-    ),
-    (
         {"plate_treadmill": {"lowpass_cutoff_hz": 130.0}},
         ["plate_treadmill.lowpass_cutoff_hz", "plate_treadmill.resample_rate_hz", "125 Hz"],
     ),
     (
-        {"plate_treadmill": {"exceptions": {"standing": {"resample_rate_hz": 100.0}}}},
+        {"plate_treadmill": {"exceptions": {"standing": {"resample_rate_hz": 40.0}}}},
         [
-            "standing.analysis.stretch_cutoff_hz",
+            "plate_treadmill.lowpass_cutoff_hz",
             "plate_treadmill.exceptions.standing.resample_rate_hz",
-            "50 Hz",
+            "20 Hz",
         ],
     ),
     (

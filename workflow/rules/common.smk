@@ -17,6 +17,7 @@ from workflow.support.stopped import what_stopped
 from workflow.support.lookups.thesis import table_experiment
 from workflow.support.study import any_of
 from workflow.support.version import code_version
+from workflow.support.yaml_file import base_of
 
 # bytecode once, not once per job: some environments keep Python from writing it
 compileall.compile_dir(Path(workflow.basedir) / "tepsipe", quiet=2)

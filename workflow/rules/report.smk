@@ -15,6 +15,7 @@ rule record_provenance:
         trials=outputs.trials(STUDY),
         trial_sheet=config["study"]["trial_sheet"],
         virtual_lab=config["study"]["virtual_lab"] or [],
+        laboratory_base=base_of(config["study"]["virtual_lab"]) or [],
         reported=config["study"]["reported"] or [],
         participants=config["study"]["participants"] or [],
         requirements=here("requirements.txt"),

@@ -22,6 +22,8 @@ from tepsipe.treadmill.calibration import (
     plate_plan,
 )
 from tepsipe.treadmill.held_out import below_limit, held_out_residuals
+from tepsipe.treadmill.plate_check import check_plate, resting
+from tepsipe.treadmill.prepared import prepare_trial
 from tepsipe.treadmill.registry import FamilyOptions, save_models
 from tepsipe.treadmill.trial_recordings import (
     COMPONENTS,
@@ -39,6 +41,14 @@ files = {"Fy": snakemake.output.Fy, "Mx": snakemake.output.Mx}
 weights = [None if weight is None else Weight(**weight) for weight in snakemake.params.weights]
 usual_kg = snakemake.params.usual_kg
 rows = list(zip(snakemake.params.trials, weights, map(read_trial, snakemake.input.trials), strict=True))
+check = check_plate(
+    [
+        resting(prepare_trial(trial, f"{e}/{c}", filters[0], window), snakemake.params.belt, weight)
+        for (e, c, _), weight, trial in rows
+    ],
+    snakemake.wildcards.plate,
+)
+rows = [(labels, weight, check.corrected(trial, snakemake.params.belt)) for labels, weight, trial in rows]
 scores, joint = [], None
 for lowpass in filters:
     plate = PlateOptions(snakemake.params.belt, lowpass, filters[0], window, analysis["segment_s"])
@@ -76,5 +86,6 @@ for lowpass in filters:
                 write_result(snakemake.output.fit, mean_responses(kept, testing["weight"]))
     if lowpass == filters[0]:
         left = held_out_residuals(joint, by_role["calibrate"], by_role["validate"], sorted(below))
+        left.facts["plate"] = check.facts
         write_result(snakemake.output.held_out, left)
 MODEL_SCORES.write(snakemake.output.scores, scores)

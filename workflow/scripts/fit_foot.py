@@ -12,19 +12,22 @@ from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import read_result, write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.treadmill.held_out import read_held_out
+from tepsipe.treadmill.plate_check import PlateCheck
 from tepsipe.treadmill.registry import load_treadmill_models
 
 geometry, choice = snakemake.params.geometry, snakemake.params.foot
 condition = snakemake.wildcards.condition
+calibration = read_result(snakemake.input.held_out[0])
+plate = PlateCheck.from_result(calibration)
 found = analyse_foot(
-    read_trial(snakemake.input.trial),
+    plate.corrected(read_trial(snakemake.input.trial), snakemake.params.belt),
     f"dummy/{condition}",
     DummyOptions.from_settings(geometry, snakemake.params.analysis, (), snakemake.params.uncertainty),
     FootOptions.from_settings(
         geometry,
         choice,
         snakemake.params.belt,
-        read_held_out(read_result(snakemake.input.held_out[0])),
+        read_held_out(calibration),
     ),
     {name: FootPathway(**pathway) for name, pathway in choice["pathways"].items()},
     {

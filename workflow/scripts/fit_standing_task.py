@@ -5,18 +5,18 @@ import job
 job.start(snakemake)
 
 from tepsipe.experiments.standing.epochs import epochs_of
-from tepsipe.experiments.standing.free_reflex.broadband import broadband_of
+from tepsipe.experiments.standing.free_reflex.broadband import GROUPS, broadband_of
 from tepsipe.experiments.standing.free_reflex.results import (
     FreeReflexChoices,
     budget_rows,
     centre_facts,
     fit_free,
+    quoted,
     reflex_onset,
-    to_quote,
     with_budgets,
 )
 from tepsipe.experiments.standing.muscle_torque import ActiveOptions
-from tepsipe.experiments.standing.options import Person, StandingEstimator
+from tepsipe.experiments.standing.options import Person, StandingEstimator, TorquePathway
 from tepsipe.experiments.standing.thesis.latency import muscle_latency
 from tepsipe.experiments.standing.thesis.results import (
     fit_all,
@@ -26,7 +26,7 @@ from tepsipe.experiments.standing.thesis.results import (
     stiffness_by_window,
 )
 from tepsipe.io.budget_table import CONTRIBUTIONS
-from tepsipe.io.estimates import ESTIMATES, recommended
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import read_result, write_result
 from tepsipe.signals.onsets import OnsetOptions
 
@@ -36,7 +36,8 @@ person = Person.from_settings(params.person)
 ankle_action = {muscle: choice["ankle_action"] for muscle, choice in params.muscles.items()}
 active = ActiveOptions.from_settings(params.active, ankle_action)
 stored = [read_result(path) for path in snakemake.input.responses]
-trials = [epochs_of(result) for result in stored]
+whole = [epochs_of(result) for result in stored]
+trials = [part for responses in whole for part in responses.by_direction()]
 estimators = {key: StandingEstimator(**choice) for key, choice in params.estimators.items()}
 fits, notes = fit_all(
     trials,
@@ -65,15 +66,17 @@ choices = FreeReflexChoices.from_settings(
     params.seed,
 )
 onset = reflex_onset(latencies, active.action, options.detector, choices.options)
-broadband = [found for result in stored if (found := broadband_of(result)) is not None]
+broadband = [
+    found for result in stored for group in GROUPS if (found := broadband_of(result, group)) is not None
+]
 perturbations = sum(result.arrays["processed/onsets_s"].size for result in stored)
 fits |= fit_free(broadband, name, estimators, choices, perturbations, onset)
 facts = {
     "left_out": notes,
     "muscles": list(params.muscles),
-    "trials": sum(responses.count > 0 for responses in trials),
+    "trials": sum(responses.count > 0 for responses in whole),
     "responses": sum(responses.count for responses in trials),
-    **centre_facts(broadband),
+    **centre_facts(broadband, choices.sources),
     "critical_stiffness_Nm_per_rad": person.body.critical_stiffness,
 }
 windows = stiffness_by_window(
@@ -89,5 +92,6 @@ write_result(snakemake.output.fit, with_budgets(result, fits))
 stretch = choices.sources.get("latency_s")
 rows = fit_estimates(task, fits, person.body.critical_stiffness, latencies, stretch)
 CONTRIBUTIONS.write(snakemake.output.uncertainty, budget_rows(rows, fits))
-quoted = to_quote(broadband, fits, params.recommended)
-ESTIMATES.write(snakemake.output.estimates, recommended(rows, **params.recommended) if quoted else rows)
+pathway = TorquePathway(**params.pathways[choices.pathway])
+rows = quoted(rows, broadband, fits, params.recommended, pathway)
+ESTIMATES.write(snakemake.output.estimates, rows)

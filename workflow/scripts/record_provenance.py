@@ -25,6 +25,7 @@ files = {
     for kind, path in (
         ("trial sheet", snakemake.input.trial_sheet),
         ("virtual laboratory", snakemake.input.virtual_lab),
+        ("base of the virtual laboratory", snakemake.input.laboratory_base),
         ("reported values", snakemake.input.reported),
         ("participants", snakemake.input.participants),
         ("requirements", snakemake.input.requirements),

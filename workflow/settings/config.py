@@ -62,8 +62,6 @@ def _cutoffs(config: dict) -> None:
     for section in ("dummy", "standing"):
         keys = [plate_key(config, section, key) for key in ("lowpass_cutoff_hz", "resample_rate_hz")]
         filters.append((section, *keys, config[section]["analysis"]["lowpass_cutoff_hz"]))
-    stretch = config["standing"]["analysis"]["stretch_cutoff_hz"]
-    filters.append(("standing", "standing.analysis.stretch_cutoff_hz", keys[1], stretch))
     first, *others = config["weight"]["analysis"]["cutoffs_hz"]
     rate_key = "plate_treadmill.resample_rate_hz"
     filters.append(("weight", "plate_treadmill.lowpass_cutoff_hz", rate_key, first))

@@ -138,8 +138,8 @@ class StandingAnalysis(Section):
     """Epochs around the perturbations."""
 
     stretch_cutoff_hz: Frequency = setting(
-        "cutoff for the angles that determine which muscles are lengthened first; order as in "
-        "`plate_treadmill`"
+        "cutoff for the angles that determine which muscles are lengthened first, at most 0.3 of the rate; "
+        "order as in `plate_treadmill`"
     )
     window: Window
     quiet_after_s: Pause = setting("time after a perturbation that does not count as unperturbed")
@@ -232,7 +232,8 @@ class FreeReflex(Section):
     """Estimators with `active: free`."""
 
     lowpass_cutoff_hz: Frequency = setting(
-        "low-pass of all signals for estimators with `active: free`; order as in `plate_treadmill`"
+        "low-pass of all signals for estimators with `active: free`, at most 0.3 of the rate; order as in "
+        "`plate_treadmill`"
     )
     discrepancy: Positive = setting(
         "what the model of the rig leaves: standard deviation as a share of the largest torque"

@@ -6,6 +6,7 @@ from pydantic import AfterValidator, Field
 
 from workflow.settings.quantities import fixed, number
 from workflow.settings.section import Section, UnfitError, optional, setting
+from workflow.settings.virtual_lab import Distribution
 
 
 class Study(Section):
@@ -84,6 +85,10 @@ class Coverage(Section):
     )
     left_out: list[LeftOut] = optional(
         "pathways and estimators that laboratories do without, as paths of keys (`standing.estimators.long`)"
+    )
+    drawn: dict[str, Distribution] = optional(
+        "further constants that every laboratory draws, as `drawn` of virtual_lab.yaml does; the sets change "
+        "none of these. If the rate of the cameras is drawn, `plate_treadmill.resample_rate_hz` follows it"
     )
     sets: Annotated[dict[SetName, LaboratorySet], Field(min_length=1)] = setting(
         "name of a set: what it changes. Laboratories 1, 3, 5, ... belong to the first set, 2, 4, 6, ... "

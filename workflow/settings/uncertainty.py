@@ -109,6 +109,10 @@ class StandingSources(Section):
     force_scale: Source | None = setting("fore-aft and vertical force")
     moment_scale: Source | None = setting("moment of the vertical force")
     origin_height_m: Source | None = setting("height of the plate's axes")
+    origin_anterior_m: Source | None = setting(
+        "place of the plate's axes along the belt, where resting weights show it"
+    )
+    unknown_origin_m: Source | None = setting("the same where they do not")
     vertical_leak: Source | None = setting("part of the vertical force in the fore-aft one")
     model_discrepancy: Source | None = setting(
         "part of `standing.free_reflex.discrepancy` that all trials share"

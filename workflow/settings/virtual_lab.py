@@ -423,6 +423,12 @@ class PlateLab(Section):
         "fraction of the vertical force that the fore-aft transducer shows"
     )
     origin_height_m: Offset = setting("height of the calibration's origin above the belt")
+    origin_forward_m: Offset = setting("position of that origin, forward of the motion capture's origin")
+    moment_scale: number(least=-10, most=10) = setting("gain of M_x since the calibration")
+    transducer_gain: fixed(NotNegative, 4) = setting(
+        "gain of the vertical transducers since the calibration, [front left, front right, rear left, rear "
+        "right]"
+    )
     noise_V: NotNegative = setting("white noise of a channel")
     drift_V_per_s: NotNegative = setting("standard deviation of its linear drift")
     felt_belt_mass_kg: number(least=0, most=500) = setting(
@@ -501,6 +507,10 @@ class Distribution(Section):
     student: fixed(NotNegative, 2) = optional(
         "`student: [s, n]`: standard deviation *s*, with the tails of *n* > 2 degrees of freedom"
     )
+    log_uniform: fixed(Positive, 2) = optional(
+        "`log_uniform: [a, b]`: from *a* to *b*, whatever the number in the file, uniform in the logarithm"
+    )
+    one_of: list[float] = optional("`one_of: [a, b, ...]`: one of these, whatever the number in the file")
     relative: bool = optional("true: widths are fractions of the number, whose sign stays")
     positive: bool = optional(
         "true, for a number above 0 with an absolute width: draws of 0 or less are repeated"

@@ -12,6 +12,7 @@ from workflow.settings.quantities import (
     Gravity,
     Length,
     Mass,
+    Offset,
     Pause,
     Time,
     different,
@@ -114,6 +115,10 @@ class FurtherWeight(Section):
 
     mass_kg: Mass = setting("mass of the weight, as weighed", thesis="2-1-2")
     com_height_m: Length = setting("height of its centre of mass above the belt")
+    com_forward_of_markers_m: Offset | None = setting(
+        "distance along the belt from the mean of its markers forward to its centre of mass; null if "
+        "unknown: then the weight does not show the origin of the plate"
+    )
 
 
 class KnownWeight(FurtherWeight):

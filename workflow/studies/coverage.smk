@@ -1,6 +1,7 @@
 # How often intervals hold the truth: many laboratories, drawn from what the analysis assumes and from other
 # distributions. A job is a whole study of one laboratory, by the same Snakefile.
 
+from tepsipe.virtual_lab.drawn import draw_laboratory
 from workflow.support.laboratories import Laboratories
 
 LABORATORIES = Laboratories(config)
@@ -36,7 +37,7 @@ rule run_laboratory:
         laboratories=1,
     params:
         about=lambda w: LABORATORIES.about(int(w.laboratory)),
-        files=lambda w: LABORATORIES.files(int(w.laboratory)),
+        files=lambda w: LABORATORIES.files(int(w.laboratory), draw_laboratory),
     script:
         "../scripts/run_laboratory.py"
 

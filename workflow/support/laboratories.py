@@ -11,6 +11,7 @@ import os
 import runpy
 import shutil
 import sys
+from collections.abc import Callable
 from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
@@ -18,10 +19,11 @@ from random import Random
 
 from tepsipe.errors import InputError, quoted
 from workflow.support.stopped import RECORDS, SENTENCE, records
-from workflow.support.yaml_file import read_settings
+from workflow.support.yaml_file import read_constants
 
 ROOT = Path(__file__).parents[2]
 TABLES = ("estimates", "uncertainty", "recovery")
+RATE = "treadmill.capture.rate_hz"
 
 
 def set_of(coverage: dict, number: int) -> str:
@@ -44,8 +46,9 @@ def constants_of(constants: dict, coverage: dict, number: int) -> dict:
         _replace(found, path, lambda _, value=value: value, name)
     for path, factor in chosen.get("factors", {}).items():
         _replace(found, path, lambda old, factor=factor: _times(old, factor), name)
-    if found["drawn"] is not None:
-        found["drawn"] = {path: _changed(entry, chosen) for path, entry in found["drawn"].items()}
+    if found["drawn"] is not None or coverage.get("drawn"):
+        drawn = {path: _changed(entry, chosen) for path, entry in (found["drawn"] or {}).items()}
+        found["drawn"] = drawn | coverage.get("drawn", {})
     return found
 
 
@@ -104,7 +107,7 @@ class Laboratories:
     @cached_property
     def constants(self) -> dict:
         """Constants of the file that the configuration names, which all laboratories have in common."""
-        return read_settings(self.config["study"]["virtual_lab"])
+        return read_constants(self.config["study"]["virtual_lab"])
 
     @cached_property
     def own_config(self) -> dict:
@@ -128,12 +131,19 @@ class Laboratories:
         seed = seed_of(self.coverage, number)
         return {"number": number, "set": set_of(self.coverage, number), "seed": seed}
 
-    def files(self, number: int) -> dict[str, str]:
-        """Path below the laboratory's folder -> text of the files that make it a study of its own."""
+    def files(self, number: int, draw: Callable[[dict], dict]) -> dict[str, str]:
+        """Path below the laboratory's folder -> text of the files that make it a study of its own.
+
+        ``draw`` returns the constants after drawing: a laboratory knows the rate of its cameras.
+        """
+        constants = constants_of(self.constants, self.coverage, number)
         own = self.own_config | {"study": self.own_config["study"] | {"seed": seed_of(self.coverage, number)}}
+        if RATE in self.coverage.get("drawn", {}):
+            rate_hz = draw(constants)["treadmill"]["capture"]["rate_hz"]
+            own["plate_treadmill"] = own["plate_treadmill"] | {"resample_rate_hz": rate_hz}
         return {
             "config/config.yaml": _text(own),
-            "config/virtual_lab.yaml": _text(constants_of(self.constants, self.coverage, number)),
+            "config/virtual_lab.yaml": _text(constants),
             "config/trials.tsv": self.sheet,
         }
 
@@ -148,7 +158,9 @@ class Laboratories:
 
     def drawn(self) -> dict[str, dict]:
         """Path of a constant -> its distribution in the first set."""
-        return (self.constants["drawn"] or {}) if self.coverage else {}
+        if not self.coverage:
+            return {}
+        return (self.constants["drawn"] or {}) | self.coverage.get("drawn", {})
 
 
 def _text(content: dict) -> str:

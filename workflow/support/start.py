@@ -18,7 +18,7 @@ from workflow.support.placeholders import placeholders, refuse_placeholders
 from workflow.support.study import Study
 from workflow.support.trial_sheet import check_sources, read_trial_sheet
 from workflow.support.walking import check_walking_trials
-from workflow.support.yaml_file import read_settings
+from workflow.support.yaml_file import override, read_constants, read_settings
 
 ROOT = Path(__file__).parents[2]
 DEFAULTS = "config/config.yaml"
@@ -30,16 +30,8 @@ def merged_settings(configfiles: Iterable[str | Path]) -> dict:
     """Read configuration files; later ones override earlier ones key by key, as Snakemake does it."""
     config: dict = {}
     for path in configfiles:
-        _override(config, read_settings(path))
+        override(config, read_settings(path))
     return config
-
-
-def _override(config: dict, changes: dict) -> None:
-    for key, value in changes.items():
-        if isinstance(value, dict) and isinstance(config.get(key), dict):
-            _override(config[key], value)
-        else:
-            config[key] = value
 
 
 def checked_study(config: dict, configfiles: Iterable[str | Path], name: str = NAME) -> Study:
@@ -91,7 +83,7 @@ def _check_laboratories(config: dict, study: Study, name: str) -> None:
 
 def checked_constants(path: str) -> dict:
     """Constants of a file of the virtual laboratory, before drawing."""
-    content = read_settings(path)
+    content = read_constants(path)
     check_content(content, VirtualLab, path)
     return content
 
@@ -104,9 +96,11 @@ def checked_sections(config: dict, key: str) -> dict | None:
     path = config["study"][key]
     if path is None:
         return None
+    if key == "virtual_lab":
+        return _drawn(checked_constants(path), path)
     content = read_settings(path)
-    check_content(content, {"virtual_lab": VirtualLab, "reported": Reported}[key], path)
-    return _drawn(content, path) if key == "virtual_lab" else content
+    check_content(content, Reported, path)
+    return content
 
 
 def _drawn(content: dict, path: str) -> dict:

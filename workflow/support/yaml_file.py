@@ -37,6 +37,33 @@ def read_settings(path: str | Path) -> dict:
     return content
 
 
+def override(settings: dict, changes: dict) -> None:
+    """Change settings in place, key by key; lists and single values are replaced."""
+    for key, value in changes.items():
+        if isinstance(value, dict) and isinstance(settings.get(key), dict):
+            override(settings[key], value)
+        else:
+            settings[key] = value
+
+
+def base_of(path: str | Path | None) -> str | None:
+    """Path of the file whose constants a file of the virtual laboratory overrides; None without one."""
+    base = None if path is None else read_settings(path).get("base")
+    if base is not None and not isinstance(base, str):
+        raise InputError(f"{path}: expected the path of a file for 'base', found {quoted(base)}: correct it")
+    return base
+
+
+def read_constants(path: str | Path) -> dict:
+    """Read constants of the virtual laboratory: a file, or those of its `base` with its own instead."""
+    base, own = base_of(path), read_settings(path)
+    if base is None:
+        return own
+    constants = read_settings(base)
+    override(constants, {key: value for key, value in own.items() if key != "base"})
+    return constants
+
+
 def _refuse_depth(text: str, path: str | Path) -> None:
     """Refuse brackets within brackets without end, on which the parser crashes."""
     depth = 0

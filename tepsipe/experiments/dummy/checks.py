@@ -24,7 +24,8 @@ markers-pulse-locked
 lack-of-fit
     Residuals of the joint likelihood: their power, and their average over the perturbations.
 
-`noise_bias` is not a test: it predicts the bias of a windowed fit from the measured noise.
+`noise_bias` is not a test: it predicts the bias of a windowed fit from the measured noise. Perturbations that
+repeat each other are fitted by products of different ones, which noise does not bias.
 
 Failed checks flag the rows of the pathways that they concern:
 
@@ -326,8 +327,9 @@ def noise_bias(
 ) -> np.ndarray:
     """Bias of a windowed fit due to noise in its regressors (errors in variables), to first order.
 
-    Noise of the angle enters theta'', theta', theta and the torque; noise of the markers' mean enters the
-    torque alone. With A the regressors of a window of N samples and C the covariances of their noise,
+    It is 0 for products of different perturbations. Otherwise noise of the angle enters theta'', theta',
+    theta and the torque; noise of the markers' mean enters the torque alone. With A the regressors of a
+    window of N samples and C the covariances of their noise,
 
         bias = (A'A)^-1 N (C_Atau - C_AA x)
 
@@ -349,6 +351,8 @@ def noise_bias(
     ndarray, shape (3,)
         Bias of the means of I, B, K.
     """
+    if of_leg.crossed:
+        return np.zeros(3)
     rate_hz, leg = fit.channels.rate_hz, fit.model.leg
     impulse = np.zeros(4096)
     impulse[2048] = 1.0

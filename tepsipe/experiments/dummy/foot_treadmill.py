@@ -84,8 +84,9 @@ def check_treadmill(
         error = predicted_error(held_out, _subject(recording, fit, lever_m, own_zero))
         beyond_noise = np.maximum(error.parameters**2 - error.standard_error**2, 0.0)
         contributions[RESIDUAL] = (np.sign(error.parameters) * np.sqrt(beyond_noise))[None]
+        flags += held_out.plate_flags
         if not error.trusted(float(fit.mean[2])):
-            flags.append("treadmill-model")
+            flags.append(held_out.failed)
     return TreadmillCheck(error, contributions, tuple(dict.fromkeys(flags)))
 
 

@@ -2,15 +2,21 @@
 
 The belt turns the shank about a point a distance L above the ankle, phi = -y / L, for the first tenth of a
 second. Within it, B and K are estimated together with a free reflex torque
-(`tepsipe.experiments.standing.free_reflex.fit`). With the estimator's own weights A = N^-1 X' C^-1,
-N = X' C^-1 X, for n responses
+(`tepsipe.experiments.standing.free_reflex.fit`). With X the mean responses of rate and angle, and H = C^-1 P
+the estimator's own weights, where P projects on the motion of the belt, the covariance after n responses is
 
-    u_A^2 = A S A' / n,     C = S / n + C_model + C_reflex
+    cov = N^-1 [ X' H S H X / n + V / n^2 ] N^-1,     N = X' H X,     C = S / n + C_model + C_reflex
 
-S is the covariance of sway in the window, relative to the baseline before the onset: a smooth process
-(Matern 3/2) of standard deviation s and time T and noise of the plate, both low-passed as the signals,
+S is the covariance of the residual torque u = tau - B phi' - K phi in the window, relative to the baseline
+before the onset: sway, a smooth process (Matern 3/2) of standard deviation s and time T, noise of the plate,
+and noise of the angle times B and K, all low-passed as the signals (F),
 
-    cov(s(t), s(t')) = s^2 (1 + |t - t'| / T) exp(-|t - t'| / T) + F F'
+    cov(s(t), s(t')) = s^2 (1 + |t - t'| / T) exp(-|t - t'| / T)
+
+Noise of the angle is that of a marker times a factor of the layout of the markers. Its moments M in the
+regressors are subtracted (errors in variables), but chance remains: with a, b = phi', phi,
+
+    V_ab = tr(H S H M_ab) + tr(H M_ua H M_ub)
 
 Where the model of rig and reflex limits C, C does not fall with n, and u_A does not fall as 1 / sqrt(n).
 Type B is a share of B and K due to treadmill model, joint centre and mass of the feet. I is not estimated,
@@ -29,9 +35,11 @@ from tepsipe.experiments.standing.free_reflex.fit import (
     QUANTITIES,
     FreeReflexOptions,
     inside_window,
+    reflex_covariance,
 )
-from tepsipe.identification.regression.generalised import integrated_wiener, squared_exponential
-from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.identification.regression.generalised import Record, squared_exponential
+from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.filters import WIDEST, butterworth_lowpass
 
 RATE_HZ = 250.0
 # epochs and baseline as in a standing trial (s)
@@ -39,7 +47,9 @@ BEFORE_S, AFTER_S, BASELINE_S = 0.12, 0.2, 0.1
 # share of the peak velocity at which the onset of a pulse is detected
 ONSET_SHARE = 0.1
 MOST_RESPONSES = 100_000
-WINDOW_S = 0.08  # that is fitted
+ORDER = 4  # of the low-pass
+MARGIN = 40  # samples on both sides, beyond which the low-pass has no effect
+WINDOW_S = 0.08  # length of the fitted window
 # shipped choices of the estimator; a test compares them with the configuration
 OPTIONS = FreeReflexOptions(
     lowpass_cutoff_hz=60.0,
@@ -68,6 +78,10 @@ class StandingDesign:
         Standard deviation (N·m) and time (s) of the torque of sway beyond B phi' + K phi.
     noise_Nm : float
         Noise of the torque after the low-pass (N·m).
+    marker_noise_m, camera_rate_hz : float
+        Standard deviation of a marker's noise in each direction (m), and rate of the cameras (Hz).
+    angle_per_marker : float
+        Noise of the ankle angle per noise of a marker (rad/m); it follows from the distances of the markers.
     pulse : Pulse
         Commanded pulse (m/s).
     number : int
@@ -86,6 +100,9 @@ class StandingDesign:
     sway_Nm: float = 2.0
     sway_s: float = 0.18
     noise_Nm: float = 0.13
+    marker_noise_m: float = 0.0000065
+    camera_rate_hz: float = 250.0
+    angle_per_marker: float = 12.0
     pulse: Pulse = field(default_factory=lambda: pulse_of("sine", 0.4, 0.1))
     number: int = 40
     drive: Drive = field(default_factory=Drive)
@@ -101,15 +118,25 @@ class StandingDesign:
             If a number is not positive, or the share of Type B is none.
         """
         positive = ("stiffness_Nm_per_rad", "damping_Nms_per_rad", "lever_m", "sway_Nm", "sway_s", "noise_Nm")
-        for name in (*positive, "number"):
+        for name in (*positive, "camera_rate_hz", "number"):
             if not 0.0 < getattr(self, name) < np.inf:
                 raise InputError(
                     f"standing: expected a positive {name}, found {getattr(self, name):g}: correct it"
+                )
+        for name in ("marker_noise_m", "angle_per_marker"):
+            if not 0.0 <= getattr(self, name) < np.inf:
+                raise InputError(
+                    f"standing: expected a {name} of 0 or more, found {getattr(self, name):g}: correct it"
                 )
         if not 0.0 <= self.type_b < 1.0:
             raise InputError(
                 f"standing: expected a share of Type B from 0 to 1, found {self.type_b:g}: correct it"
             )
+
+    @property
+    def cutoff_hz(self) -> float:
+        """Cutoff of the low-pass of all signals (Hz), lowered if the cameras are slow."""
+        return min(self.options.lowpass_cutoff_hz, WIDEST * self.camera_rate_hz)
 
     @property
     def parameters(self) -> np.ndarray:
@@ -156,10 +183,10 @@ class StandingPlan:
         rate = -velocity / design.lever_m
         angle = np.cumsum(rate) * STEP_S
         torque = design.damping_Nms_per_rad * rate + design.stiffness_Nm_per_rad * angle
-        cutoff = design.options.lowpass_cutoff_hz
-        filtered = butterworth_lowpass(np.column_stack([torque, angle, rate]), 1.0 / STEP_S, cutoff, 4)
-        signals = np.column_stack([np.interp(time, fine, column) for column in filtered.T])
-        return signals - signals[baseline_samples(time)].mean(axis=0)
+        signals = np.column_stack([torque, angle, rate])
+        filtered = butterworth_lowpass(signals, 1.0 / STEP_S, design.cutoff_hz, ORDER)
+        epoch = np.column_stack([np.interp(time, fine, column) for column in filtered.T])
+        return epoch - epoch[baseline_samples(time)].mean(axis=0)
 
     @property
     def peak_m_per_s(self) -> float:
@@ -171,16 +198,28 @@ class StandingPlan:
         time, design = epoch_time(), self.design
         inside = inside_window(time, WINDOW_S)
         response, options = self.response[inside], design.options
-        of_sway = sway_covariance(design)[np.ix_(inside, inside)]
+        moments = noise_moments(design)[:, :, inside][..., inside]
+        combination = np.array([1.0, -design.stiffness_Nm_per_rad, -design.damping_Nms_per_rad])
+        with_residual = np.tensordot(combination, moments, 1)  # u with torque, angle and rate
+        of_residual = np.tensordot(combination, with_residual, 1)
         size = options.discrepancy * np.abs(response[:, 0]).max()
         smooth = squared_exponential(time[inside], options.discrepancy_s) + 1e-6 * np.eye(inside.sum())
-        free = integrated_wiener(time[inside], options.reflex_onset_s)
+        free = reflex_covariance(time, options.reflex_onset_s, design.cutoff_hz, ORDER)
+        free = free[np.ix_(inside, inside)]
         free *= options.reflex_Nm**2 / (options.reflex_after_s**3 / 3.0)
         speed = self.peak_m_per_s / options.reflex_speed_m_per_s
-        inverse = np.linalg.inv(of_sway / number + size**2 * smooth + speed**2 * free)
-        x = response[:, [2, 1]]
-        gain = np.linalg.solve(x.T @ inverse @ x, x.T @ inverse)
-        return np.concatenate([[np.nan], np.sqrt(np.diag(gain @ of_sway @ gain.T) / number)])
+        covariance = of_residual / number + size**2 * smooth + speed**2 * free
+        regressors = [2, 1]  # rate and angle
+        x = response[:, regressors]
+        # the shank turns about a point, so belt and angle have the same motion up to a factor
+        weight = Record(response[:, 0], x, covariance, x).weight
+        weighted = weight @ of_residual @ weight
+        crossed = weight @ with_residual[regressors]
+        of_noise = moments[np.ix_(regressors, regressors)]
+        chance = np.einsum("st,abts->ab", weighted, of_noise) + np.einsum("ast,bts->ab", crossed, crossed)
+        spread = x.T @ weighted @ x / number + chance / number**2
+        inverse = np.linalg.inv(x.T @ weight @ x)
+        return np.concatenate([[np.nan], np.sqrt(np.diag(inverse @ spread @ inverse))])
 
     @property
     def type_a(self) -> np.ndarray:
@@ -239,21 +278,39 @@ def baseline_samples(time: np.ndarray) -> np.ndarray:
     return time <= time[0] + BASELINE_S
 
 
-def sway_covariance(design: StandingDesign) -> np.ndarray:
-    """S for a whole epoch, relative to its baseline, shape (n, n), in squared units of the torque (N·m)."""
+def noise_moments(design: StandingDesign) -> np.ndarray:
+    """Moments of sway and noise in torque, angle and rate of an epoch, relative to its baseline.
+
+    Shape (3, 3, n, n), in products of the units (N·m, rad, rad/s). Sway is in the torque alone.
+    """
     time = epoch_time()
-    covariance = stationary_covariance(design, time.size)
+    moments = np.zeros((3, 3, time.size, time.size))
+    moments[0, 0] = stationary_covariance(design, time.size)
+    moments[1:, 1:] = angle_covariance(design, time.size)
     mean = np.where(baseline_samples(time), 1.0 / baseline_samples(time).sum(), 0.0)
     relative = np.eye(time.size) - mean
-    return relative @ covariance @ relative.T
+    return relative @ moments @ relative.T
+
+
+def angle_covariance(design: StandingDesign, samples: int) -> np.ndarray:
+    """Covariance of the cameras' noise in angle (rad) and rate (rad/s), shape (2, 2, samples, samples)."""
+    passed = _passed(design, samples)
+    time = np.arange(samples + 2 * MARGIN) / RATE_HZ
+    both = np.stack([passed, derivative(time, passed)])[:, MARGIN:-MARGIN]
+    # the faster the cameras, the wider the band over which the noise is spread
+    size = design.angle_per_marker * design.marker_noise_m * np.sqrt(RATE_HZ / design.camera_rate_hz)
+    return size**2 * np.einsum("ant,bmt->abnm", both, both)
+
+
+def _passed(design: StandingDesign, samples: int) -> np.ndarray:
+    """Low-pass of so many samples and a margin on both sides as a matrix, (samples + 2 margins,) twice."""
+    return butterworth_lowpass(np.eye(samples + 2 * MARGIN), RATE_HZ, design.cutoff_hz, ORDER)
 
 
 def stationary_covariance(design: StandingDesign, samples: int) -> np.ndarray:
     """Covariance of sway and noise at regular samples, shape (samples, samples), in squared units (N·m)."""
     lag = np.abs(np.subtract.outer(np.arange(samples), np.arange(samples))) / RATE_HZ / design.sway_s
     smooth = design.sway_Nm**2 * (1.0 + lag) * np.exp(-lag)
-    margin = 40  # beyond which a filter does not see the ends
-    wide = np.eye(samples + 2 * margin)
-    passed = butterworth_lowpass(wide, RATE_HZ, design.options.lowpass_cutoff_hz, 4)[margin:-margin]
+    passed = _passed(design, samples)[MARGIN:-MARGIN]
     noise = passed @ passed.T
     return smooth + design.noise_Nm**2 * noise / noise.diagonal().mean()

@@ -5,7 +5,7 @@ are cut from undisturbed standing. All are baseline-corrected by their mean just
 removes slow sway. An unreliable epoch is omitted and reported, never averaged silently.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -17,6 +17,7 @@ from tepsipe.io.trial import Trial
 from tepsipe.signals.emg import EmgOptions, channel_fault, clipped_perturbations, process_emg
 from tepsipe.signals.epochs import cut_epochs, unperturbed_onsets
 from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.signals.perturbations import same_direction
 from tepsipe.signals.resampling import runs_of
 
 # signals of the epochs and their units, in addition to the torques, one per pathway
@@ -128,6 +129,26 @@ class StandingEpochs:
     def count(self) -> int:
         """Number of perturbations with a response."""
         return self.onsets_s.size
+
+    def by_direction(self) -> list[Self]:
+        """The responses to perturbations of each direction of the belt, first those like the first response.
+
+        Means over responses of both directions would cancel. Epochs of one direction are returned as they
+        are.
+        """
+        if not self.count:
+            return [self]
+        alike = same_direction(self.perturbed["belt_velocity"])
+        return [self] if alike.all() else [self._only(kept) for kept in (alike, ~alike)]
+
+    def _only(self, kept: np.ndarray) -> Self:
+        parts = ("drive", "envelope", "emg", "usable", "onsets_s")
+        return replace(
+            self,
+            perturbed={key: x[kept] for key, x in self.perturbed.items()},
+            stretch={key: x[kept] for key, x in self.stretch.items()},
+            **{key: getattr(self, key)[kept] for key in parts},
+        )
 
 
 def cut_standing_epochs(standing: StandingTrial, options: EpochOptions) -> StandingEpochs:

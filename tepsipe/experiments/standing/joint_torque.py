@@ -6,13 +6,19 @@ of the thigh minus the angle of the shank (extension positive). The trunk has no
 unknown. The torque is the sum of both ankles.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from tepsipe.errors import InputError, listed
 from tepsipe.experiments.standing.options import TORQUES, Person, StandingOptions, TorquePathway
-from tepsipe.experiments.standing.stance import Stance, stance_fault
+from tepsipe.experiments.standing.stance import (
+    PlateBalance,
+    Stance,
+    balance_flags,
+    pressure_fault,
+    stance_fault,
+)
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.inverse_dynamics import (
     PlateLoad,
@@ -25,6 +31,7 @@ from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.onsets import ramp_onset
 from tepsipe.signals.time_alignment import advanced, marker_delay
 from tepsipe.treadmill.compensation import compensated_loads
+from tepsipe.treadmill.plate_check import PlateCheck
 from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FittedModel, pick
@@ -64,6 +71,10 @@ class StandingTrial:
         Delay of the markers relative to the belt, which is corrected (s).
     fault : str or None
         Reason for omitting the whole trial, one sentence; None if the person stood still.
+    plate : PlateCheck
+        Origin and scale of the force plate, which are corrected.
+    plate_flags : tuple of str
+        Names of faults of the plate, in `tepsipe.io.estimates.FLAGS`.
     """
 
     prepared: PreparedTrial
@@ -84,6 +95,8 @@ class StandingTrial:
     hidden: np.ndarray
     delay_s: float
     fault: str | None
+    plate: PlateCheck = field(default_factory=PlateCheck)
+    plate_flags: tuple[str, ...] = ()
 
     @property
     def trial(self) -> Trial:
@@ -107,6 +120,7 @@ def process_standing(
     options: StandingOptions,
     pathways: dict[str, TorquePathway],
     models: dict[str, dict[str, FittedModel]],
+    plate: PlateCheck | None = None,
 ) -> StandingTrial:
     """Post-process a trial: joint angles, centre of pressure (eq 3-13), ankle torque by every pathway.
 
@@ -122,6 +136,8 @@ def process_standing(
         Name -> pathway.
     models : dict of str to dict of str to FittedModel
         Component of the load, Fy or Mx -> name -> treadmill model; may be empty if no pathway needs one.
+    plate : PlateCheck, optional
+        Origin and scale of the force plate, to be corrected (m).
 
     Returns
     -------
@@ -134,6 +150,8 @@ def process_standing(
         If no perturbation is found, a marker, belt or model is missing, markers do not move as rigid
         segments, the weight on the plate is not the person's, or a pathway is unknown.
     """
+    plate = plate or PlateCheck()
+    trial = plate.corrected(trial, options.belt)
     prepared = prepare_trial(trial, name, options.lowpass, options.window, options.quiet_after_s)
     time, still, person = prepared.time, prepared.at_rest, options.person
     belt = prepared.belt_velocity - np.median(prepared.belt_velocity[still])
@@ -145,7 +163,8 @@ def process_standing(
     filtered = prepared.filtered(positions)
     _refuse_loose_segments(filtered[~hidden.any(axis=1)], labels, person, name)
     poses = segment_poses(filtered, labels, person)
-    sharp = segment_poses(options.stretch_lowpass(positions, prepared.rate_hz), labels, person)
+    stretch_lowpass = options.stretch_lowpass.within(prepared.rate_hz)
+    sharp = segment_poses(stretch_lowpass(positions, prepared.rate_hz), labels, person)
     fault = stance_fault(prepared, Stance(filtered, hidden, poses["shank"], belt, loads["Fz"]), options)
     riding = filtered[:, [labels.index(label) for label in person.foot.labels], 0].mean(axis=1)
     # after a step the foot is not belt-fixed: report the step, not a delay of the markers
@@ -160,6 +179,9 @@ def process_standing(
     recordings = recordings_of_loads(prepared, above_rest, carried_kg)
     ankle = poses["shank"] - poses["foot"]
     ankle_d = derivative(time, ankle)
+    balance = PlateBalance(
+        loads["Mx"] / loads["Fz"] - poses["ankle_point"][:, 0], poses["shank"], poses["thigh"]
+    )
     return StandingTrial(
         prepared=prepared,
         onsets_s=np.array([_onset(trial, p.start, p.stop) for p in prepared.perturbations]),
@@ -186,7 +208,9 @@ def process_standing(
         labels=person.labels,
         hidden=hidden,
         delay_s=delay_s,
-        fault=fault,
+        fault=fault or pressure_fault(balance, still),
+        plate=plate,
+        plate_flags=(*plate.flags, *balance_flags(balance, still, person)),
     )
 
 

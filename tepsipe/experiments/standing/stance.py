@@ -5,12 +5,18 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from tepsipe.experiments.standing.options import BELTS, StandingOptions
+from tepsipe.experiments.standing.options import BELTS, Person, StandingOptions
 from tepsipe.signals.resampling import runs_of
 from tepsipe.treadmill.prepared import PreparedTrial
 
 # a marker bridges a gap: its position near the gap is not trusted either (s)
 AROUND_GAP_S = 0.1
+# a standing person presses on the belt between heel and toes, relative to the ankle (m)
+HEEL_M, TOES_M = -0.06, 0.22
+# largest distance of the centre of pressure from that of the posture; the trunk has no marker (m)
+POSTURE_M = 0.04
+# correlation of the centre of pressure with the lean, from which the moment is clearly reversed
+REVERSED = -0.5
 # a foot shifts if it moves within this time, because the logged velocity of the belt drifts (s)
 SHIFT_WITHIN_S = 2.0
 
@@ -34,6 +40,79 @@ class Stance:
     shank: np.ndarray
     belt_velocity: np.ndarray
     f_z: np.ndarray
+
+
+@dataclass(frozen=True)
+class PlateBalance:
+    """Signals that show whether the plate's moment balances the person.
+
+    Attributes
+    ----------
+    pressure_m : ndarray, shape (n,)
+        Centre of pressure, forward of the ankle (m).
+    shank, thigh : ndarray, shape (n,)
+        Angles from the vertical (rad).
+    """
+
+    pressure_m: np.ndarray
+    shank: np.ndarray
+    thigh: np.ndarray
+
+
+def pressure_fault(balance: PlateBalance, still: np.ndarray) -> str | None:
+    """Reason why the plate cannot have measured a standing person.
+
+    The centre of pressure lies outside the foot, or moves backward as the person leans forward.
+
+    Parameters
+    ----------
+    balance : PlateBalance
+        Centre of pressure and posture (m, rad).
+    still : ndarray of bool, shape (n,)
+        Samples of unperturbed standing.
+
+    Returns
+    -------
+    str or None
+        One sentence (cm), or None if the plate may be right.
+    """
+    pressure_m, shank = balance.pressure_m[still], balance.shank[still]
+    mean_m = float(np.mean(pressure_m))
+    if not HEEL_M <= mean_m <= TOES_M:
+        return (
+            f"the centre of pressure lies {100.0 * mean_m:.2g} cm forward of the ankle, outside the foot: "
+            "check the origin of the force plate along the belt, and the sign and the unit of M_x"
+        )
+    together = float(np.corrcoef(pressure_m, shank)[0, 1]) if np.ptp(shank) and np.ptp(pressure_m) else 0.0
+    if together < REVERSED:
+        return (
+            "the centre of pressure moves backward as the person leans forward (correlation "
+            f"{together:.2f}): turn the sign of M_x in the calibration of the plate"
+        )
+    return None
+
+
+def balance_flags(balance: PlateBalance, still: np.ndarray, person: Person) -> tuple[str, ...]:
+    """``plate-origin`` where the centre of pressure is far from the body's centre of mass in quiet standing.
+
+    Parameters
+    ----------
+    balance : PlateBalance
+        Centre of pressure and posture (m, rad).
+    still : ndarray of bool, shape (n,)
+        Samples of unperturbed standing.
+    person : Person
+        Height of the centre of mass of the body above the ankles (m).
+
+    Returns
+    -------
+    tuple of str
+        Names, in `tepsipe.io.estimates.FLAGS`.
+    """
+    lean = 0.5 * (np.mean(balance.shank[still]) + np.mean(balance.thigh[still]))
+    expected_m = person.body.com_m * np.sin(lean)
+    far = abs(float(np.mean(balance.pressure_m[still])) - expected_m) > POSTURE_M
+    return ("plate-origin",) if far else ()
 
 
 def stance_fault(prepared: PreparedTrial, stance: Stance, options: StandingOptions) -> str | None:

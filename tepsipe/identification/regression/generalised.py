@@ -7,6 +7,20 @@ a torque of unknown shape that begins at t_r, enters as a term of C_j: a Gaussia
 takes the residual from there on and leaves what precedes it to the parameters. That is the same as fitting it
 with a smoothing spline of known stiffness (Wahba 1978): the integrated Wiener process is the prior of the
 cubic one.
+
+Noise in the regressors attenuates the parameters (errors in variables; Fuller 1987). If the moments of the
+noise are known, M_xx within the regressors and M_xy between regressors and target, they are subtracted:
+
+    N = sum_j X_j' H_j X_j - tr(H_j M_xx),     b = N^-1 sum_j (X_j' H_j y_j - tr(H_j M_xy)),     H_j = C_j^-1
+
+The estimate is then consistent. With much noise, however, N is a small difference of two large terms, and the
+estimate has heavy tails. Instruments Z are signals that resemble the regressors and are free of their noise
+(Reiersol 1945). The weighted projection on them
+
+    H_j = C_j^-1 Z_j (Z_j' C_j^-1 Z_j)^-1 Z_j' C_j^-1
+
+removes most of the noise before it is squared, and little remains to be subtracted: two-stage least squares
+without its bias in finite samples.
 """
 
 from dataclasses import dataclass
@@ -53,11 +67,28 @@ class Record:
         X (unit of the target over the parameter's unit).
     covariance : ndarray, shape (n, n)
         C (unit of the target squared), positive definite.
+    instruments : ndarray, shape (n, m), optional
+        Z, m >= p (any units); without them H = C^-1.
+    noise : tuple of ndarray of shape (p, p, n, n) and ndarray of shape (p, n, n), optional
+        Moments M_xx of the noise of the regressors at all pairs of instants, and M_xy of theirs with that of
+        the target (products of their units); 0 if left out.
     """
 
     target: np.ndarray
     regressors: np.ndarray
     covariance: np.ndarray
+    instruments: np.ndarray | None = None
+    noise: tuple[np.ndarray, np.ndarray] | None = None
+
+    @property
+    def weight(self) -> np.ndarray:
+        """H, shape (n, n) (1 over the unit of the target squared)."""
+        inverse = np.linalg.inv(self.covariance)
+        if self.instruments is None:
+            return inverse
+        scaled = self.instruments / np.abs(self.instruments).max(axis=0)
+        weighted = inverse @ scaled
+        return weighted @ np.linalg.solve(scaled.T @ weighted, weighted.T)
 
 
 @dataclass(frozen=True)
@@ -69,17 +100,28 @@ class GeneralisedFit:
     parameters : ndarray, shape (..., p)
         b.
     information : ndarray, shape (records, ..., p, p)
-        X' C^-1 X of every record (1 over the units of the parameters squared).
+        X' H X of every record, less that of the noise (1 over the units of the parameters squared).
     moments : ndarray, shape (records, ..., p)
-        X' C^-1 y of every record (1 over the units of the parameters).
+        X' H y of every record, less that of the noise (1 over the units of the parameters).
     weights : list of ndarray, shape (n, n)
-        C^-1 of every record (1 over the unit of the target squared).
+        H of every record (1 over the unit of the target squared).
+    noise_information, noise_moments : ndarray, shape (records, p, p) and (records, p)
+        What was subtracted (units as above).
     """
 
     parameters: np.ndarray
     information: np.ndarray
     moments: np.ndarray
     weights: list[np.ndarray]
+    noise_information: np.ndarray
+    noise_moments: np.ndarray
+
+    @property
+    def noise_share(self) -> float:
+        """Largest share of noise in what the regressors seem to say of any combination of parameters (-)."""
+        noise = self.noise_information.sum(axis=0)
+        shares = np.linalg.eigvals(np.linalg.solve(self.information.sum(axis=0) + noise, noise))
+        return float(shares.real.max())
 
     def without_each(self) -> np.ndarray:
         """Parameters without one record after the other, shape (records, ..., p)."""
@@ -105,12 +147,25 @@ def generalised_least_squares(records: list[Record]) -> GeneralisedFit:
     numpy.linalg.LinAlgError
         If the records do not determine the parameters, or a covariance is singular.
     """
-    weights = [np.linalg.inv(r.covariance) for r in records]
+    weights = [r.weight for r in records]
     weighted = [np.swapaxes(r.regressors, -1, -2) @ w for r, w in zip(records, weights, strict=True)]
-    information = np.stack([x @ r.regressors for x, r in zip(weighted, records, strict=True)])
-    moments = np.stack([(x @ r.target[..., None])[..., 0] for x, r in zip(weighted, records, strict=True)])
-    parameters = np.linalg.solve(information.sum(axis=0), moments.sum(axis=0)[..., None])[..., 0]
-    return GeneralisedFit(parameters, information, moments, weights)
+    noise = [_of_noise(r, w) for r, w in zip(records, weights, strict=True)]
+    information = [x @ r.regressors - n for x, r, (n, _) in zip(weighted, records, noise, strict=True)]
+    moments = [
+        (x @ r.target[..., None])[..., 0] - m for x, r, (_, m) in zip(weighted, records, noise, strict=True)
+    ]
+    left, right = np.stack(information), np.stack(moments)
+    parameters = np.linalg.solve(left.sum(axis=0), right.sum(axis=0)[..., None])[..., 0]
+    return GeneralisedFit(parameters, left, right, weights, *map(np.stack, zip(*noise, strict=True)))
+
+
+def _of_noise(record: Record, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What the noise of a record adds to X' H X and X' H y."""
+    if record.noise is None:
+        p = record.regressors.shape[-1]
+        return np.zeros((p, p)), np.zeros(p)
+    of_regressors, with_target = record.noise
+    return np.einsum("st,abst->ab", weight, of_regressors), np.einsum("st,ast->a", weight, with_target)
 
 
 def sensitivity(
@@ -121,7 +176,7 @@ def sensitivity(
 ) -> np.ndarray:
     """Change of the parameters with the data, to first order, with the weights kept.
 
-        db = N^-1 sum_j [ X_j' C_j^-1 (dy_j - dX_j b) + dX_j' C_j^-1 (y_j - X_j b) ]
+        db = N^-1 sum_j [ X_j' H_j (dy_j - dX_j b) + dX_j' H_j (y_j - X_j b) ]
 
     Parameters
     ----------

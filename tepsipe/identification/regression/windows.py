@@ -6,9 +6,20 @@ As printed, theta_ref is the angle at rest. At rest, however, the joint carries 
 is not exactly upright, tau_rest = K (theta_rest - theta_ref), so the printed regression is biased unless
 theta_rest is 0. The recommended regression refers angle *and* torque to rest:
 tau - tau_rest = I theta'' + B theta' + K (theta - theta_rest).
+
+Noise of the markers is in the regressors, and attenuates I, B and K (errors in variables). Perturbations that
+repeat each other have the same response and different noise. The recommended regression therefore multiplies
+signals of different perturbations only: with X_i the regressors and y_i the torque of perturbation i,
+
+    N p = b,     N = sum over i != j of X_i' X_j,     b = sum over i != j of X_i' y_j
+
+so p is not biased by noise, even if angle and torque come from the same markers. Each perturbation is quoted
+with its pseudo-value n p - (n - 1) p_(i), p_(i) being the solution without it (jackknife; Tukey 1958): their
+mean is the estimate, and their scatter its standard error. Perturbations that do not repeat each other are
+fitted one by one, as printed.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy
@@ -23,6 +34,8 @@ from tepsipe.statistics.least_squares import LinearFit, least_squares_line
 
 # shift of the centre of mass's accelerations, in either direction, for the sensitivity to a delay (s)
 SKEW_S = 0.001
+# fewest perturbations whose products are used, and smallest share of what they repeat in their regressors
+FEWEST, REPEATED = 3, 0.1
 
 
 @dataclass(frozen=True)
@@ -42,6 +55,8 @@ class WindowedFits:
         theta'' (rad/s²), theta' (rad/s), theta - theta_ref (rad).
     theta_rest_rad, torque_rest_Nm : float
         Angle (rad) and torque (N·m) at rest.
+    crossed : bool
+        Whether only signals of different perturbations were multiplied, so noise does not bias the fits.
     """
 
     perturbations: list[Perturbation]
@@ -51,6 +66,7 @@ class WindowedFits:
     regressors: np.ndarray
     theta_rest_rad: float
     torque_rest_Nm: float
+    crossed: bool = field(default=False, kw_only=True)
 
     @property
     def parameters(self) -> np.ndarray:
@@ -160,11 +176,12 @@ def regress_torque(
     if not thesis:
         torque = torque - torque_rest
     regressors = np.column_stack([motion.theta_dd, motion.theta_d, motion.theta - theta_rest])
-    fits = []
+    fits, windows = [], []
     for p in perturbations:
         rows, explained = regressors[p.start : p.stop], torque[p.start : p.stop]
         if own_zero:
             rows, explained = rows - rows.mean(axis=0), explained - explained.mean()
+        windows.append((rows, explained))
         try:
             fits.append(least_squares_line(rows, explained))
         except np.linalg.LinAlgError as error:
@@ -172,9 +189,57 @@ def regress_torque(
                 f"expected a perturbation at {motion.time[p.start]:.2f} s that determines "
                 f"{', '.join(PARAMETERS)}, found {error}: check that the markers moved"
             ) from error
+    pseudo_values = None if thesis else _from_products(windows)
+    if pseudo_values is not None:
+        fits = [
+            replace(fit, parameters=p, residuals=explained - rows @ p)
+            for fit, p, (rows, explained) in zip(fits, pseudo_values, windows, strict=True)
+        ]
     mean = np.mean([fit.parameters for fit in fits], axis=0)
     predicted = impedance_torque(mean, regressors[:, 2], regressors[:, 1], regressors[:, 0])
-    return WindowedFits(perturbations, fits, torque, predicted, regressors, theta_rest, torque_rest)
+    return WindowedFits(
+        perturbations,
+        fits,
+        torque,
+        predicted,
+        regressors,
+        theta_rest,
+        torque_rest,
+        crossed=pseudo_values is not None,
+    )
+
+
+def _from_products(windows: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray | None:
+    """Pseudo-values of I, B, K from products of different perturbations, shape (perturbations, 3).
+
+    ``windows`` are regressors and torque of each perturbation. None if there are fewer than `FEWEST`, or if
+    they do not repeat each other.
+    """
+    n = len(windows)
+    if n < FEWEST:
+        return None
+    length = min(len(rows) for rows, _ in windows)
+    size = np.linalg.norm(np.concatenate([rows for rows, _ in windows]), axis=0)
+    x = np.stack([rows[:length] / size for rows, _ in windows])
+    y = np.stack([explained[:length] for _, explained in windows])
+    # a perturbation in the opposite direction repeats the others with the opposite sign
+    sign = np.where(np.einsum("nr,inr->i", x[0], x) < 0.0, -1.0, 1.0)
+    x, y = sign[:, None, None] * x, sign[:, None] * y
+    own_n, own_b = np.einsum("ina,inb->iab", x, x), np.einsum("ina,in->ia", x, y)
+
+    def products(x: np.ndarray, y: np.ndarray, n: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """N and b of sums over some perturbations, less the products of each with itself."""
+        return np.swapaxes(x, -1, -2) @ x - n, (np.swapaxes(x, -1, -2) @ y[..., None])[..., 0] - b
+
+    sums = x.sum(axis=0), y.sum(axis=0), own_n.sum(axis=0), own_b.sum(axis=0)
+    whole_n, whole_b = products(*sums)
+    shares = np.linalg.eigvals(np.linalg.solve(sums[2], whole_n) / (n - 1.0))
+    if shares.real.min() < REPEATED:
+        return None
+    left_n, left_b = products(*(total - own for total, own in zip(sums, (x, y, own_n, own_b), strict=True)))
+    whole = np.linalg.solve(whole_n, whole_b)
+    left_out = np.linalg.solve(left_n, left_b[..., None])[..., 0]
+    return (n * whole - (n - 1.0) * left_out) / size
 
 
 def damping_per_skew(

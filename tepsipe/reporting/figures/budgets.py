@@ -50,7 +50,15 @@ def bars_of(budget: RelativeBudget) -> list[tuple[str, str, np.ndarray]]:
 
 @in_style
 def plot_budgets(budgets: dict[str, RelativeBudget]) -> Figure:
-    """Standard uncertainty of every source, median over trials and range (% of the estimate)."""
+    """Standard uncertainty of every source, median over trials and range (% of the estimate).
+
+    Without any budget, because nothing is recommended, the figure says so.
+    """
+    if not budgets:
+        figure, axes = new_figure(1, 1, 0.9)
+        axes.set_axis_off()
+        axes.text(0.5, 0.5, "No estimate is recommended: no budget.", ha="center", va="center")
+        return figure
     drawn = {quantity: bars_of(budget) for quantity, budget in budgets.items()}
     most = max(len(bars) for bars in drawn.values())
     figure, axes = new_figure(1, len(drawn), 0.9 + 0.21 * most, squeeze=False)

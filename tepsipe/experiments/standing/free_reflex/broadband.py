@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import scipy
 
 from tepsipe.experiments.standing.epochs import EpochOptions, StandingEpochs, quiet_onsets
 from tepsipe.experiments.standing.free_reflex.free_body import (
@@ -34,6 +35,8 @@ from tepsipe.treadmill.registry import FittedModel
 
 # length of an epoch after its onset (s), beyond which no window of the estimator reaches
 AFTER_S = 0.2
+# start of an epoch before its baseline (s)
+MARGIN_S = 0.02
 # responses within which the apparent centre of the joint is sought (s)
 PULSE_S = (-0.02, 0.1)
 # step of the sources for their slopes
@@ -62,6 +65,13 @@ class BroadbandEpochs:
         Source -> change of the mean responses per unit of the source, relative to the baseline.
     draws : ndarray, shape (draws, n)
         Torque of the mean response by every draw of the treadmill model, relative to the best (N·m).
+    belt : ndarray, shape (n, 2)
+        Velocity (m/s) and displacement (m) of the belt in the mean response, relative to their mean in the
+        baseline.
+    baseline_s : tuple of float
+        Start and end of the baseline, from the onset (s).
+    cutoff_hz, order : float, int
+        Cutoff (Hz) and order of the zero-lag low-pass of all signals.
     peak_m_per_s : float
         Largest speed of the belt, median over responses (m/s).
     carried_kg : float
@@ -79,6 +89,12 @@ class BroadbandEpochs:
         it is not known.
     treadmill_error : tuple of 2 float, or None
         Error of K that held-out trials of the treadmill predict, and its standard error (N·m/rad).
+    treadmill_flag : str
+        Name of the flag, in `tepsipe.io.estimates.FLAGS`, if this error is too large.
+    origin_known : bool
+        Whether weights showed the origin of the force plate along the belt.
+    plate_flags : tuple of str
+        Names of faults of the plate, in `tepsipe.io.estimates.FLAGS`.
     """
 
     time: np.ndarray
@@ -87,6 +103,10 @@ class BroadbandEpochs:
     quiet: np.ndarray
     slopes: dict[str, np.ndarray]
     draws: np.ndarray
+    belt: np.ndarray
+    baseline_s: tuple[float, float]
+    cutoff_hz: float
+    order: int
     peak_m_per_s: float
     carried_kg: float
     calibrated_kg: float | None
@@ -95,11 +115,20 @@ class BroadbandEpochs:
     apparent: JointCentre | None
     skin_m: float
     treadmill_error: tuple[float, float] | None = None
+    treadmill_flag: str = "treadmill-model"
+    origin_known: bool = True
+    plate_flags: tuple[str, ...] = ()
 
     @property
     def count(self) -> int:
         """Number of responses."""
         return self.perturbed.shape[0]
+
+    @property
+    def baseline(self) -> np.ndarray:
+        """True for samples of the baseline, shape (n,)."""
+        start, end = self.baseline_s
+        return (self.time >= start - 1e-9) & (self.time <= end + 1e-9)
 
     @cached_property
     def _stretches(self) -> dict[tuple[int, int], np.ndarray]:
@@ -108,17 +137,18 @@ class BroadbandEpochs:
     def quiet_stretches(self, first: int, last: int, step: int) -> np.ndarray:
         """Stretches of quiet standing, shape (m, last + 1 - first, 3), every ``step`` samples.
 
-        Each is as long as samples ``first`` to ``last`` of an epoch, and relative to a baseline as long as
-        the responses' baseline. The stretches are cut once for a window, in which many onsets of reflexes are
-        tried.
+        Each is as long as samples ``first`` to ``last`` of an epoch. Its baseline is as long as that of the
+        responses and as far before it, so its moments are those of sway and noise in the responses. The
+        stretches are cut once for a window, in which many onsets of reflexes are tried.
         """
         if (first, last) not in self._stretches:
-            zero = self.time <= self.time[0] + 0.1  # of the epoch: as long before the onset as the baseline
-            pieces = np.lib.stride_tricks.sliding_window_view(self.quiet, last + 1, axis=1)
+            zero = np.flatnonzero(self.baseline)
+            start = min(first, int(zero[0]))
+            pieces = np.lib.stride_tricks.sliding_window_view(self.quiet, last + 1 - start, axis=1)
             # pieces with the same start are adjacent: start, epoch, time, signal
             pieces = np.moveaxis(pieces[:, ::step], (1, 3), (0, 2))
-            still = pieces[:, :, : zero.sum()].mean(axis=2, keepdims=True)
-            stretches = (pieces[:, :, first:] - still).reshape(-1, last + 1 - first, 3)
+            still = pieces[:, :, zero - start].mean(axis=2, keepdims=True)
+            stretches = (pieces[:, :, first - start :] - still).reshape(-1, last + 1 - first, 3)
             self._stretches[first, last] = stretches
         return self._stretches[first, last]
 
@@ -142,7 +172,7 @@ def cut_broadband(
     options, cutting : StandingOptions, EpochOptions
         Options of the analysis.
     lowpass : Lowpass
-        Filter of all signals here (Hz).
+        Filter of all signals here (Hz); its cutoff is lowered if the cameras are too slow for it.
     models : dict of str to FittedModel
         Component, Fy or Mx -> treadmill model; empty for the loads as measured.
 
@@ -158,12 +188,13 @@ def cut_broadband(
     """
     if not epochs.count:
         return None
+    lowpass = lowpass.within(standing.prepared.rate_hz)
     centre = centre_from_sway(standing.trial, options.person, standing.unperturbed, standing.hidden)
     used = centre is not None and _usable(centre)
     offset = centre.offset_m if centre is not None and used else np.zeros(2)
     body = free_body(standing, options, lowpass, models, offset)
     start, rate = float(standing.time[0]), standing.prepared.rate_hz
-    before = -cutting.baseline_s[0] + 0.02
+    before = -cutting.baseline_s[0] + MARGIN_S
 
     def cut(x: np.ndarray, at: np.ndarray, after: float):
         pieces = cut_epochs(x, rate, at, before, after, start)
@@ -175,6 +206,7 @@ def cut_broadband(
     best = body.signals()
     quiet_time, quiet = cut(best, quiet_onsets(standing, cutting), cutting.after_s)
     time, perturbed = cut(best, epochs.onsets_s, AFTER_S)
+    velocity = cut(standing.prepared.behind(lowpass).belt_velocity, epochs.onsets_s, AFTER_S)[1]
     changes = {
         source: (body.signals({source: STEP}) - body.signals({source: -STEP})) / (2.0 * STEP)
         for source in SOURCES
@@ -189,6 +221,10 @@ def cut_broadband(
         quiet=quiet,
         slopes={source: slopes[:, 3 * k : 3 * k + 3] for k, source in enumerate(SOURCES)},
         draws=_mean_draws(body, epochs.onsets_s, time, cutting.baseline_s),
+        belt=_belt(time, velocity.mean(axis=0), cutting.baseline_s),
+        baseline_s=cutting.baseline_s,
+        cutoff_hz=lowpass.cutoff_hz,
+        order=lowpass.order,
         peak_m_per_s=float(np.median(np.abs(epochs.perturbed["belt_velocity"]).max(axis=1))),
         carried_kg=float(body.load.f_z[standing.unperturbed].mean()) / options.person.body.gravity_m_per_s2,
         calibrated_kg=max(heaviest) if heaviest else None,
@@ -196,6 +232,8 @@ def cut_broadband(
         centre_used=used,
         apparent=apparent,
         skin_m=skins_m[0],
+        origin_known=standing.plate.origin_m is not None,
+        plate_flags=standing.plate_flags,
     )
 
 
@@ -231,18 +269,39 @@ def with_treadmill_error(
     fitted = (broadband.time > -0.5 / rate) & (broadband.time <= window_s + 0.5 / rate)
     motion = broadband.perturbed.mean(axis=0)[fitted]
     velocity = epochs.perturbed["belt_velocity"].mean(axis=0)[epochs.time > -0.5 / rate]
-    regressors = motion[:, [2, 1]]
-    subject = Subject(broadband.carried_kg, ankle_height_m, velocity, regressors, rate, False)
+    subject = Subject(
+        mass_kg=broadband.carried_kg,
+        lever_m=ankle_height_m,
+        velocity=velocity,
+        regressors=motion[:, [2, 1]],
+        rate_hz=rate,
+        own_zero=False,
+        instruments=broadband.belt[fitted],
+    )
     error = predicted_error(held_out, subject)
-    return replace(broadband, treadmill_error=(float(error.parameters[-1]), float(error.standard_error[-1])))
+    found = float(error.parameters[-1]), float(error.standard_error[-1])
+    return replace(broadband, treadmill_error=found, treadmill_flag=held_out.failed)
+
+
+def is_steady(centre: JointCentre) -> bool:
+    """Test for a foot that stands still in quiet sway, without which sway determines no centre."""
+    return bool(centre.foot_rad < FOOT_SHARE * centre.sway_rad and np.isfinite(centre.standard_error_m).all())
 
 
 def _usable(centre: JointCentre) -> bool:
     """Test for a joint centre that is precise, and close to the palpated one."""
-    steady = centre.foot_rad < FOOT_SHARE * centre.sway_rad
     return bool(
-        steady and centre.standard_error_m.max() < CENTRE_ERROR_M and np.hypot(*centre.offset_m) < FAR_M
+        is_steady(centre)
+        and centre.standard_error_m.max() < CENTRE_ERROR_M
+        and np.hypot(*centre.offset_m) < FAR_M
     )
+
+
+def _belt(time: np.ndarray, velocity: np.ndarray, baseline_s: tuple[float, float]) -> np.ndarray:
+    """Velocity (m/s) and displacement (m) of the belt, relative to the baseline, shape (n, 2)."""
+    belt = np.column_stack([velocity, scipy.integrate.cumulative_trapezoid(velocity, time, initial=0.0)])
+    zero = (time >= baseline_s[0] - 1e-9) & (time <= baseline_s[1] + 1e-9)
+    return belt - belt[zero].mean(axis=0)
 
 
 def _mean_draws(
@@ -303,19 +362,32 @@ def _pulses(
 
 # ---- to and from a result's file -------------------------------------------------------------------
 
-UNITS = {"time": "s", "perturbed": "Nm, rad, rad/s", "quiet_time": "s", "quiet": "Nm, rad, rad/s"}
-PLAIN = ("peak_m_per_s", "carried_kg", "calibrated_kg", "centre_used", "skin_m", "treadmill_error")
+# of the responses like the first one, and of those to perturbations of the opposite direction
+GROUPS = ("broadband", "broadband_opposite")
+SIGNAL_UNITS = "Nm, rad, rad/s"
+UNITS = {
+    "time": "s",
+    "perturbed": SIGNAL_UNITS,
+    "quiet_time": "s",
+    "quiet": SIGNAL_UNITS,
+    "belt": "m/s, m",
+}
+PLAIN = (
+    *("baseline_s", "cutoff_hz", "order"),
+    *("peak_m_per_s", "carried_kg", "calibrated_kg", "centre_used", "skin_m"),
+    *("treadmill_error", "treadmill_flag", "origin_known"),
+)
 
 
-def broadband_result(epochs: BroadbandEpochs) -> Result:
-    """Epochs as arrays below ``broadband/`` with their units, and facts."""
-    arrays = {f"broadband/{key}": getattr(epochs, key).astype(np.float32) for key in UNITS}
-    units = {f"broadband/{key}": unit for key, unit in UNITS.items()}
+def broadband_result(epochs: BroadbandEpochs, group: str = GROUPS[0]) -> Result:
+    """Epochs as arrays below a group, one of `GROUPS`, with their units, and facts."""
+    arrays = {f"{group}/{key}": getattr(epochs, key).astype(np.float32) for key in UNITS}
+    units = {f"{group}/{key}": unit for key, unit in UNITS.items()}
     for source, slope in epochs.slopes.items():
-        arrays[f"broadband/slopes/{source}"] = slope
-        units[f"broadband/slopes/{source}"] = ", ".join(f"{unit} per unit" for unit in ("Nm", "rad", "rad/s"))
-    arrays["broadband/draws"], units["broadband/draws"] = epochs.draws.astype(np.float32), "Nm"
-    facts = {key: getattr(epochs, key) for key in PLAIN}
+        arrays[f"{group}/slopes/{source}"] = slope
+        units[f"{group}/slopes/{source}"] = ", ".join(f"{unit} per unit" for unit in ("Nm", "rad", "rad/s"))
+    arrays[f"{group}/draws"], units[f"{group}/draws"] = epochs.draws.astype(np.float32), "Nm"
+    facts = {key: getattr(epochs, key) for key in PLAIN} | {"plate_flags": list(epochs.plate_flags)}
     for key in ("centre", "apparent"):
         centre = getattr(epochs, key)
         facts[key] = (
@@ -323,20 +395,21 @@ def broadband_result(epochs: BroadbandEpochs) -> Result:
             if centre is None
             else {k: x.tolist() if isinstance(x, np.ndarray) else x for k, x in vars(centre).items()}
         )
-    return Result(arrays, units, {"broadband": facts})
+    return Result(arrays, units, {group: facts})
 
 
-def broadband_of(result: Result) -> BroadbandEpochs | None:
-    """Read the epochs of `broadband_result` from a result; None without them."""
-    if "broadband" not in result.facts:
+def broadband_of(result: Result, group: str = GROUPS[0]) -> BroadbandEpochs | None:
+    """Read the epochs of `broadband_result` from a group of a result; None without them."""
+    if group not in result.facts:
         return None
-    facts = dict(result.facts["broadband"])
+    facts = dict(result.facts[group])
+    facts["plate_flags"] = tuple(facts["plate_flags"])
     for key in ("centre", "apparent"):
         if facts[key] is not None:
             arrays = {
                 k: np.array(facts[key][k]) for k in ("offset_m", "moving_m", "own_m", "standard_error_m")
             }
             facts[key] = JointCentre(**{**facts[key], **arrays})
-    arrays = {key: result.arrays[f"broadband/{key}"].astype(float) for key in (*UNITS, "draws")}
-    slopes = {source: result.arrays[f"broadband/slopes/{source}"] for source in SOURCES}
+    arrays = {key: result.arrays[f"{group}/{key}"].astype(float) for key in (*UNITS, "draws")}
+    slopes = {source: result.arrays[f"{group}/slopes/{source}"] for source in SOURCES}
     return BroadbandEpochs(**arrays, slopes=slopes, **facts)

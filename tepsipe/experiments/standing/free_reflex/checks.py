@@ -18,8 +18,10 @@ from tepsipe.experiments.standing.free_reflex.fit import (
     FreeReflexFit,
     FreeReflexOptions,
     inside_window,
+    noise_of_mean,
+    sway_moments,
 )
-from tepsipe.experiments.standing.free_reflex.fit_errors import ANKLE, ANKLE_D, TORQUE, fit_errors
+from tepsipe.experiments.standing.free_reflex.fit_errors import REGRESSORS, TORQUE, fit_errors
 from tepsipe.identification.regression.generalised import Record, generalised_least_squares
 from tepsipe.statistics.uncertainty import Budget, Source, coverage_factor
 from tepsipe.treadmill.held_out import BEYOND, UNKNOWN, clearly_wrong
@@ -32,6 +34,8 @@ DIFFERENCE, WINDOW_RANGE = 0.05, 0.25
 SKIN_M = 0.003
 # predicted error of K above which K is not quoted, relative to K
 GROSS = 0.5
+# largest share of noise in the information on B and K: the corrected estimate is biased beyond it
+NOISE_SHARE = 0.1
 # share of the perturbations that must be usable
 USABLE = 0.7
 
@@ -68,15 +72,19 @@ def failed_checks(
         chance = float(coverage_factor(budget.effective_freedom, CONFIDENCE)[1] * budget.combined[1])
         if abs(difference[1]) > DIFFERENCE * abs(stiffness) + chance:
             failed.append("pre-reflex-differs")
-    if np.ptp(fit.windows[:, 2]) > WINDOW_RANGE * abs(stiffness):
+    by_chance = float(coverage_factor(np.inf, CONFIDENCE) * fit.windows_chance[:, 1].max())
+    if np.ptp(fit.windows[:, 2]) > WINDOW_RANGE * abs(stiffness) + by_chance:
         failed.append("window-sensitive")
+    if fit.noise_share > NOISE_SHARE:
+        failed.append("noise-biased")
     if np.sqrt(np.mean([trial.skin_m**2 for trial in trials])) > SKIN_M:
         failed.append("skin-motion")
     if any(t.calibrated_kg is not None and t.carried_kg > BEYOND * t.calibrated_kg for t in trials):
         failed.append("beyond-calibrated-mass")
     error = _treadmill_error(trials)
     if error is not None and clearly_wrong(*error, stiffness):
-        failed.append("treadmill-model")
+        failed += dict.fromkeys(t.treadmill_flag for t in trials if t.treadmill_error is not None)
+    failed += dict.fromkeys(flag for trial in trials for flag in trial.plate_flags)
     if sum(trial.count for trial in trials) < USABLE * perturbations:
         failed.append("few-perturbations")
     return tuple(failed)
@@ -136,9 +144,16 @@ def difference_from_window(
         in the fit, which alone has it. The spread over windows does not count: such a difference shows it.
     """
     inside = inside_window(trials[0].time, window_s)
+    moments = sway_moments(trials, inside)
     records = [
-        Record(mean[:, TORQUE], mean[:, [ANKLE_D, ANKLE]], np.eye(int(inside.sum())))
-        for mean in (trial.perturbed[:, inside].mean(axis=0) for trial in trials)
+        Record(
+            target=mean[:, TORQUE],
+            regressors=mean[:, REGRESSORS],
+            covariance=np.eye(int(inside.sum())),
+            instruments=trial.belt[inside],
+            noise=noise_of_mean(moments, trial.count),
+        )
+        for trial, mean in ((trial, trial.perturbed[:, inside].mean(axis=0)) for trial in trials)
     ]
     short = generalised_least_squares(records)
     by_source = {source.name: source.standard_uncertainty for source in sources}

@@ -8,20 +8,37 @@ error of a given share of the torque. s is sway; its covariance is taken from un
 B phi' + K phi, and divided by the number of responses. The window may then end before or after the first
 reflex: K and B depend little on it.
 
-Type A is the scatter between trials, by the jackknife; of a single trial, between responses, by the
-bootstrap. Type B are the sources of `tepsipe.experiments.standing.free_reflex.free_body`, draws of the
-treadmill model's constants, the choice of window and t_r, and the part of d that all trials of a person
-share. The contribution of soft tissue also uses the responses: the apparent centre of the joint after a pulse
-less the centre in quiet sway, over the shift that a metre of tissue motion causes.
+Noise of the cameras in phi and phi' would attenuate B and K (errors in variables). The encoder of the belt
+has no such noise, and the belt is what turns the ankle: its velocity and displacement are the instruments of
+`tepsipe.identification.regression.generalised`. They remove most of the noise from the regressors. The rest
+is subtracted: the mean of n responses has 1 / n of the moments of unperturbed standing. These contain sway as
+well, which must go, too: balance relates torque and angle of sway, not B and K, and only the pulse is the
+same in all responses.
+
+The covariance of r includes the low-pass of all signals, which spreads a part of r to before t_r.
+
+Type A is the scatter between trials, or between responses if there are fewer than 4 trials, by the jackknife
+of the corrected estimate. Type B are the sources of `tepsipe.experiments.standing.free_reflex.free_body`,
+draws of the treadmill model's constants, the choice of window and t_r, and the part of d that all trials of a
+person share. The contribution of soft tissue also uses the responses: the apparent centre of the joint after
+a pulse less the centre in quiet sway, over the shift that a metre of tissue motion causes.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
-from tepsipe.experiments.standing.free_reflex.fit_errors import ANKLE, ANKLE_D, TORQUE, FitErrors, fit_errors
+from tepsipe.experiments.standing.free_reflex.fit_errors import (
+    ANKLE,
+    ANKLE_D,
+    REGRESSORS,
+    TORQUE,
+    FitErrors,
+    fit_errors,
+)
 from tepsipe.identification.regression.generalised import (
     GeneralisedFit,
     Record,
@@ -29,6 +46,7 @@ from tepsipe.identification.regression.generalised import (
     integrated_wiener,
     squared_exponential,
 )
+from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.statistics.uncertainty import Budget, Source
 
 QUANTITIES = ("B", "K")
@@ -38,6 +56,8 @@ FILTER_WIDTH_S = 0.03
 QUIET_STEP_S = 0.02
 # covariance of sway and parameters are estimated in turn
 ROUNDS = 3
+# margin on both sides of an epoch, beyond which the low-pass has no effect on it (s)
+BEYOND_S = 0.1
 # fewest trials whose scatter is Type A
 FEWEST_TRIALS = 4
 # sources that this module adds to the sources of the signals
@@ -91,10 +111,14 @@ class FreeReflexFit:
         Window and t_r (s).
     windows : ndarray, shape (w, 3)
         Window (s), B and K by it, within ``windows_s`` of the options.
+    windows_chance : ndarray, shape (w, 2)
+        Standard uncertainty of their difference from ``parameters`` by scatter and sources.
     curves : list of dict of str to ndarray
         Per trial: ``time`` (s), ``torque``, ``intrinsic``, ``active`` (N·m), ``ankle`` (rad).
     vaf : float
         VAF of the mean responses by B and K alone, before t_r (%).
+    noise_share : float
+        Largest share of noise in the information on B and K, which was subtracted.
     """
 
     parameters: np.ndarray
@@ -103,8 +127,10 @@ class FreeReflexFit:
     window_s: float
     reflex_onset_s: float
     windows: np.ndarray
+    windows_chance: np.ndarray
     curves: list[dict[str, np.ndarray]]
     vaf: float
+    noise_share: float
 
 
 def fit_free_reflex(
@@ -157,11 +183,11 @@ def fit_free_reflex(
     resampled = _resampled(trials, records, inside, draws, rng)
     by_source = {source.name: source.standard_uncertainty for source in sources}
     contributions = dict(errors.contributions)
-    tried, contributions[WINDOW] = _windows(trials, errors, options, sources, onset)
+    tried, chance, contributions[WINDOW] = _windows(trials, errors, options, sources, onset)
     if DISCREPANCY in by_source:
         contributions[DISCREPANCY] = by_source[DISCREPANCY] * errors.discrepancy.sum(axis=0)
     budget = Budget(
-        *_scatter(fit, resampled, sum(trial.count for trial in trials)),
+        *_scatter(fit, trials, inside),
         contributions,
         {source.name: source.freedom for source in sources},
     )
@@ -174,8 +200,10 @@ def fit_free_reflex(
         window_s=window_s,
         reflex_onset_s=onset,
         windows=tried,
+        windows_chance=chance,
         curves=curves,
         vaf=_vaf(curves, before),
+        noise_share=fit.noise_share,
     )
 
 
@@ -192,8 +220,8 @@ def _sway(trials: list[BroadbandEpochs], inside: np.ndarray) -> np.ndarray:
     return stretches[0] if len(stretches) == 1 else np.concatenate(stretches)
 
 
-def _sway_moments(trials: list[BroadbandEpochs], inside: np.ndarray) -> np.ndarray:
-    """Mean products of the signals of sway at all pairs of instants, shape (3, 3, n, n)."""
+def sway_moments(trials: list[BroadbandEpochs], inside: np.ndarray) -> np.ndarray:
+    """Moments of sway and noise: mean products of the signals at all pairs of instants, (3, 3, n, n)."""
     sway = _sway(trials, inside)
     flat = np.moveaxis(sway, 2, 1).reshape(len(sway), -1)
     n = sway.shape[1]
@@ -207,12 +235,14 @@ def _fitted(
     onset_s: float,
     options: FreeReflexOptions,
 ) -> tuple[GeneralisedFit, list[Record]]:
-    """Best B and K in a window, with the moments of sway in it, for an onset of reflexes, and the records."""
+    """Best B and K in a window, for an onset of reflexes, and the records; ``moments`` of `sway_moments`."""
     time = trials[0].time[inside]
     means = [trial.perturbed[:, inside].mean(axis=0) for trial in trials]
     smooth = squared_exponential(time, options.discrepancy_s)
     unit = options.reflex_Nm**2 / (options.reflex_after_s**3 / 3.0)
-    free = unit * integrated_wiener(time, onset_s)
+    first = trials[0]
+    free = unit * reflex_covariance(first.time, onset_s, first.cutoff_hz, first.order)
+    free = free[np.ix_(inside, inside)]
     parameters = np.zeros(2)
     for _ in range(ROUNDS):
         combination = np.zeros(3)
@@ -221,16 +251,66 @@ def _fitted(
         records = [
             Record(
                 target=mean[:, TORQUE],
-                regressors=mean[:, [ANKLE_D, ANKLE]],
+                regressors=mean[:, REGRESSORS],
                 covariance=covariance / trial.count
                 + _size(mean[:, TORQUE], options) ** 2 * (smooth + 1e-6 * np.eye(time.size))
                 + (trial.peak_m_per_s / options.reflex_speed_m_per_s) ** 2 * free,
+                instruments=trial.belt[inside],
+                noise=noise_of_mean(moments, trial.count),
             )
             for trial, mean in zip(trials, means, strict=True)
         ]
         fit = generalised_least_squares(records)
         parameters = fit.parameters
     return fit, records
+
+
+def noise_of_mean(moments: np.ndarray, responses: float) -> tuple[np.ndarray, np.ndarray]:
+    """Moments of the noise in a mean of so many responses, for `Record`.
+
+    Parameters
+    ----------
+    moments : ndarray, shape (3, 3, n, n)
+        Moments of single responses, from `sway_moments` (products of N·m, rad, rad/s).
+    responses : float
+        Number of responses.
+
+    Returns
+    -------
+    tuple of ndarray, shape (2, 2, n, n) and (2, n, n)
+        Moments of the regressors, and of the regressors with the torque.
+    """
+    return moments[np.ix_(REGRESSORS, REGRESSORS)] / responses, moments[REGRESSORS, TORQUE] / responses
+
+
+@lru_cache(maxsize=64)
+def _low_pass(samples: int, rate_hz: float, cutoff_hz: float, order: int) -> np.ndarray:
+    """Zero-lag low-pass of so many samples as a matrix, shape (samples, samples)."""
+    return butterworth_lowpass(np.eye(samples), rate_hz, cutoff_hz, order)
+
+
+def reflex_covariance(time: np.ndarray, onset_s: float, cutoff_hz: float, order: int) -> np.ndarray:
+    """Covariance of a reflex torque of unit intensity behind a zero-lag low-pass.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Regular instants (s).
+    onset_s : float
+        t_r (s).
+    cutoff_hz, order : float, int
+        Cutoff (Hz) and order of the low-pass.
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+        Covariance (s^3).
+    """
+    rate_hz = float(round(1.0 / np.diff(time).mean(), 6))
+    margin = round(BEYOND_S * rate_hz)
+    wide = time[0] + np.arange(-margin, time.size + margin) / rate_hz
+    passed = _low_pass(wide.size, rate_hz, cutoff_hz, order)[margin:-margin]
+    return passed @ integrated_wiener(wide, onset_s) @ passed.T
 
 
 def _size(torque: np.ndarray, options: FreeReflexOptions) -> float:
@@ -247,7 +327,7 @@ def fit_with_errors(
 ) -> tuple[GeneralisedFit, list[Record], FitErrors]:
     """Best B and K (N·m·s/rad, N·m/rad) in a window (s) for an onset of reflexes (s), records, and errors."""
     inside = inside_window(trials[0].time, window_s)
-    moments = _sway_moments(trials, inside)
+    moments = sway_moments(trials, inside)
     fit, records = _fitted(trials, inside, moments, onset_s, options)
     errors = fit_errors(trials, fit, records, inside, sources, options.discrepancy_s)
     for source in sources:
@@ -266,9 +346,11 @@ def _windows(
     options: FreeReflexOptions,
     sources: list[Source],
     onset_s: float,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Window, B and K every 10 ms, shape (w, 3), and root of the covariance by the window, shape (w, 2).
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """B and K by the window, and what makes them differ.
 
+    Returns window, B and K every 10 ms, shape (w, 3), the standard uncertainty of their differences from the
+    chosen window by chance, shape (w, 2), and the root of the covariance by the choice of the window, (w, 2).
     Scatter and the other sources also make windows differ, and are counted there. Only the spread beyond
     them counts as the effect of the window.
     """
@@ -277,11 +359,12 @@ def _windows(
     by_length = [fit_with_errors(trials, w, onset_s, options, sources)[2] for w in lengths]
     differences = np.array([errors.parameters for errors in by_length]) - chosen.parameters
     shared = sum(source.standard_uncertainty for source in sources if source.name == DISCREPANCY)
-    expected = sum(errors.minus(chosen).variance(shared) for errors in by_length)
+    variances = np.array([errors.minus(chosen).variance(shared) for errors in by_length])
+    expected = variances.sum(axis=0)
     seen = np.maximum((differences**2).sum(axis=0), 1e-300)
     beyond = np.sqrt(np.maximum(0.0, 1.0 - expected / seen))
     tried = np.array([[w, *errors.parameters] for w, errors in zip(lengths, by_length, strict=True)])
-    return tried, differences * beyond / np.sqrt(len(lengths))
+    return tried, np.sqrt(variances), differences * beyond / np.sqrt(len(lengths))
 
 
 def _resampled(
@@ -297,20 +380,51 @@ def _resampled(
         n = trial.count
         weights = rng.multinomial(n, np.full(n, 1.0 / n), draws) / n
         means = np.einsum("dr,rnc->dnc", weights, trial.perturbed[:, inside])
-        drawn.append(Record(means[..., TORQUE], means[..., [ANKLE_D, ANKLE]], record.covariance))
+        # resampling adds as much noise to the mean as it already has
+        twice = tuple(2.0 * moments for moments in record.noise)
+        changed = {"target": means[..., TORQUE], "regressors": means[..., REGRESSORS], "noise": twice}
+        drawn.append(replace(record, **changed))
     return generalised_least_squares(drawn).parameters
 
 
-def _scatter(fit: GeneralisedFit, resampled: np.ndarray, responses: int) -> tuple[np.ndarray, float]:
+def _scatter(
+    fit: GeneralisedFit, trials: list[BroadbandEpochs], inside: np.ndarray
+) -> tuple[np.ndarray, float]:
     """Type A of B and K, and its degrees of freedom."""
-    trials = len(fit.information)
-    if trials >= FEWEST_TRIALS:
-        left_out = fit.without_each()
-        around = left_out - left_out.mean(axis=0)
-        return np.sqrt((trials - 1.0) / trials * (around**2).sum(axis=0)), trials - 1.0
-    freedom = max(1.0, float(responses - trials))
-    # resampling n responses underestimates their spread
-    return np.sqrt(responses / freedom) * resampled.std(axis=0), freedom
+    number = len(trials)
+    if number >= FEWEST_TRIALS:
+        return np.sqrt(_jackknife(fit.without_each())), number - 1.0
+    variance = sum(_jackknife(x) for x in _without_each_response(fit, trials, inside))
+    return np.sqrt(variance), max(1.0, float(sum(trial.count for trial in trials) - number))
+
+
+def _jackknife(left_out: np.ndarray) -> np.ndarray:
+    """Variance of estimates from the estimates without each of k parts, shape (k, p)."""
+    k = len(left_out)
+    return (k - 1.0) / k * ((left_out - left_out.mean(axis=0)) ** 2).sum(axis=0)
+
+
+def _without_each_response(
+    fit: GeneralisedFit, trials: list[BroadbandEpochs], inside: np.ndarray
+) -> list[np.ndarray]:
+    """B and K without each response, shape (responses, 2), for each trial with several."""
+    information, moments = fit.information.sum(axis=0), fit.moments.sum(axis=0)
+    estimates = []
+    for k, trial in enumerate(trials):
+        n = trial.count
+        if n < 2:
+            continue
+        responses = trial.perturbed[:, inside]
+        means = (responses.sum(axis=0) - responses) / (n - 1.0)
+        x, y = means[..., REGRESSORS], means[..., TORQUE]
+        weighted = np.swapaxes(x, -1, -2) @ fit.weights[k]
+        more = n / (n - 1.0)  # noise of a mean of fewer responses
+        changed = weighted @ x - more * fit.noise_information[k]
+        changed_moments = (weighted @ y[..., None])[..., 0] - more * fit.noise_moments[k]
+        left = information - fit.information[k] + changed
+        right = moments - fit.moments[k] + changed_moments
+        estimates.append(np.linalg.solve(left, right[..., None])[..., 0])
+    return estimates
 
 
 def _curve(record: Record, parameters: np.ndarray, time: np.ndarray) -> dict[str, np.ndarray]:

@@ -18,6 +18,8 @@ from tepsipe.identification.regression.generalised import (
 from tepsipe.statistics.uncertainty import Source, root_of_draws
 
 TORQUE, ANKLE, ANKLE_D = range(3)
+# signals that B and K multiply
+REGRESSORS = [ANKLE_D, ANKLE]
 TREADMILL = "treadmill_model"
 
 
@@ -126,7 +128,7 @@ def _of_responses(
         around = (trial.perturbed[:, inside] - trial.perturbed[:, inside].mean(axis=0)) / trial.count
         regressors = [np.zeros((trial.count, *record.regressors.shape)) for record in records]
         target = [x[..., 0] for x in regressors]
-        regressors[k], target[k] = around[..., [ANKLE_D, ANKLE]], around[..., TORQUE]
+        regressors[k], target[k] = around[..., REGRESSORS], around[..., TORQUE]
         changes.append(sensitivity(fit, records, target, regressors))
     return np.concatenate(changes)
 
@@ -144,7 +146,7 @@ def _of_signals(
         if source.name in trials[0].slopes:
             errors = [source.standard_uncertainty * trial.slopes[source.name][inside] for trial in trials]
             changes = sensitivity(
-                fit, records, [m[:, TORQUE] for m in errors], [m[:, [ANKLE_D, ANKLE]] for m in errors]
+                fit, records, [m[:, TORQUE] for m in errors], [m[:, REGRESSORS] for m in errors]
             )
             contributions[source.name] = changes[None]
     return contributions

@@ -47,6 +47,7 @@ SOURCES = (
     "force_scale",
     "moment_scale",
     "origin_height_m",
+    "origin_anterior_m",
     "vertical_leak",
 )
 
@@ -103,7 +104,7 @@ class FreeBody:
         deviations : mapping of str to float, optional
             Source, one of `SOURCES`, -> deviation from what is assumed: of the centre of the joint in the
             shank (m), of the forces' clock (s), of the soft tissue at a pulse of 0.5 m/s (m) and of its
-            frequency (Hz), of the height of the plate's axes (m); relative for mass, scales and rotations;
+            frequency (Hz), of the place of the plate's axes (m); relative for mass, scales and rotations;
             part of the vertical force in the fore-aft one.
         """
         off = dict.fromkeys(SOURCES, 0.0) | dict(deviations or {})
@@ -115,7 +116,9 @@ class FreeBody:
         f_y, f_z, m_x = (
             getattr(self.load, key) + late * getattr(self.load_d, key) for key in ("f_y", "f_z", "m_x")
         )
-        m_x = (1.0 + off["moment_scale"]) * m_x + off["origin_height_m"] * f_y
+        m_x = (
+            (1.0 + off["moment_scale"]) * m_x + off["origin_height_m"] * f_y + off["origin_anterior_m"] * f_z
+        )
         f_y = (1.0 + off["force_scale"]) * f_y + off["vertical_leak"] * f_z
         plate = PlateLoad(f_y, (1.0 + off["force_scale"]) * f_z, m_x)
         shank = self.shank + wobble[:, 0]

@@ -10,6 +10,10 @@ functional joint centres). In quiet sway soft tissue follows the bone, and the o
 perturbation it does not: the two centres differ by the wobble of the skin. A marker on the malleolus slips as
 the ankle turns, so the centre is found from the markers that belong to shank or foot alone, where each has
 two. The two apparent centres are compared including that marker, whose slip is in both.
+
+The slopes are ratios of products with the angle, whose noise would attenuate them (errors in variables). In
+quiet sway the products are therefore those of samples 0.2 s apart: sway hardly changes in that time, and
+noise of the cameras is independent.
 """
 
 from dataclasses import dataclass, replace
@@ -24,6 +28,8 @@ from tepsipe.signals.resampling import runs_of
 
 # cutoff between the sway of quiet standing and the noise of the markers (Hz)
 SWAY_HZ = 3.0
+# time after which noise of the cameras behind that filter is independent (s)
+LAG_S = 0.2
 # shortest stretch of quiet standing (s), and fewest stretches
 STRETCH_S, FEWEST = 1.0, 3
 # rotation of the forefoot over the hindfoot's on a compliant foot: halfway between a forefoot that
@@ -145,21 +151,51 @@ def _exclusive_pose(
 def _centre(pieces: list[np.ndarray], mean_angle: float) -> JointCentre:
     """Slopes over all pieces, each about its own mean; standard error by the jackknife over pieces."""
     around = [piece - piece.mean(axis=0) for piece in pieces]
-    sums = np.array([[p[:, 0] @ p[:, 0], p[:, 0] @ p[:, 1], p[:, 0] @ p[:, 2], len(p)] for p in around])
-    total = sums.sum(axis=0)
+    return _slopes([(piece, piece) for piece in around], mean_angle)
+
+
+def _centre_of_sway(pieces: list[np.ndarray], mean_angle: float, lag: int) -> JointCentre:
+    """Slopes over all pieces, about the mean of all pieces, from products of samples ``lag`` samples apart.
+
+    The mean of all pieces is common because a person drifts further between pieces than within one. The
+    standard error is that of the jackknife over pieces.
+    """
+    middle = np.concatenate(pieces).mean(axis=0)
+    return _slopes([(p[: len(p) - lag] - middle, p[lag:] - middle) for p in pieces], mean_angle)
+
+
+def _slopes(pairs: list[tuple[np.ndarray, np.ndarray]], mean_angle: float) -> JointCentre:
+    """Centre from the slopes of y and z over the angle; pairs of earlier and later samples of each piece."""
+    # per piece: products of the angle with angle, y and z, square of the foot's angle, sums, samples
+    parts = np.array(
+        [
+            np.r_[
+                0.5 * (early[:, 0] @ late[:, :3] + late[:, 0] @ early[:, :3]),
+                early[:, 3] @ late[:, 3],
+                0.5 * (early + late).sum(axis=0),
+                len(early),
+            ]
+            for early, late in pairs
+        ]
+    )
+    total = parts.sum(axis=0)
     # a and l of the assumed point from its slopes; the centre lies the other way
     turn = _turn(mean_angle)
 
-    def offset(s: np.ndarray) -> np.ndarray:
-        return (s[..., 1:3] / s[..., :1]) @ turn.T
+    def products(s: np.ndarray) -> np.ndarray:
+        return s[..., :3] - s[..., 4:5] * s[..., 4:7] / s[..., 8:]
 
-    k = len(sums)
-    left_out = offset(total - sums) if k > 1 else np.full((1, 2), np.nan)
+    def offset(s: np.ndarray) -> np.ndarray:
+        about = products(s)
+        return (about[..., 1:] / about[..., :1]) @ turn.T
+
+    k = len(parts)
+    left_out = offset(total - parts) if k > 1 else np.full((1, 2), np.nan)
     error = np.sqrt((k - 1.0) / k * ((left_out - left_out.mean(axis=0)) ** 2).sum(axis=0))
-    foot = np.concatenate([p[:, 3] for p in around])
-    centre = offset(total)
-    sway = float(np.sqrt(total[0] / total[3]))
-    return JointCentre(centre, centre, centre, error, sway, float(foot.std()), k)
+    centre, number = offset(total), total[8]
+    sway, foot = products(total)[0] / number, total[3] / number - (total[7] / number) ** 2
+    spread = [float(np.sqrt(max(0.0, square))) for square in (sway, foot)]
+    return JointCentre(centre, centre, centre, error, *spread, k)
 
 
 def _turn(angle: float) -> np.ndarray:
@@ -200,7 +236,8 @@ def centre_from_sway(
     for alone in (True, False):
         motion = relative_motion(slow, labels, person, exclusive=alone)
         pieces = [motion[a:b] for a, b in long]
-        seen.append(_centre(pieces, float(np.mean([piece[:, 0].mean() for piece in pieces]))))
+        at_rest = float(np.mean([piece[:, 0].mean() for piece in pieces]))
+        seen.append(_centre_of_sway(pieces, at_rest, round(LAG_S * trial.rate_hz)))
     by_shank, whole_shank = seen
     # the same point in the shank as all markers show it: on average over quiet standing
     columns = [labels.index(label) for label in person.shank.labels]

@@ -1,7 +1,7 @@
 """Fits with a free reflex torque among the other fits of a person, their budgets, and differences."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -11,6 +11,7 @@ from tepsipe.experiments.budgets import contributions_of
 from tepsipe.experiments.standing.estimates import UNITS, Fits, StandingFit, generator
 from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
 from tepsipe.experiments.standing.free_reflex.checks import difference_from_window, failed_checks, quotable
+from tepsipe.experiments.standing.free_reflex.common_centre import common_centre, with_common_centre
 from tepsipe.experiments.standing.free_reflex.fit import (
     QUANTITIES,
     FreeReflexFit,
@@ -18,15 +19,14 @@ from tepsipe.experiments.standing.free_reflex.fit import (
     fit_free_reflex,
 )
 from tepsipe.experiments.standing.muscle_torque import FREE, NONE
-from tepsipe.experiments.standing.options import StandingEstimator
+from tepsipe.experiments.standing.options import StandingEstimator, TorquePathway
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency
 from tepsipe.io.budget_table import Contribution
-from tepsipe.io.estimates import Estimate, flagged
+from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.statistics.uncertainty import Budget, Source, sources_of
 
-PALPATED = "palpated_centre_m"
-CENTRE = ("joint_centre_anterior_m", "joint_centre_height_m")
+UNKNOWN_ORIGIN, ORIGIN = "unknown_origin_m", "origin_anterior_m"
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def fit_free(
         If an estimator asks for an inertia, or as `fit_free_reflex`.
     """
     fits: Fits = {}
-    sources = _sources(trials, choices.sources)
+    trials, sources = with_common_centre(trials, _with_origin(trials, choices.sources))
     for key, estimator in estimators.items() if trials else ():
         if estimator.active != FREE:
             continue
@@ -114,13 +114,13 @@ def fit_free(
     return fits
 
 
-def _sources(trials: list[BroadbandEpochs], sources: dict[str, Source]) -> list[Source]:
-    """Sources of these trials; the joint's centre is the palpated one if sway did not determine it."""
-    if PALPATED in sources and not all(trial.centre_used for trial in trials):
-        felt = sources[PALPATED]
-        swapped = [Source(n, felt.standard_uncertainty, felt.distribution, felt.freedom) for n in CENTRE]
-        return [s for s in sources.values() if s.name not in (PALPATED, *CENTRE)] + swapped
-    return [source for source in sources.values() if source.name != PALPATED]
+def _with_origin(trials: list[BroadbandEpochs], sources: dict[str, Source]) -> dict[str, Source]:
+    """Sources, with that of the plate's origin (m) as assumed where no weight showed it in every trial."""
+    kept = dict(sources)
+    assumed = kept.pop(UNKNOWN_ORIGIN, None)
+    if assumed is not None and not all(trial.origin_known for trial in trials):
+        kept[ORIGIN] = replace(assumed, name=ORIGIN)
+    return kept
 
 
 def _pre_reflex(
@@ -183,26 +183,57 @@ def reflex_onset(
     return min(known) + options.electromechanical_delay_s if known else None
 
 
-def centre_facts(trials: list[BroadbandEpochs]) -> dict:
-    """Facts on the joint's centre for the report: mean offset (m), whether it was used, soft tissue (m)."""
-    offsets = [trial.centre.offset_m for trial in trials if trial.centre is not None]
+def centre_facts(trials: list[BroadbandEpochs], sources: dict[str, Source]) -> dict:
+    """Facts on the joint's centre: its offset (m), whether it is from sway, motion of soft tissue (m)."""
+    centre = common_centre(trials, sources)
     return {
-        "joint_centre_m": np.mean(offsets, axis=0).tolist() if offsets else None,
-        "centre_used": bool(trials) and all(trial.centre_used for trial in trials),
+        "joint_centre_m": centre.offset_m.tolist() if trials else None,
+        "centre_used": centre.from_sway,
         "skin_m": float(np.sqrt(np.mean([trial.skin_m**2 for trial in trials]))) if trials else 0.0,
     }
 
 
-def to_quote(trials: list[BroadbandEpochs], fits: Fits, chosen: dict[str, str]) -> bool:
-    """Test for a treadmill model that is good enough for the recommended fit to be quoted.
+def quoted(
+    rows: list[Estimate],
+    trials: list[BroadbandEpochs],
+    fits: Fits,
+    chosen: dict[str, str],
+    pathway: TorquePathway,
+) -> list[Estimate]:
+    """Rows of a task with those to quote marked; none, where the torque cannot be trusted.
 
-    ``chosen`` names its ``pathway`` and ``estimator``. Fits with another torque of reflexes are always
-    quoted.
+    The belt-induced load must be compensated, by a treadmill model whose error of K is not clearly above half
+    of it. Without compensation, K and B of the chosen pathway are flagged ``uncompensated``.
+
+    Parameters
+    ----------
+    rows : list of Estimate
+        Estimates of the task.
+    trials : list of BroadbandEpochs
+        Its trials.
+    fits : dict of (str, str) to StandingFit
+        (pathway, estimator) -> fit.
+    chosen : dict of str to str
+        Recommended ``pathway`` and ``estimator``.
+    pathway : TorquePathway
+        The recommended pathway.
+
+    Returns
+    -------
+    list of Estimate
+        In the same order.
     """
+    if pathway.torque != "single-joint" and pathway.treadmill_model is None:
+        return [*(flagged([row], "uncompensated")[0] if _of(row, chosen["pathway"]) else row for row in rows)]
     fit = fits.get((chosen["pathway"], chosen["estimator"]))
-    if fit is None or fit.budget is None:
-        return True
-    return quotable(trials, float(fit.parameters[0, fit.names.index("K")]))
+    known = fit is not None and fit.budget is not None
+    if known and not quotable(trials, float(fit.parameters[0, fit.names.index("K")])):
+        return rows
+    return recommended(rows, **chosen)
+
+
+def _of(row: Estimate, pathway: str) -> bool:
+    return row.pathway == pathway and row.quantity in ("B", "K")
 
 
 def budget_rows(rows: list[Estimate], fits: Fits) -> list[Contribution]:
