@@ -25,7 +25,12 @@ FLAGS = {
     "markers-slip": "a marker stays displaced after perturbations: check the tape of all markers",
     "markers-pulse-locked": "markers leave the rigid leg in every perturbation: look for bending or soft "
     "mounts",
-    "lack-of-fit": "the model of the joint leaves a motion that repeats: look at the residuals, for wobble",
+    "lack-of-fit": "the model of the joint leaves a motion that repeats, or much of the signal: look at the "
+    "residuals, for wobble, hysteresis and wrong time stamps",
+    "log-delay": "the torque acted more than 2 ms before or after its record, which is corrected: check "
+    "the trigger",
+    "stamp-jitter": "time stamps of the log err at random by more than 1.2 ms: stamp samples when they are "
+    "taken",
     "noise-biased": "noise of the markers biases the windowed fit by half of its uncertainty or more: use "
     "the joint likelihood, or larger perturbations",
     "pre-reflex-differs": "K differs from that of the pre-reflex window by more than 5 % and chance: "
