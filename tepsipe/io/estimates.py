@@ -27,8 +27,8 @@ FLAGS = {
     "mounts",
     "lack-of-fit": "the model of the joint leaves a motion that repeats, or much of the signal: look at the "
     "residuals, for wobble, hysteresis and wrong time stamps",
-    "log-delay": "the torque acted more than 2 ms before or after its record, which is corrected: check "
-    "the trigger",
+    "log-delay": "the log is early or late against the other instrument by more than 2 ms (torque) or 6 ms "
+    "(belt), which is corrected: check the trigger",
     "stamp-jitter": "time stamps of the log err at random by more than 1.2 ms: stamp samples when they are "
     "taken",
     "noise-biased": "noise of the markers biases the windowed fit by half of its uncertainty or more: use "

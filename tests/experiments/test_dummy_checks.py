@@ -217,3 +217,75 @@ def test_two_perturbations_and_markers_without_noise_can_be_checked(rng):
     for recording in (whole, short):
         _, verdict = checked(recording)
         assert all(np.isfinite([c.size, c.probability]).all() for c in verdict.checks)
+
+
+# ---- hysteresis ----------------------------------------------------------------------------------
+
+
+@cache
+def hysteretic(peak_m_per_s, elements, substeps=8):
+    """Angle (rad) of the leg on K 8, B 0.1, I 0.007 and elastic-plastic elements (N·m/rad, rad)."""
+    steps = round(DURATION_S * RATE_HZ) * substeps
+    step_s = 1.0 / (RATE_HZ * substeps)
+    acceleration = belt_pulses(np.arange(steps) * step_s, ONSETS_S, peak_m_per_s)[2]
+    coupling, own = LEG.mass_kg * LEG.com_m, LEG.inertia_kgm2 + LEG.mass_kg * LEG.com_m**2 + 0.007
+    weights, radii = np.array(elements).T
+    theta, rate, bent, path = 0.0, 0.0, np.zeros(len(radii)), np.empty(steps)
+    for k in range(steps):
+        path[k] = theta
+        pushed = coupling * (LEG.gravity_m_per_s2 * np.sin(theta) - acceleration[k] * np.cos(theta))
+        rate += step_s * (pushed - 8.0 * theta - 0.1 * rate - weights @ bent) / own
+        theta += step_s * rate
+        bent = np.clip(bent + step_s * rate, -radii, radii)
+    return path[::substeps]
+
+
+def recorded(theta, peak_m_per_s, monkeypatch, **kwargs):
+    time, _, foot, velocity, acceleration = motion(peak_m_per_s)
+    signals = (time, theta[: time.size], foot, velocity, acceleration)
+    with monkeypatch.context() as patched:
+        patched.setitem(globals(), "motion", lambda _: signals)
+        return trial(np.random.default_rng(5), peak_m_per_s, **kwargs)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("noise_m", [1e-5, 2e-4])
+@pytest.mark.parametrize("elements", [((1.0, 0.01),), ((1.0, 0.005), (1.0, 0.02), (1.0, 0.05))])
+def test_hysteresis_is_a_lack_of_fit_and_no_delay_of_markers(elements, noise_m, monkeypatch):
+    recording = recorded(hysteretic(0.5, elements), 0.5, monkeypatch, noise_m=noise_m)
+    analysis, verdict = checked(recording)
+    assert "lack-of-fit" in verdict.flags["leg-joint-likelihood"]
+    assert analysis.likelihood_estimates["leg-joint-likelihood"].delay_s > 1e-4
+    assert not any("foot-leg-delay" in flags for flags in verdict.flags.values())
+    rows = flag_rows(dummy_estimates("c", analysis, bootstrap_pathways(analysis, 50, 1)), verdict)
+    assert all("lack-of-fit" in row.flags for row in rows if row.pathway == "leg-joint-likelihood")
+
+
+@pytest.mark.slow
+def test_elements_that_do_not_yield_are_springs(monkeypatch):
+    recording = recorded(hysteretic(0.5, ((2.0, 1.0),)), 0.5, monkeypatch)
+    analysis, verdict = checked(recording)
+    assert not any(verdict.flags.values())
+    fit = analysis.regressions["leg-joint-likelihood"]
+    assert fit.mean[1:] == pytest.approx([0.1, 10.0], rel=0.01)
+
+
+# ---- a late log ----------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("late_s", [0.02, 0.04, -0.04])
+def test_late_log_of_the_belt_is_measured_corrected_and_flagged(late_s):
+    recording = trial(np.random.default_rng(5))
+    log = recording.signals["belt_velocity"]
+    moved = replace(log, values=np.roll(log.values, round(late_s * RATE_HZ)))
+    both = [
+        analyse_dummy(one, OPTIONS, PATHWAYS)
+        for one in (recording, replace(recording, signals=recording.signals | {"belt_velocity": moved}))
+    ]
+    assert [analysis.flags for analysis in both] == [(), ("log-delay",)]
+    for name in PATHWAYS:
+        right, late = (analysis.regressions[name].mean for analysis in both)
+        assert late == pytest.approx(right, rel=1e-3)
+    rows = dummy_estimates("c", both[1], bootstrap_pathways(both[1], 50, 1))
+    assert all("log-delay" in row.flags for row in rows if row.quantity in "IBK")
