@@ -46,7 +46,9 @@ FLAGS = {
     "no-contact": "the foot is in the air, so the belt says nothing about its joint: perturb in stance",
     "coherent-residual": "the model leaves torque that is coherent with the platform, so it is too simple: "
     "do not quote its parameters",
-    "edge-of-search": "the onset lies at an end of the searched time, so it is no onset: search elsewhere",
+    "edge-of-search": "an onset or delay lies at an end of its search, or the data prefer one beyond it: "
+    "search elsewhere",
+    "slow-reflex": "the muscle is slower than 2 Hz, so its torque is no reflex alone: do not quote the gain",
     "mass-differs": "the mass that the fore-aft force shows is not that of the trial sheet: check the mass, "
     "the scale of the force, and friction and mounts of the belt",
     "diverged": "the prediction grows without limit: the parameters describe no stable joint",

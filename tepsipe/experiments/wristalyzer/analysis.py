@@ -153,7 +153,7 @@ def wristalyzer_estimates(condition: str, analysis: WristalyzerAnalysis) -> list
             estimates.append(Estimate(*names, "error", "1", search.cost))
         score = analysis.prepared.prediction_vaf(fit.parameters)
         estimates.append(Estimate(*names, "VAF_trial", "%", score))
-        misfit = ("lack-of-fit",) * (not score >= LEAST_VAF)
+        misfit = () if score >= LEAST_VAF else ("lack-of-fit",)
         rows += flagged(estimates, *fit.flags, *analysis.flags, *misfit)
     quoted = next(name for name in RECOMMENDED if name in analysis.fitted)
     return recommended(rows, PATHWAY, quoted)
