@@ -48,7 +48,7 @@ FLAGS = {
     "do not quote its parameters",
     "edge-of-search": "an onset or delay lies at an end of its search, or the data prefer one beyond it: "
     "search elsewhere",
-    "slow-reflex": "the muscle is slower than 2 Hz, so its torque is no reflex alone: do not quote the gain",
+    "slow-reflex": "the muscle is slower than 1.9 Hz, so it is no reflex alone: do not quote the gain",
     "mass-differs": "the mass that the fore-aft force shows is not that of the trial sheet: check the mass, "
     "the scale of the force, and friction and mounts of the belt",
     "diverged": "the prediction grows without limit: the parameters describe no stable joint",

@@ -38,7 +38,7 @@ TERMS = ("direction", "stops", "stiffening", "gain_slope", "unloading", "relaxin
 AT_BOUND = 1e-3
 # VAF (%) of the torque below which a model does not describe the joint; and frequency (Hz) of the slowest
 # calf muscle: a slower response is no reflex, but voluntary torque
-LEAST_VAF, SLOWEST_MUSCLE_HZ = 50.0, 2.0
+LEAST_VAF, SLOWEST_MUSCLE_HZ = 50.0, 1.9
 MUSCLE_UNITS = {"reflex_gain": "Nms/rad", "reflex_frequency": "Hz", "reflex_damping": "1"}
 
 
@@ -286,6 +286,8 @@ def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCas
         drawn(quantity, UNITS[quantity], fit.impedance[k], fit.impedance_bootstrap[:, k])
         for k, quantity in enumerate(PARAMETERS)
     ]
+    # a reflex earlier than those that are tried is in the intrinsic response, as inertia and damping
+    rows = [*flagged(rows[:2], *_beyond(fit)), *rows[2:]]
     short = fit.short_range
     rows += [
         drawn("K_working", "Nm/rad", fit.working_stiffness, fit.working_stiffness_bootstrap),
@@ -341,21 +343,25 @@ def _reflex_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> l
     if fit.structure.unloading:
         draws = fit.unloading_gain_bootstrap
         rows.append(_drawn(names, "unloading_gain", "Nms/rad", fit.unloading_gain, draws, fit.blocks))
-    beyond = [not choice.low <= choice.value <= choice.high for choice in fit.assumptions]
-    rows = flagged(rows, *["edge-of-search"] * any(beyond), *_slow(fit))
-    for choice, outside in zip(fit.assumptions, beyond, strict=True):
+    rows = flagged(rows, *_beyond(fit), *_slow(fit))
+    for choice in fit.assumptions:
         rows_of_choice = [
             Estimate(*names, choice.quantity, choice.unit, choice.value),
             Estimate(*names, f"{choice.quantity}_low", choice.unit, choice.low),
             Estimate(*names, f"{choice.quantity}_high", choice.unit, choice.high),
         ]
-        why = "edge-of-search" if outside else "assumed"
+        why = "assumed" if choice.low <= choice.value <= choice.high else "edge-of-search"
         rows += flagged(rows_of_choice, *[why] * (not choice.determined))
     return [
         *rows,
         Estimate(*names, "reflex_peak", "s", fit.reflex_peak_s),
         Estimate(*names, "reflex_duration", "s", fit.reflex_duration_s),
     ]
+
+
+def _beyond(fit: ParallelCascadeFit) -> tuple[str, ...]:
+    outside = any(not choice.low <= choice.value <= choice.high for choice in fit.assumptions)
+    return ("edge-of-search",) if outside else ()
 
 
 def _slow(fit: ParallelCascadeFit) -> tuple[str, ...]:

@@ -154,8 +154,8 @@ def choose_rows(
 
     With and without a reflex, the simplest structure whose mean error exceeds the smallest by at most the
     tolerance is a candidate. The candidate with a reflex is chosen if its mean error is smaller by more than
-    ``SEPARATED`` standard errors of the difference over blocks. To average over structures, any of those within
-    the tolerance is a candidate.
+    ``SEPARATED`` standard errors of the difference over blocks. To average over structures, any of those
+    within the tolerance is a candidate.
 
     Parameters
     ----------
