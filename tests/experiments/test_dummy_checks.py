@@ -1,5 +1,6 @@
 """Checks of a dummy trial stay silent on a clean one, and name what is broken."""
 
+import json
 from dataclasses import replace
 from functools import cache
 
@@ -11,6 +12,7 @@ from tepsipe.experiments.dummy.checks import (
     FALSE_ALARMS,
     Check,
     check_dummy,
+    check_facts,
     expected_of_leg,
     failed,
     flag_rows,
@@ -19,6 +21,7 @@ from tepsipe.experiments.dummy.checks import (
 )
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy, dummy_estimates
 from tepsipe.experiments.dummy.results import bootstrap_pathways
+from tepsipe.experiments.dummy.rig import flag_rig, shared_faults
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.mechanics.rubber_joint import RubberJoint, swing
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
@@ -217,6 +220,68 @@ def test_two_perturbations_and_markers_without_noise_can_be_checked(rng):
     for recording in (whole, short):
         _, verdict = checked(recording)
         assert all(np.isfinite([c.size, c.probability]).all() for c in verdict.checks)
+
+
+# ---- one rig -------------------------------------------------------------------------------------
+
+
+def bends(positions, acceleration):
+    """Leave the leg in proportion to the acceleration of the foot, as a rod on soft mounts."""
+    lag = np.convolve(acceleration, np.exp(-np.arange(25) / 5.0))[: acceleration.size]
+    positions[:, 4:8, 1] += 3e-6 * lag[:, None]
+
+
+def of_rig(peaks, broken):
+    """Rows and facts of trials of one rig, condition by condition."""
+    rows, facts = [], {}
+    for k, peak in enumerate(peaks):
+        analysis, verdict = checked(trial(np.random.default_rng(k), peak, broken=broken))
+        name = f"sine-{peak}"
+        found = dummy_estimates(name, analysis, bootstrap_pathways(analysis, 50, 1))
+        rows += flag_rows(found, verdict)
+        facts[name] = json.loads(json.dumps(check_facts(verdict)))
+    return rows, facts
+
+
+def flagged_trials(rows, flag):
+    return {row.condition for row in rows if flag in row.flags.split(";")}
+
+
+@pytest.mark.slow
+def test_fault_of_the_rig_that_large_perturbations_show_flags_the_small_ones():
+    rows, facts = of_rig((0.05, 0.5), bends)
+    assert flagged_trials(rows, "markers-pulse-locked") == {"sine-0.5"}
+    pooled = flag_rig(rows, facts)
+    assert flagged_trials(pooled, "markers-pulse-locked") == {"sine-0.05", "sine-0.5"}
+    concerned = [r for r in pooled if r.pathway != "leg-thesis" and r.quantity in (*"IBK", "K_small")]
+    assert all("markers-pulse-locked" in row.flags for row in concerned)
+    others = [row for row in pooled if row.pathway == "leg-thesis" or row.quantity.startswith("VAF")]
+    assert not any("markers-pulse-locked" in row.flags for row in others)
+
+
+@pytest.mark.slow
+def test_sound_rig_stays_without_flags_and_other_experiments_as_they_are():
+    rows, facts = of_rig((0.1, 0.3), None)
+    person = replace(rows[0], experiment="standing", quantity="K")
+    assert flag_rig([*rows, person], facts) == [*rows, person]
+
+
+def test_faults_are_pooled_at_a_level_that_counts_all_checks_of_all_trials():
+    def check(probability, size=1e-3):
+        return {"size": size, "tolerance": 3e-5, "probability": probability}
+
+    names = ("markers-pulse-locked", "lack-of-fit", "foot-leg-delay", "markers-slip")
+    sound = dict.fromkeys(names, check(0.5))
+    many = {str(k): sound for k in range(9)}
+    assert shared_faults(many | {"a": sound | {"markers-pulse-locked": check(0.05 / 39)}}) == []
+    assert shared_faults(many | {"a": sound | {"markers-pulse-locked": check(0.05 / 41)}}) == [
+        "markers-pulse-locked"
+    ]
+    # below the tolerance, of one trial only, or part of a misfit
+    assert shared_faults({"a": sound | {"markers-pulse-locked": check(0.0, 1e-5)}}) == []
+    assert shared_faults({"a": sound | {"markers-slip": check(0.0)}}) == []
+    assert shared_faults({"a": sound | {"foot-leg-delay": check(0.0), "lack-of-fit": check(0.0)}}) == []
+    assert shared_faults({"a": sound | {"foot-leg-delay": check(0.0)}}) == ["foot-leg-delay"]
 
 
 # ---- hysteresis ----------------------------------------------------------------------------------

@@ -28,7 +28,8 @@ lack-of-fit
 
 `noise_bias` is not a test: it predicts the bias of a windowed fit from the measured noise.
 
-Failed checks flag the rows of the pathways that they concern:
+Failed checks flag the rows of the pathways that they concern. Faults of the rig that one trial shows flag all
+trials (`tepsipe.experiments.dummy.rig`):
 
     a windowed fit of the consistent torque    leg-disagrees, foot-leg-delay, joint-inertia, markers-slip,
                                                markers-pulse-locked; noise-biased
@@ -39,12 +40,13 @@ The pathway of the configuration is quoted. If it is a joint likelihood whose mo
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy
 
 from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis, DummyOptions, trial_markers
+from tepsipe.experiments.dummy.rig import FALSE_ALARMS, LACK_OF_FIT
 from tepsipe.identification.estimators import LEAST_SQUARES
 from tepsipe.identification.likelihood.likelihood import LikelihoodFit
 from tepsipe.identification.likelihood.result import (
@@ -61,7 +63,6 @@ from tepsipe.mechanics.segment_kinematics import SegmentMarkers, motion_of_marke
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.perturbations import Perturbation, rest_samples
 
-FALSE_ALARMS = 0.05
 # tolerances: of K, of a delay (s), of markers (m), of the angle's residual, of I over the leg's
 TOLERATED = {
     "leg-disagrees": 0.005,
@@ -123,7 +124,7 @@ def failed(checks: Sequence[Check]) -> list[str]:
     """
     bound = FALSE_ALARMS / max(1, len(checks))
     names = [c.name for c in checks if c.size > c.tolerance and c.probability < bound]
-    return [name for name in names if name != "foot-leg-delay" or "lack-of-fit" not in names]
+    return [name for name in names if name != "foot-leg-delay" or LACK_OF_FIT not in names]
 
 
 def delay_check(fit: LikelihoodEstimates, uncertainty_s: float) -> Check:
@@ -446,11 +447,14 @@ class Verdict:
         Pathway -> flags of its I, B, K.
     quoted : str
         The pathway to quote.
+    concerned : dict of str to tuple of str
+        Pathway -> checks that flag its I, B, K if they fail.
     """
 
     checks: list[Check]
     flags: dict[str, list[str]]
     quoted: str
+    concerned: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 def known_inertia(checks: dict) -> tuple[float, float] | None:
@@ -501,18 +505,18 @@ def check_dummy(
         relevant.append(analysis.budgets[recommended].minus(analysis.budgets[name]).type_b[2])
     checks = _checks(trial, options, fit, of_leg, relevant, joint_inertia)
     names = failed(checks)
-    flags = {}
-    for name, pathway in analysis.pathways.items():
-        if pathway.torque != "leg" or pathway.marker_instants != "aligned":
-            continue
-        relevant = OF_ANGLE if name in analysis.output_errors else OF_TORQUE
-        flags[name] = [n for n in names if n in relevant]
+    concerned = {
+        name: OF_ANGLE if name in analysis.output_errors else OF_TORQUE
+        for name, pathway in analysis.pathways.items()
+        if (pathway.torque, pathway.marker_instants) == ("leg", "aligned")
+    }
+    flags = {name: [n for n in names if n in relevant] for name, relevant in concerned.items()}
     if of_leg is not None:
         if _biased(of_leg, fit, options, analysis, recommended):
             flags[recommended].append(NOISE_BIASED)
         if first in fits and "lack-of-fit" in names and not flags[recommended]:
             first = recommended
-    return Verdict(checks, flags, first)
+    return Verdict(checks, flags, first, concerned)
 
 
 def flag_rows(rows: Sequence[Estimate], verdict: Verdict) -> list[Estimate]:
@@ -521,14 +525,22 @@ def flag_rows(rows: Sequence[Estimate], verdict: Verdict) -> list[Estimate]:
     out = []
     for row in rows:
         flags = verdict.flags.get(row.pathway, ())
-        others = [name for name in flags if name == "lack-of-fit"]
+        others = [name for name in flags if name == LACK_OF_FIT]
         out += flagged([row], *(flags if row.quantity in joint else others))
     return out
 
 
-def check_facts(verdict: Verdict) -> dict[str, dict[str, float]]:
-    """Check -> size and probability, as plain numbers."""
-    return {c.name: {"size": float(c.size), "probability": float(c.probability)} for c in verdict.checks}
+def check_facts(verdict: Verdict) -> dict[str, dict]:
+    """Facts of a fit: ``checks``, their numbers, and ``concerned``, pathway -> checks that flag it."""
+    numbers = {
+        c.name: {
+            "size": float(c.size),
+            "probability": float(c.probability),
+            "tolerance": float(c.tolerance),
+        }
+        for c in verdict.checks
+    }
+    return {"checks": numbers, "concerned": {name: list(n) for name, n in verdict.concerned.items()}}
 
 
 def _windowed(analysis: DummyAnalysis, name: str) -> bool:
