@@ -1,9 +1,10 @@
 """Faults of a rig that one trial of the dummy shows, and that all its trials share.
 
 Markers that lag or leave the leg, and a foot that tilts, are as wrong in small perturbations as in large
-ones, but only large ones show them clearly. The checks of all trials are therefore pooled: a fault that is found in
-one trial flags the estimates of all. The level of a check is the probability of a false alarm over the number
-of all checks of all trials (Bonferroni), so that at most 5 % of the rigs without a fault are flagged by it.
+ones, but only large ones show them clearly. The checks of all trials are therefore pooled: a fault that is
+found in one trial flags the estimates of all. The level of a check is the probability of a false alarm over
+the number of all checks of all trials (Bonferroni), so that at most 5 % of the rigs without a fault are
+flagged by it.
 """
 
 from collections.abc import Mapping, Sequence
