@@ -23,6 +23,10 @@ class Recovery:
         True if the 95 % interval contains the truth; None without an interval.
     truth_of : str
         Movements for which the truth holds.
+    recommended : bool
+        True if the study recommends the estimate.
+    flags : str
+        Names of the checks that the trial failed for it, joined by ";".
     """
 
     experiment: str
@@ -36,6 +40,8 @@ class Recovery:
     relative_error: float | None
     covered: bool | None
     truth_of: str
+    recommended: bool = False
+    flags: str = ""
 
 
 RECOVERIES = Table(Recovery, "estimates beside the truth")

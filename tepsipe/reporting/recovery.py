@@ -22,6 +22,8 @@ def recovery_of(estimate: Estimate, truth: float, truth_of: str = SMALL) -> Reco
         relative_error=error if math.isfinite(error) else None,
         covered=None if e.ci_low is None or e.ci_high is None else bool(e.ci_low <= truth <= e.ci_high),
         truth_of=truth_of,
+        recommended=e.recommended,
+        flags=e.flags,
     )
 
 

@@ -3,6 +3,7 @@
 import copy
 import gzip
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from tepsipe.io.contents import contents_of
 from tepsipe.io.readers.c3d import read_markers
 from tepsipe.io.readers.edf import EmgRecording
 from tepsipe.io.readers.treadmill_log import read_treadmill_log
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.new_study.study import new_study
 from tests.experiments.test_dummy_leg_pathways import OPTIONS, Pathway
 from workflow.support.trial_sheet import read_trial_sheet
@@ -40,10 +42,20 @@ DFLOW = RecordingOptions(
 TABLE = RecordingOptions(plates={"left": (1,), "right": (2,)}, belt_velocity=ScaledChannel("belt"))
 
 
+# markers of the shipped laboratory
+MARKED = replace(
+    OPTIONS,
+    leg_markers=SegmentMarkers(
+        OPTIONS.leg_markers.labels,
+        np.array([[0.0, 0.0], [-0.012, 0.6], [0.012, 0.5], [-0.012, 0.4], [0.012, 0.3]]),
+    ),
+)
+
+
 def parameters(trial):
     """I, B and K of the dummy by the recommended pathway."""
     pathway = Pathway("leg", "aligned", "windowed-least-squares")
-    return analyse_dummy(trial, OPTIONS, {"leg": pathway}).regressions["leg"].mean
+    return analyse_dummy(trial, MARKED, {"leg": pathway}).regressions["leg"].mean
 
 
 @pytest.fixture(scope="module")

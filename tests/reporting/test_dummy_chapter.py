@@ -395,8 +395,8 @@ TIMING = {
 }
 
 
-@pytest.mark.parametrize("best", [True, False])
-def test_printed_numbers_are_counted_by_their_role(best):
+def returned(best):
+    """Run of the dummy that the printed tables describe, whose full law predicts best, or worst."""
     softening = law(0.8 if best else 3.0, half_softening_rad=0.02, softened_damping_Nms_per_rad=0.1)
     facts = {"laws": {"linear": law(2.0), "full": softening}, "marker_noise_m": 6.8e-6}
     facts["scatter"] = {"I": 5e-4, "B": 5e-3, "K": 0.3}
@@ -415,15 +415,25 @@ def test_printed_numbers_are_counted_by_their_role(best):
     judged = judged.drop(columns="role").assign(table="table_4_2", tolerance="1", reason="r", null_value=1.0)
     cells = cells.drop(columns=["verdict", "null_verdict"])
     run = run_of()
-    run = Run(
+    return Run(
         run.tables | {"thesis_dummy": cells, "cells": judged},
         run.fits | {"thesis_dummy": {"thesis_dummy": SimpleNamespace(facts=facts, arrays={})}},
         run.settings,
         run.study,
     )
-    assert thesis_dummy.full_law_predicts_best(run) is best
+
+
+def returned_content(run):
     data, tables = content(run)
     data["chapters"] |= report_content(run, {"thesis_dummy": thesis_dummy})["chapters"]
+    return data, tables
+
+
+@pytest.mark.parametrize("best", [True, False])
+def test_printed_numbers_are_counted_by_their_role(best):
+    run = returned(best)
+    assert thesis_dummy.full_law_predicts_best(run) is best
+    data, tables = returned_content(run)
     words = chapter_words("dummy", data, tables, cells=" | ")
     assert "Of the 1 fitted numbers 1 lie within their tolerance there, and 1 by the null model" in words
     assert "of the 3 predicted numbers 1 do, and 2 by the null model" in words

@@ -35,12 +35,13 @@ PRESENCE = {
     "participants": "mean_stiffness",
     "platform": "one_perturbation",
     "position_manipulator": "participants_named more_than_shown short_range",
-    "simulation": "compared first_shown second_shown",
+    "simulation": "compared thesis_simulated first_shown second_shown",
     "standing": "one_person free_reflex recovered truth_at_work",
     "study": "truth_of_recommended_known coverage_counted recommended_flagged",
-    "thesis_dummy": "full_law_predicts_best",
     "weight": "frame_scored scored foot foot_pathways",
-    "wristalyzer": "cross_validated resonant leaks pooled softens friction_found friction_negative",
+    "wristalyzer": (
+        "bins_tried swept cross_validated resonant leaks pooled softens friction_found friction_negative"
+    ),
 }
 
 
@@ -198,6 +199,10 @@ def strobed(run):
 
 THE_DUMMY = dummy.run_of(**dummy.USUAL), dummy.run_of(**dummy.CONTRARY)
 THE_WRISTALYZER = wristalyzer.usual(), wristalyzer.contrary()
+THE_SWEEP = (
+    wristalyzer.swept(wristalyzer.FEW, wristalyzer.MANY),
+    wristalyzer.swept(wristalyzer.FEW, wristalyzer.BOTH),
+)
 THE_BELT = belt.usual(), belt.contrary()
 FINDINGS = {
     "dummy": dict.fromkeys(
@@ -238,10 +243,34 @@ FINDINGS = {
         "unrelated_above_lowpass": (unrelated(0.1), unrelated(0.5)),
         "thesis_frequencies_differ": (of_thesis(), of_thesis(eigenfrequency_hz=4.1)),
         "thesis_stiffness_unchanged": (of_thesis(), of_thesis(stiffness=(10.0, 9.0))),
-    },
+    }
+    | dict.fromkeys(("bins_disagree", "averaging_dips", "sem_not_from_bins"), THE_SWEEP)
+    | {"printed_sem_falls": (THE_SWEEP[0], wristalyzer.swept(wristalyzer.FEW, printed=wristalyzer.RISING))},
     "simulation": {
         "pattern_of_thesis": (simulated(simulations.USUAL), simulated(simulations.CONTRARY)),
         "printed_swing_grows": (simulated(simulations.USUAL), simulated(simulations.CONTRARY)),
+        "pattern_with_its_numbers": (
+            simulations.altered(),
+            simulations.altered(**{"thesis-wristalyzer": -400.0}),
+        ),
+        "better_without_handle": (
+            simulations.altered(),
+            simulations.altered(**{"thesis-without-handle": 70.0}),
+        ),
+        "likelihood_predicts_best": (
+            simulations.altered(),
+            simulations.altered(**{"joint-likelihood": 85.0}),
+        ),
+        "amplifies_less_at_8_s": (simulations.altered(), simulations.altered(growth={"sine-0.1": 1.5})),
+        "amplifies_by_resonance": (simulations.altered(), simulations.altered(state="grows")),
+        "excess_by_negative_damping": (
+            simulations.beyond_the_limit("grows"),
+            simulations.beyond_the_limit("settles"),
+        ),
+    },
+    "thesis_dummy": {
+        "full_law_predicts_best": (dummy.returned(best=True), dummy.returned(best=False)),
+        "copy_predicts_best": (dummy.returned(best=False), dummy.returned(best=True)),
     },
     "noise": dict.fromkeys(simulations.SENTENCES, (noisy(simulations.TRUE_K), noisy(simulations.FALSE_K)))
     | {
@@ -331,6 +360,7 @@ CONTENT = {
     "dummy": dummy.content,
     "wristalyzer": lambda run: plain_content(run, "wristalyzer"),
     "simulation": lambda run: simulations.content(run, simulation=simulation),
+    "thesis_dummy": dummy.returned_content,
     "noise": lambda run: simulations.content(run, noise=noise),
     "planning": lambda run: plain_content(run, "planning"),
     "weight": weight.content,
@@ -339,7 +369,7 @@ CONTENT = {
     "position_manipulator": joint_content,
     "study": study.study_content,
 }
-SOURCES = {"study": "findings"}
+SOURCES = {"study": "findings", "thesis_dummy": "dummy"}
 
 
 def plain_content(run, chapter):

@@ -1,8 +1,11 @@
 """Compact tables and schematics of the report: numbers known by hand."""
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib import font_manager
 from matplotlib.patches import FancyBboxPatch
 from typst_builders import evaluated
 
@@ -11,6 +14,7 @@ from tepsipe.reporting.figures import flow_charts
 from tepsipe.reporting.figures.names import PARAMETER_SETS, short_name
 from tepsipe.reporting.figures.protocol import TimeLine, draw_protocol
 from tepsipe.reporting.figures.schematics import draw_rigs, rig_at_rest
+from tepsipe.reporting.figures.style import in_style
 
 MINUS = "\N{MINUS SIGN}"
 
@@ -131,3 +135,10 @@ def test_words_of_a_flow_chart_are_legible_and_inside_their_boxes(name):
             if box.overlaps(own):
                 assert box.x0 <= own.x0 and own.x1 <= box.x1, words
                 assert box.y0 <= own.y0 and own.y1 <= box.y1, words
+
+
+def test_figures_keep_their_font_where_the_users_list_of_fonts_lacks_it(monkeypatch):
+    manager = font_manager.fontManager
+    monkeypatch.setattr(manager, "ttflist", [font for font in manager.ttflist if "STIX" not in font.name])
+    found = in_style(lambda: Path(font_manager.findfont(font_manager.FontProperties())).name)()
+    assert found == "STIXGeneral.ttf"

@@ -126,6 +126,30 @@ def of_thesis(scores):
     return replace(run, fits={"simulation": fits})
 
 
+def altered(**changed):
+    """The same run with other growth or state of the thesis's TEP-SIPE, or VAF of the angle (%) by set."""
+    run = of_thesis(OF_THESIS)
+    table = run.tables["forward"].copy()
+    for name, value in changed.items():
+        if name == "growth":
+            for condition, growth in value.items():
+                table.loc[(table.parameter_set == "thesis-tep") & (table.condition == condition), name] = (
+                    growth
+                )
+        elif name == "state":
+            table.loc[table.parameter_set == "thesis-tep", "state"] = value
+        else:
+            table.loc[(table.parameter_set == name) & (table.quantity == "theta"), "vaf_trial"] = value
+    return replace(run, tables={"forward": table})
+
+
+def beyond_the_limit(state):
+    """The swing of the thesis's TEP-SIPE exceeds the limit of equal pulses, and then grows or settles."""
+    run = of_thesis(OF_THESIS | {"thesis-tep": (-300.0, 85.0, state)})
+    run.fits["simulation"]["sine-0.1"].facts["periods_s"]["thesis-tep"] = 4.0 / 2.5  # limit 1
+    return run
+
+
 def test_growth_is_explained_by_near_resonance():
     run = of_thesis(OF_THESIS)
     often, rarely = simulation.numbers(run)["swings"]
@@ -161,31 +185,15 @@ def test_pulses_in_resonance_add_up_to_their_number():
 def test_sentences_on_numbers_of_the_thesis_go_with_the_table(changed, gone, instead):
     usual = of_thesis(OF_THESIS)
     assert gone in chapter_words("simulation", *content(usual, simulation=simulation))
-    table = usual.tables["forward"].copy()
-    for name, value in changed.items():
-        if name == "growth":
-            for condition, growth in value.items():
-                table.loc[(table.parameter_set == "thesis-tep") & (table.condition == condition), name] = (
-                    growth
-                )
-        elif name == "state":
-            table.loc[table.parameter_set == "thesis-tep", "state"] = value
-        else:
-            table.loc[(table.parameter_set == name) & (table.quantity == "theta"), "vaf_trial"] = value
-    told = chapter_words(
-        "simulation", *content(replace(usual, tables={"forward": table}), simulation=simulation)
-    )
+    told = chapter_words("simulation", *content(altered(**changed), simulation=simulation))
     assert gone not in told and instead in told
 
 
 def test_growth_beyond_the_limit_is_ascribed_to_damping_only_if_the_leg_is_unstable():
-    scores = OF_THESIS | {"thesis-tep": (-300.0, 85.0, "grows")}
-    run = of_thesis(scores)
-    run.fits["simulation"]["sine-0.1"].facts["periods_s"]["thesis-tep"] = 4.0 / 2.5  # limit 1
+    run = beyond_the_limit("grows")
     told = chapter_words("simulation", *content(run, simulation=simulation))
     assert "In S1 the swing exceeds the limit" in told
-    stable = replace(of_thesis(OF_THESIS), fits=run.fits)
-    assert not simulation.excess_by_negative_damping(stable)
+    assert not simulation.excess_by_negative_damping(beyond_the_limit("settles"))
 
 
 # ---- sensitivity to noise

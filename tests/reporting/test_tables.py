@@ -423,6 +423,9 @@ def test_relative_error_and_coverage_by_hand():
     assert row.relative_error == pytest.approx(0.1)
     assert row.covered is True
     assert recovery_of(estimate("K", 9.0), -10.0).relative_error == pytest.approx(-1.9)
+    assert (row.recommended, row.flags) == (False, "")
+    quoted = recovery_of(replace(estimate("K", 9.0), recommended=True, flags="sway;weak"), 10.0)
+    assert (quoted.recommended, quoted.flags) == (True, "sway;weak")
 
 
 @pytest.mark.parametrize(

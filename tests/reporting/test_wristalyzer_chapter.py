@@ -123,6 +123,8 @@ def swept(*rows, printed=PRINTED):
 
 # natural frequency: 5.2 Hz; printed coherence: 0.8
 FEW, MANY = (4, 1.4, 2.0, 0.5, 3.0, 0.98), (64, 0.01, 3.0, 0.82, 5.0, 0.83)
+BOTH = (16, 1.5, 9.0, 0.81, 3.0, 0.97)  # gives the printed error and coherence, and a SEM as large
+RISING = PRINTED | {"SEM_K": {"a": 8.0, "b": 12.0, "c": 14.0}}
 
 
 def test_no_number_of_averaged_frequencies_gives_printed_error_and_coherence():
@@ -134,12 +136,10 @@ def test_no_number_of_averaged_frequencies_gives_printed_error_and_coherence():
 
 
 def test_a_number_that_gives_both_or_a_sem_as_large_as_printed_ends_the_sentence():
-    both = (16, 1.5, 9.0, 0.81, 3.0, 0.97)
-    held = truth(swept(FEW, both))
+    held = truth(swept(FEW, BOTH))
     assert held["swept"] and not held["bins_disagree"]
     assert not held["averaging_dips"] and not held["sem_not_from_bins"]
-    rising = PRINTED | {"SEM_K": {"a": 8.0, "b": 12.0, "c": 14.0}}
-    assert not truth(swept(FEW, printed=rising))["printed_sem_falls"]
+    assert not truth(swept(FEW, printed=RISING))["printed_sem_falls"]
 
 
 def test_averaged_frequencies_are_compared_with_the_thesis_only_if_it_prints_them():
@@ -153,7 +153,7 @@ def test_averaged_frequencies_are_compared_with_the_thesis_only_if_it_prints_the
     sentence = "No number of averaged frequencies gives both the printed error and the printed coherence."
     assert found == {"figure_averaged_bins": sentence}
     assert findings_of(places, report_content(usual(), {"wristalyzer": wristalyzer})) == {}
-    run = swept(FEW, (16, 1.5, 9.0, 0.81, 3.0, 0.97))
+    run = swept(FEW, BOTH)
     tables = {"averaging": run.tables["averaging"].to_csv(index=False)}
     found = findings_of(places, report_content(run, {"wristalyzer": wristalyzer}), tables)
     assert found == {"figure_averaged_bins": "With 4 to 16 frequencies averaged into one, K is 10.0 N·m/rad."}

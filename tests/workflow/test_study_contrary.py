@@ -38,7 +38,7 @@ FALSE_HERE = (
     "Least squares is biased if the angle has noise",
     "the effect of the filter exceeds that of the noise",
     "any linear model of the empty belt fails",
-    "falls with amplitude",
+    "K falls with amplitude",
     "decrease with amplitude",
     "come near to what",
     "are close to those from the motion of the leg",

@@ -40,6 +40,7 @@ AFTER_DUMMY_TRIALS = {
 # and from the manipulator's trials
 AFTER_WRISTALYZER_TRIALS = {
     "fit_wristalyzer": 2,
+    "sweep_averaging": 1,
     "cross_validate_wristalyzer": 1,
     "plot_wristalyzer": 1,
     "write_wristalyzer_pages": 1,

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import matplotlib
 import numpy as np
+from matplotlib import font_manager
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -53,11 +54,19 @@ STYLE = {
 }
 
 
+def _add_own_fonts() -> None:
+    """Make matplotlib's STIX fonts known where its list of fonts, kept in the user's cache, lacks them."""
+    if "STIXGeneral" not in font_manager.get_font_names():
+        for path in sorted(Path(matplotlib.get_data_path(), "fonts/ttf").glob("STIX*.ttf")):
+            font_manager.fontManager.addfont(path)
+
+
 def in_style(draw: Callable) -> Callable:
     """A function (no unit) that draws or writes in `STYLE`; matplotlib's own settings stay as they are."""
 
     @wraps(draw)
     def drawn(*arguments, **keywords):
+        _add_own_fonts()
         with matplotlib.rc_context(STYLE):
             return draw(*arguments, **keywords)
 
