@@ -20,11 +20,16 @@ from tepsipe.signals.resampling import (
     rising_edges,
     runs_of,
 )
+from tepsipe.signals.time_alignment import clock_error, stamp_jitter
 
 # torque per angle (N·m/rad) below which columns count as exchanged, and smallest range of an angle (rad)
 EXCHANGED_NM_PER_RAD, LEAST_SWING_RAD = 0.1, 1e-3
 # a saturated torque stays at its extreme value for this time (s), in this number of stretches
 SATURATED_S, SATURATED_STRETCHES = 0.02, 3
+# distinct values that an angle takes at least, or its steps are too coarse
+LEAST_VALUES = 16
+# relative error of the log's clock from which it is corrected: 0.6 ms in a minute
+CLOCK_TOLERANCE = 1e-5
 RADIANS_PER_UNIT = {"rad": 1.0, "deg": np.pi / 180.0}
 
 
@@ -91,6 +96,11 @@ def ingest_torque_manipulator(
     time = time - _trigger(log["trigger_time"], log_name)
     _refuse_broken_command(command, options, duration_s, command_name)
     refuse_short(time[-1], duration_s, log_name)
+    _refuse_coarse(angle, log_name)
+    _refuse_saturated("an angle", "rad", angle, (time.size - 1) / (time[-1] - time[0]), log_name)
+    jitter = stamp_jitter(time, angle)
+    error = _clock_error(time, angle, command, options.resample_rate_hz)
+    time = time / (1.0 + error)
     before = angle[time < 0.0]
     if time[0] > 0.0 or before.size < 10:
         raise InputError(
@@ -120,6 +130,7 @@ def ingest_torque_manipulator(
                 (
                     f"{repaired.repeated} repeated stamps dropped",
                     "clock moved to the trigger",
+                    *[f"clock {'slowed' if error > 0.0 else 'quickened'} by {abs(error):.3g}"] * bool(error),
                     "mean before the trigger subtracted",
                     f"resampled at {rate:g} Hz by a cubic spline",
                 ),
@@ -129,8 +140,18 @@ def ingest_torque_manipulator(
             "repeated_stamps": repaired.repeated,
             "longest_step_s": repaired.longest_step_s,
             "rest_angle_rad": rest,
+            "clock_error": error,
+            "stamp_jitter_s": jitter,
         },
     )
+
+
+def _clock_error(time, angle, command, rate_hz: float) -> float:
+    """Relative error of the log's clock against the command's, 0 if it does not matter."""
+    grid = regular_time(max(0.0, command["time"][0]), min(time[-1], command["time"][-1]), rate_hz)
+    torque = resample(command["time"], command["torque"], grid, BAND_PER_RATE * rate_hz)
+    error = clock_error(torque, resample(time, angle, grid), rate_hz)
+    return error if abs(error) > CLOCK_TOLERANCE else 0.0
 
 
 def _trigger(stamps: np.ndarray, name: str) -> float:
@@ -211,7 +232,7 @@ def ingest_position_manipulator(
     angle = RADIANS_PER_UNIT[options.angle_unit] * recorded.columns[:, 0]
     refuse_exchanged(angle, torque, name)
     _refuse_degrees(angle, options.angle_unit, name)
-    _refuse_saturated(torque, recorded.recorded_hz, name)
+    _refuse_saturated("a torque", "N·m", torque, recorded.recorded_hz, name)
     _refuse_little_motion(angle, options.angle_unit, name)
     rate = options.resample_rate_hz
     refuse_slow(recorded.recorded_hz, rate, "the resampling rate", name)
@@ -291,15 +312,25 @@ def refuse_exchanged(angle: np.ndarray, torque: np.ndarray, name: str, joint: st
         )
 
 
-def _refuse_saturated(torque: np.ndarray, rate_hz: float, name: str) -> None:
-    """Refuse a torque that repeatedly stays at its largest or smallest value."""
-    for word, value in (("largest", torque.max()), ("smallest", torque.min())):
-        runs = [stop - start for start, stop in runs_of(torque == value)]
+def _refuse_coarse(angle: np.ndarray, name: str) -> None:
+    """Refuse an angle that is recorded in steps too coarse for its swing."""
+    values = np.unique(angle)
+    if 1 < values.size < LEAST_VALUES:
+        raise InputError(
+            f"{name}: expected an angle of at least {LEAST_VALUES} distinct values, found {values.size} in "
+            f"steps of {np.diff(values).min():.2g} rad: record with a finer resolution, or perturb more"
+        )
+
+
+def _refuse_saturated(what: str, unit: str, x: np.ndarray, rate_hz: float, name: str) -> None:
+    """Refuse a signal that repeatedly stays at its largest or smallest value."""
+    for word, value in (("largest", x.max()), ("smallest", x.min())):
+        runs = [stop - start for start, stop in runs_of(x == value)]
         long = [run for run in runs if run >= max(3, round(SATURATED_S * rate_hz))]
-        if len(long) >= SATURATED_STRETCHES and np.ptp(torque) > 0.0:
+        if len(long) >= SATURATED_STRETCHES and np.ptp(x) > 0.0:
             raise InputError(
-                f"{name}: expected a torque within the range of its sensor, found its {word} value "
-                f"{value:.4g} N·m in {len(long)} stretches of up to {1e3 * max(long) / rate_hz:.3g} ms: "
+                f"{name}: expected {what} within the range of its sensor, found its {word} value "
+                f"{value:.4g} {unit} in {len(long)} stretches of up to {1e3 * max(long) / rate_hz:.3g} ms: "
                 "record with a larger range"
             )
 

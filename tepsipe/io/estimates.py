@@ -25,7 +25,12 @@ FLAGS = {
     "markers-slip": "a marker stays displaced after perturbations: check the tape of all markers",
     "markers-pulse-locked": "markers leave the rigid leg in every perturbation: look for bending or soft "
     "mounts",
-    "lack-of-fit": "the model of the joint leaves a motion that repeats: look at the residuals, for wobble",
+    "lack-of-fit": "the model of the joint leaves a motion that repeats, or much of the signal: look at the "
+    "residuals, for wobble, hysteresis and wrong time stamps",
+    "log-delay": "the log is early or late against the other instrument by more than 2 ms (torque) or 6 ms "
+    "(belt), which is corrected: check the trigger",
+    "stamp-jitter": "time stamps of the log err at random by more than 1.2 ms: stamp samples when they are "
+    "taken",
     "noise-biased": "noise of the markers biases the estimate: record more, equal or larger perturbations, "
     "place markers further apart, or use the joint likelihood of a dummy",
     "pre-reflex-differs": "K differs from that of the pre-reflex window by more than 5 % and chance: "
@@ -41,7 +46,9 @@ FLAGS = {
     "no-contact": "the foot is in the air, so the belt says nothing about its joint: perturb in stance",
     "coherent-residual": "the model leaves torque that is coherent with the platform, so it is too simple: "
     "do not quote its parameters",
-    "edge-of-search": "the onset lies at an end of the searched time, so it is no onset: search elsewhere",
+    "edge-of-search": "an onset or delay lies at an end of its search, or the data prefer one beyond it: "
+    "search elsewhere",
+    "slow-reflex": "the muscle is slower than 1.9 Hz, so it is no reflex alone: do not quote the gain",
     "mass-differs": "the mass that the fore-aft force shows is not that of the trial sheet: check the mass, "
     "the scale of the force, and friction and mounts of the belt",
     "diverged": "the prediction grows without limit: the parameters describe no stable joint",

@@ -68,6 +68,22 @@ def read_result(path: str | Path) -> Result:
     return read_hdf5(_read, path, "a result's HDF5 file")
 
 
+def read_facts(path: str | Path) -> dict:
+    """Facts of a file written by `write_result`, without its arrays.
+
+    Raises
+    ------
+    InputError
+        If the file is not such a file.
+    """
+    return read_hdf5(_read_facts, path, "a result's HDF5 file")
+
+
+def _read_facts(path: str | Path) -> dict:
+    with h5py.File(path, "r") as file:
+        return json.loads(file.attrs["facts"])
+
+
 def _read(path: str | Path) -> Result:
     arrays, units = {}, {}
     with h5py.File(path, "r") as file:

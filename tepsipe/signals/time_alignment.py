@@ -1,8 +1,12 @@
-"""Alignment of markers and force plate to a fraction of a sample, from the motion of the belt.
+"""Alignment of instruments to a fraction of a sample, from signals that both record.
 
 A trigger aligns two instruments to about one sample, but markers may still be sampled with a
 latency. Half a millisecond matters: forces change by a tenth within that time. A belt-fixed marker has
 the velocity of the belt, which the treadmill logs, so the delay is measured in every trial.
+
+Two clocks also drift apart. The response of a joint to its torque is the same throughout a trial, so a phase
+between both that grows with time is the error of a clock (`clock_error`). Samples whose stamps are wrong at
+random deviate from their neighbours in proportion to the rate of the signal (`stamp_jitter`).
 """
 
 import numpy as np
@@ -12,6 +16,8 @@ from tepsipe.errors import InputError
 from tepsipe.signals.differentiation import derivative
 
 LONGEST_S = 0.02
+# largest relative error of a clock that is searched, length of the stretches (s), frequencies (Hz)
+LARGEST_CLOCK_ERROR, STRETCH_S, CLOCK_BAND_HZ = 5e-3, 10.0, (0.5, 20.0)
 
 
 def marker_delay(time: np.ndarray, position: np.ndarray, belt_velocity: np.ndarray, what: str) -> float:
@@ -129,3 +135,85 @@ def common_signal_delay(
         bend = before - 2.0 * at + after
         shift = 0.5 * float(before - after) / bend if bend < 0.0 else 0.0
     return float(lags[k] + shift) / rate_hz, float(r[k]), float(covariance[k] / of_y[k])
+
+
+def clock_error(torque: np.ndarray, angle: np.ndarray, rate_hz: float) -> float:
+    """Relative error of the clock of a response against the clock of its input.
+
+    The clock is right if the cross-spectra of all stretches of the record have the same phase. The delay that
+    grows by e per second turns the cross-spectrum of a stretch at t by exp(-2 pi j f e t). The largest
+
+        sum over f of |sum over stretches of C(f, t) exp(2 pi j f e t)|
+
+    is searched on a grid, and refined by a parabola.
+
+    Parameters
+    ----------
+    torque, angle : ndarray, shape (n,)
+        Input and response (N·m, rad).
+    rate_hz : float
+        Sampling rate (Hz).
+
+    Returns
+    -------
+    float
+        e, positive if the clock of the response is fast; 0 for a record of less than two stretches.
+    """
+    length = round(STRETCH_S * rate_hz)
+    count = torque.size // length
+    if count < 2:
+        return 0.0
+    frequency = np.fft.rfftfreq(length, 1.0 / rate_hz)
+    lines = (frequency >= CLOCK_BAND_HZ[0]) & (frequency <= CLOCK_BAND_HZ[1])
+    spectra = [
+        np.fft.rfft(x[: count * length].reshape(count, length), axis=1)[:, lines] for x in (torque, angle)
+    ]
+    cross = spectra[1] * spectra[0].conj()
+    # every frequency by its own strength, or the resonance decides alone
+    cross /= np.sqrt(np.mean(np.abs(cross) ** 2, axis=0)) + np.finfo(float).tiny
+    step = 0.1 / (CLOCK_BAND_HZ[1] * count * STRETCH_S)
+    tried = step * np.arange(-round(LARGEST_CLOCK_ERROR / step), round(LARGEST_CLOCK_ERROR / step) + 1)
+    turns = 2j * np.pi * np.outer(STRETCH_S * np.arange(count), frequency[lines])
+    agreement = np.array([np.abs((cross * np.exp(e * turns)).sum(axis=0)).sum() for e in tried])
+    k = int(np.clip(np.argmax(agreement), 1, tried.size - 2))
+    before, at, after = agreement[k - 1 : k + 2]
+    bend = before - 2.0 * at + after
+    return float(tried[k] + (step * 0.5 * (before - after) / bend if bend < 0.0 else 0.0))
+
+
+def stamp_jitter(time: np.ndarray, x: np.ndarray) -> float:
+    """Standard deviation of the errors of time stamps (s).
+
+    Every sample is predicted by the cubic through two samples on either side. Noise of the signal adds the
+    same variance everywhere; an error of the stamps adds one in proportion to the squared rate of change.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Stamps (s), increasing.
+    x : ndarray, shape (n,)
+        Samples, at a rate of several times the frequency of the signal.
+
+    Returns
+    -------
+    float
+        Standard deviation (s), 0 if it does not grow with the rate of change.
+    """
+    middle = time[2:-2]
+    around = np.stack([time[k : time.size - 4 + k] for k in (0, 1, 3, 4)])
+    weights = np.ones_like(around)
+    for i in range(4):
+        for j in set(range(4)) - {i}:
+            weights[i] *= (middle - around[j]) / (around[i] - around[j])
+    predicted = sum(w * x[k : x.size - 4 + k] for w, k in zip(weights, (0, 1, 3, 4), strict=True))
+    gain = 1.0 + (weights**2).sum(axis=0)
+    usable = gain < np.median(gain) * 2.0
+    squares = ((x[2:-2] - predicted) ** 2 / gain)[usable]
+    # over the two samples on either side, whose own errors matter less
+    rate = ((x[4:] - x[:-4]) / (time[4:] - time[:-4]))[usable] ** 2
+    quick = rate > np.median(rate)
+    # a signal in steps is exact while it rests and errs by their twelfth while it moves
+    steps = np.diff(np.unique(x)).min(initial=np.inf)
+    rise = np.mean(squares[quick]) - np.mean(squares[~quick]) - (steps**2 / 12.0 if quick.any() else 0.0)
+    spread = np.mean(rate[quick]) - np.mean(rate[~quick])
+    return float(np.sqrt(max(rise / spread, 0.0))) if spread > 0.0 else 0.0

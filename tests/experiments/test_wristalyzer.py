@@ -252,7 +252,8 @@ def test_estimator_in_the_registry_is_fitted_and_becomes_rows_with_its_budget(mo
     rows = rows_of(found, "half")
     assert list(rows) == ["I", "B", "K", "VAF_trial"]
     assert [rows[q].value for q in "IBK"] == half.tolist()
-    assert {row.flags for row in rows.values()} == {"not-converged"}
+    # half of the joint does not predict the angle either
+    assert {row.flags for row in rows.values()} == {"not-converged;lack-of-fit"}
     assert not any(row.recommended for row in rows.values())
     table = wristalyzer_contributions(list(rows.values()), found.budgets)
     assert {row.source for row in table} == {"scatter"} and rows["K"].u_type_a == pytest.approx(
@@ -303,3 +304,38 @@ def test_averaging_across_the_resonance_lowers_the_coherence_of_a_linear_joint_t
 
 def test_error_of_a_noisy_record_falls_when_frequencies_are_averaged(swept):
     assert swept[1].error > 5.0 * swept[2].error > 50.0 * swept[8].error
+
+
+# ---- faults of the record ------------------------------------------------------------------------
+
+
+def late(trial, samples):
+    """The trial with an angle that is recorded late by whole samples."""
+    angle = trial.signals["angle"]
+    signals = trial.signals | {"angle": replace(angle, values=np.roll(angle.values, samples))}
+    return replace(trial, signals=signals)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("samples", [0, 3, -3, 8])
+def test_late_trigger_is_measured_corrected_and_flagged(samples):
+    found = analyse(late(trial_with(noise_rad=0.001), samples))
+    row = rows_of(found, "period-regression")["K"]
+    assert row.ci_low < JOINT[2] < row.ci_high
+    assert ("log-delay" in row.flags) == (samples != 0)
+    assert "lack-of-fit" not in row.flags
+
+
+@pytest.mark.slow
+def test_angle_without_a_response_is_never_quoted_without_a_flag():
+    trial = trial_with()
+    noise = 0.01 * np.random.default_rng(4).standard_normal(trial.time.size)
+    trial = replace(trial, signals=trial.signals | {"angle": replace(trial.signals["angle"], values=noise)})
+    for row in wristalyzer_estimates("0.16", analyse(trial)):
+        assert "lack-of-fit" in row.flags
+
+
+@pytest.mark.slow
+def test_errors_of_the_stamps_that_ingest_measured_flag_every_estimate():
+    trial = replace(trial_with(noise_rad=0.001), attributes={"stamp_jitter_s": 0.002})
+    assert all("stamp-jitter" in row.flags for row in wristalyzer_estimates("0.16", analyse(trial)))

@@ -15,6 +15,7 @@ from tepsipe.experiments.position_manipulator.analysis import (
     analyse_parallel_cascade,
     analyse_position_manipulator,
     parallel_cascade_estimates,
+    position_manipulator_estimates,
     position_manipulator_result,
 )
 from tepsipe.identification.cascade.fit import ParallelCascadeOptions
@@ -487,3 +488,47 @@ def test_real_ankle_has_the_reflex_of_an_ankle(real_ankle):
     assert 0.0 < low < both.gain < high
     assert both.impedance[2] < alone.fit.parameters[2]
     assert (both.impedance_bootstrap > 0.0).all()
+
+
+# ---- flags ---------------------------------------------------------------------------------------
+
+
+def flags_of(fit):
+    rows = parallel_cascade_estimates("position_manipulator", "a", fit)
+    return {(row.estimator, row.quantity): row.flags.split(";") for row in rows}
+
+
+def test_sound_record_has_no_flags_of_misfit_or_muscle():
+    flags = {name for names in flags_of(plain()[2]).values() for name in names}
+    assert not {"lack-of-fit", "slow-reflex", "edge-of-search"} & flags
+
+
+@pytest.mark.slow
+def test_torque_that_does_not_answer_the_angle_is_a_lack_of_fit(rng):
+    trial, _ = joint_with_reflex(rng)
+    noise = rng.standard_normal(trial.time.size)
+    found = altered(trial, torque=lambda x: noise)
+    for row in parallel_cascade_estimates("position_manipulator", "a", analysed(found)):
+        assert "lack-of-fit" in row.flags
+    regression = analyse_position_manipulator(found, FEW_DRAWS, rng)
+    for row in position_manipulator_estimates("position_manipulator", "a", regression):
+        assert "lack-of-fit" in row.flags
+
+
+@pytest.mark.slow
+def test_gain_of_a_muscle_that_is_too_slow_is_flagged(rng, monkeypatch):
+    monkeypatch.setitem(globals(), "FREQUENCY_HZ", 1.5)
+    flags = flags_of(analysed(joint_with_reflex(rng)[0]))
+    assert "slow-reflex" in flags["parallel-cascade", "reflex_gain"]
+    assert "slow-reflex" in flags["parallel-cascade-muscle", "reflex_gain"]
+    assert "slow-reflex" not in flags["parallel-cascade", "K"]
+
+
+@pytest.mark.slow
+def test_delay_beyond_those_that_are_tried_is_flagged_and_never_assumed():
+    found = analysed(joint_with_reflex(np.random.default_rng(8), delay=0.015)[0])
+    # the early reflex is mistaken for less damping
+    assert found.impedance[1] < 0.8 * DAMPING
+    flags = flags_of(found)
+    assert flags["parallel-cascade", "reflex_delay"] == ["edge-of-search"]
+    assert all("edge-of-search" in flags["parallel-cascade", name] for name in ("I", "B", "reflex_gain"))

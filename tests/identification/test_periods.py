@@ -5,7 +5,7 @@ import pytest
 from builders import assert_one_sentence, multisine_record
 
 from tepsipe.errors import InputError
-from tepsipe.identification.regression.periods import fit_periods
+from tepsipe.identification.regression.periods import fit_periods, torque_delay
 
 JOINT = np.array([0.015, 0.1, 8.0])
 RATE, PERIOD, BAND = 256.0, 10.0, (1.0, 20.0)
@@ -95,3 +95,11 @@ def test_too_few_lines_or_periods_are_refused(band, periods, said):
     with pytest.raises(InputError) as caught:
         fit(*record(periods=periods), band)
     assert_one_sentence(caught.value, said)
+
+
+@pytest.mark.parametrize("delay_s", [0.03, 0.01, 0.003, 0.0, -0.01])
+def test_delay_that_is_long_against_the_quickest_line_is_found(delay_s):
+    torque, angle = multisine_record((0.015, 0.1, 9.0), 4.0)
+    late = np.roll(angle, round(delay_s * 256.0))
+    found = torque_delay(torque, late, 256.0, 10.0, (1.0, 20.0))
+    assert found == pytest.approx(round(delay_s * 256.0) / 256.0, abs=1e-6)

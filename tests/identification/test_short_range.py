@@ -116,6 +116,14 @@ def test_reflex_must_lower_the_error_clearly_and_other_terms_by_the_tolerance():
     assert choose_rows(tables, reflex, 0.01).tolist() == [0, 2, 1]
 
 
+def test_average_over_structures_takes_each_of_those_within_the_tolerance_equally():
+    simple, alike, worse = np.array([1.005, 1.005]), np.array([1.0, 1.0]), np.array([1.2, 1.2])
+    tables = np.tile(np.array([simple, worse, alike]), (1000, 1, 1))
+    among = (np.arange(1000) + 0.5) / 1000.0
+    taken = choose_rows(tables, np.zeros(3, dtype=bool), 0.01, among)
+    assert np.bincount(taken, minlength=3).tolist() == [500, 0, 500]
+
+
 # ---- slow torque -------------------------------------------------------------------------------
 
 

@@ -8,7 +8,13 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
-from builders import DUMMY_DURATION_S, WRISTALYZER_DURATION_S, assert_one_sentence, trial_of
+from builders import (
+    DUMMY_DURATION_S,
+    WRISTALYZER_DURATION_S,
+    assert_one_sentence,
+    multisine_record,
+    trial_of,
+)
 from scipy import signal
 
 from tepsipe.errors import InputError
@@ -121,6 +127,11 @@ BAD_LOGS = {
         lambda t: {k: v[155:] for k, v in t.items()},
         "found 5",
     ),
+    "the angle has coarse steps": (
+        lambda t: t | {"angle": 0.02 * np.round(t["angle"] / 0.02)},
+        "distinct values, found 6 in steps of 0.02 rad",
+    ),
+    "the angle is saturated": (lambda t: t | {"angle": np.minimum(t["angle"], 0.05)}, "range of its sensor"),
     "the angle is never there": (lambda t: t | {"angle": np.nan * t["angle"]}, "angle"),
 }
 
@@ -150,6 +161,27 @@ def test_command_is_refused_where(why, log, command):
     with pytest.raises(InputError) as caught:
         ingest(log, change(command))
     assert_one_sentence(caught.value, "command.txt", found)
+
+
+@pytest.mark.parametrize("error", [1e-3, -1e-3])
+def test_clock_of_the_log_that_runs_fast_or_slow_is_corrected(error):
+    torque, angle = multisine_record((0.015, 0.1, 9.0), 6.2, rate_hz=512.0)
+    command = {"time": np.arange(torque.size) / 512.0, "torque": torque}
+    time = np.arange(-300, 61 * 160) / 160.0
+    exact = np.where(time < 0.0, 0.0, np.interp(time, command["time"], angle))
+    trigger = np.where(time >= 0.0, 500.0, 0.0)
+    trials = [
+        ingest(
+            {"time": 500.0 + (1.0 + e) * time, "angle": exact, "trigger_time": trigger},
+            command,
+            duration_s=60.0,
+        )
+        for e in (0.0, error)
+    ]
+    assert [t.attributes["clock_error"] for t in trials] == pytest.approx([0.0, error], abs=5e-6)
+    right, corrected = (t.values("angle")[: 256 * 60] for t in trials)
+    assert corrected == pytest.approx(right, abs=0.02 * right.std())
+    assert "clock" in trials[1].signals["angle"].processing[2]
 
 
 def read_manipulator(files, config):

@@ -2,11 +2,17 @@
 
 import numpy as np
 import pytest
-from builders import assert_one_sentence, belt_pulses
+from builders import assert_one_sentence, belt_pulses, multisine_record
 
 from tepsipe.errors import InputError
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.time_alignment import advanced, common_signal_delay, marker_delay
+from tepsipe.signals.time_alignment import (
+    advanced,
+    clock_error,
+    common_signal_delay,
+    marker_delay,
+    stamp_jitter,
+)
 
 RATE_HZ = 250.0
 TIME = np.arange(2500) / RATE_HZ
@@ -88,3 +94,34 @@ def test_lags_at_which_one_of_two_records_stands_still_do_not_count(still, rng):
         delay, correlation, _ = common_signal_delay(*pair, 100.0, 2.0)
         assert delay == pytest.approx(-0.4 if still else 0.4, abs=0.01)
         assert np.sign(correlation) == sign
+
+
+@pytest.mark.parametrize("error", [0.0, 1e-3, -1e-3, 1e-4, 3e-3])
+def test_clock_that_runs_fast_turns_the_phase_of_the_response(error):
+    torque, angle = multisine_record((0.015, 0.1, 9.0), 6.0)
+    time = np.arange(torque.size) / 256.0
+    # an instant t has the stamp (1 + error) t
+    logged = np.interp(time / (1.0 + error), time, angle)
+    assert clock_error(torque, logged, 256.0) == pytest.approx(error, abs=5e-6)
+
+
+def test_clock_is_taken_as_right_in_a_record_too_short_to_show_it():
+    torque, angle = multisine_record((0.015, 0.1, 9.0), 1.5)
+    assert clock_error(torque, angle, 256.0) == 0.0
+
+
+@pytest.mark.parametrize("error_s", [0.0, 0.001, 0.002])
+def test_errors_of_stamps_grow_with_the_rate_and_noise_does_not(error_s, rng):
+    torque, angle = multisine_record((0.015, 0.1, 9.0), 6.0)
+    true = np.arange(torque.size) / 256.0
+    stamps = np.arange(5.0, 55.0, 1.0 / 163.0) + 0.0006 * rng.standard_normal(8150)
+    noise = 2e-5 * rng.standard_normal(stamps.size)
+    sampled = np.interp(stamps + error_s * rng.standard_normal(stamps.size), true, angle) + noise
+    assert stamp_jitter(np.sort(stamps), sampled) == pytest.approx(error_s, abs=1.5e-4)
+
+
+def test_coarse_steps_are_no_errors_of_stamps():
+    torque, angle = multisine_record((0.015, 0.1, 9.0), 6.0)
+    step = np.ptp(angle) / 25.0
+    time = np.arange(torque.size) / 256.0
+    assert stamp_jitter(time, step * np.round(angle / step)) < 0.0012

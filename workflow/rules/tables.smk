@@ -5,6 +5,7 @@ rule collect_estimates:
     input:
         estimates=outputs.estimates(STUDY),
         budgets=outputs.budgets(STUDY),
+        fits=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
         library=library_of("collect_estimates"),
     output:
         table=report(
@@ -25,6 +26,7 @@ rule collect_estimates:
         "../envs/tepsipe.yaml"
     params:
         labels=groups.labels(STUDY),
+        conditions=STUDY.conditions("dummy"),
     script:
         "../scripts/collect_estimates.py"
 

@@ -1,13 +1,19 @@
-"""Join the estimates of all trials into one table, and their uncertainty budgets into another."""
+"""Join all estimates, flagged by faults of their rig, into one table, and budgets into another."""
 
 import job
 
 job.start(snakemake)
 
+from tepsipe.experiments.dummy.rig import flag_rig
 from tepsipe.io.budget_table import CONTRIBUTIONS
 from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.result import read_facts
 
-rows = ESTIMATES.read(*snakemake.input.estimates)
+facts = {
+    condition: read_facts(path)
+    for condition, path in zip(snakemake.params.conditions, snakemake.input.fits, strict=True)
+}
+rows = flag_rig(ESTIMATES.read(*snakemake.input.estimates), facts)
 labels = {
     column: [cells[row.experiment][row.condition] for row in rows]
     for column, cells in snakemake.params.labels.items()

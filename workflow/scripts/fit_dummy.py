@@ -31,7 +31,7 @@ verdict = check_dummy(
 intervals = bootstrap_pathways(found, params.bootstrap_draws, params.seed)
 rows = dummy_estimates(snakemake.wildcards.condition, found, intervals)
 result = dummy_result(found)
-result.facts["checks"] = check_facts(verdict)
+result.facts.update(check_facts(verdict))
 write_result(output.fit, result)
 ESTIMATES.write(output.estimates, quoted_rows(flag_rows(rows, verdict), verdict))
 CONTRIBUTIONS.write(output.uncertainty, dummy_contributions(rows, found))

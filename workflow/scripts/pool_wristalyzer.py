@@ -12,8 +12,9 @@ from tepsipe.io.trial import read_trial
 from tepsipe.statistics.uncertainty import sources_of
 
 params = snakemake.params
-found = fit_wristalyzer_together([read_trial(path) for path in snakemake.input.trials], **params.analysis)
+trials = [read_trial(path) for path in snakemake.input.trials]
+found, flags = fit_wristalyzer_together(trials, **params.analysis)
 write_result(snakemake.output.fit, pooled_result(list(params.conditions), found))
-rows, contributions = pooled_estimates(found, sources_of(params.uncertainty))
+rows, contributions = pooled_estimates(found, sources_of(params.uncertainty), flags)
 ESTIMATES.write(snakemake.output.estimates, rows)
 CONTRIBUTIONS.write(snakemake.output.uncertainty, contributions)

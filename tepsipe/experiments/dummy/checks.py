@@ -12,7 +12,8 @@ leg-disagrees
     added. The null distribution includes the effect of Type B sources on the difference: a rod that
     bends within its stated uncertainty is no fault.
 foot-leg-delay
-    Delay of the angle after the foot: sampling instants, or a marker that slips.
+    Delay of the angle after the foot: sampling instants, or a marker that slips. It is a parameter of the
+    joint likelihood, and says nothing if that does not fit (lack-of-fit).
 joint-inertia
     I against the known inertia of the joint: mass, centre of mass or inertia of the leg are wrong.
 foot-markers-apart
@@ -22,12 +23,14 @@ markers-slip
 markers-pulse-locked
     The same residuals averaged over the perturbations: a leg that bends or wobbles.
 lack-of-fit
-    Residuals of the joint likelihood: their power, and their average over the perturbations.
+    Residuals of the joint likelihood: their power, and their average over the perturbations. A joint with
+    hysteresis fails it.
 
 `noise_bias` is not a test: it predicts the bias of a windowed fit from the measured noise. Perturbations that
 repeat each other are fitted by products of different ones, which noise does not bias.
 
-Failed checks flag the rows of the pathways that they concern:
+Failed checks flag the rows of the pathways that they concern. Faults of the rig that one trial shows flag all
+trials (`tepsipe.experiments.dummy.rig`):
 
     a windowed fit of the consistent torque    leg-disagrees, foot-leg-delay, joint-inertia, markers-slip,
                                                markers-pulse-locked; noise-biased
@@ -38,12 +41,13 @@ The pathway of the configuration is quoted. If it is a joint likelihood whose mo
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy
 
 from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis, DummyOptions, trial_markers
+from tepsipe.experiments.dummy.rig import FALSE_ALARMS, LACK_OF_FIT
 from tepsipe.identification.estimators import LEAST_SQUARES
 from tepsipe.identification.likelihood.likelihood import LikelihoodFit
 from tepsipe.identification.likelihood.result import (
@@ -60,7 +64,6 @@ from tepsipe.mechanics.segment_kinematics import SegmentMarkers, motion_of_marke
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.perturbations import Perturbation, rest_samples
 
-FALSE_ALARMS = 0.05
 # tolerances: of K, of a delay (s), of markers (m), of the angle's residual, of I over the leg's
 TOLERATED = {
     "leg-disagrees": 0.005,
@@ -116,9 +119,13 @@ class Check:
 
 
 def failed(checks: Sequence[Check]) -> list[str]:
-    """Names of the checks that fail, by Bonferroni's bound over all of them."""
+    """Names of the checks that fail, by Bonferroni's bound over all of them.
+
+    A delay that is fitted by a model that does not fit is no delay: hysteresis would be taken for one.
+    """
     bound = FALSE_ALARMS / max(1, len(checks))
-    return [c.name for c in checks if c.size > c.tolerance and c.probability < bound]
+    names = [c.name for c in checks if c.size > c.tolerance and c.probability < bound]
+    return [name for name in names if name != "foot-leg-delay" or LACK_OF_FIT not in names]
 
 
 def delay_check(fit: LikelihoodEstimates, uncertainty_s: float) -> Check:
@@ -444,11 +451,14 @@ class Verdict:
         Pathway -> flags of its I, B, K.
     quoted : str
         The pathway to quote.
+    concerned : dict of str to tuple of str
+        Pathway -> checks that flag its I, B, K if they fail.
     """
 
     checks: list[Check]
     flags: dict[str, list[str]]
     quoted: str
+    concerned: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 def known_inertia(checks: dict) -> tuple[float, float] | None:
@@ -499,32 +509,42 @@ def check_dummy(
         relevant.append(analysis.budgets[recommended].minus(analysis.budgets[name]).type_b[2])
     checks = _checks(trial, options, fit, of_leg, relevant, joint_inertia)
     names = failed(checks)
-    flags = {}
-    for name, pathway in analysis.pathways.items():
-        if pathway.torque != "leg" or pathway.marker_instants != "aligned":
-            continue
-        relevant = OF_ANGLE if name in analysis.output_errors else OF_TORQUE
-        flags[name] = [n for n in names if n in relevant]
+    concerned = {
+        name: OF_ANGLE if name in analysis.output_errors else OF_TORQUE
+        for name, pathway in analysis.pathways.items()
+        if (pathway.torque, pathway.marker_instants) == ("leg", "aligned")
+    }
+    flags = {name: [n for n in names if n in relevant] for name, relevant in concerned.items()}
     if of_leg is not None:
         if _biased(of_leg, fit, options, analysis, recommended):
             flags[recommended].append(NOISE_BIASED)
         if first in fits and "lack-of-fit" in names and not flags[recommended]:
             first = recommended
-    return Verdict(checks, flags, first)
+    return Verdict(checks, flags, first, concerned)
 
 
 def flag_rows(rows: Sequence[Estimate], verdict: Verdict) -> list[Estimate]:
-    """Rows of I, B, K, also of small movements, with the flags of their pathway."""
+    """Rows of I, B, K, also of small movements, with the flags of their pathway; of a misfit all rows."""
     joint = {*PARAMETERS, *(f"{quantity}_small" for quantity in PARAMETERS)}
-    return [
-        flagged([row], *verdict.flags.get(row.pathway, ()))[0] if row.quantity in joint else row
-        for row in rows
-    ]
+    out = []
+    for row in rows:
+        flags = verdict.flags.get(row.pathway, ())
+        others = [name for name in flags if name == LACK_OF_FIT]
+        out += flagged([row], *(flags if row.quantity in joint else others))
+    return out
 
 
-def check_facts(verdict: Verdict) -> dict[str, dict[str, float]]:
-    """Check -> size and probability, as plain numbers."""
-    return {c.name: {"size": float(c.size), "probability": float(c.probability)} for c in verdict.checks}
+def check_facts(verdict: Verdict) -> dict[str, dict]:
+    """Facts of a fit: ``checks``, their numbers, and ``concerned``, pathway -> checks that flag it."""
+    numbers = {
+        c.name: {
+            "size": float(c.size),
+            "probability": float(c.probability),
+            "tolerance": float(c.tolerance),
+        }
+        for c in verdict.checks
+    }
+    return {"checks": numbers, "concerned": {name: list(n) for name, n in verdict.concerned.items()}}
 
 
 def _windowed(analysis: DummyAnalysis, name: str) -> bool:

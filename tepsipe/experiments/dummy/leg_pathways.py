@@ -1,7 +1,7 @@
 """TEP-SIPE on the ankle dummy, from one trial to its estimates by every pathway (thesis section 3-1-2)."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
@@ -29,12 +29,16 @@ from tepsipe.mechanics.segment_kinematics import (
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
+from tepsipe.signals.time_alignment import advanced, common_signal_delay
 from tepsipe.statistics.bootstrap import Interval
 from tepsipe.statistics.uncertainty import Budget, Source, sources_of
 from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
 
 # attribute of a trial whose belt velocity was derived from markers
 MARKED_BELT = "belt_velocity_from"
+# delay of the belt's log after belt-fixed markers: the longest that needs no correction, the longest that is
+# searched (s), and the least correlation of both velocities for a delay to be measured
+LOG_DELAY_S, LONGEST_LOG_DELAY_S, LEAST_CORRELATION = 6e-3, 0.2, 0.9
 MARKER_SIGNALS = {"aligned": "marker_position", "as-sampled": "marker_position_as_sampled"}
 
 
@@ -154,6 +158,8 @@ class DummyAnalysis:
         pathway uses, for example ``Fy/loaded-frame``; empty without pathways from the foot.
     checks : dict of str to TreadmillCheck
         Pathway -> examination of its treadmill model; empty without such pathways.
+    flags : tuple of str
+        Failed checks of the whole trial, names in `tepsipe.io.estimates.FLAGS`.
     """
 
     time: np.ndarray
@@ -168,6 +174,7 @@ class DummyAnalysis:
     marker_noise_m: float
     loads: dict[str, np.ndarray] = field(default_factory=dict)
     checks: dict[str, TreadmillCheck] = field(default_factory=dict)
+    flags: tuple[str, ...] = ()
 
     @property
     def output_errors(self) -> dict[str, OutputError | LikelihoodEstimates]:
@@ -203,6 +210,7 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
     InputError
         If no perturbation or no rest is found, or the markers are not the leg's.
     """
+    trial, flags = belt_in_time(trial, options)
     prepared = prepare_trial(trial, "belt velocity", options.lowpass, options.window)
     perturbations, at_rest = prepared.perturbations, prepared.at_rest
     motions = {
@@ -244,7 +252,45 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         damping_per_skew=skews,
         marker_residual_rms_m=max(motion.marker_residual_rms_m for motion in motions.values()),
         marker_noise_m=_noise_at_rest(prepared, options),
+        flags=flags,
     )
+
+
+def belt_in_time(trial: Trial, options: DummyOptions) -> tuple[Trial, tuple[str, ...]]:
+    """Trial whose logged belt moves with the markers on it, and flags.
+
+    A late log shifts the windows of the perturbations, over which a joint that softens has another K.
+
+    Parameters
+    ----------
+    trial : Trial
+        Markers (m) and belt velocity (m/s).
+    options : DummyOptions
+        Belt-fixed markers and filter.
+
+    Returns
+    -------
+    trial : Trial
+        The same unless the log is late or early by more than a sample or so.
+    flags : tuple of str
+        ``log-delay`` if it was.
+    """
+    known = trial.axes["marker"].tolist()
+    if MARKED_BELT in trial.attributes or not set(options.belt_fixed_labels) & set(known):
+        return trial, ()
+    riding = belt_fixed_position(trial, options.belt_fixed_labels, "aligned")
+    belt = trial.signals["belt_velocity"]
+    velocity = derivative(trial.time, options.lowpass(riding, trial.rate_hz))
+    logged = options.lowpass(belt.values, trial.rate_hz)
+    delay, correlation, _ = common_signal_delay(velocity, logged, trial.rate_hz, LONGEST_LOG_DELAY_S)
+    if abs(delay) <= LOG_DELAY_S or correlation < LEAST_CORRELATION:
+        return trial, ()
+    moved = replace(
+        belt,
+        values=advanced(trial.time, belt.values, delay),
+        processing=(*belt.processing, f"moved by {-1e3 * delay:.3g} ms to the belt-fixed markers"),
+    )
+    return replace(trial, signals=trial.signals | {"belt_velocity": moved}), ("log-delay",)
 
 
 def dummy_estimates(
@@ -287,7 +333,7 @@ def dummy_estimates(
             )
             for k, quantity in enumerate(PARAMETERS)
         ]
-        failed = analysis.checks[name].flags if name in analysis.checks else ()
+        failed = (*analysis.flags, *(analysis.checks[name].flags if name in analysis.checks else ()))
         rows += flagged(with_budget(of_joint, analysis.budgets[name], PARAMETERS), *failed)
         rows.append(
             Estimate(

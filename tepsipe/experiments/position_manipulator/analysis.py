@@ -36,6 +36,9 @@ MUSCLE_ESTIMATOR = "parallel-cascade-muscle"
 TERMS = ("direction", "stops", "stiffening", "gain_slope", "unloading", "relaxing")
 # relative distance from a bound of its search at which a constant of the muscle counts as at the bound
 AT_BOUND = 1e-3
+# VAF (%) of the torque below which a model does not describe the joint; and frequency (Hz) of the slowest
+# calf muscle: a slower response is no reflex, but voluntary torque
+LEAST_VAF, SLOWEST_MUSCLE_HZ = 50.0, 1.9
 MUSCLE_UNITS = {"reflex_gain": "Nms/rad", "reflex_frequency": "Hz", "reflex_damping": "1"}
 
 
@@ -252,7 +255,11 @@ def position_manipulator_estimates(
         )
         for k, quantity in enumerate(PARAMETERS)
     ]
-    return rows + _vaf_rows(names, analysis.vaf)
+    return flagged(rows + _vaf_rows(names, analysis.vaf), *_misfit(analysis.vaf.training))
+
+
+def _misfit(vaf: float) -> tuple[str, ...]:
+    return () if vaf >= LEAST_VAF else ("lack-of-fit",)
 
 
 def _vaf_rows(names: tuple[str, str, str, str], vaf: HeldOutVaf) -> list[Estimate]:
@@ -279,6 +286,8 @@ def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCas
         drawn(quantity, UNITS[quantity], fit.impedance[k], fit.impedance_bootstrap[:, k])
         for k, quantity in enumerate(PARAMETERS)
     ]
+    # a reflex earlier than those that are tried is in the intrinsic response, as inertia and damping
+    rows = [*flagged(rows[:2], *_beyond(fit)), *rows[2:]]
     short = fit.short_range
     rows += [
         drawn("K_working", "Nm/rad", fit.working_stiffness, fit.working_stiffness_bootstrap),
@@ -301,6 +310,7 @@ def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCas
     rows.append(Estimate(*names, "VAF_cross_validated", "%", fit.vaf_cross_validated))
     rows += _vaf_rows(names, fit.vaf)
     rows.append(Estimate(*names, "VAF_held_out_with_slow_torque", "%", fit.slow.vaf.held_out))
+    rows = flagged(rows, *_misfit(fit.vaf_cross_validated))
     if fit.muscle is not None:
         rows += _muscle_rows((experiment, condition, PATHWAY, MUSCLE_ESTIMATOR), fit)
     return recommended(rows, PATHWAY, REFLEX_ESTIMATOR)
@@ -316,7 +326,11 @@ def _drawn(names, quantity: str, unit: str, value: float, draws: np.ndarray, blo
 
 
 def _reflex_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> list[Estimate]:
-    """Gain, terms and times of the reflex; an undetermined delay or threshold is flagged."""
+    """Gain, terms and times of the reflex, with flags.
+
+    Delay and threshold are flagged where the record does not determine them, and where it prefers others than
+    were searched; then the gain is flagged, too, and where the muscle is too slow.
+    """
     rows = [_drawn(names, "reflex_gain", "Nms/rad", fit.gain, fit.gain_bootstrap, fit.blocks)]
     if fit.muscle is None:
         return rows
@@ -329,18 +343,30 @@ def _reflex_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> l
     if fit.structure.unloading:
         draws = fit.unloading_gain_bootstrap
         rows.append(_drawn(names, "unloading_gain", "Nms/rad", fit.unloading_gain, draws, fit.blocks))
+    rows = flagged(rows, *_beyond(fit), *_slow(fit))
     for choice in fit.assumptions:
         rows_of_choice = [
             Estimate(*names, choice.quantity, choice.unit, choice.value),
             Estimate(*names, f"{choice.quantity}_low", choice.unit, choice.low),
             Estimate(*names, f"{choice.quantity}_high", choice.unit, choice.high),
         ]
-        rows += flagged(rows_of_choice, *["assumed"] * (not choice.determined))
+        why = "assumed" if choice.low <= choice.value <= choice.high else "edge-of-search"
+        rows += flagged(rows_of_choice, *[why] * (not choice.determined))
     return [
         *rows,
         Estimate(*names, "reflex_peak", "s", fit.reflex_peak_s),
         Estimate(*names, "reflex_duration", "s", fit.reflex_duration_s),
     ]
+
+
+def _beyond(fit: ParallelCascadeFit) -> tuple[str, ...]:
+    outside = any(not choice.low <= choice.value <= choice.high for choice in fit.assumptions)
+    return ("edge-of-search",) if outside else ()
+
+
+def _slow(fit: ParallelCascadeFit) -> tuple[str, ...]:
+    slow = fit.muscle is not None and fit.muscle.constants[1] < SLOWEST_MUSCLE_HZ
+    return ("slow-reflex",) if slow else ()
 
 
 def _muscle_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> list[Estimate]:
@@ -355,7 +381,8 @@ def _muscle_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> l
         for k, (quantity, unit) in enumerate(MUSCLE_UNITS.items())
     ]
     rows.append(Estimate(*names, "reflex_delay", "s", fit.structure.delay_s))
-    return flagged(rows + _vaf_rows(names, muscle.vaf), *["at-bound"] * at_bound)
+    checks = (*["at-bound"] * at_bound, *_slow(fit), *_misfit(muscle.vaf.training))
+    return flagged(rows + _vaf_rows(names, muscle.vaf), *checks)
 
 
 def position_manipulator_result(analysis: PositionManipulatorAnalysis, fit: ParallelCascadeFit) -> Result:

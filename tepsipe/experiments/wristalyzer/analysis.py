@@ -14,6 +14,7 @@ from tepsipe.experiments.wristalyzer.record import (
     WristalyzerOptions,
     WristalyzerRecord,
     prepare,
+    timed,
 )
 from tepsipe.identification.admittance_fit import (
     AdmittanceFit,
@@ -31,6 +32,9 @@ from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, simulate_angle
 from tepsipe.signals.response import FrequencyResponse
 from tepsipe.statistics.uncertainty import Budget, Source
+
+# VAF (%) of the angle below which I, B, K do not describe the joint
+LEAST_VAF = 80.0
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,8 @@ class WristalyzerAnalysis:
         Fits from random starting values.
     tried : list of (float, AdmittanceFit, AdmittanceFit)
         Starting K (N·m/rad), fit with complex residuals, fit with the modulus.
+    flags : tuple of str
+        Failed checks of the trial, names in `tepsipe.io.estimates.FLAGS`.
     """
 
     prepared: PreparedTrial
@@ -59,6 +65,7 @@ class WristalyzerAnalysis:
     profile: StiffnessProfile
     many_starts: list[AdmittanceFit]
     tried: list[tuple[float, AdmittanceFit, AdmittanceFit]]
+    flags: tuple[str, ...]
 
     @property
     def budgets(self) -> dict[str, Budget]:
@@ -102,6 +109,10 @@ def analyse_wristalyzer(
             "expected a torque perturbation and a moving joint, found a constant signal: check that "
             "the perturbation was applied"
         )
+    timing = (options.cut_s, options.perturbation_period_s, options.excited_band_hz)
+    on_time, flags = timed(trial, *timing)
+    if on_time is not trial:
+        trial, prepared = on_time, prepare(on_time, options)
     record, bounds = WristalyzerRecord(trial, prepared, options, sources or {}), options.bounds
     fitted = {
         name: estimator.function(record)
@@ -122,6 +133,7 @@ def analyse_wristalyzer(
         ),
         many_starts=fit_from_many_starts(band, bounds, options.random_starts, rng),
         tried=tried,
+        flags=flags,
     )
 
 
@@ -139,8 +151,10 @@ def wristalyzer_estimates(condition: str, analysis: WristalyzerAnalysis) -> list
             estimates = with_budget(estimates, fit.budget, PARAMETERS)
         if search is not None:
             estimates.append(Estimate(*names, "error", "1", search.cost))
-        estimates.append(Estimate(*names, "VAF_trial", "%", analysis.prepared.prediction_vaf(fit.parameters)))
-        rows += flagged(estimates, *fit.flags)
+        score = analysis.prepared.prediction_vaf(fit.parameters)
+        estimates.append(Estimate(*names, "VAF_trial", "%", score))
+        misfit = () if score >= LEAST_VAF else ("lack-of-fit",)
+        rows += flagged(estimates, *fit.flags, *analysis.flags, *misfit)
     quoted = next(name for name in RECOMMENDED if name in analysis.fitted)
     return recommended(rows, PATHWAY, quoted)
 

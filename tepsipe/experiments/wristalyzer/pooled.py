@@ -1,15 +1,16 @@
 """All trials of the torque-controlled manipulator together: a joint that is not linear, and friction."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from tepsipe.experiments.budgets import contributions_of, with_budget
 from tepsipe.experiments.wristalyzer.budget import pooled_budget
 from tepsipe.experiments.wristalyzer.names import PATHWAY, POOLED
+from tepsipe.experiments.wristalyzer.record import timed
 from tepsipe.identification.regression.pooled import UNITS, PerturbedRecord, PooledFit, fit_pooled
 from tepsipe.io.budget_table import Contribution
-from tepsipe.io.estimates import Estimate, recommended
+from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.statistics.uncertainty import Source
@@ -20,8 +21,13 @@ NUISANCE = ("delay",)
 
 
 def fit_wristalyzer_together(
-    trials: list[Trial], period_s: float, lowpass_cutoff_hz: float, lowpass_order: int, cut_s: float
-) -> PooledFit:
+    trials: list[Trial],
+    period_s: float,
+    lowpass_cutoff_hz: float,
+    lowpass_order: int,
+    cut_s: float,
+    excited_band_hz: tuple[float, float],
+) -> tuple[PooledFit, tuple[str, ...]]:
     """Constants of the joint and of the manipulator from the trials of all scale factors.
 
     Parameters
@@ -34,11 +40,15 @@ def fit_wristalyzer_together(
         Zero-lag Butterworth filter (Hz, -).
     cut_s : float
         Time cut at both ends (s).
+    excited_band_hz : (float, float)
+        Lowest and highest frequency of the perturbation (Hz), for the timing of every trial.
 
     Returns
     -------
-    PooledFit
+    fit : PooledFit
         Constants with their intervals.
+    flags : tuple of str
+        Failed checks of any trial's timing.
 
     Raises
     ------
@@ -47,14 +57,16 @@ def fit_wristalyzer_together(
     """
     rate = trials[0].rate_hz
     cut = round(cut_s * rate)
+    checked = [timed(trial, cut_s, period_s, excited_band_hz) for trial in trials]
+    trials, flags = [trial for trial, _ in checked], {flag for _, found in checked for flag in found}
     records = [
         PerturbedRecord(t.values("torque"), t.values("angle"), slice(cut, t.time.size - cut)) for t in trials
     ]
-    return fit_pooled(records, rate, period_s, lowpass_cutoff_hz, lowpass_order)
+    return fit_pooled(records, rate, period_s, lowpass_cutoff_hz, lowpass_order), tuple(sorted(flags))
 
 
 def pooled_estimates(
-    fit: PooledFit, sources: Mapping[str, Source]
+    fit: PooledFit, sources: Mapping[str, Source], flags: Sequence[str] = ()
 ) -> tuple[list[Estimate], list[Contribution]]:
     """Tidy rows of the condition ``pooled``: K and B hold for small movements.
 
@@ -64,6 +76,8 @@ def pooled_estimates(
         The fit.
     sources : mapping of str to Source
         Uncertain constants: torque_scale, angle_scale.
+    flags : sequence of str
+        Failed checks of the trials.
 
     Returns
     -------
@@ -78,7 +92,7 @@ def pooled_estimates(
         for quantity, value in fit.values.items()
         if quantity not in NUISANCE
     ]
-    rows = recommended(with_budget(rows, budget, quantities), PATHWAY, POOLED)
+    rows = flagged(recommended(with_budget(rows, budget, quantities), PATHWAY, POOLED), *flags)
     return rows, contributions_of(rows, budget, quantities)
 
 

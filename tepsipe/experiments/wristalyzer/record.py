@@ -1,20 +1,26 @@
 """One trial in the torque-controlled manipulator as its estimators receive it (thesis section 3-1-1)."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.identification.admittance_fit import Bounds
+from tepsipe.identification.regression.periods import torque_delay
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import simulate_angle
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.response import FrequencyResponse
 from tepsipe.signals.spectra import frequency_averaged, period_averaged
+from tepsipe.signals.time_alignment import advanced
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.uncertainty import Source
+
+# the torque of a rig whose trigger works acts within this time of its record; errors of time stamps (standard
+# deviation) up to the second one leave K within its interval (s)
+LONGEST_DELAY_S, LARGEST_JITTER_S = 2e-3, 1.2e-3
 
 
 @dataclass(frozen=True)
@@ -70,6 +76,48 @@ class WristalyzerOptions:
         )
         profile = (*analysis.pop("profile_stiffness_Nm_per_rad"), analysis.pop("profile_points"))
         return cls(bounds=bounds, profile_Nm_per_rad=profile, **analysis)
+
+
+def timed(
+    trial: Trial, cut_s: float, period_s: float | None, band_hz: tuple[float, float]
+) -> tuple[Trial, tuple[str, ...]]:
+    """Trial whose torque stands at the instants at which it acts, and flags of its timing.
+
+    The delay is measured where the perturbation is periodic, and corrected if it is longer than that of a
+    drive: the trigger was late or early.
+
+    Parameters
+    ----------
+    trial : Trial
+        ``torque`` (N·m) and ``angle`` (rad).
+    cut_s, period_s : float, float or None
+        Time cut at both ends, and period of the perturbation (s).
+    band_hz : (float, float)
+        Lowest and highest frequency of the perturbation (Hz).
+
+    Returns
+    -------
+    trial : Trial
+        The same if its timing is usual.
+    flags : tuple of str
+        ``log-delay`` for a corrected delay, ``stamp-jitter``.
+    """
+    flags = ("stamp-jitter",) * (trial.attributes.get("stamp_jitter_s", 0.0) > LARGEST_JITTER_S)
+    cut = round(cut_s * trial.rate_hz)
+    kept = slice(cut, trial.time.size - cut)
+    if period_s is None:
+        return trial, flags
+    signals = (trial.values("torque")[kept], trial.values("angle")[kept])
+    delay = torque_delay(*signals, trial.rate_hz, period_s, band_hz)
+    if abs(delay) <= LONGEST_DELAY_S:
+        return trial, flags
+    torque = trial.signals["torque"]
+    moved = replace(
+        torque,
+        values=advanced(trial.time, torque.values, -delay),
+        processing=(*torque.processing, f"moved by {1e3 * delay:.3g} ms"),
+    )
+    return replace(trial, signals=trial.signals | {"torque": moved}), (*flags, "log-delay")
 
 
 @dataclass(frozen=True)

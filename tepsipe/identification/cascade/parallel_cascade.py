@@ -29,8 +29,9 @@ differences they are I theta'' + B theta' + K theta. Roughness means second diff
 size of the Laguerre coefficients; a large lambda reduces the model to I, B, K and stops. The structure is
 selected by cross-validation (`tepsipe.identification.cascade.selection`).
 
-Intervals: blocks are drawn with replacement, and for each draw the terms, kernel and threshold are selected
-by the same rules from folds drawn with replacement. The intervals thus include these choices, but neither the
+Intervals: blocks are drawn with replacement, and for each draw the kernel and threshold are selected by the
+same rules from folds drawn with replacement; its terms are any of those that these folds do not separate from
+the best, not only the simplest. The intervals thus average over structures, but include neither the
 choice of the delay, which is assumed where the record does not determine it, nor the bias of the penalty.
 Percentiles of draws from n blocks are too narrow; they are expanded
 (`tepsipe.statistics.bootstrap.expanded_tail`).
@@ -172,7 +173,9 @@ def _draw(selection: Selection, blocks: list[slice], times: np.ndarray, rng) -> 
     table = np.array(list(selection.errors.values()))
     folds = rng.integers(0, table.shape[1], (times.shape[0], table.shape[1]))
     reflex = np.array([candidate.direction != 0 for candidate in candidates])
-    terms = choose_rows(np.swapaxes(table[:, folds], 0, 1), reflex, record.options.term_tolerance)
+    among = rng.random(times.shape[0])
+    tables = np.swapaxes(table[:, folds], 0, 1)
+    terms = choose_rows(tables, reflex, record.options.term_tolerance, among)
     shapes = list(selection.variants) or [selection.full]
     errors = np.array(list(selection.variants.values()) or [np.ones(table.shape[1])])
     variants = np.argmin(errors[:, folds].mean(axis=2), axis=0)

@@ -147,12 +147,15 @@ def choose(errors: dict[Structure, np.ndarray], tolerance: float) -> Structure:
     return list(errors)[int(choose_rows(table[None], reflex, tolerance)[0])]
 
 
-def choose_rows(tables: np.ndarray, reflex: np.ndarray, tolerance: float) -> np.ndarray:
+def choose_rows(
+    tables: np.ndarray, reflex: np.ndarray, tolerance: float, among: np.ndarray | None = None
+) -> np.ndarray:
     """Choose the rows of tables of errors.
 
     With and without a reflex, the simplest structure whose mean error exceeds the smallest by at most the
     tolerance is a candidate. The candidate with a reflex is chosen if its mean error is smaller by more than
-    ``SEPARATED`` standard errors of the difference over blocks.
+    ``SEPARATED`` standard errors of the difference over blocks. To average over structures, any of those
+    within the tolerance is a candidate.
 
     Parameters
     ----------
@@ -162,6 +165,9 @@ def choose_rows(tables: np.ndarray, reflex: np.ndarray, tolerance: float) -> np.
         Whether a structure has a reflex.
     tolerance : float
         Relative tolerance.
+    among : ndarray, shape (k,), optional
+        Place of the candidate among the structures within the tolerance, from 0 to below 1; the simplest if
+        left out.
 
     Returns
     -------
@@ -175,7 +181,8 @@ def choose_rows(tables: np.ndarray, reflex: np.ndarray, tolerance: float) -> np.
         if rows.size:
             mean = tables[:, rows].mean(axis=2)
             within = mean <= (1.0 + tolerance) * mean.min(axis=1, keepdims=True)
-            chosen.append(rows[np.argmax(within, axis=1)])
+            place = 0 if among is None else np.floor(among * within.sum(axis=1)).astype(int)
+            chosen.append(rows[np.argmax(np.cumsum(within, axis=1) > np.reshape(place, (-1, 1)), axis=1)])
     if len(chosen) == 1:
         return chosen[0]
     gain = tables[at, chosen[0]] - tables[at, chosen[1]]

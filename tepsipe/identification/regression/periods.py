@@ -27,6 +27,8 @@ TYPICAL = np.array([0.01, 0.1, 10.0, 1e-3])
 # the lower part of the band, for the sensitivity to the band
 NARROW = 0.6
 LEAST_LINES = 6
+# delays that are searched: the longest and the step (s); and refinements of the best one
+LONGEST_DELAY_S, DELAY_STEP_S, REFINEMENTS = 0.06, 2e-3, 3
 
 
 @dataclass(frozen=True)
@@ -92,6 +94,54 @@ def fit_periods(
     return PeriodFit(whole[:3], type_a[:3], float(freedom[:3].min()), float(whole[3]), (narrow - whole)[:3])
 
 
+def torque_delay(
+    torque: np.ndarray, angle: np.ndarray, rate_hz: float, period_s: float, band_hz: tuple[float, float]
+) -> float:
+    """Delay of the torque after its record, also where j w d is no small number.
+
+    The delay on a grid that leaves the least residual of the linear joint, then refined by the regression.
+
+    Parameters
+    ----------
+    torque, angle : ndarray, shape (n,)
+        Record without the transient at its start (N·m, rad).
+    rate_hz, period_s : float
+        Sampling rate (Hz), and period, a whole number of samples (s).
+    band_hz : (float, float)
+        Lowest and highest excited frequency (Hz).
+
+    Returns
+    -------
+    float
+        Delay (s), negative for a torque that acts before its record.
+
+    Raises
+    ------
+    InputError
+        If the record holds fewer than two periods.
+    """
+    frequency, torques = period_spectra(torque, rate_hz, period_s, band_hz)
+    _, angles = period_spectra(angle, rate_hz, period_s, band_hz)
+    turn, mean = -2j * np.pi * frequency, angles.mean(axis=0, keepdims=True)
+
+    def residual(delay_s: float) -> float:
+        delayed = torques.mean(axis=0, keepdims=True) * np.exp(delay_s * turn)
+        columns, wanted = _columns(frequency, delayed, mean)
+        # least squares, in which the delay may refine what the step leaves
+        x = np.concatenate([columns[0].real, columns[0].imag])
+        y = np.concatenate([wanted[0].real, wanted[0].imag])
+        return float(np.sum((y - x @ np.linalg.lstsq(x, y, rcond=None)[0]) ** 2))
+
+    steps = round(LONGEST_DELAY_S / DELAY_STEP_S)
+    # the shortest of equal delays
+    tried = sorted(DELAY_STEP_S * np.arange(-steps, steps + 1), key=abs)
+    delay = float(min(tried, key=residual))
+    for _ in range(REFINEMENTS):
+        parameters, _, _ = _fit(frequency, torques * np.exp(delay * turn), angles)
+        delay += float(np.clip(parameters[3], -DELAY_STEP_S, DELAY_STEP_S))
+    return delay
+
+
 def without_transient(omega: np.ndarray, spectra: np.ndarray) -> np.ndarray:
     """Spectra of periods, orthogonal to every transient a + j w b with real a and b.
 
@@ -113,11 +163,17 @@ def without_transient(omega: np.ndarray, spectra: np.ndarray) -> np.ndarray:
     return real + 1j * (spectra.imag - w * slope)
 
 
+def _columns(frequency, torques, angles):
+    """Columns of I, B, K and the delay over their typical magnitudes, and torques, without transients."""
+    omega = 2.0 * np.pi * frequency
+    columns = np.stack([-(omega**2) * angles, 1j * omega * angles, angles, 1j * omega * torques], axis=-1)
+    return without_transient(omega, columns * TYPICAL), without_transient(omega, torques)
+
+
 def _fit(frequency, torques, angles):
     """Parameters with the delay, their standard uncertainties, and degrees of freedom."""
-    periods, omega = torques.shape[0], 2.0 * np.pi * frequency
-    columns = np.stack([-(omega**2) * angles, 1j * omega * angles, angles, 1j * omega * torques], axis=-1)
-    columns, torques = without_transient(omega, columns * TYPICAL), without_transient(omega, torques)
+    periods = torques.shape[0]
+    columns, torques = _columns(frequency, torques, angles)
     others = columns.sum(axis=0) - columns
     normal = np.einsum("kft,kfu->tu", others.conj(), columns).real
     parameters = np.linalg.solve(normal, np.einsum("kft,kf->t", others.conj(), torques).real)

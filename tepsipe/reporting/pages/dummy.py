@@ -4,8 +4,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from tepsipe.experiments.dummy.rig import flag_rig
 from tepsipe.io.estimates import ESTIMATES, Estimate
-from tepsipe.io.result import Result, read_result
+from tepsipe.io.result import Result, read_facts, read_result
 from tepsipe.io.trial import Trial, read_trial
 from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.pages import header
@@ -23,9 +24,12 @@ LOADS = {"Fy": ("Fore-aft force", "N"), "Mx": ("Moment about the plate's x axis"
 
 def pages(files, chosen) -> Iterator[Page]:
     """Page of every trial, of its file, its fits from the leg and, if any, the foot, and its estimates."""
-    for k, choices in enumerate(header.choices_of_trials(chosen)):
+    of_trials = list(header.choices_of_trials(chosen))
+    facts = {choices["condition"]: read_facts(files.fits[k]) for k, choices in enumerate(of_trials)}
+    for k, choices in enumerate(of_trials):
         foot = read_result(files.foot[k]) if files.foot else None
         estimates = ESTIMATES.read(files.estimates[k], *files.foot_estimates[k : k + 1])
+        estimates = flag_rig(estimates, facts)
         choices |= {"recommended": chosen.recommended}
         yield dummy_page(read_trial(files.trials[k]), read_result(files.fits[k]), foot, estimates, choices)
 

@@ -27,7 +27,7 @@ class Manipulators:
     def pooled(self) -> dict:
         """Choices of the manipulator's trials that hold for the fit to all of them together."""
         analysis = self.settings.get("wristalyzer", {}).get("analysis", {})
-        names = ("lowpass_cutoff_hz", "lowpass_order", "cut_s")
+        names = ("lowpass_cutoff_hz", "lowpass_order", "cut_s", "excited_band_hz")
         return {name: analysis.get(name) for name in names} | {
             "period_s": analysis.get("perturbation_period_s")
         }
