@@ -7,6 +7,7 @@ import numpy as np
 from tepsipe.experiments.noise.rows import NoiseRow
 from tepsipe.experiments.planning.design import FOOT, LEG
 from tepsipe.experiments.wristalyzer.names import AS_PRINTED
+from tepsipe.mechanics.impedance_model import admittance
 from tepsipe.reporting.findings import Findings
 from tepsipe.reporting.planned import CHANGE, TYPE_A, planned_value
 
@@ -141,12 +142,9 @@ def _above_9_hz(f: Findings) -> float:
 def _transition_line(f: Findings) -> float:
     """Distance of the response from the fitted model: from 9 to 20 Hz, relative to below 9 Hz."""
     arrays = f.fits["wristalyzer"][BEST_FACTOR].arrays
-    frequency = arrays[f"{AS_PRINTED}/frequency"]
-    inertia, damping, stiffness = arrays[f"{AS_PRINTED}/parameters"]
-    omega = 2.0 * np.pi * frequency
-    model = 1.0 / (stiffness - inertia * omega**2 + 1j * damping * omega)
-    misfit = np.abs(np.log(arrays[f"{AS_PRINTED}/response"][frequency > 0] / model[frequency > 0]))
-    frequency = frequency[frequency > 0]
+    frequency, response = (arrays[f"{AS_PRINTED}/{name}"] for name in ("frequency", "response"))
+    response, frequency = response[frequency > 0], frequency[frequency > 0]
+    misfit = np.abs(np.log(response / admittance(arrays[f"{AS_PRINTED}/parameters"], frequency)))
     below = misfit[(frequency >= 1.0) & (frequency < DOMINANT_HZ)].mean()
     return float(misfit[(frequency >= DOMINANT_HZ) & (frequency <= EXCITED_HZ)].mean() / below)
 

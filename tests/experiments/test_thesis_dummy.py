@@ -20,9 +20,9 @@ from tepsipe.experiments.thesis_dummy.inverse import (
 from tepsipe.experiments.thesis_dummy.printed_path import PrintedPath, belt_motion, printed_fits, swings
 from tepsipe.experiments.thesis_dummy.timing import (
     damping_shift,
+    linear_joint,
     percussion_height,
     pose_error,
-    squared_pulse_rate,
     timing_facts,
 )
 from tepsipe.io.trial import Signal, Trial
@@ -32,6 +32,8 @@ from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.signals.perturbations import WindowOptions
 
 RATE = 250.0
+# section 4-1-3 of the thesis: the Wristalyzer's joint, and the same without foot and handle
+FOLLOWED = linear_joint(0.015, 0.1, 10.0), linear_joint(0.007, 0.1, 10.0)
 LAYOUT = np.array([[0.0, 0.0], [-0.012, 0.87], [0.012, 0.63], [-0.012, 0.39], [0.012, 0.15]])
 TWO_MGR, TWO_INERTIA = 2.0 * 0.4 * 9.81 * 0.4485, 2.0 * 0.027
 TRUE = RubberJoint(
@@ -185,7 +187,7 @@ def test_shift_of_the_damping_in_closed_form_is_that_of_simulated_markers(layout
     at_once = replace(own, sampled_after_s=np.zeros(len(offsets)))
     later, exact = (printed_fits(way, belts["low"], angles) for way in (own, at_once))
     shift = later.mean[1] - exact.mean[1]
-    found = damping_shift(own, TRUE.inertia_Nms2_per_rad, squared_pulse_rate(exact))
+    found = damping_shift(own, TRUE.inertia_Nms2_per_rad, exact.squared_rate)
     assert abs(shift) > 0.02
     assert found == pytest.approx(shift, rel=0.15)
 
@@ -198,7 +200,7 @@ def test_lag_of_the_translation_is_found_as_damping(belts):
     found = {n: printed_fits(path(), b, angles[n][0], lag_s=lag).mean for n, b in own.items()}
     printed = {q: {n: found[n][k] for n in names} for k, q in enumerate("IBK")}
     fit = fit_joint(path(), own, printed, names, JOINTS["softening"])
-    facts = timing_facts(path(), own, printed, fit)
+    facts = timing_facts(path(), own, printed, fit, FOLLOWED)
     slope = facts["shift_per_lag_Nms_per_rad_per_s"]
     # the printed B is lower by the lag: without it, a joint with less damping is found
     assert fit.joint.damping_Nms_per_rad < TRUE.damping_Nms_per_rad

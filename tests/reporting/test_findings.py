@@ -225,18 +225,7 @@ FINDINGS = {
         "thesis_stiffness_falls": (THE_DUMMY[0], plain_thesis("K", 5.0, 5.5, 6.0)),
         "thesis_damping_negative": (strobed(THE_DUMMY[0]), plain_thesis("B", -0.01, 0.02, 0.01)),
     },
-    "wristalyzer": dict.fromkeys(
-        [
-            "one_minimum",
-            "modulus_depends",
-            "only_modulus_depends",
-            "modulus_worse",
-            "vaf_peaks",
-            "last_vaf_above_thesis",
-            "averages_alike",
-        ],
-        THE_WRISTALYZER,
-    )
+    "wristalyzer": dict.fromkeys(wristalyzer.SENTENCES, THE_WRISTALYZER)
     | {
         "averages_differ": THE_WRISTALYZER[::-1],
         "coherence_above_thesis": (wristalyzer.usual(), wristalyzer.usual(made=())),

@@ -166,6 +166,7 @@ rule fit_thesis_dummy:
         conditions=STUDY.conditions("dummy"),
         tables=[STUDY.thesis.conditions(table) for table in ("table_4_2", "table_4_3")],
         printed=meant_in("table_4_2", "table_4_3"),
+        followed=reported_of("simulations").get("simulations", {}).get("every_condition"),
         geometry=without(DUMMY["geometry"], "foot_mass_kg", "foot_height_m"),
         analysis=DUMMY_ANALYSIS,
         marker_labels=DUMMY["files"]["marker_labels"],

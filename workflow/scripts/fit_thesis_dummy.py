@@ -16,9 +16,10 @@ from tepsipe.experiments.thesis_dummy.inverse import (
 )
 from tepsipe.experiments.thesis_dummy.printed_path import PrintedPath, belt_motion, swings
 from tepsipe.experiments.thesis_dummy.tables import CELL_ROWS, cell_rows, fit_result
-from tepsipe.experiments.thesis_dummy.timing import timing_facts
+from tepsipe.experiments.thesis_dummy.timing import linear_joint, timing_facts
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
+from tepsipe.mechanics.impedance_model import PARAMETERS
 
 params = snakemake.params
 options = DummyOptions.from_settings(params.geometry, params.analysis)
@@ -47,6 +48,10 @@ joint = full.joint
 angles = {name: angle[0] for name, angle in swings(path, [joint], belts).items()}
 noise = fit_marker_noise(path, belts, angles, printed["VAF_trial"], fitted, seed)
 cells = printed_and_predicted(path, belts, angles, printed, fitted, noise, params.draws, seed)
-timing = timing_facts(path, shorter, printed, full)
+followed = tuple(
+    linear_joint(*(params.followed[name][quantity] for quantity in PARAMETERS))
+    for name in ("thesis-wristalyzer", "thesis-without-handle")
+)
+timing = timing_facts(path, shorter, printed, full, followed)
 write_result(snakemake.output.fit, fit_result(fits, noise, copied_rms(printed, tables), timing))
 CELL_ROWS.write(snakemake.output.table, cell_rows(cells))

@@ -144,12 +144,10 @@ def driven_tilt_contributions(
     stiffness_1 = stiffness + share * (stiffness - p * leg.gravity_m_per_s2)
     damping_1 = (1.0 + share) * damping
     driven = share * about_ankle - p * foot.height_m
-    inside = np.concatenate([fit.regressors[w.start : w.stop] for w in fit.perturbations])
-    squared_rate = np.sum(inside[:, 0] ** 2) / np.sum(inside[:, 1] ** 2)
     slope = np.array(
         [
             stiffness * driven + damping * damping_1,
-            stiffness * damping_1 + damping * stiffness_1 - damping * driven * squared_rate,
+            stiffness * damping_1 + damping * stiffness_1 - damping * driven * fit.squared_rate,
             stiffness * stiffness_1,
         ]
     )

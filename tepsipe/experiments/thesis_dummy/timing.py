@@ -22,9 +22,8 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from tepsipe.experiments.thesis_dummy.inverse import SCATTER, JointFit, deviations, printed_quantities
+from tepsipe.experiments.thesis_dummy.inverse import LINEAR, SCATTER, JointFit, deviations, printed_quantities
 from tepsipe.experiments.thesis_dummy.printed_path import BeltMotion, PrintedPath, printed_fits, swings
-from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.rubber_joint import RubberJoint
@@ -38,17 +37,8 @@ STEPS = 2  # Gauss-Newton steps from the constants without lag
 def linear_joint(inertia: float, damping: float, stiffness: float) -> RubberJoint:
     """Joint of constant I (N·m·s²/rad), B (N·m·s/rad) and K (N·m/rad)."""
     return RubberJoint(
-        stiffness_Nm_per_rad=stiffness,
-        half_softening_rad=np.inf,
-        damping_Nms_per_rad=damping,
-        softened_damping_Nms_per_rad=0.0,
-        inertia_Nms2_per_rad=inertia,
+        stiffness_Nm_per_rad=stiffness, damping_Nms_per_rad=damping, inertia_Nms2_per_rad=inertia, **LINEAR
     )
-
-
-# thesis section 4-1-3: parameters of the Wristalyzer, and without the inertia of foot and handle, which do
-# not turn on the treadmill
-WRISTALYZER, WITHOUT_HANDLE = linear_joint(0.015, 0.1, 10.0), linear_joint(0.007, 0.1, 10.0)
 
 
 def percussion_height(leg: Leg, inertia: float) -> float:
@@ -74,12 +64,6 @@ def pose_error(heights: np.ndarray, sampled_after_s: np.ndarray, height: float) 
     return float(np.sum(sampled_after_s * (heights - height) * weights))
 
 
-def squared_pulse_rate(fits: WindowedFits) -> float:
-    """Square w^2 (1/s²) of the angular frequency of the movements in the windows: theta'' over theta'."""
-    rows = np.concatenate([fits.regressors[w.start : w.stop] for w in fits.perturbations])
-    return float(np.sum(rows[:, 0] ** 2) / np.sum(rows[:, 1] ** 2))
-
-
 def damping_shift(path: PrintedPath, inertia: float, squared_rate: float) -> float:
     """Shift of the printed B by the sampling times of the markers (N·m·s/rad).
 
@@ -90,7 +74,7 @@ def damping_shift(path: PrintedPath, inertia: float, squared_rate: float) -> flo
     inertia : float
         I of the joint (N·m·s²/rad).
     squared_rate : float
-        w^2 (1/s²), of `squared_pulse_rate`.
+        w^2 (1/s²), as `WindowedFits.squared_rate`.
     """
     leg = path.leg
     error = pose_error(path.markers.layout_m[:, 1], path.sampled_after_s, percussion_height(leg, inertia))
@@ -128,7 +112,11 @@ class LagFit:
 
 
 def timing_facts(
-    path: PrintedPath, belts: dict[str, BeltMotion], printed: dict[str, dict[str, float]], fit: JointFit
+    path: PrintedPath,
+    belts: dict[str, BeltMotion],
+    printed: dict[str, dict[str, float]],
+    fit: JointFit,
+    followed: tuple[RubberJoint, RubberJoint],
 ) -> dict:
     """Shift of the printed B by the sampling times, in closed form and simulated, and fits by lag.
 
@@ -143,7 +131,7 @@ def timing_facts(
         [printed_fits(own, belt, angles[name][0]) for own in (path, at_once)] for name, belt in belts.items()
     ]
     b = PARAMETERS.index("B")
-    squared_rate = float(np.mean([squared_pulse_rate(exact) for _, exact in pairs]))
+    squared_rate = float(np.mean([exact.squared_rate for _, exact in pairs]))
     p = path.leg.mass_kg * path.leg.com_m
     height = percussion_height(path.leg, inertia)
     return {
@@ -156,7 +144,7 @@ def timing_facts(
             "unexplained_percent": 100.0 - _mean_printed(printed, "VAF_perturbation"),
             "standard_error_damping": _mean_printed(printed, "SEM_B"),
         },
-        "lags": [asdict(row) for row in lag_fits(path, belts, printed, fit)],
+        "lags": [asdict(row) for row in lag_fits(path, belts, printed, fit, followed)],
     }
 
 
@@ -169,6 +157,7 @@ def lag_fits(
     belts: dict[str, BeltMotion],
     printed: dict[str, dict[str, float]],
     fit: JointFit,
+    followed: tuple[RubberJoint, RubberJoint],
     lags_s: tuple[float, ...] = LAGS_S,
 ) -> list[LagFit]:
     """Fit the law for several lags, by Gauss-Newton steps from the fit without lag.
@@ -179,6 +168,9 @@ def lag_fits(
         As `fit_joint`; all conditions are used.
     fit : JointFit
         The law fitted without lag.
+    followed : tuple of RubberJoint
+        Joint of the Wristalyzer (thesis section 4-1-3), and the same without the inertia of foot and handle,
+        which do not turn on the treadmill.
     lags_s : tuple of float
         Lags of the translation (s).
 
@@ -207,7 +199,7 @@ def lag_fits(
     for _ in range(STEPS):
         points = points - found @ solve.T
         found, angles = residuals(points, lags_s)
-    simulated = swings(path, [WRISTALYZER, WITHOUT_HANDLE], belts)
+    simulated = swings(path, list(followed), belts)
     b = PARAMETERS.index("B")
     rows = []
     for k, lag in enumerate(lags_s):

@@ -79,6 +79,12 @@ class WindowedFits:
         return self.parameters.mean(axis=0)
 
     @property
+    def squared_rate(self) -> float:
+        """Mean square of theta'' over the mean square of theta' in the windows (1/s²): w^2 of a sinusoid."""
+        rows = np.concatenate([self.regressors[w.start : w.stop] for w in self.perturbations])
+        return float(np.sum(rows[:, 0] ** 2) / np.sum(rows[:, 1] ** 2))
+
+    @property
     def vaf_per_perturbation(self) -> np.ndarray:
         """VAF (%) of every perturbation with its own parameters, shape (perturbations,)."""
         return np.array(

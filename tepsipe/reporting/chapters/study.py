@@ -75,7 +75,7 @@ def _compared(run: Run) -> pd.DataFrame:
     """Estimates to quote that have a truth, beside it."""
     if "recovery" not in run.tables:
         return pd.DataFrame()
-    truth = run.tables["recovery"].drop(columns=["unit", "value"], errors="ignore")
+    truth = run.tables["recovery"][[*KEYS, "truth", "relative_error", "covered"]]
     return _recommended(run).merge(truth, on=KEYS)
 
 

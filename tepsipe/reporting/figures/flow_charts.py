@@ -126,7 +126,7 @@ def draw_identification() -> Figure:
         _arrow(axis, begin, end)
     _note(axis, 0.24, 0.58, r"$\theta(t)$")
     _note(axis, 1.65, 0.58, r"$\tau(t)$")
-    _note(axis, 0.95, 0.06, "torque as the answer to a movement")
+    _note(axis, 0.95, 0.06, "torque as the response to a movement")
     axis.plot([2.08, 2.08], [0.1, 2.8], color="#cccccc", linewidth=0.7)
     prior = _box(axis, 3.0, 2.6, 1.45, 0.34, "prior knowledge", GIVEN)
     experiment = _box(axis, 3.0, 1.95, 1.45, 0.42, "design of the\nexperiment", GIVEN)
@@ -316,7 +316,7 @@ def draw_signal_chain(choices: Mapping) -> Figure:
 
 @in_style
 def draw_evaluation(sets: Sequence[str], trials: int) -> Figure:
-    """First part of the simulation (Figure 2-11): parameters are judged by the movement that they produce.
+    """First part of the simulation (Figure 2-11): parameters are evaluated by the movement that they produce.
 
     Parameters
     ----------
