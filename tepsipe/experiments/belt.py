@@ -1,14 +1,25 @@
 """Calibrate a treadmill from recordings of an unloaded, accelerated belt: arrays in, models out."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from tepsipe.errors import InputError, listed, quoted
+from tepsipe.arguments import (
+    checked,
+    described,
+    made,
+    one_of,
+    path_of,
+    refuse_constant,
+    refuse_same,
+    regular_rate,
+    same_length,
+    samples,
+)
+from tepsipe.errors import InputError, listed, quoted, refuse_other_kind
 from tepsipe.signals.filters import Lowpass
-from tepsipe.signals.units import regular_rate, same_length, samples
 from tepsipe.treadmill.calibration import ModelScore, calibrate, table_plan
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import MODEL_MEANINGS, FamilyOptions, FittedModel, pick, save_models
@@ -54,12 +65,15 @@ def belt_recording(
     InputError
         If the signals cannot be used.
     """
-    if unit not in ("Nm", "N"):
-        raise InputError(f"{name}: expected a load in Nm or N, found {quoted(unit)}: convert it")
+    name, trimmed_s = checked(name=name, trimmed_s=trimmed_s)
+    if not isinstance(unit, str) or unit not in ("Nm", "N"):
+        raise InputError(f"{name}: expected a load in Nm or N, found {described(unit)}: convert it")
     time, rate_hz = regular_rate(time, f"{name}: time")
     load = samples(load, unit, f"{name}: load")
     velocity = samples(belt_velocity, "m/s", f"{name}: belt_velocity")
     same_length(time, load=load, belt_velocity=velocity)
+    refuse_constant(**{f"{name}: load": load, f"{name}: belt_velocity": velocity})
+    refuse_same(**{f"{name}: belt_velocity": velocity, f"{name}: load": load})
     margin = round(trimmed_s * rate_hz)
     evaluated = np.zeros(time.size, dtype=bool)
     evaluated[margin : time.size - margin] = True
@@ -130,13 +144,14 @@ class TreadmillCalibration:
         InputError
             If there is no such model, or the recording has another rate or unit.
         """
+        refuse_other_kind(recording, BeltRecording, "compensate", "belt_recording")
         fitted = pick(self.models, self.best if model is None else model)
         filtered = recording if fitted.lowpass is None else recording.filtered(fitted.lowpass)
         return fitted.compensate(filtered)
 
     def save(self, path: str | Path) -> None:
         """Write the models as JSON, for `load_treadmill_models` (units as in the models' classes)."""
-        save_models(path, list(self.models.values()))
+        save_models(path_of(path), list(self.models.values()))
 
     def to_frame(self):
         """The scores as a pandas table, one row per model and test (units in the column ``unit``)."""
@@ -180,6 +195,18 @@ class TreadmillCalibration:
         return figure
 
 
+def _recordings(given: object, what: str) -> list[BeltRecording]:
+    """Recordings as a list, refused where one is something else."""
+    found = [given] if isinstance(given, BeltRecording) or not isinstance(given, Iterable) else list(given)
+    others = [each for each in found if not isinstance(each, BeltRecording)]
+    if others or not found:
+        raise InputError(
+            f"calibrate_treadmill: expected recordings for {what}, found "
+            f"{quoted(type(others[0]).__name__ if others else 'none')}: make them with tepsipe.belt_recording"
+        )
+    return found
+
+
 def calibrate_treadmill(
     train: BeltRecording | Sequence[BeltRecording],
     test: BeltRecording | Sequence[BeltRecording],
@@ -219,15 +246,8 @@ def calibrate_treadmill(
     InputError
         If a recording cannot be used, is in both groups, or a model or option is unknown.
     """
-    training = [train] if isinstance(train, BeltRecording) else list(train)
-    testing = [test] if isinstance(test, BeltRecording) else list(test)
-    for recordings, what in ((training, "train"), (testing, "test")):
-        if not recordings or not all(isinstance(r, BeltRecording) for r in recordings):
-            raise InputError(
-                f"calibrate_treadmill: expected recordings for {what}, found "
-                f"{quoted(type(recordings[0]).__name__ if recordings else 'none')}: make them with "
-                "tepsipe.belt_recording"
-            )
+    training, testing = _recordings(train, "train"), _recordings(test, "test")
+    cutoff_hz, order, zero_lag = checked(cutoff_hz=cutoff_hz, order=order, zero_lag=zero_lag)
     names = [r.name for r in (*training, *testing)]
     twice = [name for name in names if names.count(name) > 1]
     same = any(
@@ -239,25 +259,17 @@ def calibrate_treadmill(
             f"test, "
             f"found {quoted(twice[0]) if twice else 'the same load in both'}: use two separate recordings"
         )
-    for name in models:
-        if name not in SUITED:
-            raise InputError(
-                f"calibrate_treadmill: expected models of {listed(SUITED)}, found {quoted(name)}: correct it"
-            )
-    known = FamilyOptions.__dataclass_fields__
-    for name in options:
-        if name not in known:
-            raise InputError(
-                f"calibrate_treadmill: expected options of {listed(known)}, found {quoted(name)}: correct it"
-            )
+    chosen = [one_of(name, "models", SUITED) for name in dict.fromkeys(names(models, "models"))]
+    if not chosen:
+        raise InputError(f"models: expected at least one of {listed(SUITED)}, found none: name one")
     lowpass = Lowpass(cutoff_hz, order, zero_lag)
     group = "+".join(r.name for r in training)
     tests = {r.name: r.filtered(lowpass) for r in testing}
     scores, fitted = calibrate(
-        table_plan(list(models), group, list(tests)),
+        table_plan(chosen, group, list(tests)),
         {group: [r.filtered(lowpass) for r in training]},
         {name: [r] for name, r in tests.items()},
         "load",
-        FamilyOptions(**options),
+        made(FamilyOptions, options, "calibrate_treadmill"),
     )
     return TreadmillCalibration({model.name: model for model in fitted}, scores, tests)

@@ -5,16 +5,25 @@ returns an `ImpedanceFit` with intervals. Defaults are what we recommend.
 """
 
 from collections.abc import Sequence
-from dataclasses import fields
 
 import numpy as np
 import scipy
 
-from tepsipe.errors import InputError, quoted, refuse_other_kind
+from tepsipe.arguments import (
+    checked,
+    made,
+    pair,
+    plausible_angle,
+    refuse_constant,
+    refuse_same,
+    regular_rate,
+    same_length,
+    samples,
+)
+from tepsipe.errors import InputError, refuse_other_kind
 from tepsipe.identification.arguments import (
     as_perturbations,
     bootstrap_generator,
-    check_probability,
     samples_at_rest,
     shaded,
 )
@@ -27,7 +36,6 @@ from tepsipe.identification.result import (
     Quantity,
     quantities_of_windows,
 )
-from tepsipe.signals.units import plausible_angle, regular_rate, same_length, samples
 
 
 def fit_impedance(
@@ -99,7 +107,12 @@ def fit_impedance(
     angle = plausible_angle(samples(angle, "rad", "angle"))
     torque = samples(torque, "Nm", "torque")
     same_length(time, angle=angle, torque=torque)
+    refuse_constant(angle=angle, torque=torque)
+    refuse_same(time=time, angle=angle, torque=torque)
     rng = bootstrap_generator(bootstrap_draws, confidence, seed)
+    cutoff_hz, order, thesis, block_s = checked(
+        ("cutoff_hz",), cutoff_hz=cutoff_hz, order=order, thesis=thesis, block_s=block_s
+    )
     if cutoff_hz is not None:
         angle, torque = (butterworth_lowpass(x, rate_hz, cutoff_hz, order) for x in (angle, torque))
     angle_d = derivative(time, angle)
@@ -182,7 +195,10 @@ def fit_output_error(
     foot = samples(foot_position, "m", "foot_position")
     belt = samples(belt_velocity, "m/s", "belt_velocity")
     same_length(time, foot_position=foot, belt_velocity=belt)
+    refuse_constant(foot_position=foot, belt_velocity=belt)
+    refuse_same(foot_position=foot, belt_velocity=belt)
     rng = bootstrap_generator(bootstrap_draws, confidence, seed)
+    cutoff_hz, order = checked(cutoff_hz=cutoff_hz, order=order)
     foot, belt = (butterworth_lowpass(x, rate_hz, cutoff_hz, order) for x in (foot, belt))
     windows = as_perturbations(perturbations, time.size)
     record = Record(
@@ -258,8 +274,9 @@ def fit_admittance(
     refuse_other_kind(
         response, FrequencyResponse, "fit_admittance", "frequency_response(time, torque, angle)"
     )
-    check_probability(confidence)
-    band = response if band_hz is None else response.band(*band_hz)
+    confidence, thesis = checked(confidence=confidence, thesis=thesis)
+    band = _usable(response)
+    band = band if band_hz is None else band.band(*pair(band_hz, "band_hz"))
     if band.frequency_hz.size < 4:
         raise InputError(
             f"fit_admittance: expected at least 4 frequencies, found {band.frequency_hz.size}: widen the band"
@@ -373,17 +390,27 @@ def fit_parallel_cascade(
     angle = plausible_angle(samples(angle, "rad", "angle"))
     torque = samples(torque, "Nm", "torque")
     same_length(time, angle=angle, torque=torque)
+    refuse_constant(angle=angle, torque=torque)
+    refuse_same(time=time, angle=angle, torque=torque)
     rng = bootstrap_generator(bootstrap_draws, confidence, seed)
+    training_fraction, cut_s, cutoff_hz, order, resample_rate_hz, block_s = checked(
+        training_fraction=training_fraction,
+        cut_s=cut_s,
+        cutoff_hz=cutoff_hz,
+        order=order,
+        resample_rate_hz=resample_rate_hz,
+        block_s=block_s,
+    )
+    chosen = made(ParallelCascadeOptions, options, "fit_parallel_cascade")
     if rate_hz > 1.001 * resample_rate_hz:
         slower = regular_time(time[0], time[-1], resample_rate_hz)
         angle, torque = (resample(time, x, slower, 0.4 * resample_rate_hz) for x in (angle, torque))
         time, rate_hz = slower, resample_rate_hz
-    chosen = _cascade_options(options)
     cut = round(cut_s * rate_hz)
     kept = slice(cut, time.size - cut)
     size, block = time[kept].size, round(block_s * rate_hz)
     training = int(training_fraction * size)
-    if training < 4 * block or size - training < block:
+    if block < 4 or training < 4 * block or size - training < block:
         raise InputError(
             f"fit_parallel_cascade: expected at least 4 blocks of {block_s:g} s to fit and one to "
             f"validate, found "
@@ -446,10 +473,10 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng) -> Imp
 
     regressors = np.column_stack([motion.theta_dd, motion.theta_d, motion.theta, np.ones_like(motion.theta)])
     block = round(block_s * rate_hz)
-    if not 4 * block <= torque.size:
+    if not 16 <= 4 * block <= torque.size:
         raise InputError(
-            f"fit_impedance: expected at least 4 blocks of {block_s:g} s, found a record of "
-            f"{torque.size / rate_hz:.3g} s: record longer, or shorten block_s"
+            f"fit_impedance: expected at least 4 blocks of {block_s:g} s, each of 4 samples or more, found a "
+            f"record of {torque.size / rate_hz:.3g} s at {rate_hz:g} Hz: record longer, or change block_s"
         )
     try:
         result = least_squares_line(regressors, torque)
@@ -457,7 +484,13 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng) -> Imp
         raise InputError(
             f"fit_impedance: expected a joint that moves, found {error}: check that it was perturbed"
         ) from error
-    drawn = bootstrap_blocks(regressors, torque, block, draws, rng)
+    try:
+        drawn = bootstrap_blocks(regressors, torque, block, draws, rng)
+    except np.linalg.LinAlgError as error:
+        raise InputError(
+            f"fit_impedance: expected movement in most blocks of {block_s:g} s, found blocks that do not "
+            "determine I, B, K: lengthen block_s, or give perturbations"
+        ) from error
     mean = torque.mean()
     return ImpedanceFit(
         estimator="regression",
@@ -474,16 +507,26 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng) -> Imp
     )
 
 
-def _cascade_options(options: dict) -> ParallelCascadeOptions:
-    """Options of the fit by their names."""
-    known = [field.name for field in fields(ParallelCascadeOptions)]
-    for name in options:
-        if name not in known:
-            raise InputError(
-                f"fit_parallel_cascade: expected options among {', '.join(known)}, found {quoted(name)}: "
-                "correct it"
-            )
-    return ParallelCascadeOptions(**options)
+def _usable(response):
+    """A frequency response whose every part is a number, without frequencies of 0 Hz."""
+    count = np.size(response.frequency_hz)
+    frequency, coherence, real, imaginary = (
+        samples(x, None, f"response: {name}", shape=(count,))
+        for x, name in (
+            (response.frequency_hz, "frequency_hz"),
+            (response.coherence, "coherence"),
+            (np.real(response.response), "response"),
+            (np.imag(response.response), "response"),
+        )
+    )
+    usable = (frequency > 0.0) & (coherence > 0.0) & (np.hypot(real, imaginary) > 0.0)
+    if not usable.all() or (coherence > 1.0 + 1e-9).any() or (np.diff(frequency) <= 0.0).any():
+        raise InputError(
+            "fit_admittance: expected frequencies above 0 Hz that increase, with gains above 0 and "
+            f"coherences above 0 and up to 1, found others at {int((~usable).sum())} of {count}: make the response with "
+            "tepsipe.frequency_response, or choose band_hz"
+        )
+    return response
 
 
 def _cascade_quantities(

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tepsipe.arguments import checked, names, regular_rate, same_length, samples
 from tepsipe.errors import refuse_other_kind
-from tepsipe.identification.arguments import as_perturbations, check_probability, samples_at_rest, shaded
+from tepsipe.identification.arguments import as_perturbations, samples_at_rest, shaded
 from tepsipe.identification.result import PARAMETERS, UNITS, Curve, ImpedanceFit, Quantity
 from tepsipe.mechanics.inverse_dynamics import Leg
-from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
-from tepsipe.signals.units import regular_rate, same_length, samples
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers, marker_samples, segment_motion
 
 
 def fit_joint_likelihood(
@@ -71,11 +71,11 @@ def fit_joint_likelihood(
 
     refuse_other_kind(leg, Leg, "fit_joint_likelihood", "Leg")
     refuse_other_kind(markers, SegmentMarkers, "fit_joint_likelihood", "SegmentMarkers")
-    check_probability(confidence)
+    confidence, softening = checked(confidence=confidence, softening=softening)
+    labels, belt_fixed = names(labels, "labels"), names(belt_fixed, "belt_fixed")
     time, _ = regular_rate(time)
-    motion = segment_motion(time, positions, markers, leg.com_m, labels=labels)
-    axes = np.shape(getattr(positions, "values", positions))[-1]
-    measured = samples(positions, "m", "positions", shape=(None, None, axes))
+    measured = marker_samples(positions)
+    motion = segment_motion(time, measured, markers, leg.com_m, labels=labels)
     log = None if belt_velocity is None else samples(belt_velocity, "m/s", "belt_velocity")
     if log is not None:
         same_length(time, belt_velocity=log)
@@ -86,7 +86,7 @@ def fit_joint_likelihood(
         leg=leg,
         perturbations=windows,
         at_rest=samples_at_rest(time, windows, rest),
-        markers=dummy_markers(measured, list(labels), markers, tuple(belt_fixed)),
+        markers=dummy_markers(measured, labels, markers, tuple(belt_fixed)),
         belt_log=log,
     )
     result = estimate(name, record)

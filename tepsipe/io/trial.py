@@ -13,6 +13,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from tepsipe.arguments import path_of
 from tepsipe.errors import InputError
 from tepsipe.io.hdf5_file import read_hdf5, write_array
 
@@ -169,7 +170,7 @@ def read_trial(path: str | Path) -> Trial:
     InputError
         If the file is not such a file.
     """
-    return read_hdf5(_read, path, "a trial's HDF5 file")
+    return read_hdf5(_read, path_of(path), "a trial's HDF5 file")
 
 
 def _read(path: str | Path) -> Trial:

@@ -14,10 +14,10 @@ from typing import Self
 
 import numpy as np
 
-from tepsipe.errors import InputError, listed
+from tepsipe.arguments import checked, names, regular_rate, same_length, samples
+from tepsipe.errors import InputError, listed, refuse_other_kind
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.units import regular_rate, same_length, samples
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class SegmentMarkers:
         InputError
             If labels repeat, the layout has not one row of two numbers per label, or is not in metres.
         """
-        object.__setattr__(self, "labels", tuple(self.labels))
+        object.__setattr__(self, "labels", tuple(names(self.labels, "SegmentMarkers: labels")))
         layout = samples(self.layout_m, "m", "SegmentMarkers: layout_m", shape=(None, 2))
         object.__setattr__(self, "layout_m", layout)
         if len(self.labels) != len(layout) or len(set(self.labels)) != len(self.labels) or len(layout) < 2:
@@ -159,11 +159,12 @@ def segment_motion(
         If the signals cannot be used, a marker of the segment is not among ``labels``, or the markers do not
         move as one body.
     """
+    refuse_other_kind(markers, SegmentMarkers, "segment_motion", "SegmentMarkers")
+    com_m, cutoff_hz, order = checked(com_m=com_m, cutoff_hz=cutoff_hz, order=order)
     time, rate_hz = regular_rate(time)
-    axes = np.shape(getattr(positions, "values", positions))[-1:]
-    positions = samples(positions, "m", "positions", shape=(None, None, 2 if axes == (2,) else 3))
+    positions = marker_samples(positions)
     same_length(time, positions=positions)
-    labels = list(markers.labels if labels is None else labels)
+    labels = list(markers.labels) if labels is None else names(labels, "labels")
     if len(labels) != positions.shape[1]:
         raise InputError(
             f"labels: expected {positions.shape[1]} names, one for each marker of positions, found "
@@ -177,6 +178,23 @@ def segment_motion(
         )
     on_segment = marker_positions(positions, labels, markers)
     return motion_of_markers(time, butterworth_lowpass(on_segment, rate_hz, cutoff_hz, order), markers, com_m)
+
+
+def marker_samples(positions: object) -> np.ndarray:
+    """Positions of markers (m), shape (n, all markers, 3) or (n, all markers, 2).
+
+    Raises
+    ------
+    InputError
+        If they are no such numbers.
+    """
+    found = samples(positions, "m", "positions", shape=None)
+    if found.ndim != 3 or found.shape[2] not in (2, 3):
+        raise InputError(
+            f"positions: expected an array of shape (n, markers, 2) or (n, markers, 3), found {found.shape}: "
+            "select or transpose its axes"
+        )
+    return found
 
 
 def marker_positions(positions: np.ndarray, labels: list[str], markers: SegmentMarkers) -> np.ndarray:

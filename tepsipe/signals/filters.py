@@ -10,8 +10,8 @@ from functools import cache
 import numpy as np
 import scipy
 
+from tepsipe.arguments import checked, samples
 from tepsipe.errors import InputError
-from tepsipe.signals.units import samples
 
 # largest cutoff of `Lowpass.within` over the sampling rate: up to there signals that were resampled are
 # complete (`tepsipe.signals.resampling.resample`), as are those of the cameras
@@ -46,8 +46,10 @@ def lowpass(
     InputError
         If the signal cannot be used, or the cutoff does not lie between 0 and half the rate.
     """
-    dimensions = np.ndim(getattr(x, "values", x))
-    values = samples(x, getattr(x, "unit", ""), "x", shape=(None,) * max(1, dimensions))
+    rate_hz, cutoff_hz, order, zero_lag = checked(
+        rate_hz=rate_hz, cutoff_hz=cutoff_hz, order=order, zero_lag=zero_lag
+    )
+    values = samples(x, None, "x", shape=None)
     return Lowpass(cutoff_hz, order, zero_lag)(values, rate_hz)
 
 

@@ -7,6 +7,7 @@ from typing import Self
 
 import numpy as np
 
+from tepsipe.arguments import path_of
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.belt_model import BeltModel
@@ -316,6 +317,7 @@ def load_treadmill_models(path: str | Path) -> dict[str, FittedModel]:
     InputError
         If the file is missing or is not such a file.
     """
+    path = path_of(path)
     try:
         content = json.loads(Path(path).read_text(encoding="utf-8"))
         if content["format"] != FORMAT:
