@@ -231,7 +231,7 @@ def described(value: object) -> str:
     return quoted(value) if isinstance(value, tuple | list) and len(str(value)) < 60 else quoted(kind)
 
 
-def names(values: object, name: str) -> list[str]:
+def texts(values: object, name: str) -> list[str]:
     """Several texts, such as labels of markers.
 
     Raises

@@ -259,7 +259,7 @@ def calibrate_treadmill(
             f"test, "
             f"found {quoted(twice[0]) if twice else 'the same load in both'}: use two separate recordings"
         )
-    chosen = [one_of(name, "models", SUITED) for name in dict.fromkeys(names(models, "models"))]
+    chosen = [one_of(name, "models", SUITED) for name in dict.fromkeys(texts(models, "models"))]
     if not chosen:
         raise InputError(f"models: expected at least one of {listed(SUITED)}, found none: name one")
     lowpass = Lowpass(cutoff_hz, order, zero_lag)

@@ -523,8 +523,8 @@ def _usable(response):
     if not usable.all() or (coherence > 1.0 + 1e-9).any() or (np.diff(frequency) <= 0.0).any():
         raise InputError(
             "fit_admittance: expected frequencies above 0 Hz that increase, with gains above 0 and "
-            f"coherences above 0 and up to 1, found others at {int((~usable).sum())} of {count}: make the response with "
-            "tepsipe.frequency_response, or choose band_hz"
+            f"coherences above 0 and up to 1, found others at {int((~usable).sum())} of {count}: make the "
+            "response with tepsipe.frequency_response, or choose band_hz"
         )
     return response
 

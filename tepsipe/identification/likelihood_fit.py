@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tepsipe.arguments import checked, names, regular_rate, same_length, samples
+from tepsipe.arguments import checked, regular_rate, same_length, samples, texts
 from tepsipe.errors import refuse_other_kind
 from tepsipe.identification.arguments import as_perturbations, samples_at_rest, shaded
 from tepsipe.identification.result import PARAMETERS, UNITS, Curve, ImpedanceFit, Quantity
@@ -72,7 +72,7 @@ def fit_joint_likelihood(
     refuse_other_kind(leg, Leg, "fit_joint_likelihood", "Leg")
     refuse_other_kind(markers, SegmentMarkers, "fit_joint_likelihood", "SegmentMarkers")
     confidence, softening = checked(confidence=confidence, softening=softening)
-    labels, belt_fixed = names(labels, "labels"), names(belt_fixed, "belt_fixed")
+    labels, belt_fixed = texts(labels, "labels"), texts(belt_fixed, "belt_fixed")
     time, _ = regular_rate(time)
     measured = marker_samples(positions)
     motion = segment_motion(time, measured, markers, leg.com_m, labels=labels)

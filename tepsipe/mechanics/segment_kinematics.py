@@ -14,7 +14,7 @@ from typing import Self
 
 import numpy as np
 
-from tepsipe.arguments import checked, names, regular_rate, same_length, samples
+from tepsipe.arguments import checked, regular_rate, same_length, samples, texts
 from tepsipe.errors import InputError, listed, refuse_other_kind
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
@@ -49,7 +49,7 @@ class SegmentMarkers:
         InputError
             If labels repeat, the layout has not one row of two numbers per label, or is not in metres.
         """
-        object.__setattr__(self, "labels", tuple(names(self.labels, "SegmentMarkers: labels")))
+        object.__setattr__(self, "labels", tuple(texts(self.labels, "SegmentMarkers: labels")))
         layout = samples(self.layout_m, "m", "SegmentMarkers: layout_m", shape=(None, 2))
         object.__setattr__(self, "layout_m", layout)
         if len(self.labels) != len(layout) or len(set(self.labels)) != len(self.labels) or len(layout) < 2:
@@ -164,7 +164,7 @@ def segment_motion(
     time, rate_hz = regular_rate(time)
     positions = marker_samples(positions)
     same_length(time, positions=positions)
-    labels = list(markers.labels) if labels is None else names(labels, "labels")
+    labels = list(markers.labels) if labels is None else texts(labels, "labels")
     if len(labels) != positions.shape[1]:
         raise InputError(
             f"labels: expected {positions.shape[1]} names, one for each marker of positions, found "
