@@ -17,6 +17,7 @@ from tepsipe.arguments import (
     regular_rate,
     same_length,
     samples,
+    texts,
 )
 from tepsipe.errors import InputError, listed, quoted, refuse_other_kind
 from tepsipe.signals.filters import Lowpass
