@@ -5,6 +5,7 @@ returns an `ImpedanceFit` with intervals. Defaults are what we recommend.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import scipy
@@ -21,6 +22,7 @@ from tepsipe.arguments import (
     samples,
 )
 from tepsipe.errors import InputError, refuse_other_kind
+from tepsipe.identification import notes
 from tepsipe.identification.arguments import (
     as_perturbations,
     bootstrap_generator,
@@ -99,10 +101,10 @@ def fit_impedance(
     InputError
         If the signals cannot be used, or do not determine I, B and K.
     """
-    from tepsipe.mechanics.segment_kinematics import JointMotion
-    from tepsipe.signals.differentiation import derivative
+    from tepsipe.mechanics.segment_kinematics import joint_motion
     from tepsipe.signals.filters import butterworth_lowpass
 
+    named = notes.of_names(time=(time, "s"), angle=(angle, "rad"), torque=(torque, "Nm"))
     time, rate_hz = regular_rate(time)
     angle = plausible_angle(samples(angle, "rad", "angle"))
     torque = samples(torque, "Nm", "torque")
@@ -113,18 +115,22 @@ def fit_impedance(
     cutoff_hz, order, thesis, block_s = checked(
         ("cutoff_hz",), cutoff_hz=cutoff_hz, order=order, thesis=thesis, block_s=block_s
     )
+    recorded = angle, torque
     if cutoff_hz is not None:
         angle, torque = (butterworth_lowpass(x, rate_hz, cutoff_hz, order) for x in (angle, torque))
-    angle_d = derivative(time, angle)
-    motion = JointMotion(time, angle, angle_d, derivative(time, angle_d))
+    motion = joint_motion(time, angle)
     if perturbations is None:
         if thesis or rest is not None:
             raise InputError(
                 "fit_impedance: expected perturbations with thesis or rest, because both are about what "
                 "comes before a perturbation, found none: give perturbations, or leave thesis and rest out"
             )
-        return _fit_record(motion, torque, rate_hz, block_s, bootstrap_draws, confidence, rng)
-    return _fit_windows(motion, torque, perturbations, rest, thesis, bootstrap_draws, confidence, rng)
+        fit = _fit_record(motion, torque, rate_hz, block_s, bootstrap_draws, confidence, rng)
+    else:
+        fit = _fit_windows(motion, torque, perturbations, rest, thesis, bootstrap_draws, confidence, rng)
+    windows = getattr(fit.details, "perturbations", [])
+    filtered = notes.of_filter(rate_hz, cutoff_hz, windows) + notes.of_repeats(*recorded, windows)
+    return replace(fit, notes=(*named, *fit.notes, *notes.of_impedance(fit, motion, torque), *filtered))
 
 
 def fit_output_error(
@@ -187,8 +193,10 @@ def fit_output_error(
     from tepsipe.identification.estimators import OUTPUT_ERROR, Record, estimate
     from tepsipe.mechanics.inverse_dynamics import Leg
     from tepsipe.mechanics.segment_kinematics import SegmentMotion
+    from tepsipe.signals.differentiation import derivative
     from tepsipe.signals.filters import butterworth_lowpass
 
+    named = notes.of_names(foot_position=(foot_position, "m"), belt_velocity=(belt_velocity, "m/s"))
     refuse_other_kind(motion, SegmentMotion, "fit_output_error", "segment_motion")
     refuse_other_kind(leg, Leg, "fit_output_error", "Leg")
     time, rate_hz = regular_rate(motion.time)
@@ -210,7 +218,7 @@ def fit_output_error(
         belt_velocity=belt,
     )
     result = estimate(OUTPUT_ERROR, record)
-    return ImpedanceFit(
+    fit = ImpedanceFit(
         estimator=OUTPUT_ERROR,
         quantities=quantities_of_windows(result.parameters, bootstrap_draws, confidence, rng)
         | {"delay": Quantity(result.delay_s, "s")},
@@ -221,6 +229,9 @@ def fit_output_error(
         details=result,
         windows=result.parameters,
     )
+    follows = notes.of_belt(derivative(time, foot), belt) + notes.of_delay(result.delay_s)
+    filtered = notes.of_filter(rate_hz, cutoff_hz, windows)
+    return replace(fit, notes=(*named, *fit.notes, *notes.of_impedance(fit, motion), *follows, *filtered))
 
 
 def fit_admittance(
@@ -307,17 +318,22 @@ def fit_admittance(
     }
     model = admittance(result.parameters, band.frequency_hz)
     residual = np.abs(band.response - model) ** 2
-    notes = (*([] if result.converged else ["The search did not converge: do not use these numbers."]),)
-    notes += ("A parameter lies at its bound: its value is that of the bound.",) if result.at_bound else ()
+    found = notes.of_response(band)
+    found += () if result.converged else ("The search did not converge: do not use these numbers.",)
+    found += ("A parameter lies at its bound: its value is that of the bound.",) if result.at_bound else ()
+    omega = 2.0 * np.pi * band.frequency_hz
+    rows = np.sqrt([np.mean(omega**4), np.mean(omega**2), 1.0])
+    found += notes.of_signs(quantities, notes.shares(result.parameters, rows))
+    explained = float(100.0 * (1.0 - residual.sum() / np.sum(np.abs(band.response) ** 2)))
     return ImpedanceFit(
         estimator="spectral-fit-modulus" if thesis else "spectral-fit",
         quantities=quantities,
-        vaf=float(100.0 * (1.0 - residual.sum() / np.sum(np.abs(band.response) ** 2))),
+        vaf=explained,
         vaf_of="the response",
         confidence=confidence,
         curve=Curve(band.frequency_hz, band.response, model, "Admittance (rad/(N·m))"),
         details=result,
-        notes=notes,
+        notes=found + notes.of_vaf(explained, "the response"),
     )
 
 
@@ -383,9 +399,11 @@ def fit_parallel_cascade(
     """
     from tepsipe.identification.cascade.parallel_cascade import identify_cascade
     from tepsipe.identification.cascade.record import make_record
+    from tepsipe.mechanics.segment_kinematics import joint_motion
     from tepsipe.signals.filters import Lowpass
     from tepsipe.signals.resampling import regular_time, resample
 
+    named = notes.of_names(time=(time, "s"), angle=(angle, "rad"), torque=(torque, "Nm"))
     time, rate_hz = regular_rate(time)
     angle = plausible_angle(samples(angle, "rad", "angle"))
     torque = samples(torque, "Nm", "torque")
@@ -424,10 +442,11 @@ def fit_parallel_cascade(
             "fit_parallel_cascade: expected a torque that resists a positive angle, found a negative inertia "
             f"and a stiffness of {result.working_stiffness:.3g} N·m/rad: reverse the sign of the torque"
         )
-    quantities, notes = _cascade_quantities(result, confidence)
+    quantities, findings, assumed = _cascade_quantities(result, confidence)
     measured = lowpass(torque, rate_hz)[kept]
+    motion = joint_motion(time[kept], lowpass(angle, rate_hz)[kept])
     fitted = np.array([[time[kept][0], time[kept][training - 1]]])
-    return ImpedanceFit(
+    fit = ImpedanceFit(
         estimator="parallel-cascade",
         quantities=quantities,
         vaf=result.vaf.held_out,
@@ -435,8 +454,10 @@ def fit_parallel_cascade(
         confidence=confidence,
         curve=Curve(time[kept], measured, result.predicted, "Torque (N·m)", fitted),
         details=result,
-        notes=notes,
+        findings=findings,
     )
+    found = notes.of_impedance(fit, motion, measured) + notes.of_filter(rate_hz, cutoff_hz)
+    return replace(fit, notes=(*named, *assumed, *found))
 
 
 # ---- parts ---------------------------------------------------------------------------------------
@@ -531,8 +552,8 @@ def _usable(response):
 
 def _cascade_quantities(
     fit: ParallelCascadeFit, confidence: float
-) -> tuple[dict[str, Quantity], tuple[str, ...]]:
-    """Quantities with intervals, and notes on them.
+) -> tuple[dict[str, Quantity], tuple[str, ...], tuple[str, ...]]:
+    """Quantities with intervals, findings, and notes on assumed values.
 
     Parameters
     ----------
@@ -545,8 +566,10 @@ def _cascade_quantities(
     -------
     dict of str to Quantity
         I, B, K and further quantities of the terms that were selected.
-    tuple of str
-        Sentences on assumed values and the slow torque.
+    findings : tuple of str
+        Sentences on the reflex and the slow torque.
+    assumed : tuple of str
+        Sentences on values that the record does not determine.
     """
 
     def drawn(value: float, unit: str, draws: np.ndarray) -> Quantity:
@@ -574,7 +597,7 @@ def _cascade_quantities(
         f"VAF is {fit.slow.vaf.held_out:.1f} %."
     )
     if not structure.direction:
-        return quantities, ("Cross-validation found no reflex.", slow)
+        return quantities, ("Cross-validation found no reflex.", slow), ()
     quantities["reflex gain"] = drawn(fit.gain, "N·m·s/rad", fit.gain_bootstrap)
     if structure.gain_slope:
         quantities["dG/dtheta"] = drawn(fit.gain_slope, "N·m·s/rad²", fit.gain_slope_bootstrap)
@@ -584,9 +607,9 @@ def _cascade_quantities(
     quantities["reflex threshold"] = Quantity(structure.threshold_rad_per_s, "rad/s")
     assumed = tuple(
         f"The {choice.quantity.replace('_', ' ')} of {choice.value:g} {choice.unit} is assumed: the record "
-        f"does not separate {choice.low:g} to {choice.high:g} {choice.unit}, with cross-validated VAFs of "
-        f"{choice.vaf_low:.1f} to {choice.vaf_high:.1f} %."
+        f"explains values from {choice.low:g} to {choice.high:g} {choice.unit} equally well (cross-validated "
+        f"VAF {choice.vaf_low:.1f} to {choice.vaf_high:.1f} %)."
         for choice in fit.assumptions
         if not choice.determined
     )
-    return quantities, (*assumed, slow)
+    return quantities, (slow,), assumed

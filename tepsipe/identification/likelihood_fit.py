@@ -1,15 +1,19 @@
 """Public function of the likelihood: markers and belt velocity in, I, B, K with intervals out."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from tepsipe.arguments import checked, regular_rate, same_length, samples, texts
 from tepsipe.errors import refuse_other_kind
+from tepsipe.identification import notes
 from tepsipe.identification.arguments import as_perturbations, samples_at_rest, shaded
 from tepsipe.identification.result import PARAMETERS, UNITS, Curve, ImpedanceFit, Quantity
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, marker_samples, segment_motion
+from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.filters import butterworth_lowpass
 
 
 def fit_joint_likelihood(
@@ -69,11 +73,12 @@ def fit_joint_likelihood(
     from tepsipe.identification.estimators import JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, Record, estimate
     from tepsipe.identification.likelihood.channels import dummy_markers
 
+    named = notes.of_names(time=(time, "s"), positions=(positions, "m"), belt_velocity=(belt_velocity, "m/s"))
     refuse_other_kind(leg, Leg, "fit_joint_likelihood", "Leg")
     refuse_other_kind(markers, SegmentMarkers, "fit_joint_likelihood", "SegmentMarkers")
     confidence, softening = checked(confidence=confidence, softening=softening)
     labels, belt_fixed = texts(labels, "labels"), texts(belt_fixed, "belt_fixed")
-    time, _ = regular_rate(time)
+    time, rate_hz = regular_rate(time)
     measured = marker_samples(positions)
     motion = segment_motion(time, measured, markers, leg.com_m, labels=labels)
     log = None if belt_velocity is None else samples(belt_velocity, "m/s", "belt_velocity")
@@ -98,7 +103,7 @@ def fit_joint_likelihood(
             quantities[parameter + suffix] = Quantity(float(values[k]), UNITS[parameter], *map(float, ends))
     error = result.fit.standard_error("delay")
     quantities["delay"] = Quantity(result.delay_s, "s", error)
-    return ImpedanceFit(
+    fit = ImpedanceFit(
         estimator=name,
         quantities=quantities,
         vaf=result.vaf_angle,
@@ -108,3 +113,8 @@ def fit_joint_likelihood(
         details=result,
         windows=result.parameters,
     )
+    found = notes.of_impedance(fit, motion) + notes.of_delay(result.delay_s)
+    if log is not None:
+        foot = record.markers.positions[:, record.markers.on_foot, 0].mean(axis=1)
+        found += notes.of_belt(derivative(time, butterworth_lowpass(foot, rate_hz, 0.2 * rate_hz)), log)
+    return replace(fit, notes=(*named, *found))

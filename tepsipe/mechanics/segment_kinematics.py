@@ -102,6 +102,12 @@ class JointMotion:
     theta_dd: np.ndarray
 
 
+def joint_motion(time: np.ndarray, angle: np.ndarray) -> JointMotion:
+    """Motion of a joint from its filtered angle (s, rad), both shape (n,)."""
+    rate = derivative(time, angle)
+    return JointMotion(time, angle, rate, derivative(time, rate))
+
+
 @dataclass(frozen=True)
 class SegmentMotion(JointMotion):
     """Motion of the leg during a trial: its angle, and the acceleration of its centre of mass.
