@@ -127,7 +127,7 @@ OPTIONS: dict[str, Range | type] = {
     "rest_after_s": NOT_NEGATIVE,
     "threshold_fraction": SHARE,
     "signal_to_noise": POSITIVE,
-    "merge_s": NOT_NEGATIVE,
+    "merge_s": Range(0.0, 10.0),
     "averaged_bins": Range(2, whole=True, advice="coherence needs averages"),
     "period_s": POSITIVE,
     "low_hz": NOT_NEGATIVE,
@@ -135,9 +135,9 @@ OPTIONS: dict[str, Range | type] = {
     "trimmed_s": NOT_NEGATIVE,
     "com_m": Range(0.0, 3.0, low_allowed=False, advice="give metres"),
     "step_s": POSITIVE,
-    "I": Range(),
-    "B": Range(),
-    "K": Range(),
+    "I": Range(-1e6, 1e6),
+    "B": Range(-1e6, 1e6),
+    "K": Range(-1e6, 1e6),
     "rest_angle_rad": Range(-0.5 * math.pi, 0.5 * math.pi, advice="give radians"),
     "thesis": bool,
     "softening": bool,
@@ -231,6 +231,13 @@ def described(value: object) -> str:
     return quoted(value) if isinstance(value, tuple | list) and len(str(value)) < 60 else quoted(kind)
 
 
+def several(values: object) -> list | None:
+    """Elements of a sequence or another iterable; None for a text, a mapping, or one value."""
+    if isinstance(values, str | bytes | Mapping) or not isinstance(values, Iterable):
+        return None
+    return None if getattr(values, "ndim", 1) == 0 else list(values)
+
+
 def texts(values: object, name: str) -> list[str]:
     """Several texts, such as labels of markers.
 
@@ -239,9 +246,9 @@ def texts(values: object, name: str) -> list[str]:
     InputError
         If they are no sequence of texts, or a single text.
     """
-    if isinstance(values, str | bytes) or not isinstance(values, Iterable):
+    found = several(values)
+    if found is None:
         raise InputError(f"{name}: expected several texts, found {described(values)}: give a list of names")
-    found = list(values)
     for each in found:
         if not isinstance(each, str):
             raise InputError(f"{name}: expected texts, found {described(each)} among them: give names")
@@ -552,7 +559,7 @@ def _kind(values: object, error: Exception) -> str:
     if "setting an array element" in str(error):
         return "rows of different lengths or parts that are no numbers"
     kind = getattr(getattr(values, "dtype", None), "kind", "")
-    if kind in "Mm":
+    if kind and kind in "Mm":
         return "dates or durations, where seconds are needed"
     return (
         described(values)

@@ -1,12 +1,12 @@
 """Arguments of the public fits: windows, rest, and the bootstrap; refusal of what determines no joint."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
 
-from tepsipe.arguments import Range, checked, described, number, pair
+from tepsipe.arguments import Range, checked, described, number, pair, several
 from tepsipe.errors import InputError
 from tepsipe.signals.perturbations import Perturbation
 
@@ -34,12 +34,13 @@ def as_perturbations(perturbations: Sequence, count: int) -> list[Perturbation]:
     InputError
         If there is none, or one exceeds the record or is shorter than 4 samples.
     """
-    if isinstance(perturbations, str | bytes | Mapping) or not isinstance(perturbations, Iterable):
+    given = several(perturbations)
+    if given is None:
         raise InputError(
             f"perturbations: expected a list of windows, found {described(perturbations)}: give the result "
             "of tepsipe.find_perturbations"
         )
-    windows = [_window(each) for each in perturbations]
+    windows = [_window(each) for each in given]
     if not windows:
         raise InputError("perturbations: expected at least one, found none: check find_perturbations")
     for window in windows:
@@ -103,7 +104,7 @@ def samples_at_rest(time: np.ndarray, windows: list[Perturbation], rest) -> np.n
     """
     if rest is None:
         at_rest = time < time[windows[0].start] - REST_MARGIN_S
-    elif isinstance(rest, tuple | list | np.ndarray) and np.size(rest) == len(rest) == 2:
+    elif isinstance(rest, tuple | list | np.ndarray) and np.shape(rest)[:1] == (2,):
         before, after = pair(rest, "rest")
         at_rest = (time < time[0] + before) | (time > time[-1] - after)
     else:

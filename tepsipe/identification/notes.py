@@ -127,8 +127,8 @@ def of_signs(quantities: Mapping[str, Quantity], shares: Mapping[str, float]) ->
         )
     elif below == ["I"]:
         advice = (
-            "no joint has a negative inertia. Check the synchronisation of angle and torque, and the mass "
-            "and inertia that were subtracted."
+            "no joint has a negative inertia. Check that all signals passed the same filter, their "
+            "synchronisation, and the masses that were subtracted."
         )
     else:
         advice = f"the sign of angle or torque is probably reversed ({CONVENTION}). Reverse one of them."

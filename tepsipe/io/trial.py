@@ -13,7 +13,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from tepsipe.arguments import path_of
+from tepsipe.arguments import described, path_of
 from tepsipe.errors import InputError
 from tepsipe.io.hdf5_file import read_hdf5, write_array
 
@@ -41,6 +41,20 @@ class Signal:
     axes: tuple[str, ...] = ("time",)
     meaning: str = ""
     processing: tuple[str, ...] = ()
+
+    def __post_init__(self):
+        """Refuse a unit that is no text.
+
+        Raises
+        ------
+        InputError
+            If it is something else.
+        """
+        if not isinstance(self.unit, str):
+            raise InputError(
+                f"Signal: expected a unit as text, found {described(self.unit)}: give, for example, 'Nm', or "
+                "'1' for numbers without a unit"
+            )
 
 
 @dataclass(frozen=True)

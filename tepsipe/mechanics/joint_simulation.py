@@ -3,9 +3,10 @@
 import numpy as np
 
 from tepsipe.arguments import checked, one_of, regular_rate, same_length, samples
-from tepsipe.errors import refuse_other_kind
+from tepsipe.errors import InputError, refuse_other_kind
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 
+MOST_STEPS = 10**8
 THESIS_FOOT = Foot(mass_kg=2.1, height_m=0.055)  # Table 2-2
 
 
@@ -71,5 +72,12 @@ def simulate_joint(
     velocity = samples(belt_velocity, "m/s", "belt_velocity")
     same_length(time, belt_velocity=velocity)
     stride = max(1, int(np.ceil(1.0 / (rate_hz * (0.001 if step_s is None else step_s)) - 1e-9)))
+    if stride * time.size > MOST_STEPS:
+        raise InputError(
+            f"step_s: expected at most {MOST_STEPS:g} steps, found {stride * time.size:.3g}: lengthen "
+            "step_s or shorten the record"
+        )
+    # instants of single precision
+    time = time[0] + np.arange(time.size) / rate_hz
     joint = Joint(I, B, K, rest_angle_rad, *softened)
     return simulate_dummy(time, velocity, leg, foot, joint, 1.0 / (rate_hz * stride), engine)

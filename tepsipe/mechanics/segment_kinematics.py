@@ -57,6 +57,11 @@ class SegmentMarkers:
                 f"SegmentMarkers: expected at least two different labels and as many rows of layout_m, found "
                 f"{listed(self.labels)} and {len(layout)} rows: place every marker once"
             )
+        if np.ptp(layout, axis=0).max() < 1e-3:
+            raise InputError(
+                f"SegmentMarkers: expected markers apart from each other, found all of them at "
+                f"{layout[0].tolist()} m: their distance shows the angle"
+            )
         if np.abs(layout).max() > 3.0:
             raise InputError(
                 f"SegmentMarkers: expected offsets in m, found {np.abs(layout).max():g}, which looks like "

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tepsipe.arguments import checked, samples
+from tepsipe.arguments import checked, samples, unit_of
 from tepsipe.errors import InputError
 
 
@@ -28,8 +28,9 @@ def vaf(measured: np.ndarray, predicted: np.ndarray, *, centred: bool = False) -
     InputError
         If the signals have not the same shape, hold no numbers, or the measured one is 0 throughout.
     """
+    unit = unit_of(measured, None, "measured")[0] or None
     measured, predicted = (
-        samples(x, None, name, shape=None) for x, name in ((measured, "measured"), (predicted, "predicted"))
+        samples(x, unit, name, shape=None) for x, name in ((measured, "measured"), (predicted, "predicted"))
     )
     (centred,) = checked(centred=centred)
     if measured.shape != predicted.shape:
