@@ -433,14 +433,25 @@ def unit_of(values: object, unit: str | None, name: str) -> tuple[str, bool]:
     if hasattr(values, "unit") and (hasattr(values, "values") or hasattr(values, "value")):
         return str(values.unit), False
     label = getattr(values, "name", None)
-    found = unit_in(label) if isinstance(label, str) and hasattr(values, "dtype") else ""
-    found = SPELLINGS.get(found, found)
-    if not found or not unit or found == unit:
+    if unit is None or not isinstance(label, str) or not hasattr(values, "dtype"):
         return unit or "", False
+    return unit_by_name(label, unit, name)
+
+
+def unit_by_name(label: str, unit: str, name: str) -> tuple[str, bool]:
+    """Unit in which a name ends, if samples in ``unit`` can have it, and whether it differs from ``unit``.
+
+    Raises
+    ------
+    InputError
+        If the name ends in a unit of another quantity.
+    """
+    found = unit_in(label)
+    found = SPELLINGS.get(found, found)
     if (found, unit) in FACTORS:
         return found, True
     # one letter at the end of a name may be an index
-    if len(found) > 1 and any(found in key for key in FACTORS):
+    if found != unit and len(found) > 1 and any(found in pair for pair in FACTORS):
         raise InputError(
             f"{name}: expected samples in {unit}, found the name {quoted(label)}, which ends in {found}: "
             "check that the columns are not exchanged, or rename it"

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from tepsipe.arguments import SPELLINGS, unit_in, unit_of
+from tepsipe.arguments import SPELLINGS, unit_by_name, unit_in, unit_of
 from tepsipe.identification.result import UNITS, ImpedanceFit, Quantity
 from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.segment_kinematics import JointMotion
@@ -62,28 +62,41 @@ def of_names(**given: tuple[object, str]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def of_column(column: str, unit: str, what: str, option: str) -> tuple[str, ...]:
-    """Column of a table whose name ends in another unit than the option says.
+def of_column(column: str, what: str, unit: str | None, wanted: str) -> tuple[str, tuple[str, ...]]:
+    """Unit of a table's column, and a note where its name says another one.
 
     Parameters
     ----------
     column : str
         Name of the column.
-    unit : str
-        Unit in which it is read.
-    what, option : str
-        The quantity, and the option that names the unit.
+    what : str
+        The quantity, such as angle.
+    unit : str or None
+        Unit that the user states; None for the unit in which the name ends, or ``wanted``.
+    wanted : str
+        Unit of the quantity in the library.
 
     Returns
     -------
-    tuple of str
+    unit : str
+        Unit of the samples.
+    notes : tuple of str
         One sentence, or none.
+
+    Raises
+    ------
+    InputError
+        If no unit is stated, and the name ends in a unit of another quantity.
     """
-    found = unit_in(column)
-    found = SPELLINGS.get(found, found)
-    if not found or found == unit:
-        return ()
-    return (f"The {what} was read in {unit}, although its column is called {column!r}: check {option}.",)
+    if unit is None:
+        found, by_name = unit_by_name(column, wanted, what)
+        said = f"The {what} was converted from {found} to {wanted}, because its column is called {column!r}."
+        return found, (said,) if by_name else ()
+    named = unit_in(column)
+    if SPELLINGS.get(named, named) in ("", unit):
+        return unit, ()
+    option = f"--{what.replace(' ', '-')}-unit"
+    return unit, (f"The {what} was read in {unit}, but its column is called {column!r}: check {option}.",)
 
 
 def of_vaf(vaf: float, what: str) -> tuple[str, ...]:
