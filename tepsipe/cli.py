@@ -1,8 +1,8 @@
 """The command line: ``tepsipe fit``, ``calibrate``, ``info``, ``new-study``, ``plan``, ``export``, ``check``.
 
 Every command calls the public functions. It returns 0; if its input cannot be used, it prints one sentence
-to the standard error and returns 2. Notes are printed to the standard error, too; with ``--strict``, a command
-with notes returns 3.
+to the standard error and returns 2. Notes are printed to the standard error, too; with ``--strict``, a
+command with notes returns 3.
 """
 
 import argparse
