@@ -141,3 +141,88 @@ def good(name):
         "Signal": lambda: {"values": torque, "unit": "Nm"},
     }
     return dict(arguments[name]())
+
+
+# ---- ways to spoil an argument -------------------------------------------------------------------
+
+
+def scaled(factor):
+    """The samples times a factor."""
+    return lambda x: factor * np.asarray(x)
+
+
+def cut(count):
+    """The first samples."""
+    return lambda x: x[:count]
+
+
+def put(value, at=7):
+    """One sample replaced."""
+
+    def change(x):
+        x = np.array(x, dtype=np.result_type(x, type(value)) if value is not None else object)
+        x.reshape(x.shape[0], -1)[at] = value
+        return x
+
+    return change
+
+
+def of_type(kind):
+    """The samples as another type of NumPy."""
+    return lambda x: np.asarray(x).astype(kind)
+
+
+def masked(x):
+    """The samples with every hundredth hidden."""
+    return np.ma.masked_array(x, np.arange(x.size) % 100 == 0)
+
+
+def constant(x):
+    """One value throughout."""
+    return np.full(x.shape, 0.1)
+
+
+def series(name, factor=1.0):
+    """A pandas column of this name."""
+
+    def change(x):
+        import pandas as pd
+
+        return pd.Series(factor * x, name=name)
+
+    return change
+
+
+def signal(unit, factor=1.0):
+    """A `Signal` in this unit."""
+    return lambda x: tepsipe.Signal(factor * x, unit)
+
+
+class Described:
+    """Samples with the attributes of an xarray."""
+
+    def __init__(self, values, **attrs):
+        self.values, self.attrs, self.dtype, self.shape = values, attrs, values.dtype, values.shape
+
+    def __array__(self, dtype=None, copy=None):
+        return np.asarray(self.values, dtype)
+
+
+def described(units, factor=1.0):
+    """Samples with ``attrs["units"]``, as in xarray."""
+    return lambda x: Described(factor * x, units=units)
+
+
+def from_other(name):
+    """The samples of another argument of the same call."""
+    return lambda x, call: call[name]
+
+
+def copied(x, call):
+    """Every perturbation overwritten by the first one."""
+    windows, x = moved()[3], np.array(x)
+    length = min(w.stop - w.start for w in windows)
+    for w in windows[1:]:
+        x[w.start : w.start + length] = x[windows[0].start : windows[0].start + length]
+    call["perturbations"] = [(w.start, w.start + length) for w in windows]
+    return x

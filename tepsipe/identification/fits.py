@@ -208,6 +208,7 @@ def fit_output_error(
     rng = bootstrap_generator(bootstrap_draws, confidence, seed)
     cutoff_hz, order = checked(cutoff_hz=cutoff_hz, order=order)
     foot, belt = (butterworth_lowpass(x, rate_hz, cutoff_hz, order) for x in (foot, belt))
+    follows = notes.of_belt(derivative(time, foot), belt)
     windows = as_perturbations(perturbations, time.size)
     record = Record(
         motion=motion,
@@ -229,7 +230,7 @@ def fit_output_error(
         details=result,
         windows=result.parameters,
     )
-    follows = notes.of_belt(derivative(time, foot), belt) + notes.of_delay(result.delay_s)
+    follows += notes.of_delay(result.delay_s)
     filtered = notes.of_filter(rate_hz, cutoff_hz, windows)
     return replace(fit, notes=(*named, *fit.notes, *notes.of_impedance(fit, motion), *follows, *filtered))
 
@@ -605,11 +606,9 @@ def _cascade_quantities(
         quantities["unloading gain"] = drawn(fit.unloading_gain, "N·m·s/rad", fit.unloading_gain_bootstrap)
     quantities["reflex delay"] = Quantity(structure.delay_s, "s")
     quantities["reflex threshold"] = Quantity(structure.threshold_rad_per_s, "rad/s")
-    assumed = tuple(
-        f"The {choice.quantity.replace('_', ' ')} of {choice.value:g} {choice.unit} is assumed: the record "
-        f"explains values from {choice.low:g} to {choice.high:g} {choice.unit} equally well (cross-validated "
-        f"VAF {choice.vaf_low:.1f} to {choice.vaf_high:.1f} %)."
-        for choice in fit.assumptions
-        if not choice.determined
-    )
-    return quantities, (slow,), assumed
+    close, assumed = [], []
+    for choice in fit.assumptions:
+        if not choice.determined:
+            narrow = choice.high - choice.low <= notes.NARROW.get(choice.quantity, 0.0)
+            (close if narrow else assumed).append(notes.of_choice(choice))
+    return quantities, (*close, slow), tuple(assumed)

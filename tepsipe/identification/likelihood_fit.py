@@ -94,6 +94,10 @@ def fit_joint_likelihood(
         markers=dummy_markers(measured, labels, markers, tuple(belt_fixed)),
         belt_log=log,
     )
+    follows = ()
+    if log is not None:
+        foot = record.markers.positions[:, record.markers.on_foot, 0].mean(axis=1)
+        follows = notes.of_belt(derivative(time, butterworth_lowpass(foot, rate_hz, 0.2 * rate_hz)), log)
     result = estimate(name, record)
     working, small = result.interval(confidence), result.small_interval(confidence)
     quantities = {}
@@ -114,7 +118,4 @@ def fit_joint_likelihood(
         windows=result.parameters,
     )
     found = notes.of_impedance(fit, motion) + notes.of_delay(result.delay_s)
-    if log is not None:
-        foot = record.markers.positions[:, record.markers.on_foot, 0].mean(axis=1)
-        found += notes.of_belt(derivative(time, butterworth_lowpass(foot, rate_hz, 0.2 * rate_hz)), log)
-    return replace(fit, notes=(*named, *found))
+    return replace(fit, notes=(*named, *follows, *found))

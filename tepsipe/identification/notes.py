@@ -9,6 +9,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from tepsipe.arguments import SPELLINGS, unit_by_name, unit_in, unit_of
+from tepsipe.errors import InputError
+from tepsipe.identification.cascade.fit import Assumption
 from tepsipe.identification.result import UNITS, ImpedanceFit, Quantity
 from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.segment_kinematics import JointMotion
@@ -18,8 +20,8 @@ from tepsipe.signals.response import FrequencyResponse
 
 # below this VAF (%) the residual has more than half the standard deviation of the signal
 LEAST_VAF = 75.0
-# a perturbation that moves a joint further is no small movement about an operating point (rad): 69 degrees
-LARGEST_SWING_RAD = 1.2
+# few joints have a range of motion beyond this (rad): 115 degrees
+LARGEST_SWING_RAD = 2.0
 # stretch perturbations reach about 10 rad/s; one of 2 degrees in 0.1 s, taken for radians, exceeds 20 rad/s
 FASTEST_RAD_PER_S = 20.0
 # the strongest joints of a human reach a few hundred N·m
@@ -30,10 +32,12 @@ LEAST_SHARE = 0.02
 LARGEST_CUTOFF = 0.2
 # windows that are shorter than half a period of the cutoff lose most of the filtered response
 LEAST_PERIODS = 0.5
-# ratio of the foot's velocity to the belt's: the foot stands on the belt
-BELT_GAIN = (0.8, 1.25)
+# ratio of the foot's velocity to the belt's: it stands on the belt; another unit exceeds the second range
+BELT_GAIN, BELT_GAIN_LIMIT = (0.8, 1.25), (0.4, 2.5)
 # a longer delay of the angle after the foot is none of a measuring chain (s)
 LONGEST_DELAY_S = 0.03
+# ranges that a cascade fit may leave open: reflexes of short and medium latency are 25 ms apart (s, rad/s)
+NARROW = {"reflex_delay": 0.02, "reflex_threshold": 0.1}
 CONVENTION = "tau is positive when it resists a positive angle"
 
 
@@ -254,16 +258,27 @@ def of_repeats(angle: np.ndarray, torque: np.ndarray, windows: Sequence[Perturba
 
 
 def of_belt(foot_velocity: np.ndarray, belt_velocity: np.ndarray) -> tuple[str, ...]:
-    """Foot that does not move with the belt (m/s), both shape (n,)."""
+    """Foot that does not move with the belt (m/s), both shape (n,).
+
+    Raises
+    ------
+    InputError
+        If one of the two has the opposite sign or another unit.
+    """
     foot, belt = (x - np.median(x) for x in (foot_velocity, belt_velocity))
     power = float(belt @ belt)
     gain = float(foot @ belt) / power if power > 0.0 else np.nan
     if BELT_GAIN[0] <= gain <= BELT_GAIN[1]:
         return ()
-    what = "the opposite sign" if gain < 0.0 else "another unit or another clock"
+    if not BELT_GAIN_LIMIT[0] <= gain <= BELT_GAIN_LIMIT[1]:
+        what = "the opposite sign" if gain < 0.0 else "another unit or another clock"
+        raise InputError(
+            f"belt_velocity: expected the velocity of the foot, which stands on the belt, found the foot "
+            f"{gain:.3g} times as fast: one of the two has {what}, so correct it"
+        )
     return (
-        f"The foot moves {gain:.3g} times as fast as the logged belt, on which it stands: one of the two "
-        f"probably has {what}.",
+        f"The foot moves {gain:.3g} times as fast as the logged belt, on which it stands: check the scale "
+        "and the synchronisation of the two.",
     )
 
 
@@ -274,6 +289,16 @@ def of_delay(delay_s: float) -> tuple[str, ...]:
     return (
         f"The angle follows the foot {1e3 * delay_s:.3g} ms late, longer than measuring chains take: check "
         "the synchronisation of markers and belt.",
+    )
+
+
+def of_choice(choice: Assumption) -> str:
+    """Sentence on a value of a cascade fit that the record does not determine (unit of the value)."""
+    unit, equal = choice.unit, choice.low == choice.high
+    others = f"{choice.low:g} {unit}" if equal else f"values from {choice.low:g} to {choice.high:g} {unit}"
+    return (
+        f"The {choice.quantity.replace('_', ' ')} of {choice.value:g} {unit} is assumed: the record explains "
+        f"{others} equally well (cross-validated VAF {choice.vaf_low:.2f} to {choice.vaf_high:.2f} %)."
     )
 
 

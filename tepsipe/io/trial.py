@@ -264,10 +264,10 @@ def _check_signal(name: str, signal: Signal, axes: dict[str, np.ndarray]) -> Non
         raise ValueError(
             f"{np.count_nonzero(~np.isfinite(values))} samples of {name!r} are missing or infinite"
         )
-    missing = [axis for axis in signal.axes if axis not in axes]
+    missing = [axis for axis in signal.axes if axis and axis not in axes]
     if missing:
         raise ValueError(f"no axis {missing[0]!r} for {name!r}")
-    shape = tuple(axes[axis].size for axis in signal.axes)
+    shape = tuple(axes[axis].size if axis else 1 for axis in signal.axes)
     if values.shape != shape or not shape:
         raise ValueError(f"{name!r} has the shape {values.shape}, its axes {shape}")
     if signal.unit not in UNITS:
