@@ -64,6 +64,9 @@ IN_NAMES = (
 )
 # larger numbers have no unit of a joint, and their squares no floating-point number (any unit)
 LARGEST = 1e12
+# options of a model may differ from their default by this factor; these tuples may be empty
+LARGEST_CHANGE = 20
+MAY_BE_EMPTY = ("stop_radii_rad", "relaxation_times_s")
 # longest step of a clock (s): movements of a joint need more samples than two in a second
 LONGEST_STEP_S = 0.5
 
@@ -218,6 +221,23 @@ def number(value: object, name: str, within: Range) -> float | int:
     return int(given) if within.whole else x
 
 
+def limits(values: object, name: str, size: int) -> np.ndarray:
+    """Ends of ranges, shape (size,), which may be infinite (unit of the argument).
+
+    Raises
+    ------
+    InputError
+        If they are not as many numbers.
+    """
+    if isinstance(values, Sequence) and all(isinstance(x, Real) for x in values):
+        values = np.array([float(x) for x in values])
+    infinite = np.isinf(values) if isinstance(values, np.ndarray) and values.dtype.kind == "f" else None
+    if infinite is None:
+        return samples(values, "", name, shape=(size,))
+    finite = samples(np.where(infinite, 0.0, values), "", name, shape=(size,))
+    return np.where(infinite, values, finite)
+
+
 def described(value: object) -> str:
     """A value for a message: itself if it is short, otherwise its type, and its shape if it has one."""
     if isinstance(value, np.generic):
@@ -318,26 +338,39 @@ def made(kind: type[T], options: Mapping[str, object], function: str) -> T:
             )
         default = defaults[name]
         if isinstance(default, int | float):
-            within = Range(1, 1000, whole=True) if isinstance(default, int) else POSITIVE
-            found[name] = number(value, name, within)
+            found[name] = number(value, name, _around(default))
         elif isinstance(default, tuple):
             found[name] = _numbers_like(default, value, name)
-        elif value is None or isinstance(value, type(default)) or default is None:
+        elif value is None or isinstance(value, type(default)):
             found[name] = value
         else:
             raise InputError(
-                f"{name}: expected {type(default).__name__} or None, found {described(value)}: correct it"
+                f"{name}: expected {type(default or 0).__name__ if default else 'None'}, found "
+                f"{described(value)}: leave it out"
             )
     return kind(**found)
 
 
+def _around(default: float) -> Range:
+    """Numbers up to 20 times as large or small as a default: others are in another unit, or never end."""
+    whole = isinstance(default, int)
+    low = 1 if whole else default / LARGEST_CHANGE
+    return Range(low, LARGEST_CHANGE * default, whole=whole, advice=f"the default is {default:g}")
+
+
 def _numbers_like(default: tuple, value: object, name: str) -> tuple[float, ...]:
     """Several numbers of at least 0 (unit in the name); two where the default is the ends of a range."""
-    if isinstance(value, Sequence | np.ndarray) and not len(value):
+    if isinstance(value, Sequence | np.ndarray) and not len(value) and name in MAY_BE_EMPTY:
         return ()
     x = samples(value, "", name, shape=(2 if len(default) == 2 and name.endswith("delays_s") else None,))
-    if (x < 0.0).any():
-        raise InputError(f"{name}: expected numbers of at least 0, found {x.min():g}: correct it")
+    most = LARGEST_CHANGE * max(default)
+    if (x < 0.0).any() or (x > most).any():
+        raise InputError(
+            f"{name}: expected numbers of at least 0 and at most {most:g}, found {x.min():g} to {x.max():g}: "
+            "correct them"
+        )
+    if "delays" in name and not x[0] < x[1]:
+        raise InputError(f"{name}: expected two numbers that increase, found {x.tolist()}: correct them")
     return tuple(x.tolist())
 
 
@@ -377,7 +410,7 @@ def factor(unit: str, wanted: str, name: str) -> float:
     InputError
         If the units are of different quantities or unknown.
     """
-    unit = unit.strip()
+    unit = unit.strip().replace(" / ", "/")
     unit = SPELLINGS.get(unit, unit)
     if unit == wanted:
         return 1.0
@@ -530,10 +563,12 @@ def _converted(values: object, unit: str | None, name: str) -> np.ndarray:
             ) from error
         return _numbers(values, name)
     given = unit_of(values, unit, name)[0]
+    samples_only = values
+    if hasattr(values, "unit") and (hasattr(values, "values") or hasattr(values, "value")):
+        samples_only = values.values if hasattr(values, "values") else values.value
+    x = _numbers(samples_only, name)
     scale = 1.0 if unit is None or (not given and not unit) else factor(given, unit, name)
-    if hasattr(values, "unit"):
-        values = getattr(values, "values", None) if hasattr(values, "values") else values.value
-    return scale * _numbers(values, name)
+    return scale * x
 
 
 def _spelt_out(unit: str) -> str:

@@ -146,13 +146,19 @@ class TreadmillCalibration:
             If there is no such model, or the recording has another rate or unit.
         """
         refuse_other_kind(recording, BeltRecording, "compensate", "belt_recording")
-        fitted = pick(self.models, self.best if model is None else model)
+        fitted = pick(self.models, self.best if model is None else one_of(model, "model", self.models))
         filtered = recording if fitted.lowpass is None else recording.filtered(fitted.lowpass)
         return fitted.compensate(filtered)
 
     def save(self, path: str | Path) -> None:
         """Write the models as JSON, for `load_treadmill_models` (units as in the models' classes)."""
-        save_models(path_of(path), list(self.models.values()))
+        path = path_of(path)
+        if path.is_dir() or not path.parent.is_dir():
+            raise InputError(
+                f"{path}: expected a file in a folder that exists, found "
+                f"{'a folder' if path.is_dir() else 'no such folder'}: choose another path"
+            )
+        save_models(path, list(self.models.values()))
 
     def to_frame(self):
         """The scores as a pandas table, one row per model and test (units in the column ``unit``)."""
@@ -266,11 +272,18 @@ def calibrate_treadmill(
     lowpass = Lowpass(cutoff_hz, order, zero_lag)
     group = "+".join(r.name for r in training)
     tests = {r.name: r.filtered(lowpass) for r in testing}
+    family = made(FamilyOptions, options, "calibrate_treadmill")
+    shortest_s = min(r.load.size / r.rate_hz for r in (*training, *testing))
+    if not 8.0 / min(r.rate_hz for r in training) <= family.spectral_segment_s <= 0.5 * shortest_s:
+        raise InputError(
+            f"spectral_segment_s: expected from 8 samples to half a recording of {shortest_s:.3g} s, found "
+            f"{family.spectral_segment_s:g} s: change it, or record longer"
+        )
     scores, fitted = calibrate(
         table_plan(chosen, group, list(tests)),
         {group: [r.filtered(lowpass) for r in training]},
         {name: [r] for name, r in tests.items()},
         "load",
-        made(FamilyOptions, options, "calibrate_treadmill"),
+        family,
     )
     return TreadmillCalibration({model.name: model for model in fitted}, scores, tests)

@@ -124,6 +124,23 @@ def samples_at_rest(time: np.ndarray, windows: list[Perturbation], rest) -> np.n
     return at_rest
 
 
+def refuse_still(angle: np.ndarray, windows: list[Perturbation]) -> None:
+    """Refuse windows in which the angle (rad) does not move, shape (n,).
+
+    Raises
+    ------
+    InputError
+        If it moves less than a millionth of its range in one of them.
+    """
+    least = 1e-6 * float(np.ptp(angle))
+    for w in windows:
+        if np.ptp(angle[w.start : w.stop]) < least:
+            raise InputError(
+                f"perturbations: expected movement in every window, found none from {w.start} to {w.stop}: "
+                "leave it out"
+            )
+
+
 def shaded(time: np.ndarray, windows: list[Perturbation]) -> np.ndarray:
     """First and last instant of every window (s), shape (windows, 2)."""
     return np.array([[time[w.start], time[w.stop - 1]] for w in windows])

@@ -12,6 +12,7 @@ import scipy
 
 from tepsipe.arguments import (
     checked,
+    limits,
     made,
     pair,
     plausible_angle,
@@ -26,6 +27,7 @@ from tepsipe.identification import notes
 from tepsipe.identification.arguments import (
     as_perturbations,
     bootstrap_generator,
+    refuse_still,
     samples_at_rest,
     shaded,
 )
@@ -300,14 +302,19 @@ def fit_admittance(
         )
     bounds = Bounds(
         start=starting_values(band) if start is None else samples(start, "", "start", shape=(3,)),
-        lower=np.full(3, -np.inf) if lower is None else samples(lower, "", "lower", shape=(3,)),
-        upper=np.full(3, np.inf) if upper is None else samples(upper, "", "upper", shape=(3,)),
+        lower=np.full(3, -np.inf) if lower is None else limits(lower, "lower", 3),
+        upper=np.full(3, np.inf) if upper is None else limits(upper, "upper", 3),
     )
     if not ((bounds.lower < bounds.start) & (bounds.start < bounds.upper)).all():
         raise InputError(
             f"fit_admittance: expected starting values between their bounds, found "
             f"{bounds.start.tolist()} with "
             f"{bounds.lower.tolist()} and {bounds.upper.tolist()}: correct one of the three"
+        )
+    if not np.isfinite(admittance(bounds.start, band.frequency_hz)).all():
+        raise InputError(
+            f"start: expected I, B, K of a joint that resists, found {bounds.start.tolist()}: give others, or "
+            "leave start out"
         )
     result = (fit_as_printed if thesis else fit_scaled)(band, bounds)
     half = scipy.stats.t.ppf(0.5 + 0.5 * confidence, result.degrees_of_freedom) * result.standard_error
@@ -437,7 +444,13 @@ def fit_parallel_cascade(
         )
     lowpass = Lowpass(cutoff_hz, order, True)
     record = make_record(angle, torque, rate_hz, kept, training, lambda x: lowpass(x, rate_hz), chosen)
-    result = identify_cascade(record, block, bootstrap_draws, rng)
+    try:
+        result = identify_cascade(record, block, bootstrap_draws, rng)
+    except np.linalg.LinAlgError as error:
+        raise InputError(
+            f"fit_parallel_cascade: expected options that the record determines, found {error}: leave the "
+            f"options {', '.join(options) or 'as they are'} out, or record longer"
+        ) from error
     if result.impedance[0] < 0.0 and result.working_stiffness < 0.0:
         raise InputError(
             "fit_parallel_cascade: expected a torque that resists a positive angle, found a negative inertia "
@@ -469,6 +482,7 @@ def _fit_windows(motion, torque, perturbations, rest, thesis, draws, confidence,
     from tepsipe.identification.estimators import LEAST_SQUARES, LEAST_SQUARES_THESIS, Record, estimate
 
     windows = as_perturbations(perturbations, motion.time.size)
+    refuse_still(motion.theta, windows)
     name = LEAST_SQUARES_THESIS if thesis else LEAST_SQUARES
     at_rest = samples_at_rest(motion.time, windows, rest)
     result = estimate(name, Record(motion=motion, torque=torque, perturbations=windows, at_rest=at_rest))
@@ -548,7 +562,7 @@ def _usable(response):
             f"coherences above 0 and up to 1, found others at {int((~usable).sum())} of {count}: make the "
             "response with tepsipe.frequency_response, or choose band_hz"
         )
-    return response
+    return replace(response, frequency_hz=frequency, response=real + 1j * imaginary, coherence=coherence)
 
 
 def _cascade_quantities(

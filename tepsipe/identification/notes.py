@@ -22,6 +22,10 @@ from tepsipe.signals.response import FrequencyResponse
 LEAST_VAF = 75.0
 # few joints have a range of motion beyond this (rad): 115 degrees
 LARGEST_SWING_RAD = 2.0
+# no instrument resolves less (rad, N·m)
+SMALLEST_SWING_RAD, SMALLEST_TORQUE_NM = 1e-6, 1e-6
+# measured signals leave a larger part of their variance unexplained
+LEAST_RESIDUAL = 1e-12
 # stretch perturbations reach about 10 rad/s; one of 2 degrees in 0.1 s, taken for radians, exceeds 20 rad/s
 FASTEST_RAD_PER_S = 20.0
 # the strongest joints of a human reach a few hundred N·m
@@ -36,8 +40,8 @@ LEAST_PERIODS = 0.5
 BELT_GAIN, BELT_GAIN_LIMIT = (0.8, 1.25), (0.4, 2.5)
 # a longer delay of the angle after the foot is none of a measuring chain (s)
 LONGEST_DELAY_S = 0.03
-# ranges that a cascade fit may leave open: reflexes of short and medium latency are 25 ms apart (s, rad/s)
-NARROW = {"reflex_delay": 0.02, "reflex_threshold": 0.1}
+# ranges that a cascade fit may leave open: the delays that are tried are 30 ms apart at most (s, rad/s)
+NARROW = {"reflex_delay": 0.03, "reflex_threshold": 0.1}
 CONVENTION = "tau is positive when it resists a positive angle"
 
 
@@ -169,7 +173,7 @@ def of_exchange(angle_rows: np.ndarray, torque_rows: np.ndarray) -> tuple[str, .
         One sentence, or none.
     """
     left = _unexplained(angle_rows, torque_rows[:, 2])
-    if _unexplained(torque_rows, angle_rows[:, 2]) >= 0.5 * left:
+    if left < LEAST_RESIDUAL or _unexplained(torque_rows, angle_rows[:, 2]) >= 0.5 * left:
         return ()
     return (
         "Angle and torque are probably exchanged: the angle as a function of the torque's derivatives "
@@ -188,6 +192,8 @@ def _unexplained(columns: np.ndarray, y: np.ndarray) -> float:
 def of_swing(angle: np.ndarray, rate: np.ndarray) -> tuple[str, ...]:
     """Movement that is too large or too fast for radians (rad, rad/s), shape (n,)."""
     swing, fastest = float(np.ptp(angle)), float(np.percentile(np.abs(rate), 99.9))
+    if swing < SMALLEST_SWING_RAD:
+        return (f"The angle moves over {swing:.3g} rad only, less than instruments resolve: check its unit.",)
     if swing <= LARGEST_SWING_RAD and fastest <= FASTEST_RAD_PER_S:
         return ()
     return (
@@ -199,11 +205,23 @@ def of_swing(angle: np.ndarray, rate: np.ndarray) -> tuple[str, ...]:
 def of_torque(torque: np.ndarray) -> tuple[str, ...]:
     """Torque (N·m), shape (n,), beyond any human joint."""
     largest = float(np.abs(torque).max())
+    if largest < SMALLEST_TORQUE_NM:
+        return (f"The torque reaches {largest:.3g} N·m only, less than instruments resolve: check its unit.",)
     if largest <= LARGEST_TORQUE_NM:
         return ()
     return (
         f"The torque reaches {largest:.3g} N·m, more than a human joint does: check its unit, which "
         'Signal(torque, "Nmm") converts from N·mm.',
+    )
+
+
+def of_proportion(angle: np.ndarray, torque: np.ndarray) -> tuple[str, ...]:
+    """Torque (N·m) that is the angle (rad) times a number, both shape (n,)."""
+    if _unexplained(angle[:, None], torque) > LEAST_RESIDUAL:
+        return ()
+    return (
+        "The torque is proportional to the angle in every digit: one was probably computed from the other, "
+        "or both are the same column.",
     )
 
 
@@ -271,7 +289,7 @@ def of_belt(foot_velocity: np.ndarray, belt_velocity: np.ndarray) -> tuple[str, 
     if BELT_GAIN[0] <= gain <= BELT_GAIN[1]:
         return ()
     if not BELT_GAIN_LIMIT[0] <= gain <= BELT_GAIN_LIMIT[1]:
-        what = "the opposite sign" if gain < 0.0 else "another unit or another clock"
+        what = "the opposite sign" if gain < -BELT_GAIN_LIMIT[0] else "another unit or another clock"
         raise InputError(
             f"belt_velocity: expected the velocity of the foot, which stands on the belt, found the foot "
             f"{gain:.3g} times as fast: one of the two has {what}, so correct it"
@@ -347,7 +365,7 @@ def of_impedance(fit: ImpedanceFit, motion: JointMotion, torque: np.ndarray | No
         rate = derivative(motion.time, torque)
         exchanged = np.column_stack([derivative(motion.time, rate), rate, torque])
         found += of_exchange(rows, exchanged)
-    return found + of_torque(torque)
+    return found + of_torque(torque) + of_proportion(motion.theta, torque)
 
 
 def shares(parameters: np.ndarray, amplitudes: np.ndarray) -> dict[str, float]:

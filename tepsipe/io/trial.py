@@ -13,8 +13,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from tepsipe.arguments import FACTORS, described, path_of
-from tepsipe.errors import InputError
+from tepsipe.arguments import FACTORS, OPTIONS, described, number, path_of
+from tepsipe.errors import InputError, listed
 from tepsipe.io.hdf5_file import read_hdf5, write_array
 
 # units that a signal can have
@@ -81,9 +81,26 @@ class Trial:
     signals: dict[str, Signal]
     attributes: dict = field(default_factory=dict)
 
+    def __post_init__(self):
+        """Refuse what is no trial.
+
+        Raises
+        ------
+        InputError
+            If the rate is no positive number, or axes and signals are not given by name.
+        """
+        number(self.rate_hz, "Trial: rate_hz", OPTIONS["rate_hz"])
+        for name in ("axes", "signals", "attributes"):
+            if not isinstance(getattr(self, name), dict):
+                raise InputError(
+                    f"Trial: expected {name} by name, found {described(getattr(self, name))}: give a dict"
+                )
+
     @property
     def time(self) -> np.ndarray:
         """Instants of the samples (s), shape (n,)."""
+        if "time" not in self.axes:
+            raise InputError(f"trial: expected the axis 'time', found {listed(self.axes)}: add it")
         return self.axes["time"]
 
     def values(self, name: str) -> np.ndarray:
@@ -96,7 +113,7 @@ class Trial:
         """
         if name not in self.signals:
             raise InputError(
-                f"trial: expected the signal {name!r}, found {', '.join(self.signals)}: make the "
+                f"trial: expected the signal {name!r}, found {listed(self.signals)}: make the "
                 "trial's file again"
             )
         return self.signals[name].values
