@@ -313,8 +313,8 @@ def fit_admittance(
         )
     if not np.isfinite(admittance(bounds.start, band.frequency_hz)).all():
         raise InputError(
-            f"start: expected I, B, K of a joint that resists, found {bounds.start.tolist()}: give others, or "
-            "leave start out"
+            f"start: expected I, B, K of a joint that resists, found {bounds.start.tolist()}: give others, "
+            "or leave start out"
         )
     result = (fit_as_printed if thesis else fit_scaled)(band, bounds)
     half = scipy.stats.t.ppf(0.5 + 0.5 * confidence, result.degrees_of_freedom) * result.standard_error
