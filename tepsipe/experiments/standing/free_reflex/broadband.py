@@ -4,6 +4,7 @@ The mean responses change in proportion to each uncertain constant. One slope pe
 therefore kept, and the trials of a task can be refitted for any deviation without their recordings.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -95,6 +96,9 @@ class BroadbandEpochs:
         Whether weights showed the origin of the force plate along the belt.
     plate_flags : tuple of str
         Names of faults of the plate, in `tepsipe.io.estimates.FLAGS`.
+    recording : str
+        Name of the trial, which the epochs of both directions of its perturbations share; empty for epochs
+        that share nothing with others.
     """
 
     time: np.ndarray
@@ -118,6 +122,7 @@ class BroadbandEpochs:
     treadmill_flag: str = "treadmill-model"
     origin_known: bool = True
     plate_flags: tuple[str, ...] = ()
+    recording: str = ""
 
     @property
     def count(self) -> int:
@@ -151,6 +156,14 @@ class BroadbandEpochs:
             stretches = (pieces[:, :, first - start :] - still).reshape(-1, last + 1 - first, 3)
             self._stretches[first, last] = stretches
         return self._stretches[first, last]
+
+
+def by_recording(epochs: Sequence[BroadbandEpochs]) -> list[list[int]]:
+    """Positions of the epochs of each recording: two where its perturbations have both directions."""
+    found: dict[object, list[int]] = {}
+    for k, trial in enumerate(epochs):
+        found.setdefault(trial.recording or k, []).append(k)
+    return list(found.values())
 
 
 def cut_broadband(
@@ -232,8 +245,9 @@ def cut_broadband(
         centre_used=used,
         apparent=apparent,
         skin_m=skins_m[0],
-        origin_known=standing.plate.origin_m is not None,
+        origin_known=standing.plate.origin_known,
         plate_flags=standing.plate_flags,
+        recording=standing.prepared.name,
     )
 
 
@@ -375,7 +389,7 @@ UNITS = {
 PLAIN = (
     *("baseline_s", "cutoff_hz", "order"),
     *("peak_m_per_s", "carried_kg", "calibrated_kg", "centre_used", "skin_m"),
-    *("treadmill_error", "treadmill_flag", "origin_known"),
+    *("treadmill_error", "treadmill_flag", "origin_known", "recording"),
 )
 
 

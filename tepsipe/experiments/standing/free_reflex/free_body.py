@@ -1,4 +1,4 @@
-"""The feet as a free body up to 60 Hz, and the change of its torque with each source of uncertainty.
+"""The feet as a free body at a high cutoff, and the change of its torque with each source of uncertainty.
 
 The estimator with a free reflex torque uses the first milliseconds of a response, where inertia and
 friction of the belt dominate. All signals are low-pass filtered alike at a higher cutoff, and two terms of

@@ -184,9 +184,13 @@ def reflex_onset(
 
 
 def centre_facts(trials: list[BroadbandEpochs], sources: dict[str, Source]) -> dict:
-    """Facts on the joint's centre: its offset (m), whether it is from sway, motion of soft tissue (m)."""
+    """Facts on the joint's centre: its offset (m), whether it is from sway, motion of soft tissue (m).
+
+    ``broadband_cutoff_hz`` is the cutoff of the low-pass (Hz), which slow cameras lower.
+    """
     centre = common_centre(trials, sources)
     return {
+        "broadband_cutoff_hz": min((trial.cutoff_hz for trial in trials), default=None),
         "joint_centre_m": centre.offset_m.tolist() if trials else None,
         "centre_used": centre.from_sway,
         "skin_m": float(np.sqrt(np.mean([trial.skin_m**2 for trial in trials]))) if trials else 0.0,
