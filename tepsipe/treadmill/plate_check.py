@@ -98,6 +98,18 @@ class PlateCheck:
         plate = dict(result.facts.get("plate", {}))
         return cls(**{**plate, "flags": tuple(plate.get("flags", ()))})
 
+    @classmethod
+    def of_several(cls, checks: Sequence[Self]) -> Self:
+        """What is known of the sum of plates, each of which is corrected by itself: the worst of them (m)."""
+        if len(checks) == 1:
+            return checks[0]
+        unknown = any(check.origin_m is None for check in checks)
+        return cls(
+            origin_m=None if unknown else 0.0,
+            origin_u_m=None if unknown else max(check.origin_u_m for check in checks),
+            flags=tuple(dict.fromkeys(flag for check in checks for flag in check.flags)),
+        )
+
     @property
     def facts(self) -> dict:
         """The check as facts of a result (m)."""

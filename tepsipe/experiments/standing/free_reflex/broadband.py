@@ -26,7 +26,7 @@ from tepsipe.experiments.standing.free_reflex.joint_centre import (
     relative_motion,
     tissue_from_pulses,
 )
-from tepsipe.experiments.standing.joint_torque import StandingTrial
+from tepsipe.experiments.standing.joint_torque import StandingTrial, by_belt
 from tepsipe.experiments.standing.options import StandingOptions
 from tepsipe.io.result import Result
 from tepsipe.signals.epochs import cut_epochs
@@ -187,7 +187,8 @@ def cut_broadband(
     lowpass : Lowpass
         Filter of all signals here (Hz); its cutoff is lowered if the cameras are too slow for it.
     models : dict of str to FittedModel
-        Component, Fy or Mx -> treadmill model; empty for the loads as measured.
+        Component, Fy or Mx -> treadmill model; empty for the loads as measured. For a person with a foot on
+        each belt: belt -> the same.
 
     Returns
     -------
@@ -225,8 +226,7 @@ def cut_broadband(
         for source in SOURCES
     }
     slopes = cut(np.column_stack(list(changes.values())), epochs.onsets_s, AFTER_S)[1].mean(axis=0)
-    masses = [getattr(model.model, "heaviest_kg", None) for model in models.values()]
-    heaviest = [mass for mass in masses if mass is not None]
+    carried_kg = float(body.load.f_z[standing.unperturbed].mean()) / options.person.body.gravity_m_per_s2
     return BroadbandEpochs(
         time=time,
         perturbed=perturbed,
@@ -239,8 +239,8 @@ def cut_broadband(
         cutoff_hz=lowpass.cutoff_hz,
         order=lowpass.order,
         peak_m_per_s=float(np.median(np.abs(epochs.perturbed["belt_velocity"]).max(axis=1))),
-        carried_kg=float(body.load.f_z[standing.unperturbed].mean()) / options.person.body.gravity_m_per_s2,
-        calibrated_kg=max(heaviest) if heaviest else None,
+        carried_kg=carried_kg,
+        calibrated_kg=_calibrated_kg(standing, options, by_belt(models, options), carried_kg),
         centre=centre,
         centre_used=used,
         apparent=apparent,
@@ -249,6 +249,22 @@ def cut_broadband(
         plate_flags=standing.plate_flags,
         recording=standing.prepared.name,
     )
+
+
+def _calibrated_kg(
+    standing: StandingTrial, options: StandingOptions, models: dict[str, dict], carried_kg: float
+) -> float | None:
+    """Largest mass of the calibration (kg), with the present shares of two plates; None if it says none."""
+    found = []
+    for belt, of_belt in models.items():
+        masses = [getattr(model.model, "heaviest_kg", None) for model in of_belt.values()]
+        heaviest = [mass for mass in masses if mass is not None]
+        if heaviest and belt == options.belt:
+            return max(heaviest)
+        if heaviest:
+            weight = float(standing.prepared.load(belt)["Fz"][standing.unperturbed].mean())
+            found.append(max(heaviest) * carried_kg * options.person.body.gravity_m_per_s2 / weight)
+    return min(found, default=None)
 
 
 def with_treadmill_error(

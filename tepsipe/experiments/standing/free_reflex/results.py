@@ -26,6 +26,8 @@ from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.statistics.uncertainty import Budget, Source, sources_of
 
+# K and B of both legs, and of each on a plate of its own
+OF_JOINT = tuple(f"{quantity}{leg}" for quantity in QUANTITIES for leg in ("", "_left", "_right"))
 UNKNOWN_ORIGIN, ORIGIN = "unknown_origin_m", "origin_anterior_m"
 
 
@@ -237,7 +239,7 @@ def quoted(
 
 
 def _of(row: Estimate, pathway: str) -> bool:
-    return row.pathway == pathway and row.quantity in ("B", "K")
+    return row.pathway == pathway and row.quantity in OF_JOINT
 
 
 def budget_rows(rows: list[Estimate], fits: Fits) -> list[Contribution]:
