@@ -151,7 +151,13 @@ class TreadmillCalibration:
         return fitted.compensate(filtered)
 
     def save(self, path: str | Path) -> None:
-        """Write the models as JSON, for `load_treadmill_models` (units as in the models' classes)."""
+        """Write the models as JSON, for `load_treadmill_models` (units as in the models' classes).
+
+        Raises
+        ------
+        InputError
+            If the path is none, or its folder does not exist.
+        """
         path = path_of(path)
         if path.is_dir() or not path.parent.is_dir():
             raise InputError(

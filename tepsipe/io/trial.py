@@ -98,7 +98,13 @@ class Trial:
 
     @property
     def time(self) -> np.ndarray:
-        """Instants of the samples (s), shape (n,)."""
+        """Instants of the samples (s), shape (n,).
+
+        Raises
+        ------
+        InputError
+            If the trial has no such axis.
+        """
         if "time" not in self.axes:
             raise InputError(f"trial: expected the axis 'time', found {listed(self.axes)}: add it")
         return self.axes["time"]
