@@ -75,6 +75,32 @@ def test_fit_of_a_whole_record_in_other_units(table, capsys, tmp_path):
     assert there == pytest.approx(same, rel=1e-4)
 
 
+def test_notes_go_to_the_standard_error_and_strict_returns_3(table, capsys):
+    arguments = ["fit", table, *COLUMNS, "--belt-velocity", "belt_velocity_m_per_s"]
+    assert main([*arguments, "--strict"]) == 0
+    assert capsys.readouterr().err == ""
+    assert main([*arguments, "--torque-sign", "-1"]) == 0
+    captured = capsys.readouterr()
+    assert captured.err.startswith("tepsipe: note: Below 0: ")
+    assert "reversed" in captured.err
+    assert "Below 0" not in captured.out
+    assert main([*arguments, "--torque-sign", "-1", "--strict"]) == 3
+
+
+def test_unit_of_a_column_is_that_of_its_name(table, capsys):
+    values = np.loadtxt(table, delimiter=",", skiprows=1)
+    values[:, 0] *= 1e3
+    values[:, 1] = np.degrees(values[:, 1])
+    head = "time_ms,angle_deg,M"
+    np.savetxt("named.csv", values[:, :3], delimiter=",", header=head, comments="", fmt="%.9g")
+    named = ["fit", "named.csv", "--time", "time_ms", "--angle", "angle_deg", "--torque", "M"]
+    assert main([*named, "--output", "converted"]) == 0
+    assert "note: The angle was converted from deg to rad" in capsys.readouterr().err
+    assert float(rows("converted.csv")["K"]["value"]) == pytest.approx(10.0, rel=0.03)
+    assert main([*named, "--angle-unit", "rad", "--output", "other"]) == 0
+    assert "its column is called 'angle_deg': check --angle-unit" in capsys.readouterr().err
+
+
 @pytest.mark.slow
 def test_fit_of_the_parallel_cascade(capsys):
     rng = np.random.default_rng(2)
