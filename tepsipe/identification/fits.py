@@ -482,9 +482,9 @@ def _fit_windows(motion, torque, perturbations, rest, thesis, draws, confidence,
     from tepsipe.identification.estimators import LEAST_SQUARES, LEAST_SQUARES_THESIS, Record, estimate
 
     windows = as_perturbations(perturbations, motion.time.size)
-    refuse_still(motion.theta, windows)
     name = LEAST_SQUARES_THESIS if thesis else LEAST_SQUARES
     at_rest = samples_at_rest(motion.time, windows, rest)
+    refuse_still(motion.theta, windows)
     result = estimate(name, Record(motion=motion, torque=torque, perturbations=windows, at_rest=at_rest))
     return ImpedanceFit(
         estimator=name,
