@@ -8,7 +8,7 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.signals.filters import Lowpass
-from tepsipe.signals.units import regular_rate, same_length, samples
+from tepsipe.signals.units import Samples, regular_rate, same_length, samples
 from tepsipe.treadmill.calibration import ModelScore, calibrate, table_plan
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import MODEL_MEANINGS, FamilyOptions, FittedModel, pick, save_models
@@ -19,9 +19,9 @@ SUITED = tuple(name for name in MODEL_MEANINGS if name not in UNSUITED)
 
 
 def belt_recording(
-    time: np.ndarray,
-    load: np.ndarray,
-    belt_velocity: np.ndarray,
+    time: Samples,
+    load: Samples,
+    belt_velocity: Samples,
     *,
     unit: str = "Nm",
     name: str = "recording",

@@ -6,6 +6,7 @@ returns an `ImpedanceFit` with intervals. Defaults are what we recommend.
 
 from collections.abc import Sequence
 from dataclasses import fields
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
@@ -27,13 +28,18 @@ from tepsipe.identification.result import (
     Quantity,
     quantities_of_windows,
 )
-from tepsipe.signals.units import plausible_angle, regular_rate, same_length, samples
+from tepsipe.signals.units import Samples, plausible_angle, regular_rate, same_length, samples
+
+if TYPE_CHECKING:
+    from tepsipe.mechanics.inverse_dynamics import Leg
+    from tepsipe.mechanics.segment_kinematics import SegmentMotion
+    from tepsipe.signals.response import FrequencyResponse
 
 
 def fit_impedance(
-    time: np.ndarray,
-    angle: np.ndarray,
-    torque: np.ndarray,
+    time: Samples,
+    angle: Samples,
+    torque: Samples,
     *,
     perturbations: Sequence | None = None,
     rest: np.ndarray | tuple[float, float] | None = None,
@@ -115,10 +121,10 @@ def fit_impedance(
 
 
 def fit_output_error(
-    motion,
-    foot_position: np.ndarray,
-    belt_velocity: np.ndarray,
-    leg,
+    motion: "SegmentMotion",
+    foot_position: Samples,
+    belt_velocity: Samples,
+    leg: "Leg",
     *,
     perturbations: Sequence,
     rest: np.ndarray | tuple[float, float] | None = None,
@@ -208,7 +214,7 @@ def fit_output_error(
 
 
 def fit_admittance(
-    response,
+    response: "FrequencyResponse",
     *,
     band_hz: tuple[float, float] | None = None,
     start: Sequence[float] | None = None,
@@ -305,9 +311,9 @@ def fit_admittance(
 
 
 def fit_parallel_cascade(
-    time: np.ndarray,
-    angle: np.ndarray,
-    torque: np.ndarray,
+    time: Samples,
+    angle: Samples,
+    torque: Samples,
     *,
     training_fraction: float = 0.5,
     cut_s: float = 1.0,

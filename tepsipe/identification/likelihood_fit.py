@@ -9,19 +9,19 @@ from tepsipe.identification.arguments import as_perturbations, check_probability
 from tepsipe.identification.result import PARAMETERS, UNITS, Curve, ImpedanceFit, Quantity
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
-from tepsipe.signals.units import regular_rate, same_length, samples
+from tepsipe.signals.units import Samples, regular_rate, same_length, samples
 
 
 def fit_joint_likelihood(
-    time: np.ndarray,
-    positions: np.ndarray,
+    time: Samples,
+    positions: Samples,
     markers: SegmentMarkers,
     leg: Leg,
     *,
     labels: Sequence[str],
     belt_fixed: Sequence[str],
     perturbations: Sequence,
-    belt_velocity: np.ndarray | None = None,
+    belt_velocity: Samples | None = None,
     rest: np.ndarray | tuple[float, float] | None = None,
     softening: bool = True,
     confidence: float = 0.95,

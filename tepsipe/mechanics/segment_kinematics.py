@@ -17,7 +17,7 @@ import numpy as np
 from tepsipe.errors import InputError, listed
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.units import regular_rate, same_length, samples
+from tepsipe.signals.units import Samples, regular_rate, same_length, samples
 
 
 @dataclass(frozen=True)
@@ -120,8 +120,8 @@ class SegmentMotion(JointMotion):
 
 
 def segment_motion(
-    time: np.ndarray,
-    positions: np.ndarray,
+    time: Samples,
+    positions: Samples,
     markers: SegmentMarkers,
     com_m: float,
     *,

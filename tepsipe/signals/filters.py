@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
-from tepsipe.signals.units import samples
+from tepsipe.signals.units import Samples, samples
 
 # largest cutoff of `Lowpass.within` over the sampling rate: up to there signals that were resampled are
 # complete (`tepsipe.signals.resampling.resample`), as are those of the cameras
@@ -19,7 +19,7 @@ WIDEST = 0.3
 
 
 def lowpass(
-    x: np.ndarray, rate_hz: float, *, cutoff_hz: float = 20.0, order: int = 4, zero_lag: bool = True
+    x: Samples, rate_hz: float, *, cutoff_hz: float = 20.0, order: int = 4, zero_lag: bool = True
 ) -> np.ndarray:
     """Butterworth low-pass (thesis section 3-1): filter all signals of a trial alike.
 

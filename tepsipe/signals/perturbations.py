@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.signals.units import regular_rate, same_length, samples
+from tepsipe.signals.units import Samples, regular_rate, same_length, samples
 
 # smallest peak of a perturbation (m/s): less may be one step of a quantised velocity
 SMALLEST_PEAK_M_PER_S = 0.01
@@ -283,8 +283,8 @@ def filtered_perturbations(
 
 
 def find_perturbations(
-    time: np.ndarray,
-    belt_velocity: np.ndarray,
+    time: Samples,
+    belt_velocity: Samples,
     *,
     rest_before_s: float = 2.0,
     rest_after_s: float = 2.0,

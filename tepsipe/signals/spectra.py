@@ -5,13 +5,13 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.signals.multitaper import multitaper_response
 from tepsipe.signals.response import FrequencyResponse
-from tepsipe.signals.units import regular_rate, same_length, samples
+from tepsipe.signals.units import Samples, regular_rate, same_length, samples
 
 
 def frequency_response(
-    time: np.ndarray,
-    u: np.ndarray,
-    y: np.ndarray,
+    time: Samples,
+    u: Samples,
+    y: Samples,
     *,
     averaged_bins: int | None = 16,
     taper: bool = True,
