@@ -432,7 +432,7 @@ def test_calibrated_treadmill_is_compensated_and_kept(tmp_path):
     found.save(tmp_path / "models.json")
     kept = load_treadmill_models(tmp_path / "models.json")["fir"]
     assert kept.compensate(third.filtered(kept.lowpass)).tolist() == rest.tolist()
-    assert found.best in found.summary()
+    assert f"Recommended: {found.recommended}" in found.summary()
     assert set(found.to_frame().model) == {"mass-spring-damper", "fir"}
     assert found.plot().axes
 

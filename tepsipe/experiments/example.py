@@ -57,7 +57,7 @@ class Example:
         return "python -m tepsipe.virtual_lab.example_recordings FOLDER"
 
     def to_frame(self) -> "pd.DataFrame":
-        """The signals as a pandas table, with units in the names of the columns, as ``tepsipe fit`` reads it."""
+        """The signals as a pandas table for ``tepsipe fit``: units are in the names of the columns."""
         import pandas as pd
 
         return pd.DataFrame({"time_s": self.time, "angle_rad": self.angle, "torque_Nm": self.torque})

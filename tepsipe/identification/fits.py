@@ -28,7 +28,8 @@ from tepsipe.identification.result import (
     Quantity,
     quantities_of_windows,
 )
-from tepsipe.signals.units import Samples, plausible_angle, regular_rate, same_length, samples
+from tepsipe.signals.array_types import Samples
+from tepsipe.signals.units import plausible_angle, regular_rate, same_length, samples
 
 if TYPE_CHECKING:
     from tepsipe.mechanics.inverse_dynamics import Leg

@@ -9,7 +9,8 @@ from tepsipe.identification.arguments import as_perturbations, check_probability
 from tepsipe.identification.result import PARAMETERS, UNITS, Curve, ImpedanceFit, Quantity
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
-from tepsipe.signals.units import Samples, regular_rate, same_length, samples
+from tepsipe.signals.array_types import Samples
+from tepsipe.signals.units import regular_rate, same_length, samples
 
 
 def fit_joint_likelihood(

@@ -6,7 +6,8 @@ import numpy as np
 
 from tepsipe.errors import refuse_other_kind
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
-from tepsipe.signals.units import Samples, regular_rate, same_length, samples
+from tepsipe.signals.array_types import Samples
+from tepsipe.signals.units import regular_rate, same_length, samples
 
 if TYPE_CHECKING:
     from tepsipe.mechanics.forward_dynamics import ForwardSimulation

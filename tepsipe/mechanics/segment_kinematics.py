@@ -15,9 +15,10 @@ from typing import Self
 import numpy as np
 
 from tepsipe.errors import InputError, listed
+from tepsipe.signals.array_types import Samples
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.units import Samples, regular_rate, same_length, samples
+from tepsipe.signals.units import regular_rate, same_length, samples
 
 
 @dataclass(frozen=True)

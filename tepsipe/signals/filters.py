@@ -11,7 +11,8 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
-from tepsipe.signals.units import Samples, samples
+from tepsipe.signals.array_types import Samples
+from tepsipe.signals.units import samples
 
 # largest cutoff of `Lowpass.within` over the sampling rate: up to there signals that were resampled are
 # complete (`tepsipe.signals.resampling.resample`), as are those of the cameras

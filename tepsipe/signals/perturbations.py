@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.signals.units import Samples, regular_rate, same_length, samples
+from tepsipe.signals.array_types import Samples
+from tepsipe.signals.units import regular_rate, same_length, samples
 
 # smallest peak of a perturbation (m/s): less may be one step of a quantised velocity
 SMALLEST_PEAK_M_PER_S = 0.01

@@ -3,9 +3,10 @@
 import numpy as np
 
 from tepsipe.errors import InputError
+from tepsipe.signals.array_types import Samples
 from tepsipe.signals.multitaper import multitaper_response
 from tepsipe.signals.response import FrequencyResponse
-from tepsipe.signals.units import Samples, regular_rate, same_length, samples
+from tepsipe.signals.units import regular_rate, same_length, samples
 
 
 def frequency_response(

@@ -5,28 +5,10 @@ Every public function reads its arguments here; a wrong unit, shape or sample ra
 
 import math
 from collections.abc import Sequence
-from typing import Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from tepsipe.errors import InputError, quoted
-
-
-class WithUnit(Protocol):
-    """Samples that name their unit, such as `tepsipe.Signal`."""
-
-    @property
-    def values(self) -> Any:
-        """The samples (``unit``)."""
-
-    @property
-    def unit(self) -> Any:
-        """Unit of the samples."""
-
-
-# type of every argument that is read here
-Samples = npt.ArrayLike | WithUnit
 
 # conversion of units: (from, to) -> factor
 FACTORS = {
