@@ -44,6 +44,7 @@ lint: environment
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile workflow/rules workflow/studies
 	$(BIN)/snakemake --lint
+	$(BIN)/mypy
 
 format: environment
 	$(BIN)/ruff check --fix .

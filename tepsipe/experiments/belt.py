@@ -164,8 +164,7 @@ class TreadmillCalibration:
             If there is no such model, or the recording has another rate or unit.
         """
         fitted = pick(self.models, self.recommended if model is None else model)
-        filtered = recording if fitted.lowpass is None else recording.filtered(fitted.lowpass)
-        return fitted.compensate(filtered)
+        return fitted.compensate(recording.filtered(fitted.lowpass))
 
     def save(self, path: str | Path) -> None:
         """Write the models as JSON, for `load_treadmill_models` (units as in the models' classes)."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy
 
-from tepsipe.errors import InputError, quoted, refuse_other_kind
+from tepsipe.errors import InputError, nearest, quoted, refuse_other_kind
 from tepsipe.identification.arguments import (
     as_perturbations,
     bootstrap_generator,
@@ -19,7 +19,7 @@ from tepsipe.identification.arguments import (
     samples_at_rest,
     shaded,
 )
-from tepsipe.identification.cascade.fit import ParallelCascadeFit, ParallelCascadeOptions
+from tepsipe.identification.cascade.fit import Assumption, ParallelCascadeFit, ParallelCascadeOptions
 from tepsipe.identification.result import (
     PARAMETERS,
     UNITS,
@@ -487,8 +487,8 @@ def _cascade_options(options: dict) -> ParallelCascadeOptions:
     for name in options:
         if name not in known:
             raise InputError(
-                f"fit_parallel_cascade: expected options among {', '.join(known)}, found {quoted(name)}: "
-                "correct it"
+                f"fit_parallel_cascade: expected an option of ParallelCascadeOptions, found {quoted(name)}: "
+                f"{nearest(name, known)}"
             )
     return ParallelCascadeOptions(**options)
 
@@ -546,11 +546,17 @@ def _cascade_quantities(
         quantities["unloading gain"] = drawn(fit.unloading_gain, "N·m·s/rad", fit.unloading_gain_bootstrap)
     quantities["reflex delay"] = Quantity(structure.delay_s, "s")
     quantities["reflex threshold"] = Quantity(structure.threshold_rad_per_s, "rad/s")
-    assumed = tuple(
-        f"The {choice.quantity.replace('_', ' ')} of {choice.value:g} {choice.unit} is assumed: the record "
-        f"does not separate {choice.low:g} to {choice.high:g} {choice.unit}, with cross-validated VAFs of "
-        f"{choice.vaf_low:.1f} to {choice.vaf_high:.1f} %."
-        for choice in fit.assumptions
-        if not choice.determined
-    )
+    assumed = tuple(_assumed(choice) for choice in fit.assumptions if not choice.determined)
     return quantities, (*assumed, slow)
+
+
+def _assumed(choice: Assumption) -> str:
+    """Sentence on a value that the record does not determine, with the values that predict it as well."""
+    low, high, unit = f"{choice.low:g}", f"{choice.high:g}", choice.unit
+    others = f"{low} {unit} predicts" if low == high else f"values from {low} to {high} {unit} predict"
+    within = choice.low <= choice.value <= choice.high
+    return (
+        f"The {choice.quantity.replace('_', ' ')} of {choice.value:g} {unit} is assumed: {others} the record "
+        f"{'as well' if within else 'better'} (cross-validated VAF from {choice.vaf_low:.2f} to "
+        f"{choice.vaf_high:.2f} %)."
+    )

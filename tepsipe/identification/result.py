@@ -212,10 +212,8 @@ class ImpedanceFit:
 
         table = self.to_frame()
         along = "frequency_hz" if self._panels == 2 else "time_s"
-        curve = {
-            "units": self.curve.label.partition(" (")[2].removesuffix(")"),
-            "long_name": self.curve.label,
-        }
+        name, _, unit = self.curve.label.partition(" (")
+        curve = {"long_name": name, "units": unit.removesuffix(")")}
         data = {name: ("quantity", table[name].to_numpy()) for name in table if name != "unit"} | {
             name: (along, getattr(self.curve, name), curve) for name in ("measured", "predicted")
         }

@@ -228,7 +228,7 @@ def motion_of_markers(
         raise InputError(
             f"expected the leg's markers to move as one rigid body, found them "
             f"{1e3 * pose.marker_residual_rms_m:.3g} mm from it on average: check the markers' "
-            "layout and order in the configuration"
+            "layout and order"
         )
     theta_d = derivative(time, pose.angle)
     velocity = derivative(time, pose.point)

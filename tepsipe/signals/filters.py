@@ -85,7 +85,7 @@ def butterworth_lowpass(
     if not 0.0 < cutoff_hz < 0.5 * rate_hz:
         raise InputError(
             f"low-pass: expected a cutoff between 0 and half the sampling rate ({0.5 * rate_hz:g} Hz), "
-            f"found {cutoff_hz:g} Hz: change the cutoff in the configuration"
+            f"found {cutoff_hz:g} Hz: change the cutoff"
         )
     _refuse_odd(order)
     sections = _designed(order // 2, cutoff_hz, rate_hz)
@@ -237,7 +237,7 @@ class Lowpass:
         if not 0.0 < self.cutoff_hz < 0.5 * rate_hz:
             raise InputError(
                 f"expected a low-pass cutoff below half the sampling rate ({0.5 * rate_hz:g} Hz), found "
-                f"{self.cutoff_hz:g} Hz: change the cutoffs in the configuration"
+                f"{self.cutoff_hz:g} Hz: change the cutoff"
             )
         sections = _designed(self.order, self.cutoff_hz, rate_hz)
         return scipy.signal.sosfilt(sections, x, axis=0)

@@ -184,7 +184,7 @@ def period_spectra(
     if abs(length - period_s * rate_hz) > 1e-6:
         raise InputError(
             f"expected a perturbation period of whole samples at {rate_hz:g} Hz, found {period_s:g} s: "
-            "change the resampling rate in the configuration"
+            "resample to a rate of which the period is a whole number of samples"
         )
     periods = x.size // length
     if periods < 2:

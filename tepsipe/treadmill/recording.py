@@ -98,8 +98,8 @@ class BeltRecording:
         length = min([length, *np.diff(self.onsets).tolist()])
         return np.array([x[start : start + length] for start in self.onsets if start + length <= x.size])
 
-    def filtered(self, lowpass: Lowpass) -> "BeltRecording":
-        """The same recording with all signals filtered (units unchanged).
+    def filtered(self, lowpass: Lowpass | None) -> "BeltRecording":
+        """The same recording with all signals filtered (units unchanged), itself without a filter.
 
         The raw velocity remains unfiltered.
 
@@ -108,6 +108,8 @@ class BeltRecording:
         InputError
             If the cutoff does not suit the rate.
         """
+        if lowpass is None:
+            return self
         columns = np.column_stack([self.velocity, self.acceleration, self.load, self.carried])
         start = columns[0] * [1.0, 0.0, 0.0, 0.0]
         velocity, acceleration, load, carried = (lowpass(columns - start, self.rate_hz) + start).T
