@@ -126,7 +126,7 @@ def public_definitions():
         for child in node.body:
             if not isinstance(child, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
                 continue
-            if child.name.startswith("_"):
+            if child.name.startswith("_") or "overload" in map(ast.unparse, child.decorator_list):
                 continue
             name = f"{prefix}.{child.name}"
             found.append((name, child, ast.get_docstring(child)))
