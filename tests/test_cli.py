@@ -1,7 +1,13 @@
 """The commands: what they print and write, and one sentence on the standard error where they cannot."""
 
 import csv
+import io
 import json
+import os
+import subprocess
+import sys
+import threading
+import time
 
 import numpy as np
 import pytest
@@ -9,6 +15,7 @@ import pytest
 from tepsipe import load_example
 from tepsipe.cli import main
 from tepsipe.io.contents import contents_of, unit_in
+from tepsipe.reporting.terminal import progress
 
 COLUMNS = ["--time", "time_s", "--angle", "angle_rad", "--torque", "torque_Nm"]
 
@@ -208,3 +215,84 @@ def test_plan_writes_what_it_prints(capsys, tmp_path):
 )
 def test_plans_that_cannot_be_are_refused(arguments, words, capsys):
     assert words in refused(capsys, "plan", "--number", "2", "--interval", "1.5", "--rest", "1.5", *arguments)
+
+
+# ---- what a terminal shows -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["fitt"], "expected a command, found 'fitt': did you mean 'fit'?"),
+        (["fit", "a.csv", "--model", "cascad"], "--model, found 'cascad': did you mean 'cascade'?"),
+        (["info", "a.csv", "--plto"], "found '--plto': did you mean '--plot'?"),
+        (["info", "a.csv", "b.csv"], "expected no further argument, found 'b.csv'"),
+    ],
+)
+def test_wrong_names_are_answered_with_the_nearest(arguments, words, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code == 2
+    said = capsys.readouterr().err
+    assert words in said
+    assert len(said.splitlines()) == 1
+    assert "argument :" not in said
+
+
+def test_results_are_printed_as_json(table, capsys):
+    assert main(["fit", table, *COLUMNS, "--belt-velocity", "belt_velocity_m_per_s", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["quantities"]["K"]["value"] == pytest.approx(10.0, rel=0.03)
+    assert found["perturbations"] == 14
+    assert main(["info", table, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [channel["unit"] for channel in found["channels"]] == ["s", "rad", "Nm", "m/s"]
+    assert main(["plan", "--number", "3", "--interval", "2", "--pathway", "leg", "--json"]) == 0
+    assert [row["quantity"] for row in json.loads(capsys.readouterr().out)["plan"]] == ["I", "B", "K"]
+
+
+def test_check_says_where_to_run_and_what_to_install(capsys, root, monkeypatch):
+    assert "tepsipe's repository" in refused(capsys, "check")
+    monkeypatch.chdir(root)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert "pip install '.[study]'" in refused(capsys, "check")
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_what_takes_longer_than_two_seconds_is_seen_on_a_terminal(monkeypatch):
+    shown = Terminal()
+    monkeypatch.setattr("sys.stderr", shown)
+    with progress("waiting"):
+        assert shown.getvalue() == ""
+        deadline = time.monotonic() + 10.0
+        while not shown.getvalue() and time.monotonic() < deadline:
+            time.sleep(0.05)
+    assert shown.getvalue().startswith("\rwaiting: 2 s")
+    assert shown.getvalue().endswith("\r\x1b[K")  # the line is gone again
+    monkeypatch.setattr("sys.stderr", io.StringIO())
+    before = threading.active_count()
+    with progress("waiting"):
+        assert threading.active_count() == before
+
+
+def test_commands_and_options_are_completed(monkeypatch, root):
+    pytest.importorskip("argcomplete")
+    environment = os.environ | {
+        "_ARGCOMPLETE": "1",
+        "COMP_LINE": "tepsipe fit --tor",
+        "COMP_POINT": "17",
+        "_ARGCOMPLETE_STDOUT_FILENAME": "completions",
+        "_ARGCOMPLETE_IFS": "\n",
+        "PYTHONPATH": str(root),
+    }
+    subprocess.run([sys.executable, "-m", "tepsipe.cli"], env=environment, check=True)
+    with open("completions") as file:
+        assert {word.strip() for word in file.read().split("\n")} == {
+            "--torque",
+            "--torque-unit",
+            "--torque-sign",
+        }
