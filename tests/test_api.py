@@ -413,10 +413,6 @@ def test_parallel_cascade_of_a_joint_without_reflex_finds_none():
         "'reflex_lag_s'",
         "did you mean 'reflex_length_s'?",
     )
-        lambda: fit_parallel_cascade(time, angle, torque, reflex_lag_s=0.1),
-        "'reflex_lag_s'",
-        "'reflex_length_s'?",
-    )
     refused(lambda: fit_parallel_cascade(time[:900], angle[:900], torque[:900]), "4 blocks", "record longer")
 
 
