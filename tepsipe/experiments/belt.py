@@ -37,9 +37,9 @@ SUITED = tuple(name for name in MODEL_MEANINGS if name not in UNSUITED)
 
 
 def belt_recording(
-    time: Samples,
-    load: Samples,
-    belt_velocity: Samples,
+    time: "Samples",
+    load: "Samples",
+    belt_velocity: "Samples",
     *,
     unit: str = "Nm",
     name: str = "recording",

@@ -38,9 +38,9 @@ if TYPE_CHECKING:
 
 
 def fit_impedance(
-    time: Samples,
-    angle: Samples,
-    torque: Samples,
+    time: "Samples",
+    angle: "Samples",
+    torque: "Samples",
     *,
     perturbations: Sequence | None = None,
     rest: np.ndarray | tuple[float, float] | None = None,
@@ -123,8 +123,8 @@ def fit_impedance(
 
 def fit_output_error(
     motion: "SegmentMotion",
-    foot_position: Samples,
-    belt_velocity: Samples,
+    foot_position: "Samples",
+    belt_velocity: "Samples",
     leg: "Leg",
     *,
     perturbations: Sequence,
@@ -312,9 +312,9 @@ def fit_admittance(
 
 
 def fit_parallel_cascade(
-    time: Samples,
-    angle: Samples,
-    torque: Samples,
+    time: "Samples",
+    angle: "Samples",
+    torque: "Samples",
     *,
     training_fraction: float = 0.5,
     cut_s: float = 1.0,

@@ -14,15 +14,15 @@ from tepsipe.signals.units import regular_rate, same_length, samples
 
 
 def fit_joint_likelihood(
-    time: Samples,
-    positions: Samples,
+    time: "Samples",
+    positions: "Samples",
     markers: SegmentMarkers,
     leg: Leg,
     *,
     labels: Sequence[str],
     belt_fixed: Sequence[str],
     perturbations: Sequence,
-    belt_velocity: Samples | None = None,
+    belt_velocity: "Samples | None" = None,
     rest: np.ndarray | tuple[float, float] | None = None,
     softening: bool = True,
     confidence: float = 0.95,

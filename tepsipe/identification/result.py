@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 UNITS = {"I": "N·m·s²/rad", "B": "N·m·s/rad", "K": "N·m/rad"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Quantity:
     """One estimated number.
 
@@ -65,6 +65,9 @@ class Quantity:
     def __str__(self) -> str:
         value, _, interval = self.cells()
         return " ".join(part for part in (value, interval.strip("–"), self.unit) if part)
+
+    def __repr__(self) -> str:
+        return f"<{self}>"
 
 
 @dataclass(frozen=True)

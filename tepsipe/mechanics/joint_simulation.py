@@ -16,8 +16,8 @@ THESIS_FOOT = Foot(mass_kg=2.1, height_m=0.055)  # Table 2-2
 
 
 def simulate_joint(
-    time: Samples,
-    belt_velocity: Samples,
+    time: "Samples",
+    belt_velocity: "Samples",
     leg: Leg,
     *,
     I: float = 0.0,  # noqa: E741, N803  the symbols of the thesis

@@ -121,8 +121,8 @@ class SegmentMotion(JointMotion):
 
 
 def segment_motion(
-    time: Samples,
-    positions: Samples,
+    time: "Samples",
+    positions: "Samples",
     markers: SegmentMarkers,
     com_m: float,
     *,

@@ -20,7 +20,7 @@ WIDEST = 0.3
 
 
 def lowpass(
-    x: Samples, rate_hz: float, *, cutoff_hz: float = 20.0, order: int = 4, zero_lag: bool = True
+    x: "Samples", rate_hz: float, *, cutoff_hz: float = 20.0, order: int = 4, zero_lag: bool = True
 ) -> np.ndarray:
     """Butterworth low-pass (thesis section 3-1): filter all signals of a trial alike.
 

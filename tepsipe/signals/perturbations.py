@@ -284,8 +284,8 @@ def filtered_perturbations(
 
 
 def find_perturbations(
-    time: Samples,
-    belt_velocity: Samples,
+    time: "Samples",
+    belt_velocity: "Samples",
     *,
     rest_before_s: float = 2.0,
     rest_after_s: float = 2.0,

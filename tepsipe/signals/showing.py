@@ -4,6 +4,7 @@ import base64
 import functools
 import html
 import io
+import sys
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -53,7 +54,7 @@ def new_axes(
         wanted = "one matplotlib Axes" if rows == 1 else f"a list of {rows} matplotlib Axes"
         kind = type(given[0]).__name__ if len(given) == 1 else f"{len(given)} objects"
         raise InputError(f"plot: expected {wanted} as ax, found {quoted(kind)}: make them with plt.subplots")
-    return given[0].figure, given
+    return _shown_once(given[0].figure), given
 
 
 def _new_figure(figsize: tuple[float, float]) -> "Figure":
@@ -64,10 +65,19 @@ def _new_figure(figsize: tuple[float, float]) -> "Figure":
     backend = plt.get_backend().lower()
     if backend in FILES_ONLY:
         return Figure(figsize=figsize, layout="constrained")
-    with plt.rc_context({"figure.max_open_warning": 0}):
+    # not by rc_context, which would also undo what the backend sets when it is loaded by this first figure
+    most, plt.rcParams["figure.max_open_warning"] = plt.rcParams["figure.max_open_warning"], 0
+    try:
         figure = plt.figure(figsize=figsize, layout="constrained")
-    if "inline" in backend:
-        # a cell shows what it returns, and then all open figures: this one must not be among both
+    finally:
+        plt.rcParams["figure.max_open_warning"] = most
+    return _shown_once(figure)
+
+
+def _shown_once(figure: "Figure") -> "Figure":
+    """The figure: a cell of a notebook shows what it returns, and then all open figures, but not this one."""
+    pyplot = sys.modules.get("matplotlib.pyplot")
+    if pyplot is not None and "inline" in pyplot.get_backend().lower():
         figure._repr_mimebundle_ = functools.partial(_close, figure)  # type: ignore[attr-defined]
     return figure
 

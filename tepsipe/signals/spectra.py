@@ -10,9 +10,9 @@ from tepsipe.signals.units import regular_rate, same_length, samples
 
 
 def frequency_response(
-    time: Samples,
-    u: Samples,
-    y: Samples,
+    time: "Samples",
+    u: "Samples",
+    y: "Samples",
     *,
     averaged_bins: int | None = 16,
     taper: bool = True,
