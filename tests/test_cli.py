@@ -115,7 +115,7 @@ def test_calibrate_writes_models_scores_and_figure(capsys, tmp_path):
         )
     assert main(["calibrate", "run1.txt", "run2.txt", "--output", "belt"]) == 0
     out = capsys.readouterr().out
-    assert "tests were not used to choose it" in out
+    assert "The tests were not used to choose it." in out
     assert "ripple-tracking follows the measured load" in out
     models = json.loads((tmp_path / "belt.json").read_text())["models"]
     assert {model["name"] for model in models} >= {"fir"}

@@ -231,6 +231,7 @@ def test_the_recommended_model_is_not_chosen_on_the_test(monkeypatch):
     )
     assert first.validated == other.validated
     assert set(first.validated) == {"mass-spring-damper", "fir"}
-    assert first.recommended == other.recommended == max(first.validated, key=first.validated.get)
+    # both predict the load of a mass; it has three constants, the impulse response many
+    assert first.recommended == other.recommended == "mass-spring-damper"
     assert any("follows the measured load" in note for note in first.notes)
     assert "<img" in first._repr_html_()

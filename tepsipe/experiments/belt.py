@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 # frames and mean subtraction need pulses of an empty belt and of a weight
 UNSUITED = ("mean-subtraction", "loaded-frame", "bristle-frame")
+# R2 by which a model may fall short of another and still count as good
+AS_GOOD = 0.01
 SUITED = tuple(name for name in MODEL_MEANINGS if name not in UNSUITED)
 
 
@@ -125,11 +127,14 @@ class TreadmillCalibration:
 
     @property
     def recommended(self) -> str:
-        """Name of the model to use: the highest R2 in cross-validation, for which no test was read.
+        """Name of the simplest model that cross-validation within the calibration finds as good as the best.
 
-        A model that follows the measured load (ripple-tracking) is recommended only if it was fitted alone.
+        As good is an R2 of at most 0.01 less; no test recording is used. A model that follows the measured
+        load (ripple-tracking) is recommended only if it was fitted alone.
         """
-        return max(self.validated, key=self.validated.__getitem__, default=next(iter(self.models)))
+        best = max(self.validated.values(), default=0.0)
+        alike = [name for name, r2 in self.validated.items() if r2 >= best - AS_GOOD]
+        return min(alike, key=lambda name: self.models[name].model.order, default=next(iter(self.models)))
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -196,9 +201,10 @@ class TreadmillCalibration:
             lines.append("* the search ended before it converged")
         if self.validated:
             lines.append(
-                f"Recommended: {self.recommended}, with the highest R2 "
-                f"({self.validated[self.recommended]:.4f}) in cross-validation within the calibration; the "
-                "tests were not used to choose it."
+                f"Recommended: {self.recommended}, the simplest model with an R2 at most {AS_GOOD:g} below "
+                f"the highest in cross-validation within the calibration "
+                f"({self.validated[self.recommended]:.4f} of {max(self.validated.values()):.4f}). The tests "
+                "were not used to choose it."
             )
         return lines
 

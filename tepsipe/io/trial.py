@@ -42,7 +42,7 @@ class Signal:
     processing: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Trial:
     """A trial's signals on one common clock.
 
@@ -62,6 +62,10 @@ class Trial:
     axes: dict[str, np.ndarray]
     signals: dict[str, Signal]
     attributes: dict = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        signals = ", ".join(f"{name} ({signal.unit})" for name, signal in self.signals.items())
+        return f"<Trial: {self.time.size} samples at {self.rate_hz:g} Hz, {signals}>"
 
     @property
     def time(self) -> np.ndarray:

@@ -15,7 +15,7 @@ from tepsipe.errors import InputError
 from tepsipe.signals.filters import Lowpass
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class BeltRecording:
     """One recording of an accelerating belt, all signals with the same filter.
 
@@ -61,6 +61,10 @@ class BeltRecording:
     evaluated: np.ndarray
     onsets: tuple[int, ...] = ()
     lowpass: Lowpass | None = None
+
+    def __repr__(self) -> str:
+        filtered = "not filtered" if self.lowpass is None else f"low-pass {self.lowpass.cutoff_hz:g} Hz"
+        return f"<BeltRecording {self.name!r}: {self.load.size} samples at {self.rate_hz:g} Hz, {filtered}>"
 
     @property
     def position(self) -> np.ndarray:

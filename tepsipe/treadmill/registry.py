@@ -105,7 +105,7 @@ class FamilyOptions:
         return cls(**options)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FittedModel:
     """A treadmill model with everything needed to apply it.
 
@@ -140,6 +140,9 @@ class FittedModel:
     deviations: np.ndarray | None = None
     usual: tuple[float, ...] | None = None
     calibrated: dict[str, Sequence[float]] | None = None
+
+    def __repr__(self) -> str:
+        return f"<FittedModel {self.name} ({self.unit}), calibrated by {listed(self.trained_on)}>"
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
         """Belt-induced load (unit of the load), shape (n,).
