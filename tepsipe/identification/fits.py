@@ -555,8 +555,8 @@ def _assumed(choice: Assumption) -> str:
     low, high, unit = f"{choice.low:g}", f"{choice.high:g}", choice.unit
     others = f"{low} {unit} predicts" if low == high else f"values from {low} to {high} {unit} predict"
     within = choice.low <= choice.value <= choice.high
+    vaf = " to ".join(dict.fromkeys(f"{x:.2f}" for x in (choice.vaf_low, choice.vaf_high)))
     return (
         f"The {choice.quantity.replace('_', ' ')} of {choice.value:g} {unit} is assumed: {others} the record "
-        f"{'as well' if within else 'better'} (cross-validated VAF from {choice.vaf_low:.2f} to "
-        f"{choice.vaf_high:.2f} %)."
+        f"{'as well' if within else 'better'} (cross-validated VAF {vaf} %)."
     )

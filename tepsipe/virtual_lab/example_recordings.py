@@ -119,7 +119,7 @@ def dummy() -> tuple[dict[str, np.ndarray], dict]:
 
 # ---- a human ankle -------------------------------------------------------------------------------
 
-ANKLE_TRUTH = {"I": 0.015, "B": 1.0, "K": 80.0, "reflex gain": 5.0, "reflex delay": 0.04}
+ANKLE_TRUTH = {"I": 0.015, "B": 2.0, "K": 80.0, "reflex gain": 5.0, "reflex delay": 0.04}
 ANKLE_DURATION_S = 60.0
 
 
