@@ -131,7 +131,18 @@ def test_a_figure_of_a_notebook_is_closed_when_it_is_shown(fit, monkeypatch):
 
     monkeypatch.setattr(plt, "get_backend", lambda: "inline")
     before = plt.get_fignums()
+    made = plt.figure
+
+    def first_figure(**options):
+        """Loading a backend with the first figure may change settings."""
+        monkeypatch.setitem(plt.rcParams, "figure.dpi", 77.0)
+        return made(**options)
+
+    monkeypatch.setattr(plt, "figure", first_figure)
+    most = plt.rcParams["figure.max_open_warning"]
     figure = fit.plot()
+    assert plt.rcParams["figure.dpi"] == 77.0
+    assert plt.rcParams["figure.max_open_warning"] == most
     assert plt.get_fignums() == [*before, figure.number]
     assert figure._repr_mimebundle_(include=None, exclude=None) == {}
     assert plt.get_fignums() == before
