@@ -251,9 +251,10 @@ def test_results_are_printed_as_json(table, capsys):
     assert [row["quantity"] for row in json.loads(capsys.readouterr().out)["plan"]] == ["I", "B", "K"]
 
 
-def test_check_says_where_to_run_and_what_to_install(capsys, root, monkeypatch):
+def test_check_says_where_to_run_and_what_to_install(capsys, tmp_path, monkeypatch):
     assert "tepsipe's repository" in refused(capsys, "check")
-    monkeypatch.chdir(root)
+    (tmp_path / "workflow").mkdir()
+    (tmp_path / "workflow/check.py").touch()
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert "pip install '.[study]'" in refused(capsys, "check")
 
@@ -287,7 +288,7 @@ def test_commands_and_options_are_completed(monkeypatch, root):
         "COMP_POINT": "17",
         "_ARGCOMPLETE_STDOUT_FILENAME": "completions",
         "_ARGCOMPLETE_IFS": "\n",
-        "PYTHONPATH": str(root),
+        "PYTHONPATH": os.pathsep.join([str(root), os.environ.get("PYTHONPATH", "")]),
     }
     subprocess.run([sys.executable, "-m", "tepsipe.cli"], env=environment, check=True)
     with open("completions") as file:

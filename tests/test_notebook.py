@@ -5,6 +5,7 @@ import subprocess
 import sys
 import warnings
 from dataclasses import replace
+from pathlib import Path
 
 import matplotlib
 import numpy as np
@@ -178,8 +179,9 @@ def test_without_xarray_one_sentence_says_what_to_install(fit, monkeypatch):
 # ---- names with types ----------------------------------------------------------------------------
 
 
-def test_the_stub_has_the_public_names_and_their_modules(root):
-    tree = ast.parse((root / "tepsipe/__init__.pyi").read_text(encoding="utf-8"))
+def test_the_stub_has_the_public_names_and_their_modules():
+    package = Path(tepsipe.__file__).parent
+    tree = ast.parse((package / "__init__.pyi").read_text(encoding="utf-8"))
     found = {
         alias.asname: node.module
         for node in tree.body
@@ -189,7 +191,7 @@ def test_the_stub_has_the_public_names_and_their_modules(root):
     assert found == tepsipe._PUBLIC
     (named,) = [node.value for node in tree.body if isinstance(node, ast.Assign)]
     assert sorted(ast.literal_eval(named)) == sorted(tepsipe.__all__)
-    assert (root / "tepsipe/py.typed").is_file()
+    assert (package / "py.typed").is_file()
 
 
 @pytest.mark.slow
