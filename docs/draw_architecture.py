@@ -34,6 +34,7 @@ ARROWS = [
 # floor (from the ground up) -> packages with what they hold
 FLOORS = [
     [("errors", "one sentence per refusal")],
+    [("arguments", "units, shapes and ranges of what users give")],
     [
         ("signals", "filters, resampling, spectra, epochs, EMG"),
         ("io", "trials, results, tables, readers"),

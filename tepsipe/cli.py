@@ -1,14 +1,16 @@
 """The command line: ``tepsipe fit``, ``calibrate``, ``info``, ``new-study``, ``plan``, ``export``, ``check``.
 
 Every command calls the public functions. It returns 0; if its input cannot be used, it prints one sentence
-to the standard error and returns 2. On a terminal, a line on the standard error shows that what takes more
-than 2 s is at work.
+to the standard error and returns 2. Notes are printed to the standard error, too; with ``--strict``, a
+command with notes returns 3. On a terminal, a line on the standard error shows that what takes more than 2 s
+is at work.
 """
 
 import argparse
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from tepsipe import __version__
@@ -31,7 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0, or 2 where the input cannot be used.
+        0, 2 where the input cannot be used, or 3 where ``--strict`` is given and there are notes.
     """
     parser = _parser()
     if "_ARGCOMPLETE" in os.environ:  # the shell asks for completions
@@ -43,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parser.print_help()
         return 0
     try:
-        chosen.command(chosen)
+        notes = chosen.command(chosen) or ()
     except InputError as error:
         print(f"tepsipe: {error}", file=sys.stderr)
         return 2
@@ -55,13 +57,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
             file=sys.stderr,
         )
         return 2
-    return 0
+    for note in notes:
+        print(f"tepsipe: note: {note}", file=sys.stderr)
+    return 3 if notes and chosen.strict else 0
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = Parser(prog="tepsipe", description="Impedance of a joint: inertia, damping, stiffness.")
     parser.add_argument("--version", action="version", version=f"tepsipe {__version__}")
-    parser.set_defaults(command=None)
+    parser.set_defaults(command=None, strict=False)
     commands = parser.add_subparsers(title="commands", metavar="")
     _add_fit(commands)
     _add_calibrate(commands)
@@ -99,8 +103,12 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
         metavar=("BEFORE", "AFTER"),
         help="unperturbed time at the start and end (s), with --belt-velocity; default 2 2",
     )
-    fit.add_argument("--angle-unit", default="rad", choices=("rad", "deg"))
-    fit.add_argument("--torque-unit", default="Nm", choices=("Nm", "Nmm", "mNm"))
+    fit.add_argument(
+        "--angle-unit", choices=("rad", "deg"), help="default: as the column's name ends, or rad"
+    )
+    fit.add_argument(
+        "--torque-unit", choices=("Nm", "Nmm", "mNm"), help="default: as the column's name ends, or Nm"
+    )
     fit.add_argument(
         "--torque-sign",
         type=int,
@@ -125,6 +133,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
         help="write PREFIX.csv and PREFIX.png; default: the table's name with _fit",
     )
     add_json(fit)
+    fit.add_argument("--strict", action="store_true", help="return 3 if there are notes on the result")
     fit.set_defaults(command=_fit)
 
 
@@ -259,8 +268,9 @@ def _add_new_study(commands) -> None:
     study.set_defaults(command=_new_study)
 
 
-def _fit(chosen: argparse.Namespace) -> None:
+def _fit(chosen: argparse.Namespace) -> tuple[str, ...]:
     from tepsipe.identification.fits import fit_impedance, fit_parallel_cascade
+    from tepsipe.identification.notes import of_column
     from tepsipe.io.contents import table_columns
     from tepsipe.io.readers.text_table import read_text_table
     from tepsipe.io.trial import Signal
@@ -274,33 +284,44 @@ def _fit(chosen: argparse.Namespace) -> None:
         names["belt velocity"] = chosen.belt_velocity
     options = {key: f"--{key.replace(' ', '-')}" for key in names}
     table = read_text_table(chosen.table, names, delimiter, options)
-    angle = Signal(table["angle"], chosen.angle_unit)
-    torque = Signal(chosen.torque_sign * table["torque"], chosen.torque_unit)
+    table["torque"] = chosen.torque_sign * table["torque"]
+    signals, notes = {}, ()
+    for key, unit, wanted in (
+        ("time", None, "s"),
+        ("angle", chosen.angle_unit, "rad"),
+        ("torque", chosen.torque_unit, "Nm"),
+        ("belt velocity", None, "m/s"),
+    ):
+        if key in names:
+            unit, said = of_column(names[key], key, unit, wanted)
+            signals[key], notes = Signal(table[key], unit), notes + said
+    time, angle, torque = (signals[key] for key in ("time", "angle", "torque"))
     cutoff = {} if chosen.cutoff is None else {"cutoff_hz": chosen.cutoff}
     try:
         with progress(f"fitting {chosen.table.name}"):
             if chosen.model == "cascade":
-                fit = fit_parallel_cascade(table["time"], angle, torque, **cutoff)
+                fit = fit_parallel_cascade(time, angle, torque, **cutoff)
             elif chosen.belt_velocity:
                 before, after = chosen.rest
                 pulses = find_perturbations(
-                    table["time"], table["belt velocity"], rest_before_s=before, rest_after_s=after
+                    time, signals["belt velocity"], rest_before_s=before, rest_after_s=after
                 )
-                fit = fit_impedance(
-                    table["time"], angle, torque, perturbations=pulses, thesis=chosen.thesis, **cutoff
-                )
+                fit = fit_impedance(time, angle, torque, perturbations=pulses, thesis=chosen.thesis, **cutoff)
             else:
-                fit = fit_impedance(table["time"], angle, torque, thesis=chosen.thesis, **cutoff)
+                fit = fit_impedance(time, angle, torque, thesis=chosen.thesis, **cutoff)
     except InputError as error:
         raise InputError(f"{chosen.table}: {error}") from error
     fit.to_frame().to_csv(csv)
     fit.plot().savefig(png, dpi=150)
+    notes = (*notes, *fit.notes)
     if chosen.json:
-        content = {name: getattr(fit, name) for name in ("estimator", "vaf", "vaf_of", "confidence", "notes")}
+        content = {name: getattr(fit, name) for name in ("estimator", "vaf", "vaf_of", "confidence")}
         content["quantities"] = {name: vars(quantity) for name, quantity in fit.quantities.items()}
-        print_json(content | {"perturbations": len(fit.windows), "written": [csv, png]})
-        return
-    print(f"{fit.summary()}\n\nwritten: {csv}, {png}")
+        content |= {"notes": notes, "perturbations": len(fit.windows), "written": [csv, png]}
+        print_json(content)
+    else:
+        print(f"{replace(fit, notes=()).summary()}\n\nwritten: {csv}, {png}")
+    return notes
 
 
 def _calibrate(chosen: argparse.Namespace) -> None:

@@ -210,7 +210,7 @@ def test_result_prints_itself_and_makes_table_and_figure(arrays, pulses, tmp_pat
         ({"torque": lambda x: np.where(np.arange(x.size) == 7, np.nan, x)}, ["torque", "sample 7"]),
         ({"torque": lambda x: ["high"] * x.size}, ["torque", "array of numbers"]),
         ({"torque": lambda x: x + 1j}, ["torque", "array of numbers"]),
-        ({"angle": lambda x: np.zeros_like(x)}, ["a regressor is zero", "perturbed"]),
+        ({"angle": lambda x: np.zeros_like(x)}, ["angle", "0 throughout", "perturbed"]),
         ({"time": lambda x: x[::-1]}, ["time", "increase"]),
         ({"time": lambda x: x + 0.001 * (np.arange(x.size) > 99)}, ["time", "regular clock"]),
         ({"confidence": 95}, ["confidence", "0.95"]),
@@ -406,7 +406,7 @@ def test_parallel_cascade_of_a_joint_without_reflex_finds_none():
     fit = fit_parallel_cascade(time, angle, torque, bootstrap_draws=100)
     assert pytest.approx(60.0, rel=0.03) == fit.K
     assert "reflex gain" not in fit.quantities
-    assert any("no reflex" in note for note in fit.notes)
+    assert any("no reflex" in finding for finding in fit.findings)
     refused(lambda: fit_parallel_cascade(time, angle, -torque, bootstrap_draws=100), "resists", "reverse")
     refused(
         lambda: fit_parallel_cascade(time, angle, torque, reflex_lag_s=0.1),

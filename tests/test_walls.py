@@ -13,17 +13,18 @@ MODULES = sorted((ROOT / "tepsipe").rglob("*.py"))
 # a room may import from lower floors only, and not from another room of its own floor
 FLOORS = {
     "errors": 0,
-    "signals": 1,
-    "io": 1,
-    "statistics": 1,
-    "mechanics": 2,
-    "ingest": 2,
-    "treadmill": 2,
-    "identification": 3,
-    "experiments": 4,
-    "reporting": 5,
-    "new_study": 5,
-    "cli": 6,
+    "arguments": 1,
+    "signals": 2,
+    "io": 2,
+    "statistics": 2,
+    "mechanics": 3,
+    "ingest": 3,
+    "treadmill": 3,
+    "identification": 4,
+    "experiments": 5,
+    "reporting": 6,
+    "new_study": 6,
+    "cli": 7,
 }
 ENGINES = {"pybullet", "mujoco"}
 

@@ -1,17 +1,29 @@
 """Calibrate a treadmill from recordings of an unloaded, accelerated belt: arrays in, models out."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tepsipe.errors import InputError, nearest, quoted
+from tepsipe.arguments import (
+    checked,
+    described,
+    made,
+    one_of,
+    path_of,
+    refuse_constant,
+    refuse_same,
+    regular_rate,
+    same_length,
+    samples,
+    texts,
+)
+from tepsipe.errors import InputError, listed, quoted, refuse_other_kind
 from tepsipe.signals.array_types import Samples
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.showing import as_html, new_axes
-from tepsipe.signals.units import regular_rate, same_length, samples
 from tepsipe.treadmill.calibration import ModelScore, calibrate, table_plan
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import (
@@ -74,12 +86,15 @@ def belt_recording(
     InputError
         If the signals cannot be used.
     """
-    if unit not in ("Nm", "N"):
-        raise InputError(f"{name}: expected a load in Nm or N, found {quoted(unit)}: convert it")
+    name, trimmed_s = checked(name=name, trimmed_s=trimmed_s)
+    if not isinstance(unit, str) or unit not in ("Nm", "N"):
+        raise InputError(f"{name}: expected a load in Nm or N, found {described(unit)}: convert it")
     time, rate_hz = regular_rate(time, f"{name}: time")
     load = samples(load, unit, f"{name}: load")
     velocity = samples(belt_velocity, "m/s", f"{name}: belt_velocity")
     same_length(time, load=load, belt_velocity=velocity)
+    refuse_constant(**{f"{name}: load": load, f"{name}: belt_velocity": velocity})
+    refuse_same(**{f"{name}: belt_velocity": velocity, f"{name}: load": load})
     margin = round(trimmed_s * rate_hz)
     evaluated = np.zeros(time.size, dtype=bool)
     evaluated[margin : time.size - margin] = True
@@ -168,11 +183,25 @@ class TreadmillCalibration:
         InputError
             If there is no such model, or the recording has another rate or unit.
         """
-        fitted = pick(self.models, self.recommended if model is None else model)
+        refuse_other_kind(recording, BeltRecording, "compensate", "belt_recording")
+        chosen = self.recommended if model is None else one_of(model, "model", self.models)
+        fitted = pick(self.models, chosen)
         return fitted.compensate(recording.filtered(fitted.lowpass))
 
     def save(self, path: str | Path) -> None:
-        """Write the models as JSON, for `load_treadmill_models` (units as in the models' classes)."""
+        """Write the models as JSON, for `load_treadmill_models` (units as in the models' classes).
+
+        Raises
+        ------
+        InputError
+            If the path is none, or its folder does not exist.
+        """
+        path = path_of(path)
+        if path.is_dir() or not path.parent.is_dir():
+            raise InputError(
+                f"{path}: expected a file in a folder that exists, found "
+                f"{'a folder' if path.is_dir() else 'no such folder'}: choose another path"
+            )
         save_models(path, list(self.models.values()))
 
     def to_frame(self) -> "pd.DataFrame":
@@ -253,6 +282,18 @@ class TreadmillCalibration:
         axis.legend(loc="upper right", frameon=False)
 
 
+def _recordings(given: object, what: str) -> list[BeltRecording]:
+    """Recordings as a list, refused where one is something else."""
+    found = [given] if isinstance(given, BeltRecording) or not isinstance(given, Iterable) else list(given)
+    others = [each for each in found if not isinstance(each, BeltRecording)]
+    if others or not found:
+        raise InputError(
+            f"calibrate_treadmill: expected recordings for {what}, found "
+            f"{quoted(type(others[0]).__name__ if others else 'none')}: make them with tepsipe.belt_recording"
+        )
+    return found
+
+
 def calibrate_treadmill(
     train: BeltRecording | Sequence[BeltRecording],
     test: BeltRecording | Sequence[BeltRecording],
@@ -292,15 +333,8 @@ def calibrate_treadmill(
     InputError
         If a recording cannot be used, is in both groups, or a model or option is unknown.
     """
-    training = [train] if isinstance(train, BeltRecording) else list(train)
-    testing = [test] if isinstance(test, BeltRecording) else list(test)
-    for recordings, what in ((training, "train"), (testing, "test")):
-        if not recordings or not all(isinstance(r, BeltRecording) for r in recordings):
-            raise InputError(
-                f"calibrate_treadmill: expected recordings for {what}, found "
-                f"{quoted(type(recordings[0]).__name__ if recordings else 'none')}: make them with "
-                "tepsipe.belt_recording"
-            )
+    training, testing = _recordings(train, "train"), _recordings(test, "test")
+    cutoff_hz, order, zero_lag = checked(cutoff_hz=cutoff_hz, order=order, zero_lag=zero_lag)
     names = [r.name for r in (*training, *testing)]
     twice = [name for name in names if names.count(name) > 1]
     same = any(
@@ -312,25 +346,22 @@ def calibrate_treadmill(
             f"test, "
             f"found {quoted(twice[0]) if twice else 'the same load in both'}: use two separate recordings"
         )
-    for name in models:
-        if name not in SUITED:
-            raise InputError(
-                f"calibrate_treadmill: expected a model that suits an empty belt, found {quoted(name)}: "
-                f"{nearest(name, SUITED)}"
-            )
-    known = FamilyOptions.__dataclass_fields__
-    for name in options:
-        if name not in known:
-            raise InputError(
-                f"calibrate_treadmill: expected an option of FamilyOptions, found {quoted(name)}: "
-                f"{nearest(name, known)}"
-            )
+    chosen = [one_of(name, "models", SUITED) for name in dict.fromkeys(texts(models, "models"))]
+    if not chosen:
+        raise InputError(f"models: expected at least one of {listed(SUITED)}, found none: name one")
     lowpass = Lowpass(cutoff_hz, order, zero_lag)
     group = "+".join(r.name for r in training)
     tests = {r.name: r.filtered(lowpass) for r in testing}
-    calibrating, family = [r.filtered(lowpass) for r in training], FamilyOptions(**options)
+    family = made(FamilyOptions, options, "calibrate_treadmill")
+    shortest_s = min(r.load.size / r.rate_hz for r in (*training, *testing))
+    if not 8.0 / min(r.rate_hz for r in training) <= family.spectral_segment_s <= 0.5 * shortest_s:
+        raise InputError(
+            f"spectral_segment_s: expected from 8 samples to half a recording of {shortest_s:.3g} s, found "
+            f"{family.spectral_segment_s:g} s: change it, or record longer"
+        )
+    calibrating = [r.filtered(lowpass) for r in training]
     scores, fitted = calibrate(
-        table_plan(list(models), group, list(tests)),
+        table_plan(chosen, group, list(tests)),
         {group: calibrating},
         {name: [r] for name, r in tests.items()},
         "load",
@@ -338,7 +369,7 @@ def calibrate_treadmill(
     )
     ranges = calibrated_range(calibrating)
     kept = {model.name: replace(model, calibrated=ranges) for model in fitted}
-    return TreadmillCalibration(kept, scores, tests, _cross_validated(models, calibrating, family))
+    return TreadmillCalibration(kept, scores, tests, _cross_validated(chosen, calibrating, family))
 
 
 def _cross_validated(

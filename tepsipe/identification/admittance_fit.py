@@ -186,6 +186,7 @@ def _fit(function, estimate, bounds, start, scale, tolerance) -> AdmittanceFit:
     )
     scaled = solution.jac * TYPICAL
     inverse = np.diag(np.linalg.pinv(scaled.T @ scaled)) * TYPICAL**2
+    width = bounds.upper - bounds.lower
     distance = np.minimum(solution.x - bounds.lower, bounds.upper - solution.x)
     return AdmittanceFit(
         parameters=solution.x,
@@ -195,7 +196,7 @@ def _fit(function, estimate, bounds, start, scale, tolerance) -> AdmittanceFit:
         standard_error=standard_error(solution.fun, inverse),
         degrees_of_freedom=solution.fun.size - solution.x.size,
         converged=bool(solution.success),
-        at_bound=bool((distance < 1e-6 * (bounds.upper - bounds.lower)).any()),
+        at_bound=bool((distance < 1e-6 * np.where(np.isfinite(width), width, TYPICAL)).any()),
     )
 
 

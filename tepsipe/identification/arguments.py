@@ -1,10 +1,13 @@
 """Arguments of the public fits: windows, rest, and the bootstrap; refusal of what determines no joint."""
 
+import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
-from tepsipe.errors import InputError, quoted
+from tepsipe.arguments import Range, checked, described, number, pair, several
+from tepsipe.errors import InputError
 from tepsipe.signals.perturbations import Perturbation
 
 LEAST_REST_S = 0.25
@@ -31,19 +34,13 @@ def as_perturbations(perturbations: Sequence, count: int) -> list[Perturbation]:
     InputError
         If there is none, or one exceeds the record or is shorter than 4 samples.
     """
-    windows = []
-    for pulse in perturbations:
-        if isinstance(pulse, Perturbation):
-            windows.append(pulse)
-            continue
-        try:
-            start, stop = (int(sample) for sample in pulse)
-        except (TypeError, ValueError) as error:
-            raise InputError(
-                f"perturbations: expected pairs of first sample and the first after it, found "
-                f"{quoted(pulse)}: give the result of tepsipe.find_perturbations"
-            ) from error
-        windows.append(Perturbation(start, stop, float("nan")))
+    given = several(perturbations)
+    if given is None:
+        raise InputError(
+            f"perturbations: expected a list of windows, found {described(perturbations)}: give the result "
+            "of tepsipe.find_perturbations"
+        )
+    windows = [_window(each) for each in given]
     if not windows:
         raise InputError("perturbations: expected at least one, found none: check find_perturbations")
     for window in windows:
@@ -52,7 +49,34 @@ def as_perturbations(perturbations: Sequence, count: int) -> list[Perturbation]:
                 f"perturbations: expected windows of 4 samples or more within the record's {count}, found "
                 f"{window.start} to {window.stop}: give samples, not seconds"
             )
-    return sorted(windows, key=lambda window: window.start)
+    windows.sort(key=lambda window: (window.start, window.stop))
+    for earlier, later in pairwise(windows):
+        if later.start < earlier.stop:
+            what = (
+                "the same window twice"
+                if (later.start, later.stop) == (earlier.start, earlier.stop)
+                else "windows that overlap"
+            )
+            raise InputError(
+                f"perturbations: expected windows apart from each other, found {what}, {earlier.start} to "
+                f"{earlier.stop} and {later.start} to {later.stop}: give each perturbation once, because "
+                "intervals count every window as independent"
+            )
+    return windows
+
+
+def _window(given: object) -> Perturbation:
+    """One window as a `Perturbation` of whole samples."""
+    known = isinstance(given, Perturbation)
+    try:
+        start, stop = (given.start, given.stop) if known else given
+        ends = [number(end, "perturbations", Range(-math.inf, whole=True)) for end in (start, stop)]
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"perturbations: expected pairs of first sample and the first after it, found "
+            f"{described(given)}: give samples, not seconds, such as the result of tepsipe.find_perturbations"
+        ) from error
+    return Perturbation(*ends, given.peak_m_per_s if known else math.nan)
 
 
 def samples_at_rest(time: np.ndarray, windows: list[Perturbation], rest) -> np.ndarray:
@@ -80,15 +104,16 @@ def samples_at_rest(time: np.ndarray, windows: list[Perturbation], rest) -> np.n
     """
     if rest is None:
         at_rest = time < time[windows[0].start] - REST_MARGIN_S
-    elif np.shape(rest) == (2,) and np.asarray(rest).dtype != bool:
-        before, after = (float(part) for part in rest)
+    elif isinstance(rest, tuple | list | np.ndarray) and np.shape(rest)[:1] == (2,):
+        before, after = pair(rest, "rest")
         at_rest = (time < time[0] + before) | (time > time[-1] - after)
     else:
-        at_rest = np.asarray(rest)
+        usable = hasattr(rest, "dtype") and not (np.ma.isMaskedArray(rest) and np.ma.getmaskarray(rest).any())
+        at_rest = np.asarray(rest) if usable else np.empty(0)
         if at_rest.dtype != bool or at_rest.shape != time.shape:
             raise InputError(
-                f"rest: expected {time.size} booleans or two times in s, found {at_rest.dtype} of shape "
-                f"{at_rest.shape}: give rest=(before_s, after_s)"
+                f"rest: expected an array of {time.size} booleans or two times in s, found "
+                f"{described(rest)}: give rest=(before_s, after_s)"
             )
     advice = "say with rest=(before_s, after_s) when the joint rests"
     if any(at_rest[w.start : w.stop].any() for w in windows):
@@ -97,6 +122,23 @@ def samples_at_rest(time: np.ndarray, windows: list[Perturbation], rest) -> np.n
     if lasts_s < LEAST_REST_S:
         raise InputError(f"rest: expected at least {LEAST_REST_S:g} s, found {lasts_s:.3g} s: {advice}")
     return at_rest
+
+
+def refuse_still(angle: np.ndarray, windows: list[Perturbation]) -> None:
+    """Refuse windows in which the angle (rad) does not move, shape (n,).
+
+    Raises
+    ------
+    InputError
+        If it moves less than a millionth of its range in one of them.
+    """
+    least = 1e-6 * float(np.ptp(angle))
+    for w in windows:
+        if np.ptp(angle[w.start : w.stop]) < least:
+            raise InputError(
+                f"perturbations: expected movement in every window, found none from {w.start} to {w.stop}: "
+                "leave it out"
+            )
 
 
 def shaded(time: np.ndarray, windows: list[Perturbation]) -> np.ndarray:
@@ -110,11 +152,9 @@ def bootstrap_generator(draws: int, confidence: float, seed: int) -> np.random.G
     Raises
     ------
     InputError
-        If there are fewer than 100 draws, or the confidence is no probability.
+        If there are fewer than 100 draws, the confidence is no probability, or the seed no whole number.
     """
-    check_probability(confidence)
-    if draws < 100:
-        raise InputError(f"bootstrap_draws: expected at least 100, found {draws}: draw more")
+    _, _, seed = checked(confidence=confidence, bootstrap_draws=draws, seed=seed)
     return np.random.default_rng(seed)
 
 
@@ -126,8 +166,4 @@ def check_probability(confidence: float) -> None:
     InputError
         If it is below 0.5, or 1 or more.
     """
-    if not 0.5 <= confidence < 1.0:
-        raise InputError(
-            f"confidence: expected a probability from 0.5 to below 1, found {confidence:g}: give 0.95 for "
-            "95 %"
-        )
+    checked(confidence=confidence)

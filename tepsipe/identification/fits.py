@@ -5,21 +5,34 @@ returns an `ImpedanceFit` with intervals. Defaults are what we recommend.
 """
 
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
 
-from tepsipe.errors import InputError, nearest, quoted, refuse_other_kind
+from tepsipe.arguments import (
+    checked,
+    limits,
+    made,
+    pair,
+    plausible_angle,
+    refuse_constant,
+    refuse_same,
+    regular_rate,
+    same_length,
+    samples,
+)
+from tepsipe.errors import InputError, refuse_other_kind
+from tepsipe.identification import notes
 from tepsipe.identification.arguments import (
     as_perturbations,
     bootstrap_generator,
-    check_probability,
+    refuse_still,
     samples_at_rest,
     shaded,
 )
-from tepsipe.identification.cascade.fit import Assumption, ParallelCascadeFit, ParallelCascadeOptions
+from tepsipe.identification.cascade.fit import ParallelCascadeFit, ParallelCascadeOptions
 from tepsipe.identification.result import (
     PARAMETERS,
     UNITS,
@@ -29,7 +42,6 @@ from tepsipe.identification.result import (
     quantities_of_windows,
 )
 from tepsipe.signals.array_types import Samples
-from tepsipe.signals.units import plausible_angle, regular_rate, same_length, samples
 
 if TYPE_CHECKING:
     from tepsipe.mechanics.inverse_dynamics import Leg
@@ -98,27 +110,36 @@ def fit_impedance(
     InputError
         If the signals cannot be used, or do not determine I, B and K.
     """
-    from tepsipe.mechanics.segment_kinematics import JointMotion
-    from tepsipe.signals.differentiation import derivative
+    from tepsipe.mechanics.segment_kinematics import joint_motion
     from tepsipe.signals.filters import butterworth_lowpass
 
+    named = notes.of_names(time=(time, "s"), angle=(angle, "rad"), torque=(torque, "Nm"))
     time, rate_hz = regular_rate(time)
     angle = plausible_angle(samples(angle, "rad", "angle"))
     torque = samples(torque, "Nm", "torque")
     same_length(time, angle=angle, torque=torque)
+    refuse_constant(angle=angle, torque=torque)
+    refuse_same(time=time, angle=angle, torque=torque)
     rng = bootstrap_generator(bootstrap_draws, confidence, seed)
+    cutoff_hz, order, thesis, block_s = checked(
+        ("cutoff_hz",), cutoff_hz=cutoff_hz, order=order, thesis=thesis, block_s=block_s
+    )
+    recorded = angle, torque
     if cutoff_hz is not None:
         angle, torque = (butterworth_lowpass(x, rate_hz, cutoff_hz, order) for x in (angle, torque))
-    angle_d = derivative(time, angle)
-    motion = JointMotion(time, angle, angle_d, derivative(time, angle_d))
+    motion = joint_motion(time, angle)
     if perturbations is None:
         if thesis or rest is not None:
             raise InputError(
                 "fit_impedance: expected perturbations with thesis or rest, because both are about what "
                 "comes before a perturbation, found none: give perturbations, or leave thesis and rest out"
             )
-        return _fit_record(motion, torque, rate_hz, block_s, bootstrap_draws, confidence, rng)
-    return _fit_windows(motion, torque, perturbations, rest, thesis, bootstrap_draws, confidence, rng)
+        fit = _fit_record(motion, torque, rate_hz, block_s, bootstrap_draws, confidence, rng)
+    else:
+        fit = _fit_windows(motion, torque, perturbations, rest, thesis, bootstrap_draws, confidence, rng)
+    windows = getattr(fit.details, "perturbations", [])
+    filtered = notes.of_filter(rate_hz, cutoff_hz, windows) + notes.of_repeats(*recorded, windows)
+    return replace(fit, notes=(*named, *fit.notes, *notes.of_impedance(fit, motion, torque), *filtered))
 
 
 def fit_output_error(
@@ -181,16 +202,22 @@ def fit_output_error(
     from tepsipe.identification.estimators import OUTPUT_ERROR, Record, estimate
     from tepsipe.mechanics.inverse_dynamics import Leg
     from tepsipe.mechanics.segment_kinematics import SegmentMotion
+    from tepsipe.signals.differentiation import derivative
     from tepsipe.signals.filters import butterworth_lowpass
 
+    named = notes.of_names(foot_position=(foot_position, "m"), belt_velocity=(belt_velocity, "m/s"))
     refuse_other_kind(motion, SegmentMotion, "fit_output_error", "segment_motion")
     refuse_other_kind(leg, Leg, "fit_output_error", "Leg")
     time, rate_hz = regular_rate(motion.time)
     foot = samples(foot_position, "m", "foot_position")
     belt = samples(belt_velocity, "m/s", "belt_velocity")
     same_length(time, foot_position=foot, belt_velocity=belt)
+    refuse_constant(foot_position=foot, belt_velocity=belt)
+    refuse_same(foot_position=foot, belt_velocity=belt)
     rng = bootstrap_generator(bootstrap_draws, confidence, seed)
+    cutoff_hz, order = checked(cutoff_hz=cutoff_hz, order=order)
     foot, belt = (butterworth_lowpass(x, rate_hz, cutoff_hz, order) for x in (foot, belt))
+    follows = notes.of_belt(derivative(time, foot), belt)
     windows = as_perturbations(perturbations, time.size)
     record = Record(
         motion=motion,
@@ -201,7 +228,7 @@ def fit_output_error(
         belt_velocity=belt,
     )
     result = estimate(OUTPUT_ERROR, record)
-    return ImpedanceFit(
+    fit = ImpedanceFit(
         estimator=OUTPUT_ERROR,
         quantities=quantities_of_windows(result.parameters, bootstrap_draws, confidence, rng)
         | {"delay": Quantity(result.delay_s, "s")},
@@ -212,6 +239,9 @@ def fit_output_error(
         details=result,
         windows=result.parameters,
     )
+    follows += notes.of_delay(result.delay_s)
+    filtered = notes.of_filter(rate_hz, cutoff_hz, windows)
+    return replace(fit, notes=(*named, *fit.notes, *notes.of_impedance(fit, motion), *follows, *filtered))
 
 
 def fit_admittance(
@@ -265,8 +295,9 @@ def fit_admittance(
     refuse_other_kind(
         response, FrequencyResponse, "fit_admittance", "frequency_response(time, torque, angle)"
     )
-    check_probability(confidence)
-    band = response if band_hz is None else response.band(*band_hz)
+    confidence, thesis = checked(confidence=confidence, thesis=thesis)
+    band = _usable(response)
+    band = band if band_hz is None else band.band(*pair(band_hz, "band_hz"))
     if band.frequency_hz.size < 4:
         raise InputError(
             f"fit_admittance: expected at least 4 frequencies, found {band.frequency_hz.size}: widen the band"
@@ -278,14 +309,19 @@ def fit_admittance(
         )
     bounds = Bounds(
         start=starting_values(band) if start is None else samples(start, "", "start", shape=(3,)),
-        lower=np.full(3, -np.inf) if lower is None else samples(lower, "", "lower", shape=(3,)),
-        upper=np.full(3, np.inf) if upper is None else samples(upper, "", "upper", shape=(3,)),
+        lower=np.full(3, -np.inf) if lower is None else limits(lower, "lower", 3),
+        upper=np.full(3, np.inf) if upper is None else limits(upper, "upper", 3),
     )
     if not ((bounds.lower < bounds.start) & (bounds.start < bounds.upper)).all():
         raise InputError(
             f"fit_admittance: expected starting values between their bounds, found "
             f"{bounds.start.tolist()} with "
             f"{bounds.lower.tolist()} and {bounds.upper.tolist()}: correct one of the three"
+        )
+    if not np.isfinite(admittance(bounds.start, band.frequency_hz)).all():
+        raise InputError(
+            f"start: expected I, B, K of a joint that resists, found {bounds.start.tolist()}: give others, "
+            "or leave start out"
         )
     result = (fit_as_printed if thesis else fit_scaled)(band, bounds)
     half = scipy.stats.t.ppf(0.5 + 0.5 * confidence, result.degrees_of_freedom) * result.standard_error
@@ -297,17 +333,22 @@ def fit_admittance(
     }
     model = admittance(result.parameters, band.frequency_hz)
     residual = np.abs(band.response - model) ** 2
-    notes = (*([] if result.converged else ["The search did not converge: do not use these numbers."]),)
-    notes += ("A parameter lies at its bound: its value is that of the bound.",) if result.at_bound else ()
+    found = notes.of_response(band)
+    found += () if result.converged else ("The search did not converge: do not use these numbers.",)
+    found += ("A parameter lies at its bound: its value is that of the bound.",) if result.at_bound else ()
+    omega = 2.0 * np.pi * band.frequency_hz
+    rows = np.sqrt([np.mean(omega**4), np.mean(omega**2), 1.0])
+    found += notes.of_signs(quantities, notes.shares(result.parameters, rows))
+    explained = float(100.0 * (1.0 - residual.sum() / np.sum(np.abs(band.response) ** 2)))
     return ImpedanceFit(
         estimator="spectral-fit-modulus" if thesis else "spectral-fit",
         quantities=quantities,
-        vaf=float(100.0 * (1.0 - residual.sum() / np.sum(np.abs(band.response) ** 2))),
+        vaf=explained,
         vaf_of="the response",
         confidence=confidence,
         curve=Curve(band.frequency_hz, band.response, model, "Admittance (rad/(N·m))"),
         details=result,
-        notes=notes,
+        notes=found + notes.of_vaf(explained, "the response"),
     )
 
 
@@ -373,24 +414,36 @@ def fit_parallel_cascade(
     """
     from tepsipe.identification.cascade.parallel_cascade import identify_cascade
     from tepsipe.identification.cascade.record import make_record
+    from tepsipe.mechanics.segment_kinematics import joint_motion
     from tepsipe.signals.filters import Lowpass
     from tepsipe.signals.resampling import regular_time, resample
 
+    named = notes.of_names(time=(time, "s"), angle=(angle, "rad"), torque=(torque, "Nm"))
     time, rate_hz = regular_rate(time)
     angle = plausible_angle(samples(angle, "rad", "angle"))
     torque = samples(torque, "Nm", "torque")
     same_length(time, angle=angle, torque=torque)
+    refuse_constant(angle=angle, torque=torque)
+    refuse_same(time=time, angle=angle, torque=torque)
     rng = bootstrap_generator(bootstrap_draws, confidence, seed)
+    training_fraction, cut_s, cutoff_hz, order, resample_rate_hz, block_s = checked(
+        training_fraction=training_fraction,
+        cut_s=cut_s,
+        cutoff_hz=cutoff_hz,
+        order=order,
+        resample_rate_hz=resample_rate_hz,
+        block_s=block_s,
+    )
+    chosen = made(ParallelCascadeOptions, options, "fit_parallel_cascade")
     if rate_hz > 1.001 * resample_rate_hz:
         slower = regular_time(time[0], time[-1], resample_rate_hz)
         angle, torque = (resample(time, x, slower, 0.4 * resample_rate_hz) for x in (angle, torque))
         time, rate_hz = slower, resample_rate_hz
-    chosen = _cascade_options(options)
     cut = round(cut_s * rate_hz)
     kept = slice(cut, time.size - cut)
     size, block = time[kept].size, round(block_s * rate_hz)
     training = int(training_fraction * size)
-    if training < 4 * block or size - training < block:
+    if block < 4 or training < 4 * block or size - training < block:
         raise InputError(
             f"fit_parallel_cascade: expected at least 4 blocks of {block_s:g} s to fit and one to "
             f"validate, found "
@@ -398,16 +451,23 @@ def fit_parallel_cascade(
         )
     lowpass = Lowpass(cutoff_hz, order, True)
     record = make_record(angle, torque, rate_hz, kept, training, lambda x: lowpass(x, rate_hz), chosen)
-    result = identify_cascade(record, block, bootstrap_draws, rng)
+    try:
+        result = identify_cascade(record, block, bootstrap_draws, rng)
+    except np.linalg.LinAlgError as error:
+        raise InputError(
+            f"fit_parallel_cascade: expected options that the record determines, found {error}: leave the "
+            f"options {', '.join(options) or 'as they are'} out, or record longer"
+        ) from error
     if result.impedance[0] < 0.0 and result.working_stiffness < 0.0:
         raise InputError(
             "fit_parallel_cascade: expected a torque that resists a positive angle, found a negative inertia "
             f"and a stiffness of {result.working_stiffness:.3g} N·m/rad: reverse the sign of the torque"
         )
-    quantities, notes = _cascade_quantities(result, confidence)
+    quantities, findings, assumed = _cascade_quantities(result, confidence)
     measured = lowpass(torque, rate_hz)[kept]
+    motion = joint_motion(time[kept], lowpass(angle, rate_hz)[kept])
     fitted = np.array([[time[kept][0], time[kept][training - 1]]])
-    return ImpedanceFit(
+    fit = ImpedanceFit(
         estimator="parallel-cascade",
         quantities=quantities,
         vaf=result.vaf.held_out,
@@ -415,8 +475,10 @@ def fit_parallel_cascade(
         confidence=confidence,
         curve=Curve(time[kept], measured, result.predicted, "Torque (N·m)", fitted),
         details=result,
-        notes=notes,
+        findings=findings,
     )
+    found = notes.of_impedance(fit, motion, measured) + notes.of_filter(rate_hz, cutoff_hz)
+    return replace(fit, notes=(*named, *assumed, *found))
 
 
 # ---- parts ---------------------------------------------------------------------------------------
@@ -427,6 +489,7 @@ def _fit_windows(motion, torque, perturbations, rest, thesis, draws, confidence,
     from tepsipe.identification.estimators import LEAST_SQUARES, LEAST_SQUARES_THESIS, Record, estimate
 
     windows = as_perturbations(perturbations, motion.time.size)
+    refuse_still(motion.theta, windows)
     name = LEAST_SQUARES_THESIS if thesis else LEAST_SQUARES
     at_rest = samples_at_rest(motion.time, windows, rest)
     result = estimate(name, Record(motion=motion, torque=torque, perturbations=windows, at_rest=at_rest))
@@ -453,10 +516,10 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng) -> Imp
 
     regressors = np.column_stack([motion.theta_dd, motion.theta_d, motion.theta, np.ones_like(motion.theta)])
     block = round(block_s * rate_hz)
-    if not 4 * block <= torque.size:
+    if not 16 <= 4 * block <= torque.size:
         raise InputError(
-            f"fit_impedance: expected at least 4 blocks of {block_s:g} s, found a record of "
-            f"{torque.size / rate_hz:.3g} s: record longer, or shorten block_s"
+            f"fit_impedance: expected at least 4 blocks of {block_s:g} s, each of 4 samples or more, found a "
+            f"record of {torque.size / rate_hz:.3g} s at {rate_hz:g} Hz: record longer, or change block_s"
         )
     try:
         result = least_squares_line(regressors, torque)
@@ -464,7 +527,13 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng) -> Imp
         raise InputError(
             f"fit_impedance: expected a joint that moves, found {error}: check that it was perturbed"
         ) from error
-    drawn = bootstrap_blocks(regressors, torque, block, draws, rng)
+    try:
+        drawn = bootstrap_blocks(regressors, torque, block, draws, rng)
+    except np.linalg.LinAlgError as error:
+        raise InputError(
+            f"fit_impedance: expected movement in most blocks of {block_s:g} s, found blocks that do not "
+            "determine I, B, K: lengthen block_s, or give perturbations"
+        ) from error
     mean = torque.mean()
     return ImpedanceFit(
         estimator="regression",
@@ -481,22 +550,32 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng) -> Imp
     )
 
 
-def _cascade_options(options: dict) -> ParallelCascadeOptions:
-    """Options of the fit by their names."""
-    known = [field.name for field in fields(ParallelCascadeOptions)]
-    for name in options:
-        if name not in known:
-            raise InputError(
-                f"fit_parallel_cascade: expected an option of ParallelCascadeOptions, found {quoted(name)}: "
-                f"{nearest(name, known)}"
-            )
-    return ParallelCascadeOptions(**options)
+def _usable(response):
+    """A frequency response whose every part is a number, without frequencies of 0 Hz."""
+    count = np.size(response.frequency_hz)
+    frequency, coherence, real, imaginary = (
+        samples(x, None, f"response: {name}", shape=(count,))
+        for x, name in (
+            (response.frequency_hz, "frequency_hz"),
+            (response.coherence, "coherence"),
+            (np.real(response.response), "response"),
+            (np.imag(response.response), "response"),
+        )
+    )
+    usable = (frequency > 0.0) & (coherence > 0.0) & (np.hypot(real, imaginary) > 0.0)
+    if not usable.all() or (coherence > 1.0 + 1e-9).any() or (np.diff(frequency) <= 0.0).any():
+        raise InputError(
+            "fit_admittance: expected frequencies above 0 Hz that increase, with gains above 0 and "
+            f"coherences above 0 and up to 1, found others at {int((~usable).sum())} of {count}: make the "
+            "response with tepsipe.frequency_response, or choose band_hz"
+        )
+    return replace(response, frequency_hz=frequency, response=real + 1j * imaginary, coherence=coherence)
 
 
 def _cascade_quantities(
     fit: ParallelCascadeFit, confidence: float
-) -> tuple[dict[str, Quantity], tuple[str, ...]]:
-    """Quantities with intervals, and notes on them.
+) -> tuple[dict[str, Quantity], tuple[str, ...], tuple[str, ...]]:
+    """Quantities with intervals, findings, and notes on assumed values.
 
     Parameters
     ----------
@@ -509,8 +588,10 @@ def _cascade_quantities(
     -------
     dict of str to Quantity
         I, B, K and further quantities of the terms that were selected.
-    tuple of str
-        Sentences on assumed values and the slow torque.
+    findings : tuple of str
+        Sentences on the reflex and the slow torque.
+    assumed : tuple of str
+        Sentences on values that the record does not determine.
     """
 
     def drawn(value: float, unit: str, draws: np.ndarray) -> Quantity:
@@ -538,7 +619,7 @@ def _cascade_quantities(
         f"VAF is {fit.slow.vaf.held_out:.1f} %."
     )
     if not structure.direction:
-        return quantities, ("Cross-validation found no reflex.", slow)
+        return quantities, ("Cross-validation found no reflex.", slow), ()
     quantities["reflex gain"] = drawn(fit.gain, "N·m·s/rad", fit.gain_bootstrap)
     if structure.gain_slope:
         quantities["dG/dtheta"] = drawn(fit.gain_slope, "N·m·s/rad²", fit.gain_slope_bootstrap)
@@ -546,17 +627,9 @@ def _cascade_quantities(
         quantities["unloading gain"] = drawn(fit.unloading_gain, "N·m·s/rad", fit.unloading_gain_bootstrap)
     quantities["reflex delay"] = Quantity(structure.delay_s, "s")
     quantities["reflex threshold"] = Quantity(structure.threshold_rad_per_s, "rad/s")
-    assumed = tuple(_assumed(choice) for choice in fit.assumptions if not choice.determined)
-    return quantities, (*assumed, slow)
-
-
-def _assumed(choice: Assumption) -> str:
-    """Sentence on a value that the record does not determine, with the values that predict it as well."""
-    low, high, unit = f"{choice.low:g}", f"{choice.high:g}", choice.unit
-    others = f"{low} {unit} predicts" if low == high else f"values from {low} to {high} {unit} predict"
-    within = choice.low <= choice.value <= choice.high
-    vaf = " to ".join(dict.fromkeys(f"{x:.2f}" for x in (choice.vaf_low, choice.vaf_high)))
-    return (
-        f"The {choice.quantity.replace('_', ' ')} of {choice.value:g} {unit} is assumed: {others} the record "
-        f"{'as well' if within else 'better'} (cross-validated VAF {vaf} %)."
-    )
+    close, assumed = [], []
+    for choice in fit.assumptions:
+        if not choice.determined:
+            narrow = choice.high - choice.low <= notes.NARROW.get(choice.quantity, 0.0)
+            (close if narrow else assumed).append(notes.of_choice(choice))
+    return quantities, (*close, slow), tuple(assumed)

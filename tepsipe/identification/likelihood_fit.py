@@ -1,16 +1,20 @@
 """Public function of the likelihood: markers and belt velocity in, I, B, K with intervals out."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from tepsipe.arguments import checked, regular_rate, same_length, samples, texts
 from tepsipe.errors import refuse_other_kind
-from tepsipe.identification.arguments import as_perturbations, check_probability, samples_at_rest, shaded
+from tepsipe.identification import notes
+from tepsipe.identification.arguments import as_perturbations, samples_at_rest, shaded
 from tepsipe.identification.result import PARAMETERS, UNITS, Curve, ImpedanceFit, Quantity
 from tepsipe.mechanics.inverse_dynamics import Leg
-from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers, marker_samples, segment_motion
 from tepsipe.signals.array_types import Samples
-from tepsipe.signals.units import regular_rate, same_length, samples
+from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.filters import butterworth_lowpass
 
 
 def fit_joint_likelihood(
@@ -70,13 +74,14 @@ def fit_joint_likelihood(
     from tepsipe.identification.estimators import JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, Record, estimate
     from tepsipe.identification.likelihood.channels import dummy_markers
 
+    named = notes.of_names(time=(time, "s"), positions=(positions, "m"), belt_velocity=(belt_velocity, "m/s"))
     refuse_other_kind(leg, Leg, "fit_joint_likelihood", "Leg")
     refuse_other_kind(markers, SegmentMarkers, "fit_joint_likelihood", "SegmentMarkers")
-    check_probability(confidence)
-    time, _ = regular_rate(time)
-    motion = segment_motion(time, positions, markers, leg.com_m, labels=labels)
-    axes = np.shape(getattr(positions, "values", positions))[-1]
-    measured = samples(positions, "m", "positions", shape=(None, None, axes))
+    confidence, softening = checked(confidence=confidence, softening=softening)
+    labels, belt_fixed = texts(labels, "labels"), texts(belt_fixed, "belt_fixed")
+    time, rate_hz = regular_rate(time)
+    measured = marker_samples(positions)
+    motion = segment_motion(time, measured, markers, leg.com_m, labels=labels)
     log = None if belt_velocity is None else samples(belt_velocity, "m/s", "belt_velocity")
     if log is not None:
         same_length(time, belt_velocity=log)
@@ -87,9 +92,13 @@ def fit_joint_likelihood(
         leg=leg,
         perturbations=windows,
         at_rest=samples_at_rest(time, windows, rest),
-        markers=dummy_markers(measured, list(labels), markers, tuple(belt_fixed)),
+        markers=dummy_markers(measured, labels, markers, tuple(belt_fixed)),
         belt_log=log,
     )
+    follows = ()
+    if log is not None:
+        foot = record.markers.positions[:, record.markers.on_foot, 0].mean(axis=1)
+        follows = notes.of_belt(derivative(time, butterworth_lowpass(foot, rate_hz, 0.2 * rate_hz)), log)
     result = estimate(name, record)
     working, small = result.interval(confidence), result.small_interval(confidence)
     quantities = {}
@@ -99,7 +108,7 @@ def fit_joint_likelihood(
             quantities[parameter + suffix] = Quantity(float(values[k]), UNITS[parameter], *map(float, ends))
     error = result.fit.standard_error("delay")
     quantities["delay"] = Quantity(result.delay_s, "s", error)
-    return ImpedanceFit(
+    fit = ImpedanceFit(
         estimator=name,
         quantities=quantities,
         vaf=result.vaf_angle,
@@ -109,3 +118,5 @@ def fit_joint_likelihood(
         details=result,
         windows=result.parameters,
     )
+    found = notes.of_impedance(fit, motion) + notes.of_delay(result.delay_s)
+    return replace(fit, notes=(*named, *follows, *found))

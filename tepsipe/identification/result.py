@@ -117,7 +117,10 @@ class ImpedanceFit:
     windows : ndarray, shape (w, 3)
         I, B, K of every perturbation (N·m·s²/rad, N·m·s/rad, N·m/rad); empty where one fit serves all.
     notes : tuple of str
-        Caveats for the interpretation, one sentence each.
+        Caveats: input that was probably not meant, numbers not to be trusted. One sentence each; none for a
+        valid record (`tepsipe.identification.notes`).
+    findings : tuple of str
+        Further results in words, one sentence each.
     """
 
     estimator: str
@@ -129,6 +132,7 @@ class ImpedanceFit:
     details: object
     windows: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
     notes: tuple[str, ...] = ()
+    findings: tuple[str, ...] = ()
 
     @property
     def I(self) -> float:  # noqa: E743, N802  the symbol of the thesis
@@ -171,7 +175,7 @@ class ImpedanceFit:
         lines.append(f"VAF of {self.vaf_of}: {self.vaf:.2f} %")
         if len(self.windows):
             lines.append(f"mean over {len(self.windows)} perturbations")
-        return "\n".join([*lines, *self.notes])
+        return "\n".join([*lines, *self.findings, *(f"Note: {note}" for note in self.notes)])
 
     def __str__(self) -> str:
         return self.summary()

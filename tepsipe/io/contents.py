@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tepsipe.arguments import unit_in
 from tepsipe.errors import InputError, quoted
 from tepsipe.io.described import Channel, Contents
 from tepsipe.io.readers import file_kind
@@ -76,15 +77,6 @@ def contents_of(path: str | Path) -> Contents:
 def commonest_delimiter(header: str) -> str:
     """Character between the columns of a table with this header: tab, semicolon or comma."""
     return max("\t;,", key=header.count)
-
-
-def unit_in(name: str) -> str:
-    """Unit at the end of a column's name, as in ``Torque (Nm)``, ``angle [rad]`` or ``time_s``; or empty."""
-    bracketed = re.search(r"[(\[]([^()\[\]]+)[)\]]\s*$", name)
-    if bracketed:
-        return bracketed.group(1).strip()
-    ending = re.search(r"_(s|ms|rad|deg|Nm|N|m|mm|V|mV|m_per_s|rad_per_s)$", name)
-    return ending.group(1).replace("_per_", "/") if ending else ""
 
 
 def table_columns(path: Path) -> tuple[list[str], str]:

@@ -81,7 +81,14 @@ def read_facts(path: str | Path) -> dict:
 
 def _read_facts(path: str | Path) -> dict:
     with h5py.File(path, "r") as file:
-        return json.loads(file.attrs["facts"])
+        return _facts(file)
+
+
+def _facts(file: h5py.File) -> dict:
+    facts = json.loads(file.attrs["facts"])
+    if not isinstance(facts, dict):
+        raise ValueError("facts without names")
+    return facts
 
 
 def _read(path: str | Path) -> Result:
@@ -92,7 +99,7 @@ def _read(path: str | Path) -> Result:
             units[name] = dataset.attrs["units"]
             if not isinstance(units[name], str):
                 raise ValueError(f"a unit of {name!r} that is no text")
-        return Result(arrays, units, json.loads(file.attrs["facts"]))
+        return Result(arrays, units, _facts(file))
 
 
 def _datasets(group: h5py.Group, before: str = "") -> Iterator[tuple[str, h5py.Dataset]]:

@@ -13,8 +13,12 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from tepsipe.errors import InputError
+from tepsipe.arguments import FACTORS, OPTIONS, described, number, path_of
+from tepsipe.errors import InputError, listed
 from tepsipe.io.hdf5_file import read_hdf5, write_array
+
+# units that a signal can have
+UNITS = {"1", "Hz", "kg", "m/s2", *(unit for pair in FACTORS for unit in pair)}
 
 
 @dataclass(frozen=True)
@@ -41,6 +45,20 @@ class Signal:
     meaning: str = ""
     processing: tuple[str, ...] = ()
 
+    def __post_init__(self):
+        """Refuse a unit that is no text.
+
+        Raises
+        ------
+        InputError
+            If it is something else.
+        """
+        if not isinstance(self.unit, str):
+            raise InputError(
+                f"Signal: expected a unit as text, found {described(self.unit)}: give, for example, 'Nm', or "
+                "'1' for numbers without a unit"
+            )
+
 
 @dataclass(frozen=True, repr=False)
 class Trial:
@@ -63,13 +81,36 @@ class Trial:
     signals: dict[str, Signal]
     attributes: dict = field(default_factory=dict)
 
+    def __post_init__(self):
+        """Refuse what is no trial.
+
+        Raises
+        ------
+        InputError
+            If the rate is no positive number, or axes and signals are not given by name.
+        """
+        number(self.rate_hz, "Trial: rate_hz", OPTIONS["rate_hz"])
+        for name in ("axes", "signals", "attributes"):
+            if not isinstance(getattr(self, name), dict):
+                raise InputError(
+                    f"Trial: expected {name} by name, found {described(getattr(self, name))}: give a dict"
+                )
+
     def __repr__(self) -> str:
         signals = ", ".join(f"{name} ({signal.unit})" for name, signal in self.signals.items())
         return f"<Trial: {self.time.size} samples at {self.rate_hz:g} Hz, {signals}>"
 
     @property
     def time(self) -> np.ndarray:
-        """Instants of the samples (s), shape (n,)."""
+        """Instants of the samples (s), shape (n,).
+
+        Raises
+        ------
+        InputError
+            If the trial has no such axis.
+        """
+        if "time" not in self.axes:
+            raise InputError(f"trial: expected the axis 'time', found {listed(self.axes)}: add it")
         return self.axes["time"]
 
     def values(self, name: str) -> np.ndarray:
@@ -82,7 +123,7 @@ class Trial:
         """
         if name not in self.signals:
             raise InputError(
-                f"trial: expected the signal {name!r}, found {', '.join(self.signals)}: make the "
+                f"trial: expected the signal {name!r}, found {listed(self.signals)}: make the "
                 "trial's file again"
             )
         return self.signals[name].values
@@ -173,13 +214,14 @@ def read_trial(path: str | Path) -> Trial:
     InputError
         If the file is not such a file.
     """
-    return read_hdf5(_read, path, "a trial's HDF5 file")
+    return read_hdf5(_read, path_of(path), "a trial's HDF5 file")
 
 
 def _read(path: str | Path) -> Trial:
     axes, signals = {}, {}
     with h5py.File(path, "r") as file:
-        for name, dataset in file.items():
+        for name in file:
+            dataset = _dataset(file, name)
             if dataset.is_scale:
                 text = h5py.check_string_dtype(dataset.dtype) is not None
                 axes[name] = dataset.asstr()[...].astype(str) if text else dataset[...]
@@ -202,9 +244,61 @@ def _read(path: str | Path) -> Trial:
         rate = float(file.attrs["rate_hz"])
         for name in ("sources", "options"):
             json.loads(attributes.get(name, "{}"))
-    if not 0.0 < rate < np.inf or axes["time"].ndim != 1 or not np.isfinite(axes["time"]).all():
-        raise ValueError(f"its clock of {rate:g} Hz is damaged")
+    for name in ("experiment", "condition"):
+        if not isinstance(attributes.get(name), str):
+            raise ValueError(f"no name of its {name}")
+    _check_axes(axes, rate)
+    for name, signal in signals.items():
+        _check_signal(name, signal, axes)
     return Trial(rate, axes, signals, attributes)
+
+
+def _dataset(file: h5py.File, name: object) -> h5py.Dataset:
+    """A dataset of the file itself; a link to another file is refused, and so is a group."""
+    link = file.get(name, getlink=True) if isinstance(name, str) else None
+    if isinstance(link, h5py.ExternalLink):
+        raise ValueError(f"{name!r} is a link to another file")
+    if not isinstance(link, h5py.HardLink | h5py.SoftLink) or not isinstance(file.get(name), h5py.Dataset):
+        raise ValueError(f"{name!r} is no dataset or a link to nothing")
+    dataset = file[name]
+    if dataset.external or dataset.is_virtual:
+        raise ValueError(f"the samples of {name!r} are in another file")
+    return dataset
+
+
+def _check_axes(axes: dict[str, np.ndarray], rate_hz: float) -> None:
+    """Refuse axes without a clock that increases at the rate (Hz)."""
+    time = axes.get("time")
+    if time is None:
+        raise ValueError("no axis 'time'")
+    for name, values in axes.items():
+        text = values.dtype.kind == "U"
+        if values.ndim != 1 or not values.size or not (text or values.dtype.kind in "fiu"):
+            raise ValueError(f"axis {name!r} is no row of numbers or names")
+        if not text and not (np.isfinite(values).all() and (np.diff(values) > 0.0).all()):
+            raise ValueError(f"instants of {name!r} that do not increase")
+    span_s = float(time[-1] - time[0])
+    if not 0.0 < rate_hz < np.inf or time.dtype.kind == "U" or abs(span_s * rate_hz - time.size + 1) > 0.5:
+        raise ValueError(f"its clock of {rate_hz:g} Hz is damaged: {time.size} instants over {span_s:g} s")
+
+
+def _check_signal(name: str, signal: Signal, axes: dict[str, np.ndarray]) -> None:
+    """Refuse samples that are no numbers, do not fit their axes, or have a unit that the study has not."""
+    values = signal.values
+    if values.dtype.kind not in "fiub":
+        raise ValueError(f"samples of {name!r} are {values.dtype}, no real numbers")
+    if not np.isfinite(values).all():
+        raise ValueError(
+            f"{np.count_nonzero(~np.isfinite(values))} samples of {name!r} are missing or infinite"
+        )
+    missing = [axis for axis in signal.axes if axis and axis not in axes]
+    if missing:
+        raise ValueError(f"no axis {missing[0]!r} for {name!r}")
+    shape = tuple(axes[axis].size if axis else 1 for axis in signal.axes)
+    if values.shape != shape or not shape:
+        raise ValueError(f"{name!r} has the shape {values.shape}, its axes {shape}")
+    if signal.unit not in UNITS:
+        raise ValueError(f"{name!r} is in {signal.unit!r}, none of {', '.join(sorted(UNITS))}")
 
 
 def read_sources(path: str | Path) -> tuple[str, dict[str, dict[str, str]]]:

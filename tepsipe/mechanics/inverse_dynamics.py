@@ -15,9 +15,18 @@ from typing import Self
 
 import numpy as np
 
+from tepsipe.arguments import OPTIONS, Range, number
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.mechanics.anthropometry import Feet, StandingBody
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
+
+# a point mass has no moment of inertia; gravity of 981 is in cm/s²
+LEG_RANGES = {
+    "mass_kg": Range(0.0, 500.0, low_allowed=False),
+    "com_m": OPTIONS["com_m"],
+    "inertia_kgm2": Range(0.0, 1000.0),
+    "gravity_m_per_s2": Range(0.0, 30.0, low_allowed=False),
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,12 +64,8 @@ class Leg:
         InputError
             If a value is no positive number, or they cannot belong to one rigid body.
         """
-        for name, value in vars(self).items():
-            least = 0.0 if name == "inertia_kgm2" else math.ulp(0.0)  # a point mass has no inertia
-            if not (isinstance(value, int | float) and math.isfinite(value) and value >= least):
-                raise InputError(
-                    f"Leg: expected a positive number for {name}, found {quoted(value)}: correct it"
-                )
+        for name, value in list(vars(self).items()):
+            object.__setattr__(self, name, number(value, f"Leg: {name}", LEG_RANGES[name]))
         gyration = math.sqrt(self.inertia_kgm2 / self.mass_kg)
         if gyration > 3.0 * self.com_m:
             raise InputError(

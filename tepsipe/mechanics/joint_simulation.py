@@ -4,14 +4,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tepsipe.errors import refuse_other_kind
+from tepsipe.arguments import checked, one_of, regular_rate, same_length, samples
+from tepsipe.errors import InputError, refuse_other_kind
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.signals.array_types import Samples
-from tepsipe.signals.units import regular_rate, same_length, samples
 
 if TYPE_CHECKING:
     from tepsipe.mechanics.forward_dynamics import ForwardSimulation
 
+
+MOST_STEPS = 10**8
 THESIS_FOOT = Foot(mass_kg=2.1, height_m=0.055)  # Table 2-2
 
 
@@ -63,12 +65,26 @@ def simulate_joint(
     InputError
         If the signals cannot be used, the joint cannot be simulated, or the engine is not installed.
     """
+    from tepsipe.mechanics.engines import ENGINES
     from tepsipe.mechanics.forward_dynamics import Joint, simulate_dummy
 
     refuse_other_kind(leg, Leg, "simulate_joint", "Leg")
+    refuse_other_kind(foot, Foot, "simulate_joint", "mechanics.inverse_dynamics.Foot")
+    I, B, K, rest_angle_rad, step_s = checked(  # noqa: E741
+        ("step_s",), I=I, B=B, K=K, rest_angle_rad=rest_angle_rad, step_s=step_s
+    )
+    engine = one_of(engine, "engine", ("auto", *ENGINES))
+    softened = () if softening is None else samples(softening, "", "softening", shape=(3,)).tolist()
     time, rate_hz = regular_rate(time)
     velocity = samples(belt_velocity, "m/s", "belt_velocity")
     same_length(time, belt_velocity=velocity)
     stride = max(1, int(np.ceil(1.0 / (rate_hz * (0.001 if step_s is None else step_s)) - 1e-9)))
-    joint = Joint(I, B, K, rest_angle_rad, *(softening or ()))
+    if stride * time.size > MOST_STEPS:
+        raise InputError(
+            f"step_s: expected at most {MOST_STEPS:g} steps, found {stride * time.size:.3g}: lengthen "
+            "step_s or shorten the record"
+        )
+    # instants of single precision
+    time = time[0] + np.arange(time.size) / rate_hz
+    joint = Joint(I, B, K, rest_angle_rad, *softened)
     return simulate_dummy(time, velocity, leg, foot, joint, 1.0 / (rate_hz * stride), engine)

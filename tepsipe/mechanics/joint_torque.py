@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from tepsipe.arguments import checked
 from tepsipe.errors import refuse_other_kind
 from tepsipe.mechanics.inverse_dynamics import Leg, leg_pathway_torque
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
@@ -33,4 +34,5 @@ def joint_torque(motion: SegmentMotion, leg: Leg, *, thesis: bool = False) -> np
     """
     refuse_other_kind(motion, SegmentMotion, "joint_torque", "segment_motion")
     refuse_other_kind(leg, Leg, "joint_torque", "Leg")
+    (thesis,) = checked(thesis=thesis)
     return leg_pathway_torque("leg-thesis" if thesis else "leg", leg, motion)

@@ -14,11 +14,11 @@ from typing import Self
 
 import numpy as np
 
-from tepsipe.errors import InputError, listed
+from tepsipe.arguments import checked, regular_rate, same_length, samples, texts
+from tepsipe.errors import InputError, listed, refuse_other_kind
 from tepsipe.signals.array_types import Samples
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.units import regular_rate, same_length, samples
 
 
 @dataclass(frozen=True)
@@ -50,13 +50,18 @@ class SegmentMarkers:
         InputError
             If labels repeat, the layout has not one row of two numbers per label, or is not in metres.
         """
-        object.__setattr__(self, "labels", tuple(self.labels))
+        object.__setattr__(self, "labels", tuple(texts(self.labels, "SegmentMarkers: labels")))
         layout = samples(self.layout_m, "m", "SegmentMarkers: layout_m", shape=(None, 2))
         object.__setattr__(self, "layout_m", layout)
         if len(self.labels) != len(layout) or len(set(self.labels)) != len(self.labels) or len(layout) < 2:
             raise InputError(
                 f"SegmentMarkers: expected at least two different labels and as many rows of layout_m, found "
                 f"{listed(self.labels)} and {len(layout)} rows: place every marker once"
+            )
+        if np.ptp(layout, axis=0).max() < 1e-3:
+            raise InputError(
+                f"SegmentMarkers: expected markers apart from each other, found all of them at "
+                f"{layout[0].tolist()} m: their distance shows the angle"
             )
         if np.abs(layout).max() > 3.0:
             raise InputError(
@@ -101,6 +106,12 @@ class JointMotion:
     theta: np.ndarray
     theta_d: np.ndarray
     theta_dd: np.ndarray
+
+
+def joint_motion(time: np.ndarray, angle: np.ndarray) -> JointMotion:
+    """Motion of a joint from its filtered angle (s, rad), both shape (n,)."""
+    rate = derivative(time, angle)
+    return JointMotion(time, angle, rate, derivative(time, rate))
 
 
 @dataclass(frozen=True)
@@ -160,11 +171,12 @@ def segment_motion(
         If the signals cannot be used, a marker of the segment is not among ``labels``, or the markers do not
         move as one body.
     """
+    refuse_other_kind(markers, SegmentMarkers, "segment_motion", "SegmentMarkers")
+    com_m, cutoff_hz, order = checked(com_m=com_m, cutoff_hz=cutoff_hz, order=order)
     time, rate_hz = regular_rate(time)
-    axes = np.shape(getattr(positions, "values", positions))[-1:]
-    positions = samples(positions, "m", "positions", shape=(None, None, 2 if axes == (2,) else 3))
+    positions = marker_samples(positions)
     same_length(time, positions=positions)
-    labels = list(markers.labels if labels is None else labels)
+    labels = list(markers.labels) if labels is None else texts(labels, "labels")
     if len(labels) != positions.shape[1]:
         raise InputError(
             f"labels: expected {positions.shape[1]} names, one for each marker of positions, found "
@@ -178,6 +190,23 @@ def segment_motion(
         )
     on_segment = marker_positions(positions, labels, markers)
     return motion_of_markers(time, butterworth_lowpass(on_segment, rate_hz, cutoff_hz, order), markers, com_m)
+
+
+def marker_samples(positions: object) -> np.ndarray:
+    """Positions of markers (m), shape (n, all markers, 3) or (n, all markers, 2).
+
+    Raises
+    ------
+    InputError
+        If they are no such numbers.
+    """
+    found = samples(positions, "m", "positions", shape=None)
+    if found.ndim != 3 or found.shape[2] not in (2, 3):
+        raise InputError(
+            f"positions: expected an array of shape (n, markers, 2) or (n, markers, 3), found {found.shape}: "
+            "select or transpose its axes"
+        )
+    return found
 
 
 def marker_positions(positions: np.ndarray, labels: list[str], markers: SegmentMarkers) -> np.ndarray:

@@ -10,13 +10,15 @@ from functools import cache
 import numpy as np
 import scipy
 
+from tepsipe.arguments import checked, samples
 from tepsipe.errors import InputError
 from tepsipe.signals.array_types import Samples
-from tepsipe.signals.units import samples
 
 # largest cutoff of `Lowpass.within` over the sampling rate: up to there signals that were resampled are
 # complete (`tepsipe.signals.resampling.resample`), as are those of the cameras
 WIDEST = 0.3
+# smallest cutoff over the sampling rate, far above where the design becomes singular
+LOWEST = 1e-6
 
 
 def lowpass(
@@ -47,8 +49,10 @@ def lowpass(
     InputError
         If the signal cannot be used, or the cutoff does not lie between 0 and half the rate.
     """
-    dimensions = np.ndim(getattr(x, "values", x))
-    values = samples(x, getattr(x, "unit", ""), "x", shape=(None,) * max(1, dimensions))
+    rate_hz, cutoff_hz, order, zero_lag = checked(
+        rate_hz=rate_hz, cutoff_hz=cutoff_hz, order=order, zero_lag=zero_lag
+    )
+    values = samples(x, None, "x", shape=None)
     return Lowpass(cutoff_hz, order, zero_lag)(values, rate_hz)
 
 
@@ -82,11 +86,7 @@ def butterworth_lowpass(
         If the cutoff does not lie between 0 and half the rate, the order is odd, the signal is too
         short to be padded, or it holds a NaN.
     """
-    if not 0.0 < cutoff_hz < 0.5 * rate_hz:
-        raise InputError(
-            f"low-pass: expected a cutoff between 0 and half the sampling rate ({0.5 * rate_hz:g} Hz), "
-            f"found {cutoff_hz:g} Hz: change the cutoff"
-        )
+    _refuse_cutoff(cutoff_hz, rate_hz)
     _refuse_odd(order)
     sections = _designed(order // 2, cutoff_hz, rate_hz)
     return _both_ways(sections, x, rate_hz, cutoff_hz, axis)
@@ -178,6 +178,20 @@ def _designed(
     return scipy.signal.butter(order, edges_hz, btype=kind, fs=rate_hz, output="sos")
 
 
+def _refuse_cutoff(cutoff_hz: float, rate_hz: float) -> None:
+    """Refuse a cutoff that no digital filter has, or whose design is singular."""
+    if not 0.0 < cutoff_hz < 0.5 * rate_hz:
+        raise InputError(
+            f"low-pass: expected a cutoff between 0 and half the sampling rate ({0.5 * rate_hz:g} Hz), "
+            f"found {cutoff_hz:g} Hz: change the cutoff"
+        )
+    if cutoff_hz < LOWEST * rate_hz:
+        raise InputError(
+            f"low-pass: expected a cutoff of at least {LOWEST * rate_hz:g} Hz for samples at {rate_hz:g} Hz, "
+            f"found {cutoff_hz:g} Hz: raise the cutoff"
+        )
+
+
 def _refuse_odd(order: int) -> None:
     """Refuse an order that two equal passes cannot have."""
     if order < 2 or order % 2:
@@ -234,10 +248,6 @@ class Lowpass:
         """
         if self.zero_lag:
             return butterworth_lowpass(x, rate_hz, self.cutoff_hz, self.order)
-        if not 0.0 < self.cutoff_hz < 0.5 * rate_hz:
-            raise InputError(
-                f"expected a low-pass cutoff below half the sampling rate ({0.5 * rate_hz:g} Hz), found "
-                f"{self.cutoff_hz:g} Hz: change the cutoff"
-            )
+        _refuse_cutoff(self.cutoff_hz, rate_hz)
         sections = _designed(self.order, self.cutoff_hz, rate_hz)
         return scipy.signal.sosfilt(sections, x, axis=0)

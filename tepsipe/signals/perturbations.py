@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tepsipe.arguments import checked, regular_rate, same_length, samples
 from tepsipe.errors import InputError
 from tepsipe.signals.array_types import Samples
-from tepsipe.signals.units import regular_rate, same_length, samples
 
 # smallest peak of a perturbation (m/s): less may be one step of a quantised velocity
 SMALLEST_PEAK_M_PER_S = 0.01
@@ -334,6 +334,21 @@ def find_perturbations(
     time, rate_hz = regular_rate(time)
     velocity = samples(belt_velocity, "m/s", "belt_velocity")
     same_length(time, belt_velocity=velocity)
+    rest_before_s, rest_after_s, cutoff_hz, order, threshold_fraction, signal_to_noise, merge_s = checked(
+        rest_before_s=rest_before_s,
+        rest_after_s=rest_after_s,
+        cutoff_hz=cutoff_hz,
+        order=order,
+        threshold_fraction=threshold_fraction,
+        signal_to_noise=signal_to_noise,
+        merge_s=merge_s,
+    )
+    lasts_s = time.size / rate_hz
+    if not rest_before_s + rest_after_s < lasts_s:
+        raise InputError(
+            f"rest_before_s, rest_after_s: expected less than the record of {lasts_s:.4g} s, found "
+            f"{rest_before_s:g} s and {rest_after_s:g} s: shorten them"
+        )
     fastest = float(np.abs(velocity - np.median(velocity)).max())
     if fastest > 20.0:
         raise InputError(

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tepsipe.arguments import checked, pair
 from tepsipe.errors import InputError
 from tepsipe.signals.showing import new_axes
 
@@ -51,6 +52,7 @@ class FrequencyResponse:
         InputError
             If fewer than four frequencies lie in the band.
         """
+        low_hz, high_hz = pair((low_hz, high_hz), "band_hz")
         inside = (self.frequency_hz >= low_hz - 1e-9) & (self.frequency_hz <= high_hz + 1e-9)
         if inside.sum() < 4:
             raise InputError(
@@ -111,6 +113,7 @@ class FrequencyResponse:
 
         One number, or one per frequency where the number of averages differs; 1 for fewer than two.
         """
+        (confidence,) = checked(confidence=confidence)
         others = np.maximum(np.asarray(self.averages, dtype=float) - 1.0, 1e-9)
         threshold = np.where(others < 1.0, 1.0, 1.0 - (1.0 - confidence) ** (1.0 / others))
         return threshold if threshold.ndim else float(threshold)
@@ -136,6 +139,7 @@ class FrequencyResponse:
         """
         import scipy
 
+        (confidence,) = checked(confidence=confidence)
         freedom, error = self.freedom, self.error
         if error is None:
             freedom = np.maximum(2.0 * np.asarray(self.averages, dtype=float) - 2.0, 1e-9)

@@ -2,11 +2,19 @@
 
 import numpy as np
 
+from tepsipe.arguments import (
+    checked,
+    pair,
+    refuse_constant,
+    refuse_same,
+    regular_rate,
+    same_length,
+    samples,
+)
 from tepsipe.errors import InputError
 from tepsipe.signals.array_types import Samples
 from tepsipe.signals.multitaper import multitaper_response
 from tepsipe.signals.response import FrequencyResponse
-from tepsipe.signals.units import regular_rate, same_length, samples
 
 
 def frequency_response(
@@ -53,13 +61,30 @@ def frequency_response(
         If the signals cannot be used, or hold too few periods or frequencies.
     """
     time, rate_hz = regular_rate(time)
-    u, y = (samples(x, getattr(x, "unit", ""), name) for x, name in ((u, "u"), (y, "y")))
+    u, y = (samples(x, None, name) for x, name in ((u, "u"), (y, "y")))
     same_length(time, u=u, y=y)
+    averaged_bins, taper, period_s = checked(
+        ("averaged_bins", "period_s"), averaged_bins=averaged_bins, taper=taper, period_s=period_s
+    )
+    band_hz = pair(band_hz, "band_hz")
+    refuse_constant(u=u, y=y)
+    refuse_same(u=u, y=y)
     u, y = u - u.mean(), y - y.mean()
     highest = min(band_hz[1], 0.5 * rate_hz)
     if period_s is not None:
+        if period_s * rate_hz < 4.0:
+            raise InputError(
+                f"period_s: expected a period of at least 4 samples at {rate_hz:g} Hz, found {period_s:g} s: "
+                "give the period of the perturbation"
+            )
         lowest = max(band_hz[0], 0.5 / period_s)
-        return period_averaged(u, y, rate_hz, period_s, (lowest, highest))
+        found = period_averaged(u, y, rate_hz, period_s, (lowest, highest))
+        if not found.frequency_hz.size:
+            raise InputError(
+                f"band_hz: expected multiples of {1.0 / period_s:g} Hz between {lowest:g} and {highest:g} "
+                "Hz, found none: widen the band"
+            )
+        return found
     if averaged_bins is None:
         return multitaper_response(u, y, rate_hz, highest).band(band_hz[0], highest)
     if not 2 <= averaged_bins <= u.size // 8:

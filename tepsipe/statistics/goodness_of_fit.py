@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tepsipe.arguments import checked, samples, unit_of
 from tepsipe.errors import InputError
 
 
@@ -25,16 +26,27 @@ def vaf(measured: np.ndarray, predicted: np.ndarray, *, centred: bool = False) -
     Raises
     ------
     InputError
-        If the signals have not the same shape.
+        If the signals have not the same shape, hold no numbers, or the measured one is 0 throughout.
     """
-    if np.shape(measured) != np.shape(predicted):
+    unit = unit_of(measured, None, "measured")[0] or None
+    measured, predicted = (
+        samples(x, unit, name, shape=None) for x, name in ((measured, "measured"), (predicted, "predicted"))
+    )
+    (centred,) = checked(centred=centred)
+    if measured.shape != predicted.shape:
         raise InputError(
-            f"vaf: expected two signals of the same shape, found {np.shape(measured)} and "
-            f"{np.shape(predicted)}: cut one of the two"
+            f"vaf: expected two signals of the same shape, found {measured.shape} and {predicted.shape}: "
+            "cut one of the two"
         )
     if centred:
         measured, predicted = measured - np.mean(measured), predicted - np.mean(predicted)
-    return float(100.0 * (1.0 - np.sum((measured - predicted) ** 2) / np.sum(measured**2)))
+    power = float(np.sum(measured**2))
+    if power == 0.0:
+        raise InputError(
+            "measured: expected a signal that differs from 0, found 0 throughout: the variance accounted for "
+            "is relative to it, so check which signal was given"
+        )
+    return float(100.0 * (1.0 - np.sum((measured - predicted) ** 2) / power))
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from typing import Self
 
 import numpy as np
 
+from tepsipe.arguments import path_of
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.belt_model import BeltModel
@@ -376,6 +377,7 @@ def load_treadmill_models(path: str | Path) -> dict[str, FittedModel]:
     InputError
         If the file is missing or is not such a file.
     """
+    path = path_of(path)
     try:
         content = json.loads(Path(path).read_text(encoding="utf-8"))
         if content["format"] != FORMAT:
@@ -383,6 +385,11 @@ def load_treadmill_models(path: str | Path) -> dict[str, FittedModel]:
         models = [_revived(entry) for entry in content["models"]]
         if not all(isinstance(model, FittedModel) for model in models):
             raise ValueError("it holds something else than models")
+        for model in models:
+            if not isinstance(model.name, str) or model.unit not in ("N", "Nm"):
+                raise ValueError("it holds a model without a name or unit")
+            if not isinstance(model.trained_on, tuple) or not isinstance(model.lowpass, Lowpass | None):
+                raise ValueError(f"it holds a damaged model {model.name!r}")
         if not all(0.0 < model.model.rate_hz < np.inf for model in models):
             raise ValueError("it holds a sampling rate that is not positive")
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:

@@ -5,8 +5,8 @@ import pytest
 from builders import assert_one_sentence
 
 from tepsipe import Signal
+from tepsipe.arguments import factor, samples
 from tepsipe.errors import InputError
-from tepsipe.signals.units import factor, samples
 
 # what one unit is in the other
 DEGREE = 0.017453292519943295

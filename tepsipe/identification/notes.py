@@ -1,0 +1,388 @@
+"""Notes: caveats on input that can be used, but that probably is not what was meant.
+
+Each function examines one kind of evidence and returns its sentences, none for a valid record. The limits
+have a physical reason, which stands beside them. `docs/when-it-stops.md` lists the notes for users.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from tepsipe.arguments import SPELLINGS, unit_by_name, unit_in, unit_of
+from tepsipe.errors import InputError
+from tepsipe.identification.cascade.fit import Assumption
+from tepsipe.identification.result import UNITS, ImpedanceFit, Quantity
+from tepsipe.mechanics.impedance_model import PARAMETERS
+from tepsipe.mechanics.segment_kinematics import JointMotion
+from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.perturbations import Perturbation
+from tepsipe.signals.response import FrequencyResponse
+
+# below this VAF (%) the residual has more than half the standard deviation of the signal
+LEAST_VAF = 75.0
+# few joints have a range of motion beyond this (rad): 115 degrees
+LARGEST_SWING_RAD = 2.0
+# no instrument resolves less (rad, N·m)
+SMALLEST_SWING_RAD, SMALLEST_TORQUE_NM = 1e-6, 1e-6
+# measured signals leave a larger part of their variance unexplained
+LEAST_RESIDUAL = 1e-12
+# stretch perturbations reach about 10 rad/s; one of 2 degrees in 0.1 s, taken for radians, exceeds 20 rad/s
+FASTEST_RAD_PER_S = 20.0
+# the strongest joints of a human reach a few hundred N·m
+LARGEST_TORQUE_NM = 2000.0
+# a parameter below 0 matters from this part of the torque on, which filters and derivatives cannot cause
+LEAST_SHARE = 0.02
+# from this part of the sampling rate on, the spline's derivative of a component is over 2 % too small
+LARGEST_CUTOFF = 0.2
+# windows that are shorter than half a period of the cutoff lose most of the filtered response
+LEAST_PERIODS = 0.5
+# ratio of the foot's velocity to the belt's: it stands on the belt; another unit exceeds the second range
+BELT_GAIN, BELT_GAIN_LIMIT = (0.8, 1.25), (0.4, 2.5)
+# a longer delay of the angle after the foot is none of a measuring chain (s)
+LONGEST_DELAY_S = 0.03
+# ranges that a cascade fit may leave open: the delays that are tried are 30 ms apart at most (s, rad/s)
+NARROW = {"reflex_delay": 0.03, "reflex_threshold": 0.1}
+CONVENTION = "tau is positive when it resists a positive angle"
+
+
+def of_names(**given: tuple[object, str]) -> tuple[str, ...]:
+    """Arguments that were converted because their name ends in another unit than expected.
+
+    Parameters
+    ----------
+    **given : (object, str)
+        Argument and its required unit, by the argument's name.
+
+    Returns
+    -------
+    tuple of str
+        One sentence per converted argument.
+    """
+    found = []
+    for name, (values, unit) in given.items():
+        actual, by_name = unit_of(values, unit, name)
+        if by_name:
+            label = getattr(values, "name", "")
+            found.append(
+                f"The {name} was converted from {actual} to {unit}, because its name is {label!r}: rename "
+                "it if that is wrong."
+            )
+    return tuple(found)
+
+
+def of_column(column: str, what: str, unit: str | None, wanted: str) -> tuple[str, tuple[str, ...]]:
+    """Unit of a table's column, and a note where its name says another one.
+
+    Parameters
+    ----------
+    column : str
+        Name of the column.
+    what : str
+        The quantity, such as angle.
+    unit : str or None
+        Unit that the user states; None for the unit in which the name ends, or ``wanted``.
+    wanted : str
+        Unit of the quantity in the library.
+
+    Returns
+    -------
+    unit : str
+        Unit of the samples.
+    notes : tuple of str
+        One sentence, or none.
+
+    Raises
+    ------
+    InputError
+        If no unit is stated, and the name ends in a unit of another quantity.
+    """
+    if unit is None:
+        found, by_name = unit_by_name(column, wanted, what)
+        said = f"The {what} was converted from {found} to {wanted}, because its column is called {column!r}."
+        return found, (said,) if by_name else ()
+    named = unit_in(column)
+    if SPELLINGS.get(named, named) in ("", unit):
+        return unit, ()
+    option = f"--{what.replace(' ', '-')}-unit"
+    return unit, (f"The {what} was read in {unit}, but its column is called {column!r}: check {option}.",)
+
+
+def of_vaf(vaf: float, what: str) -> tuple[str, ...]:
+    """Low VAF (%) of the signal ``what``."""
+    if vaf >= LEAST_VAF:
+        return ()
+    return (
+        f"The VAF of {what} is only {vaf:.1f} %: more than half of its amplitude is not explained. Check "
+        "that the signals belong together, their synchronisation and the columns.",
+    )
+
+
+def of_signs(quantities: Mapping[str, Quantity], shares: Mapping[str, float]) -> tuple[str, ...]:
+    """Parameters whose whole interval lies below 0, and which matter for the torque.
+
+    Parameters
+    ----------
+    quantities : mapping of str to Quantity
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+    shares : mapping of str to float
+        Amplitude of each parameter's torque relative to all of them.
+
+    Returns
+    -------
+    tuple of str
+        One sentence, or none.
+    """
+    below = []
+    for name in PARAMETERS:
+        q = quantities[name]
+        end = q.high if np.isfinite(q.high) else q.value
+        if q.value < 0.0 and end < 0.0 and shares[name] > LEAST_SHARE:
+            below.append(name)
+    if not below:
+        return ()
+    values = ", ".join(f"{name} = {quantities[name].value:.3g} {UNITS[name]}" for name in below)
+    if below == ["B"]:
+        advice = (
+            "a passive joint dissipates energy. Check the synchronisation of angle and torque, and that the "
+            "two are not exchanged."
+        )
+    elif below == ["I"]:
+        advice = (
+            "no joint has a negative inertia. Check that all signals passed the same filter, their "
+            "synchronisation, and the masses that were subtracted."
+        )
+    else:
+        advice = f"the sign of angle or torque is probably reversed ({CONVENTION}). Reverse one of them."
+    return (f"Below 0: {values}; {advice}",)
+
+
+def of_exchange(angle_rows: np.ndarray, torque_rows: np.ndarray) -> tuple[str, ...]:
+    """Angle and torque that are probably exchanged.
+
+    The torque follows from the angle by two derivatives, not the other way round. A fit of exchanged signals
+    has a negative damping, and explains less than the same fit the right way round.
+
+    Parameters
+    ----------
+    angle_rows, torque_rows : ndarray, shape (n, 3)
+        Second derivative, first derivative and signal (rad, N·m).
+
+    Returns
+    -------
+    tuple of str
+        One sentence, or none.
+    """
+    left = _unexplained(angle_rows, torque_rows[:, 2])
+    if left < LEAST_RESIDUAL or _unexplained(torque_rows, angle_rows[:, 2]) >= 0.5 * left:
+        return ()
+    return (
+        "Angle and torque are probably exchanged: the angle as a function of the torque's derivatives "
+        "explains more than the reverse. Check the order of the arguments.",
+    )
+
+
+def _unexplained(columns: np.ndarray, y: np.ndarray) -> float:
+    """Part of the variance of ``y`` that a regression on columns and a constant leaves."""
+    scale = np.linalg.norm(columns, axis=0)
+    x = np.column_stack([columns / np.where(scale > 0.0, scale, 1.0), np.ones(y.size)])
+    residual = y - x @ np.linalg.lstsq(x, y, rcond=None)[0]
+    return float(np.sum(residual**2) / np.sum((y - y.mean()) ** 2))
+
+
+def of_swing(angle: np.ndarray, rate: np.ndarray) -> tuple[str, ...]:
+    """Movement that is too large or too fast for radians (rad, rad/s), shape (n,)."""
+    swing, fastest = float(np.ptp(angle)), float(np.percentile(np.abs(rate), 99.9))
+    if swing < SMALLEST_SWING_RAD:
+        return (f"The angle moves over {swing:.3g} rad only, less than instruments resolve: check its unit.",)
+    if swing <= LARGEST_SWING_RAD and fastest <= FASTEST_RAD_PER_S:
+        return ()
+    return (
+        f"The angle moves over {swing:.3g} rad at up to {fastest:.3g} rad/s, more than a perturbed joint "
+        'does: it is probably in degrees, which Signal(angle, "deg") converts, or another signal.',
+    )
+
+
+def of_torque(torque: np.ndarray) -> tuple[str, ...]:
+    """Torque (N·m), shape (n,), beyond any human joint."""
+    largest = float(np.abs(torque).max())
+    if largest < SMALLEST_TORQUE_NM:
+        return (f"The torque reaches {largest:.3g} N·m only, less than instruments resolve: check its unit.",)
+    if largest <= LARGEST_TORQUE_NM:
+        return ()
+    return (
+        f"The torque reaches {largest:.3g} N·m, more than a human joint does: check its unit, which "
+        'Signal(torque, "Nmm") converts from N·mm.',
+    )
+
+
+def of_proportion(angle: np.ndarray, torque: np.ndarray) -> tuple[str, ...]:
+    """Torque (N·m) that is the angle (rad) times a number, both shape (n,)."""
+    if _unexplained(angle[:, None], torque) > LEAST_RESIDUAL:
+        return ()
+    return (
+        "The torque is proportional to the angle in every digit: one was probably computed from the other, "
+        "or both are the same column.",
+    )
+
+
+def of_filter(
+    rate_hz: float, cutoff_hz: float | None, windows: Sequence[Perturbation] = ()
+) -> tuple[str, ...]:
+    """Cutoff (Hz) that is too high for the sampling rate (Hz), or too low for the windows (samples)."""
+    if cutoff_hz is None:
+        return ()
+    found = []
+    if cutoff_hz > 1.001 * LARGEST_CUTOFF * rate_hz:
+        at = 2.0 * np.pi * min(cutoff_hz / rate_hz, 0.5)
+        lost = 100.0 * (1.0 - 3.0 * np.sin(at) / (2.0 + np.cos(at)) / at)
+        found.append(
+            f"The cutoff of {cutoff_hz:g} Hz is high for samples at {rate_hz:g} Hz: derivatives of "
+            f"components there are {lost:.0f} % too small. Give cutoff_hz={LARGEST_CUTOFF * rate_hz:.3g} or "
+            "record faster."
+        )
+    if windows:
+        lasts_s = float(np.median([w.stop - w.start for w in windows])) / rate_hz
+        if cutoff_hz * lasts_s < LEAST_PERIODS:
+            found.append(
+                f"The cutoff of {cutoff_hz:g} Hz is low for perturbations of {lasts_s:.3g} s: the filtered "
+                "response spreads beyond their windows. Raise cutoff_hz or give longer windows."
+            )
+    return tuple(found)
+
+
+def of_repeats(angle: np.ndarray, torque: np.ndarray, windows: Sequence[Perturbation]) -> tuple[str, ...]:
+    """Windows that hold the same samples, as only copied data do.
+
+    Parameters
+    ----------
+    angle, torque : ndarray, shape (n,)
+        Signals as recorded (rad, N·m).
+    windows : sequence of Perturbation
+        Perturbations (samples).
+
+    Returns
+    -------
+    tuple of str
+        One sentence, or none.
+    """
+    contents = [angle[w.start : w.stop].tobytes() + torque[w.start : w.stop].tobytes() for w in windows]
+    copies = len(contents) - len(set(contents))
+    if not copies:
+        return ()
+    return (
+        f"{copies} of {len(contents)} perturbations hold the same samples as another one: copies are no "
+        "repetitions, so the intervals are too narrow.",
+    )
+
+
+def of_belt(foot_velocity: np.ndarray, belt_velocity: np.ndarray) -> tuple[str, ...]:
+    """Foot that does not move with the belt (m/s), both shape (n,).
+
+    Raises
+    ------
+    InputError
+        If one of the two has the opposite sign or another unit.
+    """
+    foot, belt = (x - np.median(x) for x in (foot_velocity, belt_velocity))
+    power = float(belt @ belt)
+    gain = float(foot @ belt) / power if power > 0.0 else np.nan
+    if BELT_GAIN[0] <= gain <= BELT_GAIN[1]:
+        return ()
+    if not BELT_GAIN_LIMIT[0] <= gain <= BELT_GAIN_LIMIT[1]:
+        what = "the opposite sign" if gain < -BELT_GAIN_LIMIT[0] else "another unit or another clock"
+        raise InputError(
+            f"belt_velocity: expected the velocity of the foot, which stands on the belt, found the foot "
+            f"{gain:.3g} times as fast: one of the two has {what}, so correct it"
+        )
+    return (
+        f"The foot moves {gain:.3g} times as fast as the logged belt, on which it stands: check the scale "
+        "and the synchronisation of the two.",
+    )
+
+
+def of_delay(delay_s: float) -> tuple[str, ...]:
+    """Delay of the angle after the foot (s) that no measuring chain has."""
+    if abs(delay_s) <= LONGEST_DELAY_S:
+        return ()
+    return (
+        f"The angle follows the foot {1e3 * delay_s:.3g} ms late, longer than measuring chains take: check "
+        "the synchronisation of markers and belt.",
+    )
+
+
+def of_choice(choice: Assumption) -> str:
+    """Sentence on a value of a cascade fit that the record does not determine (unit of the value)."""
+    unit, equal = choice.unit, choice.low == choice.high
+    others = f"{choice.low:g} {unit}" if equal else f"values from {choice.low:g} to {choice.high:g} {unit}"
+    return (
+        f"The {choice.quantity.replace('_', ' ')} of {choice.value:g} {unit} is assumed: the record explains "
+        f"{others} equally well (cross-validated VAF {choice.vaf_low:.2f} to {choice.vaf_high:.2f} %)."
+    )
+
+
+def of_response(response: FrequencyResponse) -> tuple[str, ...]:
+    """Frequency response that is an impedance, or has the wrong sign, where an admittance was expected.
+
+    The angle lags behind the torque, from 0 to half a turn; the torque leads the angle.
+    """
+    unit = response.response / np.abs(response.response)
+    if float(np.average(unit.imag, weights=response.coherence)) <= 0.0:
+        return ()
+    if unit[: max(1, unit.size // 4)].real.mean() < 0.0:
+        return (
+            "The response starts opposite to the torque: the sign of angle or torque is probably reversed "
+            f"({CONVENTION}).",
+        )
+    return (
+        "The response leads its input, as an impedance does: fit_admittance needs the admittance, "
+        "frequency_response(time, torque, angle).",
+    )
+
+
+def of_impedance(fit: ImpedanceFit, motion: JointMotion, torque: np.ndarray | None = None) -> tuple[str, ...]:
+    """Notes that every fit of a motion has in common.
+
+    Parameters
+    ----------
+    fit : ImpedanceFit
+        The result.
+    motion : JointMotion
+        Angle with its derivatives (s, rad), filtered.
+    torque : ndarray, shape (n,), optional
+        Torque (N·m), filtered.
+
+    Returns
+    -------
+    tuple of str
+        One sentence per caveat.
+    """
+    rows = np.column_stack([motion.theta_dd, motion.theta_d, motion.theta])
+    found = of_swing(motion.theta, motion.theta_d) + of_vaf(fit.vaf, fit.vaf_of)
+    found += of_signs(fit.quantities, shares(fit.parameters, rows.std(axis=0)))
+    if torque is None:
+        return found
+    if fit.B < 0.0:
+        rate = derivative(motion.time, torque)
+        exchanged = np.column_stack([derivative(motion.time, rate), rate, torque])
+        found += of_exchange(rows, exchanged)
+    return found + of_torque(torque) + of_proportion(motion.theta, torque)
+
+
+def shares(parameters: np.ndarray, amplitudes: np.ndarray) -> dict[str, float]:
+    """Amplitude of each parameter's torque relative to their sum.
+
+    Parameters
+    ----------
+    parameters : ndarray, shape (3,)
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+    amplitudes : ndarray, shape (3,)
+        Standard deviations of theta'' (rad/s²), theta' (rad/s), theta (rad).
+
+    Returns
+    -------
+    dict of str to float
+        By the parameter's name, 0 to 1.
+    """
+    torques = np.abs(parameters) * amplitudes
+    total = float(torques.sum())
+    return dict(zip(PARAMETERS, torques / total if total > 0.0 else torques, strict=True))
