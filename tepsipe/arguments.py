@@ -335,7 +335,8 @@ def made(kind: type[T], options: Mapping[str, object], function: str) -> T:
     for name, value in options.items():
         if name not in defaults:
             raise InputError(
-                f"{function}: expected options of {listed(defaults)}, found {quoted(name)}: correct it"
+                f"{function}: expected an option of {kind.__name__}, found {quoted(name)}: "
+                f"{nearest(name, defaults)}"
             )
         default = defaults[name]
         if isinstance(default, int | float):

@@ -191,6 +191,7 @@ class ImpedanceFit:
         lines = [f"VAF of {self.vaf_of}: {self.vaf:.2f} %"]
         if len(self.windows):
             lines.append(f"mean over {len(self.windows)} perturbations")
+        lines += self.findings
         head = ("", "estimate", "std. error", f"{100.0 * self.confidence:g} % interval", "unit")
         title = f"Joint impedance by {self.estimator}"
         return as_html(title, head, rows, lines, self.notes, self._draw, self._panels)
