@@ -3,7 +3,7 @@
 # make test       build the environment if needed, run the tests
 # make quick      the same without tests that are slow or run a study
 # make soak       the same for the campaign of damaged files, bad inputs and kills: at most 90 minutes (benchmarks/soak)
-# make lint       the same for the lint and format checks
+# make lint       the same for the lint, format and type checks
 # make format     rewrite the code in the project's format, and the tables of config/README.md
 # make wheel-test build a wheel, install it into an environment of its own, run the library's tests there
 #
@@ -44,6 +44,7 @@ lint: environment
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile workflow/rules workflow/studies
 	$(BIN)/snakemake --lint
+	$(BIN)/mypy
 
 format: environment
 	$(BIN)/ruff check --fix .

@@ -5,14 +5,19 @@
 The treadmill is simulated here: the belt's acceleration adds a pitch moment through a resonant frame.
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from tepsipe import belt_recording, calibrate_treadmill, load_treadmill_models, lowpass
 
+if TYPE_CHECKING:
+    from tepsipe.treadmill.recording import BeltRecording
+
 RATE_HZ = 100.0
 
 
-def recorded(seed, name, duration_s=120.0):
+def recorded(seed: int, name: str, duration_s: float = 120.0) -> "BeltRecording":
     """An unloaded treadmill at 1.2 m/s under random accelerations: moment (Nm) and belt velocity (m/s)."""
     rng = np.random.default_rng(seed)
     time = np.arange(0.0, duration_s, 1.0 / RATE_HZ)

@@ -1,17 +1,23 @@
 """From your own arrays to I, B, K with intervals and a plot.
 
 python examples/own_arrays.py [TABLE]
+
+TABLE is comma-separated, with a header and the columns time (s), angle (rad), torque (Nm) and belt velocity
+(m/s). Without it, a simulated dummy is estimated, whose truth is I = 0.02, B = 0.15, K = 10.
 """
 
 import sys
-from pathlib import Path
 
 import numpy as np
 
-from tepsipe import find_perturbations, fit_impedance
+from tepsipe import find_perturbations, fit_impedance, load_example
 
-table = sys.argv[1] if len(sys.argv) > 1 else Path(__file__).parent / "data" / "perturbed_joint.csv"
-time, angle, torque, belt_velocity = np.loadtxt(table, delimiter=",", skiprows=1).T  # s, rad, Nm, m/s
+if len(sys.argv) > 1:
+    time, angle, torque, belt_velocity = np.loadtxt(sys.argv[1], delimiter=",", skiprows=1).T
+else:
+    example = load_example("dummy")
+    time, angle, torque = example.time, example.angle, example.torque
+    belt_velocity = example.belt_velocity
 
 perturbations = find_perturbations(time, belt_velocity)
 fit = fit_impedance(time, angle, torque, perturbations=perturbations)

@@ -6,6 +6,8 @@ python examples/study_trial.py [TRIAL]
 
 import sys
 
+import numpy as np
+
 from tepsipe import (
     Leg,
     SegmentMarkers,
@@ -22,7 +24,7 @@ labels = trial.axes["marker"].tolist()
 leg = Leg(mass_kg=0.4, com_m=0.4485, inertia_kgm2=0.027)  # thesis Table 2-2
 markers = SegmentMarkers(
     ("ankle", "leg1", "leg2", "leg3", "leg4"),
-    [[0.0, 0.0], [-0.012, 0.6], [0.012, 0.5], [-0.012, 0.4], [0.012, 0.3]],
+    np.array([[0.0, 0.0], [-0.012, 0.6], [0.012, 0.5], [-0.012, 0.4], [0.012, 0.3]]),
 )
 
 motion = segment_motion(trial.time, trial.signals["marker_position"], markers, leg.com_m, labels=labels)

@@ -7,24 +7,28 @@ Use it to see what such files look like, and to try them without recordings of y
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from tepsipe import read_trial
+from tepsipe import Trial, read_trial
+
+Samples = npt.NDArray[np.floating[Any]]
 
 LATE_S = 1.3  # error of the record file's time stamps
 # the study's x to the right, y forward, z up -> D-Flow's x to the right, y up, z backward
 TO_DFLOW = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 
 
-def write(path, names, columns, delimiter):
+def write(path: Path, names: list[str], columns: list[Samples], delimiter: str) -> None:
     """Columns with six decimals under a header; the frame counter in whole numbers."""
     formats = ["%d" if name in ("FrameNumber", "Frame#") else "%.6f" for name in names]
     header = delimiter.join(names)
     np.savetxt(path, np.column_stack(columns), formats, delimiter, header=header, comments="")
 
 
-def write_dflow(trial, folder):
+def write_dflow(trial: Trial, folder: Path) -> None:
     """Mocap and record file."""
     time, markers = trial.time, trial.axes["marker"].tolist()
     names, columns = ["TimeStamp", "FrameNumber"], [208.0 + time, 1.0 + np.arange(time.size)]
@@ -44,7 +48,7 @@ def write_dflow(trial, folder):
     write(folder / "Record0001.txt", ["Time", "LeftBeltSpeed", "RightBeltSpeed"], columns, "\t")
 
 
-def write_table(trial, folder):
+def write_table(trial: Trial, folder: Path) -> None:
     """Forces, moments and belt velocity as CSV, markers as TRC."""
     time, markers = trial.time, trial.axes["marker"].tolist()
     names, columns = ["time (s)", "belt (m/s)"], [time, trial.values("belt_velocity")]
@@ -69,7 +73,7 @@ def write_table(trial, folder):
     path.write_text("\n".join(head) + "\n" + rest)
 
 
-def main(trial, dflow, table):
+def main(trial: str, dflow: str, table: str) -> None:
     """Write both kinds into two folders."""
     content = read_trial(trial)
     for folder, make in ((Path(dflow), write_dflow), (Path(table), write_table)):

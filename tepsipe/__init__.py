@@ -6,6 +6,7 @@ converted. Options are keyword-only, carry their unit in their name, and default
 sentence.
 
 Read
+    load_example          a simulated recording with its truth, to try the functions on
     read_trial            a trial's HDF5 file, as the study writes it
     Trial, Signal         what it holds
 
@@ -36,12 +37,14 @@ Treadmill
 """
 
 import importlib
+from typing import Any
 
 __version__ = "0.1.0"
 
-# public name -> module that defines it; imported on first use
+# public name -> module that defines it; imported on first use. The same names with types are in __init__.pyi
 _PUBLIC = {
     "InputError": "tepsipe.errors",
+    "load_example": "tepsipe.experiments.example",
     "read_trial": "tepsipe.io.trial",
     "Trial": "tepsipe.io.trial",
     "Signal": "tepsipe.io.trial",
@@ -67,10 +70,13 @@ _PUBLIC = {
 __all__ = list(_PUBLIC)
 
 
-def __getattr__(name: str):
+def __getattr__(name: str) -> Any:
     if name in _PUBLIC:
         return getattr(importlib.import_module(_PUBLIC[name]), name)
-    raise AttributeError(f"module 'tepsipe' has no attribute {name!r}; it offers {', '.join(_PUBLIC)}")
+    text = f"module 'tepsipe' has no attribute {name!r}"
+    if not name.startswith("_"):
+        text += f": {importlib.import_module('tepsipe.errors').nearest(name, _PUBLIC)}"
+    raise AttributeError(text)
 
 
 def __dir__() -> list[str]:

@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from tepsipe.errors import InputError, listed, quoted
+from tepsipe.errors import InputError, listed, nearest, quoted
 
 T = TypeVar("T")
 # conversion of units: (from, to) -> factor
@@ -285,7 +285,8 @@ def one_of(value: object, name: str, choices: Iterable[str]) -> str:
     """
     known = list(choices)
     if not isinstance(value, str) or value not in known:
-        raise InputError(f"{name}: expected one of {listed(known)}, found {described(value)}: correct it")
+        end = nearest(value, known) if isinstance(value, str) else "correct it"
+        raise InputError(f"{name}: expected one of {listed(known)}, found {described(value)}: {end}")
     return str(value)
 
 
@@ -334,7 +335,8 @@ def made(kind: type[T], options: Mapping[str, object], function: str) -> T:
     for name, value in options.items():
         if name not in defaults:
             raise InputError(
-                f"{function}: expected options of {listed(defaults)}, found {quoted(name)}: correct it"
+                f"{function}: expected an option of {kind.__name__}, found {quoted(name)}: "
+                f"{nearest(name, defaults)}"
             )
         default = defaults[name]
         if isinstance(default, int | float):

@@ -2,10 +2,12 @@
 
 Every command calls the public functions. It returns 0; if its input cannot be used, it prints one sentence
 to the standard error and returns 2. Notes are printed to the standard error, too; with ``--strict``, a
-command with notes returns 3.
+command with notes returns 3. On a terminal, a line on the standard error shows that what takes more than 2 s
+is at work.
 """
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,6 +16,10 @@ from pathlib import Path
 from tepsipe import __version__
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.reporting.plan_arguments import add_plan
+from tepsipe.reporting.terminal import Parser, add_json, print_json, progress
+
+# packages that only the study needs: name -> module
+STUDY_PACKAGES = {"pydantic": "pydantic", "PyYAML": "yaml", "snakemake": "snakemake"}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -30,6 +36,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         0, 2 where the input cannot be used, or 3 where ``--strict`` is given and there are notes.
     """
     parser = _parser()
+    if "_ARGCOMPLETE" in os.environ:  # the shell asks for completions
+        import argcomplete
+
+        argcomplete.autocomplete(parser)
     chosen = parser.parse_args(arguments)
     if chosen.command is None:
         parser.print_help()
@@ -53,9 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="tepsipe", description="Impedance of a joint: inertia, damping, stiffness."
-    )
+    parser = Parser(prog="tepsipe", description="Impedance of a joint: inertia, damping, stiffness.")
     parser.add_argument("--version", action="version", version=f"tepsipe {__version__}")
     parser.set_defaults(command=None, strict=False)
     commands = parser.add_subparsers(title="commands", metavar="")
@@ -63,7 +71,9 @@ def _parser() -> argparse.ArgumentParser:
     _add_calibrate(commands)
     _add_info(commands)
     _add_new_study(commands)
-    add_plan(commands).set_defaults(command=_plan)
+    plan = add_plan(commands)
+    add_json(plan)
+    plan.set_defaults(command=_plan)
     _add_check(commands)
     _add_export(commands)
     return parser
@@ -122,6 +132,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
         metavar="PREFIX",
         help="write PREFIX.csv and PREFIX.png; default: the table's name with _fit",
     )
+    add_json(fit)
     fit.add_argument("--strict", action="store_true", help="return 3 if there are notes on the result")
     fit.set_defaults(command=_fit)
 
@@ -151,6 +162,7 @@ def _add_calibrate(commands: argparse._SubParsersAction) -> None:
         metavar="PREFIX",
         help="write PREFIX.json, PREFIX.csv and PREFIX.png; default treadmill_models",
     )
+    add_json(calibrate)
     calibrate.set_defaults(command=_calibrate)
 
 
@@ -170,6 +182,7 @@ def _add_info(commands: argparse._SubParsersAction) -> None:
         metavar="PNG",
         help="also draw the signals; default: the file's name with .png, in the current folder",
     )
+    add_json(info)
     info.set_defaults(command=_info)
 
 
@@ -285,23 +298,30 @@ def _fit(chosen: argparse.Namespace) -> tuple[str, ...]:
     time, angle, torque = (signals[key] for key in ("time", "angle", "torque"))
     cutoff = {} if chosen.cutoff is None else {"cutoff_hz": chosen.cutoff}
     try:
-        if chosen.model == "cascade":
-            fit = fit_parallel_cascade(time, angle, torque, **cutoff)
-        elif chosen.belt_velocity:
-            before, after = chosen.rest
-            pulses = find_perturbations(
-                time, signals["belt velocity"], rest_before_s=before, rest_after_s=after
-            )
-            fit = fit_impedance(time, angle, torque, perturbations=pulses, thesis=chosen.thesis, **cutoff)
-        else:
-            fit = fit_impedance(time, angle, torque, thesis=chosen.thesis, **cutoff)
+        with progress(f"fitting {chosen.table.name}"):
+            if chosen.model == "cascade":
+                fit = fit_parallel_cascade(time, angle, torque, **cutoff)
+            elif chosen.belt_velocity:
+                before, after = chosen.rest
+                pulses = find_perturbations(
+                    time, signals["belt velocity"], rest_before_s=before, rest_after_s=after
+                )
+                fit = fit_impedance(time, angle, torque, perturbations=pulses, thesis=chosen.thesis, **cutoff)
+            else:
+                fit = fit_impedance(time, angle, torque, thesis=chosen.thesis, **cutoff)
     except InputError as error:
         raise InputError(f"{chosen.table}: {error}") from error
-    print(replace(fit, notes=()).summary())
     fit.to_frame().to_csv(csv)
     fit.plot().savefig(png, dpi=150)
-    print(f"\nwritten: {csv}, {png}")
-    return (*notes, *fit.notes)
+    notes = (*notes, *fit.notes)
+    if chosen.json:
+        content = {name: getattr(fit, name) for name in ("estimator", "vaf", "vaf_of", "confidence")}
+        content["quantities"] = {name: vars(quantity) for name, quantity in fit.quantities.items()}
+        content |= {"notes": notes, "perturbations": len(fit.windows), "written": [csv, png]}
+        print_json(content)
+    else:
+        print(f"{replace(fit, notes=()).summary()}\n\nwritten: {csv}, {png}")
+    return notes
 
 
 def _calibrate(chosen: argparse.Namespace) -> None:
@@ -328,34 +348,51 @@ def _calibrate(chosen: argparse.Namespace) -> None:
         trial = ingest_belt_table(table, columns, options, 0.0, str(path))
         recordings.append(table_recording(trial, path.name, trimmed_s=1.0))
     order = 4 if chosen.zero_lag else 2
-    calibration = calibrate_treadmill(
-        *recordings, cutoff_hz=chosen.cutoff, order=order, zero_lag=chosen.zero_lag
-    )
-    print(calibration.summary())
+    with progress("calibrating"):
+        calibration = calibrate_treadmill(
+            *recordings, cutoff_hz=chosen.cutoff, order=order, zero_lag=chosen.zero_lag
+        )
     calibration.save(models)
     calibration.to_frame().to_csv(csv, index=False)
     calibration.plot().savefig(png, dpi=150)
-    print(f"\nbest on {chosen.test.name}: {calibration.best}\nwritten: {models}, {csv}, {png}")
+    if chosen.json:
+        content = {name: getattr(calibration, name) for name in ("recommended", "validated", "notes")}
+        content["scores"] = [vars(score) for score in calibration.scores]
+        content["calibrated"] = next(iter(calibration.models.values())).calibrated
+        print_json(content | {"written": [models, csv, png]})
+        return
+    print(f"{calibration.summary()}\n\nwritten: {models}, {csv}, {png}")
 
 
 def _info(chosen: argparse.Namespace) -> None:
     from tepsipe.io.contents import contents_of
 
-    contents = contents_of(chosen.file)
-    print(f"{chosen.file}: {contents.summary()}")
+    with progress(f"reading {chosen.file.name}"):
+        contents = contents_of(chosen.file)
+    if chosen.json:
+        channels = [
+            {key: x for key, x in vars(channel).items() if not hasattr(x, "shape")}
+            for channel in contents.channels
+        ]
+        content = {"file": chosen.file, "kind": contents.kind, "facts": contents.facts}
+        print_json(content | {"channels": channels, "events": contents.events})
+    else:
+        print(f"{chosen.file}: {contents.summary()}")
     if chosen.plot is not None:
         from tepsipe.reporting.figures.contents import draw_contents
         from tepsipe.reporting.figures.style import save_png
 
         png = _picture(chosen.file, chosen.plot)
         save_png(draw_contents(contents, chosen.file.name), png)
-        print(f"\nwritten: {png}")
+        if not chosen.json:
+            print(f"\nwritten: {png}")
 
 
 def _new_study(chosen: argparse.Namespace) -> None:
     from tepsipe.new_study.study import FILES, new_study
 
-    made = new_study(chosen.folder, chosen.name, chosen.output)
+    with progress(f"looking into {chosen.folder}"):
+        made = new_study(chosen.folder, chosen.name, chosen.output)
     for experiment, count in made.trials.items():
         print(f"{experiment}: {count} {'trial' if count == 1 else 'trials'}")
     if made.left:
@@ -365,6 +402,9 @@ def _new_study(chosen: argparse.Namespace) -> None:
     config = made.folder / FILES[1]
     if made.missing:
         print(f"next: fill in what {made.folder / FILES[2]} lists (items: {made.missing}), then")
+    if not Path("Snakefile").is_file():
+        config = config.resolve()
+        print("in the folder of tepsipe's Snakefile (its README: two commands), run")
     for command in ("tepsipe check", "snakemake -n --configfile", "snakemake -c2 --configfile"):
         print(f"  {command} {config}")
 
@@ -377,24 +417,33 @@ def _plan(chosen: argparse.Namespace) -> None:
     if chosen.walking is not None:
         from tepsipe.reporting.plan_people import walking_summary
 
+        if chosen.json:
+            raise InputError(
+                "--json: expected a plan of the dummy or of a standing person, found --walking: leave one out"
+            )
         print(walking_summary(chosen))
         return
     table, png = _outputs(chosen.output, (".csv", ".png"))
     if chosen.standing:
         from tepsipe.reporting.plan_people import standing_plan_of, standing_summary, write_standing
 
-        standing = standing_plan_of(chosen)
-        print(standing_summary(standing))
+        with progress("planning"):
+            standing = standing_plan_of(chosen)
+        text, plans = standing_summary(standing), {chosen.profile: standing}
         write_standing(standing, table)
-        save_png(plot_plan({chosen.profile: standing}), png)
-        print(f"\nwritten: {table}, {png}")
-        return
-    plan, best = run_plan(chosen)
-    print(summary(plan, best))
-    write_plan(plan, best, table)
-    plans = {plan.design.protocol.pulse.profile: plan} | ({} if best is None else {"optimal": best.plan})
+    else:
+        with progress("planning"):
+            plan, best = run_plan(chosen)
+        text, plans = summary(plan, best), {plan.design.protocol.pulse.profile: plan}
+        plans |= {} if best is None else {"optimal": best.plan}
+        write_plan(plan, best, table)
     save_png(plot_plan(plans), png)
-    print(f"\nwritten: {table}, {png}")
+    if chosen.json:
+        import pandas as pd
+
+        print_json({"plan": pd.read_csv(table).to_dict("records"), "written": [table, png]})
+        return
+    print(f"{text}\n\nwritten: {table}, {png}")
 
 
 def _picture(file: Path, wanted: Path) -> Path:
@@ -414,17 +463,25 @@ def _picture(file: Path, wanted: Path) -> Path:
 
 def _check(chosen: argparse.Namespace) -> None:
     import subprocess
+    from importlib.util import find_spec
 
     if not Path("workflow/check.py").is_file():
         raise InputError(
             f"tepsipe check: expected the folder of the study, with Snakefile and workflow, found "
-            f"{Path.cwd()}: run it there"
+            f"{Path.cwd()}: run it there, in a copy of tepsipe's repository, because pip installs only the "
+            "library"
+        )
+    missing = [name for name, package in STUDY_PACKAGES.items() if find_spec(package) is None]
+    if missing:
+        raise InputError(
+            f"tepsipe check: expected the packages of the study, found no {', '.join(missing)}: install them "
+            "with pip install '.[study]', or run make"
         )
     done = subprocess.run(
         [sys.executable, "-m", "workflow.check", *chosen.files], stderr=subprocess.PIPE, text=True
     )
     if done.returncode:
-        raise InputError(done.stderr.strip().removeprefix("tepsipe: "))
+        raise InputError(done.stderr.strip().split("\n")[-1].removeprefix("tepsipe: "))
 
 
 def _outputs(prefix: Path, endings: Sequence[str], *inputs: Path) -> list[Path]:

@@ -23,6 +23,15 @@ def listed(names, most: int = 20) -> str:
     return shown if len(names) <= most else f"{shown} and {len(names) - most} more"
 
 
+def nearest(name: object, names) -> str:
+    """End of a message about an unknown name: the most similar of some names, or all where none is."""
+    import difflib
+
+    names = [str(known) for known in names]
+    close = difflib.get_close_matches(str(name), names, n=1, cutoff=0.5)
+    return f"did you mean {close[0]!r}?" if close else f"choose one of {listed(names)}"
+
+
 def refuse_other_kind(value: object, kind: type, function: str, maker: str) -> None:
     """Refuse an argument of ``function`` that is not a ``kind``, made by ``maker``.
 

@@ -17,7 +17,7 @@ def nodes(path):
 
 @cache
 def imports(path, at_import_only=False):
-    """Import statements of a module; those inside functions run later."""
+    """Import statements of a module; those inside functions run later, those for type checkers never."""
     if not at_import_only:
         return tuple(node for node in nodes(path) if isinstance(node, ast.Import | ast.ImportFrom))
     found, waiting = [], list(syntax(path).body)
@@ -25,6 +25,8 @@ def imports(path, at_import_only=False):
         node = waiting.pop()
         if isinstance(node, ast.Import | ast.ImportFrom):
             found.append(node)
+        elif isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            waiting += node.orelse
         elif not isinstance(node, ast.expr | ast.FunctionDef | ast.AsyncFunctionDef):
             waiting += ast.iter_child_nodes(node)
     return tuple(found)

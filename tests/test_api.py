@@ -408,7 +408,11 @@ def test_parallel_cascade_of_a_joint_without_reflex_finds_none():
     assert "reflex gain" not in fit.quantities
     assert any("no reflex" in finding for finding in fit.findings)
     refused(lambda: fit_parallel_cascade(time, angle, -torque, bootstrap_draws=100), "resists", "reverse")
-    refused(lambda: fit_parallel_cascade(time, angle, torque, reflex_lag_s=0.1), "'reflex_lag_s'", "folds")
+    refused(
+        lambda: fit_parallel_cascade(time, angle, torque, reflex_lag_s=0.1),
+        "'reflex_lag_s'",
+        "did you mean 'reflex_length_s'?",
+    )
     refused(lambda: fit_parallel_cascade(time[:900], angle[:900], torque[:900]), "4 blocks", "record longer")
 
 
@@ -432,7 +436,7 @@ def test_calibrated_treadmill_is_compensated_and_kept(tmp_path):
     found.save(tmp_path / "models.json")
     kept = load_treadmill_models(tmp_path / "models.json")["fir"]
     assert kept.compensate(third.filtered(kept.lowpass)).tolist() == rest.tolist()
-    assert found.best in found.summary()
+    assert f"Recommended: {found.recommended}" in found.summary()
     assert set(found.to_frame().model) == {"mass-spring-damper", "fir"}
     assert found.plot().axes
 

@@ -1,21 +1,30 @@
 """The commands: what they print and write, and one sentence on the standard error where they cannot."""
 
 import csv
+import io
 import json
+import os
+import subprocess
+import sys
+import threading
+import time
 
 import numpy as np
 import pytest
 
+from tepsipe import load_example
 from tepsipe.cli import main
 from tepsipe.io.contents import contents_of, unit_in
+from tepsipe.reporting.terminal import progress
 
-TABLE = "examples/data/perturbed_joint.csv"
 COLUMNS = ["--time", "time_s", "--angle", "angle_rad", "--torque", "torque_Nm"]
 
 
-@pytest.fixture
-def table(root):
-    return str(root / TABLE)
+@pytest.fixture(scope="module")
+def table(tmp_path_factory):
+    path = tmp_path_factory.mktemp("table") / "perturbed_joint.csv"
+    load_example("dummy").to_frame().to_csv(path, index=False, float_format="%.7g")
+    return str(path)
 
 
 @pytest.fixture(autouse=True)
@@ -54,10 +63,11 @@ def test_every_command_has_help(command, capsys):
 def test_fit_perturbation_by_perturbation(table, capsys, tmp_path):
     assert main(["fit", table, *COLUMNS, "--belt-velocity", "belt_velocity_m_per_s"]) == 0
     out = capsys.readouterr().out
-    assert "mean over 6 perturbations" in out
+    assert "mean over 14 perturbations" in out
     found = rows(tmp_path / "perturbed_joint_fit.csv")
     assert float(found["K"]["value"]) == pytest.approx(10.0, rel=0.03)
-    assert float(found["B"]["value"]) == pytest.approx(0.3, rel=0.05)
+    assert float(found["I"]["value"]) == pytest.approx(0.02, rel=0.02)
+    assert float(found["B"]["value"]) == pytest.approx(0.15, rel=0.05)
     assert float(found["K"]["low"]) < 10.0 < float(found["K"]["high"])
     assert (tmp_path / "perturbed_joint_fit.png").stat().st_size > 5000
 
@@ -131,8 +141,12 @@ def test_calibrate_writes_models_scores_and_figure(capsys, tmp_path):
         )
     assert main(["calibrate", "run1.txt", "run2.txt", "--output", "belt"]) == 0
     out = capsys.readouterr().out
-    assert "best on run2.txt" in out
-    assert {model["name"] for model in json.loads((tmp_path / "belt.json").read_text())["models"]} >= {"fir"}
+    assert "The tests were not used to choose it." in out
+    assert "ripple-tracking follows the measured load" in out
+    models = json.loads((tmp_path / "belt.json").read_text())["models"]
+    assert {model["name"] for model in models} >= {"fir"}
+    low, high = models[0]["calibrated"]["values"]["velocity"]
+    assert low < 1.2 < high
     with open("belt.csv", newline="") as file:
         assert all(float(row["r2"]) > 0.9 for row in csv.DictReader(file))
     assert contents_of("belt.json").kind == "treadmill models"
@@ -227,3 +241,85 @@ def test_plan_writes_what_it_prints(capsys, tmp_path):
 )
 def test_plans_that_cannot_be_are_refused(arguments, words, capsys):
     assert words in refused(capsys, "plan", "--number", "2", "--interval", "1.5", "--rest", "1.5", *arguments)
+
+
+# ---- what a terminal shows -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["fitt"], "expected a command, found 'fitt': did you mean 'fit'?"),
+        (["fit", "a.csv", "--model", "cascad"], "--model, found 'cascad': did you mean 'cascade'?"),
+        (["info", "a.csv", "--plto"], "found '--plto': did you mean '--plot'?"),
+        (["info", "a.csv", "b.csv"], "expected no further argument, found 'b.csv'"),
+    ],
+)
+def test_wrong_names_are_answered_with_the_nearest(arguments, words, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code == 2
+    said = capsys.readouterr().err
+    assert words in said
+    assert len(said.splitlines()) == 1
+    assert "argument :" not in said
+
+
+def test_results_are_printed_as_json(table, capsys):
+    assert main(["fit", table, *COLUMNS, "--belt-velocity", "belt_velocity_m_per_s", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["quantities"]["K"]["value"] == pytest.approx(10.0, rel=0.03)
+    assert found["perturbations"] == 14
+    assert main(["info", table, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [channel["unit"] for channel in found["channels"]] == ["s", "rad", "Nm", "m/s"]
+    assert main(["plan", "--number", "3", "--interval", "2", "--pathway", "leg", "--json"]) == 0
+    assert [row["quantity"] for row in json.loads(capsys.readouterr().out)["plan"]] == ["I", "B", "K"]
+
+
+def test_check_says_where_to_run_and_what_to_install(capsys, tmp_path, monkeypatch):
+    assert "tepsipe's repository" in refused(capsys, "check")
+    (tmp_path / "workflow").mkdir()
+    (tmp_path / "workflow/check.py").touch()
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert "pip install '.[study]'" in refused(capsys, "check")
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_what_takes_longer_than_two_seconds_is_seen_on_a_terminal(monkeypatch):
+    shown = Terminal()
+    monkeypatch.setattr("sys.stderr", shown)
+    with progress("waiting"):
+        assert shown.getvalue() == ""
+        deadline = time.monotonic() + 10.0
+        while not shown.getvalue() and time.monotonic() < deadline:
+            time.sleep(0.05)
+    assert shown.getvalue().startswith("\rwaiting: 2 s")
+    assert shown.getvalue().endswith("\r\x1b[K")  # the line is gone again
+    monkeypatch.setattr("sys.stderr", io.StringIO())
+    before = threading.active_count()
+    with progress("waiting"):
+        assert threading.active_count() == before
+
+
+def test_commands_and_options_are_completed(monkeypatch, root):
+    pytest.importorskip("argcomplete")
+    environment = os.environ | {
+        "_ARGCOMPLETE": "1",
+        "COMP_LINE": "tepsipe fit --tor",
+        "COMP_POINT": "17",
+        "_ARGCOMPLETE_STDOUT_FILENAME": "completions",
+        "_ARGCOMPLETE_IFS": "\n",
+        "PYTHONPATH": os.pathsep.join([str(root), os.environ.get("PYTHONPATH", "")]),
+    }
+    subprocess.run([sys.executable, "-m", "tepsipe.cli"], env=environment, check=True)
+    with open("completions") as file:
+        assert {word.strip() for word in file.read().split("\n")} == {
+            "--torque",
+            "--torque-unit",
+            "--torque-sign",
+        }

@@ -125,4 +125,4 @@ def test_every_engine_is_imported_by_its_own_module_only():
 
 
 def test_public_names_are_imported_late():
-    assert imported(NAMES["tepsipe"]) == {"importlib"}
+    assert imported(NAMES["tepsipe"]) == {"importlib", "typing"}

@@ -1,8 +1,9 @@
 """Calibrate a treadmill from recordings of an unloaded, accelerated belt: arrays in, models out."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,20 +21,39 @@ from tepsipe.arguments import (
     texts,
 )
 from tepsipe.errors import InputError, listed, quoted, refuse_other_kind
+from tepsipe.signals.array_types import Samples
 from tepsipe.signals.filters import Lowpass
+from tepsipe.signals.showing import as_html, new_axes
 from tepsipe.treadmill.calibration import ModelScore, calibrate, table_plan
 from tepsipe.treadmill.recording import BeltRecording
-from tepsipe.treadmill.registry import MODEL_MEANINGS, FamilyOptions, FittedModel, pick, save_models
+from tepsipe.treadmill.registry import (
+    MODEL_MEANINGS,
+    FamilyOptions,
+    FittedModel,
+    calibrated_range,
+    evaluate,
+    fit_model,
+    leaving,
+    pick,
+    save_models,
+)
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 # frames and mean subtraction need pulses of an empty belt and of a weight
 UNSUITED = ("mean-subtraction", "loaded-frame", "bristle-frame")
+# R2 by which a model may fall short of another and still count as good
+AS_GOOD = 0.01
 SUITED = tuple(name for name in MODEL_MEANINGS if name not in UNSUITED)
 
 
 def belt_recording(
-    time: np.ndarray,
-    load: np.ndarray,
-    belt_velocity: np.ndarray,
+    time: "Samples",
+    load: "Samples",
+    belt_velocity: "Samples",
     *,
     unit: str = "Nm",
     name: str = "recording",
@@ -98,7 +118,7 @@ def belt_recording(
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class TreadmillCalibration:
     """Models of the belt-induced load, with scores of their prediction of held-out recordings.
 
@@ -110,20 +130,38 @@ class TreadmillCalibration:
         One per model and test recording (unit of the load).
     tests : mapping of str to BeltRecording
         Name -> test recording, filtered as the models ask (unit of the load).
+    validated : mapping of str to float
+        Name -> R2 in cross-validation within the calibration recordings, of the models that predict the
+        load from the belt's motion alone.
     """
 
     models: Mapping[str, FittedModel]
     scores: Sequence[ModelScore]
     tests: Mapping[str, BeltRecording]
+    validated: Mapping[str, float]
 
     @property
-    def best(self) -> str:
-        """Name of the model with the highest mean R2 on the tests."""
-        mean = {
-            name: float(np.mean([score.r2 for score in self.scores if score.model == name]))
-            for name in self.models
-        }
-        return max(mean, key=mean.get)
+    def recommended(self) -> str:
+        """Name of the simplest model that cross-validation within the calibration finds as good as the best.
+
+        As good is an R2 of at most 0.01 less; no test recording is used. A model that follows the measured
+        load (ripple-tracking) is recommended only if it was fitted alone.
+        """
+        best = max(self.validated.values(), default=0.0)
+        alike = [name for name, r2 in self.validated.items() if r2 >= best - AS_GOOD]
+        return min(alike, key=lambda name: self.models[name].model.order, default=next(iter(self.models)))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Tests outside the calibrated range, and models that use the measured load: one sentence each."""
+        ranges = next(iter(self.models.values())).calibrated
+        notes = [leaving(test, ranges) for test in self.tests.values()] if ranges is not None else []
+        if "ripple-tracking" in self.models:
+            notes.append(
+                "ripple-tracking follows the measured load and so does not only predict it: use it with the "
+                "empty belt, or with a load whose spectral lines are far from those of the rollers"
+            )
+        return tuple(note for note in notes if note)
 
     def compensate(self, recording: BeltRecording, model: str | None = None) -> np.ndarray:
         """Measured load of a recording less the belt-induced load (unit of the load), shape (n,).
@@ -133,7 +171,7 @@ class TreadmillCalibration:
         recording : BeltRecording
             From `belt_recording`, not filtered (unit of the load, m/s).
         model : str, optional
-            Name of the model; `best` if left out.
+            Name of the model; `recommended` if left out.
 
         Returns
         -------
@@ -146,9 +184,9 @@ class TreadmillCalibration:
             If there is no such model, or the recording has another rate or unit.
         """
         refuse_other_kind(recording, BeltRecording, "compensate", "belt_recording")
-        fitted = pick(self.models, self.best if model is None else one_of(model, "model", self.models))
-        filtered = recording if fitted.lowpass is None else recording.filtered(fitted.lowpass)
-        return fitted.compensate(filtered)
+        chosen = self.recommended if model is None else one_of(model, "model", self.models)
+        fitted = pick(self.models, chosen)
+        return fitted.compensate(recording.filtered(fitted.lowpass))
 
     def save(self, path: str | Path) -> None:
         """Write the models as JSON, for `load_treadmill_models` (units as in the models' classes).
@@ -166,7 +204,7 @@ class TreadmillCalibration:
             )
         save_models(path, list(self.models.values()))
 
-    def to_frame(self):
+    def to_frame(self) -> "pd.DataFrame":
         """The scores as a pandas table, one row per model and test (units in the column ``unit``)."""
         import pandas as pd
 
@@ -180,32 +218,68 @@ class TreadmillCalibration:
             star = "" if s.converged else " *"
             rms = f"{s.rms_before:.3f} -> {s.rms_after:.3f}"
             lines.append(f"{s.model:<20}{s.test:<20}{s.r2:>8.4f}{s.r2_limit:>8.4f}{rms:>30}{star}")
-        lines.append(
-            "R2: part of the load's variance that is predicted; limit: the most that a linear model of the "
-            "belt's acceleration could reach."
-        )
+        return "\n".join([*lines, *self._remarks(), *(f"Note: {note}." for note in self.notes)])
+
+    def _remarks(self) -> list[str]:
+        lines = [
+            "R2: part of the load's variance that is predicted. Limit: R2 of the best linear model of the "
+            "belt's acceleration on this recording. It is estimated from the coherence, so that a model may "
+            "exceed it slightly."
+        ]
         if any(not s.converged for s in self.scores):
             lines.append("* the search ended before it converged")
-        return "\n".join(lines)
+        if self.validated:
+            lines.append(
+                f"Recommended: {self.recommended}, the simplest model with an R2 at most {AS_GOOD:g} below "
+                f"the highest in cross-validation within the calibration "
+                f"({self.validated[self.recommended]:.4f} of {max(self.validated.values()):.4f}). The tests "
+                "were not used to choose it."
+            )
+        return lines
 
     def __str__(self) -> str:
         return self.summary()
 
-    def plot(self):
-        """Measured and predicted load of the first test, as a matplotlib figure."""
-        import matplotlib.pyplot as plt
+    def __repr__(self) -> str:
+        return f"<TreadmillCalibration: {', '.join(self.models)}; recommended {self.recommended}>"
 
+    def _repr_html_(self) -> str:
+        """The scores in a notebook, with a small figure."""
+        head = ("model", "test", "R2", "limit", f"RMS before ({self.scores[0].unit})", "RMS after")
+        rows = [
+            (s.model, s.test, f"{s.r2:.4f}", f"{s.r2_limit:.4f}", f"{s.rms_before:.3f}", f"{s.rms_after:.3f}")
+            for s in self.scores
+        ]
+        return as_html("Models of the belt-induced load", head, rows, self._remarks(), self.notes, self._draw)
+
+    def plot(self, ax: "Axes | None" = None) -> "Figure":
+        """Measured load of the first test and its prediction by `recommended`, as a matplotlib figure.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Axes to draw on; by default a new figure (6.4 inches wide).
+
+        Returns
+        -------
+        matplotlib Figure
+            The figure of the axes (size in inches).
+        """
+        figure, (axis,) = new_axes(ax, 1, (6.4, 4.8))
+        self._draw(axis)
+        return figure
+
+    def _draw(self, axis: "Axes") -> None:
         recording = next(iter(self.tests.values()))
-        model = self.models[self.best]
+        model = self.models[self.recommended]
         time = np.arange(recording.load.size) / recording.rate_hz
         span = slice(time.size // 2, time.size // 2 + round(20.0 * recording.rate_hz))
-        figure, axis = plt.subplots(layout="constrained")
         axis.plot(time[span], recording.load[span], color="0.4", linewidth=1.2, label="measured")
         predicted = model.predict(recording)[span]
-        axis.plot(time[span], predicted, color="#c8371b", linewidth=1.0, label=f"predicted, {self.best}")
+        label = f"predicted, {self.recommended}"
+        axis.plot(time[span], predicted, color="#c8371b", linewidth=1.0, label=label)
         axis.set(xlabel="Time (s)", ylabel="Load (N·m)" if recording.unit == "Nm" else "Load (N)")
         axis.legend(loc="upper right", frameon=False)
-        return figure
 
 
 def _recordings(given: object, what: str) -> list[BeltRecording]:
@@ -285,11 +359,41 @@ def calibrate_treadmill(
             f"spectral_segment_s: expected from 8 samples to half a recording of {shortest_s:.3g} s, found "
             f"{family.spectral_segment_s:g} s: change it, or record longer"
         )
+    calibrating = [r.filtered(lowpass) for r in training]
     scores, fitted = calibrate(
         table_plan(chosen, group, list(tests)),
-        {group: [r.filtered(lowpass) for r in training]},
+        {group: calibrating},
         {name: [r] for name, r in tests.items()},
         "load",
         family,
     )
-    return TreadmillCalibration({model.name: model for model in fitted}, scores, tests)
+    ranges = calibrated_range(calibrating)
+    kept = {model.name: replace(model, calibrated=ranges) for model in fitted}
+    return TreadmillCalibration(kept, scores, tests, _cross_validated(chosen, calibrating, family))
+
+
+def _cross_validated(
+    models: Sequence[str], recordings: list[BeltRecording], options: FamilyOptions
+) -> dict[str, float]:
+    """Mean R2 of each model on parts of the calibration that it was not fitted to.
+
+    The parts are the recordings, or the halves of a single one. Models that use the measured load are left
+    out: the load that they predict is known to them.
+    """
+    parts = [[r] for r in recordings]
+    if len(parts) == 1:
+        (whole,) = recordings
+        inside = np.flatnonzero(whole.evaluated)
+        first = np.arange(whole.load.size) < inside[inside.size // 2]
+        parts = [[replace(whole, evaluated=whole.evaluated & half)] for half in (first, ~first)]
+    options = replace(options, shortest_s=0.0)
+    found = {}
+    for name in models:
+        if name == "ripple-tracking":
+            continue
+        scores = []
+        for k, held_out in enumerate(parts):
+            fitted = fit_model(name, [r for j, part in enumerate(parts) if j != k for r in part], options)
+            scores.append(evaluate(fitted, held_out).r2)
+        found[name] = float(np.mean(scores))
+    return found

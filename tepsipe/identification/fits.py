@@ -6,6 +6,7 @@ returns an `ImpedanceFit` with intervals. Defaults are what we recommend.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
@@ -40,12 +41,18 @@ from tepsipe.identification.result import (
     Quantity,
     quantities_of_windows,
 )
+from tepsipe.signals.array_types import Samples
+
+if TYPE_CHECKING:
+    from tepsipe.mechanics.inverse_dynamics import Leg
+    from tepsipe.mechanics.segment_kinematics import SegmentMotion
+    from tepsipe.signals.response import FrequencyResponse
 
 
 def fit_impedance(
-    time: np.ndarray,
-    angle: np.ndarray,
-    torque: np.ndarray,
+    time: "Samples",
+    angle: "Samples",
+    torque: "Samples",
     *,
     perturbations: Sequence | None = None,
     rest: np.ndarray | tuple[float, float] | None = None,
@@ -136,10 +143,10 @@ def fit_impedance(
 
 
 def fit_output_error(
-    motion,
-    foot_position: np.ndarray,
-    belt_velocity: np.ndarray,
-    leg,
+    motion: "SegmentMotion",
+    foot_position: "Samples",
+    belt_velocity: "Samples",
+    leg: "Leg",
     *,
     perturbations: Sequence,
     rest: np.ndarray | tuple[float, float] | None = None,
@@ -238,7 +245,7 @@ def fit_output_error(
 
 
 def fit_admittance(
-    response,
+    response: "FrequencyResponse",
     *,
     band_hz: tuple[float, float] | None = None,
     start: Sequence[float] | None = None,
@@ -346,9 +353,9 @@ def fit_admittance(
 
 
 def fit_parallel_cascade(
-    time: np.ndarray,
-    angle: np.ndarray,
-    torque: np.ndarray,
+    time: "Samples",
+    angle: "Samples",
+    torque: "Samples",
     *,
     training_fraction: float = 0.5,
     cut_s: float = 1.0,

@@ -12,20 +12,21 @@ from tepsipe.identification.arguments import as_perturbations, samples_at_rest, 
 from tepsipe.identification.result import PARAMETERS, UNITS, Curve, ImpedanceFit, Quantity
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, marker_samples, segment_motion
+from tepsipe.signals.array_types import Samples
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
 
 
 def fit_joint_likelihood(
-    time: np.ndarray,
-    positions: np.ndarray,
+    time: "Samples",
+    positions: "Samples",
     markers: SegmentMarkers,
     leg: Leg,
     *,
     labels: Sequence[str],
     belt_fixed: Sequence[str],
     perturbations: Sequence,
-    belt_velocity: np.ndarray | None = None,
+    belt_velocity: "Samples | None" = None,
     rest: np.ndarray | tuple[float, float] | None = None,
     softening: bool = True,
     confidence: float = 0.95,

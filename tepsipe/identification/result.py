@@ -1,17 +1,26 @@
 """Result of every estimator of impedance: I, B, K, their intervals, and the VAF of the prediction."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tepsipe.errors import InputError
 from tepsipe.mechanics.impedance_model import PARAMETERS
+from tepsipe.signals.showing import as_html, new_axes
 from tepsipe.statistics.bootstrap import expanded_tail
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 UNITS = {"I": "N·m·s²/rad", "B": "N·m·s/rad", "K": "N·m/rad"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Quantity:
     """One estimated number.
 
@@ -57,6 +66,9 @@ class Quantity:
         value, _, interval = self.cells()
         return " ".join(part for part in (value, interval.strip("–"), self.unit) if part)
 
+    def __repr__(self) -> str:
+        return f"<{self}>"
+
 
 @dataclass(frozen=True)
 class Curve:
@@ -81,7 +93,7 @@ class Curve:
     shaded: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ImpedanceFit:
     """Estimated impedance of a joint, tau = I theta'' + B theta' + K (theta - theta_ref).
 
@@ -168,26 +180,89 @@ class ImpedanceFit:
     def __str__(self) -> str:
         return self.summary()
 
-    def to_frame(self):
+    def __repr__(self) -> str:
+        values = ", ".join(f"{name} = {self.quantities[name]}" for name in PARAMETERS)
+        notes = f", {len(self.notes)} note{'s'[: len(self.notes) != 1]}" if self.notes else ""
+        return f"<ImpedanceFit {self.estimator}: {values}, VAF {self.vaf:.2f} %{notes}>"
+
+    def _repr_html_(self) -> str:
+        """The result in a notebook: table, VAF, notes and a small figure."""
+        rows = [(name, *q.cells(), q.unit) for name, q in self.quantities.items()]
+        lines = [f"VAF of {self.vaf_of}: {self.vaf:.2f} %"]
+        if len(self.windows):
+            lines.append(f"mean over {len(self.windows)} perturbations")
+        lines += self.findings
+        head = ("", "estimate", "std. error", f"{100.0 * self.confidence:g} % interval", "unit")
+        title = f"Joint impedance by {self.estimator}"
+        return as_html(title, head, rows, lines, self.notes, self._draw, self._panels)
+
+    def to_frame(self) -> "pd.DataFrame":
         """The estimates as a pandas table: value, unit, standard_error, low, high by name."""
         import pandas as pd
 
         rows = {name: vars(q) for name, q in self.quantities.items()}
         return pd.DataFrame.from_dict(rows, orient="index").rename_axis("quantity")
 
-    def plot(self):
-        """Measured and predicted signal, or frequency response, as a matplotlib figure."""
-        import matplotlib.pyplot as plt
+    def to_xarray(self) -> "xr.Dataset":
+        """The estimates and the curve as an xarray Dataset; units are in ``unit`` and in the attributes.
 
-        frequencies = np.iscomplexobj(self.curve.measured)
-        rows = 2 if frequencies else 1
-        figure, axes = plt.subplots(
-            rows, 1, figsize=(7.0, 2.2 + 2.0 * rows), sharex=True, squeeze=False, layout="constrained"
-        )
-        (_draw_response if frequencies else _draw_signal)(axes[:, 0], self.curve)
+        Raises
+        ------
+        InputError
+            If xarray is not installed.
+        """
+        try:
+            import xarray as xr
+        except ImportError as error:
+            raise InputError(
+                "to_xarray: expected the package xarray, found none: install it with pip install xarray"
+            ) from error
+
+        table = self.to_frame()
+        along = "frequency_hz" if self._panels == 2 else "time_s"
+        name, _, unit = self.curve.label.partition(" (")
+        curve = {"long_name": name, "units": unit.removesuffix(")")}
+        data = {name: ("quantity", table[name].to_numpy()) for name in table if name != "unit"} | {
+            name: (along, getattr(self.curve, name), curve) for name in ("measured", "predicted")
+        }
+        if len(self.windows):
+            data["windows"] = (("perturbation", "parameter"), self.windows)
+        coordinates = {
+            "quantity": table.index.to_numpy(),
+            "unit": ("quantity", table["unit"].to_numpy()),
+            along: self.curve.x,
+            "parameter": list(PARAMETERS),
+        }
+        attributes = {"estimator": self.estimator, "vaf_percent": self.vaf, "vaf_of": self.vaf_of}
+        attributes |= {"confidence": self.confidence, "notes": list(self.notes)}
+        return xr.Dataset(data, coordinates, attributes)
+
+    def plot(self, ax: "Axes | Sequence[Axes] | None" = None) -> "Figure":
+        """Measured and predicted signal, or gain and phase of a response, as a matplotlib figure.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Axes to draw on, two of them for a frequency response; by default a new figure (7 inches wide).
+
+        Returns
+        -------
+        matplotlib Figure
+            The figure of the axes (size in inches).
+        """
+        figure, axes = new_axes(ax, self._panels, (7.0, 2.2 + 2.0 * self._panels))
+        self._draw(axes)
         text = [f"{name} = {self.quantities[name]}" for name in PARAMETERS]
-        axes[0, 0].set_title("\n".join(text), loc="left", fontsize="small")
+        axes[0].set_title("\n".join(text), loc="left", fontsize="small")
         return figure
+
+    @property
+    def _panels(self) -> int:
+        """Number of axes of the figure: gain and phase, or one signal."""
+        return 2 if np.iscomplexobj(self.curve.measured) else 1
+
+    def _draw(self, axes) -> None:
+        (_draw_response if self._panels == 2 else _draw_signal)(np.ravel(axes), self.curve)
 
 
 def quantities_of_windows(

@@ -194,7 +194,7 @@ def _refuse_short(lasts_s: float, options: BeltTableOptions, duration_s: float, 
     if lasts_s < options.shortest_s:
         raise InputError(
             f"{name}: expected at least {options.shortest_s:g} s of belt motion, found {lasts_s:.2f} s: "
-            "record for longer, or allow shorter recordings in the configuration"
+            "record for longer, or allow shorter recordings (shortest_s)"
         )
 
 

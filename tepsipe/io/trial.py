@@ -60,7 +60,7 @@ class Signal:
             )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Trial:
     """A trial's signals on one common clock.
 
@@ -95,6 +95,10 @@ class Trial:
                 raise InputError(
                     f"Trial: expected {name} by name, found {described(getattr(self, name))}: give a dict"
                 )
+
+    def __repr__(self) -> str:
+        signals = ", ".join(f"{name} ({signal.unit})" for name, signal in self.signals.items())
+        return f"<Trial: {self.time.size} samples at {self.rate_hz:g} Hz, {signals}>"
 
     @property
     def time(self) -> np.ndarray:

@@ -1,18 +1,25 @@
 """Simulate a joint of known impedance under a leg on a moving belt, to test estimators."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from tepsipe.arguments import checked, one_of, regular_rate, same_length, samples
 from tepsipe.errors import InputError, refuse_other_kind
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
+from tepsipe.signals.array_types import Samples
+
+if TYPE_CHECKING:
+    from tepsipe.mechanics.forward_dynamics import ForwardSimulation
+
 
 MOST_STEPS = 10**8
 THESIS_FOOT = Foot(mass_kg=2.1, height_m=0.055)  # Table 2-2
 
 
 def simulate_joint(
-    time: np.ndarray,
-    belt_velocity: np.ndarray,
+    time: "Samples",
+    belt_velocity: "Samples",
     leg: Leg,
     *,
     I: float = 0.0,  # noqa: E741, N803  the symbols of the thesis
@@ -23,7 +30,7 @@ def simulate_joint(
     foot: Foot = THESIS_FOOT,
     engine: str = "auto",
     step_s: float | None = None,
-):
+) -> "ForwardSimulation":
     """Motion, torque and forces of a leg on a joint of known impedance, driven by the belt.
 
     Parameters

@@ -16,6 +16,7 @@ import numpy as np
 
 from tepsipe.arguments import checked, regular_rate, same_length, samples, texts
 from tepsipe.errors import InputError, listed, refuse_other_kind
+from tepsipe.signals.array_types import Samples
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
 
@@ -131,8 +132,8 @@ class SegmentMotion(JointMotion):
 
 
 def segment_motion(
-    time: np.ndarray,
-    positions: np.ndarray,
+    time: "Samples",
+    positions: "Samples",
     markers: SegmentMarkers,
     com_m: float,
     *,
@@ -256,7 +257,7 @@ def motion_of_markers(
         raise InputError(
             f"expected the leg's markers to move as one rigid body, found them "
             f"{1e3 * pose.marker_residual_rms_m:.3g} mm from it on average: check the markers' "
-            "layout and order in the configuration"
+            "layout and order"
         )
     theta_d = derivative(time, pose.angle)
     velocity = derivative(time, pose.point)

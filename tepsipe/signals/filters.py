@@ -12,6 +12,7 @@ import scipy
 
 from tepsipe.arguments import checked, samples
 from tepsipe.errors import InputError
+from tepsipe.signals.array_types import Samples
 
 # largest cutoff of `Lowpass.within` over the sampling rate: up to there signals that were resampled are
 # complete (`tepsipe.signals.resampling.resample`), as are those of the cameras
@@ -21,7 +22,7 @@ LOWEST = 1e-6
 
 
 def lowpass(
-    x: np.ndarray, rate_hz: float, *, cutoff_hz: float = 20.0, order: int = 4, zero_lag: bool = True
+    x: "Samples", rate_hz: float, *, cutoff_hz: float = 20.0, order: int = 4, zero_lag: bool = True
 ) -> np.ndarray:
     """Butterworth low-pass (thesis section 3-1): filter all signals of a trial alike.
 

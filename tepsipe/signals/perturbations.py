@@ -6,6 +6,7 @@ import numpy as np
 
 from tepsipe.arguments import checked, regular_rate, same_length, samples
 from tepsipe.errors import InputError
+from tepsipe.signals.array_types import Samples
 
 # smallest peak of a perturbation (m/s): less may be one step of a quantised velocity
 SMALLEST_PEAK_M_PER_S = 0.01
@@ -111,14 +112,14 @@ def detect_perturbations(
             stop += 1
         perturbations.append(Perturbation(int(start), int(stop), float(speed[start:stop].max())))
     last_rest = velocity.size - round(rest_after_s * rate_hz)
-    for place, length_s, starts in (
-        ("first", rest_before_s, [p.start for p in perturbations if p.start < at_rest.size]),
-        ("last", rest_after_s, [p.start for p in perturbations if p.stop > last_rest]),
+    for place, side, length_s, starts in (
+        ("first", "before", rest_before_s, [p.start for p in perturbations if p.start < at_rest.size]),
+        ("last", "after", rest_after_s, [p.start for p in perturbations if p.stop > last_rest]),
     ):
         if starts:
             raise InputError(
                 f"{what}: expected the belt at rest during the {place} {length_s:g} s, found a "
-                f"perturbation at {starts[0] / rate_hz:.3f} s: correct the time of rest in the configuration"
+                f"perturbation at {starts[0] / rate_hz:.3f} s: correct rest_{side}_s"
             )
     return perturbations
 
@@ -221,7 +222,7 @@ def rest_samples(time: np.ndarray, options: WindowOptions) -> np.ndarray:
         raise InputError(
             f"expected {options.rest_before_s:g} s of rest at the trial's start and "
             f"{options.rest_after_s:g} s at its end, found a trial of {time[-1] - time[0]:.3g} s: "
-            "correct rest_before_s and rest_after_s in the configuration"
+            "correct rest_before_s and rest_after_s"
         )
     return first | last
 
@@ -261,7 +262,7 @@ def unperturbed_samples(
     if unperturbed.sum() < rate_hz:
         raise InputError(
             f"{what}: expected at least 1 s of unperturbed standing, found {unperturbed.sum() / rate_hz:.2g} "
-            "s: shorten quiet_after_s in the configuration or perturb less often"
+            "s: shorten quiet_after_s or perturb less often"
         )
     return unperturbed
 
@@ -283,8 +284,8 @@ def filtered_perturbations(
 
 
 def find_perturbations(
-    time: np.ndarray,
-    belt_velocity: np.ndarray,
+    time: "Samples",
+    belt_velocity: "Samples",
     *,
     rest_before_s: float = 2.0,
     rest_after_s: float = 2.0,

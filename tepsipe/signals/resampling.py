@@ -84,7 +84,7 @@ def repair_time_stamps(time: np.ndarray, max_gap_s: float, what: str) -> Repaire
         raise InputError(
             f"{what}: expected no step longer than {max_gap_s:g} s, found one of {longest:.3g} s at "
             f"{time[k]:.6g} s: cut the trial there or "
-            "increase max_gap_s in the configuration"
+            "increase max_gap_s"
         )
     return RepairedTime(keep, int((~keep).sum()), longest)
 
@@ -126,8 +126,8 @@ def fill_gaps(x: np.ndarray, rate_hz: float, max_gap_s: float, what: str) -> tup
     if length_s > max_gap_s + 1e-9:
         raise InputError(
             f"{what}: expected gaps of at most {max_gap_s:g} s, found one of {length_s:.3g} s at "
-            f"{start / rate_hz:.3f} s: cut the trial there or allow longer gaps in the "
-            "configuration"
+            f"{start / rate_hz:.3f} s: cut the trial there or allow longer gaps "
+            "(max_gap_s)"
         )
     present = np.flatnonzero(~missing)
     if present.size < 4:
@@ -346,7 +346,7 @@ def align_sequential_samples(
         raise InputError(
             f"expected all markers within a frame of {1e3 / rate_hz:.3g} ms, found {markers} markers that "
             f"take {1e3 * spread:.3g} ms when sampled sequentially at {marker_sampling_hz:g} Hz: correct "
-            "marker_sampling_hz in the configuration (null for cameras)"
+            "marker_sampling_hz (none for cameras)"
         )
     frame_time = np.arange(frames) / rate_hz
     aligned = np.empty((frames - 1, markers, positions.shape[2]))

@@ -1,14 +1,22 @@
 """Frequency response with its coherence and confidence bands."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tepsipe.arguments import checked, pair
 from tepsipe.errors import InputError
+from tepsipe.signals.showing import new_axes
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FrequencyResponse:
     """Frequency response from u to y, with its coherence.
 
@@ -54,7 +62,12 @@ class FrequencyResponse:
         parts = (self.response, self.coherence, self.averages, self.error, self.freedom)
         return FrequencyResponse(self.frequency_hz[inside], *(x[inside] if np.ndim(x) else x for x in parts))
 
-    def to_frame(self):
+    def __repr__(self) -> str:
+        f, gamma = self.frequency_hz, float(np.median(self.coherence))
+        ends = f"{f[0]:g} to {f[-1]:g} Hz, median coherence {gamma:.2f}" if f.size else "empty"
+        return f"<FrequencyResponse: {f.size} frequencies, {ends}>"
+
+    def to_frame(self) -> "pd.DataFrame":
         """The response as a pandas table: frequency (Hz), gain, phase (degrees), coherence."""
         import pandas as pd
 
@@ -67,12 +80,21 @@ class FrequencyResponse:
             }
         )
 
-    def plot(self):
-        """Gain, phase and coherence as a matplotlib figure."""
-        import matplotlib.pyplot as plt
+    def plot(self, ax: "Sequence[Axes] | None" = None) -> "Figure":
+        """Gain, phase and coherence as a matplotlib figure.
 
+        Parameters
+        ----------
+        ax : sequence of 3 matplotlib Axes, optional
+            Axes to draw on; by default a new figure (6.4 inches wide).
+
+        Returns
+        -------
+        matplotlib Figure
+            The figure of the axes (size in inches).
+        """
         table, (factor, half) = self.to_frame(), self.confidence_band()
-        figure, axes = plt.subplots(3, 1, sharex=True, layout="constrained")
+        figure, axes = new_axes(ax, 3, (6.4, 4.8))
         ends = [(table.gain / factor, table.gain * factor), (table.phase_deg - half, table.phase_deg + half)]
         for axis, (low, high) in zip(axes, ends, strict=False):
             axis.fill_between(table.frequency_hz, low, high, color="0.85", label="95 % confidence")

@@ -12,14 +12,15 @@ from tepsipe.arguments import (
     samples,
 )
 from tepsipe.errors import InputError
+from tepsipe.signals.array_types import Samples
 from tepsipe.signals.multitaper import multitaper_response
 from tepsipe.signals.response import FrequencyResponse
 
 
 def frequency_response(
-    time: np.ndarray,
-    u: np.ndarray,
-    y: np.ndarray,
+    time: "Samples",
+    u: "Samples",
+    y: "Samples",
     *,
     averaged_bins: int | None = 16,
     taper: bool = True,
@@ -208,7 +209,7 @@ def period_spectra(
     if abs(length - period_s * rate_hz) > 1e-6:
         raise InputError(
             f"expected a perturbation period of whole samples at {rate_hz:g} Hz, found {period_s:g} s: "
-            "change the resampling rate in the configuration"
+            "resample to a rate of which the period is a whole number of samples"
         )
     periods = x.size // length
     if periods < 2:

@@ -78,7 +78,7 @@ def fit_finite_response(recordings: list[BeltRecording], lead_s: float, lag_s: f
         raise InputError(
             f"{recordings[0].name}: expected at least {10 * taps} samples to fit {taps} taps, found "
             f"{samples}: record longer or "
-            "decrease fir_lag_s and fir_lead_s in the configuration"
+            "decrease fir_lag_s and fir_lead_s"
         )
     normal, right = np.zeros((taps, taps)), np.zeros(taps)
     for r in recordings:

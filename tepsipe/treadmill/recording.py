@@ -15,7 +15,7 @@ from tepsipe.errors import InputError
 from tepsipe.signals.filters import Lowpass
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class BeltRecording:
     """One recording of an accelerating belt, all signals with the same filter.
 
@@ -62,6 +62,10 @@ class BeltRecording:
     onsets: tuple[int, ...] = ()
     lowpass: Lowpass | None = None
 
+    def __repr__(self) -> str:
+        filtered = "not filtered" if self.lowpass is None else f"low-pass {self.lowpass.cutoff_hz:g} Hz"
+        return f"<BeltRecording {self.name!r}: {self.load.size} samples at {self.rate_hz:g} Hz, {filtered}>"
+
     @property
     def position(self) -> np.ndarray:
         """Distance travelled by the belt since the start of the recording (m), shape (n,), not filtered."""
@@ -98,8 +102,8 @@ class BeltRecording:
         length = min([length, *np.diff(self.onsets).tolist()])
         return np.array([x[start : start + length] for start in self.onsets if start + length <= x.size])
 
-    def filtered(self, lowpass: Lowpass) -> "BeltRecording":
-        """The same recording with all signals filtered (units unchanged).
+    def filtered(self, lowpass: Lowpass | None) -> "BeltRecording":
+        """The same recording with all signals filtered (units unchanged), itself without a filter.
 
         The raw velocity remains unfiltered.
 
@@ -108,6 +112,8 @@ class BeltRecording:
         InputError
             If the cutoff does not suit the rate.
         """
+        if lowpass is None:
+            return self
         columns = np.column_stack([self.velocity, self.acceleration, self.load, self.carried])
         start = columns[0] * [1.0, 0.0, 0.0, 0.0]
         velocity, acceleration, load, carried = (lowpass(columns - start, self.rate_hz) + start).T

@@ -1,6 +1,8 @@
 """The family of treadmill models: fit, evaluate, save and apply them."""
 
 import json
+import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Self
@@ -43,6 +45,11 @@ FORMAT = "tepsipe treadmill models 1"
 FAMILY = tuple(MODEL_MEANINGS)
 # correlation of load and prediction from which they are alike
 ALIKE = 0.5
+# quantities of a calibration whose range is kept, with their units; the load has its own
+RANGED = {"velocity": "m/s", "acceleration": "m/s²", "load": ""}
+MOTION = ("velocity", "acceleration")
+# share of a recording outside this range of which is warned
+LEAVING = 0.05
 KINDS = (
     MeanSubtraction,
     MassSpringDamper,
@@ -99,7 +106,7 @@ class FamilyOptions:
         return cls(**options)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FittedModel:
     """A treadmill model with everything needed to apply it.
 
@@ -121,6 +128,9 @@ class FittedModel:
     usual : tuple of float, or None
         Of a calibration with one mass on the belt: this mass (kg), correlation of load and prediction, and
         ratio of their sizes. None for several masses.
+    calibrated : dict of str to [low, high], or None
+        Range of ``velocity`` (m/s), ``acceleration`` (m/s²) and ``load`` (unit of the load) in the
+        calibration; None where it was not kept.
     """
 
     name: str
@@ -130,6 +140,10 @@ class FittedModel:
     trained_on: tuple[str, ...]
     deviations: np.ndarray | None = None
     usual: tuple[float, ...] | None = None
+    calibrated: dict[str, Sequence[float]] | None = None
+
+    def __repr__(self) -> str:
+        return f"<FittedModel {self.name} ({self.unit}), calibrated by {listed(self.trained_on)}>"
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
         """Belt-induced load (unit of the load), shape (n,).
@@ -147,7 +161,8 @@ class FittedModel:
     ) -> np.ndarray:
         """Measured load less the predicted belt-induced load (unit of the load), shape (n,).
 
-        A "bristle-frame" of the moment needs the true fore-aft force ``force`` (N), shape (n,), and takes
+        A recording that leaves the calibrated range of velocity or acceleration is warned of. A
+        "bristle-frame" of the moment needs the true fore-aft force ``force`` (N), shape (n,), and takes
         the friction of the belt (N), shape (n,), where already known.
 
         Raises
@@ -156,6 +171,8 @@ class FittedModel:
             If the recording's rate or unit is not the calibration's.
         """
         self._check(recording)
+        if self.calibrated is not None and (text := leaving(recording, self.calibrated, MOTION)):
+            warnings.warn(text, stacklevel=2)
         return self.model.compensate(recording, force, friction)
 
     def _check(self, recording: BeltRecording) -> None:
@@ -175,6 +192,49 @@ class FittedModel:
                 f"{recording.name}: expected signals filtered as in the calibration of {self.name!r} "
                 f"({self.lowpass}), found {recording.lowpass}: use the same filter"
             )
+
+
+def leaving(
+    recording: BeltRecording, ranges: dict[str, Sequence[float]], quantities: Sequence[str] = RANGED
+) -> str:
+    """Sentence on how much of a recording lies outside the range of a calibration; empty if little does.
+
+    Parameters
+    ----------
+    recording : BeltRecording
+        Filtered as in the calibration (m/s, m/s², unit of the load).
+    ranges : dict of str to [low, high]
+        From `calibrated_range`, in the same units.
+    quantities : sequence of str
+        Those of the range that are compared.
+
+    Returns
+    -------
+    str
+        The sentence, with the share in %.
+    """
+    found = []
+    for name in quantities:
+        values, (low, high) = getattr(recording, name)[recording.evaluated], ranges[name]
+        share = float(np.mean((values < low) | (values > high)))
+        if share > LEAVING:
+            unit = RANGED[name] or recording.unit
+            found.append(f"{100.0 * share:.1f} % of its {name} outside {low:.3g} to {high:.3g} {unit}")
+    if not found:
+        return ""
+    return (
+        f"{recording.name}: expected the range of the calibration, found {', '.join(found)}: the model "
+        "extrapolates there, so calibrate with such a motion"
+    )
+
+
+def calibrated_range(recordings: Sequence[BeltRecording]) -> dict[str, Sequence[float]]:
+    """Range of velocity (m/s), acceleration (m/s²) and load (unit of the load), from lowest to highest."""
+    ranges: dict[str, Sequence[float]] = {}
+    for name in RANGED:
+        values = np.concatenate([getattr(r, name)[r.evaluated] for r in recordings])
+        ranges[name] = [float(values.min()), float(values.max())]
+    return ranges
 
 
 def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions) -> FittedModel:

@@ -6,7 +6,14 @@ import scipy
 from tepsipe.statistics.residuals import solution_with_errors
 from tepsipe.treadmill.mass_spring_damper import MassSpringDamper, motion_regressors
 from tepsipe.treadmill.recording import BeltRecording
-from tepsipe.treadmill.registry import FamilyOptions, FittedModel, evaluate, fit_model
+from tepsipe.treadmill.registry import (
+    MOTION,
+    FamilyOptions,
+    FittedModel,
+    calibrated_range,
+    evaluate,
+    fit_model,
+)
 from tepsipe.treadmill.transfer_function import DiscreteTransfer
 
 # coefficients of the mass-spring-damper, in the order of its regressors
@@ -57,11 +64,8 @@ def model_coefficients(models: list[FittedModel], recordings: list[BeltRecording
 
 def range_of_validity(recordings: list[BeltRecording]) -> dict[str, list[float]]:
     """Range of the calibration: ``velocity`` (m/s), ``acceleration`` (m/s²), both from lowest to highest."""
-    ranges = {}
-    for name in ("velocity", "acceleration"):
-        values = np.concatenate([getattr(r, name)[r.evaluated] for r in recordings])
-        ranges[name] = [float(values.min()), float(values.max())]
-    return ranges
+    ranges = calibrated_range(recordings)
+    return {name: list(ranges[name]) for name in MOTION}
 
 
 def beyond(recording: BeltRecording, ranges: dict[str, list[float]]) -> float:

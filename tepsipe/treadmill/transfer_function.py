@@ -137,7 +137,7 @@ def fit_discrete_output_error(recordings: list[BeltRecording], order: int) -> Di
     if np.abs(np.roots(f)).max(initial=0.0) >= 1.0:
         raise InputError(
             f"{recordings[0].name}: expected a stable output-error model of order {order}, found none: "
-            "decrease output_error_order in the configuration"
+            "decrease output_error_order"
         )
     return DiscreteTransfer(b, f, recordings[0].rate_hz, bool(solution.success))
 

@@ -272,8 +272,8 @@ def make_channels(
     for what, signal in (("a foot", foot), ("a belt", belt_velocity), ("a leg", angle)):
         if signal is not None and not np.ptp(signal) > _STILL:
             raise InputError(
-                f"expected {what} that moves, found one that stands still: check belt_fixed_labels and "
-                "leg_markers in the configuration, and that the belt was perturbed"
+                f"expected {what} that moves, found one that stands still: check the belt-fixed "
+                "markers and those on the leg, and that the belt was perturbed"
             )
     foot, log, ramp = _without_ramp(foot, belt_velocity, rate_hz)
     noise, freedom = _noise(residuals, foot, angle, rate_hz)

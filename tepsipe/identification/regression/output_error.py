@@ -208,7 +208,7 @@ def match_angle(
         if not np.ptp(acceleration) > 0.0:
             raise InputError(
                 f"expected {'a foot' if name == 'markers' else 'a belt'} that moves, found one that stands "
-                "still: check belt_fixed_labels in the configuration, and that the belt was perturbed"
+                "still: check the belt-fixed markers, and that the belt was perturbed"
             )
     used = accelerations["belt" if source == "belt" else "markers"]
     other = accelerations["belt" if source == "instruments" else source]

@@ -295,5 +295,5 @@ def undetermined(evidence: str) -> InputError:
     """Refusal of an angle that does not determine I, B and K; ``evidence`` completes the message."""
     return InputError(
         f"expected an angle that determines {', '.join(PARAMETERS)} by the foot's motion, found {evidence}: "
-        "check that the markers and the belt moved, and the geometry in the configuration"
+        "check that the markers and the belt moved, and the geometry"
     )
