@@ -25,8 +25,9 @@ from tepsipe.identification.result import (
     Curve,
     ImpedanceFit,
     Quantity,
-    quantities_of_windows,
+    quantities_of,
 )
+from tepsipe.statistics.uncertainty import Budget
 from tepsipe.signals.units import plausible_angle, regular_rate, same_length, samples
 
 
@@ -196,7 +197,7 @@ def fit_output_error(
     result = estimate(OUTPUT_ERROR, record)
     return ImpedanceFit(
         estimator=OUTPUT_ERROR,
-        quantities=quantities_of_windows(result.parameters, bootstrap_draws, confidence, rng)
+        quantities=quantities_of(_of_joint(result.mean), UNITS, Budget(*result.type_a), confidence)
         | {"delay": Quantity(result.delay_s, "s")},
         vaf=result.vaf_angle,
         vaf_of="the angle over the trial, from rest",
@@ -415,6 +416,10 @@ def fit_parallel_cascade(
 # ---- parts ---------------------------------------------------------------------------------------
 
 
+def _of_joint(parameters: np.ndarray) -> dict[str, float]:
+    return dict(zip(PARAMETERS, parameters, strict=True))
+
+
 def _fit_windows(motion, torque, perturbations, rest, thesis, draws, confidence, rng) -> ImpedanceFit:
     """Windowed least squares, intervals over the perturbations."""
     from tepsipe.identification.estimators import LEAST_SQUARES, LEAST_SQUARES_THESIS, Record, estimate
@@ -425,7 +430,7 @@ def _fit_windows(motion, torque, perturbations, rest, thesis, draws, confidence,
     result = estimate(name, Record(motion=motion, torque=torque, perturbations=windows, at_rest=at_rest))
     return ImpedanceFit(
         estimator=name,
-        quantities=quantities_of_windows(result.parameters, draws, confidence, rng),
+        quantities=quantities_of(_of_joint(result.mean), UNITS, Budget(*result.type_a), confidence),
         vaf=float(result.vaf_per_perturbation.mean()),
         vaf_of="the torque, mean over the perturbations",
         confidence=confidence,

@@ -7,6 +7,7 @@ import numpy as np
 
 from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.statistics.bootstrap import expanded_tail
+from tepsipe.statistics.uncertainty import Budget
 
 UNITS = {"I": "N·m·s²/rad", "B": "N·m·s/rad", "K": "N·m/rad"}
 
@@ -186,35 +187,30 @@ class ImpedanceFit:
         return figure
 
 
-def quantities_of_windows(
-    parameters: np.ndarray, draws: int, confidence: float, rng: np.random.Generator
+def quantities_of(
+    values: Mapping[str, float], units: Mapping[str, str], budget: Budget, confidence: float
 ) -> dict[str, Quantity]:
-    """Means over the perturbations of I, B, K, with intervals bootstrapped over them.
+    """Estimates with the combined standard uncertainties and intervals of a budget.
 
     Parameters
     ----------
-    parameters : ndarray, shape (w, 3)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of every perturbation.
-    draws : int
-        Bootstrap samples.
+    values : mapping of str to float
+        Estimates by name, in the order of the budget.
+    units : mapping of str to str
+        Their units by the same names.
+    budget : Budget
+        Their uncertainty.
     confidence : float
         Probability of the intervals.
-    rng : numpy.random.Generator
-        Draws the perturbations.
 
     Returns
     -------
     dict of str to Quantity
-        ``I``, ``B``, ``K``.
+        By the same names.
     """
-    from tepsipe.statistics.bootstrap import bootstrap_mean
-
-    mean, interval = parameters.mean(axis=0), bootstrap_mean(parameters, draws, rng, confidence)
-    ends = interval.standard_error, interval.low, interval.high
-    return {
-        name: Quantity(float(mean[k]), UNITS[name], *(float(end[k]) for end in ends))
-        for k, name in enumerate(PARAMETERS)
-    }
+    low, high = budget.interval(np.array(list(values.values()), dtype=float), confidence)
+    ends = zip(values.items(), budget.combined, low, high, strict=True)
+    return {name: Quantity(float(x), units[name], *map(float, more)) for (name, x), *more in ends}
 
 
 def _digits(x: float, error: float | None) -> str:
