@@ -4,11 +4,10 @@ Every function takes arrays in SI units, or `Signal`s that name their unit, filt
 returns an `ImpedanceFit` with intervals. Defaults are what we recommend.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 
 import numpy as np
-import scipy
 
 from tepsipe.errors import InputError, quoted, refuse_other_kind
 from tepsipe.identification.arguments import (
@@ -18,6 +17,13 @@ from tepsipe.identification.arguments import (
     samples_at_rest,
     shaded,
 )
+from tepsipe.identification.budgets.leg import KNOWN_OF_LEGS, LegUncertainty, leg_budget
+from tepsipe.identification.budgets.manipulator import (
+    MANIPULATOR_SOURCES,
+    SCALES,
+    delay_contributions,
+    spectral_budget,
+)
 from tepsipe.identification.cascade.fit import ParallelCascadeFit, ParallelCascadeOptions
 from tepsipe.identification.result import (
     PARAMETERS,
@@ -25,10 +31,12 @@ from tepsipe.identification.result import (
     Curve,
     ImpedanceFit,
     Quantity,
+    parts_of,
     quantities_of,
+    with_scales,
 )
-from tepsipe.statistics.uncertainty import Budget
 from tepsipe.signals.units import plausible_angle, regular_rate, same_length, samples
+from tepsipe.statistics.uncertainty import Source, stated_sources
 
 
 def fit_impedance(
@@ -45,6 +53,7 @@ def fit_impedance(
     bootstrap_draws: int = 2000,
     confidence: float = 0.95,
     seed: int = 0,
+    uncertainty: "Mapping[str, float | Source] | LegUncertainty | None" = None,
 ) -> ImpedanceFit:
     """I, B, K of a joint from its angle and torque, by least squares.
 
@@ -52,9 +61,10 @@ def fit_impedance(
     separately, with tau relative to its value at rest (windowed least squares, thesis eq 3-9), and the
     estimates are averaged. If at least 3 perturbations repeat each other, in either direction, only signals
     of different perturbations are multiplied, so that noise of the angle does not bias I, B and K
-    (`tepsipe.identification.regression.windows`). Intervals are bootstrapped over the perturbations. Without
+    (`tepsipe.identification.regression.windows`). Intervals are Student's, from the scatter of the
+    perturbations and from the error of angle and torque at rest, which all perturbations share. Without
     perturbations, tau = I theta'' + B theta' + K theta + offset is fitted to the whole record, and intervals
-    are bootstrapped over blocks of the record.
+    are bootstrapped over blocks of the record; noise of the angle then makes I, B and K too small.
 
     Parameters
     ----------
@@ -76,11 +86,15 @@ def fit_impedance(
     block_s : float
         Length of the bootstrapped blocks (s), without perturbations.
     bootstrap_draws : int
-        Bootstrap samples.
+        Bootstrap samples, without perturbations.
     confidence : float
         Probability of the intervals.
     seed : int
-        Seed of the bootstrap.
+        Seed of the bootstrap, without perturbations.
+    uncertainty : mapping of str to float or Source, or LegUncertainty, optional
+        Standard uncertainties of Type B: ``torque_scale`` and ``angle_scale`` (relative), ``torque_delay_s``
+        (of the torque after its record, s). For a torque of a leg from its markers, a `LegUncertainty`.
+        Without it, intervals are of Type A.
 
     Returns
     -------
@@ -111,8 +125,8 @@ def fit_impedance(
                 "fit_impedance: expected perturbations with thesis or rest, because both are about what "
                 "comes before a perturbation, found none: give perturbations, or leave thesis and rest out"
             )
-        return _fit_record(motion, torque, rate_hz, block_s, bootstrap_draws, confidence, rng)
-    return _fit_windows(motion, torque, perturbations, rest, thesis, bootstrap_draws, confidence, rng)
+        return _fit_record(motion, torque, rate_hz, block_s, bootstrap_draws, confidence, rng, uncertainty)
+    return _fit_windows(motion, torque, perturbations, rest, thesis, confidence, uncertainty)
 
 
 def fit_output_error(
@@ -125,9 +139,8 @@ def fit_output_error(
     rest: np.ndarray | tuple[float, float] | None = None,
     cutoff_hz: float = 20.0,
     order: int = 4,
-    bootstrap_draws: int = 2000,
     confidence: float = 0.95,
-    seed: int = 0,
+    uncertainty: "Mapping[str, float | Source] | None" = None,
 ) -> ImpedanceFit:
     """I, B, K of the joint under a leg on a moving belt, without a torque (output error).
 
@@ -154,12 +167,11 @@ def fit_output_error(
         Cutoff of the zero-lag Butterworth low-pass (Hz), the same as for ``motion``.
     order : int
         Its order, both passes together, the same as for ``motion``.
-    bootstrap_draws : int
-        Bootstrap samples.
     confidence : float
-        Probability of the intervals.
-    seed : int
-        Seed of the bootstrap.
+        Probability of the intervals, which are Student's over the perturbations.
+    uncertainty : mapping of str to float or Source, optional
+        Standard uncertainties of Type B, of the names in `LegUncertainty`; those of the directions and of
+        single markers do not act. Without it, intervals are of Type A.
 
     Returns
     -------
@@ -183,7 +195,8 @@ def fit_output_error(
     foot = samples(foot_position, "m", "foot_position")
     belt = samples(belt_velocity, "m/s", "belt_velocity")
     same_length(time, foot_position=foot, belt_velocity=belt)
-    rng = bootstrap_generator(bootstrap_draws, confidence, seed)
+    check_probability(confidence)
+    sources = stated_sources(uncertainty, KNOWN_OF_LEGS, "fit_output_error")
     foot, belt = (butterworth_lowpass(x, rate_hz, cutoff_hz, order) for x in (foot, belt))
     windows = as_perturbations(perturbations, time.size)
     record = Record(
@@ -195,9 +208,10 @@ def fit_output_error(
         belt_velocity=belt,
     )
     result = estimate(OUTPUT_ERROR, record)
+    budget = leg_budget(result, None, LegUncertainty(leg, None, sources, motion), {})
     return ImpedanceFit(
         estimator=OUTPUT_ERROR,
-        quantities=quantities_of(_of_joint(result.mean), UNITS, Budget(*result.type_a), confidence)
+        quantities=quantities_of(_of_joint(result.mean), UNITS, budget, confidence)
         | {"delay": Quantity(result.delay_s, "s")},
         vaf=result.vaf_angle,
         vaf_of="the angle over the trial, from rest",
@@ -205,6 +219,8 @@ def fit_output_error(
         curve=Curve(time, result.angle, result.simulated, "Angle (rad)", shaded(time, windows)),
         details=result,
         windows=result.parameters,
+        type_b=tuple(sources),
+        budget=parts_of(PARAMETERS, budget),
     )
 
 
@@ -217,6 +233,7 @@ def fit_admittance(
     upper: Sequence[float] | None = None,
     thesis: bool = False,
     confidence: float = 0.95,
+    uncertainty: "Mapping[str, float | Source] | None" = None,
 ) -> ImpedanceFit:
     """I, B, K from a measured frequency response of the joint, angle over torque (thesis eqs 3-5 and 3-6).
 
@@ -232,9 +249,15 @@ def fit_admittance(
     lower, upper : sequence of float, optional
         Bounds of I, B, K (units as ``start``); by default none.
     thesis : bool
-        The modulus of the log ratio as residual, with the starting values and bounds of thesis Table 3-2.
+        The modulus of the log ratio as residual, with the starting values and bounds of thesis Table 3-2. This
+        fit has no intervals, because its search ends near its start, whatever the scatter.
     confidence : float
-        Probability of the intervals, which assume independent residuals of equal variance.
+        Probability of the intervals. Each frequency has a variance of its own. The smearing by averaged
+        frequencies and, for a periodic perturbation, the distance to the fit by another criterion are
+        included (`tepsipe.identification.budgets.manipulator`).
+    uncertainty : mapping of str to float or Source, optional
+        Standard uncertainties of Type B: ``torque_scale`` and ``angle_scale`` (relative), ``torque_delay_s``
+        (of the torque after its record, s). Without it, intervals are of Type A.
 
     Returns
     -------
@@ -260,6 +283,7 @@ def fit_admittance(
         response, FrequencyResponse, "fit_admittance", "frequency_response(time, torque, angle)"
     )
     check_probability(confidence)
+    sources = stated_sources(uncertainty, MANIPULATOR_SOURCES, "fit_admittance")
     band = response if band_hz is None else response.band(*band_hz)
     if band.frequency_hz.size < 4:
         raise InputError(
@@ -282,13 +306,12 @@ def fit_admittance(
             f"{bounds.lower.tolist()} and {bounds.upper.tolist()}: correct one of the three"
         )
     result = (fit_as_printed if thesis else fit_scaled)(band, bounds)
-    half = scipy.stats.t.ppf(0.5 + 0.5 * confidence, result.degrees_of_freedom) * result.standard_error
-    quantities = {
-        name: Quantity(float(value), UNITS[name], float(error), float(value - reach), float(value + reach))
-        for name, value, error, reach in zip(
-            PARAMETERS, result.parameters, result.standard_error, half, strict=True
-        )
-    }
+    estimates = _of_joint(result.parameters)
+    budget = None if thesis else spectral_budget(result, band, bounds, sources)
+    if budget is None:
+        quantities = {name: Quantity(float(x), UNITS[name]) for name, x in estimates.items()}
+    else:
+        quantities = quantities_of(estimates, UNITS, budget, confidence)
     model = admittance(result.parameters, band.frequency_hz)
     residual = np.abs(band.response - model) ** 2
     notes = (*([] if result.converged else ["The search did not converge: do not use these numbers."]),)
@@ -302,6 +325,8 @@ def fit_admittance(
         curve=Curve(band.frequency_hz, band.response, model, "Admittance (rad/(N·m))"),
         details=result,
         notes=notes,
+        type_b=tuple(sources),
+        budget=parts_of(PARAMETERS, budget) if budget else {},
     )
 
 
@@ -319,6 +344,7 @@ def fit_parallel_cascade(
     bootstrap_draws: int = 1000,
     confidence: float = 0.95,
     seed: int = 0,
+    uncertainty: "Mapping[str, float | Source] | None" = None,
     **options,
 ) -> ImpedanceFit:
     """Intrinsic stiffness and stretch reflex of a joint under imposed movement (Kearney et al. 1997).
@@ -349,6 +375,9 @@ def fit_parallel_cascade(
         Probability of the intervals.
     seed : int
         Seed of the bootstrap.
+    uncertainty : mapping of str to float or Source, optional
+        Standard uncertainties of Type B: ``torque_scale`` and ``angle_scale`` (relative). Without it, intervals
+        are of Type A.
     **options
         Fields of `ParallelCascadeOptions` that differ from the default.
 
@@ -375,6 +404,7 @@ def fit_parallel_cascade(
     torque = samples(torque, "Nm", "torque")
     same_length(time, angle=angle, torque=torque)
     rng = bootstrap_generator(bootstrap_draws, confidence, seed)
+    sources = stated_sources(uncertainty, SCALES, "fit_parallel_cascade")
     if rate_hz > 1.001 * resample_rate_hz:
         slower = regular_time(time[0], time[-1], resample_rate_hz)
         angle, torque = (resample(time, x, slower, 0.4 * resample_rate_hz) for x in (angle, torque))
@@ -399,6 +429,7 @@ def fit_parallel_cascade(
             f"and a stiffness of {result.working_stiffness:.3g} N·m/rad: reverse the sign of the torque"
         )
     quantities, notes = _cascade_quantities(result, confidence)
+    quantities, budget = with_scales(quantities, sources, confidence)
     measured = lowpass(torque, rate_hz)[kept]
     fitted = np.array([[time[kept][0], time[kept][training - 1]]])
     return ImpedanceFit(
@@ -410,6 +441,8 @@ def fit_parallel_cascade(
         curve=Curve(time[kept], measured, result.predicted, "Torque (N·m)", fitted),
         details=result,
         notes=notes,
+        type_b=tuple(sources),
+        budget=budget,
     )
 
 
@@ -420,17 +453,20 @@ def _of_joint(parameters: np.ndarray) -> dict[str, float]:
     return dict(zip(PARAMETERS, parameters, strict=True))
 
 
-def _fit_windows(motion, torque, perturbations, rest, thesis, draws, confidence, rng) -> ImpedanceFit:
+def _fit_windows(motion, torque, perturbations, rest, thesis, confidence, uncertainty) -> ImpedanceFit:
     """Windowed least squares, intervals over the perturbations."""
+    from tepsipe.identification.budgets.windows import windows_budget
     from tepsipe.identification.estimators import LEAST_SQUARES, LEAST_SQUARES_THESIS, Record, estimate
 
     windows = as_perturbations(perturbations, motion.time.size)
     name = LEAST_SQUARES_THESIS if thesis else LEAST_SQUARES
     at_rest = samples_at_rest(motion.time, windows, rest)
-    result = estimate(name, Record(motion=motion, torque=torque, perturbations=windows, at_rest=at_rest))
+    record = Record(motion=motion, torque=torque, perturbations=windows, at_rest=at_rest)
+    result = estimate(name, record)
+    budget, sources = windows_budget(result, name, record, uncertainty)
     return ImpedanceFit(
         estimator=name,
-        quantities=quantities_of(_of_joint(result.mean), UNITS, Budget(*result.type_a), confidence),
+        quantities=quantities_of(_of_joint(result.mean), UNITS, budget, confidence),
         vaf=float(result.vaf_per_perturbation.mean()),
         vaf_of="the torque, mean over the perturbations",
         confidence=confidence,
@@ -440,15 +476,19 @@ def _fit_windows(motion, torque, perturbations, rest, thesis, draws, confidence,
         details=result,
         windows=result.parameters,
         notes=("One perturbation has no interval: record more.",) if len(windows) == 1 else (),
+        type_b=sources,
+        budget=parts_of(PARAMETERS, budget),
     )
 
 
-def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng) -> ImpedanceFit:
+def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng, uncertainty) -> ImpedanceFit:
     """One regression with an offset over the whole record, intervals over blocks."""
+    from tepsipe.signals.differentiation import derivative
     from tepsipe.statistics.bootstrap import bootstrap_blocks
     from tepsipe.statistics.goodness_of_fit import vaf
     from tepsipe.statistics.least_squares import least_squares_line
 
+    sources = stated_sources(uncertainty, MANIPULATOR_SOURCES, "fit_impedance without perturbations")
     regressors = np.column_stack([motion.theta_dd, motion.theta_d, motion.theta, np.ones_like(motion.theta)])
     block = round(block_s * rate_hz)
     if not 4 * block <= torque.size:
@@ -463,19 +503,29 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng) -> Imp
             f"fit_impedance: expected a joint that moves, found {error}: check that it was perturbed"
         ) from error
     drawn = bootstrap_blocks(regressors, torque, block, draws, rng)
-    mean = torque.mean()
+    mean, blocks = torque.mean(), torque.size // block
+    late = delay_contributions(
+        lambda x: np.linalg.lstsq(regressors, x)[0], derivative(motion.time, torque), sources
+    )
+    quantities, budget = with_scales(
+        {
+            name: Quantity.drawn(result.parameters[k], unit, drawn[:, k], confidence, blocks)
+            for k, (name, unit) in enumerate((UNITS | {"offset": "N·m"}).items())
+        },
+        sources,
+        confidence,
+        late,
+    )
     return ImpedanceFit(
         estimator="regression",
-        quantities={
-            name: Quantity.drawn(result.parameters[k], UNITS[name], drawn[:, k], confidence)
-            for k, name in enumerate(PARAMETERS)
-        }
-        | {"offset": Quantity.drawn(result.parameters[3], "N·m", drawn[:, 3], confidence)},
+        quantities=quantities,
         vaf=vaf(torque - mean, regressors @ result.parameters - mean),
         vaf_of="the torque about its mean",
         confidence=confidence,
         curve=Curve(motion.time, torque, regressors @ result.parameters, "Torque (N·m)"),
         details=result,
+        type_b=tuple(sources),
+        budget=budget,
     )
 
 

@@ -1,15 +1,25 @@
 """Public function of the likelihood: markers and belt velocity in, I, B, K with intervals out."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from tepsipe.errors import refuse_other_kind
 from tepsipe.identification.arguments import as_perturbations, check_probability, samples_at_rest, shaded
-from tepsipe.identification.result import PARAMETERS, UNITS, Curve, ImpedanceFit, Quantity
+from tepsipe.identification.budgets.leg import KNOWN_OF_LEGS, LegUncertainty, leg_budget, small_budget
+from tepsipe.identification.result import (
+    PARAMETERS,
+    UNITS,
+    Curve,
+    ImpedanceFit,
+    Quantity,
+    parts_of,
+    quantities_of,
+)
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
 from tepsipe.signals.units import regular_rate, same_length, samples
+from tepsipe.statistics.uncertainty import Source, coverage_factor, stated_sources
 
 
 def fit_joint_likelihood(
@@ -25,6 +35,7 @@ def fit_joint_likelihood(
     rest: np.ndarray | tuple[float, float] | None = None,
     softening: bool = True,
     confidence: float = 0.95,
+    uncertainty: "Mapping[str, float | Source] | None" = None,
 ) -> ImpedanceFit:
     """I, B, K of the joint under a leg on a moving belt, by the likelihood of all markers and the log.
 
@@ -53,6 +64,9 @@ def fit_joint_likelihood(
         Whether the joint may soften with bending.
     confidence : float
         Probability of the intervals.
+    uncertainty : mapping of str to float or Source, optional
+        Standard uncertainties of Type B, of the names in `LegUncertainty`; offsets of markers and the direction
+        of gravity do not act. Without it, intervals are of Type A.
 
     Returns
     -------
@@ -66,12 +80,14 @@ def fit_joint_likelihood(
     InputError
         If the signals cannot be used, or the angle does not determine the parameters.
     """
+    from tepsipe.identification.budgets.markers import LikelihoodData, marker_contributions
     from tepsipe.identification.estimators import JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, Record, estimate
     from tepsipe.identification.likelihood.channels import dummy_markers
 
     refuse_other_kind(leg, Leg, "fit_joint_likelihood", "Leg")
     refuse_other_kind(markers, SegmentMarkers, "fit_joint_likelihood", "SegmentMarkers")
     check_probability(confidence)
+    sources = stated_sources(uncertainty, KNOWN_OF_LEGS, "fit_joint_likelihood")
     time, _ = regular_rate(time)
     motion = segment_motion(time, positions, markers, leg.com_m, labels=labels)
     axes = np.shape(getattr(positions, "values", positions))[-1]
@@ -90,14 +106,19 @@ def fit_joint_likelihood(
         belt_log=log,
     )
     result = estimate(name, record)
-    working, small = result.interval(confidence), result.small_interval(confidence)
-    quantities = {}
-    for suffix, values, interval in (("", result.mean, working), ("_small", result.small, small)):
-        for k, parameter in enumerate(PARAMETERS):
-            ends = (interval.standard_error[k], interval.low[k], interval.high[k])
-            quantities[parameter + suffix] = Quantity(float(values[k]), UNITS[parameter], *map(float, ends))
+    wanted = {*belt_fixed, *markers.labels}
+    places = np.array([place for place, label in enumerate(labels) if label in wanted])
+    data = LikelihoodData(time, record.markers, places, log, record.at_rest, windows)
+    of_working, of_small = marker_contributions(result, data, sources)
+    budget = leg_budget(result, None, LegUncertainty(leg, markers, sources, motion), of_working)
+    small = small_budget(result, leg, sources, of_small)
+    names = [f"{name}_small" for name in PARAMETERS]
+    values = dict(zip(PARAMETERS, result.mean, strict=True)), dict(zip(names, result.small, strict=True))
+    quantities = quantities_of(values[0], UNITS, budget, confidence)
+    quantities |= quantities_of(values[1], dict(zip(names, UNITS.values(), strict=True)), small, confidence)
     error = result.fit.standard_error("delay")
-    quantities["delay"] = Quantity(result.delay_s, "s", error)
+    half = float(coverage_factor(np.inf, confidence)) * error
+    quantities["delay"] = Quantity(result.delay_s, "s", error, result.delay_s - half, result.delay_s + half)
     return ImpedanceFit(
         estimator=name,
         quantities=quantities,
@@ -107,4 +128,6 @@ def fit_joint_likelihood(
         curve=Curve(time, result.angle, result.simulated, "Angle (rad)", shaded(time, windows)),
         details=result,
         windows=result.parameters,
+        type_b=tuple(sources),
+        budget=parts_of(PARAMETERS, budget) | parts_of(names, small),
     )

@@ -1,13 +1,13 @@
 """Result of every estimator of impedance: I, B, K, their intervals, and the VAF of the prediction."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.statistics.bootstrap import expanded_tail
-from tepsipe.statistics.uncertainty import Budget
+from tepsipe.statistics.uncertainty import Budget, Source
 
 UNITS = {"I": "N·m·s²/rad", "B": "N·m·s/rad", "K": "N·m/rad"}
 
@@ -107,6 +107,12 @@ class ImpedanceFit:
         I, B, K of every perturbation (N·m·s²/rad, N·m·s/rad, N·m/rad); empty where one fit serves all.
     notes : tuple of str
         Caveats for the interpretation, one sentence each.
+    type_b : tuple of str
+        Sources of Type B that were given as ``uncertainty``. Without any, standard errors and intervals are of
+        Type A: they hold the scatter within the record, and not errors of masses, lengths, calibrations and
+        delays, which every record of the rig shares.
+    budget : mapping of str to mapping of str to float
+        Quantity -> source -> its standard uncertainty (unit of the quantity), ``scatter`` for Type A.
     """
 
     estimator: str
@@ -118,6 +124,8 @@ class ImpedanceFit:
     details: object
     windows: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
     notes: tuple[str, ...] = ()
+    type_b: tuple[str, ...] = ()
+    budget: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     @property
     def I(self) -> float:  # noqa: E743, N802  the symbol of the thesis
@@ -149,6 +157,16 @@ class ImpedanceFit:
         """Name -> standard error (unit of the quantity)."""
         return {name: q.standard_error for name, q in self.quantities.items()}
 
+    @property
+    def interval_type(self) -> str:
+        """Sentence that names what the intervals include."""
+        if self.type_b:
+            return f"Intervals: scatter (Type A), and {', '.join(self.type_b)} (Type B)."
+        return (
+            "Intervals: scatter within the record only (Type A). Errors of masses, lengths, scales and "
+            "delays are not included; state them as uncertainty (Type B)."
+        )
+
     def summary(self) -> str:
         """Table of the estimates with units, standard errors and intervals, as text."""
         percent = f"{100.0 * self.confidence:g} % interval"
@@ -160,6 +178,7 @@ class ImpedanceFit:
         lines.append(f"VAF of {self.vaf_of}: {self.vaf:.2f} %")
         if len(self.windows):
             lines.append(f"mean over {len(self.windows)} perturbations")
+        lines.append(self.interval_type)
         return "\n".join([*lines, *self.notes])
 
     def __str__(self) -> str:
@@ -211,6 +230,74 @@ def quantities_of(
     low, high = budget.interval(np.array(list(values.values()), dtype=float), confidence)
     ends = zip(values.items(), budget.combined, low, high, strict=True)
     return {name: Quantity(float(x), units[name], *map(float, more)) for (name, x), *more in ends}
+
+
+def parts_of(names: Sequence[str], budget: Budget) -> dict[str, dict[str, float]]:
+    """Quantity -> source -> standard uncertainty (unit of the quantity), of the names of a budget in order."""
+    sources = {"scatter": budget.type_a} | {name: budget.of_source(name) for name in budget.contributions}
+    return {
+        name: {source: float(np.broadcast_to(u, len(names))[k]) for source, u in sources.items()}
+        for k, name in enumerate(names)
+    }
+
+
+def with_scales(
+    quantities: Mapping[str, Quantity],
+    sources: Mapping[str, Source],
+    confidence: float,
+    further: Mapping[str, np.ndarray] | None = None,
+) -> tuple[dict[str, Quantity], dict[str, dict[str, float]]]:
+    """Bootstrapped quantities with Type B of the scales of torque and angle.
+
+    Each end of an interval moves outwards by the half width of Type B, in quadrature, because bootstrapped
+    intervals are not symmetric.
+
+    Parameters
+    ----------
+    quantities : mapping of str to Quantity
+        p estimates of Type A by name.
+    sources : mapping of str to Source
+        torque_scale and angle_scale, as far as they are known.
+    confidence : float
+        Probability of the intervals.
+    further : mapping of str to ndarray, shape (1, p), optional
+        Contributions of other sources, as in `Budget.contributions`.
+
+    Returns
+    -------
+    quantities : dict of str to Quantity
+        By the same names.
+    parts : dict of str to dict
+        Quantity -> source -> standard uncertainty.
+    """
+    from tepsipe.identification.budgets.manipulator import scale_contributions
+
+    powers = {name: _powers(q.unit) for name, q in quantities.items()}
+    values = {name: q.value for name, q in quantities.items()}
+    type_a = np.array([q.standard_error for q in quantities.values()])
+    contributions = scale_contributions(values, sources, powers) | dict(further or {})
+    freedom = {name: sources[name].freedom for name in contributions}
+    budget = Budget(type_a, np.inf, contributions, freedom)
+    of_b = Budget(np.zeros_like(type_a), np.inf, contributions, freedom)
+    half = of_b.interval(np.zeros_like(type_a), confidence)[1]
+    wider = {
+        name: replace(
+            q,
+            standard_error=float(budget.combined[k]),
+            low=q.value - float(np.hypot(q.value - q.low, half[k])),
+            high=q.value + float(np.hypot(q.high - q.value, half[k])),
+        )
+        for k, (name, q) in enumerate(quantities.items())
+    }
+    return (wider if contributions else dict(quantities)), parts_of(list(quantities), budget)
+
+
+def _powers(unit: str) -> tuple[int, int]:
+    """Powers of the torque and of the angle in a unit such as N·m·s/rad."""
+    torque = int("N·m" in unit)
+    if "/rad" not in unit:
+        return torque, int(unit.startswith("rad"))
+    return torque, -2 if unit.endswith("rad²") else -1
 
 
 def _digits(x: float, error: float | None) -> str:

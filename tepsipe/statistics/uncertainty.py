@@ -95,6 +95,46 @@ def sources_of(section: Mapping[str, Mapping | None]) -> dict[str, Source]:
     return sources
 
 
+def stated_sources(uncertainty: object, known: Sequence[str], place: str) -> dict[str, Source]:
+    """Sources of Type B that a user states.
+
+    Parameters
+    ----------
+    uncertainty : mapping of str to float or Source, or None
+        Name -> standard uncertainty (unit in the name).
+    known : sequence of str
+        Names that the function knows.
+    place : str
+        Name of the function, for messages.
+
+    Returns
+    -------
+    dict of str to Source
+        Empty if nothing is stated.
+
+    Raises
+    ------
+    InputError
+        If it is no mapping, a name is unknown, or a standard uncertainty is no number of at least 0.
+    """
+    advice = f"give standard uncertainties by name, of {listed(known)}"
+    if not isinstance(uncertainty, Mapping | None):
+        raise InputError(f"{place}, uncertainty: expected a mapping, found {quoted(uncertainty)}: {advice}")
+    sources = {}
+    for name, stated in (uncertainty or {}).items():
+        if name not in known:
+            raise InputError(f"{place}, uncertainty: expected a known source, found {quoted(name)}: {advice}")
+        u = stated.standard_uncertainty if isinstance(stated, Source) else stated
+        number = isinstance(u, int | float | np.number) and not isinstance(u, bool)
+        if not (number and math.isfinite(u) and u >= 0.0):
+            raise InputError(
+                f"{place}, uncertainty: expected a standard uncertainty of at least 0 for {name}, found "
+                f"{quoted(u)}: give a number, such as half the width of a 68 % interval"
+            )
+        sources[name] = stated if isinstance(stated, Source) else Source(name, float(u))
+    return sources
+
+
 @dataclass(frozen=True)
 class Budget:
     """Uncertainty of p estimates, source by source.

@@ -93,7 +93,7 @@ class WindowedFits:
 
     @property
     def type_a(self) -> tuple[np.ndarray, float | np.ndarray]:
-        """Type A uncertainty of `mean`, shape (3,), and its degrees of freedom: scatter, and error at rest."""
+        """Type A uncertainty of `mean`, shape (3,), and its degrees of freedom."""
         own = scatter(self.parameters)
         return in_quadrature(own, (self.of_rest, self.rest_freedom)) if self.of_rest.any() else own
 
