@@ -15,7 +15,7 @@ from tepsipe.identification.budgets.manipulator import (
 from tepsipe.identification.estimators import LEAST_SQUARES_THESIS, Record, estimate
 from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.mechanics.impedance_model import PARAMETERS
-from tepsipe.mechanics.inverse_dynamics import Leg, leg_torque
+from tepsipe.mechanics.inverse_dynamics import Leg, leg_pathway_torque
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
 from tepsipe.signals.differentiation import derivative
 from tepsipe.statistics.uncertainty import Budget, Source, stated_sources
@@ -72,7 +72,7 @@ def windows_budget(
         _refuse_other_torque(uncertainty, record.torque)
 
         def of_leg_motion(motion: SegmentMotion, leg: Leg) -> np.ndarray:
-            return of_torque(motion, leg_torque(leg, motion))
+            return of_torque(motion, leg_pathway_torque("leg", leg, motion))
 
         return leg_budget(fit, of_leg_motion, replace(uncertainty, sources=sources), {}), tuple(sources)
     contributions = scale_contributions(dict(zip(PARAMETERS, fit.mean, strict=True)), sources)
@@ -83,7 +83,7 @@ def windows_budget(
 
 
 def _refuse_other_torque(known: LegUncertainty, torque: np.ndarray) -> None:
-    of_leg = leg_torque(known.leg, known.motion)
+    of_leg = leg_pathway_torque("leg", known.leg, known.motion)
     if of_leg.shape != torque.shape or np.std(of_leg - torque) > LARGEST_DIFFERENCE * np.std(torque):
         raise InputError(
             "fit_impedance, uncertainty: expected a LegUncertainty whose leg and motion gave the torque, found "
