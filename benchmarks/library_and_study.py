@@ -2,9 +2,9 @@
 
     .venv/bin/python benchmarks/library_and_study.py results > benchmarks/library_and_study.md
 
-Each trial of dummy and Wristalyzer is analysed by the study's own functions and, from its arrays, by the public
-functions with the study's standard uncertainties. Printed: largest difference between the ends of the
-intervals, and between the values, in % of the width of the study's interval.
+Each trial of dummy and Wristalyzer is analysed by the study's own functions and, from its arrays, by the
+public functions with the study's standard uncertainties. Printed: largest difference between the ends of
+the intervals, or between the values, in % of the width of the study's interval. About 10 CPU-s per trial.
 """
 
 import argparse
@@ -33,8 +33,8 @@ from tepsipe import (
     segment_motion,
 )
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy
-from tepsipe.experiments.wristalyzer.analysis import analyse_wristalyzer
-from tepsipe.experiments.wristalyzer.record import WristalyzerOptions
+from tepsipe.experiments.wristalyzer.estimators import ESTIMATORS
+from tepsipe.experiments.wristalyzer.record import WristalyzerOptions, WristalyzerRecord, prepare, timed
 from tepsipe.identification.budgets.leg import KNOWN_OF_LEGS
 from tepsipe.signals.perturbations import rest_samples
 from tepsipe.statistics.uncertainty import sources_of
@@ -143,7 +143,8 @@ def _motion(time, positions, options, labels, filtered):
 
 def wristalyzer_differences(trial: Trial, options: WristalyzerOptions, sources: Mapping) -> dict:
     """Estimator -> differences for I, B, K (%) of one trial of the Wristalyzer."""
-    study = analyse_wristalyzer(trial, options, np.random.default_rng(1), sources)
+    trial, _ = timed(trial, options.cut_s, options.perturbation_period_s, options.excited_band_hz)
+    record = WristalyzerRecord(trial, prepare(trial, options), options, sources)
     cut = round(options.cut_s * trial.rate_hz)
     kept = slice(cut, trial.time.size - cut)
     time, bounds = trial.time[kept], options.bounds
@@ -166,8 +167,9 @@ def wristalyzer_differences(trial: Trial, options: WristalyzerOptions, sources: 
             upper=bounds.upper,
             uncertainty=sources,
         )
-        of_study = study.fitted[name].parameters
-        result[name] = differences(fit, of_study, study.budgets[name].interval(of_study))
+        of_study = ESTIMATORS[name].function(record)
+        ends = of_study.budget.interval(of_study.parameters)
+        result[name] = differences(fit, of_study.parameters, ends)
     return result
 
 
@@ -177,7 +179,7 @@ def main() -> None:
     parser.add_argument("results", type=Path, help="folder of results of the study")
     results = parser.parse_args().results
     config = yaml.safe_load((results / "config.yaml").read_text(encoding="utf-8"))
-    dummy, found = config["dummy"], {}
+    dummy = config["dummy"]
     analysis = {key: value for key, value in dummy["analysis"].items() if key != "bootstrap_draws"}
     # one filter for all that stands on the treadmill
     analysis |= {key: config["plate_treadmill"][key] for key in ("lowpass_cutoff_hz", "lowpass_order")}
@@ -185,20 +187,25 @@ def main() -> None:
         dummy["geometry"], analysis, dummy["foot"]["belt_fixed_labels"], config["uncertainty"]["dummy"]
     )
     pathways = {name: Pathway(**choice) for name, choice in dummy["pathways"].items()}
-    for path in sorted((results / "trials/dummy").glob("*.h5")):
-        found[f"dummy {path.stem}"] = dummy_differences(read_trial(path), options, pathways)
     analysis = {key: x for key, x in config["wristalyzer"]["analysis"].items() if key not in ELSEWHERE}
     manipulator = WristalyzerOptions.from_settings(analysis)
     sources = sources_of(config["uncertainty"]["wristalyzer"])
-    for path in sorted((results / "trials/wristalyzer").glob("*.h5")):
-        found[f"wristalyzer {path.stem}"] = wristalyzer_differences(read_trial(path), manipulator, sources)
     print("# Library and study: largest differences of values and ends of intervals\n")
-    print("In % of the width of the study's interval.\n")
+    print("In % of the width of the study's interval, by `benchmarks/library_and_study.py results`.\n")
     print("| Trial | Estimator | I | B | K |")
     print("|---|---|---|---|---|")
-    for trial, estimators in found.items():
-        for name, of_joint in estimators.items():
-            print(f"| {trial} | {name} | " + " | ".join(f"{x:.2g}" for x in of_joint) + " |")
+    for path in sorted((results / "trials/wristalyzer").glob("*.h5")):
+        show("wristalyzer", path, wristalyzer_differences(read_trial(path), manipulator, sources))
+    for path in sorted((results / "trials/dummy").glob("*.h5")):
+        show("dummy", path, dummy_differences(read_trial(path), options, pathways))
+
+
+def show(rig: str, path: Path, estimators: dict) -> None:
+    """Print the rows of a trial."""
+    for name, of_joint in estimators.items():
+        print(
+            f"| {rig} {path.stem} | {name} | " + " | ".join(f"{x:.2g}" for x in of_joint) + " |", flush=True
+        )
 
 
 if __name__ == "__main__":

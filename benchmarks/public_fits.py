@@ -18,7 +18,7 @@ import scipy
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from tepsipe import (  # noqa: E402
+from tepsipe import (
     ImpedanceFit,
     Leg,
     SegmentMarkers,
@@ -72,7 +72,8 @@ class Trial:
         """Positions y, z (m), shape (n, 8, 2), and logged velocity of the belt (m/s)."""
         across, along = np.vstack([np.zeros((3, 2)), LAYOUT_M]).T
         cosine, sine = np.cos(self.motion.theta), np.sin(self.motion.theta)
-        foot = scipy.integrate.cumulative_simpson(self.velocity, x=self.time, initial=0.0)
+        # the simulation takes the velocity as straight between its samples
+        foot = scipy.integrate.cumulative_trapezoid(self.velocity, self.time, initial=0.0)
         y = foot[:, None] + np.outer(cosine, across) + np.outer(sine, along)
         z = np.outer(cosine, along) - np.outer(sine, across)
         positions = np.stack([y, z], axis=2)

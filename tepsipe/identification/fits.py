@@ -64,7 +64,8 @@ def fit_impedance(
     (`tepsipe.identification.regression.windows`). Intervals are Student's, from the scatter of the
     perturbations and from the error of angle and torque at rest, which all perturbations share. Without
     perturbations, tau = I theta'' + B theta' + K theta + offset is fitted to the whole record, and intervals
-    are bootstrapped over blocks of the record; noise of the angle then makes I, B and K too small.
+    are bootstrapped over blocks of the record, with the standard error and degrees of freedom of these
+    clusters (`tepsipe.statistics.clusters`); noise of the angle then makes I, B and K too small.
 
     Parameters
     ----------
@@ -249,8 +250,8 @@ def fit_admittance(
     lower, upper : sequence of float, optional
         Bounds of I, B, K (units as ``start``); by default none.
     thesis : bool
-        The modulus of the log ratio as residual, with the starting values and bounds of thesis Table 3-2. This
-        fit has no intervals, because its search ends near its start, whatever the scatter.
+        The modulus of the log ratio as residual, with the starting values and bounds of thesis Table 3-2.
+        This fit has no intervals, because its search ends near its start, whatever the scatter.
     confidence : float
         Probability of the intervals. Each frequency has a variance of its own. The smearing by averaged
         frequencies and, for a periodic perturbation, the distance to the fit by another criterion are
@@ -376,8 +377,8 @@ def fit_parallel_cascade(
     seed : int
         Seed of the bootstrap.
     uncertainty : mapping of str to float or Source, optional
-        Standard uncertainties of Type B: ``torque_scale`` and ``angle_scale`` (relative). Without it, intervals
-        are of Type A.
+        Standard uncertainties of Type B: ``torque_scale`` and ``angle_scale`` (relative). Without it,
+        intervals are of Type A.
     **options
         Fields of `ParallelCascadeOptions` that differ from the default.
 
@@ -485,6 +486,7 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng, uncert
     """One regression with an offset over the whole record, intervals over blocks."""
     from tepsipe.signals.differentiation import derivative
     from tepsipe.statistics.bootstrap import bootstrap_blocks
+    from tepsipe.statistics.clusters import errors_over_blocks
     from tepsipe.statistics.goodness_of_fit import vaf
     from tepsipe.statistics.least_squares import least_squares_line
 
@@ -503,13 +505,14 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng, uncert
             f"fit_impedance: expected a joint that moves, found {error}: check that it was perturbed"
         ) from error
     drawn = bootstrap_blocks(regressors, torque, block, draws, rng)
-    mean, blocks = torque.mean(), torque.size // block
+    errors, freedom = errors_over_blocks(regressors, result.residuals, block)
+    mean = torque.mean()
     late = delay_contributions(
         lambda x: np.linalg.lstsq(regressors, x)[0], derivative(motion.time, torque), sources
     )
     quantities, budget = with_scales(
         {
-            name: Quantity.drawn(result.parameters[k], unit, drawn[:, k], confidence, blocks)
+            name: Quantity.scaled(result.parameters[k], unit, drawn[:, k], confidence, errors[k], freedom[k])
             for k, (name, unit) in enumerate((UNITS | {"offset": "N·m"}).items())
         },
         sources,

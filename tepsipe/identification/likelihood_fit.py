@@ -65,8 +65,8 @@ def fit_joint_likelihood(
     confidence : float
         Probability of the intervals.
     uncertainty : mapping of str to float or Source, optional
-        Standard uncertainties of Type B, of the names in `LegUncertainty`; offsets of markers and the direction
-        of gravity do not act. Without it, intervals are of Type A.
+        Standard uncertainties of Type B, of the names in `LegUncertainty`; offsets of markers and the
+        direction of gravity do not act. Without it, intervals are of Type A.
 
     Returns
     -------

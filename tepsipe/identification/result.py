@@ -46,6 +46,20 @@ class Quantity:
         low, high = np.percentile(draws, [tail, 100.0 - tail])
         return cls(float(value), unit, float(np.std(draws, ddof=1)), float(low), float(high))
 
+    @classmethod
+    def scaled(
+        cls, value: float, unit: str, draws: np.ndarray, confidence: float, error: float, freedom: float
+    ) -> "Quantity":
+        """An estimate with a standard error (``unit``) and the shape of bootstrapped estimates (``unit``).
+
+        The deviations of the draws, shape (draws,), are scaled to the standard error. Ends of the interval
+        are their quantiles where Student's distribution of these degrees of freedom has its own.
+        """
+        deviations = (draws - draws.mean()) * (error / max(float(draws.std()), 1e-300))
+        tail = expanded_tail(confidence, freedom + 1.0)
+        low, high = np.percentile(deviations, [tail, 100.0 - tail]) * np.sqrt(freedom / (freedom + 1.0))
+        return cls(float(value), unit, float(error), float(value + low), float(value + high))
+
     def cells(self) -> tuple[str, str, str]:
         """Value, standard error and interval as text (``unit``), rounded by the standard error."""
         error = self.standard_error if np.isfinite(self.standard_error) else None
@@ -108,9 +122,9 @@ class ImpedanceFit:
     notes : tuple of str
         Caveats for the interpretation, one sentence each.
     type_b : tuple of str
-        Sources of Type B that were given as ``uncertainty``. Without any, standard errors and intervals are of
-        Type A: they hold the scatter within the record, and not errors of masses, lengths, calibrations and
-        delays, which every record of the rig shares.
+        Sources of Type B that were given as ``uncertainty``. Without any, standard errors and intervals are
+        of Type A: they include the scatter within the record, but no errors of masses, lengths, calibrations
+        and delays, which all records of the rig share.
     budget : mapping of str to mapping of str to float
         Quantity -> source -> its standard uncertainty (unit of the quantity), ``scatter`` for Type A.
     """
@@ -233,7 +247,7 @@ def quantities_of(
 
 
 def parts_of(names: Sequence[str], budget: Budget) -> dict[str, dict[str, float]]:
-    """Quantity -> source -> standard uncertainty (unit of the quantity), of the names of a budget in order."""
+    """Quantity -> source -> standard uncertainty (unit of the quantity); ``names`` in the budget's order."""
     sources = {"scatter": budget.type_a} | {name: budget.of_source(name) for name in budget.contributions}
     return {
         name: {source: float(np.broadcast_to(u, len(names))[k]) for source, u in sources.items()}

@@ -48,3 +48,37 @@ def bias_reduced_share(normal: np.ndarray, information: np.ndarray, moment: np.n
     scale = np.where(others > ALONE, 1.0 / np.sqrt(np.maximum(others, ALONE)), 0.0)
     seen = axes @ (scale * (axes.T @ scipy.linalg.solve_triangular(root, moment, lower=True)))
     return scipy.linalg.solve_triangular(root, seen, lower=True, trans="T")
+
+
+def errors_over_blocks(
+    regressors: np.ndarray, residuals: np.ndarray, block: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Standard errors of least squares with blocks of time as clusters, and their degrees of freedom.
+
+    Blocks that hardly move the solution hardly count: with v_j the variance that block j alone would add for
+    white errors, the degrees of freedom are (sum v_j)^2 / sum v_j^2 - 1 (Satterthwaite).
+
+    Parameters
+    ----------
+    regressors : ndarray, shape (n, p)
+        Regressors.
+    residuals : ndarray, shape (n,)
+        Residuals of the fit to all samples.
+    block : int
+        Length of a block (samples).
+
+    Returns
+    -------
+    errors, freedom : ndarray, shape (p,)
+        Standard errors (unit of the residuals over units of the columns), and at least 1 degree of freedom.
+    """
+    scale = np.linalg.norm(regressors, axis=0)
+    parts = np.array_split(regressors / scale, residuals.size // block)
+    information = [part.T @ part for part in parts]
+    moments = [part.T @ rest for part, rest in zip(parts, np.array_split(residuals, len(parts)), strict=True)]
+    normal = np.sum(information, axis=0)
+    shares = [bias_reduced_share(normal, *cluster) for cluster in zip(information, moments, strict=True)]
+    inverse = np.linalg.inv(normal)
+    added = np.einsum("ij,bjk,ki->bi", inverse, information, inverse)
+    freedom = added.sum(axis=0) ** 2 / np.sum(added**2, axis=0) - 1.0
+    return np.linalg.norm(shares, axis=0) / scale, np.maximum(freedom, 1.0)

@@ -61,8 +61,8 @@ def windows_budget(
     sources = stated_sources(stated, KNOWN_OF_LEGS if of_leg else MANIPULATOR_SOURCES, place)
     if sources and name == LEAST_SQUARES_THESIS:
         raise InputError(
-            f"{place}: expected no uncertainty with thesis, because the error of a wrong equation is not due to "
-            "its inputs, found both: leave one out"
+            f"{place}: expected no uncertainty with thesis, because the error of a wrong equation is not due "
+            "to its inputs, found both: leave one out"
         )
 
     def of_torque(motion: SegmentMotion, torque: np.ndarray) -> np.ndarray:
@@ -86,6 +86,6 @@ def _refuse_other_torque(known: LegUncertainty, torque: np.ndarray) -> None:
     of_leg = leg_pathway_torque("leg", known.leg, known.motion)
     if of_leg.shape != torque.shape or np.std(of_leg - torque) > LARGEST_DIFFERENCE * np.std(torque):
         raise InputError(
-            "fit_impedance, uncertainty: expected a LegUncertainty whose leg and motion gave the torque, found "
-            "another torque: give torque=joint_torque(motion, leg), and the same motion and leg"
+            "fit_impedance, uncertainty: expected a LegUncertainty whose leg and motion gave the torque, "
+            "found another torque: give torque=joint_torque(motion, leg), and the same motion and leg"
         )
