@@ -149,7 +149,7 @@ def wristalyzer_differences(trial: Trial, options: WristalyzerOptions, sources: 
     kept = slice(cut, trial.time.size - cut)
     time, bounds = trial.time[kept], options.bounds
     cutoff = {"cutoff_hz": options.lowpass_cutoff_hz, "order": options.lowpass_order}
-    torque, angle = (lowpass(trial.time, trial.values(key), **cutoff)[kept] for key in ("torque", "angle"))
+    torque, angle = (lowpass(trial.values(key), trial.rate_hz, **cutoff)[kept] for key in ("torque", "angle"))
     spectra = {
         "spectral-fit": {"averaged_bins": options.averaged_bins, "taper": False},
         "spectral-fit-periods": {
