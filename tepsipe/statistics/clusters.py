@@ -5,6 +5,8 @@ import scipy
 
 # smallest share of a combination of parameters that other clusters must determine
 ALONE = 1e-6
+# sets of borders between blocks
+SHIFTS = 4
 
 
 def bias_reduced_share(normal: np.ndarray, information: np.ndarray, moment: np.ndarray) -> np.ndarray:
@@ -55,8 +57,10 @@ def errors_over_blocks(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Standard errors of least squares with blocks of time as clusters, and their degrees of freedom.
 
-    Blocks that hardly move the solution hardly count: with v_j the variance that block j alone would add for
-    white errors, the degrees of freedom are (sum v_j)^2 / sum v_j^2 - 1 (Satterthwaite).
+    Errors that are correlated across the borders of the blocks would be missed, so the variance is the mean
+    over four sets of borders. Blocks that hardly move the solution hardly count: with v_j the variance that
+    block j alone would add for white errors, the degrees of freedom are (sum v_j)^2 / sum v_j^2 - 1
+    (Satterthwaite).
 
     Parameters
     ----------
@@ -73,12 +77,16 @@ def errors_over_blocks(
         Standard errors (unit of the residuals over units of the columns), and at least 1 degree of freedom.
     """
     scale = np.linalg.norm(regressors, axis=0)
-    parts = np.array_split(regressors / scale, residuals.size // block)
-    information = [part.T @ part for part in parts]
-    moments = [part.T @ rest for part, rest in zip(parts, np.array_split(residuals, len(parts)), strict=True)]
-    normal = np.sum(information, axis=0)
-    shares = [bias_reduced_share(normal, *cluster) for cluster in zip(information, moments, strict=True)]
+    scaled = regressors / scale
+    normal = scaled.T @ scaled
     inverse = np.linalg.inv(normal)
-    added = np.einsum("ij,bjk,ki->bi", inverse, information, inverse)
-    freedom = added.sum(axis=0) ** 2 / np.sum(added**2, axis=0) - 1.0
-    return np.linalg.norm(shares, axis=0) / scale, np.maximum(freedom, 1.0)
+    squares, freedoms = [], []
+    for first in np.round(block * np.arange(1, SHIFTS + 1) / SHIFTS).astype(int):
+        borders = np.arange(first, residuals.size, block)
+        parts = zip(np.split(scaled, borders), np.split(residuals, borders), strict=True)
+        clusters = [(x.T @ x, x.T @ rest) for x, rest in parts if len(rest)]
+        shares = [bias_reduced_share(normal, *cluster) for cluster in clusters]
+        squares.append(np.sum(np.square(shares), axis=0))
+        added = np.einsum("ij,bjk,ki->bi", inverse, np.array([x for x, _ in clusters]), inverse)
+        freedoms.append(added.sum(axis=0) ** 2 / np.sum(added**2, axis=0) - 1.0)
+    return np.sqrt(np.mean(squares, axis=0)) / scale, np.maximum(np.mean(freedoms, axis=0), 1.0)

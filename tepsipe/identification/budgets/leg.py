@@ -55,7 +55,14 @@ OFFSETS = ("anterior_offset_m", "longitudinal_offset_m")
 
 @dataclass(frozen=True)
 class LegUncertainty:
-    """Leg and markers as a pathway assumes them, with their uncertainty.
+    """Leg and markers as an analysis assumes them, with their uncertainty.
+
+    Names of the sources, each with its standard uncertainty in the unit of its name: ``leg_mass_kg``,
+    ``leg_com_m``, ``leg_inertia_kgm2``; ``joint_offset_m`` of the axis, along the belt and in height;
+    ``anterior_offset_m`` and ``longitudinal_offset_m`` of every marker; ``vertical_rad`` of the direction of
+    gravity; ``marker_scale`` and ``clock_ratio`` of the motion capture (relative); ``marker_sampling_s`` from
+    one marker to the next; ``levelled_rad`` of the axes after levelling; ``foot_compliance_rad_per_Nm``;
+    ``leg_bending_rad_per_m_per_s2``.
 
     Attributes
     ----------
@@ -63,11 +70,12 @@ class LegUncertainty:
         The leg (kg, m, kg·m²).
     markers : SegmentMarkers
         Its markers (m).
-    sources : dict of str to Source
+    sources : mapping of str to Source, or to float for `fit_impedance`
         Uncertain constants; none if Type B is not evaluated.
     motion, sampled_later : SegmentMotion
         As it was found, and as it is with a time between markers that is longer by its standard uncertainty
-        (s, rad, m); None if that time does not act.
+        (s, rad, m); None if that time does not act. Without ``sampled_later``, `fit_impedance` ignores
+        ``marker_sampling_s``.
     foot : Foot, optional
         The foot (kg, m), whose inertia tilts it on a compliant belt; without it, only the joint does.
     """
