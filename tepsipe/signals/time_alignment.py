@@ -16,6 +16,8 @@ from tepsipe.errors import InputError
 from tepsipe.signals.differentiation import derivative
 
 LONGEST_S = 0.02
+# the belt moves above this part of its largest velocity, and a little before and after (s)
+MOVING, AROUND_S = 0.05, 0.1
 # largest relative error of a clock that is searched, length of the stretches (s), frequencies (Hz)
 LARGEST_CLOCK_ERROR, STRETCH_S, CLOCK_BAND_HZ = 5e-3, 10.0, (0.5, 20.0)
 
@@ -60,6 +62,10 @@ def marker_delay(time: np.ndarray, position: np.ndarray, belt_velocity: np.ndarr
         if abs(delay) > LONGEST_S:
             break
     difference = spline(np.clip(time + delay, time[0], time[-1])) - belt_velocity
+    # where the belt rests, the difference is noise of the cameras, whatever the marker does
+    moving = np.abs(belt_velocity) > MOVING * np.abs(belt_velocity).max()
+    width = 2 * round(AROUND_S * (time.size - 1) / (time[-1] - time[0])) + 1
+    difference = difference[np.convolve(moving, np.ones(width), "same") > 0.5]
     if abs(delay) > LONGEST_S or difference @ difference > 0.25 * (belt_velocity @ belt_velocity):
         raise InputError(
             f"{what}: expected a marker that follows the belt within {1e3 * LONGEST_S:g} ms, found one that "

@@ -35,8 +35,8 @@ SMALL_M, SMALL_SCALE, CLEAR = 0.003, 0.03, 2.0
 SCALE_SD = 0.1
 # standard uncertainties by which the scale must be below 0 to be refused
 SURELY = 5.0
-# an origin that is less well known than this is not corrected (m)
-UNKNOWN_M = 0.01
+# an origin that is less well known than this is not corrected (m); up to the other, it counts as known
+UNKNOWN_M, WELL_KNOWN_M = 0.01, 2.0 * CENTRE_KNOWN_M
 # least relative deviation of the vertical force from the weight that shows a faulty plate
 FORCE_WITHIN = 0.03
 # deviation of the centre of pressure that shows one faulty transducer (m)
@@ -98,6 +98,18 @@ class PlateCheck:
         plate = dict(result.facts.get("plate", {}))
         return cls(**{**plate, "flags": tuple(plate.get("flags", ()))})
 
+    @classmethod
+    def of_several(cls, checks: Sequence[Self]) -> Self:
+        """What is known of the sum of plates, each of which is corrected by itself: the worst of them (m)."""
+        if len(checks) == 1:
+            return checks[0]
+        unknown = any(check.origin_m is None for check in checks)
+        return cls(
+            origin_m=None if unknown else 0.0,
+            origin_u_m=None if unknown else max(check.origin_u_m for check in checks),
+            flags=tuple(dict.fromkeys(flag for check in checks for flag in check.flags)),
+        )
+
     @property
     def facts(self) -> dict:
         """The check as facts of a result (m)."""
@@ -110,6 +122,11 @@ class PlateCheck:
             return 1.0
         off = abs(self.moment_scale - 1.0)
         return self.moment_scale if off > max(SMALL_SCALE, CLEAR * self.moment_scale_u) else 1.0
+
+    @property
+    def origin_known(self) -> bool:
+        """Test for an origin that weights show to `WELL_KNOWN_M`, so that hardly any error of it is left."""
+        return self.origin_m is not None and not self.flags and self.origin_u_m <= WELL_KNOWN_M
 
     @property
     def corrected_origin_m(self) -> float:

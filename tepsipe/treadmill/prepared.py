@@ -84,7 +84,7 @@ class PreparedTrial:
         return replace(self, lowpass=lowpass, belt_velocity=velocity)
 
     def load(self, belt: str) -> dict[str, np.ndarray]:
-        """Fy, Fz (N) and Mx (N·m) of one belt, filtered, each of shape (n,).
+        """Fy, Fz (N) and Mx (N·m) of one belt, or of ``both`` together, filtered, each of shape (n,).
 
         Raises
         ------
@@ -92,6 +92,9 @@ class PreparedTrial:
             If the belt is not in the trial.
         """
         belts = self.trial.axes["belt"].tolist()
+        if belt == "both":
+            left, right = self.load("left"), self.load("right")
+            return {key: x + right[key] for key, x in left.items()}
         if belt not in belts:
             raise InputError(
                 f"{self.name}: expected forces of the belt {belt!r}, found {listed(belts)}: "

@@ -16,7 +16,7 @@ from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
 from tepsipe.signals.time_alignment import marker_delay
-from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
+from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial, zero_line
 from tepsipe.treadmill.recording import BeltRecording
 
 # the moment first: it identifies the frame with which the force is fitted
@@ -185,6 +185,7 @@ def recordings_of_loads(
     velocity = prepared.from_rest(prepared.belt_velocity)
     acceleration = derivative(prepared.time, velocity)
     raw_velocity = prepared.from_rest(prepared.trial.values("belt_velocity"))
+    fine_velocity = _fine_velocity(prepared)
     return {
         component: BeltRecording(
             name=prepared.name,
@@ -200,9 +201,18 @@ def recordings_of_loads(
             evaluated=np.ones(velocity.size, dtype=bool),
             onsets=prepared.onsets,
             lowpass=prepared.lowpass,
+            fine_velocity=fine_velocity,
         )
         for component, unit in COMPONENTS.items()
     }
+
+
+def _fine_velocity(prepared: PreparedTrial) -> np.ndarray | None:
+    """Belt velocity above rest at a higher rate than the other signals, if the trial has it (m/s)."""
+    if "belt_velocity_fine" not in prepared.trial.signals:
+        return None
+    fine, time = prepared.trial.values("belt_velocity_fine"), prepared.trial.axes["fine_time"]
+    return zero_line(fine, time, np.repeat(prepared.at_rest, fine.size // prepared.time.size))
 
 
 def _weight_position(prepared: PreparedTrial, weight_motion: str) -> np.ndarray:

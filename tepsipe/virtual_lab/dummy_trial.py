@@ -64,7 +64,7 @@ def make_dummy_trial(truth: dict, condition: str, protocol: Protocol, files: dic
         FootTilt(**truth["dummy"]["foot_tilt"]),
     )
     load_kg = dummy.foot_mass_kg + dummy.leg_mass_kg
-    record_log(rig, seed, schedule, motion, load_kg, rng, files)
+    record_log(rig, seed, schedule, {"right": (motion, load_kg)}, rng, files)
     paths = _marker_paths(truth["dummy"], dummy, motion, schedule.onsets_s, of_slip)
     record_capture(rig, schedule, MARKERS, paths, rng, files["markers"])
     if "motion" in files:

@@ -324,6 +324,25 @@ def belt_wrench(
     return wrench
 
 
+@dataclass(frozen=True)
+class Loaded:
+    """What one belt carries.
+
+    Attributes
+    ----------
+    plate : PlateTruth
+        Constants of the force plate below it.
+    motion : BeltMotion
+        Motion of the belt (m/s, m/s²), and wrench of the plate on the load about the belt's centre (N, N·m).
+    load_kg : float
+        Mass on the belt (kg).
+    """
+
+    plate: PlateTruth
+    motion: BeltMotion
+    load_kg: float
+
+
 def plate_voltages(
     truth: PlateTruth,
     volts_per_newton: np.ndarray,
@@ -334,27 +353,50 @@ def plate_voltages(
 ) -> np.ndarray:
     """Voltages of the 14 channels with the load on the right belt.
 
+    Takes the constants of the plate and of `Loaded`, and the arguments of `voltages_of_belts`.
+    """
+    loaded = {"right": Loaded(truth, motion, load_kg)}
+    return voltages_of_belts(loaded, volts_per_newton, sample, rng)
+
+
+def voltages_of_belts(
+    loaded: dict[str, Loaded],
+    volts_per_newton: np.ndarray,
+    sample: np.ndarray,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """Voltages of the 14 channels.
+
     Parameters
     ----------
-    truth : PlateTruth
-        Constants.
+    loaded : dict of str to Loaded
+        Belt of `BELTS` -> its load; a belt without one stands still.
     volts_per_newton : ndarray, shape (14, 14)
         From `plate_electronics` (V/N).
-    motion : BeltMotion
-        Motion of the right belt (m/s, m/s²), and wrench of the plate on the load about the belt's centre (N,
-        N·m).
-    load_kg : float
-        Mass on the belt (kg).
     sample : ndarray of int, shape (k,)
         Grid points at which the log samples.
     rng : numpy.random.Generator
-        Draws noise and drift; children of it draw the belt's lag and the floor.
+        Draws noise and drift; children of it draw the lag of every belt and the floor.
 
     Returns
     -------
     ndarray, shape (k, 14)
         Voltages (V), left belt first.
     """
+    parts = [
+        _transducer_forces(loaded[belt], sample, rng) if belt in loaded else np.zeros((sample.size, 7))
+        for belt in BELTS
+    ]
+    forces, truth = np.concatenate(parts, axis=1), next(iter(loaded.values())).plate
+    drift = truth.drift_V_per_s * rng.standard_normal(forces.shape[1])
+    elapsed = np.arange(sample.size)[:, None] / truth.rate_hz
+    noise = truth.noise_V * rng.standard_normal(forces.shape)
+    return forces @ volts_per_newton.T + drift * elapsed + noise
+
+
+def _transducer_forces(loaded: Loaded, sample: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Forces of the 7 transducers of one belt (N), shape (k, 7)."""
+    truth, motion, load_kg = loaded.plate, loaded.motion, loaded.load_kg
     of_lag, of_floor = rng.spawn(2)  # leaves what `rng` itself draws as it is
     n, grid_rate_hz = motion.time.size, motion.rate_hz
     lag, load = wandering_lag(truth, n, grid_rate_hz, of_lag), motion.reaction[:, 2]
@@ -376,15 +418,11 @@ def plate_voltages(
     wrench[:, 1] -= taken
     wrench[:, 3] += truth.origin_height_m * wrench[:, 1] - truth.origin_forward_m * wrench[:, 2]
     wrench[:, 3] *= truth.moment_scale
-    right = wrench[sample] @ np.linalg.pinv(lines_of_action(truth)).T
-    vertical = right[:, :4].sum(axis=1)
-    right[:, 6] = truth.force_scale[0] * right[:, 6] + truth.vertical_leak * vertical
-    right[:, :4] *= truth.force_scale[1] * np.asarray(truth.transducer_gain)
-    forces = np.concatenate([np.zeros_like(right), right], axis=1)
-    drift = truth.drift_V_per_s * rng.standard_normal(forces.shape[1])
-    elapsed = np.arange(sample.size)[:, None] / truth.rate_hz
-    noise = truth.noise_V * rng.standard_normal(forces.shape)
-    return forces @ volts_per_newton.T + drift * elapsed + noise
+    found = wrench[sample] @ np.linalg.pinv(lines_of_action(truth)).T
+    vertical = found[:, :4].sum(axis=1)
+    found[:, 6] = truth.force_scale[0] * found[:, 6] + truth.vertical_leak * vertical
+    found[:, :4] *= truth.force_scale[1] * np.asarray(truth.transducer_gain)
+    return found
 
 
 def _mode(hz: float, damping: float, mass_kg: float, load_kg: float) -> tuple[list, list]:

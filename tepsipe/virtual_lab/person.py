@@ -35,7 +35,7 @@ no free-body equation is used here.
 import math
 from array import array
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
@@ -327,6 +327,51 @@ def _accelerations(body: _Body) -> Callable[..., tuple[float, float, float, floa
     return accelerations
 
 
+def _feet_com(
+    person: PersonTruth, y: np.ndarray, v: np.ndarray, tilt: np.ndarray, w_f: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """y, z (m), y' and z' (m/s) of the feet's centre of mass, forward of the ankles and below them."""
+    forward, below = person.foot_com_m, -0.5 * person.ankle_height_m
+    foot_y = y + forward * np.cos(tilt) + below * np.sin(tilt)
+    foot_z = person.ankle_height_m + below * np.cos(tilt) - forward * np.sin(tilt)
+    foot_vy = v + w_f * (below * np.cos(tilt) - forward * np.sin(tilt))
+    foot_vz = -w_f * (forward * np.cos(tilt) + below * np.sin(tilt))
+    return foot_y, foot_z, foot_vy, foot_vz
+
+
+def loads_of_legs(person: PersonTruth, motion: PersonMotion) -> dict[str, tuple[BeltMotion, float]]:
+    """Motion with the reaction of each leg's own plate (N, N·m), and mass on it (kg): left, right.
+
+    The feet are equal. The forces of the legs on them are shared as the weight is, their torques as
+    `PersonTruth.marked_share` says of the right leg. Both ankles are at the same place along the belt.
+    """
+    feet, y = feet_of(person), motion.belt_position
+    foot_y, foot_z, foot_vy, foot_vz = _feet_com(
+        person, y, motion.belt_velocity, motion.foot, motion.foot_rate
+    )
+    spin = feet.mass_kg * (foot_y * foot_vz - foot_z * foot_vy) - feet.inertia_kgm2 * motion.foot_rate
+    momenta = np.column_stack([feet.mass_kg * foot_vy, feet.mass_kg * foot_vz, spin])
+    rate = scipy.interpolate.CubicSpline(motion.time, momenta)(motion.time, 1)
+    weight = feet.mass_kg * person.gravity_m_per_s2
+    of_feet = np.zeros_like(motion.reaction)
+    of_feet[:, 1:4] = rate + np.column_stack([np.zeros_like(y), np.full(y.size, weight), weight * foot_y])
+    of_feet[:, 3] += person.position_y_m * of_feet[:, 2]
+    legs = motion.reaction - of_feet
+    ankle_y, ankle_z = y + person.position_y_m, person.ankle_height_m
+    torque = legs[:, 3] - ankle_y * legs[:, 2] + ankle_z * legs[:, 1]
+    shares = {
+        "left": (person.left_share, 1.0 - person.marked_share),
+        "right": (1.0 - person.left_share, person.marked_share),
+    }
+    loads = {}
+    for belt, (of_force, of_torque) in shares.items():
+        reaction = of_force * legs + 0.5 * of_feet
+        reaction[:, 3] += (of_torque - of_force) * torque
+        mass_kg = of_force * (person.mass_kg - feet.mass_kg) + 0.5 * feet.mass_kg
+        loads[belt] = replace(motion, reaction=reaction), mass_kg
+    return loads
+
+
 def _reaction(person: PersonTruth, time: np.ndarray, states: np.ndarray) -> np.ndarray:
     """Wrench on the person about the plate's origin, from the rates of its momenta."""
     chain = segments(person)
@@ -337,14 +382,9 @@ def _reaction(person: PersonTruth, time: np.ndarray, states: np.ndarray) -> np.n
     tilt, w_f = states[:, 9], states[:, 10]
     both_feet = feet_of(person)
     foot_kg = both_feet.mass_kg
+    foot_y, foot_z, foot_vy, foot_vz = _feet_com(person, y, v, tilt, w_f)
     com_y, com_z = y[:, None] + np.sin(th) @ a.T, person.ankle_height_m + np.cos(th) @ a.T
     com_vy, com_vz = v[:, None] + (np.cos(th) * w) @ a.T, -(np.sin(th) * w) @ a.T
-    # the feet's centre of mass, forward of the ankles and below them
-    forward, below = person.foot_com_m, -0.5 * person.ankle_height_m
-    foot_y = y + forward * np.cos(tilt) + below * np.sin(tilt)
-    foot_z = person.ankle_height_m + below * np.cos(tilt) - forward * np.sin(tilt)
-    foot_vy = v + w_f * (below * np.cos(tilt) - forward * np.sin(tilt))
-    foot_vz = -w_f * (forward * np.cos(tilt) + below * np.sin(tilt))
     momentum_y = com_vy @ mass + foot_kg * foot_vy
     momentum_z = com_vz @ mass + foot_kg * foot_vz
     # about x, right-handed (positive turns y towards z); th turns z towards y, hence its minus

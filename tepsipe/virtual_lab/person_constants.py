@@ -41,6 +41,8 @@ class PersonTruth:
         Part of both ankles' torque that the marked leg bears.
     marked_rotation : float
         Rotation of the marked shank relative to the mean of both.
+    left_share : float
+        Part of the weight above the feet that the left leg bears, where each foot has a plate of its own.
     """
 
     mass_kg: float
@@ -60,6 +62,7 @@ class PersonTruth:
     forefoot_share: float = 1.0
     marked_share: float = 0.5
     marked_rotation: float = 1.0
+    left_share: float = 0.5
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from tepsipe.virtual_lab.belt import DriveTruth
 from tepsipe.virtual_lab.electromyography import CHANNELS, EmgTruth, record_emg, sample_trigger, write_emg
-from tepsipe.virtual_lab.person import move_person, true_ankles
+from tepsipe.virtual_lab.person import loads_of_legs, move_person, true_ankles
 from tepsipe.virtual_lab.person_constants import (
     MARKERS,
     MUSCLES,
@@ -26,7 +26,7 @@ INTEGRATION_RATE_HZ = 1000.0
 
 
 def make_standing_trial(
-    truth: dict, condition: str, task: str, protocol: Protocol, files: dict[str, Path]
+    truth: dict, condition: str, task: str, protocol: Protocol, files: dict[str, Path], belt: str = "right"
 ) -> None:
     """Make one trial of a person standing on the treadmill.
 
@@ -43,6 +43,8 @@ def make_standing_trial(
     files : dict of str to Path
         Files to write: ``log``, ``calibration``, ``markers`` and ``emg``, and ``motion``, the hidden motion
         of the ankles (s, rad, N·m), if it is wanted.
+    belt : {"right", "both"}
+        Both feet on the right belt, or each foot on the belt of its side.
     """
     seed, rig, standing = truth["seed"], truth["treadmill"], truth["standing"]
     rng = generator(seed, "standing", condition)
@@ -58,7 +60,8 @@ def make_standing_trial(
         INTEGRATION_RATE_HZ,
         of_nerves,
     )
-    record_log(rig, seed, schedule, motion, person.mass_kg, rng, files)
+    loads = loads_of_legs(person, motion) if belt == "both" else {"right": (motion, person.mass_kg)}
+    record_log(rig, seed, schedule, loads, rng, files)
     skin = SkinTruth(**standing["skin"])
     paths = person_marker_paths(PersonMarkers(**standing["markers"]), person, skin, motion)
     record_capture(rig, schedule, MARKERS, paths, rng, files["markers"])

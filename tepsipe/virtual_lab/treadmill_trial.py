@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth, velocity_command
-from tepsipe.virtual_lab.force_plate import PlateTruth, plate_electronics, plate_voltages
+from tepsipe.virtual_lab.force_plate import Loaded, PlateTruth, plate_electronics, voltages_of_belts
 from tepsipe.virtual_lab.motion_capture import CaptureTruth, MarkerPath, record_markers
 from tepsipe.virtual_lab.seeds import generator
 from tepsipe.virtual_lab.treadmill_files import write_calibration, write_markers, write_treadmill_log
@@ -123,12 +123,11 @@ def record_log(
     rig: dict,
     seed: int,
     schedule: Schedule,
-    motion: BeltMotion,
-    load_kg: float,
+    loads: dict[str, tuple[BeltMotion, float]],
     rng: np.random.Generator,
     files: dict[str, Path],
 ) -> None:
-    """Write the treadmill's log of a motion and the calibration matrix of its plate.
+    """Write the treadmill's log of a motion and the calibration matrix of its plates.
 
     Parameters
     ----------
@@ -138,19 +137,21 @@ def record_log(
         Seed of the laboratory: every trial has the same plate.
     schedule : Schedule
         Trigger (s) and command (m/s).
-    motion : BeltMotion
-        Motion and reaction on the grid of the integration (s, m, N, N·m).
-    load_kg : float
-        Mass on the belt (kg).
+    loads : dict of str to tuple of BeltMotion and float
+        Belt, left or right -> motion and reaction on the grid of the integration (s, m, N, N·m), and mass on
+        the belt (kg). Two belts move alike.
     rng : numpy.random.Generator
         Draws the noise of the log's channels.
     files : dict of str to Path
         Files to write: ``log`` and ``calibration``.
     """
     plate, drive = PlateTruth(**rig["plate"]), DriveTruth(**rig["drive"])
+    plates = {"left": PlateTruth(**rig["plate"] | rig.get("left_plate", {})), "right": plate}
+    motion = next(iter(loads.values()))[0]
     sample = np.arange(0, motion.time.size, round(motion.rate_hz / plate.rate_hz))
     volts_per_newton, matrix = plate_electronics(plate, generator(seed, "plate"))
-    voltages = plate_voltages(plate, volts_per_newton, motion, load_kg, sample, rng)
+    loaded = {belt: Loaded(plates[belt], *load) for belt, load in loads.items()}
+    voltages = voltages_of_belts(loaded, volts_per_newton, sample, rng)
     time = motion.time[sample]
     noisy = motion.belt_velocity[sample] + drive.velocity_noise_m_per_s * rng.standard_normal(sample.size)
     velocity = drive.velocity_step_m_per_s * np.round(noisy / drive.velocity_step_m_per_s)

@@ -14,7 +14,9 @@ from tepsipe.virtual_lab.treadmill_trial import (
 from tepsipe.virtual_lab.weight import MARKERS, WeightTruth, move_weight, weight_marker_paths
 
 
-def make_weight_trial(truth: dict, condition: str, protocol: Protocol, files: dict[str, Path]) -> None:
+def make_weight_trial(
+    truth: dict, condition: str, protocol: Protocol, files: dict[str, Path], belt: str = "right"
+) -> None:
     """Make one trial with the weight on the belt, or with the empty belt.
 
     Parameters
@@ -29,6 +31,8 @@ def make_weight_trial(truth: dict, condition: str, protocol: Protocol, files: di
     files : dict of str to Path
         Files to write: ``log`` and ``calibration``, and ``markers`` of the weight, without which the belt is
         empty.
+    belt : {"left", "right"}
+        The belt that moves.
     """
     seed, rig = truth["seed"], truth["treadmill"]
     weight = None
@@ -40,6 +44,6 @@ def make_weight_trial(truth: dict, condition: str, protocol: Protocol, files: di
     drive = DriveTruth(**rig["drive"])
     motion = move_weight(weight, drive, schedule.command, schedule.ends_s, INTEGRATION_RATE_HZ)
     load_kg = 0.0 if weight is None else weight.mass_kg
-    record_log(rig, seed, schedule, motion, load_kg, rng, files)
+    record_log(rig, seed, schedule, {belt: (motion, load_kg)}, rng, files)
     if weight is not None:
         record_capture(rig, schedule, MARKERS, weight_marker_paths(weight, motion), rng, files["markers"])

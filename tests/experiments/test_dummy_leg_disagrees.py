@@ -22,8 +22,8 @@ def bends(times):
     return broken
 
 
-def disagreement(rng, times, options):
-    verdict = checked(trial(rng, broken=bends(times)), options, None)[1]
+def disagreement(rng, times, options, noise_m=1e-5):
+    verdict = checked(trial(rng, noise_m=noise_m, broken=bends(times)), options, None)[1]
     (check,) = [check for check in verdict.checks if check.name == "leg-disagrees"]
     assert (check.name in verdict.flags["leg"]) == (check.name in verdict.flags["leg-joint-likelihood"])
     return check, check.name in verdict.flags["leg"]
@@ -39,5 +39,9 @@ def test_bending_is_flagged_beyond_what_is_believed_and_grows_in_proportion(rng)
 
 
 def test_a_rod_believed_rigid_is_flagged_at_less(rng):
-    assert not disagreement(rng, 2.0, KNOWN)[1]
-    assert disagreement(rng, 2.0, RIGID)[1]
+    # 2.3 times the stated bending changes K by 1.35 %: more than its uncertainty of 1.18 %, which does not
+    # matter, and too little to contradict the stated bending; markers almost without noise decide by the rod
+    assert not disagreement(rng, 2.3, KNOWN, 2e-6)[1]
+    rigid, flagged = disagreement(rng, 2.3, RIGID, 2e-6)
+    assert flagged
+    assert rigid.size > rigid.tolerance > 0.01

@@ -15,6 +15,8 @@ from tepsipe.experiments.standing.free_reflex.fit import (
     WINDOW,
     FreeReflexOptions,
     fit_free_reflex,
+    inside_window,
+    sway_moments,
 )
 from tepsipe.experiments.standing.free_reflex.fit_errors import TREADMILL
 from tepsipe.experiments.standing.free_reflex.free_body import SOURCES
@@ -194,6 +196,32 @@ def test_windows_count_only_as_far_as_nothing_else_explains_their_spread():
         for fit in (own, other)
     ]
     assert spread[0] < 0.8 and 0.95 < spread[1] <= 1.0
+
+
+def named(trials, of_each):
+    """The trials as epochs of recordings with so many directions each."""
+    return [replace(trial, recording=f"trial-{k // of_each}") for k, trial in enumerate(trials)]
+
+
+def test_trials_with_pulses_of_both_directions_count_once():
+    alone, four, two = (fitted(trials) for trials in (group(), named(group(), 2), named(group(), 4)))
+    assert np.array_equal(fitted(named(group(), 1)).budget.type_a, alone.budget.type_a)
+    # eight means are four trials, whose pairs are left out in turn
+    assert (alone.budget.freedom_a, four.budget.freedom_a) == (7.0, 3.0)
+    left = np.array(
+        [fitted([t for k, t in enumerate(group()) if k // 2 != out]).parameters[0] for out in range(4)]
+    )
+    expected = np.sqrt(0.75 * ((left - left.mean(axis=0)) ** 2).sum(axis=0))
+    assert four.budget.type_a == pytest.approx(expected, rel=0.1)
+    # two trials say nothing on the scatter between trials, their 80 responses do
+    assert two.budget.freedom_a == 72.0
+
+
+def test_quiet_standing_of_a_trial_counts_once():
+    loud, calm = responses(1, noise=0.3), responses(2, noise=0.1)
+    inside = inside_window(loud.time, 0.08)
+    both = [replace(loud, recording="a"), replace(loud, recording="a"), replace(calm, recording="b")]
+    assert np.array_equal(sway_moments(both, inside), sway_moments([loud, calm], inside))
 
 
 @pytest.mark.slow

@@ -42,6 +42,17 @@ def test_delay_is_found_through_noise_and_filters(rng):
     assert np.std(found) < 3e-4
 
 
+def test_noise_while_the_belt_rests_is_no_marker_that_slips(rng):
+    """Slow pulses, 0.5 mm of noise at 100 Hz: over a minute the noise has more power than the pulses."""
+    time = np.arange(6500) / 100.0
+    position, velocity, _ = belt_pulses(time, 4.0 + 6.0 * np.arange(10), 0.2)[:3]
+    noisy = position + 5e-4 * rng.standard_normal(time.size)
+    marker, belt = (butterworth_lowpass(x, 100.0, 20.0) for x in (noisy, velocity))
+    slope = np.gradient(marker, time)
+    assert np.sum((slope - belt) ** 2) > 0.25 * np.sum(belt**2)
+    assert marker_delay(time, marker, belt, "trial") == pytest.approx(0.0, abs=2e-3)
+
+
 def test_marker_that_is_much_too_late_is_refused():
     for delay_s in (0.03, -0.03, 0.5):
         position, velocity = late_marker(delay_s)

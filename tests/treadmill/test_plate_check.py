@@ -79,6 +79,9 @@ def test_corrected_moment_is_that_about_the_origin_of_the_markers():
         "moment": Signal(moment, "Nm", ("time", "belt", "axis")),
     }
     trial = Trial(100.0, axes, signals)
+    assert PlateCheck(0.02, 0.004).origin_known
+    for unsure in (PlateCheck(), PlateCheck(0.02, 0.006), PlateCheck(0.02, 0.001, flags=("plate-scale",))):
+        assert not unsure.origin_known
     check = PlateCheck(0.02, 0.001, 1.1, 0.001, 1.0, 0.0)
     found = PlateCheck.from_result(Result({}, {}, {"plate": check.facts})).corrected(trial, "right")
     assert found.values("moment")[:, 1, 0] == pytest.approx(50.0)

@@ -249,6 +249,22 @@ def test_models_are_those_of_the_belt_of_a_trial(study_of):
     assert groups.labels(study)["belt"]["standing"]["P1-left-relax"] == "left"
 
 
+def test_a_person_on_both_belts_needs_the_models_of_both(study_of):
+    study = study_of(standing("P1", "relax", belt="both"), *calibration("left"), *calibration("right"))
+    plates = ["plate_left", "plate_right"]
+    assert study.treadmill.plates_of("standing", "P1-relax-1") == plates
+    assert outputs.plate_models(study, "standing", "P1-relax-1") == [
+        f"<results>/treadmill_models/{plate}_{load}.json" for plate in plates for load in ("Fy", "Mx")
+    ]
+    assert len(outputs.held_out(study, "standing", "P1-relax-1")) == 2
+    assert study.tasks.names() == ["P1-both-relax"]
+    text = refused(study_of, standing("P1", "relax", belt="both"), *calibration("right"))
+    assert "weight and empty on the left belt" in text
+    # a weight lies on one belt
+    text = refused(study_of, *[row | {"belt": "both"} for row in calibration("right")])
+    assert "left or right" in text
+
+
 def test_exception_for_a_belt_is_possible_where_belts_have_models_of_their_own(config):
     config["plate_treadmill"]["exceptions"] = {"standing": {"belt": "left"}}
     experiments = ["standing", "weight", "empty"]

@@ -63,6 +63,7 @@ rule make_weight_trial:
     params:
         truth=lambda w: truth_of("seed", "treadmill", weight_section(w)),
         protocol=protocol("weight"),
+        belt=lambda w: STUDY.treadmill.belt_of("weight", w.condition),
     script:
         "../scripts/make_weight_trial.py"
 
@@ -79,6 +80,7 @@ use rule make_weight_trial as make_empty_trial with:
     params:
         truth=truth_of("seed", "treadmill"),
         protocol=protocol("empty"),
+        belt=lambda w: STUDY.treadmill.belt_of("empty", w.condition),
 
 
 rule make_standing_trial:
@@ -102,5 +104,6 @@ rule make_standing_trial:
         ),
         task=sheet("task", "standing"),
         protocol=protocol("standing"),
+        belt=lambda w: STUDY.treadmill.belt_of("standing", w.condition),
     script:
         "../scripts/make_standing_trial.py"

@@ -5,7 +5,7 @@ import job
 job.start(snakemake)
 
 from tepsipe.experiments.standing.epochs import epochs_of
-from tepsipe.experiments.standing.free_reflex.broadband import GROUPS, broadband_of
+from tepsipe.experiments.standing.free_reflex.legs import leg_rows, legs_of
 from tepsipe.experiments.standing.free_reflex.results import (
     FreeReflexChoices,
     budget_rows,
@@ -66,9 +66,7 @@ choices = FreeReflexChoices.from_settings(
     params.seed,
 )
 onset = reflex_onset(latencies, active.action, options.detector, choices.options)
-broadband = [
-    found for result in stored for group in GROUPS if (found := broadband_of(result, group)) is not None
-]
+broadband, legs = legs_of(stored)
 perturbations = sum(result.arrays["processed/onsets_s"].size for result in stored)
 fits |= fit_free(broadband, name, estimators, choices, perturbations, onset)
 facts = {
@@ -91,7 +89,8 @@ result = standing_result(trials, fits, choices.pathway, latencies, facts, window
 write_result(snakemake.output.fit, with_budgets(result, fits))
 stretch = choices.sources.get("latency_s")
 rows = fit_estimates(task, fits, person.body.critical_stiffness, latencies, stretch)
-CONTRIBUTIONS.write(snakemake.output.uncertainty, budget_rows(rows, fits))
+of_legs, budgets_of_legs = leg_rows(task, legs, name, estimators, choices, perturbations, onset)
+CONTRIBUTIONS.write(snakemake.output.uncertainty, [*budget_rows(rows, fits), *budgets_of_legs])
 pathway = TorquePathway(**params.pathways[choices.pathway])
-rows = quoted(rows, broadband, fits, params.recommended, pathway)
+rows = quoted([*rows, *of_legs], broadband, fits, params.recommended, pathway)
 ESTIMATES.write(snakemake.output.estimates, rows)

@@ -21,4 +21,5 @@ make_standing_trial(
         "emg": Path(snakemake.output.emg),
         "motion": Path(snakemake.output.motion),
     },
+    snakemake.params.belt,
 )

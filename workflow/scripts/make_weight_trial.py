@@ -18,4 +18,5 @@ make_weight_trial(
     snakemake.wildcards.condition,
     Protocol(**snakemake.params.protocol),
     files,
+    snakemake.params.belt,
 )

@@ -22,7 +22,7 @@ from workflow.settings.quantities import (
     number,
     some,
 )
-from workflow.settings.section import Section, optional, setting
+from workflow.settings.section import Section, optional, partial, setting
 
 Point = fixed(Offset, 2)
 Scale = number(above=0, most=10)
@@ -209,6 +209,10 @@ class PersonLab(Section):
     )
     marked_rotation: number(above=0, below=2) = setting(
         "rotation of the marked shank relative to the mean of both; 1 for equal legs"
+    )
+    left_share: Fraction = setting(
+        "part of the weight above the feet on the left leg, if each foot is on a plate of its own (`both` in "
+        "the column `belt`)"
     )
 
 
@@ -496,6 +500,7 @@ class TreadmillLab(Section):
     protocol: ProtocolLab
     drive: DriveLab
     plate: PlateLab
+    left_plate: partial(PlateLab) = setting("constants of the plate below the left belt that differ")
     capture: CaptureLab
 
 

@@ -113,16 +113,16 @@ def task_fits(study: Study) -> list[str]:
 
 
 def plate_models(study: Study, experiment: str, condition: str) -> list[str]:
-    """Models of the belt-induced force and moment of a trial's belt, if any: of Fy, then of Mx."""
+    """Models of the belt-induced force and moment of a trial's belts, if any: of Fy, then of Mx of each."""
     loads = ("Fy", "Mx") if study.has("weight") else ()
-    plate = study.treadmill.plate_of(study.treadmill.belt_of(experiment, condition))
-    return [f"<results>/treadmill_models/{plate}_{load}.json" for load in loads]
+    plates = study.treadmill.plates_of(experiment, condition)
+    return [f"<results>/treadmill_models/{plate}_{load}.json" for plate in plates for load in loads]
 
 
 def held_out(study: Study, experiment: str, condition: str) -> list[str]:
-    """Residuals on the belt of a trial of which its treadmill model has not seen, if there is a model."""
-    plate = study.treadmill.plate_of(study.treadmill.belt_of(experiment, condition))
-    return [f"<results>/treadmill_models/{plate}_held_out.h5"] if study.has("weight") else []
+    """Residuals on the belts of a trial that their treadmill models have not seen, if there are models."""
+    plates = study.treadmill.plates_of(experiment, condition) if study.has("weight") else []
+    return [f"<results>/treadmill_models/{plate}_held_out.h5" for plate in plates]
 
 
 def plate_fits(study: Study) -> list[str]:

@@ -13,6 +13,8 @@ from workflow.support.placeholders import refuse_placeholder_cells
 
 EMPTY = ("-", "")
 BELTS = ("left", "right")
+# experiment -> belts of a simulated trial; others move the right one
+SIMULATED = {"weight": BELTS, "empty": BELTS, "standing": ("right", "both")}
 # numbers of `standing.person` in the table of the participants; beyond its range a number has another unit
 RANGES = {
     "mass_kg": (0.1, 500.0),
@@ -47,15 +49,18 @@ def belt_of(cells: dict[str, str], here: str) -> str | None:
             f"{here}: expected '-' for the belt, because trials of {experiment} are not on the plate "
             f"treadmill, found {quoted(belt)}: correct it"
         )
-    if belt not in BELTS:
+    standing = experiment == "standing"
+    if belt not in BELTS and not (standing and belt == "both"):
+        each = ", both for a foot on each" if standing else ""
         raise InputError(
-            f"{here}: expected the belt to be left or right, or '-' for plate_treadmill.belt of the "
+            f"{here}: expected the belt to be left or right{each}, or '-' for plate_treadmill.belt of the "
             f"configuration, found {quoted(belt)}: correct it"
         )
-    if cells["source"] == "virtual_lab" and belt != "right":
+    simulated = SIMULATED.get(experiment, ("right",))
+    if cells["source"] == "virtual_lab" and belt not in simulated:
         raise InputError(
-            f"{here}: expected right or '-' for the belt, because the virtual laboratory moves the right "
-            f"one, found {quoted(belt)}: correct it"
+            f"{here}: expected {' or '.join(simulated)} or '-' for the belt, because the virtual laboratory "
+            f"moves no other one in trials of {experiment}, found {quoted(belt)}: correct it"
         )
     return belt
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tepsipe.errors import InputError, listed
-from tepsipe.experiments.standing.options import TORQUES, Person, StandingOptions, TorquePathway
+from tepsipe.experiments.standing.options import BOTH, TORQUES, Person, StandingOptions, TorquePathway
 from tepsipe.experiments.standing.stance import (
     PlateBalance,
     Stance,
@@ -135,9 +135,11 @@ def process_standing(
     pathways : dict of str to TorquePathway
         Name -> pathway.
     models : dict of str to dict of str to FittedModel
-        Component of the load, Fy or Mx -> name -> treadmill model; may be empty if no pathway needs one.
+        Component of the load, Fy or Mx -> name -> treadmill model; may be empty if no pathway needs one. For
+        a person with a foot on each belt: belt -> the same.
     plate : PlateCheck, optional
-        Origin and scale of the force plate, to be corrected (m).
+        Origin and scale of the force plate, to be corrected (m); of two plates that were corrected before,
+        `PlateCheck.of_several`.
 
     Returns
     -------
@@ -156,7 +158,7 @@ def process_standing(
     time, still, person = prepared.time, prepared.at_rest, options.person
     belt = prepared.belt_velocity - np.median(prepared.belt_velocity[still])
     loads = prepared.load(options.belt)
-    carried_kg = _carried_mass(loads["Fz"][still], options, name)
+    _refuse_other_mass(loads["Fz"][still], options, name)
     labels = _labels(trial, person, name)
     positions = trial.values("marker_position")[:, :, 1:].astype(float)
     hidden = trial.values("marker_hidden")[:, [labels.index(label) for label in person.labels]]
@@ -175,8 +177,11 @@ def process_standing(
             raise
         delay_s = 0.0
     poses, sharp = ({key: advanced(time, x, delay_s) for key, x in p.items()} for p in (poses, sharp))
-    above_rest = {component: loads[component] - loads[component][still].mean() for component in COMPONENTS}
-    recordings = recordings_of_loads(prepared, above_rest, carried_kg)
+    gravity = person.body.gravity_m_per_s2
+    recordings = {
+        belt: recordings_above_rest(prepared, loads if belt == options.belt else prepared.load(belt), gravity)
+        for belt in options.belts
+    }
     ankle = poses["shank"] - poses["foot"]
     ankle_d = derivative(time, ankle)
     balance = PlateBalance(
@@ -201,7 +206,11 @@ def process_standing(
         },
         torque={
             key: _torque(
-                pathway.torque, person, _plate(pathway, loads, still, recordings, models), poses, time
+                pathway.torque,
+                person,
+                _plate(pathway, loads, still, recordings, by_belt(models, options)),
+                poses,
+                time,
             )
             for key, pathway in pathways.items()
         },
@@ -214,16 +223,30 @@ def process_standing(
     )
 
 
-def _carried_mass(f_z: np.ndarray, options: StandingOptions, name: str) -> float:
-    """Mass on the belt (kg) from the unperturbed vertical force (N); it must be close to the person's."""
+def _refuse_other_mass(f_z: np.ndarray, options: StandingOptions, name: str) -> None:
+    """Raise InputError if the unperturbed vertical force (N) is not close to the person's weight."""
     person = options.person
     mass = float(f_z.mean()) / person.body.gravity_m_per_s2
     if abs(mass - person.mass_kg) > MASS_WITHIN * person.mass_kg:
+        where = "both belts" if options.belt == BOTH else f"the {options.belt} belt"
         raise InputError(
-            f"{name}: expected about {person.mass_kg:g} kg on the {options.belt} belt, found {mass:.3g} "
+            f"{name}: expected about {person.mass_kg:g} kg on {where}, found {mass:.3g} "
             "kg: correct standing.person.mass_kg, plate_treadmill.belt, or the calibration matrix"
         )
-    return mass
+
+
+def by_belt(models: dict, options: StandingOptions) -> dict[str, dict]:
+    """Belt -> models of its plate, or nothing without models; see `process_standing`."""
+    return models if options.belt == BOTH or not models else {options.belt: models}
+
+
+def recordings_above_rest(
+    prepared: PreparedTrial, load: dict[str, np.ndarray], gravity_m_per_s2: float
+) -> dict[str, BeltRecording]:
+    """Recordings of Fy (N) and Mx (N·m) above rest of one belt, from its `PreparedTrial.load`."""
+    still = prepared.at_rest
+    above_rest = {component: load[component] - load[component][still].mean() for component in COMPONENTS}
+    return recordings_of_loads(prepared, above_rest, float(load["Fz"][still].mean()) / gravity_m_per_s2)
 
 
 def _labels(trial: Trial, person: Person, name: str) -> list[str]:
@@ -307,15 +330,18 @@ def _plate(
     pathway: TorquePathway,
     loads: dict[str, np.ndarray],
     still: np.ndarray,
-    recordings: dict[str, BeltRecording],
-    models: dict[str, dict[str, FittedModel]],
+    recordings: dict[str, dict[str, BeltRecording]],
+    models: dict[str, dict[str, dict[str, FittedModel]]],
 ) -> PlateLoad:
-    """Load of the plate as measured, or less the load predicted by a treadmill model (N, N·m)."""
+    """Load of the plates as measured, or less the load predicted by a treadmill model for each (N, N·m)."""
     used = {component: loads[component] for component in COMPONENTS}
     if pathway.treadmill_model is not None:
-        chosen = {c: pick(models.get(c, {}), pathway.treadmill_model) for c in COMPONENTS}
-        compensated = compensated_loads(chosen, recordings)
-        used = {c: compensated[c] + loads[c][still].mean() for c in COMPONENTS}
+        compensated = []
+        for belt, of_belt in recordings.items():
+            known = models.get(belt, {})
+            chosen = {c: pick(known.get(c, {}), pathway.treadmill_model) for c in COMPONENTS}
+            compensated.append(compensated_loads(chosen, of_belt))
+        used = {c: sum(x[c] for x in compensated) + loads[c][still].mean() for c in COMPONENTS}
     return PlateLoad(f_y=used["Fy"], f_z=loads["Fz"], m_x=used["Mx"])
 
 

@@ -1,6 +1,6 @@
 """A standing person, and the choices of the analysis (thesis section 3-2)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 from tepsipe.mechanics.anthropometry import Feet, StandingBody, both_feet, standing_body
@@ -9,7 +9,9 @@ from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
 
 TORQUES = ("ankle-thesis", "ankle", "single-joint")
-BELTS = {"left": "right", "right": "left"}
+OTHER_BELT = {"left": "right", "right": "left"}
+# one foot on each belt
+BOTH = "both"
 
 
 @dataclass(frozen=True)
@@ -126,7 +128,7 @@ class StandingOptions:
     person : Person
         The person (kg, m).
     belt : str
-        The belt on which both feet stand, left or right.
+        The belt on which both feet stand, left or right; both if each foot stands on the belt of its side.
     lowpass, stretch_lowpass : Lowpass
         Filter of all signals; filter of the angles that determine which muscles are stretched first.
     window : WindowOptions
@@ -144,6 +146,17 @@ class StandingOptions:
     window: WindowOptions
     quiet_after_s: float
     limits: StanceLimits
+
+    @property
+    def belts(self) -> tuple[str, ...]:
+        """Belts that carry the person."""
+        return tuple(OTHER_BELT) if self.belt == BOTH else (self.belt,)
+
+    def of_leg(self, belt: str) -> Self:
+        """Options for one leg of a person with a foot on each belt: half of the feet, on the leg's belt."""
+        feet = self.person.feet
+        half = Feet(0.5 * feet.mass_kg, 0.5 * feet.inertia_kgm2)
+        return replace(self, person=replace(self.person, feet=half), belt=belt)
 
     @classmethod
     def from_settings(cls, person: dict, belt: str, analysis: dict, stance: dict) -> Self:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from tepsipe.experiments.standing.options import BELTS, Person, StandingOptions
+from tepsipe.experiments.standing.options import OTHER_BELT, Person, StandingOptions
 from tepsipe.signals.resampling import runs_of
 from tepsipe.treadmill.prepared import PreparedTrial
 
@@ -164,7 +164,8 @@ def _step(prepared: PreparedTrial, stance: Stance, options: StandingOptions) -> 
 
 
 def _other_support(prepared: PreparedTrial, options: StandingOptions) -> str | None:
-    other_belt, allowed = BELTS[options.belt], options.limits.other_belt
+    # one foot on each belt: none is the other one
+    other_belt, allowed = OTHER_BELT.get(options.belt), options.limits.other_belt
     belts = prepared.trial.axes["belt"].tolist()
     if other_belt not in belts:
         return None

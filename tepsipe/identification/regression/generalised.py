@@ -23,6 +23,7 @@ removes most of the noise before it is squared, and little remains to be subtrac
 without its bias in finite samples.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -123,10 +124,15 @@ class GeneralisedFit:
         shares = np.linalg.eigvals(np.linalg.solve(self.information.sum(axis=0) + noise, noise))
         return float(shares.real.max())
 
-    def without_each(self) -> np.ndarray:
-        """Parameters without one record after the other, shape (records, ..., p)."""
-        n, b = self.information.sum(axis=0), self.moments.sum(axis=0)
-        return np.linalg.solve(n - self.information, (b - self.moments)[..., None])[..., 0]
+    def without_each(self, groups: Sequence[Sequence[int]] | None = None) -> np.ndarray:
+        """Parameters without one record after the other, or one group of them, shape (groups, ..., p)."""
+        chosen = [[k] for k in range(len(self.information))] if groups is None else groups
+        left = (
+            np.stack([x.sum(axis=0) - x[list(own)].sum(axis=0) for own in chosen])
+            for x in (self.information, self.moments)
+        )
+        n, b = left
+        return np.linalg.solve(n, b[..., None])[..., 0]
 
 
 def generalised_least_squares(records: list[Record]) -> GeneralisedFit:

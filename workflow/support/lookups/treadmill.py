@@ -4,6 +4,7 @@ from tepsipe.errors import InputError
 from workflow.settings.complete import plate_treadmill
 from workflow.support.experiments import EXPERIMENTS
 from workflow.support.lookups.sheet import Sheet
+from workflow.support.people import BELTS
 from workflow.support.trial_sheet import check_roles
 
 
@@ -31,6 +32,11 @@ class Treadmill:
     def plate_of(self, belt: str) -> str:
         """Name of a belt's calibration: plate, or plate_left and plate_right if the sheet names belts."""
         return f"plate_{belt}" if self.sheet.by_belt else "plate"
+
+    def plates_of(self, experiment: str, condition: str) -> list[str]:
+        """Names of the calibrations of a trial: of its belt, or of both, left and right."""
+        belt = self.belt_of(experiment, condition)
+        return [self.plate_of(own) for own in (BELTS if belt == "both" else (belt,))]
 
     def plate_trials(self, belt: str | None = None) -> list[list[str]]:
         """[experiment, condition, role] of the trials for models of the force plate, or of one belt of it."""
@@ -73,9 +79,10 @@ class Treadmill:
             )
         for (experiment, condition), row in self.sheet.trials.items():
             belt = self.belt_of(experiment, condition)
-            if row.experiment in ("dummy", "standing") and belt not in self.belts():
-                raise InputError(
-                    f"{path}: expected trials of weight and empty on the {belt} belt, because models of the "
-                    f"treadmill are those of one belt and {experiment}/{condition} is on it, found none: add "
-                    "their rows, or correct its belt"
-                )
+            for own in BELTS if belt == "both" else (belt,):
+                if row.experiment in ("dummy", "standing") and own not in self.belts():
+                    raise InputError(
+                        f"{path}: expected trials of weight and empty on the {own} belt, because models of "
+                        f"the treadmill are those of one belt and {experiment}/{condition} is on it, found "
+                        "none: add their rows, or correct its belt"
+                    )

@@ -4,6 +4,7 @@ The mean responses change in proportion to each uncertain constant. One slope pe
 therefore kept, and the trials of a task can be refitted for any deviation without their recordings.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -25,7 +26,7 @@ from tepsipe.experiments.standing.free_reflex.joint_centre import (
     relative_motion,
     tissue_from_pulses,
 )
-from tepsipe.experiments.standing.joint_torque import StandingTrial
+from tepsipe.experiments.standing.joint_torque import StandingTrial, by_belt
 from tepsipe.experiments.standing.options import StandingOptions
 from tepsipe.io.result import Result
 from tepsipe.signals.epochs import cut_epochs
@@ -95,6 +96,9 @@ class BroadbandEpochs:
         Whether weights showed the origin of the force plate along the belt.
     plate_flags : tuple of str
         Names of faults of the plate, in `tepsipe.io.estimates.FLAGS`.
+    recording : str
+        Name of the trial, which the epochs of both directions of its perturbations share; empty for epochs
+        that share nothing with others.
     """
 
     time: np.ndarray
@@ -118,6 +122,7 @@ class BroadbandEpochs:
     treadmill_flag: str = "treadmill-model"
     origin_known: bool = True
     plate_flags: tuple[str, ...] = ()
+    recording: str = ""
 
     @property
     def count(self) -> int:
@@ -153,6 +158,14 @@ class BroadbandEpochs:
         return self._stretches[first, last]
 
 
+def by_recording(epochs: Sequence[BroadbandEpochs]) -> list[list[int]]:
+    """Positions of the epochs of each recording: two where its perturbations have both directions."""
+    found: dict[object, list[int]] = {}
+    for k, trial in enumerate(epochs):
+        found.setdefault(trial.recording or k, []).append(k)
+    return list(found.values())
+
+
 def cut_broadband(
     standing: StandingTrial,
     epochs: StandingEpochs,
@@ -174,7 +187,8 @@ def cut_broadband(
     lowpass : Lowpass
         Filter of all signals here (Hz); its cutoff is lowered if the cameras are too slow for it.
     models : dict of str to FittedModel
-        Component, Fy or Mx -> treadmill model; empty for the loads as measured.
+        Component, Fy or Mx -> treadmill model; empty for the loads as measured. For a person with a foot on
+        each belt: belt -> the same.
 
     Returns
     -------
@@ -212,8 +226,7 @@ def cut_broadband(
         for source in SOURCES
     }
     slopes = cut(np.column_stack(list(changes.values())), epochs.onsets_s, AFTER_S)[1].mean(axis=0)
-    masses = [getattr(model.model, "heaviest_kg", None) for model in models.values()]
-    heaviest = [mass for mass in masses if mass is not None]
+    carried_kg = float(body.load.f_z[standing.unperturbed].mean()) / options.person.body.gravity_m_per_s2
     return BroadbandEpochs(
         time=time,
         perturbed=perturbed,
@@ -226,15 +239,32 @@ def cut_broadband(
         cutoff_hz=lowpass.cutoff_hz,
         order=lowpass.order,
         peak_m_per_s=float(np.median(np.abs(epochs.perturbed["belt_velocity"]).max(axis=1))),
-        carried_kg=float(body.load.f_z[standing.unperturbed].mean()) / options.person.body.gravity_m_per_s2,
-        calibrated_kg=max(heaviest) if heaviest else None,
+        carried_kg=carried_kg,
+        calibrated_kg=_calibrated_kg(standing, options, by_belt(models, options), carried_kg),
         centre=centre,
         centre_used=used,
         apparent=apparent,
         skin_m=skins_m[0],
-        origin_known=standing.plate.origin_m is not None,
+        origin_known=standing.plate.origin_known,
         plate_flags=standing.plate_flags,
+        recording=standing.prepared.name,
     )
+
+
+def _calibrated_kg(
+    standing: StandingTrial, options: StandingOptions, models: dict[str, dict], carried_kg: float
+) -> float | None:
+    """Largest mass of the calibration (kg), with the present shares of two plates; None if it says none."""
+    found = []
+    for belt, of_belt in models.items():
+        masses = [getattr(model.model, "heaviest_kg", None) for model in of_belt.values()]
+        heaviest = [mass for mass in masses if mass is not None]
+        if heaviest and belt == options.belt:
+            return max(heaviest)
+        if heaviest:
+            weight = float(standing.prepared.load(belt)["Fz"][standing.unperturbed].mean())
+            found.append(max(heaviest) * carried_kg * options.person.body.gravity_m_per_s2 / weight)
+    return min(found, default=None)
 
 
 def with_treadmill_error(
@@ -375,7 +405,7 @@ UNITS = {
 PLAIN = (
     *("baseline_s", "cutoff_hz", "order"),
     *("peak_m_per_s", "carried_kg", "calibrated_kg", "centre_used", "skin_m"),
-    *("treadmill_error", "treadmill_flag", "origin_known"),
+    *("treadmill_error", "treadmill_flag", "origin_known", "recording"),
 )
 
 

@@ -12,7 +12,7 @@ milliseconds that does not come from the joint.
 
 import numpy as np
 
-from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
+from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs, by_recording
 from tepsipe.experiments.standing.free_reflex.fit import (
     DISCREPANCY,
     FreeReflexFit,
@@ -101,11 +101,14 @@ def _treadmill_error(trials: list[BroadbandEpochs]) -> tuple[float, float] | Non
 
     All trials are compared with the same recordings of the treadmill, so more trials do not reduce the error.
     """
-    errors = np.array([trial.treadmill_error for trial in trials if trial.treadmill_error is not None])
-    if not errors.size:
+    predicted = [trial for trial in trials if trial.treadmill_error is not None]
+    if not predicted:
         return None
+    errors = np.array([trial.treadmill_error for trial in predicted])
     known = errors[:, 1].max() < UNKNOWN
-    return float(errors[:, 0].mean()), float(errors[:, 1].mean()) if known else UNKNOWN
+    # a trial with perturbations of both directions counts once
+    error, uncertainty = np.mean([errors[own].mean(axis=0) for own in by_recording(predicted)], axis=0)
+    return float(error), float(uncertainty) if known else UNKNOWN
 
 
 # error of the rig's model in one trial alone, not common to the others

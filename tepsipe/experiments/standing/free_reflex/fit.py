@@ -30,7 +30,7 @@ from functools import lru_cache
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
+from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs, by_recording
 from tepsipe.experiments.standing.free_reflex.fit_errors import (
     ANKLE,
     ANKLE_D,
@@ -50,7 +50,7 @@ from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.statistics.uncertainty import Budget, Source
 
 QUANTITIES = ("B", "K")
-# before the onset a zero-lag low-pass of 60 Hz already shows the response (s)
+# before the onset the zero-lag low-pass already shows the response (s)
 FILTER_WIDTH_S = 0.03
 # step between the starts of overlapping stretches of quiet standing (s)
 QUIET_STEP_S = 0.02
@@ -216,7 +216,8 @@ def _sway(trials: list[BroadbandEpochs], inside: np.ndarray) -> np.ndarray:
     """Overlapping stretches of quiet standing as long as the window, baseline-corrected as the responses."""
     first, last = np.flatnonzero(inside)[[0, -1]].tolist()
     step = max(1, round(QUIET_STEP_S / (trials[0].time[1] - trials[0].time[0])))
-    stretches = [trial.quiet_stretches(first, last, step) for trial in trials]
+    once = [trials[own[0]] for own in by_recording(trials)]  # both directions share their quiet standing
+    stretches = [trial.quiet_stretches(first, last, step) for trial in once]
     return stretches[0] if len(stretches) == 1 else np.concatenate(stretches)
 
 
@@ -391,11 +392,11 @@ def _scatter(
     fit: GeneralisedFit, trials: list[BroadbandEpochs], inside: np.ndarray
 ) -> tuple[np.ndarray, float]:
     """Type A of B and K, and its degrees of freedom."""
-    number = len(trials)
-    if number >= FEWEST_TRIALS:
-        return np.sqrt(_jackknife(fit.without_each())), number - 1.0
+    recordings = by_recording(trials)  # both directions of one trial have the same drift and sway
+    if len(recordings) >= FEWEST_TRIALS:
+        return np.sqrt(_jackknife(fit.without_each(recordings))), len(recordings) - 1.0
     variance = sum(_jackknife(x) for x in _without_each_response(fit, trials, inside))
-    return np.sqrt(variance), max(1.0, float(sum(trial.count for trial in trials) - number))
+    return np.sqrt(variance), max(1.0, float(sum(trial.count for trial in trials) - len(trials)))
 
 
 def _jackknife(left_out: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The feet as a free body up to 60 Hz, and the change of its torque with each source of uncertainty.
+"""The feet as a free body at a high cutoff, and the change of its torque with each source of uncertainty.
 
 The estimator with a free reflex torque uses the first milliseconds of a response, where inertia and
 friction of the belt dominate. All signals are low-pass filtered alike at a higher cutoff, and two terms of
@@ -14,7 +14,12 @@ import numpy as np
 import scipy
 
 from tepsipe.experiments.standing.free_reflex.joint_centre import hindfoot
-from tepsipe.experiments.standing.joint_torque import StandingTrial, segment_poses
+from tepsipe.experiments.standing.joint_torque import (
+    StandingTrial,
+    by_belt,
+    recordings_above_rest,
+    segment_poses,
+)
 from tepsipe.experiments.standing.options import Person, StandingOptions
 from tepsipe.mechanics.anthropometry import Feet
 from tepsipe.mechanics.inverse_dynamics import PlateLoad, standing_torque
@@ -22,8 +27,9 @@ from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.time_alignment import advanced
 from tepsipe.treadmill.compensation import added_per_kg, compensated_draws, compensated_loads
+from tepsipe.treadmill.prepared import PreparedTrial
 from tepsipe.treadmill.registry import FittedModel
-from tepsipe.treadmill.trial_recordings import COMPONENTS, recordings_of_loads
+from tepsipe.treadmill.trial_recordings import COMPONENTS
 
 SIGNALS = ("torque", "ankle", "ankle_d")
 # soft tissue on the shank: natural frequency (Hz) and damping ratio, as propagated
@@ -162,7 +168,8 @@ def free_body(
     lowpass : Lowpass
         Filter of all signals here (Hz).
     models : dict of str to FittedModel
-        Component, Fy or Mx -> treadmill model; empty for the loads as measured.
+        Component, Fy or Mx -> treadmill model; empty for the loads as measured. For a person with a foot on
+        each belt: belt -> the same.
     offset_m : ndarray, shape (2,)
         Offset of the joint's centre from the assumed one, anterior and longitudinal in the shank (m).
 
@@ -178,22 +185,14 @@ def free_body(
     """
     prepared = standing.prepared.behind(lowpass)
     time, rate, person, labels = prepared.time, prepared.rate_hz, options.person, prepared.markers
-    loads = prepared.load(options.belt)
     positions = prepared.filtered(prepared.trial.values("marker_position")[:, :, 1:].astype(float))
     origin = np.asarray(offset_m, dtype=float)
     poses = segment_poses(positions, labels, person, origin) | {
         "foot": hindfoot(positions, labels, person)[0]
     }
-    still = standing.unperturbed
-    carried_kg = float(loads["Fz"][still].mean()) / person.body.gravity_m_per_s2
-    above_rest = {component: loads[component] - loads[component][still].mean() for component in COMPONENTS}
     # from where the belt starts: a detected start precedes it by the width of the filter
     onsets = tuple(np.searchsorted(time, standing.onsets_s).tolist())
-    recordings = {
-        component: replace(recording, onsets=onsets)
-        for component, recording in recordings_of_loads(prepared, above_rest, carried_kg).items()
-    }
-    belt_dd = recordings["Fy"].acceleration
+    belt_dd = derivative(time, prepared.from_rest(prepared.belt_velocity))
     peak = float(np.abs(standing.belt_velocity).max())
     tissues = []
     for hz in tissue_frequencies():
@@ -203,19 +202,13 @@ def free_body(
         changed = [shifted_poses[key] - poses[key] for key in ("shank", "ankle_point")]
         tissues.append(advanced(time, np.column_stack(changed) / STEP_M, standing.delay_s))
     poses = {key: advanced(time, x, standing.delay_s) for key, x in poses.items()}
-    used = {c: loads[c] for c in COMPONENTS}
-    draws = np.empty((0, time.size))
-    if models:
-        # the constants belong to a frame and to friction, not to a filter
-        models = {c: replace(m, lowpass=lowpass) for c, m in models.items()}
-        compensated = compensated_loads(models, recordings)
-        by_draw = compensated_draws(models, recordings)
-        height = poses["ankle_point"][:, 1]
-        draws = (by_draw["Mx"] - compensated["Mx"]) + height * (by_draw["Fy"] - compensated["Fy"])
-        pressed = loads["Fz"] / person.body.gravity_m_per_s2 - carried_kg
-        per_kg = added_per_kg(models, recordings)
-        used = {c: compensated[c] - pressed * per_kg[c] + loads[c][still].mean() for c in COMPONENTS}
-    table = np.column_stack([used["Fy"], loads["Fz"], used["Mx"]])
+    height, gravity = poses["ankle_point"][:, 1], person.body.gravity_m_per_s2
+    of_plates = by_belt(models, options)
+    parts = [
+        _plate(prepared, belt, onsets, height, gravity, of_plates.get(belt, {})) for belt in options.belts
+    ]
+    table = sum(part[0] for part in parts)
+    draws = sum(part[1] for part in parts)
     return FreeBody(
         person=person,
         time=time,
@@ -230,6 +223,37 @@ def free_body(
         near=(tissues[1], tissues[2]),
         draws=draws,
     )
+
+
+def _plate(
+    prepared: PreparedTrial,
+    belt: str,
+    onsets: tuple[int, ...],
+    height: np.ndarray,
+    gravity_m_per_s2: float,
+    models: dict[str, FittedModel],
+) -> tuple[np.ndarray, np.ndarray]:
+    """Load of the plate of one belt, and torque by every draw of its model relative to the best one.
+
+    ``onsets`` are samples, ``height`` that of the ankle (m). The loads Fy, Fz (N) and Mx (N·m) have the shape
+    (n, 3), the torques (draws, n) (N·m).
+    """
+    loads, still = prepared.load(belt), prepared.at_rest
+    used, draws = {c: loads[c] for c in COMPONENTS}, np.empty((0, prepared.time.size))
+    if models:
+        recordings = {
+            component: replace(recording, onsets=onsets)
+            for component, recording in recordings_above_rest(prepared, loads, gravity_m_per_s2).items()
+        }
+        # the constants belong to a frame and to friction, not to a filter
+        models = {c: replace(m, lowpass=prepared.lowpass) for c, m in models.items()}
+        compensated = compensated_loads(models, recordings)
+        by_draw = compensated_draws(models, recordings)
+        draws = (by_draw["Mx"] - compensated["Mx"]) + height * (by_draw["Fy"] - compensated["Fy"])
+        pressed = loads["Fz"] / gravity_m_per_s2 - recordings["Fy"].carried_kg
+        per_kg = added_per_kg(models, recordings)
+        used = {c: compensated[c] - pressed * per_kg[c] + loads[c][still].mean() for c in COMPONENTS}
+    return np.column_stack([used["Fy"], loads["Fz"], used["Mx"]]), draws
 
 
 def tissue_frequencies() -> tuple[float, float, float]:

@@ -26,6 +26,8 @@ from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.statistics.uncertainty import Budget, Source, sources_of
 
+# K and B of both legs, and of each on a plate of its own
+OF_JOINT = tuple(f"{quantity}{leg}" for quantity in QUANTITIES for leg in ("", "_left", "_right"))
 UNKNOWN_ORIGIN, ORIGIN = "unknown_origin_m", "origin_anterior_m"
 
 
@@ -184,9 +186,13 @@ def reflex_onset(
 
 
 def centre_facts(trials: list[BroadbandEpochs], sources: dict[str, Source]) -> dict:
-    """Facts on the joint's centre: its offset (m), whether it is from sway, motion of soft tissue (m)."""
+    """Facts on the joint's centre: its offset (m), whether it is from sway, motion of soft tissue (m).
+
+    ``broadband_cutoff_hz`` is the cutoff of the low-pass (Hz), which slow cameras lower.
+    """
     centre = common_centre(trials, sources)
     return {
+        "broadband_cutoff_hz": min((trial.cutoff_hz for trial in trials), default=None),
         "joint_centre_m": centre.offset_m.tolist() if trials else None,
         "centre_used": centre.from_sway,
         "skin_m": float(np.sqrt(np.mean([trial.skin_m**2 for trial in trials]))) if trials else 0.0,
@@ -233,7 +239,7 @@ def quoted(
 
 
 def _of(row: Estimate, pathway: str) -> bool:
-    return row.pathway == pathway and row.quantity in ("B", "K")
+    return row.pathway == pathway and row.quantity in OF_JOINT
 
 
 def budget_rows(rows: list[Estimate], fits: Fits) -> list[Contribution]:
