@@ -65,7 +65,7 @@ class WindowedFits:
         Whether only signals of different perturbations were multiplied, so noise does not bias the fits.
     of_rest : ndarray, shape (3,)
         Change of the mean of I, B, K (their units) by one standard error of angle and torque at rest; 0 where
-        these are not subtracted.
+        these are not subtracted, and for the thesis's regression.
     rest_freedom : float
         Degrees of freedom of this standard error.
     """
@@ -201,13 +201,12 @@ def regress_torque(
     if not thesis:
         torque = torque - torque_rest
     regressors = np.column_stack([motion.theta_dd, motion.theta_d, motion.theta - theta_rest])
-    fits, windows, constant = [], [], []
+    fits, windows = [], []
     for p in perturbations:
         rows, explained = regressors[p.start : p.stop], torque[p.start : p.stop]
         if own_zero:
             rows, explained = rows - rows.mean(axis=0), explained - explained.mean()
         windows.append((rows, explained))
-        constant.append((rows, np.full(len(rows), 0.0 if own_zero else 1.0)))
         try:
             fits.append(least_squares_line(rows, explained))
         except np.linalg.LinAlgError as error:
@@ -221,12 +220,11 @@ def regress_torque(
             replace(fit, parameters=p, residuals=explained - rows @ p)
             for fit, p, (rows, explained) in zip(fits, pseudo_values, windows, strict=True)
         ]
-        of_constant = _from_products(constant).mean(axis=0)
-    else:
-        of_constant = np.mean([np.linalg.lstsq(*window)[0] for window in constant], axis=0)
     mean = np.mean([fit.parameters for fit in fits], axis=0)
-    moving = regressors[at_rest] @ mean
-    error, freedom = error_of_mean(moving if thesis else torque[at_rest] - moving)
+    of_rest, rest_freedom = np.zeros(3), np.inf
+    if not (thesis or own_zero):
+        error, rest_freedom = error_of_mean(torque[at_rest] - regressors[at_rest] @ mean)
+        of_rest = error * _of_constant_torque([rows for rows, _ in windows], pseudo_values is not None)
     predicted = impedance_torque(mean, regressors[:, 2], regressors[:, 1], regressors[:, 0])
     return WindowedFits(
         perturbations,
@@ -237,9 +235,17 @@ def regress_torque(
         theta_rest,
         torque_rest,
         crossed=pseudo_values is not None,
-        of_rest=error * of_constant,
-        rest_freedom=freedom,
+        of_rest=of_rest,
+        rest_freedom=rest_freedom,
     )
+
+
+def _of_constant_torque(regressors: list[np.ndarray], crossed: bool) -> np.ndarray:
+    """Mean of I, B, K, shape (3,), for a constant torque of 1 N·m in all windows."""
+    windows = [(rows, np.ones(len(rows))) for rows in regressors]
+    if crossed:
+        return _from_products(windows).mean(axis=0)
+    return np.mean([np.linalg.lstsq(*window)[0] for window in windows], axis=0)
 
 
 def _from_products(windows: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray | None:
