@@ -31,9 +31,6 @@ from tepsipe.signals.resampling import (
 )
 
 BELTS = ("left", "right")
-# with cameras slower than this the belt's velocity is also kept at the first multiple of their rate that is
-# as fast: friction turns within milliseconds, and what the cameras' rate cuts off would be missing (Hz)
-FAST_HZ = 200.0
 
 
 @dataclass(frozen=True)
@@ -75,8 +72,6 @@ class TreadmillSignals:
         Its commanded velocity (m/s), if it was recorded.
     calibrated, moved, derived : tuple of str
         Processing of forces and moments, of all signals but the velocity, and of the velocity.
-    fine_velocity : ndarray, shape (n * k,), or None
-        Velocity of the belt at a higher rate, from `fine_grid` (m/s).
     """
 
     belts: tuple[str, ...]
@@ -87,7 +82,6 @@ class TreadmillSignals:
     calibrated: tuple[str, ...]
     moved: tuple[str, ...]
     derived: tuple[str, ...]
-    fine_velocity: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -252,47 +246,12 @@ def ingest_treadmill(
         force=wrench("F"),
         moment=wrench("M"),
         velocity=resample(log_time, log.belt_velocity, grid, band),
-        fine_velocity=fine_velocity(log_time, log.belt_velocity, log.rate_hz, grid, options.resample_rate_hz),
         command=resample(log_time, log.command, grid, band),
         calibrated=("calibration matrix applied",),
         moved=moved,
         derived=moved,
     )
     return treadmill_trial(grid, options.resample_rate_hz, treadmill, marked, {"trigger_sample": edge})
-
-
-def fine_velocity(
-    time: np.ndarray, velocity: np.ndarray, rate_hz: float, grid: np.ndarray, trial_rate_hz: float
-) -> np.ndarray | None:
-    """Velocity of the belt on the `fine_grid` of a trial.
-
-    Parameters
-    ----------
-    time, velocity : ndarray, shape (m,)
-        Instants (s) and velocity in the log (m/s).
-    rate_hz, trial_rate_hz : float
-        Rates of the log and of the trial (Hz).
-    grid : ndarray, shape (n,)
-        Instants of the trial (s).
-
-    Returns
-    -------
-    ndarray, shape (n * k,), or None
-        Velocity (m/s), band limited; None if the trial is fast enough, or the log too slow.
-    """
-    fine = fine_grid(grid, trial_rate_hz)
-    rate = trial_rate_hz * (fine.size // grid.size)
-    if fine.size == grid.size or rate_hz < rate:
-        return None
-    band = BAND_PER_RATE * rate if rate_hz > (1.0 + 1e-6) * rate else None
-    # the log may end with the trial
-    return resample(time, velocity, np.minimum(fine, grid[-1]), band, rate_hz)
-
-
-def fine_grid(grid: np.ndarray, rate_hz: float) -> np.ndarray:
-    """Instants (s), shape (n * k,), at the first multiple k of a trial's rate of at least `FAST_HZ`."""
-    times = max(1, int(np.ceil(FAST_HZ / rate_hz - 1e-9)))
-    return (grid[:, None] + np.arange(times) / (times * rate_hz)).ravel()
 
 
 def treadmill_trial(
@@ -346,20 +305,10 @@ def treadmill_trial(
         signals["belt_command"] = Signal(
             treadmill.command, "m/s", ("time",), "commanded velocity of the belt", moved
         )
-    fine = treadmill.fine_velocity
-    if fine is not None:
-        signals["belt_velocity_fine"] = Signal(
-            fine,
-            "m/s",
-            ("fine_time",),
-            "measured velocity of the belt at a higher rate",
-            treadmill.derived[:1],
-        )
     return Trial(
         rate_hz=rate_hz,
         axes={
             "time": grid,
-            **({} if fine is None else {"fine_time": fine_grid(grid, rate_hz)}),
             "belt": np.array(treadmill.belts),
             **({} if markers is None else {"marker": np.array(markers.labels)}),
             "axis": np.array(["x", "y", "z"]),

@@ -20,7 +20,6 @@ from tepsipe.ingest.plate_treadmill import (
     MarkerSignals,
     TreadmillOptions,
     TreadmillSignals,
-    fine_velocity,
     marker_signals,
     treadmill_trial,
 )
@@ -157,12 +156,9 @@ def ingest_recording(
         _refuse_wrong_sign(force, name)
         _refuse_far_markers(marked, plates, axes, origin, name)
         _refuse_force_elsewhere(marked, plates, axes, origin, use, name)
-    fine = None
     moved = (f"band limited at {BAND_PER_RATE * rate:g} Hz", f"resampled at {rate:g} Hz")
     if velocity_of is None:
-        values, rate_hz = _velocity(recording, use.belt_velocity)
-        velocity, derived = on_grid(values, rate_hz), moved
-        fine = fine_velocity(np.arange(values.size) / rate_hz - start_s, values, rate_hz, grid, rate)
+        velocity, derived = on_grid(*_velocity(recording, use.belt_velocity)), moved
     else:
         velocity, derived = _velocity_of_markers(use.velocity_markers, velocity_of, rate, name)
     command = use.belt_command
@@ -175,7 +171,6 @@ def ingest_recording(
         calibrated=("calibrated by the recording", "turned to the study's axes"),
         moved=moved,
         derived=derived,
-        fine_velocity=fine,
     )
     facts = {"start_s": start_s, "origin_m": origin}
     if velocity_of is not None:

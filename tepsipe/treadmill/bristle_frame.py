@@ -23,7 +23,7 @@ import numpy as np
 
 from tepsipe.treadmill.belt_model import BeltModel
 from tepsipe.treadmill.mass_response import MassResponse
-from tepsipe.treadmill.pulse_windows import Bristles, Pulses, bent, held, pulses_of
+from tepsipe.treadmill.pulse_windows import FINER, Bristles, Pulses, bent, held, pulses_of
 from tepsipe.treadmill.recording import BeltRecording
 
 
@@ -337,7 +337,7 @@ def mount_response(constants: Constants, s: np.ndarray) -> np.ndarray:
 
 def _bristles(pulses: Pulses, w: np.ndarray, bristles: Bristles) -> tuple[np.ndarray, np.ndarray]:
     """State of the bristles in every pulse, shape (pulses, n), and at its end, shape (pulses,)."""
-    kept, z = bent(w, bristles, pulses.finer * pulses.rate_hz)
+    kept, z = bent(w, bristles, FINER * pulses.rate_hz)
     last, before = np.empty(z.shape[0]), 0.0
     for k in range(z.shape[0]):
         z[k] += kept[k] * before

@@ -62,8 +62,8 @@ class Pulses:
         First sample of each window (samples).
     ramp : ndarray, shape (w,)
         1 inside the window, and then back to 0.
-    velocity, acceleration : ndarray, shape (pulses, w * finer)
-        Unfiltered motion of the belt in steps of 1 / (finer rate_hz), zero outside the pulse (m/s, m/s²).
+    velocity, acceleration : ndarray, shape (pulses, w * FINER)
+        Unfiltered motion of the belt in steps of 1 / (FINER rate_hz), zero outside the pulse (m/s, m/s²).
     """
 
     rate_hz: float
@@ -71,11 +71,6 @@ class Pulses:
     ramp: np.ndarray
     velocity: np.ndarray
     acceleration: np.ndarray
-
-    @property
-    def finer(self) -> int:
-        """Steps of the fine rate per sample: `FINER`, and as much more as the recording has."""
-        return self.velocity.shape[1] // self.ramp.size
 
 
 @dataclass(frozen=True)
@@ -92,7 +87,7 @@ class PulseWindows:
         Mass on the belt (kg) and number of pulses.
     velocity, acceleration : ndarray, shape (trials, n)
         Filtered mean motion of the belt (m/s, m/s²).
-    fine_velocity, fine_acceleration : ndarray, shape (trials, n * finer)
+    fine_velocity, fine_acceleration : ndarray, shape (trials, n * FINER)
         Unfiltered mean motion (m/s, m/s²).
     load, carried : dict of str to ndarray, shape (trials, n)
         Component -> mean measured load less the load carried, and load carried (N, N·m).
@@ -125,11 +120,6 @@ class PulseWindows:
     def samples(self) -> int:
         """Length n of a window (samples)."""
         return self.velocity.shape[1]
-
-    @property
-    def finer(self) -> int:
-        """Steps of the fine rate per sample, as `Pulses.finer`."""
-        return self.fine_velocity.shape[1] // self.samples
 
     @property
     def s(self) -> np.ndarray:
@@ -187,8 +177,8 @@ def pulse_windows(trials: list[dict[str, BeltRecording]], *, whole: bool = False
             rows[key].append(parts.mean(axis=0))
             if key in single:
                 single[key].append(parts)
-        mean = _raw_pulses(force, at, ramp, delays).mean(axis=0)
-        fine.append(_fine(mean[None, :], samples, rate, after_s if whole else MOVING_S))
+        mean = _shifted(force.raw_velocity[at] * ramp, delays).mean(axis=0)
+        fine.append(_fine(mean[None, :], rate, after_s if whole else MOVING_S))
         evaluated.append(force.evaluated[at[0]])
     return PulseWindows(
         rate_hz=rate,
@@ -269,29 +259,10 @@ def pulses_of(recording: BeltRecording) -> Pulses:
     aligned = _shifted(pulse, delays)
     mean = aligned.mean(axis=0)
     alike = np.sqrt(np.mean((aligned - mean) ** 2)) < ALIKE * np.sqrt(np.mean(mean**2))
+    raw = recording.raw_velocity[at] * ramp
     if alike:
-        mean = _raw_pulses(recording, at, ramp, delays).mean(axis=0)
-        raw = _shifted(np.tile(mean, (at.shape[0], 1)), -delays * (mean.size // samples))
-    else:
-        raw = _raw_pulses(recording, at, ramp, None)
-    return Pulses(rate, at[:, 0], ramp, *_fine(raw, samples, rate, after_s if alike else MOVING_S))
-
-
-def _raw_pulses(
-    recording: BeltRecording, at: np.ndarray, ramp: np.ndarray, delays: np.ndarray | None
-) -> np.ndarray:
-    """Unfiltered velocity (m/s) in the windows ``at``, advanced by delays (samples), shape (pulses, n * k).
-
-    k is 1, or more where the belt is known at a higher rate than the other signals.
-    """
-    fine = recording.fine_velocity
-    if fine is None:
-        raw, more = recording.raw_velocity[at] * ramp, 1
-    else:
-        more = fine.size // recording.load.size
-        steps = at[:, :1] * more + np.arange(at.shape[1] * more)
-        raw = fine[np.minimum(steps, fine.size - 1)] * np.repeat(ramp, more)
-    return raw if delays is None else _shifted(raw, delays * more)
+        raw = _shifted(np.tile(_shifted(raw, delays).mean(axis=0), (raw.shape[0], 1)), -delays)
+    return Pulses(rate, at[:, 0], ramp, *_fine(raw, rate, after_s if alike else MOVING_S))
 
 
 def bent(velocity: np.ndarray, bristles: Bristles, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
@@ -334,17 +305,17 @@ def mean_state(windows: PulseWindows, velocity: np.ndarray, bristles: Bristles) 
     ----------
     windows : PulseWindows
         The trials.
-    velocity : ndarray, shape (trials, n * finer)
+    velocity : ndarray, shape (trials, n * FINER)
         w (m/s).
     bristles : Bristles
         Constants.
 
     Returns
     -------
-    ndarray, shape (trials, n * finer)
+    ndarray, shape (trials, n * FINER)
         z.
     """
-    kept, z = bent(velocity, bristles, windows.rate_hz * windows.finer)
+    kept, z = bent(velocity, bristles, windows.rate_hz * FINER)
     before, total = np.zeros(z.shape[0]), np.zeros(z.shape[0])
     for k in range(int(windows.count.max())):
         total += np.where(k < windows.count, before, 0.0)
@@ -359,7 +330,7 @@ def coarse_spectrum(windows: PulseWindows, x: np.ndarray) -> np.ndarray:
     ----------
     windows : PulseWindows
         The trials.
-    x : ndarray, shape (trials, n * finer)
+    x : ndarray, shape (trials, n * FINER)
         Signal.
 
     Returns
@@ -379,7 +350,7 @@ def held(recording: BeltRecording, pulses: Pulses, x: np.ndarray, last: np.ndarr
         The trial.
     pulses : Pulses
         Its pulses.
-    x : ndarray, shape (pulses, w * finer)
+    x : ndarray, shape (pulses, w * FINER)
         The signal in the windows.
     last : ndarray, shape (pulses,)
         Its value from the end of each window to the next window (unit of ``x``).
@@ -392,7 +363,7 @@ def held(recording: BeltRecording, pulses: Pulses, x: np.ndarray, last: np.ndarr
     n = recording.load.size
     body = int(np.argmin(pulses.ramp == 1.0))
     signal = np.zeros(n)
-    parts = np.fft.irfft(_coarse(x, pulses.ramp), pulses.ramp.size, axis=1)
+    parts = np.fft.irfft(_coarse(x, pulses.ramp), x.shape[1] // FINER, axis=1)
     for start, part, value in zip(pulses.start, parts, last, strict=True):
         signal[start:] = value
         signal[start : start + body] = part[: min(body, n - start)]
@@ -401,8 +372,7 @@ def held(recording: BeltRecording, pulses: Pulses, x: np.ndarray, last: np.ndarr
 
 def _coarse(x: np.ndarray, ramp: np.ndarray) -> np.ndarray:
     """Spectrum of windows at the fine rate up to half the recordings' rate, unit of ``x``."""
-    finer = x.shape[1] // ramp.size
-    return np.fft.rfft(x * np.repeat(ramp, finer), axis=1)[:, : ramp.size // 2 + 1] / finer
+    return np.fft.rfft(x * np.repeat(ramp, FINER), axis=1)[:, : ramp.size // 2 + 1] / FINER
 
 
 def _ramp(rate_hz: float, after_s: float) -> tuple[int, np.ndarray]:
@@ -446,19 +416,13 @@ def _shifted(x: np.ndarray, samples: np.ndarray) -> np.ndarray:
     return np.fft.irfft(np.fft.rfft(x, axis=1) * turn, n, axis=1)
 
 
-def _fine(
-    velocity: np.ndarray, samples: int, rate_hz: float, moving_s: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Velocity and acceleration at `FINER` times their own rate, zero outside the pulse, (pulses, n * finer).
-
-    ``velocity`` has a whole number of values per sample of a window of so many ``samples``.
-    """
+def _fine(velocity: np.ndarray, rate_hz: float, moving_s: float) -> tuple[np.ndarray, np.ndarray]:
+    """Velocity and acceleration at the fine rate, zero outside the pulse, shape (pulses, n * FINER)."""
     n = velocity.shape[1]
-    rate = rate_hz * (n // samples)
-    onset, few = round(BEFORE_S * rate), max(2, round(0.02 * rate))
+    onset, few = round(BEFORE_S * rate_hz), max(2, round(0.02 * rate_hz))
     moves = np.zeros(n)
-    moves[onset - 2 * few : onset + round(moving_s * rate)] = 1.0
+    moves[onset - 2 * few : onset + round(moving_s * rate_hz)] = 1.0
     moves = np.convolve(moves, np.ones(few) / few, "same")
-    spline = scipy.interpolate.CubicSpline(np.arange(n) / rate, (velocity * moves).T)
-    time = np.arange(n * FINER) / (rate * FINER)
+    spline = scipy.interpolate.CubicSpline(np.arange(n) / rate_hz, (velocity * moves).T)
+    time = np.arange(n * FINER) / (rate_hz * FINER)
     return spline(time).T, spline(time, 1).T

@@ -46,8 +46,6 @@ class BeltRecording:
         First samples of the perturbations; empty if the belt is perturbed continuously (samples).
     lowpass : Lowpass or None
         The filter of the signals.
-    fine_velocity : ndarray, shape (n * k,), or None
-        ``raw_velocity`` at k times the rate, if the log has it: friction changes within milliseconds (m/s).
     """
 
     name: str
@@ -63,7 +61,6 @@ class BeltRecording:
     evaluated: np.ndarray
     onsets: tuple[int, ...] = ()
     lowpass: Lowpass | None = None
-    fine_velocity: np.ndarray | None = None
 
     @property
     def position(self) -> np.ndarray:

@@ -12,11 +12,11 @@ import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.io.trial import Trial
-from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.differentiation import degree_at, derivative
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
 from tepsipe.signals.time_alignment import marker_delay
-from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial, zero_line
+from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
 from tepsipe.treadmill.recording import BeltRecording
 
 # the moment first: it identifies the frame with which the force is fitted
@@ -123,7 +123,8 @@ def plate_recordings(
     carried = {component: np.zeros(time.size) for component in COMPONENTS}
     if weight is not None:
         y = prepared.from_rest(_weight_position(prepared, options.weight_motion))
-        inertia = weight.mass_kg * derivative(time, derivative(time, y))
+        degree = degree_at(prepared.rate_hz)
+        inertia = weight.mass_kg * derivative(time, derivative(time, y, degree), degree)
         carried["Fy"] = inertia
         carried["Mx"] = weight.mass_kg * weight.gravity_m_per_s2 * y - weight.com_height_m * inertia
     induced = {component: measured[component] - carried[component] for component in COMPONENTS}
@@ -183,9 +184,8 @@ def recordings_of_loads(
         Component -> recording (N, N·m), evaluated throughout, without a load carried.
     """
     velocity = prepared.from_rest(prepared.belt_velocity)
-    acceleration = derivative(prepared.time, velocity)
+    acceleration = derivative(prepared.time, velocity, degree_at(prepared.rate_hz))
     raw_velocity = prepared.from_rest(prepared.trial.values("belt_velocity"))
-    fine_velocity = _fine_velocity(prepared)
     return {
         component: BeltRecording(
             name=prepared.name,
@@ -201,18 +201,9 @@ def recordings_of_loads(
             evaluated=np.ones(velocity.size, dtype=bool),
             onsets=prepared.onsets,
             lowpass=prepared.lowpass,
-            fine_velocity=fine_velocity,
         )
         for component, unit in COMPONENTS.items()
     }
-
-
-def _fine_velocity(prepared: PreparedTrial) -> np.ndarray | None:
-    """Belt velocity above rest at a higher rate than the other signals, if the trial has it (m/s)."""
-    if "belt_velocity_fine" not in prepared.trial.signals:
-        return None
-    fine, time = prepared.trial.values("belt_velocity_fine"), prepared.trial.axes["fine_time"]
-    return zero_line(fine, time, np.repeat(prepared.at_rest, fine.size // prepared.time.size))
 
 
 def _weight_position(prepared: PreparedTrial, weight_motion: str) -> np.ndarray:

@@ -121,6 +121,18 @@ def test_each_leg_has_its_part_of_the_torque_not_of_the_weight(quantity, rows):
     assert not any(row.recommended for row in legs.values())
 
 
+def test_a_person_on_one_plate_has_no_legs_of_their_own(trials, section, options):
+    """Epochs of a person on one plate, whichever its belt is, are read again as those of both legs."""
+    cutting = EpochOptions.from_settings(section["analysis"], section["emg"], section["ingest"]["max_gap_s"])
+    standing = process_standing(trials["sine"], "sine", options, PATHWAY, {})
+    epochs = cut_standing_epochs(standing, cutting)
+    lowpass = Lowpass(60.0, section["analysis"]["lowpass_order"], True)
+    cut = cut_with_legs(standing, epochs, options.of_leg("right"), cutting, lowpass, {}, {}, 0.06)
+    whole, legs = legs_of([joined(*legs_results([cut]))])
+    assert len(whole) == 1
+    assert legs == {}
+
+
 def test_epochs_of_the_legs_add_up(stored):
     whole, legs = legs_of(stored)
     for k, both in enumerate(whole):

@@ -13,9 +13,8 @@ from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
 from tepsipe.signals.filters import Lowpass
-from tepsipe.signals.resampling import BAND_PER_RATE, resample
 from tepsipe.treadmill.bristle_fit import fit_bristle_frame, left_out_in_turn
-from tepsipe.treadmill.bristle_frame import AT, IDLE, BristleFrame
+from tepsipe.treadmill.bristle_frame import AT
 from tepsipe.treadmill.compensation import compensated_draws, compensated_loads
 from tepsipe.treadmill.held_out import (
     Subject,
@@ -120,39 +119,11 @@ def test_memory_and_lever_are_found_and_predict_another_mass_and_speed(remembere
     assert left < 0.7 * evaluate(without, [unseen["Mx"]]).rms_after
 
 
-def test_friction_needs_the_belt_at_a_higher_rate_than_slow_cameras():
-    """Friction that turns at 0.05 m/s, at 100 Hz and behind 30 Hz, from the belt at 200 Hz."""
-    dense_hz, slow = 4000.0, 100.0
-    time = np.arange(round(LENGTH_S * dense_hz)) / dense_hz
-    phase = np.clip((time[:, None] - ONSETS_S) / 0.1, 0.0, 1.0)
-    v = 0.4 * np.sin(2.0 * np.pi * phase).sum(axis=1)
-    lowpass = Lowpass(30.0, 4, True)
-    smooth, kg, speed = 15.0, 60.0, 0.05
-
-    def at(x, rate_hz):
-        """The signal at a lower rate, band limited as a trial is."""
-        grid = np.arange(round(LENGTH_S * rate_hz)) / rate_hz
-        return resample(time, x, grid, BAND_PER_RATE * rate_hz, dense_hz)
-
-    true = lowpass(at(smooth * v / np.hypot(speed, v), slow), slow)
-    velocity = lowpass(at(v, slow), slow)
-    model = BristleFrame(
-        "Fy", np.array(IDLE._replace(friction=smooth, friction_speed_m_per_s=speed)), (), slow, kg
-    )
-    rough = belt_recording(velocity, np.gradient(velocity, 1.0 / slow), true, rate_hz=slow)
-    onsets = tuple(np.round(ONSETS_S * slow).astype(int).tolist())
-    rough = replace(rough, raw_velocity=at(v, slow), onsets=onsets, lowpass=lowpass)
-    fine = replace(rough, fine_velocity=at(v, 2.0 * slow))
-    errors = [np.sqrt(np.mean((model.friction(r) - true) ** 2)) for r in (rough, fine)]
-    assert errors[1] < 0.35 * errors[0]
-    assert errors[1] < 0.03 * np.abs(true).max()
-
-
 def test_mean_state_is_that_of_pulses_one_after_the_other(rng):
     count, rate_hz = np.array([3, 5]), 100.0
     velocity = 0.02 * rng.standard_normal((2, 40))
     bristles = Bristles(distance_m=1e-3, stribeck=0.5, stribeck_speed_m_per_s=0.01)
-    windows = SimpleNamespace(rate_hz=rate_hz / FINER, finer=FINER, count=count)
+    windows = SimpleNamespace(rate_hz=rate_hz / FINER, count=count)
     for found, one, pulses in zip(mean_state(windows, velocity, bristles), velocity, count, strict=True):
         (z,) = bent(np.tile(one, pulses)[None], bristles, rate_hz)[1]
         each = z.reshape(pulses, -1)

@@ -90,7 +90,7 @@ if pathway.torque == "ankle":
     ]
 stored = legs_results(cut)
 perturbations = int(standing.onsets_s.size)
-fits |= fit_free([part[options.belt] for part in cut if part], name, estimators, choices, perturbations)
+fits |= fit_free([part[BOTH] for part in cut if part], name, estimators, choices, perturbations)
 torques = {"as_printed": params.as_printed, "recommended": choices.pathway}
 facts = {
     "left_out": [*responses.left_out, *(notes if responses.count else [])],

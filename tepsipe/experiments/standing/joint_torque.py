@@ -27,7 +27,7 @@ from tepsipe.mechanics.inverse_dynamics import (
     standing_torque_as_printed,
 )
 from tepsipe.mechanics.segment_kinematics import fit_rigid_segment
-from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.differentiation import degree_at, derivative
 from tepsipe.signals.onsets import ramp_onset
 from tepsipe.signals.time_alignment import advanced, marker_delay
 from tepsipe.treadmill.compensation import compensated_loads
@@ -183,7 +183,8 @@ def process_standing(
         for belt in options.belts
     }
     ankle = poses["shank"] - poses["foot"]
-    ankle_d = derivative(time, ankle)
+    degree = degree_at(prepared.rate_hz)
+    ankle_d = derivative(time, ankle, degree)
     balance = PlateBalance(
         loads["Mx"] / loads["Fz"] - poses["ankle_point"][:, 0], poses["shank"], poses["thigh"]
     )
@@ -196,7 +197,7 @@ def process_standing(
         y_cop=loads["Mx"] / loads["Fz"],
         ankle=ankle,
         ankle_d=ankle_d,
-        ankle_dd=derivative(time, ankle_d),
+        ankle_dd=derivative(time, ankle_d, degree),
         shank=poses["shank"],
         thigh=poses["thigh"],
         knee=poses["thigh"] - poses["shank"],
@@ -351,7 +352,8 @@ def _torque(
     """Torque of both ankles from one free body (N·m), shape (n,)."""
 
     def acceleration(key: str) -> np.ndarray:
-        return derivative(time, derivative(time, poses[key]))
+        degree = degree_at((time.size - 1) / float(time[-1] - time[0]))
+        return derivative(time, derivative(time, poses[key], degree), degree)
 
     feet = (person.feet, person.body.gravity_m_per_s2, plate, poses["ankle_point"], poses["foot_com"])
     if kind == "ankle":

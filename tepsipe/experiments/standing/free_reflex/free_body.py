@@ -23,7 +23,7 @@ from tepsipe.experiments.standing.joint_torque import (
 from tepsipe.experiments.standing.options import Person, StandingOptions
 from tepsipe.mechanics.anthropometry import Feet
 from tepsipe.mechanics.inverse_dynamics import PlateLoad, standing_torque
-from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.differentiation import degree_at, derivative
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.time_alignment import advanced
 from tepsipe.treadmill.compensation import added_per_kg, compensated_draws, compensated_loads
@@ -147,7 +147,8 @@ class FreeBody:
         # a foot is not rigid: its markers follow part of the rotation below the ankle
         foot = (1.0 + off["foot_rotation"]) * self.foot
         ankle = (1.0 + off["marked_rotation"]) * (shank - foot)
-        return np.column_stack([torque, ankle, derivative(self.time, ankle)])
+        degree = degree_at(1.0 / float(self.time[1] - self.time[0]))
+        return np.column_stack([torque, ankle, derivative(self.time, ankle, degree)])
 
 
 def free_body(
@@ -192,7 +193,8 @@ def free_body(
     }
     # from where the belt starts: a detected start precedes it by the width of the filter
     onsets = tuple(np.searchsorted(time, standing.onsets_s).tolist())
-    belt_dd = derivative(time, prepared.from_rest(prepared.belt_velocity))
+    degree = degree_at(rate)
+    belt_dd = derivative(time, prepared.from_rest(prepared.belt_velocity), degree)
     peak = float(np.abs(standing.belt_velocity).max())
     tissues = []
     for hz in tissue_frequencies():
@@ -213,7 +215,7 @@ def free_body(
         person=person,
         time=time,
         load=PlateLoad(*table.T),
-        load_d=PlateLoad(*derivative(time, table).T),
+        load_d=PlateLoad(*derivative(time, table, degree).T),
         shank=poses["shank"],
         foot=poses["foot"],
         centre=poses["ankle_point"],

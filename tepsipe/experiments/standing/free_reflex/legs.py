@@ -60,8 +60,8 @@ def cut_with_legs(
     Returns
     -------
     dict of str to BroadbandEpochs
-        The belt of the options -> epochs of both legs; for a person with a foot on each belt also each belt
-        -> epochs of its leg. Empty if no perturbation is usable.
+        `BOTH` -> epochs of both legs; for a person with a foot on each belt also each belt -> epochs of its
+        leg. Empty if no perturbation is usable.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def cut_with_legs(
         return part if known is None else with_treadmill_error(part, epochs, known, height, window_s)
 
     if options.belt != BOTH:
-        return {options.belt: predicted(whole, options.belt)}
+        return {BOTH: predicted(whole, options.belt)}
     of_plates, legs = by_belt(models, options), {}
     for belt in options.belts:
         own = options.of_leg(belt)
