@@ -116,6 +116,7 @@ def dummy_differences(trial: Trial, options: DummyOptions, pathways: Mapping[str
         belt_fixed=options.belt_fixed_labels,
         belt_velocity=belt,
         **windows,
+        hidden=_hidden(trial),
         uncertainty=sources,
     )
     result = {}
@@ -139,6 +140,15 @@ def _motion(time, positions, options, labels, filtered):
         cutoff_hz=filtered[0],
         order=filtered[1],
     )
+
+
+def _hidden(trial: Trial) -> np.ndarray | None:
+    """Samples at common instants that lie between two of which one was hidden, shape (n, markers)."""
+    hidden = trial.optional("marker_hidden")
+    if hidden is None:
+        return None
+    around = np.asarray(hidden, dtype=bool)
+    return around | np.roll(around, 1, axis=0) | np.roll(around, -1, axis=0)
 
 
 def wristalyzer_differences(trial: Trial, options: WristalyzerOptions, sources: Mapping) -> dict:

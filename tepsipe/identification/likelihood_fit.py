@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from tepsipe.errors import refuse_other_kind
+from tepsipe.errors import InputError, refuse_other_kind
 from tepsipe.identification.arguments import as_perturbations, check_probability, samples_at_rest, shaded
 from tepsipe.identification.budgets.leg import KNOWN_OF_LEGS, LegUncertainty, leg_budget, small_budget
 from tepsipe.identification.result import (
@@ -33,6 +33,7 @@ def fit_joint_likelihood(
     perturbations: Sequence,
     belt_velocity: np.ndarray | None = None,
     rest: np.ndarray | tuple[float, float] | None = None,
+    hidden: np.ndarray | None = None,
     softening: bool = True,
     confidence: float = 0.95,
     uncertainty: "Mapping[str, float | Source] | None" = None,
@@ -60,6 +61,8 @@ def fit_joint_likelihood(
     rest : ndarray of bool, shape (n,), or (float, float), optional
         Samples at rest, or unperturbed time at the trial's start and end (s); by default the time before the
         first perturbation.
+    hidden : array_like of bool, shape (n, all markers), optional
+        Samples of markers that were filled, not recorded: they are reconstructed from the other markers.
     softening : bool
         Whether the joint may soften with bending.
     confidence : float
@@ -95,6 +98,12 @@ def fit_joint_likelihood(
     log = None if belt_velocity is None else samples(belt_velocity, "m/s", "belt_velocity")
     if log is not None:
         same_length(time, belt_velocity=log)
+    filled = None if hidden is None else np.asarray(hidden)
+    if filled is not None and (filled.dtype != bool or filled.shape != measured.shape[:2]):
+        raise InputError(
+            f"hidden: expected booleans of shape {measured.shape[:2]}, one for each sample of each marker, "
+            f"found {filled.dtype} of shape {filled.shape}: give them in the order of positions"
+        )
     windows = as_perturbations(perturbations, time.size)
     name = JOINT_LIKELIHOOD if softening else JOINT_LIKELIHOOD_LINEAR
     record = Record(
@@ -102,7 +111,7 @@ def fit_joint_likelihood(
         leg=leg,
         perturbations=windows,
         at_rest=samples_at_rest(time, windows, rest),
-        markers=dummy_markers(measured, list(labels), markers, tuple(belt_fixed)),
+        markers=dummy_markers(measured, list(labels), markers, tuple(belt_fixed), filled),
         belt_log=log,
     )
     result = estimate(name, record)
