@@ -64,8 +64,8 @@ def fit_impedance(
     (`tepsipe.identification.regression.windows`). Intervals are Student's, from the scatter of the
     perturbations and from the error of angle and torque at rest, which all perturbations share. Without
     perturbations, tau = I theta'' + B theta' + K theta + offset is fitted to the whole record, and intervals
-    are bootstrapped over blocks of the record, with the standard error and degrees of freedom of these
-    clusters (`tepsipe.statistics.clusters`); noise of the angle then makes I, B and K too small.
+    are bootstrapped over blocks of the record (random multipliers of their shares in the error), with the
+    standard error and degrees of freedom of these clusters (`tepsipe.statistics.clusters`); noise of the angle then makes I, B and K too small.
 
     Parameters
     ----------
@@ -485,7 +485,6 @@ def _fit_windows(motion, torque, perturbations, rest, thesis, confidence, uncert
 def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng, uncertainty) -> ImpedanceFit:
     """One regression with an offset over the whole record, intervals over blocks."""
     from tepsipe.signals.differentiation import derivative
-    from tepsipe.statistics.bootstrap import bootstrap_blocks
     from tepsipe.statistics.clusters import errors_over_blocks
     from tepsipe.statistics.goodness_of_fit import vaf
     from tepsipe.statistics.least_squares import least_squares_line
@@ -504,8 +503,12 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng, uncert
         raise InputError(
             f"fit_impedance: expected a joint that moves, found {error}: check that it was perturbed"
         ) from error
-    drawn = bootstrap_blocks(regressors, torque, block, draws, rng)
-    errors, freedom = errors_over_blocks(regressors, result.residuals, block)
+    errors, freedom, shares = errors_over_blocks(regressors, result.residuals, block)
+    # multiplier bootstrap: blocks drawn with replacement may all lack a perturbation
+    drawn = sum(
+        rng.standard_normal((draws, len(part))) @ part
+        for part in np.array_split(shares, 1 + len(shares) // 1000)
+    )
     mean = torque.mean()
     late = delay_contributions(
         lambda x: np.linalg.lstsq(regressors, x)[0], derivative(motion.time, torque), sources

@@ -54,7 +54,7 @@ def bias_reduced_share(normal: np.ndarray, information: np.ndarray, moment: np.n
 
 def errors_over_blocks(
     regressors: np.ndarray, residuals: np.ndarray, block: int
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Standard errors of least squares with blocks of time as clusters, and their degrees of freedom.
 
     Errors that are correlated across the borders of the blocks would be missed, so the variance is the mean
@@ -75,6 +75,8 @@ def errors_over_blocks(
     -------
     errors, freedom : ndarray, shape (p,)
         Standard errors (unit of the residuals over units of the columns), and at least 1 degree of freedom.
+    shares : ndarray, shape (blocks, p)
+        Shares of the blocks in the error (units of ``errors``), for the last set of borders.
     """
     scale = np.linalg.norm(regressors, axis=0)
     scaled = regressors / scale
@@ -89,4 +91,5 @@ def errors_over_blocks(
         squares.append(np.sum(np.square(shares), axis=0))
         added = np.einsum("ij,bjk,ki->bi", inverse, np.array([x for x, _ in clusters]), inverse)
         freedoms.append(added.sum(axis=0) ** 2 / np.sum(added**2, axis=0) - 1.0)
-    return np.sqrt(np.mean(squares, axis=0)) / scale, np.maximum(np.mean(freedoms, axis=0), 1.0)
+    errors, freedom = np.sqrt(np.mean(squares, axis=0)) / scale, np.maximum(np.mean(freedoms, axis=0), 1.0)
+    return errors, freedom, np.array(shares) / scale
