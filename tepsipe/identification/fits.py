@@ -65,7 +65,8 @@ def fit_impedance(
     perturbations and from the error of angle and torque at rest, which all perturbations share. Without
     perturbations, tau = I theta'' + B theta' + K theta + offset is fitted to the whole record, and intervals
     are bootstrapped over blocks of the record (random multipliers of their shares in the error), with the
-    standard error and degrees of freedom of these clusters (`tepsipe.statistics.clusters`); noise of the angle then makes I, B and K too small.
+    standard error and degrees of freedom of these clusters (`tepsipe.statistics.clusters`); noise of the
+    angle then makes I, B and K too small.
 
     Parameters
     ----------
