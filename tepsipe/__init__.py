@@ -29,6 +29,7 @@ Identification: each returns an ImpedanceFit with .I .B .K, intervals, .vaf, .su
     fit_admittance        a frequency response (Wristalyzer)
     fit_parallel_cascade  intrinsic stiffness and stretch reflex
     ImpedanceFit          the result
+    LegUncertainty        uncertainty of masses, lengths and markers of a leg, for fit_impedance
 
 Treadmill
     belt_recording        load and velocity of an accelerated belt
@@ -63,6 +64,7 @@ _PUBLIC = {
     "fit_admittance": "tepsipe.identification.fits",
     "fit_parallel_cascade": "tepsipe.identification.fits",
     "ImpedanceFit": "tepsipe.identification.result",
+    "LegUncertainty": "tepsipe.identification.budgets.leg",
     "belt_recording": "tepsipe.experiments.belt",
     "calibrate_treadmill": "tepsipe.experiments.belt",
     "load_treadmill_models": "tepsipe.treadmill.registry",

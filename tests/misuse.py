@@ -91,6 +91,12 @@ def good(name):
         "vaf": lambda: {"measured": torque, "predicted": 0.99 * torque},
         "Leg": lambda: {"mass_kg": 0.4, "com_m": 0.4485, "inertia_kgm2": 0.027},
         "SegmentMarkers": lambda: {"labels": ("ankle", "top", "low"), "layout_m": LAYOUT},
+        "LegUncertainty": lambda: {
+            "leg": LEG,
+            "markers": MARKERS,
+            "sources": {"leg_mass_kg": 0.01},
+            "motion": motion(),
+        },
         "segment_motion": lambda: {
             "time": time,
             "positions": positions(),
@@ -114,7 +120,7 @@ def good(name):
             "foot_position": positions()[:, 0, 0],
             "belt_velocity": made.belt_velocity,
             "leg": LEG,
-            **window,
+            "perturbations": windows,
         },
         "fit_joint_likelihood": lambda: {
             "time": time,

@@ -5,7 +5,7 @@
 log is the complex logarithm, so e weighs gain and phase alike.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
@@ -226,18 +226,43 @@ def error_of_misfit(fit: AdmittanceFit, estimate: FrequencyResponse) -> np.ndarr
             for step in steps
         ]
     )
-    inverse = np.linalg.inv(jacobian.T @ jacobian)
+    inverse = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
     leverage = np.einsum("ni,ij,nj->n", jacobian, inverse, jacobian)
-    squares = (residuals(fit.parameters, estimate) / (1.0 - leverage)) ** 2
+    squares = (residuals(fit.parameters, estimate) / np.maximum(1.0 - leverage, 1e-6)) ** 2
     # gain and phase of a frequency have one variance
     squares = np.tile(squares.reshape(2, -1).mean(axis=0), 2)
     covariance = inverse @ (jacobian.T * squares) @ jacobian @ inverse
     return np.sqrt(np.diag(covariance)) * TYPICAL
 
 
-def distance_to_other_criterion(
-    fit: AdmittanceFit, estimate: FrequencyResponse, power: np.ndarray
-) -> np.ndarray:
+def change_by_smearing(fit: AdmittanceFit, estimate: FrequencyResponse, bounds: Bounds) -> np.ndarray:
+    """Effect of averaging over neighbouring frequencies: the fitted joint, averaged and fitted again.
+
+    The mean response of a band is not the response at its centre, above all near a resonance, where it looks
+    like damping. The response is taken to be averaged evenly over `FrequencyResponse.resolution_hz`.
+
+    Parameters
+    ----------
+    fit : AdmittanceFit
+        Result of `fit_scaled`.
+    estimate : FrequencyResponse
+        The n frequencies that were fitted (Hz, rad/(N·m)).
+    bounds : Bounds
+        Bounds of the fit (its units).
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        Changes of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+    """
+    # midpoints of nine equal parts of each band
+    places = estimate.resolution_hz * (np.arange(9) - 4.0) / 9.0
+    around = np.maximum(estimate.frequency_hz[:, None] + places, 1e-9)
+    smeared = admittance(fit.parameters, around.ravel()).reshape(around.shape).mean(axis=1)
+    return fit_scaled(replace(estimate, response=smeared), bounds, fit.parameters).parameters - fit.parameters
+
+
+def distance_to_other_criterion(fit: AdmittanceFit, estimate: FrequencyResponse) -> np.ndarray:
     """Effect of the criterion: the fit less one by least squares of the torque.
 
     The other criterion minimises S_uu |1 - H / H_model|^2; for a linear joint the two would agree.
@@ -247,9 +272,7 @@ def distance_to_other_criterion(
     fit : AdmittanceFit
         Result of `fit_scaled`.
     estimate : FrequencyResponse
-        The n frequencies that were fitted (Hz, rad/(N·m)).
-    power : ndarray, shape (n,)
-        Power of the torque at these frequencies.
+        The n frequencies that were fitted (Hz, rad/(N·m)), with the power of the torque.
 
     Returns
     -------
@@ -258,7 +281,8 @@ def distance_to_other_criterion(
     """
     omega, response = 2.0 * np.pi * estimate.frequency_hz, estimate.response
     columns = np.column_stack([-(omega**2) * response, 1j * omega * response, response])
-    weighted, unit = columns * np.sqrt(power)[:, None], np.sqrt(power)
+    unit = np.sqrt(estimate.input_power)
+    weighted = columns * unit[:, None]
     by_least_squares = np.linalg.lstsq(
         np.vstack([weighted.real, weighted.imag]), np.concatenate([unit, 0.0 * unit]), rcond=None
     )[0]

@@ -4,12 +4,11 @@ Every function takes arrays in SI units, or `Signal`s that name their unit, filt
 returns an `ImpedanceFit` with intervals. Defaults are what we recommend.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy
 
 from tepsipe.arguments import (
     checked,
@@ -32,6 +31,13 @@ from tepsipe.identification.arguments import (
     samples_at_rest,
     shaded,
 )
+from tepsipe.identification.budgets.leg import KNOWN_OF_LEGS, LegUncertainty, leg_budget
+from tepsipe.identification.budgets.manipulator import (
+    MANIPULATOR_SOURCES,
+    SCALES,
+    delay_contributions,
+    spectral_budget,
+)
 from tepsipe.identification.cascade.fit import ParallelCascadeFit, ParallelCascadeOptions
 from tepsipe.identification.result import (
     PARAMETERS,
@@ -39,9 +45,12 @@ from tepsipe.identification.result import (
     Curve,
     ImpedanceFit,
     Quantity,
-    quantities_of_windows,
+    parts_of,
+    quantities_of,
+    with_scales,
 )
 from tepsipe.signals.array_types import Samples
+from tepsipe.statistics.uncertainty import Source, stated_sources
 
 if TYPE_CHECKING:
     from tepsipe.mechanics.inverse_dynamics import Leg
@@ -63,6 +72,7 @@ def fit_impedance(
     bootstrap_draws: int = 2000,
     confidence: float = 0.95,
     seed: int = 0,
+    uncertainty: "Mapping[str, float | Source] | LegUncertainty | None" = None,
 ) -> ImpedanceFit:
     """I, B, K of a joint from its angle and torque, by least squares.
 
@@ -70,9 +80,12 @@ def fit_impedance(
     separately, with tau relative to its value at rest (windowed least squares, thesis eq 3-9), and the
     estimates are averaged. If at least 3 perturbations repeat each other, in either direction, only signals
     of different perturbations are multiplied, so that noise of the angle does not bias I, B and K
-    (`tepsipe.identification.regression.windows`). Intervals are bootstrapped over the perturbations. Without
+    (`tepsipe.identification.regression.windows`). Intervals are Student's, from the scatter of the
+    perturbations and from the error of angle and torque at rest, which all perturbations share. Without
     perturbations, tau = I theta'' + B theta' + K theta + offset is fitted to the whole record, and intervals
-    are bootstrapped over blocks of the record.
+    are bootstrapped over blocks of the record (random multipliers of their shares in the error), with the
+    standard error and degrees of freedom of these clusters (`tepsipe.statistics.clusters`); noise of the
+    angle then makes I, B and K too small.
 
     Parameters
     ----------
@@ -94,11 +107,15 @@ def fit_impedance(
     block_s : float
         Length of the bootstrapped blocks (s), without perturbations.
     bootstrap_draws : int
-        Bootstrap samples.
+        Bootstrap samples, without perturbations.
     confidence : float
         Probability of the intervals.
     seed : int
-        Seed of the bootstrap.
+        Seed of the bootstrap, without perturbations.
+    uncertainty : mapping of str to float or Source, or LegUncertainty, optional
+        Standard uncertainties of Type B: ``torque_scale`` and ``angle_scale`` (relative), ``torque_delay_s``
+        (of the torque after its record, s). For a torque of a leg from its markers, a `LegUncertainty`.
+        Without it, intervals are of Type A.
 
     Returns
     -------
@@ -134,9 +151,9 @@ def fit_impedance(
                 "fit_impedance: expected perturbations with thesis or rest, because both are about what "
                 "comes before a perturbation, found none: give perturbations, or leave thesis and rest out"
             )
-        fit = _fit_record(motion, torque, rate_hz, block_s, bootstrap_draws, confidence, rng)
+        fit = _fit_record(motion, torque, rate_hz, block_s, bootstrap_draws, confidence, rng, uncertainty)
     else:
-        fit = _fit_windows(motion, torque, perturbations, rest, thesis, bootstrap_draws, confidence, rng)
+        fit = _fit_windows(motion, torque, perturbations, rest, thesis, confidence, uncertainty)
     windows = getattr(fit.details, "perturbations", [])
     filtered = notes.of_filter(rate_hz, cutoff_hz, windows) + notes.of_repeats(*recorded, windows)
     return replace(fit, notes=(*named, *fit.notes, *notes.of_impedance(fit, motion, torque), *filtered))
@@ -152,9 +169,8 @@ def fit_output_error(
     rest: np.ndarray | tuple[float, float] | None = None,
     cutoff_hz: float = 20.0,
     order: int = 4,
-    bootstrap_draws: int = 2000,
     confidence: float = 0.95,
-    seed: int = 0,
+    uncertainty: "Mapping[str, float | Source] | None" = None,
 ) -> ImpedanceFit:
     """I, B, K of the joint under a leg on a moving belt, without a torque (output error).
 
@@ -181,12 +197,11 @@ def fit_output_error(
         Cutoff of the zero-lag Butterworth low-pass (Hz), the same as for ``motion``.
     order : int
         Its order, both passes together, the same as for ``motion``.
-    bootstrap_draws : int
-        Bootstrap samples.
     confidence : float
-        Probability of the intervals.
-    seed : int
-        Seed of the bootstrap.
+        Probability of the intervals, which are Student's over the perturbations.
+    uncertainty : mapping of str to float or Source, optional
+        Standard uncertainties of Type B, of the names in `LegUncertainty`; those of the directions and of
+        single markers do not act. Without it, intervals are of Type A.
 
     Returns
     -------
@@ -214,8 +229,8 @@ def fit_output_error(
     same_length(time, foot_position=foot, belt_velocity=belt)
     refuse_constant(foot_position=foot, belt_velocity=belt)
     refuse_same(foot_position=foot, belt_velocity=belt)
-    rng = bootstrap_generator(bootstrap_draws, confidence, seed)
-    cutoff_hz, order = checked(cutoff_hz=cutoff_hz, order=order)
+    cutoff_hz, order, confidence = checked(cutoff_hz=cutoff_hz, order=order, confidence=confidence)
+    sources = stated_sources(uncertainty, KNOWN_OF_LEGS, "fit_output_error")
     foot, belt = (butterworth_lowpass(x, rate_hz, cutoff_hz, order) for x in (foot, belt))
     follows = notes.of_belt(derivative(time, foot), belt)
     windows = as_perturbations(perturbations, time.size)
@@ -228,9 +243,10 @@ def fit_output_error(
         belt_velocity=belt,
     )
     result = estimate(OUTPUT_ERROR, record)
+    budget = leg_budget(result, None, LegUncertainty(leg, None, sources, motion), {})
     fit = ImpedanceFit(
         estimator=OUTPUT_ERROR,
-        quantities=quantities_of_windows(result.parameters, bootstrap_draws, confidence, rng)
+        quantities=quantities_of(_of_joint(result.mean), UNITS, budget, confidence)
         | {"delay": Quantity(result.delay_s, "s")},
         vaf=result.vaf_angle,
         vaf_of="the angle over the trial, from rest",
@@ -238,6 +254,8 @@ def fit_output_error(
         curve=Curve(time, result.angle, result.simulated, "Angle (rad)", shaded(time, windows)),
         details=result,
         windows=result.parameters,
+        type_b=tuple(sources),
+        budget=parts_of(PARAMETERS, budget),
     )
     follows += notes.of_delay(result.delay_s)
     filtered = notes.of_filter(rate_hz, cutoff_hz, windows)
@@ -253,6 +271,7 @@ def fit_admittance(
     upper: Sequence[float] | None = None,
     thesis: bool = False,
     confidence: float = 0.95,
+    uncertainty: "Mapping[str, float | Source] | None" = None,
 ) -> ImpedanceFit:
     """I, B, K from a measured frequency response of the joint, angle over torque (thesis eqs 3-5 and 3-6).
 
@@ -269,8 +288,14 @@ def fit_admittance(
         Bounds of I, B, K (units as ``start``); by default none.
     thesis : bool
         The modulus of the log ratio as residual, with the starting values and bounds of thesis Table 3-2.
+        This fit has no intervals, because its search ends near its start, whatever the scatter.
     confidence : float
-        Probability of the intervals, which assume independent residuals of equal variance.
+        Probability of the intervals. Each frequency has a variance of its own. The smearing by averaged
+        frequencies and, for a periodic perturbation, the distance to the fit by another criterion are
+        included (`tepsipe.identification.budgets.manipulator`).
+    uncertainty : mapping of str to float or Source, optional
+        Standard uncertainties of Type B: ``torque_scale`` and ``angle_scale`` (relative), ``torque_delay_s``
+        (of the torque after its record, s). Without it, intervals are of Type A.
 
     Returns
     -------
@@ -296,6 +321,7 @@ def fit_admittance(
         response, FrequencyResponse, "fit_admittance", "frequency_response(time, torque, angle)"
     )
     confidence, thesis = checked(confidence=confidence, thesis=thesis)
+    sources = stated_sources(uncertainty, MANIPULATOR_SOURCES, "fit_admittance")
     band = _usable(response)
     band = band if band_hz is None else band.band(*pair(band_hz, "band_hz"))
     if band.frequency_hz.size < 4:
@@ -324,13 +350,12 @@ def fit_admittance(
             "or leave start out"
         )
     result = (fit_as_printed if thesis else fit_scaled)(band, bounds)
-    half = scipy.stats.t.ppf(0.5 + 0.5 * confidence, result.degrees_of_freedom) * result.standard_error
-    quantities = {
-        name: Quantity(float(value), UNITS[name], float(error), float(value - reach), float(value + reach))
-        for name, value, error, reach in zip(
-            PARAMETERS, result.parameters, result.standard_error, half, strict=True
-        )
-    }
+    estimates = _of_joint(result.parameters)
+    budget = None if thesis else spectral_budget(result, band, bounds, sources)
+    if budget is None:
+        quantities = {name: Quantity(float(x), UNITS[name]) for name, x in estimates.items()}
+    else:
+        quantities = quantities_of(estimates, UNITS, budget, confidence)
     model = admittance(result.parameters, band.frequency_hz)
     residual = np.abs(band.response - model) ** 2
     found = notes.of_response(band)
@@ -349,6 +374,8 @@ def fit_admittance(
         curve=Curve(band.frequency_hz, band.response, model, "Admittance (rad/(N·m))"),
         details=result,
         notes=found + notes.of_vaf(explained, "the response"),
+        type_b=tuple(sources),
+        budget=parts_of(PARAMETERS, budget) if budget else {},
     )
 
 
@@ -366,6 +393,7 @@ def fit_parallel_cascade(
     bootstrap_draws: int = 1000,
     confidence: float = 0.95,
     seed: int = 0,
+    uncertainty: "Mapping[str, float | Source] | None" = None,
     **options,
 ) -> ImpedanceFit:
     """Intrinsic stiffness and stretch reflex of a joint under imposed movement (Kearney et al. 1997).
@@ -396,6 +424,9 @@ def fit_parallel_cascade(
         Probability of the intervals.
     seed : int
         Seed of the bootstrap.
+    uncertainty : mapping of str to float or Source, optional
+        Standard uncertainties of Type B: ``torque_scale`` and ``angle_scale`` (relative). Without it,
+        intervals are of Type A.
     **options
         Fields of `ParallelCascadeOptions` that differ from the default.
 
@@ -435,6 +466,7 @@ def fit_parallel_cascade(
         block_s=block_s,
     )
     chosen = made(ParallelCascadeOptions, options, "fit_parallel_cascade")
+    sources = stated_sources(uncertainty, SCALES, "fit_parallel_cascade")
     if rate_hz > 1.001 * resample_rate_hz:
         slower = regular_time(time[0], time[-1], resample_rate_hz)
         angle, torque = (resample(time, x, slower, 0.4 * resample_rate_hz) for x in (angle, torque))
@@ -464,6 +496,7 @@ def fit_parallel_cascade(
             f"and a stiffness of {result.working_stiffness:.3g} N·m/rad: reverse the sign of the torque"
         )
     quantities, findings, assumed = _cascade_quantities(result, confidence)
+    quantities, budget = with_scales(quantities, sources, confidence)
     measured = lowpass(torque, rate_hz)[kept]
     motion = joint_motion(time[kept], lowpass(angle, rate_hz)[kept])
     fitted = np.array([[time[kept][0], time[kept][training - 1]]])
@@ -476,6 +509,8 @@ def fit_parallel_cascade(
         curve=Curve(time[kept], measured, result.predicted, "Torque (N·m)", fitted),
         details=result,
         findings=findings,
+        type_b=tuple(sources),
+        budget=budget,
     )
     found = notes.of_impedance(fit, motion, measured) + notes.of_filter(rate_hz, cutoff_hz)
     return replace(fit, notes=(*named, *assumed, *found))
@@ -484,18 +519,25 @@ def fit_parallel_cascade(
 # ---- parts ---------------------------------------------------------------------------------------
 
 
-def _fit_windows(motion, torque, perturbations, rest, thesis, draws, confidence, rng) -> ImpedanceFit:
+def _of_joint(parameters: np.ndarray) -> dict[str, float]:
+    return dict(zip(PARAMETERS, parameters, strict=True))
+
+
+def _fit_windows(motion, torque, perturbations, rest, thesis, confidence, uncertainty) -> ImpedanceFit:
     """Windowed least squares, intervals over the perturbations."""
+    from tepsipe.identification.budgets.windows import windows_budget
     from tepsipe.identification.estimators import LEAST_SQUARES, LEAST_SQUARES_THESIS, Record, estimate
 
     windows = as_perturbations(perturbations, motion.time.size)
     name = LEAST_SQUARES_THESIS if thesis else LEAST_SQUARES
     at_rest = samples_at_rest(motion.time, windows, rest)
     refuse_still(motion.theta, windows)
-    result = estimate(name, Record(motion=motion, torque=torque, perturbations=windows, at_rest=at_rest))
+    record = Record(motion=motion, torque=torque, perturbations=windows, at_rest=at_rest)
+    result = estimate(name, record)
+    budget, sources = windows_budget(result, name, record, uncertainty)
     return ImpedanceFit(
         estimator=name,
-        quantities=quantities_of_windows(result.parameters, draws, confidence, rng),
+        quantities=quantities_of(_of_joint(result.mean), UNITS, budget, confidence),
         vaf=float(result.vaf_per_perturbation.mean()),
         vaf_of="the torque, mean over the perturbations",
         confidence=confidence,
@@ -505,15 +547,19 @@ def _fit_windows(motion, torque, perturbations, rest, thesis, draws, confidence,
         details=result,
         windows=result.parameters,
         notes=("One perturbation has no interval: record more.",) if len(windows) == 1 else (),
+        type_b=sources,
+        budget=parts_of(PARAMETERS, budget),
     )
 
 
-def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng) -> ImpedanceFit:
+def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng, uncertainty) -> ImpedanceFit:
     """One regression with an offset over the whole record, intervals over blocks."""
-    from tepsipe.statistics.bootstrap import bootstrap_blocks
+    from tepsipe.signals.differentiation import derivative
+    from tepsipe.statistics.clusters import errors_over_blocks
     from tepsipe.statistics.goodness_of_fit import vaf
     from tepsipe.statistics.least_squares import least_squares_line
 
+    sources = stated_sources(uncertainty, MANIPULATOR_SOURCES, "fit_impedance without perturbations")
     regressors = np.column_stack([motion.theta_dd, motion.theta_d, motion.theta, np.ones_like(motion.theta)])
     block = round(block_s * rate_hz)
     if not 16 <= 4 * block <= torque.size:
@@ -527,26 +573,35 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng) -> Imp
         raise InputError(
             f"fit_impedance: expected a joint that moves, found {error}: check that it was perturbed"
         ) from error
-    try:
-        drawn = bootstrap_blocks(regressors, torque, block, draws, rng)
-    except np.linalg.LinAlgError as error:
-        raise InputError(
-            f"fit_impedance: expected movement in most blocks of {block_s:g} s, found blocks that do not "
-            "determine I, B, K: lengthen block_s, or give perturbations"
-        ) from error
+    errors, freedom, shares = errors_over_blocks(regressors, result.residuals, block)
+    # multiplier bootstrap: blocks drawn with replacement may all lack a perturbation
+    drawn = sum(
+        rng.standard_normal((draws, len(part))) @ part
+        for part in np.array_split(shares, 1 + len(shares) // 1000)
+    )
     mean = torque.mean()
+    late = delay_contributions(
+        lambda x: np.linalg.lstsq(regressors, x)[0], derivative(motion.time, torque), sources
+    )
+    quantities, budget = with_scales(
+        {
+            name: Quantity.scaled(result.parameters[k], unit, drawn[:, k], confidence, errors[k], freedom[k])
+            for k, (name, unit) in enumerate((UNITS | {"offset": "N·m"}).items())
+        },
+        sources,
+        confidence,
+        late,
+    )
     return ImpedanceFit(
         estimator="regression",
-        quantities={
-            name: Quantity.drawn(result.parameters[k], UNITS[name], drawn[:, k], confidence)
-            for k, name in enumerate(PARAMETERS)
-        }
-        | {"offset": Quantity.drawn(result.parameters[3], "N·m", drawn[:, 3], confidence)},
+        quantities=quantities,
         vaf=vaf(torque - mean, regressors @ result.parameters - mean),
         vaf_of="the torque about its mean",
         confidence=confidence,
         curve=Curve(motion.time, torque, regressors @ result.parameters, "Torque (N·m)"),
         details=result,
+        type_b=tuple(sources),
+        budget=budget,
     )
 
 

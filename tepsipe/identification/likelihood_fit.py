@@ -1,20 +1,30 @@
 """Public function of the likelihood: markers and belt velocity in, I, B, K with intervals out."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from tepsipe.arguments import checked, regular_rate, same_length, samples, texts
-from tepsipe.errors import refuse_other_kind
+from tepsipe.errors import InputError, refuse_other_kind
 from tepsipe.identification import notes
 from tepsipe.identification.arguments import as_perturbations, samples_at_rest, shaded
-from tepsipe.identification.result import PARAMETERS, UNITS, Curve, ImpedanceFit, Quantity
+from tepsipe.identification.budgets.leg import KNOWN_OF_LEGS, LegUncertainty, leg_budget, small_budget
+from tepsipe.identification.result import (
+    PARAMETERS,
+    UNITS,
+    Curve,
+    ImpedanceFit,
+    Quantity,
+    parts_of,
+    quantities_of,
+)
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, marker_samples, segment_motion
 from tepsipe.signals.array_types import Samples
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.statistics.uncertainty import Source, coverage_factor, stated_sources
 
 
 def fit_joint_likelihood(
@@ -28,8 +38,10 @@ def fit_joint_likelihood(
     perturbations: Sequence,
     belt_velocity: "Samples | None" = None,
     rest: np.ndarray | tuple[float, float] | None = None,
+    hidden: np.ndarray | None = None,
     softening: bool = True,
     confidence: float = 0.95,
+    uncertainty: "Mapping[str, float | Source] | None" = None,
 ) -> ImpedanceFit:
     """I, B, K of the joint under a leg on a moving belt, by the likelihood of all markers and the log.
 
@@ -54,10 +66,15 @@ def fit_joint_likelihood(
     rest : ndarray of bool, shape (n,), or (float, float), optional
         Samples at rest, or unperturbed time at the trial's start and end (s); by default the time before the
         first perturbation.
+    hidden : array_like of bool, shape (n, all markers), optional
+        Samples of markers that were filled, not recorded: they are reconstructed from the other markers.
     softening : bool
         Whether the joint may soften with bending.
     confidence : float
         Probability of the intervals.
+    uncertainty : mapping of str to float or Source, optional
+        Standard uncertainties of Type B, of the names in `LegUncertainty`; offsets of markers and the
+        direction of gravity do not act. Without it, intervals are of Type A.
 
     Returns
     -------
@@ -71,6 +88,7 @@ def fit_joint_likelihood(
     InputError
         If the signals cannot be used, or the angle does not determine the parameters.
     """
+    from tepsipe.identification.budgets.markers import LikelihoodData, marker_contributions
     from tepsipe.identification.estimators import JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, Record, estimate
     from tepsipe.identification.likelihood.channels import dummy_markers
 
@@ -79,12 +97,19 @@ def fit_joint_likelihood(
     refuse_other_kind(markers, SegmentMarkers, "fit_joint_likelihood", "SegmentMarkers")
     confidence, softening = checked(confidence=confidence, softening=softening)
     labels, belt_fixed = texts(labels, "labels"), texts(belt_fixed, "belt_fixed")
+    sources = stated_sources(uncertainty, KNOWN_OF_LEGS, "fit_joint_likelihood")
     time, rate_hz = regular_rate(time)
     measured = marker_samples(positions)
     motion = segment_motion(time, measured, markers, leg.com_m, labels=labels)
     log = None if belt_velocity is None else samples(belt_velocity, "m/s", "belt_velocity")
     if log is not None:
         same_length(time, belt_velocity=log)
+    filled = None if hidden is None else np.asarray(hidden)
+    if filled is not None and (filled.dtype != bool or filled.shape != measured.shape[:2]):
+        raise InputError(
+            f"hidden: expected booleans of shape {measured.shape[:2]}, one for each sample of each marker, "
+            f"found {filled.dtype} of shape {filled.shape}: give them in the order of positions"
+        )
     windows = as_perturbations(perturbations, time.size)
     name = JOINT_LIKELIHOOD if softening else JOINT_LIKELIHOOD_LINEAR
     record = Record(
@@ -92,7 +117,7 @@ def fit_joint_likelihood(
         leg=leg,
         perturbations=windows,
         at_rest=samples_at_rest(time, windows, rest),
-        markers=dummy_markers(measured, labels, markers, tuple(belt_fixed)),
+        markers=dummy_markers(measured, list(labels), markers, tuple(belt_fixed), filled),
         belt_log=log,
     )
     follows = ()
@@ -100,14 +125,19 @@ def fit_joint_likelihood(
         foot = record.markers.positions[:, record.markers.on_foot, 0].mean(axis=1)
         follows = notes.of_belt(derivative(time, butterworth_lowpass(foot, rate_hz, 0.2 * rate_hz)), log)
     result = estimate(name, record)
-    working, small = result.interval(confidence), result.small_interval(confidence)
-    quantities = {}
-    for suffix, values, interval in (("", result.mean, working), ("_small", result.small, small)):
-        for k, parameter in enumerate(PARAMETERS):
-            ends = (interval.standard_error[k], interval.low[k], interval.high[k])
-            quantities[parameter + suffix] = Quantity(float(values[k]), UNITS[parameter], *map(float, ends))
+    wanted = {*belt_fixed, *markers.labels}
+    places = np.array([place for place, label in enumerate(labels) if label in wanted])
+    data = LikelihoodData(time, record.markers, places, log, record.at_rest, windows)
+    of_working, of_small = marker_contributions(result, data, sources)
+    budget = leg_budget(result, None, LegUncertainty(leg, markers, sources, motion), of_working)
+    small = small_budget(result, leg, sources, of_small)
+    names = [f"{name}_small" for name in PARAMETERS]
+    values = dict(zip(PARAMETERS, result.mean, strict=True)), dict(zip(names, result.small, strict=True))
+    quantities = quantities_of(values[0], UNITS, budget, confidence)
+    quantities |= quantities_of(values[1], dict(zip(names, UNITS.values(), strict=True)), small, confidence)
     error = result.fit.standard_error("delay")
-    quantities["delay"] = Quantity(result.delay_s, "s", error)
+    half = float(coverage_factor(np.inf, confidence)) * error
+    quantities["delay"] = Quantity(result.delay_s, "s", error, result.delay_s - half, result.delay_s + half)
     fit = ImpedanceFit(
         estimator=name,
         quantities=quantities,
@@ -117,6 +147,8 @@ def fit_joint_likelihood(
         curve=Curve(time, result.angle, result.simulated, "Angle (rad)", shaded(time, windows)),
         details=result,
         windows=result.parameters,
+        type_b=tuple(sources),
+        budget=parts_of(PARAMETERS, budget) | parts_of(names, small),
     )
     found = notes.of_impedance(fit, motion) + notes.of_delay(result.delay_s)
     return replace(fit, notes=(*named, *follows, *found))

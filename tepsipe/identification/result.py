@@ -1,7 +1,7 @@
 """Result of every estimator of impedance: I, B, K, their intervals, and the VAF of the prediction."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +10,7 @@ from tepsipe.errors import InputError
 from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.signals.showing import as_html, new_axes
 from tepsipe.statistics.bootstrap import expanded_tail
+from tepsipe.statistics.uncertainty import Budget, Source
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -53,6 +54,20 @@ class Quantity:
         tail = expanded_tail(confidence, blocks) if blocks else 50.0 * (1.0 - confidence)
         low, high = np.percentile(draws, [tail, 100.0 - tail])
         return cls(float(value), unit, float(np.std(draws, ddof=1)), float(low), float(high))
+
+    @classmethod
+    def scaled(
+        cls, value: float, unit: str, draws: np.ndarray, confidence: float, error: float, freedom: float
+    ) -> "Quantity":
+        """An estimate with a standard error (``unit``) and the shape of bootstrapped estimates (``unit``).
+
+        The deviations of the draws, shape (draws,), are scaled to the standard error. Ends of the interval
+        are their quantiles where Student's distribution of these degrees of freedom has its own.
+        """
+        deviations = (draws - draws.mean()) * (error / max(float(draws.std()), 1e-300))
+        tail = expanded_tail(confidence, freedom + 1.0)
+        low, high = np.percentile(deviations, [tail, 100.0 - tail]) * np.sqrt(freedom / (freedom + 1.0))
+        return cls(float(value), unit, float(error), float(value + low), float(value + high))
 
     def cells(self) -> tuple[str, str, str]:
         """Value, standard error and interval as text (``unit``), rounded by the standard error."""
@@ -121,6 +136,12 @@ class ImpedanceFit:
         valid record (`tepsipe.identification.notes`).
     findings : tuple of str
         Further results in words, one sentence each.
+    type_b : tuple of str
+        Sources of Type B that were given as ``uncertainty``. Without any, standard errors and intervals are
+        of Type A: they include the scatter within the record, but no errors of masses, lengths, calibrations
+        and delays, which all records of the rig share.
+    budget : mapping of str to mapping of str to float
+        Quantity -> source -> its standard uncertainty (unit of the quantity), ``scatter`` for Type A.
     """
 
     estimator: str
@@ -133,6 +154,8 @@ class ImpedanceFit:
     windows: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
     notes: tuple[str, ...] = ()
     findings: tuple[str, ...] = ()
+    type_b: tuple[str, ...] = ()
+    budget: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     @property
     def I(self) -> float:  # noqa: E743, N802  the symbol of the thesis
@@ -164,6 +187,16 @@ class ImpedanceFit:
         """Name -> standard error (unit of the quantity)."""
         return {name: q.standard_error for name, q in self.quantities.items()}
 
+    @property
+    def interval_type(self) -> str:
+        """Sentence that names what the intervals include."""
+        if self.type_b:
+            return f"Intervals: scatter (Type A), and {', '.join(self.type_b)} (Type B)."
+        return (
+            "Intervals: scatter within the record only (Type A). Errors of masses, lengths, scales and "
+            "delays are not included; state them as uncertainty (Type B)."
+        )
+
     def summary(self) -> str:
         """Table of the estimates with units, standard errors and intervals, as text."""
         percent = f"{100.0 * self.confidence:g} % interval"
@@ -175,6 +208,7 @@ class ImpedanceFit:
         lines.append(f"VAF of {self.vaf_of}: {self.vaf:.2f} %")
         if len(self.windows):
             lines.append(f"mean over {len(self.windows)} perturbations")
+        lines.append(self.interval_type)
         return "\n".join([*lines, *self.findings, *(f"Note: {note}" for note in self.notes)])
 
     def __str__(self) -> str:
@@ -265,35 +299,98 @@ class ImpedanceFit:
         (_draw_response if self._panels == 2 else _draw_signal)(np.ravel(axes), self.curve)
 
 
-def quantities_of_windows(
-    parameters: np.ndarray, draws: int, confidence: float, rng: np.random.Generator
+def quantities_of(
+    values: Mapping[str, float], units: Mapping[str, str], budget: Budget, confidence: float
 ) -> dict[str, Quantity]:
-    """Means over the perturbations of I, B, K, with intervals bootstrapped over them.
+    """Estimates with the combined standard uncertainties and intervals of a budget.
 
     Parameters
     ----------
-    parameters : ndarray, shape (w, 3)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of every perturbation.
-    draws : int
-        Bootstrap samples.
+    values : mapping of str to float
+        Estimates by name, in the order of the budget.
+    units : mapping of str to str
+        Their units by the same names.
+    budget : Budget
+        Their uncertainty.
     confidence : float
         Probability of the intervals.
-    rng : numpy.random.Generator
-        Draws the perturbations.
 
     Returns
     -------
     dict of str to Quantity
-        ``I``, ``B``, ``K``.
+        By the same names.
     """
-    from tepsipe.statistics.bootstrap import bootstrap_mean
+    low, high = budget.interval(np.array(list(values.values()), dtype=float), confidence)
+    ends = zip(values.items(), budget.combined, low, high, strict=True)
+    return {name: Quantity(float(x), units[name], *map(float, more)) for (name, x), *more in ends}
 
-    mean, interval = parameters.mean(axis=0), bootstrap_mean(parameters, draws, rng, confidence)
-    ends = interval.standard_error, interval.low, interval.high
+
+def parts_of(names: Sequence[str], budget: Budget) -> dict[str, dict[str, float]]:
+    """Quantity -> source -> standard uncertainty (unit of the quantity); ``names`` in the budget's order."""
+    sources = {"scatter": budget.type_a} | {name: budget.of_source(name) for name in budget.contributions}
     return {
-        name: Quantity(float(mean[k]), UNITS[name], *(float(end[k]) for end in ends))
-        for k, name in enumerate(PARAMETERS)
+        name: {source: float(np.broadcast_to(u, len(names))[k]) for source, u in sources.items()}
+        for k, name in enumerate(names)
     }
+
+
+def with_scales(
+    quantities: Mapping[str, Quantity],
+    sources: Mapping[str, Source],
+    confidence: float,
+    further: Mapping[str, np.ndarray] | None = None,
+) -> tuple[dict[str, Quantity], dict[str, dict[str, float]]]:
+    """Bootstrapped quantities with Type B of the scales of torque and angle.
+
+    Each end of an interval moves outwards by the half width of Type B, in quadrature, because bootstrapped
+    intervals are not symmetric.
+
+    Parameters
+    ----------
+    quantities : mapping of str to Quantity
+        p estimates of Type A by name.
+    sources : mapping of str to Source
+        torque_scale and angle_scale, as far as they are known.
+    confidence : float
+        Probability of the intervals.
+    further : mapping of str to ndarray, shape (1, p), optional
+        Contributions of other sources, as in `Budget.contributions`.
+
+    Returns
+    -------
+    quantities : dict of str to Quantity
+        By the same names.
+    parts : dict of str to dict
+        Quantity -> source -> standard uncertainty.
+    """
+    from tepsipe.identification.budgets.manipulator import scale_contributions
+
+    powers = {name: _powers(q.unit) for name, q in quantities.items()}
+    values = {name: q.value for name, q in quantities.items()}
+    type_a = np.array([q.standard_error for q in quantities.values()])
+    contributions = scale_contributions(values, sources, powers) | dict(further or {})
+    freedom = {name: sources[name].freedom for name in contributions}
+    budget = Budget(type_a, np.inf, contributions, freedom)
+    of_b = Budget(np.zeros_like(type_a), np.inf, contributions, freedom)
+    half = of_b.interval(np.zeros_like(type_a), confidence)[1]
+    wider = {
+        name: replace(
+            q,
+            standard_error=float(budget.combined[k]),
+            low=q.value - float(np.hypot(q.value - q.low, half[k])),
+            high=q.value + float(np.hypot(q.high - q.value, half[k])),
+        )
+        for k, (name, q) in enumerate(quantities.items())
+    }
+    return (wider if contributions else dict(quantities)), parts_of(list(quantities), budget)
+
+
+def _powers(unit: str) -> tuple[int, int]:
+    """Powers of the torque and of the angle in a unit such as N·m·s/rad."""
+    torque = int("N·m" in unit)
+    if "/rad" not in unit:
+        return torque, int(unit.startswith("rad"))
+    return torque, -2 if unit.endswith("rad²") else -1
 
 
 def _digits(x: float, error: float | None) -> str:

@@ -54,6 +54,7 @@ SOURCES = {
     "torque_delay_s": "delay of the torque after its record",
     "fit_criterion": "criterion of the fit",
     "fitted_band": "fitted band",
+    "frequency_resolution": "width of the averaged bands",
 }
 # stiffness before damping, as the report discusses them
 SHOWN = ("K", "B", "mass")

@@ -35,6 +35,11 @@ class FrequencyResponse:
         does not leave it to the coherence.
     freedom : ndarray, shape (n,), or None
         Degrees of freedom of this error.
+    resolution_hz : float
+        Width of the band of frequencies that is averaged into each value (Hz); 0 if none are, or if the
+        estimator allows for a response that varies within it.
+    input_power : ndarray, shape (n,), or None
+        Power of u at the lines of a periodic perturbation (arbitrary unit); None for others.
     """
 
     frequency_hz: np.ndarray
@@ -43,6 +48,8 @@ class FrequencyResponse:
     averages: float | np.ndarray
     error: np.ndarray | None = None
     freedom: np.ndarray | None = None
+    resolution_hz: float = 0.0
+    input_power: np.ndarray | None = None
 
     def band(self, low_hz: float, high_hz: float) -> "FrequencyResponse":
         """The part between two frequencies (Hz), both included.
@@ -59,8 +66,7 @@ class FrequencyResponse:
                 f"expected at least 4 frequencies between {low_hz:g} and {high_hz:g} Hz, found "
                 f"{inside.sum()}: average over fewer bins, widen the band, or record longer"
             )
-        parts = (self.response, self.coherence, self.averages, self.error, self.freedom)
-        return FrequencyResponse(self.frequency_hz[inside], *(x[inside] if np.ndim(x) else x for x in parts))
+        return FrequencyResponse(**{name: x[inside] if np.ndim(x) else x for name, x in vars(self).items()})
 
     def __repr__(self) -> str:
         f, gamma = self.frequency_hz, float(np.median(self.coherence))

@@ -132,7 +132,8 @@ def frequency_averaged(
     s_uu = average(np.abs(spectrum_u) ** 2)
     s_yy = average(np.abs(spectrum_y) ** 2)
     s_uy = average(np.conj(spectrum_u) * spectrum_y)
-    return _estimate(average(frequency), s_uu, s_yy, s_uy, _independent(bins) if taper else bins)
+    averages, width_hz = _independent(bins) if taper else bins, bins * rate_hz / u.size
+    return _estimate(average(frequency), s_uu, s_yy, s_uy, averages, resolution_hz=width_hz)
 
 
 def _independent(bins: int) -> float:
@@ -178,7 +179,7 @@ def period_averaged(
     s_uu = np.mean(np.abs(u_lines) ** 2, axis=0)
     s_yy = np.mean(np.abs(y_lines) ** 2, axis=0)
     s_uy = np.mean(np.conj(u_lines) * y_lines, axis=0)
-    return _estimate(frequency, s_uu, s_yy, s_uy, len(u_lines))
+    return _estimate(frequency, s_uu, s_yy, s_uy, len(u_lines), input_power=s_uu)
 
 
 def period_spectra(
@@ -222,33 +223,11 @@ def period_spectra(
     return frequency[lines], np.fft.rfft(x[-periods * length :].reshape(periods, length), axis=1)[:, lines]
 
 
-def power_at_lines(u: np.ndarray, rate_hz: float, period_s: float, frequency_hz: np.ndarray) -> np.ndarray:
-    """Mean power of a periodic signal over its last whole periods.
-
-    Parameters
-    ----------
-    u : ndarray, shape (n,)
-        Signal.
-    rate_hz, period_s : float
-        Sampling rate (Hz), and period, a whole number of samples (s).
-    frequency_hz : ndarray, shape (lines,)
-        Multiples of 1 / period (Hz).
-
-    Returns
-    -------
-    ndarray, shape (lines,)
-        |U|^2 of the discrete Fourier transform (unit of u, squared).
-    """
-    length = round(period_s * rate_hz)
-    periods = u[-(u.size // length) * length :].reshape(-1, length)
-    lines = np.round(np.asarray(frequency_hz) * period_s).astype(int)
-    return np.mean(np.abs(np.fft.rfft(periods, axis=1)[:, lines]) ** 2, axis=0)
-
-
-def _estimate(frequency, s_uu, s_yy, s_uy, averages) -> FrequencyResponse:
+def _estimate(frequency, s_uu, s_yy, s_uy, averages, **further) -> FrequencyResponse:
     if not (s_uu > 0.0).all() or not (s_yy > 0.0).all():
         raise InputError(
             "expected power in input and output at every frequency, found some without: check that "
             "the joint was perturbed and its motion recorded"
         )
-    return FrequencyResponse(frequency, s_uy / s_uu, np.abs(s_uy) ** 2 / (s_uu * s_yy), averages)
+    coherence = np.abs(s_uy) ** 2 / (s_uu * s_yy)
+    return FrequencyResponse(frequency, s_uy / s_uu, coherence, averages, **further)

@@ -46,7 +46,7 @@ def bootstrap_blocks(
     return solutions[..., 0] / scale
 
 
-def expanded_tail(confidence: float, blocks: int) -> float:
+def expanded_tail(confidence: float, blocks: float) -> float:
     """Percentile of bootstrap draws at the low end of an interval, expanded for few blocks (Hesterberg 2015).
 
     Draws from n blocks scatter sqrt((n - 1) / n) times as much as estimates do, and their spread has n - 1
@@ -57,7 +57,7 @@ def expanded_tail(confidence: float, blocks: int) -> float:
     ----------
     confidence : float
         Probability p of the interval.
-    blocks : int
+    blocks : float
         Number n of blocks from which the bootstrap draws, at least 2.
 
     Returns

@@ -5,6 +5,8 @@ import scipy
 
 # smallest share of a combination of parameters that other clusters must determine
 ALONE = 1e-6
+# sets of borders between blocks
+SHIFTS = 4
 
 
 def bias_reduced_share(normal: np.ndarray, information: np.ndarray, moment: np.ndarray) -> np.ndarray:
@@ -48,3 +50,46 @@ def bias_reduced_share(normal: np.ndarray, information: np.ndarray, moment: np.n
     scale = np.where(others > ALONE, 1.0 / np.sqrt(np.maximum(others, ALONE)), 0.0)
     seen = axes @ (scale * (axes.T @ scipy.linalg.solve_triangular(root, moment, lower=True)))
     return scipy.linalg.solve_triangular(root, seen, lower=True, trans="T")
+
+
+def errors_over_blocks(
+    regressors: np.ndarray, residuals: np.ndarray, block: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Standard errors of least squares with blocks of time as clusters, and their degrees of freedom.
+
+    Errors that are correlated across the borders of the blocks would be missed, so the variance is the mean
+    over four sets of borders. Blocks that hardly move the solution hardly count: with v_j the variance that
+    block j alone would add for white errors, the degrees of freedom are (sum v_j)^2 / sum v_j^2 - 1
+    (Satterthwaite).
+
+    Parameters
+    ----------
+    regressors : ndarray, shape (n, p)
+        Regressors.
+    residuals : ndarray, shape (n,)
+        Residuals of the fit to all samples.
+    block : int
+        Length of a block (samples).
+
+    Returns
+    -------
+    errors, freedom : ndarray, shape (p,)
+        Standard errors (unit of the residuals over units of the columns), and at least 1 degree of freedom.
+    shares : ndarray, shape (blocks, p)
+        Shares of the blocks in the error (units of ``errors``), for the last set of borders.
+    """
+    scale = np.linalg.norm(regressors, axis=0)
+    scaled = regressors / scale
+    normal = scaled.T @ scaled
+    inverse = np.linalg.inv(normal)
+    squares, freedoms = [], []
+    for first in np.round(block * np.arange(1, SHIFTS + 1) / SHIFTS).astype(int):
+        borders = np.arange(first, residuals.size, block)
+        parts = zip(np.split(scaled, borders), np.split(residuals, borders), strict=True)
+        clusters = [(x.T @ x, x.T @ rest) for x, rest in parts if len(rest)]
+        shares = [bias_reduced_share(normal, *cluster) for cluster in clusters]
+        squares.append(np.sum(np.square(shares), axis=0))
+        added = np.einsum("ij,bjk,ki->bi", inverse, np.array([x for x, _ in clusters]), inverse)
+        freedoms.append(added.sum(axis=0) ** 2 / np.sum(added**2, axis=0) - 1.0)
+    errors, freedom = np.sqrt(np.mean(squares, axis=0)) / scale, np.maximum(np.mean(freedoms, axis=0), 1.0)
+    return errors, freedom, np.array(shares) / scale

@@ -95,6 +95,46 @@ def sources_of(section: Mapping[str, Mapping | None]) -> dict[str, Source]:
     return sources
 
 
+def stated_sources(uncertainty: object, known: Sequence[str], place: str) -> dict[str, Source]:
+    """Sources of Type B that a user states.
+
+    Parameters
+    ----------
+    uncertainty : mapping of str to float or Source, or None
+        Name -> standard uncertainty (unit in the name).
+    known : sequence of str
+        Names that the function knows.
+    place : str
+        Name of the function, for messages.
+
+    Returns
+    -------
+    dict of str to Source
+        Empty if nothing is stated.
+
+    Raises
+    ------
+    InputError
+        If it is no mapping, a name is unknown, or a standard uncertainty is no number of at least 0.
+    """
+    advice = f"give standard uncertainties by name, of {listed(known)}"
+    if not isinstance(uncertainty, Mapping | None):
+        raise InputError(f"{place}, uncertainty: expected a mapping, found {quoted(uncertainty)}: {advice}")
+    sources = {}
+    for name, stated in (uncertainty or {}).items():
+        if name not in known:
+            raise InputError(f"{place}, uncertainty: expected a known source, found {quoted(name)}: {advice}")
+        u = stated.standard_uncertainty if isinstance(stated, Source) else stated
+        number = isinstance(u, int | float | np.number) and not isinstance(u, bool)
+        if not (number and math.isfinite(u) and u >= 0.0):
+            raise InputError(
+                f"{place}, uncertainty: expected a standard uncertainty of at least 0 for {name}, found "
+                f"{quoted(u)}: give a number, such as half the width of a 68 % interval"
+            )
+        sources[name] = stated if isinstance(stated, Source) else Source(name, float(u))
+    return sources
+
+
 @dataclass(frozen=True)
 class Budget:
     """Uncertainty of p estimates, source by source.
@@ -103,7 +143,7 @@ class Budget:
     ----------
     type_a : ndarray, shape (p,)
         Standard uncertainties from the trial's own scatter (units of the estimates).
-    freedom_a : float
+    freedom_a : float or ndarray, shape (p,)
         Their degrees of freedom.
     contributions : dict of str to ndarray, shape (k, p)
         Source -> root R of its covariance, R'R (units of the estimates). One row, c_i u(x_i) with its sign,
@@ -113,7 +153,7 @@ class Budget:
     """
 
     type_a: np.ndarray
-    freedom_a: float
+    freedom_a: float | np.ndarray
     contributions: dict[str, np.ndarray] = field(default_factory=dict)
     freedom: dict[str, float] = field(default_factory=dict)
 
@@ -217,6 +257,51 @@ def scatter(values: np.ndarray) -> tuple[np.ndarray, float]:
     if n < 2:
         return np.full(values.shape[1], np.inf), 1.0
     return values.std(axis=0, ddof=1) / np.sqrt(n), n - 1.0
+
+
+def error_of_mean(signal: np.ndarray, terms: int = 8) -> tuple[float, float]:
+    """Standard error of the mean of a stretch of correlated noise, and its degrees of freedom.
+
+    The mean square of the products with the slowest cosines, which the spectrum at frequency zero determines
+    (equal-weighted cosine estimator: Mueller 2007; Lazarus, Lewis, Stock & Watson 2018):
+
+        u = sqrt(mean of c_j^2 / n),    c_j = sqrt(2 / n) sum_t cos(pi j (t - 1/2) / n) x_t,    j = 1 ... m
+
+    Parameters
+    ----------
+    signal : ndarray, shape (n,)
+        The samples, n above 1.
+    terms : int
+        Number m of cosines.
+
+    Returns
+    -------
+    u, freedom : float
+        Standard error (unit of ``signal``) and m, or n - 1 if this is less.
+    """
+    n = signal.size
+    terms = min(terms, n - 1)
+    slow = scipy.fft.dct(signal - signal.mean(), type=2, norm="ortho")[1 : terms + 1]
+    return float(np.sqrt(np.mean(slow**2) / n)), float(terms)
+
+
+def in_quadrature(*parts: tuple[np.ndarray, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Sum of independent standard uncertainties with their degrees of freedom (Welch and Satterthwaite).
+
+    Parameters
+    ----------
+    *parts : (ndarray of shape (p,), float)
+        Standard uncertainties (same units) and degrees of freedom.
+
+    Returns
+    -------
+    u, freedom : ndarray, shape (p,)
+        Standard uncertainties and effective degrees of freedom; those of the first part where all are zero.
+    """
+    u = np.sqrt(np.sum([np.square(u) for u, _ in parts], axis=0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        freedom = 1.0 / np.sum([(part / u) ** 4 / freedom for part, freedom in parts], axis=0)
+    return u, np.where(np.isfinite(freedom), freedom, parts[0][1])
 
 
 def linear_contributions(

@@ -9,14 +9,14 @@ from scipy.interpolate import CubicSpline
 
 from tepsipe.experiments.dummy.foot_budget import FOOT_SOURCES
 from tepsipe.experiments.dummy.foot_pathways import analyse_foot
-from tepsipe.experiments.dummy.leg_budget import (
+from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy, dummy_estimates
+from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_contributions
+from tepsipe.identification.budgets.leg import (
     LEG_SOURCES,
     LIKELIHOOD_SOURCES,
     compliance_contributions,
     driven_tilt_contributions,
 )
-from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy, dummy_estimates
-from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_contributions
 from tepsipe.identification.regression.windows import regress_torque
 from tepsipe.io.trial import Signal
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from builders import Joint
 
-from tepsipe.experiments.dummy import likelihood_budget as moves
-from tepsipe.experiments.dummy.leg_budget import LIKELIHOOD_SOURCES
 from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy, fitted_data, trial_markers
+from tepsipe.identification.budgets import markers as moves
+from tepsipe.identification.budgets.leg import LIKELIHOOD_SOURCES
 from tepsipe.identification.likelihood.likelihood import maximise_likelihood
 from tepsipe.statistics.uncertainty import Source
 from tests.experiments.test_dummy_budget import KNOWN

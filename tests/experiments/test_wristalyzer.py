@@ -230,7 +230,7 @@ def test_budget_rows_hold_scatter_and_every_source_of_every_estimator():
     rows = wristalyzer_estimates("0.16", found)
     table = wristalyzer_contributions(rows, found.budgets)
     of = {e: {c.source for c in table if c.estimator == e} for e in found.budgets}
-    assert of["spectral-fit"] == {"scatter", *SOURCES}
+    assert of["spectral-fit"] == {"scatter", "frequency_resolution", *SOURCES}
     assert of["spectral-fit-periods"] == {"scatter", "fit_criterion", *SOURCES}
     assert of["period-regression"] == {"scatter", "fitted_band", "torque_scale", "angle_scale"}
     for row in rows:

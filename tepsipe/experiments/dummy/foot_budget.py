@@ -11,12 +11,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tepsipe.experiments.dummy.leg_budget import compliance_contributions
+from tepsipe.identification.budgets.leg import compliance_contributions
 from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.mechanics.inverse_dynamics import Foot
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
 from tepsipe.signals.differentiation import derivative
-from tepsipe.statistics.uncertainty import Budget, Source, scatter
+from tepsipe.statistics.uncertainty import Budget, Source
 
 FOOT_SOURCES = (
     "foot_mass_kg",
@@ -133,4 +133,4 @@ def foot_budget(
         contributions[name] = (reestimate(*changed) - fit.mean)[None]
     contributions |= compliance_contributions(fit.mean, known.sources)
     freedom = {name: known.sources[name].freedom for name in contributions}
-    return Budget(*scatter(fit.parameters), contributions, freedom)
+    return Budget(*fit.type_a, contributions, freedom)

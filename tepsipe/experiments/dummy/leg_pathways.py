@@ -9,8 +9,9 @@ import numpy as np
 from tepsipe.errors import InputError, listed
 from tepsipe.experiments.budgets import with_budget
 from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck
-from tepsipe.experiments.dummy.leg_budget import LegKnowledge, leg_budget, small_budget
-from tepsipe.experiments.dummy.likelihood_budget import LikelihoodData, joint_estimates, marker_contributions
+from tepsipe.experiments.dummy.likelihood_rows import joint_estimates
+from tepsipe.identification.budgets.leg import LegUncertainty, leg_budget, small_budget
+from tepsipe.identification.budgets.markers import LikelihoodData, marker_contributions
 from tepsipe.identification.estimators import LEAST_SQUARES_THESIS, Record, estimate, find_estimator
 from tepsipe.identification.likelihood.channels import DummyMarkers, dummy_markers
 from tepsipe.identification.likelihood.result import LikelihoodEstimates
@@ -455,14 +456,14 @@ def reestimator(pathway: Pathway, fields: dict) -> Callable[[SegmentMotion, Leg]
 
 def leg_knowledge(
     prepared: PreparedTrial, options: DummyOptions, pathway: Pathway, motion: SegmentMotion
-) -> LegKnowledge:
+) -> LegUncertainty:
     """Leg and markers as a pathway assumes them (m, kg, s), with their uncertainty.
 
     The thesis's equation is wrong, so only Type A is reported for it.
     """
     markers, sources = options.leg_markers, options.sources
     if pathway.torque != "leg":
-        return LegKnowledge(options.leg, markers, {}, motion)
+        return LegUncertainty(options.leg, markers, {}, motion)
     later = None
     if "marker_sampling_s" in sources and pathway.marker_instants == "aligned":
         labels, time = prepared.markers, prepared.time
@@ -473,7 +474,7 @@ def leg_knowledge(
         filtered = prepared.filtered(positions)
         rate = derivative(time, filtered.reshape(len(filtered), -1)).reshape(filtered.shape)
         later = motion_of_markers(time, filtered + lag[:, None] * rate, markers, options.leg.com_m)
-    return LegKnowledge(options.leg, markers, sources, motion, later, options.foot)
+    return LegUncertainty(options.leg, markers, sources, motion, later, options.foot)
 
 
 def belt_fixed_position(trial: Trial, labels: tuple[str, ...], instants: str) -> np.ndarray:

@@ -15,13 +15,6 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.dummy.foot_budget import FootKnowledge, foot_budget
-from tepsipe.experiments.dummy.leg_budget import (
-    LegKnowledge,
-    angle_contributions,
-    compliance_contributions,
-    driven_tilt_contributions,
-    torque_contributions,
-)
 from tepsipe.experiments.planning.design import (
     FOOT,
     JOINT_LIKELIHOOD,
@@ -33,6 +26,13 @@ from tepsipe.experiments.planning.design import (
 )
 from tepsipe.experiments.planning.filtering import filtered, filtered_motion, late
 from tepsipe.experiments.planning.window_noise import window_noise
+from tepsipe.identification.budgets.leg import (
+    LegUncertainty,
+    angle_contributions,
+    compliance_contributions,
+    driven_tilt_contributions,
+    torque_contributions,
+)
 from tepsipe.identification.likelihood.channels import dummy_markers
 from tepsipe.identification.likelihood.likelihood import ExpectedFit, expected_fit, maximise_likelihood
 from tepsipe.identification.likelihood.result import working_covariance
@@ -303,6 +303,6 @@ def _window_contributions(design: Design, fitted: WindowedFits, fit, signals: _S
         torque = leg_torque(leg, of_leg.theta, of_leg.theta_dd, of_leg.y_dd, of_leg.z_dd)
         return fit(of_leg, torque).mean
 
-    known = LegKnowledge(design.leg, design.rig.leg_markers, sources, signals.motion)
+    known = LegUncertainty(design.leg, design.rig.leg_markers, sources, signals.motion)
     tilted = driven_tilt_contributions(fitted, design.leg, design.foot, sources)
     return torque_contributions(by_leg, known) | tilted

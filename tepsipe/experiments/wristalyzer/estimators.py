@@ -78,8 +78,8 @@ def _searched(
 
 # modules are imported when their estimator runs, to keep the start of a run short
 def _spectral_fit(record: "WristalyzerRecord") -> Fitted:
-    from tepsipe.experiments.wristalyzer.budget import spectral_budget
     from tepsipe.identification.admittance_fit import fit_scaled
+    from tepsipe.identification.budgets.manipulator import spectral_budget
 
     band, bounds = record.averaged.band(*record.options.fit_band_hz), record.options.bounds
     search = fit_scaled(band, bounds)
@@ -96,21 +96,17 @@ def _modulus(record: "WristalyzerRecord") -> Fitted:
 
 
 def _over_periods(record: "WristalyzerRecord") -> Fitted:
-    from tepsipe.experiments.wristalyzer.budget import spectral_budget
     from tepsipe.identification.admittance_fit import fit_scaled
-    from tepsipe.signals.spectra import power_at_lines
+    from tepsipe.identification.budgets.manipulator import spectral_budget
 
-    options, prepared = record.options, record.prepared
-    band = record.periodic.band(*options.fit_band_hz)
-    search = fit_scaled(band, options.bounds)
-    torque = prepared.torque[prepared.kept]
-    power = power_at_lines(torque, prepared.rate_hz, options.perturbation_period_s, band.frequency_hz)
-    budget = spectral_budget(search, band, options.bounds, record.sources, power)
+    band, bounds = record.periodic.band(*record.options.fit_band_hz), record.options.bounds
+    search = fit_scaled(band, bounds)
+    budget = spectral_budget(search, band, bounds, record.sources)
     return _searched(search, record.periodic, budget)
 
 
 def _regression(record: "WristalyzerRecord") -> Fitted:
-    from tepsipe.experiments.wristalyzer.budget import period_budget
+    from tepsipe.identification.budgets.manipulator import period_budget
     from tepsipe.identification.regression.periods import fit_periods
 
     # not filtered: its lines are far below half the rate

@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from tepsipe.experiments.budgets import contributions_of, with_budget
-from tepsipe.experiments.wristalyzer.budget import pooled_budget
 from tepsipe.experiments.wristalyzer.names import PATHWAY, POOLED
 from tepsipe.experiments.wristalyzer.record import timed
+from tepsipe.identification.budgets.manipulator import pooled_budget
 from tepsipe.identification.regression.pooled import UNITS, PerturbedRecord, PooledFit, fit_pooled
 from tepsipe.io.budget_table import Contribution
 from tepsipe.io.estimates import Estimate, flagged, recommended

@@ -61,6 +61,11 @@ class LikelihoodEstimates(WindowedFits):
     small_covariance: np.ndarray
 
     @property
+    def type_a(self) -> tuple[np.ndarray, float]:
+        """Type A uncertainty of I, B, K, shape (3,), from the covariance, and its degrees of freedom."""
+        return np.sqrt(np.diag(self.covariance)), np.inf
+
+    @property
     def vaf_angle(self) -> float:
         """VAF (%) of theta - theta_0 over the whole trial."""
         return vaf(self.angle - self.theta_0_rad, self.simulated - self.theta_0_rad)

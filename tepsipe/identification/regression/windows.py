@@ -17,6 +17,11 @@ so p is not biased by noise, even if angle and torque come from the same markers
 with its pseudo-value n p - (n - 1) p_(i), p_(i) being the solution without it (jackknife; Tukey 1958): their
 mean is the estimate, and their scatter its standard error. Perturbations that do not repeat each other are
 fitted one by one, as printed.
+
+*Type A uncertainty.* The scatter of the perturbations, with n - 1 degrees of freedom, lacks what they share:
+the error of torque and angle at rest, which acts as a constant torque c = d tau_rest - K d theta_rest in all
+of them. The estimates are linear in the torque, so c shifts them by c times their response to a constant
+torque of 1. The standard error of c comes from the residual of the torque at rest (`error_of_mean`).
 """
 
 from dataclasses import dataclass, field, replace
@@ -31,6 +36,7 @@ from tepsipe.mechanics.segment_kinematics import JointMotion, SegmentMotion
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.least_squares import LinearFit, least_squares_line
+from tepsipe.statistics.uncertainty import error_of_mean, in_quadrature, scatter
 
 # shift of the centre of mass's accelerations, in either direction, for the sensitivity to a delay (s)
 SKEW_S = 0.001
@@ -57,6 +63,11 @@ class WindowedFits:
         Angle (rad) and torque (N·m) at rest.
     crossed : bool
         Whether only signals of different perturbations were multiplied, so noise does not bias the fits.
+    of_rest : ndarray, shape (3,)
+        Change of the mean of I, B, K (their units) by one standard error of angle and torque at rest; 0 where
+        these are not subtracted, and for the thesis's regression.
+    rest_freedom : float
+        Degrees of freedom of this standard error.
     """
 
     perturbations: list[Perturbation]
@@ -67,6 +78,8 @@ class WindowedFits:
     theta_rest_rad: float
     torque_rest_Nm: float
     crossed: bool = field(default=False, kw_only=True)
+    of_rest: np.ndarray = field(default_factory=lambda: np.zeros(3), kw_only=True)
+    rest_freedom: float = field(default=np.inf, kw_only=True)
 
     @property
     def parameters(self) -> np.ndarray:
@@ -77,6 +90,12 @@ class WindowedFits:
     def mean(self) -> np.ndarray:
         """Mean of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) over the perturbations, shape (3,)."""
         return self.parameters.mean(axis=0)
+
+    @property
+    def type_a(self) -> tuple[np.ndarray, float | np.ndarray]:
+        """Type A uncertainty of `mean`, shape (3,), and its degrees of freedom."""
+        own = scatter(self.parameters)
+        return in_quadrature(own, (self.of_rest, self.rest_freedom)) if self.of_rest.any() else own
 
     @property
     def squared_rate(self) -> float:
@@ -202,6 +221,10 @@ def regress_torque(
             for fit, p, (rows, explained) in zip(fits, pseudo_values, windows, strict=True)
         ]
     mean = np.mean([fit.parameters for fit in fits], axis=0)
+    of_rest, rest_freedom = np.zeros(3), np.inf
+    if not (thesis or own_zero):
+        error, rest_freedom = error_of_mean(torque[at_rest] - regressors[at_rest] @ mean)
+        of_rest = error * _of_constant_torque([rows for rows, _ in windows], pseudo_values is not None)
     predicted = impedance_torque(mean, regressors[:, 2], regressors[:, 1], regressors[:, 0])
     return WindowedFits(
         perturbations,
@@ -212,7 +235,17 @@ def regress_torque(
         theta_rest,
         torque_rest,
         crossed=pseudo_values is not None,
+        of_rest=of_rest,
+        rest_freedom=rest_freedom,
     )
+
+
+def _of_constant_torque(regressors: list[np.ndarray], crossed: bool) -> np.ndarray:
+    """Mean of I, B, K, shape (3,), for a constant torque of 1 N·m in all windows."""
+    windows = [(rows, np.ones(len(rows))) for rows in regressors]
+    if crossed:
+        return _from_products(windows).mean(axis=0)
+    return np.mean([np.linalg.lstsq(*window)[0] for window in windows], axis=0)
 
 
 def _from_products(windows: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray | None:

@@ -1,6 +1,6 @@
-"""Uncertainty of the joint likelihood due to displaced markers, and its rows of small movements.
+"""Uncertainty of the joint likelihood due to displaced markers.
 
-The other sources scale the equation of motion (`tepsipe.experiments.dummy.leg_budget`). These change the
+The other sources scale the equation of motion (`tepsipe.identification.budgets.leg`). These change the
 channels of the likelihood. Each is propagated to first order: markers are displaced by one standard
 uncertainty, and one step is taken from the maximum:
 
@@ -17,16 +17,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tepsipe.experiments.budgets import with_budget
 from tepsipe.identification.likelihood.channels import DummyMarkers, levelled, make_channels
 from tepsipe.identification.likelihood.result import LikelihoodEstimates, first_order_changes
-from tepsipe.io.estimates import Estimate
-from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
 from tepsipe.signals.perturbations import Perturbation
-from tepsipe.statistics.uncertainty import Budget, Source
-
-# quantities of small movements: name in the rows -> name at the working amplitude
-SMALL = {f"{quantity}_small": quantity for quantity in PARAMETERS}
+from tepsipe.statistics.uncertainty import Source
 
 
 @dataclass(frozen=True)
@@ -93,45 +87,6 @@ def marker_contributions(
         both = first_order_changes(fit, channels, data.perturbations)
         working[name], small[name] = (x[None] for x in both)
     return working, small
-
-
-def joint_estimates(
-    names: tuple[str, str, str, str], fit: LikelihoodEstimates, budget: Budget, count: int
-) -> list[Estimate]:
-    """I, B, K of small movements, delay (s) of the angle after the foot, and softening if present.
-
-    Parameters
-    ----------
-    names : tuple of str
-        Experiment, condition, pathway and estimator.
-    fit : LikelihoodEstimates
-        The fit.
-    budget : Budget
-        Uncertainty of I, B, K of small movements.
-    count : int
-        Number of perturbations.
-
-    Returns
-    -------
-    list of Estimate
-        Those of delay and softening have Wald intervals.
-    """
-    rows = with_budget(
-        [
-            Estimate(*names, name, UNITS[quantity], float(fit.small[k]), n_perturbations=count)
-            for k, (name, quantity) in enumerate(SMALL.items())
-        ],
-        budget,
-        tuple(SMALL),
-    )
-    wanted = [("delay", "s", "delay")]
-    if fit.fit.softens:
-        wanted += [("K_softened", "Nm/rad", "C"), ("B_softened", "Nms/rad", "B_s")]
-    for quantity, unit, name in wanted:
-        value, error = fit.fit.value(name), fit.fit.standard_error(name)
-        ends = (value - 1.96 * error, value + 1.96 * error)
-        rows.append(Estimate(*names, quantity, unit, value, error, *ends, n_perturbations=count))
-    return rows
 
 
 def _turned(positions: np.ndarray, angle: float) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Uncertainty of I, B, K of the torque-controlled manipulator, source by source.
+"""Uncertainty of I, B, K from torque and angle of a manipulator, source by source.
 
 With a torque that is s times the commanded one and an encoder that reads a times the angle, every estimate of
 a torque over an angle is 1 / (s a) times the true one, friction 1 / s, hardening 1 / (s a^3), and an angle a
@@ -6,7 +6,7 @@ times. A torque that acts later than its record by d turns 1 / H by e^(j w d): t
 for damping, the regressions estimate it. I is the inertia of everything that turns with the handle.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from tepsipe.identification.admittance_fit import (
     AdmittanceFit,
     Bounds,
+    change_by_smearing,
     distance_to_other_criterion,
     error_of_misfit,
     fit_scaled,
@@ -23,19 +24,40 @@ from tepsipe.identification.regression.pooled import PooledFit
 from tepsipe.signals.response import FrequencyResponse
 from tepsipe.statistics.uncertainty import Budget, Source
 
-# sources evaluated from the trial itself: choices that would not matter for a linear joint
-CRITERION, BAND = "fit_criterion", "fitted_band"
+# sources evaluated from the trial itself: choices that would not matter for a linear joint, and the width of
+# the bands over which a response is averaged
+CRITERION, BAND, RESOLUTION = "fit_criterion", "fitted_band", "frequency_resolution"
 # powers of the torque and of the angle in a quantity
 POWERS = {"friction": (1, 0), "K_cubic": (1, -3), "softening_angle": (0, 1), "delay": (0, 0)}
 TORQUE_PER_ANGLE = (1, -1)
+# sources of Type B
+SCALES = ("torque_scale", "angle_scale")
+MANIPULATOR_SOURCES = (*SCALES, "torque_delay_s")
 
 
-def _scales(
-    quantities: Mapping[str, float] | Mapping[str, np.floating], sources: Mapping[str, Source]
+def scale_contributions(
+    quantities: Mapping[str, float] | Mapping[str, np.floating],
+    sources: Mapping[str, Source],
+    powers_of: Mapping[str, tuple[int, int]] = POWERS,
 ) -> dict[str, np.ndarray]:
-    """Contributions of the scales of torque and angle, shape (1, p) each (units of the quantities)."""
+    """Contributions of the scales of torque and angle.
+
+    Parameters
+    ----------
+    quantities : mapping of str to float
+        Estimates by name (their units).
+    sources : mapping of str to Source
+        torque_scale and angle_scale, as far as they are known.
+    powers_of : mapping of str to (int, int)
+        Powers of the torque and of the angle in a quantity; a torque per angle where none are named.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (1, p)
+        For `Budget.contributions`.
+    """
     values = np.array(list(quantities.values()))
-    powers = np.array([POWERS.get(name, TORQUE_PER_ANGLE) for name in quantities])
+    powers = np.array([powers_of.get(name, TORQUE_PER_ANGLE) for name in quantities])
     # estimates are too small if the true torque is larger than the commanded one
     signed = {"torque_scale": -values * powers[:, 0], "angle_scale": values * powers[:, 1]}
     return {
@@ -43,6 +65,29 @@ def _scales(
         for name, slope in signed.items()
         if name in sources
     }
+
+
+def delay_contributions(
+    of_torque: Callable[[np.ndarray], np.ndarray], rate: np.ndarray, sources: Mapping[str, Source]
+) -> dict[str, np.ndarray]:
+    """Contribution of a torque that acts later than its record, to estimates that are linear in the torque.
+
+    Parameters
+    ----------
+    of_torque : callable
+        From a torque (N·m), shape (n,), to the estimates, shape (p,).
+    rate : ndarray, shape (n,)
+        Derivative of the torque (N·m/s).
+    sources : mapping of str to Source
+        torque_delay_s, if it is known.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (1, p)
+        For `Budget.contributions`.
+    """
+    name = "torque_delay_s"
+    return {name: -of_torque(sources[name].standard_uncertainty * rate)[None]} if name in sources else {}
 
 
 def _of_joint(parameters: np.ndarray) -> dict[str, float]:
@@ -58,9 +103,11 @@ def spectral_budget(
     estimate: FrequencyResponse,
     bounds: Bounds,
     sources: Mapping[str, Source],
-    power: np.ndarray | None = None,
 ) -> Budget:
     """Uncertainty of a spectral fit (N·m·s²/rad, N·m·s/rad, N·m/rad).
+
+    The change by smearing and, for averages over whole periods, the distance to another criterion are half
+    widths of rectangular distributions. Residuals are unequal.
 
     Parameters
     ----------
@@ -72,16 +119,13 @@ def spectral_budget(
         Bounds of the fit (its units).
     sources : mapping of str to Source
         torque_scale, angle_scale and torque_delay_s, as far as they are known.
-    power : ndarray, shape (n,), optional
-        Power of the torque at these frequencies, for averages over whole periods: residuals are
-        then unequal, and the distance to another criterion is the half width of a rectangular distribution.
 
     Returns
     -------
     Budget
         Budget of I, B, K.
     """
-    contributions = _scales(_of_joint(fit.parameters), sources)
+    contributions = scale_contributions(_of_joint(fit.parameters), sources)
     if "torque_delay_s" in sources:
         u = sources["torque_delay_s"].standard_uncertainty
         turn = np.exp(2j * np.pi * estimate.frequency_hz * u)
@@ -91,10 +135,11 @@ def spectral_budget(
         )
         # a later torque would be a response that lags less
         contributions["torque_delay_s"] = 0.5 * (below - above)[None]
-    type_a = fit.standard_error
-    if power is not None:
-        type_a = error_of_misfit(fit, estimate)
-        contributions[CRITERION] = distance_to_other_criterion(fit, estimate, power)[None] / np.sqrt(3.0)
+    if estimate.resolution_hz > 0.0:
+        contributions[RESOLUTION] = change_by_smearing(fit, estimate, bounds)[None] / np.sqrt(3.0)
+    if estimate.input_power is not None:
+        contributions[CRITERION] = distance_to_other_criterion(fit, estimate)[None] / np.sqrt(3.0)
+    type_a = error_of_misfit(fit, estimate)
     return Budget(type_a, float(fit.degrees_of_freedom), contributions, _freedom(sources))
 
 
@@ -116,7 +161,7 @@ def period_budget(fit: PeriodFit, sources: Mapping[str, Source]) -> Budget:
     Budget
         Budget of I, B, K.
     """
-    contributions = _scales(_of_joint(fit.parameters), sources)
+    contributions = scale_contributions(_of_joint(fit.parameters), sources)
     contributions[BAND] = fit.of_band[None] / np.sqrt(3.0)
     return Budget(fit.type_a, fit.freedom, contributions, _freedom(sources))
 
@@ -137,4 +182,4 @@ def pooled_budget(fit: PooledFit, sources: Mapping[str, Source]) -> Budget:
         Budget of every quantity of ``fit.values``.
     """
     type_a = np.array([fit.standard_error[name] for name in fit.values])
-    return Budget(type_a, fit.freedom, _scales(fit.values, sources), _freedom(sources))
+    return Budget(type_a, fit.freedom, scale_contributions(fit.values, sources), _freedom(sources))

@@ -15,7 +15,7 @@ too large and a clock that runs a times too fast,
     J -> s J,    B -> s B / a,    K -> k_g + s (K - k_g) / a^2,    k_g = m g r
 
 Offsets of markers and delays change the angle at rest and the delay, which are estimated. Sources that move
-markers against each other act on the joint likelihood by `tepsipe.experiments.dummy.likelihood_budget`. All
+markers against each other act on the joint likelihood by `tepsipe.identification.budgets.markers`. All
 derivatives are of the result of the analysis with respect to the value of the source.
 """
 
@@ -24,12 +24,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tepsipe.errors import refuse_other_kind
 from tepsipe.identification.likelihood.result import LikelihoodEstimates
 from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, SegmentMotion, fit_rigid_segment
 from tepsipe.signals.differentiation import derivative
-from tepsipe.statistics.uncertainty import Budget, Source, linear_contributions, scatter
+from tepsipe.statistics.uncertainty import Budget, Source, linear_contributions
 
 LEG_SOURCES = (
     "leg_mass_kg",
@@ -47,47 +48,57 @@ LEG_SOURCES = (
 )
 # sources of the joint likelihood alone
 LIKELIHOOD_SOURCES = ("levelled_rad",)
+KNOWN_OF_LEGS = (*LEG_SOURCES, *LIKELIHOOD_SOURCES)
 ANTERIOR, LONGITUDINAL = "anterior", "longitudinal"
 # offsets of the markers, in the order of the columns of a layout
 OFFSETS = ("anterior_offset_m", "longitudinal_offset_m")
 
 
-def type_a_uncertainty(fit: WindowedFits) -> tuple[np.ndarray, float]:
-    """Type A uncertainty of the means of I, B, K, shape (3,), and its degrees of freedom.
-
-    Taken from the covariance of the fit if it has one, else from the scatter of the perturbations.
-    """
-    covariance = getattr(fit, "covariance", None)
-    if covariance is not None:
-        return np.sqrt(np.diag(covariance)), np.inf
-    return scatter(fit.parameters)
-
-
 @dataclass(frozen=True)
-class LegKnowledge:
-    """Leg and markers as a pathway assumes them, with their uncertainty.
+class LegUncertainty:
+    """Leg and markers as an analysis assumes them, with their uncertainty.
+
+    Names of the sources, each with its standard uncertainty in the unit of its name: ``leg_mass_kg``,
+    ``leg_com_m``, ``leg_inertia_kgm2``; ``joint_offset_m`` of the axis, along the belt and in height;
+    ``anterior_offset_m`` and ``longitudinal_offset_m`` of every marker; ``vertical_rad`` of the direction of
+    gravity; ``marker_scale`` and ``clock_ratio`` of the motion capture (relative); ``marker_sampling_s`` from
+    one marker to the next; ``levelled_rad`` of the axes after levelling; ``foot_compliance_rad_per_Nm``;
+    ``leg_bending_rad_per_m_per_s2``.
 
     Attributes
     ----------
     leg : Leg
         The leg (kg, m, kg·m²).
-    markers : SegmentMarkers
-        Its markers (m).
-    sources : dict of str to Source
+    markers : SegmentMarkers or None
+        Its markers (m); None if no source concerns them.
+    sources : mapping of str to Source, or to float for `fit_impedance`
         Uncertain constants; none if Type B is not evaluated.
     motion, sampled_later : SegmentMotion
         As it was found, and as it is with a time between markers that is longer by its standard uncertainty
-        (s, rad, m); None if that time does not act.
+        (s, rad, m); None if that time does not act. Without ``sampled_later``, `fit_impedance` ignores
+        ``marker_sampling_s``.
     foot : Foot, optional
         The foot (kg, m), whose inertia tilts it on a compliant belt; without it, only the joint does.
+
+    Raises
+    ------
+    InputError
+        If leg, markers or motion are something else.
     """
 
     leg: Leg
-    markers: SegmentMarkers
+    markers: SegmentMarkers | None
     sources: Mapping[str, Source]
     motion: SegmentMotion
     sampled_later: SegmentMotion | None = None
     foot: Foot | None = None
+
+    def __post_init__(self) -> None:
+        place = "LegUncertainty"
+        refuse_other_kind(self.leg, Leg, place, "Leg")
+        refuse_other_kind(self.motion, SegmentMotion, place, "segment_motion")
+        if self.markers is not None:
+            refuse_other_kind(self.markers, SegmentMarkers, place, "SegmentMarkers")
 
 
 def compliance_contributions(values: np.ndarray, sources: Mapping[str, Source]) -> dict[str, np.ndarray]:
@@ -158,7 +169,7 @@ def driven_tilt_contributions(
 def leg_budget(
     fit: WindowedFits,
     reestimate: Callable[[SegmentMotion, Leg], np.ndarray] | None,
-    known: LegKnowledge,
+    known: LegUncertainty,
     further: Mapping[str, np.ndarray],
 ) -> Budget:
     """Uncertainty of the means of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
@@ -170,7 +181,7 @@ def leg_budget(
     reestimate : callable or None
         Estimates them, shape (3,), from another motion and leg; None if they come from the
         angle over the whole trial.
-    known : LegKnowledge
+    known : LegUncertainty
         Assumed leg, with its uncertainty.
     further : mapping of str to ndarray, shape (k, 3), optional
         Contributions of other sources to I, B, K.
@@ -192,7 +203,7 @@ def leg_budget(
         contributions |= driven_tilt_contributions(fit, known.leg, known.foot, known.sources)
     contributions |= dict(further or {})
     freedom = {name: known.sources[name].freedom for name in contributions}
-    return Budget(*type_a_uncertainty(fit), contributions, freedom)
+    return Budget(*fit.type_a, contributions, freedom)
 
 
 def small_budget(
@@ -311,7 +322,7 @@ def by_source(contributions: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def torque_contributions(
-    reestimate: Callable[[SegmentMotion, Leg], np.ndarray], known: LegKnowledge
+    reestimate: Callable[[SegmentMotion, Leg], np.ndarray], known: LegUncertainty
 ) -> dict[str, np.ndarray]:
     """Contribution of each source to I, B, K from a torque of the leg.
 

@@ -1,0 +1,107 @@
+"""The public fits with the study's uncertainties return the study's intervals, trial by trial."""
+
+import importlib.util
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from builders import Joint, assert_one_sentence
+
+from tepsipe import InputError, fit_impedance
+from tepsipe.experiments.dummy.leg_pathways import Pathway
+from tepsipe.mechanics.inverse_dynamics import Foot
+from tests.experiments.test_dummy_budget import KNOWN
+from tests.experiments.test_dummy_leg_pathways import trial_of_swing
+from tests.experiments.test_wristalyzer import QUICK, SOURCES, trial_with
+
+FOLDER = Path(__file__).parents[2] / "benchmarks"
+
+
+def loaded(name):
+    spec = importlib.util.spec_from_file_location(name, FOLDER / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def script():
+    return loaded("library_and_study")
+
+
+@pytest.fixture(scope="module")
+def coverage():
+    return loaded("public_fits")
+
+
+@pytest.fixture(scope="module")
+def arrays(coverage):
+    """Signals of a noisy joint (s, rad, N·m), and its perturbations."""
+    trial = coverage.Trial(6, 100.0)
+    return trial.signals(np.random.default_rng(5), 0.01), {"perturbations": trial.perturbations}
+
+
+def test_dummy_has_the_same_intervals_in_the_library(script):
+    pathways = {
+        "leg": Pathway("leg", "aligned", "windowed-least-squares"),
+        "leg-thesis": Pathway("leg-thesis", "as-sampled", "windowed-least-squares-thesis"),
+        "leg-output-error": Pathway("leg", "aligned", "output-error"),
+        "leg-joint-likelihood": Pathway("leg", "aligned", "joint-likelihood"),
+    }
+    options = replace(KNOWN, foot=Foot(mass_kg=2.1, height_m=0.055))
+    found = script.dummy_differences(trial_of_swing(Joint(rest=0.005), noise_m=5e-5), options, pathways)
+    assert len(found) == 5
+    for name, percent in found.items():
+        assert percent.max() < 1.0, name
+
+
+def test_wristalyzer_has_the_same_intervals_in_the_library(script):
+    found = script.wristalyzer_differences(trial_with(noise_rad=0.003), QUICK, SOURCES)
+    assert set(found) == {"spectral-fit", "spectral-fit-periods"}
+    assert max(percent.max() for percent in found.values()) < 1.0
+
+
+def test_uncertainty_widens_intervals_by_its_share(arrays):
+    plain, stated = (
+        fit_impedance(*arrays[0], **arrays[1], uncertainty=u) for u in (None, {"torque_scale": 0.05})
+    )
+    assert "Type A" in plain.summary() and "Type B" not in plain.type_b
+    assert stated.type_b == ("torque_scale",)
+    assert "torque_scale (Type B)" in stated.summary()
+    assert stated.budget["K"]["torque_scale"] == pytest.approx(0.05 * stated.K)
+    assert stated.standard_errors["K"] == pytest.approx(
+        np.hypot(stated.budget["K"]["scatter"], 0.05 * stated.K)
+    )
+    assert stated.standard_errors["K"] > plain.standard_errors["K"]
+    assert stated.K == plain.K
+
+
+def test_late_torque_shifts_the_damping_by_stiffness_times_the_delay(arrays):
+    fit = fit_impedance(*arrays[0], **arrays[1], uncertainty={"torque_delay_s": 1e-4})
+    # K (theta - d theta') has the damping - K d, but the inertia takes a part of it: B d moves to I
+    assert fit.budget["I"]["torque_delay_s"] == pytest.approx(1e-4 * fit.B, rel=0.2)
+
+
+@pytest.mark.parametrize(
+    ("uncertainty", "part"),
+    [
+        ({"leg_mas_kg": 0.1}, "'leg_mas_kg'"),
+        ({"torque_scale": -0.1}, "at least 0"),
+        ({"torque_scale": "1 %"}, "'1 %'"),
+        ({"torque_scale": float("nan")}, "nan"),
+        (0.05, "mapping"),
+    ],
+)
+def test_uncertainty_that_cannot_be_is_refused(arrays, uncertainty, part):
+    with pytest.raises(InputError, match=part) as caught:
+        fit_impedance(*arrays[0], **arrays[1], uncertainty=uncertainty)
+    assert_one_sentence(caught.value, "fit_impedance")
+
+
+def test_quick_coverage_of_few_perturbations(coverage):
+    trial = coverage.Trial(6, 100.0)
+    held, bias, width = coverage.coverage(coverage.windows(trial, 0.1, None), coverage.JOINT, 60, 1)
+    # 60 records: 86 to 100 % contain 99.7 % of what 95 % allows
+    assert (held >= 86.0).all() and (np.abs(bias) < 0.6).all()
+    assert (width > 1.7).all() and (width < 3.4).all()
