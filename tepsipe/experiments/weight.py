@@ -49,10 +49,15 @@ class WeightAnalysis:
 
 
 def estimate_masses(recording: BeltRecording) -> np.ndarray:
-    """Thesis eq (3-12) for every perturbation, from the fore-aft force (N), shape (perturbations,) (kg)."""
+    """Thesis eq (3-12) for every perturbation, from the fore-aft force (N), shape (perturbations,) (kg).
+
+    The acceleration a_b of the belt, from its log, is the instrument of the weight's, whose noise would make
+    the mass too small (errors in variables): m_hat = sum(a_b F_y) / sum(a_b y_w'').
+    """
     acceleration = recording.segments(recording.carried) / recording.carried_kg
     force = recording.segments(recording.load + recording.carried)
-    return np.sum(acceleration * force, axis=1) / np.sum(acceleration**2, axis=1)
+    instrument = recording.segments(recording.acceleration)
+    return np.sum(instrument * force, axis=1) / np.sum(instrument * acceleration, axis=1)
 
 
 def mass_budget(masses: np.ndarray, sources: dict[str, Source]) -> Budget:
