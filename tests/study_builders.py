@@ -64,7 +64,7 @@ def plain_laboratory(text):
     off = r"(?<=    )(bristle_share|friction_lever_m|compliance_rad_per_Nm|growing_per_m): [\d.]+"
     plain, count = re.subn(off, r"\1: 0.0", before)
     plain, modes = re.subn(r"second_share: \[[\d., ]+\]", "second_share: [0.0, 0.0]", plain)
-    assert (count, modes) == (4, 1)
+    assert (count, modes) == (5, 1)
     return f"{plain}\ndrawn:\n  weight.mass_kg: {{rectangular: 0.05}}\n"
 
 
