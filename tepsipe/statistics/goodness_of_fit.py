@@ -40,13 +40,28 @@ def vaf(measured: np.ndarray, predicted: np.ndarray, *, centred: bool = False) -
         )
     if centred:
         measured, predicted = measured - np.mean(measured), predicted - np.mean(predicted)
-    power = float(np.sum(measured**2))
-    if power == 0.0:
+    if not measured.any():
         raise InputError(
             "measured: expected a signal that differs from 0, found 0 throughout: the variance accounted for "
             "is relative to it, so check which signal was given"
         )
-    return float(100.0 * (1.0 - np.sum((measured - predicted) ** 2) / power))
+    return explained(measured, predicted)
+
+
+def explained(measured: np.ndarray, predicted: np.ndarray) -> float:
+    """VAF (%) of a prediction that may have diverged, which is NaN or far below 0 then.
+
+    Parameters
+    ----------
+    measured, predicted : ndarray, shape (n,)
+        Signals in the same unit.
+
+    Returns
+    -------
+    float
+        As `vaf`, without its checks.
+    """
+    return float(100.0 * (1.0 - np.sum((measured - predicted) ** 2) / np.sum(measured**2)))
 
 
 @dataclass(frozen=True)

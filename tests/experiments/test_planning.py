@@ -190,7 +190,7 @@ def test_bound_holds_for_other_pulses_within_the_limits():
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: Leg(mass_kg=-0.4, com_m=0.4, inertia_kgm2=0.02), "positive number for mass_kg"),
+        (lambda: Leg(mass_kg=-0.4, com_m=0.4, inertia_kgm2=0.02), "mass_kg: expected a number above 0"),
         (lambda: pulse_of("square", 0.3, 0.1), "expected a profile of"),
         (lambda: pulse_of("sine", -0.3, 0.1), "amplitude_m_per_s"),
         (lambda: pulse_of("sine", 0.3, 0.001), "duration_s"),

@@ -164,7 +164,7 @@ def test_every_interval_contributes_and_the_same_noise_gives_the_same(small):
     assert again.parameters.tolist() == same.parameters.tolist()
 
 
-@pytest.mark.parametrize(("signal", "word"), [("foot", "belt_fixed_labels"), ("belt", "perturbed")])
+@pytest.mark.parametrize(("signal", "word"), [("foot", "belt-fixed markers"), ("belt", "perturbed")])
 def test_foot_or_belt_that_stands_still_is_refused(still, signal, word):
     with pytest.raises(InputError) as caught:
         fit(still, **{signal: np.zeros(still.motion.time.size)})

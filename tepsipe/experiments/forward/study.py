@@ -27,7 +27,7 @@ from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, Foot
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.perturbations import Perturbation
-from tepsipe.statistics.goodness_of_fit import vaf
+from tepsipe.statistics.goodness_of_fit import explained
 from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
 
 MEASURED_TORQUES = {"tau": "leg-thesis", "tau_consistent": "leg"}
@@ -254,8 +254,8 @@ def forward_scores(condition: str, simulated: SimulatedCondition) -> list[Forwar
                     condition,
                     name,
                     quantity,
-                    float(np.mean([vaf(measured[w], predicted[w]) for w in windows])),
-                    vaf(measured, predicted),
+                    float(np.mean([explained(measured[w], predicted[w]) for w in windows])),
+                    explained(measured, predicted),
                     simulation.state,
                     growth,
                 )

@@ -27,7 +27,7 @@ from tepsipe.experiments.thesis_dummy.printed_path import BeltMotion, PrintedPat
 from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.rubber_joint import RubberJoint
-from tepsipe.statistics.goodness_of_fit import vaf
+from tepsipe.statistics.goodness_of_fit import explained
 
 # by which the translation of the leg is read after its rotation (s)
 LAGS_S = tuple(float(x) for x in np.arange(-4, 5) * 5e-5)
@@ -203,7 +203,7 @@ def lag_fits(
     b = PARAMETERS.index("B")
     rows = []
     for k, lag in enumerate(lags_s):
-        scores = [[vaf(angles[n][k], simulated[n][j]) for n in names] for j in (0, 1)]
+        scores = [[explained(angles[n][k], simulated[n][j]) for n in names] for j in (0, 1)]
         damping = SCATTER["B"] * found[k].reshape(-1, len(PARAMETERS))[:, b]
         own = [printed_quantities(printed_fits(path, belts[n], angles[n][k], lag_s=lag)) for n in names]
         rows.append(

@@ -15,7 +15,7 @@ from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.response import FrequencyResponse
 from tepsipe.signals.spectra import frequency_averaged, period_averaged
 from tepsipe.signals.time_alignment import advanced
-from tepsipe.statistics.goodness_of_fit import vaf
+from tepsipe.statistics.goodness_of_fit import explained
 from tepsipe.statistics.uncertainty import Source
 
 # the torque of a rig whose trigger works acts within this time of its record; errors of time stamps (standard
@@ -145,7 +145,7 @@ class PreparedTrial:
         ``parameters`` are I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
         """
         predicted = simulate_angle(parameters, self.torque, self.rate_hz)
-        return vaf(self.angle[self.kept], predicted[self.kept])
+        return explained(self.angle[self.kept], predicted[self.kept])
 
 
 def prepare(trial: Trial, options: WristalyzerOptions) -> PreparedTrial:

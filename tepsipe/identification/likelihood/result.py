@@ -24,7 +24,7 @@ from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.bootstrap import Interval
-from tepsipe.statistics.goodness_of_fit import vaf
+from tepsipe.statistics.goodness_of_fit import explained
 
 # parameters of the law that make up I, B, K
 _LAW = ("J", "B", "K", *SOFTENING)
@@ -68,7 +68,7 @@ class LikelihoodEstimates(WindowedFits):
     @property
     def vaf_angle(self) -> float:
         """VAF (%) of theta - theta_0 over the whole trial."""
-        return vaf(self.angle - self.theta_0_rad, self.simulated - self.theta_0_rad)
+        return explained(self.angle - self.theta_0_rad, self.simulated - self.theta_0_rad)
 
     @property
     def delay_s(self) -> float:

@@ -56,7 +56,7 @@ from tepsipe.mechanics.segment_kinematics import SegmentMotion
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.signals.time_alignment import LONGEST_S
-from tepsipe.statistics.goodness_of_fit import vaf
+from tepsipe.statistics.goodness_of_fit import explained
 from tepsipe.statistics.least_squares import LinearFit
 
 # bounds of the angular frequency (rad/s) and damping ratio of the search
@@ -96,7 +96,7 @@ class OutputError(WindowedFits):
     @property
     def vaf_angle(self) -> float:
         """VAF (%) of theta - theta_0 over the whole trial."""
-        return vaf(self.angle - self.theta_0_rad, self.simulated - self.theta_0_rad)
+        return explained(self.angle - self.theta_0_rad, self.simulated - self.theta_0_rad)
 
 
 def simulate_leg(
