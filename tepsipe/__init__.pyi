@@ -4,6 +4,7 @@ from tepsipe.errors import InputError as InputError
 from tepsipe.experiments.belt import belt_recording as belt_recording
 from tepsipe.experiments.belt import calibrate_treadmill as calibrate_treadmill
 from tepsipe.experiments.example import load_example as load_example
+from tepsipe.identification.budgets.leg import LegUncertainty as LegUncertainty
 from tepsipe.identification.fits import fit_admittance as fit_admittance
 from tepsipe.identification.fits import fit_impedance as fit_impedance
 from tepsipe.identification.fits import fit_output_error as fit_output_error
@@ -29,6 +30,7 @@ __all__ = [
     "ImpedanceFit",
     "InputError",
     "Leg",
+    "LegUncertainty",
     "SegmentMarkers",
     "Signal",
     "Trial",

@@ -307,7 +307,7 @@ def test_nothing_is_overwritten(tmp_path, capsys):
     assert "a.docx" in capsys.readouterr().err
     assert digests(tmp_path).keys() - before.keys() == {tmp_path / "empty" / "a.docx"}
     assert main(["new-study", "lab"]) == 0
-    assert "snakemake -n --configfile lab-study/config.yaml" in capsys.readouterr().out
+    assert f"snakemake -n --configfile {tmp_path / 'lab-study/config.yaml'}" in capsys.readouterr().out
     assert sorted(p.name for p in (tmp_path / "lab-study").iterdir()) == sorted(FILES)
 
 

@@ -62,6 +62,7 @@ def task(latency_s=0.04, knee=1.0, flags=(), free=True):
     found = {"threshold": onset(0.05), "teager-kaiser": onset(None), "responses": 3}
     found["changepoint"] = onset(latency_s, [0.038, 0.042] if latency_s else None)
     facts = {"muscles": ["TA", "SOL"], "latencies": {"TA": found}, "left_out": [], "responses": 2}
+    facts["broadband_cutoff_hz"] = 60.0
     facts |= {"centre_used": True, "joint_centre_m": [0.0043, -0.0002], "skin_m": 0.0017}
     arrays = {
         "windows/length": np.array([0.03, 0.05, 0.06, 0.3]),
