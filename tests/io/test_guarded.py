@@ -276,7 +276,7 @@ def test_where_no_process_can_be_started_the_file_is_read_directly(monkeypatch):
 
 
 def test_nothing_that_costs_is_added_to_a_good_file():
-    """In a process of its own: the cost of a child grows with the memory of its parent, as of one that tests."""
+    """In a process of its own, because the cost of a child grows with the memory of its parent."""
     code = (
         "import os, numpy as np\n"
         "from tepsipe.io.readers.guarded import guarded\n"
