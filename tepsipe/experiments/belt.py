@@ -153,14 +153,9 @@ class TreadmillCalibration:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Tests outside the calibrated range, and models that use the measured load: one sentence each."""
+        """One sentence for each test recording outside the calibrated range."""
         ranges = next(iter(self.models.values())).calibrated
         notes = [leaving(test, ranges) for test in self.tests.values()] if ranges is not None else []
-        if "ripple-tracking" in self.models:
-            notes.append(
-                "ripple-tracking follows the measured load and so does not only predict it: use it with the "
-                "empty belt, or with a load whose spectral lines are far from those of the rollers"
-            )
         return tuple(note for note in notes if note)
 
     def compensate(self, recording: BeltRecording, model: str | None = None) -> np.ndarray:
@@ -210,15 +205,18 @@ class TreadmillCalibration:
 
         return pd.DataFrame([vars(score) for score in self.scores])
 
-    def summary(self) -> str:
-        """Table of the scores, as text (unit of the load)."""
+    def summary(self, *, notes: bool = True) -> str:
+        """Table of the scores, as text (unit of the load), with the notes unless ``notes`` is False."""
         unit = self.scores[0].unit
         lines = [f"{'model':<20}{'test':<20}{'R2':>8}{'limit':>8}{f'RMS before and after ({unit})':>30}"]
         for s in self.scores:
             star = "" if s.converged else " *"
             rms = f"{s.rms_before:.3f} -> {s.rms_after:.3f}"
             lines.append(f"{s.model:<20}{s.test:<20}{s.r2:>8.4f}{s.r2_limit:>8.4f}{rms:>30}{star}")
-        return "\n".join([*lines, *self._remarks(), *(f"Note: {note}." for note in self.notes)])
+        lines += self._remarks()
+        if notes:
+            lines += [f"Note: {note}." for note in self.notes]
+        return "\n".join(lines)
 
     def _remarks(self) -> list[str]:
         lines = [
@@ -234,6 +232,11 @@ class TreadmillCalibration:
                 f"the highest in cross-validation within the calibration "
                 f"({self.validated[self.recommended]:.4f} of {max(self.validated.values()):.4f}). The tests "
                 "were not used to choose it."
+            )
+        if "ripple-tracking" in self.models:
+            lines.append(
+                "ripple-tracking follows the measured load, so it does not only predict it. Use it with the "
+                "empty belt, or with a load whose spectral lines are far from those of the rollers."
             )
         return lines
 
