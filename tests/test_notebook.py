@@ -1,7 +1,6 @@
 """The library in a notebook: recordings with their truth, results that show themselves, names with types."""
 
 import ast
-import subprocess
 import sys
 import warnings
 from dataclasses import replace
@@ -192,14 +191,6 @@ def test_the_stub_has_the_public_names_and_their_modules():
     (named,) = [node.value for node in tree.body if isinstance(node, ast.Assign)]
     assert sorted(ast.literal_eval(named)) == sorted(tepsipe.__all__)
     assert (package / "py.typed").is_file()
-
-
-@pytest.mark.slow
-def test_examples_are_typed_strictly(root):
-    pytest.importorskip("mypy")
-    command = [sys.executable, "-m", "mypy", "--strict", "examples", "--cache-dir", "/dev/null"]
-    done = subprocess.run(command, cwd=root, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout
 
 
 # ---- a treadmill outside its calibration ---------------------------------------------------------
