@@ -154,7 +154,9 @@ def test_plots_are_drawn_on_given_axes(fit, admittance):
     figure = Figure()
     one, two = figure.subplots(2)
     assert fit.plot(ax=one) is figure
-    assert [line.get_label() for line in one.lines] == ["measured", "predicted"]
+    assert [text.get_text() for text in one.get_legend().get_texts()] == ["measured", "predicted"]
+    # all perturbations lie on top of each other
+    assert len(one.lines) == 2 * len(fit.windows)
     assert admittance.plot(ax=[one, two]) is figure
     refused(lambda: fit.plot(ax="here"), "ax", "'str'", "plt.subplots")
     refused(lambda: admittance.plot(ax=one), "list of 2", "'Axes'")
