@@ -13,7 +13,7 @@ min_version("9.14")
 include: "workflow/rules/configuration.smk"
 
 
-configfile: "config/config.yaml"
+configfile: str(CONFIGFILES[0])
 
 
 # the preface of the HTML report
@@ -67,22 +67,23 @@ else:
 
     OUTPUTS = [*outputs.everything(STUDY), *outputs.pages(STUDY)]
     OUTPUTS += ["<results>/report/index.html", "<results>/report/report.html"]
+    START_PAGE = "report/index.html"
 
 
 rule all:
     default_target: True
     input:
         OUTPUTS,
+        AGAIN,
 
 
 onstart:
-    runs.note_run()
+    begin()
 
 
 onsuccess:
-    runs.forget_run()
+    succeed()
 
 
 onerror:
-    runs.forget_run()
-    say_what_stopped(log)
+    fail(log)
