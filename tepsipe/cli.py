@@ -82,7 +82,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = Parser(prog="tepsipe", description="Impedance of a joint: inertia, damping, stiffness.")
     parser.add_argument("--version", action="version", version=f"tepsipe {__version__}")
     parser.set_defaults(command=None, strict=False)
-    commands = parser.add_subparsers(title="commands", metavar="")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND")
     _add_fit(commands)
     _add_calibrate(commands)
     _add_info(commands)

@@ -1,6 +1,6 @@
 """Calibrate a treadmill from recordings of an unloaded, accelerated belt: arrays in, models out."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,6 +18,7 @@ from tepsipe.arguments import (
     regular_rate,
     same_length,
     samples,
+    several,
     texts,
 )
 from tepsipe.errors import InputError, listed, quoted, refuse_other_kind
@@ -287,7 +288,8 @@ class TreadmillCalibration:
 
 def _recordings(given: object, what: str) -> list[BeltRecording]:
     """Recordings as a list, refused where one is something else."""
-    found = [given] if isinstance(given, BeltRecording) or not isinstance(given, Iterable) else list(given)
+    found = several(given)
+    found = [given] if found is None else found
     others = [each for each in found if not isinstance(each, BeltRecording)]
     if others or not found:
         raise InputError(
