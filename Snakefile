@@ -22,6 +22,8 @@ report: "report/preface.rst"
 
 # checks the configuration and the trial sheet, and says what there is to do
 include: "workflow/rules/common.smk"
+# lets one run at a time into a folder, and looks after the results of earlier ones
+include: "workflow/rules/run.smk"
 
 
 # studies with rules and a report of their own: how often intervals hold the truth (coverage), what an experiment

@@ -7,7 +7,7 @@ class InputError(ValueError):
     The message is one sentence for the person who recorded the data: it names the file or the
     quantity, what was expected, what was found and what to do. It is raised by every reader
     and by every step that could otherwise return a silent NaN. Line breaks and control characters, as in
-    the name of a file, are shown as escapes.
+    the name of a file, are shown by their hexadecimal codes.
     """
 
     def __str__(self) -> str:

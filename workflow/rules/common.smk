@@ -1,6 +1,5 @@
 # Checks and look-ups that the rules share. No rule stands here.
 
-import atexit
 import compileall
 import os
 import sys
@@ -9,15 +8,13 @@ from itertools import chain
 from pathlib import Path
 
 from tepsipe.mechanics.engines import resolved_engine
-from workflow.support import facts, groups, made, outputs, runs
+from workflow.support import facts, groups, outputs
 from workflow.support.captions import caption_file
-from workflow.support.experiments import EXPERIMENTS
-from workflow.support.folders import check_path
+from workflow.support.folders import check_checkout
 from workflow.support.reach import reached_by
 from workflow.support.rigs import RIG_KEYS, rig_of
 from workflow.settings.complete import pick, without
 from workflow.support.start import checked_sections, checked_study, with_its_file
-from workflow.support.stopped import what_stopped
 from workflow.support.lookups.thesis import table_experiment
 from workflow.support.study import any_of
 from workflow.support.version import code_version
@@ -45,17 +42,7 @@ try:
     truth_of, reported_of = sections_of("virtual_lab"), sections_of("reported")
     # what moves the simulated dummy; it must be installed
     ENGINE = resolved_engine(config["dummy"]["simulation"]["engine"]) if STUDY.has("simulation") else None
-    # braces in the path of the checkout, as seen from a study elsewhere, would be wildcards
-    check_path("Snakefile", here(""), "snakefile")
-    DRY, AGAIN = runs.is_dry(sys.argv), []
-    if not runs.looks(sys.argv):
-        if not DRY:
-            runs.begin()
-            runs.refuse_a_lock()
-        # results that have been edited are refused, missing and damaged ones are made again
-        found = made.changes(config["pathvars"]["logs"])
-        made.refuse_edited(found)
-        AGAIN = made.remade(found, config, workflow.main_snakefile, sys.argv, DRY)
+    check_checkout(CHECKOUT)
 except InputError as error:
     sys.exit(f"tepsipe: {with_its_file(error, config, CONFIGFILES)}")
 
@@ -203,31 +190,3 @@ def figure_files(name, folder=None):
         )
         files[f"{figure}_png"] = f"<results>/figures/{figure}.png"
     return files
-
-
-def begin():
-    """At the start of jobs."""
-    try:
-        runs.refuse_interpreter()
-    except InputError as error:
-        sys.exit(f"tepsipe: {error}")
-    runs.note_run()
-
-
-def succeed():
-    """After the last job: results of no trial are named; the last line is the path of the page to open."""
-    runs.forget_run()
-    left = made.of_no_trial(config["pathvars"]["logs"], STUDY.trials, EXPERIMENTS)
-    if left:
-        more = f" and {len(left) - 1} more" if len(left) > 1 else ""
-        print(f"tepsipe: of no trial of the sheet: {left[0]}{more}: remove what is not needed", file=sys.stderr)
-    page = Path(config["pathvars"]["results"]) / START_PAGE
-    if page.is_file():
-        atexit.register(print, page.absolute())  # after Snakemake's own last line
-
-
-def fail(log):
-    """After a failed run: the sentence of every job that stopped, and where a bug left its trace."""
-    runs.forget_run()
-    print("\nWhat stopped:", *what_stopped(next(iter(log), ".snakemake/log")), sep="\n", file=sys.stderr)
-    print("Everything else is kept; the next run goes on from there.", file=sys.stderr)
