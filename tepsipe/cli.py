@@ -189,10 +189,11 @@ def _add_info(commands: argparse._SubParsersAction) -> None:
 def _add_check(commands: argparse._SubParsersAction) -> None:
     check = commands.add_parser(
         "check",
-        help="whether a study's configuration and trial sheet can be used, before it runs",
+        help="whether a study's configuration, trial sheet and recordings can be used, before it runs",
         description="Check configuration files and the trial sheet that they name, without running anything "
-        "from them: mistakes by file and line, repeated keys, unknown keys, values, names, folders. Run it "
-        "in the folder of the study. Snakemake checks the same, but loads the files first.",
+        "from them: mistakes by file and line, repeated keys, unknown keys, values, names, folders. Then "
+        "every recording is read as its job will read it: columns, rates, markers, plates, perturbations, "
+        "masses. Run it in the folder of the study.",
     )
     check.add_argument("files", nargs="*", metavar="CONFIG", help="as after snakemake --configfile")
     check.set_defaults(command=_check)
@@ -393,20 +394,21 @@ def _new_study(chosen: argparse.Namespace) -> None:
 
     with progress(f"looking into {chosen.folder}"):
         made = new_study(chosen.folder, chosen.name, chosen.output)
-    for experiment, count in made.trials.items():
-        print(f"{experiment}: {count} {'trial' if count == 1 else 'trials'}")
-    if made.left:
-        print(f"files that are not used: {len(made.left)}, see {FILES[2]}")
-    print(f"written to {made.folder}: {', '.join(made.files)}")
-    print(f"assumed, to be checked: {made.assumed}, see {FILES[2]}")
-    config = made.folder / FILES[1]
-    if made.missing:
-        print(f"next: fill in what {made.folder / FILES[2]} lists (items: {made.missing}), then")
-    if not Path("Snakefile").is_file():
-        config = config.resolve()
-        print("in the folder of tepsipe's Snakefile (its README: two commands), run")
-    for command in ("tepsipe check", "snakemake -n --configfile", "snakemake -c2 --configfile"):
-        print(f"  {command} {config}")
+    for study in (made, *made.others):
+        for experiment, count in study.trials.items():
+            print(f"{experiment}: {count} {'trial' if count == 1 else 'trials'}")
+        if study.left:
+            print(f"files that are not used: {len(study.left)}, see {FILES[2]}")
+        print(f"written to {study.folder}: {', '.join(study.files)}")
+        print(f"assumed, to be checked: {study.assumed}, see {FILES[2]}")
+        config = study.folder / FILES[1]
+        if study.missing:
+            print(f"next: fill in what {study.folder / FILES[2]} lists (items: {study.missing}), then")
+        if not Path("Snakefile").is_file():
+            config = config.resolve()
+            print("in the folder of tepsipe's Snakefile (its README: two commands), run")
+        for command in ("tepsipe check", "snakemake -n --configfile", "snakemake -c2 --configfile"):
+            print(f"  {command} {config}")
 
 
 def _plan(chosen: argparse.Namespace) -> None:
@@ -477,11 +479,14 @@ def _check(chosen: argparse.Namespace) -> None:
             f"tepsipe check: expected the packages of the study, found no {', '.join(missing)}: install them "
             "with pip install '.[study]', or run make"
         )
-    done = subprocess.run(
-        [sys.executable, "-m", "workflow.check", *chosen.files], stderr=subprocess.PIPE, text=True
-    )
+    with progress("reading the recordings"):
+        done = subprocess.run(
+            [sys.executable, "-m", "workflow.check", *chosen.files], stderr=subprocess.PIPE, text=True
+        )
     if done.returncode:
-        raise InputError(done.stderr.strip().split("\n")[-1].removeprefix("tepsipe: "))
+        said = done.stderr.strip().split("\n")
+        refused = [line.removeprefix("tepsipe: ") for line in said if line.startswith("tepsipe: ")]
+        raise InputError("\ntepsipe: ".join(refused or said[-1:]))
 
 
 def _outputs(prefix: Path, endings: Sequence[str], *inputs: Path) -> list[Path]:
