@@ -60,7 +60,7 @@ CAMERAS = CaptureTruth(
     vertical_rad=0.0,
     noise_m=0.00002,
     occlusions_per_minute=0.0,
-    occlusion_frames=1.0,
+    occlusion_s=0.001,
 )
 
 

@@ -25,8 +25,8 @@ class CaptureTruth:
         Measured over true lengths, and angle by which an upright rod is seen to lean towards +y (rad).
     noise_m : float
         Standard deviation of each coordinate (m).
-    occlusions_per_minute, occlusion_frames : float
-        Mean number of occlusions of a marker per minute (1/min), mean length (frames).
+    occlusions_per_minute, occlusion_s : float
+        Mean number of occlusions of a marker per minute (1/min), and mean length (s) of at least a frame.
     """
 
     rate_hz: float
@@ -37,7 +37,7 @@ class CaptureTruth:
     vertical_rad: float
     noise_m: float
     occlusions_per_minute: float
-    occlusion_frames: float
+    occlusion_s: float
 
 
 def record_markers(
@@ -80,8 +80,9 @@ def record_markers(
     positions *= capture.length_scale
     positions += capture.noise_m * rng.standard_normal(positions.shape)
     expected = capture.occlusions_per_minute * frames / capture.rate_hz / 60.0
+    further_frames = max(capture.occlusion_s * capture.rate_hz - 1.0, 0.0)
     for k in range(len(paths)):
         for start in rng.integers(0, frames, rng.poisson(expected)):
-            length = 1 + rng.poisson(capture.occlusion_frames - 1.0)
+            length = 1 + rng.poisson(further_frames)
             positions[start : start + length, k] = np.nan
     return positions

@@ -19,7 +19,7 @@ COVERED = {
             "hidden": {
                 "constants": {
                     "treadmill.capture.occlusions_per_minute": 400.0,
-                    "treadmill.capture.occlusion_frames": 100.0,
+                    "treadmill.capture.occlusion_s": 0.4,
                 }
             },
         },

@@ -491,7 +491,7 @@ class CaptureLab(Section):
     occlusions_per_minute: NotNegative = setting(
         "mean number of occlusions of a marker per minute", unit="1/min"
     )
-    occlusion_frames: Positive = setting("their mean length", unit="frames")
+    occlusion_s: Pause = setting("their mean length; each hides a frame at least")
 
 
 class TreadmillLab(Section):

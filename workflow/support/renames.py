@@ -18,6 +18,7 @@ KEYS = {
     "published_evaluations": "hnat2014_evaluations",
     "intrinsic_reflex": "parallel_cascade",
     "judged": "also_evaluated",
+    "occlusion_frames": "occlusion_s",
 }
 # names of the dummy's pathways whose meaning changed: markers as sampled are the thesis's own
 PATHWAYS = {
