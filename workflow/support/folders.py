@@ -57,7 +57,7 @@ def check_checkout(folder: Path) -> None:
     if odd:
         raise InputError(
             f"{folder}: expected the checkout in a folder without {' '.join(map(repr, odd))}, which "
-            "Snakemake takes for wildcards, found them in its path: rename that folder; a study may lie in any"
+            "Snakemake takes for wildcards, found them in its path: rename it; a study may lie in any folder"
         )
 
 
