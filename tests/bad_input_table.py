@@ -1678,7 +1678,6 @@ SETTINGS = [
     ]
 ]
 
-<<<<<<< HEAD
 ODD_SETTINGS = [
     BadSettings(name, overlay if isinstance(overlay, str) else key(*overlay), f"configuration: {words}")
     for name, overlay, words in [
@@ -1781,7 +1780,7 @@ ODD_SETTINGS = [
     ]
 ]
 SETTINGS += ODD_SETTINGS
-=======
+
 # keys that name a path, the path, and what the sentence says of it
 FOLDERS, NAMED = ("pathvars.results", "pathvars.logs"), ("study.trial_sheet", "study.virtual_lab")
 ODD_PATHS = [
@@ -1808,7 +1807,6 @@ SETTINGS += [
     for *keys, path, words in ODD_PATHS
     for where in keys
 ]
->>>>>>> ce465ac5ec72660f277a3fff2c51e1e11593532c
 
 # ---- trial sheets --------------------------------------------------------------------------------------
 
@@ -2015,14 +2013,16 @@ SHEETS = [
 ]
 
 
-<<<<<<< HEAD
 def added(name, cells):
     """A further column with cells by row, and - elsewhere."""
 
     def spoil(rows):
         for k, row in enumerate(rows):
             row.append(name if k == 0 else cells.get(k, "-"))
-=======
+
+    return spoil
+
+
 def recorded(log):
     """A trial that is recorded, and the path of its log."""
 
@@ -2030,12 +2030,10 @@ def recorded(log):
         row = dict(zip(rows[0], rows[6], strict=True))
         row |= {"source": "recorded", "profile": "-", "amplitude": "-", "interval_s": "-", "log": log}
         rows[6] = list((row | {"calibration": "c.csv", "markers": "m.c3d"}).values())
->>>>>>> ce465ac5ec72660f277a3fff2c51e1e11593532c
 
     return spoil
 
 
-<<<<<<< HEAD
 def several(*changes):
     def spoil(rows):
         for change in changes:
@@ -2188,7 +2186,7 @@ ODD_SHEETS = [
     ]
 ]
 SHEETS += ODD_SHEETS
-=======
+
 SHEETS += [
     BadSheet(f"a recording called {path[:20]!r}", recorded(path), f"bad.tsv: {words}")
     for path, words in [
@@ -2213,4 +2211,3 @@ SHEETS += [
         ("x" * 81, "expected a condition of at most 80 characters"),
     ]
 ]
->>>>>>> ce465ac5ec72660f277a3fff2c51e1e11593532c
