@@ -1369,7 +1369,7 @@ ODD_FILES = [
             (
                 "belt table: a folder",
                 folder_instead("table.txt"),
-                "table.txt: expected a table of samples, found a file that cannot be read",
+                "table.txt: expected a table of samples, found a folder",
             ),
             (
                 "belt table: bytes",
