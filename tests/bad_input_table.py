@@ -1784,7 +1784,7 @@ SETTINGS += ODD_SETTINGS
 # keys that name a path, the path, and what the sentence says of it
 FOLDERS, NAMED = ("pathvars.results", "pathvars.logs"), ("study.trial_sheet", "study.virtual_lab")
 ODD_PATHS = [
-    (*FOLDERS, *NAMED, "a<results>b", "without '<' '>'"),
+    (*FOLDERS, *NAMED, "a<b>c", "without '<' '>'"),
     (*FOLDERS, "study.reported", "a\nb", r"without '\n'"),
     ("study.participants", *FOLDERS, "a\0b", r"without '\x00'"),
     ("study.recordings_folder", "study.reported", "a\x1b[2Jb", r"without '\x1b'"),
