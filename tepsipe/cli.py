@@ -16,7 +16,7 @@ from pathlib import Path
 from tepsipe import __version__
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.reporting.plan_arguments import add_plan
-from tepsipe.reporting.terminal import Parser, add_json, print_json, progress
+from tepsipe.reporting.terminal import Parser, add_json, add_strict, print_json, progress
 
 # packages that only the study needs: name -> module
 STUDY_PACKAGES = {"pydantic": "pydantic", "PyYAML": "yaml", "snakemake": "snakemake"}
@@ -66,7 +66,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = Parser(prog="tepsipe", description="Impedance of a joint: inertia, damping, stiffness.")
     parser.add_argument("--version", action="version", version=f"tepsipe {__version__}")
     parser.set_defaults(command=None, strict=False)
-    commands = parser.add_subparsers(title="commands", metavar="")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND")
     _add_fit(commands)
     _add_calibrate(commands)
     _add_info(commands)
@@ -133,7 +133,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
         help="write PREFIX.csv and PREFIX.png; default: the table's name with _fit",
     )
     add_json(fit)
-    fit.add_argument("--strict", action="store_true", help="return 3 if there are notes on the result")
+    add_strict(fit)
     fit.set_defaults(command=_fit)
 
 
@@ -163,6 +163,7 @@ def _add_calibrate(commands: argparse._SubParsersAction) -> None:
         help="write PREFIX.json, PREFIX.csv and PREFIX.png; default treadmill_models",
     )
     add_json(calibrate)
+    add_strict(calibrate)
     calibrate.set_defaults(command=_calibrate)
 
 
@@ -324,7 +325,7 @@ def _fit(chosen: argparse.Namespace) -> tuple[str, ...]:
     return notes
 
 
-def _calibrate(chosen: argparse.Namespace) -> None:
+def _calibrate(chosen: argparse.Namespace) -> tuple[str, ...]:
     from tepsipe.experiments.belt import calibrate_treadmill
     from tepsipe.ingest.belt_table import BeltTableOptions, ingest_belt_table
     from tepsipe.io.contents import table_columns
@@ -360,8 +361,9 @@ def _calibrate(chosen: argparse.Namespace) -> None:
         content["scores"] = [vars(score) for score in calibration.scores]
         content["calibrated"] = next(iter(calibration.models.values())).calibrated
         print_json(content | {"written": [models, csv, png]})
-        return
-    print(f"{calibration.summary()}\n\nwritten: {models}, {csv}, {png}")
+    else:
+        print(f"{calibration.summary(notes=False)}\n\nwritten: {models}, {csv}, {png}")
+    return calibration.notes
 
 
 def _info(chosen: argparse.Namespace) -> None:

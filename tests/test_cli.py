@@ -152,6 +152,16 @@ def test_calibrate_writes_models_scores_and_figure(capsys, tmp_path):
     assert contents_of("belt.json").kind == "treadmill models"
     said = refused(capsys, "calibrate", "run1.txt", "run1.txt")
     assert "two separate recordings" in said
+    # a test at twice the speed lies outside the range of the calibration
+    time, moment, velocity = np.loadtxt("run2.txt", skiprows=1).T
+    header = "Time (s)\tMoment (Nm)\tVelocity (m/s)"
+    fast = np.column_stack([time, moment, 2.0 * velocity])
+    np.savetxt("fast.txt", fast, delimiter="\t", header=header, comments="")
+    assert main(["calibrate", "run1.txt", "fast.txt", "--output", "belt", "--strict"]) == 3
+    printed = capsys.readouterr()
+    assert printed.err.count("tepsipe: note: ") == 1
+    assert "fast.txt" in printed.err
+    assert "Note:" not in printed.out
 
 
 def test_refusals_are_one_sentence(table, capsys, tmp_path):
