@@ -15,7 +15,7 @@ def results() -> list[tuple[str, float, float, float]]:
     dummy = load_example("dummy")
     motion = segment_motion(dummy.time, dummy.positions, dummy.markers, dummy.leg.com_m, labels=dummy.labels)
     rows = []
-    for name, mixed in (("consistent equation", False), ("signs mixed, as printed", True)):
+    for name, mixed in (("consistent equation", False), ("mixed signs", True)):
         torque = joint_torque(motion, dummy.leg, thesis=mixed)
         fit = fit_impedance(
             dummy.time, motion.theta, torque, perturbations=dummy.perturbations, cutoff_hz=None
@@ -58,8 +58,8 @@ def table(rows: list[tuple[str, float, float, float]]) -> list[str]:
     """Truth and both estimates."""
     truth = load_example("dummy").truth
     drawn = [
-        text(560, 70, "I", anchor="middle", extra=' font-style="italic"'),
-        text(560, 86, "N&#183;m&#183;s&#178;/rad", GREY, "middle", ' font-size="10"'),
+        text(540, 70, "I", anchor="middle", extra=' font-style="italic"'),
+        text(540, 86, "N&#183;m&#183;s&#178;/rad", GREY, "middle", ' font-size="10"'),
         text(650, 70, "K", anchor="middle", extra=' font-style="italic"'),
         text(650, 86, "N&#183;m/rad", GREY, "middle", ' font-size="10"'),
         text(735, 70, "VAF", anchor="middle"),
@@ -72,9 +72,9 @@ def table(rows: list[tuple[str, float, float, float]]) -> list[str]:
         drawn += [
             f'<path d="M350 {y - 24} H770" stroke="{GREY}" stroke-width="0.5"/>',
             text(355, y, name, colour, extra=' font-weight="600"'),
-            text(560, y, f"{inertia:.3f}", colour, "middle"),
+            text(540, y, f"{inertia:.3f}", colour, "middle"),
             text(650, y, f"{stiffness:.1f}", colour, "middle"),
-            text(735, y, "" if vaf is None else f"{vaf:.1f}", colour, "middle"),
+            text(735, y, "" if vaf is None else f"{vaf:.2f}", colour, "middle"),
         ]
     return [*drawn, text(355, 246, "The wrong equation fits better: the VAF cannot tell.", INK)]
 
@@ -82,8 +82,8 @@ def table(rows: list[tuple[str, float, float, float]]) -> list[str]:
 def drawing() -> str:
     """The whole picture as SVG."""
     words = (
-        "Left: a leg on an elastic joint stands on a treadmill belt, which makes a short pulse. Right: estimates "
-        "of one recording by two equations beside the truth."
+        "Left: a leg on an elastic joint stands on a treadmill belt, which makes a short pulse. Right: "
+        "estimates of one recording by two equations beside the truth."
     )
     return "\n".join(
         [

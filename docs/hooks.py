@@ -5,6 +5,7 @@ import os
 import re
 import tomllib
 from contextlib import redirect_stdout, suppress
+from importlib.resources import files as contents
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 
@@ -34,6 +35,9 @@ OUTSIDE = {
 TUTORIALS = {
     f"docs/tutorials/{path.stem}.py": path for path in sorted((ROOT / "docs/tutorials").glob("*.py"))
 }
+# weight of pages in the search, by the first part of their path: what answers questions before what explains reasons
+BOOST = {"glossary.md": 4.0, "versions.md": 2.0, "files.md": 2.0, "uncertainty.md": 2.0, "decisions": 0.3}
+BOOST |= {"benchmarks": 0.2, "changelog.md": 0.3}
 LINK = re.compile(r"(\]\()([^)\s#]*)(#[^)\s]*)?(\))")
 FENCE = re.compile(r"(^ *```.*?^ *```|`[^`\n]+`)", re.MULTILINE | re.DOTALL)
 COMMAND = re.compile(r"^<!-- tepsipe ?([\w-]*) -->$", re.MULTILINE)
@@ -61,6 +65,9 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         title, _, rest = body.strip().partition("\n")
         body = f"{title}\n\n[Download as a notebook]({path.stem}.ipynb)\n{rest}\n"
         files.append(File.generated(config, f"{folder}.md", content=body))
+    font = "fonts/STIXTwoMath-Regular.ttf"
+    content = (contents("ziamath") / font).read_bytes()
+    files.append(File.generated(config, f"assets/{font}", content=content))
     for path in shown_results():
         place = f"demonstration/{path.relative_to(DEMONSTRATION).as_posix()}"
         files.append(File.generated(config, place, abs_src_path=str(path)))
@@ -94,6 +101,7 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
     here = PurePosixPath(repository_path(page)).parent
     places = OUTSIDE | {source: f"tutorials/{path.stem}.md" for source, path in TUTORIALS.items()}
     folder = PurePosixPath(page.file.src_uri).parent
+    page.meta.setdefault("search", {})["boost"] = BOOST.get(PurePosixPath(page.file.src_uri).parts[0], 1.0)
     page.edit_url = f"{ADDRESS}/edit/main/{repository_path(page)}"
 
     def moved(match: re.Match) -> str:
@@ -104,7 +112,8 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
         if (ROOT / path).is_dir() and (ROOT / path / "README.md").is_file():
             path = f"{path}/README.md"
         place = places.get(path, path.removeprefix("docs/") if path.startswith("docs/") else None)
-        if place is not None and files.get_file_from_path(place):
+        file = files.get_file_from_path(place) if place is not None else None
+        if file and file.inclusion.is_included():
             target = os.path.relpath(place, folder)
         elif (ROOT / path).exists():
             target = f"{ADDRESS}/blob/main/{path}"

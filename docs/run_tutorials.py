@@ -73,7 +73,13 @@ def execute(name: str, timeout_s: int = 900) -> nbformat.NotebookNode:
         for part in PROJECT:
             if (ROOT / part).exists():
                 (Path(folder) / part).symlink_to(ROOT / part)
-        client = NotebookClient(notebook, timeout=timeout_s, resources={"metadata": {"path": folder}})
+        client = NotebookClient(
+            notebook,
+            coalesce_streams=True,
+            timeout=timeout_s,
+            extra_arguments=["--log-level=40"],
+            resources={"metadata": {"path": folder}},
+        )
         client.execute(env=environment)
     notebook.metadata[DIGEST] = digest(name)
     EXECUTED.mkdir(parents=True, exist_ok=True)

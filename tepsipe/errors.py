@@ -7,6 +7,15 @@ class InputError(ValueError):
     The message is one sentence for the person who recorded the data: it names the file or the
     quantity, what was expected, what was found and what to do. It is raised by every reader
     and by every step that could otherwise return a silent NaN.
+
+    Examples
+    --------
+    >>> from tepsipe import InputError, load_example
+    >>> try:
+    ...     load_example("dumy")
+    ... except InputError as refused:
+    ...     print(refused)
+    load_example: expected the name of an example, found 'dumy': did you mean 'dummy'?
     """
 
 

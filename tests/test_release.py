@@ -86,3 +86,13 @@ def test_commands_of_workflows_are_those_of_the_project(name):
             assert target in targets
         for script in re.findall(r"python ([\w/]+\.py)", step):
             assert (ROOT / script).is_file()
+
+
+def test_paper_is_short_and_cites_what_its_bibliography_has():
+    text = (ROOT / "paper/paper.md").read_text(encoding="utf-8")
+    body = text.split("---\n", 2)[2]
+    assert len(body.split()) <= 1000
+    entries = re.findall(
+        r"^@\w+\{([\w-]+),", (ROOT / "paper/paper.bib").read_text(encoding="utf-8"), re.MULTILINE
+    )
+    assert set(re.findall(r"@([a-z]+)", body)) == set(entries)

@@ -15,6 +15,12 @@ SAID = {
     ],
     "vaf": [r"I: predicted change \+0\.0540, found \+0\.0540", r"K: predicted change -3\.5\d+, found -3\.5"],
     "human_ankle": [r"reflex gain +[45]\.\d+", r"The reflex delay of [\d.]+ s is assumed"],
+    "gallery": [r"Figure"],
+    "treadmill_person": [
+        r"fill in what my-person/MISSING.md lists",
+        r"K +Nm/rad +\d\d\d\.\d+",
+        r"expected a value for",
+    ],
     "plan": [r"responses for K \+-10 % \(95 %\): no number"],
 }
 
@@ -51,6 +57,8 @@ def test_a_tutorial_runs_and_shows_what_it_says(name, runner):
 def test_every_tutorial_has_a_title_exercises_and_what_can_go_wrong(runner):
     assert set(runner.tutorials()) == set(SAID)
     for name in SAID:
+        if name == "gallery":
+            continue
         text = (runner.SOURCES / f"{name}.py").read_text(encoding="utf-8")
         assert text.startswith("# %% [markdown]\n# # "), name
         for heading in ("# ## What can go wrong", "# ## Exercises"):
