@@ -35,7 +35,7 @@ OUTSIDE = {
 TUTORIALS = {
     f"docs/tutorials/{path.stem}.py": path for path in sorted((ROOT / "docs/tutorials").glob("*.py"))
 }
-# weight of pages in the search, by the first part of their path: what answers questions before what explains reasons
+# weight of pages in the search by the first part of their path: answers before reasons
 BOOST = {"glossary.md": 4.0, "versions.md": 2.0, "files.md": 2.0, "uncertainty.md": 2.0, "decisions": 0.3}
 BOOST |= {"benchmarks": 0.2, "changelog.md": 0.3}
 LINK = re.compile(r"(\]\()([^)\s#]*)(#[^)\s]*)?(\))")

@@ -8,6 +8,7 @@ build/tutorials. The tests execute all of them (``pytest -m tutorial``).
 
 import hashlib
 import os
+import re
 import sys
 import tempfile
 from functools import cache
@@ -81,6 +82,9 @@ def execute(name: str, timeout_s: int = 900) -> nbformat.NotebookNode:
             resources={"metadata": {"path": folder}},
         )
         client.execute(env=environment)
+    for output in (output for cell in notebook.cells for output in cell.get("outputs", ())):
+        if output.output_type == "stream":  # without the marks by which a terminal erases a line
+            output.text = re.sub(r"[^\n]*\r(?!\n)|\x1b\[[0-9;]*[A-Za-z]", "", output.text)
     notebook.metadata[DIGEST] = digest(name)
     EXECUTED.mkdir(parents=True, exist_ok=True)
     nbformat.write(notebook, EXECUTED / f"{name}.ipynb")
