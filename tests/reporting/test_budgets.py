@@ -110,7 +110,7 @@ def test_the_section_and_the_caption_tell_the_budget(scatter, repeating):
     assert ("more perturbations cannot reduce it below 5.9 %" in words) is not repeating
     told = findings_of(["figure_budget_dummy", "figure_budget_weight"], content)
     largest = "scatter of the trial (5.0 %)" if repeating else "mass of the leg (3.0 %)"
-    caption = f"The largest source of uncertainty of K is the {largest}, in the typical trial."
+    caption = f"In the typical trial, the largest source of uncertainty of K is the {largest}."
     assert told == {"figure_budget_dummy": caption}
 
 

@@ -167,7 +167,7 @@ def plot_stationarity(results: dict[str, Result]) -> Figure:
         left.set_title(name)
         arrays = results[name].arrays
         stiffness, half = arrays[f"{OWN}part_stiffness"], arrays[f"{OWN}part_stiffness_half_width"]
-        right.errorbar([1, 2, 3], stiffness, half, fmt="o", color="#1668a8", markersize=4, capsize=3)
+        right.errorbar([1, 2, 3], stiffness, half, fmt="o", color="#0072b2", markersize=4, capsize=3)
         right.set(ylabel="$K$ (N·m/rad)", xlim=(0.5, 3.5), xticks=[1, 2, 3])
         right.set_ylim(
             min(0.0, 1.15 * float((stiffness - half).min())), 1.15 * float((stiffness + half).max())
@@ -196,9 +196,9 @@ def _draw_record(axis, result: Result) -> None:
     level, half = (arrays[f"{OWN}part_level{part}"] for part in ("", "_half_width"))
     for k, ends in enumerate(arrays[f"{OWN}part_ends"]):
         axis.fill_between(
-            ends, level[k] - half[k], level[k] + half[k], color="#1668a8", alpha=0.4, linewidth=0.0
+            ends, level[k] - half[k], level[k] + half[k], color="#0072b2", alpha=0.4, linewidth=0.0
         )
-        axis.plot(ends, [level[k]] * 2, color="#1668a8", linewidth=1.2, label="level" if k == 0 else None)
+        axis.plot(ends, [level[k]] * 2, color="#0072b2", linewidth=1.2, label="level" if k == 0 else None)
     axis.axvline(result.facts["held_out_from_s"], color=COLOURS["model"], linewidth=0.9, linestyle="--")
     axis.set_ylabel("Torque (N·m)")
     axis.margins(x=0.0)
