@@ -34,7 +34,8 @@ def test_a_folder_of_walking_trials_becomes_a_study(recordings, root, tmp_path, 
     config = made.folder / "config.yaml"
     assert main([str(config)]) == 2 and "MISSING" in capsys.readouterr().err
     config.write_text(config.read_text().replace("foot_mass_kg: MISSING", "foot_mass_kg: 1.1"))
-    files = ["config/config.yaml", str(config)]
+    monkeypatch.chdir(made.folder)
+    files = [str(root / "config/config.yaml"), "config.yaml"]
     settings = merged_settings(files)
     study = checked_study(settings, files)
     row = study.trials["walking", "slow"]
@@ -80,4 +81,4 @@ def test_walking_and_other_trials_become_two_studies(recordings, tmp_path):
     (walking,) = made.others
     assert walking.trials == {"walking": 1}
     assert walking.folder == tmp_path / "steps-walking"
-    assert "results: results/steps-walking" in (walking.folder / "config.yaml").read_text()
+    assert "name: steps-walking" in (walking.folder / "config.yaml").read_text()

@@ -7,6 +7,7 @@ from workflow.support.laboratories import Laboratories
 LABORATORIES = Laboratories(config)
 TABLES = ("coverage", "dropped", "flags", "outcomes", "laboratories")
 OUTPUTS = [*(f"<results>/tables/{name}.csv" for name in TABLES), "<results>/report/coverage.pdf"]
+START_PAGE = "report/coverage.pdf"
 
 
 # on a cluster, beside the run itself
@@ -111,7 +112,7 @@ rule write_coverage:
         study=as_it_is(
             ABOUT_STUDY
             | {
-                "code": code_version(workflow.basedir),
+                "code": code_version(CHECKOUT),
                 "sets": LABORATORIES.sets(),
                 "drawn": LABORATORIES.drawn(),
                 "seed": config["coverage"]["seed"],

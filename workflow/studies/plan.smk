@@ -10,6 +10,7 @@ PLAN_TABLES = (
 )
 SHOWN_TABLES = ("plan", "pulses", "filters", "several_joints")
 OUTPUTS = [*(f"<results>/tables/{name}.csv" for name in SHOWN_TABLES), "<results>/report/plan.pdf"]
+START_PAGE = "report/plan.pdf"
 
 
 include: "../rules/virtual_lab.smk"
@@ -190,7 +191,7 @@ rule write_plan:
         main="plan.typ",
         chapters=outputs.OWN_REPORTS["plan"],
         settings={"plan": pick(PLAN, "seed", "several_joints")},
-        study=as_it_is(ABOUT_STUDY | {"code": code_version(workflow.basedir)}),
+        study=as_it_is(ABOUT_STUDY | {"code": code_version(CHECKOUT)}),
         source_folder=lambda w: here("report"),
     script:
         "../scripts/write_report.py"

@@ -5,6 +5,7 @@ WALKS = STUDY.conditions("walking")
 MADE_WALKS = STUDY.made("walking")
 TABLES = ["estimates", "uncertainty", "walking", "needed", *(["recovery"] if MADE_WALKS else [])]
 OUTPUTS = [*(f"<results>/tables/{name}.csv" for name in TABLES), "<results>/report/walking.pdf"]
+START_PAGE = "report/walking.pdf"
 
 
 rule fit_walking:
@@ -111,7 +112,7 @@ rule write_walking:
         main="walking.typ",
         chapters=outputs.OWN_REPORTS["walking"],
         settings={"walking": {"planned": WALKING["planned"]}},
-        study=as_it_is(ABOUT_STUDY | {"code": code_version(workflow.basedir)}),
+        study=as_it_is(ABOUT_STUDY | {"code": code_version(CHECKOUT)}),
         source_folder=lambda w: here("report"),
     script:
         "../scripts/write_report.py"
