@@ -432,7 +432,7 @@ def _new_study(chosen: argparse.Namespace) -> None:
 
 
 def _print_commands(folder: Path) -> None:
-    """Commands that check and run a study in its folder, with their paths where the shell finds others."""
+    """Print the commands that check and run a study in its folder."""
     commands = Path(sys.executable).parent
     for command in (f"cd {quote(str(folder))}", "tepsipe check", "snakemake -n", "snakemake -c2"):
         name, _, options = command.partition(" ")

@@ -72,7 +72,7 @@ def weights(folder, truth, heavy=False):
         if section is not None:
             own["weight"] = truth[section]
         for number, profile in (("01", "sine"), ("02", "minjerk")):
-            protocol = Protocol(profile, 0.4, 2.0, 12.0)
+            protocol = Protocol(profile, 0.4, 2.0, 22.0)
             _trial(make_weight_trial, own, folder / f"{name}_{number}.c3d", f"{name}-{number}", protocol)
     usual = {"mass_kg": 20.0, "com_height_m": 0.1, "com_forward_of_markers_m": None}
     answers = {"weight": {"ingest": {"marker_sampling_hz": None}, "weight": usual}}

@@ -150,9 +150,12 @@ def new_study(
     for each in outputs.values():
         _refuse_existing(each)
     made = [
-        _prepare(folder, _ended(name, end), outputs[end], part, seen, [] if k else unused, checkout)
+        _prepare(folder, _ended(name, end), outputs[end], part, seen, [] if k else unused)
         for k, (end, part) in enumerate(parts.items())
     ]
+    if checkout is not None:
+        made = [(study, texts | _files_of_snakemake(Path(checkout), study.folder)) for study, texts in made]
+    made = [(replace(study, files=tuple(texts)), texts) for study, texts in made]
     for study, texts in made:
         _write(study.folder, texts)
     return replace(made[0][0], others=tuple(study for study, _ in made[1:]))
@@ -183,7 +186,6 @@ def _prepare(
     groups: list[Group],
     seen: dict[str, Seen],
     unused: list[Found],
-    checkout: str | Path | None,
 ) -> tuple[NewStudy, dict[str, str]]:
     """A study, and its files as text."""
     plan = Plan()
@@ -200,11 +202,9 @@ def _prepare(
     plan.missing[:0] = missing
     texts = (sheet_text(rows, groups), _config_text(plan, name), _missing_text(plan, groups, unused))
     written = dict(zip(FILES, texts, strict=True)) | ({TABLE: table} if table else {})
-    if checkout is not None:
-        written |= _files_of_snakemake(Path(checkout), output)
     counts = {e: sum(g.experiment == e for g in groups) for e in ORDER}
     trials = {e: n for e, n in counts.items() if n}
-    made = NewStudy(output, tuple(written), trials, len(plan.missing), len(plan.check), unused)
+    made = NewStudy(output, FILES, trials, len(plan.missing), len(plan.check), unused)
     return made, written
 
 

@@ -14,6 +14,7 @@ from tepsipe.new_study.treadmill_trials import Seen
 
 PERSON_N, WEIGHT_N, LOAD_N = 350.0, 100.0, 10.0
 LONGEST_GAP_S = 0.1
+EMG_BAND_HZ = (20.0, 300.0)  # of the shipped configuration
 # cutoffs of the shipped configuration that cameras of 100 Hz are too slow for
 CUTOFFS_HZ = {"standing.analysis.stretch_cutoff_hz": 60.0, "standing.free_reflex.lowpass_cutoff_hz": 60.0}
 CAMERAS = re.compile(r"vicon|qualisys|motion analysis|optitrack|natural ?point|oqus|simi|bts", re.IGNORECASE)
@@ -243,6 +244,10 @@ def _plan_standing(plan: Plan, trials: list[tuple[Group, Seen]], experiments: se
         plan.check.append(
             Missing("standing.muscles", f"not taken for a muscle: {', '.join(others)}", "add them")
         )
+    rate = min((s.emg_rate_hz for _, s in trials if s.emg_rate_hz), default=np.inf)
+    if 0.5 * rate <= EMG_BAND_HZ[1]:
+        band = [EMG_BAND_HZ[0], float(f"{0.45 * rate:.3g}")]
+        plan.put("standing.emg.band_hz", band, f"below half of the {rate:g} Hz of the electromyograms")
     trigger = next((s.emg_trigger for _, s in trials if s.emg_trigger), None)
     if trigger:
         plan.put("standing.files.emg_trigger", trigger[0], "two levels, by its name")

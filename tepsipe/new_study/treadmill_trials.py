@@ -88,6 +88,8 @@ class Seen:
         Channel of the velocity in a whole trial.
     triggers, commands, emg : list of str
         Names of likely channels of a whole trial or of a file of electromyograms.
+    emg_rate_hz : float or None
+        Lowest rate of the electromyograms (Hz).
     emg_trigger : tuple of (str, float), or None
         Label and threshold of the trigger in the file of electromyograms.
     belt_fixed : list of str
@@ -116,6 +118,7 @@ class Seen:
     triggers: list[str] = field(default_factory=list)
     commands: list[str] = field(default_factory=list)
     emg: list[str] = field(default_factory=list)
+    emg_rate_hz: float | None = None
     emg_trigger: tuple[str, float] | None = None
     belt_fixed: list[str] = field(default_factory=list)
     free: dict[str, Samples] = field(default_factory=dict)
@@ -223,6 +226,7 @@ def _see_recording(seen: Seen, group: Group) -> None:
     free = {name: c for name, c in recording.channels.items() if name not in of_plates}
     seen.triggers = [n for n, c in free.items() if TRIGGER_NAMES.search(n) and is_two_levels(c.values)]
     seen.emg = [n for n in free if muscle_of(n) or "emg" in n.lower()]
+    seen.emg_rate_hz = min((free[n].rate_hz for n in seen.emg), default=None)
     rest = {n: c for n, c in free.items() if n not in {*seen.triggers, *seen.emg}}
     seen.commands = [n for n in rest if COMMAND_NAMES.search(n)]
     seen.belt = _belt_channel(seen, {n: c for n, c in rest.items() if n not in seen.commands})
@@ -404,3 +408,4 @@ def _see_emg(seen: Seen, file: Found) -> None:
             seen.emg_trigger = (channel.name, 0.5 * float(values.min() + values.max()))
         else:
             seen.emg.append(channel.name)
+            seen.emg_rate_hz = min(channel.rate_hz or np.inf, seen.emg_rate_hz or np.inf)

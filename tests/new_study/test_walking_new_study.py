@@ -81,4 +81,4 @@ def test_walking_and_other_trials_become_two_studies(recordings, tmp_path):
     (walking,) = made.others
     assert walking.trials == {"walking": 1}
     assert walking.folder == tmp_path / "steps-walking"
-    assert "  results: results\n" in (walking.folder / "config.yaml").read_text()
+    assert "name: steps-walking" in (walking.folder / "config.yaml").read_text()

@@ -23,18 +23,16 @@ def filled(folder, answers, cells):
             if len(line) == len(header) and line[header.index(column)] == "MISSING":
                 line[header.index(column)] = values[line[1]]
     sheet.write_text("".join("\t".join(line) + "\n" for line in [header, *lines]))
-    return [str(folder / name) for name in ("config.yaml", "measured.yaml")]
+    return ["config.yaml", "measured.yaml"]
 
 
 @pytest.mark.parametrize("name", FOLDERS)
-def test_a_folder_becomes_a_study_that_check_accepts(
-    name, shipped_truth, root, tmp_path, monkeypatch, capsys
-):
-    monkeypatch.chdir(root)
+def test_a_folder_becomes_a_study_that_check_accepts(name, shipped_truth, tmp_path, monkeypatch, capsys):
     (tmp_path / "lab").mkdir()
     answers, cells = FOLDERS[name](tmp_path / "lab", shipped_truth)
     made = new_study(tmp_path / "lab", name.replace("_", "-"), tmp_path / "study")
     assert not made.left and not made.others
+    monkeypatch.chdir(made.folder)
     status = main(filled(made.folder, answers, cells))
     said = capsys.readouterr()
     assert status == 0, said.err

@@ -4,6 +4,7 @@ import hashlib
 from pathlib import Path
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs
 from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.options import StandingOptions
 from tepsipe.experiments.walking.plausible import refuse_other_units
@@ -27,7 +28,11 @@ from tepsipe.io.trial import Trial
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
 from tepsipe.signals.resampling import refuse_short
+from tepsipe.treadmill.calibration import group_of, plate_groups
+from tepsipe.treadmill.plate_check import Resting, check_plate, resting
 from tepsipe.treadmill.prepared import prepare_trial
+from tepsipe.treadmill.recording import BeltRecording, check_recordings
+from tepsipe.treadmill.trial_recordings import PlateOptions, Weight, plate_recordings
 from workflow.settings.complete import without
 from workflow.support.rigs import RIG_KEYS, rig_of
 from workflow.support.study import Study
@@ -37,21 +42,24 @@ DELIMITERS = {"comma": ",", "tab": "\t"}
 
 
 def refused_recordings(study: Study) -> list[str]:
-    """Read all recorded trials; one sentence for every one that would stop its job."""
-    refused = _copies(study)
+    """Read all recorded trials; one sentence for every one that would stop its job, or the calibration."""
+    refused, of_plates = _copies(study), {}
     for experiment, condition in study.trials:
         if condition not in study.recorded(experiment):
             continue
+        name = f"{experiment}/{condition}"
         try:
             if experiment == "walking":
                 _read_walk(study, condition)
-            else:
-                trial = ingested(study, experiment, condition)
-                _prepared(study, experiment, condition, trial)
+                continue
+            trial = ingested(study, experiment, condition)
+            if experiment in ("weight", "empty"):
+                of_plates[experiment, condition] = _plate_trial(study, experiment, condition, trial)
+            elif experiment in ON_PLATE:
+                _prepare(study, experiment, condition, trial)
         except InputError as error:
-            text, name = str(error), f"{experiment}/{condition}: "
-            refused.append(text if text.startswith(name) else f"{name}{text}")
-    return refused
+            refused.append(str(error) if str(error).startswith(f"{name}: ") else f"{name}: {error}")
+    return refused + _refused_calibrations(study, of_plates)
 
 
 def _copies(study: Study) -> list[str]:
@@ -127,22 +135,56 @@ def _of_tables(study: Study, experiment: str, condition: str, files: dict, secti
     return ingest_position_manipulator(log, TableOptions(**units, **section["ingest"]), lasts, files["log"])
 
 
-def _prepared(study: Study, experiment: str, condition: str, trial: Trial) -> None:
-    """Perturbations and rest of a trial on the treadmill; joint angles, mass and ankle torque of a person."""
-    if experiment not in ON_PLATE:
-        return
-    section = study.of_trial("weight" if experiment == "empty" else experiment, condition)
-    analysis, name = section["analysis"], f"{experiment}/{condition}"
+def _prepare(study: Study, experiment: str, condition: str, trial: Trial) -> None:
+    """Perturbations and rest of a dummy's trial; joint angles, stance, mass and muscles of a person."""
+    section, name = study.of_trial(experiment, condition), f"{experiment}/{condition}"
+    analysis = section["analysis"]
     if experiment == "standing":
         options = StandingOptions.from_settings(
             section["person"], section["belt"], without(analysis, "tried_windows_s"), section["stance"]
         )
-        process_standing(trial, name, options, {}, {})
+        cutting = EpochOptions.from_settings(analysis, section["emg"], section["ingest"]["max_gap_s"])
+        cut_standing_epochs(process_standing(trial, name, options, {}, {}), cutting)
         return
-    cutoff = analysis["lowpass_cutoff_hz"] if experiment == "dummy" else analysis["cutoffs_hz"][0]
-    window = analysis if experiment == "dummy" else analysis["window"]
-    options = WindowOptions(**{key: window[key] for key in WindowOptions.__dataclass_fields__})
-    prepare_trial(trial, name, Lowpass(cutoff, analysis["lowpass_order"], True), options)
+    lowpass = Lowpass(analysis["lowpass_cutoff_hz"], analysis["lowpass_order"], True)
+    prepare_trial(trial, name, lowpass, _window(analysis))
+
+
+def _window(settings: dict) -> WindowOptions:
+    return WindowOptions(**{key: settings[key] for key in WindowOptions.__dataclass_fields__})
+
+
+def _plate_trial(
+    study: Study, experiment: str, condition: str, trial: Trial
+) -> tuple[BeltRecording, Resting]:
+    """Fore-aft load of a weight or the empty belt (N), and the loads at rest, for the calibration."""
+    analysis, name = study.settings["weight"]["analysis"], f"{experiment}/{condition}"
+    lowpass = Lowpass(analysis["cutoffs_hz"][0], analysis["lowpass_order"], True)
+    belt, window = study.treadmill.belt_of(experiment, condition), _window(analysis["window"])
+    stated = study.treadmill.weight_of(experiment, condition)
+    weight = None if stated is None else Weight(**stated)
+    options = PlateOptions(belt, lowpass, lowpass, window, analysis["segment_s"])
+    recording = plate_recordings(trial, name, condition, options, weight)["Fy"]
+    return recording, resting(prepare_trial(trial, name, lowpass, window), belt, weight)
+
+
+def _refused_calibrations(study: Study, of_plates: dict[tuple, tuple[BeltRecording, Resting]]) -> list[str]:
+    """One sentence for every belt whose models of the treadmill cannot be fitted to its trials."""
+    refused, usual_kg = [], study.settings["weight"]["weight"]["mass_kg"]
+    for belt in study.treadmill.belts():
+        trials = study.treadmill.plate_trials(belt)
+        if not all((e, c) in of_plates for e, c, _ in trials):
+            continue
+        found = [(e, role, *of_plates[e, c]) for e, c, role in trials]
+        try:
+            check_plate([rest for *_, rest in found], study.treadmill.plate_of(belt))
+            groups = [(group_of(e, r.carried_kg, usual_kg), role, r) for e, role, r, _ in found]
+            for part in plate_groups(groups):
+                for recordings in part.values():
+                    check_recordings(recordings, study.config["weight"]["models"]["shortest_s"])
+        except InputError as error:
+            refused.append(f"models of the treadmill: {error}")
+    return refused
 
 
 def _read_walk(study: Study, condition: str) -> None:
