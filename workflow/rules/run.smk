@@ -37,6 +37,7 @@ def succeed():
         print(f"tepsipe: of no trial of the sheet, not needed: {left[0]}{more}", file=sys.stderr)
     page = Path(config["pathvars"]["results"]) / START_PAGE
     if page.is_file():
+        sys.stdout.reconfigure(errors="backslashreplace")  # its folder may have a name that cannot be shown
         atexit.register(print, page.absolute())  # after Snakemake's own last line
 
 
