@@ -34,7 +34,7 @@ logs = " ".join(
 )
 
 # %%
-# !snakemake -c1 --quiet all -- {logs} > simulation.log 2>&1
+# !snakemake -c1 --quiet all -- {logs} > simulation.log 2>&1 || cat simulation.log
 
 # %% [markdown]
 # A function of the project's tests turns each trial into one C3D, as a motion capture
@@ -112,7 +112,7 @@ standing:
       - {label: thigh2, anterior_offset_m: -0.03, longitudinal_offset_m: 0.18}
       - {label: thigh3, anterior_offset_m: 0.03, longitudinal_offset_m: 0.06}
 """
-Path("my-person/measured.yaml").write_text(measured)
+_ = Path("my-person/measured.yaml").write_text(measured)
 
 # %% [markdown]
 # The trial sheet has one row per file. `new-study` cannot know which calibration trials
@@ -137,18 +137,17 @@ trials[["experiment", "condition", "duration_s", "log", "role", "task"]]
 # `tepsipe check` runs nothing. It names each mistake by file and line.
 
 # %%
-# !tepsipe check my-person/config.yaml my-person/measured.yaml
+# !cd my-person && tepsipe check config.yaml measured.yaml
 
 # %% [markdown]
 # The run reads the files, calibrates the treadmill, and fits the person. Without the
 # name of a table it would also draw all figures and write the report.
 
 # %%
-files = "my-person/config.yaml my-person/measured.yaml"
-table = "results/my-person/tables/estimates.csv"
+table = "results/tables/estimates.csv"
 
 # %%
-# !snakemake -c1 --quiet all --configfile {files} -- {table} > study.log 2>&1
+# !cd my-person && snakemake -c1 --quiet all --configfile config.yaml measured.yaml -- {table} > study.log 2>&1 || cat study.log
 
 # %% [markdown]
 # ## The result
@@ -157,7 +156,7 @@ table = "results/my-person/tables/estimates.csv"
 # together.
 
 # %%
-results = Path("results/my-person/tables")
+results = Path("my-person/results/tables")
 estimates = pd.read_csv(results / "estimates.csv")
 columns = ["condition", "quantity", "unit", "value", "ci_low", "ci_high", "flags"]
 joint = estimates["quantity"].isin(["B", "K"])
@@ -184,10 +183,12 @@ for name in ("stiffness_Nm_per_rad", "short_range_Nm_per_rad", "damping_Nms_per_
 # values. The moving belt loads the plate, and the load looks like torque.
 
 # %%
-task = person[
-    (person["condition"] == "relax") & (person["estimator"] == "pre-reflex-window")
+compared = person[
+    (person["condition"] == "relax")
+    & (person["estimator"] == "pre-reflex-window")
+    & person["pathway"].isin(["ankle", "ankle-compensated"])
 ]
-task[["pathway", "quantity", "value", "ci_low", "ci_high"]].round(1)
+compared[["pathway", "quantity", "value", "ci_low", "ci_high"]].round(1)
 
 # %% [markdown]
 # ## Where does the uncertainty come from?
@@ -227,7 +228,7 @@ plt.show()
 # keys.
 
 # %%
-# !tepsipe check my-person/config.yaml
+# !cd my-person && tepsipe check
 
 # %% [markdown]
 # **A damaged file.** Its own job stops with one sentence; the other trials keep their
@@ -238,7 +239,7 @@ plt.show()
 # 1. Enter the wrong height yourself, `com_height_m: 0.10`, and run again. Which jobs
 #    are repeated?
 # 2. Run the study without naming a table, and open
-#    `results/my-person/report/index.html`.
+#    `my-person/results/report/index.html`.
 # 3. Leave out one of the two directions of the pulses. Which uncertainty grows most?
 #
 # All steps and settings: [a standing person](../recordings/standing.md),
