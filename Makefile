@@ -9,10 +9,12 @@
 #
 # make PYTHON=... another interpreter: CPython 3.11 (which alone has PyBullet), 3.12 or 3.13
 
+# text of the user in a command of the shell, which takes it as it is
+quoted = '$(subst ','\'',$(1))'
 # that of the environment once there is one
 PYTHON ?= $(shell .venv/bin/python -c 'import sys; print(sys._base_executable)' 2>/dev/null || \
 	command -v python3.11 || command -v python3)
-VERSION := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null)
+VERSION := $(shell $(call quoted,$(PYTHON)) -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null)
 BIN := .venv/bin
 CORES ?= 2
 
@@ -23,7 +25,7 @@ ENGINE = $$($(BIN)/python -c 'import pybullet' 2>/dev/null || echo --configfile 
 
 # checks the configuration before Snakemake loads it, and goes on after a run that was killed
 study: environment
-	@$(BIN)/python -m workflow.run -c$(CORES) $(ENGINE) $(if $(CONFIG),--configfile $(CONFIG))
+	@$(BIN)/python -m workflow.run -c$(CORES) $(ENGINE) $(if $(value CONFIG),--configfile $(call quoted,$(value CONFIG)))
 
 # processes share the files of tests, because those of one file may change the same study; files that run a study
 # start first. Bytecode is kept where an environment keeps Python from writing it, too: without it, every process
@@ -53,20 +55,23 @@ format: environment
 	$(BIN)/python -m workflow.settings
 
 wheel-test:
-	$(PYTHON) tests/installed_wheel.py -n $(CORES)
+	$(call quoted,$(PYTHON)) tests/installed_wheel.py -n $(CORES)
 
 environment: .venv/complete-$(VERSION)
 
 .venv/complete-$(VERSION): requirements.txt pyproject.toml
+	@case "$$PWD" in *[\$$\`\"\\:]*) \
+		printf 'tepsipe: %s: expected a folder without $$, `, ", \\ and :, because scripts of an environment give its path to a shell, found one: rename it\n' "$$PWD"; exit 1;; \
+	esac
 	@case "$(VERSION)" in 3.11|3.12|3.13) ;; *) \
-		echo "tepsipe needs CPython 3.11, 3.12 or 3.13, found $(or $(VERSION),nothing that runs) at '$(PYTHON)': install one of them, or say where it is with make PYTHON=..."; exit 1;; \
+		printf "tepsipe needs CPython 3.11, 3.12 or 3.13, found $(or $(VERSION),nothing that runs) at '%s': install one of them, or say where it is with make PYTHON=...\n" $(call quoted,$(PYTHON)); exit 1;; \
 	esac
 	@if command -v uv >/dev/null; then \
-		uv venv --quiet --clear --python $(PYTHON) .venv && \
+		uv venv --quiet --clear --python $(call quoted,$(PYTHON)) .venv && \
 		uv pip install --quiet --compile-bytecode --python $(BIN)/python --require-hashes -r requirements.txt && \
 		uv pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation -e . ; \
 	else \
-		$(PYTHON) -m venv --clear .venv && \
+		$(call quoted,$(PYTHON)) -m venv --clear .venv && \
 		$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.txt && \
 		$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e . ; \
 	fi

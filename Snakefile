@@ -13,7 +13,7 @@ min_version("9.14")
 include: "workflow/rules/configuration.smk"
 
 
-configfile: "config/config.yaml"
+configfile: str(CONFIGFILES[0])
 
 
 # the preface of the HTML report
@@ -22,6 +22,8 @@ report: "report/preface.rst"
 
 # checks the configuration and the trial sheet, and says what there is to do
 include: "workflow/rules/common.smk"
+# lets one run at a time into a folder, and looks after the results of earlier ones
+include: "workflow/rules/run.smk"
 
 
 # studies with rules and a report of their own: how often intervals hold the truth (coverage), what an experiment
@@ -77,16 +79,16 @@ rule all:
     input:
         OUTPUTS,
         "<results>/report/index.html",
+        AGAIN,
 
 
 onstart:
-    runs.note_run()
+    begin()
 
 
 onsuccess:
-    runs.forget_run()
+    succeed()
 
 
 onerror:
-    runs.forget_run()
-    say_what_stopped(log)
+    fail(log)

@@ -72,7 +72,7 @@ def windowed(rng):
     angle = made.theta + noise(rng, made.theta, rng.uniform(0.001, 0.01))
     torque = made.torque + noise(rng, made.torque, rng.uniform(0.005, 0.05))
     windows = tepsipe.find_perturbations(time, belt)
-    return tepsipe.fit_impedance(time, angle, torque, perturbations=windows, bootstrap_draws=500)
+    return tepsipe.fit_impedance(time, angle, torque, perturbations=windows)
 
 
 def recorded(rng):
@@ -121,7 +121,7 @@ def output_error(rng):
     time, positions, belt, windows, markers = markers_of(rng)
     motion = tepsipe.segment_motion(time, positions, markers, LEG.com_m, labels=LABELS)
     foot = positions[:, :2, 0].mean(axis=1)
-    return tepsipe.fit_output_error(motion, foot, belt, LEG, perturbations=windows, bootstrap_draws=500)
+    return tepsipe.fit_output_error(motion, foot, belt, LEG, perturbations=windows)
 
 
 def likelihood(rng):

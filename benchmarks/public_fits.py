@@ -72,9 +72,7 @@ class Trial:
         """Positions y, z (m), shape (n, 8, 2), and logged velocity of the belt (m/s)."""
         across, along = np.vstack([np.zeros((3, 2)), LAYOUT_M]).T
         cosine, sine = np.cos(self.motion.theta), np.sin(self.motion.theta)
-        # the simulation takes the velocity as straight between its samples
-        foot = scipy.integrate.cumulative_trapezoid(self.velocity, self.time, initial=0.0)
-        y = foot[:, None] + np.outer(cosine, across) + np.outer(sine, along)
+        y = self.motion.foot_y[:, None] + np.outer(cosine, across) + np.outer(sine, along)
         z = np.outer(cosine, along) - np.outer(sine, across)
         positions = np.stack([y, z], axis=2)
         positions = positions + MARKER_NOISE_M * rng.standard_normal(positions.shape)
@@ -136,9 +134,7 @@ def likelihood(trial: Trial, softening: bool) -> Simulated:
     return fit
 
 
-def admittance(
-    periodic: bool, noise: float, seconds: float = 60.0, rate_hz: float = 250.0, **how
-) -> Simulated:
+def admittance(periodic: bool, noise: float, **how) -> Simulated:
     """`fit_admittance` of a response to a multisine with a period of 10 s, or to a random torque."""
     rate_hz, count = 250.0, 15000
     time = np.arange(count) / rate_hz

@@ -41,15 +41,16 @@ LONGEST_END_S = 2.0
 class Executor(RealExecutor):
     """Starts a process per job, and tells Snakemake when it has ended."""
 
+    in_use = False  # whether this executor runs the jobs of this Snakemake
+
     def __post_init__(self):
-        self.root = Path(self.workflow.main_snakefile).resolve().parent
+        Executor.in_use = True
         self.processes = multiprocessing.get_context("forkserver" if FORKS else "spawn")
         self.at_work = {}  # thread that waits for a job -> process of the job
         self.lock = threading.Lock()
+        self.serves = False  # whether the fork server has been started
         if FORKS:
             self.processes.set_forkserver_preload(list(PRELOADED))
-            with contextlib.chdir(self.root):  # the modules of this Snakefile, not of another folder
-                forkserver.ensure_running()
 
     def run_job(self, job):
         """Start the process of a job, and a thread that waits for it."""
@@ -59,7 +60,11 @@ class Executor(RealExecutor):
         if job.is_norun:  # the rule of all outputs has no script
             self.report_job_success(info)
             return
-        script = self.root / "workflow" / "scripts" / Path(str(job.rule.script)).name
+        script = (Path(job.rule.snakefile).parent / str(job.rule.script)).resolve()
+        if not self.serves and FORKS:  # before there are other threads, which would see another folder
+            with contextlib.chdir(script.parents[2]):  # where it finds the modules of this checkout
+                forkserver.ensure_running()
+        self.serves = True
         process = self.processes.Process(
             target=run_script, args=(script, Path.cwd(), _seen_by_the_script(job))
         )
@@ -136,6 +141,9 @@ def run_script(script: Path, folder: Path, snakemake: SimpleNamespace) -> None:
     sys.argv = [str(script)]
     try:
         runpy.run_path(str(script), {"snakemake": snakemake}, run_name="__main__")
+        from workflow.support.made import end_job  # of the Snakefile that runs
+
+        end_job(snakemake)
     except (Exception, KeyboardInterrupt):
         sys.excepthook(*sys.exc_info())
         sys.exit(FAILED)

@@ -213,7 +213,9 @@ def number(value: object, name: str, within: Range) -> float | int:
     """
     given = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
     try:
-        x = float(given) if isinstance(given, Real) and not isinstance(given, bool | np.bool_) else math.nan
+        # a duration of NumPy passes for an integer
+        number = isinstance(given, Real) and not isinstance(given, bool | np.bool_ | np.timedelta64)
+        x = float(given) if number else math.nan
     except OverflowError:
         x = math.inf
     if not within.holds(x) or (within.whole and not isinstance(given, Integral)):
@@ -255,7 +257,10 @@ def several(values: object) -> list | None:
     """Elements of a sequence or another iterable; None for a text, a mapping, or one value."""
     if isinstance(values, str | bytes | Mapping) or not isinstance(values, Iterable):
         return None
-    return None if getattr(values, "ndim", 1) == 0 else list(values)
+    try:
+        return None if getattr(values, "ndim", 1) == 0 else list(values)
+    except TypeError:  # a sparse matrix, for example
+        return None
 
 
 def texts(values: object, name: str) -> list[str]:
@@ -593,7 +598,7 @@ def _numbers(values: object, name: str) -> np.ndarray:
         if x.dtype.kind not in "fiu":
             raise TypeError(f"{x.dtype} is no real number")
         x = x.astype(float)
-    except (TypeError, ValueError, AttributeError, RecursionError) as error:
+    except Exception as error:  # an object of another package may raise anything when it is converted
         raise InputError(
             f"{name}: expected an array of numbers, found {_kind(values, error)}: correct it"
         ) from error

@@ -7,16 +7,20 @@ is at work.
 """
 
 import argparse
+import contextlib
+import errno
 import os
+import shutil
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from shlex import quote
 
 from tepsipe import __version__
-from tepsipe.errors import InputError, listed, quoted
+from tepsipe.errors import InputError, listed, printable, quoted
 from tepsipe.reporting.plan_arguments import add_plan
-from tepsipe.reporting.terminal import Parser, add_json, print_json, progress
+from tepsipe.reporting.terminal import Parser, add_json, add_strict, print_json, progress
 
 # packages that only the study needs: name -> module
 STUDY_PACKAGES = {"pydantic": "pydantic", "PyYAML": "yaml", "snakemake": "snakemake"}
@@ -35,6 +39,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         0, 2 where the input cannot be used, or 3 where ``--strict`` is given and there are notes.
     """
+    for stream in (
+        sys.stdout,
+        sys.stderr,
+    ):  # a character that the terminal does not have is shown by its code
+        with contextlib.suppress(AttributeError):
+            stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
     parser = _parser()
     if "_ARGCOMPLETE" in os.environ:  # the shell asks for completions
         import argcomplete
@@ -52,21 +62,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the output has been closed
         return 0
     except OSError as error:
-        print(
-            f"tepsipe: {error.filename}: {error.strerror}: check the path and its permissions",
-            file=sys.stderr,
-        )
+        print(f"tepsipe: {printable(_refused_by_the_system(error))}", file=sys.stderr)
         return 2
     for note in notes:
         print(f"tepsipe: note: {note}", file=sys.stderr)
     return 3 if notes and chosen.strict else 0
 
 
+def _refused_by_the_system(error: OSError) -> str:
+    """Sentence about what the operating system has refused."""
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        return f"{error.filename or 'output'}: expected space to write to, found the disk full: free some"
+    if error.filename is None and isinstance(error, FileNotFoundError):
+        return "expected a working directory, found that it was removed: change to a folder that exists"
+    return f"{error.filename or 'system'}: {error.strerror}: check the path and its permissions"
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = Parser(prog="tepsipe", description="Impedance of a joint: inertia, damping, stiffness.")
     parser.add_argument("--version", action="version", version=f"tepsipe {__version__}")
     parser.set_defaults(command=None, strict=False)
-    commands = parser.add_subparsers(title="commands", metavar="")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND")
     _add_fit(commands)
     _add_calibrate(commands)
     _add_info(commands)
@@ -133,7 +149,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
         help="write PREFIX.csv and PREFIX.png; default: the table's name with _fit",
     )
     add_json(fit)
-    fit.add_argument("--strict", action="store_true", help="return 3 if there are notes on the result")
+    add_strict(fit)
     fit.set_defaults(command=_fit)
 
 
@@ -163,6 +179,7 @@ def _add_calibrate(commands: argparse._SubParsersAction) -> None:
         help="write PREFIX.json, PREFIX.csv and PREFIX.png; default treadmill_models",
     )
     add_json(calibrate)
+    add_strict(calibrate)
     calibrate.set_defaults(command=_calibrate)
 
 
@@ -324,7 +341,7 @@ def _fit(chosen: argparse.Namespace) -> tuple[str, ...]:
     return notes
 
 
-def _calibrate(chosen: argparse.Namespace) -> None:
+def _calibrate(chosen: argparse.Namespace) -> tuple[str, ...]:
     from tepsipe.experiments.belt import calibrate_treadmill
     from tepsipe.ingest.belt_table import BeltTableOptions, ingest_belt_table
     from tepsipe.io.contents import table_columns
@@ -360,8 +377,9 @@ def _calibrate(chosen: argparse.Namespace) -> None:
         content["scores"] = [vars(score) for score in calibration.scores]
         content["calibrated"] = next(iter(calibration.models.values())).calibrated
         print_json(content | {"written": [models, csv, png]})
-        return
-    print(f"{calibration.summary()}\n\nwritten: {models}, {csv}, {png}")
+    else:
+        print(f"{calibration.summary(notes=False)}\n\nwritten: {models}, {csv}, {png}")
+    return calibration.notes
 
 
 def _info(chosen: argparse.Namespace) -> None:
@@ -391,22 +409,28 @@ def _info(chosen: argparse.Namespace) -> None:
 def _new_study(chosen: argparse.Namespace) -> None:
     from tepsipe.new_study.study import FILES, new_study
 
+    checkout = _checkout()
     with progress(f"looking into {chosen.folder}"):
-        made = new_study(chosen.folder, chosen.name, chosen.output)
+        made = new_study(chosen.folder, chosen.name, chosen.output, checkout)
     for experiment, count in made.trials.items():
         print(f"{experiment}: {count} {'trial' if count == 1 else 'trials'}")
     if made.left:
         print(f"files that are not used: {len(made.left)}, see {FILES[2]}")
     print(f"written to {made.folder}: {', '.join(made.files)}")
     print(f"assumed, to be checked: {made.assumed}, see {FILES[2]}")
-    config = made.folder / FILES[1]
     if made.missing:
         print(f"next: fill in what {made.folder / FILES[2]} lists (items: {made.missing}), then")
-    if not Path("Snakefile").is_file():
-        config = config.resolve()
-        print("in the folder of tepsipe's Snakefile (its README: two commands), run")
-    for command in ("tepsipe check", "snakemake -n --configfile", "snakemake -c2 --configfile"):
-        print(f"  {command} {config}")
+    if checkout is None:
+        print(
+            "to run the study: get the repository from which tepsipe was installed, because pip leaves out "
+            "the rules, run make in it, and its .venv/bin/tepsipe new-study with another --output"
+        )
+        return
+    commands = Path(sys.executable).parent
+    for command in (f"cd {quote(str(made.folder))}", "tepsipe check", "snakemake -n", "snakemake -c2"):
+        name, _, options = command.partition(" ")
+        known = name == "cd" or shutil.which(name) == str(commands / name)
+        print(f"  {name if known else quote(str(commands / name))} {options}".rstrip())
 
 
 def _plan(chosen: argparse.Namespace) -> None:
@@ -461,15 +485,21 @@ def _picture(file: Path, wanted: Path) -> Path:
     return png
 
 
+def _checkout() -> Path | None:
+    """Checkout of the repository: the current folder, or the one that this library belongs to, if any."""
+    folders = (Path.cwd(), Path(__file__).parents[1])
+    return next((folder for folder in folders if (folder / "workflow/check.py").is_file()), None)
+
+
 def _check(chosen: argparse.Namespace) -> None:
     import subprocess
     from importlib.util import find_spec
 
-    if not Path("workflow/check.py").is_file():
+    checkout = _checkout()
+    if checkout is None:
         raise InputError(
-            f"tepsipe check: expected the folder of the study, with Snakefile and workflow, found "
-            f"{Path.cwd()}: run it there, in a copy of tepsipe's repository, because pip installs only the "
-            "library"
+            "tepsipe check: expected a checkout of tepsipe's repository, found the library that pip installs "
+            "without the rules of studies: get the repository, run make in it, and use its .venv/bin/tepsipe"
         )
     missing = [name for name, package in STUDY_PACKAGES.items() if find_spec(package) is None]
     if missing:
@@ -477,9 +507,12 @@ def _check(chosen: argparse.Namespace) -> None:
             f"tepsipe check: expected the packages of the study, found no {', '.join(missing)}: install them "
             "with pip install '.[study]', or run make"
         )
-    done = subprocess.run(
-        [sys.executable, "-m", "workflow.check", *chosen.files], stderr=subprocess.PIPE, text=True
-    )
+    # in a study elsewhere its own configuration, in a checkout the shipped one
+    own = [name for name in ("config.yaml",) if checkout != Path.cwd() and Path(name).is_file()]
+    command = [sys.executable, "-P", "-m", "workflow.check", *(chosen.files or own)]
+    environment = dict(os.environ, PYTHONPATH=str(checkout), PYTHONIOENCODING="utf-8:backslashreplace")
+    done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", env=environment)
+    print(done.stdout, end="")
     if done.returncode:
         raise InputError(done.stderr.strip().split("\n")[-1].removeprefix("tepsipe: "))
 

@@ -6,8 +6,17 @@ class InputError(ValueError):
 
     The message is one sentence for the person who recorded the data: it names the file or the
     quantity, what was expected, what was found and what to do. It is raised by every reader
-    and by every step that could otherwise return a silent NaN.
+    and by every step that could otherwise return a silent NaN. Line breaks and control characters, as in
+    the name of a file, are shown by their hexadecimal codes.
     """
+
+    def __str__(self) -> str:
+        return printable(super().__str__())
+
+
+def printable(text: str) -> str:
+    """Text on one line: characters that cannot be printed as their escapes."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def quoted(text: object, length: int = 60) -> str:

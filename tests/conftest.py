@@ -166,6 +166,7 @@ def study(tmp_path_factory):
         project = copy_project(folder / "project")
         run = users_snakemake(project)
         assert run.returncode == 0, run.stdout + run.stderr
+        assert run.stdout.splitlines()[-1] == str(project / "results/report/index.html")
         (folder / "digests.json").write_text(json.dumps(digests(project / "results")))
 
     return made_once(tmp_path_factory, "study", make) / "project"

@@ -10,6 +10,7 @@ import math
 
 import h5py
 import numpy as np
+import scipy.sparse
 from misuse import (
     constant,
     copied,
@@ -28,6 +29,14 @@ from misuse import (
 import tepsipe
 
 NAN, INF = math.nan, math.inf
+
+
+class Unconvertible:
+    """Object of another package that fails when it is converted."""
+
+    def __array__(self, *_, **__):
+        raise RuntimeError("no numbers here")
+
 
 REFUSED = [
     # samples: kind, shape, gaps
@@ -56,6 +65,10 @@ REFUSED = [
     ("fit_impedance", {"torque": from_other("angle")}, "the same samples in both"),
     ("fit_impedance", {"angle": from_other("torque")}, "the same samples in both"),
     ("fit_impedance", {"angle": from_other("time")}, "the same samples in both"),
+    ("fit_impedance", {"angle": lambda x: Unconvertible()}, "Unconvertible: no numbers here"),
+    ("fit_impedance", {"cutoff_hz": np.timedelta64(3, "s")}, "cutoff_hz: expected"),
+    ("fit_impedance", {"perturbations": lambda x: scipy.sparse.eye(3)}, "perturbations: expected"),
+    ("calibrate_treadmill", {"train": np.array(1.0)}, "expected recordings"),
     # units
     ("fit_impedance", {"angle": signal("furlong")}, "deg, mrad, rad"),
     ("fit_impedance", {"angle": signal("Nm")}, "'Nm'"),

@@ -152,6 +152,16 @@ def test_calibrate_writes_models_scores_and_figure(capsys, tmp_path):
     assert contents_of("belt.json").kind == "treadmill models"
     said = refused(capsys, "calibrate", "run1.txt", "run1.txt")
     assert "two separate recordings" in said
+    # a test at twice the speed lies outside the range of the calibration
+    time, moment, velocity = np.loadtxt("run2.txt", skiprows=1).T
+    header = "Time (s)\tMoment (Nm)\tVelocity (m/s)"
+    fast = np.column_stack([time, moment, 2.0 * velocity])
+    np.savetxt("fast.txt", fast, delimiter="\t", header=header, comments="")
+    assert main(["calibrate", "run1.txt", "fast.txt", "--output", "belt", "--strict"]) == 3
+    printed = capsys.readouterr()
+    assert printed.err.count("tepsipe: note: ") == 1
+    assert "fast.txt" in printed.err
+    assert "Note:" not in printed.out
 
 
 def test_refusals_are_one_sentence(table, capsys, tmp_path):
@@ -278,7 +288,7 @@ def test_results_are_printed_as_json(table, capsys):
 
 
 def test_check_says_where_to_run_and_what_to_install(capsys, tmp_path, monkeypatch):
-    assert "tepsipe's repository" in refused(capsys, "check")
+    assert "expected the trial sheet, found no file" in refused(capsys, "check")  # not the checkout's folder
     (tmp_path / "workflow").mkdir()
     (tmp_path / "workflow/check.py").touch()
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)

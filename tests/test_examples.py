@@ -37,6 +37,19 @@ def test_own_arrays(root, tmp_path):
     assert "K," in (tmp_path / "own_arrays.csv").read_text()
 
 
+def test_readme_prints_what_it_shows(root, tmp_path, monkeypatch, capsys):
+    text = (root / "README.md").read_text(encoding="utf-8")
+    (code,) = [
+        block for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "load_example" in block
+    ]
+    shown = re.findall(r"^ *(\w = .* in truth)$", text, re.MULTILINE)
+    monkeypatch.chdir(tmp_path)
+    exec(compile(code, "README.md", "exec"), {})
+    printed = capsys.readouterr().out
+    assert len(shown) == 3
+    assert all(line in printed for line in shown)
+
+
 def test_human_joint(root, tmp_path):
     text = run(root, tmp_path, "human_joint")
     ((value, _, _),) = stiffness(text)

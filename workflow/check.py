@@ -3,29 +3,37 @@
 import sys
 
 from tepsipe.errors import InputError
+from workflow.support import made
+from workflow.support.experiments import EXPERIMENTS
 from workflow.support.start import (
-    DEFAULTS,
     checked_sections,
     checked_study,
     merged_settings,
+    shipped,
     with_its_file,
 )
 
 
 def main(files: list[str]) -> int:
     """Say what the study holds, or in one sentence why it cannot run; 0 or 2."""
-    configfiles, config = [DEFAULTS, *files], {}
+    configfiles, config = [shipped(), *files], {}
     try:
         config = merged_settings(configfiles)
         study = checked_study(config, configfiles)
         for key in ("virtual_lab", "reported"):
             checked_sections(config, key)
+        found = made.changes(config["pathvars"]["logs"])
+        made.refuse_edited(found)
     except InputError as error:
         print(f"tepsipe: {with_its_file(error, config, configfiles)}", file=sys.stderr)
         return 2
     counts = ", ".join(f"{len(study.conditions(name))} of {name}" for name in study.experiments)
-    print(f"{files[-1] if files else DEFAULTS}: {len(study.trials)} trials ({counts})")
+    print(f"{files[-1] if files else shipped()}: {len(study.trials)} trials ({counts})")
     print(f"trial sheet: {config['study']['trial_sheet']}; results: {config['pathvars']['results']}")
+    left = made.of_no_trial(config["pathvars"]["logs"], study.trials, EXPERIMENTS)
+    for what, paths in (("missing or damaged", found.missing + found.damaged), ("of no trial", left)):
+        if paths:
+            print(f"results that are {what}: {len(paths)}, for example {paths[0]}")
     return 0
 
 

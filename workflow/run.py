@@ -9,14 +9,11 @@ import argparse
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 from tepsipe.errors import InputError
 from workflow.support import runs
-from workflow.support.start import DEFAULTS
+from workflow.support.start import shipped
 from workflow.support.yaml_file import read_settings
-
-LONGEST_WAIT_S = 1800.0
 
 
 def main(arguments: list[str]) -> int:
@@ -26,10 +23,9 @@ def main(arguments: list[str]) -> int:
     chosen, others = parser.parse_known_args(arguments)
     configured = ["--configfile", *chosen.configfile] if chosen.configfile else []
     try:
-        for path in [DEFAULTS, *chosen.configfile]:
+        for path in [shipped(), *chosen.configfile]:
             read_settings(path)
-        _refuse_another_run()
-        _wait_for_jobs()
+        runs.begin()
     except InputError as error:
         print(f"tepsipe: {error}", file=sys.stderr)
         return 2
@@ -44,34 +40,6 @@ def main(arguments: list[str]) -> int:
             return done.returncode
         runs.forget_run()
     os.execv(sys.executable, [*snakemake, *others, "--rerun-incomplete", *configured])
-
-
-def _refuse_another_run() -> None:
-    alive, other = runs.runs_alive(), runs.elsewhere()
-    if alive:
-        raise InputError(
-            f"{Path.cwd()}: expected no other run in this folder, found process {alive[0]} at work: wait for "
-            f"it, or stop it with kill {alive[0]}"
-        )
-    if other:
-        raise InputError(
-            f"{Path.cwd()}: expected no other run in this folder, found one on {other}: wait for it; if it "
-            f"has been killed, remove {runs.NOTE}"
-        )
-
-
-def _wait_for_jobs() -> None:
-    alive = runs.jobs_alive()
-    if not alive:
-        return
-    print(
-        f"tepsipe: {len(alive)} jobs of a run that was killed are at work: waiting for them", file=sys.stderr
-    )
-    if not runs.wait_for_jobs(LONGEST_WAIT_S):
-        raise InputError(
-            f"{Path.cwd()}: expected jobs of the run that was killed to end, found process {alive[0]} at "
-            f"work after {LONGEST_WAIT_S / 60:.0f} minutes: stop it with kill {alive[0]}, then run again"
-        )
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Calibrate a treadmill from recordings of an unloaded, accelerated belt: arrays in, models out."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,6 +18,7 @@ from tepsipe.arguments import (
     regular_rate,
     same_length,
     samples,
+    several,
     texts,
 )
 from tepsipe.errors import InputError, listed, quoted, refuse_other_kind
@@ -153,14 +154,9 @@ class TreadmillCalibration:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Tests outside the calibrated range, and models that use the measured load: one sentence each."""
+        """One sentence for each test recording outside the calibrated range."""
         ranges = next(iter(self.models.values())).calibrated
         notes = [leaving(test, ranges) for test in self.tests.values()] if ranges is not None else []
-        if "ripple-tracking" in self.models:
-            notes.append(
-                "ripple-tracking follows the measured load and so does not only predict it: use it with the "
-                "empty belt, or with a load whose spectral lines are far from those of the rollers"
-            )
         return tuple(note for note in notes if note)
 
     def compensate(self, recording: BeltRecording, model: str | None = None) -> np.ndarray:
@@ -210,15 +206,18 @@ class TreadmillCalibration:
 
         return pd.DataFrame([vars(score) for score in self.scores])
 
-    def summary(self) -> str:
-        """Table of the scores, as text (unit of the load)."""
+    def summary(self, *, notes: bool = True) -> str:
+        """Table of the scores, as text (unit of the load), with the notes unless ``notes`` is False."""
         unit = self.scores[0].unit
         lines = [f"{'model':<20}{'test':<20}{'R2':>8}{'limit':>8}{f'RMS before and after ({unit})':>30}"]
         for s in self.scores:
             star = "" if s.converged else " *"
             rms = f"{s.rms_before:.3f} -> {s.rms_after:.3f}"
             lines.append(f"{s.model:<20}{s.test:<20}{s.r2:>8.4f}{s.r2_limit:>8.4f}{rms:>30}{star}")
-        return "\n".join([*lines, *self._remarks(), *(f"Note: {note}." for note in self.notes)])
+        lines += self._remarks()
+        if notes:
+            lines += [f"Note: {note}." for note in self.notes]
+        return "\n".join(lines)
 
     def _remarks(self) -> list[str]:
         lines = [
@@ -234,6 +233,11 @@ class TreadmillCalibration:
                 f"the highest in cross-validation within the calibration "
                 f"({self.validated[self.recommended]:.4f} of {max(self.validated.values()):.4f}). The tests "
                 "were not used to choose it."
+            )
+        if "ripple-tracking" in self.models:
+            lines.append(
+                "ripple-tracking follows the measured load, so it does not only predict it. Use it with the "
+                "empty belt, or with a load whose spectral lines are far from those of the rollers."
             )
         return lines
 
@@ -284,7 +288,8 @@ class TreadmillCalibration:
 
 def _recordings(given: object, what: str) -> list[BeltRecording]:
     """Recordings as a list, refused where one is something else."""
-    found = [given] if isinstance(given, BeltRecording) or not isinstance(given, Iterable) else list(given)
+    found = several(given)
+    found = [given] if found is None else found
     others = [each for each in found if not isinstance(each, BeltRecording)]
     if others or not found:
         raise InputError(

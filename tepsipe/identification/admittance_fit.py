@@ -200,12 +200,13 @@ def _fit(function, estimate, bounds, start, scale, tolerance) -> AdmittanceFit:
     )
 
 
-def error_of_misfit(fit: AdmittanceFit, estimate: FrequencyResponse) -> np.ndarray:
+def error_of_misfit(fit: AdmittanceFit, estimate: FrequencyResponse) -> tuple[np.ndarray, np.ndarray]:
     """Standard error of a fit with unequal residuals that include model errors.
 
     Every frequency has its own variance, from its own residual (White's estimator, HC3): noise and
     the distortions of a joint that is not linear differ between frequencies, and distortions repeat in every
-    period.
+    period. Few frequencies near the resonance may determine a parameter, so that its variance has few degrees
+    of freedom (Satterthwaite; Bell and McCaffrey 2002).
 
     Parameters
     ----------
@@ -216,8 +217,10 @@ def error_of_misfit(fit: AdmittanceFit, estimate: FrequencyResponse) -> np.ndarr
 
     Returns
     -------
-    ndarray, shape (3,)
+    errors : ndarray, shape (3,)
         Standard errors of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+    freedom : ndarray, shape (3,)
+        Degrees of freedom of their squares, at most ``fit.degrees_of_freedom``.
     """
     steps = 1e-5 * np.diag(TYPICAL)
     jacobian = np.column_stack(
@@ -230,9 +233,14 @@ def error_of_misfit(fit: AdmittanceFit, estimate: FrequencyResponse) -> np.ndarr
     leverage = np.einsum("ni,ij,nj->n", jacobian, inverse, jacobian)
     squares = (residuals(fit.parameters, estimate) / np.maximum(1.0 - leverage, 1e-6)) ** 2
     # gain and phase of a frequency have one variance
-    squares = np.tile(squares.reshape(2, -1).mean(axis=0), 2)
-    covariance = inverse @ (jacobian.T * squares) @ jacobian @ inverse
-    return np.sqrt(np.diag(covariance)) * TYPICAL
+    squares = squares.reshape(2, -1).mean(axis=0)
+    # terms of the three variances, shape (n, 3): a sum of n variances with two degrees of freedom each
+    terms = squares[:, None] * ((jacobian @ inverse) ** 2).reshape(2, -1, 3).sum(axis=0)
+    variance = terms.sum(axis=0)
+    # the mean square of a variance estimated with two degrees of freedom is twice the square of the variance
+    fourth = np.maximum(0.5 * (terms**2).sum(axis=0), np.finfo(float).tiny)
+    freedom = np.clip(2.0 * (variance**2 - fourth) / fourth, 1.0, fit.degrees_of_freedom)
+    return np.sqrt(variance) * TYPICAL, freedom
 
 
 def change_by_smearing(fit: AdmittanceFit, estimate: FrequencyResponse, bounds: Bounds) -> np.ndarray:

@@ -243,7 +243,7 @@ def fit_output_error(
         belt_velocity=belt,
     )
     result = estimate(OUTPUT_ERROR, record)
-    budget = leg_budget(result, None, LegUncertainty(leg, None, sources, motion), {})
+    budget = leg_budget(result, None, LegUncertainty(leg, None, sources, motion))
     fit = ImpedanceFit(
         estimator=OUTPUT_ERROR,
         quantities=quantities_of(_of_joint(result.mean), UNITS, budget, confidence)

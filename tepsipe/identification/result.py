@@ -98,7 +98,7 @@ class Curve:
     label : str
         Quantity and unit.
     shaded : ndarray, shape (w, 2)
-        Intervals of ``x`` that were fitted (unit of ``x``); empty if all of it was.
+        Perturbations within ``x`` (s), in order; empty if there are none.
     """
 
     x: np.ndarray
@@ -106,6 +106,10 @@ class Curve:
     predicted: np.ndarray
     label: str
     shaded: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
+
+
+# part of a record that is drawn around the onset of a perturbation (s)
+BEFORE_S, AFTER_S = 0.1, 1.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -274,6 +278,9 @@ class ImpedanceFit:
     def plot(self, ax: "Axes | Sequence[Axes] | None" = None) -> "Figure":
         """Measured and predicted signal, or gain and phase of a response, as a matplotlib figure.
 
+        Perturbations are drawn on top of each other, from 0.1 s before their onset; the part that was fitted
+        is shaded.
+
         Parameters
         ----------
         ax : matplotlib Axes, optional
@@ -406,11 +413,23 @@ def _digits(x: float, error: float | None) -> str:
 
 def _draw_signal(axes, curve: Curve) -> None:
     (axis,) = axes
-    for low, high in curve.shaded:
-        axis.axvspan(low, high, color="0.9", linewidth=0.0)
-    axis.plot(curve.x, curve.measured, color="0.45", linewidth=1.8, label="measured")
-    axis.plot(curve.x, curve.predicted, color="#c8371b", linewidth=0.8, label="predicted")
-    axis.set(xlabel="Time (s)", ylabel=curve.label)
+    if len(curve.shaded):
+        # all perturbations on top of each other; those that follow within a second are cut there
+        starts, ends = curve.shaded.T
+        after = min(AFTER_S, float(np.diff(starts).min(initial=np.inf)) - BEFORE_S)
+        axis.axvspan(0.0, float(np.median(ends - starts)), color="0.9", linewidth=0.0)
+        spans = [slice(*np.searchsorted(curve.x, (t - BEFORE_S, t + after))) for t in starts]
+        axis.set(xlabel="Time after the onset (s)", ylabel=curve.label)
+    else:
+        starts, spans = [0.0], [slice(None)]
+        axis.set(xlabel="Time (s)", ylabel=curve.label)
+    for signal, colour, width, label in (
+        (curve.measured, "0.45", 1.8, "measured"),
+        (curve.predicted, "#c8371b", 0.8, "predicted"),
+    ):
+        for k, (start, span) in enumerate(zip(starts, spans, strict=True)):
+            name = label if k == 0 else None
+            axis.plot(curve.x[span] - start, signal[span], color=colour, linewidth=width, label=name)
     axis.legend(loc="upper right", frameon=False)
 
 

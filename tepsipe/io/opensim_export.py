@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tepsipe.errors import InputError, listed
+from tepsipe.errors import InputError, listed, printable, quoted
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 
@@ -49,10 +49,22 @@ class Storage:
 
 
 def write_storage(storage: Storage, path: str | Path) -> None:
-    """Write a .mot or .sto file (units as in `Storage`), ten significant digits."""
+    """Write a .mot or .sto file (units as in `Storage`), ten significant digits.
+
+    Raises
+    ------
+    InputError
+        If the name of a column is empty, or holds white space, which separates the columns.
+    """
     columns = {"time": storage.time, **storage.columns}
+    for column in columns:
+        if not column.isprintable() or column.split() != [column]:
+            raise InputError(
+                f"{path}: expected names of columns without white space, found {quoted(column)}: give the "
+                "coordinate as the OpenSim model names it, for example ankle_angle_r"
+            )
     head = [
-        Path(storage.name).name,
+        printable(Path(storage.name).name),
         "version=1",
         f"nRows={storage.time.size}",
         f"nColumns={len(columns)}",

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tepsipe.errors import InputError
+from tepsipe.errors import InputError, printable
 from tepsipe.io.contents import contents_of
 from tepsipe.io.described import Channel, Contents
 
@@ -111,6 +111,9 @@ def look_at(folder: Path, left_out: Path | None = None) -> list[Found]:
 
 
 def _found(path: Path, name: str) -> Found:
+    if not name.isprintable():
+        why = "its name holds a line break or another character that is none: rename it"
+        return Found(path, printable(name), "other", None, None, {}, why)
     try:
         contents = contents_of(path)
     except InputError as error:

@@ -1,5 +1,6 @@
 """Write trial sheet, configuration and list of what is missing for a folder of recordings."""
 
+import json
 import os
 import re
 from dataclasses import dataclass
@@ -17,6 +18,29 @@ from tepsipe.new_study.treadmill_trials import Seen, seen_in
 from tepsipe.new_study.walking_plan import plan_walking
 
 FILES = ("trials.tsv", "config.yaml", "MISSING.md")
+# with which Snakemake runs the study in its own folder, by the rules of a checkout
+RULES, PROFILE = "Snakefile", "profiles/default/config.yaml"
+SNAKEFILE = """\
+# `snakemake -c2` in this folder runs the study by the rules of tepsipe.
+module tepsipe:
+    snakefile:
+        {snakefile}
+
+
+use rule * from tepsipe
+
+
+onstart:
+    tepsipe.begin()
+
+
+onsuccess:
+    tepsipe.succeed()
+
+
+onerror:
+    tepsipe.fail(log)
+"""
 OF_TABLES = {
     "manipulator log": "wristalyzer",
     "position table": "position_manipulator",
@@ -66,7 +90,12 @@ class NewStudy:
     left: list[Found]
 
 
-def new_study(folder: str | Path, name: str | None = None, output: str | Path | None = None) -> NewStudy:
+def new_study(
+    folder: str | Path,
+    name: str | None = None,
+    output: str | Path | None = None,
+    checkout: str | Path | None = None,
+) -> NewStudy:
     """Write `FILES`, and a table of the participants if there are several, for the recordings in a folder.
 
     Parameters
@@ -77,6 +106,9 @@ def new_study(folder: str | Path, name: str | None = None, output: str | Path | 
         Name of the study: letters, digits, dots and hyphens; by default that of the folder.
     output : str or Path, optional
         Folder to write to; by default one with the study's name in the current folder.
+    checkout : str or Path, optional
+        Checkout of tepsipe's repository whose rules run the study: a Snakefile that includes them, and its
+        profile, are written, too.
 
     Returns
     -------
@@ -108,11 +140,13 @@ def new_study(folder: str | Path, name: str | None = None, output: str | Path | 
     people = participants_of(groups)
     table = plan_people(plan, groups, people, seen)
     if table:
-        plan.put("study.participants", _here(output / TABLE), "by the names of the files")
+        plan.put("study.participants", TABLE, "by the names of the files")
     rows, missing = rows_of(groups, seen, people)
     plan.missing[:0] = missing
-    texts = (sheet_text(rows, groups), _config_text(plan, name, output), _missing_text(plan, groups, unused))
+    texts = (sheet_text(rows, groups), _config_text(plan, name), _missing_text(plan, groups, unused))
     written = dict(zip(FILES, texts, strict=True)) | ({TABLE: table} if table else {})
+    if checkout is not None:
+        written |= _files_of_snakemake(Path(checkout), output)
     _write(output, written)
     counts = {e: sum(g.experiment == e for g in groups) for e in ORDER}
     return NewStudy(
@@ -142,7 +176,7 @@ def _output(folder: Path, name: str, output: str | Path | None) -> Path:
         if output.resolve() == folder.resolve():
             output = Path(f"{name}-study")
     output = Path(output)
-    for file in (*FILES, TABLE):
+    for file in (*FILES, TABLE, RULES, PROFILE):
         if (output / file).exists():
             raise InputError(
                 f"{output / file}: expected no such file, found one: choose another --output, or remove it"
@@ -152,24 +186,34 @@ def _output(folder: Path, name: str, output: str | Path | None) -> Path:
     return output
 
 
-def _here(path: Path) -> str:
-    """Path as written in a study: relative if it is below the current folder, with slashes."""
-    relative = Path(os.path.relpath(path.resolve(), Path.cwd()))
-    return (path.resolve() if relative.parts[:1] == ("..",) else relative).as_posix()
+def _from(output: Path, path: Path) -> str:
+    """Path as written in a study, with slashes: relative if it lies in a folder around the study's files."""
+    path, output = path.resolve(), output.resolve()
+    near = output in path.parents or path.parent in output.parents
+    return Path(os.path.relpath(path, output) if near else path).as_posix()
+
+
+def _files_of_snakemake(checkout: Path, output: Path) -> dict[str, str]:
+    """Snakefile and profile of a study: name -> text."""
+    profile = (checkout / PROFILE).read_text(encoding="utf-8")
+    return {
+        RULES: SNAKEFILE.format(snakefile=json.dumps(_from(output, checkout / RULES), ensure_ascii=False)),
+        PROFILE: f"{profile}configfile: [{FILES[1]}] # in the folder of the study\n",
+    }
 
 
 def _plan_study(plan: Plan, folder: Path, name: str, output: Path) -> None:
     plan.put("study.name", name, "of the report")
     plan.put("study.title", f"Recordings of {name}", "of the report")
-    plan.put("study.trial_sheet", _here(output / FILES[0]))
-    plan.put("study.recordings_folder", _here(folder), "base of the paths in the trial sheet")
+    plan.put("study.trial_sheet", FILES[0])
+    plan.put("study.recordings_folder", _from(output, folder), "base of the paths in the trial sheet")
     plan.assume(
         "study.recordings_source", None, "unknown", "who recorded the trials, where and when: in the report"
     )
     plan.put("study.virtual_lab", None, "all trials are recordings")
     plan.put("study.reported", None, "no comparison with the thesis")
-    plan.put("pathvars.results", f"results/{name}")
-    plan.put("pathvars.logs", f"results/{name}/logs")
+    plan.put("pathvars.results", "results")
+    plan.put("pathvars.logs", "results/logs")
 
 
 def _experiments(groups: list[Group], unused: list[Found], folder: str) -> dict[str, Seen]:
@@ -220,14 +264,13 @@ def _reasons(unused: list[Found]) -> str:
     return "; ".join(reasons) + ("; ..." if len(unused) > most else "")
 
 
-def _config_text(plan: Plan, name: str, output: Path) -> str:
-    config = _here(output / FILES[1])
+def _config_text(plan: Plan, name: str) -> str:
     head = [
         f"# Settings of {name} that differ from the shipped ones; comments say where each comes from.",
-        f"# Replace every {PLACEHOLDER} (see {FILES[2]}), then, in the folder of the project:",
-        f"#   snakemake -n --configfile {config}",
-        f"#   snakemake -c2 --configfile {config}",
-        "# tepsipe check, with this file, says what is wrong without running anything.",
+        f"# Replace every {PLACEHOLDER} (see {FILES[2]}), then, in this folder:",
+        "#   tepsipe check    what is wrong, without running anything",
+        "#   snakemake -n     what will be run",
+        "#   snakemake -c2    run it",
         "",
     ]
     blocks = []
@@ -273,7 +316,7 @@ def _table(items: list[Missing], header: tuple[str, str, str]) -> list[str]:
 
 def _write(output: Path, texts: dict[str, str]) -> None:
     """Write the files; none of them exists yet."""
-    output.mkdir(parents=True, exist_ok=True)
     for file, text in texts.items():
+        (output / file).parent.mkdir(parents=True, exist_ok=True)
         with open(output / file, "x", encoding="utf-8") as stream:
             stream.write(text)

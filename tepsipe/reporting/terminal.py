@@ -94,3 +94,8 @@ def print_json(content: Mapping[str, Any]) -> None:
 def add_json(parser: argparse.ArgumentParser) -> None:
     """Add the option ``--json`` to a command."""
     parser.add_argument("--json", action="store_true", help="print the results as JSON")
+
+
+def add_strict(parser: argparse.ArgumentParser) -> None:
+    """Add the option ``--strict`` to a command."""
+    parser.add_argument("--strict", action="store_true", help="return 3 if there are notes on the result")

@@ -26,7 +26,7 @@ class CaptureTruth:
     noise_m : float
         Standard deviation of each coordinate (m).
     occlusions_per_minute, occlusion_s : float
-        Mean number of occlusions of a marker per minute (1/min), mean length (s); each hides a frame at least.
+        Mean number of occlusions of a marker per minute (1/min), and mean length (s) of at least a frame.
     """
 
     rate_hz: float

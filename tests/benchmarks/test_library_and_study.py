@@ -105,3 +105,23 @@ def test_quick_coverage_of_few_perturbations(coverage):
     # 60 records: 86 to 100 % contain 99.7 % of what 95 % allows
     assert (held >= 86.0).all() and (np.abs(bias) < 0.6).all()
     assert (width > 1.7).all() and (width < 3.4).all()
+
+
+# ---- the other benchmarks of the library run ------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_every_kind_of_valid_record_is_fitted_without_a_note(capsys, monkeypatch):
+    monkeypatch.setattr("sys.argv", ["notes_on_valid_records.py", "--scale", "0.001"])
+    loaded("notes_on_valid_records").main()
+    assert capsys.readouterr().out == "0 of 6 valid records have notes: 0.0 %\n"
+
+
+@pytest.mark.slow
+def test_every_public_fit_has_an_interval_near_its_truth():
+    script = loaded("public_fits")
+    for name, fit, truth, quantities in script.others():
+        found = fit(np.random.default_rng(1)).quantities
+        near = [abs(found[q].value / true - 1.0) < 0.5 for q, true in zip(quantities, truth, strict=True)]
+        assert near == [True] * 3, name
+        assert all(np.isfinite(found[q].standard_error) for q in quantities), name

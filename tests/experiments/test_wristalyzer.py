@@ -93,9 +93,11 @@ def test_rows_hold_every_quantity_of_every_estimator(noisy):
 
 
 @pytest.mark.parametrize("estimator", ["spectral-fit", "spectral-fit-periods"])
-def test_intervals_have_the_freedom_of_the_frequencies_that_were_fitted(estimator, noisy):
+def test_intervals_have_the_freedom_of_the_frequencies_that_determine_a_parameter(estimator, noisy):
     fitted = noisy.fitted[estimator].spectrum.band(*OPTIONS.fit_band_hz).frequency_hz.size
-    assert noisy.budgets[estimator].freedom_a == 2 * fitted - 3
+    freedom = noisy.budgets[estimator].freedom_a
+    assert (freedom > 2.0).all()
+    assert (freedom <= 2 * fitted - 3).all()
     quantile = stats.t.ppf(0.975, noisy.budgets[estimator].effective_freedom[1])
     row = rows_of(noisy, estimator)["B"]
     assert (row.ci_high - row.ci_low) / 2.0 == pytest.approx(quantile * row.standard_error, rel=1e-6)

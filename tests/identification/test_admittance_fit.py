@@ -7,6 +7,7 @@ from scipy import stats
 
 from tepsipe.identification.admittance_fit import (
     Bounds,
+    error_of_misfit,
     fit_as_printed,
     fit_from_many_starts,
     fit_scaled,
@@ -50,6 +51,22 @@ def test_averaged_frequencies_of_a_leaking_record_bias_damping_most():
     assert bias[1] > 0.05
     assert bias[0] < 0.03
     assert bias[2] < 0.03
+
+
+def test_an_error_that_one_noisy_frequency_determines_has_two_degrees_of_freedom(rng):
+    frequency = np.arange(1.0, 9.01, 0.1)
+    response = second_order_response(JOINT, frequency)
+    noise = 1e-4 * rng.standard_normal((2, frequency.size))
+    noisy = response * np.exp(noise[0] + 1j * noise[1])
+    even = FrequencyResponse(frequency, noisy, np.ones_like(frequency), 1)
+    disturbed = even.response.copy()
+    disturbed[20] *= 1.01 * np.exp(0.01j)
+    one = FrequencyResponse(frequency, disturbed, np.ones_like(frequency), 1)
+    (_, of_all), (_, of_one) = (error_of_misfit(fit_scaled(x, BOUNDS), x) for x in (even, one))
+    # amplitude and phase of the one; the others still carry a part of I
+    assert of_one[1:] == pytest.approx([2.0, 2.0], rel=0.2)
+    assert 2.0 < of_one[0] < 5.0
+    assert (of_all > 15.0).all()
 
 
 @pytest.mark.slow

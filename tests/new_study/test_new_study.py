@@ -2,6 +2,8 @@
 
 import gzip
 import hashlib
+import json
+import re
 import shutil
 
 import numpy as np
@@ -24,7 +26,7 @@ from tepsipe.new_study.measures import (
 )
 from tepsipe.new_study.pairing import experiment_by_name, group_files, key_of
 from tepsipe.new_study.settings import Plan, flow, yaml_text
-from tepsipe.new_study.study import FILES, new_study
+from tepsipe.new_study.study import FILES, PROFILE, RULES, new_study
 from tepsipe.new_study.treadmill_trials import muscles_of
 from workflow.settings.config import check_config
 from workflow.support.people import read_participants
@@ -177,7 +179,7 @@ def test_wristalyzer_is_ready_to_run(wristalyzer_files, tmp_path, config, root):
     own = read_settings(tmp_path / "wrist" / "config.yaml")
     assert own["wristalyzer"]["analysis"]["perturbation_period_s"] == pytest.approx(10.0)
     assert own["wristalyzer"]["files"]["angle_unit"] == "rad"
-    assert own["pathvars"]["results"] == "results/wrist"
+    assert own["pathvars"]["results"] == "results"
     whole = settings(config, tmp_path / "wrist")
     refuse_placeholders(whole, "configuration")
     check_config(whole, "configuration")
@@ -248,7 +250,7 @@ def test_people_get_a_table_of_their_own(tmp_path):
     made = new_study("lab", output="s")
     assert made.trials == {"standing": 2}
     assert made.files == (*FILES, "participants.tsv")
-    assert read_settings(tmp_path / "s" / "config.yaml")["study"]["participants"] == "s/participants.tsv"
+    assert read_settings(tmp_path / "s" / "config.yaml")["study"]["participants"] == "participants.tsv"
     rows = read_trial_sheet(tmp_path / "s" / "trials.tsv", "lab")
     assert [(row.condition, row.participant, row.task) for row in rows.values()] == [
         ("P-02-relax", "P02", "relax"),
@@ -307,8 +309,51 @@ def test_nothing_is_overwritten(tmp_path, capsys):
     assert "a.docx" in capsys.readouterr().err
     assert digests(tmp_path).keys() - before.keys() == {tmp_path / "empty" / "a.docx"}
     assert main(["new-study", "lab"]) == 0
-    assert f"snakemake -n --configfile {tmp_path / 'lab-study/config.yaml'}" in capsys.readouterr().out
-    assert sorted(p.name for p in (tmp_path / "lab-study").iterdir()) == sorted(FILES)
+    said = capsys.readouterr().out
+    assert "  cd lab-study\n" in said and "snakemake -c2\n" in said
+    written = {p.relative_to(tmp_path / "lab-study").as_posix() for p in digests(tmp_path / "lab-study")}
+    assert written == {*FILES, RULES, PROFILE}
+
+
+def test_a_study_elsewhere_names_the_checkout_and_its_own_files(tmp_path, root):
+    folder = tmp_path / "lab & {co}"
+    folder.mkdir()
+    joint(folder / "joint.tsv", 1)
+    for output in (tmp_path / 'a "b" $(c)', tmp_path / "lab & {co}/deep/er"):
+        new_study(folder, "knee", output, checkout=root)
+        (named,) = re.findall(r'snakefile:\n +(".*")\n', (output / RULES).read_text())
+        assert (output / json.loads(named)).resolve() == root / "Snakefile"
+        own = read_settings(output / "config.yaml")
+        assert own["pathvars"] == {"results": "results", "logs": "results/logs"}
+        assert (output / own["study"]["recordings_folder"]).resolve() == folder
+        assert (output / own["study"]["trial_sheet"]).is_file()
+        assert read_settings(output / PROFILE) == read_settings(root / PROFILE) | {
+            "configfile": ["config.yaml"]
+        }
+
+
+def test_a_library_without_the_rules_says_how_to_get_them(tmp_path, monkeypatch, capsys):
+    (tmp_path / "lab").mkdir()
+    joint(tmp_path / "lab/joint.tsv", 1)
+    monkeypatch.setattr("tepsipe.cli._checkout", lambda: None)
+    assert main(["new-study", "lab", "--output", "s"]) == 0
+    assert "to run the study: get the repository from which tepsipe was installed" in capsys.readouterr().out
+    assert not (tmp_path / "s" / RULES).exists()
+    assert main(["check"]) == 2
+    said = capsys.readouterr().err
+    assert "expected a checkout of tepsipe's repository" in said and said.count("\n") == 1
+
+
+@pytest.mark.parametrize("name", ["a\nb.tsv", "a\tb.tsv", "a\x1b[31m.tsv"])
+def test_a_file_whose_name_breaks_the_sheet_is_left_out(name, tmp_path):
+    (tmp_path / "lab").mkdir()
+    joint(tmp_path / "lab" / name, 1)
+    joint(tmp_path / "lab/good.tsv", 1)
+    made = new_study("lab", output="s")
+    assert made.trials == {"position_manipulator": 1}
+    (left,) = made.left
+    assert left.name.isprintable() and "rename it" in left.why
+    assert len((tmp_path / "s/trials.tsv").read_text().splitlines()) == 2
 
 
 def test_unusable_files_are_listed_and_do_not_stop_it(dummy_files, tmp_path, recwarn):

@@ -35,7 +35,8 @@ def test_a_folder_of_walking_trials_becomes_a_study(recordings, root, tmp_path, 
     config = made.folder / "config.yaml"
     assert main([str(config)]) == 2 and "MISSING" in capsys.readouterr().err
     config.write_text(config.read_text().replace("foot_mass_kg: MISSING", "foot_mass_kg: 1.1"))
-    files = ["config/config.yaml", str(config)]
+    monkeypatch.chdir(made.folder)
+    files = [str(root / "config/config.yaml"), "config.yaml"]
     settings = merged_settings(files)
     study = checked_study(settings, files)
     row = study.trials["walking", "slow"]

@@ -212,8 +212,9 @@ def test_a_job_ends_with_the_process_that_forked_it(project):
 def test_the_process_of_a_job_ends_as_its_script(tmp_path, body, expected):
     script = tmp_path / "script.py"
     script.write_text(f"import os, sys\n{body}\n")
+    job = SimpleNamespace(rule="x", wildcards={}, output=[], log=["x.log"])
     processes = multiprocessing.get_context("spawn")
-    process = processes.Process(target=run_script, args=(script, tmp_path, SimpleNamespace(rule="x")))
+    process = processes.Process(target=run_script, args=(script, tmp_path, job))
     process.start()
     process.join(60)
     assert process.exitcode == expected

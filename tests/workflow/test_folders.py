@@ -1,13 +1,14 @@
 """Folders and names that a study may not write to: refused before the first job."""
 
 import copy
+from pathlib import Path
 
 import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
 from workflow.settings.config import check_config
-from workflow.support.folders import check_folders, check_paths, names_in_results
+from workflow.support.folders import check_checkout, check_folders, check_paths, names_in_results
 from workflow.support.names import check_distinct, check_name
 
 
@@ -132,6 +133,14 @@ def test_recordings_folder_is_not_the_results(place, check):
     (place / "recorded").mkdir()
     assert "holds the recordings folder recorded" in check("recorded", recordings_folder="recorded")
     assert check("recorded/results", recordings_folder="recorded") is None
+
+
+@pytest.mark.parametrize("folder", ["/home/{me}/tepsipe", "/a<b>/c"])
+def test_a_checkout_in_whose_path_snakemake_sees_wildcards_is_refused(folder):
+    with pytest.raises(InputError, match="without") as caught:
+        check_checkout(Path(folder))
+    assert_one_sentence(caught.value, folder)
+    check_checkout(Path("/home/my study & co/$x 'y' ü"))
 
 
 def test_rules_name_what_lies_in_the_results(root):

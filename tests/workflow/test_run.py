@@ -6,8 +6,11 @@ import sys
 
 import pytest
 from builders import assert_one_sentence
+from study_builders import ROOT
 
+from snakemake_executor_plugin_tepsipe import Executor
 from tepsipe import cli
+from tepsipe.errors import InputError
 from workflow import run
 from workflow.support import runs
 
@@ -48,12 +51,6 @@ def at_work(place):
     for process in processes:
         process.kill()
         process.communicate()
-
-
-@pytest.fixture
-def snakemake_at_work(place, at_work):
-    (place / "snakemake").write_text(PRETEND)
-    return lambda *arguments: at_work("snakemake", *arguments)
 
 
 @pytest.mark.parametrize(
@@ -104,28 +101,76 @@ def test_lock_of_a_run_that_was_killed_is_removed(place, started, capsys):
     assert started[2][:3] == [sys.executable, "-m", "snakemake"]
     assert "the last run was killed" in capsys.readouterr().err
     # plain Snakemake stops at the lock
-    runs.warn_of_a_lock(["snakemake", "-n"])
-    assert capsys.readouterr().err == ""
-    runs.warn_of_a_lock(["snakemake", "-c2"])
-    assert "go on with make, or remove it with snakemake --unlock" in capsys.readouterr().err
+    with pytest.raises(InputError, match="remove it with snakemake --unlock") as caught:
+        runs.refuse_a_lock()
+    assert_one_sentence(caught.value, str(place))
 
 
-def test_another_run_in_the_folder_is_left_alone(place, started, snakemake_at_work, capsys):
-    dry = snakemake_at_work("-n")
-    assert runs.runs_alive() == []
-    other = snakemake_at_work("-c2")
-    assert runs.runs_alive() == [other.pid]
+def test_another_run_in_the_folder_is_left_alone(place, started, at_work, capsys):
+    holds = f"import sys; sys.path.insert(0, {str(ROOT)!r}); from workflow.support import runs; runs.begin()"
+    other = at_work("-c", f"{holds}; {PRETEND}")
     (place / ".snakemake/locks").mkdir(parents=True)
     (place / ".snakemake/locks/0.input.lock").write_text("")
     assert run.main(["-c2"]) == 2
-    said = capsys.readouterr().err
-    assert f"expected no other run in this folder, found process {other.pid} at work" in said
+    said = capsys.readouterr().err.removeprefix("tepsipe: ").strip()
+    assert_one_sentence(said, str(place))
+    assert f"found process {other.pid} at work: wait for it, or stop it with kill {other.pid}" in said
     assert started == []
-    for process in (dry, other):
-        process.kill()
-        process.wait()
+    other.kill()
+    other.wait()
     run.main(["-c2"])
     assert len(started) == 2
+
+
+def test_a_run_keeps_the_folder_when_it_becomes_snakemake(place):
+    """Of two that find the lock of a killed run, one goes on."""
+    takes = (
+        f"import os, sys; sys.path.insert(0, {str(ROOT)!r}); from workflow.support import runs; runs.begin()"
+    )
+    then = f"{takes}; print('mine', flush=True); input()"
+    first = f"{takes}; os.execv(sys.executable, [sys.executable, '-c', {then!r}])"
+    holds = subprocess.Popen(
+        [sys.executable, "-c", first], cwd=place, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    assert holds.stdout.readline() == "mine\n"
+    with pytest.raises(InputError, match=f"found process {holds.pid} at work"):
+        runs.begin()
+    holds.communicate("\n")
+    runs.begin()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "dry", "looks"),
+    [
+        (["-c2"], False, False),
+        (["-np"], True, False),
+        (["--dry-run"], True, False),
+        (["-c1", "--configfile", "knee.yaml"], False, False),
+        (["--report", "x.html"], False, True),
+        (["--mode=subprocess"], False, True),
+        (["--unlock"], False, True),
+    ],
+)
+def test_a_run_that_starts_no_jobs_is_known_by_its_arguments(arguments, dry, looks):
+    assert (runs.is_dry(arguments), runs.looks(arguments)) == (dry, looks)
+
+
+def test_a_folder_that_cannot_be_written_to_is_one_sentence(place):
+    (place / ".snakemake").write_text("")
+    with pytest.raises(InputError, match="expected a folder to write to") as caught:
+        runs.begin()
+    assert_one_sentence(caught.value, f"{place}/.snakemake")
+
+
+@pytest.mark.parametrize("executable", ["/a b/python", "/a$(touch x)/python", "/a'b/python", "/{x}/python"])
+def test_an_interpreter_that_a_shell_would_not_find_is_refused(executable, monkeypatch):
+    monkeypatch.setattr("sys.executable", executable)
+    monkeypatch.setattr(Executor, "in_use", False)
+    with pytest.raises(InputError, match="put the environment elsewhere") as caught:
+        runs.refuse_interpreter()
+    assert_one_sentence(caught.value, executable)
+    monkeypatch.setattr(Executor, "in_use", True)
+    runs.refuse_interpreter()
 
 
 def test_run_on_another_computer_is_left_alone(place, started, capsys):
@@ -144,6 +189,7 @@ def test_jobs_that_have_lost_their_run_are_waited_for(place, started, at_work, m
     (place / ".snakemake/scripts").mkdir(parents=True)
     (place / ".snakemake/scripts/tmp1.fit.py").write_text(PRETEND.replace("60", "1"))
     orphan = at_work(str(place / ".snakemake/scripts/tmp1.fit.py"))
+    runs.note_run()
     assert runs.jobs_alive() == [orphan.pid]
     assert not runs.wait_for_jobs(0.0)
     run.main(["-c2"])
@@ -154,8 +200,6 @@ def test_jobs_that_have_lost_their_run_are_waited_for(place, started, at_work, m
 
 @pytest.mark.slow
 def test_check_names_the_file_and_the_line(place, root, monkeypatch, capfd):
-    assert cli.main(["check"]) == 2
-    assert "expected the folder of the study" in capfd.readouterr().err
     (place / "own.yaml").write_text("study:\n  seed: 1\n  seed: 2\n")
     (place / "far.yaml").write_text("pathvars: {results: /nowhere}\n")
     (place / "good.yaml").write_text("study: {title: Mine}\n")

@@ -3,6 +3,7 @@
 import json
 import os
 import platform
+import shutil
 import signal
 import subprocess
 import sys
@@ -12,7 +13,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from study_builders import digests, users_snakemake
+from study_builders import digests, jobs, snakemake, users_snakemake
 
 pytestmark = pytest.mark.study
 RUN = (sys.executable, "-m", "workflow.run", "-c1")
@@ -52,6 +53,28 @@ def test_a_run_that_was_killed_goes_on_and_gives_the_same_bytes(own_study):
     )
     assert digests(own_study / "results") == before
     assert not list((own_study / ".snakemake").glob("locks/*"))
+
+
+def test_deleted_and_damaged_results_are_planned_again_and_edited_ones_refused(own_study):
+    fits, edited = own_study / "results/fits", own_study / "results/estimates/dummy/sine-0.5.csv"
+    before = edited.read_bytes()
+    edited.write_bytes(before + b"\n")
+    run = snakemake(own_study, "-n")
+    assert run.returncode != 0
+    assert (
+        run.stderr.count("tepsipe: results/estimates/dummy/sine-0.5.csv: expected the result as a job") == 1
+    )
+    edited.write_bytes(before)
+    shutil.move(fits / "dummy/minjerk-0.5.h5", own_study)
+    damaged = (fits / "wristalyzer/0.12.h5").read_bytes()
+    (fits / "wristalyzer/0.12.h5").write_bytes(damaged[:5000])
+    run = snakemake(own_study, "-n")
+    assert run.returncode == 0, run.stderr
+    assert "tepsipe: missing, made again: results/fits/dummy/minjerk-0.5.h5\n" in run.stderr
+    assert "tepsipe: damaged, made again: results/fits/wristalyzer/0.12.h5\n" in run.stderr
+    assert jobs(run)["fit_dummy"] == 1
+    (fits / "wristalyzer/0.12.h5").write_bytes(damaged)
+    shutil.move(own_study / "minjerk-0.5.h5", fits / "dummy")
 
 
 def core_type(environment):

@@ -21,28 +21,31 @@ def test_from_a_c3d_to_estimates(dummy_files, true_joint, tmp_path, monkeypatch,
     (project / "recordings/mine").mkdir(parents=True)
     recording = single_c3d(dummy_files, project / "recordings/mine/dummy 1.c3d")
     before = hashlib.sha256(recording.read_bytes()).hexdigest()
-    assert main(["new-study", "recordings/mine", "--output", "mine-study"]) == 0
-    assert "fill in what mine-study/MISSING.md lists (items: 7)" in capsys.readouterr().out
+    mine = tmp_path / "my {study} & $(touch x) ü"  # anywhere, of any name
+    assert main(["new-study", "recordings/mine", "--output", str(mine)]) == 0
+    assert f"fill in what {mine}/MISSING.md lists (items: 7)" in capsys.readouterr().out
 
-    assert main(["check", "mine-study/config.yaml"]) == 2
+    monkeypatch.chdir(mine)
+    assert main(["check"]) == 2
     said = capsys.readouterr().err
-    assert "mine-study/config.yaml: expected a value for 'dummy.ingest.marker_sampling_hz'" in said
+    assert "config.yaml: expected a value for 'dummy.ingest.marker_sampling_hz'" in said
     assert said.count("\n") == 1
 
     # the same dummy as that of the example in the documentation
     page = (ROOT / "docs/recordings/plate-treadmill.md").read_text(encoding="utf-8")
     measured = re.search(r"<<'END'\n(dummy:.*?)\nEND", page, re.DOTALL)[1]
-    asked = (project / "mine-study/MISSING.md").read_text().partition("## Assumed")[0]
+    asked = (mine / "MISSING.md").read_text().partition("## Assumed")[0]
     for section in yaml.safe_load(measured)["dummy"].values():
         assert all(f".{key}`" in asked for key in section)
-    (project / "mine-study/measured.yaml").write_text(measured)
-    files = ["mine-study/config.yaml", "mine-study/measured.yaml"]
+    (mine / "measured.yaml").write_text(measured)
+    files = ["config.yaml", "measured.yaml"]
     assert main(["check", *files]) == 0
 
-    command = [sys.executable, "-m", "snakemake", "-c1", "results/mine/tables/estimates.csv"]
+    command = [sys.executable, "-m", "snakemake", "-c1", "results/tables/estimates.csv"]
     run = subprocess.run([*command, "--configfile", *files], capture_output=True, text=True)
     assert run.returncode == 0, run.stdout + run.stderr
-    rows = estimates(project, "results/mine")
+    rows = estimates(mine)
+    assert not (project / "results").exists() and not list(tmp_path.rglob("x"))
     found = value(rows, condition="dummy-1", pathway="leg", quantity="K")
     assert found == pytest.approx(true_joint["K"], rel=0.02)
     assert hashlib.sha256(recording.read_bytes()).hexdigest() == before

@@ -4,23 +4,29 @@ import compileall
 import os
 import sys
 from functools import partial
+from itertools import chain
 from pathlib import Path
 
 from tepsipe.mechanics.engines import resolved_engine
-from workflow.support import facts, groups, outputs, runs
+from workflow.support import facts, groups, outputs
 from workflow.support.captions import caption_file
+from workflow.support.folders import check_checkout
 from workflow.support.reach import reached_by
 from workflow.support.rigs import RIG_KEYS, rig_of
 from workflow.settings.complete import pick, without
 from workflow.support.start import checked_sections, checked_study, with_its_file
-from workflow.support.stopped import what_stopped
 from workflow.support.lookups.thesis import table_experiment
 from workflow.support.study import any_of
 from workflow.support.version import code_version
 from workflow.support.yaml_file import base_of
 
 # bytecode once, not once per job: some environments keep Python from writing it
-compileall.compile_dir(Path(workflow.basedir) / "tepsipe", quiet=2)
+compileall.compile_dir(CHECKOUT / "tepsipe", quiet=2)
+
+
+def here(path):
+    """A file of this project, as seen from the folder that the study runs in."""
+    return os.path.relpath(CHECKOUT / path)
 
 
 def sections_of(key):
@@ -36,10 +42,9 @@ try:
     truth_of, reported_of = sections_of("virtual_lab"), sections_of("reported")
     # what moves the simulated dummy; it must be installed
     ENGINE = resolved_engine(config["dummy"]["simulation"]["engine"]) if STUDY.has("simulation") else None
+    check_checkout(CHECKOUT)
 except InputError as error:
     sys.exit(f"tepsipe: {with_its_file(error, config, CONFIGFILES)}")
-
-runs.warn_of_a_lock(sys.argv)
 
 SETTINGS, SEED = STUDY.settings, config["study"]["seed"]
 # facts that every report tells
@@ -132,7 +137,7 @@ def printed_joints(w):
 def library_of(script, *modules):
     """The modules that a script reaches, and those that it loads by name: an edit of one re-runs the rule."""
     starts = (f"workflow/scripts/{script}.py", *modules)
-    found = {path for start in starts for path in reached_by(start, workflow.basedir)}
+    found = {path for start in starts for path in reached_by(start, str(CHECKOUT))}
     return [here(path) for path in sorted(found.union(modules))]
 
 
@@ -141,23 +146,17 @@ def chapter_modules(names):
     return [f"tepsipe/reporting/chapters/{name}.py" for name in names]
 
 
-def here(path):
-    """A file of this project, as seen from the folder that the study runs in."""
-    return os.path.relpath(Path(workflow.basedir) / path)
-
-
 def laboratory_sources():
     """Everything that a laboratory's study runs through: an edit runs all laboratories again."""
-    folder = Path(workflow.basedir)
-    files = [folder / "Snakefile", *(folder / "workflow").rglob("*"), *(folder / "tepsipe").rglob("*.py")]
+    sources = [(CHECKOUT / "workflow").rglob("*"), (CHECKOUT / "tepsipe").rglob("*.py")]
+    files = [CHECKOUT / "Snakefile", *chain.from_iterable(sources)]
     kept = [path for path in files if path.suffix in ("", ".py", ".smk", ".yaml") and path.is_file()]
     return sorted(here(path) for path in kept)
 
 
 def report_sources():
     """Typst sources, captions and references of the report."""
-    folder = Path(workflow.basedir) / "report"
-    files = sorted(p for p in folder.rglob("*") if p.suffix in (".typ", ".yaml", ".bib"))
+    files = sorted(p for p in (CHECKOUT / "report").rglob("*") if p.suffix in (".typ", ".yaml", ".bib"))
     return [here(path) for path in files]
 
 
@@ -168,7 +167,7 @@ def figure_pairs(*names):
 
 def caption(name):
     """File of a caption, for Snakemake's report."""
-    return caption_file(Path(workflow.basedir) / "report/captions.yaml", name)
+    return caption_file(CHECKOUT / "report/captions.yaml", name)
 
 
 def figure_files(name, folder=None):
@@ -191,9 +190,3 @@ def figure_files(name, folder=None):
             for figure, text in figures.items()
         }
     )
-
-
-def say_what_stopped(log):
-    """After a failed run: the sentence of every job that stopped, and where a bug left its trace."""
-    print("\nWhat stopped:", *what_stopped(next(iter(log), ".snakemake/log")), sep="\n", file=sys.stderr)
-    print("Everything else is kept; the next run goes on from there.", file=sys.stderr)

@@ -5,14 +5,16 @@ import os
 import sys
 from pathlib import Path
 
-sys.path.insert(0, workflow.basedir)
+# the checkout, also where a study elsewhere takes its Snakefile as a module
+CHECKOUT = Path(workflow.snakefile).absolute().parents[2]
+sys.path.insert(0, str(CHECKOUT))
 
 from tepsipe.errors import InputError
 from workflow.support.yaml_file import CODE, read_settings
 
 # those of the command line come last, as they override the others
 CONFIGFILES = [
-    Path("config/config.yaml"),
+    Path(os.path.relpath(CHECKOUT / "config/config.yaml")),
     *(Path(os.path.relpath(path)) for path in workflow.overwrite_configfiles),
 ]
 

@@ -29,7 +29,7 @@ rule record_provenance:
         "../envs/tepsipe.yaml"
     params:
         config=config,
-        code=code_version(workflow.basedir),
+        code=code_version(CHECKOUT),
         engine=ENGINE,
     script:
         "../scripts/record_provenance.py"

@@ -23,6 +23,7 @@ from workflow.support.threads import use_one_thread
 use_one_thread()
 
 from tepsipe.errors import InputError
+from workflow.support.made import begin_job, end_job
 from workflow.support.stopped import forget, write_record
 
 FULL = (errno.ENOSPC, errno.EDQUOT)
@@ -52,9 +53,13 @@ def start(snakemake) -> None:
         lasting = isinstance(error, InputError) if sentence else not isinstance(error, OSError)
         write_record(about, log, text, lasting)
         atexit.unregister(forget)
+        atexit.unregister(end_job)
 
     write_record(about, log)
+    begin_job(log)
+    # in a Python of its own; where jobs are forked, their executor does the same
     atexit.register(forget, log)
+    atexit.register(end_job, snakemake)
     sys.excepthook = say
     open(log, "w").close()
 

@@ -111,7 +111,7 @@ rule write_coverage:
         study=as_it_is(
             ABOUT_STUDY
             | {
-                "code": code_version(workflow.basedir),
+                "code": code_version(CHECKOUT),
                 "sets": LABORATORIES.sets(),
                 "drawn": LABORATORIES.drawn(),
                 "seed": config["coverage"]["seed"],

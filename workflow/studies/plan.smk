@@ -190,7 +190,7 @@ rule write_plan:
         main="plan.typ",
         chapters=outputs.OWN_REPORTS["plan"],
         settings={"plan": pick(PLAN, "seed", "several_joints")},
-        study=as_it_is(ABOUT_STUDY | {"code": code_version(workflow.basedir)}),
+        study=as_it_is(ABOUT_STUDY | {"code": code_version(CHECKOUT)}),
         source_folder=lambda w: here("report"),
     script:
         "../scripts/write_report.py"

@@ -111,7 +111,7 @@ rule write_walking:
         main="walking.typ",
         chapters=outputs.OWN_REPORTS["walking"],
         settings={"walking": {"planned": WALKING["planned"]}},
-        study=as_it_is(ABOUT_STUDY | {"code": code_version(workflow.basedir)}),
+        study=as_it_is(ABOUT_STUDY | {"code": code_version(CHECKOUT)}),
         source_folder=lambda w: here("report"),
     script:
         "../scripts/write_report.py"

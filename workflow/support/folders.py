@@ -51,6 +51,16 @@ def check_path(name: str, value: str | None, key: str) -> None:
         )
 
 
+def check_checkout(folder: Path) -> None:
+    """Refuse a checkout in whose path Snakemake would look for wildcards and variables."""
+    odd = sorted(set("{}<>") & set(str(folder)))
+    if odd:
+        raise InputError(
+            f"{folder}: expected the checkout in a folder without {' '.join(map(repr, odd))}, which "
+            "Snakemake takes for wildcards, found them in its path: rename that folder; a study may lie in any"
+        )
+
+
 def check_paths(config: dict, name: str) -> None:
     """Check every path of the configuration as text."""
     for section in ("study", "pathvars"):

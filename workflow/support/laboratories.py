@@ -216,6 +216,8 @@ def _snakemake(folder: Path, said: Path) -> int:
     Jobs are processes that end with this one, also if it is killed.
     """
     arguments = ["--snakefile", str(ROOT / "Snakefile"), "--directory", str(folder.resolve())]
+    configuration = str((folder / "config/config.yaml").resolve())
+    arguments += ["--configfile", configuration, "--replace-workflow-config"]
     arguments += ["--executor", "tepsipe", "--cores", "1", "--scheduler", "greedy", "--rerun-incomplete"]
     # the run that has started this one holds the lock, and no other writes to this folder
     arguments += ["--nolock", "--quiet", "progress", "--workflow-profile", "none"]

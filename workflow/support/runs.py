@@ -1,13 +1,14 @@
 """Runs and jobs that are at work in a folder.
 
-A run that is killed leaves Snakemake's lock, and its jobs may go on for a while. Before the next run removes
-the lock, no other may be at work here: the table of processes lists those on this computer, the note of the
-run names another computer.
+A run holds a lock of the operating system on a file of its folder, which ends with its process, also if it is
+killed. Where the file system has no such locks, Snakemake's own lock is left. A run that is killed leaves
+Snakemake's lock, and its jobs may go on for a while; the note of the run names its computer.
 """
 
 import contextlib
 import json
 import os
+import re
 import socket
 import sys
 import time
@@ -15,13 +16,89 @@ from pathlib import Path
 
 import psutil
 
-from workflow.support.stopped import RECORDS
+from tepsipe.errors import InputError
+from workflow.support.stopped import BLOCK, RECORDS
 
 NOTE = Path(".snakemake") / "tepsipe" / "run.json"
+HELD = Path(".snakemake") / "tepsipe" / "run.lock"
 LOCKS = Path(".snakemake") / "locks"
 # part of the commands of jobs: of Snakemake's own executor, and of this study's
 OF_JOBS = (".snakemake/scripts/", "workflow.support.preload")
-NO_RUN = {"-n", "--dry-run", "--dryrun", "--report", "--unlock", "--lint"}
+# with which Snakemake starts no jobs of a run, or is a job
+LOOKS = {
+    *("--report", "--unlock", "--lint", "--mode", "--nolock", "--print-compilation", "--cleanup-metadata"),
+    *("--summary", "-S", "--detailed-summary", "-D", "--dag", "--rulegraph", "--filegraph", "--d3dag"),
+    *("--list", "-l", "--list-rules", "--list-target-rules", "--lt", "--list-untracked", "--lu"),
+    *("--list-input-changes", "--list-params-changes", "--list-code-changes", "--list-changes"),
+}
+LONGEST_WAIT_S = 1800.0
+# what a shell takes as it is; Snakemake's own executors give it the interpreter's path without quotes
+PLAIN = re.compile(r"[\w./+@%,:=-]", re.ASCII)
+
+
+def looks(arguments: list[str]) -> bool:
+    """Whether Snakemake with these arguments only looks, or is a job of another one."""
+    return bool(LOOKS & {argument.partition("=")[0] for argument in arguments})
+
+
+def is_dry(arguments: list[str]) -> bool:
+    """Whether Snakemake with these arguments only says what it would do, as with ``-n`` or ``-np``."""
+    return any(re.fullmatch(r"-[A-Za-z]*n[A-Za-z]*|--dry-?r.*", argument) for argument in arguments)
+
+
+def begin() -> None:
+    """Take the folder for this run, and wait for jobs of one that was killed.
+
+    Raises
+    ------
+    InputError
+        If another run is at work in the folder, or nothing can be written to it.
+    """
+    try:
+        _hold()
+    except OSError as error:
+        raise InputError(
+            f"{Path.cwd() / HELD.parts[0]}: expected a folder to write to, found that the system refuses it "
+            f"({error.strerror}): free space or change its permissions, then run again"
+        ) from error
+    other = elsewhere()
+    if other:
+        raise InputError(
+            f"{Path.cwd()}: expected no other run in this folder, found one on {other}: wait for it; if it "
+            f"has been killed, remove {NOTE}"
+        )
+    if NOTE.exists():  # of a run that was killed
+        _wait_for_jobs()
+
+
+def _hold() -> None:
+    """Lock the file of the folder until this process ends, also where it becomes another program."""
+    HELD.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        return
+    file = open(HELD, "a+", encoding="utf-8")
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        file.seek(0)
+        other = file.read().strip()
+        file.close()
+        if other == str(os.getpid()):  # taken by `make` before this process became Snakemake
+            return
+        raise InputError(
+            f"{Path.cwd()}: expected no other run in this folder, found process {other or '(just started)'} "
+            f"at work: wait for it, or stop it with kill {other}".rstrip()
+        ) from None
+    except OSError:  # a file system without locks
+        file.close()
+        return
+    file.truncate(0)
+    file.write(str(os.getpid()).ljust(BLOCK))
+    file.flush()
+    os.set_inheritable(file.fileno(), True)
+    _hold.file = file  # type: ignore[attr-defined]  # open as long as this process
 
 
 def note_run() -> None:
@@ -53,38 +130,16 @@ def elsewhere() -> str | None:
         return None
 
 
-def _processes_here() -> list[tuple[int, list[str]]]:
-    """Process number and command of every process whose folder is this one."""
+def jobs_alive() -> list[int]:
+    """Process numbers of jobs at work in this folder, also of those that have lost their run."""
     folder, found = str(Path.cwd()), []
     for process in psutil.process_iter(["cmdline", "cwd", "status"]):
         own = process.info
-        if own["cwd"] == folder and own["cmdline"] and own["status"] != psutil.STATUS_ZOMBIE:
-            found.append((process.pid, own["cmdline"]))
+        if own["cwd"] != folder or not own["cmdline"] or own["status"] == psutil.STATUS_ZOMBIE:
+            continue
+        if any(name in part for part in own["cmdline"] for name in OF_JOBS) or "--report" in own["cmdline"]:
+            found.append(process.pid)
     return found
-
-
-def runs_alive() -> list[int]:
-    """Process numbers of other Snakemakes at work in this folder."""
-    return [
-        pid
-        for pid, command in _processes_here()
-        if pid != os.getpid() and _is_snakemake(command) and not NO_RUN & set(command)
-    ]
-
-
-def _is_snakemake(command: list[str]) -> bool:
-    names = [Path(part).name for part in command[:2]]
-    script = "snakemake" in names and (names[0] == "snakemake" or names[0].startswith("python"))
-    return script or command[1:3] == ["-m", "snakemake"]
-
-
-def jobs_alive() -> list[int]:
-    """Process numbers of jobs at work in this folder, also of those that have lost their run."""
-    return [
-        pid
-        for pid, command in _processes_here()
-        if any(name in part for part in command for name in OF_JOBS) or "--report" in command
-    ]
 
 
 def wait_for_jobs(longest_s: float) -> bool:
@@ -97,16 +152,45 @@ def wait_for_jobs(longest_s: float) -> bool:
     return True
 
 
-def warn_of_a_lock(arguments: list[str]) -> None:
-    """Say how to go on where a run that was killed has left its lock; Snakemake will stop at it."""
-    if is_locked() and not NO_RUN & set(arguments) and not runs_alive():
-        print(
-            f"tepsipe: {Path.cwd()}: expected no lock, found that of a run that was killed: go on with make, "
-            "or remove it with snakemake --unlock",
-            file=sys.stderr,
+def _wait_for_jobs() -> None:
+    alive = jobs_alive()
+    if not alive:
+        return
+    print(
+        f"tepsipe: {len(alive)} jobs of a run that was killed are at work: waiting for them", file=sys.stderr
+    )
+    if not wait_for_jobs(LONGEST_WAIT_S):
+        raise InputError(
+            f"{Path.cwd()}: expected jobs of the run that was killed to end, found process {alive[0]} at "
+            f"work after {LONGEST_WAIT_S / 60:.0f} minutes: stop it with kill {alive[0]}, then run again"
+        )
+
+
+def refuse_a_lock() -> None:
+    """Refuse the lock that a run which was killed has left, at which Snakemake would stop."""
+    if is_locked():
+        raise InputError(
+            f"{Path.cwd()}: expected no lock, found that of a run that was killed: remove it with snakemake "
+            "--unlock, then run again, or go on with make, which does both"
         )
 
 
 def is_locked() -> bool:
     """Whether Snakemake has locked this folder, or a run that was killed has left its lock."""
     return LOCKS.is_dir() and any(LOCKS.iterdir())
+
+
+def refuse_interpreter() -> None:
+    """Refuse an interpreter whose path a shell would not take as it is, where a shell starts the jobs.
+
+    The study's own executor needs no shell.
+    """
+    plugin = sys.modules.get("snakemake_executor_plugin_tepsipe")
+    odd = sorted(set(PLAIN.sub("", sys.executable)))
+    if odd and not (plugin and plugin.Executor.in_use):
+        raise InputError(
+            f"{sys.executable}: expected the path of an interpreter that a shell takes as it is, found "
+            f"{' '.join(map(repr, odd))} in it, and an executor that starts jobs by a shell: run with "
+            "--executor tepsipe, or put the environment "
+            "elsewhere"
+        )

@@ -1,5 +1,6 @@
 """All checks of a study before its first job, for Snakemake and for ``tepsipe check``."""
 
+import os
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -21,9 +22,13 @@ from workflow.support.walking import check_walking_trials
 from workflow.support.yaml_file import override, read_constants, read_settings
 
 ROOT = Path(__file__).parents[2]
-DEFAULTS = "config/config.yaml"
 NAME = "configuration"  # where messages begin, until their file is known
 ABSENT = object()  # of a key that a configuration does not have
+
+
+def shipped() -> str:
+    """Path of the shipped configuration, as seen from this folder."""
+    return os.path.relpath(ROOT / "config/config.yaml")
 
 
 def merged_settings(configfiles: Iterable[str | Path]) -> dict:

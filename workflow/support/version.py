@@ -1,14 +1,16 @@
 """Which version of the code is running."""
 
 import subprocess
+from pathlib import Path
 
 
-def code_version(root: str) -> dict[str, str | bool | None]:
+def code_version(root: str | Path) -> dict[str, str | bool | None]:
     """Commit of the checkout, its date, and whether files differ from it; None where there is no checkout."""
 
     def git(*arguments: str) -> str | None:
+        command = ["git", "-C", str(root), *arguments]
         try:
-            done = subprocess.run(["git", "-C", root, *arguments], capture_output=True, text=True, check=True)
+            done = subprocess.run(command, capture_output=True, text=True, check=True)
         except (OSError, subprocess.CalledProcessError):
             return None
         return done.stdout.strip()

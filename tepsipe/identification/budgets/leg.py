@@ -170,7 +170,7 @@ def leg_budget(
     fit: WindowedFits,
     reestimate: Callable[[SegmentMotion, Leg], np.ndarray] | None,
     known: LegUncertainty,
-    further: Mapping[str, np.ndarray],
+    further: Mapping[str, np.ndarray] | None = None,
 ) -> Budget:
     """Uncertainty of the means of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
 

@@ -139,8 +139,7 @@ def spectral_budget(
         contributions[RESOLUTION] = change_by_smearing(fit, estimate, bounds)[None] / np.sqrt(3.0)
     if estimate.input_power is not None:
         contributions[CRITERION] = distance_to_other_criterion(fit, estimate)[None] / np.sqrt(3.0)
-    type_a = error_of_misfit(fit, estimate)
-    return Budget(type_a, float(fit.degrees_of_freedom), contributions, _freedom(sources))
+    return Budget(*error_of_misfit(fit, estimate), contributions, _freedom(sources))
 
 
 def period_budget(fit: PeriodFit, sources: Mapping[str, Source]) -> Budget:

@@ -74,7 +74,7 @@ def windows_budget(
         def of_leg_motion(motion: SegmentMotion, leg: Leg) -> np.ndarray:
             return of_torque(motion, leg_pathway_torque("leg", leg, motion))
 
-        return leg_budget(fit, of_leg_motion, replace(uncertainty, sources=sources), {}), tuple(sources)
+        return leg_budget(fit, of_leg_motion, replace(uncertainty, sources=sources)), tuple(sources)
     contributions = scale_contributions(dict(zip(PARAMETERS, fit.mean, strict=True)), sources)
     rate = derivative(record.motion.time, record.torque)
     contributions |= delay_contributions(lambda x: of_torque(record.motion, x), rate, sources)

@@ -28,6 +28,8 @@ MANIPULATOR = re.compile(r"MotorAngle|TriggerTime")
 def first_bytes(path: Path) -> bytes:
     """First bytes of a file, unpacked if it is compressed with gzip; empty if it cannot be read."""
     try:
+        if not path.is_file():
+            return b""
         if not is_gzip(path):
             with path.open("rb") as file:
                 return file.read(HEAD_BYTES)

@@ -20,8 +20,10 @@ PIECE_BYTES = 1 << 20
 
 
 def is_gzip(path: Path) -> bool:
-    """Test for a file compressed with gzip, by its first two bytes."""
+    """Test for a file compressed with gzip, by its first two bytes; False for pipes and devices."""
     try:
+        if not path.is_file():
+            return False
         with path.open("rb") as file:
             return file.read(2) == MAGIC
     except OSError:
@@ -52,6 +54,11 @@ def plain_bytes(path: Path, what: str, largest_bytes: int | None = None) -> byte
         If there is no such file, it cannot be read, is damaged, or is larger than the limit when unpacked.
     """
     try:
+        if path.exists() and not path.is_file():  # a pipe would be waited for, a device has no end
+            found = "a folder" if path.is_dir() else "a pipe or a device"
+            raise InputError(
+                f"{path}: expected {what}, found {found}: name a file, into which the contents are written"
+            )
         if not is_gzip(path):
             return path.read_bytes()
         if largest_bytes is None:

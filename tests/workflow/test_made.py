@@ -1,0 +1,138 @@
+"""Results that are deleted, damaged, edited, or of a trial that has been renamed."""
+
+import os
+from pathlib import Path
+from types import SimpleNamespace
+
+import h5py
+import pytest
+from builders import assert_one_sentence
+
+from tepsipe.errors import InputError
+from workflow.support import made
+
+CONFIG = {"pathvars": {"results": "results", "logs": "results/logs"}}
+FIT, TABLE = "results/fits/dummy/a.h5", "results/estimates/dummy/a.csv"
+
+
+@pytest.fixture
+def job(tmp_path, monkeypatch):
+    """Let a job of a rule make files."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*files, rule="fit_dummy", condition="a", logs="results/logs"):
+        log = f"{logs}/{rule}/{condition}.log"
+        made.begin_job(log)
+        for path in files:
+            Path(path).parent.mkdir(parents=True, exist_ok=True)
+            if path.endswith(".h5"):
+                with h5py.File(path, "w") as file:
+                    file["x"] = range(500)
+            else:
+                with open(path, "w") as file:
+                    file.write("K,8.7\n")
+        wildcards = {"condition": condition} if condition else {}
+        made.end_job(SimpleNamespace(log=[log], wildcards=wildcards, output=files))
+
+    return run
+
+
+@pytest.fixture
+def summary(monkeypatch):
+    """Files that the present study makes."""
+
+    def makes(*files):
+        monkeypatch.setattr(made, "_made_by", lambda config, snakefile: set(files))
+
+    return makes
+
+
+def found():
+    return made.changes("results/logs")
+
+
+def remade(found, *arguments, dry=False):
+    return made.remade(found, CONFIG, "Snakefile", ["snakemake", *arguments], dry)
+
+
+def test_what_nobody_touched_is_as_it_was_made(job):
+    job(FIT, TABLE)
+    assert found() == made.Changes()
+    os.utime(TABLE)  # touched or copied
+    assert found() == made.Changes()
+    assert remade(found()) == []
+
+
+def test_an_edited_result_is_refused_until_it_is_deleted(job, summary):
+    job(FIT, TABLE)
+    with open(TABLE, "w") as file:
+        file.write("K,9.9\n")
+    with pytest.raises(InputError, match="delete it to have it made again") as caught:
+        made.refuse_edited(found())
+    assert_one_sentence(caught.value, TABLE)
+    Path(TABLE).unlink()
+    made.refuse_edited(found())
+    summary(FIT, TABLE)
+    assert remade(found()) == [TABLE]
+
+
+def test_a_deleted_intermediate_is_asked_for_if_the_study_makes_it(job, summary, capsys):
+    job(FIT, TABLE)
+    job("results/raw/dummy/a/log.mat", rule="make_dummy_trial")
+    Path(FIT).unlink()
+    Path("results/raw/dummy/a/log.mat").unlink()  # of a trial that is recorded by now
+    summary(FIT, TABLE)
+    assert remade(found(), dry=True) == [FIT]
+    assert remade(found(), TABLE) == []  # with targets, Snakemake makes what these need
+    assert remade(found()) == [FIT]
+    assert f"tepsipe: missing, made again: {FIT}" in capsys.readouterr().err
+    assert found().missing == [FIT]  # the other one is forgotten
+    Path(TABLE).unlink()
+    summary()
+    assert remade(found()) == []  # without any result, the run makes everything
+
+
+@pytest.mark.parametrize("left", [0, 3000])
+def test_a_truncated_file_is_removed_and_asked_for(job, summary, left):
+    job(FIT, TABLE)
+    os.truncate(FIT, left)
+    summary(FIT, TABLE)
+    assert found() == made.Changes(damaged=[FIT])
+    assert remade(found(), dry=True) == [FIT]
+    assert Path(FIT).exists()
+    assert remade(found()) == [FIT]
+    assert not Path(FIT).exists()
+
+
+def test_pages_of_a_renamed_trial_are_removed_and_its_results_named(job):
+    pages = [f"results/report/trials/dummy/{name}.html" for name in "abc"]
+    job(FIT, TABLE)
+    job(*pages, rule="write_dummy_pages", condition=None)
+    with open(pages[2], "a") as file:
+        file.write("mine")
+    job(pages[0], "results/report/trials/dummy/d.html", rule="write_dummy_pages", condition=None)
+    assert sorted(path.name for path in Path("results/report/trials/dummy").iterdir()) == [
+        "a.html",
+        "c.html",
+        "d.html",
+    ]
+    experiments = {"dummy", "weight"}
+    assert made.of_no_trial("results/logs", {("dummy", "a"): 0}, experiments) == []
+    assert made.of_no_trial("results/logs", {("weight", "a"): 0}, experiments) == [TABLE, FIT]
+
+
+def test_a_job_that_is_killed_leaves_nothing_to_be_taken_for_an_edit(job):
+    job(FIT, TABLE)
+    made.begin_job("results/logs/fit_dummy/a.log")
+    with open(TABLE, "w") as file:
+        file.write("half")
+    assert found() == made.Changes()
+
+
+def test_results_of_another_study_in_the_folder_are_left_alone(job):
+    job("results/mine/tables/a.csv", logs="results/mine/logs")
+    Path("results/mine/tables/a.csv").unlink()
+    assert found() == made.Changes()
+    (record,) = made.RECORDS.glob("*.json")
+    record.write_text("{damaged")
+    assert made.changes("results/mine/logs") == made.Changes()
