@@ -109,13 +109,15 @@ def plain_words(page: str) -> str:
     return " ".join(unicodedata.normalize("NFKC", words).split())
 
 
-def index_parts_of(data: Mapping, tables: Mapping[str, str | Path] | None = None) -> dict[str, str]:
-    """Parts of the index as HTML, from the content of report.json and tables."""
-    from workflow.scripts.typeset import index_parts
+def page_of(
+    data: Mapping, tables: Mapping[str, str | Path] | None = None, source: str = '#include "report.typ"'
+) -> str:
+    """A source as it is typeset for the page of a browser, from the content of report.json and tables."""
+    from workflow.scripts.typeset import typeset_page
 
-    with report_root(data, tables or {}) as root:
+    with report_root(data, tables or {}, {"page.typ": source}) as root:
         files = {str(path.relative_to(root)): path for path in root.rglob("*") if path.is_file()}
-        return index_parts(files, "./my%20study.pdf")
+        return typeset_page(files, "page.typ").partition("<body>")[2]
 
 
 def tables_of(results: Path) -> dict[str, Path]:
