@@ -11,6 +11,7 @@ import os
 import re
 import sys
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
 
@@ -92,7 +93,8 @@ def execute(name: str, timeout_s: int = 900) -> nbformat.NotebookNode:
 
 
 if __name__ == "__main__":
-    for name in tutorials():
-        if not is_current(name):
-            print(f"tutorial {name}", flush=True)
-            execute(name)
+    stale = [name for name in tutorials() if not is_current(name)]
+    if stale:
+        print("tutorials to execute:", *stale, flush=True)
+    with ThreadPoolExecutor(max_workers=2) as pool:  # each has a process of its own
+        list(pool.map(execute, stale))

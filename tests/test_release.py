@@ -90,7 +90,8 @@ def test_commands_of_workflows_are_those_of_the_project(name):
 
 def test_paper_is_short_and_cites_what_its_bibliography_has():
     text = (ROOT / "paper/paper.md").read_text(encoding="utf-8")
-    body = text.split("---\n", 2)[2]
+    _, front, body = text.split("---\n", 2)
+    assert set(yaml.safe_load(front)) >= {"title", "tags", "authors", "affiliations", "date", "bibliography"}
     assert len(body.split()) <= 1000
     entries = re.findall(
         r"^@\w+\{([\w-]+),", (ROOT / "paper/paper.bib").read_text(encoding="utf-8"), re.MULTILINE

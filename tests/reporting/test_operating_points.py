@@ -283,7 +283,8 @@ ROW = dict.fromkeys(COLUMNS + OPTIONAL_COLUMNS, "-") | {
 def study_of(config, tmp_path):
     def build(*rows):
         path = tmp_path / "trials.tsv"
-        lines = [list(ROW), *(list((ROW | row).values()) for row in rows)]
+        own = [{"log": f"log-{row['condition']}.csv"} | row for row in rows]
+        lines = [list(ROW), *(list((ROW | row).values()) for row in own)]
         path.write_text("".join("\t".join(line) + "\n" for line in lines))
         study = Study(config, read_trial_sheet(path, "."))
         study.check(str(path))
