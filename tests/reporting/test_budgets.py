@@ -61,6 +61,8 @@ def test_what_may_be_zero_has_no_relative_budget():
     rows = [Contribution(NAMES[0], "a", *NAMES[1:], "I", "Nms2/rad", "scatter", "A", 0.001)]
     assert relative_budgets(rows, inertia) == {}
     assert relative_budgets(parts(0.1, 0.3), estimates((0.0, math.nan))) == {}
+    # 0.3 ± 0.4 includes 0
+    assert relative_budgets(parts(0.1, 0.3), estimates((10.0, 0.3)))["K"].conditions == ["a"]
 
 
 @pytest.mark.parametrize(

@@ -158,7 +158,7 @@ def test_growth_is_explained_by_near_resonance():
     assert rarely["limit"] == pytest.approx(1.0 / np.sin(np.radians(2 * 11.75)), rel=0.01)
     told = chapter_words("simulation", *content(run, simulation=simulation))
     assert "in S1 grows to 4.2 times the first one, and the swing in S52 to 1.6 times" in told
-    assert "is 2.93 periods" in told and "with a phase of only 24°" in told
+    assert "is 2.93 periods" in told and "with a phase of only 0.41 rad" in told
     assert "near-resonance" in told and "This is not reproduced" not in told
     (found,) = findings_of(["figure_b"], *content(run, simulation=simulation)).values()
     assert "the swing grows to 4.2 times the first one in S1, and to 1.6 times in S52" in found

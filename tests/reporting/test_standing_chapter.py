@@ -265,7 +265,7 @@ def test_muscles_without_an_onset_have_no_latency_in_a_caption():
         "\N{MINUS SIGN}50.0 to 540 N·m/rad (calm)." in found["figure_standing_window"]
     )
     assert found["figure_standing_response"].endswith("explain 97.0 to 97.0 % of the mean torque.")
-    assert found["figure_standing_joints"].endswith("the knee turns by 0.57° (calm).")
+    assert found["figure_standing_joints"].endswith("the knee turns by 10 mrad (calm).")
     silent = run_of(tasks={"calm": task(None)}, estimates=ESTIMATES[:5])
     for fit in silent.fits["standing"].values():
         fit.arrays.pop("activity/TA")

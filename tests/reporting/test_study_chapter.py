@@ -258,7 +258,7 @@ def test_flagged_estimates_are_counted():
     assert told(study_run({"estimates": rows}), "warnings") == [None]
     (quoted,) = told(study_run({"estimates": [row | {"recommended": True} for row in rows]}), "warnings")
     assert quoted.startswith("Look at these first. 1 of the 3 recommended estimates failed a check.")
-    assert "K of the dummy (b): a parameter lies at a bound of its search: widen the bound" in quoted
+    assert "K of the dummy (b): a parameter lies at a bound of its search. Widen the bound" in quoted
     assert "K of the dummy (b): the value is not a finite number" in quoted
     rows = [
         estimate(condition=c, quantity=q, flags="at-bound", recommended=True) for c in "abcde" for q in "BK"

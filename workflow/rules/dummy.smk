@@ -98,6 +98,7 @@ rule plot_dummy:
         example=STUDY.shown("dummy", DUMMY["example_condition"]),
         as_printed=DUMMY["as_printed"],
         recommended=DUMMY["recommended"],
+        quoted=DUMMY["quoted"],
     script:
         "../scripts/plot.py"
 

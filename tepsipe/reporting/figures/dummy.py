@@ -35,7 +35,9 @@ def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
     yield "figure_4_4", plot_parameter_boxes(results, printed, truth)
     yield "figure_pathways", plot_pathways(results, colours, truth)
     yield "figure_torque", plot_torque(results[example], example, shown)
-    yield "figure_specification", plot_specification(SPECIFICATIONS.read(files.specification))
+    specified = SPECIFICATIONS.read(files.specification)
+    _, _, quoted = results[specified[0].condition].arrays[f"{chosen.quoted}/mean_and_interval"][0]
+    yield "figure_specification", plot_specification(specified, float(quoted))
     yield "figure_dummy_cross_validation", plot_matrix(matrices[printed], labels, "VAF (%)", axes)
 
 

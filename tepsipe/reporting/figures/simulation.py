@@ -229,14 +229,20 @@ def plot_all_angles(results: dict[str, Result]) -> Figure:
     result = next(iter(results.values()))
     part = _around(result, 3.6)
     time, angle = result.arrays["time"][part] - _onset(result), result.arrays["theta"][part]
-    lowest, highest = float(angle.min()), float(angle.max())
+    largest = LARGEST_SWING * float(np.abs(angle).max())
+    lowest, highest = np.clip(example.dataLim.intervaly, -largest, largest)
     pulse = float(time[angle.argmin()])
-    _note(example, "the belt moves (shaded),\nthe leg lags", (pulse, lowest), (pulse + 0.25, 0.75 * lowest))
+    _note(
+        example,
+        "the belt moves (shaded),\nthe leg lags",
+        (pulse, float(angle.min())),
+        (pulse + 0.25, 0.75 * lowest),
+    )
     swing = angle - angle[time > pulse].mean()
     crossing = np.flatnonzero((time[1:] > 0.2) & (swing[:-1] < 0.0) & (swing[1:] >= 0.0))
     if crossing.size > 2:
         begin, end = (float(time[k]) for k in crossing[1:3])
-        height = 1.25 * highest
+        height = 1.2 * highest
         example.annotate("", (begin, height), (end, height), arrowprops={"arrowstyle": "<->", "lw": 0.7})
         text = f"one period, {end - begin:.2f} s: stiffness over inertia"
         example.text(end + 0.05, height, text, fontsize=8.0, va="center")
@@ -246,7 +252,7 @@ def plot_all_angles(results: dict[str, Result]) -> Figure:
         (float(time[-1]) * 0.93, 0.5 * highest),
         (float(time[-1]) * 0.75, 0.6 * lowest),
     )
-    example.set_ylim(1.1 * lowest, 1.6 * highest)
+    example.set_ylim(1.1 * lowest, 1.45 * highest)
     return figure
 
 

@@ -12,6 +12,15 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 WIDTH_IN = 6.3
+# phases as parts of pi: angles are in radians throughout
+PHASE_TICKS = {
+    -1.5 * np.pi: "−3π/2",
+    -np.pi: "−π",
+    -0.5 * np.pi: "−π/2",
+    0.0: "0",
+    0.5 * np.pi: "π/2",
+    np.pi: "π",
+}
 # the font of the report's text
 FONT = "Libertinus Serif"
 FONT_FILES = sorted(Path(__file__).with_name("fonts").glob("*.otf"))
