@@ -1369,7 +1369,7 @@ ODD_FILES = [
             (
                 "belt table: a folder",
                 folder_instead("table.txt"),
-                "table.txt: expected a table of samples, found a file that cannot be read",
+                "table.txt: expected a table of samples, found a folder",
             ),
             (
                 "belt table: bytes",
@@ -1781,6 +1781,33 @@ ODD_SETTINGS = [
 ]
 SETTINGS += ODD_SETTINGS
 
+# keys that name a path, the path, and what the sentence says of it
+FOLDERS, NAMED = ("pathvars.results", "pathvars.logs"), ("study.trial_sheet", "study.virtual_lab")
+ODD_PATHS = [
+    (*FOLDERS, *NAMED, "a<b>c", "without '<' '>'"),
+    (*FOLDERS, "study.reported", "a\nb", r"without '\n'"),
+    ("study.participants", *FOLDERS, "a\0b", r"without '\x00'"),
+    ("study.recordings_folder", "study.reported", "a\x1b[2Jb", r"without '\x1b'"),
+    ("study.virtual_lab", "study.recordings_folder", "a*", "without '*'"),
+    ("study.reported", "pathvars.logs", 'a"b', "without '\"'"),
+    ("study.participants", "pathvars.results", "~/a", "write the home directory out"),
+    (*NAMED, "-rf", "does not begin with a hyphen"),
+    ("study.recordings_folder", "study.reported", "", "is not empty"),
+    ("pathvars.results", *NAMED, "x" * 256, "names of at most 255 bytes"),
+    ("study.participants", *NAMED, "/dev/zero", "found a pipe or a device"),
+    ("study.reported", "study.participants", "config", "found the folder 'config': name the file"),
+    ("study.recordings_folder", "README.md", "to name a folder, found the file 'README.md'"),
+    (*FOLDERS, ".venv/x", "which lies in .venv/ of the source code"),
+    (*FOLDERS, "Snakefile", "which is a file"),
+    ("study.name", "nul", "to be the name of a file"),
+    ("study.name", "x" * 81, "of at most 80 characters"),
+]
+SETTINGS += [
+    BadSettings(f"{where}: {path[:20]!r}", key(where, path), words)
+    for *keys, path, words in ODD_PATHS
+    for where in keys
+]
+
 # ---- trial sheets --------------------------------------------------------------------------------------
 
 
@@ -1996,6 +2023,17 @@ def added(name, cells):
     return spoil
 
 
+def recorded(log):
+    """A trial that is recorded, and the path of its log."""
+
+    def spoil(rows):
+        row = dict(zip(rows[0], rows[6], strict=True))
+        row |= {"source": "recorded", "profile": "-", "amplitude": "-", "interval_s": "-", "log": log}
+        rows[6] = list((row | {"calibration": "c.csv", "markers": "m.c3d"}).values())
+
+    return spoil
+
+
 def several(*changes):
     def spoil(rows):
         for change in changes:
@@ -2148,3 +2186,28 @@ ODD_SHEETS = [
     ]
 ]
 SHEETS += ODD_SHEETS
+
+SHEETS += [
+    BadSheet(f"a recording called {path[:20]!r}", recorded(path), f"bad.tsv: {words}")
+    for path, words in [
+        ("a{x}.mat", "expected a path without '{' '}' for 'a recording'"),
+        ("a<logs>.mat", "expected a path without '<' '>' for 'a recording'"),
+        ("~/a.mat", "expected a path from / or from the folder of the run for 'a recording'"),
+        ("-a.mat", "expected a path for 'a recording' that does not begin with a hyphen"),
+        ("a*.mat", "expected a path without '*' for 'a recording'"),
+        ("a|b.mat", "expected a path without '|' for 'a recording'"),
+        ("a\u202eb.mat", r"expected a path without '\u202e' for 'a recording'"),
+        ("x" * 300, "expected names of at most 255 bytes in the path for 'a recording'"),
+    ]
+]
+SHEETS += [
+    BadSheet(f"a condition called {name[:20]!r}", at(6, "condition", name), f"bad.tsv: line 7: {words}")
+    for name, words in [
+        ("$(touch x)", "expected a condition of letters, digits, dots and hyphens"),
+        ("a{x}", "expected a condition of letters, digits, dots and hyphens"),
+        ("a\u202eb", "expected a condition of letters, digits, dots and hyphens"),
+        ("a&b", "expected a condition of letters, digits, dots and hyphens"),
+        ("aux.1", "expected a condition that can be a file name"),
+        ("x" * 81, "expected a condition of at most 80 characters"),
+    ]
+]

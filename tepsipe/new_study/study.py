@@ -255,7 +255,7 @@ def _files_of_snakemake(checkout: Path, output: Path) -> dict[str, str]:
 
 
 def _plan_study(plan: Plan, folder: Path, name: str, output: Path) -> None:
-    plan.put("study.name", name, "of the report")
+    plan.put("study.name", re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-"), "of the report")
     plan.put("study.title", f"Recordings of {name}", "of the report")
     plan.put("study.trial_sheet", FILES[0])
     plan.put("study.recordings_folder", _from(output, folder), "base of the paths in the trial sheet")

@@ -5,6 +5,7 @@ import hashlib
 import json
 import re
 import shutil
+import textwrap
 
 import numpy as np
 import pytest
@@ -28,7 +29,7 @@ from tepsipe.new_study.measures import (
 )
 from tepsipe.new_study.pairing import experiment_by_name, group_files, key_of
 from tepsipe.new_study.settings import Plan, flow, yaml_text
-from tepsipe.new_study.study import FILES, PROFILE, RULES, new_study
+from tepsipe.new_study.study import FILES, PROFILE, RULES, SNAKEFILE, new_study
 from workflow.settings.config import check_config
 from workflow.support.people import read_participants
 from workflow.support.placeholders import refuse_placeholders
@@ -332,6 +333,13 @@ def test_a_study_elsewhere_names_the_checkout_and_its_own_files(tmp_path, root):
         assert read_settings(output / PROFILE) == read_settings(root / PROFILE) | {
             "configfile": ["config.yaml"]
         }
+
+
+def test_documentation_shows_the_snakefile_that_is_written(root):
+    page = (root / "docs/recordings/README.md").read_text(encoding="utf-8")
+    shown = re.search(r"```\n( +module tepsipe:.*?)\n +```", page, re.DOTALL)[1]
+    (snakefile,) = re.findall(r'".*"', shown)
+    assert SNAKEFILE.format(snakefile=snakefile).endswith(textwrap.dedent(shown) + "\n")
 
 
 def test_a_library_without_the_rules_says_how_to_get_them(tmp_path, monkeypatch, capsys):

@@ -1258,4 +1258,4 @@ def test_fit_reaches_what_its_modules_import(root):
 
 
 def test_folder_that_is_no_checkout_has_no_version(tmp_path):
-    assert code_version(str(tmp_path)) == {"commit": None, "modified": None}
+    assert code_version(str(tmp_path)) == {"commit": None, "date": None, "modified": None}
