@@ -1,5 +1,7 @@
 """What stops a tiny study: unusable recordings, mistakes in the configuration."""
 
+import shutil
+
 import numpy as np
 import pytest
 from scipy.io import loadmat, savemat
@@ -13,6 +15,7 @@ def test_bad_recordings_stop_their_own_jobs_with_one_sentence_each(project, stud
     bad = project / "bad"
     bad.mkdir()
     (bad / "truncated.mat").write_bytes((raw / "log.mat").read_bytes()[:300_000])
+    shutil.copy(raw / "log.mat", bad / "other.mat")
     (bad / "truncated.c3d").write_bytes((raw / "markers.c3d").read_bytes()[:300_000])
     content = {k: v for k, v in loadmat(raw / "log.mat").items() if not k.startswith("__")}
     content["belt_velocity_m_per_s"] = 0.001 * np.random.default_rng(1).standard_normal(
@@ -24,7 +27,7 @@ def test_bad_recordings_stop_their_own_jobs_with_one_sentence_each(project, stud
         "good": {},
         "missing": {"log": "nowhere.mat"},
         "truncated-log": {"log": bad / "truncated.mat"},
-        "truncated-markers": {"markers": bad / "truncated.c3d"},
+        "truncated-markers": {"log": bad / "other.mat", "markers": bad / "truncated.c3d"},
         "still": {"log": bad / "still.mat"},
     }
     rows = []
