@@ -4,6 +4,7 @@ import ezc3d
 import numpy as np
 import pytest
 from c3d_builders import plate_channels, plate_of, write_c3d
+from laboratory_folders import Y_UP, mark
 
 from tepsipe.errors import InputError
 from tepsipe.io.contents import contents_of
@@ -17,7 +18,6 @@ RATE_HZ, SECONDS = 100.0, 20.0
 # forward and up (m) of the markers of plug-in-gait, without the leg
 PLUG_IN_GAIT = {"TOE": (0.18, 0.03), "HEE": (-0.06, 0.03), "ANK": (0.0, 0.08), "TIB": (0.02, 0.3)}
 PLUG_IN_GAIT |= {"KNE": (0.0, 0.48), "THI": (0.02, 0.65), "ASI": (0.05, 0.95), "PSI": (-0.1, 0.95)}
-Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # x right, y up, z backward
 
 
 def person(
@@ -49,19 +49,6 @@ def person(
     return path
 
 
-def mark(path, events):
-    """Add events (context, label, s) to a C3D."""
-    file = ezc3d.c3d(str(path))
-    contexts, labels, times = zip(*events, strict=True)
-    file.add_parameter("EVENT", "USED", [len(events)])
-    file.add_parameter("EVENT", "CONTEXTS", list(contexts))
-    file.add_parameter("EVENT", "LABELS", list(labels))
-    file.add_parameter("EVENT", "TIMES", np.array([np.zeros(len(times)), times]))
-    points = file["data"]["points"]
-    file["data"]["meta_points"]["residuals"] = np.zeros((1, *points.shape[1:]))
-    file.write(str(path))
-
-
 def settings_of(folder):
     return read_settings(folder / "config.yaml")
 
@@ -82,6 +69,7 @@ def test_a_file_with_y_up_and_the_left_leg(tmp_path, monkeypatch):
         "SOL": "EMG.L_SOL",
         "GAS": "EMG.L_GM",
     }
+    assert standing["emg"]["band_hz"] == [20.0, 180.0]
     segments = {
         part: [m["label"] for m in standing["person"][f"{part}_markers"]]
         for part in ("foot", "shank", "thigh")
@@ -105,16 +93,9 @@ def test_upward_direction_of_a_file(axes, tmp_path):
 
 
 def test_without_plates_the_screen_shows_the_vertical(tmp_path):
-    path = write_c3d(
-        tmp_path / "a.c3d", 100.0, {"A": np.abs(np.random.default_rng(1).normal(size=(50, 3)))}, {}
-    )
+    marker = np.abs(np.random.default_rng(1).normal(size=(50, 3)))
+    path = write_c3d(tmp_path / "a.c3d", 100.0, {"A": marker}, {})
     file = ezc3d.c3d(str(path))
-    file["parameters"]["POINT"]["Y_SCREEN"] = {
-        "type": 255,
-        "description": "",
-        "is_locked": False,
-        "value": ["+Y"],
-    }
     file.add_parameter("POINT", "Y_SCREEN", ["+Y"])
     file.write(str(path))
     assert read_c3d_recording(path).up == "+y"

@@ -15,11 +15,8 @@ PLATE = ROW | {"calibration": "c.csv", "markers": "m.c3d"}
 
 def write(project, name, rows, masses, **sections):
     # every trial has a recording of its own
-    own = [
-        row if row["experiment"] in ("weight", "empty") else row | {"log": f"{k}-{row['log']}"}
-        for k, row in enumerate(rows)
-    ]
-    lines = [list(ROW), *(list(row.values()) for row in own)]
+    rows = [row | {"log": f"{row['experiment']}-{row['condition']}-{row['log']}"} for row in rows]
+    lines = [list(ROW), *(list(row.values()) for row in rows)]
     (project / f"config/{name}.tsv").write_text("".join("\t".join(line) + "\n" for line in lines))
     table = "participant\tmass_kg\n" + "".join(f"{who}\t{mass}\n" for who, mass in masses.items())
     (project / f"config/{name}-participants.tsv").write_text(table)

@@ -44,8 +44,8 @@ DELIMITERS = {"comma": ",", "tab": "\t"}
 def refused_recordings(study: Study) -> list[str]:
     """Read all recorded trials; one sentence for every one that would stop its job, or the calibration."""
     refused, of_plates = _copies(study), {}
-    for experiment, condition in study.trials:
-        if condition not in study.recorded(experiment):
+    for (experiment, condition), row in study.trials.items():
+        if row.source != "recorded":
             continue
         name = f"{experiment}/{condition}"
         try:
