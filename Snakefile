@@ -62,20 +62,23 @@ else:
     include: "workflow/rules/operating_points.smk"
     # tables across experiments, and where truth meets estimate
     include: "workflow/rules/tables.smk"
-    # the PDF and the HTML report
+    # the PDF and Snakemake's HTML report
     include: "workflow/rules/report.smk"
-    # a page per trial, and the index
+    # a page per trial
     include: "workflow/rules/pages.smk"
 
-    OUTPUTS = [*outputs.everything(STUDY), *outputs.pages(STUDY)]
-    OUTPUTS += ["<results>/report/index.html", "<results>/report/report.html"]
-    START_PAGE = "report/index.html"
+    OUTPUTS = [*outputs.everything(STUDY), *outputs.pages(STUDY), "<results>/report/report.html"]
+
+
+# the report as a page for a browser, of all studies
+include: "workflow/rules/web_report.smk"
 
 
 rule all:
     default_target: True
     input:
         OUTPUTS,
+        "<results>/report/index.html",
         AGAIN,
 
 

@@ -72,7 +72,9 @@ def copy_project(target):
     for package in ("tepsipe", "workflow"):
         compileall.compile_dir(ROOT / package, quiet=2)
     shutil.copytree(ROOT / "benchmarks/coverage", target / "benchmarks/coverage")
-    for name in ("Snakefile", "config", "workflow", "tepsipe", "report", "profiles", "requirements.txt"):
+    shutil.copytree(ROOT / "docs/decisions", target / "docs/decisions")
+    folders = ("config", "workflow", "tepsipe", "report", "profiles")
+    for name in ("Snakefile", "CITATION.cff", "requirements.txt", *folders):
         source = ROOT / name
         if source.is_dir():
             # with its bytecode, which would have to be made again in every copy

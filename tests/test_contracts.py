@@ -325,8 +325,8 @@ def read_by(rule, path, kind):
         of = {"input": "files", "params": "chosen"}[kind]
         found = [node for node in nodes(ROOT / module) if isinstance(node, ast.Attribute)]
         names = names | {node.attr for node in found if getattr(node.value, "id", "") == of}
-        if kind == "params" and any(node.attr == "choices_of_trials" for node in found):
-            names |= {"title", "trials"}
+        if any(node.attr == "choices_of_trials" for node in found):
+            names |= {"params": {"title", "trials"}, "input": {"truth"}}[kind]
     return names, computed
 
 

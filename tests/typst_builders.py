@@ -109,13 +109,15 @@ def plain_words(page: str) -> str:
     return " ".join(unicodedata.normalize("NFKC", words).split())
 
 
-def index_parts_of(data: Mapping, tables: Mapping[str, str | Path] | None = None) -> dict[str, str]:
-    """Parts of the index as HTML, from the content of report.json and tables."""
-    from workflow.scripts.typeset import index_parts
+def page_of(
+    data: Mapping, tables: Mapping[str, str | Path] | None = None, source: str = '#include "report.typ"'
+) -> str:
+    """A source as it is typeset for the page of a browser, from the content of report.json and tables."""
+    from workflow.scripts.typeset import typeset_page
 
-    with report_root(data, tables or {}) as root:
+    with report_root(data, tables or {}, {"page.typ": source}) as root:
         files = {str(path.relative_to(root)): path for path in root.rglob("*") if path.is_file()}
-        return index_parts(files, "./my%20study.pdf")
+        return typeset_page(files, "page.typ").partition("<body>")[2]
 
 
 def tables_of(results: Path) -> dict[str, Path]:
@@ -131,5 +133,11 @@ def tables_of(results: Path) -> dict[str, Path]:
 def chapter_words(
     name: str, data: Mapping, tables: Mapping[str, str | Path] | None = None, cells: str = ""
 ) -> str:
-    """Words of a chapter of the report by itself, without references to others; ``cells`` as above."""
-    return typeset_words(f'#show ref: none\n#include "chapters/{name}.typ"', data, tables, cells)
+    """Words of a chapter of the report and its appendix, without references to others; ``cells`` as above."""
+    parts = "".join(f'#include "chapters/{part}.typ"\n' for part in parts_of(name))
+    return typeset_words(f"#show ref: none\n{parts}", data, tables, cells)
+
+
+def parts_of(chapter: str) -> list[str]:
+    """A chapter, and the appendix that continues it."""
+    return [part for part in (chapter, f"{chapter}_further") if (REPORT / f"chapters/{part}.typ").is_file()]

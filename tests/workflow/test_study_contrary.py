@@ -10,7 +10,7 @@ import shutil
 
 import pytest
 from study_builders import PEOPLE, snakemake
-from typst_builders import index_parts_of, plain_words, tables_of, typeset_words
+from typst_builders import page_of, plain_words, tables_of, typeset_words
 
 from tepsipe.io.result import read_result, write_result
 
@@ -202,10 +202,10 @@ def test_report_of_contrary_results_tells_what_they_show(said, sentence):
     assert sentence in said
 
 
-def test_index_for_a_browser_has_the_same_abstract(own_study, said):
+def test_page_for_a_browser_tells_the_same(own_study, said):
     results = own_study / "results"
     data = json.loads((results / "report/report.json").read_text(encoding="utf-8"))
-    words = plain_words(index_parts_of(data, tables_of(results))["findings"])
+    words = plain_words(page_of(data, tables_of(results)))
     assert "with a VAF of" in words
     assert not [sentence for sentence in FALSE_HERE if sentence in words]
 

@@ -1,7 +1,8 @@
-"""Pages of trials and index of a tiny study: complete, small, linked, and the same wherever the folder is."""
+"""Pages of a tiny study, of its trials and of its report: complete, small, linked, and as the PDF."""
 
 import re
 import shutil
+import unicodedata
 from html import unescape
 from urllib.parse import unquote
 
@@ -12,14 +13,24 @@ from study_builders import TRIALS
 pytestmark = pytest.mark.study
 
 
-def test_every_trial_has_a_small_page_that_loads_nothing(study):
+def test_every_trial_has_a_small_page_with_links_to_its_files_and_to_the_report(study):
     folder = study / "results/report/trials"
     pages = {path.relative_to(folder).with_suffix("").as_posix(): path for path in folder.rglob("*.html")}
     assert set(pages) == {"/".join(row.split()[:2]) for row in TRIALS}
+    index = (folder.parent / "index.html").read_text(encoding="utf-8")
     for name, path in pages.items():
         html = path.read_text(encoding="utf-8")
         assert len(html) < 1_000_000, name
-        assert parsed(html).links == [], name
+        reader = parsed(html)
+        assert not any(link.startswith(("http", "/")) for link in reader.links), name
+        for link in reader.links:
+            assert (path.parent / unquote(link).partition("#")[0]).is_file(), (name, link)
+        chapter = next(
+            link.partition("#")[2] for link in reader.links if "#" in link and "trials" not in link
+        )
+        assert f'id="{chapter}"' in index, name
+        picture = path.with_suffix(".svg").read_text(encoding="utf-8")
+        assert picture.startswith("<svg") and len(picture) < 4000, name
         assert name.partition("/")[2] in html
         data = page_data(html)
         assert len(data["panels"]) > 2 and all(panel["traces"] for panel in data["panels"]), name
@@ -45,31 +56,72 @@ def test_pages_show_what_the_analysis_used(study):
     assert {band[0] for band in data["axes"]["time"]["windows"]} <= {"epoch", "left-out"}
 
 
-def test_index_leads_to_every_result_after_the_folder_has_moved(study, tmp_path):
+def test_true_values_stand_beside_the_estimates(study):
+    html = (study / "results/report/trials/dummy/sine-0.5.html").read_text(encoding="utf-8")
+    first = html.partition("</table>")[0]
+    assert first.count("(recommended)") >= 1 and "leg, thesis equation" not in first
+    assert re.search(r'class="truth">true 10\.\d', html)
+
+
+def report_page(study):
+    return (study / "results/report/index.html").read_text(encoding="utf-8")
+
+
+def test_report_page_leads_to_every_result_after_the_folder_has_moved(study, tmp_path):
     moved = tmp_path / "elsewhere"
     shutil.copytree(study / "results", moved, ignore=shutil.ignore_patterns("raw", "*.h5"))
-    html = (moved / "report/index.html").read_text(encoding="utf-8")
-    reader = parsed(html)
-    links = [unquote(link) for link in reader.links if not link.startswith("#")]
-    assert len(links) > 80
+    reader = parsed((moved / "report/index.html").read_text(encoding="utf-8"))
+    outside = [link for link in reader.links if link.startswith("http")]
+    assert all("doi.org" in link or "://" in link for link in outside)
+    links = [unquote(link) for link in reader.links if not link.startswith(("#", "http"))]
+    assert len(links) > 150
     for link in links:
         assert (moved / "report" / link).is_file(), link
-    for kind, pattern in (("tables", "*.csv"), ("figures", "*.svg"), ("report/trials", "*/*.html")):
+    for kind, pattern in (("tables", "*.csv"), ("report/trials", "*/*.html")):
         for path in (moved / kind).glob(pattern):
             assert any((moved / "report" / link).resolve() == path for link in links), path
+    assert {unquote(link[1:]) for link in reader.links if link.startswith("#")} <= set(reader.ids)
 
 
-def test_index_and_pdf_have_the_same_sentences(study):
+def test_every_figure_and_table_has_data_code_command_and_the_figures_a_decision(study):
+    figures = re.findall(r"(?s)<figure.*?</figure>", report_page(study))
+    assert len(figures) > 60
+    for figure in figures:
+        name = re.search(r'<figure id="([^"]+)"', figure)[1]
+        origin = re.sub(r"<[^>]+>", " ", figure.partition('<details class="origin">')[2])
+        assert re.search(r"Data\s+\S+\.(csv|json|svg)", origin), name
+        assert re.search(r"(Rule|Typeset by)\s+\S+ ?\(?[\w/]+\.(smk|typ):\d+", origin), name
+        assert "snakemake -c1 results/" in origin and "--forcerun " in origin, name
+        assert "decision" in origin, name
+    drawn = [figure for figure in figures if "<img" in figure]
+    assert all(re.search(r"Function</dt><dd><code>\w+ \(tepsipe/\S+\.py:\d+\)", figure) for figure in drawn)
+    assert all(
+        'loading="lazy"' in figure and re.search(r' width="\d+" height="\d+"', figure) for figure in drawn
+    )
+
+
+def test_report_page_has_the_numbers_of_the_pdf(study):
     from pypdf import PdfReader
 
-    html = (study / "results/report/index.html").read_text(encoding="utf-8")
-    told = re.split('<div class="warning">|<details>', html.partition("<main>")[2])[0]
-    told = told.replace("<h2>Findings</h2>", "")
-    assert told.count("<p>") >= 6
-    pages = PdfReader(study / "results/report/thesis.pdf").pages
-    # references and sections have numbers in the PDF, and letters of formulas are of another font
-    printed = re.sub(r"\[\d+\]|\W", "", " ".join(page.extract_text() for page in pages[:3]))
-    parts = re.split(r"<math>.*?</math>|<a .*?</a>|<[^>]+>", told)
-    sentences = [re.sub(r"\W", "", unescape(part)) for part in parts]
-    assert len("".join(sentences)) > 1000
-    assert [words for words in sentences if words not in printed] == []
+    def numbers(words):
+        words = unicodedata.normalize("NFKC", words).replace("\u2060", "").replace("\u2212", "-")
+        return set(re.findall(r"(?<![\w.])\d+\.\d{2,}", words))
+
+    html = re.sub(
+        r"(?s)<details class=.origin.*?</details>|<script.*?</script>|<style.*?</style>",
+        "",
+        report_page(study),
+    )
+    shown = numbers(unescape(re.sub(r"<[^>]+>", " ", html.partition('<h2 id="trials"')[0])))
+    printed = numbers(
+        " ".join(page.extract_text() for page in PdfReader(study / "results/report/thesis.pdf").pages)
+    )
+    assert len(shown) > 500
+    assert shown - printed == set()
+    assert len(printed - shown) < 0.01 * len(printed)
+
+
+def test_report_page_is_small(study):
+    assert len(report_page(study)) < 2_000_000
+    pictures = sum(path.stat().st_size for path in (study / "results/figures").glob("*.svg"))
+    assert pictures < 15_000_000

@@ -161,9 +161,8 @@ def report_sources():
 
 
 def figure_pairs(*names):
-    """Named outputs for figures that are not in the HTML report: SVG and PNG of each."""
-    svg = {name: f"<results>/figures/{name}.svg" for name in names}
-    return svg | {f"{name}_png": f"<results>/figures/{name}.png" for name in names}
+    """Named outputs for figures that are not in the HTML report."""
+    return outputs.with_numbers({name: f"<results>/figures/{name}.svg" for name in names})
 
 
 def caption(name):
@@ -172,21 +171,22 @@ def caption(name):
 
 
 def figure_files(name, folder=None):
-    """Named outputs of a plotting rule: every figure as SVG, in the HTML report, and as PNG.
+    """Named outputs of a plotting rule; the SVG of every figure is in the HTML report.
 
     Those in a folder of their own, for example of one participant, are not in the report.
     """
-    files = {}
-    for figure, text in outputs.figures_of(STUDY, name).items():
-        if folder is not None:
-            files[figure] = f"<results>/figures/{folder}/{figure}.svg"
-            files[f"{figure}_png"] = f"<results>/figures/{folder}/{figure}.png"
-            continue
-        files[figure] = report(
-            f"<results>/figures/{figure}.svg",
-            caption=caption(text),
-            category=outputs.category_of(name),
-            labels={"figure": figure.removeprefix("figure_").replace("_", "-")},
-        )
-        files[f"{figure}_png"] = f"<results>/figures/{figure}.png"
-    return files
+    figures = outputs.figures_of(STUDY, name)
+    if folder is not None:
+        folder = f"<results>/figures/{folder}"
+        return outputs.with_numbers({figure: f"{folder}/{figure}.svg" for figure in figures}, folder)
+    return outputs.with_numbers(
+        {
+            figure: report(
+                f"<results>/figures/{figure}.svg",
+                caption=caption(text),
+                labels={"figure": figure.removeprefix("figure_").replace("_", "-")},
+                category=outputs.category_of(name),
+            )
+            for figure, text in figures.items()
+        }
+    )

@@ -35,7 +35,7 @@ def succeed():
     if left:
         more = f" and {len(left) - 1} more" if len(left) > 1 else ""
         print(f"tepsipe: of no trial of the sheet, not needed: {left[0]}{more}", file=sys.stderr)
-    page = Path(config["pathvars"]["results"]) / START_PAGE
+    page = Path(config["pathvars"]["results"]) / "report/index.html"
     if page.is_file():
         sys.stdout.reconfigure(errors="backslashreplace")  # its folder may have a name that cannot be shown
         atexit.register(print, page.absolute())  # after Snakemake's own last line

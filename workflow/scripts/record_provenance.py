@@ -39,6 +39,7 @@ with open(snakemake.output.provenance, "w", encoding="utf-8") as file:
     json.dump(
         {
             "commit": snakemake.params.code["commit"],
+            "date": snakemake.params.code["date"],
             "modified": snakemake.params.code["modified"],
             "python": platform.python_version(),
             "packages": {name: version(name) for name in packages},

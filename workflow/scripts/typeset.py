@@ -1,7 +1,6 @@
 """Reading of a run for a report, and typesetting of the report by Typst."""
 
 import json
-import re
 import shutil
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
@@ -88,22 +87,17 @@ def typeset(files: Mapping[str, str | Path], main: str, pdf: str | Path) -> None
         )
 
 
-def index_parts(files: Mapping[str, str | Path], pdf: str) -> dict[str, str]:
-    """Parts of the index for a browser as HTML, with the sentences of the report's first page.
-
-    References to sections are links to the ``pdf``, a path relative to the index.
-    """
+def typeset_page(files: Mapping[str, str | Path], main: str) -> str:
+    """Typeset the source ``main`` as HTML, to be framed by `tepsipe.reporting.pages.report_page`."""
     with _gathered(files) as root:
         page = typst.compile(
-            str(root / "index_page.typ"),
+            str(root / main),
             root=str(root),
             format="html",
             ignore_system_fonts=True,
-            sys_inputs={"pdf": pdf},
-        ).decode()
-    lines = re.sub("(</(?:p|li|tr|dd|div|summary|details)>)", r"\1\n", page)
-    parts = re.findall(r'(?s)<section id="(\w+)">(.*?)</section>', lines)
-    return {name: part.strip() for name, part in parts}
+            sys_inputs={"web": "true"},
+        )
+    return page.decode()
 
 
 @contextmanager

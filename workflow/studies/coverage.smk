@@ -7,7 +7,6 @@ from workflow.support.laboratories import Laboratories
 LABORATORIES = Laboratories(config)
 TABLES = ("coverage", "dropped", "flags", "outcomes", "laboratories")
 OUTPUTS = [*(f"<results>/tables/{name}.csv" for name in TABLES), "<results>/report/coverage.pdf"]
-START_PAGE = "report/coverage.pdf"
 
 
 # on a cluster, beside the run itself

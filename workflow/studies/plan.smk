@@ -10,7 +10,6 @@ PLAN_TABLES = (
 )
 SHOWN_TABLES = ("plan", "pulses", "filters", "several_joints")
 OUTPUTS = [*(f"<results>/tables/{name}.csv" for name in SHOWN_TABLES), "<results>/report/plan.pdf"]
-START_PAGE = "report/plan.pdf"
 
 
 include: "../rules/virtual_lab.smk"

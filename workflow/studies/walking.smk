@@ -5,7 +5,6 @@ WALKS = STUDY.conditions("walking")
 MADE_WALKS = STUDY.made("walking")
 TABLES = ["estimates", "uncertainty", "walking", "needed", *(["recovery"] if MADE_WALKS else [])]
 OUTPUTS = [*(f"<results>/tables/{name}.csv" for name in TABLES), "<results>/report/walking.pdf"]
-START_PAGE = "report/walking.pdf"
 
 
 rule fit_walking:

@@ -1,6 +1,7 @@
 """Captions of figures and tables, of one file, in a file each for Snakemake's report."""
 
 import os
+import re
 from functools import cache
 from pathlib import Path
 
@@ -30,6 +31,12 @@ def read_captions(path: str | Path) -> dict[str, str]:
 def captions_of(name: str) -> tuple[str, ...]:
     """Captions of the figures of an experiment or part, in the order in which they are shown."""
     return tuple(_groups(OF_PROJECT).get(name, ()))
+
+
+def group_of(figure: str) -> str | None:
+    """Experiment or part below which a figure has its caption; figures of single trials share one."""
+    shared = re.sub(r"^figure_b_([1-9]|1[0-2])$", "figure_b_trial", figure)
+    return next((name for name, own in _groups(OF_PROJECT).items() if shared in own), None)
 
 
 @cache

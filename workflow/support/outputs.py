@@ -44,6 +44,12 @@ def figures(study: Study) -> list[str]:
     return [f"<results>/figures/{figure}.svg" for name in shown(study) for figure in figures_of(study, name)]
 
 
+def with_numbers(figures: dict, folder: str = "<results>/figures") -> dict:
+    """Named outputs of figures (name -> SVG), with those of their PNG and of the numbers that they show."""
+    kinds = ("png", "csv")
+    return figures | {f"{name}_{kind}": f"{folder}/{name}.{kind}" for name in figures for kind in kinds}
+
+
 def standing_figures(study: Study) -> list[str]:
     """Figures 4-13 and 4-14 of every trial of the standing person."""
     names = ("4_13", "4_14")

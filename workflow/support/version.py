@@ -5,7 +5,7 @@ from pathlib import Path
 
 
 def code_version(root: str | Path) -> dict[str, str | bool | None]:
-    """Commit of the checkout and whether files differ from it; None where there is no checkout."""
+    """Commit of the checkout, its date, and whether files differ from it; None where there is no checkout."""
 
     def git(*arguments: str) -> str | None:
         command = ["git", "-C", str(root), *arguments]
@@ -17,4 +17,5 @@ def code_version(root: str | Path) -> dict[str, str | bool | None]:
 
     commit = git("rev-parse", "HEAD")
     changed = git("status", "--porcelain", "--untracked-files=no")
-    return {"commit": commit, "modified": None if changed is None else bool(changed)}
+    date = git("show", "--no-patch", "--format=%cs", "HEAD")
+    return {"commit": commit, "date": date, "modified": None if changed is None else bool(changed)}

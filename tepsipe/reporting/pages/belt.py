@@ -11,7 +11,7 @@ from tepsipe.reporting.pages.trial_page import CYCLE, Clock, Page, Panel, Sectio
 def pages(files, chosen) -> Iterator[Page]:
     """Page of every trial, beside the calibration of all of them (``fit``)."""
     calibration = read_result(files.fit[0])
-    for trial, choices in zip(files.trials, header.choices_of_trials(chosen), strict=True):
+    for trial, choices in zip(files.trials, header.choices_of_trials(files, chosen), strict=True):
         yield belt_page(read_trial(trial), calibration, choices | {"chosen": chosen.model})
 
 
@@ -70,7 +70,7 @@ def belt_page(trial: Trial, calibration: Result, choices: dict) -> Page:
     return Page(
         title=f"{header.TITLES['belt']}, {condition}",
         study=choices["study"],
-        header=header.facts_and_checks(facts, [], []),
+        header=header.facts_and_checks(facts, [], [], choices),
         sections=(Section("Velocity and load", tuple(panels), note),),
         footer=header.sources_table(trial) + header.processing(trial),
         axes={"time": "Time (s)", "part": "Time (s)"},

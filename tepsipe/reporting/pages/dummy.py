@@ -24,7 +24,7 @@ LOADS = {"Fy": ("Fore-aft force", "N"), "Mx": ("Moment about the plate's x axis"
 
 def pages(files, chosen) -> Iterator[Page]:
     """Page of every trial, of its file, its fits from the leg and, if any, the foot, and its estimates."""
-    of_trials = list(header.choices_of_trials(chosen))
+    of_trials = list(header.choices_of_trials(files, chosen))
     facts = {choices["condition"]: read_facts(files.fits[k]) for k, choices in enumerate(of_trials)}
     for k, choices in enumerate(of_trials):
         foot = read_result(files.foot[k]) if files.foot else None
@@ -77,7 +77,7 @@ def dummy_page(
     flags = header.flagged(estimates)
     top = (
         header.facts_list(facts)
-        + header.estimates_table(estimates, [choices["recommended"]])
+        + header.estimates_table(estimates, [choices["recommended"]], choices.get("truth", header.NO_TRUTH))
         + (header.sentences_list("Flags", flags, "") if flags else "")
         + header.sentences_list(
             "Left out or filled",

@@ -1,10 +1,12 @@
 """Header and footer of a trial's page: facts, estimates, omissions, source files, processing."""
 
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import PurePath
+from types import MappingProxyType
 
 from tepsipe.io.estimates import FLAGS, Estimate
+from tepsipe.io.recovery_table import RECOVERIES
 from tepsipe.io.trial import Trial
 from tepsipe.reporting.figures.names import unit_symbol, words
 from tepsipe.reporting.format import by_uncertainty, number
@@ -42,6 +44,7 @@ TITLES = {
     "position_manipulator": "Position-controlled manipulator",
     "platform": "Standing on a moving platform",
 }
+NO_TRUTH: Mapping[tuple, float] = MappingProxyType({})
 UNFLAGGED = "No check of this trial failed."
 
 
@@ -59,11 +62,14 @@ def sentences_list(heading: str, sentences: Sequence[str], otherwise: str) -> st
     return f'<h3>{text(heading)}</h3>\n<ul class="left-out">\n{items}</ul>\n'
 
 
-def estimates_table(estimates: Sequence[Estimate], recommended: Sequence[str]) -> str:
+def estimates_table(
+    estimates: Sequence[Estimate], recommended: Sequence[str], truth: Mapping[tuple, float] = NO_TRUTH
+) -> str:
     """Estimates (in their units) with 95 % intervals, one row per pathway and estimator, then all of them.
 
     Recommended is what the rows say; where they say nothing, ``recommended`` names the pathway, and the
-    estimator if there are several for a pathway.
+    estimator if there are several for a pathway. The other rows are folded. ``truth`` has the true values by
+    experiment, condition, pathway, estimator and quantity.
     """
     if not estimates:
         return "<p>This trial has no estimates of its own.</p>\n"
@@ -73,24 +79,24 @@ def estimates_table(estimates: Sequence[Estimate], recommended: Sequence[str]) -
     for e in estimates:
         groups.setdefault((e.pathway, e.estimator), {})[e.quantity] = e
     header = ["Pathway", "Estimator", *(_heading(q, units[q]) for q in quantities)]
-    rows = []
+    rows: dict[bool, list[list[str]]] = {True: [], False: []}
 
     told = {(e.pathway, e.estimator) for e in estimates if e.recommended}
 
     def use(names: tuple[str, str]) -> bool:
         return names in told if told else bool(recommended) and set(recommended) <= set(names)
 
-    for pathway, estimator in sorted(groups, key=lambda names: not use(names)):
-        found = groups[pathway, estimator]
-        mark = " <b>(recommended)</b>" if use((pathway, estimator)) else ""
-        cells = [_cell(found[q]) if q in found else "" for q in quantities]
-        rows.append([text(words(pathway)) + mark, text(words(estimator)), *cells])
+    for pathway, estimator in groups:
+        found, used = groups[pathway, estimator], use((pathway, estimator))
+        mark = " <b>(recommended)</b>" if used else ""
+        cells = [_cell(found[q], truth) if q in found else "" for q in quantities]
+        rows[used].append([text(words(pathway)) + mark, text(words(estimator)), *cells])
     every = [
         [
             text(words(e.pathway)),
             text(words(e.estimator)),
             text(e.quantity),
-            _cell(e) + (" <b>(recommended)</b>" if e.recommended else ""),
+            _cell(e, truth) + (" <b>(recommended)</b>" if e.recommended else ""),
             *(_part(u) for u in (e.u_type_a, e.u_type_b)),
             text(_unit(e.unit)),
             "" if e.n_perturbations is None else text(e.n_perturbations),
@@ -100,8 +106,14 @@ def estimates_table(estimates: Sequence[Estimate], recommended: Sequence[str]) -
     ]
     columns = ("Pathway", "Estimator", "Quantity", "Value (95 % interval)", "Type A", "Type B")
     columns += ("Unit", "Perturbations", "Flags")
+    caption = "Estimates of this trial; in brackets the 95 % interval" + _holds(estimates)
+    if any(_key(e) in truth for e in estimates):
+        caption += "; below it the true value, which the analysis does not know"
+    shown, others = (rows[True], rows[False]) if rows[True] else (rows[False], [])
+    folded = f"<details><summary>{len(others)} other pathways and estimators</summary>\n"
     return (
-        table(header, rows, "Estimates of this trial; in brackets the 95 % interval" + _holds(estimates))
+        table(header, shown, caption)
+        + (f"{folded}{table(header, others)}</details>\n" if others else "")
         + f"<details><summary>All {len(every)} estimates</summary>\n{table(columns, every)}</details>\n"
     )
 
@@ -136,11 +148,25 @@ def _unit(unit: str) -> str:
     return "\N{EN DASH}" if unit == "1" else unit_symbol(unit)
 
 
-def _cell(estimate: Estimate) -> str:
+def _key(e: Estimate) -> tuple[str, ...]:
+    return e.experiment, e.condition, e.pathway, e.estimator, e.quantity
+
+
+def _cell(estimate: Estimate, truth: Mapping[tuple, float]) -> str:
     value, interval = by_uncertainty(estimate.value, estimate.ci_low, estimate.ci_high)
     mark = ' <b title="flagged, see below">\N{DAGGER}</b>' if estimate.flags else ""
     between = f' <span class="interval">({text(interval)})</span>' if interval else ""
-    return f'<span class="nowrap">{text(value)}{mark}</span>{between}'
+    true = truth.get(_key(estimate))
+    beside = "" if true is None else f'<br><span class="truth">true {text(_like(true, estimate))}</span>'
+    return f'<span class="nowrap">{text(value)}{mark}</span>{between}{beside}'
+
+
+def _like(true: float, estimate: Estimate) -> str:
+    """A true value with the digits of its estimate."""
+    if estimate.ci_low is None or estimate.ci_high is None:
+        return number(true)
+    half = 0.5 * (estimate.ci_high - estimate.ci_low)
+    return by_uncertainty(true, true - half, true + half)[0]
 
 
 def _sources(trial: Trial) -> list[tuple[str, str, str]]:
@@ -193,13 +219,16 @@ def trial_facts(trial: Trial, experiment: str, choices: dict) -> list[tuple[str,
     ]
 
 
-def choices_of_trials(chosen) -> Iterator[dict]:
-    """Choices of each trial's page: study, condition, and the trial's row of the sheet."""
+def choices_of_trials(files, chosen) -> Iterator[dict]:
+    """Choices of each trial's page: study, condition, the trial's row of the sheet, and the ``truth``."""
+    rows = RECOVERIES.read(*files.truth) if files.truth else []
+    truth = {(r.experiment, r.condition, r.pathway, r.estimator, r.quantity): r.truth for r in rows}
     for condition, row in chosen.trials.items():
-        yield {"study": chosen.title, "condition": condition, **row}
+        yield {"study": chosen.title, "condition": condition, "truth": truth, **row}
 
 
-def facts_and_checks(facts: list, estimates: Sequence[Estimate], flags: list[str]) -> str:
+def facts_and_checks(facts: list, estimates: Sequence[Estimate], flags: list[str], choices: dict) -> str:
     """Header of a page without omissions: facts, estimates (units in them), failed checks."""
     found = [*flagged(estimates), *flags]
-    return facts_list(facts) + estimates_table(estimates, []) + sentences_list("Flags", found, UNFLAGGED)
+    shown = estimates_table(estimates, [], choices.get("truth", NO_TRUTH))
+    return facts_list(facts) + shown + sentences_list("Flags", found, UNFLAGGED)

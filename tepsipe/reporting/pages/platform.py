@@ -13,7 +13,9 @@ OTHERWISE = "The perturbation identifies every quantity, and no model is rejecte
 
 def pages(files, chosen) -> Iterator[Page]:
     """Page of every trial, of its file, its fit and its estimates."""
-    rows = zip(files.trials, files.fits, files.estimates, header.choices_of_trials(chosen), strict=True)
+    rows = zip(
+        files.trials, files.fits, files.estimates, header.choices_of_trials(files, chosen), strict=True
+    )
     for trial, fit, estimates, choices in rows:
         yield platform_page(read_trial(trial), read_result(fit), ESTIMATES.read(estimates), choices)
 
@@ -64,7 +66,7 @@ def platform_page(trial: Trial, fit: Result, estimates: Sequence[Estimate], choi
         title=f"{header.TITLES['platform']}, {choices['condition']}",
         study=choices["study"],
         header=header.facts_list(facts)
-        + header.estimates_table(estimates, [])
+        + header.estimates_table(estimates, [], choices.get("truth", header.NO_TRUTH))
         + header.sentences_list("Not identified by the recommended model", refusals, OTHERWISE),
         sections=(Section("Platform and joints", tuple(panels)),),
         footer=header.sources_table(trial) + header.processing(trial),

@@ -14,7 +14,9 @@ from tepsipe.reporting.pages.trial_page import CYCLE, Band, Clock, Page, Panel, 
 
 def pages(files, chosen) -> Iterator[Page]:
     """Page of every trial, of its file, its fit and its estimates."""
-    rows = zip(files.trials, files.fits, files.estimates, header.choices_of_trials(chosen), strict=True)
+    rows = zip(
+        files.trials, files.fits, files.estimates, header.choices_of_trials(files, chosen), strict=True
+    )
     for trial, fit, estimates, choices in rows:
         yield position_manipulator_page(
             read_trial(trial), read_result(fit), ESTIMATES.read(estimates), choices
@@ -68,7 +70,7 @@ def position_manipulator_page(
     return Page(
         title=f"{header.TITLES['position_manipulator']}, {choices['condition']}",
         study=choices["study"],
-        header=header.facts_and_checks(facts, estimates, []),
+        header=header.facts_and_checks(facts, estimates, [], choices),
         sections=(
             Section(
                 "Angle and torque",

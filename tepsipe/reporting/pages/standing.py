@@ -19,7 +19,7 @@ NOT_SEEN = "palpated, because quiet sway does not show it; the interval contains
 def pages(files, chosen) -> Iterator[Page]:
     """Page of every trial, of its file, fit, epochs and estimates."""
     recommended = list(chosen.recommended.values())
-    for k, choices in enumerate(header.choices_of_trials(chosen)):
+    for k, choices in enumerate(header.choices_of_trials(files, chosen)):
         trial, estimates = read_trial(files.trials[k]), ESTIMATES.read(files.estimates[k])
         fit, epochs = read_result(files.fits[k]), read_result(files.epochs[k])
         yield standing_page(trial, fit, epochs, estimates, choices | {"recommended": recommended})
@@ -66,7 +66,7 @@ def standing_page(
         title=f"{header.TITLES['standing']}, {choices['condition']}",
         study=choices["study"],
         header=header.facts_list(facts)
-        + header.estimates_table(estimates, choices["recommended"])
+        + header.estimates_table(estimates, choices["recommended"], choices.get("truth", header.NO_TRUTH))
         + (header.sentences_list("Flags", flags, "") if flags else "")
         + header.sentences_list("Left out or filled", reasons, "Nothing was left out."),
         sections=(

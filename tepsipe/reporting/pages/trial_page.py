@@ -4,9 +4,10 @@ The pages of the experiments say what is shown; this module lays it out, decimat
 stays small, and writes one file of HTML.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
@@ -32,6 +33,7 @@ CYCLE = tuple(
     for dash in ("", "6 3", "2 2")
     for colour in ("blue", "vermilion", "green", "purple", "orange", "sky")
 )
+NO_LINKS: Mapping[str, str] = MappingProxyType({})
 BANDS = {
     "window": "fitted window",
     "epoch": "epoch that is used",
@@ -181,8 +183,15 @@ class Page:
     axes: dict[str, str] = field(default_factory=lambda: {"time": "Time (s)"})
 
 
-def render(page: Page) -> str:
-    """The page as one file of HTML (units in its labels), the same for the same content."""
+# words of a link -> address relative to the page
+Links = Mapping[str, str]
+
+
+def render(page: Page, places: Links = NO_LINKS, files: Links = NO_LINKS) -> str:
+    """The page as one file of HTML (units in its labels), the same for the same content.
+
+    ``places`` lead to the report and to other trials, ``files`` to what the page was made from.
+    """
     sections = [
         Section(s.heading, tuple(p for p in s.panels if p.traces), s.note)
         for s in page.sections
@@ -200,7 +209,8 @@ def render(page: Page) -> str:
             number += 1
         body.append("</section>\n")
     content = (
-        f'<header>\n<p class="study">{text(page.study)}</p>\n<h1>{text(page.title)}</h1>\n</header>\n'
+        f'<header>\n{_links("Report and trials", places)}<p class="study">{text(page.study)}</p>\n'
+        f"<h1>{text(page.title)}</h1>\n{_links('Files', files)}</header>\n"
         f"<main>\n{page.header}{_tools(bool(page.windows))}"
         '<noscript><p class="warning">The curves need JavaScript; the tables do not.</p></noscript>\n'
         f'{"".join(body)}{page.footer}<p class="small">{text(resolution)}</p>\n</main>\n'
@@ -209,9 +219,48 @@ def render(page: Page) -> str:
     return document(f"{page.title} \N{EN DASH} {page.study}", content)
 
 
-def write_page(path: str | Path, page: Page) -> None:
-    """Write a page as one file of HTML (units in its labels)."""
-    Path(path).write_text(render(page), encoding="utf-8", newline="\n")
+def write_page(path: str | Path, page: Page, places: Links = NO_LINKS, files: Links = NO_LINKS) -> None:
+    """Write a page as one file of HTML (units in its labels), with links as in `render`."""
+    Path(path).write_text(render(page, places, files), encoding="utf-8", newline="\n")
+
+
+def _links(name: str, links: Links) -> str:
+    shown = "".join(f'<a href="{text(path)}">{text(words)}</a> ' for words, path in links.items())
+    return f'<nav class="links" aria-label="{text(name)}">{shown}</nav>\n' if links else ""
+
+
+# size of a thumbnail (pixels), and what it shows before and after the onset of a perturbation (s)
+SMALL = (120, 32)
+AROUND_S = (0.2, 1.2)
+
+
+def thumbnail(page: Page) -> str:
+    """A small picture (SVG) of the angle, the force or the first curve around one perturbation."""
+    panels = [panel for section in page.sections for panel in section.panels if panel.traces]
+    named = [panel for panel in panels if panel.title.startswith(("Angle", "Ankle", "Fore-aft"))]
+    if not panels:
+        return _picture("")
+    panel = (named or panels)[0]
+    trace, windows = panel.traces[0], page.windows
+    time = trace.clock.start_s + np.arange(trace.clock.size) / trace.clock.rate_hz
+    middle = windows[len(windows) // 2].start_s if windows else 0.5 * (time[0] + time[-1])
+    before, after = AROUND_S if windows else (1.5, 1.5)
+    shown = (time >= middle - before) & (time <= middle + after) & np.isfinite(trace.values)
+    if shown.sum() < 2:
+        return _picture("")
+    x, y = time[shown], np.asarray(trace.values, dtype=float)[shown]
+    step = max(1, x.size // SMALL[0])
+    x, y = x[::step], y[::step]
+    height = float(np.ptp(y)) or 1.0
+    across = (x - x[0]) / (x[-1] - x[0]) * (SMALL[0] - 2) + 1.0
+    down = (y.max() - y) / height * (SMALL[1] - 4) + 2.0
+    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(across, down, strict=True))
+    return _picture(f'<polyline points="{points}" fill="none" stroke="#1668a8" stroke-width="1.2"/>')
+
+
+def _picture(content: str) -> str:
+    width, height = SMALL
+    return f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}">{content}</svg>\n'
 
 
 def _figure(panel: Panel, number: int) -> str:

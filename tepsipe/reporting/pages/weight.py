@@ -23,7 +23,9 @@ ROLES = {"calibrate": "calibrates the treadmill models", "validate": "validates 
 def pages(files, chosen) -> Iterator[Page]:
     """Page of every trial, of its file, fit and estimates, and of the calibration of its belt, if any."""
     plates = dict(zip(chosen.belts, map(read_result, files.plates), strict=True))
-    rows = zip(files.trials, files.fits, files.estimates, header.choices_of_trials(chosen), strict=True)
+    rows = zip(
+        files.trials, files.fits, files.estimates, header.choices_of_trials(files, chosen), strict=True
+    )
     for path, fit, estimates, choices in rows:
         choices |= {"experiment": chosen.experiment}
         trial, plate = read_trial(path), plates.get(choices["belt"])
@@ -75,7 +77,7 @@ def weight_page(
         title=f"{header.TITLES[choices['experiment']]}, {choices['condition']}",
         study=choices["study"],
         header=header.facts_list(facts)
-        + header.estimates_table(estimates, [])
+        + header.estimates_table(estimates, [], choices.get("truth", header.NO_TRUTH))
         + (header.sentences_list("Flags", flags, "") if flags else "")
         + header.sentences_list(
             "Left out or filled", left_out, "No perturbation was left out, no marker was hidden."

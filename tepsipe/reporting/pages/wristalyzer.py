@@ -13,7 +13,9 @@ from tepsipe.reporting.pages.trial_page import Clock, Page, Panel, Section, Trac
 
 def pages(files, chosen) -> Iterator[Page]:
     """Page of every trial, of its file, its fit and its estimates."""
-    rows = zip(files.trials, files.fits, files.estimates, header.choices_of_trials(chosen), strict=True)
+    rows = zip(
+        files.trials, files.fits, files.estimates, header.choices_of_trials(files, chosen), strict=True
+    )
     for trial, fit, estimates, choices in rows:
         yield wristalyzer_page(read_trial(trial), read_result(fit), ESTIMATES.read(estimates), choices)
 
@@ -50,7 +52,7 @@ def wristalyzer_page(trial: Trial, fit: Result, estimates: Sequence[Estimate], c
     return Page(
         title=f"Wristalyzer, {choices['condition']}",
         study=choices["study"],
-        header=header.facts_and_checks(facts, estimates, [*failed, *bounded]),
+        header=header.facts_and_checks(facts, estimates, [*failed, *bounded], choices),
         sections=(
             Section(
                 "Torque and angle",

@@ -1,0 +1,367 @@
+"""The report as a page for a browser: the HTML of Typst in a frame with contents, search, and origins.
+
+Typst typesets all words and numbers (report/*.typ). This module gives every section, figure, table and
+equation an anchor that does not change with others, and puts below every figure and table where it comes
+from. Links are relative to the folder of the page, so that the results can be moved.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from html import unescape
+from string import ascii_lowercase, ascii_uppercase
+from urllib.parse import quote
+
+from tepsipe.reporting.pages.html import asset, json_script, text
+
+# letters of formulas stand in planes that few fonts have: plain ones, made italic by the style
+ITALIC = {chr(0x1D434 + k): letter for k, letter in enumerate(ascii_uppercase + ascii_lowercase)}
+ITALIC |= {chr(0x1D6E2 + k): chr(0x391 + k) for k in range(25) if k != 17}
+ITALIC |= {chr(0x1D6FC + k): chr(0x3B1 + k) for k in range(25)}
+ITALIC |= {"\u210e": "h", "\U0001d6df": "\u03d1", "\U0001d719": "\u03d5", "\U0001d711": "\u03c6"}
+# elements of a heading that its entry in the contents keeps
+KEPT = "em|math|mi|mn|msub|mrow|code"
+# a cell with a number, which may have signs, an interval and marks
+NUMBER = re.compile(r"^[\s\u2060]*[(<>]?[\s<>±−+\-]*\d[\d.,  ·⁰¹²³⁴⁵⁶⁷⁸⁹⁻%*†∗×/()±−to–-]*$")
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a figure or table comes from.
+
+    Attributes
+    ----------
+    data : mapping of str to str
+        Words of a link -> path of a file, relative to the page.
+    code : sequence of (str, str)
+        What a place in the code is (rule, script, function, source), and the place with its line.
+    command : str
+        What makes it again.
+    """
+
+    data: Mapping[str, str]
+    code: Sequence[tuple[str, str]]
+    command: str
+
+
+@dataclass(frozen=True)
+class ReportPage:
+    """All that the page has beside the typeset report.
+
+    Attributes
+    ----------
+    title : str
+        Title of the study.
+    facts : sequence of (str, str)
+        Authors, version, commit and the like, with their names.
+    files : mapping of str to str
+        Words of a link -> path of the same report in another form, relative to the page.
+    sizes : mapping of str to (float, float)
+        Path of an image, relative to the page -> width and height (points).
+    source : str
+        Source of the report, for parts that name no other one.
+    origins : mapping of str to Origin
+        Anchor of a figure or table -> where it comes from; source of a part of the report -> the same of the
+        tables that have no anchor of their own.
+    rests_on : mapping of str to sequence of int
+        Anchor of a figure, table or section, or source -> numbers of the decisions on which it rests.
+    decisions : mapping of int to (str, str, str)
+        Number of a decision -> its title, its HTML, and the name of its file.
+    parts : mapping of str to (str, str)
+        Identifier of a section that follows the report -> its title and its HTML.
+    data : mapping of str to object
+        What the page gives to its scripts, by name.
+    """
+
+    title: str
+    facts: Sequence[tuple[str, str]]
+    files: Mapping[str, str]
+    sizes: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    source: str = "report.typ"
+    origins: Mapping[str, Origin] = field(default_factory=dict)
+    rests_on: Mapping[str, Sequence[int]] = field(default_factory=dict)
+    decisions: Mapping[int, tuple[str, str, str]] = field(default_factory=dict)
+    parts: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    data: Mapping[str, object] = field(default_factory=dict)
+
+
+def render_report(typeset: str, page: ReportPage) -> str:
+    """The report as one file of HTML, the same for the same content.
+
+    Parameters
+    ----------
+    typeset : str
+        The report as Typst exports it.
+    page : ReportPage
+        What the page has beside it.
+
+    Returns
+    -------
+    str
+        The page; its links and images are relative to it.
+    """
+    math_style = re.search(r"(?s)<style>(.*?)</style>", typeset)
+    body = typeset.partition("<body>")[2].rpartition("</body>")[0]
+    body = _own_drawings(_plain_letters(body))
+    body = _own_anchors(body)
+    body = re.sub(r"(?s)<figure.*?</figure>", _marked_columns, body)
+    body = re.sub(r'<img src="([^"]+)"', lambda m: _image(m[1], page.sizes), body)
+    body = _lead(body)
+    body, used = _with_origins(body, page)
+    for key, (title, content) in {**page.parts, **_decisions(used, page.decisions)}.items():
+        body += f'<section>\n<h2 id="{text(key)}">{text(title)}</h2>\n{content}</section>\n'
+    body = _headings_with_links(body)
+    style = (math_style[1] if math_style else "") + asset("report.css")
+    return (
+        '<!doctype html>\n<html lang="en-GB">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{text(page.title)}</title>\n<style>\n{style}</style>\n"
+        f"<script>\n{asset('theme.js')}</script>\n</head>\n<body>\n"
+        '<a class="skip" href="#report">To the report</a>\n'
+        f"{_side(body, page)}"
+        f'<main id="report">\n{_head(page)}{_lines(body)}</main>\n'
+        f"{json_script('page-data', dict(page.data))}\n"
+        f"<script>\n{asset('report.js')}</script>\n</body>\n</html>\n"
+    )
+
+
+def link(path: str, words: str) -> str:
+    """A link to a file that is named relative to the page; ``words`` is plain text."""
+    # "./" so that a colon in the first part is not read as a scheme
+    return f'<a href="{text("./" + quote(path))}">{text(words)}</a>'
+
+
+# ---- typeset report
+
+
+def _plain_letters(body: str) -> str:
+    """Formulas with letters that every font has; those that were italic keep a class that says so."""
+
+    def letter(found: re.Match) -> str:
+        plain = ITALIC.get(found[1])
+        return f'<mi class="i">{plain}</mi>' if plain else found[0]
+
+    return re.sub(r"<mi>([^<])</mi>", letter, body)
+
+
+def _own_drawings(body: str) -> str:
+    """Drawings of Typst, each with identifiers of its own for the glyphs that they share."""
+    parts = re.split(r"(?s)(<svg.*?</svg>)", body)
+    for k in range(1, len(parts), 2):
+        parts[k] = re.sub(r"\bg(?=[0-9A-F]{20})", f"d{k}g", parts[k])
+    return "".join(parts)
+
+
+def _own_anchors(body: str) -> str:
+    """Anchors by words and numbers in place of Typst's ``loc-…``, which count all elements before."""
+    body, names = _labelled(body)
+    taken = set(re.findall(r' id="((?!loc-\d)[^"]+)"', body)) | set(names.values())
+
+    def free(wanted: str) -> str:
+        name, k = wanted, 2
+        while name in taken:
+            name, k = f"{wanted}-{k}", k + 1
+        taken.add(name)
+        return name
+
+    def heading(found: re.Match) -> str:
+        level, attributes, words = found.groups()
+        slug = _slug(re.sub(r"<[^>]+>", "", words))
+        old = re.search(r' id="(loc-\d+)"', attributes)
+        if old:
+            if old[1] not in names:
+                names[old[1]] = free(slug)
+            return found[0]
+        return (
+            found[0]
+            if " id=" in attributes
+            else f'<h{level} id="{free(slug)}"{attributes}>{words}</h{level}>'
+        )
+
+    def figure(found: re.Match) -> str:
+        attributes, content = found.groups()
+        if ' id="' in attributes:
+            return found[0]
+        numbered = re.search(r"(Figure|Table)[\s ]+(\d+)", re.sub(r"<[^>]+>", "", content))
+        name = free("-".join(numbered.groups()).lower() if numbered else "figure")
+        return f'<figure id="{name}"{attributes}>{content}</figure>'
+
+    def reference(found: re.Match) -> str:
+        names[found[1]] = free(f"reference-{found[3]}")
+        return found[0]
+
+    def equation(found: re.Match) -> str:
+        number = re.search(r'<span class="number">\((\w+)\)</span>', found[0])
+        if number and " id=" not in found[1]:
+            return found[0].replace("<math", f'<math id="{free(f"equation-{number[1]}")}"', 1)
+        return found[0]
+
+    body = re.sub(r'<li id="(loc-\d+)">(<span class="prefix"><a [^>]*>\[)(\d+)', reference, body)
+    body = re.sub(r'(?s)<div class="equation">(<math[^>]*>).*?</div>', equation, body)
+    body = re.sub(r"(?s)<h([2-5])([^>]*)>(.*?)</h\1>", heading, body)
+    body = re.sub(r"(?s)<figure([^>]*)>(.*?)</figure>", figure, body)
+    body = re.sub(r'(?<= id=")loc-\d+(?=")', lambda m: names.get(m[0], m[0]), body)
+    return re.sub(r'(?<= href="#)loc-\d+(?=")', lambda m: names.get(m[0], m[0]), body)
+
+
+def _labelled(body: str) -> tuple[str, dict[str, str]]:
+    """Headings and figures with the labels that stand before them as anchors; Typst's own names for some."""
+    names: dict[str, str] = {}
+
+    def labelled(found: re.Match) -> str:
+        before, label, tag, attributes = found.groups()
+        own = re.search(r' id="([^"]+)"', before + attributes)
+        if own and own[1] != label:
+            names[own[1]] = label
+        attributes = re.sub(r' id="[^"]+"', "", attributes)
+        return f'<{tag} id="{label}"{attributes}>'
+
+    marked = r'<div((?: id="[^"]+")?) data-label="([^"]+)"></div>\s*<(h[2-6]|figure)([^>]*)>'
+    return re.sub(marked, labelled, body), names
+
+
+def _slug(words: str) -> str:
+    """Lower-case letters and digits of a heading without its number, joined by hyphens."""
+    words = re.sub(r"^[\dA-Z]?[\d.]*\s+", "", unescape(words).strip())
+    return re.sub(r"[^a-z0-9]+", "-", words.lower()).strip("-") or "section"
+
+
+def _marked_columns(found: re.Match) -> str:
+    """A figure with a table: wide tables scroll by themselves, and columns of numbers are right-aligned."""
+    figure = found[0]
+    figure = re.sub(r"(?s)<td(?P<a>[^>]*)>(?P<c>.*?)</td>", _cell, figure)
+    return figure.replace("<table", '<div class="wide" tabindex="0"><table').replace(
+        "</table>", "</table></div>"
+    )
+
+
+def _cell(found: re.Match) -> str:
+    plain = re.sub(r"<[^>]+>", "", found["c"].replace("<br>", " "))
+    return f'<td class="n"{found["a"]}>{found["c"]}</td>' if NUMBER.match(plain) else found[0]
+
+
+def _image(path: str, sizes: Mapping[str, tuple[float, float]]) -> str:
+    """Opening of an image with its size, so that nothing moves when it is loaded."""
+    width, height = sizes.get(path, (0.0, 0.0))
+    size = f' width="{width:.0f}" height="{height:.0f}"' if width and height else ""
+    return f'<img src="{text(quote(path))}"{size}'
+
+
+def _lead(body: str) -> str:
+    """The figure of the result below the first paragraph: the same image and words, with a link to it."""
+    wanted = re.search(r'<div data-lead="([^"]+)"></div>', body)
+    if not wanted:
+        return body
+    shown = re.search(rf'(?s)<figure[^>]*id="{re.escape(wanted[1])}".*?</figure>', body)
+    if not shown:
+        return body.replace(wanted[0], "")
+    image = re.search(r"<img[^>]*>", shown[0])
+    caption = re.search(r"(?s)<figcaption>(.*?)</figcaption>", shown[0])
+    picture = image[0].replace(' loading="lazy"', "") if image else ""
+    label, _, words = caption[1].partition(": ") if caption else ("", "", "")
+    finding = re.match(r"(?s)(.*?[.:])(\s|$)", words)
+    return body.replace(
+        wanted[0],
+        f'<div class="lead"><a href="#{wanted[1]}">{picture}</a>'
+        f'<p>{finding[1] if finding else words} <a href="#{wanted[1]}">{label}</a></p></div>',
+    )
+
+
+# ---- origins
+
+
+def _with_origins(body: str, page: ReportPage) -> tuple[str, list[int]]:
+    """Below every figure and table, where it comes from; and the decisions that are named there."""
+    source, section, used = page.source, "", set()
+    parts = re.split(r'(?s)(<div data-source="[^"]+">|<figure.*?</figure>|<h[2-4] id="[^"]+")', body)
+    for k, part in enumerate(parts):
+        if part.startswith("<div data-source"):
+            source = part.split('"')[1]
+        elif part.startswith("<h"):
+            section = part.split('"')[1]
+        elif part.startswith("<figure"):
+            name = re.search(r'id="([^"]+)"', part)[1]
+            table_name = re.sub(r"_\d$", "", name)  # blocks of a table
+            places = (name, table_name, section, source)
+            rests = next((page.rests_on[place] for place in places if place in page.rests_on), ())
+            used.update(rests)
+            origin = page.origins.get(name) or page.origins.get(table_name) or page.origins.get(source)
+            if origin:
+                parts[k] = (
+                    part.removesuffix("</figure>") + _origin(origin, rests, page.decisions) + "</figure>"
+                )
+    return "".join(parts), sorted(used)
+
+
+def _origin(origin: Origin, rests: Sequence[int], decisions: Mapping[int, tuple[str, str, str]]) -> str:
+    files = " ".join(link(path, words) for words, path in origin.data.items())
+    code = "".join(f"<dt>{text(what)}</dt><dd><code>{text(place)}</code></dd>" for what, place in origin.code)
+    named = ", ".join(
+        f'<a href="#decision-{n}">decision {n}: {text(decisions[n][0])}</a>' for n in rests if n in decisions
+    )
+    return (
+        '<details class="origin"><summary>Data, code, command</summary>\n'
+        f"<dl><dt>Data</dt><dd>{files}</dd>{code}"
+        f"{f'<dt>Rests on</dt><dd>{named}</dd>' if named else ''}"
+        f"<dt>Make again</dt><dd><code>{text(origin.command)}</code> "
+        '<button type="button" class="copy">copy</button></dd></dl></details>\n'
+    )
+
+
+def _decisions(
+    used: Sequence[int], decisions: Mapping[int, tuple[str, str, str]]
+) -> dict[str, tuple[str, str]]:
+    """Section with the records of the decisions that figures and tables name."""
+    records = "".join(
+        f'<details class="decision" id="decision-{n}"><summary>{n}. {text(decisions[n][0])}</summary>\n'
+        f"{decisions[n][1]}<p><code>docs/decisions/{text(decisions[n][2])}</code></p></details>\n"
+        for n in used
+        if n in decisions
+    )
+    return {"decisions": ("Decisions", records)} if records else {}
+
+
+# ---- frame
+
+
+def _headings_with_links(body: str) -> str:
+    """Headings from which their address can be copied."""
+
+    def linked(found: re.Match) -> str:
+        level, name, attributes, words = found.groups()
+        own = f'<a class="anchor" href="#{name}" aria-label="Link to this section">#</a>'
+        return f'<h{level} id="{name}"{attributes}>{words} {own}</h{level}>'
+
+    return re.sub(r'(?s)<h([2-5]) id="([^"]+)"([^>]*)>(.*?)</h\1>', linked, body)
+
+
+def _side(body: str, page: ReportPage) -> str:
+    """Contents, search and the choice between light and dark."""
+    items = []
+    for level, name, words in re.findall(r'(?s)<h([23]) id="([^"]+)"[^>]*>(.*?)</h\1>', body):
+        plain = re.sub(rf"(?s)<a class=.anchor.*?</a>|<(?!/?(?:{KEPT})\b)[^>]+>", "", words)
+        items.append(f'<li class="level-{level}"><a href="#{name}">{plain.strip()}</a></li>\n')
+    return (
+        '<nav class="side" aria-label="Contents">\n<details open><summary>Contents</summary>\n'
+        '<div class="tools"><input type="search" id="search" placeholder="Search" '
+        'aria-label="Search the report">'
+        '<button type="button" id="theme" aria-label="Light or dark">◐</button></div>\n'
+        '<ol id="found" hidden></ol>\n'
+        f'<ol id="contents">\n{"".join(items)}</ol>\n</details>\n</nav>\n'
+    )
+
+
+def _head(page: ReportPage) -> str:
+    facts = "".join(
+        f"<div><dt>{text(name)}</dt><dd>{text(value)}</dd></div>" for name, value in page.facts if value
+    )
+    files = " ".join(link(path, words) for words, path in page.files.items())
+    return (
+        f'<header>\n<h1>{text(page.title)}</h1>\n<dl class="facts">{facts}</dl>\n'
+        f'<p class="forms">{files}</p>\n</header>\n'
+    )
+
+
+def _lines(body: str) -> str:
+    """Elements on lines of their own, so that differences between two runs can be read."""
+    return re.sub("(</(?:p|li|tr|dd|div|summary|details|figure|section|h[2-5])>)", r"\1\n", body)

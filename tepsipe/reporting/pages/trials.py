@@ -1,0 +1,158 @@
+"""Table of all trials on the page of the report: quoted estimates beside their truth, VAF and flags."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from urllib.parse import quote
+
+from tepsipe.io.estimates import Estimate
+from tepsipe.io.recovery_table import Recovery
+from tepsipe.reporting.figures.names import unit_symbol
+from tepsipe.reporting.format import by_uncertainty, number
+from tepsipe.reporting.pages.html import text
+
+# VAF of a trial: the first of these that an estimator has
+VAFS = ("VAF_held_out", "VAF_trial", "VAF_response", "VAF_perturbation")
+QUANTITIES = ("K", "B", "I", "mass")
+
+
+@dataclass(frozen=True)
+class TrialRow:
+    """What the table shows of a trial.
+
+    Attributes
+    ----------
+    experiment, condition : str
+        The trial.
+    quoted : mapping of str to Estimate
+        Quantity -> the estimate to quote.
+    truth : mapping of str to float
+        Quantity -> its true value (unit of the estimate), of simulated trials.
+    vaf : float or None
+        VAF of the same estimator (%).
+    flags : sequence of str
+        Checks that some quoted estimate failed.
+    """
+
+    experiment: str
+    condition: str
+    quoted: Mapping[str, Estimate]
+    truth: Mapping[str, float]
+    vaf: float | None
+    flags: Sequence[str]
+
+
+def trial_rows(
+    trials: Mapping[str, Sequence[str]], estimates: Iterable[Estimate], recoveries: Iterable[Recovery]
+) -> list[TrialRow]:
+    """Rows of all trials (experiment -> conditions), from the tables of estimates and of their truth."""
+    own: dict[tuple[str, str], list[Estimate]] = {}
+    for e in estimates:
+        own.setdefault((e.experiment, e.condition), []).append(e)
+    true = {(r.experiment, r.condition, r.pathway, r.estimator, r.quantity): r.truth for r in recoveries}
+    rows = []
+    for experiment, conditions in trials.items():
+        for condition in conditions:
+            found = own.get((experiment, condition), [])
+            quoted = {e.quantity: e for e in found if e.recommended and e.quantity in QUANTITIES}
+            keys = {q: (experiment, condition, e.pathway, e.estimator, q) for q, e in quoted.items()}
+            flags = dict.fromkeys(flag for e in quoted.values() for flag in e.flags.split(";") if flag)
+            truth = {q: true[key] for q, key in keys.items() if key in true}
+            rows.append(TrialRow(experiment, condition, quoted, truth, _vaf(found, quoted), list(flags)))
+    return rows
+
+
+def _vaf(found: Sequence[Estimate], quoted: Mapping[str, Estimate]) -> float | None:
+    ways = {(e.pathway, e.estimator) for e in quoted.values()}
+    for name in VAFS:
+        for e in found:
+            if e.quantity == name and (e.pathway, e.estimator) in ways and math.isfinite(e.value):
+                return e.value
+    return None
+
+
+def trials_table(rows: Sequence[TrialRow]) -> str:
+    """Table of trials (units in its header) that the page's script sorts and filters."""
+    shown = [q for q in QUANTITIES if any(q in row.quoted for row in rows)]
+    units = {q: next(row.quoted[q].unit for row in rows if q in row.quoted) for q in shown}
+    known = any(row.truth for row in rows)
+    head = ["Experiment", "Trial"]
+    for q in shown:
+        name = f"<i>{q}</i>" if len(q) == 1 else q
+        head.append(f"{name} ({text(unit_symbol(units[q]))})")
+        if known:
+            head.append(f"true {name}")
+    head += ["VAF (%)", "Flags", "Signals"]
+    buttons = "".join(f'<th scope="col"><button type="button">{cell}</button></th>' for cell in head)
+    body = "".join(_row(row, shown, known) for row in rows)
+    experiments = "".join(
+        f'<option value="{text(e)}">{text(_called(e))}</option>'
+        for e in dict.fromkeys(r.experiment for r in rows)
+    )
+    return (
+        "<p>Each page shows the signals of one trial, to zoom into, with all of its estimates. The table has "
+        "the recommended ones with their standard uncertainty.</p>\n"
+        '<form class="filters"><label>Experiment <select id="trials-of"><option value="">all</option>'
+        f"{experiments}</select></label> "
+        '<label>Search <input type="search" id="trials-with" autocomplete="off"></label> '
+        '<label><input type="checkbox" id="trials-flagged"> flagged only</label> '
+        f'<output id="trials-count">{len(rows)} trials</output></form>\n'
+        '<div class="wide" tabindex="0"><table class="trials" id="trials-table"><thead><tr>'
+        f"{buttons}</tr></thead>\n<tbody>\n{body}</tbody></table></div>\n"
+    )
+
+
+def _called(experiment: str) -> str:
+    return experiment.replace("_", " ").capitalize()
+
+
+def trial_page(experiment: str, condition: str) -> str:
+    """Path of the page of a trial, relative to the report's page."""
+    return "./" + quote(f"trials/{experiment}/{condition}.html")
+
+
+def _row(row: TrialRow, shown: Sequence[str], known: bool) -> str:
+    path = trial_page(row.experiment, row.condition)
+    cells = [
+        f"<td>{text(_called(row.experiment))}</td>",
+        f'<th scope="row"><a href="{text(path)}">{text(row.condition)}</a></th>',
+    ]
+    for q in shown:
+        estimate = row.quoted.get(q)
+        cells.append(_number(None if estimate is None else estimate.value, _with_uncertainty(estimate)))
+        if known:
+            truth = row.truth.get(q)
+            cells.append(_number(truth, "" if truth is None else _as(truth, estimate)))
+    cells.append(_number(row.vaf, "" if row.vaf is None else f"{row.vaf:.1f}".replace("-", "\N{MINUS SIGN}")))
+    cells.append(f"<td>{', '.join(map(text, row.flags))}</td>")
+    picture = text(path.removesuffix(".html") + ".svg")
+    cells.append(
+        f'<td><a href="{text(path)}" tabindex="-1" aria-hidden="true">'
+        f'<img src="{picture}" alt="" loading="lazy" width="120" height="32"></a></td>'
+    )
+    flagged = ' data-flagged="yes"' if row.flags else ""
+    return f'<tr data-experiment="{text(row.experiment)}"{flagged}>{"".join(cells)}</tr>\n'
+
+
+def _number(value: float | None, shown: str) -> str:
+    """A cell with the number by which it is sorted."""
+    sorted_by = "" if value is None or not math.isfinite(value) else f' data-value="{value:.6g}"'
+    return f'<td class="n"{sorted_by}>{text(shown)}</td>'
+
+
+def _with_uncertainty(estimate: Estimate | None) -> str:
+    if estimate is None:
+        return ""
+    u = estimate.standard_error
+    if u is None or not u > 0.0 or not math.isfinite(u):
+        return number(estimate.value)
+    value, _ = by_uncertainty(estimate.value, estimate.value - u, estimate.value + u)
+    return f"{value} ± {number(u, 2)}"
+
+
+def _as(truth: float, estimate: Estimate | None) -> str:
+    """A true value with the digits of its estimate."""
+    u = estimate.standard_error if estimate else None
+    if u is None or not u > 0.0 or not math.isfinite(u):
+        return number(truth)
+    return by_uncertainty(truth, truth - u, truth + u)[0]

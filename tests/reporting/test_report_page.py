@@ -1,0 +1,157 @@
+"""The report as a page for a browser: its words, anchors and origins; no name of a user breaks it."""
+
+import unicodedata
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from joint_builders import content_of, fit_of, rows_of, run_of
+from page_builders import NASTY, estimates_of, parsed
+from study_chapter_builders import CLAIM, estimate, study_content, study_run
+from typst_builders import page_of, plain_words
+
+from tepsipe.io.recovery_table import Recovery
+from tepsipe.reporting.pages.markdown import html_of
+from tepsipe.reporting.pages.report_page import Origin, ReportPage, render_report
+from tepsipe.reporting.pages.trials import trial_rows, trials_table
+
+DECISIONS = Path(__file__).parents[2] / "docs/decisions"
+TYPESET = """<style>math {}</style></head><body><div data-source="chapters/a.typ"><h2>1 A &amp; B</h2>
+<p>See <a href="#figure_x">Figure 1</a>, <a id="loc-9" href="#loc-7">[2]</a>,
+<a href="#loc-2">Section 1.1</a>.</p>
+<h3 id="loc-2">1.1 Detail</h3><div data-lead="figure_x"></div>
+<figure id="figure_x"><img src="../figures/figure_x.svg" loading="lazy" alt="A">
+<figcaption>Figure 1: Found 1.5 N. More.</figcaption></figure>
+<figure><figcaption>Table 3: T.</figcaption><table><tr><td>one</td><td>-1.5</td></tr></table></figure>
+<div data-label="own"></div><h3>1.2 Labelled</h3>
+<div data-label="two"></div><h3 id="loc-3">1.3 Labelled</h3> <a href="#loc-3">1.3</a>
+<div class="equation"><math display="block"><mi>\U0001d43e</mi></math><span class="number">(4)</span></div>
+<ul><li id="loc-7"><span class="prefix"><a href="#loc-9" role="doc-backlink">[2]</a></span> A.</li></ul>
+</div></body>"""
+
+
+def rendered(typeset=TYPESET, title="A study", **changed):
+    origin = Origin({"x.csv": "../x y.csv"}, [("Rule", "plot (a.smk:1)")], "snakemake -c1 <x>")
+    given = {
+        "facts": [("Authors", "N. N.")],
+        "files": {"Report as PDF": "my study.pdf"},
+        "sizes": {"../figures/figure_x.svg": (400.0, 200.0)},
+        "origins": {"figure_x": origin, "chapters/a.typ": origin},
+        "rests_on": {"figure_x": [3], "chapters/a.typ": [7]},
+        "decisions": {3: ("Three", "<p>Why</p>", "0003.md"), 7: ("Seven", "", "0007.md"), 8: ("Not", "", "")},
+        "parts": {"trials": ("Trials", "<p>none</p>")},
+    }
+    return render_report(typeset, ReportPage(title=title, **given | changed))
+
+
+def words(**changed):
+    """Words of the first page of a study with two trials of the manipulator."""
+    claims, estimates = changed.pop("claims", ()), changed.pop("estimates", ())
+    tables = {"estimates": [estimate(), *estimates]} | ({"claims": claims} if claims else {})
+    source = '#import "style.typ": style\n#show: style\n#show ref: none\n#include "chapters/title.typ"'
+    return plain_words(page_of(*study_content(study_run(tables, **changed)), source))
+
+
+def test_source_tells_simulated_trials_from_recordings():
+    one = {"position_manipulator": ["a"]}
+    assert "The 2 trials in this report are recordings listed" in words()
+    assert "The trial in this report is a recording listed" in words(experiments=one)
+    assert "Source: REKLAB, _GPL_" in words(recordings_source="REKLAB, _GPL_")
+    assert "Of the 2 trials in this report, 1 were simulated" in words(made=one)
+
+
+def test_first_paragraph_says_what_joint_impedance_is_and_what_was_asked():
+    assert "Joint impedance is the resistance of a joint to being moved" in words()
+    content, tables = content_of(run_of({"a": fit_of()}, rows_of("a")))
+    told = plain_words(page_of(content, tables, '#include "lead.typ"'))
+    assert "a motor moved a joint at random" in told and "thesis proposed" not in told
+
+
+def test_flagged_estimates_are_named():
+    told = words(estimates=[estimate(condition=c, flags="at-bound") for c in "ab"])
+    assert "2 of 3 estimates failed a check" in told and "at-bound (2): a parameter lies at a bound" in told
+
+
+def test_a_report_is_one_page_with_formulas_that_every_font_has():
+    content, tables = content_of(run_of({"a": fit_of()}, rows_of("a")))
+    run, claims = study_content(study_run({"claims": [CLAIM]}))
+    content["chapters"] |= run["chapters"]
+    html = rendered(f"<body>{page_of(content, tables | {'claims': claims['claims']})}")
+    assert '<mi class="i">K</mi>' in html and not any(0x1D400 <= ord(c) < 0x1D800 for c in html)
+    assert "= 50.0 N·m/rad" in unicodedata.normalize("NFKC", html).replace("\u2060", "")
+    parsed(html)
+
+
+def test_every_section_figure_table_equation_and_reference_has_an_anchor_of_its_own():
+    reader = parsed(rendered())
+    assert {
+        "a-b",
+        "detail",
+        "figure_x",
+        "table-3",
+        "equation-4",
+        "reference-2",
+        "decision-3",
+        "own",
+        "two",
+    } <= set(reader.ids)
+    assert {link[1:] for link in reader.links if link.startswith("#")} <= set(reader.ids)
+    # one more section before changes none of them
+    more = parsed(rendered(TYPESET.replace("<h2>1 A", "<h2>New</h2><h2>1 A")))
+    assert set(reader.ids) < set(more.ids)
+
+
+def test_figures_have_size_origin_and_the_nearest_decision():
+    html = rendered()
+    assert '<img src="../figures/figure_x.svg" width="400" height="200" loading="lazy"' in html
+    figure, table = (
+        html.partition(f'<figure id="{name}"')[2].partition("</figure>")[0]
+        for name in ("figure_x", "table-3")
+    )
+    assert 'href="./../x%20y.csv">x.csv</a>' in figure and "<code>snakemake -c1 &lt;x&gt;</code>" in figure
+    assert "decision 3: Three" in figure and "decision 7: Seven" in table
+    assert '<td>one</td><td class="n">-1.5</td>' in table
+    assert 'id="decision-8"' not in html
+
+
+def test_the_figure_of_the_result_stands_at_the_top_with_its_finding():
+    lead = rendered().partition('<div class="lead">')[2].partition("</div>")[0]
+    assert 'src="../figures/figure_x.svg"' in lead and "lazy" not in lead
+    assert "<p>Found 1.5 N." in lead and "More" not in lead and 'href="#figure_x"' in lead
+
+
+def test_page_needs_nothing_from_outside_and_no_name_of_a_user_breaks_it():
+    html = rendered(title=NASTY, facts=[(NASTY, NASTY)], files={NASTY: "a:b #1?%<i>"}, data={"a": NASTY})
+    reader = parsed(html)
+    assert len(reader.scripts) == 3 and "".join(reader.words).count("alert(1)") >= 3
+    assert "./a%3Ab%20%231%3F%25%3Ci%3E" in reader.links
+    assert not any(link.startswith(("http", "//", "/")) for link in reader.links)
+    assert "url(" not in html and "@import" not in html
+
+
+def test_same_content_gives_the_same_page():
+    assert rendered() == rendered()
+
+
+def test_trials_have_quoted_estimates_beside_their_truth():
+    k, i, vaf = (e for e in estimates_of(flags="at-bound"))
+    k = replace(k, recommended=True)
+    key = (k.experiment, k.condition, k.pathway, k.estimator, "K", "Nm/rad")
+    truth = Recovery(*key, 10.2, 10.1, 0.01, True, "small movements")
+    rows = trial_rows({"dummy": ["sine-0.3"], "empty": [NASTY]}, [k, i, vaf], [truth])
+    html = trials_table(rows)
+    reader = parsed(html)
+    assert (
+        '<td class="n" data-value="10.1272">10.13 ± 0.12</td><td class="n" data-value="10.2">10.20</td>'
+        in html
+    )
+    assert ">41.5</td><td>at-bound</td>" in html and "alert(1)" in " ".join(reader.words)
+    assert "./trials/dummy/sine-0.3.html" in reader.links and reader.scripts == []
+
+
+@pytest.mark.parametrize("path", sorted(DECISIONS.glob("0*.md")), ids=lambda path: path.stem[:4])
+def test_every_decision_is_shown_as_well_formed_html(path):
+    text = path.read_text(encoding="utf-8")
+    reader = parsed(html_of(text))
+    shown = " ".join(reader.words)
+    assert "**" not in shown and "](" not in shown and "Decision" in shown and reader.links == []

@@ -1,0 +1,62 @@
+"""Origins of figures and tables: found in the sources, for all that a report can show."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from workflow.support.captions import read_captions
+from workflow.support.origins import Chapter, Sources, command
+
+ROOT = Path(__file__).parents[2]
+FIGURES = [name for name in read_captions(ROOT / "report/captions.yaml") if name.startswith("figure_")]
+OWN = {
+    "coverage": ("figure_coverage", "figure_coverage_intervals"),
+    "plan": ("figure_needed", "figure_filters", "figure_several_joints"),
+    "walking": ("figure_walking",),
+}
+
+
+def has_line(place, words):
+    path, line = place.rsplit(":", 1)
+    return words in (ROOT / path).read_text(encoding="utf-8").splitlines()[int(line) - 1]
+
+
+@pytest.mark.parametrize(
+    ("kind", "figure"),
+    [(None, name) for name in FIGURES] + [(kind, name) for kind, names in OWN.items() for name in names],
+)
+def test_every_figure_has_its_rule_and_the_function_that_draws_it(kind, figure):
+    sources = Sources(ROOT, kind)
+    rule = sources.rule_of_figure(figure)
+    assert has_line(rule.place, f"rule {rule.name}")
+    function, place = re.fullmatch(
+        r"(\w+) \((.*)\)", dict(sources.code_of_figure(figure, rule))["Function"]
+    ).groups()
+    assert place.startswith("tepsipe/reporting/figures/") and has_line(place, f"def {function}(")
+
+
+@pytest.mark.parametrize(
+    "table", ["estimates", "table_4_2", "table_4_4", "recovery", "cells", "forward", "planned"]
+)
+def test_every_table_has_its_rule_and_script(table):
+    sources = Sources(ROOT)
+    rule = sources.rule_of_table(table)
+    assert has_line(rule.place, f"rule {rule.name}") and (ROOT / rule.script).is_file()
+    for what, place in sources.code_of_table(rule)[2:]:
+        name, line = re.fullmatch(r"(\w+) \((.*)\)", place).groups()
+        assert what == "Function" and has_line(line, f"def {name}(")
+
+
+def test_a_table_names_what_it_reads_through_other_sources_and_not_more():
+    findings = Chapter(ROOT / "report", "chapters/findings.typ")
+    assert findings.tables_read("recovery-table")[0] == ["recovery"]
+    assert "claims" in findings.tables_read("claims-table")[0]
+    names, line = Chapter(ROOT / "report", "chapters/laboratory.typ").tables_read("mechanisms")
+    assert names == ["laboratory"] and has_line(f"report/chapters/laboratory.typ:{line}", "figure(")
+    assert set(findings.tables_read()[0]) >= {"claims", "cells", "recovery"}
+
+
+def test_command_makes_a_file_by_its_rules_with_the_configuration_of_the_run():
+    assert command("a.svg", ["plot_dummy"], []) == "snakemake -c1 a.svg --forcerun plot_dummy"
+    assert command("a.csv", ["x", "y"], ["own.yaml"]).endswith("--forcerun x y --configfile own.yaml")

@@ -1,0 +1,52 @@
+# The report as a page for a browser, of every kind of study: from the sources, numbers and tables of its PDF.
+
+from workflow.support.captions import read_captions
+
+WRITTEN_BY = f"write_{STUDY.kind or 'report'}"
+REPORT = getattr(rules, WRITTEN_BY)
+PAGES = [] if STUDY.kind else outputs.pages(STUDY)
+# words of a link -> the same report in another form, and what it rests on
+FORMS = {"Report as PDF": str(REPORT.output.pdf)}
+if not STUDY.kind:
+    others = {"Snakemake's report": "report/report.html", "Provenance": "provenance.json"}
+    others["Configuration"] = "config.yaml"
+    FORMS |= {words: f"{config['pathvars']['results']}/{name}" for words, name in others.items()}
+CAPTIONS = read_captions(Path(workflow.basedir) / "report/captions.yaml")
+
+
+rule write_index:
+    input:
+        data=REPORT.output.data,
+        tables=REPORT.input.tables,
+        figures=REPORT.input.figures,
+        numbers=[str(path).removesuffix("svg") + "csv" for path in REPORT.input.figures],
+        source=REPORT.input.source,
+        rests_on=here("report/decisions.yaml"),
+        decisions=sorted(here(path) for path in Path(workflow.basedir).glob("docs/decisions/0*.md")),
+        citation=here("CITATION.cff"),
+        outputs=PAGES,
+        library=library_of("write_index")
+        + [here(f"tepsipe/reporting/pages/{name}") for name in ("report.css", "report.js", "theme.js")],
+    output:
+        html="<results>/report/index.html",
+    log:
+        "<logs>/write_index.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        title=as_it_is(config["study"]["title"]),
+        main=str(REPORT.params.main),
+        written_by=WRITTEN_BY,
+        kind=STUDY.kind,
+        root=lambda w: here("."),
+        source_folder=lambda w: here("report"),
+        results=config["pathvars"]["results"],
+        configfiles=[path.as_posix() for path in CONFIGFILES[1:]],
+        code=code_version(workflow.basedir),
+        forms=as_it_is(FORMS),
+        trials=STUDY.all_conditions() if PAGES else {},
+        captions=as_it_is(
+            {} if STUDY.kind else {name: CAPTIONS[text] for name, text in outputs.tables(STUDY).items()}
+        ),
+    script:
+        "../scripts/write_index.py"

@@ -1,0 +1,244 @@
+"""Origins of the figures and tables of a report: rule, script, function and data, read from the sources.
+
+Nothing is listed by hand: rules name the files that they make and the module that draws them, ``draw`` of
+that module names the function of every figure, and chapters name the tables that they read.
+"""
+
+import ast
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from workflow.support.captions import group_of
+
+RULE = re.compile(r"^(?:use )?rule (\w+)(?: as (\w+) with)?:\n((?:[ \t#].*\n|\n)*)", re.MULTILINE)
+READS = re.compile(r'\b(?:where|rows-of|column|thesis-blocks)\(\s*"(\w+)"')
+OF_ESTIMATES = re.compile(r"\b(estimates|recovery)\(")
+FACTS = re.compile(r"\b(numbers-of|holds|data\.facts|data\.choices|data\.study)\b")
+DEFINITION = re.compile(r"^[ \t]*#let (?:([\w-]+)|\(([\w, .-]+)\))", re.MULTILINE)
+IMPORT = re.compile(r'^#import "([\w./]+)"(?: as (\w+))?', re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A rule of the workflow: its name, ``place`` (path and line), ``script`` and text."""
+
+    name: str
+    place: str
+    script: str
+    text: str
+
+    @property
+    def module(self) -> str | None:
+        """Module that draws the figures of a plotting rule."""
+        drawn = re.search(r'drawn_by="(\w+)"', self.text)
+        return f"tepsipe/reporting/figures/{drawn[1]}.py" if drawn else None
+
+
+class Sources:
+    """Sources of the project below a folder."""
+
+    def __init__(self, root: str | Path, kind: str | None = None):
+        """``kind`` is that of a study with rules of its own."""
+        self.root = Path(root)
+        files = sorted(self.root.glob("workflow/rules/*.smk"))
+        if kind:
+            files.insert(0, self.root / f"workflow/studies/{kind}.smk")
+        self.rules = [rule for path in files for rule in self._rules_of(path)]
+
+    def _rules_of(self, path: Path) -> list[Rule]:
+        content = path.read_text(encoding="utf-8")
+        found = []
+        for match in RULE.finditer(content):
+            script = re.search(r'script:\s*"([^"]+)"', match[3])
+            place = f"{path.relative_to(self.root).as_posix()}:{content.count(chr(10), 0, match.start()) + 1}"
+            name = match[2] or match[1]
+            where = f"workflow/scripts/{script[1].rpartition('/')[2]}" if script else ""
+            found.append(Rule(name, place, where, match[3]))
+        return found
+
+    def rule_of_figure(self, figure: str) -> Rule | None:
+        """The rule that draws a figure: it names the figure, or the experiment or part with its caption."""
+        group = group_of(figure)
+        wanted = (f'"{figure}"', f'figure_files("{group}")')
+        return next((rule for rule in self.rules if any(name in rule.text for name in wanted)), None)
+
+    def rule_of_table(self, table: str) -> Rule | None:
+        """The rule that writes a table of the run."""
+        for rule in self.rules:
+            outputs = rule.text.partition("output:")[2].partition("log:")[0]
+            if f"/{table}.csv" in outputs:
+                return rule
+            limits = re.search(r'table="([^"]+)"', rule.text)
+            if "/{table}.csv" in outputs and limits and re.fullmatch(limits[1], table):
+                return rule
+        return None
+
+    def code_of_figure(self, figure: str, rule: Rule) -> list[tuple[str, str]]:
+        """Rule, script and function of a figure, each with its place."""
+        code = [("Rule", f"{rule.name} ({rule.place})"), ("Script", rule.script)]
+        function = _drawing_function(self.root / rule.module, figure) if rule.module else None
+        if function:
+            code.append(("Function", self._place_of(rule.module, function)))
+        return code
+
+    def code_of_table(self, rule: Rule) -> list[tuple[str, str]]:
+        """Rule and script of a table, and the functions of the library that the script calls."""
+        code = [("Rule", f"{rule.name} ({rule.place})"), ("Script", rule.script)]
+        text = (self.root / rule.script).read_text(encoding="utf-8")
+        for module, names in re.findall(r"^from (tepsipe[\w.]+) import (\([^)]*\)|.*)$", text, re.MULTILINE):
+            if module.startswith("tepsipe.io."):
+                continue
+            for name in re.findall(r"\b[a-z]\w+", names):
+                place = self._place_of(module.replace(".", "/") + ".py", name)
+                if place and re.search(rf"(?<!import )\b{name}\(", text):
+                    code.append(("Function", place))
+        return code
+
+    def _place_of(self, module: str, function: str) -> str:
+        """Name of a function of a module, or of one that it imports from, with path and line."""
+        owner, _, name = function.rpartition(".")
+        path = Path(module)
+        if owner:
+            path = path.parent / f"{owner}.py"
+        file = self.root / path
+        if not file.is_file():
+            return ""
+        text = file.read_text(encoding="utf-8")
+        found = re.search(rf"^def {name}\(", text, re.MULTILINE)
+        if found:
+            return f"{name} ({path.as_posix()}:{text.count(chr(10), 0, found.start()) + 1})"
+        source = re.search(
+            rf"^from (tepsipe[\w.]+) import (?:\([^)]*\b{name}\b|.*\b{name}\b)", text, re.MULTILINE
+        )
+        return self._place_of(source[1].replace(".", "/") + ".py", name) if source else ""
+
+
+def _drawing_function(module: Path, figure: str) -> str | None:
+    """Name of the function that ``draw`` of a module calls for a figure."""
+    tree = ast.parse(module.read_text(encoding="utf-8"))
+    draw = next(node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "draw")
+    assigned = {
+        target.id: node.value
+        for node in ast.walk(draw)
+        if isinstance(node, ast.Assign)
+        for target in node.targets
+        if isinstance(target, ast.Name)
+    }
+    for node in ast.walk(draw):
+        if (
+            isinstance(node, ast.Yield)
+            and isinstance(node.value, ast.Tuple)
+            and _is_name(node.value.elts[0], figure)
+        ):
+            call = node.value.elts[1]
+            call = assigned.get(call.id, call) if isinstance(call, ast.Name) else call
+            if isinstance(call, ast.Call):
+                return ast.unparse(call.func)
+    return None
+
+
+def _is_name(node: ast.expr, figure: str) -> bool:
+    """A text, or a text with parts in braces, is the name of a figure."""
+    if isinstance(node, ast.Constant):
+        return node.value == figure
+    if isinstance(node, ast.JoinedStr):
+        parts = (re.escape(p.value) if isinstance(p, ast.Constant) else ".+" for p in node.values)
+        return re.fullmatch("".join(parts), figure) is not None
+    return False
+
+
+def command(target: str, rules: Iterable[str], configfiles: Iterable[str]) -> str:
+    """Command that makes a file again by these rules, although it is up to date."""
+    own = " ".join(configfiles)
+    return f"snakemake -c1 {target} --forcerun {' '.join(rules)}" + (f" --configfile {own}" if own else "")
+
+
+# ---- tables of the report
+
+
+@dataclass(frozen=True)
+class Chapter:
+    """A source of the report: its path below ``report/``, and its text."""
+
+    folder: Path
+    name: str
+
+    @property
+    def text(self) -> str:
+        """Text of the source."""
+        return _read(self.folder / self.name)
+
+    def tables_read(self, label: str | None = None) -> tuple[list[str], int]:
+        """Tables that the source reads for what has a label, or at all; and the line of that in the source.
+
+        Names that the part of the source uses are followed to their definitions, here and in what it imports.
+        """
+        found = self._figure_with(label) if label is not None else None
+        start, stop = found or (0, len(self.text))
+        definitions = self._definitions(start if found else stop)
+        return _reads(self.text[start:stop], definitions), self.text.count("\n", 0, start) + 1
+
+    @property
+    def labels(self) -> list[str]:
+        """Labels that the source gives."""
+        return re.findall(r"<([A-Za-z][\w-]*)>", self.text)
+
+    def _figure_with(self, label: str) -> tuple[int, int] | None:
+        end = self.text.find(f"<{label}>")
+        start = self.text.rfind("#figure(", 0, end)
+        if start < 0:
+            start = self.text.rfind("figure(", 0, end)
+        return (start, end) if 0 <= start < end else None
+
+    def _definitions(self, before: int) -> dict[str, str]:
+        found: dict[str, str] = {}
+        for name, renamed in IMPORT.findall(self.text):
+            if Path(name).stem not in ("data", "format", "style"):
+                path = (self.folder / self.name).parent / name
+                found |= {
+                    (f"{renamed}.{own}" if renamed else own): t
+                    for own, t in _definitions(_read(path)).items()
+                }
+        return found | _definitions(self.text, before)
+
+
+@cache
+def _read(path: Path) -> str:
+    return path.read_text(encoding="utf-8")
+
+
+@cache
+def _definitions(text: str, before: int | None = None) -> dict[str, str]:
+    """Name of what a source defines, up to a place -> the text of its last definition."""
+    found = {}
+    for match in DEFINITION.finditer(text, 0, len(text) if before is None else before):
+        found |= dict.fromkeys(re.findall(r"[\w-]+", match[1] or match[2]), _statement(text, match.start()))
+    return found
+
+
+def _statement(text: str, start: int) -> str:
+    """Text of a statement: to the end of the line in which all of its brackets are closed."""
+    depth = 0
+    for k in range(start, len(text)):
+        depth += (text[k] in "([{") - (text[k] in ")]}")
+        if depth <= 0 and text[k] == "\n":
+            return text[start:k]
+    return text[start:]
+
+
+def _reads(part: str, definitions: dict[str, str]) -> list[str]:
+    waiting, seen, found = [part], set(), {}
+    while waiting:
+        own = waiting.pop(0)
+        found |= dict.fromkeys(READS.findall(own))
+        found |= dict.fromkeys(OF_ESTIMATES.findall(own))
+        if FACTS.search(own):
+            found["report"] = None
+        for whole, first in re.findall(r"(([A-Za-z_][\w-]*)(?:\.[\w-]+)?)", own):
+            for name in {whole, first} & definitions.keys() - seen:
+                seen.add(name)
+                waiting.append(definitions[name])
+    return list(found)
