@@ -1796,7 +1796,7 @@ ODD_PATHS = [
     ("pathvars.results", *NAMED, "x" * 256, "names of at most 255 bytes"),
     ("study.participants", *NAMED, "/dev/zero", "found a pipe or a device"),
     ("study.reported", "study.participants", "config", "found the folder 'config': name the file"),
-    ("study.recordings_folder", "README.md", "to name a folder, found the file 'README.md'"),
+    ("study.recordings_folder", "Snakefile", "to name a folder, found the file 'Snakefile'"),
     (*FOLDERS, ".venv/x", "which lies in .venv/ of the source code"),
     (*FOLDERS, "Snakefile", "which is a file"),
     ("study.name", "nul", "to be the name of a file"),
