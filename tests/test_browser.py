@@ -1,0 +1,83 @@
+"""The pages of a tiny study in a real browser, from files: no errors, readable on a telephone, and they react."""
+
+import browser_driver
+import pytest
+
+pytestmark = [
+    pytest.mark.study,
+    pytest.mark.browser,
+    pytest.mark.skipif(
+        not (browser_driver.CHROMIUM and browser_driver.CHROMEDRIVER), reason=browser_driver.MISSING
+    ),
+]
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with browser_driver.browser() as opened:
+        yield opened
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_report_opens_without_errors_and_fits_into_the_window(study, browser, width, theme):
+    browser.open(study / "results/report/index.html", width)
+    browser.run("document.documentElement.dataset.theme = given[0]", theme)
+    # all images are loaded, and nothing but wide tables and formulas is wider than the window
+    broken = """
+        document.querySelectorAll("img").forEach((image) => { image.loading = "eager"; });
+        await Promise.all([...document.images].map((image) => image.decode().catch(() => null)));
+        return [...document.images].filter((image) => !image.naturalWidth).map((image) => image.src);
+    """
+    assert browser.run(broken) == []
+    assert browser.run("return document.documentElement.scrollWidth - innerWidth") <= 0
+    assert browser.log() == []
+    assert browser.run("return performance.getEntriesByName('first-contentful-paint')[0].startTime") < 3000
+
+
+def test_search_finds_words_and_shows_their_place(study, browser):
+    browser.open(study / "results/report/index.html")
+    typed = """
+        const field = document.getElementById("search");
+        field.value = given[0];
+        field.dispatchEvent(new Event("input"));
+        return [...document.querySelectorAll("#found li")].map((item) => item.textContent);
+    """
+    found = browser.run(typed, "bystander")
+    assert found == ["Nothing found."]
+    found = browser.run(typed, "virtual laboratory")
+    assert len(found) > 3 and "virtual laboratory" in found[1].lower()
+
+
+def test_trials_are_sorted_and_filtered(study, browser):
+    browser.open(study / "results/report/index.html")
+    shown = (
+        "return [...document.querySelectorAll('#trials-table tbody tr:not([hidden])')].map((row) => row.{})"
+    )
+    experiments = browser.run(shown.format("dataset.experiment"))
+    assert len(experiments) == 10
+    of = "const e = document.getElementById('trials-of'); e.value = 'dummy'; e.dispatchEvent(new Event('input'));"
+    assert set(browser.run(of + shown.format("dataset.experiment"))) == {"dummy"}
+    press = "document.querySelectorAll('#trials-table thead button')[2].click();"
+    rising = browser.run(press + shown.format("cells[2].dataset.value"))
+    falling = browser.run(press + shown.format("cells[2].dataset.value"))
+    assert rising == sorted(rising, key=float) == falling[::-1] and len(set(rising)) == 2
+
+
+def test_a_reference_is_previewed(study, browser):
+    browser.open(study / "results/report/index.html")
+    pointed = """
+        const link = document.querySelector('main p a[href="#figure_4_4"]');
+        link.dispatchEvent(new PointerEvent("pointerover", { bubbles: true, pointerType: "mouse" }));
+        await new Promise((resolve) => setTimeout(resolve, 500));
+        const card = document.querySelector(".popover");
+        return card.hidden ? null : [card.querySelector("img").getAttribute("src"), card.textContent];
+    """
+    source, words = browser.run(pointed)
+    assert source == "../figures/figure_4_4.svg" and "Figure" in words
+
+
+def test_a_page_of_a_trial_opens_without_errors(study, browser):
+    browser.open(study / "results/report/trials/dummy/sine-0.5.html")
+    assert browser.run("return document.querySelectorAll('canvas').length") > 3
+    assert browser.log() == []
