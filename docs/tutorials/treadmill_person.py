@@ -18,8 +18,7 @@
 # | empty belt | the load that the moving belt causes by itself |
 # | a weight near the person's mass | how this load changes with the mass on the belt |
 #
-# The virtual laboratory makes them, in the formats of the thesis (this takes half a
-# minute).
+# The virtual laboratory makes them, in the formats of the thesis.
 
 # %%
 recorded = {
