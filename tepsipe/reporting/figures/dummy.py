@@ -115,7 +115,7 @@ def plot_perturbations(results: dict[str, Result]) -> Figure:
 @in_style
 def plot_window(result: Result, name: str, pathway: str) -> Figure:
     """One perturbation and the window that is fitted: belt, angle and torque (s, m/s, rad, N·m)."""
-    figure, axes = new_figure(3, 1, 3.5, sharex=True)
+    figure, axes = new_figure(3, 1, 3.0, sharex=True)
     index = len(result.arrays["windows"]) // 2
     shown, time = _around(result, index, 0.3, 0.9)
     start, stop = result.arrays["windows"][index]

@@ -136,7 +136,7 @@ def plot_angles(result: Result) -> Figure:
     known = result.facts["parameter_sets"]
     groups = {title: [n for n in names if n in known] for title, names in GROUPS.items()}
     groups = {title: names for title, names in groups.items() if names}
-    figure = Figure(figsize=(WIDTH_IN, 2.5 * len(groups)), layout="constrained")
+    figure = Figure(figsize=(WIDTH_IN, 2.2 * len(groups)), layout="constrained")
     FigureCanvasAgg(figure)
     rows = figure.subfigures(len(groups), 1, squeeze=False)[:, 0]
     for row, (title, names) in zip(rows, groups.items(), strict=True):
