@@ -5,6 +5,7 @@
 # make soak       the same for the campaign of damaged files, bad inputs and kills: at most 90 minutes (benchmarks/soak)
 # make lint       the same for the lint, format and type checks
 # make format     rewrite the code in the project's format, and the tables of config/README.md
+# make docs       build the site into site/, with the outputs of the tutorials and a demonstration study
 # make wheel-test build a wheel, install it into an environment of its own, run the library's tests there
 #
 # make PYTHON=... another interpreter: CPython 3.11 (which alone has PyBullet), 3.12 or 3.13
@@ -18,7 +19,7 @@ VERSION := $(shell $(call quoted,$(PYTHON)) -c 'import sys; print("%d.%d" % sys.
 BIN := .venv/bin
 CORES ?= 2
 
-.PHONY: study test quick soak lint format environment wheel-test
+.PHONY: study test quick soak lint format docs environment wheel-test
 
 # where PyBullet is not installed, another engine moves the simulated dummy
 ENGINE = $$($(BIN)/python -c 'import pybullet' 2>/dev/null || echo --configfile config/any-engine.yaml)
@@ -53,6 +54,21 @@ format: environment
 	$(BIN)/ruff format .
 	$(BIN)/snakefmt Snakefile workflow/rules workflow/studies
 	$(BIN)/python -m workflow.settings
+
+# tutorials and the demonstration are run if they are not those of the present sources
+docs: .venv/docs-$(VERSION)
+	$(BIN)/python docs/run_tutorials.py
+	$(BIN)/python -m workflow.run -c$(CORES) --quiet all $(ENGINE) --configfile config/passive-cameras/config.yaml
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict --clean
+	$(BIN)/python docs/check_site.py
+
+.venv/docs-$(VERSION): .venv/complete-$(VERSION) docs/requirements.txt
+	@if command -v uv >/dev/null; then \
+		uv pip install --quiet --python $(BIN)/python --no-deps --require-hashes -r docs/requirements.txt ; \
+	else \
+		$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r docs/requirements.txt ; \
+	fi
+	@touch $@
 
 wheel-test:
 	$(call quoted,$(PYTHON)) tests/installed_wheel.py -n $(CORES)

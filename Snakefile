@@ -9,7 +9,7 @@ from snakemake.utils import min_version
 min_version("9.14")
 
 
-# refuses configuration files that cannot be read as they are meant
+# refuses configuration files that cannot be read as they are meant; lets one run at a time into a folder
 include: "workflow/rules/configuration.smk"
 
 
@@ -22,7 +22,7 @@ report: "report/preface.rst"
 
 # checks the configuration and the trial sheet, and says what there is to do
 include: "workflow/rules/common.smk"
-# lets one run at a time into a folder, and looks after the results of earlier ones
+# looks after the results of earlier runs
 include: "workflow/rules/run.smk"
 
 

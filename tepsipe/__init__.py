@@ -40,7 +40,7 @@ Treadmill
 import importlib
 from typing import Any
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"
 
 # public name -> module that defines it; imported on first use. The same names with types are in __init__.pyi
 _PUBLIC = {

@@ -206,10 +206,11 @@ def _add_info(commands: argparse._SubParsersAction) -> None:
 def _add_check(commands: argparse._SubParsersAction) -> None:
     check = commands.add_parser(
         "check",
-        help="whether a study's configuration and trial sheet can be used, before it runs",
+        help="whether a study's configuration, trial sheet and recordings can be used, before it runs",
         description="Check configuration files and the trial sheet that they name, without running anything "
-        "from them: mistakes by file and line, repeated keys, unknown keys, values, names, folders. Run it "
-        "in the folder of the study. Snakemake checks the same, but loads the files first.",
+        "from them: mistakes by file and line, repeated keys, unknown keys, values, names, folders. Then "
+        "every recording is read as its job will read it: columns, rates, markers, plates, perturbations, "
+        "masses. Run it in the folder of the study.",
     )
     check.add_argument("files", nargs="*", metavar="CONFIG", help="as after snakemake --configfile")
     check.set_defaults(command=_check)
@@ -412,22 +413,28 @@ def _new_study(chosen: argparse.Namespace) -> None:
     checkout = _checkout()
     with progress(f"looking into {chosen.folder}"):
         made = new_study(chosen.folder, chosen.name, chosen.output, checkout)
-    for experiment, count in made.trials.items():
-        print(f"{experiment}: {count} {'trial' if count == 1 else 'trials'}")
-    if made.left:
-        print(f"files that are not used: {len(made.left)}, see {FILES[2]}")
-    print(f"written to {made.folder}: {', '.join(made.files)}")
-    print(f"assumed, to be checked: {made.assumed}, see {FILES[2]}")
-    if made.missing:
-        print(f"next: fill in what {made.folder / FILES[2]} lists (items: {made.missing}), then")
+    for study in (made, *made.others):
+        for experiment, count in study.trials.items():
+            print(f"{experiment}: {count} {'trial' if count == 1 else 'trials'}")
+        if study.left:
+            print(f"files that are not used: {len(study.left)}, see {FILES[2]}")
+        print(f"written to {study.folder}: {', '.join(study.files)}")
+        print(f"assumed, to be checked: {study.assumed}, see {FILES[2]}")
+        if study.missing:
+            print(f"next: fill in what {study.folder / FILES[2]} lists (items: {study.missing}), then")
+        if checkout is not None:
+            _print_commands(study.folder)
     if checkout is None:
         print(
             "to run the study: get the repository from which tepsipe was installed, because pip leaves out "
             "the rules, run make in it, and its .venv/bin/tepsipe new-study with another --output"
         )
-        return
+
+
+def _print_commands(folder: Path) -> None:
+    """Print the commands that check and run a study in its folder."""
     commands = Path(sys.executable).parent
-    for command in (f"cd {quote(str(made.folder))}", "tepsipe check", "snakemake -n", "snakemake -c2"):
+    for command in (f"cd {quote(str(folder))}", "tepsipe check", "snakemake -n", "snakemake -c2"):
         name, _, options = command.partition(" ")
         known = name == "cd" or shutil.which(name) == str(commands / name)
         print(f"  {name if known else quote(str(commands / name))} {options}".rstrip())
@@ -511,10 +518,13 @@ def _check(chosen: argparse.Namespace) -> None:
     own = [name for name in ("config.yaml",) if checkout != Path.cwd() and Path(name).is_file()]
     command = [sys.executable, "-P", "-m", "workflow.check", *(chosen.files or own)]
     environment = dict(os.environ, PYTHONPATH=str(checkout), PYTHONIOENCODING="utf-8:backslashreplace")
-    done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", env=environment)
+    with progress("reading the recordings"):
+        done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", env=environment)
     print(done.stdout, end="")
     if done.returncode:
-        raise InputError(done.stderr.strip().split("\n")[-1].removeprefix("tepsipe: "))
+        said = done.stderr.strip().split("\n")
+        refused = [line.removeprefix("tepsipe: ") for line in said if line.startswith("tepsipe: ")]
+        raise InputError("\ntepsipe: ".join(refused or said[-1:]))
 
 
 def _outputs(prefix: Path, endings: Sequence[str], *inputs: Path) -> list[Path]:

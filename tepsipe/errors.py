@@ -8,6 +8,15 @@ class InputError(ValueError):
     quantity, what was expected, what was found and what to do. It is raised by every reader
     and by every step that could otherwise return a silent NaN. Line breaks and control characters, as in
     the name of a file, are shown by their hexadecimal codes.
+
+    Examples
+    --------
+    >>> from tepsipe import InputError, load_example
+    >>> try:
+    ...     load_example("dumy")
+    ... except InputError as refused:
+    ...     print(refused)
+    load_example: expected the name of an example, found 'dumy': did you mean 'dummy'?
     """
 
     def __str__(self) -> str:

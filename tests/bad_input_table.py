@@ -1,4 +1,4 @@
-"""Two hundred bad inputs: how the input of a good study is spoiled, and what the one sentence about it says.
+"""Three hundred bad inputs: how the input of a good study is spoiled, and what the sentence about it says.
 
 `FILES` are files of one recorded trial: they stop their own job, and the good trial beside it keeps its
 results. `SETTINGS` are configurations and `SHEETS` trial sheets: they stop the run before the first job, and
@@ -1248,6 +1248,163 @@ WHOLE_TRIALS = [
         ),
     ]
 ]
+
+
+def unit_of(name, unit):
+    """Change the unit of an analog channel."""
+
+    def change(file):
+        analog = file["parameters"]["ANALOG"]
+        analog["UNITS"]["value"][analog["LABELS"]["value"].index(name)] = unit
+
+    return change
+
+
+def plate_parameter(name, change):
+    """Change a parameter of the force plates of the whole trial."""
+
+    def on_file(file):
+        entry = file["parameters"]["FORCE_PLATFORM"][name]
+        entry["value"] = np.asarray(change(entry["value"]), dtype=float)
+
+    return c3d(on_file, WHOLE)
+
+
+def all_forces(value):
+    """Forces and moments of the second plate of the whole trial times a number."""
+
+    def on_file(file):
+        names = file["parameters"]["ANALOG"]["LABELS"]["value"]
+        for name in ("Fx2", "Fy2", "Fz2", "Mx2", "My2", "Mz2"):
+            file["data"]["analogs"][0, names.index(name)] *= value
+
+    return c3d(on_file, WHOLE)
+
+
+def upright(axis):
+    """The whole trial in axes whose vertical is x or y: markers and corners are turned."""
+    order = {"y": [0, 2, 1], "x": [2, 0, 1]}[axis]
+
+    def on_file(file):
+        points = file["data"]["points"]
+        points[:3] = points[order]
+        entry = file["parameters"]["FORCE_PLATFORM"]["CORNERS"]
+        entry["value"] = np.asarray(entry["value"])[order]
+
+    return c3d(on_file, WHOLE)
+
+
+ODD_FILES = [
+    *[
+        BadFile("whole trial", f"one C3D: {name}", "dummy", spoil, words, whole=True)
+        for name, spoil, words in [
+            ("y up", upright("y"), "whole.c3d, force plate 1: expected a level surface, with +z upward by"),
+            ("x up", upright("x"), "whole.c3d, force plate 1: expected a level surface, with +z upward by"),
+            (
+                "in inches",
+                whole_unit("in"),
+                "whole.c3d: expected marker positions in mm, cm or m, found the unit",
+            ),
+            (
+                "forces in pounds",
+                c3d(unit_of("Fz2", "lb"), WHOLE),
+                "whole.c3d, force plate 2: expected the channel 'Fz2' in N, kN, found the unit 'lb'",
+            ),
+            (
+                "a plate of type 5",
+                plate_parameter("TYPE", lambda x: [2, 5]),
+                "whole.c3d, force plate 2: expected a plate of type 1, 2, 3 or 4, found the type 5",
+            ),
+            (
+                "corners at one point",
+                plate_parameter("CORNERS", lambda x: 0.0 * np.asarray(x)),
+                "whole.c3d, force plate 1: expected four corners of a plate",
+            ),
+            (
+                "channels of the plate missing",
+                plate_parameter("CHANNEL", lambda x: np.asarray(x) + 900),
+                "whole.c3d, force plate 1: expected channels from 1 to 13 in FORCE_PLATFORM:CHANNEL",
+            ),
+            (
+                "one plate of two",
+                plate_parameter("USED", lambda x: [1]),
+                "whole.c3d: expected a force plate 2, found 1 force plates",
+            ),
+            (
+                "corners beside the markers",
+                plate_parameter("CORNERS", lambda x: np.asarray(x) + 3000.0),
+                "whole.c3d: expected the markers above the force plate",
+            ),
+            (
+                "force on the plate",
+                all_forces(-1.0),
+                "whole.c3d: expected vertical forces that point up under load",
+            ),
+            (
+                "belt velocity not a number",
+                analog("Belt speed", put(100, np.nan)),
+                "whole.c3d: expected a number in every sample of the channel 'Belt speed'",
+            ),
+            (
+                "a marker twice",
+                whole_label("leg2", "leg1"),
+                "whole.c3d: expected one marker named 'leg1', found 2",
+            ),
+        ]
+    ],
+    *others(
+        "text tables",
+        "belt",
+        [
+            (
+                "belt table: a header without units",
+                text("table.txt", "Mx (Nm)", "Mx"),
+                "table.txt: expected a column named 'Mx (Nm)'",
+            ),
+            (
+                "belt table: stamps in ms",
+                cells("table.txt", "t", times(1000.0)),
+                "table.txt: expected no step longer than 0.1 s, found one of 10 s",
+            ),
+            (
+                "belt table: a folder",
+                folder_instead("table.txt"),
+                "table.txt: expected a table of samples, found a folder",
+            ),
+            (
+                "belt table: bytes",
+                content("table.txt", random_bytes()),
+                "table.txt: expected a table of samples as text, found binary data",
+            ),
+        ],
+    ),
+    *others(
+        "text tables",
+        "position_manipulator",
+        [
+            (
+                "table: stamps in ms",
+                cells("table.csv", "time_s", times(1000.0), ","),
+                "table.csv: expected samples closer than 0.02 s, found one every 2 s",
+            ),
+            (
+                "table: angle in mrad",
+                cells("table.csv", "ankle_pos_rad", times(1000.0), ","),
+                "table.csv: expected joint angles within half a revolution",
+            ),
+            (
+                "table: a torque of zeros",
+                cells("table.csv", "ankle_torque_Nm", times(0.0), ","),
+                "table.csv: expected the torque to change with the angle",
+            ),
+            (
+                "table: angle and torque exchanged",
+                text("table.csv", "ankle_pos_rad,ankle_torque_Nm", "ankle_torque_Nm,ankle_pos_rad"),
+                "table.csv: expected a torque of at least 0.1 N·m per rad of the angle",
+            ),
+        ],
+    ),
+]
 FILES = [
     *WHOLE_TRIALS,
     *THE_LOG,
@@ -1258,6 +1415,7 @@ FILES = [
     *WRIST,
     *TABLES,
     *PLATFORMS,
+    *ODD_FILES,
 ]
 
 
@@ -1369,7 +1527,7 @@ SETTINGS = [
         (
             "a negative cutoff",
             ("plate_treadmill.lowpass_cutoff_hz", -20.0),
-            "configuration: expected a number above 0 for 'plate_treadmill.lowpass_cutoff_hz'",
+            "configuration: expected a number of at least 0.01 for 'plate_treadmill.lowpass_cutoff_hz'",
         ),
         (
             "a cutoff above half the rate",
@@ -1518,6 +1676,136 @@ SETTINGS = [
             "configuration: unknown key 'pathvars.figures': known here: results, logs",
         ),
     ]
+]
+
+ODD_SETTINGS = [
+    BadSettings(name, overlay if isinstance(overlay, str) else key(*overlay), f"configuration: {words}")
+    for name, overlay, words in [
+        ("a leg of 448.5 m", ("dummy.geometry.leg_com_m", 448.5), "expected a number of at most 3 for"),
+        ("a leg of 400 kg", ("dummy.geometry.leg_mass_kg", 400.0), "expected a number of at most 100 for"),
+        ("gravity in cm", ("dummy.geometry.gravity_m_per_s2", 981.0), "expected a number of at most 9.9 for"),
+        (
+            "gravity misspelt",
+            ("weight.weight.gravity_m_per_s2", 9.18),
+            "expected a number of at least 9.7 for",
+        ),
+        ("a stature in cm", ("standing.person.stature_m", 175.0), "expected a number of at most 2.6 for"),
+        ("an ankle in cm", ("standing.person.ankle_height_m", 8.0), "expected a number of at most 0.3 for"),
+        ("a fraction in percent", ("standing.person.com_height", 55.0), "expected a number below 1 for"),
+        ("a foot in cm", ("standing.person.foot_com_m", 5.0), "expected a number of at most 0.3 for"),
+        ("a weight in g", ("weight.weight.mass_kg", 20000.0), "expected a number of at most 500 for"),
+        ("a height in mm", ("weight.weight.com_height_m", 100.0), "expected a number of at most 3 for"),
+        ("a leg without mass", ("dummy.geometry.leg_mass_kg", 0.0), "expected a number above 0 for"),
+        (
+            "an inertia in g cm2",
+            ("dummy.geometry.leg_inertia_kgm2", 270.0),
+            "expected a number of at most 20",
+        ),
+        ("a slow cutoff", ("plate_treadmill.lowpass_cutoff_hz", 0.001), "expected a number of at least 0.01"),
+        (
+            "a cutoff in kHz",
+            ("plate_treadmill.lowpass_cutoff_hz", 20000.0),
+            "expected a number of at most 5000",
+        ),
+        (
+            "truth for a number",
+            ("plate_treadmill.lowpass_cutoff_hz", True),
+            "expected a value of type number",
+        ),
+        (
+            "a list for a number",
+            ("plate_treadmill.lowpass_cutoff_hz", [20.0]),
+            "expected a value of type number",
+        ),
+        (
+            "a date for a title",
+            "study: {title: 2014-06-12}\n",
+            "expected a value of type string for 'study.title'",
+        ),
+        ("yes for a seed", "study: {seed: yes}\n", "expected a value of type integer for 'study.seed'"),
+        ("a number for a title", ("study.title", 5), "expected a value of type string for 'study.title'"),
+        ("an empty name", ("study.name", ""), "expected a value of the pattern"),
+        ("no folder of recordings", ("study.recordings_folder", None), "expected a value of type string for"),
+        ("a section of nothing", ("dummy.geometry", None), "expected a value of type"),
+        ("a text for a list", ("dummy.files.marker_labels", "ankle"), "expected a value of type array"),
+        (
+            "labels that are numbers",
+            ("dummy.files.marker_labels", [1, 2]),
+            "expected a value of type string for",
+        ),
+        ("one marker of the leg", ("dummy.geometry.leg_markers", []), "expected at least 2 items for"),
+        ("no muscles", ("standing.muscles", 5), "expected a value of type"),
+        ("no models", ("weight.models.family", []), "expected at least 1 items for 'weight.models.family'"),
+        ("a model misspelt", ("weight.models.family", ["hnat"]), "expected one of 'mean-subtraction'"),
+        (
+            "two equal cutoffs",
+            ("weight.analysis.other_cutoffs_hz", [20.0]),
+            "expected weight.analysis.other_cut",
+        ),
+        ("a rate of 0", ("plate_treadmill.resample_rate_hz", 0.0), "expected a number above 0 for"),
+        (
+            "cameras of 30 Hz",
+            ("plate_treadmill.resample_rate_hz", 30.0),
+            "expected plate_treadmill.lowpass_cutoff",
+        ),
+        ("a plate twice", ("plate_treadmill.recording.plates.right", [1, 1]), "expected different items for"),
+        ("plate 0", ("plate_treadmill.recording.plates.left", [0]), "expected a number of at least 1 for"),
+        (
+            "an axis without sign",
+            ("plate_treadmill.recording.axes.up", "z"),
+            "expected one of '+x', '-x', '+y'",
+        ),
+        ("a sign of 2", ("plate_treadmill.recording.force_sign", 2), "expected one of 1, -1 for"),
+        ("frozen for 0 s", ("plausible.frozen_s", 0.0), "expected a number above 0 for 'plausible.frozen_s'"),
+        ("a threshold of 1", ("dummy.analysis.threshold_fraction", 1.0), "expected a number below 1 for"),
+        ("a rest of 0 s", ("dummy.analysis.rest_before_s", 0.0), "expected a number above 0 for"),
+        ("a delimiter", ("position_manipulator.files.delimiter", ";"), "expected one of 'comma', 'tab' for"),
+        ("a sign of 0", ("position_manipulator.files.torque_sign", 0), "expected one of 1, -1 for"),
+        (
+            "a band turned",
+            ("platform.analysis.band_hz", [5.0, 0.05]),
+            "expected platform.analysis.band_hz from low",
+        ),
+        ("a unit of angle", ("wristalyzer.files.angle_unit", "grad"), "expected one of 'rad', 'deg' for"),
+        (
+            "a free reflex above half of the rate",
+            ("standing.free_reflex.lowpass_cutoff_hz", 130.0),
+            "expected standing.free_reflex.lowpass_cutoff_hz below half of plate_treadmill.resample_rate_hz",
+        ),
+        (
+            "a stretch above half of the rate",
+            ("standing.analysis.stretch_cutoff_hz", 125.0),
+            "expected standing.analysis.stretch_cutoff_hz below half of plate_treadmill.resample_rate_hz",
+        ),
+    ]
+]
+SETTINGS += ODD_SETTINGS
+
+# keys that name a path, the path, and what the sentence says of it
+FOLDERS, NAMED = ("pathvars.results", "pathvars.logs"), ("study.trial_sheet", "study.virtual_lab")
+ODD_PATHS = [
+    (*FOLDERS, *NAMED, "a<b>c", "without '<' '>'"),
+    (*FOLDERS, "study.reported", "a\nb", r"without '\n'"),
+    ("study.participants", *FOLDERS, "a\0b", r"without '\x00'"),
+    ("study.recordings_folder", "study.reported", "a\x1b[2Jb", r"without '\x1b'"),
+    ("study.virtual_lab", "study.recordings_folder", "a*", "without '*'"),
+    ("study.reported", "pathvars.logs", 'a"b', "without '\"'"),
+    ("study.participants", "pathvars.results", "~/a", "write the home directory out"),
+    (*NAMED, "-rf", "does not begin with a hyphen"),
+    ("study.recordings_folder", "study.reported", "", "is not empty"),
+    ("pathvars.results", *NAMED, "x" * 256, "names of at most 255 bytes"),
+    ("study.participants", *NAMED, "/dev/zero", "found a pipe or a device"),
+    ("study.reported", "study.participants", "config", "found the folder 'config': name the file"),
+    ("study.recordings_folder", "README.md", "to name a folder, found the file 'README.md'"),
+    (*FOLDERS, ".venv/x", "which lies in .venv/ of the source code"),
+    (*FOLDERS, "Snakefile", "which is a file"),
+    ("study.name", "nul", "to be the name of a file"),
+    ("study.name", "x" * 81, "of at most 80 characters"),
+]
+SETTINGS += [
+    BadSettings(f"{where}: {path[:20]!r}", key(where, path), words)
+    for *keys, path, words in ODD_PATHS
+    for where in keys
 ]
 
 # ---- trial sheets --------------------------------------------------------------------------------------
@@ -1721,5 +2009,205 @@ SHEETS = [
             at(6, "task", "relax"),
             "bad.tsv: line 7: expected '-' for the task, because trials of dummy have none",
         ),
+    ]
+]
+
+
+def added(name, cells):
+    """A further column with cells by row, and - elsewhere."""
+
+    def spoil(rows):
+        for k, row in enumerate(rows):
+            row.append(name if k == 0 else cells.get(k, "-"))
+
+    return spoil
+
+
+def recorded(log):
+    """A trial that is recorded, and the path of its log."""
+
+    def spoil(rows):
+        row = dict(zip(rows[0], rows[6], strict=True))
+        row |= {"source": "recorded", "profile": "-", "amplitude": "-", "interval_s": "-", "log": log}
+        rows[6] = list((row | {"calibration": "c.csv", "markers": "m.c3d"}).values())
+
+    return spoil
+
+
+def several(*changes):
+    def spoil(rows):
+        for change in changes:
+            change(rows)
+
+    return spoil
+
+
+def twice(first, second):
+    """Two trials of the dummy with the recordings of these names."""
+    row = ["dummy", "a", "recorded", "-", "-", "-", "46", first, *["-"] * 7]
+    return lambda rows: rows.extend([row, ["dummy", "b", *row[2:7], second, *row[8:]]])
+
+
+DURATION, ROLE = "bad.tsv: line 7: expected a positive number or '-' for duration_s", "validate"
+ODD_SHEETS = [
+    BadSheet(*entry)
+    for entry in [
+        (
+            "a duration of 1e7 s",
+            at(6, "duration_s", "1e7"),
+            "bad.tsv: line 7: expected a duration_s of at most 3600",
+        ),
+        ("a duration with a unit", at(6, "duration_s", "60 s"), DURATION),
+        ("a duration of 0", at(6, "duration_s", "0"), DURATION),
+        ("a duration not a number", at(6, "duration_s", "nan"), DURATION),
+        ("a duration in minutes", at(6, "duration_s", "1:10"), DURATION),
+        (
+            "an amplitude of 0",
+            at(6, "amplitude", "0"),
+            "bad.tsv: line 7: expected a positive number or '-' for",
+        ),
+        (
+            "an open interval",
+            at(6, "interval_s", "4-"),
+            "bad.tsv: line 7: expected a positive number or '-' for",
+        ),
+        (
+            "an interval of words",
+            at(-1, "interval_s", "a-b"),
+            "bad.tsv: line 57: expected a positive number or",
+        ),
+        (
+            "a mass of the dummy",
+            at(6, "mass_kg", "20"),
+            "bad.tsv: line 7: expected '-' for mass_kg, because trials",
+        ),
+        (
+            "a mass below 0",
+            at(28, "mass_kg", "-60"),
+            "bad.tsv: line 29: expected a positive number or '-' for mass",
+        ),
+        (
+            "a mass with its unit",
+            at(28, "mass_kg", "60kg"),
+            "bad.tsv: line 29: expected a positive number or '-'",
+        ),
+        (
+            "a mass of no weight",
+            at(28, "mass_kg", "61"),
+            "bad.tsv: expected a mass_kg of 20 or 60 for weight/",
+        ),
+        (
+            "only the heavy weight validates",
+            several(*(at(k, "role", "calibrate") for k in range(23, 28))),
+            "bad.tsv: expected a trial with the usual weight (weight.weight.mass_kg) and the role validate",
+        ),
+        (
+            "only the heavy weight calibrates",
+            several(*(at(k, "role", ROLE) for k in range(18, 23))),
+            "bad.tsv: expected a trial with the usual weight (weight.weight.mass_kg) and the role calibrate",
+        ),
+        (
+            "an empty belt of another name",
+            at(36, "condition", "minjerk-a"),
+            "bad.tsv: expected a trial of the empty belt with the condition of weight/minjerk-0.1, whose",
+        ),
+        (
+            "one recording twice",
+            twice("a.c3d", "a.c3d"),
+            "bad.tsv: expected a recording of its own for every trial",
+        ),
+        (
+            "one recording by two paths",
+            twice("a.c3d", "b/../a.c3d"),
+            "bad.tsv: expected a recording of its own",
+        ),
+        ("a document", twice("a.doc", "b.doc"), "bad.tsv: line 58: expected a calibration file for dummy/a"),
+        ("a source in capitals", at(1, "source", "Recorded"), "bad.tsv: line 2: expected the source to be"),
+        (
+            "an experiment in capitals",
+            at(6, "experiment", "Dummy"),
+            "bad.tsv: line 7: expected an experiment of",
+        ),
+        ("a long condition", at(1, "condition", "a" * 300), "bad.tsv: line 2: expected a condition of"),
+        (
+            "a condition with a semicolon",
+            at(1, "condition", "a;b"),
+            "bad.tsv: line 2: expected a condition of",
+        ),
+        ("conditions that differ by case", at(7, "condition", "SINE-0.1"), "bad.tsv: expected"),
+        (
+            "a condition that is missing",
+            at(6, "condition", "MISSING"),
+            "bad.tsv: line 7: expected a value for",
+        ),
+        (
+            "a role in capitals",
+            at(18, "role", "Calibrate"),
+            "bad.tsv: line 19: expected a role of calibrate or",
+        ),
+        (
+            "columns separated by spaces",
+            all_rows(lambda rows: [["    ".join(row)] for row in rows]),
+            "bad.tsv: unknown column",
+        ),
+        ("a quote that is open", at(6, "condition", '"a'), "bad.tsv: expected 15 cells, found"),
+        ("a byte of zero", at(6, "condition", "a\0b"), "bad.tsv: "),
+        (
+            "some with a participant",
+            added("participant", {-1: "P1", 56: "P1"}),
+            "bad.tsv: expected a participant for every trial of standing, or for none",
+        ),
+        (
+            "a participant of a weight",
+            added("participant", {18: "P1"}),
+            "bad.tsv: line 19: expected '-' for the participant, because trials of weight have none",
+        ),
+        (
+            "a belt in the middle",
+            added("belt", {18: "middle"}),
+            "bad.tsv: line 19: expected the belt to be left or right",
+        ),
+        (
+            "a belt of the manipulator",
+            added("belt", {1: "left"}),
+            "bad.tsv: line 2: expected '-' for the belt, because trials of wristalyzer are not on the plate",
+        ),
+        (
+            "a column of a simulated trial",
+            added("angle_unit", {1: "deg"}),
+            "bad.tsv: line 2: expected '-' for angle_unit, because the virtual laboratory names its columns",
+        ),
+        (
+            "an operating point of the dummy",
+            added("operating_angle_rad", {6: "0.1"}),
+            "bad.tsv: line 7: expected '-' for operating_angle_rad, because only trials of position_",
+        ),
+        ("a column of notes", added("notes", {}), "bad.tsv: unknown column 'notes'"),
+    ]
+]
+SHEETS += ODD_SHEETS
+
+SHEETS += [
+    BadSheet(f"a recording called {path[:20]!r}", recorded(path), f"bad.tsv: {words}")
+    for path, words in [
+        ("a{x}.mat", "expected a path without '{' '}' for 'a recording'"),
+        ("a<logs>.mat", "expected a path without '<' '>' for 'a recording'"),
+        ("~/a.mat", "expected a path from / or from the folder of the run for 'a recording'"),
+        ("-a.mat", "expected a path for 'a recording' that does not begin with a hyphen"),
+        ("a*.mat", "expected a path without '*' for 'a recording'"),
+        ("a|b.mat", "expected a path without '|' for 'a recording'"),
+        ("a\u202eb.mat", r"expected a path without '\u202e' for 'a recording'"),
+        ("x" * 300, "expected names of at most 255 bytes in the path for 'a recording'"),
+    ]
+]
+SHEETS += [
+    BadSheet(f"a condition called {name[:20]!r}", at(6, "condition", name), f"bad.tsv: line 7: {words}")
+    for name, words in [
+        ("$(touch x)", "expected a condition of letters, digits, dots and hyphens"),
+        ("a{x}", "expected a condition of letters, digits, dots and hyphens"),
+        ("a\u202eb", "expected a condition of letters, digits, dots and hyphens"),
+        ("a&b", "expected a condition of letters, digits, dots and hyphens"),
+        ("aux.1", "expected a condition that can be a file name"),
+        ("x" * 81, "expected a condition of at most 80 characters"),
     ]
 ]

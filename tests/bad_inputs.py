@@ -13,31 +13,16 @@ from builders import multisine_record
 from c3d_builders import single_c3d, single_c3d_settings
 from scipy.io import loadmat, savemat
 
-from tepsipe.ingest.belt_table import BeltTableOptions, ingest_belt_table
-from tepsipe.ingest.limits import Limits, Rig
-from tepsipe.ingest.manipulators import (
-    ManipulatorOptions,
-    TableOptions,
-    ingest_position_manipulator,
-    ingest_torque_manipulator,
-)
-from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
-from tepsipe.ingest.platform import PlatformTableOptions, ingest_platform
-from tepsipe.ingest.plausibility import plausible_trial
-from tepsipe.ingest.recording_options import RecordingOptions, ScaledChannel
-from tepsipe.ingest.standing import ingest_standing_files
-from tepsipe.ingest.whole_trial import ingest_recording_files
-from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
 from tepsipe.virtual_lab.platform_person import PlatformPerson, PlatformProtocol, record_platform
 from tepsipe.virtual_lab.standing_trial import make_standing_trial
 from tepsipe.virtual_lab.treadmill_trial import Protocol
 from tepsipe.virtual_lab.weight_trial import make_weight_trial
 from tepsipe.virtual_lab.wristalyzer_trial import make_wristalyzer_trial
-from workflow.settings.complete import settings_of, without
-from workflow.support.rigs import RIG_KEYS, rig_of
+from workflow.support.recordings import ingested
+from workflow.support.study import Study
+from workflow.support.trial_sheet import TrialRow
 
-PLATE_TRIALS = ("dummy", "weight", "empty", "standing")
 PLATE = {"log": "log.mat", "calibration": "calibration.csv"}
 RAW = {
     "dummy": PLATE | {"markers": "markers.c3d"},
@@ -427,52 +412,18 @@ FOOT, LEG = slice(0, 4), slice(4, 8)
 
 
 def ingest(experiment, folder, config, whole=False):
-    """The trial of a folder, with the settings of a configuration; the same calls as in workflow/scripts."""
+    """The trial of a folder, with the settings of a configuration, as `tepsipe check` reads it."""
     files = {kind: str(path) for kind, path in paths(folder, experiment, whole).items()}
-    settings = settings_of(config)
-    limits = Limits(**without(settings["plausible"], *RIG_KEYS))
-    rig = Rig(**rig_of(settings, experiment)) if experiment in PLATE_TRIALS else Rig()
-    section, lasts = settings[experiment], DURATION_S[experiment]
-    if experiment in PLATE_TRIALS:
-        options, labels = TreadmillOptions(**section["ingest"]), section.get("files", {}).get("marker_labels")
-        if experiment == "standing":
-            channels = {muscle: choice["channel"] for muscle, choice in section["muscles"].items()}
-            trigger = (section["files"]["emg_trigger"], section["files"]["emg_trigger_threshold"])
-            trial = ingest_standing_files(files, labels, channels, *trigger, options, lasts)
-        elif "calibration" in files:
-            trial = ingest_treadmill_files(files, labels, options, lasts)
-        else:
-            recording = single_c3d_settings()
-            one_file = RecordingOptions(
-                plates={belt: tuple(numbers) for belt, numbers in recording["plates"].items()},
-                belt_velocity=ScaledChannel("Belt speed", 0.5, 2.5),
-            )
-            trial = ingest_recording_files(files, labels, options, one_file, lasts)
-    elif experiment == "wristalyzer":
-        named = section["files"]
-        trial = ingest_torque_manipulator(
-            read_text_table(files["log"], named["log_columns"], "\t"),
-            read_text_table(files["command"], named["command_columns"], "\t"),
-            ManipulatorOptions(angle_unit=named["angle_unit"], **section["ingest"]),
-            lasts,
-            files["log"],
-            files["command"],
-        )
-    elif experiment == "position_manipulator":
-        named = section["files"]
-        options = TableOptions(
-            angle_unit=named["angle_unit"], torque_sign=named["torque_sign"], **section["ingest"]
-        )
-        table = read_text_table(files["log"], named["columns"], ",")
-        trial = ingest_position_manipulator(table, options, lasts, files["log"])
-    elif experiment == "platform":
-        named = section["files"]
-        units = {key: named[key] for key in ("angle_unit", "torque_sign", "platform_unit")}
-        columns = {key: name for key, name in named["columns"].items() if name is not None}
-        options = PlatformTableOptions(**units, **section["ingest"])
-        trial = ingest_platform(read_text_table(files["log"], columns, ","), options, lasts, files["log"])
-    else:
-        options = BeltTableOptions(load_unit=section["files"]["load_unit"], **section["ingest"])
-        table = read_text_table(files["log"], BELT_COLUMNS, "\t")
-        trial = ingest_belt_table(table, BELT_COLUMNS, options, lasts, files["log"])
-    return plausible_trial(trial, limits, rig, files)
+    if whole:
+        config = copy.deepcopy(config)
+        config["plate_treadmill"]["recording"] |= {
+            key: value for key, value in STUDY["plate_treadmill"]["recording"].items() if key != "axes"
+        }
+    columns = BELT_COLUMNS if experiment == "belt" else {}
+    row = TrialRow(
+        *(experiment, "a", "recorded", "-", None, None, None, DURATION_S[experiment], files),
+        role="calibrate",
+        task="relax",
+        names={f"files.columns.{key}": name for key, name in columns.items()},
+    )
+    return ingested(Study(config, {(experiment, "a"): row}), experiment, "a")

@@ -57,7 +57,7 @@ def main() -> None:
         (wheel,) = (folder / "wheel").glob("tepsipe-*.whl")
         extras = ",".join(["test", *chosen.extra])
         run(*pip, "install", f"tepsipe[{extras}] @ {wheel.as_uri()}")
-        for source in ("tests", "config", "examples", "pyproject.toml"):
+        for source in ("tests", "config", "docs", "examples", "pyproject.toml"):
             copy(source, folder / "tests")
         # recordings of others, if the checkout has them
         os.environ.setdefault("TEPSIPE_REAL_DATA", str(ROOT.parent / "shared" / "real-data"))

@@ -293,6 +293,22 @@ FILES = [
     (lambda f: f.attrs.__delitem__("condition"), "no name of its condition"),
     (lambda f: f.attrs.__setitem__("rate_hz", 1.0), "its clock"),
     (lambda f: put_data(f, "time", f["time"][...][::-1], scale=True), "do not increase"),
+    (lambda f: put_data(f, "time", 1000.0 * f["time"][...], scale=True), "its clock"),
+    (lambda f: put_data(f, "time", put(NAN)(f["time"][...]), scale=True), "do not increase"),
+    (lambda f: put_data(f, "time", 0.0 * f["time"][...], scale=True), "do not increase"),
+    (lambda f: put_data(f, "time", f["time"][:0], scale=True), "no row of numbers"),
+    (lambda f: put_data(f, "angle", f["angle"][:0]), "'angle' has the shape (0,)"),
+    (lambda f: put_data(f, "angle", np.inf * f["angle"][...]), "missing or infinite"),
+    (lambda f: f.attrs.__setitem__("rate_hz", NAN), "its clock"),
+    (lambda f: f.attrs.__setitem__("rate_hz", -250.0), "its clock"),
+    (lambda f: f.attrs.__setitem__("rate_hz", "fast"), "cannot be read"),
+    (lambda f: f.attrs.__delitem__("rate_hz"), "cannot be read"),
+    (lambda f: f.attrs.__setitem__("condition", 5), "no name of its condition"),
+    (lambda f: f.attrs.__setitem__("sources", "{"), "cannot be read"),
+    (lambda f: f["angle"].attrs.__setitem__("long_name", 5), "no text"),
+    (lambda f: f["angle"].attrs.__setitem__("units", "rad\n"), "'angle' is in 'rad"),
+    (lambda f: relinked(f, h5py.ExternalLink("/dev/zero", "/")), "a link to another file"),
+    (lambda f: relinked(f, h5py.SoftLink("/angle")), "too many links"),
 ]
 
 

@@ -1,5 +1,6 @@
 """The public functions: known truths found again, units converted, unusable input refused in one sentence."""
 
+import doctest
 import re
 import subprocess
 import sys
@@ -466,3 +467,20 @@ def test_vaf_is_the_thesiss_and_can_be_centred():
     assert vaf(measured, predicted) == pytest.approx(100.0 * (1.0 - 1.0 / 14.0))
     assert vaf(measured, predicted, centred=True) == pytest.approx(100.0 * (1.0 - (2.0 / 3.0) / 2.0))
     refused(lambda: vaf(measured, predicted[:2]), "vaf", "(3,)", "(2,)")
+
+
+# ---- examples of the documentation -----------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", tepsipe.__all__)
+def test_examples_of_the_docstrings_run(name):
+    """Every public name has an example, and prints what it shows."""
+    found = doctest.DocTestFinder(recurse=False).find(getattr(tepsipe, name), name, globs={})
+    examples = [test for test in found if test.examples]
+    assert examples, f"{name} has no example"
+    output = []
+    runner = doctest.DocTestRunner(verbose=False)
+    for test in examples:
+        runner.run(test, out=output.append)
+    assert runner.failures == 0, "".join(output)

@@ -288,7 +288,9 @@ def test_results_are_printed_as_json(table, capsys):
 
 
 def test_check_says_where_to_run_and_what_to_install(capsys, tmp_path, monkeypatch):
-    assert "expected the trial sheet, found no file" in refused(capsys, "check")  # not the checkout's folder
+    with monkeypatch.context() as installed:  # by pip, without the rules
+        installed.setattr("tepsipe.cli._checkout", lambda: None)
+        assert "a checkout of tepsipe's repository" in refused(capsys, "check")
     (tmp_path / "workflow").mkdir()
     (tmp_path / "workflow/check.py").touch()
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)

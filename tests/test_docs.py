@@ -7,11 +7,13 @@ from pathlib import Path
 
 import pytest
 
+import tepsipe
 from tests.test_walls import FLOORS
 
 ROOT = Path(__file__).parents[1]
 PAGES = [
-    *(ROOT / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "config/README.md")),
+    *sorted(ROOT.glob("*.md")),
+    ROOT / "config/README.md",
     *(page for folder in ("docs", "benchmarks") for page in sorted((ROOT / folder).rglob("*.md"))),
 ]
 LONGEST_LINE = 100
@@ -25,8 +27,11 @@ def without_code(text):
 
 def anchors(page):
     """Anchors that a forge makes of a page's headings: lower case, hyphens for spaces, no punctuation."""
-    headings = re.findall(r"^#+ (.+)$", without_code(page.read_text(encoding="utf-8")), re.MULTILINE)
-    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+    text = without_code(page.read_text(encoding="utf-8"))
+    headings = re.findall(r"^#+ (.+)$", text, re.MULTILINE)
+    # the site writes the documentation of a function there, under its name
+    functions = set(re.findall(r"^::: (\S+)$", text, re.MULTILINE))
+    return functions | {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
 def links(page):
@@ -50,7 +55,7 @@ def test_pages_have_links_that_are_checked():
 
 def equation_rows():
     """Rows of the index of equations: number -> cells."""
-    text = (ROOT / "docs/architecture.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs/method.md").read_text(encoding="utf-8")
     table = text.partition("## Equations of the thesis\n")[2].partition("\n## ")[0]
     rows = [[cell.strip() for cell in line.strip("|").split(" | ")] for line in table.splitlines()]
     return {row[0].strip("| "): row for row in rows if re.fullmatch(r"\|? ?\(\d-\d+\)", row[0])}
@@ -135,3 +140,13 @@ def test_every_decision_is_listed():
         assert f"({page.name})" in index, page.name
         number = int(page.name[:4])
         assert page.read_text(encoding="utf-8").startswith(f"# {number}. "), page.name
+
+
+def test_picture_of_the_rig_is_that_of_its_script():
+    drawn = runpy.run_path(str(ROOT / "docs/draw_rig.py"))
+    assert (ROOT / "docs/rig.svg").read_text(encoding="utf-8") == drawn["drawing"]()
+
+
+def test_every_public_function_is_on_the_page_of_functions():
+    text = (ROOT / "docs/api.md").read_text(encoding="utf-8")
+    assert sorted(re.findall(r"^::: tepsipe\.(\w+)$", text, re.MULTILINE)) == sorted(tepsipe.__all__)

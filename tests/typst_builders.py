@@ -133,5 +133,11 @@ def tables_of(results: Path) -> dict[str, Path]:
 def chapter_words(
     name: str, data: Mapping, tables: Mapping[str, str | Path] | None = None, cells: str = ""
 ) -> str:
-    """Words of a chapter of the report by itself, without references to others; ``cells`` as above."""
-    return typeset_words(f'#show ref: none\n#include "chapters/{name}.typ"', data, tables, cells)
+    """Words of a chapter of the report and its appendix, without references to others; ``cells`` as above."""
+    parts = "".join(f'#include "chapters/{part}.typ"\n' for part in parts_of(name))
+    return typeset_words(f"#show ref: none\n{parts}", data, tables, cells)
+
+
+def parts_of(chapter: str) -> list[str]:
+    """A chapter, and the appendix that continues it."""
+    return [part for part in (chapter, f"{chapter}_further") if (REPORT / f"chapters/{part}.typ").is_file()]

@@ -1,10 +1,15 @@
-"""Check a study without running it: ``python -m workflow.check [CONFIG...]``, as after ``--configfile``."""
+"""Check a study without running it: ``python -m workflow.check [CONFIG...]``, as after ``--configfile``.
+
+Configuration and trial sheet first, then every recording is read as its job would read it.
+"""
 
 import sys
 
 from tepsipe.errors import InputError
 from workflow.support import made
 from workflow.support.experiments import EXPERIMENTS
+from workflow.support.odd import odd_settings
+from workflow.support.recordings import refused_recordings
 from workflow.support.start import (
     checked_sections,
     checked_study,
@@ -15,7 +20,7 @@ from workflow.support.start import (
 
 
 def main(files: list[str]) -> int:
-    """Say what the study holds, or in one sentence why it cannot run; 0 or 2."""
+    """Say what the study holds, or in one sentence each what would stop it; 0 or 2."""
     configfiles, config = [shipped(), *files], {}
     try:
         config = merged_settings(configfiles)
@@ -27,6 +32,13 @@ def main(files: list[str]) -> int:
     except InputError as error:
         print(f"tepsipe: {with_its_file(error, config, configfiles)}", file=sys.stderr)
         return 2
+    refused = refused_recordings(study)
+    for sentence in refused:
+        print(f"tepsipe: {sentence}", file=sys.stderr)
+    if refused:
+        return 2
+    for question in odd_settings(study):
+        print(f"to be confirmed: {question}")
     counts = ", ".join(f"{len(study.conditions(name))} of {name}" for name in study.experiments)
     print(f"{files[-1] if files else shipped()}: {len(study.trials)} trials ({counts})")
     print(f"trial sheet: {config['study']['trial_sheet']}; results: {config['pathvars']['results']}")

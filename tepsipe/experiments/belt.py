@@ -86,6 +86,17 @@ def belt_recording(
     ------
     InputError
         If the signals cannot be used.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from tepsipe import belt_recording
+    >>> time = np.arange(0.0, 20.0, 0.01)
+    >>> velocity = 1.0 + 0.1 * np.sin(2.0 * np.pi * 1.5 * time)
+    >>> load = 3.0 * np.gradient(velocity, time)  # N·m
+    >>> recording = belt_recording(time, load, velocity, name="sine")
+    >>> recording.name
+    'sine'
     """
     name, trimmed_s = checked(name=name, trimmed_s=trimmed_s)
     if not isinstance(unit, str) or unit not in ("Nm", "N"):
@@ -337,6 +348,21 @@ def calibrate_treadmill(
     ------
     InputError
         If a recording cannot be used, is in both groups, or a model or option is unknown.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from tepsipe import belt_recording, calibrate_treadmill
+    >>> def recorded(seed):
+    ...     rng = np.random.default_rng(seed)
+    ...     time = np.arange(0.0, 40.0, 0.01)
+    ...     velocity = 1.0 + 0.01 * np.cumsum(rng.standard_normal(time.size)) / 10.0
+    ...     load = 3.0 * np.gradient(velocity, time) + 0.1 * rng.standard_normal(time.size)
+    ...     return belt_recording(time, load, velocity, name=f"recording {seed}")
+    ...
+    >>> calibration = calibrate_treadmill(recorded(1), recorded(2), models=["fir"])
+    >>> list(calibration.models)
+    ['fir']
     """
     training, testing = _recordings(train, "train"), _recordings(test, "test")
     cutoff_hz, order, zero_lag = checked(cutoff_hz=cutoff_hz, order=order, zero_lag=zero_lag)

@@ -129,6 +129,14 @@ def load_example(name: str = "dummy") -> Example:
     ------
     InputError
         If there is no such example.
+
+    Examples
+    --------
+    >>> from tepsipe import load_example
+    >>> load_example("dummy")
+    <LegExample 'dummy': 15500 samples, truth I = 0.02, B = 0.15, K = 10>
+    >>> load_example("manipulator").period_s
+    10.0
     """
     if name not in EXAMPLES:
         raise InputError(

@@ -126,6 +126,16 @@ def fit_impedance(
     ------
     InputError
         If the signals cannot be used, or do not determine I, B and K.
+
+    Examples
+    --------
+    >>> from tepsipe import fit_impedance, load_example
+    >>> dummy = load_example("dummy")
+    >>> fit = fit_impedance(dummy.time, dummy.angle, dummy.torque, perturbations=dummy.perturbations)
+    >>> print(f"I = {fit.I:.4f}, B = {fit.B:.3f}, K = {fit.K:.2f}, VAF {fit.vaf:.1f} %")
+    I = 0.0200, B = 0.148, K = 10.01, VAF 99.9 %
+    >>> fit.quantities["K"]
+    <10.011 [9.817, 10.206] N·m/rad>
     """
     from tepsipe.mechanics.segment_kinematics import joint_motion
     from tepsipe.signals.filters import butterworth_lowpass
@@ -213,6 +223,24 @@ def fit_output_error(
     ------
     InputError
         If the signals cannot be used, or the angle does not determine the parameters.
+
+    Examples
+    --------
+    >>> from tepsipe import fit_output_error, load_example, segment_motion
+    >>> dummy = load_example("dummy")
+    >>> motion = segment_motion(
+    ...     dummy.time, dummy.positions, dummy.markers, dummy.leg.com_m, labels=dummy.labels
+    ... )
+    >>> foot = [dummy.labels.index(label) for label in dummy.belt_fixed]
+    >>> fit = fit_output_error(
+    ...     motion,
+    ...     dummy.positions[:, foot, 0].mean(axis=1),
+    ...     dummy.belt_velocity,
+    ...     dummy.leg,
+    ...     perturbations=dummy.perturbations,
+    ... )
+    >>> print(f"I = {fit.I:.4f}, B = {fit.B:.3f}, K = {fit.K:.2f}")
+    I = 0.0200, B = 0.150, K = 10.00
     """
     from tepsipe.identification.estimators import OUTPUT_ERROR, Record, estimate
     from tepsipe.mechanics.inverse_dynamics import Leg
@@ -306,6 +334,17 @@ def fit_admittance(
     ------
     InputError
         If the response has too few frequencies, or bounds contradict each other.
+
+    Examples
+    --------
+    >>> from tepsipe import fit_admittance, frequency_response, load_example
+    >>> rig = load_example("manipulator")
+    >>> response = frequency_response(
+    ...     rig.time, rig.torque, rig.angle, period_s=rig.period_s, band_hz=(1.0, 20.0)
+    ... )
+    >>> fit = fit_admittance(response)
+    >>> print(f"I = {fit.I:.4f}, B = {fit.B:.3f}, K = {fit.K:.2f}")
+    I = 0.0150, B = 0.200, K = 10.00
     """
     from tepsipe.identification.admittance_fit import (
         TABLE_3_2,
@@ -442,6 +481,17 @@ def fit_parallel_cascade(
     InputError
         If the signals cannot be used, the record is too short, the joint does not move, or the torque does
         not resist the movement.
+
+    Examples
+    --------
+    >>> from tepsipe import fit_parallel_cascade, load_example
+    >>> ankle = load_example("ankle")
+    >>> half = slice(7500)
+    >>> fit = fit_parallel_cascade(
+    ...     ankle.time[half], ankle.angle[half], ankle.torque[half], bootstrap_draws=100
+    ... )
+    >>> print(f"K = {fit.K:.1f}, reflex gain = {fit.quantities['reflex gain'].value:.1f}")
+    K = 79.8, reflex gain = 5.0
     """
     from tepsipe.identification.cascade.parallel_cascade import identify_cascade
     from tepsipe.identification.cascade.record import make_record

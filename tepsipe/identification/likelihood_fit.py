@@ -87,6 +87,24 @@ def fit_joint_likelihood(
     ------
     InputError
         If the signals cannot be used, or the angle does not determine the parameters.
+
+    Examples
+    --------
+    >>> from tepsipe import fit_joint_likelihood, load_example
+    >>> dummy = load_example("dummy")
+    >>> fit = fit_joint_likelihood(
+    ...     dummy.time,
+    ...     dummy.positions,
+    ...     dummy.markers,
+    ...     dummy.leg,
+    ...     labels=dummy.labels,
+    ...     belt_fixed=dummy.belt_fixed,
+    ...     perturbations=dummy.perturbations,
+    ...     belt_velocity=dummy.belt_velocity,
+    ...     softening=False,
+    ... )
+    >>> print(f"I = {fit.I:.4f}, B = {fit.B:.3f}, K = {fit.K:.2f}")
+    I = 0.0200, B = 0.150, K = 10.00
     """
     from tepsipe.identification.budgets.markers import LikelihoodData, marker_contributions
     from tepsipe.identification.estimators import JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, Record, estimate

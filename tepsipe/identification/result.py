@@ -146,6 +146,19 @@ class ImpedanceFit:
         and delays, which all records of the rig share.
     budget : mapping of str to mapping of str to float
         Quantity -> source -> its standard uncertainty (unit of the quantity), ``scatter`` for Type A.
+
+    Examples
+    --------
+    >>> from tepsipe import fit_impedance, load_example
+    >>> dummy = load_example("dummy")
+    >>> fit = fit_impedance(dummy.time, dummy.angle, dummy.torque, perturbations=dummy.perturbations)
+    >>> list(fit.quantities)
+    ['I', 'B', 'K']
+    >>> low, high = fit.intervals["K"]
+    >>> low < dummy.truth["K"] < high
+    True
+    >>> list(fit.to_frame().columns)
+    ['value', 'unit', 'standard_error', 'low', 'high']
     """
 
     estimator: str

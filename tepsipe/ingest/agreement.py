@@ -57,8 +57,8 @@ def refuse_mass(trial: Trial, rig: Rig, files: dict[str, str]) -> None:
         raise InputError(
             f"{source(files, 'log')}: expected {low:.3g} to {high:.3g} kg on the {rig.belt} belt, found "
             f"{mass:.4g} kg by the mean vertical force: check the calibration matrix and its unit, that this "
-            "file is that of the trial, that the plate was not set to zero under its load, and the masses in "
-            "the configuration"
+            "file is that of the trial, that the plate was not set to zero under its load, and "
+            f"{rig.mass_key}"
         )
 
 

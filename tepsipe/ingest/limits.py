@@ -64,6 +64,8 @@ class Rig:
         Belt that carries something: its force plate must be alive.
     carried_kg : tuple of float or None
         Lowest and highest mass on that belt (kg).
+    mass_key : str
+        Where this mass is stated, for messages.
     belt_fixed : tuple of str
         Belt-fixed markers.
     segments : dict of str to tuple of str
@@ -75,6 +77,7 @@ class Rig:
 
     belt: str | None = None
     carried_kg: tuple[float, float] | None = None
+    mass_key: str = "the masses in the configuration"
     belt_fixed: tuple[str, ...] = ()
     segments: dict[str, tuple[str, ...]] | None = None
     person: bool = False

@@ -6,13 +6,9 @@ from typing import Self
 import numpy as np
 
 from tepsipe.errors import InputError, listed
-from tepsipe.io.readers.recording import Channel, Recording
+from tepsipe.io.readers.recording import DIRECTIONS, Channel, ForcePlate, Recording
 
-DIRECTIONS = {
-    f"{sign}{axis}": np.array([value * (axis == other) for other in "xyz"])
-    for sign, value in (("+", 1.0), ("-", -1.0))
-    for axis in "xyz"
-}
+LEVEL = 0.7  # least vertical component of the normal of a plate
 
 
 @dataclass(frozen=True)
@@ -121,6 +117,35 @@ class RecordingOptions:
             belt_command=ScaledChannel.from_settings(recording["belt_command"]),
             trigger=recording["trigger"],
         )
+
+
+def refuse_other_vertical(plates: dict[int, ForcePlate], up: str, name: str, key: str) -> None:
+    """Compare the configured upward direction with the surfaces of the plates.
+
+    Parameters
+    ----------
+    plates : dict of int to ForcePlate
+        Number -> plate (m).
+    up : str
+        Upward direction in the axes of the file: ``+x`` to ``-z``.
+    name : str
+        Names the file in messages.
+    key : str
+        Place of ``up`` in the configuration, for messages.
+
+    Raises
+    ------
+    InputError
+        If the surface of a plate is not level.
+    """
+    for number, plate in plates.items():
+        if plate.normal is not None and abs(plate.normal @ DIRECTIONS[up]) < LEVEL:
+            axis = "xyz"[int(np.argmax(np.abs(plate.normal)))]
+            raise InputError(
+                f"{name}, force plate {number}: expected a level surface, with {up} upward by {key}, found "
+                f"corners whose surface faces along {axis}: correct {key} (tepsipe info names the upward "
+                "direction), or FORCE_PLATFORM:CORNERS of the file"
+            )
 
 
 def named_channel(recording: Recording, label: str, key: str) -> Channel:

@@ -25,13 +25,13 @@ from tepsipe.ingest.plate_treadmill import (
 )
 from tepsipe.ingest.recording_files import read_recording_files
 from tepsipe.ingest.recording_options import (
-    DIRECTIONS,
     RecordingOptions,
     ScaledChannel,
     named_channel,
+    refuse_other_vertical,
 )
 from tepsipe.io.readers.c3d import Markers, select_markers
-from tepsipe.io.readers.recording import ForcePlate, Recording
+from tepsipe.io.readers.recording import DIRECTIONS, ForcePlate, Recording
 from tepsipe.io.trial import Trial
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.resampling import BAND_PER_RATE, refuse_short, regular_time, resample, rising_edge
@@ -128,6 +128,7 @@ def ingest_recording(
     name, rate = recording.name, options.resample_rate_hz
     plates = _belt_plates(recording, use)
     axes = _axes(use, name)
+    refuse_other_vertical(plates, use.up, name, "plate_treadmill.recording.axes.up")
     origin = _origin(plates, axes)
     sources = _sources(recording, use, plates)
     start_s, first_s, last_s = _span(recording, sources, use, options, duration_s)

@@ -57,7 +57,8 @@ def c3d_contents(path: Path) -> Contents:
     facts |= {"made by": maker} if maker.strip() else {}
     if point_rate:
         facts["duration"] = f"{points.shape[0] / point_rate:.6g} s"
-    plates, refused = _vertical_forces(path)
+    plates, up, refused = _vertical_forces(path)
+    facts["upward"] = up
     facts |= _plate_facts([int(kind) for kind in values("FORCE_PLATFORM", "TYPE")], values, plates)
     usable = tuple(plate for plate in plates if isinstance(plate, Channel))
     facts |= {"not usable as a whole trial": refused} if refused else {}
@@ -65,23 +66,25 @@ def c3d_contents(path: Path) -> Contents:
     events = _events(parameters, values, first)
     facts |= {"events": _event_text(events)} if events else {}
     markers = tuple(label for label in labels if label not in others)
-    return Contents("C3D", facts, channels, markers, usable, events)
+    return Contents("C3D", facts, channels, markers, usable, events, vertical="xyz".index(up[1]))
 
 
-def _vertical_forces(path: Path) -> tuple[tuple[Channel | str, ...], str]:
-    """Vertical force on each plate (N), or why it cannot be used; or none and the reason."""
+def _vertical_forces(path: Path) -> tuple[tuple[Channel | str, ...], str, str]:
+    """Vertical force on each plate (N) or why it cannot be used, upward direction, why the file cannot be."""
     from tepsipe.io.readers.c3d_recording import read_c3d_recording
+    from tepsipe.io.readers.recording import DIRECTIONS
 
     try:
-        plates = read_c3d_recording(path).plates
+        recording = read_c3d_recording(path)
     except InputError as error:
-        return (), str(error).removeprefix(f"{path}: ").removeprefix(f"{path}, ")
-    return tuple(
-        Channel.of(f"force plate {number}", "N", plate.rate_hz, plate.force[:, 2])
+        return (), "+z", str(error).removeprefix(f"{path}: ").removeprefix(f"{path}, ")
+    plates = tuple(
+        Channel.of(f"force plate {number}", "N", plate.rate_hz, plate.force @ DIRECTIONS[recording.up])
         if plate.fault is None
         else plate.fault.removeprefix(f"{path}, force plate {number}: ")
-        for number, plate in enumerate(plates, start=1)
-    ), ""
+        for number, plate in enumerate(recording.plates, start=1)
+    )
+    return plates, recording.up, ""
 
 
 def _plate_facts(types: list[int], values, plates: tuple[Channel | str, ...]) -> dict[str, str]:

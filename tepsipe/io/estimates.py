@@ -8,67 +8,69 @@ from tepsipe.io.tables import Table, Undefinable
 
 # flag -> its meaning for an estimate, and what to check
 FLAGS = {
-    "at-bound": "a parameter lies at a bound of its search: widen the bound, or check units and signs",
-    "assumed": "the record does not determine the value, which is assumed: see the rows of its range",
-    "relaxation-assumed": "a part of the stiffness relaxes at assumed rates, on which the value depends: try "
+    "at-bound": "a parameter lies at a bound of its search. Widen the bound, or check units and signs",
+    "assumed": "the record does not determine the value, which is assumed. See the rows of its range",
+    "relaxation-assumed": "a part of the stiffness relaxes at assumed rates, on which the value depends. Try "
     "other relaxation_times_s",
-    "not-converged": "the fit stopped before it converged: try other starting values",
-    "undefined": "the value is not a finite number: the parameters describe no stable joint",
-    "no-interval": "its standard error or interval is not a number: record more perturbations",
-    "leg-disagrees": "K of the windowed fit is not what the joint likelihood lets it find: look for markers "
-    "of the leg that wobble, bend or slip",
-    "foot-leg-delay": "the leg moves too early or too late after the foot: check the sampling instants of "
+    "not-converged": "the fit stopped before it converged. Try other starting values",
+    "undefined": "the value is not a finite number. The parameters describe no stable joint",
+    "no-interval": "the standard error or interval is not a number. Record more perturbations",
+    "leg-disagrees": "K of the windowed fit and K of the joint likelihood disagree. Look for markers of the "
+    "leg that wobble, bend or slip",
+    "foot-leg-delay": "the leg moves too early or too late after the foot. Check the sampling instants of "
     "the markers, and whether one on foot or ankle slips",
-    "joint-inertia": "I differs from what is known of the joint: weigh the leg, find its centre of mass",
-    "foot-markers-apart": "markers on the foot move against each other: check their tape, and whether the "
+    "joint-inertia": "I differs from the known inertia of the joint. Weigh the leg, and find its centre of "
+    "mass",
+    "foot-markers-apart": "markers on the foot move against each other. Check their tape, and whether the "
     "foot tilts",
-    "markers-slip": "a marker stays displaced after perturbations: check the tape of all markers",
-    "markers-pulse-locked": "markers leave the rigid leg in every perturbation: look for bending or soft "
+    "markers-slip": "a marker stays displaced after perturbations. Check the tape of all markers",
+    "markers-pulse-locked": "markers leave the rigid leg in every perturbation. Look for bending or soft "
     "mounts",
-    "lack-of-fit": "the model of the joint leaves a motion that repeats, or much of the signal: look at the "
-    "residuals, for wobble, hysteresis and wrong time stamps",
-    "log-delay": "the log is early or late against the other instrument by more than 2 ms (torque) or 6 ms "
-    "(belt), which is corrected: check the trigger",
-    "stamp-jitter": "time stamps of the log err at random by more than 1.2 ms: stamp samples when they are "
+    "lack-of-fit": "the model of the joint leaves a repeated motion or a large part of the signal "
+    "unexplained. Inspect the residuals for wobble, hysteresis and wrong time stamps",
+    "log-delay": "the log was early or late against the other instrument by more than 2 ms (torque) or 6 ms "
+    "(belt), and was corrected. Check the trigger",
+    "stamp-jitter": "time stamps of the log are random by more than 1.2 ms. Stamp samples when they are "
     "taken",
-    "noise-biased": "noise of the markers biases the estimate: record more, equal or larger perturbations, "
+    "noise-biased": "noise of the markers biases the estimate. Record more, equal or larger perturbations, "
     "place markers further apart, or use the joint likelihood of a dummy",
-    "pre-reflex-differs": "K differs from that of the pre-reflex window by more than 5 % and chance: "
-    "look at the onset of the reflexes and the friction of the belt",
-    "window-sensitive": "K changes by more than 25 % between windows: look at the onset of the "
+    "pre-reflex-differs": "K differs from K of the pre-reflex window by more than 5 % and more than chance. "
+    "Check the onset of the reflexes and the friction of the belt",
+    "window-sensitive": "K changes by more than 25 % between windows. Check the onset of the "
     "reflexes and the treadmill model",
-    "skin-motion": "soft tissue of the shank moves over the bone by more than can be corrected: fasten the "
+    "skin-motion": "soft tissue of the shank moves over the bone by more than can be corrected. Fasten the "
     "markers of the shank to bony places",
-    "few-perturbations": "more than 30 % of the perturbations are unusable: look at the reasons, and repeat",
-    "not-identified": "the perturbation does not determine the quantity, so it has no value: record a "
+    "few-perturbations": "more than 30 % of the perturbations are unusable. Read the reasons, and repeat the "
+    "trial",
+    "not-identified": "the perturbation does not determine the quantity, so it has no value. Record a "
     "second, independent perturbation",
-    "no-response": "the angle does not respond to the perturbation: perturb more, or more often",
-    "no-contact": "the foot is in the air, so the belt says nothing about its joint: perturb in stance",
-    "coherent-residual": "the model leaves torque that is coherent with the platform, so it is too simple: "
-    "do not quote its parameters",
-    "edge-of-search": "an onset or delay lies at an end of its search, or the data prefer one beyond it: "
-    "search elsewhere",
-    "slow-reflex": "the muscle is slower than 1.9 Hz, so it is no reflex alone: do not quote the gain",
-    "mass-differs": "the mass that the fore-aft force shows is not that of the trial sheet: check the mass, "
-    "the scale of the force, and friction and mounts of the belt",
-    "diverged": "the prediction grows without limit: the parameters describe no stable joint",
-    "treadmill-model": "on held-out trials the error of the treadmill model exceeds a tenth of K, or its "
-    "constants are impossible: record the empty belt and a weight close to the subject's mass, with the "
+    "no-response": "the angle does not respond to the perturbation. Perturb more, or more often",
+    "no-contact": "the foot is in the air, so the belt does not perturb its joint. Perturb in stance",
+    "coherent-residual": "the model leaves torque that is coherent with the platform, so it is too simple. "
+    "Do not quote its parameters",
+    "edge-of-search": "an onset or delay lies at an end of its search, or the data prefer one beyond it. "
+    "Search elsewhere",
+    "slow-reflex": "the muscle is slower than 1.9 Hz, so it is no reflex alone. Do not quote the gain",
+    "mass-differs": "the mass estimated from the fore-aft force differs from the trial sheet. Check the "
+    "mass, the scale of the force, and friction and mounts of the belt",
+    "diverged": "the prediction grows without limit. The parameters describe no stable joint",
+    "treadmill-model": "on held-out trials the treadmill model is off by more than a tenth of K, or its "
+    "constants are impossible. Record the empty belt and a weight close to the subject's mass, with the "
     "subject's pulses",
     "treadmill-not-converged": "the search for the constants of the treadmill model did not converge, and "
-    "the model errs by more than a tenth of K, or its constants are impossible: look at the calibration "
-    "trials, one by one, for slip of the weight, clipped channels and a wrong mass",
+    "the model is off by more than a tenth of K, or its constants are impossible. Inspect the calibration "
+    "trials one by one for slip of the weight, clipped channels and a wrong mass",
     "plate-origin": "in quiet standing the centre of pressure is more than 4 cm from the person's centre of "
-    "mass: check the origin of the force plate, or state where the weight's centre of mass lies",
-    "plate-scale": "the force plate shows another vertical force than the weights: check its scale, and the "
-    "masses of the weights",
-    "plate-transducer": "the force plate shows another vertical force than the weights, and at another "
-    "place: check the gain of every transducer",
-    "negative": "B or K is negative, which no joint has: check signs, clocks and delays of the recording",
+    "mass. Check the origin of the force plate, or state where the weight's centre of mass lies",
+    "plate-scale": "the force plate and the weights give different vertical forces. Check the scale of the "
+    "plate, and the masses of the weights",
+    "plate-transducer": "the force plate and the weights give different vertical forces, at different "
+    "places. Check the gain of every transducer",
+    "negative": "B or K is negative, which no joint has. Check signs, clocks and delays of the recording",
     "uncompensated": "no weight was recorded on the treadmill, so the belt-induced load is part of the "
-    "torque: record the empty belt, and a weight near the subject's mass",
-    "beyond-calibrated-mass": "the subject is heavier than the weights of the treadmill's calibration: "
-    "record a weight near the subject's mass",
+    "torque. Record the empty belt, and a weight near the subject's mass",
+    "beyond-calibrated-mass": "the subject is heavier than the weights of the treadmill's calibration. "
+    "Record a weight near the subject's mass",
 }
 UNCERTAINTIES = ("standard_error", "ci_low", "ci_high", "sem_as_printed", "u_type_a", "u_type_b")
 # quantities of which one estimate per trial is recommended

@@ -37,6 +37,15 @@ class Signal:
         Meaning of the signal, in a few words.
     processing : tuple of str
         Processing steps, with units.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from tepsipe import Signal, fit_impedance, load_example
+    >>> dummy = load_example("dummy")
+    >>> degrees = Signal(np.rad2deg(dummy.angle), "deg")
+    >>> fit_impedance(dummy.time, degrees, dummy.torque, perturbations=dummy.perturbations).quantities["K"]
+    <10.011 [9.817, 10.206] N·m/rad>
     """
 
     values: np.ndarray
@@ -74,6 +83,16 @@ class Trial:
         The signals (each with its unit).
     attributes : dict
         Further facts, for example how many samples were repaired.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from tepsipe import Signal, Trial
+    >>> time = np.arange(100) / 250.0
+    >>> angle = Signal(np.zeros(100), "rad", meaning="angle of the leg")
+    >>> trial = Trial(rate_hz=250.0, axes={"time": time}, signals={"theta": angle})
+    >>> trial.signals["theta"].unit
+    'rad'
     """
 
     rate_hz: float
@@ -213,6 +232,12 @@ def read_trial(path: str | Path) -> Trial:
     ------
     InputError
         If the file is not such a file.
+
+    Examples
+    --------
+    >>> from tepsipe import read_trial
+    >>> trial = read_trial("results/trials/dummy/sine-0.3.h5")  # doctest: +SKIP
+    >>> trial.signals["belt_velocity"].unit  # doctest: +SKIP
     """
     return read_hdf5(_read, path_of(path), "a trial's HDF5 file")
 

@@ -43,6 +43,13 @@ class Leg:
         I_l, about the centre of mass (kg·m²).
     gravity_m_per_s2 : float
         g (m/s²).
+
+    Examples
+    --------
+    >>> from tepsipe import Leg
+    >>> leg = Leg(mass_kg=0.4, com_m=0.4485, inertia_kgm2=0.027)
+    >>> round(leg.mass_kg * leg.gravity_m_per_s2 * leg.com_m, 2)  # critical stiffness (N·m/rad)
+    1.76
     """
 
     mass_kg: float

@@ -64,6 +64,22 @@ def simulate_joint(
     ------
     InputError
         If the signals cannot be used, the joint cannot be simulated, or the engine is not installed.
+
+    Examples
+    --------
+    >>> from tepsipe import load_example, simulate_joint
+    >>> dummy = load_example("dummy")
+    >>> moved = simulate_joint(
+    ...     dummy.time[:2500],
+    ...     dummy.belt_velocity[:2500],
+    ...     dummy.leg,
+    ...     I=0.02,
+    ...     B=0.15,
+    ...     K=10.0,
+    ...     engine="equations",
+    ... )
+    >>> print(f"largest angle {moved.theta.max():.3f} rad")
+    largest angle 0.005 rad
     """
     from tepsipe.mechanics.engines import ENGINES
     from tepsipe.mechanics.forward_dynamics import Joint, simulate_dummy

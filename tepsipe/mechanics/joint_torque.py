@@ -31,6 +31,17 @@ def joint_torque(motion: SegmentMotion, leg: Leg, *, thesis: bool = False) -> np
     ------
     InputError
         If ``motion`` or ``leg`` is of another type.
+
+    Examples
+    --------
+    >>> from tepsipe import joint_torque, load_example, segment_motion
+    >>> dummy = load_example("dummy")
+    >>> motion = segment_motion(
+    ...     dummy.time, dummy.positions, dummy.markers, dummy.leg.com_m, labels=dummy.labels
+    ... )
+    >>> torque = joint_torque(motion, dummy.leg)
+    >>> print(f"largest torque {torque.max():.2f} N·m")
+    largest torque 0.35 N·m
     """
     refuse_other_kind(motion, SegmentMotion, "joint_torque", "segment_motion")
     refuse_other_kind(leg, Leg, "joint_torque", "Leg")

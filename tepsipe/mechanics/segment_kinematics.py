@@ -31,6 +31,14 @@ class SegmentMarkers:
         Names of the markers on the segment.
     layout_m : ndarray, shape (k, 2)
         Anterior offset from the segment's axis, and longitudinal offset along it from the joint (m).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from tepsipe import SegmentMarkers
+    >>> markers = SegmentMarkers(("ankle", "knee"), np.array([[0.0, 0.0], [0.01, 0.42]]))
+    >>> markers.labels
+    ('ankle', 'knee')
     """
 
     labels: tuple[str, ...]
@@ -170,6 +178,16 @@ def segment_motion(
     InputError
         If the signals cannot be used, a marker of the segment is not among ``labels``, or the markers do not
         move as one body.
+
+    Examples
+    --------
+    >>> from tepsipe import load_example, segment_motion
+    >>> dummy = load_example("dummy")
+    >>> motion = segment_motion(
+    ...     dummy.time, dummy.positions, dummy.markers, dummy.leg.com_m, labels=dummy.labels
+    ... )
+    >>> print(f"largest angle {motion.theta.max():.3f} rad")
+    largest angle 0.015 rad
     """
     refuse_other_kind(markers, SegmentMarkers, "segment_motion", "SegmentMarkers")
     com_m, cutoff_hz, order = checked(com_m=com_m, cutoff_hz=cutoff_hz, order=order)

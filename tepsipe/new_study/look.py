@@ -130,7 +130,8 @@ def columns_by_role(names: list[str]) -> dict[str, str]:
     """Role of a column, for example time -> its name in the header; the first that fits."""
     by_role: dict[str, str] = {}
     for name in names:
-        role = next((r for r, pattern in COLUMNS.items() if re.search(pattern, name, re.IGNORECASE)), None)
+        spaced = name.replace("_", " ")
+        role = next((r for r, pattern in COLUMNS.items() if re.search(pattern, spaced, re.IGNORECASE)), None)
         if role is not None:
             by_role.setdefault(role, name)
     return by_role
@@ -190,12 +191,18 @@ def _kind(contents: Contents, columns: dict[str, str], name: str) -> tuple[str, 
     return "other", f"{contents.kind} is no recording of an instrument"
 
 
-def is_of_events(contents: Contents) -> bool:
-    """Test for a table of heel strikes and toe-offs, by the names of its columns."""
-    names = [c.name for c in contents.channels]
-    return all(
-        any(re.search(EVENTS[kind], n, re.IGNORECASE) for n in names) for kind in ("heel_strike", "toe_off")
-    )
+def events_of(names: list[str]) -> dict[str, str]:
+    """Kind of event -> name of its column in a table of events, or its label; empty if there is no gait.
+
+    Of names of both feet those of the left one are taken.
+    """
+    by_kind = {}
+    for kind, pattern in EVENTS.items():
+        fitting = [name for name in names if re.search(pattern, name.strip(), re.IGNORECASE)]
+        fitting.sort(key=lambda name: not re.match("l(eft)?", name, re.IGNORECASE))
+        if fitting:
+            by_kind[kind] = fitting[0]
+    return by_kind if {"heel_strike", "toe_off"} <= by_kind.keys() else {}
 
 
 def _is_calibration(contents: Contents) -> bool:
@@ -206,7 +213,11 @@ def _is_calibration(contents: Contents) -> bool:
 def _kind_of_table(contents: Contents, columns: dict[str, str], name: str) -> tuple[str, str]:
     if _is_calibration(contents):
         return "calibration", ""
-    if len(contents.channels) <= MOST_EVENTS and "time" not in columns and is_of_events(contents):
+    if (
+        len(contents.channels) <= MOST_EVENTS
+        and "time" not in columns
+        and events_of([c.name for c in contents.channels])
+    ):
         return "events", ""
     loads = {c.name for c in contents.channels if LOAD.search(c.name)}
     if len(loads) >= 6 and "time" in columns:

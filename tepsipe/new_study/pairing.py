@@ -18,6 +18,7 @@ WORDS = {
     "empty": ("empty", "unloaded", "leer", "noload"),
     "weight": ("weight", "mass", "gewicht", "weights"),
     "dummy": ("dummy", "rig", "phantom"),
+    "walking": ("walking", "walk", "gait", "gang", "gehen"),
     "standing": (
         "standing",
         "stand",

@@ -69,7 +69,7 @@ def plan_people(plan: Plan, groups: list[Group], people: dict[str, str], seen: d
     plan.missing = [m for m in plan.missing if m.where not in {f"standing.person.{n}" for n in NUMBERS}]
     names = list(dict.fromkeys(people[g.first.name] for g in standing))
     for name in names:
-        loads = [sum(seen[g.first.name].loads_N.values()) for g in standing if people[g.first.name] == name]
+        loads = [seen[g.first.name].load_N for g in standing if people[g.first.name] == name]
         plan.missing.append(
             Missing(
                 f"{TABLE}, {name}",

@@ -4,18 +4,25 @@ import re
 
 import numpy as np
 
+from tepsipe.new_study.axes import belts_of
 from tepsipe.new_study.look import samples
 from tepsipe.new_study.measures import pulses_of
 from tepsipe.new_study.pairing import Group
 from tepsipe.new_study.settings import PLACEHOLDER, Missing
 from tepsipe.new_study.table_plan import load_role
+from tepsipe.new_study.table_rows import named_in_rows
 from tepsipe.new_study.treadmill_trials import Seen
+from tepsipe.new_study.weights import weights_of
 
 COLUMNS = (
     "experiment", "condition", "source", "profile", "amplitude", "interval_s", "duration_s", "log", "command",
     "calibration", "markers",
 )  # fmt: skip
-OPTIONAL = ("role", "emg", "events", "task", "participant", "time_column", "load_column", "velocity_column")
+OPTIONAL = (
+    *("role", "emg", "events", "task", "participant", "belt", "mass_kg"),
+    *("time_column", "load_column", "velocity_column", "angle_column", "torque_column", "trigger_column"),
+    *("command_time_column", "angle_unit", "torque_sign"),
+)
 TASKS = ("relax", "relaxed", "stiff", "tense", "calm", "quiet", "normal", "eyes-closed", "eyes-open")
 EMPTY = "-"
 
@@ -41,7 +48,11 @@ def rows_of(
     missing : list of Missing
         Cells with the placeholder.
     """
-    roles = _roles(groups)
+    weights = weights_of(groups, seen)
+    further = {g.first.name for _, own in weights[1:] for g in own}
+    roles = _roles(groups, weights)
+    belts = belts_of({name: s for name, s in seen.items() if name in _on_plates(groups)})
+    named = named_in_rows(groups)
     _name_unlike_tasks(groups, people)
     rows, missing = [], []
     for group in groups:
@@ -67,10 +78,15 @@ def rows_of(
             row["emg"] = EMPTY
         if group.experiment == "empty" and "record" not in group.partners:
             row["markers"] = EMPTY
+        row |= named.get(group.first.name, {})
         if group.experiment == "belt":
             names = group.first.columns
             row |= {f"{role}_column": names[role] for role in ("time", "velocity")}
             row["load_column"] = names[load_role(names)]
+        if belts and group.first.name in _on_plates(groups):
+            row["belt"] = belts.get(group.first.name) or _named_belt(group)
+        if group.first.name in further:
+            row["mass_kg"] = PLACEHOLDER
         for kind in _needed(group):
             if row[kind] == EMPTY:
                 row[kind] = PLACEHOLDER
@@ -81,6 +97,18 @@ def rows_of(
         ]
         rows.append(row)
     return rows, missing
+
+
+def _on_plates(groups: list[Group]) -> set[str]:
+    """First files of trials of one file whose experiment is on the belts of a treadmill."""
+    on_plates = ("dummy", "weight", "empty", "standing")
+    return {g.first.name for g in groups if g.experiment in on_plates and g.first.kind == "whole trial"}
+
+
+def _named_belt(group: Group) -> str:
+    """Belt of a trial by its name, for a belt that carries nothing."""
+    words = re.split(r"[^a-z]+", group.first.name.lower())
+    return next((word for word in reversed(words) if word in ("left", "right")), PLACEHOLDER)
 
 
 def _name_unlike_tasks(groups: list[Group], people: dict[str, str]) -> None:
@@ -94,6 +122,8 @@ def _name_unlike_tasks(groups: list[Group], people: dict[str, str]) -> None:
 
 
 ABOUT = {
+    "belt": ("belt that is perturbed, left or right", "by your protocol"),
+    "mass_kg": ("mass of its weight (kg)", "weigh it, as in weight.further_weights of the configuration"),
     "task": (
         "instruction of the person, for example relax",
         "by your protocol; rename the file, or fill in the cell",
@@ -131,11 +161,12 @@ def _task(group: Group) -> str:
     return next((word for word in reversed(words) if word in TASKS), PLACEHOLDER)
 
 
-def _roles(groups: list[Group]) -> dict[str, str]:
-    """First file of each trial of weight, empty or belt -> its role."""
+def _roles(groups: list[Group], weights: list[tuple[float, list[Group]]]) -> dict[str, str]:
+    """First file of each trial of weight, empty or belt -> its role; each weight has trials of both roles."""
     roles = {}
-    for experiment in ("weight", "empty", "belt"):
-        members = [g for g in groups if g.experiment == experiment]
+    others = [[g for g in groups if g.experiment == experiment] for experiment in ("empty", "belt")]
+    for members in (*(own for _, own in weights), *others):
+        members = [g for g in groups if g in members]
         kinds = [re.split(r"[-_\d]", g.condition.lower())[0] for g in members]
         for k, group in enumerate(members):
             if "val" in kinds[k] or "test" in kinds[k]:

@@ -3,19 +3,23 @@
 import json
 import os
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tepsipe.errors import InputError
+from tepsipe.new_study.experiments import find_experiments
 from tepsipe.new_study.look import Found, look_at
 from tepsipe.new_study.pairing import Group, group_files, name_apart
+from tepsipe.new_study.parts import parts_of
 from tepsipe.new_study.people import TABLE, participants_of, plan_people
 from tepsipe.new_study.settings import PLACEHOLDER, Missing, Plan, yaml_text
-from tepsipe.new_study.sheet import describe_pulses, rows_of, sheet_text
+from tepsipe.new_study.sheet import rows_of, sheet_text
 from tepsipe.new_study.table_plan import plan_belt, plan_platform, plan_position, plan_wristalyzer
-from tepsipe.new_study.treadmill_plan import experiment_of, plan_treadmill
-from tepsipe.new_study.treadmill_trials import Seen, seen_in
+from tepsipe.new_study.table_rows import unlike_tables
+from tepsipe.new_study.treadmill_plan import plan_treadmill
+from tepsipe.new_study.treadmill_trials import Seen
 from tepsipe.new_study.walking_plan import plan_walking
+from tepsipe.new_study.weights import name_conditions, plan_weights, without_calibration
 
 FILES = ("trials.tsv", "config.yaml", "MISSING.md")
 # with which Snakemake runs the study in its own folder, by the rules of a checkout
@@ -41,16 +45,20 @@ onsuccess:
 onerror:
     tepsipe.fail(log)
 """
-OF_TABLES = {
-    "manipulator log": "wristalyzer",
-    "position table": "position_manipulator",
-    "belt table": "belt",
-    "platform table": "platform",
-}
 ORDER = (
     *("wristalyzer", "dummy", "weight", "empty", "standing", "belt", "position_manipulator", "platform"),
     "walking",
 )
+# kind of a file that belongs to no trial -> why
+ALONE = {
+    "markers": "it holds no force plates, and no log of a treadmill has its name or length",
+    "emg": "no trial has its name or length",
+    "command": "no log of a manipulator has its name or length",
+    "calibration": "no log of a treadmill is there",
+    "record": "no file of D-Flow's mocap module has its name or length",
+    "events": "no recording has its name",
+    "other": "it belongs to no trial",
+}
 PAGES = {
     "wristalyzer": "wristalyzer.md",
     "dummy": "plate-treadmill.md",
@@ -80,6 +88,8 @@ class NewStudy:
         Number of things to be filled in, and of assumptions to be checked.
     left : list of Found
         Files that were not used (units of the files).
+    others : tuple of NewStudy
+        Studies of the other recordings of the folder: of walking, or of another laboratory.
     """
 
     folder: Path
@@ -88,6 +98,7 @@ class NewStudy:
     missing: int
     assumed: int
     left: list[Found]
+    others: tuple["NewStudy", ...] = ()
 
 
 def new_study(
@@ -123,17 +134,63 @@ def new_study(
     folder = Path(folder)
     name = _name(folder, name)
     output = _output(folder, name, output)
+    _refuse_existing(output)
     files = look_at(folder, left_out=output.resolve() if output.resolve() != folder.resolve() else None)
     groups, unused = group_files(files)
+    unused = [replace(f, why=f.why or ALONE.get(f.kind, ALONE["other"])) for f in unused]
     unused += [f for f in files if f.kind == "other" and f not in unused]
+    seen = find_experiments(groups, unused, folder.resolve().name)
+    parts = _usable_parts(groups, seen, unused)
+    if not parts:
+        raise InputError(
+            f"{folder}: expected a recording of a trial, found no file that is one ({_reasons(unused)}): "
+            "compare them with docs/recordings, or show one with tepsipe info"
+        )
+    outputs = {end: output.with_name(_ended(output.name, end)) if end else output for end in parts}
+    for each in outputs.values():
+        _refuse_existing(each)
+    made = [
+        _prepare(folder, _ended(name, end), outputs[end], part, seen, [] if k else unused)
+        for k, (end, part) in enumerate(parts.items())
+    ]
+    if checkout is not None:
+        made = [(study, texts | _files_of_snakemake(Path(checkout), study.folder)) for study, texts in made]
+    made = [(replace(study, files=tuple(texts)), texts) for study, texts in made]
+    for study, texts in made:
+        _write(study.folder, texts)
+    return replace(made[0][0], others=tuple(study for study, _ in made[1:]))
+
+
+def _usable_parts(groups: list[Group], seen: dict[str, Seen], unused: list[Found]) -> dict[str, list[Group]]:
+    """Trials by study; those that no study can use are added to ``unused``, with the reason."""
+    usable = {}
+    for end, part in parts_of(groups, seen).items():
+        left = {**without_calibration(part, seen), **unlike_tables(part)}
+        unused += [
+            replace(g.first, kind="other", why=left[g.first.name]) for g in part if g.first.name in left
+        ]
+        kept = [g for g in part if g.first.name not in left]
+        if kept:
+            usable[end if usable else ""] = kept
+    return usable
+
+
+def _ended(name: str, end: str) -> str:
+    return f"{name}-{end}" if end else name
+
+
+def _prepare(
+    folder: Path,
+    name: str,
+    output: Path,
+    groups: list[Group],
+    seen: dict[str, Seen],
+    unused: list[Found],
+) -> tuple[NewStudy, dict[str, str]]:
+    """A study, and its files as text."""
     plan = Plan()
     _plan_study(plan, folder, name, output)
-    seen = _experiments(groups, unused, folder.resolve().name)
-    if not groups:
-        raise InputError(
-            f"{folder}: expected a recording of a trial, found {len(files)} files of which none is one "
-            f"({_reasons(unused)}): compare them with docs/recordings, or show one with tepsipe info"
-        )
+    name_conditions(groups, seen)
     groups.sort(key=lambda g: (ORDER.index(g.experiment), g.first.name))
     name_apart(groups)
     _plan_experiments(plan, groups, seen)
@@ -145,18 +202,10 @@ def new_study(
     plan.missing[:0] = missing
     texts = (sheet_text(rows, groups), _config_text(plan, name), _missing_text(plan, groups, unused))
     written = dict(zip(FILES, texts, strict=True)) | ({TABLE: table} if table else {})
-    if checkout is not None:
-        written |= _files_of_snakemake(Path(checkout), output)
-    _write(output, written)
     counts = {e: sum(g.experiment == e for g in groups) for e in ORDER}
-    return NewStudy(
-        output,
-        tuple(written),
-        {e: n for e, n in counts.items() if n},
-        len(plan.missing),
-        len(plan.check),
-        unused,
-    )
+    trials = {e: n for e, n in counts.items() if n}
+    made = NewStudy(output, FILES, trials, len(plan.missing), len(plan.check), unused)
+    return made, written
 
 
 def _name(folder: Path, name: str | None) -> str:
@@ -175,7 +224,11 @@ def _output(folder: Path, name: str, output: str | Path | None) -> Path:
         output = Path(name)
         if output.resolve() == folder.resolve():
             output = Path(f"{name}-study")
-    output = Path(output)
+    return Path(output)
+
+
+def _refuse_existing(output: Path) -> None:
+    """Refuse a folder that holds a file of a study, or a file in its place."""
     for file in (*FILES, TABLE, RULES, PROFILE):
         if (output / file).exists():
             raise InputError(
@@ -183,7 +236,6 @@ def _output(folder: Path, name: str, output: str | Path | None) -> Path:
             )
     if output.exists() and not output.is_dir():
         raise InputError(f"{output}: expected a folder to write to, found a file: choose another --output")
-    return output
 
 
 def _from(output: Path, path: Path) -> str:
@@ -203,7 +255,7 @@ def _files_of_snakemake(checkout: Path, output: Path) -> dict[str, str]:
 
 
 def _plan_study(plan: Plan, folder: Path, name: str, output: Path) -> None:
-    plan.put("study.name", name, "of the report")
+    plan.put("study.name", re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-"), "of the report")
     plan.put("study.title", f"Recordings of {name}", "of the report")
     plan.put("study.trial_sheet", FILES[0])
     plan.put("study.recordings_folder", _from(output, folder), "base of the paths in the trial sheet")
@@ -216,37 +268,15 @@ def _plan_study(plan: Plan, folder: Path, name: str, output: Path) -> None:
     plan.put("pathvars.logs", "results/logs")
 
 
-def _experiments(groups: list[Group], unused: list[Found], folder: str) -> dict[str, Seen]:
-    """Give every group its experiment; groups whose files cannot be read are moved to ``unused``."""
-    seen: dict[str, Seen] = {}
-    for group in list(groups):
-        kind = group.first.kind
-        if "events" in group.partners:
-            group.experiment = "walking"
-            continue
-        if kind in OF_TABLES:
-            group.experiment = OF_TABLES[kind]
-            continue
-        try:
-            seen[group.first.name] = contents = seen_in(group)
-        except InputError as error:
-            groups.remove(group)
-            unused.append(Found(group.first.path, group.first.name, "other", None, None, {}, str(error)))
-            continue
-        group.experiment = experiment_of(group, contents, folder)
-        pulses = describe_pulses(contents)
-        if pulses:
-            group.notes.append(pulses)
-    return seen
-
-
 def _plan_experiments(plan: Plan, groups: list[Group], seen: dict[str, Seen]) -> None:
     if any(g.experiment == "walking" for g in groups):
-        plan_walking(plan, groups)
+        plan_walking(plan, groups, seen)
         return
     treadmill = [(g, seen[g.first.name]) for g in groups if g.first.name in seen]
     if treadmill:
         plan_treadmill(plan, treadmill)
+    if any(g.experiment == "weight" for g in groups):
+        plan_weights(plan, groups, seen)
     for experiment, add in (
         ("wristalyzer", plan_wristalyzer),
         ("position_manipulator", plan_position),
@@ -260,7 +290,7 @@ def _plan_experiments(plan: Plan, groups: list[Group], seen: dict[str, Seen]) ->
 
 def _reasons(unused: list[Found]) -> str:
     most = 3
-    reasons = [f"{f.name}: {f.why or 'it belongs to no trial'}" for f in unused[:most]]
+    reasons = [f"{f.name}: {f.why}" for f in unused[:most]]
     return "; ".join(reasons) + ("; ..." if len(unused) > most else "")
 
 
@@ -294,7 +324,7 @@ def _missing_text(plan: Plan, groups: list[Group], unused: list[Found]) -> str:
     lines += _table(plan.check, ("key", "assumption", "what it should be"))
     if unused:
         lines += ["", "## Files that are not used", ""]
-        lines += [f"- `{f.name}`: {f.why or 'it belongs to no trial'}" for f in unused]
+        lines += [f"- `{f.name}`: {f.why}" for f in unused]
     return "\n".join(lines) + "\n"
 
 

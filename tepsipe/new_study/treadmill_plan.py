@@ -1,34 +1,31 @@
 """Settings of the trials on an instrumented treadmill, as far as their files provide them."""
 
 import re
-from collections.abc import Iterable
 
 import numpy as np
 
+from tepsipe.io.readers.recording import DIRECTIONS
+from tepsipe.new_study.axes import forward_of, plates_of_belts
+from tepsipe.new_study.labels import KNEE, is_on, leg_of, muscles_of, of_leg, plain
 from tepsipe.new_study.measures import Pulses, pulses_of, rests
-from tepsipe.new_study.pairing import Group, experiment_by_name
+from tepsipe.new_study.pairing import Group
 from tepsipe.new_study.settings import PLACEHOLDER, Missing, Plan
-from tepsipe.new_study.treadmill_trials import Seen, muscles_of
+from tepsipe.new_study.treadmill_trials import Seen
 
 PERSON_N, WEIGHT_N, LOAD_N = 350.0, 100.0, 10.0
 LONGEST_GAP_S = 0.1
+EMG_BAND_HZ = (20.0, 300.0)  # of the shipped configuration
+# cutoffs of the shipped configuration that cameras of 100 Hz are too slow for
+CUTOFFS_HZ = {"standing.analysis.stretch_cutoff_hz": 60.0, "standing.free_reflex.lowpass_cutoff_hz": 60.0}
 CAMERAS = re.compile(r"vicon|qualisys|motion analysis|optitrack|natural ?point|oqus|simi|bts", re.IGNORECASE)
-SEGMENTS = {
-    "ankle": r"ank|mal|\bfal\b|\btam\b",
-    "foot": r"toe|hee|foot|fcc|fm\d|mt\d|meta",
-    "shank": r"sha|shn|tib|tti|calf|lower",
-    "thigh": r"thi|fem|upper",
-}
 MANY_MARKERS = 12
 LOW = "low markers that move together"
 
 
-def experiment_of(group: Group, seen: Seen, folder: str) -> str:
-    """Experiment of a treadmill trial by names, then by load and channels."""
-    named = experiment_by_name(f"{folder}/{group.first.name}")
-    load = max((abs(x) for x in seen.loads_N.values()), default=0.0)
-    muscles, _ = muscles_of(seen.emg)
-    if muscles or seen.emg:
+def experiment_of(group: Group, seen: Seen, named: str | None) -> str:
+    """Experiment of a treadmill trial by the name of its files or folders, then by load and channels."""
+    load = abs(seen.load_N)
+    if seen.emg:
         shown, why = "standing", f"{len(seen.emg)} electromyograms"
     elif load > PERSON_N or len(seen.markers) > MANY_MARKERS:
         shown, why = "standing", f"{load:.0f} N on the plate, {len(seen.markers)} markers"
@@ -62,8 +59,9 @@ def plan_treadmill(plan: Plan, trials: list[tuple[Group, Seen]]) -> None:
             plan.assume("plate_treadmill.belt", "right", "no belt carries a load", "belt that is perturbed")
     if rates:
         plan.put("plate_treadmill.resample_rate_hz", rates[0], "rate of the markers")
-        if rates[0] <= 120.0:
-            plan.put("standing.analysis.stretch_cutoff_hz", 0.4 * rates[0], "below half of that rate")
+        for key, shipped_hz in CUTOFFS_HZ.items():
+            if 2.0 * shipped_hz >= rates[0]:
+                plan.put(key, float(f"{0.4 * rates[0]:.3g}"), "below half of that rate")
     for experiment, add in (("dummy", _plan_dummy), ("weight", _plan_weight), ("standing", _plan_standing)):
         of_experiment = [(g, s) for g, s in trials if g.experiment == experiment]
         if of_experiment:
@@ -81,24 +79,19 @@ def _plan_recording(plan: Plan, whole: list[tuple[Group, Seen]]) -> None:
     """Plates, channels and axes of the files."""
     key, group, seen = "plate_treadmill.recording", *whole[0]
     name = group.first.name
-    forward, how = _forward(seen)
+    forward, how = forward_of([s for _, s in whole])
     plan.assume(f"{key}.axes.forward", forward, how, "direction to which the person or dummy faces")
-    plan.put(f"{key}.axes.up", f"+{'xyz'[seen.up]}", "vertical axis of the file")
-    loads: dict[str, float] = {}
-    for _, other in whole:
-        for number, load in other.loads_N.items():
-            loads[number] = max(load, loads.get(number, load), key=abs)
-    chosen = sorted(sorted(loads, key=lambda n: -abs(loads[n]))[:2])
+    plan.put(f"{key}.axes.up", seen.up, "by the plates, the markers and the screen of the file")
+    loads = {number: max((s.loads_N.get(number, 0.0) for _, s in whole), key=abs) for number in seen.loads_N}
+    chosen = plates_of_belts([s for _, s in whole], forward)
     if len(chosen) == 2:
-        across = [_across(seen, n, forward) for n in chosen]
-        if None not in across and across[0] > across[1]:
-            chosen.reverse()
         left, right = chosen
         plan.put(f"{key}.plates.left", [int(left)], f"mean vertical force up to {loads[left]:.0f} N")
         plan.put(f"{key}.plates.right", [int(right)], f"mean vertical force up to {loads[right]:.0f} N")
         belt = "left" if abs(loads[left]) > abs(loads[right]) else "right"
         plan.assume("plate_treadmill.belt", belt, "it carries more load", "belt that is perturbed")
     elif chosen:
+        plan.put(f"{key}.plates.left", [], "one plate")
         plan.put(f"{key}.plates.right", [int(chosen[0])], f"the only plate of {name}")
         plan.put("plate_treadmill.belt", "right", "the only plate is called right")
     if min(loads.values(), default=0.0) < -LOAD_N:
@@ -117,7 +110,7 @@ def _plan_belt_velocity(plan: Plan, key: str, whole: list[tuple[Group, Seen]], s
     name = group.first.name
     belts = [s.belt for _, s in whole if s.belt is not None]
     if belts:
-        b = belts[0]
+        b = max(belts, key=lambda belt: np.nan_to_num(abs(belt.correlation)))
         note = f"channel of {name}"
         if np.isfinite(b.correlation):
             note += f" that follows a low marker with r = {abs(b.correlation):.3f}"
@@ -159,37 +152,6 @@ def _rounded(scale: float) -> float:
     return two if abs(two - scale) < 0.005 * abs(scale) else float(f"{scale:.4g}")
 
 
-def _across(seen: Seen, number: str, forward: str) -> float | None:
-    """Place of a plate to the right (m)."""
-    centre = seen.plate_centres_m.get(number)
-    if centre is None:
-        return None
-    axis, sign = "xyz".index(forward[1]), 1.0 if forward[0] == "+" else -1.0
-    return float(np.cross(sign * np.eye(3)[axis], np.eye(3)[seen.up]) @ centre)
-
-
-def _forward(seen: Seen) -> tuple[str, str]:
-    """Direction in which the person faces, in the axes of the file, and why."""
-    axis = "xyz"[seen.forward]
-    toes = _median(seen, [m for m in seen.markers if re.search(r"toe|fm\d|mt\d", m, re.IGNORECASE)])
-    heels = _median(seen, [m for m in seen.markers if re.search(r"hee|fcc|calc", m, re.IGNORECASE)])
-    if toes is not None and heels is not None:
-        sign = "+" if toes[seen.forward] >= heels[seen.forward] else "-"
-        return f"{sign}{axis}", f"the belt moves along {axis}, toes are on that side of the heels"
-    if seen.up == 1:
-        return f"-{axis}", "axes of D-Flow: z is backward"
-    return f"+{axis}", f"the belt moves along {axis}; the file does not show to which side it is forward"
-
-
-def _median(seen: Seen, labels: list[str]) -> np.ndarray | None:
-    if not labels or seen.positions is None:
-        return None
-    columns = [seen.markers.index(label) for label in labels]
-    places = seen.positions[:, columns].reshape(-1, 3)
-    places = places[np.isfinite(places).all(axis=1)]
-    return np.median(places, axis=0) if len(places) else None
-
-
 # ---- experiments ---------------------------------------------------------------------------------
 
 
@@ -209,7 +171,7 @@ def _plan_dummy(plan: Plan, trials: list[tuple[Group, Seen]], _: set[str]) -> No
     _plan_markers(plan, "dummy", trials)
     _plan_window(plan, "dummy.analysis", trials)
     fixed = [m for m in seen.belt_fixed if m in _visible(trials)]
-    ankle = next((m for m in _visible(trials) if re.search(SEGMENTS["ankle"], m, re.IGNORECASE)), None)
+    ankle = next((m for m in _visible(trials) if is_on("ankle", m)), None)
     ask = plan.ask
     key = "dummy.geometry"
     ask(f"{key}.leg_mass_kg", "mass of the leg (kg)", "weigh the leg without the foot")
@@ -243,23 +205,17 @@ def _plan_dummy(plan: Plan, trials: list[tuple[Group, Seen]], _: set[str]) -> No
 def _plan_weight(plan: Plan, trials: list[tuple[Group, Seen]], _: set[str]) -> None:
     _plan_markers(plan, "weight", trials)
     _plan_window(plan, "weight.analysis.window", trials)
-    load = max((abs(x) for _, s in trials for x in s.loads_N.values()), default=0.0)
-    plan.ask(
-        "weight.weight.mass_kg",
-        "mass of the weight (kg)",
-        "weigh it",
-        f"the plate shows {load / 9.81:.1f} kg",
-    )
-    plan.ask("weight.weight.com_height_m", "height of its centre of mass above the belt (m)", "measure it")
-    plan.put("weight.weight.com_forward_of_markers_m", None, "measure it to find the origin of the plate")
     _state_uncertainty(plan, "weight")
 
 
 def _plan_standing(plan: Plan, trials: list[tuple[Group, Seen]], experiments: set[str]) -> None:
     _state_uncertainty(plan, "standing")
-    _plan_segments(plan, trials)
+    labels = next((s.emg for _, s in trials if s.emg), [])
+    leg, why = leg_of(labels, trials[0][1].markers)
+    plan.check.append(Missing("standing", f"the {leg} leg was assumed: {why}", "labels of the other one"))
+    _plan_segments(plan, trials, leg)
     _plan_window(plan, "standing.analysis.window", trials)
-    load = max((abs(sum(s.loads_N.values())) for _, s in trials), default=0.0)
+    load = max((abs(s.load_N) for _, s in trials), default=0.0)
     key = "standing.person"
     plan.ask(
         f"{key}.mass_kg",
@@ -281,14 +237,17 @@ def _plan_standing(plan: Plan, trials: list[tuple[Group, Seen]], experiments: se
         "anterior offset of the feet's centre of mass from the ankle (m)",
         "half the distance from the ankle to the ball of the foot",
     )
-    labels = next((s.emg for _, s in trials if s.emg), [])
-    muscles, others = muscles_of(labels)
+    muscles, others = muscles_of(labels, leg)
     for muscle, label in muscles.items():
         plan.put(f"standing.muscles.{muscle}.channel", label, "by its name")
     if others and labels:
         plan.check.append(
             Missing("standing.muscles", f"not taken for a muscle: {', '.join(others)}", "add them")
         )
+    rate = min((s.emg_rate_hz for _, s in trials if s.emg_rate_hz), default=np.inf)
+    if 0.5 * rate <= EMG_BAND_HZ[1]:
+        band = [EMG_BAND_HZ[0], float(f"{0.45 * rate:.3g}")]
+        plan.put("standing.emg.band_hz", band, f"below half of the {rate:g} Hz of the electromyograms")
     trigger = next((s.emg_trigger for _, s in trials if s.emg_trigger), None)
     if trigger:
         plan.put("standing.files.emg_trigger", trigger[0], "two levels, by its name")
@@ -306,37 +265,27 @@ def _plan_standing(plan: Plan, trials: list[tuple[Group, Seen]], experiments: se
         plan.put("standing.recommended.pathway", "ankle", "the belt-induced load is not compensated")
 
 
-def _plan_segments(plan: Plan, trials: list[tuple[Group, Seen]]) -> None:
+def _plan_segments(plan: Plan, trials: list[tuple[Group, Seen]], leg: str) -> None:
     """Markers of the foot, the shank and the thigh of one leg."""
     seen = trials[0][1]
     visible = _visible(trials)
-    one_side = _one_side(visible)
-    parts = {s: [m for m in one_side if re.search(p, m, re.IGNORECASE)] for s, p in SEGMENTS.items()}
-    ankle = parts["ankle"][0] if parts["ankle"] else None
+    one_side = of_leg(visible, leg)
+    ankle = next((m for m in one_side if is_on("ankle", m)), None)
+    knee = next((m for m in one_side if re.search(KNEE, plain(m), re.IGNORECASE)), None)
     used = []
     for segment, axis in (
         ("foot", "the ankle"),
         ("shank", "the line from ankle to knee"),
         ("thigh", "the line from knee to hip"),
     ):
-        labels = [m for m in one_side if m in parts[segment] or (segment != "thigh" and m == ankle)]
+        reference = ankle if segment != "thigh" else knee
+        labels = [m for m in one_side if is_on(segment, m) or m == reference]
         used += labels
-        reference = ankle if segment != "thigh" else None
         _plan_segment(plan, f"standing.person.{segment}_markers", labels, reference, trials, axis)
     keep = (
         [m for m in visible if m in used or m in seen.belt_fixed] if len(visible) > MANY_MARKERS else visible
     )
     _plan_markers(plan, "standing", trials, keep)
-
-
-def _one_side(labels: Iterable[str]) -> list[str]:
-    """Labels of one leg: the right one, if labels begin with R and L."""
-    labels = list(labels)
-    sided = [m for m in labels if re.match(r"[RL](_|[A-Z])", m)]
-    if not sided:
-        return labels
-    right = [m for m in labels if re.match(r"R(_|[A-Z])", m)]
-    return right or [m for m in labels if m.startswith("L")]
 
 
 def _visible(trials: list[tuple[Group, Seen]]) -> list[str]:
@@ -370,7 +319,7 @@ def _plan_markers(plan: Plan, experiment: str, trials: list[tuple[Group, Seen]],
         )
 
 
-def _plan_segment(plan: Plan, key: str, labels: list[str], ankle: str | None, trials, axis: str) -> None:
+def _plan_segment(plan: Plan, key: str, labels: list[str], joint: str | None, trials, axis: str) -> None:
     """Offsets of the markers of a segment: placeholders, with the position of each marker at rest."""
     if len(labels) < 2:
         plan.ask(
@@ -381,8 +330,8 @@ def _plan_segment(plan: Plan, key: str, labels: list[str], ankle: str | None, tr
         return
     items = []
     for label in labels:
-        offsets = 0.0 if label == ankle else PLACEHOLDER
-        note = "on the joint" if label == ankle else _place(label, ankle, trials)
+        offsets = 0.0 if label == joint else PLACEHOLDER
+        note = "on the joint" if label == joint else _place(label, joint, trials)
         items.append(({"label": label, "anterior_offset_m": offsets, "longitudinal_offset_m": offsets}, note))
     plan.put(key, items)
     plan.missing.append(
@@ -394,8 +343,8 @@ def _plan_segment(plan: Plan, key: str, labels: list[str], ankle: str | None, tr
     )
 
 
-def _place(label: str, ankle: str | None, trials) -> str:
-    """Position of a marker before the first pulse, from the ankle marker if there is one."""
+def _place(label: str, joint: str | None, trials) -> str:
+    """Position of a marker before the first pulse, from the marker on the joint if there is one."""
     seen = trials[0][1]
     pulses = _pulses(seen)
     stop = None if pulses is None else max(1, int(pulses.first_s * seen.frame_rate_hz))
@@ -409,11 +358,11 @@ def _place(label: str, ankle: str | None, trials) -> str:
     at = place(label)
     if at is None:
         return "hidden at rest"
-    joint = None if ankle is None else place(ankle)
-    if joint is None:
-        return f"{when} {at[seen.up]:.3f} m high"
-    along, up = (at - joint)[[seen.forward, seen.up]]
-    return f"{when} {along:+.3f} m along {'xyz'[seen.forward]} and {up:+.3f} m up from {ankle}"
+    centre = None if joint is None else place(joint)
+    if centre is None:
+        return f"{when} {at @ DIRECTIONS[seen.up]:.3f} m high"
+    along, up = (at - centre)[seen.forward], (at - centre) @ DIRECTIONS[seen.up]
+    return f"{when} {along:+.3f} m along {'xyz'[seen.forward]} and {up:+.3f} m up from {joint}"
 
 
 def _pulses(seen: Seen) -> Pulses | None:

@@ -8,7 +8,9 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.io.described import Channel
 from tepsipe.io.readers.c3d import Markers
-from tepsipe.io.readers.recording import Recording
+from tepsipe.io.readers.recording import DIRECTIONS, Recording
+from tepsipe.io.readers.recording import Channel as Samples
+from tepsipe.new_study.labels import muscle_of
 from tepsipe.new_study.look import Found, samples
 from tepsipe.new_study.measures import (
     FOLLOWS,
@@ -28,14 +30,9 @@ SPEEDS = {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2, "km/h": 1.0 / 3.6}
 AGREES = 0.05  # largest relative difference between a scale by the unit and by the markers
 COMPUTED = r"Angles?$|Forces?$|Moments?$|Powers?$|^\*"  # points that models of the software compute
 COMMAND_NAMES = re.compile(r"command|cmd|set ?point|target|soll", re.IGNORECASE)
-# muscle -> how its channel is called; the first channel that fits is taken
-MUSCLES = {
-    "TA": r"\bTA\b|tib\w*[ ._-]*ant|^[lr]?tib",
-    "SOL": r"sol",
-    "GAS": r"gas|\b[lr]?[mg][gml]\b",
-    "BF": r"\bBF\b|bic\w*[ ._-]*fem|ham|^[lr]?bic",
-    "RF": r"\bRF\b|rect",
-}
+LOADED_N = 20.0  # vertical force from which a plate is loaded
+LEAST_LOADED = 0.02  # share of the time from which its load counts
+STEP_N, LEAST_IN_AIR = 250.0, 0.1  # peak of the force below a foot, share of the time without the foot
 
 
 @dataclass(frozen=True)
@@ -78,7 +75,11 @@ class Seen:
     duration_s : float
         Length of the trial (s).
     loads_N : dict of str to float
-        Belt (``left``, ``right``), or number of the force plate, -> mean vertical force (N).
+        Belt (``left``, ``right``), or number of the force plate, -> mean vertical force while loaded (N).
+    load_N : float
+        Mean vertical force on all of them together while they are loaded (N).
+    contacts : int
+        Steps of a person on one plate, as in walking; 0 for a plate that stays loaded.
     plate_centres_m : dict of str to ndarray, shape (3,)
         Number of the force plate -> centre of its corners in the axes of the file (m).
     velocity, velocity_rate_hz : ndarray, shape (n,), and float, or None
@@ -87,12 +88,18 @@ class Seen:
         Channel of the velocity in a whole trial.
     triggers, commands, emg : list of str
         Names of likely channels of a whole trial or of a file of electromyograms.
+    emg_rate_hz : float or None
+        Lowest rate of the electromyograms (Hz).
     emg_trigger : tuple of (str, float), or None
         Label and threshold of the trigger in the file of electromyograms.
     belt_fixed : list of str
         Markers that follow the pulses of the belt.
-    forward, up : int
-        Axes of the file along which the belt moves, and of the vertical: 0 for x.
+    free : dict of str to Channel
+        Channels that may hold the velocity, of a whole trial in which nothing shows which one does.
+    forward : int
+        Axis of the file along which the belt moves: 0 for x.
+    up : str
+        Upward direction in the axes of the file, for example ``+z``.
     """
 
     markers: tuple[str, ...] = ()
@@ -102,6 +109,8 @@ class Seen:
     maker: str = ""
     duration_s: float = 0.0
     loads_N: dict[str, float] = field(default_factory=dict)
+    load_N: float = 0.0
+    contacts: int = 0
     plate_centres_m: dict[str, np.ndarray] = field(default_factory=dict)
     velocity: np.ndarray | None = None
     velocity_rate_hz: float | None = None
@@ -109,10 +118,22 @@ class Seen:
     triggers: list[str] = field(default_factory=list)
     commands: list[str] = field(default_factory=list)
     emg: list[str] = field(default_factory=list)
+    emg_rate_hz: float | None = None
     emg_trigger: tuple[str, float] | None = None
     belt_fixed: list[str] = field(default_factory=list)
+    free: dict[str, Samples] = field(default_factory=dict)
     forward: int = 1
-    up: int = 2
+    up: str = "+z"
+
+    @property
+    def up_axis(self) -> int:
+        """Vertical axis of the file: 0 for x."""
+        return "xyz".index(self.up[1])
+
+    @property
+    def heights_m(self) -> np.ndarray:
+        """Heights of the markers (m), shape (frames, markers)."""
+        return self.positions @ DIRECTIONS[self.up]
 
 
 def seen_in(group: Group) -> Seen:
@@ -177,6 +198,7 @@ def _see_log(seen: Seen, group: Group) -> None:
             mean = log.voltages[start:stop].mean(axis=0)
             for belt in ("left", "right"):
                 seen.loads_N[belt] = float(matrix.row(f"Fz_{belt}") @ mean)
+            seen.load_N = sum(seen.loads_N.values())
         except (InputError, ValueError) as error:
             group.notes.append(f"calibration matrix not applied: {error}")
     if "markers" in group.partners:
@@ -192,25 +214,19 @@ def _see_recording(seen: Seen, group: Group) -> None:
 
     file = group.first
     recording = read_recording(file.path)
-    seen.up = 1 if file.contents.kind.startswith("D-Flow") else 2
+    seen.up = recording.up
     _see_markers(seen, _positions(recording.markers, file), file.contents.facts.get("made by", ""))
     if "markers" in group.partners:
         _see_markers(seen, *markers_in(group.partners["markers"]))
-    for number, plate in enumerate(recording.plates, start=1):
-        if plate.fault is not None:
-            continue
-        seen.loads_N[str(number)] = float(np.nanmean(plate.force[:, seen.up]))
-        if plate.corners is not None:
-            seen.plate_centres_m[str(number)] = plate.corners.mean(axis=0)
+    _see_loads(seen, recording)
     lengths = [p.force.shape[0] / p.rate_hz for p in recording.plates]
     lengths += [] if seen.positions is None else [seen.positions.shape[0] / seen.frame_rate_hz]
     seen.duration_s = min(lengths, default=seen.duration_s)
     of_plates = set(_plate_channels(recording))
     free = {name: c for name, c in recording.channels.items() if name not in of_plates}
     seen.triggers = [n for n, c in free.items() if TRIGGER_NAMES.search(n) and is_two_levels(c.values)]
-    seen.emg = [
-        n for n in free if any(re.search(p, n, re.IGNORECASE) for p in MUSCLES.values()) or "emg" in n.lower()
-    ]
+    seen.emg = [n for n in free if muscle_of(n) or "emg" in n.lower()]
+    seen.emg_rate_hz = min((free[n].rate_hz for n in seen.emg), default=None)
     rest = {n: c for n, c in free.items() if n not in {*seen.triggers, *seen.emg}}
     seen.commands = [n for n in rest if COMMAND_NAMES.search(n)]
     seen.belt = _belt_channel(seen, {n: c for n, c in rest.items() if n not in seen.commands})
@@ -220,10 +236,56 @@ def _see_recording(seen: Seen, group: Group) -> None:
         channel = recording.channels[seen.belt.name]
         seen.velocity = seen.belt.m_per_s_per_unit * (channel.values - seen.belt.offset)
         seen.velocity_rate_hz = channel.rate_hz
+    if seen.velocity is None and seen.positions is None:
+        seen.free = rest
     if seen.velocity is None and seen.positions is not None:
         lowest = _lowest(seen)[0]
         seen.velocity = smooth_velocity(seen.positions[:, lowest, seen.forward], seen.frame_rate_hz)
         seen.velocity_rate_hz = seen.frame_rate_hz
+
+
+def share_belt(trials: list[Seen]) -> None:
+    """Take the channel of the belt, in trials without markers, from a trial in which markers follow it."""
+    known = {s.belt.name: s.belt for s in trials if s.belt is not None}
+    for seen in trials:
+        name = next((name for name in known if name in seen.free), None)
+        if seen.velocity is None and name is not None:
+            seen.belt, channel = known[name], seen.free[name]
+            seen.velocity = seen.belt.m_per_s_per_unit * (channel.values - seen.belt.offset)
+            seen.velocity_rate_hz = channel.rate_hz
+        seen.free = {}
+
+
+def _see_loads(seen: Seen, recording: Recording) -> None:
+    """Vertical forces of the plates, each and together."""
+    vertical = {
+        str(number): plate.force @ DIRECTIONS[seen.up]
+        for number, plate in enumerate(recording.plates, start=1)
+        if plate.fault is None and np.isfinite(plate.force).any()
+    }
+    seen.loads_N = {number: loaded_mean(force) for number, force in vertical.items()}
+    shortest = min((force.size for force in vertical.values()), default=0)
+    if shortest:
+        seen.load_N = loaded_mean(sum(force[:shortest] for force in vertical.values()))
+        seen.contacts = max(contacts_of(force) for force in vertical.values())
+    centres = enumerate((plate.corners for plate in recording.plates), start=1)
+    seen.plate_centres_m = {str(n): corners.mean(axis=0) for n, corners in centres if corners is not None}
+
+
+def loaded_mean(force: np.ndarray) -> float:
+    """Mean of a vertical force (N), shape (n,), over the time for which it is loaded, else over all of it."""
+    loaded = np.abs(force) > LOADED_N
+    return float(force[loaded].mean()) if loaded.mean() > LEAST_LOADED else float(np.nanmean(force))
+
+
+def contacts_of(force: np.ndarray) -> int:
+    """Steps on a plate by its vertical force (N), shape (n,); 0 if it is never or nearly always loaded."""
+    size = np.abs(force)
+    peak = float(np.nanmax(size))
+    if not peak > STEP_N or (size < LOADED_N).mean() < LEAST_IN_AIR:
+        return 0
+    known = size[(size < LOADED_N) | (size > 0.5 * peak)] > LOADED_N
+    return int(np.count_nonzero(np.diff(known.astype(int)) > 0)) + int(known[0])
 
 
 def _see_record(seen: Seen, file: Found) -> None:
@@ -284,13 +346,13 @@ def _moving_axis(seen: Seen) -> int:
     low = seen.positions[:, _lowest(seen)[:3]]
     low = low[:, np.isfinite(low).any(axis=(0, 2))]
     spread = np.median(np.nanmax(low, axis=0) - np.nanmin(low, axis=0), axis=0)
-    spread[seen.up] = -1.0
+    spread[seen.up_axis] = -1.0
     return int(np.argmax(spread))
 
 
 def _lowest(seen: Seen) -> list[int]:
     """Numbers of the markers from low to high; those that are hidden most of the time come last."""
-    heights = seen.positions[:, :, seen.up]
+    heights = seen.heights_m
     visible = np.isfinite(heights).mean(axis=0) > 0.5
     middle = [float(np.nanmedian(heights[:, k])) if visible[k] else np.inf for k in range(len(seen.markers))]
     return [int(k) for k in np.argsort(middle, kind="stable")]
@@ -346,17 +408,4 @@ def _see_emg(seen: Seen, file: Found) -> None:
             seen.emg_trigger = (channel.name, 0.5 * float(values.min() + values.max()))
         else:
             seen.emg.append(channel.name)
-
-
-def muscles_of(labels: list[str]) -> tuple[dict[str, str], list[str]]:
-    """Muscle -> label of its channel, of the right leg if there is one, and other labels."""
-    by_muscle: dict[str, str] = {}
-    right = [n for n in labels if re.search(r"(^|[ ._-])R(?=[ ._A-Z-])", n)]
-    ordered = [*right, *(n for n in labels if n not in right)] if len(right) < len(labels) else labels
-    for muscle, pattern in MUSCLES.items():
-        label = next(
-            (n for n in ordered if re.search(pattern, n, re.IGNORECASE) and n not in by_muscle.values()), None
-        )
-        if label is not None:
-            by_muscle[muscle] = label
-    return by_muscle, [n for n in labels if n not in by_muscle.values()]
+            seen.emg_rate_hz = min(channel.rate_hz or np.inf, seen.emg_rate_hz or np.inf)

@@ -2,18 +2,20 @@
 
 import re
 
-from tepsipe.errors import InputError
 from tepsipe.experiments.walking.impedance import WalkingOptions
-from tepsipe.new_study.look import EVENTS, Found
+from tepsipe.new_study.axes import across, forward_of
+from tepsipe.new_study.labels import plain, side_of
+from tepsipe.new_study.look import EVENTS, Found, events_of
 from tepsipe.new_study.pairing import Group
 from tepsipe.new_study.settings import Missing, Plan
+from tepsipe.new_study.treadmill_trials import Seen
 
 # part of the leg -> how the label of its marker looks, without the side
 MARKERS = {
-    "ankle": r"L?M?MAL|ANK|LM\b|MALLEOLUS",
-    "knee": r"KNE|LEK|LFE|EPI",
-    "heel": r"HEE|CAL",
-    "toe": r"TOE|MT\d|MTP",
+    "ankle": r"L?M?MAL|ANK|LM\b|MALLEOLUS|FAL\b",
+    "knee": r"KNE|LEK|LFE|FLE\b|EPI",
+    "heel": r"HEE|CAL|FCC",
+    "toe": r"TOE|MT\d|MTP|FM\d",
 }
 # signal -> how the name of its column looks, {} for the side of the leg; then the other leg's
 COLUMNS = {
@@ -24,7 +26,6 @@ COLUMNS = {
     "ankle_x": r"{}.*(ankle|foot).?[_ ]x$",
     "ankle_y": r"{}.*(ankle|foot).?[_ ]y$",
 }
-AXES = {"D-Flow": ("-z", "+y"), "other": ("+y", "+z")}
 SIDES = {"left": "l(eft)?", "right": "r(ight)?"}
 TOLERANCES = {
     "joint_centre_anterior_m": (0.005, "palpated malleolus"),
@@ -37,36 +38,19 @@ TOLERANCES = {
 }
 
 
-def events_of(names: list[str]) -> dict[str, str]:
-    """Kind of event -> name of its column in a table of events; empty if it is none.
+def plan_walking(plan: Plan, groups: list[Group], seen: dict[str, Seen]) -> None:
+    """Settings of walking trials, with events in a table or in the file of the trial, or without any.
 
-    Of columns of both feet those of the left one are taken.
+    Parameters
+    ----------
+    plan : Plan
+        Settings, which are changed.
+    groups : list of Group
+        Trials (units of the files).
+    seen : dict of str to Seen
+        Name of the first file -> what it shows (SI units), of trials in files of instruments.
     """
-    by_kind = {}
-    for kind, pattern in EVENTS.items():
-        fitting = [name for name in names if re.search(pattern, name.strip(), re.IGNORECASE)]
-        fitting.sort(key=lambda name: not re.match(SIDES["left"], name, re.IGNORECASE))
-        if fitting:
-            by_kind[kind] = fitting[0]
-    return by_kind if {"heel_strike", "toe_off"} <= by_kind.keys() else {}
-
-
-def plan_walking(plan: Plan, groups: list[Group]) -> None:
-    """Settings of walking trials, whose groups each have a table of events.
-
-    Raises
-    ------
-    InputError
-        If there are other trials, too.
-    """
-    if any(g.experiment != "walking" for g in groups):
-        raise InputError(
-            f"{groups[0].first.name}: expected a folder of walking trials only, because a study of "
-            "walking has a report of its own, found "
-            f"{next(g.first.name for g in groups if g.experiment != 'walking')}, too: "
-            "put them into two folders"
-        )
-    first, events = groups[0].first, groups[0].partners["events"]
+    first, events = groups[0].first, groups[0].partners.get("events")
     kinds = {g.first.contents.kind for g in groups if g.first.kind == "whole trial"}
     if len(kinds) > 1:
         where, how = (
@@ -74,12 +58,19 @@ def plan_walking(plan: Plan, groups: list[Group]) -> None:
             "a study of its own for each kind, unless the axes are the same",
         )
         plan.check.append(Missing(where, f"files of the kinds {', '.join(sorted(kinds))} share them", how))
-    columns = events_of([c.name for c in events.contents.channels])
-    right = columns["heel_strike"].lower().startswith("r")
-    _plan_recording(plan, first, "right" if right else "left")
-    _plan_columns(plan, groups, "right" if right else "left")
+    columns = {} if events is None else events_of(event_names(events))
+    side = "right" if columns.get("heel_strike", "").lower().startswith("r") else "left"
+    if not columns:
+        plan.check.append(
+            Missing("walking", "the left leg was assumed: no events name one", "the perturbed leg")
+        )
+    _plan_recording(plan, first, side, seen.get(first.name))
+    _plan_columns(plan, groups, side)
     for kind in EVENTS:
-        note = f"found in {events.name}" if kind in columns else "no pulses: what an experiment would need"
+        absent = (
+            "found by the vertical force" if kind != "pulse" else "no pulses: what an experiment would need"
+        )
+        note = f"found in {events.name}" if kind in columns else absent
         plan.put(f"walking.events.{kind}", columns.get(kind), note)
     plan.put("walking.rate_hz", 100.0, "regular clock")
     plan.put("walking.max_gap_s", 0.15, "longest gap")
@@ -87,26 +78,36 @@ def plan_walking(plan: Plan, groups: list[Group]) -> None:
     _plan_analysis(plan)
 
 
-def _plan_recording(plan: Plan, first: Found, side: str) -> None:
+def event_names(file: Found) -> list[str]:
+    """Names of the columns of a table of events, or labels of the events of a C3D."""
+    return list(dict.fromkeys(label for label, _ in file.contents.events)) or [
+        channel.name for channel in file.contents.channels
+    ]
+
+
+def _plan_recording(plan: Plan, first: Found, side: str, seen: Seen | None) -> None:
     key, whole = "walking.recording", first.kind == "whole trial"
-    axes = AXES["D-Flow" if first.contents.kind.startswith("D-Flow") else "other"]
-    for name, value in zip(("forward", "up"), axes, strict=True):
-        plan.put(f"{key}.axes.{name}", value, "direction in the file")
+    forward, why = forward_of([seen or Seen()])
+    up = seen.up if seen else "+z"
+    plan.put(f"{key}.axes.forward", forward, why if seen else "not used for tables")
+    plan.put(f"{key}.axes.up", up, "upward in the file")
     if whole:
-        plan.check.append(
-            Missing(f"{key}.axes", f"{axes[0]}, {axes[1]} were assumed", "see tepsipe info, and the markers")
-        )
-    plan.put(f"{key}.plates.own", 1, "force plate under the perturbed foot")
-    plan.put(f"{key}.plates.other", 2, "force plate under the other foot")
-    plan.put(f"{key}.force_sign", 1, "forces on the person")
+        plan.check.append(Missing(f"{key}.axes", f"{forward}, {up} were assumed: {why}", "see the markers"))
+    own, other = _plates(seen, forward, side)
+    plan.put(f"{key}.plates.own", own, "force plate under the perturbed foot")
+    plan.put(f"{key}.plates.other", other, "force plate under the other foot")
+    pulled = seen is not None and min(seen.loads_N.values(), default=0.0) < 0.0
+    plan.put(
+        f"{key}.force_sign", -1 if pulled else 1, "forces on the plate" if pulled else "forces on the person"
+    )
     plan.put(f"{key}.surface_m", 0.0, "height of the belt")
     if whole:
-        meaning = "1 was assumed under the perturbed foot, 2 under the other one"
+        meaning = f"{own} was assumed under the perturbed foot, {other} under the other one"
         plan.check.append(Missing(f"{key}.plates", meaning, "numbers as tepsipe info lists them"))
     labels = sorted(first.contents.markers or ()) if whole else []
     for part, pattern in MARKERS.items():
-        fitting = [label for label in labels if re.search(pattern, label, re.IGNORECASE)]
-        fitting.sort(key=lambda label: not re.match(SIDES[side][0], label, re.IGNORECASE))
+        fitting = [label for label in labels if re.search(pattern, plain(label), re.IGNORECASE)]
+        fitting.sort(key=lambda label: side_of(label) != side)
         if fitting or not whole:
             plan.put(
                 f"{key}.markers.{part}", fitting[0] if fitting else part, f"of the {side} leg, by its label"
@@ -115,6 +116,21 @@ def _plan_recording(plan: Plan, first: Found, side: str) -> None:
             plan.ask(
                 f"{key}.markers.{part}", f"label of the marker of the {part}", f"one of {', '.join(labels)}"
             )
+
+
+def _plates(seen: Seen | None, forward: str, side: str) -> tuple[int, int]:
+    """Numbers of the plates under a foot and under the other one, by their places, else 1 and 2."""
+    loads = {} if seen is None else seen.loads_N
+    left_to_right = [int(n) for n in sorted(loads, key=lambda n: -abs(loads[n]))[:2]]
+    if len(left_to_right) < 2:
+        return 1, 2
+    places = {n: across(seen, str(n), forward) for n in left_to_right}
+    if None in places.values():
+        left_to_right.sort()
+    else:
+        left_to_right.sort(key=places.get)
+    left, right = left_to_right
+    return (right, left) if side == "right" else (left, right)
 
 
 def _plan_columns(plan: Plan, groups: list[Group], side: str) -> None:

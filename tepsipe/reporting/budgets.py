@@ -131,12 +131,13 @@ def relative_budgets(
     Returns
     -------
     dict of str to RelativeBudget
-        Quantity -> its budget (%).
+        Quantity -> its budget (%). Estimates whose 95 % interval includes 0 are left out: a percentage of a
+        value that may be 0 has no meaning.
     """
     values = {
         (e.condition, e.pathway, e.estimator, e.quantity): e.value
         for e in estimates
-        if e.quantity in quantities and e.quantity != "I" and math.isfinite(e.value) and e.value != 0.0
+        if e.quantity in quantities and e.quantity != "I" and _has_percentage(e)
     }
     found: dict[str, dict[str, dict[str, float]]] = {}
     for row in contributions:
@@ -154,6 +155,12 @@ def relative_budgets(
             }
             budgets[quantity] = RelativeBudget(quantity, conditions, percent)
     return budgets
+
+
+def _has_percentage(estimate: Estimate) -> bool:
+    """The value is finite, and neither it nor its 95 % interval includes 0."""
+    low, high = (math.nan if x is None else x for x in (estimate.ci_low, estimate.ci_high))
+    return math.isfinite(estimate.value) and estimate.value != 0.0 and not low <= 0.0 <= high
 
 
 def budgeted(estimates: Iterable[Estimate], foot_pathway: str | None) -> dict[str, list[Estimate]]:

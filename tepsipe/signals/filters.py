@@ -48,6 +48,14 @@ def lowpass(
     ------
     InputError
         If the signal cannot be used, or the cutoff does not lie between 0 and half the rate.
+
+    Examples
+    --------
+    >>> from tepsipe import load_example, lowpass
+    >>> dummy = load_example("dummy")
+    >>> smooth = lowpass(dummy.angle, 250.0, cutoff_hz=20.0)
+    >>> smooth.shape == dummy.angle.shape
+    True
     """
     rate_hz, cutoff_hz, order, zero_lag = checked(
         rate_hz=rate_hz, cutoff_hz=cutoff_hz, order=order, zero_lag=zero_lag

@@ -328,6 +328,16 @@ def find_perturbations(
     ------
     InputError
         If the signals cannot be used, nothing exceeds the noise, or the belt moves in the time of rest.
+
+    Examples
+    --------
+    >>> from tepsipe import find_perturbations, load_example
+    >>> dummy = load_example("dummy")
+    >>> pulses = find_perturbations(dummy.time, dummy.belt_velocity)
+    >>> len(pulses)
+    14
+    >>> print(f"{pulses[0].start} to {pulses[0].stop}, {pulses[0].peak_m_per_s:.2f} m/s")
+    686 to 718, 0.24 m/s
     """
     from tepsipe.signals.filters import butterworth_lowpass
 

@@ -59,6 +59,16 @@ def frequency_response(
     ------
     InputError
         If the signals cannot be used, or hold too few periods or frequencies.
+
+    Examples
+    --------
+    >>> from tepsipe import frequency_response, load_example
+    >>> rig = load_example("manipulator")
+    >>> response = frequency_response(
+    ...     rig.time, rig.torque, rig.angle, period_s=rig.period_s, band_hz=(1.0, 20.0)
+    ... )
+    >>> print(f"{response.frequency_hz.size} frequencies, coherence above {response.coherence.min():.2f}")
+    191 frequencies, coherence above 1.00
     """
     time, rate_hz = regular_rate(time)
     u, y = (samples(x, None, name) for x, name in ((u, "u"), (y, "y")))

@@ -27,6 +27,14 @@ def vaf(measured: np.ndarray, predicted: np.ndarray, *, centred: bool = False) -
     ------
     InputError
         If the signals have not the same shape, hold no numbers, or the measured one is 0 throughout.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from tepsipe import vaf
+    >>> measured = np.sin(np.linspace(0.0, 6.0, 100))
+    >>> round(vaf(measured, 0.9 * measured), 6)
+    99.0
     """
     unit = unit_of(measured, None, "measured")[0] or None
     measured, predicted = (

@@ -376,6 +376,12 @@ def load_treadmill_models(path: str | Path) -> dict[str, FittedModel]:
     ------
     InputError
         If the file is missing or is not such a file.
+
+    Examples
+    --------
+    >>> from tepsipe import load_treadmill_models
+    >>> models = load_treadmill_models("treadmill_models.json")  # doctest: +SKIP
+    >>> rest = models["fir"].compensate(recording)  # doctest: +SKIP
     """
     path = path_of(path)
     try:

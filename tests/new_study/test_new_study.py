@@ -5,6 +5,7 @@ import hashlib
 import json
 import re
 import shutil
+import textwrap
 
 import numpy as np
 import pytest
@@ -13,7 +14,9 @@ from c3d_builders import Plate, plate_channels, plate_of, single_c3d, write_c3d
 from dflow_builders import write_mocap, write_record
 
 from tepsipe.cli import main
+from tepsipe.errors import InputError
 from tepsipe.io.readers.c3d_recording import read_c3d_recording
+from tepsipe.new_study.labels import muscles_of
 from tepsipe.new_study.look import columns_by_role, look_at
 from tepsipe.new_study.measures import (
     follows,
@@ -26,8 +29,7 @@ from tepsipe.new_study.measures import (
 )
 from tepsipe.new_study.pairing import experiment_by_name, group_files, key_of
 from tepsipe.new_study.settings import Plan, flow, yaml_text
-from tepsipe.new_study.study import FILES, PROFILE, RULES, new_study
-from tepsipe.new_study.treadmill_trials import muscles_of
+from tepsipe.new_study.study import FILES, PROFILE, RULES, SNAKEFILE, new_study
 from workflow.settings.config import check_config
 from workflow.support.people import read_participants
 from workflow.support.placeholders import refuse_placeholders
@@ -275,15 +277,16 @@ def test_recordings_made_by_others(real_data, tmp_path):
     assert (files["torque_sign"], files["angle_unit"]) == (-1, "rad")
     (row,) = read_trial_sheet(tmp_path / "a" / "trials.tsv", "ankle").values()
     assert row.duration_s == 60.0
-    (tmp_path / "walk").mkdir()
-    shutil.copy(real_data("c3d/HC002D06.c3d"), tmp_path / "walk")
-    assert new_study("walk", output="w").trials == {"standing": 1}
-    missing = (tmp_path / "w" / "MISSING.md").read_text()
-    assert "no separate pulses of the belt were found in it" in missing
-    standing = read_settings(tmp_path / "w" / "config.yaml")["standing"]
-    assert standing["muscles"]["TA"]["channel"] == "Voltage.R Tib Ant"
-    assert [m["label"] for m in standing["person"]["foot_markers"]] == ["RANK", "RHEE", "RTOE"]
-    assert standing["ingest"]["marker_sampling_hz"] is None  # cameras, by the maker that the file names
+    for name, words in (
+        ("HC002D02", "no pulses of the belt"),
+        ("HC002D06", "by the events Left Foot Strike, Left Foot Off"),
+        ("Qualisys", "by the events LHS, LTO"),
+        ("Gait", "by the name"),
+    ):
+        (tmp_path / name).mkdir()
+        shutil.copy(real_data(f"c3d/{name}.c3d"), tmp_path / name)
+        with pytest.raises(InputError, match=words):
+            new_study(name, output="w")
 
 
 # ---- nothing is overwritten ----------------------------------------------------------------------
@@ -332,6 +335,13 @@ def test_a_study_elsewhere_names_the_checkout_and_its_own_files(tmp_path, root):
         }
 
 
+def test_documentation_shows_the_snakefile_that_is_written(root):
+    page = (root / "docs/recordings/README.md").read_text(encoding="utf-8")
+    shown = re.search(r"```\n( +module tepsipe:.*?)\n +```", page, re.DOTALL)[1]
+    (snakefile,) = re.findall(r'".*"', shown)
+    assert SNAKEFILE.format(snakefile=snakefile).endswith(textwrap.dedent(shown) + "\n")
+
+
 def test_a_library_without_the_rules_says_how_to_get_them(tmp_path, monkeypatch, capsys):
     (tmp_path / "lab").mkdir()
     joint(tmp_path / "lab/joint.tsv", 1)
@@ -374,7 +384,8 @@ def test_unusable_files_are_listed_and_do_not_stop_it(dummy_files, tmp_path, rec
     joint(folder / "joint.tsv", 1)
     made = new_study("lab", output="s")
     assert made.trials["position_manipulator"] == 1
-    assert {f.name for f in made.left} == {"cut.c3d", "log.mat", "short.csv", "empty.csv", "noise.edf"}
+    unusable = {"cut.c3d", "log.mat", "short.csv", "empty.csv", "noise.edf", "hidden.c3d"}
+    assert {f.name for f in made.left} == unusable
     missing = (tmp_path / "s" / "MISSING.md").read_text()
     assert "`cut.c3d`: expected" in missing
     assert "`short.csv`: a recording has at least 20 samples" in missing

@@ -5,7 +5,6 @@ import shutil
 import numpy as np
 import pytest
 
-from tepsipe.errors import InputError
 from tepsipe.new_study.look import look_at
 from tepsipe.new_study.study import new_study
 from tepsipe.virtual_lab.walker import Joint, perturb
@@ -66,7 +65,7 @@ def test_columns_of_a_table_are_found_by_the_side_of_the_events(tmp_path):
         assert setting in text
 
 
-def test_walking_and_other_trials_are_refused_in_one_folder(recordings, tmp_path):
+def test_walking_and_other_trials_become_two_studies(recordings, tmp_path):
     folder = tmp_path / "both"
     shutil.copytree(recordings, folder)
     time = np.arange(800) / 200.0
@@ -77,5 +76,9 @@ def test_walking_and_other_trials_are_refused_in_one_folder(recordings, tmp_path
         header="time_s,angle_rad,torque_Nm",
         comments="",
     )
-    with pytest.raises(InputError, match=r"walking trials only.*found ankle.csv, too"):
-        new_study(folder, "steps", tmp_path / "steps")
+    made = new_study(folder, "steps", tmp_path / "steps")
+    assert made.trials == {"position_manipulator": 1}
+    (walking,) = made.others
+    assert walking.trials == {"walking": 1}
+    assert walking.folder == tmp_path / "steps-walking"
+    assert "name: steps-walking" in (walking.folder / "config.yaml").read_text()

@@ -61,6 +61,8 @@ def test_what_may_be_zero_has_no_relative_budget():
     rows = [Contribution(NAMES[0], "a", *NAMES[1:], "I", "Nms2/rad", "scatter", "A", 0.001)]
     assert relative_budgets(rows, inertia) == {}
     assert relative_budgets(parts(0.1, 0.3), estimates((0.0, math.nan))) == {}
+    # 0.3 ± 0.4 includes 0
+    assert relative_budgets(parts(0.1, 0.3), estimates((10.0, 0.3)))["K"].conditions == ["a"]
 
 
 @pytest.mark.parametrize(
@@ -110,7 +112,7 @@ def test_the_section_and_the_caption_tell_the_budget(scatter, repeating):
     assert ("more perturbations cannot reduce it below 5.9 %" in words) is not repeating
     told = findings_of(["figure_budget_dummy", "figure_budget_weight"], content)
     largest = "scatter of the trial (5.0 %)" if repeating else "mass of the leg (3.0 %)"
-    caption = f"The largest source of uncertainty of K is the {largest}, in the typical trial."
+    caption = f"In the typical trial, the largest source of uncertainty of K is the {largest}."
     assert told == {"figure_budget_dummy": caption}
 
 

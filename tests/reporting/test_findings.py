@@ -20,7 +20,7 @@ from reporting import test_standing_chapter as standing
 from reporting import test_study_chapter as study
 from reporting import test_weight_chapter as weight
 from reporting import test_wristalyzer_chapter as wristalyzer
-from typst_builders import REPORT, STUDY, chapter_words, evaluated
+from typst_builders import REPORT, STUDY, chapter_words, evaluated, parts_of
 
 from tepsipe.reporting.chapters import noise, simulation
 from tepsipe.reporting.run import Run, report_content
@@ -358,7 +358,7 @@ CONTENT = {
     "position_manipulator": joint_content,
     "study": study.study_content,
 }
-SOURCES = {"study": "findings", "thesis_dummy": "dummy"}
+SOURCES = {"study": "findings"}
 
 
 def plain_content(run, chapter):
@@ -389,7 +389,8 @@ def told(chapter, name, data, tables):
     """Words that depend on a predicate: of the chapter that asks for it, and of places of the findings."""
     asked, source = f'"{chapter}.{name}"', SOURCES.get(chapter, chapter)
     words = []
-    if asked in (REPORT / f"chapters/{source}.typ").read_text(encoding="utf-8"):
+    parts = [REPORT / f"chapters/{part}.typ" for part in parts_of(source)]
+    if any(asked in part.read_text(encoding="utf-8") for part in parts):
         words.append(chapter_words(source, data, tables))
     findings = (REPORT / "findings.typ").read_text(encoding="utf-8")
     _, *parts = re.split(r"^  (\w+): (?:findings\.\w+ \+ )?\(", findings, flags=re.MULTILINE)

@@ -259,7 +259,7 @@ def test_rows_are_read_as_written_and_tell_a_change_from_chance(rng, tmp_path):
     assert [r.value for r in again] == pytest.approx([r.value for r in rows])
     table = pd.read_csv(tmp_path / "rows.csv", dtype={"condition": str})
     words = told("time_varying", {"time_varying": table}, ["steady", "doubling", "short"])
-    assert "Too short for windows: short." in words
+    assert "These trials are too short for windows: short." in words
     steady, doubling = words.split("steady: K is lowest")[1].split("doubling: K is lowest")
     assert "The differences between places are within chance" in steady
     assert "It changes by more than chance" in doubling
@@ -283,7 +283,8 @@ ROW = dict.fromkeys(COLUMNS + OPTIONAL_COLUMNS, "-") | {
 def study_of(config, tmp_path):
     def build(*rows):
         path = tmp_path / "trials.tsv"
-        lines = [list(ROW), *(list((ROW | row).values()) for row in rows)]
+        own = [{"log": f"log-{row['condition']}.csv"} | row for row in rows]
+        lines = [list(ROW), *(list((ROW | row).values()) for row in own)]
         path.write_text("".join("\t".join(line) + "\n" for line in lines))
         study = Study(config, read_trial_sheet(path, "."))
         study.check(str(path))

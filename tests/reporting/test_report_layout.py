@@ -1,5 +1,6 @@
 """Compact tables and schematics of the report: numbers known by hand."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -7,10 +8,10 @@ import pandas as pd
 import pytest
 from matplotlib import font_manager
 from matplotlib.patches import FancyBboxPatch
-from typst_builders import evaluated
+from typst_builders import REPORT, evaluated
 
 from tepsipe.io.trial import Signal, Trial
-from tepsipe.reporting.figures import flow_charts
+from tepsipe.reporting.figures import flow_charts, style
 from tepsipe.reporting.figures.names import PARAMETER_SETS, short_name
 from tepsipe.reporting.figures.protocol import TimeLine, draw_protocol
 from tepsipe.reporting.figures.schematics import draw_rigs, rig_at_rest
@@ -139,6 +140,21 @@ def test_words_of_a_flow_chart_are_legible_and_inside_their_boxes(name):
 
 def test_figures_keep_their_font_where_the_users_list_of_fonts_lacks_it(monkeypatch):
     manager = font_manager.fontManager
-    monkeypatch.setattr(manager, "ttflist", [font for font in manager.ttflist if "STIX" not in font.name])
+    own = ("STIX", "Libertinus")
+    monkeypatch.setattr(manager, "ttflist", [f for f in manager.ttflist if not f.name.startswith(own)])
     found = in_style(lambda: Path(font_manager.findfont(font_manager.FontProperties())).name)()
-    assert found == "STIXGeneral.ttf"
+    assert found == "LibertinusSerif-Regular.otf"
+    assert {"STIXGeneral", "Libertinus Serif"} <= {font.name for font in manager.ttflist}
+
+
+def test_no_lettering_of_a_figure_is_too_small_to_read_in_print():
+    """Figures are as wide as the text, so a size in the code is at most 3 % smaller than in print."""
+    folder = Path(style.__file__).parent
+    pattern = re.compile(r"\b(?:fontsize|title_fontsize|labelsize|size)=(\d+\.?\d*)\b(?! \*)")
+    sizes = {p.name: [float(x) for x in pattern.findall(p.read_text("utf-8"))] for p in folder.glob("*.py")}
+    assert sum(map(len, sizes.values())) > 20
+    small = {name: [x for x in own if 5.0 < x < 7.0] for name, own in sizes.items()}
+    assert {name: own for name, own in small.items() if own} == {}
+    assert style.SMALLEST_PT >= 7.0
+    chapters = "".join(p.read_text("utf-8") for p in REPORT.rglob("*.typ"))
+    assert not re.findall(r"#?shown\([^)\n]*width: [1-9]?[0-9]%", chapters)

@@ -157,9 +157,9 @@ def test_growth_is_explained_by_near_resonance():
     assert often["limit"] == pytest.approx(4.91, abs=0.02)  # 1 / sin(11.75 degrees)
     assert rarely["limit"] == pytest.approx(1.0 / np.sin(np.radians(2 * 11.75)), rel=0.01)
     told = chapter_words("simulation", *content(run, simulation=simulation))
-    assert "grows to 4.2 times the first one in S1, and to 1.6 times in S52" in told
-    assert "is 2.93 periods" in told and "with a phase of only 24°" in told
-    assert "near-resonance" in told and "does not reproduce this" not in told
+    assert "in S1 grows to 4.2 times the first one, and the swing in S52 to 1.6 times" in told
+    assert "is 2.93 periods" in told and "with a phase of only 0.41 rad" in told
+    assert "near-resonance" in told and "This is not reproduced" not in told
     (found,) = findings_of(["figure_b"], *content(run, simulation=simulation)).values()
     assert "the swing grows to 4.2 times the first one in S1, and to 1.6 times in S52" in found
 
@@ -175,11 +175,15 @@ def test_pulses_in_resonance_add_up_to_their_number():
 @pytest.mark.parametrize(
     ("changed", "gone", "instead"),
     [
-        ({"growth": {"sine-0.1": 1.5}}, "near-resonance", "does not reproduce this"),
+        ({"growth": {"sine-0.1": 1.5}}, "near-resonance", "This is not reproduced"),
         ({"state": "grows"}, "near-resonance", ""),
         ({"thesis-without-handle": 70.0}, "without it the VAF is higher", ""),
         ({"joint-likelihood": 85.0}, "predicts the angle best in every condition", ""),
-        ({"thesis-wristalyzer": -400.0}, "As in the thesis, its numbers", "does not hold in all conditions"),
+        (
+            {"thesis-wristalyzer": -400.0},
+            "As the thesis reports, its numbers",
+            "does not hold in all conditions",
+        ),
     ],
 )
 def test_sentences_on_numbers_of_the_thesis_go_with_the_table(changed, gone, instead):
@@ -245,11 +249,13 @@ def test_noise_is_told_as_in_the_thesis_only_where_it_is_so():
     for name in SENTENCES:
         assert (getattr(noise, name)(usual), getattr(noise, name)(contrary)) == (True, False), name
     told = chapter_words("noise", *content(usual, noise=noise))
-    assert "are at most 1.0 % from the simulated values, those of least squares 20.0 %" in told
-    assert "If only one side is filtered, as with noise on one signal, it is up to 50 % away" in told
-    assert "the bias is caused by the equation" in told and "mainly due to its torque equation" in told
+    assert (
+        "are at most 1.0 % from the simulated values. For least squares the largest error is 20.0 %" in told
+    )
+    assert "only one side is filtered, and K is up to 50 % away" in told
+    assert "The equation causes this bias" in told and "mainly due to its torque equation" in told
     other = chapter_words("noise", *content(contrary, noise=noise))
-    for sentence in ("caused by the equation", "effect of the filter", "is biased if", "mainly due to"):
+    for sentence in ("causes this bias", "the filter has a larger effect", "is biased if", "mainly due to"):
         assert sentence in told and sentence not in other, sentence
 
 

@@ -253,7 +253,7 @@ def test_muscles_without_an_onset_have_no_latency_in_a_caption():
     found = findings_of(["figure_4_14", *FIGURES], *content(run_of()))
     # the sample before the onset does not count
     assert found["figure_standing_activity"] == (
-        "The largest mean response is that of TA in a: 4.0 µV, 100 ms after the belt starts."
+        "The largest mean response, 4.0 µV, occurs in TA in the trial a, 100 ms after the belt starts."
     )
     assert found["figure_standing_latency"] == (
         "The muscles respond 40 ms after the start of the stretch; the three detectors differ by at most "
@@ -261,11 +261,11 @@ def test_muscles_without_an_onset_have_no_latency_in_a_caption():
     )
     assert "respond 40 ms after" in found["figure_4_14"]
     assert (
-        "less than without it. Over all windows, K without it is \N{MINUS SIGN}50.0 to 540 N·m/rad (calm)."
-        in found["figure_standing_window"]
+        "less than without one. Without a reflex torque, K over all windows is "
+        "\N{MINUS SIGN}50.0 to 540 N·m/rad (calm)." in found["figure_standing_window"]
     )
     assert found["figure_standing_response"].endswith("explain 97.0 to 97.0 % of the mean torque.")
-    assert found["figure_standing_joints"].endswith("the knee turns by 0.57° (calm).")
+    assert found["figure_standing_joints"].endswith("the knee turns by 10 mrad (calm).")
     silent = run_of(tasks={"calm": task(None)}, estimates=ESTIMATES[:5])
     for fit in silent.fits["standing"].values():
         fit.arrays.pop("activity/TA")
@@ -283,4 +283,4 @@ def test_summary_tells_of_one_person_in_a_study_of_the_thesis(people, told):
     )
     assert (words is not None) is told
     if told:
-        assert "intrinsic stiffness of both ankles together is then 400 N·m/rad (calm) (" in words
+        assert "intrinsic stiffness of both ankles together as 400 N·m/rad (calm) (" in words

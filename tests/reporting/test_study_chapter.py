@@ -151,9 +151,10 @@ def counted(high=0.99, **changed):
 
 def test_first_page_quotes_the_campaign_with_its_date():
     (summary,) = told(counted(), "summary")
-    assert "in 20 simulated laboratories drawn from the distributions that the analysis assumes" in summary
+    assert "drawn from the distributions that the analysis assumes" in summary
     shares = "95 % for K of the dummy; 90 % for K of the standing person."
-    assert f"(campaign of 2026-01-31). They contain it in {shares}" in summary
+    assert "In 20 simulated laboratories (campaign of 2026-01-31)" in summary
+    assert f"The shares are {shares}" in summary
     assert (
         "compatible with 95 % or higher" in summary and "Settings of the laboratory were changed" in summary
     )
@@ -257,7 +258,7 @@ def test_flagged_estimates_are_counted():
     assert told(study_run({"estimates": rows}), "warnings") == [None]
     (quoted,) = told(study_run({"estimates": [row | {"recommended": True} for row in rows]}), "warnings")
     assert quoted.startswith("Look at these first. 1 of the 3 recommended estimates failed a check.")
-    assert "K of the dummy (b): a parameter lies at a bound of its search: widen the bound" in quoted
+    assert "K of the dummy (b): a parameter lies at a bound of its search. Widen the bound" in quoted
     assert "K of the dummy (b): the value is not a finite number" in quoted
     rows = [
         estimate(condition=c, quantity=q, flags="at-bound", recommended=True) for c in "abcde" for q in "BK"

@@ -3,17 +3,22 @@
 All of them go through real runs in `benchmarks/soak/bad_inputs.py`.
 """
 
+import copy
 import shutil
 from functools import partial
 
 import pytest
 import yaml
 from bad_input_table import FILES, SETTINGS, SHEETS
-from bad_inputs import OTHER, RAW, ingest, make_good
+from bad_inputs import OTHER, RAW, ingest, make_good, sheet_rows
+from study_builders import write_sheet
 
 from tepsipe.errors import InputError
 from tepsipe.mechanics.engines import resolved_engine
+from workflow.support.recordings import refused_recordings
 from workflow.support.start import checked_sections, checked_study, merged_settings
+from workflow.support.study import Study
+from workflow.support.trial_sheet import read_trial_sheet
 
 LONGEST = 700
 
@@ -31,10 +36,10 @@ def assert_refused(refusing, words, *left_out):
     assert len(said) < LONGEST
 
 
-def test_there_are_two_hundred_bad_inputs():
+def test_there_are_three_hundred_bad_inputs():
     entries = [*FILES, *SETTINGS, *SHEETS]
     names = [entry.name for entry in entries]
-    assert len(names) >= 200
+    assert len(names) >= 300
     assert len(set(names)) == len(names)
     assert {entry.group for entry in FILES} == {
         *("log", "calibration", "markers", "physics", "weight", "empty", "standing", "EMG"),
@@ -69,6 +74,34 @@ def test_a_spoiled_file_is_refused(entry, good, shipped_config):
         assert_refused(refusing, entry.words, folder)
     finally:
         shutil.rmtree(folder)
+
+
+@pytest.mark.slow
+def test_check_reads_every_recording(good, shipped_config, tmp_path):
+    for experiment in ("dummy", "standing"):
+        shutil.copytree(good / experiment, tmp_path / experiment)
+    (tmp_path / "config").mkdir()
+    write_sheet(
+        tmp_path, sheet_rows(tmp_path, {key: ["good", OTHER] for key in ("dummy", "standing")}), "two"
+    )
+    settings = copy.deepcopy(shipped_config)
+    for name in ("dummy", "standing"):
+        analysis = settings[name]["analysis"]
+        analysis.get("window", analysis).update(rest_before_s=2.0, rest_after_s=3.0)
+
+    def refused():
+        return refused_recordings(Study(settings, read_trial_sheet(tmp_path / "config/two.tsv", ".")))
+
+    assert refused() == []
+    settings["standing"]["person"]["mass_kg"] = 90.0
+    shutil.copy(tmp_path / "dummy/good/log.mat", tmp_path / "dummy/other/log.mat")
+    copied, foreign, *of_people = refused()
+    assert copied.startswith("dummy/other: expected a recording of its own, found")
+    assert "to move with the belt" in foreign  # the log is that of the other trial
+    assert len(of_people) == 2
+    assert all("on the right belt" in said and "kg" in said for said in of_people)
+    settings["dummy"]["analysis"]["rest_before_s"] = 9.0
+    assert any(said.startswith("dummy/good: ") and "rest" in said for said in refused())
 
 
 def check(overlay):

@@ -265,7 +265,7 @@ WRONG_VALUES = [
     ({"study": {"seed": "many"}}, "study.seed", "integer"),
     ({"study": {"seed": 1.5}}, "study.seed", "integer"),
     ({"study": {"virtual_lab": 3}}, "study.virtual_lab", "string or null"),
-    ({"plate_treadmill": {"lowpass_cutoff_hz": -20.0}}, "lowpass_cutoff_hz", "above 0"),
+    ({"plate_treadmill": {"lowpass_cutoff_hz": -20.0}}, "lowpass_cutoff_hz", "at least 0.01"),
     ({"plate_treadmill": {"lowpass_cutoff_hz": "20 Hz"}}, "lowpass_cutoff_hz", "number"),
     ({"plate_treadmill": {"lowpass_order": 3}}, "lowpass_order", "one of 2, 4, 6, 8"),
     ({"plate_treadmill": {"belt": "both"}}, "plate_treadmill.belt", "'left', 'right'"),

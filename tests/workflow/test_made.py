@@ -76,6 +76,44 @@ def test_an_edited_result_is_refused_until_it_is_deleted(job, summary):
     assert remade(found()) == [TABLE]
 
 
+def replaced_by(make):
+    def change(path):
+        path.unlink()
+        make(path)
+
+    return change
+
+
+def longer(path):
+    with h5py.File(path, "a") as file:
+        file["more"] = range(9)
+
+
+@pytest.mark.parametrize(
+    ("path", "change", "is_damaged"),
+    [
+        (TABLE, lambda path: path.write_text("K,99.9\n"), False),
+        (TABLE, lambda path: path.write_text("K,8.7"), False),
+        (TABLE, lambda path: path.write_text("K;8,7\n"), False),
+        (TABLE, lambda path: path.write_bytes(b"\xef\xbb\xbfK,8.7\r\n"), False),
+        (TABLE, lambda path: path.write_bytes(bytes(6)), False),
+        (TABLE, lambda path: path.write_text(""), True),
+        (TABLE, replaced_by(Path.mkdir), False),
+        (TABLE, replaced_by(os.mkfifo), False),
+        (TABLE, replaced_by(lambda path: path.symlink_to("/dev/zero")), False),
+        (FIT, longer, False),
+        (FIT, lambda path: path.write_bytes(path.read_bytes()[:-1]), True),
+        (FIT, lambda path: path.write_bytes(path.read_bytes()[:100]), True),
+        (FIT, lambda path: path.write_bytes(bytes(5000)), True),
+        (FIT, lambda path: path.write_text("K,99.9\n"), True),
+    ],
+)
+def test_whatever_happens_to_a_result_is_noticed(job, path, change, is_damaged):
+    job(FIT, TABLE)
+    change(Path(path))
+    assert found() == (made.Changes(damaged=[path]) if is_damaged else made.Changes(edited=[path]))
+
+
 def test_a_deleted_intermediate_is_asked_for_if_the_study_makes_it(job, summary, capsys):
     job(FIT, TABLE)
     job("results/raw/dummy/a/log.mat", rule="make_dummy_trial")

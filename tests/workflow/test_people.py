@@ -41,6 +41,10 @@ def calibration(belt):
 def study_of(config, tmp_path):
     def build(*rows, people=PEOPLE, **changes):
         path = tmp_path / "trials.tsv"
+        rows = [
+            row | {"log": f"{row['condition']}-{row['log']}"} if row["log"][:2] == "l." else row
+            for row in rows
+        ]
         lines = [list(rows[0]), *(list(row.values()) for row in rows)]
         path.write_text("".join("\t".join(line) + "\n" for line in lines))
         for key, value in changes.items():

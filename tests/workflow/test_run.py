@@ -1,8 +1,10 @@
 """The start of a run: what is refused before Snakemake loads anything, and what a killed run leaves."""
 
 import json
+import shutil
 import subprocess
 import sys
+from functools import partial
 
 import pytest
 from builders import assert_one_sentence
@@ -215,3 +217,22 @@ def test_check_names_the_file_and_the_line(place, root, monkeypatch, capfd):
     assert f"{place / 'odd.yaml'}: unknown key 'pilott'" in capfd.readouterr().err
     assert cli.main(["check", str(place / "good.yaml")]) == 0
     assert "good.yaml: 56 trials (5 of wristalyzer" in capfd.readouterr().out
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="no make")
+def test_make_executes_nothing_of_a_path(tmp_path, root):
+    folder = tmp_path / 'a$(touch x)`touch y`"b'
+    folder.mkdir()
+    for name in ("Makefile", "requirements.txt", "pyproject.toml"):
+        shutil.copy(root / name, folder)
+    make = partial(subprocess.run, cwd=folder, capture_output=True, text=True)
+    done = make(["make", "environment", f"PYTHON={sys.executable}"])
+    assert done.returncode == 2
+    assert_one_sentence(done.stdout.strip(), f"tepsipe: {folder}", "rename it")
+    done = make(["make", "-n", "study", f"PYTHON={sys.executable}", "CONFIG=my 's$(touch z) {x}.yaml"])
+    assert r"--configfile 'my '\''s$(touch z) {x}.yaml'" in done.stdout
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "Makefile",
+        "pyproject.toml",
+        "requirements.txt",
+    ]

@@ -42,13 +42,13 @@ def test_a_c3d_alone_is_a_trial(sheet):
         "weight a recorded - - - 60 w.C3D - - - calibrate",
         "empty a recorded - - - 60 e.c3d - - - calibrate",
         "standing a recorded - - - 65 s.c3d - - - - - calm",
-        "standing b recorded - - - 65 s.c3d - - - - s.edf calm",
+        "standing b recorded - - - 65 t.c3d - - - - s.edf calm",
         "weight b recorded - - - 60 w2.c3d - - - validate",
     )
     trials = read_trial_sheet(path, "/data")
     assert trials["dummy", "a"].files == {"log": "/data/a.c3d"}
     assert trials["weight", "a"].files == {"log": "/data/w.C3D"}
-    assert trials["standing", "b"].files == {"log": "/data/s.c3d", "emg": "/data/s.edf"}
+    assert trials["standing", "b"].files == {"log": "/data/t.c3d", "emg": "/data/s.edf"}
 
 
 @pytest.mark.parametrize(

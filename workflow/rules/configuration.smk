@@ -10,6 +10,7 @@ CHECKOUT = Path(workflow.snakefile).absolute().parents[2]
 sys.path.insert(0, str(CHECKOUT))
 
 from tepsipe.errors import InputError
+from workflow.support import runs
 from workflow.support.yaml_file import CODE, read_settings
 
 # those of the command line come last, as they override the others
@@ -22,6 +23,9 @@ CONFIGFILES = [
 try:
     for path in CONFIGFILES:
         read_settings(path)
+    # now, because Snakemake writes to the folder when it loads the first of them
+    if not runs.looks(sys.argv) and not runs.is_dry(sys.argv):
+        runs.begin()
 except InputError as error:
     # those of the command line have been loaded
     late = (

@@ -84,6 +84,7 @@ rule plot_dummy:
         fits=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
         specification="<results>/tables/specification.csv",
         matrices="<results>/cross_validation/dummy.h5",
+        recovery=outputs.recovery(STUDY),
         library=library_of("plot", "tepsipe/reporting/figures/dummy.py"),
     output:
         **figure_files("dummy"),
@@ -97,6 +98,7 @@ rule plot_dummy:
         example=STUDY.shown("dummy", DUMMY["example_condition"]),
         as_printed=DUMMY["as_printed"],
         recommended=DUMMY["recommended"],
+        quoted=DUMMY["quoted"],
     script:
         "../scripts/plot.py"
 
@@ -131,6 +133,7 @@ rule plot_foot:
     input:
         leg=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
         foot=STUDY.of_trials("<results>/fits/foot/{condition}.h5", "dummy"),
+        recovery=outputs.recovery(STUDY),
         library=library_of("plot", "tepsipe/reporting/figures/foot.py"),
     output:
         **figure_files("foot"),
@@ -142,6 +145,7 @@ rule plot_foot:
         drawn_by="foot",
         conditions=STUDY.conditions("dummy"),
         recommended=DUMMY["recommended"],
+        usable=[name for name, own in DUMMY["foot"]["pathways"].items() if own["treadmill_model"]],
     script:
         "../scripts/plot.py"
 

@@ -1,8 +1,8 @@
-# The run itself: one at a time in a folder, what earlier ones have made, and what is said at the end.
+# The run itself: what earlier ones have left and made, and what is said at the end.
 
 import atexit
 
-from workflow.support import made, runs
+from workflow.support import made
 from workflow.support.experiments import EXPERIMENTS
 from workflow.support.stopped import what_stopped
 
@@ -11,7 +11,6 @@ try:
     if not runs.looks(sys.argv):
         dry = runs.is_dry(sys.argv)
         if not dry:
-            runs.begin()
             runs.refuse_a_lock()
         changes = made.changes(config["pathvars"]["logs"])
         made.refuse_edited(changes)
@@ -38,6 +37,7 @@ def succeed():
         print(f"tepsipe: of no trial of the sheet, not needed: {left[0]}{more}", file=sys.stderr)
     page = Path(config["pathvars"]["results"]) / "report/index.html"
     if page.is_file():
+        sys.stdout.reconfigure(errors="backslashreplace")  # its folder may have a name that cannot be shown
         atexit.register(print, page.absolute())  # after Snakemake's own last line
 
 

@@ -12,7 +12,7 @@ from workflow.settings.quantities import (
     Gravity,
     Inertia,
     Length,
-    Mass,
+    PartMass,
     Stiffness,
     Time,
     different,
@@ -45,14 +45,14 @@ class DummyFiles(Section):
 class Geometry(Section):
     """Masses and lengths, and places of the markers."""
 
-    leg_mass_kg: Mass = setting("mass of the leg", thesis="Table 2-2")
+    leg_mass_kg: PartMass = setting("mass of the leg", thesis="Table 2-2")
     leg_com_m: Length = setting(
         "distance from the ankle to the centre of mass of the leg: half of 0.897 m", thesis="Table 2-2"
     )
     leg_inertia_kgm2: Inertia = setting(
         "moment of inertia of the leg about its centre of mass", thesis="Table 2-2"
     )
-    foot_mass_kg: Mass = setting("mass of the foot", thesis="Table 2-2")
+    foot_mass_kg: PartMass = setting("mass of the foot", thesis="Table 2-2")
     foot_height_m: Length = setting(
         "height of the ankle above the belt; the centre of mass of the foot is below the ankle, at half this "
         "height",

@@ -8,6 +8,7 @@ from pydantic_core import PydanticCustomError
 from workflow.settings.section import UnfitError, number, whole
 
 Mass = number(above=0, most=500)  # kg
+PartMass = number(above=0, most=100)  # kg, of a foot or a leg
 Length = number(above=0, most=3)  # m
 Height = number(least=0, most=3)  # m
 Offset = number(least=-3, most=3)  # m
@@ -24,7 +25,7 @@ Time = number(above=0, most=3600)  # s
 Pause = number(least=0, most=3600)  # s
 Delay = number(least=0, most=1)  # s
 Rate = number(above=0, most=100000)  # Hz, of sampling
-Frequency = number(above=0, most=5000)  # Hz
+Frequency = number(least=0.01, most=5000)  # Hz
 Positive = number(above=0)
 NotNegative = number(least=0)
 Fraction = number(least=0, most=1)

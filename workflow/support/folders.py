@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from tepsipe.errors import InputError, quoted
+from workflow.support.names import DEVICES, LONGEST
 
 # of the checkout; in none of these folders there may be outputs
 SOURCES = (
@@ -18,8 +19,9 @@ SOURCES = (
     *("Makefile", "pyproject.toml", "requirements.txt", "requirements.in", "README.md"),
     *(".git", ".venv", ".snakemake"),
 )
-# of Snakemake and YAML in names, and what no shell takes as it is
-SPECIAL = set('{}<>*?"|\n\r\t')
+# of Snakemake and YAML in names, and what no shell takes as it is; characters that are none, too
+SPECIAL = set('{}<>*?"|')
+LONGEST_BYTES = 255  # of the name of a file or a folder
 # files that the section `study` names
 INPUTS = {
     "trial_sheet": "the trial sheet",
@@ -33,7 +35,9 @@ def check_path(name: str, value: str | None, key: str) -> None:
     """Refuse a path in the configuration that Snakemake would take for a pattern, or that names nothing."""
     if value is None:
         return
-    special = sorted(SPECIAL & set(value))
+    special = sorted(
+        {character for character in value if character in SPECIAL or not character.isprintable()}
+    )
     if special:
         raise InputError(
             f"{name}: expected a path without {' '.join(map(repr, special))} for {key!r}, found "
@@ -43,6 +47,11 @@ def check_path(name: str, value: str | None, key: str) -> None:
         raise InputError(
             f"{name}: expected a path for {key!r} that does not begin with a hyphen and is not empty, found "
             f"{quoted(value)}: rename it"
+        )
+    if max(len(os.fsencode(part)) for part in value.split("/")) > LONGEST_BYTES:
+        raise InputError(
+            f"{name}: expected names of at most {LONGEST_BYTES} bytes in the path for {key!r}, found "
+            f"{quoted(value)}: shorten it"
         )
     if value.startswith("~"):
         raise InputError(
@@ -57,7 +66,7 @@ def check_checkout(folder: Path) -> None:
     if odd:
         raise InputError(
             f"{folder}: expected the checkout in a folder without {' '.join(map(repr, odd))}, which "
-            "Snakemake takes for wildcards, found them in its path: rename that folder; a study may lie in any"
+            "Snakemake takes for wildcards, found them in its path: rename that folder; studies lie anywhere"
         )
 
 
@@ -67,6 +76,17 @@ def check_paths(config: dict, name: str) -> None:
         for key in (*INPUTS, "recordings_folder", "results", "logs"):
             if key in config[section]:
                 check_path(name, config[section][key], f"{section}.{key}")
+    if Path(config["study"]["recordings_folder"]).is_file():
+        raise InputError(
+            f"{name}: expected study.recordings_folder to name a folder, found the file "
+            f"{quoted(config['study']['recordings_folder'])}: name the folder that holds it"
+        )
+    report = config["study"]["name"]
+    if len(report) > LONGEST or report in DEVICES:
+        raise InputError(
+            f"{name}: expected study.name to be the name of a file of at most {LONGEST} characters, found "
+            f"{quoted(report)}: choose another"
+        )
     for key, what in INPUTS.items():
         path = config["study"][key]
         if path is not None and Path(path).is_dir():
@@ -147,7 +167,7 @@ def _holds(folder: Path, path: Path) -> bool:
 
 def _refuse_inside(folder: Path, sources: list[Path], where: str, found: str) -> None:
     for source in sources:
-        if source.is_dir() and _holds(source.resolve(), folder):
+        if (source.is_dir() or not source.exists()) and _holds(source.resolve(), folder):
             raise InputError(
                 f"{where}, {found}, which lies in {source.name}/ of the source code: name another, for "
                 "example results"

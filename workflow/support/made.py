@@ -9,6 +9,7 @@ one of these differs.
 import contextlib
 import hashlib
 import json
+import stat
 import subprocess
 import sys
 import tempfile
@@ -66,7 +67,9 @@ def changes(logs: str) -> Changes:
                 continue
             if [status.st_size, status.st_mtime_ns] == seen[:2]:
                 continue
-            if _is(path, seen):  # touched or copied
+            if not stat.S_ISREG(status.st_mode):  # a folder, or a pipe or device, which is not read
+                found.edited.append(path)
+            elif _is(path, seen):  # touched or copied
                 content["files"][path], touched = _seen(path), True
             else:
                 (found.damaged if _is_damaged(path, status.st_size) else found.edited).append(path)

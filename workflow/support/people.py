@@ -18,10 +18,10 @@ SIMULATED = {"weight": BELTS, "empty": BELTS, "standing": ("right", "both")}
 # numbers of `standing.person` in the table of the participants; beyond its range a number has another unit
 RANGES = {
     "mass_kg": (0.1, 500.0),
-    "stature_m": (0.1, 3.0),
+    "stature_m": (0.4, 2.6),
     "com_height": (0.1, 0.9),
-    "ankle_height_m": (0.001, 0.5),
-    "foot_com_m": (-0.5, 0.5),
+    "ankle_height_m": (0.001, 0.3),
+    "foot_com_m": (-0.3, 0.3),
 }
 
 

@@ -2,6 +2,10 @@
 
 # keys of the section `plausible` that describe rigs, not signals
 RIG_KEYS = ("mass_fraction", "plate_offset_kg")
+# where the mass of a weight is stated
+OF_WEIGHTS = (
+    "weight.weight.mass_kg, or for another weight mass_kg of the trial sheet and weight.further_weights"
+)
 
 
 def rig_of(settings: dict, experiment: str) -> dict:
@@ -13,17 +17,20 @@ def rig_of(settings: dict, experiment: str) -> dict:
     section, limits = settings[experiment], settings["plausible"]
     if experiment == "empty":
         half = 0.5 * settings["weight"]["weight"]["mass_kg"]
-        return {"belt": section.get("belt", settings["weight"]["belt"]), "carried_kg": (-half, half)}
+        belt = section.get("belt", settings["weight"]["belt"])
+        return {"belt": belt, "carried_kg": (-half, half), "mass_key": "weight.weight.mass_kg"}
     rig: dict = {"belt": section["belt"]}
     if experiment == "dummy":
         geometry = section["geometry"]
         fixed = section["foot"]["belt_fixed_labels"]
         leg = [m["label"] for m in geometry["leg_markers"] if m["label"] not in fixed]
         mass = geometry["leg_mass_kg"] + geometry["foot_mass_kg"]
-        return rig | {"carried_kg": _about(mass, limits), "belt_fixed": fixed, "segments": {"leg": leg}}
+        rig |= {"carried_kg": _about(mass, limits), "mass_key": "the masses in dummy.geometry"}
+        return rig | {"belt_fixed": fixed, "segments": {"leg": leg}}
     if experiment == "weight":
         mass = section["weight"]["mass_kg"]
-        return rig | {"carried_kg": _about(mass, limits), "belt_fixed": section["files"]["marker_labels"]}
+        rig |= {"carried_kg": _about(mass, limits), "mass_key": OF_WEIGHTS}
+        return rig | {"belt_fixed": section["files"]["marker_labels"]}
     person = section["person"]
     return rig | {"belt_fixed": [m["label"] for m in person["foot_markers"]], "person": True}
 

@@ -54,6 +54,12 @@ def begin() -> None:
     InputError
         If another run is at work in the folder, or nothing can be written to it.
     """
+    other = elsewhere()
+    if other:
+        raise InputError(
+            f"{Path.cwd()}: expected no other run in this folder, found one on {other}: wait for it; if it "
+            f"has been killed, remove {NOTE}"
+        )
     try:
         _hold()
     except OSError as error:
@@ -61,12 +67,6 @@ def begin() -> None:
             f"{Path.cwd() / HELD.parts[0]}: expected a folder to write to, found that the system refuses it "
             f"({error.strerror}): free space or change its permissions, then run again"
         ) from error
-    other = elsewhere()
-    if other:
-        raise InputError(
-            f"{Path.cwd()}: expected no other run in this folder, found one on {other}: wait for it; if it "
-            f"has been killed, remove {NOTE}"
-        )
     if NOTE.exists():  # of a run that was killed
         _wait_for_jobs()
 

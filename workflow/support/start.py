@@ -11,7 +11,13 @@ from workflow.settings.check import check_content
 from workflow.settings.config import check_config
 from workflow.settings.reported import Reported
 from workflow.settings.virtual_lab import VirtualLab
-from workflow.support.check import check_one_treadmill, check_plate_models, check_recordings
+from workflow.support.check import (
+    check_calibration,
+    check_one_treadmill,
+    check_plate_models,
+    check_recordings,
+    check_standing_cutoffs,
+)
 from workflow.support.folders import check_folders, check_path, check_paths
 from workflow.support.laboratories import Laboratories, constants_of, one_of_each_set
 from workflow.support.people import read_participants
@@ -59,6 +65,10 @@ def checked_study(config: dict, configfiles: Iterable[str | Path], name: str = N
     check_one_treadmill(config, found.experiments, name, found.by_belt)
     for trial, row in trials.items():
         check_recordings(found.settings_of(*trial), {trial: row}, name)
+    if found.has("weight"):
+        check_calibration(found, study["trial_sheet"])
+    if found.has("standing"):
+        check_standing_cutoffs(found.settings, name)
     if found.has("standing") and not found.has("weight"):
         check_plate_models(config, name)
     if config["coverage"] is not None:
@@ -119,17 +129,21 @@ def _drawn(content: dict, path: str) -> dict:
 
 
 def with_its_file(error: InputError, config: dict, configfiles: Iterable[str | Path]) -> str:
-    """The message, with the file that holds the first key that it names instead of 'configuration'."""
+    """The message, with a file that holds a key it names instead of 'configuration': rather the user's."""
     text = str(error)
     if not text.startswith(f"{NAME}: "):
         return text
+    named = None
     for key in re.findall(r"[a-z_]+(?:\.[\w-]+)+", text) + re.findall(r"unknown key '(\w+)'", text):
         wanted = _value(config, key)
         for path in reversed(list(configfiles)):
             # by their text: not a number is not equal to itself
             if wanted is not ABSENT and repr(_value(read_settings(path), key)) == repr(wanted):
-                return f"{path}{text.removeprefix(NAME)}"
-    return text
+                named = named or path
+                if str(path) != shipped():
+                    return f"{path}{text.removeprefix(NAME)}"
+                break
+    return text if named is None else f"{named}{text.removeprefix(NAME)}"
 
 
 def _value(config: dict, key: str) -> object:

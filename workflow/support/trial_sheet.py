@@ -3,6 +3,7 @@
 import csv
 import difflib
 import math
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -37,6 +38,8 @@ OPTIONAL_COLUMNS = (
     *OPERATING_COLUMNS,
     "events",
 )
+# longest trials (s); more is a number in another unit
+LONGEST_S = {"virtual_lab": 3600.0, "recorded": 86400.0}
 ROLES = ("calibrate", "validate")
 EMPTY = "-"
 
@@ -143,8 +146,29 @@ def _check_together(trials: dict[tuple, TrialRow], path: str | Path) -> None:
                 f"{path}: expected tasks and conditions of {row.experiment} to have different names, because "
                 f"both head rows of estimates, found {quoted(row.task)} for both: rename the condition"
             )
+    _refuse_one_recording_twice(trials, path)
     for models in dict.fromkeys(filter(None, (e.models for e in EXPERIMENTS.values()))):
         check_roles([row for row in trials.values() if EXPERIMENTS[row.experiment].models == models], path)
+
+
+def _refuse_one_recording_twice(trials: dict[tuple, TrialRow], path: str | Path) -> None:
+    """Refuse two trials of one recording, which would count as independent; an empty belt may be shared.
+
+    Other columns or another belt of the same file are another trial.
+    """
+    seen: dict[tuple, str] = {}
+    for (experiment, condition), row in trials.items():
+        if experiment == "empty" or "log" not in row.files:
+            continue
+        named = tuple(sorted((key, str(value)) for key, value in row.names.items()))
+        key, trial = (os.path.normpath(row.files["log"]), named, row.belt), f"{experiment}/{condition}"
+        if key in seen:
+            raise InputError(
+                f"{path}: expected a recording of its own for every trial, found {quoted(row.files['log'])} "
+                f"for {seen[key]} and for {trial}: they would count as two independent trials, remove one "
+                "row or name its own file"
+            )
+        seen[key] = trial
 
 
 def check_sources(trials: dict[tuple, TrialRow], path: str | Path, virtual_lab: str | None) -> None:
@@ -282,6 +306,12 @@ def _check_protocol(cells: dict[str, str], numbers: dict[str, float | None], her
     experiment, made = EXPERIMENTS[cells["experiment"]], cells["source"] == "virtual_lab"
     wanted = ["duration_s"] + (["amplitude"] if made else [])
     wanted += ["interval_s"] if made and experiment.pulsed else []
+    longest = LONGEST_S["virtual_lab" if made else "recorded"]
+    if (numbers["duration_s"] or 0.0) > longest:
+        raise InputError(
+            f"{here}: expected a duration_s of at most {longest:g} s, found {quoted(cells['duration_s'])}: "
+            "correct it or its unit"
+        )
     for name in wanted:
         if numbers[name] is None:
             raise InputError(f"{here}: expected a number for {name}, found {EMPTY!r}: fill it in")

@@ -6,8 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from tepsipe.errors import InputError, quoted
+from tepsipe.errors import InputError, listed, quoted
 from tepsipe.experiments.walking.recording import SIGNALS, WalkingRecording
+from tepsipe.io.contents import contents_of
+from tepsipe.io.readers.file_kind import C3D, kind_of
 from tepsipe.io.readers.text_file import read_text
 from tepsipe.io.readers.text_table import read_text_table
 
@@ -70,10 +72,11 @@ def read_events(path: str | Path | None, columns: Mapping[str, str | None]) -> d
     Parameters
     ----------
     path : str or Path or None
-        Text table with a header, one event per cell (s); empty cells are missing events. None if
-        there is none.
+        Text table with a header, one event per cell (s); empty cells are missing events. Or a C3D, whose
+        events count from its first frame. None if there is none.
     columns : mapping of str to str or None
-        heel_strike, toe_off, pulse -> name in the header; None where there are none.
+        heel_strike, toe_off, pulse -> name in the header, or label of the events with its context before it,
+        for example Left Foot Strike; None where there are none.
 
     Returns
     -------
@@ -87,6 +90,8 @@ def read_events(path: str | Path | None, columns: Mapping[str, str | None]) -> d
     """
     if path is None:
         return {kind: np.zeros(0) for kind in EVENTS}
+    if kind_of(path) == C3D:
+        return _events_of_c3d(Path(path), columns)
     lines = [line.split(",") for line in read_text(path, "a table of events").splitlines() if line.strip()]
     names = [name.strip() for name in lines[0]] if lines else []
     events = {}
@@ -110,3 +115,17 @@ def read_events(path: str | Path | None, columns: Mapping[str, str | None]) -> d
             ) from error
         events[kind] = np.sort(values[np.isfinite(values)])
     return events
+
+
+def _events_of_c3d(path: Path, labels: Mapping[str, str | None]) -> dict[str, np.ndarray]:
+    """Events of a C3D (s from its first frame), each in increasing order."""
+    events: dict[str, list[float]] = {}
+    for label, instant in contents_of(path).events:
+        events.setdefault(label, []).append(instant)
+    for label in labels.values():
+        if label is not None and label not in events:
+            raise InputError(
+                f"{path}: expected events labelled {quoted(label)}, found {listed(events)}: correct the "
+                "label in walking.events, or mark them in the file"
+            )
+    return {kind: np.array(events.get(labels.get(kind), [])) for kind in EVENTS}

@@ -19,10 +19,10 @@ import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.recording import CONTACT_N, WalkingRecording
-from tepsipe.ingest.recording_options import DIRECTIONS
+from tepsipe.ingest.recording_options import refuse_other_vertical
 from tepsipe.io.readers.c3d import select_markers
 from tepsipe.io.readers.file_kind import C3D, DFLOW, kind_of
-from tepsipe.io.readers.recording import ForcePlate, Recording
+from tepsipe.io.readers.recording import DIRECTIONS, ForcePlate, Recording
 from tepsipe.io.readers.whole_trial import read_recording
 from tepsipe.signals.resampling import BAND_PER_RATE, resample
 
@@ -118,6 +118,8 @@ def walking_recording(
     plane = np.stack([forward, up])
     markers = _filled(recording, files, max_gap_s)
     plates = [_plate(recording, number) for number in (files.own_plate, files.other_plate)]
+    numbered = dict(zip((files.own_plate, files.other_plate), plates, strict=True))
+    refuse_other_vertical(numbered, files.up, name, "walking.recording.axes.up")
     last_s = min(
         (len(next(iter(markers.values()))) - 1) / recording.markers.rate_hz,
         *((len(plate.force) - 1) / plate.rate_hz for plate in plates),

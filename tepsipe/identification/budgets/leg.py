@@ -84,6 +84,27 @@ class LegUncertainty:
     ------
     InputError
         If leg, markers or motion are something else.
+
+    Examples
+    --------
+    >>> from tepsipe import LegUncertainty, fit_impedance, joint_torque, load_example, segment_motion
+    >>> dummy = load_example("dummy")
+    >>> motion = segment_motion(
+    ...     dummy.time, dummy.positions, dummy.markers, dummy.leg.com_m, labels=dummy.labels
+    ... )
+    >>> known = LegUncertainty(
+    ...     leg=dummy.leg, markers=dummy.markers, motion=motion, sources={"leg_mass_kg": 0.004}
+    ... )
+    >>> fit = fit_impedance(
+    ...     dummy.time,
+    ...     motion.theta,
+    ...     joint_torque(motion, dummy.leg),
+    ...     perturbations=dummy.perturbations,
+    ...     cutoff_hz=None,  # the motion is filtered already
+    ...     uncertainty=known,
+    ... )
+    >>> fit.type_b
+    ('leg_mass_kg',)
     """
 
     leg: Leg

@@ -7,7 +7,9 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.io.readers.c3d import c3d_markers, group_labels, metres_per_unit, open_c3d
 from tepsipe.io.readers.force_plates import force_plates
-from tepsipe.io.readers.recording import Channel, Recording
+from tepsipe.io.readers.recording import DIRECTIONS, Channel, ForcePlate, Recording
+
+LEVEL = 0.9  # least vertical component of the normal of a level plate
 
 
 def read_c3d_recording(path: str | Path) -> Recording:
@@ -42,7 +44,29 @@ def read_c3d_recording(path: str | Path) -> Recording:
         markers=markers if markers.labels else None,
         plates=plates,
         channels=dict(channels),
+        up=_up(file, markers.positions, plates),
     )
+
+
+def _up(file, positions: np.ndarray, plates: tuple[ForcePlate, ...]) -> str:
+    """Upward direction: normal of level plates, else the vertical of the screen (POINT:Y_SCREEN), else z.
+
+    Markers are above the plates, or above the floor of the laboratory. Without them the order of the plates'
+    corners decides which side is up.
+    """
+    level = [plate for plate in plates if plate.normal is not None and np.abs(plate.normal).max() > LEVEL]
+    axes = {int(np.argmax(np.abs(plate.normal))) for plate in level}
+    screen = file["parameters"]["POINT"].get("Y_SCREEN", {}).get("value", [])
+    named = "".join(map(str, screen[:1])).strip().lower()
+    named = named if named in DIRECTIONS else "+z"
+    axis = axes.pop() if len(axes) == 1 else "xyz".index(named[1])
+    heights = positions[..., axis][np.isfinite(positions[..., axis])]
+    if heights.size:
+        surface = np.mean([plate.corners[:, axis] for plate in level]) if level else 0.0
+        downward = np.median(heights) < surface
+    else:
+        downward = sum(plate.normal[axis] for plate in level) < 0.0
+    return f"{'-' if downward else '+'}{'xyz'[axis]}"
 
 
 def _channels(file, path: Path) -> list[tuple[str, Channel]]:

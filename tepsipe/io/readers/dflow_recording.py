@@ -87,7 +87,7 @@ def dflow_recording(mocap: DFlowTable) -> Recording:
         for name, x in mocap.columns.items()
         if not MARKER.fullmatch(name) and np.isfinite(x).any()
     }
-    return Recording(mocap.name, markers, plates, channels)
+    return Recording(mocap.name, markers, plates, channels, up="+y")
 
 
 def frame_clock(mocap: DFlowTable) -> Clock:

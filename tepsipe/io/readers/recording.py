@@ -10,6 +10,12 @@ import numpy as np
 
 from tepsipe.io.readers.c3d import Markers
 
+DIRECTIONS = {
+    f"{sign}{axis}": np.array([value * (axis == other) for other in "xyz"])
+    for sign, value in (("+", 1.0), ("-", -1.0))
+    for axis in "xyz"
+}
+
 
 @dataclass(frozen=True)
 class Channel:
@@ -61,6 +67,14 @@ class ForcePlate:
     origin: np.ndarray | None = None
     fault: str | None = None
 
+    @property
+    def normal(self) -> np.ndarray | None:
+        """Unit vector from the plate's surface upward, shape (3,), by the order of its corners."""
+        if self.corners is None:
+            return None
+        down = np.cross(self.corners[0] - self.corners[1], self.corners[0] - self.corners[3])
+        return -down / np.linalg.norm(down)
+
 
 @dataclass(frozen=True)
 class Recording:
@@ -76,9 +90,12 @@ class Recording:
         In the order of the file.
     channels : dict of str to Channel
         Analog channels by the label in the file, including the channels of force plates.
+    up : str
+        Upward direction in the axes of the file, ``+x`` to ``-z``, as far as the file shows it.
     """
 
     name: str
     markers: Markers | None
     plates: tuple[ForcePlate, ...]
     channels: dict[str, Channel] = field(default_factory=dict)
+    up: str = "+z"

@@ -48,7 +48,7 @@ def _largest_response(fits: dict[str, Result]) -> dict | None:
 def _task(fit: Result, estimator: str) -> dict:
     """Estimates by length of the window, without and with a free reflex torque; rotations; warnings."""
     windows = {"length_s": fit.arrays["windows/length"], "K_Nm_per_rad": fit.arrays["windows/K"][:, 0]}
-    found = {"windows": windows, "rotation_deg": _rotations(fit)}
+    found = {"windows": windows, "rotation_mrad": _rotations(fit)}
     budget = fit.facts.get("budgets", {}).get(estimator)
     if budget is not None:
         columns = ("length_s", "B_Nms_per_rad", "K_Nm_per_rad")
@@ -58,12 +58,12 @@ def _task(fit: Result, estimator: str) -> dict:
 
 
 def _rotations(fit: Result) -> dict[str, float]:
-    """Rotations after an onset, peak to peak, means over trials (degrees); none without a response."""
+    """Rotations after an onset, peak to peak, means over trials (mrad); none without a response."""
     if "mean/time" not in fit.arrays:
         return {}
     near = (fit.arrays["mean/time"] >= 0.0) & (fit.arrays["mean/time"] <= ROTATION_S)
     turned = {name: fit.arrays[f"mean/{name}"][:, near] for name in ("shank", "thigh", "knee")}
-    return {name: float(np.degrees(np.ptp(angle, axis=1).mean())) for name, angle in turned.items()}
+    return {name: float(1e3 * np.ptp(angle, axis=1).mean()) for name, angle in turned.items()}
 
 
 def _pre_reflex(settings: dict) -> str:

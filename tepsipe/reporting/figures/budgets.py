@@ -15,7 +15,7 @@ from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 SMALL = 0.2
 # an axis ends at this multiple of the typical combined uncertainty (-); a triangle marks what lies beyond
 SHOWN = 3.5
-TYPE_COLOURS = {"A": COLOURS["recommended"], "B": "#c28a0e", "combined": "#4b4b4b"}
+TYPE_COLOURS = {"A": COLOURS["recommended"], "B": "#e69f00", "combined": "#4b4b4b"}
 
 
 def draw(files, chosen) -> Iterator[tuple[str, Figure]]:

@@ -1,6 +1,6 @@
 """Figures of TEP-SIPE on the ankle dummy (thesis Figures 2-9, 3-3, 4-4)."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import cycle
 
 import numpy as np
@@ -8,13 +8,16 @@ from matplotlib.figure import Figure
 
 from tepsipe.experiments.dummy.specification_curve import SPECIFICATIONS
 from tepsipe.identification.estimators import JOINT_LIKELIHOOD, OUTPUT_ERROR
+from tepsipe.io.recovery_table import RECOVERIES
 from tepsipe.io.result import Result, read_result
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
 from tepsipe.reporting.figures.matrix import plot_matrix
 from tepsipe.reporting.figures.names import PROFILES, short_name, unit_symbol, words
-from tepsipe.reporting.figures.pathways import plot_pathways
+from tepsipe.reporting.figures.pathways import draw_truth, plot_pathways
 from tepsipe.reporting.figures.specification_curve import plot_specification
 from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, legend_above, new_figure
+
+COMMAND = {"color": COLOURS["command"], "linewidth": 0.8, "linestyle": "--", "zorder": 1}
 
 
 def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
@@ -28,11 +31,41 @@ def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
     labels, axes = [short_name(name) for name in names], ("Parameters from", "Data of")
     yield "figure_2_9", plot_perturbations(results)
     yield "figure_3_3", plot_window(results[example], example, printed)
-    yield "figure_4_4", plot_parameter_boxes(results, printed)
-    yield "figure_pathways", plot_pathways(results, colours)
+    truth = true_parameters(files.recovery, names, chosen.recommended)
+    yield "figure_4_4", plot_parameter_boxes(results, printed, truth)
+    yield "figure_pathways", plot_pathways(results, colours, truth)
     yield "figure_torque", plot_torque(results[example], example, shown)
-    yield "figure_specification", plot_specification(SPECIFICATIONS.read(files.specification))
+    specified = SPECIFICATIONS.read(files.specification)
+    _, _, quoted = results[specified[0].condition].arrays[f"{chosen.quoted}/mean_and_interval"][0]
+    yield "figure_specification", plot_specification(specified, float(quoted))
     yield "figure_dummy_cross_validation", plot_matrix(matrices[printed], labels, "VAF (%)", axes)
+
+
+def true_parameters(
+    recovery: Sequence[str], conditions: Sequence[str], pathway: str
+) -> dict[str, np.ndarray]:
+    """True values of a pathway of the dummy, NaN where they are not known.
+
+    Parameters
+    ----------
+    recovery : sequence of str
+        The comparison with the truth first; empty without one.
+    conditions : sequence of str
+        Order of the values.
+    pathway : str
+        Pathway in whose windows the truth holds.
+
+    Returns
+    -------
+    dict of str to ndarray
+        Quantity -> its values (N·m·s²/rad, N·m·s/rad, N·m/rad); empty if no condition has a truth.
+    """
+    rows = RECOVERIES.read(recovery[0]) if recovery else []
+    own = [r for r in rows if (r.experiment, r.pathway) == ("dummy", pathway)]
+    known = {(r.condition, r.quantity): r.truth for r in own}
+    if not known:
+        return {}
+    return {q: np.array([known.get((c, q), np.nan) for c in conditions]) for q in PARAMETERS}
 
 
 def _colours(
@@ -69,7 +102,9 @@ def plot_perturbations(results: dict[str, Result]) -> Figure:
             axis.plot(1e3 * time, result.arrays["belt_velocity"][shown], color=colour, label=short_name(name))
             if "belt_command" in result.arrays:
                 command = result.arrays["belt_command"][shown]
-                axis.plot(1e3 * time, command, color=colour, linewidth=0.7, linestyle=":")
+                axis.plot(1e3 * time, command, **COMMAND)
+        if "belt_command" in results[names[0]].arrays:
+            axis.plot([], [], label="command", **COMMAND)
         axis.set(xlabel="Time from the detected onset (ms)", title=PROFILES.get(profile, ""))
         axis.set_xlim(-70.0, 300.0)  # room for the legend beside the curves
         axis.legend(loc="upper right")
@@ -104,23 +139,27 @@ def plot_window(result: Result, name: str, pathway: str) -> Figure:
 
 
 @in_style
-def plot_parameter_boxes(results: dict[str, Result], pathway: str) -> Figure:
-    """I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of every perturbation as boxes, one per condition."""
+def plot_parameter_boxes(results: dict[str, Result], pathway: str, truth: Mapping[str, np.ndarray]) -> Figure:
+    """I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of every perturbation as boxes, one per condition.
+
+    ``truth`` maps quantities to true values, condition by condition; empty without any.
+    """
     figure, axes = new_figure(3, 1, 3.6, sharex=True)
-    labels = [short_name(name) for name in results]
     for k, (axis, quantity) in enumerate(zip(axes, PARAMETERS, strict=True)):
         values = [result.arrays[f"{pathway}/parameters"][:, k] for result in results.values()]
         mean = float(np.mean([v.mean() for v in values]))
         axis.boxplot(
             values,
-            tick_labels=labels,
+            manage_ticks=False,
             widths=0.55,
             medianprops={"color": COLOURS[quantity]},
             boxprops={"linewidth": 0.8},
             whiskerprops={"linewidth": 0.8},
             flierprops={"marker": ".", "markersize": 4},
         )
-        axis.axhline(mean, color=COLOURS["other"], linewidth=0.8, linestyle="--")
+        axis.axhline(mean, color=COLOURS["other"], linewidth=0.8, linestyle="--", label="mean estimate")
+        if truth:
+            draw_truth(axis, 1.0 + np.arange(len(results)), truth[quantity])
         axis.set_title(
             f"mean ${quantity}$ = {mean:#.3g} {unit_symbol(UNITS[quantity])}".replace("-", "\N{MINUS SIGN}"),
             loc="right",
@@ -128,7 +167,10 @@ def plot_parameter_boxes(results: dict[str, Result], pathway: str) -> Figure:
         )
         axis.set_ylabel(f"${quantity}$ ({unit_symbol(UNITS[quantity])})")
         axis.margins(y=0.1)
+    axes[2].set_xticks(1 + np.arange(len(results)), [short_name(name) for name in results])
     axes[2].set_xlabel("Perturbation profile and velocity amplitude")
+    if truth:
+        legend_above(figure, axes[0], 2)
     figure.align_ylabels()
     return figure
 

@@ -14,10 +14,10 @@ from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 
 TARGETS = {"tau": r"noise on $\tau$", "theta": r"noise on $\theta$", "both": "noise on both"}
 PROCESSINGS = {
-    "as-printed": ("#c8371b", "o"),
-    "as-tabulated": ("#c28a0e", "s"),
+    "as-printed": ("#d55e00", "o"),
+    "as-tabulated": ("#e69f00", "s"),
     "recommended-regression": ("#7fb2d9", "^"),
-    "recommended": ("#1668a8", "D"),
+    "recommended": ("#0072b2", "D"),
 }
 
 
@@ -44,7 +44,8 @@ def plot_estimates(
         axes[0, column].set_title(title)
         for k, quantity in enumerate(PARAMETERS):
             axis = axes[k, column]
-            axis.axhline(truth[k], color=COLOURS["measured"], linewidth=0.8, linestyle="--", label="true")
+            line = {"color": COLOURS["measured"], "linewidth": 1.0, "zorder": 4, "label": "true"}
+            axis.axhline(truth[k], **line)
             own = {
                 (row.estimator, row.condition): row
                 for row in rows
@@ -67,7 +68,8 @@ def plot_estimates(
                     [cell.mean for cell in cells],
                     yerr=[cell.sd for cell in cells],
                     fmt=mark,
-                    markersize=3.2,
+                    markersize=3.6,
+                    markerfacecolor="white",
                     capsize=1.6,
                     linewidth=0.8,
                     color=colour,
@@ -75,6 +77,7 @@ def plot_estimates(
                 )
             if column == 0:
                 axis.set_ylabel(f"${quantity}$ ({unit_symbol(UNITS[quantity])})")
+            axis.margins(y=0.12)
     for axis in axes[2]:
         axis.set_xticks(x, [short_name(name) for name in conditions])
     _explain(axes[2, 2], truth[2], some.apparent, [own[shown[0], name] for name in conditions])

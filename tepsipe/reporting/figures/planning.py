@@ -167,7 +167,7 @@ def plot_filters(filters: pd.DataFrame) -> Figure:
         axis.set(xlabel="cutoff (Hz)")
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=5)
-    axes[0, 2].legend(fontsize=6.5)
+    axes[0, 2].legend(fontsize=7.5)
     return figure
 
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from tepsipe.io.result import Result, read_result
 from tepsipe.reporting.chapters.position_manipulator import SHOWN_TRIALS
-from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, new_figure
+from tepsipe.reporting.figures.style import COLOURS, CYCLE, PHASE_TICKS, in_style, new_figure
 
 # group of the diagnostics in a result
 OWN = "diagnostics/"
@@ -61,7 +61,7 @@ def plot_impedance(results: dict[str, Result]) -> Figure:
                 axis.set_visible(False)
     for block in range(rows):
         for axis, label in zip(
-            axes[3 * block :, 0], ("Gain (N·m/rad)", "Phase (degrees)", "Coherence (–)"), strict=False
+            axes[3 * block :, 0], ("Gain (N·m/rad)", "Phase (rad)", "Coherence (–)"), strict=False
         ):
             axis.set_ylabel(label)
     for axis in axes[-1]:
@@ -75,10 +75,10 @@ def _draw_impedance(axes, result: Result, name: str) -> None:
     """Gain, phase and coherence of one trial."""
     found = {key.removeprefix(OWN): values for key, values in result.arrays.items() if key.startswith(OWN)}
     f, response, factor = found["frequency"], found["impedance"], np.minimum(found["gain_factor"], 1e3)
-    gain, phase, half = np.abs(response), _phase_deg(response), found["phase_half_width"]
+    gain, phase, half = np.abs(response), _phase(response), found["phase_half_width"]
     axes[0].fill_between(f, gain / factor, gain * factor, **BAND)
     axes[0].loglog(f, gain, color=COLOURS["measured"], label="measured, 95 % band")
-    axes[1].fill_between(f, phase - half, phase + half, **BAND)
+    axes[1].fill_between(f, phase - np.radians(half), phase + np.radians(half), **BAND)
     axes[1].semilogx(f, phase, color=COLOURS["measured"])
     models = (
         (found["model_frequency"], found["model_impedance"], "recommended", "-", "parallel cascade"),
@@ -88,7 +88,7 @@ def _draw_impedance(axes, result: Result, name: str) -> None:
         shown = (at >= f[0]) & (at <= found["model_frequency"][-1])
         look = {"color": COLOURS[colour], "linestyle": line}
         axes[0].loglog(at[shown], np.abs(modelled[shown]), label=label, **look)
-        axes[1].semilogx(at[shown], _phase_deg(modelled[shown]), **look)
+        axes[1].semilogx(at[shown], _phase(modelled[shown]), **look)
     axes[2].semilogx(f, found["coherence"], color=COLOURS["measured"])
     axes[2].semilogx(f, found["coherence_level"], ":", color=COLOURS["model"], label="95 % level")
     low = found["coherence"] <= found["coherence_level"]
@@ -98,7 +98,9 @@ def _draw_impedance(axes, result: Result, name: str) -> None:
         )
     axes[0].set_ylim(0.6 * gain.min(), 1.5 * gain.max() * (gain.max() / gain.min()) ** 0.35)
     axes[0].set_title(name)
-    axes[1].set(ylim=(-90.0, 225.0), yticks=[-90, 0, 90, 180])
+    axes[1].set_ylim(-0.5 * np.pi, 1.25 * np.pi)
+    ticks = {at: text for at, text in PHASE_TICKS.items() if at > -0.6 * np.pi}
+    axes[1].set_yticks(list(ticks), ticks.values())
     axes[2].set(ylim=(0.0, 1.05), xlim=(f[0], f[-1]))
     ticks = [x for x in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100) if f[0] <= x <= f[-1]]
     axes[2].set_xticks(ticks, [f"{x:g}" for x in ticks])
@@ -106,9 +108,9 @@ def _draw_impedance(axes, result: Result, name: str) -> None:
     axes[2].legend(loc="lower right")
 
 
-def _phase_deg(response: np.ndarray) -> np.ndarray:
-    """Phase from -90 to 270 degrees: that of a joint lies between 0 and 180."""
-    return (np.degrees(np.angle(response)) + 90.0) % 360.0 - 90.0
+def _phase(response: np.ndarray) -> np.ndarray:
+    """Phase from -pi/2 to 3/2 pi (rad): the phase of a joint lies between 0 and pi."""
+    return (np.angle(response) + 0.5 * np.pi) % (2.0 * np.pi) - 0.5 * np.pi
 
 
 @in_style
@@ -167,7 +169,7 @@ def plot_stationarity(results: dict[str, Result]) -> Figure:
         left.set_title(name)
         arrays = results[name].arrays
         stiffness, half = arrays[f"{OWN}part_stiffness"], arrays[f"{OWN}part_stiffness_half_width"]
-        right.errorbar([1, 2, 3], stiffness, half, fmt="o", color="#1668a8", markersize=4, capsize=3)
+        right.errorbar([1, 2, 3], stiffness, half, fmt="o", color="#0072b2", markersize=4, capsize=3)
         right.set(ylabel="$K$ (N·m/rad)", xlim=(0.5, 3.5), xticks=[1, 2, 3])
         right.set_ylim(
             min(0.0, 1.15 * float((stiffness - half).min())), 1.15 * float((stiffness + half).max())
@@ -196,9 +198,9 @@ def _draw_record(axis, result: Result) -> None:
     level, half = (arrays[f"{OWN}part_level{part}"] for part in ("", "_half_width"))
     for k, ends in enumerate(arrays[f"{OWN}part_ends"]):
         axis.fill_between(
-            ends, level[k] - half[k], level[k] + half[k], color="#1668a8", alpha=0.4, linewidth=0.0
+            ends, level[k] - half[k], level[k] + half[k], color="#0072b2", alpha=0.4, linewidth=0.0
         )
-        axis.plot(ends, [level[k]] * 2, color="#1668a8", linewidth=1.2, label="level" if k == 0 else None)
+        axis.plot(ends, [level[k]] * 2, color="#0072b2", linewidth=1.2, label="level" if k == 0 else None)
     axis.axvline(result.facts["held_out_from_s"], color=COLOURS["model"], linewidth=0.9, linestyle="--")
     axis.set_ylabel("Torque (N·m)")
     axis.margins(x=0.0)

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
+from tepsipe.reporting.figures.style import COLOURS, SMALLEST_PT, in_style, new_figure
 
 TITLES = {
     "wristalyzer": "Wristalyzer",
@@ -53,7 +53,7 @@ def draw_protocol(protocol: Mapping[str, Sequence[TimeLine]]) -> Figure:
     split = int(np.argmin(np.abs(sizes - 0.5 * sizes[-1]))) + 1
     columns = [column for column in (shown[:split], shown[split:]) if column]
     rows = max(sum(len(protocol[name]) + 2 for name in column) for column in columns)
-    figure, axes = new_figure(1, len(columns), 0.115 * rows + 0.6, squeeze=False)
+    figure, axes = new_figure(1, len(columns), 0.122 * rows + 0.6, squeeze=False)
     for axis, column in zip(axes[0], columns, strict=True):
         _column(axis, [(TITLES[name], protocol[name]) for name in column], rows)
     return figure
@@ -77,7 +77,7 @@ def _column(axis: Axes, groups: list[tuple[str, Sequence[TimeLine]]], rows: int)
             colour = COLOURS["recommended"] if amplitude >= 0.0 else COLOURS["model"]
             height = 0.45 * abs(amplitude) / FULL
             axis.vlines(np.asarray(line.onsets_s), -y - height, -y + height, color=colour, linewidth=1.0)
-    axis.set_yticks(ticks, labels, fontsize=7.0)
+    axis.set_yticks(ticks, labels, fontsize=SMALLEST_PT)
     axis.tick_params(axis="y", length=0.0, pad=1.0)
     axis.set(xlabel="Time (s)", ylim=(-rows - 0.6, 0.2), xlim=(-0.01 * longest, 1.01 * longest))
     axis.grid(visible=False, axis="y")

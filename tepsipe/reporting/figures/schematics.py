@@ -59,7 +59,9 @@ def rig_at_rest(trial: Trial) -> Rig:
 
 def _bare(axis: Axes, title: str, xlim: tuple[float, float], ylim: tuple[float, float]) -> None:
     axis.set_title(title, fontsize=9.5)
-    axis.set(xlim=xlim, ylim=ylim, aspect="equal")
+    axis.set(xlim=xlim, ylim=ylim)
+    # panels begin at the top, so that the titles of a row are at one height
+    axis.set_aspect("equal", anchor="N")
     axis.grid(visible=False)
     axis.axis("off")
 
@@ -76,13 +78,30 @@ def _belt(axis: Axes, left: float, right: float, thickness: float) -> None:
     )
 
 
-def _markers(axis: Axes, points: np.ndarray, away: float) -> None:
-    """Markers, numbered in the order of their sampling, on the side on which there is room."""
-    axis.plot(*points.T, "o", color=COLOURS["model"], markersize=3.4, zorder=5)
-    middle = float(np.median(points[:, 0]))
+def _markers(axis: Axes, points: np.ndarray, away: float, apart: float) -> None:
+    """Markers, and their numbers in the order of sampling at least ``apart`` in a column ``away`` (m).
+
+    Markers at one place share a label.
+    """
+    line = {"arrowstyle": "-", "lw": 0.4, "color": COLOURS["model"], "shrinkA": 0.0, "shrinkB": 0.0}
+    axis.plot(*points.T, "o", color=COLOURS["model"], markersize=2.6, zorder=5)
+    places: dict[tuple[float, float], list[str]] = {}
     for k, (y, z) in enumerate(points):
-        side = 1.0 if y >= middle else -1.0
-        axis.text(y + side * away, z, str(k + 1), fontsize=7.5, va="center", ha="center", zorder=6)
+        near = [own for own in places if np.hypot(own[0] - y, own[1] - z) < 0.2 * apart]
+        places.setdefault(near[0] if near else (float(y), float(z)), []).append(str(k + 1))
+    lowest = -np.inf
+    for y, z in sorted(places, key=lambda place: (place[1], place[0])):
+        height = max(z, lowest + apart)
+        lowest = height
+        axis.annotate(
+            ", ".join(places[y, z]),
+            (y, z),
+            (-away, height),
+            fontsize=7.5,
+            va="center",
+            ha="right",
+            arrowprops=line,
+        )
 
 
 def _draw_dummy(axis: Axes, rig: Rig, geometry: Mapping) -> None:
@@ -93,7 +112,7 @@ def _draw_dummy(axis: Axes, rig: Rig, geometry: Mapping) -> None:
     axis.add_patch(Rectangle((-0.06, 0.0), 0.12, 0.8 * height, facecolor=BODY, edgecolor=LINE, linewidth=0.8))
     axis.add_patch(Rectangle((-0.012, height), 0.024, top, facecolor=BODY, edgecolor=LINE, linewidth=0.8))
     axis.add_patch(Circle((0.0, height), 0.022, facecolor=LINE, edgecolor=LINE))
-    _markers(axis, points, 0.045)
+    _markers(axis, points, 0.12, 0.055)
     axis.plot(0.0, height + com, marker="x", color=LINE, markersize=5.0, zorder=6)
     axis.annotate(
         f"leg: {geometry['leg_mass_kg']:g} kg,\n{geometry['leg_inertia_kgm2']:g} kg·m²",
@@ -139,19 +158,21 @@ def _draw_person(axis: Axes, rig: Rig, stature: float) -> None:
     axis.plot(*joints.T, color=BODY, linewidth=9.0, solid_capstyle="round", zorder=1)
     axis.plot(*joints.T, color=LINE, linewidth=0.8, marker="o", markersize=2.6, zorder=2)
     axis.add_patch(Circle((0.055 * stature, 0.93 * stature), 0.06 * stature, facecolor=BODY, edgecolor=LINE))
-    _markers(axis, points, 0.075)
-    for muscle, (height, side) in ELECTRODES.items():
-        y = np.interp(height * stature, joints[:, 1], joints[:, 0]) + (0.055 if side == "front" else -0.055)
-        axis.plot(y, height * stature, "s", color=COLOURS["recommended"], markersize=3.4, zorder=5)
+    _markers(axis, points, 0.25, 0.105)
+    lowest = -np.inf
+    for muscle, (part, side) in sorted(ELECTRODES.items(), key=lambda item: item[1]):
+        height = part * stature
+        y = np.interp(height, joints[:, 1], joints[:, 0]) + (0.055 if side == "front" else -0.055)
+        axis.plot(y, height, "s", color=COLOURS["recommended"], markersize=3.4, zorder=5)
+        lowest = max(height, lowest + 0.105)
         axis.annotate(
             f"{LETTERS[muscle]} {muscle}",
-            (y, height * stature),
-            (y - 0.16 if side == "back" else y + 0.44, height * stature),
+            (y, height),
+            (0.34, lowest),
             fontsize=7.5,
             color=COLOURS["recommended"],
             va="center",
-            ha="right",
-            arrowprops={"arrowstyle": "-", "lw": 0.3, "color": COLOURS["recommended"]},
+            arrowprops={"arrowstyle": "-", "lw": 0.4, "color": COLOURS["recommended"], "shrinkA": 0.0},
         )
     _bare(axis, "Person, from the side", (-0.6, 0.8), (-0.15, stature + 0.05))
 

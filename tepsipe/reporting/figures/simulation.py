@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from tepsipe.experiments.forward.scores import FORWARD_SCORES, ForwardScore
 from tepsipe.io.result import Result, read_result
 from tepsipe.reporting.figures.flow_charts import draw_evaluation
+from tepsipe.reporting.figures.matrix import draw_vafs
 from tepsipe.reporting.figures.names import (
     ESTIMATED_SETS,
     PARAMETER_SETS,
@@ -22,15 +23,14 @@ from tepsipe.reporting.figures.schematics import draw_simulation_model
 from tepsipe.reporting.figures.style import COLOURS, WIDTH_IN, example_and_panels, in_style, new_figure
 
 LINES = {
-    "wristalyzer": ("#c8371b", "-."),
-    "tep": ("#2f8f4e", "--"),
-    "corrected": ("#1668a8", ":"),
+    "wristalyzer": ("#d55e00", "-."),
+    "tep": ("#009e73", "--"),
+    "corrected": ("#0072b2", ":"),
     "joint-likelihood": (COLOURS["joint likelihood"], (0, (5, 2))),
-    "thesis-wristalyzer": ("#c8371b", "-."),
-    "thesis-without-handle": ("#c28a0e", ":"),
-    "thesis-tep": ("#2f8f4e", "--"),
+    "thesis-wristalyzer": ("#d55e00", "-."),
+    "thesis-without-handle": ("#e69f00", ":"),
+    "thesis-tep": ("#009e73", "--"),
 }
-MARKERS = dict(zip(PARAMETER_SETS, "os^DPXv", strict=True))
 GROUPS = {"numbers of the thesis": THESIS_SETS, "estimates of this run": ESTIMATED_SETS}
 ENVELOPE_S = 0.7  # half a period of the slowest swing in the thesis
 # larger swings leave the panel, where the measured one would be too small to see
@@ -165,31 +165,20 @@ def plot_torques(result: Result) -> Figure:
 
 @in_style
 def plot_scores(scores: list[ForwardScore], conditions: list[str], key: str) -> Figure:
-    """VAF of angle and torque for every parameter set and condition (%)."""
+    """VAF of angle and torque for every parameter set and condition, as numbers on a map (%)."""
     names = [name for name in PARAMETER_SETS if any(s.parameter_set == name for s in scores)]
-    figure, axes = new_figure(len(QUANTITIES), 1, 4.4, sharex=True)
-    x = np.arange(len(conditions))
-    shifts = 0.1 * (np.arange(len(names)) - 0.5 * (len(names) - 1))
+    height_in = 0.7 + 0.17 * len(QUANTITIES) * (len(names) + 1.6)
+    figure, axes = new_figure(len(QUANTITIES), 1, height_in, sharex=True)
+    found = {(s.quantity, s.parameter_set, s.condition): getattr(s, key) for s in scores}
+    of_run = sum(name in ESTIMATED_SETS for name in names)
     for axis, (quantity, title) in zip(axes, QUANTITIES.items(), strict=True):
-        for shift, name in zip(shifts, names, strict=True):
-            found = {
-                s.condition: getattr(s, key)
-                for s in scores
-                if s.parameter_set == name and s.quantity == quantity
-            }
-            values = np.array([found.get(condition, np.nan) for condition in conditions])
-            look = {"marker": MARKERS[name], "color": LINES[name][0], "markersize": 4, "linestyle": "none"}
-            if name in THESIS_SETS:
-                look["markerfacecolor"] = "white"
-            axis.plot(x + shift, np.maximum(values, 0.0), label=PARAMETER_SETS[name], clip_on=False, **look)
-        axis.set(ylabel="VAF (%)", title=title, ylim=(0.0, 103.0))
-        axis.set_xticks(np.arange(len(conditions) + 1) - 0.5, minor=True)
-        axis.grid(axis="x", visible=False)
-        axis.grid(axis="x", which="minor", color="#c4c4c4", linewidth=0.5)
-        axis.tick_params(axis="x", which="both", length=0)
-    axes[-1].set_xticks(x, [short_name(name) for name in conditions])
-    axes[-1].set_xlim(-0.5, len(conditions) - 0.5)
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=7.8)
+        vafs = [[found.get((quantity, name, c), np.nan) for c in conditions] for name in names]
+        draw_vafs(axis, np.array(vafs, dtype=float))
+        axis.set_title(f"VAF of the {title} (%)")
+        axis.set_yticks(range(len(names)), [PARAMETER_SETS[name] for name in names], fontsize=8.0)
+        axis.axhline(of_run - 0.5, color="white", linewidth=3.0)
+        axis.spines[:].set_visible(False)
+    axes[-1].set_xticks(range(len(conditions)), [short_name(name) for name in conditions])
     return figure
 
 
@@ -201,7 +190,7 @@ def _all(
     Returns the figure and its large panel.
     """
     rows = -(-len(results) // COLUMNS)
-    figure, example, axes = example_and_panels(len(results), COLUMNS, 0.86 * (rows + 1.5) + 0.5)
+    figure, example, axes = example_and_panels(len(results), COLUMNS, 0.86 * (rows + 2.0) + 0.5, example=2.0)
     for axis, (name, result) in zip(axes.flat, results.items(), strict=False):
         small(axis, result, compared_sets(result.facts["parameter_sets"]))
         axis.set_title(short_name(name), fontsize=8.5)
@@ -240,14 +229,20 @@ def plot_all_angles(results: dict[str, Result]) -> Figure:
     result = next(iter(results.values()))
     part = _around(result, 3.6)
     time, angle = result.arrays["time"][part] - _onset(result), result.arrays["theta"][part]
-    lowest, highest = float(angle.min()), float(angle.max())
+    largest = LARGEST_SWING * float(np.abs(angle).max())
+    lowest, highest = np.clip(example.dataLim.intervaly, -largest, largest)
     pulse = float(time[angle.argmin()])
-    _note(example, "the belt moves (shaded),\nthe leg lags", (pulse, lowest), (pulse + 0.25, 0.75 * lowest))
+    _note(
+        example,
+        "the belt moves (shaded),\nthe leg lags",
+        (pulse, float(angle.min())),
+        (pulse + 0.25, 0.75 * lowest),
+    )
     swing = angle - angle[time > pulse].mean()
     crossing = np.flatnonzero((time[1:] > 0.2) & (swing[:-1] < 0.0) & (swing[1:] >= 0.0))
     if crossing.size > 2:
         begin, end = (float(time[k]) for k in crossing[1:3])
-        height = 1.25 * highest
+        height = 1.2 * highest
         example.annotate("", (begin, height), (end, height), arrowprops={"arrowstyle": "<->", "lw": 0.7})
         text = f"one period, {end - begin:.2f} s: stiffness over inertia"
         example.text(end + 0.05, height, text, fontsize=8.0, va="center")
@@ -257,7 +252,7 @@ def plot_all_angles(results: dict[str, Result]) -> Figure:
         (float(time[-1]) * 0.93, 0.5 * highest),
         (float(time[-1]) * 0.75, 0.6 * lowest),
     )
-    example.set_ylim(1.1 * lowest, 1.6 * highest)
+    example.set_ylim(1.1 * lowest, 1.45 * highest)
     return figure
 
 

@@ -19,7 +19,7 @@ from tepsipe.experiments.dummy.specification_curve import (
 from tepsipe.identification.estimators import ESTIMATORS, OUTPUT_ERROR
 from tepsipe.mechanics.impedance_model import UNITS
 from tepsipe.reporting.figures.names import short_name, unit_symbol, words
-from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
+from tepsipe.reporting.figures.style import COLOURS, in_style, legend_above, new_figure
 
 # rows of a choice that have a given order; filters are sorted, none last
 _ORDER = {
@@ -37,14 +37,16 @@ _TITLES = {
     "window": "Window",
     "estimator": "Estimator",
 }
+# a combination is not recommended: the estimate to quote needs no choice of these
+_ROLES = {RECOMMENDED: "consistent regression"}
 _SHOWN = {"K": (-10.0, 25.0), "B": (-0.3, 0.6)}  # N·m/rad, N·m·s/rad
 
 
 @in_style
-def plot_specification(rows: list[Specification]) -> Figure:
+def plot_specification(rows: list[Specification], quoted: float | None = None) -> Figure:
     """K (N·m/rad) and B (N·m·s/rad) of every specification, sorted by K, and its choices.
 
-    Values beyond the axes are triangles at their edge.
+    Values beyond the axes are triangles at their edge. ``quoted`` is the trial's recommended K (N·m/rad).
     """
     levels = _levels(rows)
     figure, (top, middle, below) = new_figure(
@@ -70,10 +72,10 @@ def plot_specification(rows: list[Specification]) -> Figure:
             colour = COLOURS[colours[role]]
             _draw_values(axis, quantity, x[chosen], values[chosen], colour, 26.0, _label(role, rows, chosen))
         axis.set_ylabel(f"${quantity}$ ({unit_symbol(UNITS[quantity])})")
-    for chosen in roles[RECOMMENDED]:
-        value = rows[chosen].K_Nm_per_rad
-        top.axhspan(0.95 * value, 1.05 * value, color=COLOURS["window"], zorder=0)
-    top.legend(loc="upper left")
+    for value in [quoted] if quoted else [rows[k].K_Nm_per_rad for k in roles[RECOMMENDED]]:
+        label = f"within 5 % of the recommended $K$ = {value:.2f} N·m/rad"
+        top.axhspan(0.95 * value, 1.05 * value, color=COLOURS["window"], zorder=0, label=label)
+    legend_above(figure, top, 2)
     _draw_choices(below, rows, levels, {k: COLOURS[colours[r]] for r, found in roles.items() for k in found})
     for role in (AS_PRINTED, RECOMMENDED):
         for chosen in roles[role]:
@@ -88,10 +90,10 @@ def plot_specification(rows: list[Specification]) -> Figure:
 def _label(role: str, rows: list[Specification], chosen: list[int]) -> str:
     values = [rows[k].K_Nm_per_rad for k in chosen]
     if not values:
-        return words(role)
+        return _ROLES.get(role, words(role))
     low, high = min(values), max(values)
     range_of_k = f"{low:.2f}" if len(values) == 1 else f"{low:.2f} to {high:.2f}"
-    return f"{words(role)}: $K$ = {range_of_k} N·m/rad"
+    return f"{_ROLES.get(role, words(role))}: $K$ = {range_of_k} N·m/rad"
 
 
 def _draw_values(

@@ -11,7 +11,7 @@ from tepsipe.io.result import Result, read_result
 from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.figures.style import COLOURS, CYCLE, example_and_panels, in_style, new_figure
 
-TASK_COLOURS = ("#1668a8", "#c8371b", "#2f8f4e", "#8b5aa8", "#c28a0e", "#4b4b4b")
+TASK_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#4b4b4b")
 DETECTOR_STYLES = {"threshold": ":", "teager-kaiser": "--", "changepoint": "-"}
 
 
@@ -187,6 +187,8 @@ def plot_latencies(results: dict[str, Result], detector: str) -> Figure:
     for column, (task, result) in enumerate(results.items()):
         for row, muscle in enumerate(muscles):
             axis = axes[row, column]
+            if column == 0:
+                axis.set(ylabel=f"{muscle}\n(\N{MICRO SIGN}V)")
             if muscle not in latencies[task]:
                 axis.text(0.5, 0.5, "left out", ha="center", va="center", transform=axis.transAxes)
                 continue
@@ -205,8 +207,6 @@ def plot_latencies(results: dict[str, Result], detector: str) -> Figure:
                 axis.axvspan(*(1e3 * np.array(chosen["interval_s"])), color=COLOURS["window"], linewidth=0.0)
             axis.set_ylim(bottom=0.0)
             axis.margins(x=0.0)
-            if column == 0:
-                axis.set(ylabel=f"{muscle}\n(\N{MICRO SIGN}V)")
         axes[0, column].set(title=task)
         axes[-1, column].set(xlabel="Time from the start of the stretch (ms)")
     _explain_latency(axes[0, 0], next(iter(latencies.values())).get(muscles[0]), detector)
@@ -307,7 +307,7 @@ def plot_stiffness(
                 axis.axhline(value, color=colours[task], linewidth=0.9)
         axis.axhline(critical_stiffness, color=COLOURS["measured"], linewidth=0.8, linestyle="--")
         axis.set(title=words(estimator), xlabel="Rotation of the ankle (mrad)")
-        axis.set_ylim(bottom=0.0)
+        axis.set_ylim(bottom=min(0.0, axis.get_ylim()[0]))
     axes[0, 0].set(ylabel="$K$ (N·m/rad)")
     handles = [
         axes[0, 0].plot([], [], "o-", color=colour, markersize=3.5, label=task)[0]

@@ -12,27 +12,46 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 WIDTH_IN = 6.3
+# phases as parts of pi: angles are in radians throughout
+PHASE_TICKS = {
+    -1.5 * np.pi: "−3π/2",
+    -np.pi: "−π",
+    -0.5 * np.pi: "−π/2",
+    0.0: "0",
+    0.5 * np.pi: "π/2",
+    np.pi: "π",
+}
+# the font of the report's text
+FONT = "Libertinus Serif"
+FONT_FILES = sorted(Path(__file__).with_name("fonts").glob("*.otf"))
+# smallest lettering of a figure as wide as the text (pt)
+SMALLEST_PT = 7.5
 COLOURS = {
     "measured": "#1b1b1b",
-    "model": "#c8371b",
-    "as printed": "#c8371b",
-    "recommended": "#1668a8",
+    "model": "#d55e00",
+    "as printed": "#d55e00",
+    "recommended": "#0072b2",
     "other": "#8a8a8a",
-    "compensated": "#2f8f4e",
+    "compensated": "#009e73",
     "compensated too": "#93cfa5",
     "other too": "#c9c9c9",
-    "joint likelihood": "#8b5aa8",
+    "joint likelihood": "#cc79a7",
     "command": "#8a8a8a",
     "window": "#f3e3b5",
-    "I": "#1668a8",
-    "B": "#2f8f4e",
-    "K": "#c8371b",
+    "I": "#0072b2",
+    "B": "#009e73",
+    "K": "#d55e00",
 }
-CYCLE = ["#1668a8", "#c8371b", "#2f8f4e", "#8b5aa8", "#c28a0e", "#4b4b4b"]
+CYCLE = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#4b4b4b"]
 
 STYLE = {
-    "font.family": "STIXGeneral",
-    "mathtext.fontset": "stix",
+    "font.family": FONT,
+    "mathtext.fontset": "custom",
+    "mathtext.rm": FONT,
+    "mathtext.it": f"{FONT}:italic",
+    "mathtext.bf": f"{FONT}:bold",
+    "mathtext.cal": FONT,
+    "mathtext.fallback": "stix",
     "font.size": 9.5,
     "axes.titlesize": 9.5,
     "axes.labelsize": 9.5,
@@ -55,8 +74,12 @@ STYLE = {
 
 
 def _add_own_fonts() -> None:
-    """Make matplotlib's STIX fonts known where its list of fonts, kept in the user's cache, lacks them."""
-    if "STIXGeneral" not in font_manager.get_font_names():
+    """Make the figures' own font known to matplotlib, and STIX where the user's list of fonts lacks it."""
+    known = font_manager.get_font_names()
+    if FONT not in known:
+        for path in FONT_FILES:
+            font_manager.fontManager.addfont(path)
+    if "STIXGeneral" not in known:
         for path in sorted(Path(matplotlib.get_data_path(), "fonts/ttf").glob("STIX*.ttf")):
             font_manager.fontManager.addfont(path)
 

@@ -11,18 +11,18 @@ from tepsipe.reporting.figures.names import short_name, words
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 from tepsipe.treadmill.calibration import MODEL_SCORES, ModelScore
 
-PROFILE_COLOURS = {"S": "#1668a8", "M": "#c8371b"}
+PROFILE_COLOURS = {"S": "#0072b2", "M": "#d55e00"}
 MODEL_COLOURS = {
     "mean-subtraction": "#8a8a8a",
-    "mass-spring-damper": "#c28a0e",
-    "hnat2014": "#c8371b",
-    "output-error": "#8b5aa8",
+    "mass-spring-damper": "#e69f00",
+    "hnat2014": "#d55e00",
+    "output-error": "#cc79a7",
     "fir-causal": "#7fb2d9",
-    "fir": "#1668a8",
+    "fir": "#0072b2",
     "spectral": "#4b4b4b",
-    "loaded-frame": "#2f8f4e",
+    "loaded-frame": "#009e73",
     "bristle-frame": "#0b5d3b",
-    "ripple-tracking": "#2f8f4e",
+    "ripple-tracking": "#009e73",
 }
 
 
@@ -69,7 +69,7 @@ def plot_added_forces(
             axis.plot(time, mean, color=shades[name], label=short_name(name), linewidth=1.0)
         axis.set(title=title, xlabel="Time from the onset (ms)", ylabel="Force (N)")
         axis.margins(x=0.0)
-    axes[1].legend(loc="upper right", ncols=2 if len(shown) > 5 else 1, fontsize=7.5, handlelength=1.2)
+    figure.legend(*axes[1].get_legend_handles_labels(), loc="outside right upper", handlelength=1.2)
     return figure
 
 
@@ -116,7 +116,7 @@ def plot_model_scores(scores: list[ModelScore], load: str, cutoff_hz: float) -> 
                 color=MODEL_COLOURS[s.model],
                 markersize=5.5,
             )
-        axis.set(title=test, xlabel="$R^2$ (-)", xlim=(-1.08, 1.08))
+        axis.set(title=test, xlabel="$R^2$", xlim=(-1.08, 1.08))
         axis.axvline(0.0, color="#c4c4c4", linewidth=0.6)
     axes[0, 0].set_yticks(range(len(models)), [words(name) for name in models])
     axes[0, 0].invert_yaxis()

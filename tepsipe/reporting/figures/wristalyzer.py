@@ -11,7 +11,7 @@ from tepsipe.experiments.wristalyzer.names import AS_PRINTED, PERIODS
 from tepsipe.io.result import Result, read_result
 from tepsipe.mechanics.impedance_model import admittance
 from tepsipe.reporting.figures.matrix import plot_matrix
-from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, legend_above, new_figure
+from tepsipe.reporting.figures.style import COLOURS, CYCLE, PHASE_TICKS, in_style, legend_above, new_figure
 
 LOWEST_HZ = 0.5
 # lengths of the recordings that are drawn (s)
@@ -57,15 +57,18 @@ def plot_perturbation(results: dict[str, Result]) -> Figure:
 
 def _gain_phase_coherence(axes, frequency, response, coherence, **keywords) -> None:
     axes[0].loglog(frequency, np.abs(response), **keywords)
-    # from -270 to 90 degrees: the joint's phase runs from 0 to -180
-    axes[1].semilogx(frequency, (np.degrees(np.angle(response)) - 90.0) % 360.0 - 270.0, **keywords)
+    # from -3/2 pi to 1/2 pi: the joint's phase runs from 0 to -pi
+    phase = (np.angle(response) - 0.5 * np.pi) % (2.0 * np.pi) - 1.5 * np.pi
+    axes[1].semilogx(frequency, phase, **keywords)
     if coherence is not None:
         axes[2].semilogx(frequency, coherence, **keywords)
 
 
 def _label_frequency_axes(axes, limits: tuple[float, float]) -> None:
     axes[0].set_ylabel("Gain\n(rad/(N·m))")
-    axes[1].set_ylabel("Phase\n(degrees)")
+    axes[1].set_ylabel("Phase\n(rad)")
+    axes[1].set_yticks(list(PHASE_TICKS), PHASE_TICKS.values())
+    axes[1].set_ylim(-1.5 * np.pi - 0.2, 0.5 * np.pi + 0.2)
     axes[2].set(ylabel="Coherence\n(-)", ylim=(0.0, 1.05), xlabel="Frequency (Hz)", xlim=limits)
     wanted = (0.5, 1, 2, 3, 4, 5, 7, 9) if limits[1] < 15.0 else (0.5, 1, 2, 5, 10, 20, 50)
     ticks = [tick for tick in wanted if limits[0] <= tick <= limits[1]]
@@ -77,7 +80,7 @@ def _label_frequency_axes(axes, limits: tuple[float, float]) -> None:
 
 @in_style
 def plot_spectral_estimate(result: Result, name: str, band_hz: tuple[float, float]) -> Figure:
-    """Spectral estimate, phase and coherence far beyond the fitted band (Hz, rad/(N·m), degrees)."""
+    """Spectral estimate, phase and coherence far beyond the fitted band (Hz, rad/(N·m), rad)."""
     figure, axes = new_figure(3, 1, 3.5, sharex=True)
     choices = (
         (AS_PRINTED, COLOURS["other"], f"estimate, scale factor {name}"),
@@ -108,7 +111,7 @@ def plot_spectral_estimate(result: Result, name: str, band_hz: tuple[float, floa
 
 @in_style
 def plot_admittance_fit(result: Result, name: str, band_hz: tuple[float, float]) -> Figure:
-    """Spectral estimate beside the fitted model in the fitted band (Hz, rad/(N·m), degrees)."""
+    """Spectral estimate beside the fitted model in the fitted band (Hz, rad/(N·m), rad)."""
     figure, axes = new_figure(3, 1, 3.5, sharex=True)
     frequency = result.arrays[f"{AS_PRINTED}/frequency"]
     shown = (frequency >= band_hz[0]) & (frequency <= band_hz[1])

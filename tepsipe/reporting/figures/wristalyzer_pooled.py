@@ -106,7 +106,7 @@ def plot_amplitudes(
             label="linear fit to one trial",
         )
         if truth is not None:
-            axis.plot(angle, truth[quantity][order], "x", color="#8b5aa8", label="linear fit, true torque")
+            axis.plot(angle, truth[quantity][order], "x", color="#cc79a7", label="linear fit, true torque")
         axis.set(xlabel="RMS angle (rad)", ylabel=label)
         axis.margins(y=0.12)
     handles, names = axes[0].get_legend_handles_labels()

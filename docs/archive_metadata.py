@@ -1,0 +1,83 @@
+"""Write codemeta.json and .zenodo.json from CITATION.cff and pyproject.toml.
+
+python docs/archive_metadata.py
+"""
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def citation() -> dict[str, Any]:
+    """Contents of CITATION.cff."""
+    return yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+
+
+def project() -> dict[str, Any]:
+    """Section project of pyproject.toml."""
+    return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+
+
+def codemeta() -> dict[str, Any]:
+    """CodeMeta 3.0 description of the software."""
+    cited, built = citation(), project()
+    return {
+        "@context": "https://w3id.org/codemeta/3.0",
+        "@type": "SoftwareSourceCode",
+        "name": built["name"],
+        "description": " ".join(cited["abstract"].split()),
+        "version": cited["version"],
+        "license": f"https://spdx.org/licenses/{cited['license']}",
+        "author": [_person(author) for author in cited["authors"]],
+        "keywords": cited["keywords"],
+        "programmingLanguage": "Python",
+        "runtimePlatform": f"Python {built['requires-python']}",
+        "softwareRequirements": built["dependencies"],
+        "codeRepository": built["urls"]["Repository"],
+        "issueTracker": built["urls"]["Issues"],
+        "readme": "README.md",
+    }
+
+
+def zenodo() -> dict[str, Any]:
+    """Metadata of the deposit on Zenodo."""
+    cited = citation()
+    return {
+        "title": cited["title"],
+        "upload_type": "software",
+        "description": " ".join(cited["abstract"].split()),
+        "version": cited["version"],
+        "license": cited["license"],
+        "creators": [_creator(author) for author in cited["authors"]],
+        "keywords": cited["keywords"],
+    }
+
+
+def _person(author: dict[str, str]) -> dict[str, str]:
+    if "name" in author:  # an entity, as the anonymous authors are
+        return {"@type": "Organization", "name": author["name"]}
+    person = {"@type": "Person", "givenName": author["given-names"], "familyName": author["family-names"]}
+    return person | ({"@id": author["orcid"]} if "orcid" in author else {})
+
+
+def _creator(author: dict[str, str]) -> dict[str, str]:
+    if "name" in author:
+        return {"name": author["name"]}
+    creator = {"name": f"{author['family-names']}, {author['given-names']}"}
+    return creator | ({"orcid": author["orcid"].rpartition("/")[2]} if "orcid" in author else {})
+
+
+def texts() -> dict[str, str]:
+    """Name of each file and its content."""
+    made = {"codemeta.json": codemeta(), ".zenodo.json": zenodo()}
+    return {name: json.dumps(content, indent=2, ensure_ascii=False) + "\n" for name, content in made.items()}
+
+
+if __name__ == "__main__":
+    for name, text in texts().items():
+        (ROOT / name).write_text(text, encoding="utf-8")

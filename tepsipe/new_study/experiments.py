@@ -1,0 +1,132 @@
+"""Experiment of each trial, by names and content, or why a recording can be no trial."""
+
+from collections import Counter
+
+from tepsipe.errors import InputError
+from tepsipe.experiments.walking.analysis import FEWEST_UNPERTURBED
+from tepsipe.new_study.look import Found, events_of
+from tepsipe.new_study.measures import pulses_of
+from tepsipe.new_study.pairing import Group, experiment_by_name
+from tepsipe.new_study.sheet import describe_pulses
+from tepsipe.new_study.treadmill_plan import experiment_of
+from tepsipe.new_study.treadmill_trials import Seen, seen_in, share_belt
+
+OF_TABLES = {
+    "manipulator log": "wristalyzer",
+    "position table": "position_manipulator",
+    "belt table": "belt",
+    "platform table": "platform",
+}
+
+
+def find_experiments(groups: list[Group], unused: list[Found], folder: str) -> dict[str, Seen]:
+    """Give every group its experiment; groups that can be no trial are moved to ``unused``, with the reason.
+
+    Parameters
+    ----------
+    groups : list of Group
+        Trials, which are changed (units of the files).
+    unused : list of Found
+        Files that belong to no trial, to which files are added.
+    folder : str
+        Name of the folder of recordings.
+
+    Returns
+    -------
+    dict of str to Seen
+        Name of the first file -> what a treadmill trial shows (SI units).
+    """
+    seen: dict[str, Seen] = {}
+
+    def attempt(step, *arguments) -> None:
+        for group in list(groups):
+            try:
+                step(group, *arguments)
+            except InputError as error:
+                groups.remove(group)
+                why = str(error).removeprefix(f"{group.first.path}: ")
+                unused.append(Found(group.first.path, group.first.name, "other", None, None, {}, why))
+
+    attempt(_find, seen, folder)
+    share_belt(list(seen.values()))
+    attempt(_refuse_unusable, seen)
+    return seen
+
+
+def _find(group: Group, seen: dict[str, Seen], folder: str) -> None:
+    """Set the experiment of a group, and what is seen in it.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, or can be no trial.
+    """
+    first = group.first
+    if "events" in group.partners:
+        group.experiment = "walking"
+        if first.contents.markers:
+            seen[first.name] = seen_in(group)
+        return
+    if first.kind in OF_TABLES:
+        group.experiment = OF_TABLES[first.kind]
+        return
+    seen[first.name] = contents = seen_in(group)
+    named = experiment_by_name(f"{folder}/{first.name}")
+    if first.kind == "whole trial" and _is_walk(group, contents, named):
+        group.experiment = "walking"
+        return
+    group.experiment = experiment_of(group, contents, named)
+
+
+def _is_walk(group: Group, contents: Seen, named: str | None) -> bool:
+    """Test for walking, by the events of the file, else by names, else by steps on the plates.
+
+    Raises
+    ------
+    InputError
+        If the walk is too short.
+    """
+    counts = Counter(label for label, _ in group.first.contents.events)
+    kinds = events_of(list(counts))
+    if kinds:
+        strides, why = counts[kinds["heel_strike"]] - 1, f"events {', '.join(kinds.values())}"
+        group.partners["events"] = group.first
+    elif named == "walking" or (named is None and contents.contacts):
+        strides, why = contents.contacts - 1, "name" if named else "steps on the plates"
+    else:
+        return False
+    if strides < FEWEST_UNPERTURBED:
+        raise InputError(
+            f"a person who walks, by the {why} (whole strides: {max(strides, 0)}): a study of walking needs "
+            f"at least {FEWEST_UNPERTURBED} on the same plates, one of standing a person who stands on them"
+        )
+    group.notes.append(f"taken for walking by its {why}")
+    return True
+
+
+def _refuse_unusable(group: Group, seen: dict[str, Seen]) -> None:
+    """Note the pulses of a trial on the treadmill, and refuse one without markers or pulses.
+
+    Raises
+    ------
+    InputError
+        If it has none.
+    """
+    contents = seen.get(group.first.name)
+    if contents is None or group.experiment == "walking":
+        return
+    taken, whole = f"taken for {group.experiment}", group.first.kind == "whole trial"
+    if whole and group.experiment != "empty" and contents.positions is None:
+        raise InputError(f"{taken}, but it holds no markers: export the file with its points")
+    if contents.velocity is None:  # of an empty belt, nothing may show which channel holds it
+        moves = not whole or group.experiment == "empty"
+    else:
+        moves = pulses_of(contents.velocity, contents.velocity_rate_hz) is not None
+    if not moves:
+        raise InputError(
+            f"{taken}, but no pulses of the belt with rests between them are in its channels or markers: "
+            "impedance needs a perturbation, as neither quiet standing nor a constant motion has"
+        )
+    pulses = describe_pulses(contents)
+    if pulses:
+        group.notes.append(pulses)

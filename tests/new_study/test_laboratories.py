@@ -1,0 +1,304 @@
+"""Folders as other laboratories have them: axes, labels, gait, and what can be no trial."""
+
+import ezc3d
+import numpy as np
+import pytest
+from c3d_builders import plate_channels, plate_of, write_c3d
+
+from tepsipe.errors import InputError
+from tepsipe.io.contents import contents_of
+from tepsipe.io.readers.c3d_recording import read_c3d_recording
+from tepsipe.new_study.labels import leg_of, muscles_of, side_of
+from tepsipe.new_study.study import new_study
+from tepsipe.new_study.treadmill_trials import contacts_of, loaded_mean
+from workflow.support.yaml_file import read_settings
+
+RATE_HZ, SECONDS = 100.0, 20.0
+# forward and up (m) of the markers of plug-in-gait, without the leg
+PLUG_IN_GAIT = {"TOE": (0.18, 0.03), "HEE": (-0.06, 0.03), "ANK": (0.0, 0.08), "TIB": (0.02, 0.3)}
+PLUG_IN_GAIT |= {"KNE": (0.0, 0.48), "THI": (0.02, 0.65), "ASI": (0.05, 0.95), "PSI": (-0.1, 0.95)}
+Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # x right, y up, z backward
+
+
+def person(
+    path, axes=None, emg=(), labels="LR", pulses=True, load=700.0, events=(), facing=1.0, belts=("right",)
+):
+    """A C3D of a person on the right belt, as plug-in-gait labels markers; ``axes`` are those of the file."""
+    axes, n = np.eye(3) if axes is None else axes, round(RATE_HZ * SECONDS)
+    rng, time = np.random.default_rng(3), np.arange(n) / RATE_HZ
+    belt = sum(0.02 * np.clip((time - t) / 0.1, 0.0, 1.0) for t in np.arange(4.0, 16.0, 3.0)) * pulses
+    markers = {}
+    for side in labels:
+        for name, (forward, up) in PLUG_IN_GAIT.items():
+            moved = belt * max(0.0, 1.0 - up)
+            place = np.column_stack(
+                [np.full(n, 0.1 * (side == "R")), facing * forward + moved, np.full(n, up)]
+            )
+            markers[side + name] = (place + 1e-4 * rng.standard_normal((n, 3))) @ axes.T
+    plates, channels = [], {}
+    for belt in belts:
+        plate = plate_of(belt)
+        force = rng.standard_normal((4 * n, 3))
+        force[:, 2] += load * (belt == "right")
+        channels |= plate_channels(plate, force, np.zeros_like(force))
+        plates.append(type(plate)(plate.corners_m @ axes.T, plate.channels, plate.kind, plate.origin_m))
+    channels |= {label: (1e-3 * rng.standard_normal(4 * n), "V") for label in emg}
+    write_c3d(path, RATE_HZ, markers, channels, plates, 4 * RATE_HZ)
+    if events:
+        mark(path, events)
+    return path
+
+
+def mark(path, events):
+    """Add events (context, label, s) to a C3D."""
+    file = ezc3d.c3d(str(path))
+    contexts, labels, times = zip(*events, strict=True)
+    file.add_parameter("EVENT", "USED", [len(events)])
+    file.add_parameter("EVENT", "CONTEXTS", list(contexts))
+    file.add_parameter("EVENT", "LABELS", list(labels))
+    file.add_parameter("EVENT", "TIMES", np.array([np.zeros(len(times)), times]))
+    points = file["data"]["points"]
+    file["data"]["meta_points"]["residuals"] = np.zeros((1, *points.shape[1:]))
+    file.write(str(path))
+
+
+def settings_of(folder):
+    return read_settings(folder / "config.yaml")
+
+
+def test_a_file_with_y_up_and_the_left_leg(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    person(tmp_path / "lab/relax_1.c3d", Y_UP, emg=("EMG.L_TA", "EMG.L_SOL", "EMG.L_GM"))
+    facts = contents_of(tmp_path / "lab/relax_1.c3d").facts
+    assert facts["upward"] == "+y"
+    assert "mean vertical force 700.0 N" in facts["force plate 1"]
+    assert new_study("lab", output="s").trials == {"standing": 1}
+    own = settings_of(tmp_path / "s")
+    assert own["plate_treadmill"]["recording"]["axes"] == {"forward": "-z", "up": "+y"}
+    standing = own["standing"]
+    assert {m: c["channel"] for m, c in standing["muscles"].items()} == {
+        "TA": "EMG.L_TA",
+        "SOL": "EMG.L_SOL",
+        "GAS": "EMG.L_GM",
+    }
+    segments = {
+        part: [m["label"] for m in standing["person"][f"{part}_markers"]]
+        for part in ("foot", "shank", "thigh")
+    }
+    assert segments == {
+        "foot": ["LTOE", "LHEE", "LANK"],
+        "shank": ["LANK", "LTIB"],
+        "thigh": ["LKNE", "LTHI"],
+    }
+    missing = (tmp_path / "s/MISSING.md").read_text()
+    assert "the plates show 71.4 kg" in (tmp_path / "s/config.yaml").read_text()
+    assert "the left leg was assumed: the only leg of the electromyograms" in missing
+
+
+@pytest.mark.parametrize("axes", [np.eye(3), Y_UP, np.roll(np.eye(3), 1, axis=0), np.diag([1.0, -1.0, -1.0])])
+def test_upward_direction_of_a_file(axes, tmp_path):
+    recording = read_c3d_recording(person(tmp_path / "a.c3d", axes))
+    up = axes @ [0.0, 0.0, 1.0]
+    axis = int(np.argmax(np.abs(up)))
+    assert recording.up == f"{'+' if up[axis] > 0.0 else '-'}{'xyz'[axis]}"
+
+
+def test_without_plates_the_screen_shows_the_vertical(tmp_path):
+    path = write_c3d(
+        tmp_path / "a.c3d", 100.0, {"A": np.abs(np.random.default_rng(1).normal(size=(50, 3)))}, {}
+    )
+    file = ezc3d.c3d(str(path))
+    file["parameters"]["POINT"]["Y_SCREEN"] = {
+        "type": 255,
+        "description": "",
+        "is_locked": False,
+        "value": ["+Y"],
+    }
+    file.add_parameter("POINT", "Y_SCREEN", ["+Y"])
+    file.write(str(path))
+    assert read_c3d_recording(path).up == "+y"
+
+
+GAIT = [
+    (side, label, 0.5 + k * 1.1 + 0.55 * (side == "Right") + 0.65 * (label == "Foot Off"))
+    for k in range(16)
+    for side in ("Left", "Right")
+    for label in ("Foot Strike", "Foot Off")
+]
+
+
+def test_gait_by_its_events(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    person(tmp_path / "lab/subject_1.c3d", emg=("EMG.L_TA",), events=GAIT)
+    assert new_study("lab", output="s").trials == {"walking": 1}
+    walking = settings_of(tmp_path / "s")["walking"]
+    assert walking["events"] == {"heel_strike": "Left Foot Strike", "toe_off": "Left Foot Off", "pulse": None}
+    assert walking["recording"]["markers"] == {"ankle": "LANK", "knee": "LKNE", "heel": "LHEE", "toe": "LTOE"}
+    assert (tmp_path / "s/trials.tsv").read_text().count(
+        "subject_1.c3d"
+    ) == 2  # the log holds the events, too
+    events = [event for event in GAIT if event[2] < 5.0]
+    person(tmp_path / "lab/subject_1.c3d", events=events)
+    with pytest.raises(InputError, match=r"who walks, by the events Left Foot Strike, .*whole strides: 4\)"):
+        new_study("lab", output="t")
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "words"),
+    [
+        ("quiet.c3d", {"pulses": False}, "no pulses of the belt with rests between them"),
+        ("relax.c3d", {"labels": ""}, "it holds no markers"),
+        ("walking_1.c3d", {}, r"walks, by the name \(whole strides: 0\)"),
+    ],
+)
+def test_what_can_be_no_trial_is_said_before_any_question(name, options, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    person(tmp_path / "lab" / name, **options)
+    with pytest.raises(InputError, match=words) as caught:
+        new_study("lab", output="s")
+    assert "\n" not in str(caught.value)
+    assert not (tmp_path / "s").exists()
+
+
+@pytest.mark.parametrize(
+    ("label", "side"),
+    [
+        ("LKNE", "left"),
+        ("R_FCC", "right"),
+        ("Anna:RTOE", "right"),
+        ("EMG.L_TA", "left"),
+        ("Voltage.R Tib Ant", "right"),
+        ("knee_left", "left"),
+        ("RGM", "right"),
+        ("leg1", ""),
+        ("RF", ""),
+        ("LOAD", ""),
+        ("SACR", ""),
+    ],
+)
+def test_side_of_a_label(label, side):
+    assert side_of(label) == side
+
+
+def test_muscles_of_the_recorded_leg():
+    labels = ["EMG.R_TA", "EMG.L_TA", "EMG.L_GM", "Sync_1"]
+    assert muscles_of(labels, "left") == ({"TA": "EMG.L_TA", "GAS": "EMG.L_GM"}, ["EMG.R_TA", "Sync_1"])
+    assert leg_of(labels, ["LANK"]) == ("left", "the only leg of the markers")
+    assert leg_of(labels, ["LANK", "RANK"])[0] == "right"
+
+
+def test_loads_and_steps_of_a_plate(rng):
+    force = np.repeat([0.0, 600.0, 0.0, 650.0, 0.0], 200) + rng.standard_normal(1000)
+    assert loaded_mean(force) == pytest.approx(625.0, abs=1.0)
+    assert contacts_of(force) == 2
+    assert contacts_of(np.full(1000, 700.0)) == 0
+    assert contacts_of(rng.standard_normal(1000)) == 0
+
+
+# ---- weights, belts and slow cameras -----------------------------------------------------------------
+
+
+def loaded_belt(path, kg, belt="right", peak=0.3, markers=("W1", "W2", "W3")):
+    """A C3D of a weight on one of two belts, or of the empty belt, with a channel of the belt's speed."""
+    n, rng = round(RATE_HZ * SECONDS), np.random.default_rng(4)
+    fast = np.arange(4 * n) / (4 * RATE_HZ)
+    speed = sum(peak * np.exp(-(((fast - t) / 0.03) ** 2)) for t in np.arange(4.0, 16.0, 3.0))
+    moved = np.cumsum(speed)[::4] / (4 * RATE_HZ)
+    places = {m: 0.05 * k for k, m in enumerate(markers)}
+    positions = {
+        label: np.column_stack([np.full(n, x), moved, np.full(n, 0.1 + x)])
+        + 1e-4 * rng.standard_normal((n, 3))
+        for label, x in places.items()
+    }
+    plates, channels = [plate_of("left"), plate_of("right")], {"Belt speed": (speed / 0.5 + 2.5, "V")}
+    for plate, own in zip(plates, ("left", "right"), strict=True):
+        force = rng.standard_normal((4 * n, 3))
+        force[:, 2] += 9.81 * kg * (own == belt)
+        channels |= plate_channels(plate, force, np.zeros_like(force))
+    return write_c3d(path, RATE_HZ, positions, channels, plates, 4 * RATE_HZ)
+
+
+def sheet_of(folder):
+    header, *lines = [
+        line.split("\t") for line in (folder / "trials.tsv").read_text().splitlines() if line[0] != "#"
+    ]
+    return [dict(zip(header, line, strict=True)) for line in lines]
+
+
+def test_two_weights_have_masses_roles_and_conditions_of_their_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    for name, kg in (("weight20kg", 20.0), ("weight75kg", 75.0), ("empty", 0.0)):
+        for number in ("01", "02"):
+            loaded_belt(tmp_path / f"lab/{name}_{number}.c3d", kg, markers=("W1", "W2") if kg else ())
+    assert new_study("lab", output="s").trials == {"weight": 4, "empty": 2}
+    rows = {
+        (row["experiment"], row["condition"]): (row["role"], row["mass_kg"])
+        for row in sheet_of(tmp_path / "s")
+    }
+    assert rows == {
+        ("weight", "01"): ("calibrate", "-"),
+        ("weight", "02"): ("validate", "-"),
+        ("weight", "01-75kg"): ("calibrate", "MISSING"),
+        ("weight", "02-75kg"): ("validate", "MISSING"),
+        ("empty", "01"): ("calibrate", "-"),
+        ("empty", "02"): ("validate", "-"),
+    }
+    weight = settings_of(tmp_path / "s")["weight"]
+    assert weight["further_weights"] == [
+        {"mass_kg": "MISSING", "com_height_m": "MISSING", "com_forward_of_markers_m": None}
+    ]
+    assert "family" not in weight.get("models", {})
+    config, missing = ((tmp_path / "s" / name).read_text() for name in ("config.yaml", "MISSING.md"))
+    assert "mass_kg: MISSING # the plate shows 20.0 kg: 01, 02" in config
+    assert "the plate shows 75.0 kg: 01-75kg, 02-75kg" in config
+    assert "`trials.tsv, weight/01-75kg, mass_kg`" in missing
+
+
+def test_motions_that_differ_are_not_subtracted(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    for number, peak in (("01", 0.3), ("02", 0.3)):
+        loaded_belt(tmp_path / f"lab/weight_{number}.c3d", 20.0, peak=peak)
+        loaded_belt(tmp_path / f"lab/empty_{number}.c3d", 0.0, peak=2.0 * peak, markers=())
+    new_study("lab", output="s")
+    assert "mean-subtraction" not in settings_of(tmp_path / "s")["weight"]["models"]["family"]
+    assert "the empty belt moves at 0.6 m/s, not 0.3 m/s" in (tmp_path / "s/MISSING.md").read_text()
+
+
+def test_a_weight_without_the_empty_belt_is_left_out(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    loaded_belt(tmp_path / "lab/weight_01.c3d", 20.0)
+    person(tmp_path / "lab/relax_01.c3d")
+    assert new_study("lab", output="s").trials == {"standing": 1}
+    assert "found 0 of the empty belt and 1 of one weight" in (tmp_path / "s/MISSING.md").read_text()
+
+
+def test_belts_are_named_where_trials_are_on_both(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    for belt in ("left", "right"):
+        for number in ("01", "02"):
+            loaded_belt(tmp_path / f"lab/weight_{belt}_{number}.c3d", 20.0, belt)
+            loaded_belt(tmp_path / f"lab/empty_{belt}_{number}.c3d", 0.0, belt, markers=())
+    new_study("lab", output="s")
+    assert [row["belt"] for row in sheet_of(tmp_path / "s")] == ["left", "left", "right", "right"] * 2
+
+
+def test_forward_is_where_the_toes_of_a_person_are_though_a_weight_comes_first(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    for name in ("empty_01", "weight_01", "weight_02"):
+        loaded_belt(
+            tmp_path / f"lab/{name}.c3d", 20.0 * (name[0] == "w"), markers=("W1", "W2") * (name[0] == "w")
+        )
+    person(tmp_path / "lab/relax_01.c3d", facing=-1.0, belts=("left", "right"))
+    new_study("lab", output="s")
+    own = settings_of(tmp_path / "s")
+    assert own["plate_treadmill"]["recording"]["axes"]["forward"] == "-y"
+    assert own["standing"]["free_reflex"]["lowpass_cutoff_hz"] == 40.0
+    assert own["standing"]["analysis"]["stretch_cutoff_hz"] == 40.0

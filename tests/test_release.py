@@ -1,0 +1,99 @@
+"""What describes the release agrees: version, authors, keywords, addresses and metadata of archives."""
+
+import re
+import runpy
+import tomllib
+from pathlib import Path
+
+import pytest
+import yaml
+
+import tepsipe
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def cited():
+    return yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def project():
+    return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+
+
+def test_one_version(cited):
+    newest = re.search(
+        r"^## \[(\d+\.\d+\.\d+)\]", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE
+    )
+    assert tepsipe.__version__ == cited["version"] == newest.group(1)
+
+
+def test_one_list_of_authors_keywords_and_one_licence(cited, project):
+    names = [
+        author.get("name") or f"{author['given-names']} {author['family-names']}"
+        for author in cited["authors"]
+    ]
+    assert [author["name"] for author in project["authors"]] == names
+    assert project["keywords"] == cited["keywords"]
+    assert project["license"] == cited["license"]
+
+
+def test_metadata_of_archives_are_those_of_the_citation():
+    made = runpy.run_path(str(ROOT / "docs/archive_metadata.py"))["texts"]()
+    assert set(made) == {"codemeta.json", ".zenodo.json"}
+    for name, text in made.items():
+        assert (ROOT / name).read_text(encoding="utf-8") == text, (
+            f"run python docs/archive_metadata.py: {name}"
+        )
+
+
+def test_addresses_of_the_project_are_in_one_place():
+    """Whoever publishes the project replaces them in pyproject.toml, and runs docs/archive_metadata.py."""
+    generated = {"codemeta.json", ".zenodo.json"}
+    suffixes = {".md", ".py", ".toml", ".yaml", ".yml", ".cff", ".json", ".typ"}
+    hidden = {".venv", ".git", ".snakemake", "results", "build", "site"}
+    places = [
+        path.relative_to(ROOT).as_posix()
+        for path in ROOT.rglob("*")
+        if path.suffix in suffixes
+        and not hidden & set(path.relative_to(ROOT).parts)
+        and "tepsipe" in path.read_text(encoding="utf-8", errors="ignore")
+        and re.search(r"https?://[\w.-]+\.invalid", path.read_text(encoding="utf-8", errors="ignore"))
+    ]
+    assert set(places) <= {"pyproject.toml", *generated}
+    assert "pyproject.toml" in places
+
+
+def test_workflows_name_what_is_supported(project):
+    versions = {line.rpartition(" ")[2] for line in project["classifiers"] if re.search(r":: 3\.\d+$", line)}
+    tests = yaml.safe_load((ROOT / ".github/workflows/tests.yml").read_text(encoding="utf-8"))
+    assert set(tests["jobs"]["library"]["strategy"]["matrix"]["python"]) == versions
+    lowest, beyond = re.fullmatch(r">=3\.(\d+),<3\.(\d+)", project["requires-python"]).groups()
+    assert versions == {f"3.{minor}" for minor in range(int(lowest), int(beyond))}
+
+
+@pytest.mark.parametrize("name", ["tests", "checks", "newest"])
+def test_commands_of_workflows_are_those_of_the_project(name):
+    """Each target of make and each script that a workflow calls exists."""
+    content = yaml.safe_load((ROOT / f".github/workflows/{name}.yml").read_text(encoding="utf-8"))
+    steps = [step["run"] for job in content["jobs"].values() for step in job["steps"] if "run" in step]
+    targets = re.findall(r"^([a-z][\w-]*):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    assert steps
+    for step in steps:
+        for target in re.findall(r"\bmake ([\w-]+)", step):
+            assert target in targets
+        for script in re.findall(r"python ([\w/]+\.py)", step):
+            assert (ROOT / script).is_file()
+
+
+def test_paper_is_short_and_cites_what_its_bibliography_has():
+    text = (ROOT / "paper/paper.md").read_text(encoding="utf-8")
+    _, front, body = text.split("---\n", 2)
+    assert set(yaml.safe_load(front)) >= {"title", "tags", "authors", "affiliations", "date", "bibliography"}
+    assert len(body.split()) <= 1000
+    entries = re.findall(
+        r"^@\w+\{([\w-]+),", (ROOT / "paper/paper.bib").read_text(encoding="utf-8"), re.MULTILINE
+    )
+    assert set(re.findall(r"@([a-z]+)", body)) == set(entries)

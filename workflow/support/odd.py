@@ -1,0 +1,74 @@
+"""Settings within their ranges that are rarely right: ``tepsipe check`` asks about them."""
+
+import math
+
+# radius of gyration of the leg about its centre of mass, per distance of that centre from the ankle
+GYRATION = (0.2, 1.5)
+BODY_MASS_INDEX = (14.0, 45.0)
+PERSON = {"ankle_height_m": (0.04, 0.15), "foot_com_m": (0.0, 0.12), "com_height": (0.5, 0.62)}
+CUTOFF_HZ = (5.0, 60.0)
+LONGEST_S = 3600.0
+
+
+def odd_settings(study) -> list[str]:
+    """Questions about values that are possible but rare, of the experiments in the study.
+
+    Parameters
+    ----------
+    study : Study
+        A checked study.
+    """
+    asked = []
+    if study.has("dummy"):
+        asked += _of_dummy(study.settings["dummy"]["geometry"])
+    if study.has("standing"):
+        asked += _of_people(study)
+    if any(study.has(name) for name in ("dummy", "weight", "standing")):
+        cutoff = study.config["plate_treadmill"]["lowpass_cutoff_hz"]
+        if not CUTOFF_HZ[0] <= cutoff <= CUTOFF_HZ[1]:
+            asked.append(
+                f"plate_treadmill.lowpass_cutoff_hz is {cutoff:g} Hz: below {CUTOFF_HZ[0]:g} Hz pulses are "
+                f"flattened, above {CUTOFF_HZ[1]:g} Hz noise passes; is it meant?"
+            )
+    asked += [
+        f"duration_s of {experiment}/{condition} is {row.duration_s:g} s: is it in s?"
+        for (experiment, condition), row in study.trials.items()
+        if row.duration_s > LONGEST_S
+    ]
+    return asked
+
+
+def _of_dummy(leg: dict) -> list[str]:
+    asked = []
+    ratio = math.sqrt(leg["leg_inertia_kgm2"] / leg["leg_mass_kg"]) / leg["leg_com_m"]
+    if not GYRATION[0] <= ratio <= GYRATION[1]:
+        asked.append(
+            f"dummy.geometry.leg_inertia_kgm2 is {leg['leg_inertia_kgm2']:g}: its radius of "
+            f"gyration would be {ratio:.2g} times leg_com_m, a rod has 0.58; is it about its centre of mass?"
+        )
+    highest = max(marker["longitudinal_offset_m"] for marker in leg["leg_markers"])
+    if leg["leg_com_m"] > 2.0 * highest:
+        asked.append(
+            f"dummy.geometry.leg_com_m is {leg['leg_com_m']:g} m, the highest marker stands {highest:g} m "
+            "above the ankle: is the centre of mass so far above it?"
+        )
+    return asked
+
+
+def _of_people(study) -> list[str]:
+    asked = []
+    names = study.participants("standing") or [None]
+    for name in names:
+        person, who = study.person(name), "standing.person" if name is None else f"participant {name}"
+        index = person["mass_kg"] / person["stature_m"] ** 2
+        if not BODY_MASS_INDEX[0] <= index <= BODY_MASS_INDEX[1]:
+            asked.append(
+                f"{who}: {person['mass_kg']:g} kg and {person['stature_m']:g} m make a body mass index of "
+                f"{index:.3g}: are both right?"
+            )
+        for key, (low, high) in PERSON.items():
+            if not low <= person[key] <= high:
+                asked.append(
+                    f"{who}: {key} is {person[key]:g}, of most people {low:g} to {high:g}: is it meant?"
+                )
+    return asked

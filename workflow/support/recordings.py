@@ -1,0 +1,196 @@
+"""Recordings of a study, read and compared with its settings as the jobs of a run do it."""
+
+import hashlib
+from pathlib import Path
+
+from tepsipe.errors import InputError
+from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs
+from tepsipe.experiments.standing.joint_torque import process_standing
+from tepsipe.experiments.standing.options import StandingOptions
+from tepsipe.experiments.walking.plausible import refuse_other_units
+from tepsipe.experiments.walking.trial import read_trial
+from tepsipe.ingest.belt_table import BeltTableOptions, ingest_belt_table
+from tepsipe.ingest.limits import Limits, Rig
+from tepsipe.ingest.manipulators import (
+    ManipulatorOptions,
+    TableOptions,
+    ingest_position_manipulator,
+    ingest_torque_manipulator,
+)
+from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
+from tepsipe.ingest.platform import PlatformTableOptions, ingest_platform
+from tepsipe.ingest.plausibility import plausible_trial
+from tepsipe.ingest.recording_options import RecordingOptions
+from tepsipe.ingest.standing import ingest_standing_files
+from tepsipe.ingest.whole_trial import ingest_recording_files
+from tepsipe.io.readers.text_table import read_text_table
+from tepsipe.io.trial import Trial
+from tepsipe.signals.filters import Lowpass
+from tepsipe.signals.perturbations import WindowOptions
+from tepsipe.signals.resampling import refuse_short
+from tepsipe.treadmill.calibration import group_of, plate_groups
+from tepsipe.treadmill.plate_check import Resting, check_plate, resting
+from tepsipe.treadmill.prepared import prepare_trial
+from tepsipe.treadmill.recording import BeltRecording, check_recordings
+from tepsipe.treadmill.trial_recordings import PlateOptions, Weight, plate_recordings
+from workflow.settings.complete import without
+from workflow.support.rigs import RIG_KEYS, rig_of
+from workflow.support.study import Study
+
+ON_PLATE = ("dummy", "weight", "empty", "standing")
+DELIMITERS = {"comma": ",", "tab": "\t"}
+
+
+def refused_recordings(study: Study) -> list[str]:
+    """Read all recorded trials; one sentence for every one that would stop its job, or the calibration."""
+    refused, of_plates = _copies(study), {}
+    for experiment, condition in study.trials:
+        if condition not in study.recorded(experiment):
+            continue
+        name = f"{experiment}/{condition}"
+        try:
+            if experiment == "walking":
+                _read_walk(study, condition)
+                continue
+            trial = ingested(study, experiment, condition)
+            if experiment in ("weight", "empty"):
+                of_plates[experiment, condition] = _plate_trial(study, experiment, condition, trial)
+            elif experiment in ON_PLATE:
+                _prepare(study, experiment, condition, trial)
+        except InputError as error:
+            refused.append(str(error) if str(error).startswith(f"{name}: ") else f"{name}: {error}")
+    return refused + _refused_calibrations(study, of_plates)
+
+
+def _copies(study: Study) -> list[str]:
+    """One sentence for every recording that is a copy of another trial's; an empty belt may be shared."""
+    refused, known = [], {}
+    for (experiment, condition), row in study.trials.items():
+        log = Path(row.files.get("log", ""))
+        if experiment == "empty" or not log.is_file():
+            continue
+        content = hashlib.sha256(log.read_bytes()).hexdigest()
+        other, path = known.setdefault(content, (f"{experiment}/{condition}", log))
+        if path != log:
+            refused.append(
+                f"{experiment}/{condition}: expected a recording of its own, found {log} to be a copy of "
+                f"{path}, the recording of {other}: remove one of the two rows"
+            )
+    return refused
+
+
+def ingested(study: Study, experiment: str, condition: str) -> Trial:
+    """Trial of a recorded row, by the calls of workflow/scripts/ingest_*.py.
+
+    Raises
+    ------
+    InputError
+        As its job would.
+    """
+    settings = study.settings_of(experiment, condition)
+    section, files = settings[experiment], study.raw_files(experiment, condition, "")
+    lasts = study.trials[experiment, condition].duration_s
+    limits = Limits(**without(settings["plausible"], *RIG_KEYS))
+    if experiment in ON_PLATE:
+        rig = Rig(**rig_of(settings, experiment))
+        trial = _on_plate(experiment, files, section, lasts, study.recording(experiment, condition))
+        return plausible_trial(trial, limits, rig, files)
+    trial = _of_tables(study, experiment, condition, files, section)
+    return plausible_trial(trial, limits, Rig(), files)
+
+
+def _on_plate(experiment: str, files: dict, section: dict, lasts: float, recording: dict | None) -> Trial:
+    """Trial on the treadmill (s), of several files or of one."""
+    options, of_files = TreadmillOptions(**section["ingest"]), section.get("files", {})
+    labels, use = of_files.get("marker_labels"), RecordingOptions.from_settings(recording)
+    if experiment == "standing":
+        channels = {muscle: choice["channel"] for muscle, choice in section["muscles"].items()}
+        trigger = of_files["emg_trigger"], of_files["emg_trigger_threshold"]
+        return ingest_standing_files(files, labels, channels, *trigger, options, lasts, use)
+    if "calibration" in files:
+        return ingest_treadmill_files(files, labels, options, lasts)
+    return ingest_recording_files(files, labels, options, use, lasts)
+
+
+def _of_tables(study: Study, experiment: str, condition: str, files: dict, section: dict) -> Trial:
+    """Trial of a manipulator, a platform or a belt."""
+    of_files, lasts = section["files"], study.trials[experiment, condition].duration_s
+
+    def table(kind: str, columns: str, delimiter: str) -> dict:
+        named = {key: name for key, name in of_files[columns].items() if name is not None}
+        return read_text_table(files[kind], named, delimiter, study.named_by(experiment, condition, columns))
+
+    if experiment == "wristalyzer":
+        log, command = table("log", "log_columns", "\t"), table("command", "command_columns", "\t")
+        options = ManipulatorOptions(angle_unit=of_files["angle_unit"], **section["ingest"])
+        return ingest_torque_manipulator(log, command, options, lasts, files["log"], files["command"])
+    log = table("log", "columns", DELIMITERS[of_files["delimiter"]])
+    if experiment == "belt":
+        options = BeltTableOptions(load_unit=of_files["load_unit"], **section["ingest"])
+        return ingest_belt_table(log, of_files["columns"], options, lasts, files["log"])
+    units = {key: of_files[key] for key in ("angle_unit", "torque_sign")}
+    if experiment == "platform":
+        units["platform_unit"] = of_files["platform_unit"]
+        return ingest_platform(log, PlatformTableOptions(**units, **section["ingest"]), lasts, files["log"])
+    return ingest_position_manipulator(log, TableOptions(**units, **section["ingest"]), lasts, files["log"])
+
+
+def _prepare(study: Study, experiment: str, condition: str, trial: Trial) -> None:
+    """Perturbations and rest of a dummy's trial; joint angles, stance, mass and muscles of a person."""
+    section, name = study.of_trial(experiment, condition), f"{experiment}/{condition}"
+    analysis = section["analysis"]
+    if experiment == "standing":
+        options = StandingOptions.from_settings(
+            section["person"], section["belt"], without(analysis, "tried_windows_s"), section["stance"]
+        )
+        cutting = EpochOptions.from_settings(analysis, section["emg"], section["ingest"]["max_gap_s"])
+        cut_standing_epochs(process_standing(trial, name, options, {}, {}), cutting)
+        return
+    lowpass = Lowpass(analysis["lowpass_cutoff_hz"], analysis["lowpass_order"], True)
+    prepare_trial(trial, name, lowpass, _window(analysis))
+
+
+def _window(settings: dict) -> WindowOptions:
+    return WindowOptions(**{key: settings[key] for key in WindowOptions.__dataclass_fields__})
+
+
+def _plate_trial(
+    study: Study, experiment: str, condition: str, trial: Trial
+) -> tuple[BeltRecording, Resting]:
+    """Fore-aft load of a weight or the empty belt (N), and the loads at rest, for the calibration."""
+    analysis, name = study.settings["weight"]["analysis"], f"{experiment}/{condition}"
+    lowpass = Lowpass(analysis["cutoffs_hz"][0], analysis["lowpass_order"], True)
+    belt, window = study.treadmill.belt_of(experiment, condition), _window(analysis["window"])
+    stated = study.treadmill.weight_of(experiment, condition)
+    weight = None if stated is None else Weight(**stated)
+    options = PlateOptions(belt, lowpass, lowpass, window, analysis["segment_s"])
+    recording = plate_recordings(trial, name, condition, options, weight)["Fy"]
+    return recording, resting(prepare_trial(trial, name, lowpass, window), belt, weight)
+
+
+def _refused_calibrations(study: Study, of_plates: dict[tuple, tuple[BeltRecording, Resting]]) -> list[str]:
+    """One sentence for every belt whose models of the treadmill cannot be fitted to its trials."""
+    refused, usual_kg = [], study.settings["weight"]["weight"]["mass_kg"]
+    for belt in study.treadmill.belts():
+        trials = study.treadmill.plate_trials(belt)
+        if not all((e, c) in of_plates for e, c, _ in trials):
+            continue
+        found = [(e, role, *of_plates[e, c]) for e, c, role in trials]
+        try:
+            check_plate([rest for *_, rest in found], study.treadmill.plate_of(belt))
+            groups = [(group_of(e, r.carried_kg, usual_kg), role, r) for e, role, r, _ in found]
+            for part in plate_groups(groups):
+                for recordings in part.values():
+                    check_recordings(recordings, study.config["weight"]["models"]["shortest_s"])
+        except InputError as error:
+            refused.append(f"models of the treadmill: {error}")
+    return refused
+
+
+def _read_walk(study: Study, condition: str) -> None:
+    """Recording, events and strides of a walk, as its job reads them."""
+    files = study.raw_files("walking", condition, "")
+    recording, strides, _ = read_trial(files, study.config["walking"])
+    length_s = float(recording.time[-1] - recording.time[0])
+    refuse_short(length_s, study.trials["walking", condition].duration_s, recording.name)
+    refuse_other_units(recording, strides)
