@@ -1,4 +1,4 @@
-"""The pages of a tiny study in a real browser, from files: no errors, readable on a telephone, and they react."""
+"""Pages of a tiny study in a real browser, from files: no errors, readable on a telephone."""
 
 import browser_driver
 import pytest
@@ -56,7 +56,8 @@ def test_trials_are_sorted_and_filtered(study, browser):
     )
     experiments = browser.run(shown.format("dataset.experiment"))
     assert len(experiments) == 10
-    of = "const e = document.getElementById('trials-of'); e.value = 'dummy'; e.dispatchEvent(new Event('input'));"
+    of = "const e = document.getElementById('trials-of'); e.value = 'dummy';"
+    of += "e.dispatchEvent(new Event('input'));"
     assert set(browser.run(of + shown.format("dataset.experiment"))) == {"dummy"}
     press = "document.querySelectorAll('#trials-table thead button')[2].click();"
     rising = browser.run(press + shown.format("cells[2].dataset.value"))
@@ -81,3 +82,13 @@ def test_a_page_of_a_trial_opens_without_errors(study, browser):
     browser.open(study / "results/report/trials/dummy/sine-0.5.html")
     assert browser.run("return document.querySelectorAll('canvas').length") > 3
     assert browser.log() == []
+
+
+def test_signs_as_printed_return_the_apparent_impedance_with_a_perfect_fit(study, browser):
+    browser.open(study / "results/report/index.html")
+    cells = "[...document.querySelectorAll('.returned tr')].slice(1).map((row) => row.lastChild.textContent)"
+    *joint, vaf = browser.run(f"return {cells}")
+    # I + 2 I_leg, B, K - 2 m g r of the dummy (docs/architecture.md)
+    assert joint == ["0.0610", "0.0649", "6.68"] and vaf == "100.00 %"
+    consistent = "document.querySelectorAll('.explorer input[type=radio]')[1].click();"
+    assert browser.run(f"{consistent} return {cells}")[2:] == ["10.2", "100.00 %"]

@@ -121,9 +121,14 @@ def test_the_figure_of_the_result_stands_at_the_top_with_its_finding():
 
 
 def test_page_needs_nothing_from_outside_and_no_name_of_a_user_breaks_it():
-    html = rendered(title=NASTY, facts=[(NASTY, NASTY)], files={NASTY: "a:b #1?%<i>"}, data={"a": NASTY})
+    html = rendered(
+        title=NASTY,
+        facts=[(NASTY, NASTY)],
+        files={NASTY: "a:b #1?%<i>"},
+        explored={"figure_x": ("apparent", NASTY)},
+    )
     reader = parsed(html)
-    assert len(reader.scripts) == 3 and "".join(reader.words).count("alert(1)") >= 3
+    assert len(reader.scripts) == 4 and "".join(reader.words).count("alert(1)") >= 3
     assert "./a%3Ab%20%231%3F%25%3Ci%3E" in reader.links
     assert not any(link.startswith(("http", "//", "/")) for link in reader.links)
     assert "url(" not in html and "@import" not in html

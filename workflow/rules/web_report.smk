@@ -26,7 +26,10 @@ rule write_index:
         citation=here("CITATION.cff"),
         outputs=PAGES,
         library=library_of("write_index")
-        + [here(f"tepsipe/reporting/pages/{name}") for name in ("report.css", "report.js", "theme.js")],
+        + [
+            here(f"tepsipe/reporting/pages/{name}")
+            for name in ("report.css", "report.js", "explore.js", "theme.js")
+        ],
     output:
         html="<results>/report/index.html",
     log:

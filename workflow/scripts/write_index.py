@@ -4,6 +4,7 @@ import job
 
 job.start(snakemake)
 
+import json
 import os
 import re
 from pathlib import Path
@@ -13,6 +14,7 @@ from typeset import report_files, source_files, table_files, typeset_page
 
 from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.recovery_table import RECOVERIES
+from tepsipe.reporting.pages.explorers import apparent, specification
 from tepsipe.reporting.pages.html import table
 from tepsipe.reporting.pages.markdown import html_of, inline
 from tepsipe.reporting.pages.report_page import Origin, ReportPage, link, render_report
@@ -122,6 +124,11 @@ parts["tables-of-the-run"] = (
         ],
     ),
 )
+explored = {}
+if "dummy" in params.trials and "recovery" in tables:
+    settings = json.loads(Path(given.data).read_text(encoding="utf-8"))["choices"]["dummy"]
+    explored["figure_torque"] = ("apparent", apparent(settings["geometry"], truth))
+    explored["figure_specification"] = ("specification", specification(tables["specification"], truth))
 page = ReportPage(
     title=params.title,
     facts=[
@@ -137,6 +144,7 @@ page = ReportPage(
     rests_on=yaml.safe_load(Path(given.rests_on).read_text(encoding="utf-8")),
     decisions=decisions,
     parts=parts,
+    explored={figure: content for figure, content in explored.items() if content[1]},
 )
 files = source_files(given.source, params.source_folder)
 files |= report_files(given.data, tables, given.figures)

@@ -69,8 +69,8 @@ class ReportPage:
         Number of a decision -> its title, its HTML, and the name of its file.
     parts : mapping of str to (str, str)
         Identifier of a section that follows the report -> its title and its HTML.
-    data : mapping of str to object
-        What the page gives to its scripts, by name.
+    explored : mapping of str to (str, object)
+        Anchor of a figure -> what there is to try below it (a function of explore.js), and its data.
     """
 
     title: str
@@ -82,7 +82,7 @@ class ReportPage:
     rests_on: Mapping[str, Sequence[int]] = field(default_factory=dict)
     decisions: Mapping[int, tuple[str, str, str]] = field(default_factory=dict)
     parts: Mapping[str, tuple[str, str]] = field(default_factory=dict)
-    data: Mapping[str, object] = field(default_factory=dict)
+    explored: Mapping[str, tuple[str, object]] = field(default_factory=dict)
 
 
 def render_report(typeset: str, page: ReportPage) -> str:
@@ -120,8 +120,8 @@ def render_report(typeset: str, page: ReportPage) -> str:
         '<a class="skip" href="#report">To the report</a>\n'
         f"{_side(body, page)}"
         f'<main id="report">\n{_head(page)}{_lines(body)}</main>\n'
-        f"{json_script('page-data', dict(page.data))}\n"
-        f"<script>\n{asset('report.js')}</script>\n</body>\n</html>\n"
+        f"{json_script('page-data', dict(page.explored.values()))}\n"
+        f"<script>\n{asset('report.js')}</script>\n<script>\n{asset('explore.js')}</script>\n</body>\n</html>\n"
     )
 
 
@@ -287,9 +287,11 @@ def _with_origins(body: str, page: ReportPage) -> tuple[str, list[int]]:
             used.update(rests)
             origin = page.origins.get(name) or page.origins.get(table_name) or page.origins.get(source)
             if origin:
-                parts[k] = (
-                    part.removesuffix("</figure>") + _origin(origin, rests, page.decisions) + "</figure>"
-                )
+                below = _origin(origin, rests, page.decisions)
+                parts[k] = part.removesuffix("</figure>") + below + "</figure>"
+            if name in page.explored:
+                kind = text(page.explored[name][0])
+                parts[k] += f'<div class="explorer" data-explore="{kind}" hidden></div>\n'
     return "".join(parts), sorted(used)
 
 
