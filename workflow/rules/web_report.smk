@@ -11,7 +11,7 @@ if not STUDY.kind:
     others = {"Snakemake's report": "report/report.html", "Provenance": "provenance.json"}
     others["Configuration"] = "config.yaml"
     FORMS |= {words: f"{config['pathvars']['results']}/{name}" for words, name in others.items()}
-CAPTIONS = read_captions(Path(workflow.basedir) / "report/captions.yaml")
+CAPTIONS = read_captions(CHECKOUT / "report/captions.yaml")
 
 
 rule write_index:
@@ -22,7 +22,7 @@ rule write_index:
         numbers=[str(path).removesuffix("svg") + "csv" for path in REPORT.input.figures],
         source=REPORT.input.source,
         rests_on=here("report/decisions.yaml"),
-        decisions=sorted(here(path) for path in Path(workflow.basedir).glob("docs/decisions/0*.md")),
+        decisions=sorted(here(path) for path in CHECKOUT.glob("docs/decisions/0*.md")),
         citation=here("CITATION.cff"),
         outputs=PAGES,
         library=library_of("write_index")
@@ -45,7 +45,7 @@ rule write_index:
         source_folder=lambda w: here("report"),
         results=config["pathvars"]["results"],
         configfiles=[path.as_posix() for path in CONFIGFILES[1:]],
-        code=code_version(workflow.basedir),
+        code=code_version(CHECKOUT),
         forms=as_it_is(FORMS),
         trials=STUDY.all_conditions() if PAGES else {},
         captions=as_it_is(
