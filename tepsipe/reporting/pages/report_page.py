@@ -285,7 +285,9 @@ def _with_origins(body: str, page: ReportPage) -> tuple[str, list[int]]:
             places = (name, table_name, section, source)
             rests = next((page.rests_on[place] for place in places if place in page.rests_on), ())
             used.update(rests)
-            origin = page.origins.get(name) or page.origins.get(table_name) or page.origins.get(source)
+            picture = re.search(r'<img src="[^"]*?(\w+)\.svg"', part)  # its label may be another one
+            known = (name, picture[1] if picture else "", table_name, source)
+            origin = next((page.origins[key] for key in known if key in page.origins), None)
             if origin:
                 below = _origin(origin, rests, page.decisions)
                 parts[k] = part.removesuffix("</figure>") + below + "</figure>"
