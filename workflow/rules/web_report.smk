@@ -11,7 +11,7 @@ if not STUDY.kind:
     others = {"Snakemake's report": "report/report.html", "Provenance": "provenance.json"}
     others["Configuration"] = "config.yaml"
     FORMS |= {words: f"{config['pathvars']['results']}/{name}" for words, name in others.items()}
-CAPTIONS = read_captions(Path(workflow.basedir) / "report/captions.yaml")
+CAPTIONS = read_captions(CHECKOUT / "report/captions.yaml")
 
 
 rule write_index:
