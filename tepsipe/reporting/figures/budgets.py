@@ -1,6 +1,7 @@
 """Figure of an uncertainty budget, source by source."""
 
 from collections.abc import Iterator
+from textwrap import fill
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -61,7 +62,7 @@ def plot_budgets(budgets: dict[str, RelativeBudget]) -> Figure:
         return figure
     drawn = {quantity: bars_of(budget) for quantity, budget in budgets.items()}
     most = max(len(bars) for bars in drawn.values())
-    figure, axes = new_figure(1, len(drawn), 0.9 + 0.21 * most, squeeze=False)
+    figure, axes = new_figure(1, len(drawn), 0.9 + 0.25 * most, squeeze=False)
     for axis, (quantity, bars) in zip(axes[0], drawn.items(), strict=True):
         most_shown = SHOWN * float(np.nanmedian(bars[0][2]))
         for place, (_, kind, percent) in enumerate(bars):
@@ -70,7 +71,7 @@ def plot_budgets(budgets: dict[str, RelativeBudget]) -> Figure:
             axis.plot([low, min(high, most_shown)], [place, place], color="#1b1b1b", linewidth=0.9)
             if high > most_shown:
                 axis.plot(most_shown, place, ">", color="#1b1b1b", markersize=4.0, clip_on=False)
-        axis.set_yticks(range(len(bars)), [label for label, _, _ in bars])
+        axis.set_yticks(range(len(bars)), [fill(label, 24) for label, _, _ in bars], linespacing=0.9)
         axis.invert_yaxis()
         name = f"${quantity}$" if len(quantity) == 1 else quantity
         axis.set_xlabel(f"Uncertainty of {name} (%)", loc="right")
