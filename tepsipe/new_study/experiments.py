@@ -97,8 +97,8 @@ def _is_walk(group: Group, contents: Seen, named: str | None) -> bool:
         return False
     if strides < FEWEST_UNPERTURBED:
         raise InputError(
-            f"a person who walks, by the {why} (whole strides: {max(strides, 0)}): a study of walking needs "
-            f"at least {FEWEST_UNPERTURBED} on the same plates, one of standing a person who stands on them"
+            f"expected at least {FEWEST_UNPERTURBED} whole strides on the same plates of a person who walks "
+            f"(by the {why}), found {max(strides, 0)}: record a longer walk, or standing for a study of standing"
         )
     group.notes.append(f"taken for walking by its {why}")
     return True

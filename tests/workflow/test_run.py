@@ -226,7 +226,7 @@ def test_make_executes_nothing_of_a_path(tmp_path, root):
     for name in ("Makefile", "requirements.txt", "pyproject.toml"):
         shutil.copy(root / name, folder)
     make = partial(subprocess.run, cwd=folder, capture_output=True, text=True)
-    done = make(["make", "environment", f"PYTHON={sys.executable}"])
+    done = make(["make", "--no-print-directory", "environment", f"PYTHON={sys.executable}"])
     assert done.returncode == 2
     assert_one_sentence(done.stdout.strip(), f"tepsipe: {folder}", "rename it")
     done = make(["make", "-n", "study", f"PYTHON={sys.executable}", "CONFIG=my 's$(touch z) {x}.yaml"])

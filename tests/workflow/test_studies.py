@@ -37,4 +37,4 @@ PLANNED = {
 @pytest.mark.parametrize("name", PLANNED)
 def test_a_study_plans_its_own_jobs_and_no_others(project, name):
     run = snakemake(project, "-n", config=f"{name}/config")
-    assert jobs(run) == {**PLANNED[name], "all": 1}, run.stdout + run.stderr
+    assert jobs(run) == {**PLANNED[name], "write_index": 1, "all": 1}, run.stdout + run.stderr

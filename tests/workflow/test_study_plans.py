@@ -9,7 +9,8 @@ pytestmark = pytest.mark.study
 RECORD = {"record_provenance": 1}
 REPORTS = {"write_report": 1, "write_html_report": 1, "write_index": 1, "all": 1}
 ESTIMATES = {"collect_estimates": 1, "compare_with_truth": 1, "check_claims": 1, "plot_budgets": 1}
-# pages of trials show the truth beside the estimates
+# figures and pages of trials show the truth beside the estimates
+ESTIMATES |= {"plot_dummy": 1, "plot_foot": 1}
 ESTIMATES |= {f"write_{name}_pages": 1 for name in ("wristalyzer", "dummy", "weight", "empty", "standing")}
 CELLS = {"judge_cells": 1}
 # what follows from the dummy's trials, and from its estimates
