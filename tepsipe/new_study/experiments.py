@@ -98,7 +98,7 @@ def _is_walk(group: Group, contents: Seen, named: str | None) -> bool:
     if strides < FEWEST_UNPERTURBED:
         raise InputError(
             f"expected at least {FEWEST_UNPERTURBED} whole strides on the same plates of a person who walks "
-            f"(by the {why}), found {max(strides, 0)}: record a longer walk, or standing for a study of standing"
+            f"(by the {why}), found {max(strides, 0)}: record a longer walk, or a person who stands on them"
         )
     group.notes.append(f"taken for walking by its {why}")
     return True

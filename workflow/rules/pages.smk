@@ -1,6 +1,6 @@
 # A page per trial for a web browser, all of an experiment in one job.
 
-PAGE, PICTURE = ("<results>/report/trials/{}/{{condition}}." + kind for kind in ("html", "svg"))
+PAGE, PICTURE = (f"<results>/report/trials/{{}}/{{{{condition}}}}.{kind}" for kind in ("html", "svg"))
 TRUTH = outputs.recovery(STUDY)[:1]
 PAGE_SOURCE = [here(f"tepsipe/reporting/pages/{name}") for name in ("plot.js", "page.css")]
 TITLE = as_it_is(config["study"]["title"])

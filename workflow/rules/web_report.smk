@@ -43,7 +43,7 @@ rule write_index:
         kind=STUDY.kind,
         root=lambda w: here("."),
         source_folder=lambda w: here("report"),
-        results=config["pathvars"]["results"],
+        results=as_it_is(config["pathvars"]["results"]),
         configfiles=[path.as_posix() for path in CONFIGFILES[1:]],
         code=code_version(CHECKOUT),
         forms=as_it_is(FORMS),
