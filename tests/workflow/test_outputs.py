@@ -118,7 +118,7 @@ def test_outputs_of_the_shipped_study(shipped):
     assert len(outputs.standing_figures(shipped)) == 32
     assert len(outputs.pages(shipped)) == 56
     assert "<results>/report/trials/dummy/sine-0.3.html" in outputs.pages(shipped)
-    shown = [name for own in outputs.figures_by_category(shipped).values() for name in own]
+    shown = [name for own in outputs.shown(shipped) for name in outputs.figures_of(shipped, own)]
     assert sorted(f"<results>/figures/{name}.svg" for name in shown) == sorted(figures)
     tables = [name.removesuffix(".csv").rpartition("/")[2] for name in everything if name.endswith(".csv")]
     assert set(outputs.tables(shipped)) == set(tables)

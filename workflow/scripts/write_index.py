@@ -74,14 +74,9 @@ def origin_of_tables(chapter, label=None):
 
 
 chapters = [
-    Chapter(Path(params.root) / "report", name) for name in source_files(given.source, params.source_folder)
-]
-chapters = [
-    chapter
-    for chapter in chapters
-    if chapter.name == params.main
-    or chapter.name.startswith("chapters/")
-    or chapter.name == "several_joints.typ"
+    Chapter(Path(params.root) / "report", name)
+    for name in source_files(given.source, params.source_folder)
+    if name.startswith("chapters/") or name in (params.main, "several_joints.typ")
 ]
 origins = {
     Path(path).stem: origin_of_figure(path, numbers)

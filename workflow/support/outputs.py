@@ -261,15 +261,6 @@ def _stem(path: str) -> str:
     return path.rpartition("/")[2].removesuffix(".csv")
 
 
-def figures_by_category(study: Study) -> dict[str, dict[str, str]]:
-    """Category -> figure -> its caption, in the order in which they are shown."""
-    found: dict[str, dict[str, str]] = {}
-    for name in shown(study):
-        if own := figures_of(study, name):
-            found.setdefault(category_of(name), {}).update(own)
-    return found
-
-
 def report_fits(study: Study) -> list[str]:
     """Fits of which the report has facts or numbers."""
     own = [path for name in ("weight", "belt") for path in model_files(study, name)[:1]]
