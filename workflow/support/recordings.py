@@ -23,7 +23,7 @@ from tepsipe.ingest.plausibility import plausible_trial
 from tepsipe.ingest.recording_options import RecordingOptions
 from tepsipe.ingest.standing import ingest_standing_files
 from tepsipe.ingest.whole_trial import ingest_recording_files
-from tepsipe.io.readers.text_table import read_text_table
+from tepsipe.io.readers.text_table import DELIMITERS, read_text_table
 from tepsipe.io.trial import Trial
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
@@ -38,7 +38,6 @@ from workflow.support.rigs import RIG_KEYS, rig_of
 from workflow.support.study import Study
 
 ON_PLATE = ("dummy", "weight", "empty", "standing")
-DELIMITERS = {"comma": ",", "tab": "\t"}
 
 
 def refused_recordings(study: Study) -> list[str]:
@@ -116,23 +115,27 @@ def _of_tables(study: Study, experiment: str, condition: str, files: dict, secti
     """Trial of a manipulator, a platform or a belt."""
     of_files, lasts = section["files"], study.trials[experiment, condition].duration_s
 
-    def table(kind: str, columns: str, delimiter: str) -> dict:
-        named = {key: name for key, name in of_files[columns].items() if name is not None}
-        return read_text_table(files[kind], named, delimiter, study.named_by(experiment, condition, columns))
+    def table(kind: str, columns: str, delimiter: str, units: dict[str, str] | None = None) -> dict:
+        named_by = study.named_by(experiment, condition, columns)
+        return read_text_table(files[kind], of_files[columns], DELIMITERS[delimiter], named_by, units)
 
     if experiment == "wristalyzer":
-        log, command = table("log", "log_columns", "\t"), table("command", "command_columns", "\t")
         options = ManipulatorOptions(angle_unit=of_files["angle_unit"], **section["ingest"])
+        log = table("log", "log_columns", "tab", options.units)
+        command = table("command", "command_columns", "tab", options.units)
         return ingest_torque_manipulator(log, command, options, lasts, files["log"], files["command"])
-    log = table("log", "columns", DELIMITERS[of_files["delimiter"]])
     if experiment == "belt":
+        log = table("log", "columns", of_files["delimiter"])
         options = BeltTableOptions(load_unit=of_files["load_unit"], **section["ingest"])
         return ingest_belt_table(log, of_files["columns"], options, lasts, files["log"])
     units = {key: of_files[key] for key in ("angle_unit", "torque_sign")}
     if experiment == "platform":
-        units["platform_unit"] = of_files["platform_unit"]
-        return ingest_platform(log, PlatformTableOptions(**units, **section["ingest"]), lasts, files["log"])
-    return ingest_position_manipulator(log, TableOptions(**units, **section["ingest"]), lasts, files["log"])
+        options = PlatformTableOptions(platform_unit=of_files["platform_unit"], **units, **section["ingest"])
+        log = table("log", "columns", of_files["delimiter"], options.units)
+        return ingest_platform(log, options, lasts, files["log"])
+    options = TableOptions(**units, **section["ingest"])
+    log = table("log", "columns", of_files["delimiter"], options.units)
+    return ingest_position_manipulator(log, options, lasts, files["log"])
 
 
 def _prepare(study: Study, experiment: str, condition: str, trial: Trial) -> None:

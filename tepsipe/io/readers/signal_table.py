@@ -17,7 +17,7 @@ from tepsipe.io.readers.clock import Clock, bridged, regular_clock
 from tepsipe.io.readers.plain_table import PlainTable, read_plain_table
 from tepsipe.io.readers.recording import Channel, ForcePlate, Recording
 
-TIME = re.compile(r"(time|t|timestamp)$", re.IGNORECASE)
+TIME = re.compile(r"(time|t|timestamp|zeit)$", re.IGNORECASE)
 UNIT = re.compile(r"\s*[(\[]\s*([^()\[\]]+?)\s*[)\]]\s*$")
 ENDING = re.compile(r"_(s|ms|us|mm|cm|m|N|kN|Nm|Nmm|V|mV|uV|rad|deg|m_per_s|mm_per_s)$")
 MARKER = re.compile(r"(.+?)[\s_.:]?(?:Pos)?([XYZ])$|(.+?)[_.:]([xyz])$")
