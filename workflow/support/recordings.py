@@ -4,6 +4,7 @@ import hashlib
 from pathlib import Path
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, leg_motion
 from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs
 from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.options import StandingOptions
@@ -139,7 +140,7 @@ def _of_tables(study: Study, experiment: str, condition: str, files: dict, secti
 
 
 def _prepare(study: Study, experiment: str, condition: str, trial: Trial) -> None:
-    """Perturbations and rest of a dummy's trial; joint angles, stance, mass and muscles of a person."""
+    """Perturbations, rest and leg of a dummy's trial; joint angles, stance, mass and muscles of a person."""
     section, name = study.of_trial(experiment, condition), f"{experiment}/{condition}"
     analysis = section["analysis"]
     if experiment == "standing":
@@ -149,8 +150,10 @@ def _prepare(study: Study, experiment: str, condition: str, trial: Trial) -> Non
         cutting = EpochOptions.from_settings(analysis, section["emg"], section["ingest"]["max_gap_s"])
         cut_standing_epochs(process_standing(trial, name, options, {}, {}), cutting)
         return
-    lowpass = Lowpass(analysis["lowpass_cutoff_hz"], analysis["lowpass_order"], True)
-    prepare_trial(trial, name, lowpass, _window(analysis))
+    lowpass = {key: analysis[key] for key in ("lowpass_cutoff_hz", "lowpass_order")}
+    fixed = section["foot"]["belt_fixed_labels"]
+    dummy = DummyOptions.from_settings(section["geometry"], lowpass | vars(_window(analysis)), fixed)
+    leg_motion(prepare_trial(trial, name, dummy.lowpass, dummy.window), dummy, "aligned")
 
 
 def _window(settings: dict) -> WindowOptions:
