@@ -127,7 +127,7 @@ print("Type A and Type B:", wider.quantities["K"])
 # ## What can go wrong
 #
 # **Exchanged arguments.** The fit runs, but notes on the result describe what is wrong.
-# The result of a valid record has no notes.
+# The result above has no notes.
 
 # %%
 exchanged = fit_impedance(
@@ -181,8 +181,8 @@ except InputError as refused:
 # 2. Filter at 5 Hz (`cutoff_hz=5`). Read the note, then compare the estimates with the
 #    truth.
 # 3. Reverse the sign of the torque. Which message reveals the error?
-# 4. Estimate the same joint from the camera markers alone with `fit_joint_likelihood`
-#    ([example](../api.md#tepsipe.fit_joint_likelihood)). Its interval of *K* is far
+# 4. Estimate the same joint without a torque, from the camera markers and the belt, with
+#    `fit_joint_likelihood` ([example](../api.md#tepsipe.fit_joint_likelihood)). Its interval of *K* is far
 #    narrower. Which information does it use that the windowed fit ignores?
 #
 # Next: [why the VAF cannot tell a right torque from a wrong one](vaf.md).

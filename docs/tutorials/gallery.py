@@ -32,7 +32,7 @@ windows = fit_impedance(
 windows.plot()
 
 # %% [markdown]
-# ## The same joint from markers alone
+# ## The same joint from markers and belt, without a torque
 #
 # The joint likelihood fits the angle over the whole trial, including the swing between
 # the pulses.

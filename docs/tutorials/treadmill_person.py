@@ -220,8 +220,8 @@ plt.show()
 # The longest bar is the source to measure better, here the origin of the force plate
 # along the belt. The trials of the weight determine this origin if you state where the
 # centre of mass of the weight is relative to its markers (`com_forward_of_markers_m`).
-# `new-study` asked for this value in `config.yaml` (exercise 1). More pulses shorten
-# only the blue bar.
+# `new-study` asked for this value in `config.yaml`. More pulses shorten only
+# the blue bar.
 #
 # ## What can go wrong
 #
