@@ -132,7 +132,7 @@ def add_plan(commands: argparse._SubParsersAction) -> argparse.ArgumentParser:
                 default=PATHWAYS[0],
                 choices=PATHWAYS,
                 help="joint-likelihood: likelihood of all markers and the log, for a joint that may soften "
-                "or (-linear) a linear one; leg, foot: windowed least squares with the torque from leg or foot; "
+                "or (-linear) a linear one; leg, foot: windowed least squares with that torque; "
                 f"default {PATHWAYS[0]}",
             )
     group = parser.add_argument_group("tolerances of the calibration")
