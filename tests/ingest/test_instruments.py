@@ -727,11 +727,13 @@ def test_sources_of_a_trial_are_read_alone(trial_file):
     assert sources == json.loads(read_trial(trial_file[0]).attributes["sources"])
 
 
-def test_trial_whose_samples_do_not_fit_its_axes_is_not_written(tmp_path):
+def test_trial_whose_samples_do_not_fit_its_axes_is_not_read(tmp_path):
     axes = {"time": np.arange(100) / 100.0}
     trial = Trial(100.0, axes, {"angle": Signal(np.zeros(99), "rad", ("time",), "angle")})
-    with pytest.raises(ValueError, match="shape"):
-        write_trial(tmp_path / "trial.h5", trial, "dummy", "x", {}, {})
+    write_trial(tmp_path / "trial.h5", trial, "dummy", "x", {}, {})
+    with pytest.raises(InputError) as caught:
+        read_trial(tmp_path / "trial.h5")
+    assert_one_sentence(caught.value, "trial.h5", "'angle' has the shape (99,)")
 
 
 def test_markers_that_end_before_the_trial_are_refused(recordings):
