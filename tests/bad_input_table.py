@@ -1805,7 +1805,7 @@ ODD_SETTINGS = [
         ),
         ("a plate twice", ("plate_treadmill.recording.plates.right", [1, 1]), "expected different items for"),
         (
-            "plate 0 of the left belt",
+            "plate 0",
             ("plate_treadmill.recording.plates.left", [0]),
             "expected a number of at least 1 for",
         ),
