@@ -13,8 +13,9 @@ from typst_builders import page_of, plain_words
 
 from tepsipe.io.recovery_table import Recovery
 from tepsipe.reporting.pages.markdown import html_of
-from tepsipe.reporting.pages.report_page import Origin, ReportPage, render_report
+from tepsipe.reporting.pages.report_page import Origin, ReportPage, made_again, render_report
 from tepsipe.reporting.pages.trials import trial_rows, trials_table
+from workflow.support.origins import study_command
 
 DECISIONS = Path(__file__).parents[2] / "docs/decisions"
 TYPESET = """<style>math {}</style></head><body><div data-source="chapters/a.typ"><h2>1 A &amp; B</h2>
@@ -26,6 +27,7 @@ TYPESET = """<style>math {}</style></head><body><div data-source="chapters/a.typ
 <figure><figcaption>Table 3: T.</figcaption><table><tr><td>one</td><td>-1.5</td></tr></table></figure>
 <div data-label="own"></div><h3>1.2 Labelled</h3>
 <div data-label="two"></div><h3 id="loc-3">1.3 Labelled</h3> <a href="#loc-3">1.3</a>
+<table><tr><th></th><th>n</th></tr><tr><td>of the study</td><td><code>1.2</code></td></tr></table>
 <div class="equation"><math display="block"><mi>\U0001d43e</mi></math><span class="number">(4)</span></div>
 <ul><li id="loc-7"><span class="prefix"><a href="#loc-9" role="doc-backlink">[2]</a></span> A.</li></ul>
 </div></body>"""
@@ -115,10 +117,45 @@ def test_figures_have_size_origin_and_the_nearest_decision():
     assert 'id="decision-8"' not in html
 
 
+def test_a_table_without_caption_has_the_origin_of_its_chapter_and_no_empty_heading():
+    table = rendered().partition("of the study")[2].partition("<div class=")[0]
+    assert "<td><code>1.2</code></td>" in table and "<code>plot (a.smk:1)</code>" in table
+    assert "decision 7: Seven" in table
+    assert "<tr><td></td><th>n</th></tr>" in rendered()
+
+
+def test_questions_lead_to_sections_that_the_report_has():
+    questions = rendered().partition('<nav class="questions"')[2].partition("</nav>")[0]
+    assert parsed(f"<p>{questions.partition('>')[2]}</p>").links == ["#trials"]
+    assert "questions" not in rendered(parts={}).partition("</style>")[2].partition("<script")[0]
+
+
+def test_commands_that_make_the_run_again_can_be_copied():
+    html = made_again(study_command(["config/a<b.yaml"]))
+    assert "<code>snakemake -c2 --configfile config/a&lt;b.yaml</code> <button" in html
+    assert study_command([]) == "snakemake -c2" and "tepsipe new-study" in html
+
+
 def test_the_figure_of_the_result_stands_at_the_top_with_its_finding():
     lead = rendered().partition('<div class="lead">')[2].partition("</div>")[0]
     assert 'src="../figures/figure_x.svg"' in lead and "lazy" not in lead
     assert "<p>Found 1.5 N." in lead and "More" not in lead and 'href="#figure_x"' in lead
+    parts = rendered(TYPESET.replace("Found 1.5 N. More.", "Left: one. Right: two."))
+    assert "<p>Left: one. Right: two. <a" in parts
+
+
+def test_images_are_described_by_themselves_or_by_their_captions():
+    content, tables = content_of(run_of({"a": fit_of()}, rows_of("a")))
+    source = """#import "style.typ": style
+    #show: style
+    #figure(image("figures/figure_walking.svg"), caption: [_K_ by phase.])
+    #figure(image("figures/figure_needed.svg", alt: "Own words"), caption: [Other words.])
+    #image("figures/figure_coverage.svg")"""
+    html = page_of(content, tables, source)
+    assert (
+        re.findall(r'<img [^>]*alt="([^"]*)"', html) == ["K by phase.", "Own words"]
+        and html.count("<img") == 3
+    )
 
 
 def test_page_needs_nothing_from_outside_and_no_name_of_a_user_breaks_it():

@@ -18,9 +18,16 @@ from tepsipe.reporting.pages.explorers import explored
 from tepsipe.reporting.pages.html import table
 from tepsipe.reporting.pages.markdown import inline, record_of
 from tepsipe.reporting.pages.printed_cells import printed_cells
-from tepsipe.reporting.pages.report_page import ReportPage, about_code, link, picture_size, render_report
+from tepsipe.reporting.pages.report_page import (
+    ReportPage,
+    about_code,
+    link,
+    made_again,
+    picture_size,
+    render_report,
+)
 from tepsipe.reporting.pages.trials import trial_rows, trials_table
-from workflow.support.origins import ReportOrigins, Sources, chapters_of
+from workflow.support.origins import ReportOrigins, Sources, chapters_of, study_command
 
 given, params = snakemake.input, snakemake.params
 tables = table_files(given.tables)
@@ -47,6 +54,10 @@ listed = [
     for name, path in run_tables.items()
 ]
 parts["tables-of-the-run"] = ("Tables of the run", table(("Table", "Content"), listed))
+parts["make-again"] = (
+    "Make it again, or with your own recordings",
+    made_again(study_command(params.configfiles)),
+)
 
 below = {"cells-table": printed_cells(CELL_VERDICTS.read(tables["cells"]))} if "cells" in tables else {}
 tried = {}

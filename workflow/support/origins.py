@@ -158,6 +158,11 @@ def command(target: str, rules: Iterable[str], configfiles: Iterable[str]) -> st
     return f"snakemake -c1 {target} --forcerun {' '.join(rules)}" + (f" --configfile {own}" if own else "")
 
 
+def study_command(configfiles: Iterable[str]) -> str:
+    """Command that runs a whole study."""
+    return " ".join(["snakemake -c2", *(["--configfile", *configfiles] if configfiles else [])])
+
+
 # ---- tables of the report
 
 

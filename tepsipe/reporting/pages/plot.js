@@ -148,8 +148,8 @@
   document.getElementById("theme").addEventListener("click", function () {
     root.dataset.theme = (root.dataset.theme ? root.dataset.theme === "dark" : darkened.matches) ? "light" : "dark";
     try { localStorage.setItem("tepsipe-theme", root.dataset.theme); } catch (e) { /* no storage for files */ }
-    redraw();
   });
+  new MutationObserver(redraw).observe(root, { attributes: true, attributeFilter: ["data-theme"] });
   darkened.addEventListener("change", redraw);
 
   // ---- drawing -----------------------------------------------------------------------------------

@@ -24,6 +24,17 @@ ITALIC |= {"\u210e": "h", "\U0001d6df": "\u03d1", "\U0001d719": "\u03d5", "\U000
 # dots that combine with a letter stand beside it in some browsers
 ACCENTS = {"\u0307": "\u02d9", "\u0308": "\u00a8"}
 SCRIPTS = ("report.js", "swing.js", "explore.js")
+# questions of a reader, and the first of these sections that the report has
+QUESTIONS = {
+    "What was found?": ("abstract", "findings"),
+    "Why?": ("not-physical", "discussion"),
+    "How sure is it?": ("truth", "budgets"),
+    "What is simulated?": ("laboratory",),
+    "What did not reproduce?": ("cells",),
+    "Results and data of every trial": ("trials",),
+    "All tables": ("tables-of-the-run",),
+    "Make it again, or with your own recordings": ("make-again",),
+}
 # elements of a heading that its entry in the contents keeps
 KEPT = "em|math|mi|mn|msub|mrow|code"
 # a cell with a number, which may have signs, an interval and marks
@@ -133,7 +144,7 @@ def render_report(typeset: str, page: ReportPage) -> str:
         f"<script>\n{asset('theme.js')}</script>\n</head>\n<body>\n"
         '<a class="skip" href="#report">To the report</a>\n'
         f"{_side(body, page)}"
-        f'<main id="report">\n{_head(page)}{_lines(body)}</main>\n'
+        f'<main id="report">\n{_head(page)}{_questions(body)}{_lines(body)}</main>\n'
         f"{json_script('page-data', dict(page.explored.values()))}\n"
         f"{scripts}</body>\n</html>\n"
     )
@@ -152,6 +163,22 @@ def about_code(citation: Mapping, code: Mapping) -> list[tuple[str, str]]:
         ("Commit", commit),
         ("Date of the commit", code["date"]),
     ]
+
+
+def made_again(command: str) -> str:
+    """Section on how the run is made again by a command, and how to begin with own recordings."""
+    own = "tepsipe new-study recordings --output my-study && cd my-study && tepsipe check && snakemake -c2"
+    commands = {
+        "This command makes the whole run again, in a copy of the project of the version named above and in "
+        "the environment that <code>make</code> builds. Below every figure and table, <i>Data, code, "
+        "command</i> has a command of its own.": command,
+        "A folder of your own recordings becomes a study by the commands below. The project's page "
+        "<code>docs/recordings/README.md</code> lists the instruments that can be read.": own,
+    }
+    return "".join(
+        f'<p>{words}</p>\n<p><code>{text(line)}</code> <button type="button" class="copy">copy</button></p>\n'
+        for words, line in commands.items()
+    )
 
 
 def picture_size(path: str | Path) -> tuple[float, float]:
@@ -298,11 +325,13 @@ def _lead(body: str) -> str:
     caption = re.search(r"(?s)<figcaption>(.*?)</figcaption>", shown[0])
     picture = image[0].replace(' loading="lazy"', "") if image else ""
     label, _, words = caption[1].partition(": ") if caption else ("", "", "")
-    finding = re.match(r"(?s)(.*?[.:])(\s|$)", words)
+    # the first sentence; all of a caption that describes its parts one by one
+    finding = None if words.startswith("Left") else re.match(r"(?s)(.*?[.:])(\s|$)", words)
+    found = re.sub(r":$", ".", finding[1]) if finding else words
     return body.replace(
         wanted[0],
         f'<div class="lead"><a href="#{wanted[1]}">{picture}</a>'
-        f'<p>{finding[1] if finding else words} <a href="#{wanted[1]}">{label}</a></p></div>',
+        f'<p>{found} <a href="#{wanted[1]}">{label}</a></p></div>',
     )
 
 
@@ -415,6 +444,16 @@ def _head(page: ReportPage) -> str:
         f'<header>\n<h1>{text(page.title)}</h1>\n<dl class="facts">{facts}</dl>\n'
         f'<p class="forms">{files}</p>\n</header>\n'
     )
+
+
+def _questions(body: str) -> str:
+    """Links to what most readers look for."""
+    found = set(re.findall(r'<h[2-5] id="([^"]+)"', body))
+    places = {words: next((p for p in own if p in found), None) for words, own in QUESTIONS.items()}
+    links = "".join(
+        f'<li><a href="#{place}">{text(words)}</a></li>' for words, place in places.items() if place
+    )
+    return f'<nav class="questions" aria-label="Questions"><ul>{links}</ul></nav>\n' if links else ""
 
 
 def _lines(body: str) -> str:
