@@ -108,7 +108,8 @@ def test_report_page_has_the_numbers_of_the_pdf(study):
         return set(re.findall(r"(?<![\w.])\d+\.\d{2,}", words))
 
     html = re.sub(
-        r"(?s)<details class=.origin.*?</details>|<script.*?</script>|<style.*?</style>",
+        r"(?s)<details class=.origin.*?</details>|<div class=.printed-cells.*?</dl>"
+        r"|<script.*?</script>|<style.*?</style>",
         "",
         report_page(study),
     )
