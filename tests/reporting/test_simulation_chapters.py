@@ -60,9 +60,9 @@ def test_captions_of_simulations_name_the_parameters_that_predict_best(scores, b
     names = [f"figure_{name}" for name in ("4_7", "4_8", "4_9", "4_10", "4_11", "b", "b_13")]
     found = findings_of(names, *content(simulated(scores), simulation=simulation))
     assert set(found) == set(names)
-    assert f"best by the parameters of {best} in 2 of 2 conditions" in found["figure_4_10"]
+    assert f"of {best} predict the angle best in 2 of 2 conditions" in found["figure_4_10"]
     assert f"the parameters of {best} predict the angle best" in found["figure_4_8"]
-    assert "S52" in found["figure_4_8"] and f"of {worst} predict it worst" in found["figure_4_7"]
+    assert "S52" in found["figure_4_8"] and f"and those of {worst} worst" in found["figure_4_7"]
     assert (f"below {MINUS}1000 %" in found["figure_4_7"]) is (scores is USUAL)
     assert ("the swing grows in 2 of 2 conditions" in found["figure_b"]) is (scores is USUAL)
     assert ("no swing grows" in found["figure_b"]) is (scores is CONTRARY)
@@ -89,7 +89,7 @@ def test_chapter_names_the_conditions_that_the_consistent_parameters_predict_bes
     told = chapter_words("simulation", *content(simulated(scores), simulation=simulation))
     assert "dataset best in 2 of 2 conditions (S1, S52)." in told
     assert "one K is not enough" not in told
-    assert "the swing grows in S1, S52" in told
+    assert "the swing grows in S1 and S52" in told
     other = chapter_words("simulation", *content(simulated(CONTRARY), simulation=simulation))
     assert "in 0 of 2 conditions." in other
     assert "does not hold in every condition" in other and "All simulated legs settle" in other
@@ -157,8 +157,8 @@ def test_growth_is_explained_by_near_resonance():
     assert often["limit"] == pytest.approx(4.91, abs=0.02)  # 1 / sin(11.75 degrees)
     assert rarely["limit"] == pytest.approx(1.0 / np.sin(np.radians(2 * 11.75)), rel=0.01)
     told = chapter_words("simulation", *content(run, simulation=simulation))
-    assert "in S1 grows to 4.2 times the first one, and the swing in S52 to 1.6 times" in told
-    assert "is 2.93 periods" in told and "with a phase of only 0.41 rad" in told
+    assert "the swing grows to 4.2 times the first one in S1 and to 1.6 times in S52" in told
+    assert "is 2.93 periods" in told and "only 0.41 rad out of phase" in told
     assert "near-resonance" in told and "This is not reproduced" not in told
     (found,) = findings_of(["figure_b"], *content(run, simulation=simulation)).values()
     assert "the swing grows to 4.2 times the first one in S1, and to 1.6 times in S52" in found
@@ -181,7 +181,7 @@ def test_pulses_in_resonance_add_up_to_their_number():
         ({"joint-likelihood": 85.0}, "predicts the angle best in every condition", ""),
         (
             {"thesis-wristalyzer": -400.0},
-            "As the thesis reports, its numbers",
+            "As the thesis reports, its parameters",
             "does not hold in all conditions",
         ),
     ],

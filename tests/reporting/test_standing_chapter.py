@@ -283,4 +283,4 @@ def test_summary_tells_of_one_person_in_a_study_of_the_thesis(people, told):
     )
     assert (words is not None) is told
     if told:
-        assert "intrinsic stiffness of both ankles together as 400 N·m/rad (calm) (" in words
+        assert "together is then estimated as 400 N·m/rad with the instruction calm (" in words

@@ -234,7 +234,7 @@ def test_velocities_of_the_foot_are_those_of_the_sheet(amplitudes, told):
     assert found == told
     asked = ['told("abstract_weight").map(plain).join(" ")']
     (text,) = evaluated(asked, "findings.typ", data, tables)
-    assert (f" at {told} m/s and above is" in text) is (told is not None)
+    assert (f" for pulses of {told} m/s and above is" in text) is (told is not None)
 
 
 FIGURES = [f"figure_{name}" for name in ("4_5", "4_6", "5_1", "plate_models", "plate_responses", "foot")]

@@ -221,7 +221,7 @@ def test_captions_tell_the_usual_findings_only_where_they_hold():
     found, other = told(usual()), told(contrary())
     assert set(found) == set(FIGURES)
     assert set(other) == {"figure_2_4", "figure_3_1", "figure_4_2", "figure_averaging"}
-    assert found["figure_2_4"] == "The torque has an RMS of 2.0 mN·m over the scale factors."
+    assert found["figure_2_4"] == "The torque has an RMS of 2.0 mN·m, depending on the scale factor."
     assert "the mean coherence of the tapered estimate is 0.12." in found["figure_3_1"]
     assert found["figure_4_1"] == "The fitted joint has a natural frequency of 5.2 Hz."
     assert found["figure_4_2"].endswith("with a VAF of 93.0 to 95.0 % over the scale factors.")

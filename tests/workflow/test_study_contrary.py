@@ -19,7 +19,7 @@ pytestmark = pytest.mark.study
 # what a report may say of a good run, and must not say of this one
 FALSE_HERE = (
     "converges to the same parameters from every starting value",
-    "one minimum within the printed bounds",
+    "a single minimum within the printed bounds",
     "depends on the starting value (",
     "The VAF is highest at an intermediate scale factor",
     "cannot have ended that far from the minimum",
