@@ -90,8 +90,8 @@ def trials_table(rows: Sequence[TrialRow]) -> str:
         for e in dict.fromkeys(r.experiment for r in rows)
     )
     return (
-        "<p>Each page shows the signals of one trial, to zoom into, with all of its estimates. The table has "
-        "the recommended ones with their standard uncertainty.</p>\n"
+        "<p>Each trial has a page with its signals, which can be zoomed, and all its estimates. The table "
+        "lists the recommended estimates with their standard uncertainties.</p>\n"
         '<form class="filters"><label>Experiment <select id="trials-of"><option value="">all</option>'
         f"{experiments}</select></label> "
         '<label>Search <input type="search" id="trials-with" autocomplete="off"></label> '
