@@ -249,10 +249,8 @@ def test_noise_is_told_as_in_the_thesis_only_where_it_is_so():
     for name in SENTENCES:
         assert (getattr(noise, name)(usual), getattr(noise, name)(contrary)) == (True, False), name
     told = chapter_words("noise", *content(usual, noise=noise))
-    assert (
-        "are at most 1.0 % from the simulated values. For least squares the largest error is 20.0 %" in told
-    )
-    assert "only one side is filtered, and K is up to 50 % away" in told
+    assert "are within 1.0 % of the simulated values. The largest error of least squares is 20.0 %" in told
+    assert "only one side is filtered, and K differs from the apparent K by up to 50 %" in told
     assert "The equation causes this bias" in told and "mainly due to its torque equation" in told
     other = chapter_words("noise", *content(contrary, noise=noise))
     for sentence in ("causes this bias", "the filter has a larger effect", "is biased if", "mainly due to"):
@@ -262,7 +260,9 @@ def test_noise_is_told_as_in_the_thesis_only_where_it_is_so():
 def test_an_estimator_that_was_not_computed_proves_nothing():
     run = noisy(as_printed=(3.0, 9.0, 6.1))
     assert not noise.method_sound(run) and not noise.least_squares_biased(run)
-    assert f"IV estimate are at most {DASH} % from" in chapter_words("noise", *content(run, noise=noise))
+    assert f"IV estimates of B and K are within {DASH} % of" in chapter_words(
+        "noise", *content(run, noise=noise)
+    )
 
 
 def test_numbers_of_other_noise_levels_do_not_count():
@@ -299,7 +299,7 @@ def test_caption_has_the_stiffness_of_the_figure_if_both_processings_were_comput
     rows.append(("as-printed", "K = 15 Nm/rad", "K", "Nm/rad", 8.0, -2.19, 10.0, 2.963))
     both = Run(run.tables | {"table_4_4": table(*rows)}, settings=run.settings, study=STUDY)
     (told,) = findings_of(["figure_4_12"], *content(both, noise=noise)).values()
-    assert f"K = {MINUS}2.2 N·m/rad for a simulated K of 15 N·m/rad, the recommended one 15.0 N·m/rad" in told
+    assert f"yields K = {MINUS}2.2 N·m/rad, and the recommended one 15.0 N·m/rad" in told
 
 
 @pytest.mark.parametrize("usual", [True, False])
@@ -307,4 +307,4 @@ def test_caption_of_usable_noise_levels_needs_a_sound_method(usual):
     run = noisy(**(TRUE_K if usual else FALSE_K))
     found = findings_of(["figure_noise"], *content(run, noise=noise))
     assert set(found) == ({"figure_noise"} if usual else set())
-    assert not usual or "at most 1.0 % from the simulated values" in found["figure_noise"]
+    assert not usual or "within 1.0 % of the simulated values" in found["figure_noise"]

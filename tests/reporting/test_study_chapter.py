@@ -109,7 +109,7 @@ def test_table_of_missed_truths_tells_the_reason(constants, told):
     words = chapter_words("findings", data | {"short_names": {"b": "S2"}}, tables, cells="|")
     assert "intervals of 2 of the 3 recommended estimates miss the truth" in words
     assert f"|K of the dummy, S2|ls|−10|−2.0{told}" in words
-    assert ("In 2 of the 2 cases the rest" in words) is bool(constants)
+    assert ("In both cases, the rest" in words) is bool(constants)
     covered = study_content(compared(covered=["true"] * 4))
     assert "miss the truth" not in chapter_words("findings", *covered)
 

@@ -89,8 +89,8 @@ def trials_table(rows: Sequence[TrialRow]) -> str:
         for e in dict.fromkeys(r.experiment for r in rows)
     )
     return (
-        "<p>Each page shows the signals of one trial, to zoom into, with all of its estimates. The table has "
-        f"the recommended ones with their standard uncertainty.{beside}</p>\n"
+        "<p>Each trial has a page with its signals, which can be zoomed, and all its estimates. The table "
+        f"lists the recommended estimates with their standard uncertainties.{beside}</p>\n"
         '<form class="filters"><label>Experiment <select id="trials-of"><option value="">all</option>'
         f"{experiments}</select></label> "
         '<label>Search <input type="search" id="trials-with" autocomplete="off"></label> '
