@@ -57,8 +57,8 @@ def words(**changed):
 
 def test_source_tells_simulated_trials_from_recordings():
     one = {"position_manipulator": ["a"]}
-    assert "The 2 trials in this report are recordings listed" in words()
-    assert "The trial in this report is a recording listed" in words(experiments=one)
+    assert "This report analyses the 2 recordings named in the trial sheet" in words()
+    assert "This report analyses the recording named in the trial sheet" in words(experiments=one)
     assert "Source: REKLAB, _GPL_" in words(recordings_source="REKLAB, _GPL_")
     assert "Of the 2 trials in this report, 1 were simulated" in words(made=one)
 
