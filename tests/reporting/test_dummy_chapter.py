@@ -436,8 +436,8 @@ def test_printed_numbers_are_counted_by_their_role(best):
     assert thesis_dummy.full_law_predicts_best(run) is best
     data, tables = returned_content(run)
     words = chapter_words("thesis_dummy", data, tables, cells=" | ")
-    assert "There, 1 of the 1 fitted numbers lie within their tolerance" in words
-    assert "Of the 3 predicted numbers, 1 lie within their tolerance, and 2 with the null model" in words
+    assert "There, 1 of the 1 fitted numbers are within their tolerance" in words
+    assert "Of the 3 predicted numbers, 1 are within their tolerance, compared with 2 for the null model" in words
     assert "| SEM of I, B and K | – | 1 of 2 (1) |" in words and "| K | – | – |" in words
     assert ("The full law predicts best of all laws." in words) is best
     # a copy of the other table is better than 2.0 and 3.0, and worse than 0.8
