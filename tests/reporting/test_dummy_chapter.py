@@ -448,7 +448,7 @@ def test_printed_numbers_are_counted_by_their_role(best):
     assert "from −0.1 to 0.1 ms, the fitted B changes from 0.040 to 0.098 N·m·s/rad" in words
     (caption,) = findings_of(["figure_thesis_dummy"], data, tables).values()
     assert caption == (
-        "One joint with 5 constants returns 1 of 1 fitted and 1 of 3 other printed numbers within tolerance."
+        "One joint with 5 constants yields 1 of 1 fitted and 1 of 3 other printed numbers within tolerance."
     )
     # softening lowers K with amplitude
     stiffness = [own["K_Nm_per_rad"] for own in data["chapters"]["thesis_dummy"]["numbers"]["at_work"]]
