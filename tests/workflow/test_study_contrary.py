@@ -6,10 +6,11 @@ the report is made from them, and no sentence may tell the usual story.
 
 import csv
 import json
+import re
 import shutil
 
 import pytest
-from study_builders import PEOPLE, snakemake
+from study_builders import PEOPLE, ROOT, snakemake
 from typst_builders import page_of, plain_words, tables_of, typeset_words
 
 from tepsipe.io.result import read_result, write_result
@@ -30,23 +31,19 @@ FALSE_HERE = (
     "VAF depends more on the predicted trial",
     "No combination with a mean VAF above 99 %",
     "the swing grows in",
-    "agree with the pattern in the thesis",
+    "show the same pattern over the full dataset",
     "without it the VAF is higher in every condition",
     "predicts the angle best in every condition",
     "near-resonance of the pulses",
     "The equation causes this bias",
     "mainly due to its torque equation",
     "Least squares is biased if the angle has noise",
-    "the effect of the filter exceeds that of the noise",
+    "the filter has a larger effect than the noise",
     "any linear model of the empty belt fails",
     "K falls with amplitude",
-    "decrease with amplitude",
-    "come near to what",
-    "are close to those from the motion of the leg",
-    "recorded a person of 82 kg",
-    "yields almost no stiffness",
+    "almost no stiffness",
     "does not rotate as one rigid body",
-    "All responses increase with amplitude",
+    "the two forces are similar in shape",
     "perturbations are clearly visible: the",
 )
 # what it must say instead: the chapters are there, and chose by the numbers
@@ -190,6 +187,14 @@ def said(own_study):
     run = snakemake(own_study, "results/report/report.json", "--allowed-rules", "write_report")
     assert run.returncode == 0, run.stdout + run.stderr
     return told_by(results)
+
+
+def test_every_sentence_of_the_usual_story_is_one_that_the_report_can_tell():
+    """Otherwise a revised sentence could no longer be missed."""
+    sources = [ROOT / "report/captions.yaml", *sorted((ROOT / "report").rglob("*.typ"))]
+    text = " ".join(" ".join(path.read_text(encoding="utf-8").split()) for path in sources)
+    text = re.sub(r"[$*_#]", "", text)
+    assert [one for one in FALSE_HERE if one not in text and one not in HOLDS] == []
 
 
 @pytest.mark.parametrize("sentence", FALSE_HERE)
