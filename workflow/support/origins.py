@@ -118,10 +118,16 @@ class Sources:
         return self._place_of(source[1].replace(".", "/") + ".py", name) if source else ""
 
 
+@cache
+def _draw(module: Path) -> ast.FunctionDef:
+    """Function ``draw`` of a module."""
+    tree = ast.parse(module.read_text(encoding="utf-8"))
+    return next(node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "draw")
+
+
 def _drawing_function(module: Path, figure: str) -> str | None:
     """Name of the function that ``draw`` of a module calls for a figure."""
-    tree = ast.parse(module.read_text(encoding="utf-8"))
-    draw = next(node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "draw")
+    draw = _draw(module)
     assigned = {
         target.id: node.value
         for node in ast.walk(draw)

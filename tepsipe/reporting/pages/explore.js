@@ -25,6 +25,7 @@
   // ---- a plot with axes: lines and points of data in their units
 
   const [LEFT, RIGHT, TOP, BOTTOM] = [68, 12, 10, 40];
+  const WIDTH = matchMedia("(max-width: 32rem)").matches ? 340 : 640; // letters of one size on all screens
   function plot(width, height, label) {
     const element = svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": label, class: "plot" });
     const area = { x: [0, 1], y: [0, 1] };
@@ -41,7 +42,7 @@
     const axes = (xs, ys, across, up) => {
       Object.assign(area, { x: xs, y: ys });
       element.replaceChildren();
-      const [atX, digitsX] = ticks(xs, 6);
+      const [atX, digitsX] = ticks(xs, WIDTH / 107);
       const [atY, digitsY] = ticks(ys, 5);
       for (const value of atX) {
         element.append(svg("line", { x1: x(value), x2: x(value), y1: TOP, y2: height - BOTTOM, class: "grid" }));
@@ -120,7 +121,7 @@
     const rate = 2000;
     const time = Array.from({ length: 0.3 * rate }, (_, k) => k / rate);
     const velocity = Float64Array.from(time, (t) => (t > 0.02 && t < 0.12 ? 0.15 * (1 - Math.cos((2 * Math.PI * (t - 0.02)) / 0.1)) : 0));
-    const picture = plot(640, 260, "Torque by the chosen equation, and the fitted model, during one pulse of the belt");
+    const picture = plot(WIDTH, 260, "Torque by the chosen equation, and the fitted model, during one pulse of the belt");
     const table = html("table", { class: "returned" });
     const update = () => {
       const own = { ...joint, K: K.value };
@@ -170,8 +171,8 @@
   function forward(mount, { leg, rate, standing, velocity, angle, windows, sets, truth, condition }) {
     const foot = unpacked(velocity);
     const recorded = unpacked(angle);
-    const whole = plot(640, 190, `Recorded and simulated angle of the leg in the whole trial ${condition}`);
-    const near = plot(640, 230, "The same from one pulse to the next");
+    const whole = plot(WIDTH, 190, `Recorded and simulated angle of the leg in the whole trial ${condition}`);
+    const near = plot(WIDTH, 230, "The same from one pulse to the next");
     const table = html("table", { class: "returned" });
     const soft = sets.find((own) => own.C || own.D) ?? null;
     const joint = () => ({ I: I.value, B: B.value, K: K.value, ...(soft && softening.value ? { C: (softening.value / 100) * soft.C, D: (softening.value / 100) * soft.D, half: soft.half } : {}) });
@@ -235,7 +236,7 @@
   // ---- specification curve, to point at
 
   function specification(mount, { steps, rows, truth, limits }) {
-    const picture = plot(640, 300, "Stiffness by every combination of choices, sorted");
+    const picture = plot(WIDTH, 300, "Stiffness by every combination of choices, sorted");
     const about = html("dl", { class: "chosen" });
     const [low, high] = limits;
     const clipped = (value) => Math.min(Math.max(value, low), high);
@@ -271,8 +272,8 @@
     };
     picture.element.addEventListener("pointermove", (event) => {
       const box = picture.element.getBoundingClientRect();
-      const at = ((event.clientX - box.left) / box.width) * 640;
-      const k = Math.round(((at - LEFT) / (640 - LEFT - RIGHT)) * (rows.length + 1)) - 1;
+      const at = ((event.clientX - box.left) / box.width) * WIDTH;
+      const k = Math.round(((at - LEFT) / (WIDTH - LEFT - RIGHT)) * (rows.length + 1)) - 1;
       if (k >= 0 && k < rows.length) { point.value = k; show(); }
     });
     point.addEventListener("input", show);

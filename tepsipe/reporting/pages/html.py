@@ -33,7 +33,7 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]], caption: str = "
         f'<tr><th scope="row">{row[0]}</th>' + "".join(f"<td>{cell}</td>" for cell in row[1:]) + "</tr>\n"
         for row in rows
     )
-    about = f"<caption>{caption}</caption>" if caption else ""
+    about = f"<caption><span>{caption}</span></caption>" if caption else ""
     return (
         f'<div class="wide"><table class="{text(kind)}">{about}<thead><tr>{head}</tr></thead>\n'
         f"<tbody>\n{body}</tbody></table></div>\n"
