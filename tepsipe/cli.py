@@ -80,7 +80,10 @@ def _refused_by_the_system(error: OSError) -> str:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = Parser(prog="tepsipe", description="Impedance of a joint: inertia, damping, stiffness.")
+    parser = Parser(
+        prog="tepsipe",
+        description="Estimate the mechanical impedance of a joint: inertia, damping and stiffness.",
+    )
     parser.add_argument("--version", action="version", version=f"tepsipe {__version__}")
     parser.set_defaults(command=None, strict=False)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND")
@@ -100,8 +103,8 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     fit = commands.add_parser(
         "fit",
         help="estimate the impedance from a table of time, angle and torque",
-        description="Estimate I, B and K from a text table of time, angle and torque. Prints a table, "
-        "and writes it as CSV, and a figure as PNG.",
+        description="Estimate I, B and K from a text table of time, angle and torque. Prints a table "
+        "and writes it as CSV, with a figure as PNG.",
     )
     fit.add_argument("table", type=Path, help="text table with a header: CSV or TSV, .gz allowed")
     fit.add_argument("--time", required=True, metavar="COLUMN", help="column of the time (s)")
@@ -110,7 +113,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     fit.add_argument(
         "--belt-velocity",
         metavar="COLUMN",
-        help="column of the belt velocity: fits perturbation by perturbation",
+        help="column of the belt velocity; with it, every perturbation is fitted separately",
     )
     fit.add_argument(
         "--rest",
@@ -118,25 +121,27 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
         type=float,
         default=(2.0, 2.0),
         metavar=("BEFORE", "AFTER"),
-        help="unperturbed time at the start and end (s), with --belt-velocity; default 2 2",
+        help="with --belt-velocity: unperturbed time at the start and at the end (s); default 2 2",
     )
     fit.add_argument(
-        "--angle-unit", choices=("rad", "deg"), help="default: as the column's name ends, or rad"
+        "--angle-unit", choices=("rad", "deg"), help="default: the one that ends the column's name, else rad"
     )
     fit.add_argument(
-        "--torque-unit", choices=("Nm", "Nmm", "mNm"), help="default: as the column's name ends, or Nm"
+        "--torque-unit",
+        choices=("Nm", "Nmm", "mNm"),
+        help="default: the one that ends the column's name, else Nm",
     )
     fit.add_argument(
         "--belt-velocity-unit",
         choices=("m/s", "mm/s", "cm/s", "km/h"),
-        help="default: as the column's name ends, or m/s",
+        help="default: the one that ends the column's name, else m/s",
     )
     fit.add_argument(
         "--torque-sign",
         type=int,
         default=1,
         choices=(1, -1),
-        help="-1 where a torque that resists a positive angle is recorded as negative",
+        help="-1 if a torque that resists a positive angle is recorded as negative",
     )
     fit.add_argument(
         "--model",
@@ -144,9 +149,16 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
         choices=("ibk", "cascade"),
         help="ibk: one second-order model; cascade: intrinsic stiffness and stretch reflex",
     )
-    fit.add_argument("--cutoff", type=float, metavar="HZ", help="of the low-pass; default 20, 30 for cascade")
     fit.add_argument(
-        "--thesis", action="store_true", help="leave the torque at rest in, as eq (3-9) is printed"
+        "--cutoff",
+        type=float,
+        metavar="HZ",
+        help="cutoff of the low-pass filter; default 20, with --model cascade 30",
+    )
+    fit.add_argument(
+        "--thesis",
+        action="store_true",
+        help="do not subtract the torque at rest, as in the printed equation (3-9) of the thesis",
     )
     fit.add_argument(
         "--output",
@@ -164,19 +176,33 @@ def _add_calibrate(commands: argparse._SubParsersAction) -> None:
         "calibrate",
         help="fit models of the belt-induced load to one recording and evaluate them on another",
         description="Fit models of the load that an accelerated belt induces to TRAIN and evaluate them on "
-        "TEST, two recordings of an unloaded treadmill. Prints the scores, and writes them and the models.",
+        "TEST, two recordings of an unloaded treadmill. Prints the scores and writes them with the models.",
     )
     calibrate.add_argument("train", type=Path, help="text table with a header: time, load, belt velocity")
     calibrate.add_argument("test", type=Path, help="another recording of the same treadmill")
-    for name, what in (("time", "time (s)"), ("load", "load"), ("velocity", "belt velocity (m/s)")):
+    for name, what, place in (
+        ("time", "time (s)", "first"),
+        ("load", "load", "second"),
+        ("velocity", "belt velocity (m/s)", "third"),
+    ):
         calibrate.add_argument(
-            f"--{name}", metavar="COLUMN", help=f"column of the {what}; default: by its place"
+            f"--{name}",
+            metavar="COLUMN",
+            help=f"column of the {what}; default: the {place} of a table with three columns",
         )
-    calibrate.add_argument("--load-unit", default="Nm", choices=("Nm", "N"))
     calibrate.add_argument(
-        "--cutoff", type=float, default=6.0, metavar="HZ", help="of the low-pass; default 6"
+        "--load-unit", default="Nm", choices=("Nm", "N"), help="unit of the load; default Nm"
     )
-    calibrate.add_argument("--zero-lag", action="store_true", help="filter both ways, for use off line")
+    calibrate.add_argument(
+        "--cutoff",
+        type=float,
+        default=6.0,
+        metavar="HZ",
+        help="cutoff of the low-pass filter; default 6",
+    )
+    calibrate.add_argument(
+        "--zero-lag", action="store_true", help="filter forwards and backwards, for offline use"
+    )
     calibrate.add_argument(
         "--output",
         type=Path,
@@ -192,11 +218,11 @@ def _add_calibrate(commands: argparse._SubParsersAction) -> None:
 def _add_info(commands: argparse._SubParsersAction) -> None:
     info = commands.add_parser(
         "info",
-        help="what is in a file: channels, rates, units, gaps",
-        description="Show what is in a file: text table, C3D, EDF, MATLAB, HDF5 of the study, treadmill "
-        "models.",
+        help="list the contents of a file: channels, rates, units, gaps",
+        description="List the contents of a text table, a C3D, EDF or MATLAB file, an HDF5 file of the study "
+        "or a file of treadmill models.",
     )
-    info.add_argument("file", type=Path)
+    info.add_argument("file", type=Path, help="file to read")
     info.add_argument(
         "--plot",
         nargs="?",
@@ -212,37 +238,42 @@ def _add_info(commands: argparse._SubParsersAction) -> None:
 def _add_check(commands: argparse._SubParsersAction) -> None:
     check = commands.add_parser(
         "check",
-        help="whether a study's configuration, trial sheet and recordings can be used, before it runs",
+        help="check a study's configuration, trial sheet and recordings before it runs",
         description="Check configuration files and the trial sheet that they name, without running anything "
-        "from them: mistakes by file and line, repeated keys, unknown keys, values, names, folders. Then "
-        "every recording is read as its job will read it: columns, rates, markers, plates, perturbations, "
-        "masses. Run it in the folder of the study.",
+        "from them. Repeated and unknown keys, values, names and folders that cannot be used are reported "
+        "with file and line. Then every recording is read as the study will read it: columns, rates, "
+        "markers, plates, perturbations, masses. Run it in the folder of the study.",
     )
-    check.add_argument("files", nargs="*", metavar="CONFIG", help="as after snakemake --configfile")
+    check.add_argument(
+        "files", nargs="*", metavar="CONFIG", help="configuration files, as for snakemake --configfile"
+    )
     check.set_defaults(command=_check)
 
 
 def _add_export(commands: argparse._SubParsersAction) -> None:
     export = commands.add_parser(
         "export",
-        help="write a trial or a fit as MATLAB or OpenSim file",
-        description="Write a trial (results/trials) or a fit (results/fits) of the study as MATLAB file "
-        "(mat), its angle or ground reactions as OpenSim motion (mot), or its torque as OpenSim "
-        "storage (sto).",
+        help="write a trial or a fit as a MATLAB or OpenSim file",
+        description="Write a trial (results/trials) or a fit (results/fits) of the study as a MATLAB file "
+        "(mat), its angle or ground reactions as an OpenSim motion file (mot), or its torque as an OpenSim "
+        "storage file (sto).",
     )
     export.add_argument("file", type=Path, help="HDF5 file of the study")
     export.add_argument("--to", required=True, choices=("mat", "mot", "sto"), help="kind of file")
     export.add_argument(
-        "--trial", type=Path, help="trial of a fit, where the fit does not hold the time (mot, sto)"
+        "--trial", type=Path, help="trial of the fit, needed if the fit's file has no time (mot, sto)"
     )
-    export.add_argument("--pathway", help="pathway of a fit (mot, sto); default: leg")
+    export.add_argument("--pathway", help="pathway of the fit (mot, sto); default: leg")
     export.add_argument(
         "--coordinate",
         default="ankle_angle_r",
         help="coordinate of the OpenSim model (mot, sto); default ankle_angle_r",
     )
     export.add_argument(
-        "--output", type=Path, metavar="FILE", help="file to write; default: FILE's name in this folder"
+        "--output",
+        type=Path,
+        metavar="FILE",
+        help="file to write; default: the input's name with the new ending, in the current folder",
     )
     export.set_defaults(command=_export)
 
@@ -281,13 +312,16 @@ def _add_new_study(commands) -> None:
     study = commands.add_parser(
         "new-study",
         help="write trial sheet and configuration for a folder of recordings",
-        description="Look into the recordings of a folder and write trials.tsv, config.yaml and MISSING.md, "
-        "the list of what no file shows. Nothing is overwritten, and the recordings are only read.",
+        description="Inspect the recordings in a folder and write trials.tsv, config.yaml and MISSING.md, "
+        "which lists what the files do not contain. Nothing is overwritten, and recordings are only read.",
     )
-    study.add_argument("folder", type=Path)
-    study.add_argument("--name", metavar="N", help="name of the study; default: that of the folder")
+    study.add_argument("folder", type=Path, help="folder of the recordings")
+    study.add_argument("--name", metavar="N", help="name of the study; default: the folder's name")
     study.add_argument(
-        "--output", type=Path, metavar="DIR", help="folder to write to; default: one with the study's name"
+        "--output",
+        type=Path,
+        metavar="DIR",
+        help="folder to write to; default: a folder with the study's name",
     )
     study.set_defaults(command=_new_study)
 
@@ -539,7 +573,10 @@ def _check(chosen: argparse.Namespace) -> None:
     if done.returncode:
         said = done.stderr.strip().split("\n")
         refused = [line.removeprefix("tepsipe: ") for line in said if line.startswith("tepsipe: ")]
-        raise InputError("\ntepsipe: ".join(refused or said[-1:]))
+        *others, last = refused or said[-1:]
+        for sentence in others:
+            print(f"tepsipe: {sentence}", file=sys.stderr)
+        raise InputError(last)
 
 
 def _outputs(prefix: Path, endings: Sequence[str], *inputs: Path) -> list[Path]:

@@ -26,17 +26,17 @@ PATHWAYS = ("joint-likelihood", "joint-likelihood-linear", "leg", "foot")
 PROFILES = ("sine", "minjerk", "half-sine", "ramp")
 # option, default, unit and meaning of every number, by group
 _NUMBERS = {
-    "joint that is expected": (
+    "expected joint": (
         ("stiffness", 10.0, "Nm/rad", "K"),
         ("damping", 0.1, "Nms/rad", "B"),
-        ("inertia", 0.007, "Nms2/rad", "I, without the leg's own"),
+        ("inertia", 0.007, "Nms2/rad", "I, in addition to the leg's own inertia"),
     ),
     "leg and foot": (
         ("leg-mass", 0.4, "kg", "mass of the leg"),
-        ("leg-com", 0.4485, "m", "its centre of mass, from the joint"),
-        ("leg-inertia", 0.027, "kgm2", "its moment of inertia about it"),
+        ("leg-com", 0.4485, "m", "distance of the leg's centre of mass from the joint"),
+        ("leg-inertia", 0.027, "kgm2", "moment of inertia of the leg about its centre of mass"),
         ("foot-mass", 2.1, "kg", "mass of the foot"),
-        ("foot-height", 0.055, "m", "height of the joint over the belt"),
+        ("foot-height", 0.055, "m", "height of the joint above the belt"),
     ),
     "rig": (
         ("marker-noise", 0.0000065, "m", "noise of a marker in each direction"),
@@ -47,28 +47,33 @@ _NUMBERS = {
         ("moment-noise", 0.05, "Nm", "noise of the plate's moment"),
         ("plate-rate", 1000.0, "Hz", "rate of the plate"),
         ("sync-jitter", 0.00015, "s", "standard uncertainty of the time between plate and cameras"),
-        ("drive-bandwidth", 14.0, "Hz", "bandwidth of the belt's drive; 0: the belt follows every command"),
-        ("drive-acceleration", 24.0, "m/s2", "largest force of the drive over the moved mass"),
+        ("drive-bandwidth", 14.0, "Hz", "bandwidth of the belt's drive; 0 if the belt follows every command"),
+        ("drive-acceleration", 24.0, "m/s2", "largest acceleration that the belt's drive can produce"),
     ),
     "protocol": (
         ("amplitude", 0.3, "m/s", "peak velocity of the command"),
         ("duration", 0.1, "s", "length of a pulse"),
-        ("interval", 4.0, "s", "from onset to onset"),
-        ("rest", 3.0, "s", "unperturbed time at the start, and at the end"),
+        ("interval", 4.0, "s", "time from one onset to the next"),
+        ("rest", 3.0, "s", "unperturbed time at the start, and the same at the end"),
         ("cutoff", 20.0, "Hz", "zero-lag low-pass of windowed least squares (leg, foot)"),
     ),
     "standing person, with --standing": (
         ("person-stiffness", 400.0, "Nm/rad", "K of both ankles"),
         ("person-damping", 10.0, "Nms/rad", "B of both ankles"),
-        ("person-lever", 0.85, "m", "height above the ankle about which a pulse turns the shank"),
-        ("sway-torque", 2.0, "Nm", "standard deviation of the torque of sway beyond B and K"),
+        (
+            "person-lever",
+            0.85,
+            "m",
+            "height above the ankle of the point about which a pulse turns the shank",
+        ),
+        ("sway-torque", 2.0, "Nm", "standard deviation of the sway torque that B and K do not explain"),
         ("sway-time", 0.18, "s", "time constant of sway"),
-        ("person-angle-noise", 12.0, "rad/m", "noise of the ankle angle over that of a marker"),
+        ("person-angle-noise", 12.0, "rad/m", "noise of the ankle angle, divided by the noise of a marker"),
         (
             "person-type-b",
             0.075,
             "1",
-            "uncertainty of B and K by treadmill model, joint centre, feet, over them",
+            "relative uncertainty of B and K due to treadmill model, joint centre and feet",
         ),
     ),
     "walking person, with --walking": (
@@ -77,11 +82,11 @@ _NUMBERS = {
             "planned-degrees",
             1.5,
             "deg",
-            "rotation for which the table was made (walking.planned.amplitude_deg)",
+            "rotation for which the table was computed (walking.planned.amplitude_deg)",
         ),
     ),
     "limits of the belt's motion": (
-        ("max-velocity", None, "m/s", "for --optimise; without any limit: the peaks of the planned pulse"),
+        ("max-velocity", None, "m/s", "for --optimise; if no limit is given, the peaks of the planned pulse"),
         ("max-displacement", None, "m", "for --optimise"),
         ("max-acceleration", None, "m/s2", "for --optimise"),
         ("max-jerk", None, "m/s3", "for --optimise"),
@@ -93,10 +98,11 @@ def add_plan(commands: argparse._SubParsersAction) -> argparse.ArgumentParser:
     """Arguments of ``tepsipe plan``, with the thesis's dummy as default (units in their help)."""
     parser = commands.add_parser(
         "plan",
-        help="uncertainty of I, B, K that an experiment will have, and how many perturbations it needs",
-        description="From joint, leg, rig and protocol to the standard uncertainty of I, B and K that an "
-        "experiment will have, Type A and Type B, and the perturbations that K needs. Defaults are the ankle "
-        "dummy and the treadmill of the thesis. Prints a table, and writes it as CSV, and a figure as PNG.",
+        help="predict the uncertainty of I, B and K in an experiment, and how many perturbations it needs",
+        description="Predict from joint, leg, rig and protocol the standard uncertainty of I, B and K in an "
+        "experiment, Type A and Type B, and the number of perturbations that K needs. The defaults describe "
+        "the ankle dummy and the treadmill of the thesis. Prints a table and writes it as CSV, with a figure "
+        "as PNG.",
     )
     for title, options in _NUMBERS.items():
         group = parser.add_argument_group(title)
@@ -110,7 +116,7 @@ def add_plan(commands: argparse._SubParsersAction) -> argparse.ArgumentParser:
                 "--walking",
                 type=Path,
                 metavar="NEEDED",
-                help="tables/needed.csv of a study of walking: divide --strides among phases",
+                help="tables/needed.csv of a walking study; divides --strides among the phases",
             )
             group.add_argument(
                 "--strides", type=int, default=150, metavar="N", help="perturbed strides; default 150"
@@ -118,15 +124,16 @@ def add_plan(commands: argparse._SubParsersAction) -> argparse.ArgumentParser:
         if title == "protocol":
             group.add_argument("--profile", default="sine", choices=PROFILES, help="default sine")
             group.add_argument(
-                "--number", type=int, default=14, metavar="N", help="perturbations; default 14"
+                "--number", type=int, default=14, metavar="N", help="number of perturbations; default 14"
             )
             group.add_argument("--order", type=int, default=4, help="order of the low-pass; default 4")
             group.add_argument(
                 "--pathway",
                 default=PATHWAYS[0],
                 choices=PATHWAYS,
-                help="likelihood of all markers and the log, of a joint that may soften or a linear one; "
-                f"windowed least squares with the torque from leg or foot; default {PATHWAYS[0]}",
+                help="joint-likelihood: likelihood of all markers and the log, for a joint that may soften "
+                "or (-linear) a linear one; leg, foot: windowed least squares with that torque; "
+                f"default {PATHWAYS[0]}",
             )
     group = parser.add_argument_group("tolerances of the calibration")
     group.add_argument(
@@ -134,12 +141,15 @@ def add_plan(commands: argparse._SubParsersAction) -> argparse.ArgumentParser:
         action="append",
         default=[],
         metavar="NAME=U",
-        help=f"a standard uncertainty, for example leg_mass_kg=0.01; known: {', '.join(TOLERANCES)}",
+        help="standard uncertainty of a constant, for example leg_mass_kg=0.01; the constants are "
+        f"{', '.join(TOLERANCES)}",
     )
     group.add_argument("--no-tolerances", action="store_true", help="Type A only")
     parser.add_argument("--optimise", action="store_true", help="also find the best pulse within the limits")
     parser.add_argument(
-        "--returning", action="store_true", help="with --optimise: the belt comes back within the pulse"
+        "--returning",
+        action="store_true",
+        help="with --optimise: the belt returns to its starting point within the pulse",
     )
     parser.add_argument(
         "--output", type=Path, default=Path("plan"), metavar="PREFIX", help="write PREFIX.csv and PREFIX.png"

@@ -98,4 +98,4 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 
 def add_strict(parser: argparse.ArgumentParser) -> None:
     """Add the option ``--strict`` to a command."""
-    parser.add_argument("--strict", action="store_true", help="return 3 if there are notes on the result")
+    parser.add_argument("--strict", action="store_true", help="exit with code 3 if the result has notes")

@@ -142,6 +142,7 @@ def test_the_chapter_says_what_the_tables_hold():
     assert "30.0 Hz: it can show a pulse" in words(rows, table, bandwidth_hz=30.0)[0]
     silent, _ = frames(walking_rows("slow", "none", analysed(pulsed(WALK, degrees=0.0))), needed)
     text, *_ = words(silent, table, pulses=0, bandwidth_hz=None)
+    assert silent["value"].isna().all() and set(silent["flags"]) == {"no-response"}
     assert "infinite intervals of K at all 2 phases" in text and "it cannot show" not in text
     assert "the angle does not respond at 40, 80 % of stance" in words(silent, table)[0]
     plot_walking(silent, table)

@@ -253,7 +253,7 @@ def test_standing_trial_that_is_left_out_has_a_page_with_the_reason():
 def test_manipulators_and_belt_show_predictions_and_unused_ends():
     panels = {p["title"]: p for p in page_data(render(wristalyzer()))["panels"]}
     assert [b[0] for b in panels["Angle"]["bands"]] == ["cut", "cut"]
-    assert "ended before it converged" in render(wristalyzer())
+    assert "stopped before it converged" in render(wristalyzer())
     panels = {p["title"]: p for p in page_data(render(position_manipulator()))["panels"]}
     assert [t["label"] for t in panels["Torque"]["traces"]] == ["measured", "I, B, K", "parallel cascade"]
     assert panels["Torque"]["bands"][-1][0] == "held-out"

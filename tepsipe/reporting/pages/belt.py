@@ -37,7 +37,7 @@ def belt_page(trial: Trial, calibration: Result, choices: dict) -> Page:
     unit = "N·m" if load.unit == "Nm" else load.unit
     panels = [
         Panel("Belt velocity", "m/s", (Trace("measured", trial.values("belt_velocity"), clock),)),
-        Panel("Load", unit, (Trace("as ingested", load.values, clock, width=1.0),)),
+        Panel("Load", unit, (Trace("unfiltered", load.values, clock, width=1.0),)),
     ]
     note = ""
     if f"{condition}/measured" in calibration.arrays:
@@ -55,14 +55,14 @@ def belt_page(trial: Trial, calibration: Result, choices: dict) -> Page:
             Panel("Load before and after compensation", unit, (black, *residual), axis="part"),
         ]
         note = (
-            f"The predictions are stored for {measured.size / calibration.facts['rate_hz']:.4g} s in the "
-            f"middle of the trial, with the low-pass at {calibration.facts['cutoff_hz']:g} Hz."
+            f"Predictions are shown for {measured.size / calibration.facts['rate_hz']:.4g} s in the middle "
+            f"of the trial, low-pass filtered at {calibration.facts['cutoff_hz']:g} Hz."
         )
     facts = [
         *header.trial_facts(trial, "belt", choices),
         (
             "Role",
-            {"calibrate": "calibrates the models", "validate": "validates the models"}.get(
+            {"calibrate": "calibration of the models", "validate": "validation of the models"}.get(
                 choices["role"], ""
             ),
         ),

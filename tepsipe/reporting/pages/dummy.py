@@ -72,7 +72,7 @@ def dummy_page(
     facts = [
         *header.trial_facts(trial, "dummy", choices),
         ("Perturbations", f"{len(windows)}, windows of {1e3 * lengths.mean():.3g} ms on average"),
-        ("Markers", f"residual of the rigid leg {1e3 * residual:.2g} mm RMS"),
+        ("Marker residual", f"{1e3 * residual:.2g} mm RMS from a rigid leg"),
     ]
     flags = header.flagged(estimates)
     top = (
@@ -82,7 +82,7 @@ def dummy_page(
         + header.sentences_list(
             "Left out or filled",
             hidden_sentences(trial),
-            "No perturbation was left out, no marker was hidden.",
+            "No perturbation was left out, and no marker was hidden.",
         )
     )
     return Page(
@@ -99,7 +99,7 @@ def dummy_page(
             Section(
                 "Torque of the ankle, by pathway",
                 tuple(torques),
-                "The prediction uses the means of I, B and K over the windows.",
+                "Predictions use the means of I, B and K over the windows.",
             ),
         ),
         footer=header.sources_table(trial) + header.processing(trial),
@@ -122,7 +122,7 @@ def _torque_panels(result: Result, clock: Clock, bands: list[Band]) -> list[Pane
                     Trace("predicted", result.arrays[f"{name}/predicted_torque"], clock, "vermilion", "5 3"),
                 ),
                 tuple(bands),
-                note=f"VAF in the windows {np.nanmean(vaf):.2f} % on average" if vaf.size else "",
+                note=f"mean VAF in the windows {np.nanmean(vaf):.2f} %" if vaf.size else "",
             )
         )
     return panels

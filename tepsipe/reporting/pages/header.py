@@ -45,7 +45,7 @@ TITLES = {
     "platform": "Standing on a moving platform",
 }
 NO_TRUTH: Mapping[tuple, float] = MappingProxyType({})
-UNFLAGGED = "No check of this trial failed."
+UNFLAGGED = "All checks passed."
 
 
 def facts_list(facts: Iterable[tuple[str, str]]) -> str:
@@ -106,22 +106,22 @@ def estimates_table(
     ]
     columns = ("Pathway", "Estimator", "Quantity", "Value (95 % interval)", "Type A", "Type B")
     columns += ("Unit", "Perturbations", "Flags")
-    caption = "Estimates of this trial; in brackets the 95 % interval" + _holds(estimates)
+    caption = "Estimates with 95 % intervals" + _uncertainty_words(estimates)
     if any(_key(e) in truth for e in estimates):
-        caption += "; below it the true value, which the analysis does not know"
+        caption += "; below them the true value of the simulation, which the analysis does not use"
     shown, others = (rows[True], rows[False]) if rows[True] else (rows[False], [])
-    folded = f"<details><summary>{len(others)} other pathways and estimators</summary>\n"
+    folded = f"<details><summary>Other pathways and estimators ({len(others)})</summary>\n"
     return (
         table(header, shown, caption)
         + (f"{folded}{table(header, others)}</details>\n" if others else "")
-        + f"<details><summary>All {len(every)} estimates</summary>\n{table(columns, every)}</details>\n"
+        + f"<details><summary>All estimates ({len(every)})</summary>\n{table(columns, every)}</details>\n"
     )
 
 
-def _holds(estimates: Sequence[Estimate]) -> str:
-    """What the intervals hold, if more than the scatter of the trial."""
+def _uncertainty_words(estimates: Sequence[Estimate]) -> str:
+    """Types of uncertainty in the intervals, if there is more than the scatter of the trial."""
     both = any(e.u_type_b is not None for e in estimates)
-    return ", of scatter (Type A) and of what the trial cannot show (Type B)" if both else ""
+    return " (statistical and systematic uncertainty combined, Type A and Type B)" if both else ""
 
 
 def _part(u: float | None) -> str:

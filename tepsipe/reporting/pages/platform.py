@@ -8,7 +8,7 @@ from tepsipe.io.trial import Trial, read_trial
 from tepsipe.reporting.pages import header
 from tepsipe.reporting.pages.trial_page import CYCLE, Band, Clock, Page, Panel, Section, Trace
 
-OTHERWISE = "The perturbation identifies every quantity, and no model is rejected."
+OTHERWISE = "The perturbation identifies every quantity of the recommended model."
 
 
 def pages(files, chosen) -> Iterator[Page]:
@@ -45,9 +45,9 @@ def platform_page(trial: Trial, fit: Result, estimates: Sequence[Estimate], choi
         "held-out", fit.facts["held_out_from_s"], float(fit.arrays["time"][-1]), "held out of the prediction"
     )
     platform = trial.signals["platform"]
-    panels = [Panel("Platform", platform.unit, (Trace("as ingested", platform.values, clock),), (held_out,))]
+    panels = [Panel("Platform", platform.unit, (Trace("unfiltered", platform.values, clock),), (held_out,))]
     for k, joint in enumerate(joints):
-        angle = Trace("as ingested", trial.values("joint_angle")[:, k], clock)
+        angle = Trace("unfiltered", trial.values("joint_angle")[:, k], clock)
         panels.append(Panel(f"Angle of the {joint}", "rad", (angle,), (held_out,)))
     for k, joint in enumerate(joints):
         measured = Trace("measured", fit.arrays["torque"][:, k], part, "black")

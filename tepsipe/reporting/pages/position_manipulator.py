@@ -60,7 +60,7 @@ def position_manipulator_page(
     lines = dict(zip(predictions, CYCLE[1:], strict=False))
     facts = [
         *header.trial_facts(trial, "position_manipulator", choices),
-        ("Fitted", f"first {fit.facts['training_s']:.4g} s; the rest is held out"),
+        ("Part fitted", f"first {fit.facts['training_s']:.4g} s; the rest is held out"),
         (
             "VAF of the held-out torque",
             f"{fit.facts['vaf_held_out_percent']:.1f} %, with a reflex pathway "
@@ -75,7 +75,7 @@ def position_manipulator_page(
             Section(
                 "Angle and torque",
                 (
-                    Panel("Angle", "rad", (Trace("as ingested", trial.values("angle"), whole),), bands),
+                    Panel("Angle", "rad", (Trace("unfiltered", trial.values("angle"), whole),), bands),
                     Panel(
                         "Torque",
                         "N·m",
@@ -86,7 +86,7 @@ def position_manipulator_page(
                         bands,
                     ),
                     Panel(
-                        "Measured less predicted torque",
+                        "Measured minus predicted torque",
                         "N·m",
                         tuple(Trace(k, torque - x, clock, *lines[k], 1.0) for k, x in predictions.items()),
                         bands,
@@ -106,23 +106,23 @@ def _pathways(fit: Result, clock: Clock, bands: tuple[Band, ...]) -> list[Sectio
         return []
     facts = fit.facts["reflex"]
     intrinsic = parts["predicted_torque"] - parts["reflex_torque"]
-    of_joint = [Trace("whole, about its mean", intrinsic - intrinsic.mean(), clock, "blue")]
+    of_joint = [Trace("total, relative to its mean", intrinsic - intrinsic.mean(), clock, "blue")]
     if facts["short_range"] or facts.get("relaxing", False):
         names = {"short_range": "short-range stiffness", "relaxing": "relaxation"}
         label = " and ".join(text for key, text in names.items() if facts.get(key, False))
-        of_joint.append(Trace(f"of it {label}", parts["stop_torque"], clock, "purple", width=1.1))
+        of_joint.append(Trace(f"part due to {label}", parts["stop_torque"], clock, "purple", width=1.1))
     reflex, note = (), "Cross-validation found no reflex."
     if facts["direction"]:
         reflex, note = (Trace("reflex", parts["reflex_torque"], clock, "vermilion"),), ""
     ahead = f"slow torque, predicted {facts['slow_horizon_s']:g} s ahead"
     left = fit.arrays["torque"] - parts["predicted_torque"]
     slow = (
-        Trace("measured less predicted", left, clock, "grey", width=0.8),
+        Trace("measured minus predicted", left, clock, "grey", width=0.8),
         Trace(ahead, parts["slow_torque"], clock, "green"),
     )
     panels = (
         Panel("Intrinsic torque", "N·m", tuple(of_joint), bands),
         Panel("Reflex torque", "N·m", reflex, bands),
-        Panel("What the angle does not predict, and slow torque", "N·m", slow, bands),
+        Panel("Torque that the angle does not predict, and slow torque", "N·m", slow, bands),
     )
     return [Section("Pathways of the parallel-cascade model", panels, note)]

@@ -33,7 +33,9 @@ def marker_panels(trial: Trial, clock: Clock) -> list[Panel]:
         traces = [
             Trace(label, shown[:, k], clock, *CYCLE[k % len(CYCLE)], 1.0) for k, label in enumerate(labels)
         ]
-        panels.append(Panel(title, "mm", tuple(traces), tuple(hidden), note="from the median of each marker"))
+        panels.append(
+            Panel(title, "mm", tuple(traces), tuple(hidden), note="relative to each marker's median")
+        )
     return panels
 
 
@@ -51,14 +53,14 @@ def hidden_bands(trial: Trial) -> list[Band]:
 
 
 def hidden_sentences(trial: Trial) -> list[str]:
-    """How many positions (samples) of which marker were hidden, in one sentence, if any."""
+    """Sentence with the number of filled samples of every marker that was hidden, if any."""
     hidden = trial.optional("marker_hidden")
     if hidden is None or not np.asarray(hidden).any():
         return []
     counts = np.asarray(hidden).sum(axis=0)
     labels = trial.axes["marker"].tolist()
     each = ", ".join(f"{label} {count}" for label, count in zip(labels, counts, strict=True) if count)
-    return [f"Hidden markers, whose positions are filled (number of samples): {each}."]
+    return [f"Samples filled in where a marker was hidden: {each}."]
 
 
 def force_panels(trial: Trial, clock: Clock, belt: str, bands: Sequence[Band]) -> list[Panel]:
@@ -68,8 +70,10 @@ def force_panels(trial: Trial, clock: Clock, belt: str, bands: Sequence[Band]) -
     force = trial.values("force")[:, trial.axes["belt"].tolist().index(belt)]
     panels = []
     for axis, name, colour in ((1, "Fore-aft force", "blue"), (2, "Vertical force", "green")):
-        trace = Trace("as ingested", force[:, axis], clock, colour, width=1.0)
-        panels.append(Panel(f"{name}, {belt} belt", "N", (trace,), tuple(bands), note="before the low-pass"))
+        trace = Trace("unfiltered", force[:, axis], clock, colour, width=1.0)
+        panels.append(
+            Panel(f"{name}, {belt} belt", "N", (trace,), tuple(bands), note="before the low-pass filter")
+        )
     return panels
 
 

@@ -12,8 +12,8 @@ from tepsipe.reporting.pages import header
 from tepsipe.reporting.pages.signals import belt_panel, force_panels, hidden_sentences, marker_panels
 from tepsipe.reporting.pages.trial_page import CYCLE, Band, Clock, Page, Panel, Section, Trace
 
-# where the centre of the ankle is taken to be, if not where quiet sway shows it
-NOT_SEEN = "palpated, because quiet sway does not show it; the interval contains its uncertainty"
+# origin of the ankle's centre if quiet sway does not determine it
+NOT_SEEN = "palpated, because quiet sway does not determine it; the intervals include its uncertainty"
 
 
 def pages(files, chosen) -> Iterator[Page]:
@@ -58,7 +58,7 @@ def standing_page(
     ]
     if "broadband" in epochs.facts:
         seen = epochs.facts["broadband"]["centre_used"]
-        facts.append(("Centre of the ankle", "from quiet sway" if seen else NOT_SEEN))
+        facts.append(("Centre of the ankle", "estimated from quiet sway" if seen else NOT_SEEN))
     reasons = [*([epochs.facts["fault"]] if epochs.facts.get("fault") else []), *fit.facts["left_out"]]
     reasons = list(dict.fromkeys([*reasons, *hidden_sentences(trial)]))
     flags = header.flagged(estimates)
@@ -181,9 +181,9 @@ def _response_panels(fit: Result, epochs: Result) -> list[Panel]:
 
 
 def _with_spread(values: np.ndarray, clock: Clock) -> tuple[Trace, ...]:
-    """Mean over the responses, shape (responses, n), with the lowest and highest of them (any unit)."""
+    """Mean over the responses, shape (responses, n), with their minimum and maximum (any unit)."""
     return (
         Trace("mean", values.mean(axis=0), clock, width=2.0),
-        Trace("lowest", values.min(axis=0), clock, "grey", "2 2"),
-        Trace("highest", values.max(axis=0), clock, "grey", "6 3"),
+        Trace("minimum", values.min(axis=0), clock, "grey", "2 2"),
+        Trace("maximum", values.max(axis=0), clock, "grey", "6 3"),
     )

@@ -36,7 +36,7 @@ CYCLE = tuple(
 NO_LINKS: Mapping[str, str] = MappingProxyType({})
 BANDS = {
     "window": "fitted window",
-    "epoch": "epoch that is used",
+    "epoch": "epoch used",
     "hidden": "filled or hidden",
     "left-out": "left out",
     "held-out": "held out",
@@ -212,7 +212,7 @@ def render(page: Page, places: Links = NO_LINKS, files: Links = NO_LINKS) -> str
         f'<header>\n{_links("Report and trials", places)}<p class="study">{text(page.study)}</p>\n'
         f"<h1>{text(page.title)}</h1>\n{_links('Files', files)}</header>\n"
         f"<main>\n{page.header}{_tools(bool(page.windows))}"
-        '<noscript><p class="warning">The curves need JavaScript; the tables do not.</p></noscript>\n'
+        '<noscript><p class="warning">The plots need JavaScript; the tables do not.</p></noscript>\n'
         f'{"".join(body)}{page.footer}<p class="small">{text(resolution)}</p>\n</main>\n'
         f"{json_script('data', data)}\n<script>\n{asset('plot.js')}</script>\n"
     )
@@ -291,10 +291,11 @@ def _tools(windows: bool) -> str:
 
 def _resolution(coarsest_s: float, focused: bool) -> str:
     if coarsest_s == 0.0:
-        return "Every sample is drawn."
-    begin = "Around perturbations every sample is drawn, elsewhere" if focused else "Drawn are"
-    length = f"{1e3 * coarsest_s:.3g} ms"
-    return f"{begin} the lowest and the highest sample of every {length} or less, so that no peak is lost."
+        return "The plots show every sample."
+    extremes = f"the minimum and the maximum of every {1e3 * coarsest_s:.3g} ms or less, so no peak is lost."
+    if focused:
+        return f"The plots show every sample around perturbations, and elsewhere {extremes}"
+    return f"The plots show {extremes}"
 
 
 # ---- data for the script -------------------------------------------------------------------------

@@ -17,7 +17,7 @@ from tepsipe.reporting.pages.signals import (
 )
 from tepsipe.reporting.pages.trial_page import CYCLE, Clock, Page, Panel, Section, Trace
 
-ROLES = {"calibrate": "calibrates the treadmill models", "validate": "validates the treadmill models"}
+ROLES = {"calibrate": "calibration of the treadmill models", "validate": "validation of the treadmill models"}
 
 
 def pages(files, chosen) -> Iterator[Page]:
@@ -68,7 +68,7 @@ def weight_page(
     facts = [
         *header.trial_facts(trial, choices["experiment"], choices),
         ("Mass on the belt", f"{fit.facts['carried_kg']:g} kg"),
-        ("Perturbations", f"{len(windows)}, {1e3 * segments.shape[1] / rate:.0f} ms from the onset of each"),
+        ("Perturbations", f"{len(windows)}, each for {1e3 * segments.shape[1] / rate:.0f} ms from its onset"),
         ("Role", ROLES.get(choices["role"], "")),
     ]
     flags = header.flagged(estimates)
@@ -80,7 +80,7 @@ def weight_page(
         + header.estimates_table(estimates, [], choices.get("truth", header.NO_TRUTH))
         + (header.sentences_list("Flags", flags, "") if flags else "")
         + header.sentences_list(
-            "Left out or filled", left_out, "No perturbation was left out, no marker was hidden."
+            "Left out or filled", left_out, "No perturbation was left out, and no marker was hidden."
         ),
         sections=(
             Section("Belt-induced force after the onset", _responses(fit, plate, choices)),
@@ -94,14 +94,14 @@ def weight_page(
 
 
 def _of_markers(fit: Result, name: str) -> str:
-    """The filter, and where the acceleration of the weight comes from."""
+    """The filter, and the source of the weight's acceleration."""
     weight = "; acceleration of the weight from its markers" if fit.facts["carried_kg"] else ""
     return f"low-pass {name}{weight}"
 
 
 def _cut_short(count: int) -> list[str]:
     return (
-        [f"{count} perturbations before the end of the trial are too short to be used."] if count > 0 else []
+        [f"Perturbations left out because the trial ends too soon after them: {count}."] if count > 0 else []
     )
 
 
@@ -114,8 +114,8 @@ def _responses(fit: Result, plate: Result | None, choices: dict) -> tuple[Panel,
     clock = Clock(0.0, rate, force.shape[1])
     mean = Trace("mean", force.mean(axis=0), clock, "black", width=2.0)
     spread = [
-        Trace("lowest", force.min(axis=0), clock, "grey", "2 2"),
-        Trace("highest", force.max(axis=0), clock, "grey", "6 3"),
+        Trace("minimum", force.min(axis=0), clock, "grey", "2 2"),
+        Trace("maximum", force.max(axis=0), clock, "grey", "6 3"),
     ]
     velocity = fit.arrays[f"{first}/belt_velocity"].mean(axis=0)
     panels = [
@@ -138,7 +138,8 @@ def _responses(fit: Result, plate: Result | None, choices: dict) -> tuple[Panel,
             "N",
             (Trace("measured", measured, clock, width=2.0), *predicted),
             axis="onset",
-            note="means over the perturbations; the weight moves as the belt; models fitted to other trials",
+            note="means over the perturbations; the weight is assumed to move with the belt; models fitted "
+            "to other trials",
         ),
         Panel("Residuals of the models", "N", tuple(residual), axis="onset"),
     )

@@ -44,10 +44,10 @@ def wristalyzer_page(trial: Trial, fit: Result, estimates: Sequence[Estimate], c
     angle, predicted = fit.arrays["angle"], fit.arrays["predicted_angle"]
     facts = [
         *header.trial_facts(trial, "wristalyzer", choices),
-        ("Used", f"{(stop - start) / trial.rate_hz:.4g} s from {trial.time[start]:.4g} s on"),
+        ("Part used", f"{(stop - start) / trial.rate_hz:.4g} s, starting at {trial.time[start]:.4g} s"),
     ]
     failed = [name for name, done in fit.facts["converged"].items() if not done]
-    failed = [f"The search of {name} ended before it converged." for name in failed]
+    failed = [f"{name}: the search stopped before it converged." for name in failed]
     bounded = [f"{name}: a parameter is at its bound." for name, at in fit.facts["at_bound"].items() if at]
     return Page(
         title=f"Wristalyzer, {choices['condition']}",
@@ -61,7 +61,7 @@ def wristalyzer_page(trial: Trial, fit: Result, estimates: Sequence[Estimate], c
                         "Commanded torque",
                         "N·m",
                         (
-                            Trace("as ingested", trial.values("torque"), clock, "grey", width=1.0),
+                            Trace("unfiltered", trial.values("torque"), clock, "grey", width=1.0),
                             Trace("low-pass filtered", fit.arrays["torque"], clock, "black"),
                         ),
                         bands,
@@ -76,7 +76,7 @@ def wristalyzer_page(trial: Trial, fit: Result, estimates: Sequence[Estimate], c
                         bands,
                     ),
                     Panel(
-                        "Measured less predicted angle",
+                        "Measured minus predicted angle",
                         "rad",
                         (Trace("residual", angle - predicted, clock, "blue", width=1.0),),
                         bands,
