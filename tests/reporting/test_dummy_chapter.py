@@ -437,19 +437,19 @@ def test_printed_numbers_are_counted_by_their_role(best):
     assert thesis_dummy.full_law_predicts_best(run) is best
     data, tables = returned_content(run)
     words = chapter_words("thesis_dummy", data, tables, cells=" | ")
-    assert "There, 1 of the 1 fitted numbers lie within their tolerance" in words
-    assert "Of the 3 predicted numbers, 1 lie within their tolerance, and 2 with the null model" in words
+    assert "There, 1 of the 1 fitted numbers are within their tolerance" in words
+    assert "Of the 3 predicted numbers, 1 are within their tolerance, compared with 2 for the null model" in words
     assert "| SEM of I, B and K | – | 1 of 2 (1) |" in words and "| K | – | – |" in words
-    assert ("The full law predicts best of all laws." in words) is best
+    assert ("Among the laws, the full law predicts best." in words) is best
     # a copy of the other table is better than 2.0 and 3.0, and worse than 0.8
     assert thesis_dummy.copy_predicts_best(run) is not best
     assert ("No law predicts one table from the other better than this copy" in words) is not best
     assert "Copying the other table, without any dummy, gives a distance of 1.00." in words
     assert "@timing-shift gives −0.0880 N·m·s/rad" in words or "gives −0.0880 N·m·s/rad" in words
-    assert "from −0.1 to 0.1 ms, the fitted B goes from 0.040 to 0.098 N·m·s/rad" in words
+    assert "from −0.1 to 0.1 ms, the fitted B changes from 0.040 to 0.098 N·m·s/rad" in words
     (caption,) = findings_of(["figure_thesis_dummy"], data, tables).values()
     assert caption == (
-        "One joint with 5 constants returns 1 of 1 fitted and 1 of 3 other printed numbers within tolerance."
+        "One joint with 5 constants yields 1 of 1 fitted and 1 of 3 other printed numbers within tolerance."
     )
     # softening lowers K with amplitude
     stiffness = [own["K_Nm_per_rad"] for own in data["chapters"]["thesis_dummy"]["numbers"]["at_work"]]

@@ -56,7 +56,7 @@ TRUE_HERE = (
     "Not every 95 % interval of I lies above zero",
     "not lower than the VAF of the printed torque in every condition",
     "All simulated legs settle",
-    "predict about as much as those of the weight",
+    "predict the force about as well as models of the weight",
     "In these data the knee hardly rotates",
     "does not hold in every condition",
 )
