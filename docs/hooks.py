@@ -32,6 +32,17 @@ OUTSIDE = {
         for path in sorted((ROOT / "benchmarks").rglob("*.md"))
     },
 }
+# folders of which every page is listed, the index first
+APPENDIX = {
+    "Decisions": [
+        "decisions/README.md",
+        *(f"decisions/{path.name}" for path in sorted((ROOT / "docs/decisions").glob("0*.md"))),
+    ],
+    "Measurements": sorted(
+        (place for place in OUTSIDE if place.startswith("benchmarks/")),
+        key=lambda place: place != "benchmarks/README.md",
+    ),
+}
 TUTORIALS = {
     f"docs/tutorials/{path.stem}.py": path for path in sorted((ROOT / "docs/tutorials").glob("*.py"))
 }
@@ -45,8 +56,9 @@ EQUATION = re.compile(r'<(span|div) class="arithmatex">\\([(\[])(.*?)\\[)\]]</\1
 
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
-    """Take the address of the repository from pyproject.toml."""
+    """Take the address of the repository from pyproject.toml, and list all pages of the appendix."""
     config.repo_url, config.repo_name = ADDRESS, "Repository"
+    config.nav = [*config.nav, {"Appendix": [{name: pages} for name, pages in APPENDIX.items()]}]
     return config
 
 

@@ -47,6 +47,7 @@ SPELLINGS = {
     "degree": "deg",
     "degrees": "deg",
     "°": "deg",
+    "Grad": "deg",
     "radian": "rad",
     "radians": "rad",
     "sec": "s",
@@ -436,7 +437,8 @@ def unit_in(name: str) -> str:
     """Unit at the end of a column's name, as in ``Torque (Nm)``, ``angle [rad]`` or ``time_s``; or empty."""
     bracketed = re.search(r"[(\[]([^()\[\]]+)[)\]]\s*$", name)
     if bracketed:
-        return bracketed.group(1).strip()
+        unit = bracketed.group(1).strip()
+        return SPELLINGS.get(unit, unit)
     ending = re.search(IN_NAMES, name)
     return ending.group(1).replace("_per_", "/") if ending else ""
 

@@ -558,7 +558,10 @@ def _check(chosen: argparse.Namespace) -> None:
     if done.returncode:
         said = done.stderr.strip().split("\n")
         refused = [line.removeprefix("tepsipe: ") for line in said if line.startswith("tepsipe: ")]
-        raise InputError("\ntepsipe: ".join(refused or said[-1:]))
+        *others, last = refused or said[-1:]
+        for sentence in others:
+            print(f"tepsipe: {sentence}", file=sys.stderr)
+        raise InputError(last)
 
 
 def _outputs(prefix: Path, endings: Sequence[str], *inputs: Path) -> list[Path]:

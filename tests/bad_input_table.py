@@ -819,9 +819,14 @@ WRIST = others(
             "log.txt: expected a column named 'TimeStamp'",
         ),
         (
-            "manipulator log with decimal commas",
-            text("log.txt", ".", ","),
-            "log.txt: expected a number",
+            "manipulator log with commas between thousands",
+            lines("log.txt", lambda rows: [*rows[:500], rows[500].replace("8", "8,", 1), *rows[501:]]),
+            "log.txt: expected a number, found",
+        ),
+        (
+            "manipulator log in degrees by its header",
+            text("log.txt", "MotorAngle", "MotorAngle [deg]"),
+            "log.txt: expected a column named 'MotorAngle'",
         ),
         (
             "manipulator log with a word",
@@ -1035,6 +1040,26 @@ TABLES = others(
             "table: angle stops",
             cells(TABLE, "ankle_pos_rad", put(slice(4000, 5000), 0.0), ","),
             "table.csv: expected the angle to change with the torque",
+        ),
+        (
+            "table: gap written as zeros",
+            cells(TABLE, "ankle_pos_rad", put(slice(4000, 4008), 0.0), ","),
+            "table.csv: expected the angle of every sample, found 8 zeros in a row at 8.000 s",
+        ),
+        (
+            "table: gap written as 9999",
+            cells(TABLE, "ankle_pos_rad", put(slice(4000, 4008), 9999.0), ","),
+            "table.csv: expected joint angles within half a revolution",
+        ),
+        (
+            "table: lines above the header",
+            lines(TABLE, lambda rows: ["NO_OF_SAMPLES,10000", "FREQUENCY,500", *rows]),
+            "table.csv: expected a column named 'time_s'",
+        ),
+        (
+            "table: two headers",
+            lines(TABLE, lambda rows: [rows[0], "s,rad,Nm", *rows[1:]]),
+            "table.csv: expected a number, found 's' in column 'time_s' on line 2",
         ),
         (
             "table: one torque of 1e6",
@@ -1759,7 +1784,11 @@ ODD_SETTINGS = [
         ("frozen for 0 s", ("plausible.frozen_s", 0.0), "expected a number above 0 for 'plausible.frozen_s'"),
         ("a threshold of 1", ("dummy.analysis.threshold_fraction", 1.0), "expected a number below 1 for"),
         ("a rest of 0 s", ("dummy.analysis.rest_before_s", 0.0), "expected a number above 0 for"),
-        ("a delimiter", ("position_manipulator.files.delimiter", ";"), "expected one of 'comma', 'tab' for"),
+        (
+            "a delimiter",
+            ("position_manipulator.files.delimiter", ";"),
+            "expected one of 'comma', 'tab', 'semi",
+        ),
         ("a sign of 0", ("position_manipulator.files.torque_sign", 0), "expected one of 1, -1 for"),
         (
             "a band turned",

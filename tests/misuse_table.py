@@ -149,6 +149,8 @@ REFUSED = [
     ("fit_joint_likelihood", {"positions": scaled(1000.0)}, "looks like mm"),
     ("fit_joint_likelihood", {"positions": lambda x: x[:, :, 0]}, "(n, markers, 2)"),
     ("fit_joint_likelihood", {"softening": 1}, "True or False"),
+    ("fit_joint_likelihood", {"hidden": Unconvertible()}, "hidden: expected booleans of shape"),
+    ("fit_joint_likelihood", {"hidden": [[1, 0], [1]]}, "hidden: expected booleans of shape"),
     ("fit_joint_likelihood", {"markers": ("ankle", "top")}, "tepsipe.SegmentMarkers"),
     ("fit_admittance", {"response": np.ones(5)}, "frequency_response"),
     ("fit_admittance", {"band_hz": 5.0}, "two numbers"),

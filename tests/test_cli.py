@@ -297,6 +297,15 @@ def test_check_says_where_to_run_and_what_to_install(capsys, tmp_path, monkeypat
     assert "pip install '.[study]'" in refused(capsys, "check")
 
 
+def test_check_prints_each_sentence_on_a_line(capsys, tmp_path, monkeypatch):
+    (tmp_path / "workflow").mkdir()
+    said = "print('tepsipe: a: no\\ntepsipe: b: no', file=sys.stderr); sys.exit(2)"
+    (tmp_path / "workflow/check.py").write_text(f"import sys; {said}")
+    monkeypatch.chdir(tmp_path)
+    assert main(["check"]) == 2
+    assert capsys.readouterr().err == "tepsipe: a: no\ntepsipe: b: no\n"
+
+
 class Terminal(io.StringIO):
     def isatty(self):
         return True

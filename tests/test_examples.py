@@ -72,12 +72,6 @@ def test_study_trial(root, tmp_path, dummy_files, shipped_config, true_joint, sh
     assert thesis[0] < consistent[0] < 0.95 * small
 
 
-def test_calibrate_treadmill(root, tmp_path):
-    text = run(root, tmp_path, "calibrate_treadmill")
-    measured, compensated = map(float, re.search(r"([\d.]+) Nm as measured, ([\d.]+) Nm", text).groups())
-    assert compensated < 0.1 * measured
-
-
 def test_simulate_and_estimate(root, tmp_path):
     found = stiffness(run(root, tmp_path, "simulate_and_estimate"))
     assert len(found) == 3

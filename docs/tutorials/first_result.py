@@ -21,8 +21,9 @@ print(
 )
 
 # %% [markdown]
-# Your own recording needs the same three arrays on one regular clock, and the belt
-# velocity to find the pulses:
+# Your own recording needs the same three arrays (time, angle and torque), sampled at
+# the same regular times. The belt velocity is needed only to find the pulses. The units
+# and signs are:
 #
 # | Array | Unit | Sign |
 # |---|---|---|
@@ -31,7 +32,7 @@ print(
 # | `torque` | N·m | positive when the torque resists a positive angle |
 # | `belt_velocity` | m/s | any |
 #
-# The first seconds and two pulses look like this.
+# The next figure shows the first nine seconds, with two pulses.
 
 # %%
 import matplotlib.pyplot as plt
@@ -52,8 +53,9 @@ plt.show()
 # %% [markdown]
 # ## The perturbations
 #
-# `find_perturbations` returns one window per pulse, from the belt velocity. Each window
-# starts when the belt starts to move and ends when it is at rest again.
+# `find_perturbations` finds the pulses in the belt velocity and returns one window per
+# pulse. Each window starts when the belt starts to move and ends when it is at rest
+# again.
 
 # %%
 perturbations = find_perturbations(recording.time, recording.belt_velocity)
@@ -66,9 +68,9 @@ print(len(perturbations), "perturbations, the first at", perturbations[0])
 #
 # $$\tau = I\,\ddot\theta + B\,\dot\theta + K\,(\theta - \theta_\mathrm{rest}).$$
 #
-# `fit_impedance` filters angle and torque alike, estimates the three parameters in each
-# window, and averages over the windows. The scatter over the windows gives the
-# intervals.
+# `fit_impedance` filters angle and torque with the same filter, estimates the three
+# parameters in each window, and averages over the windows. The intervals are computed
+# from the scatter over the windows.
 
 # %%
 fit = fit_impedance(
@@ -77,8 +79,8 @@ fit = fit_impedance(
 print(fit.summary())
 
 # %% [markdown]
-# The recording was simulated with known values. All three intervals should contain
-# them.
+# The recording was simulated, so the true values are known. All three intervals should
+# contain them.
 
 # %%
 for name, true in recording.truth.items():
@@ -93,9 +95,9 @@ fit.plot()
 # The figure shows the measured torque and the torque that *I*, *B* and *K* predict. The
 # fitted windows are shaded.
 #
-# ## Keep the result
+# ## Save the result
 #
-# `fit.to_frame()` is a pandas table, one row per quantity.
+# `fit.to_frame()` returns a pandas table with one row per quantity.
 
 # %%
 table = fit.to_frame()
@@ -105,10 +107,10 @@ table
 # %% [markdown]
 # ## What the interval includes
 #
-# The last line of the summary says that these intervals contain the scatter within the
-# record only (*Type A*). A torque sensor with a gain error of 1 % changes *I*, *B* and
-# *K* by 1 % in every window, so no scatter reveals it. State what you know about your
-# instruments, and the intervals include it (*Type B*).
+# The last line of the summary states that these intervals include only the scatter
+# within the record (*Type A*). A gain error of 1 % in the torque sensor changes *I*,
+# *B* and *K* by 1 % in every window, so the scatter does not reveal it. If you state
+# the uncertainty of your instruments, the intervals include it as well (*Type B*).
 
 # %%
 wider = fit_impedance(
@@ -124,8 +126,8 @@ print("Type A and Type B:", wider.quantities["K"])
 # %% [markdown]
 # ## What can go wrong
 #
-# **Exchanged arguments.** The fit runs, and the result has notes that say what is
-# wrong. A valid record has no notes.
+# **Exchanged arguments.** The fit runs, but notes on the result describe what is wrong.
+# The result above has no notes.
 
 # %%
 exchanged = fit_impedance(
@@ -139,8 +141,8 @@ for note in exchanged.notes:
     print("-", note)
 
 # %% [markdown]
-# **Degrees instead of radians.** Name the unit with `Signal`, and the library converts
-# it. Without the unit, *K* would be too small by a factor of 57.
+# **Degrees instead of radians.** If you name the unit with `Signal`, the library
+# converts the values. Without the unit, *K* would be too small by a factor of 57.
 
 # %%
 import numpy as np
@@ -155,7 +157,8 @@ print(
 )
 
 # %% [markdown]
-# **Gaps.** Input that cannot be used is refused with one sentence.
+# **Gaps.** Input that cannot be used raises an `InputError` with a one-sentence
+# message.
 
 # %%
 from tepsipe import InputError
@@ -168,18 +171,18 @@ except InputError as refused:
     print(refused)
 
 # %% [markdown]
-# [All notes and refusals](../when-it-stops.md#a-result-has-notes) are listed with their
-# causes.
+# A [separate page](../when-it-stops.md#a-result-has-notes) lists all notes and error
+# messages with their causes.
 #
 # ## Exercises
 #
 # 1. Use only the first three perturbations (`perturbations[:3]`). By what factor does
-#    the interval of *K* grow, and why by more than $\sqrt{14/3}$?
+#    the interval of *K* grow, and why is this factor larger than $\sqrt{14/3}$?
 # 2. Filter at 5 Hz (`cutoff_hz=5`). Read the note, then compare the estimates with the
 #    truth.
-# 3. Reverse the sign of the torque. Which sentence tells you?
-# 4. Estimate the same joint from the camera markers alone with `fit_joint_likelihood`
-#    ([example](../api.md#tepsipe.fit_joint_likelihood)). Its interval of *K* is far
-#    narrower. Which information does it use that the windows do not?
+# 3. Reverse the sign of the torque. Which message reveals the error?
+# 4. Estimate the same joint without a torque, from the camera markers and the belt, with
+#    `fit_joint_likelihood` ([example](../api.md#tepsipe.fit_joint_likelihood)). Its interval of *K* is far
+#    narrower. Which information does it use that the windowed fit ignores?
 #
 # Next: [why the VAF cannot tell a right torque from a wrong one](vaf.md).

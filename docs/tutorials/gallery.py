@@ -1,7 +1,7 @@
 # %% [markdown]
 # # Gallery
 #
-# Figures that the public functions draw, with the code that draws them.
+# This page shows the figures that the public functions draw, with the code for each.
 
 # %%
 from tepsipe import (
@@ -22,7 +22,8 @@ ankle = load_example("ankle")
 # %% [markdown]
 # ## Torque of a leg on a belt
 #
-# Windowed least squares: measured torque (grey) and prediction by *I*, *B* and *K*.
+# Windowed least squares fits *I*, *B* and *K* to the torque. Grey: measured torque.
+# Coloured: torque predicted from *I*, *B* and *K*.
 
 # %%
 windows = fit_impedance(
@@ -31,10 +32,10 @@ windows = fit_impedance(
 windows.plot()
 
 # %% [markdown]
-# ## The same joint from markers alone
+# ## The same joint from markers and belt, without a torque
 #
-# Joint likelihood: the angle over the whole trial, including the swing between the
-# pulses.
+# The joint likelihood fits the angle over the whole trial, including the swing between
+# the pulses.
 
 # %%
 likelihood = fit_joint_likelihood(
@@ -53,7 +54,7 @@ likelihood.plot()
 # %% [markdown]
 # ## One perturbation on your own axes
 #
-# `plot(ax=...)` draws on axes of yours, so you can zoom and add what you need.
+# `plot(ax=...)` draws on your own axes, so you can zoom in and add further signals.
 
 # %%
 import matplotlib.pyplot as plt
@@ -89,8 +90,8 @@ fit_admittance(response).plot()
 # %% [markdown]
 # ## A joint with a reflex is not linear
 #
-# The impedance of the simulated ankle. The coherence shows that a linear model cannot
-# predict its torque.
+# The figure shows the impedance of the simulated ankle. Its low coherence shows that a
+# linear model cannot predict the torque.
 
 # %%
 frequency_response(ankle.time, ankle.angle, ankle.torque, band_hz=(0.5, 20.0)).plot()
@@ -98,7 +99,8 @@ frequency_response(ankle.time, ankle.angle, ankle.torque, band_hz=(0.5, 20.0)).p
 # %% [markdown]
 # ## A simulated joint
 #
-# `simulate_joint` moves a leg by a belt, here with half and with twice the stiffness.
+# `simulate_joint` simulates a leg on a moving belt, here with three stiffnesses: half,
+# once and twice the true value.
 
 # %%
 figure, ax = plt.subplots(figsize=(7, 3), layout="constrained")
@@ -123,7 +125,7 @@ plt.show()
 # %% [markdown]
 # ## Models of a treadmill
 #
-# The accelerated belt loads its force plate. `calibrate_treadmill` fits models to one
+# An accelerating belt loads its force plate. `calibrate_treadmill` fits models to one
 # recording and evaluates them on another.
 
 # %%

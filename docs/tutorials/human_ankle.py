@@ -1,11 +1,11 @@
 # %% [markdown]
 # # A human ankle under random movement
 #
-# A motor rotates the foot of a person at random and measures angle and torque. The
-# torque has two sources: the passive and active tissue that resists at once
-# (*intrinsic* impedance: *I*, *B*, *K*), and the stretch reflex, which answers about 40
-# ms later. This tutorial separates the two. The ankle is simulated, so the true values
-# are known.
+# A motor rotates a person's foot at random, while the angle and the torque are
+# measured. The torque has two sources. Passive and active tissue resists at once
+# (*intrinsic* impedance, described by *I*, *B* and *K*). The stretch reflex responds
+# about 40 ms later. This tutorial separates the two. The ankle is simulated, so the
+# true values are known.
 
 # %%
 import matplotlib.pyplot as plt
@@ -32,9 +32,10 @@ plt.show()
 # %% [markdown]
 # ## A first look: the frequency response
 #
-# For a joint without reflexes, torque over angle is $K + i\omega B - \omega^2 I$: flat
-# at low frequencies, rising with the inertia at high ones. The *coherence* is the share
-# of the torque's power that follows the angle linearly.
+# For a joint without reflexes, the ratio of torque to angle is
+# $K + i\omega B - \omega^2 I$. It is flat at low frequencies and rises with the inertia
+# at high frequencies. The *coherence* is the share of the torque's power that is
+# linearly related to the angle.
 
 # %%
 response = frequency_response(
@@ -44,8 +45,8 @@ response.plot()
 print(f"lowest coherence: {response.coherence.min():.2f}")
 
 # %% [markdown]
-# The coherence is low although the recording has hardly any noise. Something in this
-# joint is not linear.
+# The coherence is low although the recording has hardly any noise. The joint must
+# therefore contain a nonlinear element.
 #
 # ## The wrong model
 #
@@ -59,16 +60,17 @@ for note in linear.notes:
     print("Note:", note)
 
 # %% [markdown]
-# Here the VAF is useful: it is low, because the reflex is no sum of angle, velocity and
-# acceleration ([when it is not useful](vaf.md)).
+# Here the VAF is useful. It is low, because the reflex torque is not a linear
+# combination of angle, velocity and acceleration. [Another tutorial](vaf.md) shows a
+# case in which the VAF is not useful.
 #
 # ## Two pathways
 #
-# `fit_parallel_cascade` adds a reflex pathway in parallel: delay, half-wave rectifier
-# of the stretch velocity (only lengthening counts), and a muscle. The delay is
-# searched, and short-range stiffness and further effects are included only where
-# cross-validation finds them. We take 100 bootstrap draws here; the default of 1000
-# takes longer.
+# `fit_parallel_cascade` adds a reflex pathway in parallel. It consists of a delay, a
+# half-wave rectifier of the stretch velocity (only lengthening counts) and a muscle
+# model. The best delay is found by a search. Short-range stiffness and further effects
+# are included only if cross-validation supports them. We use 100 bootstrap draws here;
+# the default of 1000 takes longer.
 
 # %%
 fit = fit_parallel_cascade(ankle.time, ankle.angle, ankle.torque, bootstrap_draws=100)
@@ -81,8 +83,8 @@ for name, true in ankle.truth.items():
 fit.plot()
 
 # %% [markdown]
-# The first half of the record is fitted. The second half is held out, and its torque is
-# predicted with the VAF in the summary.
+# The model is fitted to the first half of the record. The second half is held out; the
+# VAF in the summary measures how well its torque is predicted.
 #
 # ## How large is the reflex?
 
@@ -96,25 +98,26 @@ for finding in (*fit.findings, *fit.notes):
 # %% [markdown]
 # ## What can go wrong
 #
-# - **The delay is not determined.** Slow movements let a wide range of delays fit
-#   equally well. The note above says so and gives the range: quote the gain, not the
-#   delay.
-# - **The movement is too small or too slow.** Without stretches that are fast enough,
-#   there is no reflex to find, and the gain has an interval that contains 0.
+# - **The delay is not determined.** If the movements are slow, a wide range of delays
+#   fits equally well. The note above reports this and gives the range. In this case,
+#   quote the gain, not the delay.
+# - **The movement is too small or too slow.** Without sufficiently fast stretches there
+#   is no reflex to find, and the interval of the gain contains 0.
 # - **The person does not relax.** Voluntary torque is slow. It is fitted as *slow
-#   torque* and does not count in the held-out VAF, but a person who reacts to the
-#   movement looks like a slow reflex.
-# - **Angle and torque have different clocks.** A delay of 1 ms between them changes *B*
-#   by *K* × 1 ms.
+#   torque* and does not count in the held-out VAF. If a person reacts to the movement,
+#   however, the fit mistakes the reaction for a slow reflex.
+# - **Angle and torque are recorded with different clocks.** A delay of 1 ms between
+#   them changes *B* by *K* × 1 ms.
 #
-# For recordings in files, use the study instead: it adds Type B, checks and a page per
-# trial ([position-controlled manipulator](../recordings/position-manipulator.md)).
+# For recordings in files, use the study instead. It adds Type B uncertainty, checks and
+# a page per trial ([position-controlled
+# manipulator](../recordings/position-manipulator.md)).
 #
 # ## Exercises
 #
-# 1. Reverse both signals. Which muscle's reflex do you find now, and what does the
-#    reflex gain say?
-# 2. Use the first 20 s only. How does the interval of the reflex gain grow?
+# 1. Reverse both signals. Which muscle's reflex do you find now, and what is the reflex
+#    gain?
+# 2. Use the first 20 s only. By how much does the interval of the reflex gain grow?
 # 3. Halve `training_fraction`. Does the held-out VAF fall?
 #
 # Next: [a person on a treadmill](treadmill_person.md).

@@ -1,16 +1,17 @@
 # %% [markdown]
 # # Plan an experiment
 #
-# Before anyone stands on the treadmill, two questions can be answered: how precisely
-# will the stiffness *K* be known, and what limits it? In this tutorial you plan pulses
-# and cameras for the ankle dummy and for a standing person, and write the trial sheet.
+# Two questions can be answered before anyone stands on the treadmill. How precisely
+# will the stiffness *K* be known? What limits this precision? In this tutorial you plan
+# pulses and cameras for the ankle dummy and for a standing person, and write the trial
+# sheet.
 #
 # ## The starting point
 #
 # The command `tepsipe plan` simulates a trial of your design and predicts the
-# uncertainty of *I*, *B* and *K* from the equations of the estimator. Its defaults are
-# the ankle dummy of the thesis: 14 pulses of 0.3 m/s and cameras with a noise of 6.5
-# µm.
+# uncertainty of *I*, *B* and *K* from the equations of the estimator. Its defaults
+# describe the ankle dummy of the thesis, with 14 pulses of 0.3 m/s and a camera noise
+# of 6.5 µm.
 
 # %%
 # !tepsipe plan
@@ -20,19 +21,20 @@
 #
 # | Column | Meaning |
 # |---|---|
-# | `value` | the value you expect; give yours with `--stiffness`, `--damping`, `--inertia` |
+# | `value` | expected value; set it with `--stiffness`, `--damping`, `--inertia` |
 # | `u` | combined standard uncertainty |
 # | `Type A` | from noise; falls with the number of pulses |
 # | `Type B` | from masses, lengths and calibrations; does not fall |
 # | `bound` | Cramér-Rao bound: no unbiased estimator does better |
 # | `95 % +-` | half width of the 95 % interval, relative to the value |
 #
-# Type B dominates here by far. More pulses would be wasted; a better scale would not.
+# Type B dominates here by far. More pulses would not help; weighing the leg on a better
+# scale would.
 #
 # ## Cameras
 #
-# With passive cameras the noise of a marker is larger. With `--json`, the results can
-# be read by a program.
+# Passive cameras measure markers with more noise. With `--json`, `tepsipe plan` prints
+# results that a program can read.
 
 # %%
 import json
@@ -68,13 +70,14 @@ for noise_m in (1e-5, 2e-4):
 pd.DataFrame(rows).round(3)
 
 # %% [markdown]
-# At 0.1 m/s, windowed least squares (`leg`) loses *K* with noisy cameras: noise in the
-# angle biases it, and no number of pulses removes a bias. The joint likelihood uses the
-# whole trial and keeps *K*. So decide on the estimator before you buy cameras.
+# At 0.1 m/s, windowed least squares (`leg`) cannot estimate *K* if the cameras are
+# noisy. Noise in the angle biases the estimate, and more pulses do not remove a bias.
+# The joint likelihood uses the whole trial and still estimates *K*. Therefore, choose
+# the estimator before you buy cameras.
 #
 # ## Pulses
 #
-# Larger pulses help, until people step or the belt's drive gives up.
+# Larger pulses help, until people step or the drive of the belt reaches its limit.
 
 # %%
 import matplotlib.pyplot as plt
@@ -103,29 +106,31 @@ ax.legend()
 plt.show()
 
 # %% [markdown]
-# The *shape* of the pulse matters, too. A belt that returns within the pulse leaves the
-# slow swing of the leg unexcited, and that swing carries the information on stiffness.
+# The *shape* of the pulse matters, too. If the belt returns within the pulse, it does
+# not excite the slow swing of the leg, which carries the information on stiffness.
 # `--optimise` finds the best pulse within your limits ([best
 # pulses](../planning.md#best-pulses)).
 #
 # ## A standing person
 #
-# People sway, and sway limits the precision, not the cameras.
+# People sway, and this sway, not the camera noise, limits the precision.
 
 # %%
 # !tepsipe plan --standing --amplitude 0.4 --number 20
 
 # %% [markdown]
-# The last lines answer how many responses are needed. For ±20 % a few are enough; ±10 %
-# cannot be reached by any number, because treadmill model, joint centre and feet
-# (`--person-type-b`) alone exceed it. Plan calibration trials of the empty belt and of
-# a weight near the person's mass instead.
+# The last lines state how many responses are needed. For ±20 %, a few are enough. No
+# number of responses achieves ±10 %, because the uncertainty from the treadmill model,
+# the joint centre and the feet (`--person-type-b`) alone exceeds it. Instead of more
+# responses, plan calibration trials with the empty belt and with a weight close to the
+# person's mass.
 #
 # ## The trial sheet
 #
-# A study is described by a trial sheet, one row per recording. The planned numbers go
-# there. The calibration trials use the pulses of the person, in both directions, and
-# one of each is held out to validate the treadmill model.
+# A trial sheet describes a study, with one row per recording. We enter the planned
+# numbers there. The calibration trials use the same pulses as the trials of the person,
+# in both directions. One trial of the empty belt and one of the weight are held out to
+# validate the treadmill model.
 
 # %%
 trials = pd.DataFrame(
@@ -162,20 +167,20 @@ trials[["experiment", "condition", "role", "task", "duration_s", "log"]]
 # %% [markdown]
 # ## What can go wrong
 #
-# - **A plan is as good as its numbers.** Measure the noise of your cameras, log and
-#   plate at rest: the standard deviation of one sample in one direction.
+# - **A plan is only as good as its inputs.** Measure the noise of your cameras, log and
+#   plate at rest, as the standard deviation of one sample in one direction.
 # - **Intervals of the wrong quantity.** *B* and *I* are harder to determine than *K*.
 #   Look at the quantity that you will report.
-# - **Regular intervals.** A person who can predict the pulse prepares for it. Randomise
-#   the interval, and plan with its mean.
+# - **Regular pulses.** A person who can predict the pulse prepares for it. Randomise
+#   the time between pulses, and plan with its mean.
 #
 # ## Exercises
 #
 # 1. A colleague offers cameras at 1000 Hz with twice the noise. Are they better for *B*
 #    (`--camera-rate`)?
-# 2. How precise must the leg's mass be known before more pulses are worth while
+# 2. How precisely must the leg's mass be known before more pulses become worthwhile
 #    (`--tolerance leg_mass_kg=...`)?
 # 3. Halve `--person-type-b`. How many responses does ±10 % need now?
 #
-# All options are explained in [plan an experiment](../planning.md). Next: [a human
+# The page [plan an experiment](../planning.md) explains all options. Next: [a human
 # ankle under random movement](human_ankle.md).

@@ -1,9 +1,9 @@
 # %% [markdown]
 # # A person on a treadmill: from C3D files to K
 #
-# A person stands on a treadmill whose belt makes short pulses. Cameras, force plates
-# and electromyograms are stored in one C3D file per trial. This tutorial leads from
-# such files to the stiffness *K* and the damping *B* of the ankles, with their
+# A person stands on a treadmill whose belt makes short pulses. Marker positions, forces
+# and electromyograms are stored in one C3D file per trial. From such files, this
+# tutorial estimates the stiffness *K* and the damping *B* of the ankles, with their
 # uncertainty.
 #
 # It uses the command line and Snakemake, so it needs a copy of the repository and the
@@ -12,13 +12,14 @@
 #
 # ## The recordings
 #
-# | Trial | Why |
+# | Trial | What it determines |
 # |---|---|
-# | person, pulsed backwards and forwards | the joint |
+# | person, with pulses backwards and forwards | the impedance of the ankles |
 # | empty belt | the load that the moving belt causes by itself |
 # | a weight near the person's mass | how this load changes with the mass on the belt |
 #
-# The virtual laboratory makes them, in the formats of the thesis.
+# The virtual laboratory simulates these trials and writes them in the file formats of
+# the thesis.
 
 # %%
 recorded = {
@@ -36,9 +37,10 @@ logs = " ".join(
 # !snakemake -c1 --quiet all -- {logs} > simulation.log 2>&1 || cat simulation.log
 
 # %% [markdown]
-# A function of the project's tests turns each trial into one C3D, as a motion capture
-# system with force plates would have written it. You have such files already: put them
-# into one folder, with `empty`, `weight` and `standing` in their names.
+# A function from the project's tests converts each trial into one C3D file, as a motion
+# capture system with force plates would have written it. With recordings of your own,
+# you already have such files. Put them into one folder, with `empty`, `weight` and
+# `standing` in their names.
 
 # %%
 import sys
@@ -67,23 +69,23 @@ for trial in sorted(Path("results/raw").glob("*/*")):
 # %% [markdown]
 # ## A study in one command
 #
-# `tepsipe new-study` looks into all files and writes the settings. It finds axes,
-# loaded plates, muscles and the channel of the belt velocity by itself.
+# `tepsipe new-study` inspects all files and writes the settings. It detects the axes,
+# the loaded plates, the muscles and the channel of the belt velocity.
 
 # %%
 # !tepsipe new-study recordings --name my-person --output my-person
 
 # %% [markdown]
-# `MISSING.md` lists what no file can show, with how to measure it.
+# `MISSING.md` lists the values that no file contains, and how to measure them.
 
 # %%
 print(Path("my-person/MISSING.md").read_text().partition("## Assumed")[0])
 
 # %% [markdown]
-# We write the measured values into a file of their own. Markers of foot, shank and
-# thigh are measured with a ruler, forward from the segment's axis and along it. Cameras
-# that sample all markers at once have `marker_sampling_hz: null`; these sample one
-# after the other.
+# We write the measured values into a separate file. The marker positions on foot, shank
+# and thigh are measured with a ruler, along the segment's axis and forward from it. If
+# your cameras sample all markers at once, set `marker_sampling_hz: null`. The simulated
+# cameras sample one marker after the other.
 
 # %%
 measured = """
@@ -114,9 +116,9 @@ standing:
 _ = Path("my-person/measured.yaml").write_text(measured)
 
 # %% [markdown]
-# The trial sheet has one row per file. `new-study` cannot know which calibration trials
-# you want to hold out, so we set the column `role`: the minimum-jerk pulses validate,
-# all others calibrate.
+# The trial sheet contains one row per file. Only you can decide which calibration
+# trials to hold out, so we set the column `role` ourselves. The calibration trials with
+# minimum-jerk pulses are used for validation, all others for calibration.
 
 # %%
 import pandas as pd
@@ -133,14 +135,16 @@ trials[["experiment", "condition", "duration_s", "log", "role", "task"]]
 # %% [markdown]
 # ## Check, then run
 #
-# `tepsipe check` runs nothing. It names each mistake by file and line.
+# `tepsipe check` does not run the analysis. It reports each mistake with its file and
+# line.
 
 # %%
 # !cd my-person && tepsipe check config.yaml measured.yaml
 
 # %% [markdown]
-# The run reads the files, calibrates the treadmill, and fits the person. Without the
-# name of a table it would also draw all figures and write the report.
+# The run reads the files, calibrates the treadmill and fits the person's responses. We
+# request one table only. Without its name, the run would also draw all figures and
+# write the report.
 
 # %%
 table = "results/tables/estimates.csv"
@@ -151,8 +155,8 @@ table = "results/tables/estimates.csv"
 # %% [markdown]
 # ## The result
 #
-# `recommended` marks the estimates to quote: those of the task, from all of its trials
-# together.
+# The column `recommended` marks the estimates to quote. For a person, these are the
+# estimates of the task, computed from all of its trials together.
 
 # %%
 results = Path("my-person/results/tables")
@@ -164,10 +168,11 @@ quoted = person[person["recommended"]]
 quoted[columns].round(2)
 
 # %% [markdown]
-# The true joint is not linear. Beyond a short range of 0.23° it has the stiffness
-# `stiffness_Nm_per_rad`. Within this range, `short_range_Nm_per_rad` adds to it. *K* at
-# the working amplitude lies between the two, closer to the lower one. The first numbers
-# belong to the ankle.
+# The simulated joint is not linear. Beyond a short range of 0.23°, its stiffness is
+# `stiffness_Nm_per_rad`. Within this range, `short_range_Nm_per_rad` is added. At the
+# working amplitude, *K* lies between the stiffness within and the stiffness beyond the
+# short range, closer to the lower one. In each line below, the first number belongs to
+# the ankle.
 
 # %%
 import yaml
@@ -178,8 +183,9 @@ for name in ("stiffness_Nm_per_rad", "short_range_Nm_per_rad", "damping_Nms_per_
     print(name, relaxed[name])
 
 # %% [markdown]
-# Without the calibration of the treadmill (pathway `ankle`) the same signals give other
-# values. The moving belt loads the plate, and the load looks like torque.
+# Without the calibration of the treadmill (pathway `ankle`), the same signals give
+# different values. The moving belt loads the plate, and this load is mistaken for joint
+# torque.
 
 # %%
 compared = person[
@@ -211,27 +217,30 @@ ax.set_xlabel("standard uncertainty of K (N·m/rad); blue: Type A, orange: Type 
 plt.show()
 
 # %% [markdown]
-# The longest bar is what to measure better: the origin of the force plate along the
-# belt. The weight reveals it if you state where its centre of mass is relative to its
-# markers (`com_forward_of_markers_m`), which `new-study` asked for in `config.yaml`
-# (exercise 1). More pulses shorten only the blue bar.
+# The longest bar is the source to measure better, here the origin of the force plate
+# along the belt. The trials of the weight determine this origin if you state where the
+# centre of mass of the weight is relative to its markers (`com_forward_of_markers_m`).
+# `new-study` asked for this value in `config.yaml`. More pulses shorten only
+# the blue bar.
 #
 # ## What can go wrong
 #
-# **A wrong length.** When this tutorial was written, the height of the weight's centre
-# of mass was first entered as 0.10 m instead of 0.15 m. The moment of 60 kg on a lever
-# that is 5 cm too short went into the treadmill model: *K* became 628 N·m/rad and *B*
-# −0.9 N·m·s/rad. The flag `negative` marked the result, and nothing was recommended.
+# **A wrong length.** While writing this tutorial, we first entered the height of the
+# weight's centre of mass as 0.10 m instead of 0.15 m. The treadmill model therefore
+# included the moment of 60 kg on a lever arm that was 5 cm too short. The result was
+# *K* = 628 N·m/rad and *B* = −0.9 N·m·s/rad. The flag `negative` marked it, and no
+# estimate was recommended.
 #
-# **A value that is still missing.** The run is refused with one sentence that names the
-# keys.
+# **A value that is still missing.** The run is refused with a one-sentence message that
+# names the missing keys.
 
 # %%
 # !cd my-person && tepsipe check
 
 # %% [markdown]
-# **A damaged file.** Its own job stops with one sentence; the other trials keep their
-# results ([when a run stops](../when-it-stops.md)).
+# **A damaged file.** Only the job that reads this file stops, with a one-sentence
+# message. The results of the other trials are kept ([when a run
+# stops](../when-it-stops.md)).
 #
 # ## Exercises
 #
@@ -241,6 +250,6 @@ plt.show()
 #    `my-person/results/report/index.html`.
 # 3. Leave out one of the two directions of the pulses. Which uncertainty grows most?
 #
-# All steps and settings: [a standing person](../recordings/standing.md),
-# [C3D](../recordings/c3d.md), [weight and empty
+# The following pages describe all steps and settings: [a standing
+# person](../recordings/standing.md), [C3D](../recordings/c3d.md), [weight and empty
 # belt](../recordings/weight-and-empty.md).

@@ -13,16 +13,16 @@
 #
 # ## One recording, two equations
 #
-# The simulated leg has five markers. From their motion and the mass of the leg, inverse
-# dynamics gives the torque of the ankle:
+# The simulated leg has five markers. Inverse dynamics computes the ankle torque from
+# their motion and the mass of the leg:
 #
 # $$\tau = -\left[m\,\ddot y\,r\cos\theta + I_l\,\ddot\theta - m\,(g + \ddot z)\,r\sin\theta\right].$$
 #
-# If the angle is counted positive to one side in one term and to the other side in the
-# rest, the signs of two terms are reversed. `joint_torque(..., thesis=True)` is such an
-# equation. It is the equation printed in the thesis that this project reproduces, used
-# with an angle of the opposite sign ([decision
-# 3](../decisions/0003-torque-pathways.md)).
+# If one term counts the angle as positive in one direction and the other terms count it
+# as positive in the opposite direction, the signs of two terms are reversed.
+# `joint_torque(..., thesis=True)` uses such an equation. It is the equation printed in
+# the thesis that this project reproduces, applied to an angle of the opposite sign
+# ([decision 3](../decisions/0003-torque-pathways.md)).
 
 # %%
 from tepsipe import fit_impedance, joint_torque, load_example, segment_motion
@@ -55,8 +55,8 @@ truth = recording.truth
 print(f"{'truth':12} {truth['I']:8.4f} {truth['B']:8.4f} {truth['K']:8.3f}")
 
 # %% [markdown]
-# The equation with mixed signs has the higher VAF, and neither its *I* nor its *K* is
-# near the truth.
+# The equation with mixed signs has the higher VAF, but neither its *I* nor its *K* is
+# close to the true value.
 #
 # ## Why
 #
@@ -64,9 +64,9 @@ print(f"{'truth':12} {truth['I']:8.4f} {truth['B']:8.4f} {truth['K']:8.3f}")
 #
 # $$\tau_\mathrm{mixed} - \tau = 2 I_\mathrm{leg}\,\ddot\theta - 2 m g r\,\theta .$$
 #
-# $\ddot\theta$ and $\theta$ are regressors of the fit. The error is therefore a sum of
-# the very terms whose factors are estimated: *I* absorbs the first, *K* the second, and
-# nothing remains in the residual. The size of the error follows from the leg alone.
+# Both $\ddot\theta$ and $\theta$ are regressors of the fit. The error is therefore a
+# linear combination of regressors. *I* absorbs the first term, *K* absorbs the second,
+# and nothing remains in the residual. The size of the error depends only on the leg.
 
 # %%
 leg = recording.leg
@@ -109,15 +109,16 @@ plt.show()
 # %% [markdown]
 # Both panels show a nearly perfect fit. Only one torque is right.
 #
-# The VAF rises for a simple reason: the extra inertia makes the torque itself larger,
-# while the noise stays the same.
+# The VAF rises because the extra inertia makes the torque itself larger, while the
+# noise stays the same.
 #
-# ## What does reveal it
+# ## What reveals the error
 #
-# A test that does not use the same torque twice. Three are available in this project.
+# A test reveals the error if it does not use the same torque both for the fit and for
+# its evaluation. This project includes three such tests.
 #
 # **Simulate the leg.** The parameters must reproduce the motion, not only the torque.
-# `simulate_joint` moves the leg by the belt alone.
+# `simulate_joint` simulates a leg that is driven only by the belt.
 
 # %%
 from tepsipe import simulate_joint, vaf
@@ -141,30 +142,31 @@ for name, fit in fits.items():
     print(f"{name:12} VAF of the simulated angle: {vaf(measured, simulated):10.2f} %")
 
 # %% [markdown]
-# The parameters of the consistent equation predict most of the movement of the whole
-# minute. Those with mixed signs do not, although they fitted their own torque almost
-# perfectly.
+# The parameters of the consistent equation predict most of the movement over the whole
+# minute. The parameters of the equation with mixed signs do not, although they fitted
+# their own torque almost perfectly.
 #
 # **Estimate without a torque.** `fit_joint_likelihood` and `fit_output_error` fit the
 # motion itself.
 #
-# **Use a known joint.** A spring of known stiffness in place of the joint reveals every
-# error of the equation. This is what the ankle dummy of the thesis was built for.
+# **Use a known joint.** If a spring of known stiffness replaces the joint, every error
+# of the equation becomes visible. The ankle dummy of the thesis was built for this
+# purpose.
 #
 # ## What can go wrong
 #
-# - A high VAF after averaging or filtering says even less: both remove the noise and
-#   leave the error.
-# - An error that is *not* a sum of $\theta$, $\dot\theta$ and $\ddot\theta$, such as a
-#   delay or friction, does lower the VAF. A low VAF is a warning, a high VAF is not a
-#   proof.
-# - The same holds for a belt-induced force in proportion to the acceleration of the
-#   belt ([which filter](../planning.md#which-filter)).
+# - A high VAF after averaging or filtering is even weaker evidence, because both remove
+#   the noise and leave the error.
+# - An error that is *not* a linear combination of $\theta$, $\dot\theta$ and
+#   $\ddot\theta$, such as a delay or friction, does lower the VAF. A low VAF is a
+#   warning, but a high VAF is no proof.
+# - A belt-induced force in proportion to the acceleration of the belt does not lower
+#   the VAF ([which filter](../planning.md#which-filter)).
 #
 # ## Exercises
 #
 # 1. Give the leg a wrong mass, `Leg(mass_kg=0.5, com_m=..., inertia_kgm2=...)`. Predict
-#    the change of *I* and *K* before you compute it. Does the VAF notice?
+#    the change of *I* and *K* before you compute it. Does the VAF change?
 # 2. Delay the torque by two samples (`np.roll`). Which of *I*, *B* and *K* changes
 #    most, and what happens to the VAF?
 # 3. Find a smooth error of the torque that lowers the VAF to 90 % and leaves *K*

@@ -122,12 +122,7 @@ def fit_joint_likelihood(
     log = None if belt_velocity is None else samples(belt_velocity, "m/s", "belt_velocity")
     if log is not None:
         same_length(time, belt_velocity=log)
-    filled = None if hidden is None else np.asarray(hidden)
-    if filled is not None and (filled.dtype != bool or filled.shape != measured.shape[:2]):
-        raise InputError(
-            f"hidden: expected booleans of shape {measured.shape[:2]}, one for each sample of each marker, "
-            f"found {filled.dtype} of shape {filled.shape}: give them in the order of positions"
-        )
+    filled = None if hidden is None else _marked(hidden, measured.shape[:2])
     windows = as_perturbations(perturbations, time.size)
     name = JOINT_LIKELIHOOD if softening else JOINT_LIKELIHOOD_LINEAR
     record = Record(
@@ -170,3 +165,18 @@ def fit_joint_likelihood(
     )
     found = notes.of_impedance(fit, motion) + notes.of_delay(result.delay_s)
     return replace(fit, notes=(*named, *follows, *found))
+
+
+def _marked(hidden: object, shape: tuple[int, int]) -> np.ndarray:
+    """Booleans of the hidden samples, shape (n, markers)."""
+    try:
+        filled = np.asarray(hidden)
+        found = f"{filled.dtype} of shape {filled.shape}"
+    except Exception:  # an object of another package may raise anything when it is converted
+        filled, found = np.empty(0), f"{type(hidden).__name__} that is no array"
+    if filled.dtype != bool or filled.shape != shape:
+        raise InputError(
+            f"hidden: expected booleans of shape {shape}, one for each sample of each marker, found {found}: "
+            "give them in the order of positions"
+        )
+    return filled

@@ -6,14 +6,14 @@ times at which a computer wrote them. If the stamps are consistent with a regula
 therefore kept and the stamps are replaced. The attributes of the trial record what was done.
 """
 
-import re
 from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
-from tepsipe.errors import InputError, quoted
+from tepsipe.errors import InputError
 from tepsipe.io.readers.clock import rounded_rate
+from tepsipe.io.readers.text_table import refuse_other_unit
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.signals.resampling import refuse_short, regular_time, repair_time_stamps
 
@@ -25,25 +25,6 @@ REGULAR_WITHIN_PERIODS = 0.4
 REPEATED_STAMPS_AT_MOST = 0.1
 
 KEPT, INTERPOLATED = "samples kept", "samples interpolated"
-
-# unit -> its spellings in headers; small letters, without spaces, dots, stars, carets, hyphens, underscores
-SPELLINGS = {
-    "s": "s sec secs second seconds",
-    "N": "n newton newtons",
-    "Nm": "nm newtonmetre newtonmetres newtonmeter newtonmeters",
-    "m/s": "m/s m/sec ms1 mps metres/second meters/second metrespersecond meterspersecond",
-}
-KNOWN_UNITS = " ".join(
-    (
-        *SPELLINGS.values(),
-        "ns us µs μs ms msec millisecond milliseconds min minutes h hr hrs hours",
-        "mn dan kn kilonewton kgf kp lb lbs lbf pound pounds n/kg",
-        "nmm ncm mnm knm kgm kgfm kpm ftlb ftlbf lbft lbfft inlb inlbf lbin lbfin nm/kg",
-        "mm/s cm/s km/s mm/sec cm/sec m/min m/h km/h kmh kph km/hr mph mi/h miles/h ft/s ft/min fpm fps in/s",
-        "rpm rad/s deg/s °/s hz khz rad deg ° degrees mm cm m km in ft m/s2 m/s² g kg mv μv v volt volts",
-        "count counts bit bits %",
-    )
-).split()
 
 
 @dataclass(frozen=True)
@@ -240,27 +221,6 @@ def belt_clock(time: np.ndarray) -> BeltClock:
         period = steps[usual].mean()
     rate = float(1.0 / period)
     return BeltClock(regular, rate, rounded_rate(rate), float(np.abs(deviation).max()))
-
-
-def refuse_other_unit(column: str, unit: str, name: str) -> None:
-    """Compare the unit in brackets in a column's name with the one expected (s, N, Nm or m/s).
-
-    A name without brackets, or with brackets that hold no unit, is accepted. ``N.m``, ``N*m``, ``N m`` and
-    ``Nm`` are one unit; so are ``m/s`` and ``m s^-1``.
-
-    Raises
-    ------
-    InputError
-        If the brackets hold another unit.
-    """
-    for written in re.findall(r"[(\[]([^()\[\]]*)[)\]]", column):
-        plain = re.sub(r"[\s.·⋅*^_-]", "", written).casefold()
-        if plain in KNOWN_UNITS and plain not in SPELLINGS[unit].split():
-            what = {"s": "time", "m/s": "belt velocity"}.get(unit, "load")
-            raise InputError(
-                f"{name}: expected the {what} in {unit}, found {quoted(written)} in the header "
-                f"{quoted(column)}: convert the column, or name another one or its unit"
-            )
 
 
 def _refuse_unusable(values: np.ndarray, column: str, name: str) -> None:

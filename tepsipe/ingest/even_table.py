@@ -13,7 +13,11 @@ from tepsipe.signals.resampling import (
     regular_time,
     repair_time_stamps,
     resample,
+    runs_of,
 )
+
+# zeros in a row that may stand for missing samples: at least this number, for at most this time (s)
+FEWEST_ZEROS, LONGEST_ZEROS_S = 3, 1.0
 
 
 @dataclass(frozen=True)
@@ -98,8 +102,29 @@ def recorded_columns(
     refuse_short(time[-1], duration_s, name)
     recorded_hz = (time.size - 1) / (time[-1] - time[0])
     values = np.column_stack([table[key] for key in keys])[repaired.keep]
+    for key, column in zip(keys, values.T, strict=True):
+        _refuse_placeholders(time, column, key.replace("_", " "), name)
     columns, missing = fill_gaps(values, recorded_hz, max_gap_s, name)
     return RecordedColumns(time, columns, missing, repaired, recorded_hz)
+
+
+def _refuse_placeholders(time: np.ndarray, values: np.ndarray, what: str, name: str) -> None:
+    """Refuse runs of zeros that a signal enters or leaves by larger steps than it takes anywhere else."""
+    steps = np.abs(np.diff(values))
+    zero = values == 0.0
+    runs = [(start, stop) for start, stop in runs_of(zero) if stop - start >= FEWEST_ZEROS]
+    border = zero[1:] | zero[:-1]
+    usual = float(np.nanmax(steps[~border], initial=0.0))
+    for start, stop in runs:
+        if time[stop - 1] - time[start] > LONGEST_ZEROS_S:  # a signal that stands still
+            continue
+        beside = steps[[k for k in (start - 1, stop - 1) if 0 <= k < steps.size]]
+        if usual > 0.0 and np.nanmax(beside, initial=0.0) > usual:
+            raise InputError(
+                f"{name}: expected the {what} of every sample, found {stop - start} zeros in a row at "
+                f"{time[start]:.3f} s, which it enters or leaves by a larger step than any other: leave the "
+                "fields of missing samples empty"
+            )
 
 
 def refuse_slow(recorded_hz: float, rate_hz: float, setting: str, name: str) -> None:

@@ -51,6 +51,11 @@ class ManipulatorOptions:
     max_gap_s: float
     angle_unit: str
 
+    @property
+    def units(self) -> dict[str, str]:
+        """Units in which the columns of log and command are read."""
+        return {"time": "s", "trigger_time": "s", "angle": self.angle_unit, "torque": "Nm"}
+
 
 def ingest_torque_manipulator(
     log: dict[str, np.ndarray],
@@ -196,6 +201,11 @@ class TableOptions:
     max_gap_s: float
     angle_unit: str
     torque_sign: int
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units in which the columns are read."""
+        return {"time": "s", "angle": self.angle_unit, "torque": "Nm"}
 
 
 def ingest_position_manipulator(

@@ -37,6 +37,14 @@ class PlatformTableOptions:
     torque_sign: int
     platform_unit: str
 
+    @property
+    def units(self) -> dict[str, str]:
+        """Units in which the columns are read."""
+        of_joint = {"angle": self.angle_unit, "torque": "Nm"}
+        return {"time": "s"} | {
+            f"{joint}_{what}": unit for joint in JOINTS for what, unit in of_joint.items()
+        }
+
 
 def ingest_platform(
     table: dict[str, np.ndarray], options: PlatformTableOptions, duration_s: float, name: str

@@ -124,7 +124,7 @@ def _of_table(path: Path) -> Contents:
                 columns |= read_text_table(path, {name: name}, delimiter)
             except InputError:
                 texts.append(name)
-    time = next((name for name in columns if re.match(r"time|t\b|t_|t \(", name, re.IGNORECASE)), None)
+    time = next((name for name in columns if re.match(r"time|zeit|t\b|t_|t \(", name, re.IGNORECASE)), None)
     rate, facts = None, {"delimiter": {"\t": "tab", ";": "semicolon", ",": "comma"}[delimiter]}
     if time is not None:
         seconds = columns[time] * {"ms": 1e-3, "us": 1e-6}.get(unit_in(time), 1.0)

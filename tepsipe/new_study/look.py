@@ -15,7 +15,7 @@ FEWEST_SAMPLES = 20
 # role of a column -> how its name looks; the first role that fits is taken
 COLUMNS = {
     "trigger": r"trig",
-    "time": r"time|stamp|^t$|^t[ _(\[]",
+    "time": r"time|zeit|stamp|^t$|^t[ _(\[]",
     "velocity": r"veloc|speed|geschw",
     "angle": r"angle|theta|winkel|pos|\brad\b|\bdeg\b",
     "torque": r"torque|moment|drehmoment|\btau\b|\bnm\b",
@@ -164,6 +164,8 @@ def _kind(contents: Contents, columns: dict[str, str], name: str) -> tuple[str, 
     """Kind of a file, and for ``other`` why it is not used."""
     names = {c.name for c in contents.channels}
     longest = max((c.shape[0] for c in contents.channels if c.shape), default=0)
+    if not contents.channels and contents.facts.get("columns of text") and not _is_calibration(contents):
+        return "other", f"no column holds numbers only: {contents.facts['columns of text']}"
     if longest < FEWEST_SAMPLES and not _is_calibration(contents):
         return "other", f"a recording has at least {FEWEST_SAMPLES} samples, this has {longest}"
     if contents.kind == "C3D":

@@ -8,7 +8,8 @@ from tepsipe.new_study.treadmill_trials import Seen
 
 TABLE = "participants.tsv"
 NAME = re.compile(
-    r"(?<![A-Za-z0-9])((?:participant|subject|subj|sub|pat|VP|HC|P|S)[-_ ]?\d{1,4})(?!\d)", re.IGNORECASE
+    r"(?<![A-Za-z0-9])((?:participant|subject|subj|sub|pat|proband|VP|HC|P|S)[-_ ]?\d{1,4})(?!\d)",
+    re.IGNORECASE,
 )
 OF_PEOPLE = ("standing", "position_manipulator", "platform")
 NUMBERS = {

@@ -11,7 +11,7 @@ from tepsipe.new_study.pairing import Group
 from tepsipe.new_study.settings import PLACEHOLDER, Missing
 from tepsipe.new_study.table_plan import load_role
 from tepsipe.new_study.table_rows import named_in_rows
-from tepsipe.new_study.treadmill_trials import Seen
+from tepsipe.new_study.treadmill_trials import BeltChannel, Seen, usual_belt
 from tepsipe.new_study.weights import weights_of
 
 COLUMNS = (
@@ -53,6 +53,7 @@ def rows_of(
     roles = _roles(groups, weights)
     belts = belts_of({name: s for name, s in seen.items() if name in _on_plates(groups)})
     named = named_in_rows(groups)
+    usual = usual_belt(s for name, s in seen.items() if name in _on_plates(groups))
     _name_unlike_tasks(groups, people)
     rows, missing = [], []
     for group in groups:
@@ -83,6 +84,8 @@ def rows_of(
             names = group.first.columns
             row |= {f"{role}_column": names[role] for role in ("time", "velocity")}
             row["load_column"] = names[load_role(names)]
+        if group.first.name in _on_plates(groups) and "record" not in group.partners:
+            row["velocity_column"] = _own_channel(seen[group.first.name], usual)
         if belts and group.first.name in _on_plates(groups):
             row["belt"] = belts.get(group.first.name) or _named_belt(group)
         if group.first.name in further:
@@ -103,6 +106,11 @@ def _on_plates(groups: list[Group]) -> set[str]:
     """First files of trials of one file whose experiment is on the belts of a treadmill."""
     on_plates = ("dummy", "weight", "empty", "standing")
     return {g.first.name for g in groups if g.experiment in on_plates and g.first.kind == "whole trial"}
+
+
+def _own_channel(seen: Seen, usual: BeltChannel | None) -> str:
+    """Channel of the belt's velocity in a trial, if it is another one than usual."""
+    return EMPTY if seen.belt is None or usual is None or seen.belt.name == usual.name else seen.belt.name
 
 
 def _named_belt(group: Group) -> str:

@@ -10,7 +10,6 @@ from tepsipe.new_study.pairing import Group
 from tepsipe.new_study.settings import Missing, Plan
 
 LARGEST_RAD = 3.2
-DELIMITERS = {"comma": "comma", "tab": "tab"}
 DEFAULT_RATE_HZ, PLATFORM_RATE_HZ = 250.0, 50.0
 PLATFORM_UNITS = ("m", "m/s", "m/s2")
 # names of a column with a second perturbation of a person on a platform
@@ -110,11 +109,7 @@ def plan_platform(plan: Plan, groups: list[Group]) -> None:
 def _plan_delimiter(plan: Plan, key: str, groups: list[Group]) -> None:
     """Character between the columns of an experiment's tables."""
     first = groups[0].first
-    delimiter = first.contents.facts["delimiter"]
-    if delimiter in DELIMITERS:
-        plan.put(f"{key}.files.delimiter", delimiter, f"found in {first.name}")
-    else:
-        plan.ask(f"{key}.files.delimiter", f"comma or tab; {first.name} has a {delimiter}", "export it again")
+    plan.put(f"{key}.files.delimiter", first.contents.facts["delimiter"], f"found in {first.name}")
 
 
 def _plan_rate(plan: Plan, key: str, groups: list[Group], role: str, shipped_hz: float) -> None:

@@ -1,5 +1,6 @@
 """Text tables of one experiment whose columns have other names, units or signs in each file."""
 
+from tepsipe.io.readers.text_table import DELIMITERS as NAMED
 from tepsipe.new_study.look import samples
 from tepsipe.new_study.measures import driving_sign
 from tepsipe.new_study.pairing import Group
@@ -8,9 +9,7 @@ from tepsipe.new_study.table_plan import angle_unit
 # experiment -> characters between columns that its reader takes
 DELIMITERS = {
     "wristalyzer": ("tab",),
-    "position_manipulator": ("comma", "tab"),
-    "platform": ("comma", "tab"),
-    "belt": ("comma", "tab"),
+    **dict.fromkeys(("position_manipulator", "platform", "belt"), tuple(NAMED)),
 }
 ROLES = {
     "wristalyzer": {"time_column": "time", "angle_column": "angle", "trigger_column": "trigger"},

@@ -10,7 +10,7 @@ from tepsipe.new_study.labels import KNEE, is_on, leg_of, muscles_of, of_leg, pl
 from tepsipe.new_study.measures import Pulses, pulses_of, rests
 from tepsipe.new_study.pairing import Group
 from tepsipe.new_study.settings import PLACEHOLDER, Missing, Plan
-from tepsipe.new_study.treadmill_trials import Seen
+from tepsipe.new_study.treadmill_trials import AGREES, Seen, usual_belt
 
 PERSON_N, WEIGHT_N, LOAD_N = 350.0, 100.0, 10.0
 LONGEST_GAP_S = 0.1
@@ -108,9 +108,8 @@ def _plan_belt_velocity(plan: Plan, key: str, whole: list[tuple[Group, Seen]], s
     """Channel of the belt velocity with its scale (m/s per unit), turned by ``sign``, or markers."""
     group, seen = whole[0]
     name = group.first.name
-    belts = [s.belt for _, s in whole if s.belt is not None]
-    if belts:
-        b = max(belts, key=lambda belt: np.nan_to_num(abs(belt.correlation)))
+    b = usual_belt(s for _, s in whole)
+    if b is not None:
         note = f"channel of {name}"
         if np.isfinite(b.correlation):
             note += f" that follows a low marker with r = {abs(b.correlation):.3f}"
@@ -126,6 +125,11 @@ def _plan_belt_velocity(plan: Plan, key: str, whole: list[tuple[Group, Seen]], s
             "factor of the amplifier",
         )
         plan.put(f"{key}.belt_velocity.offset", float(f"{b.offset:.4g}"), "value of the channel at rest")
+        for other in {s.belt.name: s.belt for _, s in whole if s.belt is not None}.values():
+            if abs(other.m_per_s_per_unit / b.m_per_s_per_unit - 1.0) > AGREES:
+                meaning = f"{b.name} was assumed to have the scale of {other.name}, which the markers deny"
+                how = "a study of its own for the trials with the other channel"
+                plan.check.append(Missing(f"{key}.belt_velocity.m_per_s_per_unit", meaning, how))
         if "record" in group.partners and seen.belt_fixed:
             plan.assume(f"{key}.belt_velocity.markers", seen.belt_fixed[:3], LOW, "belt-fixed markers")
     else:

@@ -1,6 +1,8 @@
 """Contents of the files of one treadmill trial: markers, belt velocity, loads, muscles."""
 
 import re
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -86,6 +88,8 @@ class Seen:
         Velocity of the belt from the trial's start on (m/s), and its rate (Hz).
     belt : BeltChannel or None
         Channel of the velocity in a whole trial.
+    followed : dict of str to BeltChannel
+        All channels of a whole trial that a low marker follows.
     triggers, commands, emg : list of str
         Names of likely channels of a whole trial or of a file of electromyograms.
     emg_rate_hz : float or None
@@ -115,6 +119,7 @@ class Seen:
     velocity: np.ndarray | None = None
     velocity_rate_hz: float | None = None
     belt: BeltChannel | None = None
+    followed: dict[str, BeltChannel] = field(default_factory=dict)
     triggers: list[str] = field(default_factory=list)
     commands: list[str] = field(default_factory=list)
     emg: list[str] = field(default_factory=list)
@@ -233,9 +238,7 @@ def _see_recording(seen: Seen, group: Group) -> None:
     if "record" in group.partners:
         _see_record(seen, group.partners["record"])
     elif seen.belt is not None:
-        channel = recording.channels[seen.belt.name]
-        seen.velocity = seen.belt.m_per_s_per_unit * (channel.values - seen.belt.offset)
-        seen.velocity_rate_hz = channel.rate_hz
+        _take_velocity(seen, seen.belt, recording.channels[seen.belt.name])
     if seen.velocity is None and seen.positions is None:
         seen.free = rest
     if seen.velocity is None and seen.positions is not None:
@@ -244,16 +247,37 @@ def _see_recording(seen: Seen, group: Group) -> None:
         seen.velocity_rate_hz = seen.frame_rate_hz
 
 
+def _take_velocity(seen: Seen, belt: BeltChannel, channel: Samples) -> None:
+    """Velocity of the belt by one of its channels (m/s)."""
+    seen.belt, seen.velocity_rate_hz = belt, channel.rate_hz
+    seen.velocity = belt.m_per_s_per_unit * (channel.values - belt.offset)
+
+
 def share_belt(trials: list[Seen]) -> None:
-    """Take the channel of the belt, in trials without markers, from a trial in which markers follow it."""
+    """Take one channel of the belt for all trials in which markers follow it, and for those without markers.
+
+    Where each belt has a channel of its own, the one that moves most is taken in a trial without markers.
+    """
+    counts = Counter(name for s in trials for name in s.followed)
     known = {s.belt.name: s.belt for s in trials if s.belt is not None}
     for seen in trials:
-        name = next((name for name in known if name in seen.free), None)
-        if seen.velocity is None and name is not None:
-            seen.belt, channel = known[name], seen.free[name]
-            seen.velocity = seen.belt.m_per_s_per_unit * (channel.values - seen.belt.offset)
-            seen.velocity_rate_hz = channel.rate_hz
+        if seen.belt is not None and seen.belt.name in seen.followed:
+            commonest = max(seen.followed, key=lambda name: counts[name])
+            if counts[commonest] > counts[seen.belt.name]:
+                seen.belt = seen.followed[commonest]
+        free = {name: known[name] for name in known if name in seen.free}
+        if seen.velocity is None and free:
+            moved = {n: abs(b.m_per_s_per_unit) * np.ptp(seen.free[n].values) for n, b in free.items()}
+            name = max(moved, key=moved.get)
+            _take_velocity(seen, free[name], seen.free[name])
         seen.free = {}
+
+
+def usual_belt(trials: Iterable[Seen]) -> BeltChannel | None:
+    """Channel of the belt in most trials, as the trial shows it in which a marker follows it best."""
+    belts = [s.belt for s in trials if s.belt is not None]
+    counts = Counter(belt.name for belt in belts)
+    return max(belts, key=lambda b: (counts[b.name], float(np.nan_to_num(abs(b.correlation)))), default=None)
 
 
 def _see_loads(seen: Seen, recording: Recording) -> None:
@@ -359,30 +383,35 @@ def _lowest(seen: Seen) -> list[int]:
 
 
 def _belt_channel(seen: Seen, channels: dict) -> BeltChannel | None:
-    """Channel whose integral is the path of a low marker; without markers, a channel with a telling name."""
+    """Channel whose integral is the path of a low marker; without markers, one with a telling name and unit.
+
+    Of several channels with telling names the one that moves most is taken.
+    """
     best, rank = None, (False, 0.0)
     for name, channel in channels.items():
         values = channel.values
         if not np.isfinite(values).all() or not np.ptp(values) > 0.0:
             continue
         named = bool(VELOCITY_NAMES.search(name))
+        by_unit = SPEEDS.get(channel.unit.strip(), np.nan)
         if seen.positions is None:
-            scale = SPEEDS.get(channel.unit.strip())
-            if named and scale is not None:
-                return BeltChannel(name, channel.unit, scale, 0.0, np.nan)
+            if named and np.ptp(values) * by_unit > rank[1]:
+                best = BeltChannel(name, channel.unit, by_unit, 0.0, np.nan)
+                rank = (True, np.ptp(values) * by_unit)
             continue
         sampled = at_frames(values, channel.rate_hz, seen.positions.shape[0], seen.frame_rate_hz)
         for k in _lowest(seen)[:4]:
             marker_velocity = smooth_velocity(seen.positions[:, k, seen.forward], seen.frame_rate_hz)
             r, _ = follows(marker_velocity, sampled)
-            if abs(r) > FOLLOWS and (best is None or (named, abs(r)) > rank):
+            known = seen.followed.get(name)
+            if abs(r) > FOLLOWS and (known is None or abs(r) > abs(known.correlation)):
                 scale = scale_of(marker_velocity, sampled, seen.frame_rate_hz)
-                by_unit = np.copysign(SPEEDS.get(channel.unit.strip(), np.nan), scale)
-                scale = float(by_unit) if abs(scale / by_unit - 1.0) < AGREES else scale
-                best, rank = (
-                    BeltChannel(name, channel.unit, scale, float(np.median(values)), r),
-                    (named, abs(r)),
-                )
+                signed = float(np.copysign(by_unit, scale))
+                scale = signed if abs(scale / signed - 1.0) < AGREES else scale
+                offset = float(np.median(values))
+                seen.followed[name] = BeltChannel(name, channel.unit, scale, offset, r)
+                if (named, abs(r)) > rank:
+                    best, rank = seen.followed[name], (named, abs(r))
     return best
 
 

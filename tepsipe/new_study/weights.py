@@ -99,7 +99,12 @@ def plan_weights(plan: Plan, groups: list[Group], seen: dict[str, Seen]) -> None
         f"the plate shows {kg:.1f} kg: {names}",
     )
     plan.ask("weight.weight.com_height_m", "height of its centre of mass above the belt (m)", "measure it")
-    plan.put("weight.weight.com_forward_of_markers_m", None, "measure it to find the origin of the plate")
+    plan.assume(
+        "weight.weight.com_forward_of_markers_m",
+        None,
+        "the place of the plate's origin is then not checked, which can be most of the uncertainty of K",
+        "distance of its centre of mass forward of the mean of its markers (m), by a ruler",
+    )
     if further:
         keys = {"mass_kg": PLACEHOLDER, "com_height_m": PLACEHOLDER, "com_forward_of_markers_m": None}
         items = [

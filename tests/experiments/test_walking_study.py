@@ -144,6 +144,7 @@ def test_the_chapter_says_what_the_tables_hold():
     )
     silent, _ = frames(walking_rows("slow", "none", analysed(pulsed(WALK, degrees=0.0))), needed)
     text, *_ = words(silent, table, pulses=0, bandwidth_hz=None)
+    assert silent["value"].isna().all() and set(silent["flags"]) == {"no-response"}
     assert "intervals of K are infinite at all 2 phases" in text and "not enough to show" not in text
     assert "the angle does not respond at 40, 80 % of stance" in words(silent, table)[0]
     plot_walking(silent, table)

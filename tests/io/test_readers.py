@@ -250,9 +250,41 @@ def test_field_that_is_not_a_number_is_shown_with_its_line_and_column(raw, damag
     assert "line 3" in message
 
 
-def test_decimal_commas_are_refused(damaged):
-    message = damaged("log.txt", lambda content: content.replace(b".", b","))
-    assert "number" in message
+def test_decimal_commas_are_read_where_they_do_not_separate_columns(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("Zeit (s);Winkel (Grad)\n0;1\n0,5;-1,25\n1;\n")
+    table = read_text_table(path, {"time": "Zeit (s)", "angle": "Winkel (Grad)"}, ";", units={"angle": "deg"})
+    np.testing.assert_array_equal(table["time"], [0.0, 0.5, 1.0])
+    np.testing.assert_array_equal(table["angle"], [1.0, -1.25, np.nan])
+    path.write_text("t;x\n0,5;1,234.5\n1;2\n")  # a comma between thousands
+    with pytest.raises(InputError, match=r"expected a number, found '1,234\.5' in column 'x' on line 2"):
+        read_text_table(path, {"x": "x"}, ";")
+
+
+@pytest.mark.parametrize(
+    ("column", "unit", "said"),
+    [
+        ("M (Nmm)", "Nm", "expected the torque in Nm, found 'Nmm' in the header"),
+        ("torque_mNm", "Nm", "expected the torque in Nm, found 'mNm' in the header"),
+        ("Angle [°]", "rad", "expected the torque in rad, found '°' in the header"),
+        ("ankle_rad", "deg", "expected the torque in deg, found 'rad' in the header"),
+    ],
+)
+def test_the_unit_in_a_name_is_compared(column, unit, said, tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text(f"{column},other\n1,2\n2,3\n")
+    with pytest.raises(InputError) as caught:
+        read_text_table(path, {"torque": column}, ",", units={"torque": unit})
+    assert said in str(caught.value)
+    read_text_table(path, {"torque": column}, ",")
+
+
+def test_lines_above_the_header_are_told_from_a_truncated_file(tmp_path):
+    path = tmp_path / "a.tsv"
+    rows = "".join(f"{k}\t{k / 100}\t1.0\t2.0\n" for k in range(50))
+    path.write_text(f"NO_OF_FRAMES\t50\nFREQUENCY\t100\nFrame\tTime\tA X\tA Y\n{rows}")
+    with pytest.raises(InputError, match="expected the names of 4 columns in the header, found 2"):
+        read_text_table(path, {"x": "NO_OF_FRAMES"}, "\t")
 
 
 def test_damaged_line_in_the_middle_is_told_from_a_truncated_file(raw, damaged):

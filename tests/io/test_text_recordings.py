@@ -8,6 +8,7 @@ from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
 from tepsipe.io.contents import contents_of
+from tepsipe.io.readers.clock import bridged
 from tepsipe.io.readers.emg import read_emg
 from tepsipe.io.readers.signal_table import read_table_recording, split_unit
 from tepsipe.io.readers.trc import read_trc
@@ -265,3 +266,14 @@ def test_unusable_electromyograms_are_refused(delsys):
     ):
         path.write_text(content)
         refused(path, match, lambda t=trigger: read_emg(path, CHANNELS, t))
+
+
+def test_long_gaps_of_a_force_are_not_bridged():
+    """At 100 Hz, five missing samples are bridged and six are not, nor any beyond."""
+    values = np.arange(100.0)
+    values[:5] = values[20:25] = values[40:46] = values[99] = np.nan
+    filled = bridged(np.column_stack([values, np.arange(100.0)]), 100.0)
+    assert np.flatnonzero(np.isnan(filled[:, 0])).tolist() == [*range(40, 46)]
+    np.testing.assert_array_equal(filled[20:25, 0], np.arange(20.0, 25.0))
+    assert filled[0, 0] == 5.0 and filled[99, 0] == 98.0
+    assert np.isnan(bridged(np.full(30, np.nan), 100.0)).all()

@@ -182,7 +182,7 @@ def test_loads_and_steps_of_a_plate(rng):
 # ---- weights, belts and slow cameras -----------------------------------------------------------------
 
 
-def loaded_belt(path, kg, belt="right", peak=0.3, markers=("W1", "W2", "W3")):
+def loaded_belt(path, kg, belt="right", peak=0.3, markers=("W1", "W2", "W3"), channels_of_belts=False):
     """A C3D of a weight on one of two belts, or of the empty belt, with a channel of the belt's speed."""
     n, rng = round(RATE_HZ * SECONDS), np.random.default_rng(4)
     fast = np.arange(4 * n) / (4 * RATE_HZ)
@@ -195,6 +195,9 @@ def loaded_belt(path, kg, belt="right", peak=0.3, markers=("W1", "W2", "W3")):
         for label, x in places.items()
     }
     plates, channels = [plate_of("left"), plate_of("right")], {"Belt speed": (speed / 0.5 + 2.5, "V")}
+    if channels_of_belts:
+        noise = 1e-3 * rng.standard_normal(4 * n)
+        channels = {f"Speed {b}": ((speed if b == belt else noise) / 0.5, "V") for b in ("left", "right")}
     for plate, own in zip(plates, ("left", "right"), strict=True):
         force = rng.standard_normal((4 * n, 3))
         force[:, 2] += 9.81 * kg * (own == belt)
@@ -283,3 +286,43 @@ def test_forward_is_where_the_toes_of_a_person_are_though_a_weight_comes_first(t
     assert own["plate_treadmill"]["recording"]["axes"]["forward"] == "-y"
     assert own["standing"]["free_reflex"]["lowpass_cutoff_hz"] == 40.0
     assert own["standing"]["analysis"]["stretch_cutoff_hz"] == 40.0
+
+
+def test_each_belt_has_its_own_channel_of_the_velocity(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    for belt in ("left", "right"):
+        for number in ("01", "02"):
+            for name, kg, markers in (("weight", 20.0, ("W1", "W2")), ("empty", 0.0, ())):
+                path = tmp_path / f"lab/{name}_{belt}_{number}.c3d"
+                loaded_belt(path, kg, belt, markers=markers, channels_of_belts=True)
+    new_study("lab", output="s")
+    recording = settings_of(tmp_path / "s")["plate_treadmill"]["recording"]
+    usual = recording["belt_velocity"]["channel"]
+    assert recording["belt_velocity"]["m_per_s_per_unit"] == pytest.approx(0.5, rel=0.01)
+    channels = {row["belt"]: set() for row in sheet_of(tmp_path / "s")}
+    for row in sheet_of(tmp_path / "s"):
+        channels[row["belt"]].add(usual if row["velocity_column"] == "-" else row["velocity_column"])
+    assert channels == {"left": {"Speed left"}, "right": {"Speed right"}}
+    missing = (tmp_path / "s/MISSING.md").read_text()
+    assert "`weight.weight.com_forward_of_markers_m` | null was assumed" in missing
+
+
+def test_tables_of_a_german_spreadsheet(tmp_path, monkeypatch):
+    """Semicolons, decimal commas, degrees by their sign, seconds of the computer's clock."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    rng, time = np.random.default_rng(1), np.arange(0.0, 30.0, 0.005)
+    angle = 0.5 * np.convolve(rng.standard_normal(time.size), np.hanning(40) / 6.0, mode="same")
+    velocity = np.gradient(angle, time)
+    torque = np.radians(0.01 * np.gradient(velocity, time) + velocity + 60.0 * angle)
+    rows = np.column_stack([1.7e9 + time, angle, torque + 0.01 * rng.standard_normal(time.size)])
+    text = "\n".join(";".join(f"{x:.7f}" for x in row) for row in rows).replace(".", ",")
+    (tmp_path / "lab/Versuch 1.csv").write_text(
+        f"Zeit [s];Winkel [°];Drehmoment [Nm]\r\n{text}\n", "utf-8-sig"
+    )
+    (tmp_path / "lab/~$Protokoll.xlsx").write_bytes(b"\5")
+    new_study("lab", output="s")
+    files = settings_of(tmp_path / "s")["position_manipulator"]["files"]
+    assert files["columns"] == {"time": "Zeit [s]", "angle": "Winkel [°]", "torque": "Drehmoment [Nm]"}
+    assert (files["delimiter"], files["angle_unit"], files["torque_sign"]) == ("semicolon", "deg", 1)

@@ -14,8 +14,8 @@ files = dict(snakemake.params.files)
 options = ManipulatorOptions(angle_unit=snakemake.params.angle_unit, **snakemake.params.ingest)
 params = snakemake.params
 trial = ingest_torque_manipulator(
-    read_text_table(files["log"], params.log_columns, "\t", params.log_named_by),
-    read_text_table(files["command"], params.command_columns, "\t", params.command_named_by),
+    read_text_table(files["log"], params.log_columns, "\t", params.log_named_by, options.units),
+    read_text_table(files["command"], params.command_columns, "\t", params.command_named_by, options.units),
     options,
     snakemake.params.duration_s,
     files["log"],

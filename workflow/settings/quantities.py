@@ -36,7 +36,7 @@ Side = Literal["left", "right"]
 Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 Sign = whole(1, -1)
 AngleUnit = Literal["rad", "deg"]
-Delimiter = Literal["comma", "tab"]
+Delimiter = Literal["comma", "tab", "semicolon"]
 Distribution = Literal["normal", "rectangular", "triangular"]
 
 

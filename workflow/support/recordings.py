@@ -4,6 +4,7 @@ import hashlib
 from pathlib import Path
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, leg_motion
 from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs
 from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.options import StandingOptions
@@ -23,7 +24,7 @@ from tepsipe.ingest.plausibility import plausible_trial
 from tepsipe.ingest.recording_options import RecordingOptions
 from tepsipe.ingest.standing import ingest_standing_files
 from tepsipe.ingest.whole_trial import ingest_recording_files
-from tepsipe.io.readers.text_table import read_text_table
+from tepsipe.io.readers.text_table import DELIMITERS, read_text_table
 from tepsipe.io.trial import Trial
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
@@ -38,7 +39,6 @@ from workflow.support.rigs import RIG_KEYS, rig_of
 from workflow.support.study import Study
 
 ON_PLATE = ("dummy", "weight", "empty", "standing")
-DELIMITERS = {"comma": ",", "tab": "\t"}
 
 
 def refused_recordings(study: Study) -> list[str]:
@@ -116,27 +116,31 @@ def _of_tables(study: Study, experiment: str, condition: str, files: dict, secti
     """Trial of a manipulator, a platform or a belt."""
     of_files, lasts = section["files"], study.trials[experiment, condition].duration_s
 
-    def table(kind: str, columns: str, delimiter: str) -> dict:
-        named = {key: name for key, name in of_files[columns].items() if name is not None}
-        return read_text_table(files[kind], named, delimiter, study.named_by(experiment, condition, columns))
+    def table(kind: str, columns: str, delimiter: str, units: dict[str, str] | None = None) -> dict:
+        named_by = study.named_by(experiment, condition, columns)
+        return read_text_table(files[kind], of_files[columns], DELIMITERS[delimiter], named_by, units)
 
     if experiment == "wristalyzer":
-        log, command = table("log", "log_columns", "\t"), table("command", "command_columns", "\t")
         options = ManipulatorOptions(angle_unit=of_files["angle_unit"], **section["ingest"])
+        log = table("log", "log_columns", "tab", options.units)
+        command = table("command", "command_columns", "tab", options.units)
         return ingest_torque_manipulator(log, command, options, lasts, files["log"], files["command"])
-    log = table("log", "columns", DELIMITERS[of_files["delimiter"]])
     if experiment == "belt":
+        log = table("log", "columns", of_files["delimiter"])
         options = BeltTableOptions(load_unit=of_files["load_unit"], **section["ingest"])
         return ingest_belt_table(log, of_files["columns"], options, lasts, files["log"])
     units = {key: of_files[key] for key in ("angle_unit", "torque_sign")}
     if experiment == "platform":
-        units["platform_unit"] = of_files["platform_unit"]
-        return ingest_platform(log, PlatformTableOptions(**units, **section["ingest"]), lasts, files["log"])
-    return ingest_position_manipulator(log, TableOptions(**units, **section["ingest"]), lasts, files["log"])
+        options = PlatformTableOptions(platform_unit=of_files["platform_unit"], **units, **section["ingest"])
+        log = table("log", "columns", of_files["delimiter"], options.units)
+        return ingest_platform(log, options, lasts, files["log"])
+    options = TableOptions(**units, **section["ingest"])
+    log = table("log", "columns", of_files["delimiter"], options.units)
+    return ingest_position_manipulator(log, options, lasts, files["log"])
 
 
 def _prepare(study: Study, experiment: str, condition: str, trial: Trial) -> None:
-    """Perturbations and rest of a dummy's trial; joint angles, stance, mass and muscles of a person."""
+    """Perturbations, rest and leg of a dummy's trial; joint angles, stance, mass and muscles of a person."""
     section, name = study.of_trial(experiment, condition), f"{experiment}/{condition}"
     analysis = section["analysis"]
     if experiment == "standing":
@@ -146,8 +150,10 @@ def _prepare(study: Study, experiment: str, condition: str, trial: Trial) -> Non
         cutting = EpochOptions.from_settings(analysis, section["emg"], section["ingest"]["max_gap_s"])
         cut_standing_epochs(process_standing(trial, name, options, {}, {}), cutting)
         return
-    lowpass = Lowpass(analysis["lowpass_cutoff_hz"], analysis["lowpass_order"], True)
-    prepare_trial(trial, name, lowpass, _window(analysis))
+    lowpass = {key: analysis[key] for key in ("lowpass_cutoff_hz", "lowpass_order")}
+    fixed = section["foot"]["belt_fixed_labels"]
+    dummy = DummyOptions.from_settings(section["geometry"], lowpass | vars(_window(analysis)), fixed)
+    leg_motion(prepare_trial(trial, name, dummy.lowpass, dummy.window), dummy, "aligned")
 
 
 def _window(settings: dict) -> WindowOptions:

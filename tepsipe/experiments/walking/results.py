@@ -40,8 +40,8 @@ class WalkingRow:
     response : float
         RMS response of the mean angle, in standard deviations of its chance.
     flags : str
-        ``no-response``: the angle does not respond, and the interval is infinite; ``no-contact``: the foot
-        is in the air, and there is no value.
+        ``no-response``: the angle does not respond; ``no-contact``: the foot is in the air. Then there is no
+        value, and the interval is infinite.
     """
 
     condition: str
@@ -70,8 +70,9 @@ def walking_rows(condition: str, pulses: str, impedance: WalkingImpedance) -> li
     rows = []
     for phase, fit in impedance.phases.items():
         combined = fit.budget.combined
+        values = np.full(len(QUANTITIES), np.nan) if fit.flags else fit.values
         for i, quantity in enumerate(QUANTITIES):
-            numbers = (fit.values, combined, fit.low, fit.high, fit.budget.type_a, fit.budget.type_b)
+            numbers = (values, combined, fit.low, fit.high, fit.budget.type_a, fit.budget.type_b)
             rows.append(
                 WalkingRow(
                     condition,

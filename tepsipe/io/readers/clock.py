@@ -21,6 +21,8 @@ SMOOTHED_STAMPS = 51
 WITHIN_PERIODS, SHARE = 0.4, 0.99
 # a rate this close to a value with three significant digits is rounded to it
 ROUNDED_WITHIN = 1e-3
+# longest time of missing forces and channels that a straight line bridges (s)
+LONGEST_BRIDGE_S = 0.05
 
 
 @dataclass(frozen=True)
@@ -137,7 +139,13 @@ def regular_clock(time: np.ndarray, name: str, max_gap_s: float = 0.5) -> Clock:
         queued = _queued(time)
         if queued is not None:
             return queued
-    if rows.size < 0.9 * time.size or np.mean(away <= WITHIN_PERIODS) < SHARE:
+    if rows.size < 0.9 * time.size:
+        share = 100.0 * (1.0 - rows.size / time.size)
+        raise InputError(
+            f"{name}: expected a different time stamp for every sample, found {share:.0f} % equal to the "
+            "preceding one: export the time with more decimals"
+        )
+    if np.mean(away <= WITHIN_PERIODS) < SHARE:
         raise InputError(
             f"{name}: expected the time stamps of a regular clock, found stamps up to "
             f"{1e3 * slope * away.max():.3g} ms away from one of {1.0 / slope:.4g} Hz: export the samples at "
@@ -160,12 +168,26 @@ def _queued(time: np.ndarray) -> Clock | None:
     return Clock(rounded_rate(1.0 / slope), every, every, first, slope)
 
 
-def bridged(values: np.ndarray) -> np.ndarray:
-    """Samples, shape (n, ...), in their unit, with gaps bridged by straight lines."""
+def bridged(values: np.ndarray, rate_hz: float) -> np.ndarray:
+    """Samples, shape (n, ...), in their unit, with short gaps bridged by straight lines.
+
+    Where more than `LONGEST_BRIDGE_S` is missing, they stay NaN.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n, ...)
+        Samples; NaN where one is missing.
+    rate_hz : float
+        Their rate (Hz).
+    """
     columns = values.reshape(values.shape[0], -1).copy()
     index = np.arange(columns.shape[0])
     for column in columns.T:
-        finite = np.isfinite(column)
-        if finite.any() and not finite.all():
-            column[~finite] = np.interp(index[~finite], index[finite], column[finite])
+        known = np.flatnonzero(np.isfinite(column))
+        if not 0 < known.size < column.size:
+            continue
+        ends = np.concatenate(([-1], known, [column.size]))
+        following = np.searchsorted(ends, index)
+        within = ends[following] - ends[following - 1] <= LONGEST_BRIDGE_S * rate_hz + 1.5
+        column[within] = np.interp(index[within], known, column[known])
     return columns.reshape(values.shape)

@@ -79,11 +79,11 @@ def dflow_recording(mocap: DFlowTable) -> Recording:
     if positions:
         markers = Markers(clock.rate_hz, tuple(positions), np.stack(list(positions.values()), axis=1))
     plates = tuple(
-        ForcePlate(bridged(clock.placed(force)), bridged(clock.placed(moment)), clock.rate_hz)
-        for force, moment in plate_columns(mocap).values()
+        ForcePlate(*(bridged(clock.placed(x), clock.rate_hz) for x in loads), clock.rate_hz)
+        for loads in plate_columns(mocap).values()
     )
     channels = {
-        name: Channel(bridged(clock.placed(x)), unit_of(name), clock.rate_hz)
+        name: Channel(bridged(clock.placed(x), clock.rate_hz), unit_of(name), clock.rate_hz)
         for name, x in mocap.columns.items()
         if not MARKER.fullmatch(name) and np.isfinite(x).any()
     }

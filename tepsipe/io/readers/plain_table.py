@@ -158,8 +158,29 @@ def read_plain_table(
     return PlainTable(str(path), tuple(lines[:header]), tuple(names), values, np.array(rows) + 1, delimiter)
 
 
+def refuse_short_header(path: Path, count: int, body: list[str], delimiter: str) -> None:
+    """Refuse a header of ``count`` names above lines that all have the same larger number of fields.
+
+    Raises
+    ------
+    InputError
+        If the first line is therefore no header.
+    """
+    counts = [line.rstrip(f"{delimiter} ").count(delimiter) + 1 for line in body]
+    usual = counts[-1]
+    decimal = delimiter == "," and usual == 2 * count  # with commas as decimal signs, too
+    if usual > count + 1 and not decimal and len(counts) > 2 * counts.count(usual) - len(counts) > 0:
+        first = quoted(body[counts.index(usual)].strip())
+        raise InputError(
+            f"{path}: expected the names of {usual} columns in the header, found {count} names there, and "
+            f"{first} further down: delete the lines above the names of the columns, or export the trial as "
+            "C3D"
+        )
+
+
 def _refuse_other_counts(path, body, rows, delimiter, count, ragged) -> None:
     """Refuse a row with more fields than the header or, unless rows may be short, with fewer."""
+    refuse_short_header(path, count, body, delimiter)
     for k in (len(body) - 1, *range(len(body))):
         fields = body[k].count(delimiter) + 1
         long = fields > count and body[k].rstrip(delimiter).count(delimiter) + 1 > count
@@ -178,8 +199,7 @@ def _refuse_other_counts(path, body, rows, delimiter, count, ragged) -> None:
 
 def _numbers(path, body, rows, delimiter, names, ragged) -> np.ndarray:
     """Numbers of all rows; a field that is empty is NaN."""
-    if delimiter != "," and any("," in line for line in body[:5]):
-        body = [line.replace(",", ".") if _commas_are_decimal(line, delimiter) else line for line in body]
+    body = with_points(body, delimiter)
     if not ragged:
         try:
             return np.loadtxt(body, delimiter=delimiter, ndmin=2, comments=None, usecols=range(len(names)))
@@ -199,5 +219,14 @@ def _numbers(path, body, rows, delimiter, names, ragged) -> np.ndarray:
     return values
 
 
+def with_points(body: list[str], delimiter: str) -> list[str]:
+    """Lines with decimal points in place of commas that do not separate columns."""
+    if delimiter == "," or not any("," in line for line in body):
+        return body
+    return [line.replace(",", ".") if _commas_are_decimal(line, delimiter) else line for line in body]
+
+
 def _commas_are_decimal(line: str, delimiter: str) -> bool:
-    return all("," not in field or DECIMAL_COMMA.fullmatch(field.strip()) for field in line.split(delimiter))
+    """Test for a line without decimal points, beside which commas separate thousands."""
+    fields = (field.strip() for field in line.split(delimiter))
+    return "." not in line and all("," not in field or DECIMAL_COMMA.fullmatch(field) for field in fields)

@@ -17,7 +17,7 @@ from tepsipe.io.readers.clock import Clock, bridged, regular_clock
 from tepsipe.io.readers.plain_table import PlainTable, read_plain_table
 from tepsipe.io.readers.recording import Channel, ForcePlate, Recording
 
-TIME = re.compile(r"(time|t|timestamp)$", re.IGNORECASE)
+TIME = re.compile(r"(time|t|timestamp|zeit)$", re.IGNORECASE)
 UNIT = re.compile(r"\s*[(\[]\s*([^()\[\]]+?)\s*[)\]]\s*$")
 ENDING = re.compile(r"_(s|ms|us|mm|cm|m|N|kN|Nm|Nmm|V|mV|uV|rad|deg|m_per_s|mm_per_s)$")
 MARKER = re.compile(r"(.+?)[\s_.:]?(?:Pos)?([XYZ])$|(.+?)[_.:]([xyz])$")
@@ -54,7 +54,8 @@ def read_table_recording(path: str | Path) -> Recording:
     -------
     Recording
         Markers (m), force plates (N, N·m) and channels, in the axes of the file. Samples that are missing are
-        NaN in the markers and bridged by straight lines elsewhere. Plates named left come before right ones.
+        NaN in the markers; elsewhere gaps of up to 0.05 s are bridged by straight lines. Plates named left
+        come before right ones.
 
     Raises
     ------
@@ -81,7 +82,7 @@ def read_table_recording(path: str | Path) -> Recording:
         if name not in points and np.isfinite(values).any():
             plain, unit = split_unit(name)
             label = plain if plain not in channels else name
-            channels[label] = Channel(bridged(values), unit, clock.rate_hz)
+            channels[label] = Channel(bridged(values, clock.rate_hz), unit, clock.rate_hz)
     return Recording(table.name, markers, plates, channels)
 
 
@@ -129,7 +130,7 @@ def _plates(columns: dict[str, np.ndarray], rate_hz: float, name: str) -> tuple[
             )
         scaled = [
             _factor(groups[plate][c], FORCES if c[0] == "F" else MOMENTS, name)
-            * bridged(columns[groups[plate][c]])
+            * bridged(columns[groups[plate][c]], rate_hz)
             for c in components
         ]
         plates.append(ForcePlate(np.column_stack(scaled[:3]), np.column_stack(scaled[3:]), rate_hz))

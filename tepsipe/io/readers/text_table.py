@@ -1,20 +1,51 @@
 """Delimited text with a header line: D-Flow logs, torque commands, plain tables of signals."""
 
 import difflib
+import re
 from pathlib import Path
 
 import numpy as np
 
+from tepsipe.arguments import IN_NAMES
 from tepsipe.errors import InputError, listed, quoted
+from tepsipe.io.readers.plain_table import refuse_short_header, with_points
 from tepsipe.io.readers.text_file import read_text
+
+# name of a delimiter in a configuration -> character between columns
+DELIMITERS = {"comma": ",", "tab": "\t", "semicolon": ";"}
+# unit -> its spellings in headers; small letters, without spaces, dots, stars, carets, hyphens, underscores
+SPELLINGS = {
+    "s": "s sec secs second seconds",
+    "N": "n newton newtons",
+    "Nm": "nm newtonmetre newtonmetres newtonmeter newtonmeters",
+    "rad": "rad radian radians",
+    "deg": "deg ° degree degrees grad",
+    "m/s": "m/s m/sec ms1 mps metres/second meters/second metrespersecond meterspersecond",
+}
+KNOWN_UNITS = " ".join(
+    (
+        *SPELLINGS.values(),
+        "ns us µs μs ms msec millisecond milliseconds min minutes h hr hrs hours",
+        "mn dan kn kilonewton kgf kp lb lbs lbf pound pounds n/kg",
+        "nmm ncm mnm knm kgm kgfm kpm ftlb ftlbf lbft lbfft inlb inlbf lbin lbfin nm/kg",
+        "mm/s cm/s km/s mm/sec cm/sec m/min m/h km/h kmh kph km/hr mph mi/h miles/h ft/s ft/min fpm fps in/s",
+        "rpm rad/s deg/s °/s hz khz mrad mm cm m km in ft m/s2 m/s² g kg mv μv v volt volts",
+        "count counts bit bits %",
+    )
+).split()
 
 
 def read_text_table(
-    path: str | Path, columns: dict[str, str | None], delimiter: str, named_by: dict[str, str] | None = None
+    path: str | Path,
+    columns: dict[str, str | None],
+    delimiter: str,
+    named_by: dict[str, str] | None = None,
+    units: dict[str, str] | None = None,
 ) -> dict[str, np.ndarray]:
     """Read named columns of a text file whose first line names them.
 
-    A last line without a line break may have been cut within its last number, so it is omitted.
+    A last line without a line break may have been cut within its last number, so it is omitted. Commas are
+    decimal signs where they do not separate columns.
 
     Parameters
     ----------
@@ -26,6 +57,8 @@ def read_text_table(
         Character between columns.
     named_by : dict of str to str, optional
         Key -> where its column's name was given, for messages; by default the configuration.
+    units : dict of str to str, optional
+        Key -> unit in which its samples are read: a name that ends in another one is refused.
 
     Returns
     -------
@@ -35,8 +68,8 @@ def read_text_table(
     Raises
     ------
     InputError
-        If the file is missing, empty, truncated or not text, a column is missing or not unique, or a
-        line has another number of fields than the header or a field that is not a number.
+        If the file is missing, empty, truncated or not text, a column is missing, not unique or in another
+        unit, or a line has another number of fields than the header or a field that is not a number.
     """
     path = Path(path)
     columns = {key: name for key, name in columns.items() if name is not None}
@@ -47,12 +80,15 @@ def read_text_table(
     names = [name.strip() for name in header.split(delimiter)]
     for key, name in columns.items():
         _refuse_other_names(path, name, (named_by or {}).get(key, "the configuration"), names)
+        if units and key in units:
+            refuse_other_unit(name, units[key], str(path), key.replace("_", " "))
     lines = body.split("\n")
     ended = not lines[-1].strip()
     while lines and not lines[-1].strip():
         lines.pop()
     if not lines:
         raise InputError(f"{path}: expected samples under the header, found none: record again")
+    refuse_short_header(path, len(names), lines, delimiter)
     for number in (len(lines) - 1, *range(len(lines))):
         if lines[number].count(delimiter) != len(names) - 1:
             fields = lines[number].count(delimiter) + 1
@@ -69,11 +105,47 @@ def read_text_table(
             "truncated, copy it again from the instrument"
         )
     wanted = [names.index(name) for name in columns.values()]
+    lines = with_points(lines, delimiter)
     try:
         values = np.loadtxt(lines, delimiter=delimiter, usecols=wanted, ndmin=2, comments=None)
     except ValueError as error:
         values = _numbers_one_by_one(path, lines, delimiter, wanted, names, error)
     return {key: values[:, i] for i, key in enumerate(columns)}
+
+
+def refuse_other_unit(column: str, unit: str, name: str, what: str = "") -> None:
+    """Compare the unit in a column's name with the one expected (s, N, Nm, rad, deg or m/s).
+
+    The unit stands in brackets, or at the end after an underscore. A name without one is accepted, and so is
+    a single letter after an underscore, which may be an index. ``N.m``, ``N*m``, ``N m`` and ``Nm`` are one
+    unit; so are ``m/s`` and ``m s^-1``.
+
+    Parameters
+    ----------
+    column : str
+        Name of the column.
+    unit : str
+        Unit in which its samples are read; any other text, such as that of an unknown unit, is not compared.
+    name : str
+        Names the file in messages.
+    what : str, optional
+        Quantity in the column, for messages.
+
+    Raises
+    ------
+    InputError
+        If the name gives another unit.
+    """
+    ending = re.search(IN_NAMES, column)
+    bracketed = re.findall(r"[(\[]([^()\[\]]*)[)\]]", column)
+    for written in bracketed or ([ending[1].replace("_per_", "/")] if ending and len(ending[1]) > 1 else []):
+        plain = re.sub(r"[\s.·⋅*^_-]", "", written).casefold()
+        if unit in SPELLINGS and plain in KNOWN_UNITS and plain not in SPELLINGS[unit].split():
+            what = what or {"s": "time", "m/s": "belt velocity"}.get(unit, "load")
+            raise InputError(
+                f"{name}: expected the {what} in {unit}, found {quoted(written)} in the header "
+                f"{quoted(column)}: convert the column, or name another one or its unit"
+            )
 
 
 def _refuse_other_names(path, name, where, names) -> None:
