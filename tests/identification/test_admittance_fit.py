@@ -1,12 +1,16 @@
 """The fit of I, B, K: it finds a known joint from anywhere, and its intervals hold the truth."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from builders import multisine_record, noisy_spectrum, second_order_response
 from scipy import stats
 
 from tepsipe.identification.admittance_fit import (
+    TABLE_3_2,
     Bounds,
+    change_by_smearing,
     error_of_misfit,
     fit_as_printed,
     fit_from_many_starts,
@@ -177,3 +181,19 @@ def test_stiffness_beyond_its_bound_is_reported_at_the_bound(rng):
     fit = fit_scaled(noisy_spectrum((0.015, 0.1, 30.0), 0.01, rng), BOUNDS)
     assert fit.at_bound
     assert fit.parameters[2] == pytest.approx(20.0, abs=1e-4)
+
+
+def test_smearing_is_the_mean_over_the_band_of_each_value():
+    frequency = np.arange(1.0, 9.01, 0.25)
+    fine = (np.arange(4001) - 2000.0) / 4001.0
+    smeared = second_order_response(JOINT, (frequency[:, None] + 0.5 * fine).ravel())
+    ones = np.ones_like(frequency)
+    estimate = FrequencyResponse(frequency, second_order_response(JOINT, frequency), ones, 1)
+    exact = replace(estimate, response=smeared.reshape(frequency.size, -1).mean(axis=1))
+    change = fit_scaled(exact, BOUNDS).parameters - JOINT
+    found = change_by_smearing(fit_scaled(estimate, BOUNDS), replace(estimate, resolution_hz=0.5), BOUNDS)
+    assert found == pytest.approx(change, rel=0.05)
+
+
+def test_bounds_of_the_public_fit_are_those_of_table_3_2():
+    assert np.array_equal(np.array(TABLE_3_2), [BOUNDS.start, BOUNDS.lower, BOUNDS.upper])

@@ -8,9 +8,12 @@ from builders import LEG, RATE_HZ, Joint, assert_one_sentence, scaled_leg, swing
 from scipy.interpolate import CubicSpline
 
 from tepsipe.errors import InputError
+from tepsipe.identification.budgets.leg import changed_motion
+from tepsipe.identification.notes import of_belt
 from tepsipe.identification.regression.output_error import match_angle, simulate_leg
 from tepsipe.mechanics.rubber_joint import RubberJoint
 from tepsipe.mechanics.rubber_joint import swing as rubber_swing
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.perturbations import WindowOptions, filtered_perturbations
 from tepsipe.statistics.bootstrap import bootstrap_mean
@@ -213,3 +216,23 @@ def test_a_joint_that_softens_gives_the_constants_of_small_movements(peak):
 def test_a_linear_joint_is_not_said_to_soften(fitted, small, rng):
     assert fitted.softening is None or abs(fitted.softening[0]) < 0.05
     assert [noisy_fit(small, rng, "instruments").softening for _ in range(3)] == [None] * 3
+
+
+def test_axes_that_are_not_level_turn_the_accelerations():
+    motion, layout = swing(Joint()).motion, SegmentMarkers(("a", "b"), np.array([[0.0, 0.1], [0.0, 0.8]]))
+    found = changed_motion(motion, layout, 0.4, {"vertical_rad": 0.1})
+    assert found.theta == pytest.approx(motion.theta + 0.1)
+    cosine, sine = np.cos(0.1), np.sin(0.1)
+    assert found.y_dd == pytest.approx(cosine * motion.y_dd + sine * motion.z_dd)
+    assert found.z_dd == pytest.approx(cosine * motion.z_dd - sine * motion.y_dd)
+
+
+def test_foot_that_does_not_move_with_the_belt_is_noted_or_refused():
+    belt = np.sin(np.arange(200) / 5.0)
+    assert of_belt(belt, belt) == ()
+    (note,) = of_belt(1.5 * belt, belt)
+    assert "1.5 times as fast" in note
+    for gain, words in ((-1.0, "opposite sign"), (1000.0, "another unit")):
+        with pytest.raises(InputError) as caught:
+            of_belt(gain * belt, belt)
+        assert_one_sentence(caught.value, words)

@@ -35,7 +35,7 @@ from tepsipe.io.readers.treadmill_log import (
     read_calibration_matrix,
     read_treadmill_log,
 )
-from tepsipe.io.trial import checksum, read_sources, read_trial, write_trial
+from tepsipe.io.trial import Signal, Trial, checksum, read_sources, read_trial, write_trial
 from tepsipe.mechanics.segment_kinematics import fit_rigid_segment
 from tepsipe.virtual_lab.belt import DriveTruth, velocity_command
 from tepsipe.virtual_lab.dummy import DummyTruth, move_dummy
@@ -725,3 +725,20 @@ def test_sources_of_a_trial_are_read_alone(trial_file):
     name, sources = read_sources(trial_file[0])
     assert name == "{experiment}/{condition}".format(**read_trial(trial_file[0]).attributes)
     assert sources == json.loads(read_trial(trial_file[0]).attributes["sources"])
+
+
+def test_trial_whose_samples_do_not_fit_its_axes_is_not_read(tmp_path):
+    axes = {"time": np.arange(100) / 100.0}
+    trial = Trial(100.0, axes, {"angle": Signal(np.zeros(99), "rad", ("time",), "angle")})
+    write_trial(tmp_path / "trial.h5", trial, "dummy", "x", {}, {})
+    with pytest.raises(InputError) as caught:
+        read_trial(tmp_path / "trial.h5")
+    assert_one_sentence(caught.value, "trial.h5", "'angle' has the shape (99,)")
+
+
+def test_markers_that_end_before_the_trial_are_refused(recordings):
+    log, calibration, markers = recordings
+    short = replace(markers, positions=markers.positions[:900])
+    with pytest.raises(InputError) as caught:
+        ingest_all(log, calibration, short)
+    assert_one_sentence(caught.value, "markers.c3d", "found 3.60 s")

@@ -142,7 +142,9 @@ def test_belt_velocity_from_markers(one_file, options, labels, ingested, dummy):
     assert smooth.max() == pytest.approx(measured.max(), rel=0.01)
     assert smooth.min() == pytest.approx(measured.min(), rel=0.01)
     assert "cannot show a delay" in trial.attributes["belt_velocity_from"]
-    assert "foot1, foot2, foot3, ankle" in "; ".join(trial.signals["belt_velocity"].processing)
+    processing = trial.signals["belt_velocity"].processing
+    assert "foot1, foot2, foot3, ankle" in "; ".join(processing)
+    assert "band limited at 50 Hz" in processing
 
 
 def test_markers_on_an_empty_belt_give_its_velocity_only(recording, ingested):

@@ -91,6 +91,15 @@ def test_type_4_calibration_matrix(store, tmp_path, rng):
     expect(path)
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_type_4_with_an_origin_beside_the_centre(sign, tmp_path):
+    moment = [6.0 + 0.8, -0.4 + 12.0, 2.4 + 0.6 - 3.0]
+    values = [*TYPE_2[:3], *moment]
+    origin = tuple(sign * np.array([0.02, -0.01, -0.04]))
+    matrix = np.diag([1.0, 1.0, 1.0, 1000.0, 1000.0, 1000.0])
+    expect(written(tmp_path, values, ["V"] * 6, 4, origin, matrix=matrix))
+
+
 def test_baseline_frames_are_not_subtracted(tmp_path):
     values = [*TYPE_2[:3], *(1000.0 * np.array(TYPE_2[3:]))]
     expect(written(tmp_path, values, ["N"] * 3 + ["Nmm"] * 3, 2, zero=(1, 10)))

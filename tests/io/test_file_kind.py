@@ -5,7 +5,7 @@ import gzip
 import pytest
 
 from tepsipe.io.readers import file_kind
-from tepsipe.io.readers.file_kind import kind_of
+from tepsipe.io.readers.file_kind import ending_of, kind_of
 
 EDF_HEAD = b"0       " + b" " * 244 + b"1   "
 HEADS = [
@@ -41,3 +41,17 @@ def test_kind_is_known_by_the_first_bytes_also_of_a_compressed_file(head, kind, 
     assert kind_of(tmp_path / "plain") == kind
     (tmp_path / "packed").write_bytes(gzip.compress(head))
     assert kind_of(tmp_path / "packed") == kind
+
+
+@pytest.mark.parametrize(
+    ("name", "ending"),
+    [
+        ("a.C3D", ".c3d"),
+        ("a.c3d.gz", ".c3d"),
+        ("walk.2024.txt", ".txt"),
+        ("walk.2024.txt.GZ", ".txt"),
+        ("a", ""),
+    ],
+)
+def test_ending_is_that_before_gzip(name, ending):
+    assert ending_of(name) == ending

@@ -8,6 +8,7 @@ from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
 from tepsipe.io.csv_file import write_records
+from tepsipe.io.readers.marker_file import read_all_markers
 from tepsipe.io.tables import NO_COLUMN, Table, Undefinable
 
 
@@ -99,3 +100,11 @@ def test_records_are_written_below_their_keys(tmp_path):
     path = tmp_path / "records.csv"
     write_records(path, [{"a": 1.0 / 3.0, "b": None}, {"b": "x", "a": 2}])
     assert path.read_text() == "a,b\n0.3333333333,\n2,x\n"
+
+
+def test_a_table_without_markers_cannot_give_them(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("time (s),belt (m/s)\n" + "".join(f"{k / 100:.2f},0.{k % 10}\n" for k in range(50)))
+    with pytest.raises(InputError) as caught:
+        read_all_markers(path)
+    assert_one_sentence(caught.value, path, "columns of markers", "belt")

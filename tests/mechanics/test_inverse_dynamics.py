@@ -2,10 +2,14 @@
 
 import numpy as np
 import pytest
-from builders import Joint, swing
+from builders import LEG, Joint, assert_one_sentence, swing
 from scipy.integrate import solve_ivp
 
+from tepsipe.errors import InputError
 from tepsipe.mechanics.inverse_dynamics import leg_torque, leg_torque_as_printed
+from tepsipe.mechanics.joint_simulation import simulate_joint
+from tepsipe.mechanics.joint_torque import joint_torque
+from tepsipe.mechanics.segment_chain import Chain, linearised
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.least_squares import least_squares_line
 
@@ -143,3 +147,38 @@ def test_printed_leg_torque_is_one_of_those_formulas(leg):
     fit = least_squares_line(np.column_stack([theta_dd, theta_d, theta]), torque)
     k_g = 0.4 * 9.81 * 0.4485
     assert fit.parameters == pytest.approx([2.0 * 0.027, 0.1, 10.0 - 2.0 * k_g], rel=1e-4)
+
+
+def two_segments():
+    return Chain(mass_kg=(3.0, 7.0), length_m=(0.4, 0.5), com_m=(0.25, 0.2), inertia_kgm2=(0.05, 0.2))
+
+
+def test_double_pendulum_upright_has_the_matrices_of_the_textbook():
+    """In joint angles: M from the kinetic energy, G from the heights, b from the belt's acceleration."""
+    found = linearised(two_segments(), np.zeros(2))
+    upper = 0.2 + 7.0 * 0.2**2
+    # both turn about the ankle: the upper centre of mass is at 0.4 + 0.2
+    whole = 0.05 + 3.0 * 0.25**2 + 0.2 + 7.0 * 0.6**2
+    coupled = 0.2 + 7.0 * 0.6 * 0.2
+    np.testing.assert_allclose(found.inertia_parts.sum(axis=0), [[whole, coupled], [coupled, upper]])
+    s_1, s_2 = 3.0 * 0.25 + 7.0 * 0.4, 7.0 * 0.2
+    gravity = -9.81 * np.array([[s_1 + s_2, s_2], [s_2, s_2]])
+    np.testing.assert_allclose(found.gravity_parts.sum(axis=0), gravity)
+    np.testing.assert_allclose(found.belt_parts.sum(axis=0), [-(s_1 + s_2), -s_2])
+
+
+def test_torque_needs_a_motion_and_a_leg():
+    motion = swing(Joint()).motion
+    for arguments, words in (((motion, motion), "Leg"), ((LEG, LEG), "segment_motion")):
+        with pytest.raises(InputError) as caught:
+            joint_torque(*arguments)
+        assert_one_sentence(caught.value, words)
+
+
+def test_simulation_of_too_many_steps_is_refused():
+    time = np.arange(200) / 250.0
+    joint = {"leg": LEG, "I": 0.002, "B": 0.1, "K": 10.0}
+    with pytest.raises(InputError) as caught:
+        simulate_joint(time, np.zeros(200), **joint, step_s=1e-9)
+    assert_one_sentence(caught.value, "lengthen step_s")
+    assert np.abs(simulate_joint(time, np.zeros(200), **joint).theta).max() < 1e-6

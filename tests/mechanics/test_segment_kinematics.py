@@ -5,7 +5,12 @@ import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from tepsipe.mechanics.segment_kinematics import SegmentMarkers, fit_rigid_segment, segment_motion
+from tepsipe.mechanics.segment_kinematics import (
+    SegmentMarkers,
+    fit_rigid_segment,
+    joint_motion,
+    segment_motion,
+)
 
 LAYOUT = np.array([[0.0, 0.0], [-0.012, 0.87], [0.012, 0.63], [0.1, 0.39]])
 CENTRE = np.array([0.0, 0.4485])
@@ -68,3 +73,20 @@ def test_two_markers_determine_the_angle_and_one_is_refused():
     with pytest.raises(InputError) as caught:
         SegmentMarkers(("ankle",), [[0.0, 0.0]])
     assert_one_sentence(caught.value, "at least two", "'ankle'", "1 rows")
+
+
+def test_rate_and_acceleration_of_a_joint_are_those_of_its_angle():
+    time = np.arange(0.0, 2.0, 0.004)
+    found = joint_motion(time, np.sin(3.0 * time))
+    inside = slice(10, -10)
+    assert found.theta_d[inside] == pytest.approx(3.0 * np.cos(3.0 * time)[inside], abs=1e-4)
+    assert found.theta_dd[inside] == pytest.approx(-9.0 * np.sin(3.0 * time)[inside], abs=1e-2)
+
+
+def test_labels_name_all_markers_of_the_positions():
+    markers = SegmentMarkers(("a", "b"), np.array([[0.0, 0.0], [0.0, 0.4]]))
+    time = np.arange(100) / 100.0
+    positions = np.zeros((100, 2, 3)) + np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.4]])
+    with pytest.raises(InputError) as caught:
+        segment_motion(time, positions, markers, 0.2, labels=("a", "b", "c"))
+    assert_one_sentence(caught.value, "expected 2 names", "found 3")

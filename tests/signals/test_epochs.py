@@ -182,3 +182,10 @@ def test_windows_without_length_or_number_are_refused(before_s, count):
     with pytest.raises(InputError) as caught:
         unperturbed_onsets(20.0, PERTURBED, 1.5, before_s, 0.5, count)
     assert_one_sentence(caught.value)
+
+
+def test_windows_without_perturbation_share_the_time_that_is_left():
+    # two windows of 1 s in 2.5 s: a quarter of the remaining 0.5 s before the first, three quarters before
+    # the second
+    found = unperturbed_onsets(2.5, np.empty((0, 2)), 0.1, 0.4, 0.6, 2)
+    assert found == pytest.approx([0.125 + 0.4, 0.375 + 1.4])

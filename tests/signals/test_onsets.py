@@ -13,7 +13,14 @@ from scipy import signal
 from tepsipe.errors import InputError
 from tepsipe.signals.emg import EmgOptions, process_emg
 from tepsipe.signals.epochs import without_artefact
-from tepsipe.signals.onsets import DETECTORS, OnsetOptions, detect_onset, ramp_onset
+from tepsipe.signals.onsets import (
+    DETECTORS,
+    OnsetOptions,
+    _looked_at,
+    _moving_mean,
+    detect_onset,
+    ramp_onset,
+)
 from tepsipe.signals.resampling import regular_time, resample
 
 LATENCY_S = 0.045
@@ -367,3 +374,27 @@ def test_motion_without_an_onset_is_refused(change, until_s, rng):
     with pytest.raises(InputError) as caught:
         ramp_onset(time, change(velocity), until_s)
     assert_one_sentence(caught.value)
+
+
+def test_rest_of_five_samples_is_enough_for_a_ramp_and_one_of_four_is_not():
+    time = np.arange(40) / 100.0
+    ramp = np.maximum(0.0, time - 0.1)
+    assert ramp_onset(time, ramp, baseline_until_s=0.045) == pytest.approx(0.1, abs=0.002)
+    with pytest.raises(InputError) as caught:
+        ramp_onset(time, ramp, baseline_until_s=0.035)
+    assert_one_sentence(caught.value, "at least 5 samples at rest", "4 of 40")
+
+
+def test_whitening_of_a_process_of_first_order_leaves_its_innovations(rng):
+    time = np.arange(-2000, 2000) / 1000.0
+    innovations = rng.standard_normal((20, time.size))
+    x = signal.lfilter([1.0], [1.0, -0.9], innovations, axis=1)
+    options = replace(CHOSEN, whitening_order=1)
+    found = _looked_at(time, x, replace(options, baseline_until_s=0.0))
+    np.testing.assert_allclose(found[:, 500:], np.abs(innovations[:, 500:]), atol=0.15)
+
+
+def test_moving_mean_covers_its_window():
+    time = np.arange(11) / 100.0
+    impulse = np.where(np.arange(11) == 5, 1.0, 0.0)
+    assert np.count_nonzero(_moving_mean(time, impulse, 0.09)) == 9

@@ -136,3 +136,14 @@ def test_coarse_steps_are_no_errors_of_stamps():
     step = np.ptp(angle) / 25.0
     time = np.arange(torque.size) / 256.0
     assert stamp_jitter(time, step * np.round(angle / step)) < 0.0012
+
+
+def test_delay_beyond_the_longest_is_that_at_the_limit():
+    time = np.arange(1000) / 100.0
+    bump = np.exp(-((time - 5.0) ** 2) / 2.0)
+    late = np.exp(-((time - 7.0) ** 2) / 2.0)
+    for reference, signal, sign in ((bump, late, 1.0), (late, bump, -1.0)):
+        delay, correlation, _ = common_signal_delay(reference, signal, 100.0, 0.5)
+        assert abs(delay) == pytest.approx(0.51)
+        assert sign * delay == pytest.approx(0.51)
+        assert 0.0 < correlation < 0.9

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tepsipe.statistics.bootstrap import bootstrap_mean
+from tepsipe.statistics.bootstrap import bootstrap_mean, expanded_tail
 
 
 def test_bootstrapped_interval_covers_a_known_mean_in_about_95_percent_of_draws(rng):
@@ -28,3 +28,9 @@ def test_a_single_perturbation_says_nothing_about_its_spread(rng):
     assert np.isposinf(interval.standard_error).all()
     assert np.isneginf(interval.low).all()
     assert np.isposinf(interval.high).all()
+
+
+def test_tail_is_expanded_for_few_blocks():
+    # Student's quantile of 9 degrees of freedom is 2.262: Phi(-sqrt(10 / 9) * 2.262) = 0.85 %
+    assert expanded_tail(0.95, 10) == pytest.approx(0.855, abs=0.005)
+    assert expanded_tail(0.95, 1e9) == pytest.approx(2.5, abs=1e-3)

@@ -76,3 +76,12 @@ def test_standard_errors_hold_for_noise_that_is_correlated_within_blocks(rng):
 
 def test_no_error_no_verdict():
     assert np.isnan(equal_means_p(np.ones(3), np.zeros(3), np.full(3, 5)))
+
+
+def test_cumulative_power_of_a_sine_jumps_at_its_frequency():
+    time = np.arange(1000) / RATE
+    found = cumulative_periodogram(np.sin(2.0 * np.pi * 5.0 * time), RATE, 30.0)
+    assert found.frequency_hz[-1] == pytest.approx(30.0)
+    before = found.frequency_hz < 4.95
+    assert found.cumulative[before] == pytest.approx(0.0, abs=1e-12)
+    assert found.cumulative[~before] == pytest.approx(1.0)

@@ -1,15 +1,22 @@
 """Budgets against the examples of the GUM, and against draws."""
 
+import math
+
 import numpy as np
 import pytest
+from builders import assert_one_sentence
 
+from tepsipe.errors import InputError
 from tepsipe.statistics.uncertainty import (
     Budget,
     Source,
     coverage_factor,
+    error_of_mean,
     linear_contributions,
     root_of_draws,
     scatter,
+    sources_of,
+    stated_sources,
 )
 
 
@@ -88,3 +95,44 @@ def test_one_perturbation_has_no_interval():
     u, freedom = scatter(np.ones((1, 2)))
     low, high = Budget(u, freedom).interval(np.ones(2))
     assert np.isneginf(low).all() and np.isposinf(high).all()
+
+
+def test_scatter_of_two_estimates_is_that_of_their_mean():
+    u, freedom = scatter(np.array([[1.0, 10.0], [3.0, 10.0]]))
+    assert u == pytest.approx([1.0, 0.0])
+    assert freedom == 1.0
+    assert np.isinf(scatter(np.array([[1.0]]))[0]).all()
+
+
+def test_error_of_a_mean_counts_the_slowest_cosines():
+    n = 400
+    for j in (1, 8):
+        slow = np.cos(np.pi * j * (np.arange(n) + 0.5) / n)
+        # c_j = sqrt(n / 2), the other seven are 0: u = sqrt(n / 2 / 8 / n)
+        assert error_of_mean(5.0 + slow) == (pytest.approx(0.25), 8.0)
+    assert error_of_mean(np.cos(np.pi * 9 * (np.arange(n) + 0.5) / n))[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_sources_of_the_settings_are_read_and_impossible_ones_refused():
+    stated = {"standard_uncertainty": 0.1, "distribution": "normal", "source": "scale"}
+    found = sources_of({"leg_mass_kg": stated, "leg_com_m": None})
+    assert list(found) == ["leg_mass_kg"]
+    assert found["leg_mass_kg"].standard_uncertainty == 0.1
+    for change, words in (
+        ({"standard_uncertainty": -0.1}, "at least 0 for leg_mass_kg"),
+        ({"standard_uncertainty": math.nan}, "at least 0 for leg_mass_kg"),
+        ({"distribution": "gaussian"}, "distribution"),
+    ):
+        with pytest.raises(InputError) as caught:
+            sources_of({"leg_mass_kg": stated | change})
+        assert_one_sentence(caught.value, words)
+
+
+def test_stated_sources_are_numbers_of_at_least_zero():
+    found = stated_sources({"leg_mass_kg": 0.1}, ("leg_mass_kg",), "fit")
+    assert found["leg_mass_kg"].standard_uncertainty == 0.1
+    assert stated_sources(None, ("leg_mass_kg",), "fit") == {}
+    for u in (-1.0, math.nan, math.inf, "0.1", True):
+        with pytest.raises(InputError) as caught:
+            stated_sources({"leg_mass_kg": u}, ("leg_mass_kg",), "fit")
+        assert_one_sentence(caught.value, "at least 0 for leg_mass_kg")
