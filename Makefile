@@ -2,7 +2,7 @@
 # make CONFIG=... the same for a study of your own, for example CONFIG=my-study/config.yaml
 # make test       build the environment if needed, run the tests
 # make quick      the same without tests that are slow or run a study
-# make soak       the same for the campaign of damaged files, bad inputs and kills: at most 90 minutes (benchmarks/soak)
+# make soak       the same for the campaign of damaged files, bad inputs and kills: at most 60 minutes (benchmarks/soak)
 # make lint       the same for the lint, format and type checks
 # make format     rewrite the code in the project's format, and the tables of config/README.md
 # make docs       build the site into site/, with the outputs of the tutorials and a demonstration study

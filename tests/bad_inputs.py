@@ -159,7 +159,13 @@ def sheet_rows(folder: Path, conditions: dict[str, list[str]], whole=()) -> list
     for experiment, names in conditions.items():
         for k, name in enumerate(names):
             files = paths(folder / experiment / name, experiment, name in whole)
-            role = "-" if experiment not in ("weight", "empty", "belt") else ("calibrate", "validate")[k % 2]
+            role = (
+                "-"
+                if experiment not in ("weight", "empty", "belt")
+                else "validate"
+                if k == 1
+                else "calibrate"
+            )
             columns = list(BELT_COLUMNS.values()) if experiment == "belt" else ["-"] * 3
             cells = [experiment, name, "recorded", "-", "-", "-", f"{DURATION_S[experiment]:g}"]
             cells += [str(files.get(kind, "-")) for kind in ("log", "command", "calibration", "markers")]

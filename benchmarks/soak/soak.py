@@ -1,6 +1,6 @@
 """The whole campaign: damaged files, bad inputs, kills, other processors; its tables go to results.md.
 
-    make soak                                       # at most 90 minutes on two cores
+    make soak                                       # at most 60 minutes on two cores
     .venv/bin/python benchmarks/soak/soak.py --part mutations --seed 2
 
 A part is a script of this folder that prints its table and ends with 0 if there is no violation.
@@ -94,7 +94,7 @@ def main() -> int:
     parser.add_argument("--mutations", type=int, default=10000, help="per reader (default 10000)")
     parser.add_argument("--kills", type=int, default=20, help="of a small study (default 20)")
     parser.add_argument("--cores", type=int, default=2)
-    parser.add_argument("--minutes", type=float, default=90.0, help="longest time of all (default 90)")
+    parser.add_argument("--minutes", type=float, default=60.0, help="longest time of all (default 60)")
     parser.add_argument("--into", type=Path, default=HERE / "results.md", help="file of the tables")
     given = parser.parse_args()
     until = time.monotonic() + 60.0 * given.minutes

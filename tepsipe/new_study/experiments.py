@@ -9,7 +9,7 @@ from tepsipe.new_study.measures import pulses_of
 from tepsipe.new_study.pairing import Group, experiment_by_name
 from tepsipe.new_study.sheet import describe_pulses
 from tepsipe.new_study.treadmill_plan import experiment_of
-from tepsipe.new_study.treadmill_trials import Seen, seen_in, share_belt
+from tepsipe.new_study.treadmill_trials import Seen, seen_in, share_belt, share_labels
 
 OF_TABLES = {
     "manipulator log": "wristalyzer",
@@ -49,6 +49,7 @@ def find_experiments(groups: list[Group], unused: list[Found], folder: str) -> d
 
     attempt(_find, seen, folder)
     share_belt(list(seen.values()))
+    share_labels(list(seen.values()))
     attempt(_refuse_unusable, seen)
     return seen
 

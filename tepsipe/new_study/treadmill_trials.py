@@ -273,6 +273,18 @@ def share_belt(trials: list[Seen]) -> None:
         seen.free = {}
 
 
+def share_labels(trials: list[Seen]) -> None:
+    """Leave out the subject's name before a colon in labels of markers, if trials have several subjects."""
+    subjects = {label.rpartition(":")[0] for s in trials for label in s.markers}
+    plain = {label: label.rpartition(":")[2] for s in trials for label in s.markers}
+    if len(subjects) < 2 or any(len({plain[m] for m in s.markers}) < len(s.markers) for s in trials):
+        return
+    for seen in trials:
+        seen.markers = tuple(plain[label] for label in seen.markers)
+        seen.belt_fixed = [plain[label] for label in seen.belt_fixed]
+        seen.longest_gap_s = {plain[label]: gap for label, gap in seen.longest_gap_s.items()}
+
+
 def usual_belt(trials: Iterable[Seen]) -> BeltChannel | None:
     """Channel of the belt in most trials, as the trial shows it in which a marker follows it best."""
     belts = [s.belt for s in trials if s.belt is not None]

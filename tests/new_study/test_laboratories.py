@@ -8,6 +8,7 @@ from laboratory_folders import Y_UP, mark
 
 from tepsipe.errors import InputError
 from tepsipe.io.contents import contents_of
+from tepsipe.io.readers.c3d import Markers, select_markers
 from tepsipe.io.readers.c3d_recording import read_c3d_recording
 from tepsipe.new_study.labels import leg_of, muscles_of, side_of
 from tepsipe.new_study.study import new_study
@@ -21,7 +22,16 @@ PLUG_IN_GAIT |= {"KNE": (0.0, 0.48), "THI": (0.02, 0.65), "ASI": (0.05, 0.95), "
 
 
 def person(
-    path, axes=None, emg=(), labels="LR", pulses=True, load=700.0, events=(), facing=1.0, belts=("right",)
+    path,
+    axes=None,
+    emg=(),
+    labels="LR",
+    pulses=True,
+    load=700.0,
+    events=(),
+    facing=1.0,
+    belts=("right",),
+    subject="",
 ):
     """A C3D of a person on the right belt, as plug-in-gait labels markers; ``axes`` are those of the file."""
     axes, n = np.eye(3) if axes is None else axes, round(RATE_HZ * SECONDS)
@@ -34,7 +44,7 @@ def person(
             place = np.column_stack(
                 [np.full(n, 0.1 * (side == "R")), facing * forward + moved, np.full(n, up)]
             )
-            markers[side + name] = (place + 1e-4 * rng.standard_normal((n, 3))) @ axes.T
+            markers[subject + side + name] = (place + 1e-4 * rng.standard_normal((n, 3))) @ axes.T
     plates, channels = [], {}
     for belt in belts:
         plate = plate_of(belt)
@@ -357,3 +367,23 @@ def test_markers_in_a_table_beside_the_forces(tmp_path, monkeypatch):
     assert rows["Gewicht 01 Kraft.csv"] == "Gewicht 01 Marker.csv"
     velocity = settings_of(tmp_path / "s")["plate_treadmill"]["recording"]["belt_velocity"]
     assert velocity["channel"] == "Bandgeschwindigkeit"
+
+
+def test_labels_of_several_subjects_are_named_without_them(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for subject in ("S01", "S02"):
+        (tmp_path / f"lab/{subject}").mkdir(parents=True)
+        person(tmp_path / f"lab/{subject}/relax_1.c3d", subject=f"{subject}:")
+    assert new_study("lab", output="s").trials == {"standing": 2}
+    labels = settings_of(tmp_path / "s")["standing"]["files"]["marker_labels"]
+    assert {"RTOE", "RANK", "RKNE"} <= set(labels) and not any(":" in label for label in labels)
+    assert {row["participant"] for row in sheet_of(tmp_path / "s")} == {"S01", "S02"}
+    markers = read_c3d_recording(tmp_path / "lab/S02/relax_1.c3d").markers
+    found = select_markers(markers, ["RTOE", "S02:RANK"], "a.c3d")
+    assert found.labels == ("RTOE", "S02:RANK")
+    np.testing.assert_array_equal(
+        found.positions[:, 0], markers.positions[:, markers.labels.index("S02:RTOE")]
+    )
+    both = Markers(100.0, ("S01:RTOE", "S02:RTOE"), markers.positions[:, :2])
+    with pytest.raises(InputError, match="expected one marker named 'RTOE', found 2"):
+        select_markers(both, ["RTOE"], "a.c3d")

@@ -66,24 +66,29 @@ def read_markers(path: str | Path, labels: list[str]) -> Markers:
 def select_markers(markers: Markers, labels: list[str], name: str | Path) -> Markers:
     """Select markers of a file (m), in the wanted order.
 
+    A label without the name of a subject before a colon also names the only marker of that label with one.
+
     Raises
     ------
     InputError
         If a marker is missing, or its name is not unique.
     """
     available = list(markers.labels)
+    without_subject = [label.rpartition(":")[2] for label in available]
+    columns = []
     for label in labels:
-        if label not in available:
+        known = available if label in available else without_subject
+        if label not in known:
             raise InputError(
                 f"{name}: expected a marker named {label!r}, found {listed(available)}: "
                 "name the file's markers in the configuration"
             )
-        if available.count(label) > 1:
+        if known.count(label) > 1:
             raise InputError(
-                f"{name}: expected one marker named {label!r}, found {available.count(label)}: rename them "
+                f"{name}: expected one marker named {label!r}, found {known.count(label)}: rename them "
                 "when exporting"
             )
-    columns = [available.index(label) for label in labels]
+        columns.append(known.index(label))
     return Markers(markers.rate_hz, tuple(labels), markers.positions[:, columns])
 
 
