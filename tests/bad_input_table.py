@@ -1,4 +1,4 @@
-"""Three hundred bad inputs: how the input of a good study is spoiled, and what the sentence about it says.
+"""Five hundred bad inputs: how the input of a good study is spoiled, and what the sentence about it says.
 
 `FILES` are files of one recorded trial: they stop their own job, and the good trial beside it keeps its
 results. `SETTINGS` are configurations and `SHEETS` trial sheets: they stop the run before the first job, and
@@ -105,6 +105,11 @@ def doubled_row(rows):
 def exchanged_belts(rows):
     for row in rows[1:]:
         row[0] = row[0].replace("left", "?").replace("right", "left").replace("?", "right")
+
+
+def forces_exchanged(rows):
+    for row in rows[1:]:
+        row[0] = {"Fx_right": "Fy_right", "Fy_right": "Fx_right"}.get(row[0], row[0])
 
 
 def names_exchanged(x):
@@ -625,6 +630,16 @@ PHYSICS = dummy(
             "log.mat: expected a commanded belt velocity of -10 to 10 m/s",
         ),
         (
+            "fore-aft force reversed",
+            factor(-1.0, "Fy_right"),
+            "log.mat: expected the fore-aft force Fy of the right belt to accelerate at least",
+        ),
+        (
+            "fore-aft and lateral force exchanged",
+            calibration(forces_exchanged),
+            "log.mat: expected the fore-aft force Fy of the right belt to accelerate at least",
+        ),
+        (
             "log of another trial",
             of_other(LOG),
             "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
@@ -661,6 +676,11 @@ ON_THE_BELT = [
                 "weight: log of the empty belt",
                 of_experiment("empty", LOG),
                 "log.mat: expected 17 to 23 kg on the right belt",
+            ),
+            (
+                "weight: fore-aft force reversed",
+                factor(-1.0, "Fy_right"),
+                "log.mat: expected the fore-aft force Fy of the right belt to accelerate at least",
             ),
             ("weight: matrix over 1000", factor(0.001), "log.mat: expected 17 to 23 kg on the right belt"),
             ("weight: matrix 1.3 times", factor(1.3), "log.mat: expected 17 to 23 kg on the right belt"),
@@ -716,6 +736,16 @@ ON_THE_BELT = [
         "standing",
         "standing",
         [
+            (
+                "standing: fore-aft force reversed",
+                factor(-1.0, "Fy_right"),
+                "log.mat: expected the fore-aft force Fy of the right belt to accelerate at least",
+            ),
+            (
+                "standing: fore-aft and lateral force exchanged",
+                calibration(forces_exchanged),
+                "log.mat: expected the fore-aft force Fy of the right belt to accelerate at least",
+            ),
             (
                 "standing: markers frozen",
                 points(lambda p: np.repeat(p[:, :, :1], p.shape[2], axis=2)),
@@ -1774,7 +1804,11 @@ ODD_SETTINGS = [
             "expected plate_treadmill.lowpass_cutoff",
         ),
         ("a plate twice", ("plate_treadmill.recording.plates.right", [1, 1]), "expected different items for"),
-        ("plate 0", ("plate_treadmill.recording.plates.left", [0]), "expected a number of at least 1 for"),
+        (
+            "plate 0 of the left belt",
+            ("plate_treadmill.recording.plates.left", [0]),
+            "expected a number of at least 1 for",
+        ),
         (
             "an axis without sign",
             ("plate_treadmill.recording.axes.up", "z"),
@@ -1809,6 +1843,93 @@ ODD_SETTINGS = [
     ]
 ]
 SETTINGS += ODD_SETTINGS
+
+ODD_YAML = [
+    (
+        "a number with its unit",
+        "dummy: {geometry: {leg_mass_kg: 0.4 kg}}",
+        "expected a value of type number for",
+    ),
+    ("a decimal comma in YAML", "dummy: {geometry: {leg_mass_kg: 0,4}}", "unknown key 'dummy.geometry.4'"),
+    ("a mass of .nan", "dummy: {geometry: {leg_mass_kg: .nan}}", "expected a finite number for"),
+    ("an infinite mass", "dummy: {geometry: {leg_mass_kg: .inf}}", "expected a finite number for"),
+    ("a mass beyond floats", "dummy: {geometry: {leg_mass_kg: 1.0e+400}}", "expected a finite number for"),
+    (
+        "a power without a point",
+        "dummy: {geometry: {leg_mass_kg: 4e-1}}",
+        "expected a value of type number for",
+    ),
+    (
+        "a truth value as mass",
+        "dummy: {geometry: {leg_mass_kg: yes}}",
+        "type number for 'dummy.geometry.leg_ma",
+    ),
+    ("minutes and seconds", "dummy: {geometry: {leg_mass_kg: 1:30}}", "('1:30' is read as a number"),
+    ("digits with an underscore", "study: {seed: 1_000}", "('1_000' is read as a number"),
+    ("an octal number", "dummy: {geometry: {leg_mass_kg: 0o17}}", "expected a value of type number for"),
+    ("a mass below 0 in YAML", "dummy: {geometry: {leg_mass_kg: -0.4}}", "expected a number above 0 for"),
+    (
+        "a mass in a section",
+        "dummy: {geometry: {leg_mass_kg: {value: 0.4}}}",
+        "expected a value of type number for",
+    ),
+    ("a mass in a list", "dummy: {geometry: {leg_mass_kg: [0.4]}}", "expected a value of type number for"),
+    ("a section as a list", "dummy: [geometry, analysis]", "expected a value of type object for 'dummy'"),
+    ("a list as a section", "weight: {models: {family: {fir: 1}}}", "expected a value of type array for"),
+    ("a section without content", "dummy:\n", "expected a value of type object for 'dummy', found None"),
+    ("a key of nothing", "null: 2\n", "(the key 'null' is no word: put it into quotes)"),
+    ("a key that is true", "on: 2\n", "(the key 'on' is no word: put it into quotes)"),
+    ("a number as key", "1: 2\n", "unknown key '1'"),
+    ("a list as key", "? [a, b]\n: 1\n", "(a key that is not a word)"),
+    ("a key with a space", "'study ': {seed: 1}\n", "unknown key 'study ': did you mean 'study'?"),
+    ("a section in capitals", "Study: {seed: 1}\n", "unknown key 'Study': did you mean 'study'?"),
+    ("a key with dots", "study.seed: 1\n", "unknown key 'study.seed': did you mean 'study'?"),
+    ("spaces that are none", "study:\n\u00a0\u00a0seed: 1\n", "unknown key '\\xa0\\xa0seed'"),
+    ("an alias of nothing", "study: {title: *nothing}\n", "(found undefined alias)"),
+    ("an alias of itself", "study: &a {title: *a}\n", "(found unconstructable recursive node)"),
+    ("a section for aliases", "mine: &m {seed: 3}\nstudy: {<<: *m}\n", "unknown key 'mine'"),
+    ("a tag of Python", "study: {title: !!python/tuple [a]}\n", "(could not determine a constructor"),
+    ("a title of bytes", "study: {title: !!binary aGVsbG8=}\n", "expected a value of type string for"),
+    ("a title that is a date", "study: {title: 2024-01-01}\n", "expected a value of type string for"),
+    ("two documents", "study: {seed: 1}\n---\nstudy: {seed: 2}\n", "(but found another document)"),
+    ("a cut section", "study: {seed: 1\ndummy: {}\n", "expected YAML, found a mistake on line"),
+    ("draws beyond any memory", ("dummy.analysis.bootstrap_draws", 10**9), "a number of at most 100000 for"),
+    ("a share in percent", ("plausible.mass_fraction", 15.0), "expected a number of at most 1 for"),
+    (
+        "a scale of 0",
+        ("plate_treadmill.recording.belt_velocity.m_per_s_per_unit", 0.0),
+        "per_unit other than 0",
+    ),
+    ("a variable as path", ("study.recordings_folder", "$HOME/recordings"), "write the variable out"),
+    ("a marker twice", ("dummy.files.marker_labels", ["a", "a", "b"]), "expected different items for"),
+    ("markers by number", ("dummy.files.marker_labels", [1, 2, 3]), "expected a value of type string for"),
+    (
+        "plate 0 of the left belt",
+        ("plate_treadmill.recording.plates.left", [0]),
+        "expected a number of at least 1 for",
+    ),
+    (
+        "a plate as a number",
+        ("plate_treadmill.recording.plates.left", 1),
+        "expected a value of type array for",
+    ),
+    ("both belts for the dummy", ("plate_treadmill.belt", "both"), "expected one of 'left', 'right' for"),
+    (
+        "a virtual laboratory that is the configuration",
+        ("study.virtual_lab", "config/config.yaml"),
+        "unknown key",
+    ),
+    ("a sheet that is the configuration", ("study.trial_sheet", "config/config.yaml"), "unknown column"),
+    (
+        "participants in place",
+        ("study.participants", {"P01": {"mass_kg": 80}}),
+        "expected a value of type string",
+    ),
+]
+SETTINGS += [
+    BadSettings(name, overlay if isinstance(overlay, str) else key(*overlay), words)
+    for name, overlay, words in ODD_YAML
+]
 
 # keys that name a path, the path, and what the sentence says of it
 FOLDERS, NAMED = ("pathvars.results", "pathvars.logs"), ("study.trial_sheet", "study.virtual_lab")
@@ -2238,5 +2359,49 @@ SHEETS += [
         ("a&b", "expected a condition of letters, digits, dots and hyphens"),
         ("aux.1", "expected a condition that can be a file name"),
         ("x" * 81, "expected a condition of at most 80 characters"),
+    ]
+]
+
+SHEETS += [
+    BadSheet(f"a duration of {cell!r}", at(6, "duration_s", cell), f"bad.tsv: line 7: {words}")
+    for cell, words in [
+        ("60 s", "expected a positive number or '-' for duration_s"),
+        ("1:30", "expected a positive number or '-' for duration_s"),
+        ("1e400", "expected a positive number or '-' for duration_s"),
+        ("True", "expected a positive number or '-' for duration_s"),
+        ("60;60", "expected a positive number or '-' for duration_s"),
+        ("6_0", "expected a positive number or '-' for duration_s"),
+    ]
+]
+SHEETS += [
+    BadSheet(name, spoil, f"bad.tsv: {words}")
+    for name, spoil, words in [
+        (
+            "a line above the header",
+            all_rows(lambda rows: [["Trials of 2024"], *rows]),
+            "unknown column 'Trials",
+        ),
+        (
+            "two headers",
+            all_rows(lambda rows: [rows[0], *rows]),
+            "line 2: expected an experiment of wristalyzer",
+        ),
+        (
+            "a header in capitals",
+            at(0, "experiment", "Experiment"),
+            "unknown column 'Experiment': did you mean",
+        ),
+        ("a column more", all_rows(lambda rows: [[*row, ""] for row in rows]), "unknown column ''"),
+        ("a quote that is not closed", at(6, "condition", '"sine'), "expected 15 cells, found 2 on line 7"),
+        (
+            "spaces for tabs",
+            all_rows(lambda rows: [["  ".join(row)] for row in rows]),
+            "unknown column 'experim",
+        ),
+        (
+            "conditions that differ in their case",
+            all_rows(lambda rows: [*rows, [rows[6][0], rows[6][1].upper(), *rows[6][2:]]]),
+            "expected each condition of dummy to differ by more than upper and lower case",
+        ),
     ]
 ]

@@ -35,6 +35,8 @@ class Limits:
         Ratio s of the two velocities.
     belt_fixed_delay_s : float
         Longest delay d between the two, in either direction (s).
+    accelerated_fraction : float
+        Lowest share of the mass on the belt that the fore-aft force accelerates with it.
     """
 
     rate_hz: tuple[float, float]
@@ -52,6 +54,7 @@ class Limits:
     belt_fixed_correlation: float
     belt_fixed_scale: tuple[float, float]
     belt_fixed_delay_s: float
+    accelerated_fraction: float
 
 
 @dataclass(frozen=True)

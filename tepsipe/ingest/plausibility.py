@@ -9,7 +9,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tepsipe.errors import InputError, listed
-from tepsipe.ingest.agreement import refuse_foreign_markers, refuse_joint, refuse_joints, refuse_mass
+from tepsipe.ingest.agreement import (
+    refuse_foreign_markers,
+    refuse_joint,
+    refuse_joints,
+    refuse_mass,
+    refuse_other_force,
+)
 from tepsipe.ingest.frozen import frozen_stretch
 from tepsipe.ingest.limits import Limits, Rig, source, used_belt
 from tepsipe.io.trial import Trial
@@ -81,6 +87,7 @@ def plausible_trial(trial: Trial, limits: Limits, rig: Rig, files: dict[str, str
     trial = _without_frozen_markers(trial, limits, rig, files)
     refuse_mass(trial, rig, files)
     refuse_foreign_markers(trial, limits, rig, files)
+    refuse_other_force(trial, limits, rig, files)
     refuse_joint(trial, limits, files)
     refuse_joints(trial, limits, files)
     return trial

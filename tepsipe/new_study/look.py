@@ -9,6 +9,7 @@ import numpy as np
 from tepsipe.errors import InputError, printable
 from tepsipe.io.contents import contents_of
 from tepsipe.io.described import Channel, Contents
+from tepsipe.io.readers.signal_table import marker_columns
 
 MOST_FILES = 2000
 FEWEST_SAMPLES = 20
@@ -225,6 +226,9 @@ def _kind_of_table(contents: Contents, columns: dict[str, str], name: str) -> tu
     if len(loads) >= 6 and "time" in columns:
         return "whole trial", ""
     others = [c for c in contents.channels if c.name != columns.get("time")]
+    of_markers = len(marker_columns(c.name for c in others)) * len("xyz")
+    if "time" in columns and of_markers > 0.5 * len(others):
+        return "markers", ""
     if "time" in columns and others and all(c.unit in VOLTS for c in others):
         return "emg", ""
     has = set(columns)

@@ -91,7 +91,9 @@ def flow(value: object) -> str:
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(flow, value)) + "]"
     if isinstance(value, float) and math.isfinite(value):
-        return repr(float(f"{value:.10g}"))
+        mantissa, power, exponent = repr(float(f"{value:.10g}")).partition("e")
+        # YAML reads 1e-05 as a text, 1.0e-05 as a number
+        return mantissa + (".0" if power and "." not in mantissa else "") + power + exponent
     if isinstance(value, str):
         plain = PLAIN.fullmatch(value) and value.lower() not in WORDS and value == value.strip()
         return value if plain else json.dumps(value, ensure_ascii=False)

@@ -332,11 +332,10 @@ def markers_in(file: Found) -> tuple[Markers, str]:
         If the file cannot be read.
     """
     from tepsipe.io.readers.c3d import c3d_markers, open_c3d
+    from tepsipe.io.readers.marker_file import read_all_markers
 
-    if file.contents.kind == "TRC":
-        from tepsipe.io.readers.trc import read_trc
-
-        return read_trc(file.path), ""
+    if file.contents.kind != "C3D":
+        return read_all_markers(file.path), ""
     markers = _positions(c3d_markers(open_c3d(file.path), file.path), file)
     return markers, file.contents.facts.get("made by", "")
 

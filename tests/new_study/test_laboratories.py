@@ -326,3 +326,34 @@ def test_tables_of_a_german_spreadsheet(tmp_path, monkeypatch):
     files = settings_of(tmp_path / "s")["position_manipulator"]["files"]
     assert files["columns"] == {"time": "Zeit [s]", "angle": "Winkel [°]", "torque": "Drehmoment [Nm]"}
     assert (files["delimiter"], files["angle_unit"], files["torque_sign"]) == ("semicolon", "deg", 1)
+
+
+def test_markers_in_a_table_beside_the_forces(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    recording = read_c3d_recording(loaded_belt(tmp_path / "a.c3d", 20.0))
+    n, rng = round(RATE_HZ * SECONDS), np.random.default_rng(5)
+
+    def write(name, columns):
+        text = "\n".join(";".join(f"{x:.5f}" for x in row) for row in np.column_stack(list(columns.values())))
+        (tmp_path / "lab" / name).write_text(f"{';'.join(columns)}\n{text}\n".replace(".", ","))
+
+    time = {"Zeit [s]": np.arange(n) / RATE_HZ}
+    markers = {
+        f"W{k + 1}_{axis} [mm]": 1e3 * recording.markers.positions[:, k, j]
+        for k in range(3)
+        for j, axis in enumerate("xyz")
+    }
+    forces = {f"{kind}{axis}_right": rng.standard_normal(n) for kind in "FM" for axis in "xyz"}
+    forces["Fz_right"] += 20.0 * 9.81
+    forces["Bandgeschwindigkeit"] = recording.channels["Belt speed"].values[::4]
+    for number in ("01", "02"):
+        write(f"Gewicht {number} Kraft.csv", time | forces)
+        write(f"Gewicht {number} Marker.csv", time | markers)
+        write(f"empty {number}.csv", time | forces | {"Fz_right": rng.standard_normal(n)})
+    made = new_study("lab", output="s")
+    assert made.trials == {"weight": 2, "empty": 2} and not made.left
+    rows = {row["log"]: row["markers"] for row in sheet_of(tmp_path / "s")}
+    assert rows["Gewicht 01 Kraft.csv"] == "Gewicht 01 Marker.csv"
+    velocity = settings_of(tmp_path / "s")["plate_treadmill"]["recording"]["belt_velocity"]
+    assert velocity["channel"] == "Bandgeschwindigkeit"

@@ -500,3 +500,5 @@ def test_text_of_settings_is_read_back():
     assert found["s"]["t"] == values
     assert found["s"]["markers"] == [{"label": "A 1", "x_m": "MISSING"}, {"label": "B", "x_m": 0.0}]
     assert flow({"k": [True, "no"]}) == '{k: [true, "no"]}'
+    for number in (1e-5, -2.5e-7, 2e20, 0.1):  # YAML takes 1e-05 for a text
+        assert yaml.safe_load(flow(number)) == number

@@ -65,7 +65,7 @@ class Geometry(Section):
 class DummyAnalysis(Window):
     """Search for perturbations and rest, and bootstrap."""
 
-    bootstrap_draws: int = setting("bootstrap samples over perturbations", least=100)
+    bootstrap_draws: int = setting("bootstrap samples over perturbations", least=100, most=100000)
 
 
 class Checks(Section):

@@ -13,6 +13,7 @@ from workflow.settings.quantities import (
     Pause,
     Positive,
     Rate,
+    Scale,
     Side,
     Sign,
     Time,
@@ -91,7 +92,7 @@ class LoadCell(Section):
     """Load cell of a belt that is not among the force plates of the file."""
 
     channel: str = setting("label of the channel")
-    newton_per_unit: float = setting("reaction on the body per unit of the channel")
+    newton_per_unit: Scale = setting("reaction on the body per unit of the channel")
     direction: Direction = setting("direction in the axes of the file")
     position_m: fixed(Offset, 3) = setting("point of application in the axes of the file")
 
@@ -110,7 +111,7 @@ class BeltCommand(Section):
     """Channel of a velocity of the belt."""
 
     channel: str | None = setting("label of the channel; null without one")
-    m_per_s_per_unit: float | None = setting("velocity per unit of it; null takes it from the channel's unit")
+    m_per_s_per_unit: Scale | None = setting("velocity per unit of it; null takes it from the channel's unit")
     offset: float = setting("its value at rest, in its unit")
 
 

@@ -40,7 +40,10 @@ class Plausible(Section):
     )
     belt_fixed_scale: band(number(least=0, most=10)) = setting("ratio of these velocities")
     belt_fixed_delay_s: Time = setting("longest delay between them")
-    mass_fraction: Positive = setting(
+    accelerated_fraction: number(least=-10, most=1) = setting(
+        "lowest share of the mass on the belt that the fore-aft force accelerates with it: at least the feet"
+    )
+    mass_fraction: number(above=0, most=1) = setting(
         "largest relative error of the mass of weight or dummy on the plate. That of a person is compared in "
         "the same way, while the person stands still"
     )

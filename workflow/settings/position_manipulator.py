@@ -148,7 +148,7 @@ class ManipulatorAnalysis(Section):
     )
     averaged_bins: int = setting("raw frequencies averaged into one", least=2)
     block_s: Time = setting("length of the bootstrapped blocks")
-    bootstrap_draws: int = setting("bootstrap samples", least=100)
+    bootstrap_draws: int = setting("bootstrap samples", least=100, most=100000)
     parallel_cascade: ParallelCascade
 
 
@@ -174,7 +174,7 @@ class TimeVarying(Section):
         "longest piece of the record within a bin that has a level and a trend of its own; pieces shorter "
         "than a quarter of it are left out"
     )
-    bootstrap_draws: int = setting("bootstrap samples", least=100)
+    bootstrap_draws: int = setting("bootstrap samples", least=100, most=100000)
 
 
 class PositionManipulator(Section):

@@ -52,6 +52,15 @@ def _different(values: list) -> list:
     return values
 
 
+def _not_zero(value: float) -> float:
+    if value == 0.0:
+        raise UnfitError("other than 0", "state the unit of the channel")
+    return value
+
+
+Scale = Annotated[float, AfterValidator(_not_zero)]  # per unit of a channel
+
+
 def band(of: Any = NotNegative) -> Any:
     """Type of two numbers from low to high."""
     return Annotated[list[of], Field(min_length=2, max_length=2), AfterValidator(_ordered)]

@@ -151,7 +151,9 @@ class StandingAnalysis(Section):
         "mains frequency, whose hum indicates a loose electrode; to remove hum, use `emg.mains_hz`"
     )
     tried_windows_s: different(Time) = setting("lengths of the window in the figure of K against the window")
-    bootstrap_draws: int = setting("bootstrap samples over responses and unperturbed epochs", least=100)
+    bootstrap_draws: int = setting(
+        "bootstrap samples over responses and unperturbed epochs", least=100, most=100000
+    )
 
     @model_validator(mode="after")
     def _times_in_epoch(self) -> Any:
@@ -278,7 +280,7 @@ class Latencies(Section):
         "its ramp is fitted up to this fraction of the first peak"
     )
     longest_rise_s: Time = setting("greatest length of the ramp")
-    bootstrap_draws: int = setting("number of ensembles resampled from the responses", least=100)
+    bootstrap_draws: int = setting("number of ensembles resampled from the responses", least=100, most=100000)
     trusted_share: Fraction = setting("fraction of them that must also have an onset")
 
 

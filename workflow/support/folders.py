@@ -53,10 +53,11 @@ def check_path(name: str, value: str | None, key: str) -> None:
             f"{name}: expected names of at most {LONGEST_BYTES} bytes in the path for {key!r}, found "
             f"{quoted(value)}: shorten it"
         )
-    if value.startswith("~"):
+    if value.startswith(("~", "$")):
+        what = "the home directory" if value.startswith("~") else "the variable"
         raise InputError(
             f"{name}: expected a path from / or from the folder of the run for {key!r}, found "
-            f"{quoted(value)}: write the home directory out"
+            f"{quoted(value)}: write {what} out"
         )
 
 

@@ -368,7 +368,7 @@ def _refuse_beside_whole_trial(files: dict[str, str], trial: str, here: str) -> 
 
 def _positive(cell: str, name: str, here: str) -> float | None:
     try:
-        number = None if cell == EMPTY else float(cell)
+        number = None if cell == EMPTY else -1.0 if "_" in cell else float(cell)
     except ValueError:
         number = -1.0
     if number is not None and not 0.0 < number < math.inf:

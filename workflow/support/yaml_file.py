@@ -135,6 +135,10 @@ def _mapping(loader: yaml.SafeLoader, node: yaml.MappingNode) -> dict:
                 None, None, "a key that is not a word", key_node.start_mark
             )
         key = loader.construct_object(key_node, deep=True)
+        if not isinstance(key, str | int | float) or isinstance(key, bool):
+            raise yaml.constructor.ConstructorError(
+                None, None, f"the key {key_node.value!r} is no word: put it into quotes", key_node.start_mark
+            )
         if key in seen:
             raise yaml.constructor.ConstructorError(
                 None, None, f"the key {key!r} stands twice", key_node.start_mark
@@ -145,3 +149,17 @@ def _mapping(loader: yaml.SafeLoader, node: yaml.MappingNode) -> dict:
 
 
 _UniqueKeys.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _mapping)
+
+
+def _number(loader: yaml.SafeLoader, node: yaml.ScalarNode) -> int | float:
+    """A number without colons, which YAML takes for minutes and seconds, and without underscores."""
+    if set(":_") & set(node.value):
+        raise yaml.constructor.ConstructorError(
+            None, None, f"{node.value!r} is read as a number: write its digits, or quotes", node.start_mark
+        )
+    whole = node.tag == "tag:yaml.org,2002:int"
+    return (loader.construct_yaml_int if whole else loader.construct_yaml_float)(node)
+
+
+for kind in ("int", "float"):
+    _UniqueKeys.add_constructor(f"tag:yaml.org,2002:{kind}", _number)

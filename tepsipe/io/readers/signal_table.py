@@ -7,6 +7,7 @@ name, in brackets or after an underscore, ``Fx_left (kN)`` or ``HEEL_x_mm``; wit
 """
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -144,16 +145,21 @@ def _side(plate: str) -> tuple[int, str]:
     return min((SIDES.index(word) for word in words if word in SIDES), default=len(SIDES)), plate
 
 
-def _markers(columns: dict[str, np.ndarray], rate_hz: float, name: str) -> tuple[set[str], Markers | None]:
-    """Columns of positions, and the markers that they make (m)."""
+def marker_columns(names: Iterable[str]) -> dict[str, dict[str, str]]:
+    """Label of a marker -> its columns by axis, of a table with these columns."""
     groups: dict[str, dict[str, str]] = {}
-    for column in columns:
+    for column in names:
         plain, unit = split_unit(column)
         match = MARKER.match(plain)
         if match and unit in ("", *METRES_PER_UNIT) and not OTHER.search(plain):
             label, axis = (match[1], match[2]) if match[2] else (match[3], match[4])
             groups.setdefault(label, {})[axis.lower()] = column
-    groups = {label: axes for label, axes in groups.items() if len(axes) == len(AXES)}
+    return {label: axes for label, axes in groups.items() if len(axes) == len(AXES)}
+
+
+def _markers(columns: dict[str, np.ndarray], rate_hz: float, name: str) -> tuple[set[str], Markers | None]:
+    """Columns of positions, and the markers that they make (m)."""
+    groups = marker_columns(columns)
     if not groups:
         return set(), None
     positions = np.stack(
