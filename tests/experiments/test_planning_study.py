@@ -253,6 +253,7 @@ def test_report_is_typeset(tmp_path):
     assert all(figure.axes for figure in (*drawn, plot_treadmill_filters(filters)))
     words = plain_words(page_of(*content(run_of(tmp_path)), '#include "plan.typ"'))
     assert "K with the torque from plate and foot, compensated: 20 Hz" in words
+    assert "This study predicts how precise the result" in words
 
 
 # ---- configuration -----------------------------------------------------------------------------
