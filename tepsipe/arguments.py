@@ -59,9 +59,9 @@ SPELLINGS = {
     "milliseconds": "ms",
     "newton meter": "Nm",
 }
-# symbols of units in the end of a name, where "/" is written "_per_"
+# symbols of units in the end of a name, where "/" is written "_per_" or "_"
 IN_NAMES = (
-    r"_(s|ms|us|mrad|rad|degrees|deg|Nmm|mNm|kNm|Nm|kN|mN|N|mm|cm|m|mV|uV|V|(?:mm|cm|m|rad|deg)_per_s)$"
+    r"_(s|ms|us|mrad|rad|degrees|deg|Nmm|mNm|kNm|Nm|kN|mN|N|mm|cm|m|mV|uV|V|(?:mm|cm|m|rad|deg)_(?:per_)?s)$"
 )
 # larger numbers have no unit of a joint, and their squares no floating-point number (any unit)
 LARGEST = 1e12
@@ -440,7 +440,7 @@ def unit_in(name: str) -> str:
         unit = bracketed.group(1).strip()
         return SPELLINGS.get(unit, unit)
     ending = re.search(IN_NAMES, name)
-    return ending.group(1).replace("_per_", "/") if ending else ""
+    return ending.group(1).replace("_per_", "/").replace("_", "/") if ending else ""
 
 
 def unit_of(values: object, unit: str | None, name: str) -> tuple[str, bool]:

@@ -10,6 +10,7 @@ import argparse
 import contextlib
 import errno
 import os
+import re
 import shutil
 import sys
 from collections.abc import Sequence
@@ -112,7 +113,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     fit.add_argument(
         "--belt-velocity",
         metavar="COLUMN",
-        help="column of the belt velocity (m/s); with it, every perturbation is fitted separately",
+        help="column of the belt velocity; with it, every perturbation is fitted separately",
     )
     fit.add_argument(
         "--rest",
@@ -129,6 +130,11 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
         "--torque-unit",
         choices=("Nm", "Nmm", "mNm"),
         help="default: the one that ends the column's name, else Nm",
+    )
+    fit.add_argument(
+        "--belt-velocity-unit",
+        choices=("m/s", "mm/s", "cm/s", "km/h"),
+        help="default: the one that ends the column's name, else m/s",
     )
     fit.add_argument(
         "--torque-sign",
@@ -342,7 +348,7 @@ def _fit(chosen: argparse.Namespace) -> tuple[str, ...]:
         ("time", None, "s"),
         ("angle", chosen.angle_unit, "rad"),
         ("torque", chosen.torque_unit, "Nm"),
-        ("belt velocity", None, "m/s"),
+        ("belt velocity", chosen.belt_velocity_unit, "m/s"),
     ):
         if key in names:
             unit, said = of_column(names[key], key, unit, wanted)
@@ -362,10 +368,10 @@ def _fit(chosen: argparse.Namespace) -> tuple[str, ...]:
             else:
                 fit = fit_impedance(time, angle, torque, thesis=chosen.thesis, **cutoff)
     except InputError as error:
-        raise InputError(f"{chosen.table}: {error}") from error
+        raise InputError(f"{chosen.table}: {_with_options(str(error))}") from error
     fit.to_frame().to_csv(csv)
     fit.plot().savefig(png, dpi=150)
-    notes = (*notes, *fit.notes)
+    notes = (*notes, *map(_with_options, fit.notes))
     if chosen.json:
         content = {name: getattr(fit, name) for name in ("estimator", "vaf", "vaf_of", "confidence")}
         content["quantities"] = {name: vars(quantity) for name, quantity in fit.quantities.items()}
@@ -374,6 +380,15 @@ def _fit(chosen: argparse.Namespace) -> tuple[str, ...]:
     else:
         print(f"{replace(fit, notes=()).summary()}\n\nwritten: {csv}, {png}")
     return notes
+
+
+def _with_options(sentence: str) -> str:
+    """Sentence of the library in which a unit is stated by an option of the command, not by a `Signal`."""
+    return re.sub(
+        r'Signal\((angle|torque|belt_velocity), "(\S+?)"\)',
+        lambda found: f"--{found[1].replace('_', '-')}-unit {found[2]}",
+        sentence,
+    )
 
 
 def _calibrate(chosen: argparse.Namespace) -> tuple[str, ...]:

@@ -52,7 +52,7 @@ def parsed(html):
 
 def page_data(html):
     """What the page gives to its script."""
-    return json.loads(parsed(html).scripts[0])
+    return json.loads(parsed(html).scripts[1])
 
 
 def treadmill_trial(seconds=12.0, markers=("foot1", "leg1"), emg=False, name="a.mat"):

@@ -3,6 +3,9 @@
 import browser_driver
 import pytest
 
+from tepsipe.experiments.forward.scores import FORWARD_SCORES
+from tepsipe.reporting.figures.names import PARAMETER_SETS
+
 pytestmark = [
     pytest.mark.study,
     pytest.mark.browser,
@@ -59,9 +62,9 @@ def test_trials_are_sorted_and_filtered(study, browser):
     of = "const e = document.getElementById('trials-of'); e.value = 'dummy';"
     of += "e.dispatchEvent(new Event('input'));"
     assert set(browser.run(of + shown.format("dataset.experiment"))) == {"dummy"}
-    press = "document.querySelectorAll('#trials-table thead button')[2].click();"
-    rising = browser.run(press + shown.format("cells[2].dataset.value"))
-    falling = browser.run(press + shown.format("cells[2].dataset.value"))
+    press = "document.querySelectorAll('#trials-table thead button')[3].click();"
+    rising = browser.run(press + shown.format("cells[3].dataset.value"))
+    falling = browser.run(press + shown.format("cells[3].dataset.value"))
     assert rising == sorted(rising, key=float) == falling[::-1] and len(set(rising)) == 2
 
 
@@ -86,9 +89,46 @@ def test_a_page_of_a_trial_opens_without_errors(study, browser):
 
 def test_signs_as_printed_return_the_apparent_impedance_with_a_perfect_fit(study, browser):
     browser.open(study / "results/report/index.html")
-    cells = "[...document.querySelectorAll('.returned tr')].slice(1).map((row) => row.lastChild.textContent)"
+    cells = "[...document.querySelectorAll('[data-explore=apparent] tbody tr')]"
+    cells += ".map((row) => row.lastChild.textContent)"
     *joint, vaf = browser.run(f"return {cells}")
     # I + 2 I_leg, B, K - 2 m g r of the dummy (docs/architecture.md)
     assert joint == ["0.0610", "0.0649", "6.68"] and vaf == "100.00 %"
     consistent = "document.querySelectorAll('.explorer input[type=radio]')[1].click();"
     assert browser.run(f"{consistent} return {cells}")[2:] == ["10.2", "100.00 %"]
+
+
+def test_the_leg_of_the_page_agrees_with_the_forward_simulation_for_every_set_of_parameters(study, browser):
+    browser.open(study / "results/report/index.html")
+    names = browser.run(
+        """
+        const mount = document.querySelector(".explorer[data-explore=forward]");
+        const select = mount.querySelector("select");
+        return [...select.options].map((option) => option.value).filter(Boolean).map((name) => {
+          select.value = name;
+          select.dispatchEvent(new Event("change"));
+          return [name, mount.querySelector("table tr:last-child td").textContent];
+        });
+        """
+    )
+    shown = {name: float(vaf.removesuffix(" %").replace("\u2212", "-")) for name, vaf in names}
+    rows = FORWARD_SCORES.read(study / "results/tables/forward.csv")
+    expected = {
+        PARAMETER_SETS[row.parameter_set]: row.vaf_trial
+        for row in rows
+        if (row.condition, row.quantity) == ("sine-0.5", "theta")
+    }
+    assert len(expected) > 3 and shown == pytest.approx(expected, rel=0.01, abs=0.3)
+
+
+def test_printed_cells_are_read_by_pointing_and_by_keys(study, browser):
+    browser.open(study / "results/report/index.html")
+    about = "return document.querySelector('.cell-about').textContent;"
+    cell = "document.querySelector('table.cells td[data-about]')"
+    first = browser.run(f"{cell}.dispatchEvent(new PointerEvent('pointerenter')); {about}")
+    assert first.startswith("cellTable 4-1 of the thesis, I, 0.08") and "tolerance" in first
+    press = (
+        "document.activeElement.dispatchEvent(new KeyboardEvent('keydown', {key: given[0], bubbles: true}));"
+    )
+    browser.run(f"{cell}.focus(); {press}", "ArrowDown")
+    assert browser.run(f"{press} {about}", "ArrowRight").startswith("cellTable 4-1 of the thesis, B, 0.12")

@@ -85,6 +85,18 @@ def test_fit_of_a_whole_record_in_other_units(table, capsys, tmp_path):
     assert there == pytest.approx(same, rel=1e-4)
 
 
+def test_unit_of_the_belt_velocity_is_that_of_its_name_or_an_option(table, capsys):
+    values = np.loadtxt(table, delimiter=",", skiprows=1, usecols=range(4))
+    values[:, 3] *= 1e3
+    for name, options in (("belt_mm_s", []), ("belt", ["--belt-velocity-unit", "mm/s"])):
+        header = f"time_s,angle_rad,torque_Nm,{name}"
+        np.savetxt("fast.csv", values, delimiter=",", header=header, comments="", fmt="%.7g")
+        assert main(["fit", "fast.csv", *COLUMNS, "--belt-velocity", name, *options]) == 0
+        assert "mean over 14 perturbations" in capsys.readouterr().out
+    line = refused(capsys, "fit", "fast.csv", *COLUMNS, "--belt-velocity", "belt")
+    assert line.endswith("which looks like mm/s: give --belt-velocity-unit mm/s")
+
+
 def test_notes_go_to_the_standard_error_and_strict_returns_3(table, capsys):
     arguments = ["fit", table, *COLUMNS, "--belt-velocity", "belt_velocity_m_per_s"]
     assert main([*arguments, "--strict"]) == 0

@@ -88,6 +88,16 @@ def test_commands_of_workflows_are_those_of_the_project(name):
             assert (ROOT / script).is_file()
 
 
+def test_container_has_all_files_that_rules_name():
+    recipe = (ROOT / "Containerfile").read_text(encoding="utf-8")
+    copied = {name for line in re.findall(r"^COPY (.+) \S+$", recipe, re.MULTILINE) for name in line.split()}
+    rules = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "workflow").rglob("*.smk"))
+    named = re.findall(r'(?:here\(|CHECKOUT / |CHECKOUT\.glob\()"([^"]+)"', rules)
+    assert {"CITATION.cff", "docs/decisions/0*.md"} <= set(named)
+    missing = [name for name in named if name != "." and not copied & {name, *map(str, Path(name).parents)}]
+    assert missing == []
+
+
 def test_paper_is_short_and_cites_what_its_bibliography_has():
     text = (ROOT / "paper/paper.md").read_text(encoding="utf-8")
     _, front, body = text.split("---\n", 2)

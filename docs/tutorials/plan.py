@@ -72,8 +72,10 @@ pd.DataFrame(rows).round(3)
 # %% [markdown]
 # At 0.1 m/s, windowed least squares (`leg`) cannot estimate *K* if the cameras are
 # noisy. Noise in the angle biases the estimate, and more pulses do not remove a bias.
-# The joint likelihood uses the whole trial and still estimates *K*. Therefore, choose
-# the estimator before you buy cameras.
+# The plan fits every pulse on its own. If at least three pulses repeat each other, the
+# analysis avoids this bias by products of different pulses ([method](../method.md)), but
+# Type A remains. The joint likelihood uses the whole trial and still estimates *K*.
+# Therefore, choose the estimator before you buy cameras.
 #
 # ## Pulses
 #

@@ -48,9 +48,10 @@ FLAGS = {
     "no-contact": "the foot is in the air, so the belt does not perturb its joint. Perturb in stance",
     "coherent-residual": "the model leaves torque that is coherent with the platform, so it is too simple. "
     "Do not quote its parameters",
-    "edge-of-search": "an onset or delay lies at an end of its search, or the data prefer one beyond it. "
-    "Search elsewhere",
-    "slow-reflex": "the muscle is slower than 1.9 Hz, so it is no reflex alone. Do not quote the gain",
+    "edge-of-search": "an onset or delay lies at an end of its search range, or the data prefer one beyond "
+    "it. Widen the range",
+    "slow-reflex": "the fitted muscle is slower than 1.9 Hz, so the response is more than a reflex. Do not "
+    "quote its gain",
     "mass-differs": "the mass estimated from the fore-aft force differs from the trial sheet. Check the "
     "mass, the scale of the force, and friction and mounts of the belt",
     "diverged": "the prediction grows without limit. The parameters describe no stable joint",

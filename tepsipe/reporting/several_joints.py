@@ -60,22 +60,22 @@ def statement(one: SetPrediction, stiffness: np.ndarray, limits: Limits) -> str:
             f"±{of_b:.2g} % of sqrt(B_ii B_jj)."
         )
         if one.setting.symmetric and len(one.perturbations) < len(JOINTS):
-            said += " They rest on the symmetry of K and B, which these perturbations do not test."
+            said += " They assume that K and B are symmetric, which these perturbations cannot test."
         return said
     said = f"No values: {known.rank} of {known.unknowns} combinations of the unknowns are determined."
     if one.scale_open:
         return said + (
-            " The scale is open: with another inertia, K and B of the same proportion answer the belt alike, "
-            "however many epochs there are."
+            " The scale remains unknown: with another inertia, K and B in the same proportions yield the "
+            "same response to the belt, however many epochs there are."
         )
     within = known.direction_errors <= limits.stiffness
     if within.any():
         ratios = " and ".join(_ratio(row, stiffness) for row in known.directions[within])
-        said += f" K is known against movements of ankle : knee : hip = {ratios}"
+        said += f" K is determined for movements of ankle : knee : hip = {ratios}"
         rest = " and ".join(_ratio(row, stiffness) for row in known.directions[~within])
-        said += f", not against {rest}." if rest else "."
+        said += f", but not for {rest}." if rest else "."
     else:
-        said += " K is known against no movement."
+        said += " K is determined for no movement."
     return said
 
 

@@ -1,11 +1,13 @@
 """Methods of every treadmill model, as a model without knowledge of the load on the belt has them."""
 
+from abc import ABC, abstractmethod
+
 import numpy as np
 
 from tepsipe.treadmill.recording import BeltRecording
 
 
-class BeltModel:
+class BeltModel(ABC):
     """Base of the treadmill models, which predict the belt-induced load (N or N·m)."""
 
     @property
@@ -18,15 +20,9 @@ class BeltModel:
         """The model below one that tracks ripple (N or N·m); None where no ripple is tracked."""
         return None
 
+    @abstractmethod
     def predict(self, recording: BeltRecording) -> np.ndarray:
-        """Belt-induced load (N or N·m), shape (n,).
-
-        Raises
-        ------
-        NotImplementedError
-            Always: every model has its own.
-        """
-        raise NotImplementedError
+        """Belt-induced load (N or N·m), shape (n,)."""
 
     def compensate(
         self, recording: BeltRecording, force: np.ndarray | None = None, friction: np.ndarray | None = None

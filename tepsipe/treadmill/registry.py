@@ -39,7 +39,7 @@ MODEL_MEANINGS = {
     "loaded-frame": "frame, friction and mounts, which depend on the load",
     "bristle-frame": "loaded frame with bristle friction, its lever and a second mode, if cross-validation "
     "asks for them",
-    "ripple-tracking": "fir with tracking of the roller ripple",
+    "ripple-tracking": "impulse response with tracking of the roller ripple",
 }
 FORMAT = "tepsipe treadmill models 1"
 FAMILY = tuple(MODEL_MEANINGS)

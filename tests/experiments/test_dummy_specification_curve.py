@@ -121,7 +121,7 @@ def test_numbers_of_the_report_are_those_of_the_rows(rows, tmp_path):
     recommended = next(row.K_Nm_per_rad for row in rows if row.role == "recommended")
     near = [abs(row.K_Nm_per_rad / recommended - 1.0) < 0.05 for row in rows]
     (caption,) = told(rows).values()
-    assert caption.startswith(f"A share of {100.0 * np.mean(near):.0f} % of the 484 combinations of choices")
+    assert caption.endswith(f" in {100.0 * np.mean(near):.0f} % of the 484 combinations of choices.")
     assert told([row for row in rows if not row.role]) == {}
 
 

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pandas as pd
 import pytest
-from typst_builders import evaluated, typeset_words
+from typst_builders import evaluated, page_of, plain_words
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.planning.design import LEG_MARKERS, exact_markers
@@ -213,8 +213,8 @@ def findings_of(run):
 
 def test_findings_follow_the_numbers(tmp_path):
     findings = findings_of(run_of(tmp_path))
-    assert "cannot be halved" in findings and "standard error is halved: 0.20" in findings
-    assert "No low-pass removes the treadmill" in findings
+    assert "cannot be halved" in findings and "standard error falls below half: it is 0.20" in findings
+    assert "No low-pass filter removes the load of the treadmill" in findings
 
 
 def test_contrary_numbers_say_the_contrary(tmp_path):
@@ -227,11 +227,11 @@ def test_contrary_numbers_say_the_contrary(tmp_path):
         "filters": filters[(filters.pathway != "foot") & (filters.filtered == "alike")],
     }
     findings = findings_of(Run(contrary))
-    assert "may be halved" in findings and "standard error is not halved: 0.80" in findings
-    assert "No number of perturbations gives K within ±10 % in leg-design, likelihood" in findings
-    assert "No low-pass" not in findings and "one side only" not in findings
+    assert "may be halved" in findings and "does not fall below half: it is 0.80" in findings
+    assert "No number of perturbations suffices to know K within ±10 % in leg-design, likelihood" in findings
+    assert "No low-pass" not in findings and "only one of them" not in findings
     one = findings_of(Run(contrary | {"plan": planned.assign(n_for_10_percent=1)}))
-    assert "needs one perturbation in 2 of 2 designs" in one
+    assert "In 2 of 2 designs, one perturbation suffices" in one
     assert "pulse" not in findings_of(Run(contrary | {"pulses": pulses[:0]}))
 
 
@@ -251,8 +251,9 @@ def test_report_is_typeset(tmp_path):
     planned, _, shapes, filters = frames(tmp_path)
     drawn = (plot_needed(planned), plot_pulses(shapes), plot_filters(filters))
     assert all(figure.axes for figure in (*drawn, plot_treadmill_filters(filters)))
-    words = typeset_words('#include "plan.typ"', *content(run_of(tmp_path)))
+    words = plain_words(page_of(*content(run_of(tmp_path)), '#include "plan.typ"'))
     assert "K with the torque from plate and foot, compensated: 20 Hz" in words
+    assert "This study predicts how precise the result" in words
 
 
 # ---- configuration -----------------------------------------------------------------------------

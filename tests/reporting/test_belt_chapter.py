@@ -65,14 +65,14 @@ def contrary():
 
 USUAL = (
     "The best linear model of the acceleration reaches",
-    "shows how well a calibration on one recording serves another",
+    "shows how well a calibration transfers from one recording to another",
     "2.80 (2.68 to 2.92)",
-    "A lead of 100 ms increases",
+    "Looking 100 ms ahead increases",
     "contains narrow lines",
 )
 CONTRARY = (
-    "No linear model of the acceleration predicts more than the mean",
-    "not more than the best model without",
+    "No linear model of the acceleration predicts the load better than its mean",
+    "no more than the best model without it",
     "contains a narrow line",
 )
 
@@ -102,15 +102,15 @@ def test_smallest_of_equally_good_models_is_recommended_and_none_that_predicts_n
     [
         (
             [("fir", 0.727, 51, True), ("hnat2014", 0.721, 2, True)],
-            "In real time, without looking ahead, “Hnat (2014)”",
+            "In real time, where no model can look ahead, “Hnat (2014)”",
             "It does not look ahead",
         ),
         (
             [("arx", 0.727, 9, True), ("hnat2014", 0.7225, 2, True), ("fir", 0.731, 51, True)],
-            "can be used in real time, too; “Hnat (2014)”, which is smaller",
-            "In real time",
+            "also works in real time. The smaller model “Hnat (2014)”",
+            "In real time,",
         ),
-        ([("fir", -0.3, 51, True)], "none should be used for compensation. The upper limit", "Subtract"),
+        ([("fir", -0.3, 51, True)], "predicts the load of a held-out recording. The upper limit", "Subtract"),
     ],
 )
 def test_first_page_recommends_what_predicts(models, told, untold):

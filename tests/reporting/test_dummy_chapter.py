@@ -193,9 +193,9 @@ def test_vaf_depends_on_the_trial_only_if_parameters_matter_less(crossed, holds)
 @pytest.mark.parametrize(
     ("amplitudes", "falls", "clear"),
     [
-        (AMPLITUDES, True, ["0.3", 2, " at 0.3 m/s and above"]),
-        ({"a": 0.1, "b": 0.2, "c": 0.2}, True, ["0.1", 3, " at 0.1 m/s and above"]),
-        (dict.fromkeys("abc", 0.5), False, ["0.5", 3, " at 0.5 m/s and above"]),
+        (AMPLITUDES, True, ["0.3", 2, " for pulses of 0.3 m/s and above"]),
+        ({"a": 0.1, "b": 0.2, "c": 0.2}, True, ["0.1", 3, " for pulses of 0.1 m/s and above"]),
+        (dict.fromkeys("abc", 0.5), False, ["0.5", 3, " for pulses of 0.5 m/s and above"]),
         (dict.fromkeys("abc"), False, [None, 3, None]),
     ],
 )
@@ -246,8 +246,7 @@ def test_captions_tell_the_usual_findings_only_where_they_hold():
     both = "a mean K of 9.20 N·m/rad and the printed equation a mean K of 5.20 N·m/rad"
     assert both in found["figure_pathways"]
     assert found["figure_specification"] == (
-        "A share of 50 % of the 8 combinations of choices yields a K within 5 % of the recommended "
-        "10.0 N·m/rad."
+        "K is within 5 % of the recommended 10.0 N·m/rad in 50 % of the 8 combinations of choices."
     )
     assert found["figure_protocol"] == (
         "The study has 3 trials; those of the dummy have 2 perturbations each."
@@ -278,10 +277,10 @@ def test_first_page_compares_with_the_thesis_where_it_is_known():
     )
     # the misprint of K = 55 is corrected
     assert "The thesis reports 0.061 to 0.063 N·m·s²/rad and 5.0 to 6.0 N·m/rad and calls" in abstract
-    assert "was 0.061 to 0.063 N·m·s²/rad" in summary and "fits was 99.50 to 99.90 %" in summary
+    assert "was 0.061 to 0.063 N·m·s²/rad" in summary and "(VAF) of 99.50 to 99.90 %" in summary
     assert "probably mixes two sign conventions" in summary and "This correction is an inference." in summary
     # algebra on the printed numbers, without a laboratory: 2 I_leg = 0.06, 2 m g r = 4
-    assert "I is 0.0010 to 0.0030 N·m·s²/rad and K is 9.0 to 10 N·m/rad" in summary
+    assert "gives I = 0.0010 to 0.0030 N·m·s²/rad and K = 9.0 to 10 N·m/rad" in summary
     assert "probably explain these values" in abstract
     assert "laboratory’s constants" not in recovery and "the best linear fit to the simulated" in recovery
     assert "For the 2 conditions with belt velocities of 0.3 m/s and above" in recovery
@@ -304,7 +303,7 @@ def test_chapter_tells_the_usual_story_only_where_it_holds():
         "and its VAF is lower than",
         "All errors of K have the same sign and nearly the same size",
         "The torque from the foot is not zero at rest",
-        "must be an accuracy, not a noise",
+        "must be an accuracy and not a noise level",
         "VAF depends more on the predicted trial",
         "We therefore define the true values at working amplitude",
         "4 combinations have a mean VAF above 99 %, and 2 of them deviate",
@@ -315,7 +314,7 @@ def test_chapter_tells_the_usual_story_only_where_it_holds():
         "In a the VAF of a perturbation is 99.1 % with the consistent equation and 99.91 % with the printed"
         in usual
     )
-    assert "but not a wrong law of the joint" in contrary and "wrong law" not in usual
+    assert "but not the error of a wrong joint law" in contrary and "wrong joint law" not in usual
 
 
 def test_markers_that_are_sampled_one_after_another_have_a_section():
@@ -437,19 +436,20 @@ def test_printed_numbers_are_counted_by_their_role(best):
     assert thesis_dummy.full_law_predicts_best(run) is best
     data, tables = returned_content(run)
     words = chapter_words("thesis_dummy", data, tables, cells=" | ")
-    assert "There, 1 of the 1 fitted numbers lie within their tolerance" in words
-    assert "Of the 3 predicted numbers, 1 lie within their tolerance, and 2 with the null model" in words
+    assert "There, 1 of the 1 fitted numbers are within their tolerance" in words
+    assert "Of the 3 predicted numbers, 1 are within their tolerance" in words
+    assert "compared with 2 for the null model" in words
     assert "| SEM of I, B and K | – | 1 of 2 (1) |" in words and "| K | – | – |" in words
-    assert ("The full law predicts best of all laws." in words) is best
+    assert ("Among the laws, the full law predicts best." in words) is best
     # a copy of the other table is better than 2.0 and 3.0, and worse than 0.8
     assert thesis_dummy.copy_predicts_best(run) is not best
     assert ("No law predicts one table from the other better than this copy" in words) is not best
     assert "Copying the other table, without any dummy, gives a distance of 1.00." in words
     assert "@timing-shift gives −0.0880 N·m·s/rad" in words or "gives −0.0880 N·m·s/rad" in words
-    assert "from −0.1 to 0.1 ms, the fitted B goes from 0.040 to 0.098 N·m·s/rad" in words
+    assert "from −0.1 to 0.1 ms, the fitted B changes from 0.040 to 0.098 N·m·s/rad" in words
     (caption,) = findings_of(["figure_thesis_dummy"], data, tables).values()
     assert caption == (
-        "One joint with 5 constants returns 1 of 1 fitted and 1 of 3 other printed numbers within tolerance."
+        "One joint with 5 constants yields 1 of 1 fitted and 1 of 3 other printed numbers within tolerance."
     )
     # softening lowers K with amplitude
     stiffness = [own["K_Nm_per_rad"] for own in data["chapters"]["thesis_dummy"]["numbers"]["at_work"]]

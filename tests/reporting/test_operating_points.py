@@ -169,7 +169,7 @@ def test_a_slope_below_the_literature_and_trials_of_nobody_are_told(tables):
     assert "whole interval is below the slopes" in words
     nobody = points.assign(participant=None)
     words = told("operating_points", {"operating_points": nobody, "operating_relations": lines[:0]})
-    assert "one direction, and the trial sheet names no participants." in words
+    assert "because the trial sheet names no participants. A line needs" in words
     words = told("operating_points", {"operating_points": points, "operating_relations": lines[:0]})
     assert "one direction." in words and "names no participants" not in words
 
@@ -261,8 +261,8 @@ def test_rows_are_read_as_written_and_tell_a_change_from_chance(rng, tmp_path):
     words = told("time_varying", {"time_varying": table}, ["steady", "doubling", "short"])
     assert "These trials are too short for windows: short." in words
     steady, doubling = words.split("steady: K is lowest")[1].split("doubling: K is lowest")
-    assert "The differences between places are within chance" in steady
-    assert "It changes by more than chance" in doubling
+    assert "The differences between segments are not significant" in steady
+    assert "The differences between segments are significant" in doubling
     figure = plot_time_varying(again)
     assert len(figure.axes) == 3
     assert plot_time_varying([]).axes[0].texts

@@ -116,12 +116,12 @@ def test_page_is_one_file_that_loads_nothing(make):
     html = render(make())
     reader = parsed(html)
     assert reader.links == []
-    assert len(reader.scripts) == 2
+    assert len(reader.scripts) == 3
     assert "default-src 'none'" in html.replace("&#x27;", "'")
     for outside in ("http:", "https:", "//cdn", "@import", "url(", "fetch(", "XMLHttpRequest", "import("):
         assert outside not in html
     assert len(html.encode()) < 1_000_000
-    data = json.loads(reader.scripts[0])
+    data = json.loads(reader.scripts[1])
     assert len(data["panels"]) == html.count('<figure class="panel"')
     assert all(panel["traces"] and panel["axis"] in data["axes"] for panel in data["panels"])
 
@@ -137,8 +137,8 @@ def test_same_content_gives_the_same_bytes(make, tmp_path):
 def test_no_title_or_condition_can_break_a_page(make):
     html = render(make(study=NASTY, condition=NASTY))
     reader = parsed(html)
-    assert len(reader.scripts) == 2
-    assert "alert(1)" not in reader.scripts[1]
+    assert len(reader.scripts) == 3
+    assert "alert(1)" not in reader.scripts[2]
     assert "<b> " not in html and "<!--" not in html
     assert NASTY in "".join(reader.words)
 
@@ -146,7 +146,7 @@ def test_no_title_or_condition_can_break_a_page(make):
 def test_names_of_markers_and_files_are_escaped():
     trial = treadmill_trial(markers=("</script>", "<img src=x>"), name="<i>.mat")
     reader = parsed(render(dummy(trial=trial)))
-    labels = [t["label"] for panel in json.loads(reader.scripts[0])["panels"] for t in panel["traces"]]
+    labels = [t["label"] for panel in json.loads(reader.scripts[1])["panels"] for t in panel["traces"]]
     assert "</script>" in labels and "<img src=x>" in labels
     assert reader.links == []
     assert "raw/<i>.mat" in reader.words

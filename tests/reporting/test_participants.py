@@ -72,10 +72,10 @@ def test_first_page_tells_the_means_over_people(tables):
     data, rows = content(*tables(PEOPLE))
     (told,) = evaluated(['told("abstract_participants").map(plain)'], "findings.typ", data, rows)
     (text,) = told
-    mean = "standing, as mean over participants, is 320 N·m/rad (relax, n = 2, 95 % interval 65.9 to 574)"
+    mean = "the mean stiffness K over participants is 320 N·m/rad (relax, n = 2, 95 % interval 65.9 to 574)"
     assert mean in text
-    assert "200 N·m/rad (stiff minus relax, n = 1)" in text
-    assert "experiment position manipulator, as mean" in text
+    assert "differences of K between tasks are 200 N·m/rad (stiff minus relax, n = 1)" in text
+    assert "experiment position manipulator, the mean stiffness" in text
 
 
 def test_nothing_is_told_of_another_pathway(tables):

@@ -33,10 +33,13 @@ def test_abstract_leads_with_the_stiffness_of_the_model_that_predicts():
         "The intrinsic stiffness of the human ankle is K = 50.0 N·m/rad (45.0 to 55.0) in a and"
     )
     assert "VAF of 90.0 % in a and 90.0 % in b" in told
-    assert "Its delay of 40 ms is assumed: the fitted parts are predicted best with 32 to 44 ms in a" in told
+    assert (
+        "Its delay of 40 ms is assumed. The delays that predict the fitted parts best are 32 to 44 ms in a"
+        in told
+    )
     assert "more than the short-latency stretch reflex" in told
     assert "100 N·m/rad (90 to 110) in a" in told
-    assert "80 % lies below 1 Hz" in told
+    assert "80 %, lies below 1 Hz" in told
 
 
 def test_short_range_stiffness_leads_with_the_stiffness_at_the_recorded_amplitude():
@@ -44,20 +47,23 @@ def test_short_range_stiffness_leads_with_the_stiffness_at_the_recorded_amplitud
     assert told.startswith(
         "The intrinsic stiffness of the joint at the recorded amplitude is 60.0 N·m/rad (55.0"
     )
-    assert "is 80 N·m/rad (70 to 90) for the smallest movements and K = 50.0 N·m/rad" in told
+    assert (
+        "For the smallest movements it is 80 N·m/rad (70 to 90). Beyond the short range it is K = 50.0"
+        in told
+    )
 
 
 def test_relaxation_leads_with_the_stiffness_at_the_recorded_amplitude():
     told = abstract_of(run_with({"a": fit_of(relaxing=True)}))
     assert "at the recorded amplitude is 60.0 N·m/rad (55.0" in told
-    assert "K = 50.0 N·m/rad (45.0 to 55.0) remains after relaxation" in told
+    assert "After relaxation, K = 50.0 N·m/rad (45.0 to 55.0) remains" in told
 
 
 def test_a_delay_that_the_data_determine_is_not_called_assumed():
     assert "assumed" not in abstract_of(run_with({"a": fit_of(assumed=False)}))
     early = chapter_of(run_with({"a": fit_of(delays_s=(0.0, 0.02))}))
-    assert "Its delay of 40 ms is assumed: with 0 to 20 ms the fitted part is predicted better." in early
-    assert "No reflex is so early" in early
+    assert "Its delay of 40 ms is assumed, although 0 to 20 ms would predict the fitted part better." in early
+    assert "No reflex is that early" in early
 
 
 def test_models_are_compared_with_their_numbers_of_coefficients():
@@ -72,7 +78,7 @@ def test_one_trial_without_reflex_is_told_as_one():
     data = run_with({"only": fit_of(direction=0, slow=20.0)}, alone=90.0, cascade=90.0)
     told = abstract_of(data)
     assert "does not improve the prediction" in told
-    assert "not in every trial more" in told
+    assert "This is no more than the VAF" in told
     for word in ("delay", "short-latency", "includes reflex torque", "below 1 Hz", " in only", "any record"):
         assert word not in told
     words = chapter_of(data)
@@ -94,14 +100,14 @@ def test_many_trials_are_told_as_a_range():
 
 def test_short_response_is_not_said_to_be_more_than_the_stretch_reflex():
     data = run_with({"a": fit_of(lasting_s=0.1)})
-    assert "Its response has ended 100 ms after the stretch." in chapter_of(data)
+    assert "Its response ends 100 ms after the stretch." in chapter_of(data)
     assert "short-latency" not in abstract_of(data)
 
 
 @pytest.mark.parametrize(("flags", "star"), [("not-converged", True), ("", False)])
 def test_star_marks_what_failed_a_check(flags, star):
     words = chapter_of(run_with({"a": fit_of()}, flags=flags))
-    assert ("A check of this estimate failed" in words) is star
+    assert ("An asterisk marks an estimate that failed a check" in words) is star
     assert ("stiffness K | N·m/rad | 100* (90 to 110) |" in words) is star
     assert ("stiffness K | N·m/rad | 100 (90 to 110) |" in words) is not star
 
@@ -110,8 +116,8 @@ def test_white_residual_long_memory_and_low_coherence_are_said():
     data = run_with({"a": fit_of(white=0.4, memory_s=3.0, coherent=0.5), "b": fit_of(coherent=0.0)})
     words = chapter_of(data)
     assert not position_manipulator.white(data) and "The residual is not white" in words
-    assert "In a its memory is longer than a block" in words
-    assert "coherence significant | | 0.50 to 10 Hz | nowhere |" in words
+    assert "In a the memory of the residual is longer than a block" in words
+    assert "significant coherence | | 0.50 to 10 Hz | nowhere |" in words
 
 
 def test_digits_follow_the_uncertainty():
@@ -163,5 +169,5 @@ def test_captions_of_a_joint_follow_its_records(usual):
     assert ("thirds of a and b; the torque drifts in a and b." in stationarity) is not usual
     assert ("is not white" in residual) is usual
     assert ("; 84 % of its power lies below 1 Hz." in residual) is usual
-    assert ("The reflex gain is 10.0 N·m·s/rad (a)." in responses) is usual
+    assert ("The reflex gain is 10.0 N·m·s/rad in a." in responses) is usual
     assert ("predicts every" in prediction) is usual

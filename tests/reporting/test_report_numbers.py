@@ -57,7 +57,7 @@ def test_slip_of_the_print_is_told_for_the_conditions_that_are_shown():
     data = {"study": {"reported": {"slips": slips}}, "short_names": {"sine-0.1": "S1", "sine-0.3": "S3"}}
     asked = ['slips("table_4_2", ("sine-0.1", "sine-0.3"))', 'slips("table_4_2", ("sine-0.1",))']
     told, nothing = evaluated(asked, "figures.typ", data)
-    assert told == "The thesis prints 0.614 for I in S3, evidently a slip for 0.061."
+    assert told == "The thesis prints 0.614 for I in S3, evidently a misprint of 0.061."
     assert nothing is None
 
 

@@ -1,5 +1,6 @@
 """The report as a page for a browser: its words, anchors and origins; no name of a user breaks it."""
 
+import re
 import unicodedata
 from dataclasses import replace
 from pathlib import Path
@@ -12,8 +13,9 @@ from typst_builders import page_of, plain_words
 
 from tepsipe.io.recovery_table import Recovery
 from tepsipe.reporting.pages.markdown import html_of
-from tepsipe.reporting.pages.report_page import Origin, ReportPage, render_report
+from tepsipe.reporting.pages.report_page import Origin, ReportPage, made_again, render_report
 from tepsipe.reporting.pages.trials import trial_rows, trials_table
+from workflow.support.origins import study_command
 
 DECISIONS = Path(__file__).parents[2] / "docs/decisions"
 TYPESET = """<style>math {}</style></head><body><div data-source="chapters/a.typ"><h2>1 A &amp; B</h2>
@@ -25,6 +27,7 @@ TYPESET = """<style>math {}</style></head><body><div data-source="chapters/a.typ
 <figure><figcaption>Table 3: T.</figcaption><table><tr><td>one</td><td>-1.5</td></tr></table></figure>
 <div data-label="own"></div><h3>1.2 Labelled</h3>
 <div data-label="two"></div><h3 id="loc-3">1.3 Labelled</h3> <a href="#loc-3">1.3</a>
+<table><tr><th></th><th>n</th></tr><tr><td>of the study</td><td><code>1.2</code></td></tr></table>
 <div class="equation"><math display="block"><mi>\U0001d43e</mi></math><span class="number">(4)</span></div>
 <ul><li id="loc-7"><span class="prefix"><a href="#loc-9" role="doc-backlink">[2]</a></span> A.</li></ul>
 </div></body>"""
@@ -54,8 +57,8 @@ def words(**changed):
 
 def test_source_tells_simulated_trials_from_recordings():
     one = {"position_manipulator": ["a"]}
-    assert "The 2 trials in this report are recordings listed" in words()
-    assert "The trial in this report is a recording listed" in words(experiments=one)
+    assert "This report analyses the 2 recordings named in the trial sheet" in words()
+    assert "This report analyses the recording named in the trial sheet" in words(experiments=one)
     assert "Source: REKLAB, _GPL_" in words(recordings_source="REKLAB, _GPL_")
     assert "Of the 2 trials in this report, 1 were simulated" in words(made=one)
 
@@ -77,7 +80,7 @@ def test_a_report_is_one_page_with_formulas_that_every_font_has():
     run, claims = study_content(study_run({"claims": [CLAIM]}))
     content["chapters"] |= run["chapters"]
     html = rendered(f"<body>{page_of(content, tables | {'claims': claims['claims']})}")
-    assert '<mi class="i">K</mi>' in html and not any(0x1D400 <= ord(c) < 0x1D800 for c in html)
+    assert "<mi>K</mi>" in html and not any(0x1D400 <= ord(c) < 0x1D800 for c in html)
     assert "= 50.0 N·m/rad" in unicodedata.normalize("NFKC", html).replace("\u2060", "")
     parsed(html)
 
@@ -114,10 +117,45 @@ def test_figures_have_size_origin_and_the_nearest_decision():
     assert 'id="decision-8"' not in html
 
 
+def test_a_table_without_caption_has_the_origin_of_its_chapter_and_no_empty_heading():
+    table = rendered().partition("of the study")[2].partition("<div class=")[0]
+    assert "<td><code>1.2</code></td>" in table and "<code>plot (a.smk:1)</code>" in table
+    assert "decision 7: Seven" in table
+    assert "<tr><td></td><th>n</th></tr>" in rendered()
+
+
+def test_questions_lead_to_sections_that_the_report_has():
+    questions = rendered().partition('<nav class="questions"')[2].partition("</nav>")[0]
+    assert parsed(f"<p>{questions.partition('>')[2]}</p>").links == ["#trials"]
+    assert "questions" not in rendered(parts={}).partition("</style>")[2].partition("<script")[0]
+
+
+def test_commands_that_make_the_run_again_can_be_copied():
+    html = made_again(study_command(["config/a<b.yaml"]))
+    assert "<code>snakemake -c2 --configfile config/a&lt;b.yaml</code> <button" in html
+    assert study_command([]) == "snakemake -c2" and "tepsipe new-study" in html
+
+
 def test_the_figure_of_the_result_stands_at_the_top_with_its_finding():
     lead = rendered().partition('<div class="lead">')[2].partition("</div>")[0]
     assert 'src="../figures/figure_x.svg"' in lead and "lazy" not in lead
     assert "<p>Found 1.5 N." in lead and "More" not in lead and 'href="#figure_x"' in lead
+    parts = rendered(TYPESET.replace("Found 1.5 N. More.", "Left: one. Right: two."))
+    assert "<p>Left: one. Right: two. <a" in parts
+
+
+def test_images_are_described_by_themselves_or_by_their_captions():
+    content, tables = content_of(run_of({"a": fit_of()}, rows_of("a")))
+    source = """#import "style.typ": style
+    #show: style
+    #figure(image("figures/figure_walking.svg"), caption: [_K_ by phase.])
+    #figure(image("figures/figure_needed.svg", alt: "Own words"), caption: [Other words.])
+    #image("figures/figure_coverage.svg")"""
+    html = page_of(content, tables, source)
+    assert (
+        re.findall(r'<img [^>]*alt="([^"]*)"', html) == ["K by phase.", "Own words"]
+        and html.count("<img") == 3
+    )
 
 
 def test_page_needs_nothing_from_outside_and_no_name_of_a_user_breaks_it():
@@ -128,10 +166,10 @@ def test_page_needs_nothing_from_outside_and_no_name_of_a_user_breaks_it():
         explored={"figure_x": ("apparent", NASTY)},
     )
     reader = parsed(html)
-    assert len(reader.scripts) == 4 and "".join(reader.words).count("alert(1)") >= 3
+    assert len(reader.scripts) == 5 and "".join(reader.words).count("alert(1)") >= 3
     assert "./a%3Ab%20%231%3F%25%3Ci%3E" in reader.links
     assert not any(link.startswith(("http", "//", "/")) for link in reader.links)
-    assert "url(" not in html and "@import" not in html
+    assert re.findall(r"url\(.{6}", html) == ['url("data:'] and "@import" not in html
 
 
 def test_same_content_gives_the_same_page():
@@ -146,11 +184,10 @@ def test_trials_have_quoted_estimates_beside_their_truth():
     rows = trial_rows({"dummy": ["sine-0.3"], "empty": [NASTY]}, [k, i, vaf], [truth])
     html = trials_table(rows)
     reader = parsed(html)
-    assert (
-        '<td class="n" data-value="10.1272">10.13 ± 0.12</td><td class="n" data-value="10.2">10.20</td>'
-        in html
-    )
-    assert ">41.5</td><td>at-bound</td>" in html and "alert(1)" in " ".join(reader.words)
+    assert '<td class="n" data-value="10.1272">10.13 ± 0.12<small>true 10.20</small></td>' in html
+    assert ">41.5</td>" in html and ">at-bound</span></td>" in html
+    assert "<dt><code>at-bound</code></dt><dd>a parameter lies at a bound" in html
+    assert "alert(1)" in " ".join(reader.words)
     assert "./trials/dummy/sine-0.3.html" in reader.links and reader.scripts == []
 
 

@@ -93,7 +93,7 @@ def test_shorter_windows_and_unknown_inertia_identify_less(tables):
     at_once = best[best.window_s == 0.25].set_index("inertia").k_half_width_percent
     assert at_once["exact"] < at_once["within tolerance"] < at_once["unknown"]
     open_ = models[(models.perturbations == "belt") & (models.inertia == "unknown")]
-    assert open_.statement.str.contains("The scale is open").all()
+    assert open_.statement.str.contains("The scale remains unknown").all()
 
 
 def content(tables):
@@ -115,14 +115,14 @@ def findings_of(*tables):
 def test_findings_follow_the_numbers(tables):
     sets, elements, models = tables
     said = findings_of(*tables)
-    assert "24 unknowns, need 3 independent perturbations" in said
-    assert "The 2 other sets have no values" in said and "The belt alone gives no values" in said
+    assert "have 24 unknowns. They need 3 independent perturbations:" in said
+    assert "The 2 other sets yield no values" in said and "The belt alone yields no values" in said
     assert "with 150 ms, no set identifies them" in said
     none = sets.assign(identified=False, k_rms_percent=np.nan, quoted_percent=0.0)
     said = findings_of(none, elements, models)
-    assert "No set of perturbations identifies" in said and "The 3 other sets have no values" in said
+    assert "No set of perturbations identifies" in said and "The 3 other sets yield no values" in said
     some = none.assign(quoted_percent=5.0)
-    assert "have values in some recordings" in findings_of(some, elements, models)
+    assert "yield values in some recordings" in findings_of(some, elements, models)
 
 
 def test_contrary_findings(tables):
@@ -134,10 +134,10 @@ def test_contrary_findings(tables):
     said = findings_of(enough, without, models.assign(identified=True)[models.window_s == 0.25])
     assert "need 1 independent perturbation: 1 of 1 sets of 1 identify them (belt)." in said
     assert "The belt alone is enough. All 24 unknowns" in said
-    assert "If K and B are taken as symmetric, 1 can be enough (belt), but fewer than three" in said
-    assert "only their proportions" not in said and "The window after" not in said
-    assert "taken as exact" not in said
-    assert "taken as symmetric" not in findings_of(sets, elements, models.assign(identified=False))
+    assert "If K and B are assumed to be symmetric, 1 can suffice (belt). Fewer than three" in said
+    assert "only their proportions" not in said and "the window after" not in said
+    assert "assumed to be exact" not in said
+    assert "assumed to be symmetric" not in findings_of(sets, elements, models.assign(identified=False))
 
 
 def test_section_is_drawn_and_typeset(tables):

@@ -60,9 +60,9 @@ def test_captions_of_simulations_name_the_parameters_that_predict_best(scores, b
     names = [f"figure_{name}" for name in ("4_7", "4_8", "4_9", "4_10", "4_11", "b", "b_13")]
     found = findings_of(names, *content(simulated(scores), simulation=simulation))
     assert set(found) == set(names)
-    assert f"best by the parameters of {best} in 2 of 2 conditions" in found["figure_4_10"]
+    assert f"of {best} predict the angle best in 2 of 2 conditions" in found["figure_4_10"]
     assert f"the parameters of {best} predict the angle best" in found["figure_4_8"]
-    assert "S52" in found["figure_4_8"] and f"of {worst} predict it worst" in found["figure_4_7"]
+    assert "S52" in found["figure_4_8"] and f"and those of {worst} worst" in found["figure_4_7"]
     assert (f"below {MINUS}1000 %" in found["figure_4_7"]) is (scores is USUAL)
     assert ("the swing grows in 2 of 2 conditions" in found["figure_b"]) is (scores is USUAL)
     assert ("no swing grows" in found["figure_b"]) is (scores is CONTRARY)
@@ -89,7 +89,7 @@ def test_chapter_names_the_conditions_that_the_consistent_parameters_predict_bes
     told = chapter_words("simulation", *content(simulated(scores), simulation=simulation))
     assert "dataset best in 2 of 2 conditions (S1, S52)." in told
     assert "one K is not enough" not in told
-    assert "the swing grows in S1, S52" in told
+    assert "the swing grows in S1 and S52" in told
     other = chapter_words("simulation", *content(simulated(CONTRARY), simulation=simulation))
     assert "in 0 of 2 conditions." in other
     assert "does not hold in every condition" in other and "All simulated legs settle" in other
@@ -157,8 +157,8 @@ def test_growth_is_explained_by_near_resonance():
     assert often["limit"] == pytest.approx(4.91, abs=0.02)  # 1 / sin(11.75 degrees)
     assert rarely["limit"] == pytest.approx(1.0 / np.sin(np.radians(2 * 11.75)), rel=0.01)
     told = chapter_words("simulation", *content(run, simulation=simulation))
-    assert "in S1 grows to 4.2 times the first one, and the swing in S52 to 1.6 times" in told
-    assert "is 2.93 periods" in told and "with a phase of only 0.41 rad" in told
+    assert "the swing grows to 4.2 times the first one in S1 and to 1.6 times in S52" in told
+    assert "is 2.93 periods" in told and "only 0.41 rad out of phase" in told
     assert "near-resonance" in told and "This is not reproduced" not in told
     (found,) = findings_of(["figure_b"], *content(run, simulation=simulation)).values()
     assert "the swing grows to 4.2 times the first one in S1, and to 1.6 times in S52" in found
@@ -181,7 +181,7 @@ def test_pulses_in_resonance_add_up_to_their_number():
         ({"joint-likelihood": 85.0}, "predicts the angle best in every condition", ""),
         (
             {"thesis-wristalyzer": -400.0},
-            "As the thesis reports, its numbers",
+            "As the thesis reports, its parameters",
             "does not hold in all conditions",
         ),
     ],
@@ -249,10 +249,8 @@ def test_noise_is_told_as_in_the_thesis_only_where_it_is_so():
     for name in SENTENCES:
         assert (getattr(noise, name)(usual), getattr(noise, name)(contrary)) == (True, False), name
     told = chapter_words("noise", *content(usual, noise=noise))
-    assert (
-        "are at most 1.0 % from the simulated values. For least squares the largest error is 20.0 %" in told
-    )
-    assert "only one side is filtered, and K is up to 50 % away" in told
+    assert "are within 1.0 % of the simulated values. The largest error of least squares is 20.0 %" in told
+    assert "only one side is filtered, and K differs from the apparent K by up to 50 %" in told
     assert "The equation causes this bias" in told and "mainly due to its torque equation" in told
     other = chapter_words("noise", *content(contrary, noise=noise))
     for sentence in ("causes this bias", "the filter has a larger effect", "is biased if", "mainly due to"):
@@ -262,7 +260,9 @@ def test_noise_is_told_as_in_the_thesis_only_where_it_is_so():
 def test_an_estimator_that_was_not_computed_proves_nothing():
     run = noisy(as_printed=(3.0, 9.0, 6.1))
     assert not noise.method_sound(run) and not noise.least_squares_biased(run)
-    assert f"IV estimate are at most {DASH} % from" in chapter_words("noise", *content(run, noise=noise))
+    assert f"IV estimates of B and K are within {DASH} % of" in chapter_words(
+        "noise", *content(run, noise=noise)
+    )
 
 
 def test_numbers_of_other_noise_levels_do_not_count():
@@ -299,7 +299,7 @@ def test_caption_has_the_stiffness_of_the_figure_if_both_processings_were_comput
     rows.append(("as-printed", "K = 15 Nm/rad", "K", "Nm/rad", 8.0, -2.19, 10.0, 2.963))
     both = Run(run.tables | {"table_4_4": table(*rows)}, settings=run.settings, study=STUDY)
     (told,) = findings_of(["figure_4_12"], *content(both, noise=noise)).values()
-    assert f"K = {MINUS}2.2 N·m/rad for a simulated K of 15 N·m/rad, the recommended one 15.0 N·m/rad" in told
+    assert f"yields K = {MINUS}2.2 N·m/rad, and the recommended one 15.0 N·m/rad" in told
 
 
 @pytest.mark.parametrize("usual", [True, False])
@@ -307,4 +307,4 @@ def test_caption_of_usable_noise_levels_needs_a_sound_method(usual):
     run = noisy(**(TRUE_K if usual else FALSE_K))
     found = findings_of(["figure_noise"], *content(run, noise=noise))
     assert set(found) == ({"figure_noise"} if usual else set())
-    assert not usual or "at most 1.0 % from the simulated values" in found["figure_noise"]
+    assert not usual or "within 1.0 % of the simulated values" in found["figure_noise"]

@@ -170,14 +170,15 @@ def test_shares_of_torques_and_the_change_by_window_are_those_of_the_run():
     assert found["pre_reflex"] == "short"
     assert found["share_percent"] == {"printed": [-5.0], "plain": [70.0], "best": [100.0]}
     words = chapter(run_of())
-    assert "yields almost no stiffness: −5.0 % of K by best" in words
+    assert "yields almost no stiffness: −5.0 % of the K of best" in words
     # of the windows of 50 and 60 ms; that of 30 ms is too far from 60 ms
-    assert "change its K by up to 8 %" in words
+    assert "shorter or longer changes the K of short by up to 8 %" in words
     assert (
-        "windows of 40 to 80 ms change K by 1.0 % and B by 2.5 %; the K of short differs by 25.0 %" in words
+        "K changes by 1.0 % and B by 2.5 % between windows of 40 to 80 ms; the K of the estimator short "
+        "differs by 25.0 %" in words
     )
     assert "mass of the feet (2.0 %), motion of soft tissue over bone (1.0 %)." in words
-    assert "the ankle 4.3 mm in front of the assumed point and −0.2 mm above it" in words
+    assert "the ankle lies 4.3 mm in front of and 0.2 mm below the assumed point" in words
 
 
 def test_warnings_of_a_task_are_told():
@@ -202,7 +203,7 @@ def test_cells_of_latencies_have_a_dash_where_there_is_no_onset():
     assert "|calm|TA|50.0|–|40.0 (38.0 to 42.0)|3|–|" in chapter(run_of())
     words = chapter(run_of(recovery=recovered()))
     assert "|calm|TA|50.0|–|40.0 (38.0 to 42.0)|3|38|" in words
-    assert "error of the latencies is 1.9 ms and the mean error 1.9 ms; 0 of 1 intervals cover" in words
+    assert "error of the latencies is 1.9 ms and the mean error is 1.9 ms; 0 of 1 intervals cover" in words
 
 
 @pytest.mark.parametrize("of", [AT_WORK, "small movements"])
@@ -210,8 +211,10 @@ def test_truth_is_that_of_the_fitted_windows_only_if_it_is(of):
     run = run_of(recovery=recovered(of=of))
     assert standing.truth_at_work(run) is (of == AT_WORK)
     words = chapter(run)
-    assert ("is the linear joint nearest to the true torque in its own windows" in words) is (of == AT_WORK)
-    assert "the largest error is 3.1 % in K and – % in B; 1 of 1 intervals cover the true K" in words
+    assert ("is the linear joint nearest to the true torque in the windows of this estimator" in words) is (
+        of == AT_WORK
+    )
+    assert "the largest error is 3.1 % in K and – % in B. Of the intervals, 1 of 1 cover the true K" in words
     assert "|410|400|−3.1|yes|–|–|–|–|" in words
     assert not standing.recovered(run_of())
     assert "Comparison with the truth" not in chapter(run_of())
@@ -265,7 +268,7 @@ def test_muscles_without_an_onset_have_no_latency_in_a_caption():
         "\N{MINUS SIGN}50.0 to 540 N·m/rad (calm)." in found["figure_standing_window"]
     )
     assert found["figure_standing_response"].endswith("explain 97.0 to 97.0 % of the mean torque.")
-    assert found["figure_standing_joints"].endswith("the knee turns by 10 mrad (calm).")
+    assert found["figure_standing_joints"].endswith("the knee rotates by 10 mrad (calm).")
     silent = run_of(tasks={"calm": task(None)}, estimates=ESTIMATES[:5])
     for fit in silent.fits["standing"].values():
         fit.arrays.pop("activity/TA")
@@ -283,4 +286,4 @@ def test_summary_tells_of_one_person_in_a_study_of_the_thesis(people, told):
     )
     assert (words is not None) is told
     if told:
-        assert "intrinsic stiffness of both ankles together as 400 N·m/rad (calm) (" in words
+        assert "together is then estimated as 400 N·m/rad with the instruction calm (" in words

@@ -74,11 +74,11 @@ def test_studies_without_the_thesis_have_no_summary():
 
 def test_recommended_estimates_are_counted_once_each():
     (summary,) = told(compared(), "summary")
-    assert "The intervals of 2 of its 3 recommended estimates miss the truth" in summary
-    assert "and checks flagged 1 of the 3." in summary
+    assert "In it, 2 of the 3 intervals of recommended estimates miss the true value" in summary
+    assert "Checks flagged 1 of the 3 estimates." in summary
     assert told(compared(missing=True), "summary") == [None]
     (summary,) = told(compared(covered=["true"] * 4), "summary")
-    assert "No interval of its 3 recommended estimates misses the truth, and checks" in summary
+    assert "In it, none of the 3 intervals of recommended estimates misses the true value." in summary
 
 
 def test_missed_truth_is_compared_with_the_draws_by_hand():
@@ -109,7 +109,7 @@ def test_table_of_missed_truths_tells_the_reason(constants, told):
     words = chapter_words("findings", data | {"short_names": {"b": "S2"}}, tables, cells="|")
     assert "intervals of 2 of the 3 recommended estimates miss the truth" in words
     assert f"|K of the dummy, S2|ls|−10|−2.0{told}" in words
-    assert ("In 2 of the 2 cases the rest" in words) is bool(constants)
+    assert ("In both cases, the rest" in words) is bool(constants)
     covered = study_content(compared(covered=["true"] * 4))
     assert "miss the truth" not in chapter_words("findings", *covered)
 
@@ -151,16 +151,15 @@ def counted(high=0.99, **changed):
 
 def test_first_page_quotes_the_campaign_with_its_date():
     (summary,) = told(counted(), "summary")
-    assert "drawn from the distributions that the analysis assumes" in summary
+    assert "from the distributions that the analysis assumes" in summary
     shares = "95 % for K of the dummy; 90 % for K of the standing person."
-    assert "In 20 simulated laboratories (campaign of 2026-01-31)" in summary
+    assert "We drew 20 simulated laboratories (campaign of 2026-01-31)" in summary
     assert f"The shares are {shares}" in summary
-    assert (
-        "compatible with 95 % or higher" in summary and "Settings of the laboratory were changed" in summary
-    )
-    assert "This run is a single such laboratory. The intervals of 2" in summary
+    assert "No share is significantly below 95 %." in summary
+    assert "Settings of the laboratory were changed" in summary
+    assert "This run is one simulated laboratory. In it, 2 of the" in summary
     (other,) = told(counted(high=0.94), "summary")
-    assert "Not all of these shares are compatible with 95 %." in other
+    assert "For K of the dummy, the share is significantly below 95 %." in other
 
 
 def same_laboratory():
@@ -184,7 +183,7 @@ def test_verdicts_are_counted_and_named_in_the_same_order_everywhere():
         "Verdicts on the 10 claims of the thesis: 1 implied, 2 fitted, 1 predicted, 1 pattern"
     )
     assert "1 not reproduced, 1 unknown, 1 not computed." in claimed
-    assert "Null models, which need no laboratory, satisfy 1 of them" in claimed
+    assert "Null models, which need no laboratory, satisfy 1 of the claims" in claimed
     assert "Of the 9 printed cells of Tables 4-1 to 4-4, 5 are within" in cells
     assert "is within the tolerance for 2. The verdicts are 1 implied" in cells
     assert "not computed" not in told(study_run({"claims": claims[:5]}), "abstract_claims")[0]

@@ -150,7 +150,7 @@ def test_averaged_frequencies_are_compared_with_the_thesis_only_if_it_prints_the
     places, run = ["figure_averaged_bins"], swept(FEW, MANY)
     tables = {"averaging": run.tables["averaging"].to_csv(index=False)}
     found = findings_of(places, report_content(run, {"wristalyzer": wristalyzer}), tables)
-    sentence = "No number of averaged frequencies gives both the printed error and the printed coherence."
+    sentence = "No number of averaged frequencies yields both the printed error and the printed coherence."
     assert found == {"figure_averaged_bins": sentence}
     assert findings_of(places, report_content(usual(), {"wristalyzer": wristalyzer})) == {}
     run = swept(FEW, BOTH)
@@ -221,14 +221,14 @@ def test_captions_tell_the_usual_findings_only_where_they_hold():
     found, other = told(usual()), told(contrary())
     assert set(found) == set(FIGURES)
     assert set(other) == {"figure_2_4", "figure_3_1", "figure_4_2", "figure_averaging"}
-    assert found["figure_2_4"] == "The torque has an RMS of 2.0 mN·m over the scale factors."
+    assert found["figure_2_4"] == "The torque has an RMS of 2.0 mN·m, depending on the scale factor."
     assert "the mean coherence of the tapered estimate is 0.12." in found["figure_3_1"]
     assert found["figure_4_1"] == "The fitted joint has a natural frequency of 5.2 Hz."
     assert found["figure_4_2"].endswith("with a VAF of 93.0 to 95.0 % over the scale factors.")
     assert found["figure_4_3"].endswith("with a mean VAF of 83.0 to 85.0 %.")
-    assert found["figure_averaging"].startswith("Both averages give the same admittance")
+    assert found["figure_averaging"].startswith("Both ways of averaging yield the same admittance")
     assert found["figure_averaging"].endswith("B differs by at most 2.0 %.")
-    assert other["figure_averaging"] == "The two averages differ: B differs by at most 100.0 %."
+    assert other["figure_averaging"] == "The two ways of averaging differ: B differs by at most 100.0 %."
 
 
 def test_a_study_without_the_chapter_tells_nothing_of_it():

@@ -23,7 +23,7 @@ from tepsipe.treadmill.calibration import coherence_limit
 from tepsipe.treadmill.impulse_response import fit_finite_response
 from tepsipe.treadmill.recording import check_recordings, score
 from tepsipe.treadmill.registry import FAMILY, evaluate, fit_model, load_treadmill_models, pick, save_models
-from tepsipe.treadmill.transfer_function import fit_discrete_output_error
+from tepsipe.treadmill.transfer_function import _steiglitz_mcbride, fit_discrete_output_error
 
 LINEAR = ("hnat2014", "output-error", "fir-causal", "fir", "spectral")
 CONTINUOUS = ("mass-spring-damper", *LINEAR, "ripple-tracking")
@@ -529,3 +529,8 @@ def test_filter_passes_over_all_signals_alike_and_leaves_the_raw_velocity(rng):
     # the belt ran before the recording began: no jump from zero to 1.2 m/s
     assert filtered.velocity[:10] == pytest.approx(r.velocity[:10], abs=0.1)
     assert filtered.lowpass == lowpass
+
+
+def test_starting_values_of_the_output_error_model_are_exact_without_noise(rng):
+    found = _steiglitz_mcbride([restless_belt(of_order_2, rng)], 2)
+    assert found == pytest.approx(np.concatenate([NUMERATOR, DENOMINATOR[1:]]), abs=1e-6)

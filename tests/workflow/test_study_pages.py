@@ -100,6 +100,13 @@ def test_every_figure_and_table_has_data_code_command_and_the_figures_a_decision
     )
 
 
+def test_tables_without_caption_have_the_origin_of_their_chapter(study):
+    body = report_page(study).partition('<h2 id="trials"')[0]
+    plain = re.sub(r"(?s)<figure.*?</figure>|<div class=.printed-cells.*?</dl>", "", body)
+    after = re.split(r"</table></div>(?!\s*<div class=.wide)\s*", plain)[1:]
+    assert len(after) > 2 and all(text.startswith('<details class="origin">') for text in after)
+
+
 def test_report_page_has_the_numbers_of_the_pdf(study):
     from pypdf import PdfReader
 
@@ -108,7 +115,8 @@ def test_report_page_has_the_numbers_of_the_pdf(study):
         return set(re.findall(r"(?<![\w.])\d+\.\d{2,}", words))
 
     html = re.sub(
-        r"(?s)<details class=.origin.*?</details>|<script.*?</script>|<style.*?</style>",
+        r"(?s)<details class=.origin.*?</details>|<div class=.printed-cells.*?</dl>"
+        r"|<script.*?</script>|<style.*?</style>",
         "",
         report_page(study),
     )

@@ -2,7 +2,7 @@
 
 PAGE, PICTURE = (f"<results>/report/trials/{{}}/{{{{condition}}}}.{kind}" for kind in ("html", "svg"))
 TRUTH = outputs.recovery(STUDY)[:1]
-PAGE_SOURCE = [here(f"tepsipe/reporting/pages/{name}") for name in ("plot.js", "page.css")]
+PAGE_SOURCE = [here(f"tepsipe/reporting/pages/{name}") for name in ("plot.js", "page.css", "theme.js")]
 TITLE = as_it_is(config["study"]["title"])
 
 

@@ -11,6 +11,12 @@ if not STUDY.kind:
     others = {"Snakemake's report": "report/report.html", "Provenance": "provenance.json"}
     others["Configuration"] = "config.yaml"
     FORMS |= {words: f"{config['pathvars']['results']}/{name}" for words, name in others.items()}
+# the trial whose forward simulation the page repeats
+SIMULATED = (
+    [STUDY.shown("dummy", SETTINGS["dummy"]["simulation"]["figure_4_7_condition"])]
+    if not STUDY.kind and STUDY.has("simulation")
+    else []
+)
 CAPTIONS = read_captions(CHECKOUT / "report/captions.yaml")
 
 
@@ -20,6 +26,7 @@ rule write_index:
         tables=REPORT.input.tables,
         figures=REPORT.input.figures,
         numbers=[str(path).removesuffix("svg") + "csv" for path in REPORT.input.figures],
+        simulated=[f"<results>/fits/simulation/{condition}.h5" for condition in SIMULATED],
         source=REPORT.input.source,
         rests_on=here("report/decisions.yaml"),
         decisions=sorted(here(path) for path in CHECKOUT.glob("docs/decisions/0*.md")),
@@ -28,7 +35,14 @@ rule write_index:
         library=library_of("write_index")
         + [
             here(f"tepsipe/reporting/pages/{name}")
-            for name in ("report.css", "report.js", "explore.js", "theme.js")
+            for name in (
+                "report.css",
+                "report-math.woff2",
+                "report.js",
+                "swing.js",
+                "explore.js",
+                "theme.js",
+            )
         ],
     output:
         html="<results>/report/index.html",
@@ -45,6 +59,7 @@ rule write_index:
         source_folder=lambda w: here("report"),
         results=as_it_is(config["pathvars"]["results"]),
         configfiles=[path.as_posix() for path in CONFIGFILES[1:]],
+        simulated=as_it_is(SIMULATED),
         code=code_version(CHECKOUT),
         forms=as_it_is(FORMS),
         trials=STUDY.all_conditions() if PAGES else {},

@@ -88,7 +88,8 @@ class Coverage(Section):
     )
     drawn: dict[str, Distribution] = optional(
         "further constants that every laboratory draws, as `drawn` of virtual_lab.yaml does; the sets change "
-        "none of these. If the rate of the cameras is drawn, `plate_treadmill.resample_rate_hz` follows it"
+        "none of these. If the rate of the cameras is drawn, `plate_treadmill.resample_rate_hz` follows it, "
+        "and higher cutoffs of `standing` are lowered to 0.3 of it"
     )
     sets: Annotated[dict[SetName, LaboratorySet], Field(min_length=1)] = setting(
         "name of a set: what it changes. Laboratories 1, 3, 5, ... belong to the first set, 2, 4, 6, ... "

@@ -18,12 +18,15 @@ from pathlib import Path
 from random import Random
 
 from tepsipe.errors import InputError, quoted
+from tepsipe.signals.filters import WIDEST
 from workflow.support.stopped import RECORDS, SENTENCE, records
 from workflow.support.yaml_file import read_constants
 
 ROOT = Path(__file__).parents[2]
 TABLES = ("estimates", "uncertainty", "recovery")
 RATE = "treadmill.capture.rate_hz"
+# cutoffs of a standing person, which the analysis lowers to `WIDEST` of the rate
+CUTOFFS = (("analysis", "stretch_cutoff_hz"), ("free_reflex", "lowpass_cutoff_hz"))
 
 
 def set_of(coverage: dict, number: int) -> str:
@@ -140,7 +143,7 @@ class Laboratories:
         own = self.own_config | {"study": self.own_config["study"] | {"seed": seed_of(self.coverage, number)}}
         if RATE in self.coverage.get("drawn", {}):
             rate_hz = draw(constants)["treadmill"]["capture"]["rate_hz"]
-            own["plate_treadmill"] = own["plate_treadmill"] | {"resample_rate_hz": rate_hz}
+            own |= _at_rate(own, rate_hz)
         return {
             "config/config.yaml": _text(own),
             "config/virtual_lab.yaml": _text(constants),
@@ -161,6 +164,18 @@ class Laboratories:
         if not self.coverage:
             return {}
         return (self.constants["drawn"] or {}) | self.coverage.get("drawn", {})
+
+
+def _at_rate(config: dict, rate_hz: float) -> dict:
+    """Sections of a configuration for cameras of a rate (Hz), with cutoffs that it allows."""
+    standing = dict(config["standing"])
+    for section, key in CUTOFFS:
+        own = standing[section]
+        standing[section] = own | {key: min(own[key], WIDEST * rate_hz)}
+    return {
+        "plate_treadmill": config["plate_treadmill"] | {"resample_rate_hz": rate_hz},
+        "standing": standing,
+    }
 
 
 def _text(content: dict) -> str:

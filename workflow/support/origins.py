@@ -5,12 +5,14 @@ that module names the function of every figure, and chapters name the tables tha
 """
 
 import ast
+import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from tepsipe.reporting.pages.report_page import Origin
 from workflow.support.captions import group_of
 
 RULE = re.compile(r"^(?:use )?rule (\w+)(?: as (\w+) with)?:\n((?:[ \t#].*\n|\n)*)", re.MULTILINE)
@@ -116,10 +118,16 @@ class Sources:
         return self._place_of(source[1].replace(".", "/") + ".py", name) if source else ""
 
 
+@cache
+def _draw(module: Path) -> ast.FunctionDef:
+    """Function ``draw`` of a module."""
+    tree = ast.parse(module.read_text(encoding="utf-8"))
+    return next(node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "draw")
+
+
 def _drawing_function(module: Path, figure: str) -> str | None:
     """Name of the function that ``draw`` of a module calls for a figure."""
-    tree = ast.parse(module.read_text(encoding="utf-8"))
-    draw = next(node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "draw")
+    draw = _draw(module)
     assigned = {
         target.id: node.value
         for node in ast.walk(draw)
@@ -154,6 +162,11 @@ def command(target: str, rules: Iterable[str], configfiles: Iterable[str]) -> st
     """Command that makes a file again by these rules, although it is up to date."""
     own = " ".join(configfiles)
     return f"snakemake -c1 {target} --forcerun {' '.join(rules)}" + (f" --configfile {own}" if own else "")
+
+
+def study_command(configfiles: Iterable[str]) -> str:
+    """Command that runs a whole study."""
+    return " ".join(["snakemake -c2", *(["--configfile", *configfiles] if configfiles else [])])
 
 
 # ---- tables of the report
@@ -242,3 +255,99 @@ def _reads(part: str, definitions: dict[str, str]) -> list[str]:
                 seen.add(name)
                 waiting.append(definitions[name])
     return list(found)
+
+
+def chapters_of(folder: str | Path, names: Iterable[str], main: str) -> list[Chapter]:
+    """Chapters of a report among the names of its sources: those with figures or tables of their own."""
+    own = (main, "several_joints.typ")
+    return [Chapter(Path(folder), name) for name in names if name.startswith("chapters/") or name in own]
+
+
+# ---- origins of a report
+
+
+@dataclass(frozen=True)
+class ReportOrigins:
+    """Origins of all that a report shows.
+
+    Attributes
+    ----------
+    sources : Sources
+        Sources of the project.
+    page : str
+        File of the report's page, to whose folder links are relative.
+    tables : mapping of str to str
+        Name of a table that the report reads -> its file.
+    data, written_by : str
+        File with the numbers of the report, and the rule that writes it.
+    configfiles : sequence of str
+        Further configuration files of the run.
+    """
+
+    sources: Sources
+    page: str
+    tables: Mapping[str, str]
+    data: str
+    written_by: str
+    configfiles: Sequence[str] = ()
+
+    def beside(self, path: str | Path) -> str:
+        """A file as seen from the folder of the page."""
+        return Path(os.path.relpath(path, Path(self.page).parent)).as_posix()
+
+    def of_report(
+        self, figures: Mapping[str, str], chapters: Iterable[Chapter], parts: Mapping[str, Sequence[str]]
+    ) -> dict[str, Origin]:
+        """Origins by anchor or source: of figures (drawing -> its numbers), of tables, of parts of the page.
+
+        A part is made by the rule of the page from the tables with the given names.
+        """
+        found = {Path(path).stem: self._of_figure(path, numbers) for path, numbers in figures.items()}
+        for chapter in chapters:
+            found[chapter.name] = self._of_tables(chapter)
+            for label in chapter.labels:
+                if label not in found:
+                    found[label] = self._of_tables(chapter, label)
+        return found | {part: self._of_part(names) for part, names in parts.items()}
+
+    def _again(self, targets: Iterable[str], rules: Iterable[str]) -> str:
+        return command(" ".join(targets), rules, self.configfiles)
+
+    def _files(self, names: Iterable[str]) -> dict[str, str]:
+        return {f"{name}.csv": self.beside(self.tables[name]) for name in names if name in self.tables}
+
+    def _of_figure(self, path: str, numbers: str) -> Origin:
+        """Files, code and command of a figure (SVG) with its numbers (CSV)."""
+        name = Path(path).stem
+        rule = self.sources.rule_of_figure(name)
+        kinds = {f"{name}.{kind}": Path(path).with_suffix(f".{kind}") for kind in ("csv", "svg", "png")}
+        data = {words: self.beside(file) for words, file in kinds.items()}
+        if Path(numbers).read_text(encoding="utf-8").count("\n") < 2:
+            del data[f"{name}.csv"]  # a drawing without numbers, which rests on the settings
+            data["config.yaml"] = "../config.yaml"
+        return Origin(data, self.sources.code_of_figure(name, rule), self._again([path], [rule.name]))
+
+    def _of_tables(self, chapter: Chapter, label: str | None = None) -> Origin:
+        """Files, code and command of a table of the report, or of all tables of a chapter."""
+        names, line = chapter.tables_read(label)
+        names = names or chapter.tables_read()[0]
+        found = {name: self.sources.rule_of_table(name) for name in names if name in self.tables}
+        rules = {name: rule for name, rule in found.items() if rule}
+        code = [("Typeset by", f"report/{chapter.name}:{line}")]
+        for rule in dict.fromkeys(rules.values()):
+            code += self.sources.code_of_table(rule)
+        data = self._files(names)
+        targets = [self.tables[name] for name in rules]
+        forced = [rule.name for rule in dict.fromkeys(rules.values())]
+        if "report" in names or not data:
+            data[Path(self.data).name] = self.beside(self.data)
+            code.append(("Numbers", f"tepsipe/reporting/chapters/ ({self.written_by})"))
+            targets, forced = [*targets, self.data], [*forced, self.written_by]
+        return Origin(data, code, self._again(targets, forced))
+
+    def _of_part(self, names: Sequence[str]) -> Origin:
+        """Files, code and command of a part that only the page has."""
+        rule = next(rule for rule in self.sources.rules if rule.name == "write_index")
+        return Origin(
+            self._files(names), self.sources.code_of_table(rule), self._again([self.page], [rule.name])
+        )

@@ -5,7 +5,7 @@ motion, and compared with the recorded angle and with the torque by inverse dyna
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -42,7 +42,11 @@ class SimulatedCondition:
     time : ndarray, shape (n,)
         Instants (s).
     theta : ndarray, shape (n,)
-        Recorded leg angle (rad).
+        Recorded leg angle from rest (rad).
+    standing_rad : float
+        Leg angle at rest, from the vertical (rad).
+    foot_velocity : ndarray, shape (n,)
+        Velocity of the foot, which drives the simulations (m/s).
     torques : dict of str to ndarray, shape (n,)
         Torque by inverse dynamics, relative to rest (N·m): ``tau`` by the equation as printed,
         ``tau_consistent`` by the consistent equation.
@@ -56,6 +60,8 @@ class SimulatedCondition:
 
     time: np.ndarray
     theta: np.ndarray
+    standing_rad: float
+    foot_velocity: np.ndarray
     torques: dict[str, np.ndarray]
     perturbations: list[Perturbation]
     joints: dict[str, Joint]
@@ -165,11 +171,12 @@ def simulate_condition(
         )
         torques[name] = torque - torque[at_rest].mean()
     standing = float(motion.theta[at_rest].mean())
+    velocity = velocity - np.median(velocity[at_rest])
     simulations = {}
     for name, joint in joints.items():
         simulations[name] = simulate_dummy(
             time,
-            velocity - np.median(velocity[at_rest]),
+            velocity,
             options.leg,
             foot,
             resting(options.leg, joint, standing),
@@ -180,6 +187,8 @@ def simulate_condition(
     return SimulatedCondition(
         time=time,
         theta=motion.theta - standing,
+        standing_rad=standing,
+        foot_velocity=velocity,
         torques=torques,
         perturbations=prepared.perturbations,
         joints=joints,
@@ -264,13 +273,14 @@ def forward_scores(condition: str, simulated: SimulatedCondition) -> list[Forwar
 
 
 def simulation_result(simulated: SimulatedCondition) -> Result:
-    """Arrays and facts of one trial, for figures."""
+    """Arrays and facts of one trial, for figures and the page of the report."""
     arrays: dict[str, np.ndarray] = {
         "time": simulated.time,
         "theta": simulated.theta,
+        "foot_velocity": simulated.foot_velocity,
         "windows": np.array([[p.start, p.stop] for p in simulated.perturbations]),
     }
-    units = {"time": "s", "theta": "rad", "windows": "samples"}
+    units = {"time": "s", "theta": "rad", "foot_velocity": "m/s", "windows": "samples"}
     for name, torque in simulated.torques.items():
         arrays[name], units[name] = torque, "Nm"
     for name in simulated.simulations:
@@ -283,6 +293,8 @@ def simulation_result(simulated: SimulatedCondition) -> Result:
         units[f"{name}/parameters"] = "Nms2/rad, Nms/rad, Nm/rad"
     facts = {
         "parameter_sets": list(simulated.simulations),
+        "standing_rad": simulated.standing_rad,
+        "joints": {name: _constants(joint) for name, joint in simulated.joints.items()},
         "softens": [name for name, joint in simulated.joints.items() if joint.softens],
         "measured_growth": _finite(swing_growth(simulated.theta, simulated.perturbations)),
         "pulse_interval_s": _finite(_pulse_interval(simulated)),
@@ -292,6 +304,12 @@ def simulation_result(simulated: SimulatedCondition) -> Result:
         "fell_at_s": {name: s.fell_at_s for name, s in simulated.simulations.items()},
     }
     return Result(arrays, units, facts)
+
+
+def _constants(joint: Joint) -> dict[str, float]:
+    """Constants of a joint (units in their names); those of softening only if the joint softens."""
+    softening = ("softening_Nm_per_rad", "softened_damping_Nms_per_rad", "half_softening_rad")
+    return {name: value for name, value in asdict(joint).items() if joint.softens or name not in softening}
 
 
 def _pulse_interval(simulated: SimulatedCondition) -> float:

@@ -294,8 +294,8 @@ def _perturbation_fault(standing: StandingTrial, k: int, options: EpochOptions) 
     for label, hidden in zip(standing.labels, standing.hidden.T, strict=True):
         if (hidden & moving).any():
             return (
-                f"marker {label!r} was hidden while the belt moved, so its position is unknown: check "
-                "what stood between it and the cameras"
+                f"marker {label!r} was hidden while the belt moved: check what stood between it and the "
+                "cameras"
             )
     longest, label = _longest_hidden(standing, onset, options)
     if longest > options.max_gap_s:

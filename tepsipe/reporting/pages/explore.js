@@ -1,4 +1,4 @@
-// Figures to try: what a wrong torque does to the fit, and the specification curve.
+// Figures to try: what a wrong torque does to the fit, the simulated leg, the specification curve, and the printed cells.
 "use strict";
 (() => {
   const data = JSON.parse(document.getElementById("page-data").textContent);
@@ -24,7 +24,8 @@
 
   // ---- a plot with axes: lines and points of data in their units
 
-  const [LEFT, RIGHT, TOP, BOTTOM] = [58, 12, 10, 40];
+  const [LEFT, RIGHT, TOP, BOTTOM] = [68, 12, 10, 40];
+  const WIDTH = matchMedia("(max-width: 32rem)").matches ? 340 : 640; // letters of one size on all screens
   function plot(width, height, label) {
     const element = svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": label, class: "plot" });
     const area = { x: [0, 1], y: [0, 1] };
@@ -41,7 +42,7 @@
     const axes = (xs, ys, across, up) => {
       Object.assign(area, { x: xs, y: ys });
       element.replaceChildren();
-      const [atX, digitsX] = ticks(xs, 6);
+      const [atX, digitsX] = ticks(xs, WIDTH / 107);
       const [atY, digitsY] = ticks(ys, 5);
       for (const value of atX) {
         element.append(svg("line", { x1: x(value), x2: x(value), y1: TOP, y2: height - BOTTOM, class: "grid" }));
@@ -68,10 +69,11 @@
     const input = html("input", { type: "range", min: low, max: high, step, value });
     const output = html("output");
     const label = html("label", {}, html("span", {}, name), input, output);
-    const show = () => { output.textContent = `${shown(Number(input.value), digits)}${unit}`; };
-    input.addEventListener("input", () => { show(); changed(); });
+    let exact = value; // a value that is set does not move to the next step
+    const show = () => { output.textContent = `${shown(exact, digits)}${unit}`; };
+    input.addEventListener("input", () => { exact = Number(input.value); show(); changed(); });
     show();
-    return { label, get value() { return Number(input.value); }, set value(next) { input.value = next; show(); } };
+    return { label, get value() { return exact; }, set value(next) { input.value = exact = next; show(); } };
   }
   function choice(name, options, changed) {
     const group = html("fieldset", { class: "choice" }, html("legend", {}, name));
@@ -91,42 +93,8 @@
     return list;
   }
   function framed(mount, title, words, controls, ...content) {
-    mount.append(html("h4", {}, title), html("p", {}, words), html("div", { class: "controls" }, ...controls), ...content);
+    mount.append(html("p", { class: "title" }, title), html("p", {}, words), html("div", { class: "controls" }, ...controls), ...content);
     mount.hidden = false;
-  }
-
-  // ---- the leg on the joint: J θ'' = m g r sin θ - m r cos θ y_f'' - R(θ, θ'); the momentum w = J θ' + m r cos θ v
-  // needs the belt's velocity v only
-
-  function swing(leg, joint, rate, velocity, start) {
-    const inertia = joint.I + leg.inertia + leg.mass * leg.com ** 2;
-    const p = leg.mass * leg.com;
-    const rest = start - (p * leg.gravity * Math.sin(start)) / joint.K; // on which the leg stands at its first angle
-    const slope = (theta, w, v) => {
-      const rateOf = (w - p * Math.cos(theta) * v) / inertia;
-      const resistance = joint.B * rateOf + joint.K * (theta - rest);
-      return [rateOf, p * leg.gravity * Math.sin(theta) - resistance - p * Math.sin(theta) * rateOf * v];
-    };
-    const step = 1 / rate;
-    const angle = new Float64Array(velocity.length);
-    const speed = new Float64Array(velocity.length);
-    let theta = start;
-    let w = p * Math.cos(start) * velocity[0];
-    for (let k = 0; k < velocity.length; k++) {
-      angle[k] = theta;
-      speed[k] = (w - p * Math.cos(theta) * velocity[k]) / inertia;
-      if (k + 1 === velocity.length) break;
-      const [v0, v2] = [velocity[k], velocity[k + 1]];
-      const v1 = 0.5 * (v0 + v2);
-      const [a1, b1] = slope(theta, w, v0);
-      const [a2, b2] = slope(theta + 0.5 * step * a1, w + 0.5 * step * b1, v1);
-      const [a3, b3] = slope(theta + 0.5 * step * a2, w + 0.5 * step * b2, v1);
-      const [a4, b4] = slope(theta + step * a3, w + step * b3, v2);
-      theta += (step / 6) * (a1 + 2 * a2 + 2 * a3 + a4);
-      w += (step / 6) * (b1 + 2 * b2 + 2 * b3 + b4);
-      if (!(Math.abs(theta) < Math.PI)) { angle.fill(NaN, k + 1); break; }
-    }
-    return { angle, speed };
   }
 
   function leastSquares(columns, target) {
@@ -153,7 +121,7 @@
     const rate = 2000;
     const time = Array.from({ length: 0.3 * rate }, (_, k) => k / rate);
     const velocity = Float64Array.from(time, (t) => (t > 0.02 && t < 0.12 ? 0.15 * (1 - Math.cos((2 * Math.PI * (t - 0.02)) / 0.1)) : 0));
-    const picture = plot(640, 260, "Torque by the chosen equation, and the fitted model, during one pulse of the belt");
+    const picture = plot(WIDTH, 260, "Torque by the chosen equation, and the fitted model, during one pulse of the belt");
     const table = html("table", { class: "returned" });
     const update = () => {
       const own = { ...joint, K: K.value };
@@ -180,7 +148,7 @@
         return html("tr", {}, html("th", { scope: "row" }, html("i", {}, name), ` (${unit})`), html("td", { class: "n" }, shown(truth)), html("td", { class: off ? "n wrong" : "n right" }, shown(value)));
       };
       table.replaceChildren(
-        html("thead", {}, html("tr", {}, ...["", "true", "returned"].map((words) => html("th", { scope: "col" }, words)))),
+        html("thead", {}, html("tr", {}, html("td"), ...["true", "returned"].map((words) => html("th", { scope: "col" }, words)))),
         html("tbody", {}, row("I", "N·m·s²/rad", own.I, found[0]), row("B", "N·m·s/rad", own.B, found[1]), row("K", "N·m/rad", own.K, found[2]),
           html("tr", {}, html("th", { scope: "row" }, "VAF of the torque"), html("td"), html("td", { class: "n" }, `${quality.toFixed(2)} %`))),
       );
@@ -193,10 +161,82 @@
     update();
   }
 
+  // ---- the simulated leg against the recorded one
+
+  function unpacked({ offset, scale, text }) {
+    const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+    return Float64Array.from(new Int16Array(bytes.buffer), (value) => offset + scale * value);
+  }
+
+  function forward(mount, { leg, rate, standing, velocity, angle, windows, sets, truth, condition }) {
+    const foot = unpacked(velocity);
+    const recorded = unpacked(angle);
+    const whole = plot(WIDTH, 190, `Recorded and simulated angle of the leg in the whole trial ${condition}`);
+    const near = plot(WIDTH, 230, "The same from one pulse to the next");
+    const table = html("table", { class: "returned" });
+    const soft = sets.find((own) => own.C || own.D) ?? null;
+    const joint = () => ({ I: I.value, B: B.value, K: K.value, ...(soft && softening.value ? { C: (softening.value / 100) * soft.C, D: (softening.value / 100) * soft.D, half: soft.half } : {}) });
+    const limits = (...traces) => {
+      const values = traces.flatMap((trace) => trace.filter(Number.isFinite));
+      const [low, high] = [Math.min(...values), Math.max(...values)];
+      const margin = 0.06 * (high - low) || 0.01;
+      return [low - margin, high + margin];
+    };
+    let simulated = recorded;
+    const zoomed = () => {
+      const [start] = windows[pulse.value - 1];
+      const next = windows[pulse.value]?.[0] ?? start + (windows[1] ? windows[1][0] - windows[0][0] : 3 * rate);
+      const [from, to] = [Math.max(0, start - Math.round(0.2 * rate)), Math.min(recorded.length, next)];
+      const time = Array.from({ length: to - from }, (_, k) => (from + k) / rate);
+      const [measured, model] = [recorded.subarray(from, to), simulated.subarray(from, to)].map((part) => [...part]);
+      near.axes([time[0], time.at(-1)], limits(measured, model), "Time (s)", "Angle from rest (rad)");
+      near.line(time, measured, "measured");
+      near.line(time.filter((_, k) => Number.isFinite(model[k])), model.filter(Number.isFinite), "model dashed");
+    };
+    const update = () => {
+      simulated = swing(leg, joint(), rate, foot, standing).angle.map((theta) => theta - standing);
+      const every = Math.max(1, Math.floor(recorded.length / 2500));
+      const kept = [...recorded.keys()].filter((k) => k % every === 0);
+      const upright = kept.filter((k) => Number.isFinite(simulated[k]));
+      const of = (trace, places) => places.map((k) => trace[k]);
+      whole.axes([0, recorded.length / rate], limits(of(recorded, kept), of(simulated, upright)), "Time (s)", "Angle from rest (rad)");
+      whole.line(kept.map((k) => k / rate), of(recorded, kept), "measured");
+      whole.line(upright.map((k) => k / rate), of(simulated, upright), "model dashed");
+      zoomed();
+      const predicted = simulated.map((theta) => (Number.isFinite(theta) ? theta : 0));
+      const pulses = windows.map(([start, stop]) => vaf(recorded.subarray(start, stop), predicted.subarray(start, stop)));
+      const row = (name, value) => html("tr", {}, html("th", { scope: "row" }, name), html("td", { class: "n" }, value));
+      table.replaceChildren(html("tbody", {},
+        row("VAF of the angle during the pulses, mean", `${shown(pulses.reduce((sum, value) => sum + value, 0) / pulses.length, 4)} %`),
+        row("VAF of the angle in the whole trial", `${shown(vaf(recorded, predicted), 4)} %`),
+        ...(upright.length < kept.length ? [row("The leg falls after", `${shown(upright.at(-1) / rate)} s`)] : [])));
+    };
+    const own = () => { from.value = ""; update(); };
+    const true_ = (q) => (truth ? `, true ${shown(truth[q])}` : "");
+    const first = sets[0];
+    const I = slider(`Inertia I${true_("I")}`, { low: -0.02, high: 0.08, step: 0.0005, value: first.I, unit: " N·m·s²/rad" }, own);
+    const B = slider(`Damping B${true_("B")}`, { low: -0.05, high: 0.4, step: 0.001, value: first.B, unit: " N·m·s/rad" }, own);
+    const K = slider(`Stiffness K${true_("K")}`, { low: 2.5, high: 25, step: 0.05, value: first.K, unit: " N·m/rad" }, own);
+    const softening = slider("Softening, of the fitted one", { low: 0, high: 150, step: 1, value: first.C || first.D ? 100 : 0, unit: " %" }, own);
+    const pulse = slider("Pulse in the second plot", { low: 1, high: windows.length, step: 1, value: Math.min(2, windows.length), digits: 1 }, zoomed);
+    const from = html("select", {}, ...sets.map((set) => html("option", { value: set.name }, set.name)), html("option", { value: "" }, "own values"));
+    from.addEventListener("change", () => {
+      const set = sets.find(({ name }) => name === from.value);
+      if (!set) return;
+      for (const [control, q] of [[I, "I"], [B, "B"], [K, "K"]]) control.value = set[q];
+      softening.value = set.C || set.D ? 100 : 0;
+      update();
+    });
+    framed(mount, "Try it: which joint keeps time with the recorded leg?", `The foot moves as it was recorded in ${condition}, and the leg follows on a joint of your choice. During the pulses many joints predict the angle. Between them the leg swings freely, and only the right stiffness and softening keep time.${truth ? " True values hold for small movements." : ""}`,
+      [html("label", {}, html("span", {}, "Parameters"), from), I.label, B.label, K.label, ...(soft ? [softening.label] : []), pulse.label],
+      whole.element, near.element, legend([["measured", "recorded"], ["model dashed", "simulated"]]), table);
+    update();
+  }
+
   // ---- specification curve, to point at
 
   function specification(mount, { steps, rows, truth, limits }) {
-    const picture = plot(640, 300, "Stiffness by every combination of choices, sorted");
+    const picture = plot(WIDTH, 300, "Stiffness by every combination of choices, sorted");
     const about = html("dl", { class: "chosen" });
     const [low, high] = limits;
     const clipped = (value) => Math.min(Math.max(value, low), high);
@@ -232,8 +272,8 @@
     };
     picture.element.addEventListener("pointermove", (event) => {
       const box = picture.element.getBoundingClientRect();
-      const at = ((event.clientX - box.left) / box.width) * 640;
-      const k = Math.round(((at - LEFT) / (640 - LEFT - RIGHT)) * (rows.length + 1)) - 1;
+      const at = ((event.clientX - box.left) / box.width) * WIDTH;
+      const k = Math.round(((at - LEFT) / (WIDTH - LEFT - RIGHT)) * (rows.length + 1)) - 1;
       if (k >= 0 && k < rows.length) { point.value = k; show(); }
     });
     point.addEventListener("input", show);
@@ -243,7 +283,51 @@
     draw();
   }
 
-  const kinds = { apparent, specification };
+  // ---- printed cells: one tab stop per table, arrow keys from cell to cell
+
+  function printed(block) {
+    const about = block.querySelector(".cell-about");
+    const show = (cell) => {
+      const table = cell.closest("table");
+      const column = table.tHead.rows[0].cells[cell.cellIndex].textContent;
+      const place = `${table.caption.textContent}, ${cell.parentElement.cells[0].textContent}, ${column}`;
+      const pairs = [["cell", place], ...cell.dataset.about.split("\n").map((line) => [line.slice(0, line.indexOf(": ")), line.slice(line.indexOf(": ") + 2)])];
+      about.replaceChildren(...pairs.map(([name, value]) => html("div", {}, html("dt", {}, name), html("dd", {}, value))));
+      about.hidden = false;
+      block.querySelector("td.on")?.classList.remove("on");
+      cell.classList.add("on");
+    };
+    const select = (cell) => {
+      for (const other of cell.closest("table").querySelectorAll("td[tabindex]")) other.tabIndex = other === cell ? 0 : -1;
+      cell.focus();
+      show(cell);
+    };
+    for (const table of block.querySelectorAll("table.cells")) {
+      const cells = [...table.querySelectorAll("td[title]")];
+      table.setAttribute("role", "grid");
+      table.closest(".wide").removeAttribute("tabindex");
+      cells.forEach((cell, k) => {
+        cell.dataset.about = cell.title;
+        cell.removeAttribute("title");
+        cell.tabIndex = k === 0 ? 0 : -1;
+        cell.addEventListener("pointerenter", () => show(cell));
+        cell.addEventListener("click", () => select(cell));
+        cell.addEventListener("focus", () => show(cell));
+      });
+      table.addEventListener("keydown", (event) => {
+        const [down, across] = { ArrowUp: [-1, 0], ArrowDown: [1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] }[event.key] ?? [0, 0];
+        const cell = event.target.closest("td[tabindex]");
+        if (!cell || (!down && !across)) return;
+        event.preventDefault();
+        const rows = [...table.tBodies[0].rows];
+        const next = rows[rows.indexOf(cell.parentElement) + down]?.cells[cell.cellIndex + across];
+        if (next?.dataset.about) select(next);
+      });
+    }
+  }
+  document.querySelectorAll(".printed-cells").forEach(printed);
+
+  const kinds = { apparent, forward, specification };
   for (const mount of document.querySelectorAll(".explorer[data-explore]")) {
     const kind = mount.dataset.explore;
     kinds[kind](mount, data[kind]);

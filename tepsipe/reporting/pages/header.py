@@ -59,7 +59,7 @@ def sentences_list(heading: str, sentences: Sequence[str], otherwise: str) -> st
     if not sentences:
         return f"<p>{text(otherwise)}</p>\n"
     items = "".join(f"<li>{text(sentence)}</li>\n" for sentence in sentences)
-    return f'<h3>{text(heading)}</h3>\n<ul class="left-out">\n{items}</ul>\n'
+    return f'<h2>{text(heading)}</h2>\n<ul class="left-out">\n{items}</ul>\n'
 
 
 def estimates_table(

@@ -28,12 +28,12 @@ def asset(name: str) -> str:
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]], caption: str = "", kind: str = "") -> str:
     """A table (units in its header) of cells that are HTML already; the first of every row is its heading."""
-    head = "".join(f'<th scope="col">{cell}</th>' for cell in header)
+    head = "".join(f'<th scope="col">{cell}</th>' if cell else "<td></td>" for cell in header)
     body = "".join(
         f'<tr><th scope="row">{row[0]}</th>' + "".join(f"<td>{cell}</td>" for cell in row[1:]) + "</tr>\n"
         for row in rows
     )
-    about = f"<caption>{caption}</caption>" if caption else ""
+    about = f"<caption><span>{caption}</span></caption>" if caption else ""
     return (
         f'<div class="wide"><table class="{text(kind)}">{about}<thead><tr>{head}</tr></thead>\n'
         f"<tbody>\n{body}</tbody></table></div>\n"
@@ -47,6 +47,7 @@ def document(title: str, body: str, policy: str | None = POLICY) -> str:
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f"{guard}"
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{text(title)}</title>\n<style>\n{asset('page.css')}</style>\n</head>\n"
+        f"<title>{text(title)}</title>\n<style>\n{asset('page.css')}</style>\n"
+        f"<script>\n{asset('theme.js')}</script>\n</head>\n"
         f"<body>\n{body}</body>\n</html>\n"
     )

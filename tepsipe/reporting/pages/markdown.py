@@ -2,8 +2,15 @@
 
 import re
 from collections.abc import Iterator
+from pathlib import Path
 
 from tepsipe.reporting.pages.html import table, text
+
+
+def record_of(path: str | Path) -> tuple[str, str, str]:
+    """Title of a record of a decision, its HTML, and the name of its file."""
+    title, _, words = Path(path).read_text(encoding="utf-8").partition("\n")
+    return title.lstrip("# ").partition(". ")[2], html_of(words), Path(path).name
 
 
 def html_of(markdown: str) -> str:

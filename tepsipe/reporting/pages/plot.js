@@ -89,7 +89,7 @@
     const panel = {
       figure, canvas, hair, chosen, flag, axis: given.axis, bands: given.bands, seen: false, stale: true,
       traces: given.traces.map((t) => ({
-        ...t, time: clocks[t.clock], values: numbers(t), shown: true, colour: page.colours[t.colour],
+        ...t, time: clocks[t.clock], values: numbers(t), shown: true,
       })),
     };
     legend(panel, figure.querySelector(".legend"));
@@ -113,7 +113,8 @@
       button.title = "Show or hide";
       const dash = trace.dash ? ' stroke-dasharray="' + trace.dash + '"' : "";
       button.innerHTML = '<svg width="26" height="10" aria-hidden="true"><line x1="1" x2="25" y1="5" y2="5" ' +
-        'stroke="' + trace.colour + '" stroke-width="2"' + dash + "/></svg>";
+        'stroke-width="2"' + dash + "/></svg>";
+      button.querySelector("line").style.stroke = "var(--line-" + trace.colour + ", " + page.colours[trace.colour] + ")";
       name.textContent = trace.label;
       trace.output = document.createElement("output");
       button.append(name, trace.output);
@@ -132,6 +133,24 @@
       holder.append(sample);
     }
   }
+
+  // ---- light and dark, as the report --------------------------------------------------------------
+
+  const root = document.documentElement, darkened = matchMedia("(prefers-color-scheme: dark)");
+
+  function theme(name) { return getComputedStyle(root).getPropertyValue(name).trim(); }
+
+  function redraw() {
+    for (const panel of panels) panel.stale = true;
+    refresh();
+  }
+
+  document.getElementById("theme").addEventListener("click", function () {
+    root.dataset.theme = (root.dataset.theme ? root.dataset.theme === "dark" : darkened.matches) ? "light" : "dark";
+    try { localStorage.setItem("tepsipe-theme", root.dataset.theme); } catch (e) { /* no storage for files */ }
+  });
+  new MutationObserver(redraw).observe(root, { attributes: true, attributeFilter: ["data-theme"] });
+  darkened.addEventListener("change", redraw);
 
   // ---- drawing -----------------------------------------------------------------------------------
 
@@ -163,7 +182,7 @@
     panel.span = high - low;
     const y = (v) => TOP + (HEIGHT - TOP - BOTTOM) * (high - v) / (high - low);
     c.setTransform(ratio, 0, 0, ratio, 0, 0);
-    c.fillStyle = "#fff";
+    c.fillStyle = theme("--paper");
     c.fillRect(0, 0, width, HEIGHT);
     c.save();
     c.beginPath();
@@ -193,7 +212,7 @@
     c.beginPath();
     c.rect(x0, TOP, w, HEIGHT - TOP - BOTTOM);
     c.clip();
-    c.strokeStyle = "rgba(60,60,60,0.35)";
+    c.strokeStyle = "rgba(128,128,128,0.5)";
     c.lineWidth = 0.7;
     c.setLineDash([]);
     c.beginPath();
@@ -206,8 +225,8 @@
     c.font = "11px system-ui, sans-serif";
     c.lineWidth = 1;
     c.setLineDash([]);
-    c.strokeStyle = "#e3e3e3";
-    c.fillStyle = "#444";
+    c.strokeStyle = theme("--grid");
+    c.fillStyle = theme("--faint");
     c.textAlign = "right";
     c.textBaseline = "middle";
     for (const [value, label] of ticks(low, high, 6)) {
@@ -226,14 +245,14 @@
     }
     c.textAlign = "right";
     c.fillText(axis.label, width - RIGHT, HEIGHT - BOTTOM + 5);
-    c.strokeStyle = "#888";
+    c.strokeStyle = theme("--frame");
     c.strokeRect(LEFT + 0.5, TOP + 0.5, width - LEFT - RIGHT - 1, HEIGHT - TOP - BOTTOM);
   }
 
   function line(c, trace, x, y, from, to) {
     const time = trace.time, values = trace.values;
     const start = Math.max(0, place(time, from) - 1), stop = Math.min(time.length, place(time, to) + 1);
-    c.strokeStyle = trace.colour;
+    c.strokeStyle = theme("--line-" + trace.colour) || page.colours[trace.colour];
     c.lineWidth = trace.width;
     // dashes of a line that goes up and down within a pixel would only be slow
     c.setLineDash(trace.dash && stop - start < 6000 ? trace.dash.split(" ").map(Number) : []);
@@ -420,7 +439,7 @@
     refresh();
   }, { rootMargin: "300px" });
   for (const panel of panels) observer.observe(panel.figure);
-  window.addEventListener("resize", function () { for (const panel of panels) panel.stale = true; refresh(); });
+  window.addEventListener("resize", redraw);
   window.addEventListener("beforeprint", function () {
     for (const panel of panels) { panel.ratio = 2; draw(panel); }
   });

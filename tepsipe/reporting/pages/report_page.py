@@ -6,19 +6,35 @@ from. Links are relative to the folder of the page, so that the results can be m
 """
 
 import re
+from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from html import unescape
+from pathlib import Path
 from string import ascii_lowercase, ascii_uppercase
 from urllib.parse import quote
 
 from tepsipe.reporting.pages.html import asset, json_script, text
 
-# letters of formulas stand in planes that few fonts have: plain ones, made italic by the style
+# letters of formulas stand in planes in which nobody searches: plain ones, which browsers make italic
 ITALIC = {chr(0x1D434 + k): letter for k, letter in enumerate(ascii_uppercase + ascii_lowercase)}
 ITALIC |= {chr(0x1D6E2 + k): chr(0x391 + k) for k in range(25) if k != 17}
 ITALIC |= {chr(0x1D6FC + k): chr(0x3B1 + k) for k in range(25)}
 ITALIC |= {"\u210e": "h", "\U0001d6df": "\u03d1", "\U0001d719": "\u03d5", "\U0001d711": "\u03c6"}
+# dots that combine with a letter stand beside it in some browsers
+ACCENTS = {"\u0307": "\u02d9", "\u0308": "\u00a8"}
+SCRIPTS = ("report.js", "swing.js", "explore.js")
+# questions of a reader, and the first of these sections that the report has
+QUESTIONS = {
+    "What was found?": ("abstract", "findings"),
+    "Why?": ("not-physical", "discussion"),
+    "How sure is it?": ("truth", "budgets"),
+    "What is simulated?": ("laboratory",),
+    "What did not reproduce?": ("cells",),
+    "Results and data of every trial": ("trials",),
+    "All tables": ("tables-of-the-run",),
+    "Make it again, or with your own recordings": ("make-again",),
+}
 # elements of a heading that its entry in the contents keeps
 KEPT = "em|math|mi|mn|msub|mrow|code"
 # a cell with a number, which may have signs, an interval and marks
@@ -61,8 +77,8 @@ class ReportPage:
     source : str
         Source of the report, for parts that name no other one.
     origins : mapping of str to Origin
-        Anchor of a figure or table -> where it comes from; source of a part of the report -> the same of the
-        tables that have no anchor of their own.
+        Anchor of a figure, table or part -> where it comes from; source of a part of the report -> the same
+        of the tables that have no anchor of their own.
     rests_on : mapping of str to sequence of int
         Anchor of a figure, table or section, or source -> numbers of the decisions on which it rests.
     decisions : mapping of int to (str, str, str)
@@ -71,6 +87,8 @@ class ReportPage:
         Identifier of a section that follows the report -> its title and its HTML.
     explored : mapping of str to (str, object)
         Anchor of a figure -> what there is to try below it (a function of explore.js), and its data.
+    below : mapping of str to str
+        Anchor of a figure -> HTML below it that the printed report does not have.
     """
 
     title: str
@@ -83,6 +101,7 @@ class ReportPage:
     decisions: Mapping[int, tuple[str, str, str]] = field(default_factory=dict)
     parts: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     explored: Mapping[str, tuple[str, object]] = field(default_factory=dict)
+    below: Mapping[str, str] = field(default_factory=dict)
 
 
 def render_report(typeset: str, page: ReportPage) -> str:
@@ -104,14 +123,20 @@ def render_report(typeset: str, page: ReportPage) -> str:
     body = typeset.partition("<body>")[2].rpartition("</body>")[0]
     body = _own_drawings(_plain_letters(body))
     body = _own_anchors(body)
-    body = re.sub(r"(?s)<figure.*?</figure>", _marked_columns, body)
+    body = re.sub(r"(?s)<table.*?</table>", _marked_columns, body)
     body = re.sub(r'<img src="([^"]+)"', lambda m: _image(m[1], page.sizes), body)
     body = _lead(body)
     body, used = _with_origins(body, page)
     for key, (title, content) in {**page.parts, **_decisions(used, page.decisions)}.items():
-        body += f'<section>\n<h2 id="{text(key)}">{text(title)}</h2>\n{content}</section>\n'
+        below = _origin(page.origins[key], (), {}) if key in page.origins else ""
+        body += f'<section>\n<h2 id="{text(key)}">{text(title)}</h2>\n{content}{below}</section>\n'
     body = _headings_with_links(body)
-    style = (math_style[1] if math_style else "") + asset("report.css")
+    scripts = "".join(f"<script>\n{asset(name)}</script>\n" for name in SCRIPTS)
+    font = b64encode(Path(__file__).with_name("report-math.woff2").read_bytes()).decode("ascii")
+    style = (
+        f'@font-face {{ font-family: "Report Math"; src: url("data:font/woff2;base64,{font}"); }}\n'
+        f"{math_style[1] if math_style else ''}{asset('report.css')}"
+    )
     return (
         '<!doctype html>\n<html lang="en-GB">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
@@ -119,10 +144,48 @@ def render_report(typeset: str, page: ReportPage) -> str:
         f"<script>\n{asset('theme.js')}</script>\n</head>\n<body>\n"
         '<a class="skip" href="#report">To the report</a>\n'
         f"{_side(body, page)}"
-        f'<main id="report">\n{_head(page)}{_lines(body)}</main>\n'
+        f'<main id="report">\n{_head(page)}{_questions(body)}{_lines(body)}</main>\n'
         f"{json_script('page-data', dict(page.explored.values()))}\n"
-        f"<script>\n{asset('report.js')}</script>\n<script>\n{asset('explore.js')}</script>\n</body>\n</html>\n"
+        f"{scripts}</body>\n</html>\n"
     )
+
+
+def about_code(citation: Mapping, code: Mapping) -> list[tuple[str, str]]:
+    """Authors and version of the software (CITATION.cff), and the commit of the run, for `ReportPage`."""
+    authors = ", ".join(
+        person.get("name") or f"{person.get('given-names', '')} {person.get('family-names', '')}".strip()
+        for person in citation["authors"]
+    )
+    commit = (code["commit"] or "")[:12] + (", with uncommitted changes" if code["modified"] else "")
+    return [
+        ("Authors of the software", authors),
+        ("Version", citation["version"]),
+        ("Commit", commit),
+        ("Date of the commit", code["date"]),
+    ]
+
+
+def made_again(command: str) -> str:
+    """Section on how the run is made again by a command, and how to begin with own recordings."""
+    own = "tepsipe new-study recordings --output my-study && cd my-study && tepsipe check && snakemake -c2"
+    commands = {
+        "This command makes the whole run again, in a copy of the project of the version named above and in "
+        "the environment that <code>make</code> builds. Below every figure and table, <i>Data, code, "
+        "command</i> has a command of its own.": command,
+        "A folder of your own recordings becomes a study by the commands below. The project's page "
+        "<code>docs/recordings/README.md</code> lists the instruments that can be read.": own,
+    }
+    return "".join(
+        f'<p>{words}</p>\n<p><code>{text(line)}</code> <button type="button" class="copy">copy</button></p>\n'
+        for words, line in commands.items()
+    )
+
+
+def picture_size(path: str | Path) -> tuple[float, float]:
+    """Width and height of a drawing of the run, an SVG (points); zeros if it names none."""
+    head = Path(path).read_text(encoding="utf-8")[:2000]
+    found = re.search(r'width="([\d.]+)pt" height="([\d.]+)pt"', head)
+    return (float(found[1]), float(found[2])) if found else (0.0, 0.0)
 
 
 def link(path: str, words: str) -> str:
@@ -135,13 +198,16 @@ def link(path: str, words: str) -> str:
 
 
 def _plain_letters(body: str) -> str:
-    """Formulas with letters that every font has; those that were italic keep a class that says so."""
+    """Formulas with letters that can be searched, spaces, and dots above the middle of a letter."""
 
     def letter(found: re.Match) -> str:
+        if found[1] == "\N{EM SPACE}":
+            return '<mspace width="1em"></mspace>'
         plain = ITALIC.get(found[1])
-        return f'<mi class="i">{plain}</mi>' if plain else found[0]
+        return f"<mi>{plain}</mi>" if plain else found[0]
 
-    return re.sub(r"<mi>([^<])</mi>", letter, body)
+    body = re.sub(r"<mi>([^<])</mi>", letter, body)
+    return re.sub(r"<mo>([\u0307\u0308])</mo>", lambda m: f"<mo>{ACCENTS[m[1]]}</mo>", body)
 
 
 def _own_drawings(body: str) -> str:
@@ -227,16 +293,16 @@ def _slug(words: str) -> str:
 
 
 def _marked_columns(found: re.Match) -> str:
-    """A figure with a table: wide tables scroll by themselves, and columns of numbers are right-aligned."""
-    figure = found[0]
-    figure = re.sub(r"(?s)<td(?P<a>[^>]*)>(?P<c>.*?)</td>", _cell, figure)
-    return figure.replace("<table", '<div class="wide" tabindex="0"><table').replace(
-        "</table>", "</table></div>"
-    )
+    """A table that scrolls by itself if it is wide; columns of numbers are right-aligned."""
+    shown = re.sub(r"(?s)<td(?P<a>[^>]*)>(?P<c>.*?)</td>", _cell, found[0])
+    shown = re.sub(r"<th([^>]*)></th>", r"<td\1></td>", shown)  # a corner without words heads nothing
+    return f'<div class="wide" tabindex="0">{shown}</div>'
 
 
 def _cell(found: re.Match) -> str:
     plain = re.sub(r"<[^>]+>", "", found["c"].replace("<br>", " "))
+    if "<code>" in found["c"]:  # versions and checksums are no numbers
+        return found[0]
     return f'<td class="n"{found["a"]}>{found["c"]}</td>' if NUMBER.match(plain) else found[0]
 
 
@@ -259,42 +325,56 @@ def _lead(body: str) -> str:
     caption = re.search(r"(?s)<figcaption>(.*?)</figcaption>", shown[0])
     picture = image[0].replace(' loading="lazy"', "") if image else ""
     label, _, words = caption[1].partition(": ") if caption else ("", "", "")
-    finding = re.match(r"(?s)(.*?[.:])(\s|$)", words)
+    # the first sentence; all of a caption that describes its parts one by one
+    finding = None if words.startswith("Left") else re.match(r"(?s)(.*?[.:])(\s|$)", words)
+    found = re.sub(r":$", ".", finding[1]) if finding else words
     return body.replace(
         wanted[0],
         f'<div class="lead"><a href="#{wanted[1]}">{picture}</a>'
-        f'<p>{finding[1] if finding else words} <a href="#{wanted[1]}">{label}</a></p></div>',
+        f'<p>{found} <a href="#{wanted[1]}">{label}</a></p></div>',
     )
 
 
 # ---- origins
 
 
+# a figure; tables that follow each other without a caption
+SHOWN = r'<figure.*?</figure>|(?:<div class="wide"[^>]*><table.*?</table></div>\s*)+'
+
+
 def _with_origins(body: str, page: ReportPage) -> tuple[str, list[int]]:
     """Below every figure and table, where it comes from; and the decisions that are named there."""
     source, section, used = page.source, "", set()
-    parts = re.split(r'(?s)(<div data-source="[^"]+">|<figure.*?</figure>|<h[2-4] id="[^"]+")', body)
+    parts = re.split(rf'(?s)(<div data-source="[^"]+">|{SHOWN}|<h[2-4] id="[^"]+")', body)
     for k, part in enumerate(parts):
         if part.startswith("<div data-source"):
             source = part.split('"')[1]
         elif part.startswith("<h"):
             section = part.split('"')[1]
-        elif part.startswith("<figure"):
-            name = re.search(r'id="([^"]+)"', part)[1]
-            table_name = re.sub(r"_\d$", "", name)  # blocks of a table
-            places = (name, table_name, section, source)
-            rests = next((page.rests_on[place] for place in places if place in page.rests_on), ())
+        elif re.match(SHOWN, part, re.DOTALL):
+            name, known = _names_of(part)
+            rests = next((page.rests_on[p] for p in (*known, section, source) if p in page.rests_on), ())
             used.update(rests)
-            picture = re.search(r'<img src="[^"]*?(\w+)\.svg"', part)  # its label may be another one
-            known = (name, picture[1] if picture else "", table_name, source)
-            origin = next((page.origins[key] for key in known if key in page.origins), None)
+            origin = next((page.origins[key] for key in (*known, source) if key in page.origins), None)
             if origin:
                 below = _origin(origin, rests, page.decisions)
-                parts[k] = part.removesuffix("</figure>") + below + "</figure>"
+                figure, end, _ = part.partition("</figure>")
+                parts[k] = figure + below + end
+            parts[k] += page.below.get(name, "")
             if name in page.explored:
                 kind = text(page.explored[name][0])
                 parts[k] += f'<div class="explorer" data-explore="{kind}" hidden></div>\n'
     return "".join(parts), sorted(used)
+
+
+def _names_of(shown: str) -> tuple[str, list[str]]:
+    """Anchor of a figure, empty for a table without one; and the names by which its origin may be known."""
+    anchor = re.match(r'<figure id="([^"]+)"', shown)
+    if not anchor:
+        return "", []
+    picture = re.search(r'<img src="[^"]*?(\w+)\.svg"', shown)  # its label may be another one
+    names = [anchor[1], picture[1] if picture else "", re.sub(r"_\d$", "", anchor[1])]  # blocks of a table
+    return anchor[1], list(filter(None, names))
 
 
 def _origin(origin: Origin, rests: Sequence[int], decisions: Mapping[int, tuple[str, str, str]]) -> str:
@@ -364,6 +444,16 @@ def _head(page: ReportPage) -> str:
         f'<header>\n<h1>{text(page.title)}</h1>\n<dl class="facts">{facts}</dl>\n'
         f'<p class="forms">{files}</p>\n</header>\n'
     )
+
+
+def _questions(body: str) -> str:
+    """Links to what most readers look for."""
+    found = set(re.findall(r'<h[2-5] id="([^"]+)"', body))
+    places = {words: next((p for p in own if p in found), None) for words, own in QUESTIONS.items()}
+    links = "".join(
+        f'<li><a href="#{place}">{text(words)}</a></li>' for words, place in places.items() if place
+    )
+    return f'<nav class="questions" aria-label="Questions"><ul>{links}</ul></nav>\n' if links else ""
 
 
 def _lines(body: str) -> str:

@@ -283,7 +283,7 @@ def _tools(windows: bool) -> str:
         '<button type="button" data-do="in" title="Zoom in (+)">+</button>'
         '<button type="button" data-do="out" title="Zoom out (−)">−</button>'
         '<button type="button" data-do="all" title="Whole trial (0)">whole trial</button>'
-        '<output id="view"></output>'
+        '<button type="button" id="theme" aria-label="Light or dark">◐</button><output id="view"></output>'
         '<span class="hint">Drag to zoom, double-click to reset; keys: ← → + − 0'
         f"{' n p' if windows else ''}</span></nav>\n"
     )

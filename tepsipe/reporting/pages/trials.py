@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from urllib.parse import quote
 
-from tepsipe.io.estimates import Estimate
+from tepsipe.io.estimates import FLAGS, Estimate
 from tepsipe.io.recovery_table import Recovery
 from tepsipe.reporting.figures.names import unit_symbol
 from tepsipe.reporting.format import by_uncertainty, number
@@ -76,30 +76,36 @@ def trials_table(rows: Sequence[TrialRow]) -> str:
     shown = [q for q in QUANTITIES if any(q in row.quoted for row in rows)]
     units = {q: next(row.quoted[q].unit for row in rows if q in row.quoted) for q in shown}
     known = any(row.truth for row in rows)
-    head = ["Experiment", "Trial"]
+    head = ["Experiment", "Trial", "Signals"]
     for q in shown:
         name = f"<i>{q}</i>" if len(q) == 1 else q
         head.append(f"{name} ({text(unit_symbol(units[q]))})")
-        if known:
-            head.append(f"true {name}")
-    head += ["VAF (%)", "Flags", "Signals"]
+    head += ["VAF (%)", "Flags"]
     buttons = "".join(f'<th scope="col"><button type="button">{cell}</button></th>' for cell in head)
-    body = "".join(_row(row, shown, known) for row in rows)
+    body = "".join(_row(row, shown) for row in rows)
+    beside = " Below an estimate is the true value, which the analysis does not know." if known else ""
     experiments = "".join(
         f'<option value="{text(e)}">{text(_called(e))}</option>'
         for e in dict.fromkeys(r.experiment for r in rows)
     )
     return (
-        "<p>Each page shows the signals of one trial, to zoom into, with all of its estimates. The table has "
-        "the recommended ones with their standard uncertainty.</p>\n"
+        "<p>Each trial has a page with its signals, which can be zoomed, and all its estimates. The table "
+        f"lists the recommended estimates with their standard uncertainties.{beside}</p>\n"
         '<form class="filters"><label>Experiment <select id="trials-of"><option value="">all</option>'
         f"{experiments}</select></label> "
         '<label>Search <input type="search" id="trials-with" autocomplete="off"></label> '
         '<label><input type="checkbox" id="trials-flagged"> flagged only</label> '
         f'<output id="trials-count">{len(rows)} trials</output></form>\n'
         '<div class="wide" tabindex="0"><table class="trials" id="trials-table"><thead><tr>'
-        f"{buttons}</tr></thead>\n<tbody>\n{body}</tbody></table></div>\n"
+        f"{buttons}</tr></thead>\n<tbody>\n{body}</tbody></table></div>\n{_meanings(rows)}"
     )
+
+
+def _meanings(rows: Sequence[TrialRow]) -> str:
+    """A sentence for every flag in the table."""
+    found = dict.fromkeys(flag for row in rows for flag in row.flags)
+    items = "".join(f"<dt><code>{text(f)}</code></dt><dd>{text(FLAGS.get(f, f))}.</dd>\n" for f in found)
+    return f'<dl class="flags">\n{items}</dl>\n' if found else ""
 
 
 def _called(experiment: str) -> str:
@@ -111,33 +117,32 @@ def trial_page(experiment: str, condition: str) -> str:
     return "./" + quote(f"trials/{experiment}/{condition}.html")
 
 
-def _row(row: TrialRow, shown: Sequence[str], known: bool) -> str:
+def _row(row: TrialRow, shown: Sequence[str]) -> str:
     path = trial_page(row.experiment, row.condition)
+    picture = text(path.removesuffix(".html") + ".svg")
     cells = [
         f"<td>{text(_called(row.experiment))}</td>",
         f'<th scope="row"><a href="{text(path)}">{text(row.condition)}</a></th>',
+        f'<td><a href="{text(path)}" tabindex="-1" aria-hidden="true">'
+        f'<img src="{picture}" alt="" loading="lazy" width="120" height="32"></a></td>',
     ]
     for q in shown:
         estimate = row.quoted.get(q)
-        cells.append(_number(None if estimate is None else estimate.value, _with_uncertainty(estimate)))
-        if known:
-            truth = row.truth.get(q)
-            cells.append(_number(truth, "" if truth is None else _as(truth, estimate)))
+        truth = row.truth.get(q)
+        true = "" if truth is None else f"true {_as(truth, estimate)}"
+        cells.append(_number(None if estimate is None else estimate.value, _with_uncertainty(estimate), true))
     cells.append(_number(row.vaf, "" if row.vaf is None else f"{row.vaf:.1f}".replace("-", "\N{MINUS SIGN}")))
-    cells.append(f"<td>{', '.join(map(text, row.flags))}</td>")
-    picture = text(path.removesuffix(".html") + ".svg")
-    cells.append(
-        f'<td><a href="{text(path)}" tabindex="-1" aria-hidden="true">'
-        f'<img src="{picture}" alt="" loading="lazy" width="120" height="32"></a></td>'
-    )
+    flags = (f'<span title="{text(FLAGS.get(flag, flag))}">{text(flag)}</span>' for flag in row.flags)
+    cells.append(f"<td>{', '.join(flags)}</td>")
     flagged = ' data-flagged="yes"' if row.flags else ""
     return f'<tr data-experiment="{text(row.experiment)}"{flagged}>{"".join(cells)}</tr>\n'
 
 
-def _number(value: float | None, shown: str) -> str:
-    """A cell with the number by which it is sorted."""
+def _number(value: float | None, shown: str, below: str = "") -> str:
+    """A cell with the number by which it is sorted, and words below it."""
     sorted_by = "" if value is None or not math.isfinite(value) else f' data-value="{value:.6g}"'
-    return f'<td class="n"{sorted_by}>{text(shown)}</td>'
+    small = f"<small>{text(below)}</small>" if below else ""
+    return f'<td class="n"{sorted_by}>{text(shown)}{small}</td>'
 
 
 def _with_uncertainty(estimate: Estimate | None) -> str:
@@ -147,7 +152,8 @@ def _with_uncertainty(estimate: Estimate | None) -> str:
     if u is None or not u > 0.0 or not math.isfinite(u):
         return number(estimate.value)
     value, _ = by_uncertainty(estimate.value, estimate.value - u, estimate.value + u)
-    return f"{value} ± {number(u, 2)}"
+    decimals = len(value.partition(".")[2])
+    return f"{value} ± {number(u, 2) if '·' in value else f'{u:.{decimals}f}'}"
 
 
 def _as(truth: float, estimate: Estimate | None) -> str:

@@ -1,0 +1,133 @@
+"""Figures to try: the page's leg moves as the library's, and every printed cell shows its verdict."""
+
+import json
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from builders import LEG, belt_pulses
+from page_builders import NASTY, parsed
+
+from tepsipe.experiments.dummy.specification_curve import SPECIFICATIONS
+from tepsipe.io.result import Result
+from tepsipe.mechanics.forward_dynamics import Joint, Start, resting, simulate_dummy
+from tepsipe.mechanics.inverse_dynamics import Foot
+from tepsipe.reporting.ledger import VERDICTS, CellVerdict
+from tepsipe.reporting.pages.decimation import Packed, unpack
+from tepsipe.reporting.pages.explorers import explored, forward
+from tepsipe.reporting.pages.html import asset
+from tepsipe.reporting.pages.printed_cells import SIGNS, printed_cells
+
+NODE = shutil.which("node")
+RATE_HZ, STANDING_RAD = 250.0, 0.004
+TIME = np.arange(2500) / RATE_HZ
+VELOCITY = belt_pulses(TIME, (1.0, 5.0), 0.5)[1]
+LINEAR = Joint(0.007, 0.08, 9.0)
+SOFT = Joint(
+    0.007, 0.065, 10.2, softening_Nm_per_rad=5.1, softened_damping_Nms_per_rad=0.13, half_softening_rad=0.025
+)
+GEOMETRY = {
+    "leg_mass_kg": LEG.mass_kg,
+    "leg_com_m": LEG.com_m,
+    "leg_inertia_kgm2": LEG.inertia_kgm2,
+    "gravity_m_per_s2": LEG.gravity_m_per_s2,
+}
+
+
+def fit(**joints):
+    """Fit of a forward simulation, with a recorded angle that no joint explains."""
+    arrays = {
+        "time": TIME,
+        "theta": np.sin(TIME),
+        "foot_velocity": VELOCITY,
+        "windows": np.array([[250, 290]]),
+    }
+    facts = {"standing_rad": STANDING_RAD, "joints": joints, "softens": ["joint-likelihood"]}
+    return Result(arrays, {}, facts)
+
+
+def constants(joint, *names):
+    return {name: getattr(joint, name) for name in names}
+
+
+def in_the_page(given, joint):
+    """Angle (rad) that the page's script integrates."""
+    script = f"{asset('swing.js')}const [l, j, r, v, s] = JSON.parse(require('fs').readFileSync(0));"
+    script += "console.log(JSON.stringify([...swing(l, j, r, v, s).angle]));"
+    content = json.dumps([given["leg"], joint, given["rate"], VELOCITY.tolist(), given["standing"]])
+    done = subprocess.run([NODE, "-e", script], input=content, capture_output=True, text=True, timeout=60)
+    assert done.stderr == ""
+    return np.array(json.loads(done.stdout), dtype=float)
+
+
+@pytest.mark.skipif(NODE is None, reason="no node: the page's script is not compared with the library")
+def test_leg_of_the_page_swings_as_the_library_simulates_it():
+    linear = ("inertia_Nms2_per_rad", "damping_Nms_per_rad", "stiffness_Nm_per_rad", "rest_angle_rad")
+    softening = ("softening_Nm_per_rad", "softened_damping_Nms_per_rad", "half_softening_rad")
+    joints = {
+        "corrected": constants(LINEAR, *linear),
+        "joint-likelihood": constants(SOFT, *linear, *softening),
+    }
+    given = forward(fit(**joints), "sine-0.5", GEOMETRY, [])
+    names = [own.pop("name") for own in given["sets"]]
+    assert names == ["joint likelihood", "TEP-SIPE, consistent"]
+    for joint, own in zip((SOFT, LINEAR), given["sets"], strict=True):
+        expected = simulate_dummy(
+            TIME,
+            VELOCITY,
+            LEG,
+            Foot(2.1, 0.055),
+            resting(LEG, joint, STANDING_RAD),
+            0.001,
+            "equations",
+            Start(STANDING_RAD, 0.0),
+        ).theta
+        assert np.ptp(expected) > 0.04
+        assert np.abs(in_the_page(given, own) - expected).max() < 1e-3 * np.ptp(expected)
+
+
+@pytest.mark.skipif(NODE is None, reason="no node: the page's script is not compared with the library")
+def test_leg_of_the_page_falls_on_a_joint_that_cannot_hold_it():
+    given = forward(fit(), "sine-0.5", GEOMETRY, [])
+    angle = in_the_page(given, {"I": 0.007, "B": 0.05, "K": 1.0})
+    assert np.isnan(angle[-1]) and np.nanmax(np.abs(angle)) < 0.5 * np.pi
+
+
+def test_recording_reaches_the_page_in_its_units():
+    given = forward(fit(), "sine-0.5", GEOMETRY, [])
+    assert np.allclose(unpack(Packed(**given["velocity"])), VELOCITY, atol=1e-5)
+    assert np.allclose(unpack(Packed(**given["angle"])), np.sin(TIME), atol=1e-4)
+    assert given["windows"] == [[250, 290]] and given["truth"] is None and given["condition"] == "S5"
+    json.dumps(given, allow_nan=False)
+
+
+def cell(table="table_4_2", row="K", column="sine-0.1", **changed):
+    given = {"reported": 10.0, "value": 10.21, "tolerance": "0.3", "verdict": "predicted", "reason": "why"}
+    given |= {"null_value": 9.5, "null_verdict": "not reproduced"}
+    return CellVerdict(table, row, column, **(given | changed))
+
+
+def test_every_printed_cell_has_sign_colour_and_reason():
+    others = [
+        cell(row="SEM_K", column=c, verdict=v) for c, v in (("sine-0.1", "fitted"), ("sine-0.2", "unknown"))
+    ]
+    cells = [cell(), cell(table="table_4_4", column="tau", value=None, null_verdict="implied", reason=NASTY)]
+    html = printed_cells([*cells, *others])
+    words = " ".join(parsed(html).words)
+    assert html.count('<td class="v-') == 4 and len(set(SIGNS.values())) == len(VERDICTS)
+    first = html.partition('<td class="v-predicted"')[2].partition("</td>")[0]
+    assert "printed: 10\nthis run: 10.210\ntolerance: 0.3\nverdict: predicted" in first
+    assert (
+        "null model: 9.500, not within\nreason: why" in first and ">10 <b>p</b><small>10.2</small>" in first
+    )
+    assert "Table 4-2 of the thesis" in words and "S1" in words and "noise on τ" in words and "p∗" in words
+    # the column without a printed number has an empty cell
+    assert html.count("<td></td>") == 3
+
+
+def test_figures_to_try_need_what_they_show(tmp_path):
+    path = tmp_path / "specification.csv"
+    SPECIFICATIONS.write(path, [])
+    assert explored(GEOMETRY, str(path), [], {}) == {}
+    assert list(explored(GEOMETRY, str(path), [], {"sine-0.5": fit()})) == ["figure_4_7"]
