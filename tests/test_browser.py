@@ -92,7 +92,7 @@ def test_signs_as_printed_return_the_apparent_impedance_with_a_perfect_fit(study
     cells = "[...document.querySelectorAll('[data-explore=apparent] tbody tr')]"
     cells += ".map((row) => row.lastChild.textContent)"
     *joint, vaf = browser.run(f"return {cells}")
-    # I + 2 I_leg, B, K - 2 m g r of the dummy (docs/architecture.md)
+    # I + 2 I_leg, B, K - 2 m g r of the dummy (docs/method.md)
     assert joint == ["0.0610", "0.0649", "6.68"] and vaf == "100.00 %"
     consistent = "document.querySelectorAll('.explorer input[type=radio]')[1].click();"
     assert browser.run(f"{consistent} return {cells}")[2:] == ["10.2", "100.00 %"]
