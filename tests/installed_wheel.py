@@ -20,7 +20,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 SOURCES = ("tepsipe", "snakemake_executor_plugin_tepsipe", "pyproject.toml", "README.md", "LICENSE")
 OF_THE_CHECKOUT = {"test_docs.py", "test_refusals.py", "test_walls.py"}
-OF_THE_WORKFLOW = re.compile(r"^\s*(from|import) (workflow|study_builders|benchmarks)\b", re.MULTILINE)
+OF_THE_WORKFLOW = re.compile(
+    r"^\s*(from|import) (workflow|benchmarks|(study|typst|joint|study_chapter)_builders)\b", re.MULTILINE
+)
 WHERE = "import sys, tepsipe; print(tepsipe.__file__); sys.exit(not tepsipe.__file__.startswith(sys.prefix))"
 
 
