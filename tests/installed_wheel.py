@@ -19,7 +19,13 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCES = ("tepsipe", "snakemake_executor_plugin_tepsipe", "pyproject.toml", "README.md", "LICENSE")
-OF_THE_CHECKOUT = {"test_docs.py", "test_refusals.py", "test_walls.py"}
+OF_THE_CHECKOUT = {
+    "test_docs.py",
+    "test_refusals.py",
+    "test_release.py",
+    "test_walls.py",
+    "test_library_and_study.py",
+}
 OF_THE_WORKFLOW = re.compile(
     r"^\s*(from|import) (workflow|benchmarks|(study|typst|joint|study_chapter)_builders)\b", re.MULTILINE
 )

@@ -310,6 +310,7 @@ def test_check_says_where_to_run_and_what_to_install(capsys, tmp_path, monkeypat
 
 
 def test_check_prints_each_sentence_on_a_line(capsys, tmp_path, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: name)  # the packages of the study
     (tmp_path / "workflow").mkdir()
     said = "print('tepsipe: a: no\\ntepsipe: b: no', file=sys.stderr); sys.exit(2)"
     (tmp_path / "workflow/check.py").write_text(f"import sys; {said}")
