@@ -33,6 +33,8 @@ STILL_RATIO = 1.3
 AGAINST_MOTION = -0.05
 # a belt with less on it carries nothing (kg)
 LEAST_LOAD_KG = 1.5
+# on a belt that is faster than this most of the time, a person walks
+WALKING_M_PER_S = 0.2
 
 
 def refuse_mass(trial: Trial, rig: Rig, files: dict[str, str]) -> None:
@@ -67,7 +69,7 @@ def refuse_mass(trial: Trial, rig: Rig, files: dict[str, str]) -> None:
 
 
 def refuse_other_force(trial: Trial, limits: Limits, rig: Rig, files: dict[str, str]) -> None:
-    """Compare the fore-aft force of a loaded belt with its acceleration.
+    """Compare the fore-aft force of a loaded belt that is still between pulses with its acceleration.
 
     Parameters
     ----------
@@ -89,6 +91,8 @@ def refuse_other_force(trial: Trial, limits: Limits, rig: Rig, files: dict[str, 
     if belt is None or "belt_velocity" not in trial.signals or trial.rate_hz <= 2.0 * COMPARED_HZ:
         return
     velocity = _lowpass(trial, trial.values("belt_velocity"))
+    if abs(np.median(velocity)) > WALKING_M_PER_S:  # the forces of the steps are larger than those of pulses
+        return
     load = float(trial.values("force")[:, belt, 2].mean(dtype=float)) / GRAVITY_M_PER_S2
     if load < LEAST_LOAD_KG or not _stands_out(velocity - np.median(velocity)):
         return
