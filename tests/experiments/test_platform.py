@@ -173,10 +173,10 @@ def test_page_and_report_say_what_is_identified(trial, result, rows):
     ]
     words = told(result, rows)
     assert " ; intrinsic ; " in words and " ; own-reflex ; " in words
-    assert "It has 10 quantities; the trial identifies 10 of them" in words
+    assert "The trial identifies 10 of its 10 quantities" in words
     assert "Trial a," not in words and "is not identified" not in words
-    assert "quantities of the model intrinsic, the simplest that leaves no torque" in words
-    assert "The platform is one perturbation" in words
+    assert "the simplest model that leaves no torque coherent with the platform is intrinsic" in words
+    assert "The platform is a single perturbation" in words
 
 
 def told(result, rows, **changes):
@@ -195,9 +195,7 @@ def told(result, rows, **changes):
 @pytest.mark.slow
 def test_refused_quantities_are_named_with_their_joint(result, rows):
     words = told(result, rows, chosen="own-reflex")
-    count, known = map(
-        int, re.search(r"It has (\d+) quantities; the trial identifies (\d+) of", words).groups()
-    )
+    known, count = map(int, re.search(r"The trial identifies (\d+) of its (\d+) quantities", words).groups())
     assert known < count
     together = re.findall(
         r"Trial a, (?:ankle|hip): the perturbation does not separate (.*?) from other", words
@@ -211,7 +209,7 @@ def test_refused_quantities_are_named_with_their_joint(result, rows):
 
 def test_a_person_whom_no_model_describes_and_several_perturbations_are_told(result, rows):
     words = told(result, rows, rejected=True, perturbations=2)
-    assert "the freest that leaves least torque coherent with the platform" in words
+    assert "every model leaves torque that is coherent with the platform; the most general is" in words
     assert "Every model leaves torque that is coherent with the platform." in words
     assert "Static stiffness along the slow mode" not in words
     assert "Several independent perturbations determine all elements" in words
