@@ -217,7 +217,7 @@
     const I = slider(`Inertia I${true_("I")}`, { low: -0.02, high: 0.08, step: 0.0005, value: first.I, unit: " N·m·s²/rad" }, own);
     const B = slider(`Damping B${true_("B")}`, { low: -0.05, high: 0.4, step: 0.001, value: first.B, unit: " N·m·s/rad" }, own);
     const K = slider(`Stiffness K${true_("K")}`, { low: 2.5, high: 25, step: 0.05, value: first.K, unit: " N·m/rad" }, own);
-    const softening = slider("Softening, of the fitted one", { low: 0, high: 150, step: 1, value: first.C || first.D ? 100 : 0, unit: " %" }, own);
+    const softening = slider("Softening (100 %: as fitted)", { low: 0, high: 150, step: 1, value: first.C || first.D ? 100 : 0, unit: " %" }, own);
     const pulse = slider("Pulse in the second plot", { low: 1, high: windows.length, step: 1, value: Math.min(2, windows.length), digits: 1 }, zoomed);
     const from = html("select", {}, ...sets.map((set) => html("option", { value: set.name }, set.name)), html("option", { value: "" }, "own values"));
     from.addEventListener("change", () => {
@@ -227,7 +227,7 @@
       softening.value = set.C || set.D ? 100 : 0;
       update();
     });
-    framed(mount, "Try it: which joint keeps time with the recorded leg?", `The foot moves as it was recorded in ${condition}, and the leg follows on a joint of your choice. During the pulses many joints predict the angle. Between them the leg swings freely, and only the right stiffness and softening keep time.${truth ? " True values hold for small movements." : ""}`,
+    framed(mount, "Try it: which joint reproduces the recorded swing?", `The foot moves as recorded in ${condition}, and the leg follows on the joint that you choose. During the pulses, many joints predict the angle. Between the pulses the leg swings freely, and only the right stiffness and softening reproduce the timing of the swing.${truth ? " The true values hold for small movements." : ""}`,
       [html("label", {}, html("span", {}, "Parameters"), from), I.label, B.label, K.label, ...(soft ? [softening.label] : []), pulse.label],
       whole.element, near.element, legend([["measured", "recorded"], ["model dashed", "simulated"]]), table);
     update();

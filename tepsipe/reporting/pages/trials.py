@@ -83,7 +83,7 @@ def trials_table(rows: Sequence[TrialRow]) -> str:
     head += ["VAF (%)", "Flags"]
     buttons = "".join(f'<th scope="col"><button type="button">{cell}</button></th>' for cell in head)
     body = "".join(_row(row, shown) for row in rows)
-    beside = " Below an estimate is the true value, which the analysis does not know." if known else ""
+    beside = " The true value, unknown to the analysis, is below each estimate." if known else ""
     experiments = "".join(
         f'<option value="{text(e)}">{text(_called(e))}</option>'
         for e in dict.fromkeys(r.experiment for r in rows)
