@@ -35,8 +35,9 @@ def printed_cells(cells: Sequence[CellVerdict]) -> str:
     names = dict.fromkeys(cell.table for cell in cells)
     return (
         '<div class="printed-cells">\n<p>Each cell shows the printed number, with the number of this run '
-        "below it. An asterisk (∗) means that the null model is within the tolerance as well. Point at a cell, "
-        f'or use the arrow keys, to see its tolerance and the reason for its verdict.</p>\n<p class="verdicts">{key}</p>\n'
+        "below it. An asterisk (∗) means that the null model is within the tolerance as well. Point at a "
+        "cell, or use the arrow keys, to see its tolerance and the reason for its verdict.</p>\n"
+        f'<p class="verdicts">{key}</p>\n'
         + "".join(_table(name, [cell for cell in cells if cell.table == name]) for name in names)
         + '<dl class="cell-about" aria-live="polite" hidden></dl>\n</div>\n'
     )
