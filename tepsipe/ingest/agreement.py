@@ -91,18 +91,19 @@ def refuse_other_force(trial: Trial, limits: Limits, rig: Rig, files: dict[str, 
     if belt is None or "belt_velocity" not in trial.signals or trial.rate_hz <= 2.0 * COMPARED_HZ:
         return
     velocity = _lowpass(trial, trial.values("belt_velocity"))
-    if abs(np.median(velocity)) > WALKING_M_PER_S:  # the forces of the steps are larger than those of pulses
+    usual = np.median(velocity)
+    if abs(usual) > WALKING_M_PER_S:  # the forces of the steps are larger than those of pulses
         return
     load = float(trial.values("force")[:, belt, 2].mean(dtype=float)) / GRAVITY_M_PER_S2
-    if load < LEAST_LOAD_KG or not _stands_out(velocity - np.median(velocity)):
+    if load < LEAST_LOAD_KG or not _stands_out(velocity - usual):
         return
     acceleration = derivative(trial.time, velocity)
     moving = np.abs(acceleration) > MOVING_FRACTION * np.abs(acceleration).max()
     force = _lowpass(trial, trial.values("force")[:, belt, 1].astype(float))
     a, f = (x[moving] - x[moving].mean() for x in (acceleration, force))
     moved = float(a @ f / (a @ a))
-    if moved < limits.accelerated_fraction * load:
-        least = limits.accelerated_fraction * load
+    least = limits.accelerated_fraction * load
+    if moved < least:
         raise InputError(
             f"{source(files, 'log')}: expected the fore-aft force Fy of the {rig.belt} belt to accelerate at "
             f"least {least:.2g} of the {load:.3g} kg on it, found {moved:.2g} kg by the acceleration of the "

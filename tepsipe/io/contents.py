@@ -109,6 +109,7 @@ def _of_table(path: Path) -> Contents:
         from tepsipe.io.text_contents import dflow_contents, emg_table_contents
 
         return (dflow_contents if kind_of(path) == file_kind.DFLOW else emg_table_contents)(path)
+    from tepsipe.io.readers.plain_table import DELIMITERS
     from tepsipe.io.readers.text_table import read_text_table
 
     names, delimiter = table_columns(path)
@@ -125,7 +126,7 @@ def _of_table(path: Path) -> Contents:
             except InputError:
                 texts.append(name)
     time = next((name for name in columns if re.match(r"time|zeit|t\b|t_|t \(", name, re.IGNORECASE)), None)
-    rate, facts = None, {"delimiter": {"\t": "tab", ";": "semicolon", ",": "comma"}[delimiter]}
+    rate, facts = None, {"delimiter": next(name for name, d in DELIMITERS.items() if d == delimiter)}
     if time is not None:
         seconds = columns[time] * {"ms": 1e-3, "us": 1e-6}.get(unit_in(time), 1.0)
         steps = np.diff(seconds[np.isfinite(seconds)])

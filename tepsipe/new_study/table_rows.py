@@ -1,6 +1,6 @@
 """Text tables of one experiment whose columns have other names, units or signs in each file."""
 
-from tepsipe.io.readers.text_table import DELIMITERS as NAMED
+from tepsipe.io.readers.plain_table import DELIMITERS as NAMED
 from tepsipe.new_study.look import samples
 from tepsipe.new_study.measures import driving_sign
 from tepsipe.new_study.pairing import Group

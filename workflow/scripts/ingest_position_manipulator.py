@@ -7,7 +7,8 @@ job.start(snakemake)
 from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.manipulators import TableOptions, ingest_position_manipulator
 from tepsipe.ingest.plausibility import plausible_trial
-from tepsipe.io.readers.text_table import DELIMITERS, read_text_table
+from tepsipe.io.readers.plain_table import DELIMITERS
+from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.io.trial import write_trial
 
 files = dict(snakemake.params.files)

@@ -24,7 +24,8 @@ from tepsipe.ingest.plausibility import plausible_trial
 from tepsipe.ingest.recording_options import RecordingOptions
 from tepsipe.ingest.standing import ingest_standing_files
 from tepsipe.ingest.whole_trial import ingest_recording_files
-from tepsipe.io.readers.text_table import DELIMITERS, read_text_table
+from tepsipe.io.readers.plain_table import DELIMITERS
+from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.io.trial import Trial
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions

@@ -19,7 +19,8 @@ NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(nan|inf)", re.IGN
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
 # a larger number is not a measurement, and would overflow when its unit is converted
 LARGEST = 1e100
-DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma"}
+# name of a delimiter in a configuration -> character between columns
+DELIMITERS = {"comma": ",", "tab": "\t", "semicolon": ";"}
 
 
 @dataclass(frozen=True)

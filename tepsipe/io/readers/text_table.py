@@ -11,8 +11,6 @@ from tepsipe.errors import InputError, listed, quoted
 from tepsipe.io.readers.plain_table import refuse_short_header, with_points
 from tepsipe.io.readers.text_file import read_text
 
-# name of a delimiter in a configuration -> character between columns
-DELIMITERS = {"comma": ",", "tab": "\t", "semicolon": ";"}
 # unit -> its spellings in headers; small letters, without spaces, dots, stars, carets, hyphens, underscores
 SPELLINGS = {
     "s": "s sec secs second seconds",

@@ -145,10 +145,6 @@
     refresh();
   }
 
-  document.getElementById("theme").addEventListener("click", function () {
-    root.dataset.theme = (root.dataset.theme ? root.dataset.theme === "dark" : darkened.matches) ? "light" : "dark";
-    try { localStorage.setItem("tepsipe-theme", root.dataset.theme); } catch (e) { /* no storage for files */ }
-  });
   new MutationObserver(redraw).observe(root, { attributes: true, attributeFilter: ["data-theme"] });
   darkened.addEventListener("change", redraw);
 

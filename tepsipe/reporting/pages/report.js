@@ -6,15 +6,6 @@
   const made = (tag, words = "", kind = "") => Object.assign(document.createElement(tag), { textContent: words, className: kind });
   const main = one("main");
 
-  // ---- light and dark
-  const root = document.documentElement;
-  one("#theme").addEventListener("click", () => {
-    const dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
-    root.dataset.theme = dark ? "light" : "dark";
-    try { localStorage.setItem("tepsipe-theme", root.dataset.theme); } catch { /* no storage for files */ }
-    document.dispatchEvent(new Event("tepsipe-theme"));
-  });
-
   // ---- contents: open beside the text, closed above it
   const contents = one(".side details");
   const wide = matchMedia("(min-width: 70rem)");
