@@ -454,6 +454,11 @@ THE_MARKERS = dummy(
             "markers.c3d: expected markers at 250 Hz",
         ),
         (
+            "markers at a negative rate",
+            parameter("POINT", "RATE", -250.0),
+            "markers.c3d: expected a positive number of frames per second",
+        ),
+        (
             "markers half as long",
             points(lambda p: p[:, :, : p.shape[2] // 2]),
             "markers.c3d: expected markers for the 12.00 s that the trigger was high in log.mat",

@@ -2,6 +2,7 @@
 
 import gzip
 import shutil
+import struct
 import time
 
 import ezc3d
@@ -460,6 +461,15 @@ def c3d_in(unit, path):
 def test_unit_of_the_markers_is_heeded(unit, metres, tmp_path):
     positions = read_leg(c3d_in(unit, tmp_path / "markers.c3d")).positions
     assert positions == pytest.approx(np.full((30, 2, 3), metres))
+
+
+@pytest.mark.parametrize("rate_hz", [0.0, -250.0, -3.4e38, np.inf])
+def test_impossible_rate_of_the_frames_is_refused(rate_hz, tmp_path):
+    path = c3d_in("mm", tmp_path / "markers.c3d")
+    path.write_bytes(path.read_bytes().replace(struct.pack("<f", 100.0), struct.pack("<f", rate_hz)))
+    with pytest.raises(InputError) as caught:
+        read_leg(path)
+    assert_one_sentence(caught.value, path, "POINT:RATE")
 
 
 @pytest.mark.parametrize("unit", ["in", "", "MM"])

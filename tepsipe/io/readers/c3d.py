@@ -98,16 +98,32 @@ def c3d_markers(file, path: Path) -> Markers:
     Raises
     ------
     InputError
-        If their unit is unknown.
+        If their unit is unknown, or the rate of the frames is not a positive number.
     """
-    point = file["parameters"]["POINT"]
     labels = group_labels(file, "POINT")
     scale = metres_per_unit(file, path)
     points, residuals = file["data"]["points"][:3], file["data"]["meta_points"]["residuals"][0]
     labels += [f"unnamed {k + 1}" for k in range(len(labels), points.shape[1])]
     positions = scale * points.transpose(2, 1, 0)
     positions[residuals.T < 0.0] = np.nan
-    return Markers(float(point["RATE"]["value"][0]), tuple(labels[: points.shape[1]]), positions)
+    return Markers(frame_rate(file, path), tuple(labels[: points.shape[1]]), positions)
+
+
+def frame_rate(file, path: Path) -> float:
+    """Frames per second of an opened C3D file (Hz).
+
+    Raises
+    ------
+    InputError
+        If it is not a positive number.
+    """
+    rate = float(file["parameters"]["POINT"]["RATE"]["value"][0])
+    if not 0.0 < rate < np.inf:
+        raise InputError(
+            f"{path}: expected a positive number of frames per second in POINT:RATE, found {rate:g}: it is "
+            "damaged, export it again"
+        )
+    return rate
 
 
 def metres_per_unit(file, path: Path) -> float:

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.io.readers.c3d import c3d_markers, group_labels, metres_per_unit, open_c3d
+from tepsipe.io.readers.c3d import c3d_markers, frame_rate, group_labels, metres_per_unit, open_c3d
 from tepsipe.io.readers.force_plates import force_plates
 from tepsipe.io.readers.recording import DIRECTIONS, Channel, ForcePlate, Recording
 
@@ -72,17 +72,14 @@ def _up(file, positions: np.ndarray, plates: tuple[ForcePlate, ...]) -> str:
 def _channels(file, path: Path) -> list[tuple[str, Channel]]:
     """Label and channel in the order of the file; the number is added where a label is empty or repeated."""
     analog, samples = file["parameters"].get("ANALOG", {}), file["data"]["analogs"][0]
-    frames, frame_rate = (
-        file["data"]["points"].shape[2],
-        float(file["parameters"]["POINT"]["RATE"]["value"][0]),
-    )
     if not samples.size:
         return []
-    per_frame = samples.shape[1] // frames
-    rate, named = per_frame * frame_rate, [float(r) for r in analog["RATE"]["value"][:1]]
+    frames_hz = frame_rate(file, path)
+    per_frame = samples.shape[1] // file["data"]["points"].shape[2]
+    rate, named = per_frame * frames_hz, [float(r) for r in analog["RATE"]["value"][:1]]
     if not rate > 0.0 or (named and abs(named[0] - rate) > 1e-3 * rate):
         raise InputError(
-            f"{path}: expected analog channels at {per_frame} times the {frame_rate:g} Hz of the frames, "
+            f"{path}: expected analog channels at {per_frame} times the {frames_hz:g} Hz of the frames, "
             f"found {named[0] if named else rate:g} Hz in ANALOG:RATE: export the file again"
         )
     labels, units = group_labels(file, "ANALOG"), _units(analog)

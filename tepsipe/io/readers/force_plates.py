@@ -27,6 +27,7 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
+from tepsipe.io.readers.c3d import frame_rate
 from tepsipe.io.readers.recording import Channel, ForcePlate
 
 FORCE_UNITS = {"N": 1.0, "kN": 1e3}
@@ -71,14 +72,13 @@ def force_plates(file, channels: list[Channel], labels: list[str], path: Path, s
             f"{path}: expected at most {MOST_PLATES} force plates, found {used} in FORCE_PLATFORM:USED: "
             "the file is damaged, export it again"
         )
-    frame_rate = float(file["parameters"]["POINT"]["RATE"]["value"][0])
+    rate = channels[0].rate_hz if channels else frame_rate(file, path)
     nothing = np.full((channels[0].values.size if channels else 0, 3), np.nan)
     plates = []
     for k in range(used):
         try:
             plates.append(_plate(group, k, channels, labels, f"{path}, force plate {k + 1}", scale))
         except InputError as error:
-            rate = channels[0].rate_hz if channels else frame_rate
             plates.append(ForcePlate(nothing, nothing, rate, fault=str(error)))
     return tuple(plates)
 
