@@ -285,3 +285,17 @@ def test_ezc3d_turns_the_moment_of_other_types(kind, values, origin, tmp_path):
     about_centre = plate.moment[0] - np.cross(CORNERS.mean(axis=0), plate.force[0])
     assert 1e-3 * other["moment"][2, 0] == pytest.approx(-about_centre[2], rel=1e-5)
     assert abs(about_centre[2]) > 0.1
+
+
+@pytest.mark.parametrize("upward", [np.eye(3), np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]])])
+def test_a_level_plate_shows_the_vertical_whatever_the_screen_is(upward, tmp_path):
+    corners = CORNERS @ upward.T
+    above = corners.mean(axis=0) + upward @ [0.0, 0.0, 1.0]
+    units = dict(zip("abcdef", ["N", "N", "N", "Nm", "Nm", "Nm"], strict=True))
+    channels = {name: (np.zeros(100), unit) for name, unit in units.items()}
+    path = tmp_path / "plate.c3d"
+    write_c3d(path, 100.0, {"m": np.tile(above, (10, 1))}, channels, [Plate(corners, tuple(units))])
+    file = ezc3d.c3d(str(path))
+    file.add_parameter("POINT", "Y_SCREEN", ["+X"])
+    file.write(str(path))
+    assert read_recording(path).up == "+" + "xyz"[int(np.argmax(upward @ [0, 0, 1]))]
