@@ -247,3 +247,12 @@ def test_a_trial_is_processed_and_judged_in_no_time(rng):
     for column in x.T:
         channel_fault(column, LIMITS, EMG_RATE_HZ)
     assert perf_counter() - start < 2.0
+
+
+def test_samples_a_little_inside_of_the_recorder_s_limits_are_clipped(rng):
+    """Converters and filters leave clipped samples a little short of the limit."""
+    onsets = np.array([9.9])
+    for short_uV, told in ((0.2, True), (500.0, False)):
+        x = channel(rng)
+        x[10000:10003] = LIMITS[1] - short_uV
+        assert clipped_perturbations(x, LIMITS, EMG_RATE_HZ, onsets, 0.05, 0.2).tolist() == [told]

@@ -58,6 +58,7 @@ def test_coherence_of_unrelated_signals_is_one_over_the_number_of_averages(rng):
     u, noise = rng.standard_normal((2, 64 * 1024))
     found = frequency_averaged(u, noise, RATE, 16)
     assert found.coherence.mean() == pytest.approx(1.0 / 16.0, rel=0.1)
+    assert np.diff(found.frequency_hz) == pytest.approx(found.resolution_hz)
 
 
 def test_noise_lowers_the_coherence_of_periods_but_hardly_the_response(rng):
