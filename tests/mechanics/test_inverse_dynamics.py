@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from builders import LEG, Joint, assert_one_sentence, swing
+from builders import LEG, Joint, assert_one_sentence, refused, swing
 from scipy.integrate import solve_ivp
 
 from tepsipe.errors import InputError
 from tepsipe.mechanics.inverse_dynamics import (
     Foot,
+    Leg,
     foot_torque_as_printed,
     leg_pathway_torque,
     leg_torque,
@@ -204,3 +205,11 @@ def test_unknown_torque_and_a_leg_for_a_foot_are_refused(leg):
     with pytest.raises(InputError) as caught:
         simulate_joint(np.arange(10) / 250.0, np.zeros(10), leg=LEG, foot=LEG, I=0.002, B=0.1, K=10.0)
     assert_one_sentence(caught.value, "Foot")
+
+
+def test_leg_that_cannot_be_is_refused():
+    refused(lambda: Leg(mass_kg=0.4, com_m=0.027, inertia_kgm2=0.4485), "com_m and inertia_kgm2", "swapped")
+    refused(lambda: Leg(mass_kg=-0.4, com_m=0.4485, inertia_kgm2=0.027), "mass_kg", "-0.4")
+    refused(lambda: Leg(mass_kg=0.4, com_m="0.45", inertia_kgm2=0.027), "com_m", "'0.45'")
+    with pytest.raises(TypeError):
+        Leg(0.4, 0.4485, 0.027)  # by name only: numbers in a row are easily swapped

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from builders import assert_one_sentence
+from builders import assert_one_sentence, refused
 
 from tepsipe.errors import InputError
 from tepsipe.mechanics.segment_kinematics import (
@@ -100,3 +100,9 @@ def test_positions_in_millimetres_are_refused():
     with pytest.raises(InputError) as caught:
         segment_motion(time, positions, markers, 0.2)
     assert_one_sentence(caught.value, "positions", "metres", "found a range of 400", "mm")
+
+
+def test_layout_that_determines_no_pose_is_refused():
+    refused(lambda: SegmentMarkers(("a", "a"), [[0, 0], [0, 1]]), "different labels")
+    refused(lambda: SegmentMarkers(("a", "b"), [[0, 0], [0, 870]]), "mm")
+    refused(lambda: SegmentMarkers(("a", "b"), [0.0, 1.0]), "shape (n, 2)")

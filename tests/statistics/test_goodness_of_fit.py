@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from builders import assert_one_sentence
+from builders import refused
 from scipy import stats
 
-from tepsipe.errors import InputError
 from tepsipe.statistics.bootstrap import bootstrap_blocks
 from tepsipe.statistics.goodness_of_fit import evaluate_held_out, vaf
 from tepsipe.statistics.least_squares import least_squares_line, sem_as_printed, standard_error
@@ -154,7 +153,8 @@ def test_bootstrapped_blocks_keep_the_penalty_and_the_units(rng):
     assert scaled * units == pytest.approx(plain, rel=1e-6, abs=1e-12)
 
 
-def test_vaf_of_signals_of_different_lengths_is_refused():
-    with pytest.raises(InputError) as caught:
-        vaf(np.ones(4), np.ones(1))
-    assert_one_sentence(caught.value, "the same shape", "(4,) and (1,)")
+def test_vaf_is_the_thesiss_and_can_be_centred():
+    measured, predicted = np.array([1.0, 2.0, 3.0]), np.array([1.0, 2.0, 2.0])
+    assert vaf(measured, predicted) == pytest.approx(100.0 * (1.0 - 1.0 / 14.0))
+    assert vaf(measured, predicted, centred=True) == pytest.approx(100.0 * (1.0 - (2.0 / 3.0) / 2.0))
+    refused(lambda: vaf(measured, predicted[:2]), "vaf", "(3,)", "(2,)")
