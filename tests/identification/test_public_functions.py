@@ -18,6 +18,7 @@ from tepsipe import (
     segment_motion,
     simulate_joint,
 )
+from tepsipe.identification.result import Quantity
 
 TRUE = Joint(inertia=0.002, damping=0.1, stiffness=10.0)
 
@@ -66,6 +67,26 @@ def test_windowed_fit_has_one_estimate_per_perturbation_and_their_mean(arrays, p
     assert fit.windows.mean(axis=0) == pytest.approx(fit.parameters)
     pairs = [(p.start, p.stop) for p in pulses]
     assert fit_impedance(*arrays[:3], perturbations=pairs).parameters.tolist() == fit.parameters.tolist()
+
+
+def test_window_without_movement_is_refused(arrays):
+    time, angle, torque, _ = arrays
+    still = np.where(time < 4.0, 0.0, angle)
+    windows = [(500, 550), (1000, 1050)]
+    refused(lambda: fit_impedance(time, still, torque, perturbations=windows), "none from 500 to 550")
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "cells"),
+    [
+        (8.05123, 0.0234, ("8.051", "0.023", "[8.028, 8.075]")),
+        (8051.23, 23.4, ("8051", "23", "[8028, 8075]")),
+        (8.05123, np.nan, ("8.051", "–", "–")),
+        (np.nan, 0.02, ("nan", "0.020", "–")),
+    ],
+)
+def test_numbers_are_rounded_by_their_standard_error(value, error, cells):
+    assert Quantity(value, "N", error, value - error, value + error).cells() == cells
 
 
 def test_thesis_leaves_the_torque_at_rest_in(arrays, pulses):

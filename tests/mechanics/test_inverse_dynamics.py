@@ -213,3 +213,8 @@ def test_leg_that_cannot_be_is_refused():
     refused(lambda: Leg(mass_kg=0.4, com_m="0.45", inertia_kgm2=0.027), "com_m", "'0.45'")
     with pytest.raises(TypeError):
         Leg(0.4, 0.4485, 0.027)  # by name only: numbers in a row are easily swapped
+
+
+def test_radius_of_gyration_may_be_three_times_the_distance_of_the_centre_of_mass():
+    Leg(mass_kg=1.0, com_m=0.5, inertia_kgm2=1.49**2)
+    refused(lambda: Leg(mass_kg=1.0, com_m=0.5, inertia_kgm2=1.51**2), "1.51 m and 0.5 m")

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from builders import RATE_HZ, assert_one_sentence
+from builders import RATE_HZ, assert_one_sentence, refused
+from scipy import signal
 
 from tepsipe.errors import InputError
 from tepsipe.signals.filters import Lowpass, butterworth_bandpass, butterworth_lowpass, lowpass, notch
@@ -162,3 +163,10 @@ def test_lowpass_keeps_units_and_removes_what_lies_above():
     two = lowpass(np.column_stack([slow, fast]), RATE_HZ)
     assert two.shape == (time.size, 2)
     assert np.abs(lowpass(slow, RATE_HZ, zero_lag=False)[100:-100] - slow[100:-100]).max() > 0.05
+
+
+def test_causal_filter_only_delays(rng):
+    x = rng.standard_normal(2000)
+    sections = signal.butter(4, 20.0, fs=250.0, output="sos")
+    assert Lowpass(20.0, 4, False)(x, 250.0) == pytest.approx(signal.sosfilt(sections, x), abs=1e-12)
+    refused(lambda: Lowpass(130.0, 4, False)(x, 250.0), "low-pass", "130")
