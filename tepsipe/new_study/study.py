@@ -141,6 +141,7 @@ def new_study(
     unused += [f for f in files if f.kind == "other" and f not in unused]
     seen = find_experiments(groups, unused, folder.resolve().name)
     parts = _usable_parts(groups, seen, unused)
+    unused += _left_alone(files, parts, unused)
     if not parts:
         raise InputError(
             f"{folder}: expected a recording of a trial, found no file that is one ({_reasons(unused)}): "
@@ -173,6 +174,14 @@ def _usable_parts(groups: list[Group], seen: dict[str, Seen], unused: list[Found
         if kept:
             usable[end if usable else ""] = kept
     return usable
+
+
+def _left_alone(files: list[Found], parts: dict[str, list[Group]], unused: list[Found]) -> list[Found]:
+    """Files that belong only to trials that are not used."""
+    groups = [group for part in parts.values() for group in part]
+    named = {f.name for g in groups for f in (g.first, *g.partners.values())} | {f.name for f in unused}
+    why = "the trial that it belongs to is not used"
+    return [replace(f, kind="other", why=why) for f in files if f.name not in named]
 
 
 def _ended(name: str, end: str) -> str:

@@ -174,8 +174,8 @@ def refuse_short_header(path: Path, count: int, body: list[str], delimiter: str)
         first = quoted(body[counts.index(usual)].strip())
         raise InputError(
             f"{path}: expected the names of {usual} columns in the header, found {count} names there, and "
-            f"{first} further down: delete the lines above the names of the columns, or export the trial as "
-            "C3D"
+            f"{first} further down: export the trial as C3D or TRC, or give every column a name in the first "
+            "line"
         )
 
 
