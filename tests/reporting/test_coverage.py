@@ -275,7 +275,8 @@ def test_sentences_on_sources_and_shifted_laboratories(tmp_path):
         tables = below.tables | {"dropped": dropped.assign(held_percent=held)}
         assert bool(chapter.needing_a_source(replace(below, tables=tables))) == listed
     assert chapter.seldom_held(run) and not chapter.held_when_shifted(run)
-    for own, told in ((needed, "K 80.0 % instead of 96.0 % without the mass of the leg"), (enough, "at least 99 % of each")):
+    without = "K 80.0 % instead of 96.0 % without the mass of the leg"
+    for own, told in ((needed, without), (enough, "at least 99 % of each")):
         (sentences,) = evaluated(SHOWN[:1], "coverage.typ", *content(own))
         text = " ".join(" ".join(sentences).split())
         assert (

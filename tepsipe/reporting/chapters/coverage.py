@@ -107,7 +107,7 @@ def seldom_held(run: Run) -> list[dict]:
 
 
 def needing_a_source(run: Run) -> list[dict]:
-    """Nominal estimates that are too seldom covered or flagged without a source, and clearly less than with it."""
+    """Nominal estimates too seldom covered or flagged without a source, and clearly less than with it."""
     key = ["experiment", "pathway", "estimator", "quantity"]
     full = _nominal(run)[[*key, "held_percent"]].rename(columns={"held_percent": "full_held_percent"})
     rows = run.rows("dropped", mechanism=_first(run)).merge(full, on=key)
