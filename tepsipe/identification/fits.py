@@ -185,8 +185,9 @@ def fit_output_error(
     """I, B, K of the joint under a leg on a moving belt, without a torque (output error).
 
     The angle is simulated over the whole trial from the motion of the foot. The estimate makes the error
-    orthogonal to instruments from the logged belt velocity. See
-    `tepsipe.identification.regression.output_error`.
+    orthogonal to instruments from the logged belt velocity. Intervals assume that the leg comes to rest
+    between perturbations, with the time constant 2 J / B (J: moment of inertia of leg and joint about the
+    ankle); see `tepsipe.identification.regression.output_error`.
 
     Parameters
     ----------
@@ -285,7 +286,8 @@ def fit_output_error(
         type_b=tuple(sources),
         budget=parts_of(PARAMETERS, budget),
     )
-    follows += notes.of_delay(result.delay_s)
+    inertia = fit.I + leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2
+    follows += notes.of_delay(result.delay_s) + notes.of_rest(time, windows, inertia, fit.B)
     filtered = notes.of_filter(rate_hz, cutoff_hz, windows)
     return replace(fit, notes=(*named, *fit.notes, *notes.of_impedance(fit, motion), *follows, *filtered))
 

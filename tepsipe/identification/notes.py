@@ -310,6 +310,36 @@ def of_delay(delay_s: float) -> tuple[str, ...]:
     )
 
 
+def of_rest(
+    time: np.ndarray, windows: Sequence[Perturbation], inertia: float, damping: float
+) -> tuple[str, ...]:
+    """Perturbations that follow each other before the leg has come to rest.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Instants (s).
+    windows : sequence of Perturbation
+        Perturbations (samples).
+    inertia, damping : float
+        Moment of inertia of leg and joint about the ankle (kg·m²), damping (N·m·s/rad).
+
+    Returns
+    -------
+    tuple of str
+        One sentence, or none.
+    """
+    onsets = np.array([time[w.start] for w in windows])
+    apart_s = float(np.median(np.diff(onsets))) if onsets.size > 1 else np.inf
+    if apart_s * damping >= 2.0 * inertia or damping <= 0.0:
+        return ()
+    return (
+        f"The perturbations follow each other every {apart_s:.3g} s, before the leg has come to rest (time "
+        f"constant {2.0 * inertia / damping:.3g} s): the intervals treat them as independent, so do not rely "
+        "on these. Wait longer between perturbations, or use fit_joint_likelihood.",
+    )
+
+
 def of_choice(choice: Assumption) -> str:
     """Sentence on a value of a cascade fit that the record does not determine (unit of the value)."""
     unit, equal = choice.unit, choice.low == choice.high

@@ -243,6 +243,17 @@ def test_output_error_needs_no_torque(on_the_belt):
     refused(lambda: joint_torque(motion, 0.4), "Leg", "'float'")
 
 
+@pytest.mark.parametrize(("damping", "noted"), [(0.1, True), (0.2, False)])
+def test_output_error_notes_pulses_before_the_leg_has_come_to_rest(damping, noted):
+    moved = swing(Joint(damping=damping, stiffness=10.0))  # 2 J / B is 2.1 or 1.1 s, pulses are 2 s apart
+    time = moved.motion.time
+    pulses = find_perturbations(time, moved.belt_velocity, rest_before_s=1.9, rest_after_s=1.0)
+    fit = fit_output_error(moved.motion, moved.belt_position, moved.belt_velocity, LEG, perturbations=pulses)
+    told = [note for note in fit.notes if "follow each other every 2 s" in note]
+    assert bool(told) == noted
+    assert not noted or "time constant 2.14 s" in told[0]
+
+
 def test_markers_that_cannot_be_the_segments_are_refused(on_the_belt):
     moved, positions, markers = on_the_belt
     time = moved.motion.time

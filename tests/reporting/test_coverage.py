@@ -262,6 +262,7 @@ def test_report_tells_few_laboratories_and_failed_ones(tmp_path):
 
 def test_sentences_on_sources_and_shifted_laboratories(tmp_path):
     run = run_of(tmp_path, many(96, 100) + many(50, 60, "", "shifted-means"), [laboratory(1)])
+    below = run_of(tmp_path, many(85, 100), [laboratory(1)])
     source = {"mechanism": "nominal", "source": "leg_mass_kg", "share_percent": 50.0, "held_percent": 80.0}
     row = run.tables["coverage"].iloc[0].to_dict() | source
     dropped = pd.DataFrame([{name: row[name] for name in run.tables["dropped"]}])
@@ -269,8 +270,13 @@ def test_sentences_on_sources_and_shifted_laboratories(tmp_path):
     enough = replace(run, tables=run.tables | {"dropped": dropped.assign(held_percent=99.0)})
     assert chapter.needing_a_source(needed) and not chapter.no_source_needed(needed)
     assert chapter.no_source_needed(enough) and not chapter.needing_a_source(enough)
+    # 85 % are covered with all sources: a source without effect is not needed, one that costs 5 % is
+    for held, listed in ((85.0, False), (81.0, False), (80.0, True)):
+        tables = below.tables | {"dropped": dropped.assign(held_percent=held)}
+        assert bool(chapter.needing_a_source(replace(below, tables=tables))) == listed
     assert chapter.seldom_held(run) and not chapter.held_when_shifted(run)
-    for own, told in ((needed, "K 80.0 % without the mass of the leg"), (enough, "at least 99 % of each")):
+    without = "K 80.0 % instead of 96.0 % without the mass of the leg"
+    for own, told in ((needed, without), (enough, "at least 99 % of each")):
         (sentences,) = evaluated(SHOWN[:1], "coverage.typ", *content(own))
         text = " ".join(" ".join(sentences).split())
         assert (
