@@ -151,7 +151,7 @@ def with_its_file(error: InputError, config: dict, configfiles: Iterable[str | P
 
 def _value(config: object, key: str) -> object:
     for name in key.split("."):
-        if isinstance(config, list) and name.isdigit() and int(name) < len(config):
+        if isinstance(config, list) and name.isdecimal() and int(name) < len(config):
             config = config[int(name)]
         elif isinstance(config, dict) and name in config:
             config = config[name]
