@@ -66,6 +66,19 @@ class PlainTable:
         return self.values[:, self.names.index(name)]
 
 
+def number_in(field: str) -> float:
+    """Number in a field of text; ``float`` alone would read a damaged ``1_0`` as 10.
+
+    Raises
+    ------
+    ValueError
+        If the field is no number.
+    """
+    if "_" in field:
+        raise ValueError(f"could not convert string to float: {field!r}")
+    return float(field)
+
+
 def delimiter_in(header: str) -> str:
     """Character between the columns of a table with this header: tab, semicolon or comma."""
     if header.count("\t"):
@@ -211,7 +224,7 @@ def _numbers(path, body, rows, delimiter, names, ragged) -> np.ndarray:
         for j, field in enumerate(line.split(delimiter)[: len(names)]):
             try:
                 if field and not field.isspace():
-                    values[i, j] = float(field)
+                    values[i, j] = number_in(field)
             except ValueError:
                 raise InputError(
                     f"{path}: expected a number, found {quoted(field.strip())} in column {names[j]!r} on "
