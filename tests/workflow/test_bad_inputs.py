@@ -16,7 +16,7 @@ from study_builders import write_sheet
 from tepsipe.errors import InputError
 from tepsipe.mechanics.engines import resolved_engine
 from workflow.support.recordings import refused_recordings
-from workflow.support.start import checked_sections, checked_study, merged_settings
+from workflow.support.start import checked_sections, checked_study, merged_settings, with_its_file
 from workflow.support.study import Study
 from workflow.support.trial_sheet import read_trial_sheet
 
@@ -108,19 +108,25 @@ def check(overlay):
     """All that is checked before the first job, in the folder of the project."""
     files = ["config/config.yaml", str(overlay)]
     config = merged_settings(files)
-    study = checked_study(config, files, "configuration")
-    for key in ("virtual_lab", "reported"):
-        checked_sections(config, key)
-    if study.has("simulation"):
-        resolved_engine(config["dummy"]["simulation"]["engine"])
+    try:
+        study = checked_study(config, files)
+        for key in ("virtual_lab", "reported"):
+            checked_sections(config, key)
+        if study.has("simulation"):
+            resolved_engine(config["dummy"]["simulation"]["engine"])
+    except InputError as error:
+        raise InputError(with_its_file(error, config, files)) from error
 
 
-@pytest.mark.parametrize("entry", SETTINGS[::2], ids=lambda entry: entry.name)
+@pytest.mark.parametrize("entry", SETTINGS, ids=lambda entry: entry.name)
 def test_a_spoiled_configuration_is_refused(entry, root, tmp_path, monkeypatch):
     monkeypatch.chdir(root)
     overlay = tmp_path / "bad.yaml"
     overlay.write_text(entry.overlay if isinstance(entry.overlay, str) else yaml.safe_dump(entry.overlay))
-    assert_refused(lambda: check(overlay), entry.words, tmp_path)
+    # the table calls a configuration so; a message names the file that holds the key
+    head, colon, rest = entry.words.partition(": ")
+    words = f"bad.yaml{colon}{rest}" if head == "configuration" else entry.words
+    assert_refused(lambda: check(overlay), words, tmp_path)
 
 
 @pytest.mark.parametrize("entry", SHEETS[::2], ids=lambda entry: entry.name)

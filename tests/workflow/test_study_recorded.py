@@ -21,6 +21,10 @@ from study_builders import (
     write_sheet,
 )
 
+from tepsipe.io.trial import read_trial
+from workflow.support.recordings import ingested
+from workflow.support.start import checked_study, merged_settings
+
 pytestmark = pytest.mark.study
 
 
@@ -45,6 +49,19 @@ def test_another_truth_in_the_laboratory_is_recovered_too(own_study):
     assert 7.0 < true["K"] < 0.95 * 14.0  # at the working amplitude, half of it when soft
     assert value(rows, pathway="leg", quantity="K") == pytest.approx(true["K"], rel=0.02)
     assert value(rows, pathway="leg", quantity="B") == pytest.approx(true["B"], rel=0.1)
+
+
+def test_check_reads_a_trial_as_its_job_does(study, monkeypatch):
+    monkeypatch.chdir(study)
+    files = ["config/config.yaml", "config/tiny.yaml"]
+    tiny = checked_study(merged_settings(files), files)
+    # one trial of each experiment
+    for experiment, condition in {e: (e, c) for e, c in tiny.trials}.values():
+        written = read_trial(f"results/trials/{experiment}/{condition}.h5")
+        read = ingested(tiny, experiment, condition, "results")
+        assert read.signals.keys() == written.signals.keys()
+        for name, signal in written.signals.items():
+            assert np.array_equal(read.signals[name].values.astype(signal.values.dtype), signal.values), name
 
 
 def test_a_recorded_trial_gives_what_the_same_files_give_when_they_are_made(own_study):

@@ -94,8 +94,8 @@ def _copies(study: Study) -> list[str]:
     return refused
 
 
-def ingested(study: Study, experiment: str, condition: str) -> Trial:
-    """Trial of a recorded row, by the calls of workflow/scripts/ingest_*.py.
+def ingested(study: Study, experiment: str, condition: str, results: str = "") -> Trial:
+    """Trial of a row, by the calls of workflow/scripts/ingest_*.py; simulated files lie below the results.
 
     Raises
     ------
@@ -103,7 +103,7 @@ def ingested(study: Study, experiment: str, condition: str) -> Trial:
         As its job would.
     """
     settings = study.settings_of(experiment, condition)
-    section, files = settings[experiment], study.raw_files(experiment, condition, "")
+    section, files = settings[experiment], study.raw_files(experiment, condition, results)
     lasts = study.trials[experiment, condition].duration_s
     limits = Limits(**without(settings["plausible"], *RIG_KEYS))
     if experiment in ON_PLATE:

@@ -148,7 +148,10 @@ def with_its_file(error: InputError, config: dict, configfiles: Iterable[str | P
 
 def _value(config: dict, key: str) -> object:
     for name in key.split("."):
-        if not isinstance(config, dict) or name not in config:
+        if isinstance(config, list) and name.isdecimal() and int(name) < len(config):
+            config = config[int(name)]
+        elif isinstance(config, dict) and name in config:
+            config = config[name]
+        else:
             return ABSENT
-        config = config[name]
     return config
