@@ -3,7 +3,8 @@
 from collections import Counter
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.walking.analysis import FEWEST_UNPERTURBED
+from tepsipe.experiments.walking.analysis import FEWEST_UNPERTURBED, FEWEST_WITHOUT_PULSES
+from tepsipe.experiments.walking.impedance import WalkingOptions
 from tepsipe.ingest.dflow import read_dflow_files
 from tepsipe.new_study.look import Found, events_of
 from tepsipe.new_study.measures import pulses_of
@@ -101,9 +102,12 @@ def _is_walk(group: Group, contents: Seen, named: str | None) -> bool:
         strides, why = contents.contacts - 1, "name" if named else "steps on the plates"
     else:
         return False
-    if strides < FEWEST_UNPERTURBED:
+    fewest = FEWEST_UNPERTURBED
+    if "pulse" not in kinds:  # half of the strides are compared with the others, some at every phase
+        fewest = 2 * FEWEST_WITHOUT_PULSES * len(WalkingOptions().phases_percent)
+    if strides < fewest:
         raise InputError(
-            f"expected at least {FEWEST_UNPERTURBED} whole strides on the same plates of a person who walks "
+            f"expected at least {fewest} whole strides on the same plates of a person who walks "
             f"(by the {why}), found {max(strides, 0)}: record a longer walk, or a person who stands on them"
         )
     group.notes.append(f"taken for walking by its {why}")

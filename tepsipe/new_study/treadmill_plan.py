@@ -284,7 +284,7 @@ def _plan_standing(plan: Plan, trials: list[tuple[Group, Seen]], experiments: se
         plan.ask(
             "standing.files.emg_trigger",
             "label of the trigger in the file of electromyograms",
-            "name the channel of the trigger line",
+            "name the channel of the trigger line; null if the trigger started the recorder",
         )
     if not {"weight", "empty"} <= experiments:
         plan.put(
@@ -353,7 +353,8 @@ def _plan_segment(plan: Plan, key: str, labels: list[str], joint: str | None, tr
         plan.ask(
             key,
             "markers of this segment and their offsets, a list of at least two",
-            "as in docs/recordings: {label: ..., anterior_offset_m: ..., longitudinal_offset_m: ...}",
+            "as in docs/recordings: {label: ..., anterior_offset_m: ..., longitudinal_offset_m: ...}, of the "
+            "markers that files.marker_labels lists",
         )
         return
     items = []

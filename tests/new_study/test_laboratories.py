@@ -113,8 +113,8 @@ def test_without_plates_the_screen_shows_the_vertical(tmp_path):
 
 
 GAIT = [
-    (side, label, 0.5 + k * 1.1 + 0.55 * (side == "Right") + 0.65 * (label == "Foot Off"))
-    for k in range(16)
+    (side, label, 0.5 + k * 0.7 + 0.35 * (side == "Right") + 0.45 * (label == "Foot Off"))
+    for k in range(26)
     for side in ("Left", "Right")
     for label in ("Foot Strike", "Foot Off")
 ]
@@ -133,7 +133,7 @@ def test_gait_by_its_events(tmp_path, monkeypatch):
     ) == 2  # the log holds the events, too
     events = [event for event in GAIT if event[2] < 5.0]
     person(tmp_path / "lab/subject_1.c3d", events=events)
-    with pytest.raises(InputError, match=r"who walks \(by the events Left Foot Strike, .*\), found 4: "):
+    with pytest.raises(InputError, match=r"who walks \(by the events Left Foot Strike, .*\), found 6: "):
         new_study("lab", output="t")
 
 

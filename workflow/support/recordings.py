@@ -3,6 +3,8 @@
 import hashlib
 from pathlib import Path
 
+import numpy as np
+
 from tepsipe.errors import InputError
 from tepsipe.experiments.dummy.foot_pathways import windows_from_onset
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, leg_motion
@@ -11,7 +13,8 @@ from tepsipe.experiments.position_manipulator.analysis import PositionManipulato
 from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs
 from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.options import StandingOptions
-from tepsipe.experiments.walking.plausible import refuse_other_units
+from tepsipe.experiments.walking.analysis import place_pulses, without_pulses
+from tepsipe.experiments.walking.impedance import WalkingOptions
 from tepsipe.experiments.walking.trial import read_trial
 from tepsipe.experiments.wristalyzer.analysis import wristalyzer_record
 from tepsipe.experiments.wristalyzer.record import WristalyzerOptions
@@ -237,7 +240,13 @@ def _refused_belt(study: Study, recordings: dict[str, BeltRecording]) -> list[st
 def _read_walk(study: Study, condition: str) -> None:
     """Recording, events and strides of a walk, as its job reads them."""
     files = study.raw_files("walking", condition, "")
-    recording, strides, _ = read_trial(files, study.config["walking"])
+    recording, strides, events = read_trial(files, study.config["walking"])
     length_s = float(recording.time[-1] - recording.time[0])
     refuse_short(length_s, study.trials["walking", condition].duration_s, recording.name)
-    refuse_other_units(recording, strides)
+    options = WalkingOptions.from_settings(study.config["walking"]["analysis"])
+    onsets = events["pulse"]
+    if not onsets.size:
+        onsets, options = without_pulses(
+            strides, options, np.random.default_rng(study.config["study"]["seed"])
+        )
+    place_pulses(recording, strides, onsets, options)
