@@ -1,9 +1,9 @@
 """The command line: ``tepsipe fit``, ``calibrate``, ``info``, ``new-study``, ``plan``, ``export``, ``check``.
 
-Every command calls the public functions. It returns 0; if its input cannot be used, it prints one sentence
-to the standard error and returns 2. Notes are printed to the standard error, too; with ``--strict``, a
-command with notes returns 3. On a terminal, a line on the standard error shows that what takes more than 2 s
-is at work.
+Commands call the library; ``fit`` and ``calibrate`` its public functions. A command returns 0; if its input
+cannot be used, it prints one sentence to the standard error and returns 2. Notes are printed to the standard
+error, too; with ``--strict``, a command with notes returns 3. On a terminal, a line on the standard error
+shows that what takes more than 2 s is at work.
 """
 
 import argparse

@@ -1,7 +1,11 @@
 """What describes the release agrees: version, authors, keywords, addresses and metadata of archives."""
 
+import json
+import os
 import re
 import runpy
+import shutil
+import subprocess
 import tomllib
 from pathlib import Path
 
@@ -96,6 +100,23 @@ def test_container_has_all_files_that_rules_name():
     assert {"CITATION.cff", "docs/decisions/0*.md"} <= set(named)
     missing = [name for name in named if name != "." and not copied & {name, *map(str, Path(name).parents)}]
     assert missing == []
+
+
+@pytest.mark.skipif(shutil.which("sh") is None, reason="no shell")
+@pytest.mark.parametrize("has_pybullet", [True, False])
+def test_container_runs_also_where_pybullet_is_not_installed(has_pybullet, tmp_path):
+    recipe = (ROOT / "Containerfile").read_text(encoding="utf-8")
+    entry = json.loads(re.search(r"^ENTRYPOINT (.+)$", recipe, re.MULTILINE)[1])
+    python = tmp_path / "python"
+    status = 0 if has_pybullet else 1
+    python.write_text(f'#!/bin/sh\nif [ "$1" = -c ]; then exit {status}; fi\nprintf "%s\\n" "$@"\n')
+    python.chmod(0o755)
+    own = ["--configfile", "my study/config.yaml"]
+    path = f"{tmp_path}:{os.environ['PATH']}"
+    run = subprocess.run([*entry, *own], env={"PATH": path}, capture_output=True, text=True, check=True)
+    other_engine = [] if has_pybullet else ["--configfile", "config/any-engine.yaml"]
+    assert run.stdout.splitlines() == ["-m", "workflow.run", "-c2", *other_engine, *own]
+    assert (ROOT / "config/any-engine.yaml").is_file()
 
 
 def test_paper_is_short_and_cites_what_its_bibliography_has():

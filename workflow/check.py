@@ -40,7 +40,8 @@ def main(files: list[str]) -> int:
     for question in odd_settings(study):
         print(f"to be confirmed: {question}")
     counts = ", ".join(f"{len(study.conditions(name))} of {name}" for name in study.experiments)
-    print(f"{files[-1] if files else shipped()}: {len(study.trials)} trials ({counts})")
+    trials = "1 trial" if len(study.trials) == 1 else f"{len(study.trials)} trials"
+    print(f"{files[-1] if files else shipped()}: {trials} ({counts})")
     print(f"trial sheet: {config['study']['trial_sheet']}; results: {config['pathvars']['results']}")
     left = made.of_no_trial(config["pathvars"]["logs"], study.trials, EXPERIMENTS)
     for what, paths in (("missing or damaged", found.missing + found.damaged), ("of no trial", left)):

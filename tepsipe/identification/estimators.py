@@ -68,20 +68,20 @@ class Estimator:
         Parts of a `Record` that it uses.
     function : callable
         From the record to `WindowedFits`.
-    of_windows : bool
-        Whether its estimates hold for the motion in the windows of the perturbations; other estimators hold
-        for small movements.
+    true_in_windows : bool
+        Whether the truth of its estimates is the linear joint nearest to the true one in the windows of the
+        perturbations; otherwise it is the joint for small movements.
     """
 
     meaning: str
     needs: tuple[str, ...]
     function: Callable
-    of_windows: bool = False
+    true_in_windows: bool = False
 
     @property
-    def windowed(self) -> bool:
-        """True if it fits the torque in the windows of perturbations."""
-        return self.needs == OF_WINDOWS
+    def fits_torque(self) -> bool:
+        """True if it fits a torque in the windows of perturbations."""
+        return self.needs == NEEDS_TORQUE
 
 
 # modules are imported when their estimator runs, to keep the start of other jobs short
@@ -138,47 +138,48 @@ LEAST_SQUARES_OWN_ZERO = "windowed-least-squares-own-zero"
 OUTPUT_ERROR = "output-error"
 JOINT_LIKELIHOOD = "joint-likelihood"
 JOINT_LIKELIHOOD_LINEAR = "joint-likelihood-linear"
-OF_WINDOWS = ("motion", "torque", "perturbations", "at_rest")
-OF_ANGLE = ("motion", "foot_position", "belt_velocity", "leg", "perturbations", "at_rest")
-OF_MARKERS = ("motion", "markers", "leg", "perturbations", "at_rest")
+NEEDS_TORQUE = ("motion", "torque", "perturbations", "at_rest")
+NEEDS_ANGLE = ("motion", "foot_position", "belt_velocity", "leg", "perturbations", "at_rest")
+NEEDS_MARKERS = ("motion", "markers", "leg", "perturbations", "at_rest")
 ESTIMATORS = {
     LEAST_SQUARES_THESIS: Estimator(
         "windowed (per-perturbation) least squares, torque at rest not subtracted",
-        OF_WINDOWS,
+        NEEDS_TORQUE,
         _windowed(thesis=True),
-        of_windows=True,
+        true_in_windows=True,
     ),
     LEAST_SQUARES: Estimator(
         "the same with the torque at rest subtracted; where the perturbations repeat each other, products of "
         "different ones only, which noise does not bias",
-        OF_WINDOWS,
+        NEEDS_TORQUE,
         _windowed(thesis=False),
-        of_windows=True,
+        true_in_windows=True,
     ),
     LEAST_SQUARES_OWN_ZERO: Estimator(
         "the same with a free constant torque in every window, because the zero of a force plate drifts and "
         "friction leaves a force behind",
-        OF_WINDOWS,
+        NEEDS_TORQUE,
         _windowed(thesis=False, own_zero=True),
+        true_in_windows=True,
     ),
     OUTPUT_ERROR: Estimator(
         "angle simulated over the whole trial from the motion of the foot and the logged belt velocity",
-        OF_ANGLE,
+        NEEDS_ANGLE,
         _output_error,
     ),
     JOINT_LIKELIHOOD: Estimator(
         "maximum likelihood of leg markers, foot markers and logged belt velocity over the whole trial, of a "
         "joint that may soften with bending",
-        OF_MARKERS,
+        NEEDS_MARKERS,
         _likelihood(softening=True),
-        of_windows=True,
+        true_in_windows=True,
     ),
     JOINT_LIKELIHOOD_LINEAR: Estimator(
         "the same for a linear joint: efficient, but its intervals do not hold the truth if the joint "
         "softens",
-        OF_MARKERS,
+        NEEDS_MARKERS,
         _likelihood(softening=False),
-        of_windows=True,
+        true_in_windows=True,
     ),
 }
 

@@ -185,7 +185,7 @@ def test_output_error_finds_the_leg_later_than_the_foot_if_the_strober_is_forgot
     pathways = {"simulated": Pathway("leg", "as-sampled", "output-error")}
     found = analyse_dummy(trial_of_swing(Joint()), replace(OPTIONS, belt_fixed_labels=("ankle",)), pathways)
     # the leg's angle is sampled 0.4 to 1.6 ms after the ankle: weighted by the lever, and opposite in sign
-    assert 1e-4 < abs(found.output_errors["simulated"].delay_s) < 2e-3
+    assert 1e-4 < abs(found.simulating_fits["simulated"].delay_s) < 2e-3
     assert found.regressions["simulated"].mean[2] == pytest.approx(10.0, rel=0.01)
 
 

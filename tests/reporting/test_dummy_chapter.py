@@ -44,6 +44,7 @@ REPORTED = {
     "values": {"marker_accuracy_mm": 0.1},
     "slips": [{"table": "table_4_2", "quantity": "K", "condition": "b", "meant": 5.5}],
     "tables": {
+        "table_4_1": {"I": {"0.08": 0.015, "0.12": 0.015}},
         "table_4_2": {
             "I": {"a": 0.061},
             "B": {"a": -0.01, "b": -0.02},

@@ -222,6 +222,7 @@ FINDINGS = {
     )
     | {
         "signs_bridge_thesis": (THE_DUMMY[0], plain_thesis("K", 10.0, 10.0, 10.0)),
+        "corrected_inertia_lower": (THE_DUMMY[0], plain_thesis("I", 0.1, 0.1, 0.1)),
         "thesis_stiffness_falls": (THE_DUMMY[0], plain_thesis("K", 5.0, 5.5, 6.0)),
         "thesis_damping_negative": (strobed(THE_DUMMY[0]), plain_thesis("B", -0.01, 0.02, 0.01)),
     },

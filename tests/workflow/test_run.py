@@ -217,6 +217,11 @@ def test_check_names_the_file_and_the_line(place, root, monkeypatch, capfd):
     assert f"{place / 'odd.yaml'}: unknown key 'pilott'" in capfd.readouterr().err
     assert cli.main(["check", str(place / "good.yaml")]) == 0
     assert "good.yaml: 56 trials (5 of wristalyzer" in capfd.readouterr().out
+    rows = (root / "config/trials.tsv").read_text().splitlines(keepends=True)
+    (place / "one.tsv").write_text(rows[0] + next(row for row in rows if row.startswith("wristalyzer")))
+    (place / "one.yaml").write_text(f"study: {{trial_sheet: {place / 'one.tsv'}}}\n")
+    assert cli.main(["check", str(place / "one.yaml")]) == 0
+    assert "one.yaml: 1 trial (1 of wristalyzer)" in capfd.readouterr().out
 
 
 @pytest.mark.skipif(shutil.which("make") is None, reason="no make")

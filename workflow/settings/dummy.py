@@ -233,7 +233,7 @@ class Dummy(Section):
 
     @model_validator(mode="after")
     def _estimators(self) -> Any:
-        windowed = [key for key, estimator in ESTIMATORS.items() if estimator.windowed]
+        windowed = [key for key, estimator in ESTIMATORS.items() if estimator.fits_torque]
         for name, pathway in self.pathways.items():
             refuse_unknown(
                 f"pathways.{name}.estimator", pathway.estimator, "the estimators", list(ESTIMATORS)

@@ -144,14 +144,16 @@ def _of_tables(study: Study, experiment: str, condition: str, files: dict, secti
         log = table("log", "columns", of_files["delimiter"])
         options = BeltTableOptions(load_unit=of_files["load_unit"], **section["ingest"])
         return ingest_belt_table(log, of_files["columns"], options, lasts, files["log"])
-    units = {key: of_files[key] for key in ("angle_unit", "torque_sign")}
+    units = {key: of_files[key] for key in ("angle_unit", "torque_sign") if key in of_files}
     if experiment == "platform":
         options = PlatformTableOptions(platform_unit=of_files["platform_unit"], **units, **section["ingest"])
         log = table("log", "columns", of_files["delimiter"], options.units)
         return ingest_platform(log, options, lasts, files["log"])
-    options = TableOptions(**units, **section["ingest"])
-    log = table("log", "columns", of_files["delimiter"], options.units)
-    return ingest_position_manipulator(log, options, lasts, files["log"])
+    if experiment == "position_manipulator":
+        options = TableOptions(**units, **section["ingest"])
+        log = table("log", "columns", of_files["delimiter"], options.units)
+        return ingest_position_manipulator(log, options, lasts, files["log"])
+    raise NotImplementedError(f"{experiment}: `tepsipe check` cannot read its recordings, add a branch here")
 
 
 def _prepare(study: Study, experiment: str, condition: str, trial: Trial) -> None:

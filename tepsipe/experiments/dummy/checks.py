@@ -510,7 +510,7 @@ def check_dummy(
     checks = _checks(trial, options, fit, of_leg, relevant, joint_inertia)
     names = failed(checks)
     concerned = {
-        name: OF_ANGLE if name in analysis.output_errors else OF_TORQUE
+        name: OF_ANGLE if name in analysis.simulating_fits else OF_TORQUE
         for name, pathway in analysis.pathways.items()
         if (pathway.torque, pathway.marker_instants) == ("leg", "aligned")
     }

@@ -178,7 +178,7 @@ class DummyAnalysis:
     flags: tuple[str, ...] = ()
 
     @property
-    def output_errors(self) -> dict[str, OutputError | LikelihoodEstimates]:
+    def simulating_fits(self) -> dict[str, OutputError | LikelihoodEstimates]:
         """Pathway -> measured and simulated angle (rad), where the estimator simulates the angle."""
         simulated = (OutputError, LikelihoodEstimates)
         return {name: fit for name, fit in self.regressions.items() if isinstance(fit, simulated)}
@@ -352,8 +352,8 @@ def dummy_estimates(
         if name in analysis.likelihood_estimates:
             likelihood_fit = analysis.likelihood_estimates[name]
             rows += joint_estimates(names, likelihood_fit, analysis.small_budgets[name], count)
-        if name in analysis.output_errors:
-            of_angle = analysis.output_errors[name].vaf_angle
+        if name in analysis.simulating_fits:
+            of_angle = analysis.simulating_fits[name].vaf_angle
             rows.append(Estimate(*names, "VAF_theta_trial", "%", of_angle, n_perturbations=count))
     return rows
 

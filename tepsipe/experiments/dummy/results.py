@@ -79,7 +79,7 @@ def dummy_result(analysis: DummyAnalysis) -> Result:
             ("standard_errors", _standard_errors(regression), "Nms2/rad, Nms/rad, Nm/rad"),
         ):
             arrays[f"{name}/{key}"], units[f"{name}/{key}"] = values, unit
-    for name, output_error in analysis.output_errors.items():
+    for name, output_error in analysis.simulating_fits.items():
         for key, values in (("angle", output_error.angle), ("simulated_angle", output_error.simulated)):
             arrays[f"{name}/{key}"], units[f"{name}/{key}"] = values, "rad"
     for name, values in analysis.loads.items():
@@ -94,7 +94,7 @@ def dummy_result(analysis: DummyAnalysis) -> Result:
         "mean_window_s": float(lengths.mean()),
         "damping_per_skew_Nms_per_rad_per_s": analysis.damping_per_skew,
         "output_error_delay_s": {
-            name: output_error.delay_s for name, output_error in analysis.output_errors.items()
+            name: output_error.delay_s for name, output_error in analysis.simulating_fits.items()
         },
         "treadmill_errors": {
             name: _treadmill_error(check) for name, check in analysis.checks.items() if check.error

@@ -125,6 +125,21 @@ def signs_bridge_thesis(run: Run) -> bool:
     return abs(undone - manipulator) < 0.5 * abs(printed - manipulator)
 
 
+def corrected_inertia_lower(run: Run) -> bool:
+    """Without the effect of the signs, the printed mean I is at most two thirds of the manipulator's.
+
+    Algebra on the thesis's own numbers: no trial of the run is used.
+    """
+    manipulator = (
+        run.study["reported"]["tables"].get("table_4_1", {}).get("I") if reproduces_thesis(run) else None
+    )
+    if not manipulator:
+        return False
+    printed = float(np.mean(list(_in_thesis(run, "I").values())))
+    undone = printed - 2.0 * run.settings["dummy"]["geometry"]["leg_inertia_kgm2"]
+    return undone < 2.0 / 3.0 * float(np.mean(list(manipulator.values())))
+
+
 def _in_thesis(run: Run, quantity: str) -> dict[str, float]:
     """Condition -> printed number of Tables 4-2 and 4-3, with misprints corrected."""
     reported, found = run.study["reported"], {}
@@ -227,6 +242,7 @@ PREDICATES = (
     inertia_above_zero,
     signs_explain,
     signs_bridge_thesis,
+    corrected_inertia_lower,
     consistent_vaf_lower,
     vaf_of_trial,
     noise_below_accuracy,

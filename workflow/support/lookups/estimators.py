@@ -29,11 +29,11 @@ class Estimators:
         return [name for name, choice in choices.items() if ACTIVE[choice["active"]].separates]
 
     def dummy_windows(self) -> dict[str, float | None]:
-        """Pathway of the dummy with estimates of windows -> length (s), None if that of the pulse."""
+        """Pathway of the dummy whose truth is that of windows -> length (s), None if that of the pulse."""
         dummy = self.settings["dummy"]
         foot = dummy["foot"]["pathways"] if self.has_foot else {}
-        legs = {name: None for name, p in dummy["pathways"].items() if ESTIMATORS[p["estimator"]].of_windows}
-        return legs | {name: p["window_s"] for name, p in foot.items()}
+        legs = [name for name, p in dummy["pathways"].items() if ESTIMATORS[p["estimator"]].true_in_windows]
+        return dict.fromkeys(legs) | {name: p["window_s"] for name, p in foot.items()}
 
     def standing_windows(self) -> dict | None:
         """Simulated trials of a person by condition and pool, their baseline, and the fitted windows."""
