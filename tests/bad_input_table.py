@@ -2570,11 +2570,6 @@ SETTINGS += [
             "expected standing.muscles.SOL.channel to be the channel of one muscle",
         ),
         (
-            "markers sampled slower than the frames",
-            ("dummy.ingest.marker_sampling_hz", 250.0),
-            "expected dummy.ingest.marker_sampling_hz of at least 2000 Hz for 8 markers",
-        ),
-        (
             "an estimator that lacks a key",
             ("standing.estimators.mine", {"window_s": 0.1}),
             "expected the key 'standing.estimators.mine.inertia', found none",
