@@ -283,7 +283,7 @@ def _export(chosen: argparse.Namespace) -> None:
     from tepsipe.io.trial import Trial
 
     output = chosen.output or Path(f"{chosen.file.stem}.{chosen.to}")
-    if output.resolve() in {source.resolve() for source in (chosen.file, chosen.trial) if source is not None}:
+    if _is_one_of(output, chosen.file, chosen.trial):
         raise InputError(f"{output}: expected a file of its own to write to, found the input: choose another")
     if not output.parent.is_dir():
         raise InputError(
@@ -530,7 +530,7 @@ def _picture(file: Path, wanted: Path) -> Path:
     """Name of the picture of a file: its own PNG in an existing folder."""
     png = Path(f"{file.name}.png") if wanted == Path() else wanted
     if png.suffix.lower() != ".png" or (
-        png.exists() and (png.resolve() == file.resolve() or png.read_bytes()[:8] != b"\x89PNG\r\n\x1a\n")
+        png.exists() and (_is_one_of(png, file) or png.read_bytes()[:8] != b"\x89PNG\r\n\x1a\n")
     ):
         raise InputError(
             f"{png}: expected a PNG to write to, found a name of another kind or a file that is no picture: "
@@ -539,6 +539,11 @@ def _picture(file: Path, wanted: Path) -> Path:
     if not png.parent.is_dir():
         raise InputError(f"--plot: expected a folder that exists, found {quoted(png.parent)}: make it first")
     return png
+
+
+def _is_one_of(path: Path, *others: Path | None) -> bool:
+    """Test for another path of the same file, which need not exist."""
+    return os.path.realpath(path) in {os.path.realpath(other) for other in others if other is not None}
 
 
 def _checkout() -> Path | None:
@@ -584,9 +589,11 @@ def _outputs(prefix: Path, endings: Sequence[str], *inputs: Path) -> list[Path]:
     import matplotlib
 
     matplotlib.use("Agg")
+    if not prefix.name:
+        raise InputError(f"--output: expected the beginning of file names, found {quoted(prefix)}: add one")
     files = [prefix.with_name(prefix.name + ending) for ending in endings]
     for file in files:
-        if any(file.resolve() == source.resolve() for source in inputs):
+        if _is_one_of(file, *inputs):
             raise InputError(
                 f"{file}: expected a file of its own to write to, found the input: choose another --output"
             )

@@ -363,14 +363,18 @@ MATRICES = dummy(
         (
             "matrix with a word",
             cell(3, 4, "abc"),
-            'calibration.csv: expected numbers, found "could not convert string to float:',
+            "calibration.csv: expected a finite number for Fz_left and left_z_rear_left, found ",
         ),
-        ("matrix with NaN", cell(3, 4, "nan"), "calibration.csv: expected finite numbers"),
-        ("matrix with an infinite number", cell(3, 4, "inf"), "calibration.csv: expected finite numbers"),
+        ("matrix with NaN", cell(3, 4, "nan"), "calibration.csv: expected a finite number for Fz_left"),
+        (
+            "matrix with an infinite number",
+            cell(3, 4, "inf"),
+            "calibration.csv: expected a finite number for Fz_left",
+        ),
         (
             "matrix with an empty cell",
             cell(3, 4, ""),
-            'calibration.csv: expected numbers, found "could not convert string to float:',
+            "calibration.csv: expected a finite number for Fz_left and left_z_rear_left, found ",
         ),
         (
             "matrix without a channel",
@@ -1465,6 +1469,150 @@ ODD_FILES = [
         ],
     ),
 ]
+
+
+def cell_of_line(name, number, column, value):
+    """Replace one cell of a table with commas; the header is line 1."""
+
+    def change(rows):
+        fields = rows[number - 1].split(",")
+        fields[column] = value
+        return [*rows[: number - 1], ",".join(fields), *rows[number:]]
+
+    return lines(name, change)
+
+
+def in_steps(step):
+    return lambda x: step * np.round(x / step)
+
+
+def louder_half(factor):
+    return lambda x: np.where(np.arange(x.shape[0])[:, None] < x.shape[0] // 2, x, factor * x)
+
+
+def first_samples(count):
+    return {
+        name: (lambda x: np.atleast_2d(x)[:count] if x.shape[0] > 1 else x[:, :count]) for name in SIGNALS
+    }
+
+
+MANGLED = [
+    *others(
+        "text tables",
+        "position_manipulator",
+        [
+            (
+                f"table: {name}",
+                cell_of_line(TABLE, 701, 1, cell),
+                f"table.csv: expected a number, found '{cell}' in column 'ankle_pos_rad' on line 701",
+            )
+            for name, cell in [
+                ("a date of a spreadsheet", "01.Feb"),
+                ("an error of a spreadsheet", "#N/A"),
+                ("a number with its unit", "0.01 rad"),
+                ("digits with an underscore", "1_0"),
+            ]
+        ],
+    ),
+    *others(
+        "text tables",
+        "position_manipulator",
+        [
+            (
+                "table: points between thousands, and a decimal comma",
+                cell_of_line(TABLE, 701, 1, '"1.234,5"'),
+                "table.csv: expected 3 fields on every line, found 4 on line 701: export the file",
+            ),
+            (
+                "table: decimal commas beside commas between columns",
+                lines(TABLE, lambda rows: [rows[0], *[row.replace(".", ",") for row in rows[1:]]]),
+                "export the file with a name for every column, and without ',' in its numbers",
+            ),
+            (
+                "table: a row of totals",
+                lines(TABLE, lambda rows: [*rows, "Total,12.5,433.2"]),
+                "table.csv: expected a number, found 'Total' in column 'time_s' on line",
+            ),
+            (
+                "table: the header again further down",
+                lines(TABLE, lambda rows: [*rows[:4000], rows[0], *rows[4000:]]),
+                "table.csv: expected a number, found 'time_s' in column 'time_s' on line 4001",
+            ),
+            (
+                "table: two tables in one file",
+                lines(TABLE, lambda rows: [*rows, *rows[1:]]),
+                "table.csv: expected time to increase, found it running backwards",
+            ),
+            (
+                "table: an angle in degrees, of a small swing",
+                cells(TABLE, "ankle_pos_rad", np.degrees, ","),
+                "table.csv: expected a joint of at most 20 rad/s, found",
+            ),
+            (
+                "table: angle in steps of a degree",
+                cells(TABLE, "ankle_pos_rad", in_steps(np.radians(1.0)), ","),
+                "table.csv: expected an angle of at least 16 distinct values",
+            ),
+        ],
+    ),
+    *others(
+        "manipulator log",
+        "wristalyzer",
+        [
+            (
+                "trigger of another clock",
+                cells("log.txt", "TriggerTime", lambda x: np.where(x > 0.0, x + 1e4, x)),
+                "log.txt: expected the trigger between",
+            ),
+            (
+                "trigger at negative stamps",
+                cells("log.txt", "TriggerTime", lambda x: -x),
+                "log.txt: expected the stamp of the trigger, found none above 0, but -",
+            ),
+        ],
+    ),
+    *dummy(
+        "log",
+        [
+            (
+                "log without samples",
+                mat(**first_samples(0)),
+                "log.mat: expected a time series in 'transducers_V', found 0 samples",
+            ),
+            (
+                "rows and columns exchanged",
+                mat(transducers_V=np.transpose),
+                "log.mat: expected one column of transducers_V for each of the 14 channel names",
+            ),
+        ],
+    ),
+    *dummy(
+        "calibration",
+        [
+            (
+                "matrix with digits and an underscore",
+                cell(3, 4, "1_000"),
+                "calibration.csv: expected a finite number for Fz_left and left_z_rear_left, found '1_000'",
+            ),
+            (
+                "matrix with a row of totals",
+                calibration(lambda rows: rows.append(["Sum", "N/V", *["1"] * (len(rows[0]) - 2)])),
+                "calibration.csv: expected a component of Fx_left, Fy_left, Fz_left",
+            ),
+        ],
+    ),
+    *others(
+        "weight",
+        "weight",
+        [
+            (
+                "weight: the plate's gain changes",
+                mat(transducers_V=louder_half(1.25)),
+                "log.mat: expected the same mass on the right belt throughout, found",
+            ),
+        ],
+    ),
+]
 FILES = [
     *WHOLE_TRIALS,
     *THE_LOG,
@@ -1476,6 +1624,7 @@ FILES = [
     *TABLES,
     *PLATFORMS,
     *ODD_FILES,
+    *MANGLED,
 ]
 
 
@@ -2409,4 +2558,77 @@ SHEETS += [
             "expected each condition of dummy to differ by more than upper and lower case",
         ),
     ]
+]
+
+SETTINGS += [
+    BadSettings(name, overlay if isinstance(overlay, str) else key(*overlay), f"configuration: {words}")
+    for name, overlay, words in [
+        ("an equals sign", "study:\n  seed = 5\n", "expected a value of type object for 'study'"),
+        (
+            "one channel for two muscles",
+            ("standing.muscles.TA.channel", "EMG SOL"),
+            "expected standing.muscles.SOL.channel to be the channel of one muscle",
+        ),
+        (
+            "markers sampled slower than the frames",
+            ("dummy.ingest.marker_sampling_hz", 250.0),
+            "expected dummy.ingest.marker_sampling_hz of at least 2000 Hz for 8 markers",
+        ),
+        (
+            "an estimator that lacks a key",
+            ("standing.estimators.mine", {"window_s": 0.1}),
+            "expected the key 'standing.estimators.mine.inertia', found none",
+        ),
+        (
+            "a baseline after the onset",
+            ("standing.analysis.baseline_s", [0.0, 0.1]),
+            "expected a number of at most 0 for 'standing.analysis.baseline_s.1'",
+        ),
+        (
+            "delays from long to short",
+            ("position_manipulator.analysis.parallel_cascade.reflex_delays_s", [0.06, 0.03]),
+            "expected position_manipulator.analysis.parallel_cascade.expected_delay_s within",
+        ),
+        (
+            "an action of 2",
+            ("standing.muscles.TA.ankle_action", 2),
+            "expected one of -1, 0, 1 for 'standing.muscles.TA.ankle_action', found 2",
+        ),
+        (
+            "a script in the title",
+            ("study.title", "<script>alert(1)</script>"),
+            "study.title: expected text without '</script'",
+        ),
+    ]
+]
+SETTINGS += [
+    BadSettings(name, overlay, f"bad.yaml: {words}")
+    for name, overlay, words in [
+        ("brackets in brackets", f"study: {'[' * 3000}{']' * 3000}\n", "expected at most 100 brackets"),
+        (
+            "aliases of aliases",
+            "a0: &a0 [x]\n" + "".join(f"a{k + 1}: &a{k + 1} [{f'*a{k}, ' * 9}]\n" for k in range(7)),
+            "expected at most 100000 settings, found more when aliases are written out",
+        ),
+        ("a colon in a title", "study:\n  title: Ankle: pilot\n", "expected YAML, found a mistake on line 2"),
+    ]
+]
+
+
+def empty_belt_twice(rows):
+    """One recording of the empty belt that calibrates, and validates, too."""
+    number = next(k for k, row in enumerate(rows) if row[0] == "empty")
+    row = dict(zip(rows[0], rows[number], strict=True))
+    row |= {"source": "recorded", "profile": "-", "amplitude": "-", "interval_s": "-", "log": "e.mat"}
+    row |= {"calibration": "c.csv"}
+    rows.extend([list((row | {"condition": f"twice-{role}", "role": role}).values()) for role in ROLES])
+
+
+ROLES = ("calibrate", "validate")
+SHEETS += [
+    BadSheet(
+        "one recording in both roles",
+        empty_belt_twice,
+        "bad.tsv: expected empty/twice-validate to validate on a recording of its own, found that of",
+    )
 ]

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from tepsipe.errors import InputError
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
@@ -167,6 +168,16 @@ def scaled_leg(leg, factor):
 def bend_at_rest(moment, critical_stiffness):
     """Bending (rad) at which a joint of a given moment (Nm) carries a critical_stiffness moment (Nm)."""
     return brentq(lambda phi: moment(phi) - critical_stiffness, -1.0, 1.0, xtol=1e-14)
+
+
+def refused(function, *parts):
+    """Call a function that raises `InputError` with one sentence that has these parts."""
+    try:
+        found = function()
+    except InputError as error:
+        assert_one_sentence(error, *parts)
+    else:
+        raise AssertionError(f"expected a refusal, found {found!r}")
 
 
 def assert_one_sentence(error, *names):

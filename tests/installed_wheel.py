@@ -20,6 +20,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 SOURCES = ("tepsipe", "snakemake_executor_plugin_tepsipe", "pyproject.toml", "README.md", "LICENSE")
 OF_THE_CHECKOUT = {
+    "test_browser.py",
     "test_docs.py",
     "test_refusals.py",
     "test_release.py",
@@ -65,7 +66,7 @@ def main() -> None:
         (wheel,) = (folder / "wheel").glob("tepsipe-*.whl")
         extras = ",".join(["test", *chosen.extra])
         run(*pip, "install", f"tepsipe[{extras}] @ {wheel.as_uri()}")
-        for source in ("tests", "config", "docs", "examples", "pyproject.toml"):
+        for source in ("tests", "config", "docs", "examples", "pyproject.toml", "README.md"):
             copy(source, folder / "tests")
         # recordings of others, if the checkout has them
         os.environ.setdefault("TEPSIPE_REAL_DATA", str(ROOT.parent / "shared" / "real-data"))

@@ -9,6 +9,7 @@ feedback biases.
 """
 
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 import scipy
@@ -68,6 +69,20 @@ class PlatformOptions:
     largest_share: float
     mode_below_hz: float
     training_fraction: float
+
+    @classmethod
+    def from_settings(cls, analysis: dict) -> Self:
+        """Options from the section ``platform.analysis`` of a configuration (units in its keys)."""
+        choices = dict(analysis)
+        estimate = MultiJointOptions(
+            band_hz=tuple(choices.pop("band_hz")),
+            averaged_bins=choices.pop("averaged_bins"),
+            taper_fraction=choices.pop("taper_fraction"),
+            delays_s=tuple(choices.pop("delays_s")),
+            delay_step_s=choices.pop("delay_step_s"),
+            strength=choices.pop("strength"),
+        )
+        return cls(estimate=estimate, models=tuple(choices.pop("models")), **choices)
 
 
 @dataclass(frozen=True)
@@ -155,15 +170,11 @@ def analyse_platform(trial: Trial, options: PlatformOptions) -> PlatformAnalysis
         wrong sign.
     """
     signals = _signals(trial)
-    spectra = banded_spectra(*signals, trial.rate_hz, options.estimate)
+    spectra, first, rest = platform_spectra(trial, options)
     joints = tuple(trial.axes["joint"].tolist())
     mode = slow_mode(spectra, options.mode_below_hz)
-    _refuse_unmoved(spectra)
-    _refuse_sign(spectra, options.mode_below_hz)
     count = signals[0].shape[0]
     training = int(options.training_fraction * count)
-    first = banded_spectra(*(x[:training] for x in signals), trial.rate_hz, options.estimate)
-    rest = banded_spectra(*(x[training:] for x in signals), trial.rate_hz, options.estimate)
     cut = round(CUT_S * trial.rate_hz)
     kept = slice(cut, count - cut)
     angle, torque = (
@@ -203,6 +214,24 @@ def analyse_platform(trial: Trial, options: PlatformOptions) -> PlatformAnalysis
     return PlatformAnalysis(
         joints, spectra, mode, models, chosen, trial.time[kept], torque[kept], training - cut
     )
+
+
+def platform_spectra(trial: Trial, options: PlatformOptions) -> tuple[Spectra, Spectra, Spectra]:
+    """Banded spectra (rad, N·m) of the whole trial, of its fitted part and of the rest.
+
+    Raises
+    ------
+    InputError
+        As `analyse_platform`.
+    """
+    signals = _signals(trial)
+    spectra = banded_spectra(*signals, trial.rate_hz, options.estimate)
+    _refuse_unmoved(spectra)
+    _refuse_sign(spectra, options.mode_below_hz)
+    training = int(options.training_fraction * signals[0].shape[0])
+    first = banded_spectra(*(x[:training] for x in signals), trial.rate_hz, options.estimate)
+    rest = banded_spectra(*(x[training:] for x in signals), trial.rate_hz, options.estimate)
+    return spectra, first, rest
 
 
 def _signals(trial: Trial) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

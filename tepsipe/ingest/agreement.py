@@ -31,8 +31,12 @@ PULSE_TO_NOISE = 8.0
 STILL_RATIO = 1.3
 # the torque is against the motion below this correlation of torque and angular velocity
 AGAINST_MOTION = -0.05
+# percentile of a joint's speed that is compared
+FAST_PERCENTILE = 99.9
 # a belt with less on it carries nothing (kg)
 LEAST_LOAD_KG = 1.5
+# parts of a trial whose masses are compared
+MASS_PARTS = 4
 # on a belt that is faster than this most of the time, a person walks
 WALKING_M_PER_S = 0.2
 
@@ -52,19 +56,27 @@ def refuse_mass(trial: Trial, rig: Rig, files: dict[str, str]) -> None:
     Raises
     ------
     InputError
-        If the mean vertical force does not match the mass.
+        If the mean vertical force does not match the mass, or changes over the trial.
     """
     belt = used_belt(trial, rig)
     if belt is None or rig.carried_kg is None:
         return
     low, high = rig.carried_kg
-    mass = float(trial.values("force")[:, belt, 2].mean(dtype=float)) / GRAVITY_M_PER_S2
+    vertical = trial.values("force")[:, belt, 2].astype(float) / GRAVITY_M_PER_S2
+    mass = float(vertical.mean())
     if not low <= mass <= high:
         raise InputError(
             f"{source(files, 'log')}: expected {low:.3g} to {high:.3g} kg on the {rig.belt} belt, found "
             f"{mass:.4g} kg by the mean vertical force: check the calibration matrix and its unit, that this "
             "file is that of the trial, that the plate was not set to zero under its load, and "
             f"{rig.mass_key}"
+        )
+    parts = [float(part.mean()) for part in np.array_split(vertical, MASS_PARTS)]
+    if max(parts) - min(parts) > 0.5 * (high - low):
+        raise InputError(
+            f"{source(files, 'log')}: expected the same mass on the {rig.belt} belt throughout, found "
+            f"{min(parts):.3g} to {max(parts):.3g} kg by the mean vertical force in its quarters: "
+            "check the range and the amplifier of the plate, and that nothing touched the belt"
         )
 
 
@@ -274,6 +286,7 @@ def refuse_joint(trial: Trial, limits: Limits, files: dict[str, str]) -> None:
     log = source(files, "log")
     # a measured torque varies; a commanded one may be constant
     _refuse_held(trial, angle, torque, "", limits, log, both="command" not in files)
+    _refuse_fast(trial, angle, limits, log)
     if not np.ptp(angle) > 0.0 or not np.ptp(torque) > 0.0:
         return  # the analysis refuses a joint that is not perturbed
     _refuse_ratio(angle, torque, "", limits, source(files, "command", "log"))
@@ -323,6 +336,17 @@ def _refuse_held(trial: Trial, angle, torque, of: str, limits: Limits, log: str,
                 f"{trial.time[held[0]]:.3f} to {trial.time[held[1] - 1]:.3f} s while the {moving} changes: "
                 "check that its sensor was connected, and record again"
             )
+
+
+def _refuse_fast(trial: Trial, angle: np.ndarray, limits: Limits, log: str) -> None:
+    """Refuse an angle that changes faster than a joint; single samples may be noise."""
+    speed = float(np.percentile(np.abs(derivative(trial.time, angle)), FAST_PERCENTILE))
+    if speed > limits.joint_speed_rad_per_s:
+        raise InputError(
+            f"{log}: expected a joint of at most {limits.joint_speed_rad_per_s:g} rad/s, found {speed:.3g} "
+            "rad/s in one sample of 1000: correct angle_unit if the angle is in degrees, or change "
+            "plausible.joint_speed_rad_per_s in the configuration"
+        )
 
 
 def _refuse_ratio(angle, torque, of: str, limits: Limits, file: str) -> None:

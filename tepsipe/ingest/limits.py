@@ -23,6 +23,8 @@ class Limits:
         Load of a force plate or of a treadmill (N, N·m).
     angle_rad, torque_Nm : tuple of float
         Angle and torque of a joint in a manipulator (rad, N·m).
+    joint_speed_rad_per_s : float
+        Angular velocity of a joint that 0.1 % of the samples may exceed (rad/s).
     torque_per_angle_Nm_per_rad : tuple of float
         Standard deviation of the torque over the standard deviation of the angle (N·m/rad).
     emg_uV : tuple of float
@@ -48,6 +50,7 @@ class Limits:
     moment_Nm: tuple[float, float]
     angle_rad: tuple[float, float]
     torque_Nm: tuple[float, float]
+    joint_speed_rad_per_s: float
     torque_per_angle_Nm_per_rad: tuple[float, float]
     emg_uV: tuple[float, float]
     frozen_s: float

@@ -98,7 +98,7 @@ def ingest_torque_manipulator(
     repair_time_stamps(time[present], options.max_gap_s, f"{log_name}, samples with an angle")
     time, angle = time[present], RADIANS_PER_UNIT[options.angle_unit] * angle[present]
     _refuse_degrees(angle, options.angle_unit, log_name)
-    time = time - _trigger(log["trigger_time"], log_name)
+    time = time - _trigger(log["trigger_time"], time, log_name)
     _refuse_broken_command(command, options, duration_s, command_name)
     refuse_short(time[-1], duration_s, log_name)
     _refuse_coarse(angle, log_name)
@@ -159,13 +159,19 @@ def _clock_error(time, angle, command, rate_hz: float) -> float:
     return error if abs(error) > CLOCK_TOLERANCE else 0.0
 
 
-def _trigger(stamps: np.ndarray, name: str) -> float:
-    """Stamp of the trigger (s): the first that is not 0."""
+def _trigger(stamps: np.ndarray, time: np.ndarray, name: str) -> float:
+    """Stamp of the trigger (s): the first that is not 0, within the log's time (s)."""
     triggered = stamps[stamps > 0.0]
     if not triggered.size:
+        found = "only zeros" if not stamps.any() else f"none above 0, but {stamps[stamps != 0.0][0]:g}"
         raise InputError(
-            f"{name}: expected the stamp of the trigger, found only zeros: check that the command "
+            f"{name}: expected the stamp of the trigger, found {found}: check that the command "
             "was started while the log ran"
+        )
+    if triggered[0] > time[-1]:
+        raise InputError(
+            f"{name}: expected the trigger between {time[0]:.10g} and {time[-1]:.10g} s, the stamps of the "
+            f"log, found it at {triggered[0]:.10g} s: record both stamps by one clock"
         )
     return triggered[0]
 
@@ -243,6 +249,7 @@ def ingest_position_manipulator(
     refuse_exchanged(angle, torque, name)
     _refuse_degrees(angle, options.angle_unit, name)
     _refuse_saturated("a torque", "N·m", torque, recorded.recorded_hz, name)
+    _refuse_coarse(angle, name)
     _refuse_little_motion(angle, options.angle_unit, name)
     rate = options.resample_rate_hz
     refuse_slow(recorded.recorded_hz, rate, "the resampling rate", name)

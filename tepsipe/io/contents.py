@@ -50,7 +50,8 @@ def contents_of(path: str | Path) -> Contents:
     """
     path = Path(path)
     if not path.is_file():
-        raise InputError(f"{path}: expected a file, found none: correct its path")
+        found = "a folder" if path.is_dir() else "a pipe or a device" if path.exists() else "none"
+        raise InputError(f"{path}: expected a file, found {found}: correct its path")
     readers: dict[str, Callable[[Path], Contents]] = {
         ".c3d": _of_c3d,
         ".edf": _of_edf,

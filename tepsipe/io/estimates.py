@@ -40,6 +40,8 @@ FLAGS = {
     "reflexes and the treadmill model",
     "skin-motion": "soft tissue of the shank moves over the bone by more than can be corrected. Fasten the "
     "markers of the shank to bony places",
+    "muscle-left-out": "a muscle that acts at the ankle has no usable electromyogram, so its torque counts "
+    "as stiffness and damping. Repair its electrode, or quote another estimator",
     "few-perturbations": "more than 30 % of the perturbations are unusable. Read the reasons, and repeat the "
     "trial",
     "not-identified": "the perturbation does not determine the quantity, so it has no value. Record a "

@@ -3,14 +3,18 @@
 from collections import Counter
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.walking.analysis import FEWEST_UNPERTURBED
+from tepsipe.experiments.walking.analysis import FEWEST_UNPERTURBED, FEWEST_WITHOUT_PULSES
+from tepsipe.experiments.walking.impedance import WalkingOptions
+from tepsipe.ingest.dflow import read_dflow_files
 from tepsipe.new_study.look import Found, events_of
 from tepsipe.new_study.measures import pulses_of
 from tepsipe.new_study.pairing import Group, experiment_by_name
 from tepsipe.new_study.sheet import describe_pulses
+from tepsipe.new_study.table_rows import refuse_units
 from tepsipe.new_study.treadmill_plan import experiment_of
 from tepsipe.new_study.treadmill_trials import Seen, seen_in, share_belt, share_labels
 
+FEWEST_PULSES = {"standing": 4}  # of the shipped configuration; elsewhere two, for the scatter
 OF_TABLES = {
     "manipulator log": "wristalyzer",
     "position table": "position_manipulator",
@@ -51,6 +55,7 @@ def find_experiments(groups: list[Group], unused: list[Found], folder: str) -> d
     share_belt(list(seen.values()))
     share_labels(list(seen.values()))
     attempt(_refuse_unusable, seen)
+    attempt(_refuse_unaligned, seen)
     return seen
 
 
@@ -70,6 +75,7 @@ def _find(group: Group, seen: dict[str, Seen], folder: str) -> None:
         return
     if first.kind in OF_TABLES:
         group.experiment = OF_TABLES[first.kind]
+        refuse_units(group)
         return
     seen[first.name] = contents = seen_in(group)
     named = experiment_by_name(f"{folder}/{first.name}")
@@ -96,9 +102,12 @@ def _is_walk(group: Group, contents: Seen, named: str | None) -> bool:
         strides, why = contents.contacts - 1, "name" if named else "steps on the plates"
     else:
         return False
-    if strides < FEWEST_UNPERTURBED:
+    fewest = FEWEST_UNPERTURBED
+    if "pulse" not in kinds:  # half of the strides are compared with the others, some at every phase
+        fewest = 2 * FEWEST_WITHOUT_PULSES * len(WalkingOptions().phases_percent)
+    if strides < fewest:
         raise InputError(
-            f"expected at least {FEWEST_UNPERTURBED} whole strides on the same plates of a person who walks "
+            f"expected at least {fewest} whole strides on the same plates of a person who walks "
             f"(by the {why}), found {max(strides, 0)}: record a longer walk, or a person who stands on them"
         )
     group.notes.append(f"taken for walking by its {why}")
@@ -119,15 +128,33 @@ def _refuse_unusable(group: Group, seen: dict[str, Seen]) -> None:
     taken, whole = f"taken for {group.experiment}", group.first.kind == "whole trial"
     if whole and group.experiment != "empty" and contents.positions is None:
         raise InputError(f"{taken}, but it holds no markers: export the file with its points")
-    if contents.velocity is None:  # of an empty belt, nothing may show which channel holds it
-        moves = not whole or group.experiment == "empty"
-    else:
-        moves = pulses_of(contents.velocity, contents.velocity_rate_hz) is not None
-    if not moves:
+    pulses = None
+    if contents.velocity is not None:
+        pulses = pulses_of(contents.velocity, contents.velocity_rate_hz)
+    if pulses is None and (contents.velocity is not None or (whole and group.experiment != "empty")):
+        # without the velocity: of an empty belt, nothing may show which channel holds it
         raise InputError(
             f"{taken}, but no pulses of the belt with rests between them are in its channels or markers: "
             "impedance needs a perturbation, as neither quiet standing nor a constant motion has"
         )
-    pulses = describe_pulses(contents)
-    if pulses:
-        group.notes.append(pulses)
+    least = FEWEST_PULSES.get(group.experiment, 2)
+    if pulses is not None and pulses.count < least:
+        raise InputError(
+            f"{taken}, expected at least {least} pulses of the belt, found {pulses.count} in "
+            f"{contents.duration_s:.3g} s: repeat a trial that was aborted"
+        )
+    if pulses is not None:
+        group.notes.append(describe_pulses(contents))
+
+
+def _refuse_unaligned(group: Group, seen: dict[str, Seen]) -> None:
+    """Refuse a file of D-Flow's record module that cannot be brought to the clock of its mocap file.
+
+    Raises
+    ------
+    InputError
+        If it is so.
+    """
+    if "record" in group.partners and group.experiment != "walking":
+        labels = tuple(seen[group.first.name].belt_fixed[:3])
+        read_dflow_files(group.first.path, group.partners["record"].path, labels)

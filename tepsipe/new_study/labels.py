@@ -8,10 +8,12 @@ SIDES = {"left": {"l", "left", "li", "links"}, "right": {"r", "right", "re", "re
 SEGMENTS = {
     "ankle": r"(?<!sh)ank|mal|\bfal\b|\btam\b",
     "foot": r"toe|hee|foot|fcc|fm\d|mt\d|meta",
-    "shank": r"sha|shn|tib|tti|calf|lower",
-    "thigh": r"thi|fem|upper|kne",
+    "shank": r"sha|shn|tib|tti|ttc|\bfax\b|calf|lower",
+    "thigh": r"thi|fem|upper|kne|\bf[lm]e\b|\bftc\b",
 }
-KNEE = r"kne"
+KNEE = r"kne|\bfle\b"
+# what an export of Delsys calls a channel of a sensor, after the sensor's name and a colon
+CHANNEL = r"\s*emg[\s.]*[a-z]?\s*\d*\s*"
 # muscle -> how its channel is called; the first channel that fits is taken
 MUSCLES = {
     "TA": r"\b[lr]?TA\b|tib\w* *ant|\b[lr]?tib",
@@ -23,12 +25,13 @@ MUSCLES = {
 
 
 def plain(label: str) -> str:
-    """A label without the subject's name before a colon, its parts separated by spaces."""
+    """A label without the subject's name or the channel of a sensor, its parts separated by spaces."""
     return " ".join(_parts(label))
 
 
 def _parts(label: str) -> list[str]:
-    return re.findall(r"[^\W_]+", label.rpartition(":")[2])
+    before, _, after = label.rpartition(":")
+    return re.findall(r"[^\W_]+", before if before and re.fullmatch(CHANNEL, after, re.I) else after)
 
 
 def muscle_of(label: str) -> str | None:

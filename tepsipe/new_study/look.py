@@ -22,6 +22,8 @@ COLUMNS = {
     "torque": r"torque|moment|drehmoment|\btau\b|\bnm\b",
     "force": r"force|load|kraft|^f[xyz]",
 }
+# columns of what was imposed or wanted, not measured at the joint: taken for a role only if no other fits
+IMPOSED = r"platform|surface|sway|command|cmd|set ?point|target|desired|soll"
 # the same for a person on a moving platform, whose columns name a joint each
 JOINTS = {"ankle": r"ankle|sprung", "hip": r"hip|trunk|h(ü|ue|u)ft"}
 PLATFORM = r"platform|sway|surface|perturb"
@@ -128,13 +130,18 @@ def _found(path: Path, name: str) -> Found:
 
 
 def columns_by_role(names: list[str]) -> dict[str, str]:
-    """Role of a column, for example time -> its name in the header; the first that fits."""
-    by_role: dict[str, str] = {}
-    for name in names:
+    """Role of a column, for example time -> its name in the header; the first that fits best."""
+    return {role: fitting[0] for role, fitting in candidates_by_role(names).items()}
+
+
+def candidates_by_role(names: list[str]) -> dict[str, list[str]]:
+    """Role of a column -> the names in the header that fit it, those of imposed signals last."""
+    by_role: dict[str, list[str]] = {}
+    for name in sorted(names, key=lambda n: bool(re.search(IMPOSED, n.replace("_", " "), re.IGNORECASE))):
         spaced = name.replace("_", " ")
         role = next((r for r, pattern in COLUMNS.items() if re.search(pattern, spaced, re.IGNORECASE)), None)
         if role is not None:
-            by_role.setdefault(role, name)
+            by_role.setdefault(role, []).append(name)
     return by_role
 
 

@@ -1,11 +1,14 @@
 """Grouping of files into trials, and the experiment of each trial."""
 
 import re
+import unicodedata
 from dataclasses import dataclass, field
 from difflib import SequenceMatcher
 from pathlib import PurePosixPath
 
-from tepsipe.new_study.look import FIRST, Found
+import numpy as np
+
+from tepsipe.new_study.look import FIRST, Found, samples
 
 # words of a file's name that say what the file holds, not which trial it is of
 GENERIC = {
@@ -31,6 +34,8 @@ WORDS = {
         "tense",
     ),
 }
+# the number that a recorder appends to a word for the kind of file
+NUMBERED = r"(?<![A-Za-z0-9])(mocap|record|treadmill|markers|log|emg)(?=\d)"
 LONGEST_DIFFERENCE_S = 3.0
 LEAST_ALIKE = 0.6
 
@@ -86,6 +91,8 @@ def group_files(files: list[Found]) -> tuple[list[Group], list[Found]]:
                 shared = kind == "calibration"
                 candidates = [f for f in files if f.kind == kind and (shared or f.name not in used)]
                 partner = _partner(group.first, candidates, len(firsts), sure)
+                if partner is None and kind == "command" and not sure:
+                    partner = _shared_command(group.first, [f for f in files if f.kind == kind])
                 if partner is None:
                     continue
                 group.partners[kind] = partner
@@ -122,12 +129,18 @@ def key_of(name: str) -> str:
     path = PurePosixPath(name)
     for part in (path.name.partition(".c3d")[0], *reversed(path.parts[:-1])):
         stem = re.sub(r"\.(c3d|mat|csv|tsv|txt|edf|bdf|trc|gz)\b", "", part, flags=re.IGNORECASE)
-        stem = re.sub(r"^(mocap|record|treadmill|markers|log|emg)(?=\d)", "", stem, flags=re.IGNORECASE)
+        stem = re.sub(NUMBERED, "", stem, flags=re.IGNORECASE)
         words = [w for w in re.split(r"[_\s]+", stem) if w and w.lower() not in GENERIC]
-        key = re.sub(r"[^A-Za-z0-9.-]+", "-", "-".join(words)).strip("-.")
+        key = _spelled("-".join(words)).strip("-.")
         if key and key.lower() not in GENERIC:
             return key
     return "trial"
+
+
+def _spelled(text: str) -> str:
+    """Text with the characters that names in a study may have: letters without accents, digits, dots."""
+    plain = unicodedata.normalize("NFKD", text.replace("ß", "ss"))
+    return re.sub(r"[^A-Za-z0-9.-]+", "-", "".join(c for c in plain if not unicodedata.combining(c)))
 
 
 def _partner(first: Found, candidates: list[Found], trials: int, sure: bool) -> Found | None:
@@ -152,6 +165,19 @@ def _partner(first: Found, candidates: list[Found], trials: int, sure: bool) -> 
     return best
 
 
+def _shared_command(log: Found, commands: list[Found]) -> Found | None:
+    """The only command that lasts as long as a log after its trigger; trials with one command share it."""
+    length = after_trigger(log)
+    fitting = [f for f in commands if abs((f.duration_s or 0.0) - length) <= LONGEST_DIFFERENCE_S]
+    return fitting[0] if len(fitting) == 1 else None
+
+
+def after_trigger(log: Found) -> float:
+    """Length of a manipulator's log from the trigger on (s)."""
+    trigger, time = (samples(log.channel(log.columns[role])) for role in ("trigger", "time"))
+    return float(time[-1] - trigger.max()) if trigger.max() > 0.0 else float(np.ptp(time))
+
+
 def _length_fits(first: Found, other: Found) -> bool:
     """Test for two files of one trial: lengths (s) within `LONGEST_DIFFERENCE_S` or a tenth."""
     if first.duration_s is None or other.duration_s is None:
@@ -161,19 +187,23 @@ def _length_fits(first: Found, other: Found) -> bool:
 
 
 def name_apart(groups: list[Group]) -> None:
-    """Give trials of one experiment with the same name the names of their folders, or numbers."""
+    """Give trials of one experiment with the same name the names of their folders, else numbers."""
     for group in groups:
         twins = [g for g in groups if (g.experiment, g.condition) == (group.experiment, group.condition)]
         if len(twins) == 1:
             continue
-        folders = [PurePosixPath(g.first.name).parent.name for g in twins]
-        parts = (
-            folders
-            if len(set(folders)) == len(twins) and all(folders)
-            else map(str, range(1, len(twins) + 1))
-        )
-        for g, part in zip(twins, list(parts), strict=True):
-            g.condition = re.sub(r"[^A-Za-z0-9.-]+", "-", f"{part}-{g.condition}")
+        for g, part in zip(twins, _folders(twins), strict=True):
+            g.condition = _spelled(f"{part}-{g.condition}").lstrip("-.")
+
+
+def _folders(twins: list[Group]) -> list[str]:
+    """Names that tell trials apart: of the folders of their files, as few as suffice, else numbers."""
+    parents = [PurePosixPath(g.first.name).parent.parts for g in twins]
+    for depth in range(1, max(map(len, parents)) + 1):
+        names = ["-".join(parts[-depth:]) for parts in parents]
+        if len({_spelled(name) for name in names}) == len(twins) and all(names):
+            return names
+    return [str(number) for number in range(1, len(twins) + 1)]
 
 
 def experiment_by_name(name: str) -> str | None:

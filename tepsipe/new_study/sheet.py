@@ -7,7 +7,7 @@ import numpy as np
 from tepsipe.new_study.axes import belts_of
 from tepsipe.new_study.look import samples
 from tepsipe.new_study.measures import pulses_of
-from tepsipe.new_study.pairing import Group
+from tepsipe.new_study.pairing import Group, after_trigger
 from tepsipe.new_study.settings import PLACEHOLDER, Missing
 from tepsipe.new_study.table_plan import load_role
 from tepsipe.new_study.table_rows import named_in_rows
@@ -136,8 +136,11 @@ ABOUT = {
         "instruction of the person, for example relax",
         "by your protocol; rename the file, or fill in the cell",
     ),
-    "command": ("file of the torque command", "export it from the manipulator"),
-    "calibration": ("calibration matrix of the force plate (CSV)", "from the maker of the treadmill"),
+    "command": ("file of the torque command", "export it, or name the one that was used"),
+    "calibration": (
+        "calibration matrix of the force plate (CSV)",
+        "from the maker of the treadmill; without one, take out the row",
+    ),
     "markers": ("C3D file of the markers of this trial", "export it from the motion capture system"),
 }
 
@@ -153,10 +156,7 @@ def _duration(group: Group, seen: Seen | None) -> float:
     if seen is not None or group.first.kind == "whole trial":
         length = (group.first.duration_s or 0.0) if seen is None else seen.duration_s
     elif group.first.kind == "manipulator log":
-        command = group.partners.get("command")
-        log = group.first
-        trigger, time = (samples(log.channel(log.columns[r])) for r in ("trigger", "time"))
-        after = float(time[-1] - trigger.max()) if trigger.max() > 0.0 else float(np.ptp(time))
+        command, after = group.partners.get("command"), after_trigger(group.first)
         length = min(after, command.duration_s) if command is not None else after
     else:
         time = samples(group.first.channel(group.first.columns["time"]))

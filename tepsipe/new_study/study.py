@@ -135,12 +135,13 @@ def new_study(
     name = _name(folder, name)
     output = _output(folder, name, output)
     _refuse_existing(output)
-    files = look_at(folder, left_out=output.resolve() if output.resolve() != folder.resolve() else None)
+    files = look_at(folder, left_out=_real(output) if _real(output) != _real(folder) else None)
     groups, unused = group_files(files)
     unused = [replace(f, why=f.why or ALONE.get(f.kind, ALONE["other"])) for f in unused]
     unused += [f for f in files if f.kind == "other" and f not in unused]
-    seen = find_experiments(groups, unused, folder.resolve().name)
+    seen = find_experiments(groups, unused, _real(folder).name)
     parts = _usable_parts(groups, seen, unused)
+    unused += _left_alone(files, parts, unused)
     if not parts:
         raise InputError(
             f"{folder}: expected a recording of a trial, found no file that is one ({_reasons(unused)}): "
@@ -173,6 +174,14 @@ def _usable_parts(groups: list[Group], seen: dict[str, Seen], unused: list[Found
         if kept:
             usable[end if usable else ""] = kept
     return usable
+
+
+def _left_alone(files: list[Found], parts: dict[str, list[Group]], unused: list[Found]) -> list[Found]:
+    """Files that belong only to trials that are not used."""
+    groups = [group for part in parts.values() for group in part]
+    named = {f.name for g in groups for f in (g.first, *g.partners.values())} | {f.name for f in unused}
+    why = "the trial that it belongs to is not used"
+    return [replace(f, kind="other", why=why) for f in files if f.name not in named]
 
 
 def _ended(name: str, end: str) -> str:
@@ -208,8 +217,13 @@ def _prepare(
     return made, written
 
 
+def _real(path: Path) -> Path:
+    """Absolute path behind symbolic links, also of links that lead back to themselves."""
+    return Path(os.path.realpath(path))
+
+
 def _name(folder: Path, name: str | None) -> str:
-    candidate = folder.resolve().name if name is None else name
+    candidate = _real(folder).name if name is None else name
     if name is None:
         candidate = re.sub(r"[^A-Za-z0-9.-]+", "-", candidate).strip("-.") or "my-study"
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9.-]*", candidate):
@@ -222,7 +236,7 @@ def _name(folder: Path, name: str | None) -> str:
 def _output(folder: Path, name: str, output: str | Path | None) -> Path:
     if output is None:
         output = Path(name)
-        if output.resolve() == folder.resolve():
+        if _real(output) == _real(folder):
             output = Path(f"{name}-study")
     return Path(output)
 
@@ -240,7 +254,7 @@ def _refuse_existing(output: Path) -> None:
 
 def _from(output: Path, path: Path) -> str:
     """Path as written in a study, with slashes: relative if it lies in a folder around the study's files."""
-    path, output = path.resolve(), output.resolve()
+    path, output = _real(path), _real(output)
     near = output in path.parents or path.parent in output.parents
     return Path(os.path.relpath(path, output) if near else path).as_posix()
 

@@ -4,9 +4,9 @@ import re
 
 import numpy as np
 
-from tepsipe.new_study.look import samples
+from tepsipe.new_study.look import Found, candidates_by_role, samples
 from tepsipe.new_study.measures import driving_sign, period_s, resisting_sign
-from tepsipe.new_study.pairing import Group
+from tepsipe.new_study.pairing import Group, key_of
 from tepsipe.new_study.settings import Missing, Plan
 
 LARGEST_RAD = 3.2
@@ -31,6 +31,7 @@ def plan_wristalyzer(plan: Plan, groups: list[Group]) -> None:
     names, key = first.columns, "wristalyzer"
     for role, setting in (("time", "time"), ("angle", "angle"), ("trigger", "trigger_time")):
         plan.put(f"{key}.files.log_columns.{setting}", names[role], f"found in {first.name}")
+        _name_others(plan, f"{key}.files.log_columns.{setting}", first, role)
     angle = first.channel(names["angle"])
     unit, why = angle_unit(samples(angle), angle.unit)
     plan.assume(f"{key}.files.angle_unit", unit, why, "unit of the angle in the log")
@@ -48,6 +49,11 @@ def plan_wristalyzer(plan: Plan, groups: list[Group]) -> None:
         plan.put(
             f"{key}.analysis.perturbation_period_s", None if period is None else float(f"{period:.4g}"), note
         )
+    for group in groups:
+        used = group.partners.get("command")
+        if used is not None and key_of(used.name) != key_of(group.first.name):
+            where, meaning = f"trials.tsv, {key}/{group.condition}", f"{used.name} was assumed, by its length"
+            plan.check.append(Missing(f"{where}, command", meaning, "the command of this trial"))
     plan.check.append(
         Missing(
             f"{key}.analysis",
@@ -63,6 +69,7 @@ def plan_position(plan: Plan, groups: list[Group]) -> None:
     key = "position_manipulator"
     for role in ("time", "angle", "torque"):
         plan.put(f"{key}.files.columns.{role}", first.columns[role], f"found in {first.name}")
+        _name_others(plan, f"{key}.files.columns.{role}", first, role)
     _plan_delimiter(plan, key, groups)
     angle, torque = (first.channel(first.columns[role]) for role in ("angle", "torque"))
     unit, why = angle_unit(samples(angle), angle.unit)
@@ -71,6 +78,14 @@ def plan_position(plan: Plan, groups: list[Group]) -> None:
     how = "-1 if a torque that resists a positive angle is recorded as negative, else 1"
     plan.assume(f"{key}.files.torque_sign", sign, "sign of the torque that moves the joint", how)
     _plan_rate(plan, key, groups, "angle", DEFAULT_RATE_HZ)
+
+
+def _name_others(plan: Plan, key: str, file: Found, role: str) -> None:
+    """List the columns that might be meant instead of the chosen one."""
+    others = candidates_by_role([c.name for c in file.contents.channels]).get(role, [])[1:]
+    if others:
+        meaning = f"{file.columns[role]} was assumed, not {', '.join(others)}"
+        plan.check.append(Missing(key, meaning, "the column that was measured at the joint"))
 
 
 def plan_platform(plan: Plan, groups: list[Group]) -> None:

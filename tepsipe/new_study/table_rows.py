@@ -1,6 +1,7 @@
 """Text tables of one experiment whose columns have other names, units or signs in each file."""
 
 from tepsipe.io.readers.plain_table import DELIMITERS as NAMED
+from tepsipe.io.readers.text_table import refuse_other_unit
 from tepsipe.new_study.look import samples
 from tepsipe.new_study.measures import driving_sign
 from tepsipe.new_study.pairing import Group
@@ -17,6 +18,7 @@ ROLES = {
     "platform": {"time_column": "time"},
 }
 ANGLE = {"wristalyzer": "angle", "position_manipulator": "angle", "platform": "ankle_angle"}
+UNITS = {"time": "s", "torque": "Nm", "velocity": "m/s", "force": "N"}
 
 
 def unlike_tables(groups: list[Group]) -> dict[str, str]:
@@ -52,6 +54,26 @@ def unlike_tables(groups: list[Group]) -> dict[str, str]:
                     f"its columns have other names than those of {first.name}: rename them"
                 )
     return why
+
+
+def refuse_units(group: Group) -> None:
+    """Refuse a table with a column in a unit that its reader does not convert, by the names of its columns.
+
+    Raises
+    ------
+    InputError
+        If there is one.
+    """
+    file = group.first
+    for role, column in file.columns.items():
+        what = role.rpartition("_")[2]
+        unit = UNITS.get(what, "")
+        if what == "angle":
+            channel = file.channel(column)
+            unit = angle_unit(samples(channel), channel.unit)[0]
+        needed = role in ROLES.get(group.experiment, {}).values() or group.experiment in ("platform", "belt")
+        if needed and not (role == "force" and "torque" in file.columns):
+            refuse_other_unit(column, unit, str(file.path), role.replace("_", " "))
 
 
 def _files(group: Group) -> list:

@@ -19,6 +19,9 @@ EMG_BAND_HZ = (20.0, 300.0)  # of the shipped configuration
 CUTOFFS_HZ = {"standing.analysis.stretch_cutoff_hz": 60.0, "standing.free_reflex.lowpass_cutoff_hz": 60.0}
 CAMERAS = re.compile(r"vicon|qualisys|motion analysis|optitrack|natural ?point|oqus|simi|bts", re.IGNORECASE)
 MANY_MARKERS = 12
+# pathways of the shipped configuration with windows of this length (s) from the onset of every pulse
+LONG_WINDOWS, LONG_S = ("foot-long", "foot-compensated"), 2.0
+ONSET_S = 0.02  # by how much a detected onset may differ from its schedule
 LOW = "low markers that move together"
 
 
@@ -50,6 +53,7 @@ def plan_treadmill(plan: Plan, trials: list[tuple[Group, Seen]]) -> None:
     whole = [(g, s) for g, s in trials if g.first.kind == "whole trial"]
     if whole:
         _plan_recording(plan, whole)
+        _plan_other_markers(plan, whole)
     else:
         loads = {b: max(abs(s.loads_N.get(b, 0.0)) for s in every) for b in ("left", "right")}
         belt = max(loads, key=loads.get)
@@ -150,6 +154,22 @@ def _plan_belt_velocity(plan: Plan, key: str, whole: list[tuple[Group, Seen]], s
             )
 
 
+def _plan_other_markers(plan: Plan, whole: list[tuple[Group, Seen]]) -> None:
+    """Belt-fixed markers of experiments whose trials do not have those of the belt's velocity."""
+    usual = plan.tree["plate_treadmill"]["recording"]["belt_velocity"]
+    shared = usual["markers"].value if "markers" in usual else []
+    for experiment in dict.fromkeys(g.experiment for g, _ in whole):
+        own = [s for g, s in whole if g.experiment == experiment and s.belt_fixed]
+        if not isinstance(shared, list) or not own or all(set(shared) <= set(s.markers) for s in own):
+            continue
+        labels = [m for m in own[0].belt_fixed if all(m in s.belt_fixed for s in own)][:3]
+        key = f"plate_treadmill.exceptions.{experiment}.recording.belt_velocity"
+        values = {name: setting.value for name, setting in usual.items()}
+        for name, value in ({"channel": None, "m_per_s_per_unit": None, "offset": 0.0} | values).items():
+            plan.put(f"{key}.{name}", value, "as for the others")
+        plan.assume(f"{key}.markers", labels, LOW, "belt-fixed markers")
+
+
 def _rounded(scale: float) -> float:
     """A factor to two digits if it differs from them by less than half a percent, else to four."""
     two = float(f"{scale:.2g}")
@@ -191,6 +211,10 @@ def _plan_dummy(plan: Plan, trials: list[tuple[Group, Seen]], _: set[str]) -> No
     )
     ask(f"{key}.foot_mass_kg", "mass of the foot (kg)", "weigh it")
     ask(f"{key}.foot_height_m", "height of the ankle above the belt (m)", "measure it with a ruler")
+    free_s = _shortest_s(trials) - ONSET_S
+    for pathway in LONG_WINDOWS if free_s < LONG_S else ():
+        window_s = max(0.1, float(np.floor(10.0 * free_s) / 10.0))
+        plan.put(f"dummy.foot.pathways.{pathway}.window_s", window_s, "no longer than from pulse to pulse")
     leg = [m for m in _visible(trials) if m not in fixed or m == ankle]
     _plan_segment(plan, f"{key}.leg_markers", leg, ankle, trials, "the axis of the leg")
     if ankle is not None:
@@ -260,7 +284,7 @@ def _plan_standing(plan: Plan, trials: list[tuple[Group, Seen]], experiments: se
         plan.ask(
             "standing.files.emg_trigger",
             "label of the trigger in the file of electromyograms",
-            "name the channel of the trigger line",
+            "name the channel of the trigger line; null if the trigger started the recorder",
         )
     if not {"weight", "empty"} <= experiments:
         plan.put(
@@ -329,7 +353,8 @@ def _plan_segment(plan: Plan, key: str, labels: list[str], joint: str | None, tr
         plan.ask(
             key,
             "markers of this segment and their offsets, a list of at least two",
-            "as in docs/recordings: {label: ..., anterior_offset_m: ..., longitudinal_offset_m: ...}",
+            "as in docs/recordings: {label: ..., anterior_offset_m: ..., longitudinal_offset_m: ...}, of the "
+            "markers that files.marker_labels lists",
         )
         return
     items = []
@@ -371,6 +396,13 @@ def _place(label: str, joint: str | None, trials) -> str:
 
 def _pulses(seen: Seen) -> Pulses | None:
     return None if seen.velocity is None else pulses_of(seen.velocity, seen.velocity_rate_hz)
+
+
+def _shortest_s(trials: list[tuple[Group, Seen]]) -> float:
+    """Shortest time from the onset of a pulse to the next, or to the end of the trial (s)."""
+    found = [(pulses, s) for _, s in trials if (pulses := _pulses(s)) is not None]
+    times = [x for p, s in found for x in (p.shortest_s, s.duration_s - p.last_s)]
+    return float(np.nanmin([np.inf, *times]))
 
 
 def _plan_window(plan: Plan, key: str, trials: list[tuple[Group, Seen]]) -> None:

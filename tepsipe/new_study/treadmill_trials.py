@@ -30,7 +30,8 @@ VELOCITY_NAMES = re.compile(r"belt|speed|veloc|v_b|geschw|band", re.IGNORECASE)
 TRIGGER_NAMES = re.compile(r"trig|sync|start", re.IGNORECASE)
 SPEEDS = {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2, "km/h": 1.0 / 3.6}
 AGREES = 0.05  # largest relative difference between a scale by the unit and by the markers
-COMPUTED = r"Angles?$|Forces?$|Moments?$|Powers?$|^\*"  # points that models of the software compute
+# points that models of the software compute
+COMPUTED = r"Angles?$|Forces?$|Moments?$|Powers?$|CentreOfMass(Floor)?$|^\*"
 COMMAND_NAMES = re.compile(r"command|cmd|set ?point|target|soll", re.IGNORECASE)
 LOADED_N = 20.0  # vertical force from which a plate is loaded
 LEAST_LOADED = 0.02  # share of the time from which its load counts

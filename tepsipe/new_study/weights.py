@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 
+from tepsipe.new_study.axes import belts_of
 from tepsipe.new_study.measures import pulses_of
 from tepsipe.new_study.pairing import GENERIC, WORDS, Group
 from tepsipe.new_study.settings import PLACEHOLDER, Missing, Plan
@@ -17,7 +18,8 @@ FAMILY = (
 )
 SAME_MASS = 0.15  # largest relative difference of the loads of one weight
 ALIKE = 0.1  # largest relative difference of the peaks of the same pulses
-MASS = re.compile(r"(?<![\d.])\d+(\.\d+)?[ _]?kg", re.IGNORECASE)
+MASS = re.compile(r"(?<![\d.])\d+(\.\d+)?[ _-]?kg", re.IGNORECASE)
+COUNTER = r"-\d{3,}$"  # that a recorder appends, another number for every file
 
 
 def weights_of(groups: list[Group], seen: dict[str, Seen]) -> list[tuple[float, list[Group]]]:
@@ -49,10 +51,12 @@ def without_calibration(groups: list[Group], seen: dict[str, Seen]) -> dict[str,
     """Trials of weight and empty belt that cannot calibrate a treadmill: name of the first file -> why."""
     empty = [g for g in groups if g.experiment == "empty"]
     weights = weights_of(groups, seen)
-    if not (empty or weights):
+    calibrations = (*empty, *(g for _, own in weights for g in own))
+    if not calibrations:
         return {}
     if empty and weights and len(weights[0][1]) > 1:
-        return {}
+        why = _on_another_belt(groups, seen)
+        return {g.first.name: why for g in calibrations} if why else {}
     found = (
         f"{len(empty)} of the empty belt and {max((len(own) for _, own in weights), default=0)} of one weight"
     )
@@ -60,7 +64,27 @@ def without_calibration(groups: list[Group], seen: dict[str, Seen]) -> dict[str,
         "models of the treadmill need a trial of the empty belt and two of one weight, to calibrate and to "
         f"validate, found {found}: record the others"
     )
-    return {g.first.name: why for g in (*empty, *(g for _, own in weights for g in own))}
+    return {g.first.name: why for g in calibrations}
+
+
+def _on_another_belt(groups: list[Group], seen: dict[str, Seen]) -> str:
+    """Why the weights do not calibrate the belt of a person or dummy; empty if they do."""
+    members = {"weight": [], "dummy": [], "standing": []}
+    for group in groups:
+        if group.experiment in members and group.first.kind == "whole trial":
+            members[group.experiment].append(group.first.name)
+    belts = belts_of({name: seen[name] for names in members.values() for name in names})
+    calibrated = {belts.get(name) for name in members["weight"]} - {None}
+    for experiment in ("dummy", "standing"):
+        for name in members[experiment] if calibrated else ():
+            own = {"both": {"left", "right"}}.get(belts.get(name), {belts.get(name)} - {None})
+            if own - calibrated:
+                return (
+                    "models of the treadmill are those of one belt, the weight was on the "
+                    f"{' and '.join(sorted(calibrated))} belt, and {name} is on the "
+                    f"{(own - calibrated).pop()} one: record weight and empty belt there, too"
+                )
+    return ""
 
 
 def name_conditions(groups: list[Group], seen: dict[str, Seen]) -> None:
@@ -72,10 +96,13 @@ def name_conditions(groups: list[Group], seen: dict[str, Seen]) -> None:
     ends = {g.first.name: f"-{kg:.0f}kg" for kg, own in weights[1:] for g in own}
     for experiment in ("weight", "empty"):
         members = [g for g in groups if g.experiment == experiment]
-        names = [motion_of(g.condition) + ends.get(g.first.name, "") for g in members]
-        if members and all(motion_of(g.condition) for g in members) and len(set(names)) == len(names):
-            for group, name in zip(members, names, strict=True):
-                group.condition = name
+        motions = [motion_of(g.condition) for g in members]
+        for known in ([re.sub(COUNTER, "", motion) for motion in motions], motions):
+            names = [m + ends.get(g.first.name, "") for g, m in zip(members, known, strict=True)]
+            if all(known) and len(set(names)) == len(names):
+                for group, name in zip(members, names, strict=True):
+                    group.condition = name
+                break
 
 
 def motion_of(condition: str) -> str:

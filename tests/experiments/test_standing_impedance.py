@@ -225,6 +225,16 @@ def test_profile_holds_the_delays_and_says_which_the_responses_determine(rng):
     assert undetermined.delays_at_bound == ()
 
 
+def test_estimate_without_a_muscle_that_acts_at_the_ankle_is_flagged():
+    torque = INTRINSIC + by_muscles()
+    whole = fit(responses_with(torque, DRIVE), EMG)
+    lacking = fit(responses_with(torque, {m: DRIVE[m] for m in ("TA", "GAS")}), EMG)
+    assert abs(found(lacking)["K"] - K) > 0.02 * K
+    for result, flags in ((whole, ""), (lacking, "muscle-left-out")):
+        rows = standing_estimates("relax", "ankle", "emg-driven", result, 555.0)
+        assert {row.quantity: row.flags for row in rows if row.quantity in "BK"} == {"B": flags, "K": flags}
+
+
 def test_muscles_cannot_push():
     # torque that only a pushing soleus could explain, beside a pulling tibialis
     pushed = INTRINSIC - 0.3 * twitched(BURSTS["TA"], 0.04) - 0.4 * twitched(BURSTS["SOL"], 0.04)

@@ -310,6 +310,18 @@ def test_shank_that_leans_far_is_a_stumble():
     assert "standing allows 11: a stumble" in fault
 
 
+@pytest.mark.parametrize(("factor", "faulty"), [(1.05, False), (1.2, True)])
+def test_weight_that_changes_while_the_person_stands_is_no_persons(factor, faulty):
+    trial = usual_trial()
+
+    def louder(force):
+        force[trial.time > 0.5 * trial.time[-1]] *= factor
+
+    fault = fault_of(with_signal(trial, "force", louder))
+    assert (fault is not None) is faulty
+    assert not faulty or "while the person stood still: check the range and the amplifier" in fault
+
+
 def test_what_is_bridged_while_a_marker_is_hidden_is_no_evidence():
     def away(time):
         # from 20 to 21 s a straight line out, another one back

@@ -2,17 +2,14 @@
 
 import inspect
 
-import h5py
 import numpy as np
 import pytest
-from builders import assert_one_sentence, trial_of
+from builders import assert_one_sentence
 from misuse import copied, good
 from misuse_table import FILES, NOTED, REFUSED, SAME
 
 import tepsipe
 from tepsipe import InputError
-from tepsipe.cli import main
-from tepsipe.io.trial import write_trial
 
 
 def spoiled(name, changes):
@@ -66,24 +63,3 @@ def test_harmless_variety_changes_nothing(name, changes):
     assert fit.parameters == pytest.approx(plain.parameters, rel=1e-3)
     assert not plain.notes
     assert all("converted" in note for note in fit.notes)
-
-
-@pytest.fixture(scope="module")
-def trial_file(tmp_path_factory):
-    """A trial of the study that can be read."""
-    path = tmp_path_factory.mktemp("trials") / "good.h5"
-    rng = np.random.default_rng(1)
-    trial = trial_of(250.0, angle=(rng.normal(size=500), "rad"), torque=(rng.normal(size=500), "Nm"))
-    write_trial(path, trial, "dummy", "sine", {}, {})
-    assert tepsipe.read_trial(path).values("angle").size == 500
-    return path
-
-
-@pytest.mark.parametrize(("change", "words"), FILES, ids=range(len(FILES)))
-def test_spoiled_trial_is_refused_when_it_is_read(trial_file, tmp_path, change, words, capsys):
-    path = tmp_path / "trial.h5"
-    path.write_bytes(trial_file.read_bytes())
-    with h5py.File(path, "a") as file:
-        change(file)
-    assert main(["info", str(path)]) == 2  # reads it by read_trial
-    assert_one_sentence(capsys.readouterr().err.strip(), words, path)

@@ -193,6 +193,10 @@ def test_known_reflex_is_recovered(delay):
     assert found.vaf.held_out > 99.5
     assert found.muscle.constants == pytest.approx([GAIN, FREQUENCY_HZ, ZETA], rel=0.12)
     assert found.muscle.vaf.held_out > 99.5
+    # delays are compared by their cross-validated VAF (%); the response that is shown lies around lag 0
+    assert found.delay_vaf.max() == pytest.approx(found.vaf_cross_validated, abs=2.0)
+    assert found.intrinsic_time.size == found.intrinsic_response.size
+    assert found.intrinsic_time == pytest.approx(-found.intrinsic_time[::-1])
 
 
 @pytest.mark.slow

@@ -155,6 +155,11 @@ SPOILED = {
         ON_LOG,
         "Fy",
     ),
+    "gain that changes": (
+        lambda t: changed(t, "force", lambda x: np.concatenate([x[:1500], 1.6 * x[1500:]])),
+        ON_LOG,
+        "the same mass on the right belt throughout",
+    ),
     "plate upside down": (lambda t: changed(t, "force", lambda x: -x), ON_LOG, "kg on the right belt"),
 }
 

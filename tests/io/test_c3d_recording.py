@@ -299,3 +299,11 @@ def test_a_level_plate_shows_the_vertical_whatever_the_screen_is(upward, tmp_pat
     file.add_parameter("POINT", "Y_SCREEN", ["+X"])
     file.write(str(path))
     assert read_recording(path).up == "+" + "xyz"[int(np.argmax(upward @ [0, 0, 1]))]
+
+
+@pytest.mark.parametrize(("corners", "up"), [(CORNERS, "+z"), (CORNERS[::-1], "-z")])
+def test_without_markers_the_order_of_the_corners_shows_the_upper_side(corners, up, tmp_path):
+    units = dict(zip("abcdef", ["N", "N", "N", "Nm", "Nm", "Nm"], strict=True))
+    channels = {name: (np.zeros(100), unit) for name, unit in units.items()}
+    path = write_c3d(tmp_path / "plate.c3d", 100.0, {}, channels, [Plate(corners, tuple(units))])
+    assert read_recording(path).up == up

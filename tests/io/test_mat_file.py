@@ -132,3 +132,13 @@ def test_missing_variable_is_named(same_log, tmp_path):
     with pytest.raises(InputError, match=r"found 'sample_rate_hz', 'transducers_V'") as caught:
         read_treadmill_log(path)
     assert_one_sentence(caught.value, path)
+
+
+def test_structures_within_structures_without_end_are_refused(same_log, tmp_path):
+    path = tmp_path / "deep.mat"
+    shutil.copy(same_log, path)
+    with h5py.File(path, "r+") as file:
+        file.create_group("/".join("a" * 20))
+    with pytest.raises(InputError) as caught:
+        read_mat(path, "a log")
+    assert_one_sentence(caught.value, path)

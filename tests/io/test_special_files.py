@@ -56,6 +56,34 @@ def test_a_device_is_refused_at_once(path, refused):
         contents_of(path)
 
 
+def test_links_that_lead_back_to_themselves_are_refused(refused, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "loop").symlink_to("loop")
+    assert_one_sentence(refused("fit", "loop", *COLUMNS), "loop", "leads back to itself")
+    assert_one_sentence(refused("info", "loop"), "loop")
+    assert_one_sentence(refused("new-study", "loop"), "loop", "folder of recordings")
+
+
+def test_text_beyond_any_recording_is_not_read(refused, tmp_path):
+    path = tmp_path / "huge.csv"
+    path.touch()
+    os.truncate(path, 2_000_000_000)  # a hole that takes no place
+    assert_one_sentence(refused("fit", path, *COLUMNS), "huge.csv", "at most 1000 MB, found 2000 MB")
+
+
+def test_an_output_without_a_name_is_refused(refused, tmp_path):
+    table = tmp_path / "t.csv"
+    table.write_text("t,a,b\n0,0,0\n")
+    assert "--output" in refused("fit", table, *COLUMNS, "--output", "")
+
+
+def test_one_column_for_two_signals_is_refused(refused, tmp_path):
+    table = tmp_path / "t.csv"
+    table.write_text("t,a,b\n0,0,0\n")
+    said = refused("fit", table, "--time", "t", "--angle", "a", "--torque", "a")
+    assert_one_sentence(said, "t.csv", "'a' for angle and torque", "--torque")
+
+
 def test_a_folder_is_no_file(tmp_path):
     with pytest.raises(InputError, match="found a folder") as caught:
         read_text(tmp_path, "a trial sheet")

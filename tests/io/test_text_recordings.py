@@ -10,6 +10,7 @@ from tepsipe.errors import InputError
 from tepsipe.io.contents import contents_of
 from tepsipe.io.readers.clock import bridged
 from tepsipe.io.readers.emg import read_emg
+from tepsipe.io.readers.plain_table import read_plain_table
 from tepsipe.io.readers.signal_table import read_table_recording, split_unit
 from tepsipe.io.readers.trc import read_trc
 from tepsipe.io.readers.whole_trial import read_recording
@@ -247,6 +248,15 @@ def test_plain_table_of_electromyograms(tmp_path, rng):
     assert found.rate_hz == pytest.approx(1000.0)
     assert found.signals == pytest.approx(values[:, 1:3] * [1000.0, 1.0])
     assert found.trigger.tolist() == values[:, 3].tolist()
+
+
+@pytest.mark.parametrize("text", ["", "\n\n", "# only\n# remarks\n"])
+def test_table_without_header_is_refused(text, tmp_path):
+    path = tmp_path / "a.tsv"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_plain_table(path, "a table of signals")
+    assert_one_sentence(caught.value, path, "the header of a table of signals", "an empty file")
 
 
 def test_unusable_electromyograms_are_refused(delsys):

@@ -4,7 +4,9 @@ import h5py
 import numpy as np
 import pytest
 from builders import assert_one_sentence, trial_of
+from misuse_table import FILES
 
+from tepsipe.cli import main
 from tepsipe.errors import InputError
 from tepsipe.io.trial import Signal, Trial, read_sources, read_trial, write_trial
 
@@ -35,3 +37,24 @@ def test_trial_whose_samples_do_not_fit_its_axes_is_not_read(tmp_path):
     with pytest.raises(InputError) as caught:
         read_trial(tmp_path / "trial.h5")
     assert_one_sentence(caught.value, "trial.h5", "'angle' has the shape (99,)")
+
+
+@pytest.fixture(scope="module")
+def trial_file(tmp_path_factory):
+    """A trial of the study that can be read."""
+    path = tmp_path_factory.mktemp("trials") / "good.h5"
+    rng = np.random.default_rng(1)
+    trial = trial_of(250.0, angle=(rng.normal(size=500), "rad"), torque=(rng.normal(size=500), "Nm"))
+    write_trial(path, trial, "dummy", "sine", {}, {})
+    assert read_trial(path).values("angle").size == 500
+    return path
+
+
+@pytest.mark.parametrize(("change", "words"), FILES, ids=range(len(FILES)))
+def test_spoiled_trial_is_refused_when_it_is_read(trial_file, tmp_path, change, words, capsys):
+    path = tmp_path / "trial.h5"
+    path.write_bytes(trial_file.read_bytes())
+    with h5py.File(path, "a") as file:
+        change(file)
+    assert main(["info", str(path)]) == 2  # reads it by read_trial
+    assert_one_sentence(capsys.readouterr().err.strip(), words, path)

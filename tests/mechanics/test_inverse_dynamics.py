@@ -2,11 +2,18 @@
 
 import numpy as np
 import pytest
-from builders import LEG, Joint, assert_one_sentence, swing
+from builders import LEG, Joint, assert_one_sentence, refused, swing
 from scipy.integrate import solve_ivp
 
 from tepsipe.errors import InputError
-from tepsipe.mechanics.inverse_dynamics import leg_torque, leg_torque_as_printed
+from tepsipe.mechanics.inverse_dynamics import (
+    Foot,
+    Leg,
+    foot_torque_as_printed,
+    leg_pathway_torque,
+    leg_torque,
+    leg_torque_as_printed,
+)
 from tepsipe.mechanics.joint_simulation import simulate_joint
 from tepsipe.mechanics.joint_torque import joint_torque
 from tepsipe.mechanics.segment_chain import Chain, linearised
@@ -182,3 +189,32 @@ def test_simulation_of_too_many_steps_is_refused():
         simulate_joint(time, np.zeros(200), **joint, step_s=1e-9)
     assert_one_sentence(caught.value, "lengthen step_s")
     assert np.abs(simulate_joint(time, np.zeros(200), **joint).theta).max() < 1e-6
+
+
+def test_foot_as_printed_by_hand(leg):
+    # the horizontal forces of plate and leg at the ends of a foot of 0.06 m: -10 x 0.03 - 0.4 x 2 x 0.03
+    foot = Foot(mass_kg=0.3, height_m=0.06)
+    torque = foot_torque_as_printed(foot, leg, np.array([10.0]), np.array([2.0]))
+    assert torque == pytest.approx([-0.324])
+
+
+def test_unknown_torque_and_a_leg_for_a_foot_are_refused(leg):
+    with pytest.raises(InputError) as caught:
+        leg_pathway_torque("hip", leg, swing(Joint()).motion)
+    assert_one_sentence(caught.value, "'hip'", "a torque of")
+    with pytest.raises(InputError) as caught:
+        simulate_joint(np.arange(10) / 250.0, np.zeros(10), leg=LEG, foot=LEG, I=0.002, B=0.1, K=10.0)
+    assert_one_sentence(caught.value, "Foot")
+
+
+def test_leg_that_cannot_be_is_refused():
+    refused(lambda: Leg(mass_kg=0.4, com_m=0.027, inertia_kgm2=0.4485), "com_m and inertia_kgm2", "swapped")
+    refused(lambda: Leg(mass_kg=-0.4, com_m=0.4485, inertia_kgm2=0.027), "mass_kg", "-0.4")
+    refused(lambda: Leg(mass_kg=0.4, com_m="0.45", inertia_kgm2=0.027), "com_m", "'0.45'")
+    with pytest.raises(TypeError):
+        Leg(0.4, 0.4485, 0.027)  # by name only: numbers in a row are easily swapped
+
+
+def test_radius_of_gyration_may_be_three_times_the_distance_of_the_centre_of_mass():
+    Leg(mass_kg=1.0, com_m=0.5, inertia_kgm2=1.49**2)
+    refused(lambda: Leg(mass_kg=1.0, com_m=0.5, inertia_kgm2=1.51**2), "1.51 m and 0.5 m")

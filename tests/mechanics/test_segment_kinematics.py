@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from builders import assert_one_sentence
+from builders import assert_one_sentence, refused
 
 from tepsipe.errors import InputError
 from tepsipe.mechanics.segment_kinematics import (
@@ -90,3 +90,19 @@ def test_labels_name_all_markers_of_the_positions():
     with pytest.raises(InputError) as caught:
         segment_motion(time, positions, markers, 0.2, labels=("a", "b", "c"))
     assert_one_sentence(caught.value, "expected 2 names", "found 3")
+
+
+def test_positions_in_millimetres_are_refused():
+    time = np.arange(0.0, 2.0, 0.004)
+    positions = np.zeros((time.size, 2, 2))
+    positions[:, 1] = 400.0, 1.0
+    markers = SegmentMarkers(("ankle", "knee"), [[0.0, 0.0], [0.0, 0.4]])
+    with pytest.raises(InputError) as caught:
+        segment_motion(time, positions, markers, 0.2)
+    assert_one_sentence(caught.value, "positions", "metres", "found a range of 400", "mm")
+
+
+def test_layout_that_determines_no_pose_is_refused():
+    refused(lambda: SegmentMarkers(("a", "a"), [[0, 0], [0, 1]]), "different labels")
+    refused(lambda: SegmentMarkers(("a", "b"), [[0, 0], [0, 870]]), "mm")
+    refused(lambda: SegmentMarkers(("a", "b"), [0.0, 1.0]), "shape (n, 2)")

@@ -26,7 +26,7 @@ def person(
     axes=None,
     emg=(),
     labels="LR",
-    pulses=True,
+    pulses=4,
     load=700.0,
     events=(),
     facing=1.0,
@@ -36,7 +36,8 @@ def person(
     """A C3D of a person on the right belt, as plug-in-gait labels markers; ``axes`` are those of the file."""
     axes, n = np.eye(3) if axes is None else axes, round(RATE_HZ * SECONDS)
     rng, time = np.random.default_rng(3), np.arange(n) / RATE_HZ
-    belt = sum(0.02 * np.clip((time - t) / 0.1, 0.0, 1.0) for t in np.arange(4.0, 16.0, 3.0)) * pulses
+    begins = np.arange(4.0, 16.0, 3.0)[:pulses]
+    belt = sum((0.02 * np.clip((time - t) / 0.1, 0.0, 1.0) for t in begins), np.zeros(n))
     markers = {}
     for side in labels:
         for name, (forward, up) in PLUG_IN_GAIT.items():
@@ -112,8 +113,8 @@ def test_without_plates_the_screen_shows_the_vertical(tmp_path):
 
 
 GAIT = [
-    (side, label, 0.5 + k * 1.1 + 0.55 * (side == "Right") + 0.65 * (label == "Foot Off"))
-    for k in range(16)
+    (side, label, 0.5 + k * 0.7 + 0.35 * (side == "Right") + 0.45 * (label == "Foot Off"))
+    for k in range(26)
     for side in ("Left", "Right")
     for label in ("Foot Strike", "Foot Off")
 ]
@@ -132,14 +133,15 @@ def test_gait_by_its_events(tmp_path, monkeypatch):
     ) == 2  # the log holds the events, too
     events = [event for event in GAIT if event[2] < 5.0]
     person(tmp_path / "lab/subject_1.c3d", events=events)
-    with pytest.raises(InputError, match=r"who walks \(by the events Left Foot Strike, .*\), found 4: "):
+    with pytest.raises(InputError, match=r"who walks \(by the events Left Foot Strike, .*\), found 6: "):
         new_study("lab", output="t")
 
 
 @pytest.mark.parametrize(
     ("name", "options", "words"),
     [
-        ("quiet.c3d", {"pulses": False}, "no pulses of the belt with rests between them"),
+        ("quiet.c3d", {"pulses": 0}, "no pulses of the belt with rests between them"),
+        ("relax_aborted.c3d", {"pulses": 1}, "expected at least 4 pulses of the belt, found 1 in 20 s"),
         ("relax.c3d", {"labels": ""}, "it holds no markers"),
         ("walking_1.c3d", {}, r"walks \(by the name\), found 0: "),
     ],
@@ -178,6 +180,9 @@ def test_muscles_of_the_recorded_leg():
     labels = ["EMG.R_TA", "EMG.L_TA", "EMG.L_GM", "Sync_1"]
     assert muscles_of(labels, "left") == ({"TA": "EMG.L_TA", "GAS": "EMG.L_GM"}, ["EMG.R_TA", "Sync_1"])
     assert leg_of(labels, ["LANK"]) == ("left", "the only leg of the markers")
+    delsys = ["L TIB ANT: EMG 1", "L TIB ANT: ACC.X 1", "Soleus_L: EMG 1", "GM left: EMG 1"]
+    assert list(muscles_of(delsys, "left")[0].values()) == [delsys[0], *delsys[2:]]
+    assert leg_of(delsys, [])[0] == "left"
     assert leg_of(labels, ["LANK", "RANK"])[0] == "right"
 
 
@@ -192,11 +197,20 @@ def test_loads_and_steps_of_a_plate(rng):
 # ---- weights, belts and slow cameras -----------------------------------------------------------------
 
 
-def loaded_belt(path, kg, belt="right", peak=0.3, markers=("W1", "W2", "W3"), channels_of_belts=False):
+def loaded_belt(
+    path,
+    kg,
+    belt="right",
+    peak=0.3,
+    markers=("W1", "W2", "W3"),
+    channels_of_belts=False,
+    channel=True,
+    every_s=3.0,
+):
     """A C3D of a weight on one of two belts, or of the empty belt, with a channel of the belt's speed."""
     n, rng = round(RATE_HZ * SECONDS), np.random.default_rng(4)
     fast = np.arange(4 * n) / (4 * RATE_HZ)
-    speed = sum(peak * np.exp(-(((fast - t) / 0.03) ** 2)) for t in np.arange(4.0, 16.0, 3.0))
+    speed = sum(peak * np.exp(-(((fast - t) / 0.03) ** 2)) for t in np.arange(4.0, 16.0, every_s))
     moved = np.cumsum(speed)[::4] / (4 * RATE_HZ)
     places = {m: 0.05 * k for k, m in enumerate(markers)}
     positions = {
@@ -204,7 +218,9 @@ def loaded_belt(path, kg, belt="right", peak=0.3, markers=("W1", "W2", "W3"), ch
         + 1e-4 * rng.standard_normal((n, 3))
         for label, x in places.items()
     }
-    plates, channels = [plate_of("left"), plate_of("right")], {"Belt speed": (speed / 0.5 + 2.5, "V")}
+    plates, channels = [plate_of("left"), plate_of("right")], {}
+    if channel:
+        channels = {"Belt speed": (speed / 0.5 + 2.5, "V")}
     if channels_of_belts:
         noise = 1e-3 * rng.standard_normal(4 * n)
         channels = {f"Speed {b}": ((speed if b == belt else noise) / 0.5, "V") for b in ("left", "right")}
@@ -272,6 +288,45 @@ def test_a_weight_without_the_empty_belt_is_left_out(tmp_path, monkeypatch):
     assert "found 0 of the empty belt and 1 of one weight" in (tmp_path / "s/MISSING.md").read_text()
 
 
+def test_a_weight_on_another_belt_than_the_person_is_left_out(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    for number in ("01", "02"):
+        loaded_belt(tmp_path / f"lab/weight_{number}.c3d", 20.0, "left")
+        loaded_belt(tmp_path / f"lab/empty_{number}.c3d", 0.0, "left", markers=())
+    person(tmp_path / "lab/relax_01.c3d", belts=("left", "right"))
+    assert new_study("lab", output="s").trials == {"standing": 1}
+    assert settings_of(tmp_path / "s")["standing"]["recommended"]["pathway"] == "ankle"
+    why = "the weight was on the left belt, and relax_01.c3d is on the right one"
+    assert (tmp_path / "s/MISSING.md").read_text().count(why) == 4
+
+
+def test_each_experiment_has_its_own_belt_fixed_markers(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    for number in ("01", "02"):
+        for name, kg, labels in (("weight", 20.0, "WX"), ("empty", 0.0, "EF")):
+            path = tmp_path / f"lab/{name}_{number}.c3d"
+            loaded_belt(path, kg, markers=[f"{label}1" for label in labels], channel=False)
+    new_study("lab", output="s")
+    plate = settings_of(tmp_path / "s")["plate_treadmill"]
+    assert plate["recording"]["belt_velocity"] == {"channel": None, "markers": ["W1", "X1"]}
+    whole = {"channel": None, "m_per_s_per_unit": None, "offset": 0.0, "markers": ["E1", "F1"]}
+    assert plate["exceptions"] == {"empty": {"recording": {"belt_velocity": whole}}}
+
+
+def test_windows_of_the_foot_end_before_the_next_pulse(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    loaded_belt(tmp_path / "lab/dummy_slow.c3d", 3.0)
+    new_study("lab", output="slow")
+    assert "pathways" not in settings_of(tmp_path / "slow")["dummy"]["foot"]
+    loaded_belt(tmp_path / "lab/dummy_fast.c3d", 3.0, every_s=1.5)
+    new_study("lab", output="fast")
+    pathways = settings_of(tmp_path / "fast")["dummy"]["foot"]["pathways"]
+    assert pathways == {name: {"window_s": 1.4} for name in ("foot-long", "foot-compensated")}
+
+
 def test_belts_are_named_where_trials_are_on_both(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "lab").mkdir()
@@ -336,6 +391,125 @@ def test_tables_of_a_german_spreadsheet(tmp_path, monkeypatch):
     files = settings_of(tmp_path / "s")["position_manipulator"]["files"]
     assert files["columns"] == {"time": "Zeit [s]", "angle": "Winkel [°]", "torque": "Drehmoment [Nm]"}
     assert (files["delimiter"], files["angle_unit"], files["torque_sign"]) == ("semicolon", "deg", 1)
+
+
+def joint(path, columns, seconds=20.0):
+    """A table of a joint: time, angle, torque, and an angle of what moves it."""
+    time = np.arange(0.0, seconds, 0.01)
+    angle = np.convolve(np.random.default_rng(5).standard_normal(time.size), np.hanning(30), mode="same")
+    values = (time, 1.1 * angle, angle, 1.2 * np.gradient(angle, time) + 70.0 * angle)
+    text = "\n".join(",".join(f"{x:.5f}" for x in row) for row in zip(*values, strict=True))
+    path.write_text(f"{','.join(columns)}\n{text}\n")
+
+
+def test_the_angle_of_the_joint_is_taken_not_that_of_the_platform(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    joint(tmp_path / "lab/1.csv", ["Time (s)", "Platform angle (deg)", "Ankle angle (deg)", "Torque (Nm)"])
+    new_study("lab", output="s")
+    files = settings_of(tmp_path / "s")["position_manipulator"]["files"]
+    assert files["columns"]["angle"] == "Ankle angle (deg)"
+    assert (
+        "Ankle angle (deg) was assumed, not Platform angle (deg)" in (tmp_path / "s/MISSING.md").read_text()
+    )
+
+
+@pytest.mark.parametrize(
+    ("columns", "words"),
+    [
+        (["t (s)", "x", "Angle (deg)", "Torque (Ncm)"], "expected the torque in Nm, found 'Ncm'"),
+        (["time (ms)", "x", "Angle (deg)", "Torque (Nm)"], "expected the time in s, found 'ms'"),
+        (["t (s)", "x", "Angle (mrad)", "Torque (Nm)"], "expected the angle in .*, found 'mrad'"),
+    ],
+)
+def test_units_that_no_reader_converts_are_said_before_any_question(columns, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    joint(tmp_path / "lab/1.csv", columns)
+    with pytest.raises(InputError, match=words):
+        new_study("lab", output="s")
+
+
+def test_trials_share_the_command_of_their_length(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab/signals").mkdir(parents=True)
+
+    def write(name, header, *columns):
+        text = "\n".join("\t".join(f"{x:.4f}" for x in row) for row in zip(*columns, strict=True))
+        (tmp_path / "lab" / name).write_text(f"{header}\n{text}\n")
+
+    for seconds, command in ((30.0, "long"), (10.0, "short")):
+        time = np.arange(0.0, seconds, 0.02)
+        write(f"signals/{command}.txt", "t\tMotor torque (Nm)", time, np.sin(time))
+    for name, seconds in (("Monday", 30.0), ("Tuesday", 30.0), ("Friday", 10.0)):
+        time = np.arange(0.0, seconds + 2.0, 0.02)
+        write(f"{name}.txt", "Time\tAngle\tTrig", time, np.sin(time), 2.0 * (time >= 2.0))
+    made = new_study("lab", output="s")
+    assert made.trials == {"wristalyzer": 3} and not made.left
+    commands = {row["condition"]: row["command"] for row in sheet_of(tmp_path / "s")}
+    long, short = "signals/long.txt", "signals/short.txt"
+    assert commands == {"Friday": short, "Monday": long, "Tuesday": long}
+    missing = (tmp_path / "s/MISSING.md").read_text()
+    assert f"| `trials.tsv, wristalyzer/Monday, command` | {long} was assumed, by its length |" in missing
+
+
+def dflow(folder, name, shared):
+    """D-Flow's files of an empty belt, whose clocks agree only if both hold a ``shared`` column."""
+    time, rng = np.arange(0.0, 20.0, 0.01), np.random.default_rng(6)
+    speed = sum(0.3 * np.exp(-(((time - t) / 0.03) ** 2)) for t in np.arange(4.0, 16.0, 3.0))
+    force = rng.standard_normal((time.size, 6))
+    plates = [f"FP1.{kind}{axis}" for kind in ("For", "Mom") for axis in "XYZ"]
+    columns = {
+        "mocap": (["TimeStamp", "FrameNumber", *plates], [time, np.arange(time.size), *force.T]),
+        "treadmill": (["Time", "RightBelt.Speed"], [time + 0.4, speed]),
+    }
+    if shared:
+        columns["treadmill"][0].append("FP1.ForY")
+        columns["treadmill"][1].append(force[:, 1])
+    for kind, (names, values) in columns.items():
+        text = "\n".join("\t".join(f"{x:.6g}" for x in row) for row in zip(*values, strict=True))
+        (folder / f"{name}_{kind}.txt").write_text("\t".join(names) + f"\n{text}\n")
+
+
+def test_files_of_dflow_that_cannot_be_aligned_are_left_out_both(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    dflow(tmp_path / "lab", "empty_01", shared=False)
+    with pytest.raises(InputError, match="expected a signal that the mocap file holds, too") as caught:
+        new_study("lab", output="s")
+    assert "empty_01_treadmill.txt: the trial that it belongs to is not used" in str(caught.value)
+    joint(tmp_path / "lab/1.csv", ["t (s)", "x", "Angle (deg)", "Torque (Nm)"])
+    dflow(tmp_path / "lab", "empty_02", shared=True)
+    left = {f.name: f.why for f in new_study("lab", output="s").left}
+    assert "models of the treadmill need a trial" in left["empty_02_mocap.txt"]
+    assert {f"empty_0{n}_treadmill.txt" for n in (1, 2)} < set(left)
+
+
+def test_trials_in_subfolders_of_conditions_are_named_by_both(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for folder in ("S01/soft", "S01/hard", "S02/soft"):
+        (tmp_path / f"lab/{folder}").mkdir(parents=True)
+        joint(tmp_path / f"lab/{folder}/01.csv", ["t (s)", "x", "Angle (deg)", "Torque (Nm)"])
+    new_study("lab", output="s")
+    assert [row["condition"] for row in sheet_of(tmp_path / "s")] == [
+        "S01-hard-01",
+        "S01-soft-01",
+        "S02-soft-01",
+    ]
+
+
+def test_conditions_of_weights_named_with_a_mass_or_a_counter(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    for number, (motion, name) in enumerate(
+        [("sine", "weight 20 kg"), ("step", "weight 20 kg"), ("sine", "empty"), ("step", "empty")], 1
+    ):
+        kg = 20.0 * name.startswith("weight")
+        loaded_belt(
+            tmp_path / f"lab/{name} {motion} {number:04d}.c3d", kg, markers=("W1", "W2") if kg else ()
+        )
+    new_study("lab", output="s")
+    assert [row["condition"] for row in sheet_of(tmp_path / "s")] == ["sine", "step"] * 2
 
 
 def test_markers_in_a_table_beside_the_forces(tmp_path, monkeypatch):

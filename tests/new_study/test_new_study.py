@@ -241,7 +241,7 @@ def test_people_get_a_table_of_their_own(tmp_path):
     for file in people:
         path = tmp_path / "lab" / file
         path.parent.mkdir(parents=True)
-        moved = np.cumsum(0.001 * (np.arange(n) % 400 < 20))
+        moved = np.cumsum(0.001 * (np.arange(n) % 250 < 20))
         heights = {"TOE": 0.02, "HEEL": 0.03, "ANK": 0.08, "SHA1": 0.3, "SHA2": 0.4, "THI1": 0.6, "THI2": 0.8}
         markers = {
             label: np.column_stack([np.zeros(n), moved, np.full(n, z)]) + 1e-4 * rng.standard_normal((n, 3))
@@ -414,7 +414,8 @@ def test_placeholders_and_comments_of_the_sheet(tmp_path):
         ("P01_relax_markers.c3d", "P01-relax"),
         ("s01_16_cmd.txt.gz", "s01-16"),
         ("log.mat", "trial"),
-        ("Müde Probe 1.csv", "M-de-Probe-1"),
+        ("Müde Probe groß 1.csv", "Mude-Probe-gross-1"),
+        ("Weight_sine_mocap0003.txt", "Weight-sine-0003"),
     ],
 )
 def test_name_of_a_trial(name, key):

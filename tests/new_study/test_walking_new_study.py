@@ -35,6 +35,8 @@ def test_a_folder_of_walking_trials_becomes_a_study(recordings, root, tmp_path, 
     assert main([str(config)]) == 2 and "MISSING" in capsys.readouterr().err
     config.write_text(config.read_text().replace("foot_mass_kg: MISSING", "foot_mass_kg: 1.1"))
     monkeypatch.chdir(made.folder)
+    assert main(["config.yaml"]) == 2  # two pulses
+    assert "perturbed strides at one of the phases" in capsys.readouterr().err
     files = [str(root / "config/config.yaml"), "config.yaml"]
     settings = merged_settings(files)
     study = checked_study(settings, files)

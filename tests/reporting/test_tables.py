@@ -3,16 +3,14 @@
 import csv
 from dataclasses import replace
 
-import h5py
 import numpy as np
-import pandas as pd
 import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from tepsipe.io.estimates import ESTIMATES, Estimate
+from tepsipe.io.estimates import Estimate
 from tepsipe.io.recovery_table import RECOVERIES
-from tepsipe.io.result import Result, read_result, write_result
+from tepsipe.io.result import Result
 from tepsipe.reporting.claims import CLAIM_VERDICTS, MEASURES, Findings, check_claims
 from tepsipe.reporting.findings import findings_of_cells
 from tepsipe.reporting.recovery import compare_with_truth, recovery_of, true_parameters
@@ -34,86 +32,6 @@ def estimate(quantity, value, condition="sine-0.3", pathway="leg-thesis", **more
 
 
 # ---- estimates ---------------------------------------------------------------------------------
-
-
-def test_estimates_come_back_from_their_file(tmp_path, rng):
-    value, error = rng.standard_normal(2)
-    written = [
-        estimate("K", value, standard_error=error, ci_low=-np.inf, ci_high=12.5, n_perturbations=14),
-        estimate("VAF_trial", 99.12345679),
-        estimate("I", 1e-17, sem_as_printed=3.0e12),
-    ]
-    ESTIMATES.write(tmp_path / "estimates.csv", written)
-    read = ESTIMATES.read(tmp_path / "estimates.csv")
-    assert len(read) == 3
-    assert read[0].value == pytest.approx(value, rel=1e-9)
-    assert read[0].standard_error == pytest.approx(error, rel=1e-9)
-    assert (read[0].ci_low, read[0].ci_high, read[0].n_perturbations) == (-np.inf, 12.5, 14)
-    assert read[1] == written[1]
-    assert read[2] == written[2]
-    ESTIMATES.write(tmp_path / "again.csv", read)
-    assert (tmp_path / "again.csv").read_bytes() == (tmp_path / "estimates.csv").read_bytes()
-
-
-def test_estimate_that_is_no_number_is_an_empty_cell_with_a_flag(tmp_path):
-    path = tmp_path / "estimates.csv"
-    written = [
-        estimate("K", np.nan, standard_error=np.nan),
-        estimate("B", 0.1, ci_low=np.nan, ci_high=np.inf, flags="at-bound"),
-        estimate("VAF_trial", -3e59),
-        estimate("VAF_trial", -120.0),
-        estimate("I", -np.inf, flags="undefined"),
-    ]
-    ESTIMATES.write(path, written)
-    assert "nan" not in path.read_text()
-    read = ESTIMATES.read(path)
-    flags = ["undefined;no-interval", "at-bound;no-interval", "diverged", "", "undefined"]
-    assert [row.flags for row in read] == flags
-    assert [np.isnan(row.value) for row in read] == [True, False, False, False, True]
-    assert read[1].ci_low is None
-    assert read[1].ci_high == np.inf
-    frame = pd.read_csv(path)
-    assert frame.value.dtype == float
-    assert frame.value.isna().tolist() == [True, False, False, False, True]
-    ESTIMATES.write(tmp_path / "again.csv", read)
-    assert (tmp_path / "again.csv").read_bytes() == path.read_bytes()
-    text = path.read_text()
-    for old, new in (("undefined;no-interval", ""), ("diverged", "divergd")):
-        path.write_text(text.replace(old, new))
-        with pytest.raises(InputError) as caught:
-            ESTIMATES.read(path)
-        assert_one_sentence(caught.value, path, "damaged row")
-
-
-def test_condition_that_looks_like_a_number_stays_text(tmp_path):
-    ESTIMATES.write(tmp_path / "estimates.csv", [estimate("K", 10.0, condition="0.20")])
-    assert ESTIMATES.read(tmp_path / "estimates.csv")[0].condition == "0.20"
-
-
-@pytest.mark.parametrize("content", ["", "experiment,condition\n", "value;unit\n1;2\n"])
-def test_file_without_the_columns_of_estimates_is_refused(content, tmp_path):
-    path = tmp_path / "estimates.csv"
-    path.write_text(content)
-    with pytest.raises(InputError) as caught:
-        ESTIMATES.read(path)
-    assert_one_sentence(caught.value, path)
-
-
-def test_table_that_ends_within_a_row_is_refused(tmp_path):
-    path = tmp_path / "estimates.csv"
-    ESTIMATES.write(path, [estimate("K", 10.5, n_perturbations=14), estimate("B", 0.5, n_perturbations=14)])
-    content = path.read_bytes()
-    for missing in range(1, len(content.splitlines()[-1]) + 1):
-        path.write_bytes(content[:-missing])
-        with pytest.raises(InputError) as caught:
-            ESTIMATES.read(path)
-        assert_one_sentence(caught.value, path)
-
-
-def test_missing_table_is_refused(tmp_path):
-    with pytest.raises(InputError) as caught:
-        ESTIMATES.read(tmp_path / "estimates.csv")
-    assert_one_sentence(caught.value, tmp_path / "estimates.csv")
 
 
 # ---- the thesis's tables -----------------------------------------------------------------------
@@ -512,37 +430,3 @@ def test_a_standing_person_has_a_truth_for_each_task_and_one_latency_per_muscle(
 
 
 # ---- results of an analysis --------------------------------------------------------------------
-
-
-def test_result_comes_back_from_its_file_with_units_and_facts(tmp_path, rng):
-    arrays = {"leg/torque": rng.standard_normal(500), "matrix": rng.standard_normal((3, 3)) + 1j}
-    facts = {"converged": True, "names": ["a", "b"], "spread_Nm": 0.25}
-    write_result(tmp_path / "r.h5", Result(arrays, {"leg/torque": "Nm", "matrix": "rad/Nm"}, facts))
-    read = read_result(tmp_path / "r.h5")
-    assert set(read.arrays) == set(arrays)
-    for name, values in arrays.items():
-        assert (read.arrays[name] == values).all()
-    assert read.units == {"leg/torque": "Nm", "matrix": "rad/Nm"}
-    assert read.facts == facts
-
-
-def test_equal_arrays_are_stored_once_and_read_by_every_name(tmp_path, rng):
-    values, units = rng.standard_normal((2000, 3)), {"a/x": "m", "b/x": "m", "c/x": "rad", "d/x": "m"}
-    arrays = {"a/x": values, "b/x": values.copy(), "c/x": values, "d/x": values + 1e-15}
-    write_result(tmp_path / "r.h5", Result(arrays, units, {}))
-    with h5py.File(tmp_path / "r.h5") as file:
-        assert file["a/x"] == file["b/x"]  # the same dataset; units or values of the others differ
-        assert len({file[name].id.__hash__() for name in arrays}) == 3
-    read = read_result(tmp_path / "r.h5")
-    assert read.units == units
-    assert all((read.arrays[name] == array).all() for name, array in arrays.items())
-
-
-def test_result_file_that_is_damaged_is_refused(tmp_path):
-    write_result(tmp_path / "r.h5", Result({"x": np.ones(500)}, {"x": "s"}, {}))
-    content = (tmp_path / "r.h5").read_bytes()
-    for part in (0.0, 0.3, 0.9):
-        (tmp_path / "cut.h5").write_bytes(content[: int(part * len(content))])
-        with pytest.raises(InputError) as caught:
-            read_result(tmp_path / "cut.h5")
-        assert_one_sentence(caught.value, tmp_path / "cut.h5")

@@ -4,12 +4,13 @@ from time import perf_counter
 
 import numpy as np
 import pytest
-from builders import assert_one_sentence
+from builders import assert_one_sentence, refused
 from emg_builders import EMG_RATE_HZ, emg
 
 from tepsipe.errors import InputError
 from tepsipe.signals.emg import (
     CLIPPED_SHARE,
+    EVALUATED_WINDOW_S,
     FLAT_SHARE,
     FLAT_UV,
     HUM_SHARE,
@@ -247,3 +248,18 @@ def test_a_trial_is_processed_and_judged_in_no_time(rng):
     for column in x.T:
         channel_fault(column, LIMITS, EMG_RATE_HZ)
     assert perf_counter() - start < 2.0
+
+
+def test_samples_a_little_inside_of_the_recorder_s_limits_are_clipped(rng):
+    """Converters and filters leave clipped samples a little short of the limit."""
+    onsets = np.array([9.9])
+    for short_uV, told in ((0.2, True), (500.0, False)):
+        x = channel(rng)
+        x[10000:10003] = LIMITS[1] - short_uV
+        assert clipped_perturbations(x, LIMITS, EMG_RATE_HZ, onsets, 0.05, 0.2).tolist() == [told]
+
+
+def test_channel_of_exactly_one_window_is_evaluated(rng):
+    size = round(EVALUATED_WINDOW_S * EMG_RATE_HZ)
+    assert channel_fault(channel(rng)[:size], LIMITS, EMG_RATE_HZ) is None
+    refused(lambda: channel_fault(channel(rng)[: size - 1], LIMITS, EMG_RATE_HZ), "found")

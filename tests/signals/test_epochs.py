@@ -189,3 +189,9 @@ def test_windows_without_perturbation_share_the_time_that_is_left():
     # the second
     found = unperturbed_onsets(2.5, np.empty((0, 2)), 0.1, 0.4, 0.6, 2)
     assert found == pytest.approx([0.125 + 0.4, 0.375 + 1.4])
+
+
+def test_two_responses_are_enough_for_the_artefact():
+    muscle, artefact = np.array([1.0, -1.0]), np.array([3.0, 0.0, 5.0])
+    responses = muscle[:, None] + artefact
+    assert without_artefact(responses) == pytest.approx(np.tile(muscle[:, None], 3))

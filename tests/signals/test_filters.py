@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from builders import assert_one_sentence
+from builders import RATE_HZ, assert_one_sentence, refused
+from scipy import signal
 
 from tepsipe.errors import InputError
-from tepsipe.signals.filters import Lowpass, butterworth_bandpass, butterworth_lowpass, notch
+from tepsipe.signals.filters import Lowpass, butterworth_bandpass, butterworth_lowpass, lowpass, notch
 
 RATE = 250.0
 TIME = np.arange(0.0, 20.0, 1.0 / RATE)
@@ -153,3 +154,19 @@ def test_low_pass_of_a_slow_recording_is_as_wide_as_its_rate_allows():
     slow = wide.within(100.0)
     assert slow == Lowpass(30.0, 4, True)
     assert np.isfinite(slow(np.ones(50), 100.0)).all()
+
+
+def test_lowpass_keeps_units_and_removes_what_lies_above():
+    time = np.arange(0.0, 4.0, 1.0 / RATE_HZ)
+    slow, fast = np.sin(2.0 * np.pi * time), np.sin(2.0 * np.pi * 80.0 * time)
+    assert lowpass(slow + fast, RATE_HZ)[100:-100] == pytest.approx(slow[100:-100], abs=0.01)
+    two = lowpass(np.column_stack([slow, fast]), RATE_HZ)
+    assert two.shape == (time.size, 2)
+    assert np.abs(lowpass(slow, RATE_HZ, zero_lag=False)[100:-100] - slow[100:-100]).max() > 0.05
+
+
+def test_causal_filter_only_delays(rng):
+    x = rng.standard_normal(2000)
+    sections = signal.butter(4, 20.0, fs=250.0, output="sos")
+    assert Lowpass(20.0, 4, False)(x, 250.0) == pytest.approx(signal.sosfilt(sections, x), abs=1e-12)
+    refused(lambda: Lowpass(130.0, 4, False)(x, 250.0), "low-pass", "130")

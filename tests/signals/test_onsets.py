@@ -398,3 +398,10 @@ def test_moving_mean_covers_its_window():
     time = np.arange(11) / 100.0
     impulse = np.where(np.arange(11) == 5, 1.0, 0.0)
     assert np.count_nonzero(_moving_mean(time, impulse, 0.09)) == 9
+
+
+def test_missing_onset_is_told_with_the_searched_time(rng):
+    time = np.arange(-400, 401) / EMG_RATE_HZ
+    options = replace(CHOSEN, search_s=(0.02, 0.15))
+    found = detect_onset(time, np.full((10, time.size), 3.0), options, rng)
+    assert "20 to 150 ms after the event" in found.reason

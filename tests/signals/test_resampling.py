@@ -243,3 +243,11 @@ def test_record_that_ends_early_is_refused_and_one_that_ends_in_time_is_not():
     with pytest.raises(InputError) as caught:
         refuse_short(59.5, 60.0, "log.txt")
     assert_one_sentence(caught.value, "log.txt", "60 s", "59.50 s")
+
+
+def test_rounding_beyond_the_last_sample_is_no_missing_time():
+    time = np.arange(1000) / 100.0
+    rounded = time[-1] + 5e-9  # less than a millionth of a sample
+    assert resample(time, time, np.array([rounded]))[0] == pytest.approx(time[-1])
+    with pytest.raises(InputError):
+        resample(time, time, np.array([time[-1] + 2e-8]))

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from builders import assert_one_sentence, multisine_record, second_order_response
+from builders import RATE_HZ, assert_one_sentence, multisine_record, refused, second_order_response
 
 from tepsipe.errors import InputError
 from tepsipe.signals.response import FrequencyResponse
-from tepsipe.signals.spectra import frequency_averaged, period_averaged
+from tepsipe.signals.spectra import frequency_averaged, frequency_response, period_averaged
 
 JOINT = np.array([0.015, 0.1, 8.0])
 RATE = 256.0
@@ -58,6 +58,7 @@ def test_coherence_of_unrelated_signals_is_one_over_the_number_of_averages(rng):
     u, noise = rng.standard_normal((2, 64 * 1024))
     found = frequency_averaged(u, noise, RATE, 16)
     assert found.coherence.mean() == pytest.approx(1.0 / 16.0, rel=0.1)
+    assert np.diff(found.frequency_hz) == pytest.approx(found.resolution_hz)
 
 
 def test_noise_lowers_the_coherence_of_periods_but_hardly_the_response(rng):
@@ -128,3 +129,20 @@ def test_signal_without_power_is_refused_instead_of_divided_by(silent, rng):
     with pytest.raises(InputError) as caught:
         frequency_averaged(signals["torque"], signals["angle"], RATE, 8)
     assert_one_sentence(caught.value, "power")
+
+
+def test_unrelated_signals_exceed_the_coherence_threshold_in_5_percent_of_frequencies():
+    rng = np.random.default_rng(3)
+    time = np.arange(0.0, 400.0, 1.0 / RATE_HZ)
+    response = frequency_response(time, *rng.standard_normal((2, time.size)), averaged_bins=16, taper=False)
+    assert np.mean(response.coherence > response.coherence_threshold()) == pytest.approx(0.05, abs=0.01)
+
+
+def test_periodic_perturbation_is_averaged_over_whole_periods():
+    time = np.arange(0.0, 40.0, 1.0 / RATE_HZ)
+    u = np.sin(2.0 * np.pi * 0.5 * time) + np.sin(2.0 * np.pi * 2.0 * time)
+    y = 3.0 * np.roll(u, 5)  # periodic, so rolling delays by 20 ms
+    response = frequency_response(time, u, y, period_s=2.0, band_hz=(0.4, 2.1))
+    at = np.isclose(response.frequency_hz, 2.0)
+    assert response.response[at] == pytest.approx(3.0 * np.exp(-2j * np.pi * 2.0 * 0.02), rel=1e-6)
+    refused(lambda: frequency_response(time, u, y, averaged_bins=1), "averaged_bins", "found 1")

@@ -147,3 +147,13 @@ def test_delay_beyond_the_longest_is_that_at_the_limit():
         assert abs(delay) == pytest.approx(0.51)
         assert sign * delay == pytest.approx(0.51)
         assert 0.0 < correlation < 0.9
+
+
+def test_correlation_is_that_of_the_samples_that_both_have(rng):
+    reference = rng.standard_normal(300) + 5.0 * (np.arange(300) > 150)
+    signal = np.roll(2.0 * reference, 3)
+    signal[:3] = signal[40:60] = np.nan
+    delay, correlation, gain = common_signal_delay(reference, signal, 100.0, 0.2)
+    assert delay == pytest.approx(0.03, abs=1e-3)
+    assert correlation == pytest.approx(1.0, abs=1e-9)
+    assert gain == pytest.approx(0.5)

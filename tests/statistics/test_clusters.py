@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tepsipe.statistics.clusters import bias_reduced_share
+from tepsipe.statistics.clusters import bias_reduced_share, errors_over_blocks
 
 
 def covariances(seed: int = 3, times: int = 600) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -47,3 +47,11 @@ def test_what_one_cluster_determines_alone_has_no_share():
     found = bias_reduced_share(alone + common, alone, np.array([0.3, 0.5]))
     # of the second parameter half is its own: (1 - 1/2)^-1/2 / 2 of its moment
     assert found == pytest.approx([0.0, 0.5 * np.sqrt(2.0) / 2.0])
+
+
+def test_errors_over_blocks_are_those_of_white_noise_in_any_unit(rng):
+    x = rng.standard_normal((4000, 2)) * [1.0, 1e3]
+    found, freedom, shares = errors_over_blocks(x, rng.standard_normal(4000), 40)
+    assert found == pytest.approx([1.0 / np.sqrt(4000.0), 1e-3 / np.sqrt(4000.0)], rel=0.25)
+    assert np.sqrt(np.sum(shares**2, axis=0)) == pytest.approx(found, rel=0.25)
+    assert np.all((freedom > 60.0) & (freedom < 110.0))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from builders import refused
 from scipy import stats
 
 from tepsipe.statistics.bootstrap import bootstrap_blocks
@@ -150,3 +151,10 @@ def test_bootstrapped_blocks_keep_the_penalty_and_the_units(rng):
     )
     assert np.abs(plain[:, 1]).max() < 1e-6
     assert scaled * units == pytest.approx(plain, rel=1e-6, abs=1e-12)
+
+
+def test_vaf_is_the_thesiss_and_can_be_centred():
+    measured, predicted = np.array([1.0, 2.0, 3.0]), np.array([1.0, 2.0, 2.0])
+    assert vaf(measured, predicted) == pytest.approx(100.0 * (1.0 - 1.0 / 14.0))
+    assert vaf(measured, predicted, centred=True) == pytest.approx(100.0 * (1.0 - (2.0 / 3.0) / 2.0))
+    refused(lambda: vaf(measured, predicted[:2]), "vaf", "(3,)", "(2,)")

@@ -85,3 +85,11 @@ def test_cumulative_power_of_a_sine_jumps_at_its_frequency():
     before = found.frequency_hz < 4.95
     assert found.cumulative[before] == pytest.approx(0.0, abs=1e-12)
     assert found.cumulative[~before] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("size", [400, 401])
+def test_share_of_two_sines_and_a_mean_below_a_frequency(size):
+    time = np.arange(size) / RATE
+    k = np.round(np.array([5.0, 20.0]) * size / RATE) * RATE / size  # whole periods
+    x = 1.0 + np.sin(2.0 * np.pi * k[0] * time) + 2.0 * np.sin(2.0 * np.pi * k[1] * time)
+    assert share_below(x, RATE, 10.0) == pytest.approx((1.0 + 0.5) / (1.0 + 0.5 + 2.0))

@@ -12,6 +12,7 @@ from tepsipe.statistics.uncertainty import (
     Source,
     coverage_factor,
     error_of_mean,
+    in_quadrature,
     linear_contributions,
     root_of_draws,
     scatter,
@@ -136,3 +137,17 @@ def test_stated_sources_are_numbers_of_at_least_zero():
         with pytest.raises(InputError) as caught:
             stated_sources({"leg_mass_kg": u}, ("leg_mass_kg",), "fit")
         assert_one_sentence(caught.value, "at least 0 for leg_mass_kg")
+
+
+def test_sum_in_quadrature_by_hand():
+    u, freedom = in_quadrature((np.array([3.0, 0.0]), 5.0), (np.array([4.0, 0.0]), 10.0))
+    assert u.tolist() == [5.0, 0.0]
+    # Welch and Satterthwaite: 5^4 / (3^4 / 5 + 4^4 / 10)
+    assert freedom == pytest.approx([625.0 / (81.0 / 5.0 + 25.6), 5.0])
+
+
+def test_sources_that_are_no_mapping_or_unknown_are_refused():
+    for stated, words in (([("leg_mass_kg", 0.1)], "a mapping"), ({"leg_mass": 0.1}, "a known source")):
+        with pytest.raises(InputError) as caught:
+            stated_sources(stated, ("leg_mass_kg",), "fit")
+        assert_one_sentence(caught.value, "fit, uncertainty", words, "leg_mass_kg")

@@ -1,5 +1,6 @@
 """Linear models of what a treadmill adds: known truths come back, properties hold, misuse is refused."""
 
+import re
 from dataclasses import fields, replace
 
 import numpy as np
@@ -373,6 +374,7 @@ DAMAGES = {
     "other content": lambda text: '{"columns": []}',
     "wrong kind": lambda text: text.replace('"ImpulseResponse"', '"Polynomial"'),
     "constant left out": lambda text: text.replace('"lead"', '"lag"'),
+    "no rate": lambda text: re.sub(r"\"rate_hz\": [\d.]+", '"rate_hz": 0.0', text),
     "text for a number": lambda text: text.replace('"values": [', '"values": ["far", ', 1),
 }
 

@@ -136,6 +136,27 @@ def test_a_spoiled_configuration_is_refused(entry, root, tmp_path, monkeypatch):
     assert_refused(lambda: check(overlay), words, tmp_path)
 
 
+@pytest.mark.parametrize(
+    "overlay",
+    [
+        "study:\n  seed = 5\n",
+        "standing: {analysis: {baseline_s: [0.0, 0.1]}}\n",
+        "standing: {estimators: {mine: {window_s: 0.1}}}\n",
+        "standing: {muscles: {TA: {channel: EMG SOL}}}\n",
+        "coverage: true\n",
+    ],
+)
+def test_a_refusal_names_the_file_that_holds_the_key(overlay, root, tmp_path, monkeypatch):
+    monkeypatch.chdir(root)
+    own = tmp_path / "own.yaml"
+    own.write_text(overlay)
+    files = ["config/config.yaml", str(own)]
+    config = merged_settings(files)
+    with pytest.raises(InputError) as caught:
+        checked_study(config, files)
+    assert with_its_file(caught.value, config, files).startswith(f"{own}: expected ")
+
+
 @pytest.mark.parametrize("entry", SHEETS[::2], ids=lambda entry: entry.name)
 def test_a_spoiled_sheet_is_refused(entry, root, tmp_path, monkeypatch):
     monkeypatch.chdir(root)

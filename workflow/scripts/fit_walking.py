@@ -10,12 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from tepsipe.experiments.walking.analysis import analyse_walking
+from tepsipe.experiments.walking.analysis import analyse_walking, without_pulses
 from tepsipe.experiments.walking.impedance import WalkingOptions
 from tepsipe.experiments.walking.needed import NEEDED_ROWS, ExpectedPulse, needed_strides
 from tepsipe.experiments.walking.recording import agreement, ankle_moment, bandwidth_hz
 from tepsipe.experiments.walking.results import WALKING_ROWS, walking_estimates, walking_rows
-from tepsipe.experiments.walking.strides import random_onsets
 from tepsipe.experiments.walking.trial import read_trial
 from tepsipe.io.budget_table import CONTRIBUTIONS
 from tepsipe.io.estimates import ESTIMATES
@@ -29,9 +28,9 @@ if not params.made:
     refuse_short(float(np.ptp(recording.time)), params.duration_s, recording.name)
 options = WalkingOptions.from_settings(settings["analysis"])
 onsets, pulsed = events["pulse"], events["pulse"].size > 0
-if not pulsed:  # pulses of no size at random strides: what the intervals say when nothing is known
-    onsets = random_onsets(strides, options.phases_percent, np.random.default_rng(params.seed))
-fewest = options if pulsed else WalkingOptions(**vars(options) | {"fewest_strides": 3, "recovery_strides": 0})
+fewest = options
+if not pulsed:
+    onsets, fewest = without_pulses(strides, options, np.random.default_rng(params.seed))
 found = analyse_walking(recording, strides, onsets, fewest, sources_of(settings["uncertainty"]))
 estimates, budgets = walking_estimates(condition, found)
 ESTIMATES.write(snakemake.output.estimates, estimates)

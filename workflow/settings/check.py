@@ -41,7 +41,7 @@ def _refuse_unusable(content, name: str, where: str = "") -> None:
     if isinstance(content, float) and not math.isfinite(content):
         raise InputError(f"{name}: expected a finite number for {where!r}, found {content}: correct it")
     if isinstance(content, str):
-        check_text(content, name)
+        check_text(content, f"{name}: {where}")
     if isinstance(content, dict | list):
         for key, value in content.items() if isinstance(content, dict) else enumerate(content):
             if set("{}") & set(str(key)):

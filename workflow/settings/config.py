@@ -45,7 +45,7 @@ def check_config(config: dict, name: str) -> None:
     """Check every section, then what sections say about each other; raise one sentence."""
     check_content(config, Config, name)
     settings = settings_of(config)
-    for check in (_cutoffs, _specification, _models_of_pathways, _plan):
+    for check in (_cutoffs, _sampling, _specification, _models_of_pathways, _plan):
         try:
             check(settings)
         except (UnfitError, InputError) as fault:
@@ -73,6 +73,21 @@ def _cutoffs(config: dict) -> None:
     if first in others:
         expected, found = "beside plate_treadmill.lowpass_cutoff_hz", f"{first:g} Hz for both"
         raise UnfitError(expected, "take it out", "weight.analysis.other_cutoffs_hz", found)
+
+
+def _sampling(config: dict) -> None:
+    """All markers of a frame are sampled before the next frame begins."""
+    for section in ("dummy", "weight", "standing"):
+        ingest, count = config[section]["ingest"], len(config[section]["files"]["marker_labels"])
+        sampling_hz, frames_hz = ingest["marker_sampling_hz"], ingest["resample_rate_hz"]
+        least_hz = count * frames_hz
+        if sampling_hz is not None and sampling_hz < 0.999 * least_hz:
+            raise UnfitError(
+                f"of at least {least_hz:g} Hz for {count} markers at {frames_hz:g} frames per second",
+                "correct one of the two",
+                f"{section}.ingest.marker_sampling_hz",
+                f"{sampling_hz:g} Hz",
+            )
 
 
 def _specification(config: dict) -> None:

@@ -24,6 +24,10 @@ class Plausible(Section):
     moment_Nm: band(Limit) = setting("moments of a force plate, load of a treadmill")
     angle_rad: band(Limit) = setting("angle of a joint in a manipulator")
     torque_Nm: band(Limit) = setting("torque of a joint in a manipulator")
+    joint_speed_rad_per_s: Positive = setting(
+        "angular velocity of this joint, which one sample in 1000 may exceed: a human ankle in a manipulator "
+        "reaches 3 rad/s, an angle in degrees that is read in rad far more"
+    )
     torque_per_angle_Nm_per_rad: band() = setting(
         "standard deviation of this torque over that of the angle. The torque must also do positive work "
         "on the joint, otherwise one of the two has the wrong sign"

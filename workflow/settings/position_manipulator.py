@@ -124,7 +124,10 @@ class ParallelCascade(Section):
     def _delays(self) -> Any:
         shortest, longest = self.reflex_delays_s
         if not shortest <= self.expected_delay_s <= longest:
-            expected = f"within reflex_delays_s, from short to long ([{shortest}, {longest}])"
+            expected = (
+                "within position_manipulator.analysis.parallel_cascade.reflex_delays_s, from short to long "
+                f"([{shortest}, {longest}])"
+            )
             found = f"{self.expected_delay_s}"
             raise UnfitError(expected, "correct one of the two", "expected_delay_s", found)
         if not self.profiled_delays_s[0] <= self.profiled_delays_s[1]:

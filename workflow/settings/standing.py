@@ -338,6 +338,20 @@ class Standing(Section):
         return self
 
     @model_validator(mode="after")
+    def _channels(self) -> Any:
+        muscles: dict[str, str] = {}
+        for name, muscle in self.muscles.items():
+            other = muscles.setdefault(muscle.channel, name)
+            if other != name:
+                raise UnfitError(
+                    "to be the channel of one muscle",
+                    "correct one of the two",
+                    f"muscles.{name}.channel",
+                    f"{quoted(muscle.channel)}, that of standing.muscles.{other}.channel",
+                )
+        return self
+
+    @model_validator(mode="after")
     def _times(self) -> Any:
         longest = self.analysis.after_s
         for name, estimator in self.estimators.items():

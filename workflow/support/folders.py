@@ -104,7 +104,7 @@ def check_folders(
     inputs = [("the configuration", path) for path in configfiles]
     inputs += [(what, study[key]) for key, what in INPUTS.items() if study[key] is not None]
     inputs += [("the recording", path) for path in recordings]
-    if Path(study["recordings_folder"]).resolve() != Path.cwd():
+    if _real(study["recordings_folder"]) != Path.cwd():
         inputs.append(("the recordings folder", study["recordings_folder"]))
     sources = [("the source", Path(code) / source) for source in SOURCES]
     sources.append(("the source", Path("Snakefile")))
@@ -118,19 +118,24 @@ def check_folders(
     _check_apart(config["pathvars"], Path(code), name)
 
 
+def _real(path: str | Path) -> Path:
+    """Absolute path behind symbolic links; of links that lead back to themselves, one of them."""
+    return Path(os.path.realpath(path))
+
+
 def _folders(folder: str) -> Iterator[Path]:
     """The folder, and those that links in it lead to."""
-    yield Path(folder).resolve()
+    yield _real(folder)
     try:
-        yield from (
-            child.resolve() for child in Path(folder).iterdir() if child.is_symlink() and child.is_dir()
-        )
+        yield from (_real(child) for child in Path(folder).iterdir() if child.is_symlink() and child.is_dir())
     except OSError:  # not there yet, or no folder
         return
 
 
 def _check_place(folder: Path, outside: bool, where: str, found: str) -> None:
     project = Path.cwd()
+    if folder.is_symlink():
+        raise InputError(f"{where} to be a folder, {found}, a symbolic link that leads to none: name another")
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{where} to be a folder, {found}, which is a file: name another")
     there = next(path for path in (folder, *folder.parents) if path.exists())
@@ -148,7 +153,7 @@ def _check_place(folder: Path, outside: bool, where: str, found: str) -> None:
 
 def _refuse_what_it_holds(folder: Path, inputs, where: str, found: str, key: str) -> None:
     for what, path in inputs:
-        resolved = Path(path).resolve()
+        resolved = _real(path)
         # a link that lies in the folder would be overwritten, too
         lying = Path(os.path.normpath(Path.cwd() / path))
         if resolved.exists() and (_holds(folder, resolved) or _holds(folder, lying)):
@@ -168,7 +173,7 @@ def _holds(folder: Path, path: Path) -> bool:
 
 def _refuse_inside(folder: Path, sources: list[Path], where: str, found: str) -> None:
     for source in sources:
-        if (source.is_dir() or not source.exists()) and _holds(source.resolve(), folder):
+        if (source.is_dir() or not source.exists()) and _holds(_real(source), folder):
             raise InputError(
                 f"{where}, {found}, which lies in {source.name}/ of the source code: name another, for "
                 "example results"
@@ -187,7 +192,7 @@ def names_in_results(code: Path) -> set[str]:
 
 
 def _check_apart(pathvars: dict, code: Path, name: str) -> None:
-    results, logs = Path(pathvars["results"]).resolve(), Path(pathvars["logs"]).resolve()
+    results, logs = _real(pathvars["results"]), _real(pathvars["logs"])
     if results == logs or _holds(logs, results):
         raise InputError(
             f"{name}: expected pathvars.logs beside or in pathvars.results, in a folder of its own, found "

@@ -3,13 +3,22 @@
 import hashlib
 from pathlib import Path
 
+import numpy as np
+
 from tepsipe.errors import InputError
+from tepsipe.experiments.dummy.foot_pathways import windows_from_onset
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, leg_motion
+from tepsipe.experiments.platform import PlatformOptions, platform_spectra
+from tepsipe.experiments.position_manipulator.analysis import PositionManipulatorOptions, cascade_record
 from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs
 from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.options import StandingOptions
-from tepsipe.experiments.walking.plausible import refuse_other_units
+from tepsipe.experiments.walking.analysis import place_pulses, without_pulses
+from tepsipe.experiments.walking.impedance import WalkingOptions
 from tepsipe.experiments.walking.trial import read_trial
+from tepsipe.experiments.wristalyzer.analysis import wristalyzer_record
+from tepsipe.experiments.wristalyzer.record import WristalyzerOptions
+from tepsipe.identification.cascade.fit import ParallelCascadeOptions
 from tepsipe.ingest.belt_table import BeltTableOptions, ingest_belt_table
 from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.manipulators import (
@@ -34,7 +43,7 @@ from tepsipe.treadmill.calibration import group_of, plate_groups
 from tepsipe.treadmill.plate_check import Resting, check_plate, resting
 from tepsipe.treadmill.prepared import prepare_trial
 from tepsipe.treadmill.recording import BeltRecording, check_recordings
-from tepsipe.treadmill.trial_recordings import PlateOptions, Weight, plate_recordings
+from tepsipe.treadmill.trial_recordings import PlateOptions, Weight, plate_recordings, table_recording
 from workflow.settings.complete import without
 from workflow.support.rigs import RIG_KEYS, rig_of
 from workflow.support.study import Study
@@ -44,7 +53,7 @@ ON_PLATE = ("dummy", "weight", "empty", "standing")
 
 def refused_recordings(study: Study) -> list[str]:
     """Read all recorded trials; one sentence for every one that would stop its job, or the calibration."""
-    refused, of_plates = _copies(study), {}
+    refused, of_plates, of_belts = _copies(study), {}, {}
     for (experiment, condition), row in study.trials.items():
         if row.source != "recorded":
             continue
@@ -58,9 +67,14 @@ def refused_recordings(study: Study) -> list[str]:
                 of_plates[experiment, condition] = _plate_trial(study, experiment, condition, trial)
             elif experiment in ON_PLATE:
                 _prepare(study, experiment, condition, trial)
+            elif experiment == "belt":
+                trimmed_s = study.settings["belt"]["analysis"]["trimmed_s"]
+                of_belts[condition] = table_recording(trial, condition, trimmed_s)
+            else:
+                _begin_analysis(study, experiment, trial)
         except InputError as error:
             refused.append(str(error) if str(error).startswith(f"{name}: ") else f"{name}: {error}")
-    return refused + _refused_calibrations(study, of_plates)
+    return refused + _refused_calibrations(study, of_plates) + _refused_belt(study, of_belts)
 
 
 def _copies(study: Study) -> list[str]:
@@ -143,7 +157,7 @@ def _of_tables(study: Study, experiment: str, condition: str, files: dict, secti
 
 
 def _prepare(study: Study, experiment: str, condition: str, trial: Trial) -> None:
-    """Perturbations, rest and leg of a dummy's trial; joint angles, stance, mass and muscles of a person."""
+    """Perturbations, rest, leg and windows of a dummy; joint angles, stance, mass and muscles of a person."""
     section, name = study.of_trial(experiment, condition), f"{experiment}/{condition}"
     analysis = section["analysis"]
     if experiment == "standing":
@@ -156,7 +170,22 @@ def _prepare(study: Study, experiment: str, condition: str, trial: Trial) -> Non
     lowpass = {key: analysis[key] for key in ("lowpass_cutoff_hz", "lowpass_order")}
     fixed = section["foot"]["belt_fixed_labels"]
     dummy = DummyOptions.from_settings(section["geometry"], lowpass | vars(_window(analysis)), fixed)
-    leg_motion(prepare_trial(trial, name, dummy.lowpass, dummy.window), dummy, "aligned")
+    prepared = prepare_trial(trial, name, dummy.lowpass, dummy.window)
+    leg_motion(prepared, dummy, "aligned")
+    for pathway in study.estimators.foot_pathways():
+        windows_from_onset(prepared, section["foot"]["pathways"][pathway]["window_s"])
+
+
+def _begin_analysis(study: Study, experiment: str, trial: Trial) -> None:
+    """Record with which the analysis of a manipulator's or a platform's trial begins."""
+    analysis = study.settings[experiment]["analysis"]
+    if experiment == "wristalyzer":
+        wristalyzer_record(trial, WristalyzerOptions.from_settings(without(analysis, "swept_bins")))
+    elif experiment == "platform":
+        platform_spectra(trial, PlatformOptions.from_settings(analysis))
+    elif experiment == "position_manipulator":
+        options = PositionManipulatorOptions(**without(analysis, "parallel_cascade"))
+        cascade_record(trial, options, ParallelCascadeOptions(**analysis["parallel_cascade"]))
 
 
 def _window(settings: dict) -> WindowOptions:
@@ -196,10 +225,30 @@ def _refused_calibrations(study: Study, of_plates: dict[tuple, tuple[BeltRecordi
     return refused
 
 
+def _refused_belt(study: Study, recordings: dict[str, BeltRecording]) -> list[str]:
+    """One sentence if models of a recorded treadmill cannot be fitted to its recordings, or evaluated."""
+    roles = study.roles("belt")
+    if not roles or not roles.keys() <= recordings.keys():
+        return []
+    calibration = [recordings[c] for c, role in roles.items() if role == "calibrate"]
+    try:
+        for part in (calibration, *([recordings[c]] for c, role in roles.items() if role != "calibrate")):
+            check_recordings(part, study.settings["belt"]["models"]["shortest_s"])
+    except InputError as error:
+        return [f"models of the belt: {error}"]
+    return []
+
+
 def _read_walk(study: Study, condition: str) -> None:
     """Recording, events and strides of a walk, as its job reads them."""
     files = study.raw_files("walking", condition, "")
-    recording, strides, _ = read_trial(files, study.config["walking"])
+    recording, strides, events = read_trial(files, study.config["walking"])
     length_s = float(recording.time[-1] - recording.time[0])
     refuse_short(length_s, study.trials["walking", condition].duration_s, recording.name)
-    refuse_other_units(recording, strides)
+    options = WalkingOptions.from_settings(study.config["walking"]["analysis"])
+    onsets = events["pulse"]
+    if not onsets.size:
+        onsets, options = without_pulses(
+            strides, options, np.random.default_rng(study.config["study"]["seed"])
+        )
+    place_pulses(recording, strides, onsets, options)

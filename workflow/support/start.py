@@ -134,7 +134,10 @@ def with_its_file(error: InputError, config: dict, configfiles: Iterable[str | P
     if not text.startswith(f"{NAME}: "):
         return text
     named = None
-    for key in re.findall(r"[a-z_]+(?:\.[\w-]+)+", text) + re.findall(r"unknown key '(\w+)'", text):
+    keys = re.findall(r"[a-z_]+(?:\.[\w-]+)+", text)
+    for key in keys + re.findall(r"(?:unknown key|the key|for) '([^']+)'", text):
+        while "." in key and _value(config, key) is ABSENT:  # a key that lacks is missed in its section
+            key = key.rpartition(".")[0]
         wanted = _value(config, key)
         for path in reversed(list(configfiles)):
             # by their text: not a number is not equal to itself
@@ -146,7 +149,7 @@ def with_its_file(error: InputError, config: dict, configfiles: Iterable[str | P
     return text if named is None else f"{named}{text.removeprefix(NAME)}"
 
 
-def _value(config: dict, key: str) -> object:
+def _value(config: object, key: str) -> object:
     for name in key.split("."):
         if isinstance(config, list) and name.isdecimal() and int(name) < len(config):
             config = config[int(name)]

@@ -204,14 +204,18 @@ def check_roles(rows: list[TrialRow], path, belt: str | None = None) -> None:
             f"{path}: expected a trial of {names}{on} with the role validate, found none: without it no "
             "model can be tested, set the role of one of its rows or record another trial"
         )
+    calibrating: dict[tuple, TrialRow] = {}
     for row in rows:
-        for other in rows:
-            if row.files and row.files == other.files and (row.role, other.role) == ROLES:
-                raise InputError(
-                    f"{path}: expected {other.experiment}/{other.condition} to validate on a recording of "
-                    f"its own, found that of {row.experiment}/{row.condition}, {quoted(row.files['log'])}: "
-                    "name another file"
-                )
+        if row.role == "calibrate":
+            calibrating.setdefault(tuple(sorted(row.files.items())), row)
+    for other in (row for row in rows if row.files and row.role == "validate"):
+        own = calibrating.get(tuple(sorted(other.files.items())))
+        if own is not None:
+            raise InputError(
+                f"{path}: expected {other.experiment}/{other.condition} to validate on a recording of "
+                f"its own, found that of {own.experiment}/{own.condition}, {quoted(own.files['log'])}: "
+                "name another file"
+            )
 
 
 def _row(cells: dict[str, str], number: int, path) -> TrialRow:

@@ -14,7 +14,7 @@ from tepsipe.errors import InputError
 from tepsipe.identification.cascade.fit import ParallelCascadeFit, ParallelCascadeOptions
 from tepsipe.identification.cascade.muscle import MUSCLE_BOUNDS
 from tepsipe.identification.cascade.parallel_cascade import identify_cascade
-from tepsipe.identification.cascade.record import make_record
+from tepsipe.identification.cascade.record import CascadeRecord, make_record
 from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
@@ -222,6 +222,20 @@ def analyse_parallel_cascade(
     InputError
         If the record is too short or the joint does not move.
     """
+    record, block = cascade_record(trial, options, reflex)
+    return identify_cascade(record, block, options.bootstrap_draws, rng)
+
+
+def cascade_record(
+    trial: Trial, options: PositionManipulatorOptions, reflex: ParallelCascadeOptions
+) -> tuple[CascadeRecord, int]:
+    """Filtered record that `analyse_parallel_cascade` fits, and length of a block (rad, N·m, samples).
+
+    Raises
+    ------
+    InputError
+        If the record is too short or the joint does not move.
+    """
     kept, training, block = _parts(trial, options)
     record = make_record(
         trial.values("angle"),
@@ -232,7 +246,7 @@ def analyse_parallel_cascade(
         lambda x: butterworth_lowpass(x, trial.rate_hz, options.lowpass_cutoff_hz, options.lowpass_order),
         reflex,
     )
-    return identify_cascade(record, block, options.bootstrap_draws, rng)
+    return record, block
 
 
 def position_manipulator_estimates(

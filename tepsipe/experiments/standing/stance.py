@@ -17,6 +17,8 @@ HEEL_M, TOES_M = -0.06, 0.22
 POSTURE_M = 0.04
 # correlation of the centre of pressure with the lean, from which the moment is clearly reversed
 REVERSED = -0.5
+# largest change of the mean vertical force of unperturbed standing over a trial, as a fraction of the weight
+WEIGHT_WITHIN, WEIGHT_PARTS = 0.1, 4
 # a foot shifts if it moves within this time, because the logged velocity of the belt drifts (s)
 SHIFT_WITHIN_S = 2.0
 
@@ -136,6 +138,7 @@ def stance_fault(prepared: PreparedTrial, stance: Stance, options: StandingOptio
         _step(prepared, stance, options)
         or _other_support(prepared, options)
         or _unloading(prepared, stance, options)
+        or _other_weight(prepared, stance, options)
         or _lean(prepared, stance, options)
     )
 
@@ -190,6 +193,21 @@ def _unloading(prepared: PreparedTrial, stance: Stance, options: StandingOptions
                 f"{limits.unloading:.0%}: a stumble into the harness, repeat the trial"
             )
     return None
+
+
+def _other_weight(prepared: PreparedTrial, stance: Stance, options: StandingOptions) -> str | None:
+    still = np.flatnonzero(prepared.at_rest)
+    parts = [part for part in np.array_split(still, WEIGHT_PARTS) if part.size]
+    masses = [float(stance.f_z[part].mean()) / options.person.body.gravity_m_per_s2 for part in parts]
+    low, high = int(np.argmin(masses)), int(np.argmax(masses))
+    if masses[high] - masses[low] <= WEIGHT_WITHIN * options.person.mass_kg:
+        return None
+    when = [prepared.time[parts[k][0]] for k in (low, high)]
+    return (
+        f"the plate carried {masses[low]:.3g} kg from {when[0]:.1f} s and {masses[high]:.3g} kg from "
+        f"{when[1]:.1f} s, while the person stood still: check the range and the amplifier of the plate, and "
+        "that the person held on to nothing"
+    )
 
 
 def _lean(prepared: PreparedTrial, stance: Stance, options: StandingOptions) -> str | None:

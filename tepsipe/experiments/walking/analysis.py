@@ -1,7 +1,7 @@
 """From a walking trial to the impedance of the ankle at each perturbed phase of stance."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,10 +15,18 @@ from tepsipe.experiments.walking.impedance import (
 )
 from tepsipe.experiments.walking.plausible import refuse_other_units
 from tepsipe.experiments.walking.recording import CONTACT_N, WalkingRecording
-from tepsipe.experiments.walking.strides import Strides, locate_pulses, refuse_swapped_belts
+from tepsipe.experiments.walking.strides import (
+    Pulses,
+    Strides,
+    locate_pulses,
+    random_onsets,
+    refuse_swapped_belts,
+)
 from tepsipe.statistics.uncertainty import Source
 
 FEWEST_UNPERTURBED = 12
+# least strides at a phase of a walk without pulses
+FEWEST_WITHOUT_PULSES = 3
 # least share of a window in which the foot must be loaded
 LEAST_CONTACT = 0.9
 
@@ -96,19 +104,9 @@ def analyse_walking(
         If the belts are swapped, there are too few unperturbed strides, or no phase can be evaluated.
     """
     options = options or WalkingOptions()
-    refuse_swapped_belts(recording, strides)
-    refuse_other_units(recording, strides)
-    pulses = locate_pulses(strides, onsets, options.window_s, recording.name)
-    quiet = _unperturbed(strides, np.asarray(onsets, float), options.recovery_strides)
-    if quiet.sum() < FEWEST_UNPERTURBED:
-        raise InputError(
-            f"{recording.name}: expected at least {FEWEST_UNPERTURBED} unperturbed strides, found "
-            f"{quiet.sum()}: "
-            "record unperturbed walking, or perturb fewer strides"
-        )
+    pulses, quiet, percent = place_pulses(recording, strides, onsets, options)
     stance, starts = float(strides.stance[quiet].mean()), strides.start[quiet]
     delay = pulses.onset - strides.start[pulses.stride]
-    percent = 100.0 * delay / stance
     walk = filter_walk(recording, options.lowpass_cutoff_hz, options.lowpass_order, options.matched_by)
     phases, onset_percent, at_percent, deviations = {}, {}, {}, {}
     dropped = [
@@ -143,17 +141,55 @@ def analyse_walking(
             at_percent[phase] = onset_percent[phase]
             continue
         at_percent[phase] = onset_percent[phase] + 100.0 * phases[phase].at_s / stance
-    if not phases:
+    for phase, rising in _rising(phases, at_percent, stance).items():
+        phases[phase] = estimate_impedance(deviations[phase], options, sources, rising)
+        at_percent[phase] = onset_percent[phase] + 100.0 * phases[phase].at_s / stance
+    return WalkingImpedance(phases, at_percent, deviations, stance, quiet, tuple(dropped))
+
+
+def place_pulses(
+    recording: WalkingRecording, strides: Strides, onsets: Sequence[float], options: WalkingOptions
+) -> tuple[Pulses, np.ndarray, np.ndarray]:
+    """Pulses in their strides (s), unperturbed strides, and places of the pulses in stance (%).
+
+    Arguments are those of `analyse_walking`.
+
+    Raises
+    ------
+    InputError
+        As `analyse_walking`.
+    """
+    refuse_swapped_belts(recording, strides)
+    refuse_other_units(recording, strides)
+    pulses = locate_pulses(strides, onsets, options.window_s, recording.name)
+    quiet = _unperturbed(strides, np.asarray(onsets, float), options.recovery_strides)
+    if quiet.sum() < FEWEST_UNPERTURBED:
+        raise InputError(
+            f"{recording.name}: expected at least {FEWEST_UNPERTURBED} unperturbed strides, found "
+            f"{quiet.sum()}: "
+            "record unperturbed walking, or perturb fewer strides"
+        )
+    percent = 100.0 * (pulses.onset - strides.start[pulses.stride]) / float(strides.stance[quiet].mean())
+    off = np.abs(percent[:, None] - np.array(options.onsets_percent))
+    if ((off <= options.phase_tolerance_percent).sum(axis=0) < options.fewest_strides).all():
         raise InputError(
             f"{recording.name}: expected at least {options.fewest_strides} perturbed strides at one of "
             "the phases "
             f"{', '.join(f'{p:g}' for p in options.phases_percent)} % of stance, found fewer at each: "
             "record more"
         )
-    for phase, rising in _rising(phases, at_percent, stance).items():
-        phases[phase] = estimate_impedance(deviations[phase], options, sources, rising)
-        at_percent[phase] = onset_percent[phase] + 100.0 * phases[phase].at_s / stance
-    return WalkingImpedance(phases, at_percent, deviations, stance, quiet, tuple(dropped))
+    return pulses, quiet, percent
+
+
+def without_pulses(
+    strides: Strides, options: WalkingOptions, rng: np.random.Generator
+) -> tuple[np.ndarray, WalkingOptions]:
+    """Onsets of pulses of no size at random strides (s), and options for them.
+
+    With them, the intervals of a walk without pulses say what is known of the ankle: nothing.
+    """
+    onsets = random_onsets(strides, options.phases_percent, rng)
+    return onsets, replace(options, fewest_strides=FEWEST_WITHOUT_PULSES, recovery_strides=0)
 
 
 def _rising(

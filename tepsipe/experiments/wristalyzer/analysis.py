@@ -102,18 +102,8 @@ def analyse_wristalyzer(
     InputError
         If the record is too short or holds no perturbation.
     """
-    prepared = prepare(trial, options)
-    torque, angle = prepared.torque[prepared.kept], prepared.angle[prepared.kept]
-    if not np.ptp(torque) > 0.0 or not np.ptp(angle) > 0.0:
-        raise InputError(
-            "expected a torque perturbation and a moving joint, found a constant signal: check that "
-            "the perturbation was applied"
-        )
-    timing = (options.cut_s, options.perturbation_period_s, options.excited_band_hz)
-    on_time, flags = timed(trial, *timing)
-    if on_time is not trial:
-        trial, prepared = on_time, prepare(on_time, options)
-    record, bounds = WristalyzerRecord(trial, prepared, options, sources or {}), options.bounds
+    record, flags = wristalyzer_record(trial, options, sources)
+    prepared, bounds = record.prepared, options.bounds
     fitted = {
         name: estimator.function(record)
         for name, estimator in ESTIMATORS.items()
@@ -135,6 +125,36 @@ def analyse_wristalyzer(
         tried=tried,
         flags=flags,
     )
+
+
+def wristalyzer_record(
+    trial: Trial, options: WristalyzerOptions, sources: Mapping[str, Source] | None = None
+) -> tuple[WristalyzerRecord, tuple[str, ...]]:
+    """Record that the estimators take (N·m, rad), with its timing corrected, and flags of the timing.
+
+    Arguments are those of `analyse_wristalyzer`.
+
+    Raises
+    ------
+    InputError
+        If the record is too short, has too few frequencies or holds no perturbation.
+    """
+    prepared = prepare(trial, options)
+    torque, angle = prepared.torque[prepared.kept], prepared.angle[prepared.kept]
+    if not np.ptp(torque) > 0.0 or not np.ptp(angle) > 0.0:
+        raise InputError(
+            "expected a torque perturbation and a moving joint, found a constant signal: check that "
+            "the perturbation was applied"
+        )
+    timing = (options.cut_s, options.perturbation_period_s, options.excited_band_hz)
+    on_time, flags = timed(trial, *timing)
+    if on_time is not trial:
+        trial, prepared = on_time, prepare(on_time, options)
+    record = WristalyzerRecord(trial, prepared, options, sources or {})
+    record.averaged.band(*options.fit_band_hz)
+    if options.perturbation_period_s is not None:
+        record.periodic.band(*options.fit_band_hz)
+    return record, flags
 
 
 def wristalyzer_estimates(condition: str, analysis: WristalyzerAnalysis) -> list[Estimate]:

@@ -3,6 +3,7 @@
 A few kilobytes of gzip can hold terabytes, so the contents are unpacked piece by piece up to a limit.
 """
 
+import errno
 import gzip
 import tempfile
 import zlib
@@ -16,6 +17,8 @@ MAGIC = b"\x1f\x8b"
 # a compressed table is 3 to 30 times smaller than its text, a bomb up to 1000 times; a recording of ten
 # minutes with 200 columns of text has about 150 MB
 MOST_PER_BYTE, ALWAYS_ALLOWED_BYTES, LARGEST_BYTES = 200, 20_000_000, 400_000_000
+# text of this size takes several times as much memory
+LARGEST_PLAIN_BYTES = 1_000_000_000
 PIECE_BYTES = 1 << 20
 
 
@@ -60,6 +63,11 @@ def plain_bytes(path: Path, what: str, largest_bytes: int | None = None) -> byte
                 f"{path}: expected {what}, found {found}: name a file, into which the contents are written"
             )
         if not is_gzip(path):
+            if path.exists() and path.stat().st_size > LARGEST_PLAIN_BYTES:
+                raise InputError(
+                    f"{path}: expected {what} of at most {LARGEST_PLAIN_BYTES / 1e6:g} MB, found "
+                    f"{path.stat().st_size / 1e6:.0f} MB: check which file is named, or cut it into trials"
+                )
             return path.read_bytes()
         if largest_bytes is None:
             largest_bytes = max(ALWAYS_ALLOWED_BYTES, MOST_PER_BYTE * path.stat().st_size)
@@ -77,9 +85,17 @@ def plain_bytes(path: Path, what: str, largest_bytes: int | None = None) -> byte
         return b"".join(pieces)
     except FileNotFoundError:
         raise InputError(f"{path}: expected {what}, found no file: correct its path") from None
+    except PermissionError:
+        raise InputError(
+            f"{path}: expected {what}, found a file that this user may not read: change its permissions"
+        ) from None
     except InputError:
         raise
     except (OSError, ValueError, EOFError, zlib.error) as error:
+        if isinstance(error, OSError) and error.errno == errno.ELOOP:
+            raise InputError(
+                f"{path}: expected {what}, found a symbolic link that leads back to itself: name the file"
+            ) from None
         raise InputError(
             f"{path}: expected {what}, found a file that cannot be read ({quoted(error)}): it is truncated "
             "or damaged, copy it again"

@@ -66,6 +66,19 @@ class PlainTable:
         return self.values[:, self.names.index(name)]
 
 
+def number_in(field: str) -> float:
+    """Number in a field of text; ``float`` alone would read a damaged ``1_0`` as 10.
+
+    Raises
+    ------
+    ValueError
+        If the field is no number.
+    """
+    if "_" in field:
+        raise ValueError(f"could not convert string to float: {field!r}")
+    return float(field)
+
+
 def delimiter_in(header: str) -> str:
     """Character between the columns of a table with this header: tab, semicolon or comma."""
     if header.count("\t"):
@@ -174,8 +187,8 @@ def refuse_short_header(path: Path, count: int, body: list[str], delimiter: str)
         first = quoted(body[counts.index(usual)].strip())
         raise InputError(
             f"{path}: expected the names of {usual} columns in the header, found {count} names there, and "
-            f"{first} further down: delete the lines above the names of the columns, or export the trial as "
-            "C3D"
+            f"{first} further down: export the trial as C3D or TRC, or give every column a name in the first "
+            "line"
         )
 
 
@@ -211,7 +224,7 @@ def _numbers(path, body, rows, delimiter, names, ragged) -> np.ndarray:
         for j, field in enumerate(line.split(delimiter)[: len(names)]):
             try:
                 if field and not field.isspace():
-                    values[i, j] = float(field)
+                    values[i, j] = number_in(field)
             except ValueError:
                 raise InputError(
                     f"{path}: expected a number, found {quoted(field.strip())} in column {names[j]!r} on "

@@ -8,7 +8,7 @@ import numpy as np
 
 from tepsipe.arguments import IN_NAMES
 from tepsipe.errors import InputError, listed, quoted
-from tepsipe.io.readers.plain_table import refuse_short_header, with_points
+from tepsipe.io.readers.plain_table import number_in, refuse_short_header, with_points
 from tepsipe.io.readers.text_file import read_text
 
 # unit -> its spellings in headers; small letters, without spaces, dots, stars, carets, hyphens, underscores
@@ -71,6 +71,7 @@ def read_text_table(
     """
     path = Path(path)
     columns = {key: name for key, name in columns.items() if name is not None}
+    _refuse_one_column_twice(path, columns, named_by or {})
     text = read_text(path, "a table of samples")
     if not text.strip():
         raise InputError(f"{path}: expected a header and samples, found an empty file: record again")
@@ -90,10 +91,17 @@ def read_text_table(
     for number in (len(lines) - 1, *range(len(lines))):
         if lines[number].count(delimiter) != len(names) - 1:
             fields = lines[number].count(delimiter) + 1
-            state = "the file is truncated" if number == len(lines) - 1 else "the line is damaged"
+            if fields > len(names):
+                hint = (
+                    f"export the file with a name for every column, and without {quoted(delimiter)} in its "
+                    "numbers or at the ends of its lines"
+                )
+            else:
+                state = "the file is truncated" if number == len(lines) - 1 else "the line is damaged"
+                hint = f"{state}, copy it again from the instrument"
             raise InputError(
-                f"{path}: expected {len(names)} fields on every line, found {fields} on line "
-                f"{number + 2}: {state}, copy it again from the instrument"
+                f"{path}: expected {len(names)} fields on every line, found {fields} on line {number + 2}: "
+                f"{hint}"
             )
     if not ended:
         lines.pop()
@@ -146,6 +154,19 @@ def refuse_other_unit(column: str, unit: str, name: str, what: str = "") -> None
             )
 
 
+def _refuse_one_column_twice(path, columns, named_by) -> None:
+    """Refuse one column that is named for two signals."""
+    seen: dict[str, str] = {}
+    for key, name in columns.items():
+        other = seen.setdefault(name, key)
+        if other != key:
+            both, where = f"{other} and {key}".replace("_", " "), named_by.get(key, "the configuration")
+            raise InputError(
+                f"{path}: expected a column for each signal, found {name!r} for {both}: correct one of the "
+                f"two in {where}"
+            )
+
+
 def _refuse_other_names(path, name, where, names) -> None:
     """Refuse a header that lacks the name given for a column, or contains it twice."""
     if names.count(name) > 1:
@@ -171,7 +192,7 @@ def _numbers_one_by_one(path, lines, delimiter, wanted, names, error) -> np.ndar
         for column, index in enumerate(wanted):
             field = fields[index].strip()
             try:
-                values[row, column] = float(field) if field else np.nan
+                values[row, column] = number_in(field) if field else np.nan
             except ValueError:
                 raise InputError(
                     f"{path}: expected a number, found {quoted(field)} in column {names[index]!r} on line "

@@ -12,6 +12,7 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.io.readers.c3d import METRES_PER_UNIT, Markers
+from tepsipe.io.readers.plain_table import number_in
 from tepsipe.io.readers.text_file import read_text
 
 SETTINGS = ("DataRate", "NumFrames", "NumMarkers", "Units")
@@ -68,7 +69,7 @@ def read_trc(path: str | Path) -> Markers:
     for row, k in enumerate(rows):
         fields = lines[k].split("\t")[: values.shape[1]]
         try:
-            values[row, : len(fields)] = [float(field) if field.strip() else np.nan for field in fields]
+            values[row, : len(fields)] = [number_in(field) if field.strip() else np.nan for field in fields]
         except ValueError as error:
             raise InputError(
                 f"{path}: expected numbers on line {k + 1}, found {str(error).partition(': ')[2]}: repair "

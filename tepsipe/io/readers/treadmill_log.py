@@ -7,6 +7,7 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.io.readers.mat_file import read_mat
+from tepsipe.io.readers.plain_table import number_in
 from tepsipe.io.readers.text_file import read_text
 
 VARIABLES = {
@@ -17,6 +18,9 @@ VARIABLES = {
     "command_m_per_s": "commanded belt velocity",
     "trigger_V": "trigger line",
 }
+COMPONENTS = tuple(
+    f"{name}_{belt}" for belt in ("left", "right") for name in ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+)
 
 
 @dataclass(frozen=True)
@@ -117,6 +121,11 @@ def read_treadmill_log(path: str | Path) -> TreadmillLog:
             f"{path}: expected one column of transducers_V for each of the {len(channels)} channel "
             f"names, found the shape {voltages.shape}: export it again"
         )
+    if voltages.shape[0] < 2:
+        raise InputError(
+            f"{path}: expected a time series in 'transducers_V', found {voltages.shape[0]} samples: export "
+            "the log again"
+        )
     for name, line in lines.items():
         if line.size != voltages.shape[0]:
             raise InputError(
@@ -194,6 +203,11 @@ def read_calibration_matrix(path: str | Path) -> CalibrationMatrix:
                 f"{path}: expected {len(channels) + 2} fields on every line, found {len(row)} on "
                 f"line {number}: the file is truncated or damaged, copy it again"
             )
+        if name not in COMPONENTS:
+            raise InputError(
+                f"{path}: expected a component of {', '.join(COMPONENTS)}, found {quoted(name)} on line "
+                f"{number}: remove the line or correct its label"
+            )
         if row[1].strip() != expected:
             raise InputError(
                 f"{path}: expected the unit {expected} for {name}, found {quoted(row[1].strip())}: convert "
@@ -204,17 +218,27 @@ def read_calibration_matrix(path: str | Path) -> CalibrationMatrix:
                 f"{path}: expected every component once, found {name} again on line {number}: remove one"
             )
         components.append(name)
-    for belt in ("left", "right"):
-        for name in ("Fx", "Fy", "Fz", "Mx", "My", "Mz"):
-            if f"{name}_{belt}" not in components:
+    for name in COMPONENTS:
+        if name not in components:
+            raise InputError(
+                f"{path}: expected 12 components, Fx to Mz of the left and the right belt, found "
+                f"{len(components)} without {name}: the file is truncated or misses a label"
+            )
+    return CalibrationMatrix(tuple(components), channels, _matrix(path, rows[1:], channels))
+
+
+def _matrix(path: Path, rows: list[list[str]], channels: tuple[str, ...]) -> np.ndarray:
+    """Numbers of all components, shape (components, channels), in N/V and N·m/V."""
+    matrix = np.empty((len(rows), len(channels)))
+    for k, row in enumerate(rows):
+        for j, field in enumerate(row[2:]):
+            try:
+                matrix[k, j] = number_in(field)
+            except ValueError:
+                matrix[k, j] = np.nan
+            if not np.isfinite(matrix[k, j]):
                 raise InputError(
-                    f"{path}: expected 12 components, Fx to Mz of the left and the right belt, found "
-                    f"{len(components)} without {name}_{belt}: the file is truncated or misses a label"
+                    f"{path}: expected a finite number for {row[0].strip()} and {channels[j]}, found "
+                    f"{quoted(field.strip())} on line {k + 2}: repair the file or export it again"
                 )
-    try:
-        matrix = np.array([[float(field) for field in row[2:]] for row in rows[1:]])
-    except ValueError as error:
-        raise InputError(f"{path}: expected numbers, found {quoted(error)}: repair the file") from None
-    if not np.isfinite(matrix).all():
-        raise InputError(f"{path}: expected finite numbers, found NaN or infinity: repair the file")
-    return CalibrationMatrix(tuple(components), channels, matrix)
+    return matrix

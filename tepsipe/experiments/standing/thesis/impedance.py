@@ -107,7 +107,7 @@ def fit_standing(
     """
     time = trials[0].time
     _check(estimator, float(time[-1]))
-    model, muscles = ACTIVE[estimator.active], ()
+    model, muscles, flags = ACTIVE[estimator.active], (), ()
     if model.by_muscle:
         recorded = [set(responses.muscles) for responses in trials]
         muscles = tuple(m for m in options.action if all(m in usable for usable in recorded))
@@ -115,6 +115,7 @@ def fit_standing(
             return (
                 "expected a muscle that acts at the ankle and has a usable channel in every trial, found none"
             )
+        flags = ("muscle-left-out",) * (len(muscles) < len(options.action))
     means = [_means(responses, pathway, muscles, draws, rng) for responses in trials]
     inside = (time >= -FILTER_WIDTH_S) & (time <= estimator.window_s)
     linear = tuple(name for name in MOTION if name != "I" or estimator.inertia)
@@ -148,6 +149,7 @@ def fit_standing(
         responses=sum(responses.count for responses in trials),
         delay_ranges=ranges,
         delays_at_bound=_at_bound(ranges, options),
+        flags=flags,
     )
 
 

@@ -1,0 +1,43 @@
+"""Results of an analysis survive their file, and a damaged file is refused."""
+
+import h5py
+import numpy as np
+import pytest
+from builders import assert_one_sentence
+
+from tepsipe.errors import InputError
+from tepsipe.io.result import Result, read_result, write_result
+
+
+def test_result_comes_back_from_its_file_with_units_and_facts(tmp_path, rng):
+    arrays = {"leg/torque": rng.standard_normal(500), "matrix": rng.standard_normal((3, 3)) + 1j}
+    facts = {"converged": True, "names": ["a", "b"], "spread_Nm": 0.25}
+    write_result(tmp_path / "r.h5", Result(arrays, {"leg/torque": "Nm", "matrix": "rad/Nm"}, facts))
+    read = read_result(tmp_path / "r.h5")
+    assert set(read.arrays) == set(arrays)
+    for name, values in arrays.items():
+        assert (read.arrays[name] == values).all()
+    assert read.units == {"leg/torque": "Nm", "matrix": "rad/Nm"}
+    assert read.facts == facts
+
+
+def test_equal_arrays_are_stored_once_and_read_by_every_name(tmp_path, rng):
+    values, units = rng.standard_normal((2000, 3)), {"a/x": "m", "b/x": "m", "c/x": "rad", "d/x": "m"}
+    arrays = {"a/x": values, "b/x": values.copy(), "c/x": values, "d/x": values + 1e-15}
+    write_result(tmp_path / "r.h5", Result(arrays, units, {}))
+    with h5py.File(tmp_path / "r.h5") as file:
+        assert file["a/x"] == file["b/x"]  # the same dataset; units or values of the others differ
+        assert len({file[name].id.__hash__() for name in arrays}) == 3
+    read = read_result(tmp_path / "r.h5")
+    assert read.units == units
+    assert all((read.arrays[name] == array).all() for name, array in arrays.items())
+
+
+def test_result_file_that_is_damaged_is_refused(tmp_path):
+    write_result(tmp_path / "r.h5", Result({"x": np.ones(500)}, {"x": "s"}, {}))
+    content = (tmp_path / "r.h5").read_bytes()
+    for part in (0.0, 0.3, 0.9):
+        (tmp_path / "cut.h5").write_bytes(content[: int(part * len(content))])
+        with pytest.raises(InputError) as caught:
+            read_result(tmp_path / "cut.h5")
+        assert_one_sentence(caught.value, tmp_path / "cut.h5")
