@@ -3,6 +3,7 @@
 import importlib
 import re
 import runpy
+import textwrap
 from pathlib import Path
 
 import pytest
@@ -121,7 +122,9 @@ def test_example_of_the_readme_runs(tmp_path, monkeypatch, capsys):
         low, high = intervals[name]
         assert 0.0 < low < truth[name] < high
     assert found["fit"].notes == ()
-    assert "10.0 in truth" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "10.0 in truth" in printed
+    assert textwrap.indent(printed, "    ") in readme
     assert (tmp_path / "impedance.csv").is_file()
     assert (tmp_path / "impedance.png").is_file()
 

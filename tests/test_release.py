@@ -9,10 +9,13 @@ import subprocess
 import tomllib
 from pathlib import Path
 
+import pandas as pd
 import pytest
 import yaml
 
 import tepsipe
+from tepsipe.reporting.chapters.study import campaign
+from tepsipe.reporting.run import Run
 
 ROOT = Path(__file__).parents[1]
 
@@ -117,6 +120,34 @@ def test_container_runs_also_where_pybullet_is_not_installed(has_pybullet, tmp_p
     other_engine = [] if has_pybullet else ["--configfile", "config/any-engine.yaml"]
     assert run.stdout.splitlines() == ["-m", "workflow.run", "-c2", *other_engine, *own]
     assert (ROOT / "config/any-engine.yaml").is_file()
+
+
+def test_paper_quotes_the_numbers_of_the_example():
+    paper = " ".join((ROOT / "paper/paper.md").read_text(encoding="utf-8").split())
+    drawn = runpy.run_path(str(ROOT / "docs/draw_rig.py"))
+    (_, inertia, stiffness, vaf), (_, wrong_inertia, wrong_stiffness, wrong_vaf) = drawn["results"]()
+    assert (
+        f"inertia of {wrong_inertia:.3f} instead of {inertia:.3f} N·m·s²/rad and a stiffness of "
+        f"{wrong_stiffness:.1f} instead of {stiffness:.0f} N·m/rad, with a VAF of {wrong_vaf:.2f} %. The "
+        f"correct equation reaches {vaf:.2f} %"
+    ) in paper
+
+
+def test_pages_quote_the_coverage_of_the_stored_campaign():
+    folder = ROOT / "benchmarks/coverage"
+    about = json.loads((folder / "campaign.json").read_text(encoding="utf-8"))
+    run = Run({"coverage": pd.read_csv(folder / "coverage.csv")}, study={"campaign": about})
+    rows = campaign(run)["rows"]
+    damping = ("dummy", "B")
+    shares = {(row["experiment"], row["quantity"]): round(row["covered_percent"]) for row in rows}
+    others = [share for of, share in shares.items() if of != damping]
+    quoted = {"range": [], "exception": []}
+    for page in ("paper/paper.md", "docs/thesis.md", "docs/coverage.md"):
+        text = " ".join((ROOT / page).read_text(encoding="utf-8").split())
+        quoted["range"] += re.findall(r"(\d+) to (\d+) % of the (?:95 % )?intervals", text)
+        quoted["exception"] += re.findall(r"The exception\b.*?(\d+) %", text)
+    assert set(quoted["range"]) == {(str(min(others)), str(max(others)))}
+    assert set(quoted["exception"]) == {str(shares[damping])}
 
 
 def test_paper_is_short_and_cites_what_its_bibliography_has():

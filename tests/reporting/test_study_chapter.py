@@ -170,7 +170,7 @@ def same_laboratory():
 def test_campaign_of_the_same_constants_is_told_as_such():
     (summary,) = told(same_laboratory(), "summary")
     assert "Settings of the laboratory were changed" not in summary
-    assert "changes of the analysis since then are not compared." in summary
+    assert "are the same in this run; changes of the analysis since then are not compared." in summary
 
 
 def test_verdicts_are_counted_and_named_in_the_same_order_everywhere():
