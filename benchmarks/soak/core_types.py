@@ -4,7 +4,7 @@
 
 OpenBLAS chooses its routines by the kind of processor, and they sum in different orders; OPENBLAS_CORETYPE
 lets one processor take the routines of another. It is a violation if a run fails, if a table has other rows
-or texts, or if a number differs by more than 1e-6 of the largest one of its quantity in a table, or 1e-5 of
+or texts, or if a number differs by more than 1e-6 of the largest one of its quantity in a table, or 1e-4 of
 the largest one of its array in an HDF5 file. Scores of the model hnat2014 are not compared: its published
 search ends after a number of evaluations, before it converges.
 """
@@ -25,7 +25,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from study_builders import copy_project  # noqa: E402
 
-WITHIN = {".csv": 1e-6, ".h5": 1e-5}
+WITHIN = {".csv": 1e-6, ".h5": 1e-4}
 TYPES = ("Haswell", "Nehalem")
 STOPPED = "hnat2014"
 # columns that are compared by the largest number of all of them, because some hold rounding errors only: the
@@ -71,7 +71,7 @@ def numbers(path: Path) -> tuple[dict[str, np.ndarray], list]:
             file.visititems(visit)
         return {name: np.asarray(values, dtype=float) for name, values in values_of.items()}, texts
     with path.open(newline="", encoding="utf-8") as file:
-        for row in csv.DictReader(file):
+        for row in csv.DictReader(line for line in file if not line.startswith("#")):
             if row.get("model") == STOPPED:
                 texts.append((STOPPED, row["train"], row["test"]))
                 continue
