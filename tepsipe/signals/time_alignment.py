@@ -218,8 +218,10 @@ def stamp_jitter(time: np.ndarray, x: np.ndarray) -> float:
     # over the two samples on either side, whose own errors matter less
     rate = ((x[4:] - x[:-4]) / (time[4:] - time[:-4]))[usable] ** 2
     quick = rate > np.median(rate)
+    if not quick.any():
+        return 0.0
     # a signal in steps is exact while it rests and errs by their twelfth while it moves
     steps = np.diff(np.unique(x)).min(initial=np.inf)
-    rise = np.mean(squares[quick]) - np.mean(squares[~quick]) - (steps**2 / 12.0 if quick.any() else 0.0)
+    rise = np.mean(squares[quick]) - np.mean(squares[~quick]) - steps**2 / 12.0
     spread = np.mean(rate[quick]) - np.mean(rate[~quick])
     return float(np.sqrt(max(rise / spread, 0.0))) if spread > 0.0 else 0.0
