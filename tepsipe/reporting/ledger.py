@@ -426,7 +426,8 @@ def _explained(
     outcome: Outcome, tolerance: Tolerance, printed: float, key: tuple[str, str, str], found: Explanations
 ) -> Outcome:
     """Outcome of a number outside its tolerance, if an explanation predicts another (unit of the row)."""
-    text = f"{found.texts[key]}, {found.values[key]:.4g}; used: {tolerance.used}"
+    exact = round(found.values[key], 12)  # an error that is only that of rounding is 0
+    text = f"{found.texts[key]}, {exact:.4g}; used: {tolerance.used}"
     text += _discriminates(outcome.null_verdict)
     factor = found.factors.get(key, 1.0)
     if tolerance.holds(printed / factor, found.values[key] / factor):
