@@ -9,11 +9,10 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 import pytest
-from builders import assert_one_sentence
+from builders import assert_one_sentence, refused
 
 import tepsipe
 from tepsipe import (
-    InputError,
     belt_recording,
     calibrate_treadmill,
     fit_admittance,
@@ -25,12 +24,6 @@ from tepsipe import (
 from tepsipe.experiments.example import EXAMPLES, FOLDER
 from tepsipe.treadmill.registry import MOTION, calibrated_range, leaving
 from tepsipe.virtual_lab import example_recordings
-
-
-def refused(function, *parts):
-    with pytest.raises(InputError) as caught:
-        function()
-    assert_one_sentence(caught.value, *parts)
 
 
 @pytest.fixture(scope="module")

@@ -18,16 +18,28 @@ FORCE = [10.0, -20.0, 100.0]
 ABOUT_LAB = [2.05 * 100.0 - 0.1 * -20.0, 0.1 * 10.0 - 1.1 * 100.0, 1.1 * -20.0 - 2.05 * 10.0 + 3.0]
 # about an origin 0.04 m below the surface the point is (0.1, -0.05, -0.04): M = p x F + T
 TYPE_2 = [10.0, 20.0, -100.0, 5.0 + 0.8, -0.4 + 10.0, 2.0 + 0.5 - 3.0]
+UNITS = ("N", "N", "N", "Nm", "Nm", "Nm")
 
 
-def written(tmp_path, values, units, kind, origin=(0.0, 0.0, -0.04), matrix=None, **options):
-    """A file with one plate whose channels are constant."""
+def written(
+    tmp_path,
+    values,
+    units,
+    kind,
+    origin=(0.0, 0.0, -0.04),
+    matrix=None,
+    corners=CORNERS,
+    markers=None,
+    **options,
+):
+    """A file with one plate whose channels are constant, and a marker at the origin or other ones."""
     labels = tuple(f"c{k}" for k in range(len(values)))
     channels = {
         label: (np.full(100, float(x)), unit) for label, x, unit in zip(labels, values, units, strict=True)
     }
-    plate = Plate(CORNERS, labels, kind, origin, np.eye(6) if matrix is None else matrix)
-    return write_c3d(tmp_path / "plate.c3d", 100.0, {"m": np.zeros((10, 3))}, channels, [plate], **options)
+    plate = Plate(corners, labels, kind, origin, np.eye(6) if matrix is None else matrix)
+    markers = {"m": np.zeros((10, 3))} if markers is None else markers
+    return write_c3d(tmp_path / "plate.c3d", 100.0, markers, channels, [plate], **options)
 
 
 def expect(path, moment=ABOUT_LAB):
@@ -291,10 +303,8 @@ def test_ezc3d_turns_the_moment_of_other_types(kind, values, origin, tmp_path):
 def test_a_level_plate_shows_the_vertical_whatever_the_screen_is(upward, tmp_path):
     corners = CORNERS @ upward.T
     above = corners.mean(axis=0) + upward @ [0.0, 0.0, 1.0]
-    units = dict(zip("abcdef", ["N", "N", "N", "Nm", "Nm", "Nm"], strict=True))
-    channels = {name: (np.zeros(100), unit) for name, unit in units.items()}
-    path = tmp_path / "plate.c3d"
-    write_c3d(path, 100.0, {"m": np.tile(above, (10, 1))}, channels, [Plate(corners, tuple(units))])
+    markers = {"m": np.tile(above, (10, 1))}
+    path = written(tmp_path, np.zeros(6), UNITS, 2, corners=corners, markers=markers)
     file = ezc3d.c3d(str(path))
     file.add_parameter("POINT", "Y_SCREEN", ["+X"])
     file.write(str(path))
@@ -303,7 +313,5 @@ def test_a_level_plate_shows_the_vertical_whatever_the_screen_is(upward, tmp_pat
 
 @pytest.mark.parametrize(("corners", "up"), [(CORNERS, "+z"), (CORNERS[::-1], "-z")])
 def test_without_markers_the_order_of_the_corners_shows_the_upper_side(corners, up, tmp_path):
-    units = dict(zip("abcdef", ["N", "N", "N", "Nm", "Nm", "Nm"], strict=True))
-    channels = {name: (np.zeros(100), unit) for name, unit in units.items()}
-    path = write_c3d(tmp_path / "plate.c3d", 100.0, {}, channels, [Plate(corners, tuple(units))])
+    path = written(tmp_path, np.zeros(6), UNITS, 2, corners=corners, markers={})
     assert read_recording(path).up == up
