@@ -74,26 +74,18 @@ LONGEST_STEP_S = 0.5
 
 @dataclass(frozen=True)
 class Range:
-    """Numbers that an option can have.
-
-    Attributes
-    ----------
-    low, high : float
-        Ends of the range (unit of the option).
-    low_allowed, high_allowed : bool
-        Whether the ends belong to it.
-    whole : bool
-        Whether the number must be whole.
-    advice : str
-        Instruction at the end of the refusal.
-    """
+    """Numbers that an option can have."""
 
     low: float = -math.inf
     high: float = math.inf
+    """Ends of the range (unit of the option)."""
     low_allowed: bool = True
     high_allowed: bool = True
+    """Whether the ends belong to it."""
     whole: bool = False
+    """Whether the number must be whole."""
     advice: str = "correct it"
+    """Instruction at the end of the refusal."""
 
     def holds(self, x: float) -> bool:
         """Whether a number (unit of the option) lies within the range."""
@@ -155,22 +147,8 @@ OPTIONS: dict[str, Range | type] = {
 def checked(optional: Sequence[str] = (), /, **options: object) -> tuple[Any, ...]:
     """Options of a public function as numbers of Python, in the order given; see `OPTIONS`.
 
-    Parameters
-    ----------
-    optional : sequence of str
-        Names of options that may be None.
-    **options
-        The options (units in their names).
-
-    Returns
-    -------
-    tuple
-        int, float, bool or str, or None where it is optional (units in their names).
-
-    Raises
-    ------
-    InputError
-        If an option is of another type or lies outside its range.
+    optional: names of options that may be None.
+    Returns: int, float, bool or str, or None where it is optional (units in their names).
     """
     return tuple(
         None if value is None and name in optional else _option(name, value)
@@ -193,24 +171,8 @@ def _option(name: str, value: object) -> Any:
 def number(value: object, name: str, within: Range) -> float | int:
     """A single number as float or int of Python (unit of the argument).
 
-    Parameters
-    ----------
-    value : object
-        A number of Python or NumPy, also as an array without axes.
-    name : str
-        Names the argument in messages.
-    within : Range
-        Its range (unit of the argument).
-
-    Returns
-    -------
-    float or int
-        The number (unit of the argument).
-
-    Raises
-    ------
-    InputError
-        If it is no number, or lies outside its range.
+    value: A number of Python or NumPy, also as an array without axes.
+    name: names the argument in messages.
     """
     given = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
     try:
@@ -225,13 +187,7 @@ def number(value: object, name: str, within: Range) -> float | int:
 
 
 def limits(values: object, name: str, size: int) -> np.ndarray:
-    """Ends of ranges, shape (size,), which may be infinite (unit of the argument).
-
-    Raises
-    ------
-    InputError
-        If they are not as many numbers.
-    """
+    """Ends of ranges, shape (size,), which may be infinite (unit of the argument)."""
     if isinstance(values, Sequence) and all(isinstance(x, Real) for x in values):
         values = np.array([float(x) for x in values])
     infinite = np.isinf(values) if isinstance(values, np.ndarray) and values.dtype.kind == "f" else None
@@ -265,13 +221,7 @@ def several(values: object) -> list | None:
 
 
 def texts(values: object, name: str) -> list[str]:
-    """Several texts, such as labels of markers.
-
-    Raises
-    ------
-    InputError
-        If they are no sequence of texts, or a single text.
-    """
+    """Several texts, such as labels of markers."""
     found = several(values)
     if found is None:
         raise InputError(f"{name}: expected several texts, found {described(values)}: give a list of names")
@@ -282,13 +232,7 @@ def texts(values: object, name: str) -> list[str]:
 
 
 def one_of(value: object, name: str, choices: Iterable[str]) -> str:
-    """One of several names.
-
-    Raises
-    ------
-    InputError
-        If it is none of them.
-    """
+    """One of several names."""
     known = list(choices)
     if not isinstance(value, str) or value not in known:
         end = nearest(value, known) if isinstance(value, str) else "correct it"
@@ -297,13 +241,7 @@ def one_of(value: object, name: str, choices: Iterable[str]) -> str:
 
 
 def pair(values: object, name: str, within: Range = NOT_NEGATIVE) -> tuple[float, float]:
-    """Two numbers (unit of the argument), such as the ends of a band; infinity is allowed for the second.
-
-    Raises
-    ------
-    InputError
-        If they are not two numbers within the range.
-    """
+    """Two numbers (unit of the argument), such as the ends of a band; infinity is allowed for the second."""
     try:
         first, second = values  # type: ignore[misc]
     except (TypeError, ValueError) as error:
@@ -317,24 +255,9 @@ def pair(values: object, name: str, within: Range = NOT_NEGATIVE) -> tuple[float
 def made(kind: type[T], options: Mapping[str, object], function: str) -> T:
     """A dataclass of options, from those that differ from its defaults (units in the names of its fields).
 
-    Parameters
-    ----------
-    kind : type
-        The dataclass; every field has a default.
-    options : mapping of str to object
-        Fields that differ. Numbers must be positive and of the kind of the default.
-    function : str
-        Names the public function in messages.
-
-    Returns
-    -------
-    object
-        The dataclass.
-
-    Raises
-    ------
-    InputError
-        If it has no such field, or a value is of another kind than the default.
+    kind: the dataclass; every field has a default.
+    options: fields that differ. Numbers must be positive and of the kind of the default.
+    function: names the public function in messages.
     """
     defaults = {name: getattr(kind(), name) for name in kind.__dataclass_fields__}
     found = {}
@@ -383,13 +306,7 @@ def _numbers_like(default: tuple, value: object, name: str) -> tuple[float, ...]
 
 
 def path_of(value: object, name: str = "path") -> Path:
-    """Path of a file, from a text or a path.
-
-    Raises
-    ------
-    InputError
-        If it is neither, or holds a character that no path can have.
-    """
+    """Path of a file, from a text or a path."""
     if isinstance(value, str | Path) and str(value) and "\0" not in str(value):
         return Path(value)
     raise InputError(f"{name}: expected the path of a file, found {described(value)}: give it as text")
@@ -401,22 +318,8 @@ def path_of(value: object, name: str = "path") -> Path:
 def factor(unit: str, wanted: str, name: str) -> float:
     """Factor that converts samples from ``unit`` to ``wanted`` (unit of ``wanted`` over ``unit``).
 
-    Parameters
-    ----------
-    unit, wanted : str
-        Given unit, and the unit to convert to.
-    name : str
-        Names the signal in messages.
-
-    Returns
-    -------
-    float
-        The factor (unit of ``wanted`` over ``unit``).
-
-    Raises
-    ------
-    InputError
-        If the units are of different quantities or unknown.
+    name: names the signal in messages.
+    Returns: the factor (unit of ``wanted`` over ``unit``).
     """
     unit = unit.strip().replace(" / ", "/")
     unit = SPELLINGS.get(unit, unit)
@@ -446,27 +349,14 @@ def unit_in(name: str) -> str:
 def unit_of(values: object, unit: str | None, name: str) -> tuple[str, bool]:
     """Unit in which samples are given, and whether only their own name shows it.
 
-    Parameters
-    ----------
-    values : object
-        Samples: a `Signal`, a quantity of pint or astropy, an xarray with the attribute ``units``, a pandas
-        column whose name ends in a unit, or numbers.
-    unit : str or None
-        Unit in which plain numbers are given; None for any.
-    name : str
-        Names the argument in messages.
+    values: Samples: a `Signal`, a quantity of pint or astropy, an xarray with the attribute ``units``, a
+    pandas column whose name ends in a unit, or numbers.
+    unit: unit in which plain numbers are given; None for any.
+    name: names the argument in messages.
 
-    Returns
-    -------
-    unit : str
-        The unit; empty where there is none.
-    by_name : bool
-        Whether the name of the samples shows it.
-
-    Raises
-    ------
-    InputError
-        If the name of the samples ends in a unit of another quantity.
+    Returns:
+        unit: the unit; empty where there is none.
+        by_name: whether the name of the samples shows it.
     """
     attributes = getattr(values, "attrs", None)
     for place, key in ((attributes, "units"), (attributes, "unit")):
@@ -481,13 +371,7 @@ def unit_of(values: object, unit: str | None, name: str) -> tuple[str, bool]:
 
 
 def unit_by_name(label: str, unit: str, name: str) -> tuple[str, bool]:
-    """Unit in which a name ends, if samples in ``unit`` can have it, and whether it differs from ``unit``.
-
-    Raises
-    ------
-    InputError
-        If the name ends in a unit of another quantity.
-    """
+    """Unit in which a name ends, if samples in ``unit`` can have it, and whether it differs from ``unit``."""
     found = unit_in(label)
     found = SPELLINGS.get(found, found)
     if (found, unit) in FACTORS:
@@ -510,27 +394,12 @@ def samples(
 ) -> np.ndarray:
     """Samples as floating-point numbers in ``unit``.
 
-    Parameters
-    ----------
-    values : array_like or Signal
-        Samples in ``unit``. They are converted if they name another one: a `Signal`, a quantity of pint or
-        astropy, an xarray with the attribute ``units``, a pandas column such as ``angle_deg``.
-    unit : str or None
-        Required unit; None for any.
-    name : str
-        Names the argument in messages.
-    shape : sequence of int or None, or None
-        Required shape, None for any length; None for any shape with at least one axis.
-
-    Returns
-    -------
-    ndarray
-        The samples (``unit``).
-
-    Raises
-    ------
-    InputError
-        If they are not numbers, have another shape, another quantity's unit, or a sample is missing.
+    values: samples in ``unit``. They are converted if they name another one: a `Signal`, a quantity of pint
+    or astropy, an xarray with the attribute ``units``, a pandas column such as ``angle_deg``.
+    unit: required unit; None for any.
+    name: names the argument in messages.
+    shape: required shape, None for any length; None for any shape with at least one axis.
+    Returns: the samples (``unit``).
     """
     x = _converted(values, unit, name)
     if shape is None:
@@ -626,24 +495,11 @@ def _kind(values: object, error: Exception) -> str:
 def regular_rate(time: object, name: str = "time") -> tuple[np.ndarray, float]:
     """Instants on a regular clock, and their rate.
 
-    Parameters
-    ----------
-    time : array_like or Signal, shape (n,)
-        Instants (s).
-    name : str
-        Names the argument in messages.
+    name: names the argument in messages.
 
-    Returns
-    -------
-    time : ndarray, shape (n,)
-        The instants (s).
-    rate_hz : float
-        Sampling rate (Hz).
-
-    Raises
-    ------
-    InputError
-        If there are fewer than 8 instants, they do not increase, or their steps differ by more than 1 %.
+    Returns:
+        time: the instants (s).
+        rate_hz: sampling rate (Hz).
     """
     t = samples(time, "s", name)
     if t.size < 8:
@@ -671,13 +527,7 @@ def regular_rate(time: object, name: str = "time") -> tuple[np.ndarray, float]:
 
 
 def same_length(time: np.ndarray, **signals: np.ndarray) -> None:
-    """Refuse signals that have not one sample per instant (s); the names of the arguments name them.
-
-    Raises
-    ------
-    InputError
-        If a signal is longer or shorter than ``time``.
-    """
+    """Refuse signals that have not one sample per instant (s); the names of the arguments name them."""
     for name, x in signals.items():
         if x.shape[0] != time.size:
             raise InputError(
@@ -687,13 +537,7 @@ def same_length(time: np.ndarray, **signals: np.ndarray) -> None:
 
 
 def refuse_constant(**signals: np.ndarray) -> None:
-    """Refuse signals that do not change beyond rounding; the names of the arguments name them.
-
-    Raises
-    ------
-    InputError
-        If a signal (any unit) is constant.
-    """
+    """Refuse signals that do not change beyond rounding; the names of the arguments name them."""
     for name, x in signals.items():
         if np.ptp(x) <= 1e-12 * max(1e-6, float(np.abs(x).max())):
             raise InputError(
@@ -703,13 +547,7 @@ def refuse_constant(**signals: np.ndarray) -> None:
 
 
 def refuse_same(**signals: np.ndarray) -> None:
-    """Refuse two signals (any unit) that are the same samples; the names of the arguments name them.
-
-    Raises
-    ------
-    InputError
-        If two signals are equal.
-    """
+    """Refuse two signals (any unit) that are the same samples; the names of the arguments name them."""
     for (first, x), (second, y) in combinations(signals.items(), 2):
         if x.shape == y.shape and np.array_equal(x, y):
             raise InputError(
@@ -719,13 +557,7 @@ def refuse_same(**signals: np.ndarray) -> None:
 
 
 def plausible_angle(angle: np.ndarray) -> np.ndarray:
-    """The angle (rad), shape (n,), refused where it looks like degrees.
-
-    Raises
-    ------
-    InputError
-        If it leaves two turns.
-    """
+    """The angle (rad), shape (n,), refused where it looks like degrees."""
     largest = float(np.abs(angle).max())
     if largest > 4.0 * math.pi:
         raise InputError(

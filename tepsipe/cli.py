@@ -30,15 +30,8 @@ STUDY_PACKAGES = {"pydantic": "pydantic", "PyYAML": "yaml", "snakemake": "snakem
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command.
 
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        Arguments after ``tepsipe``; the process's own if left out.
-
-    Returns
-    -------
-    int
-        0, 2 where the input cannot be used, or 3 where ``--strict`` is given and there are notes.
+    arguments: arguments after ``tepsipe``; the process's own if left out.
+    Returns: 0, 2 where the input cannot be used, or 3 where ``--strict`` is given and there are notes.
     """
     for stream in (
         sys.stdout,

@@ -51,13 +51,7 @@ def nearest(name: object, names) -> str:
 
 
 def refuse_other_kind(value: object, kind: type, function: str, maker: str) -> None:
-    """Refuse an argument of ``function`` that is not a ``kind``, made by ``maker``.
-
-    Raises
-    ------
-    InputError
-        If the argument is something else.
-    """
+    """Refuse an argument of ``function`` that is not a ``kind``, made by ``maker``."""
     if not isinstance(value, kind):
         raise InputError(
             f"{function}: expected a {kind.__name__}, found {quoted(type(value).__name__)}: make one with "

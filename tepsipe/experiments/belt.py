@@ -132,25 +132,17 @@ def belt_recording(
 
 @dataclass(frozen=True, repr=False)
 class TreadmillCalibration:
-    """Models of the belt-induced load, with scores of their prediction of held-out recordings.
-
-    Attributes
-    ----------
-    models : mapping of str to FittedModel
-        Name -> model (unit of the load).
-    scores : sequence of ModelScore
-        One per model and test recording (unit of the load).
-    tests : mapping of str to BeltRecording
-        Name -> test recording, filtered as the models ask (unit of the load).
-    validated : mapping of str to float
-        Name -> R2 in cross-validation within the calibration recordings, of the models that predict the
-        load from the belt's motion alone.
-    """
+    """Models of the belt-induced load, with scores of their prediction of held-out recordings."""
 
     models: Mapping[str, FittedModel]
+    """Name -> model (unit of the load)."""
     scores: Sequence[ModelScore]
+    """One per model and test recording (unit of the load)."""
     tests: Mapping[str, BeltRecording]
+    """Name -> test recording, filtered as the models ask (unit of the load)."""
     validated: Mapping[str, float]
+    """Name -> R2 in cross-validation within the calibration recordings, of the models that predict the load
+    from the belt's motion alone."""
 
     @property
     def recommended(self) -> str:
@@ -173,22 +165,9 @@ class TreadmillCalibration:
     def compensate(self, recording: BeltRecording, model: str | None = None) -> np.ndarray:
         """Measured load of a recording less the belt-induced load (unit of the load), shape (n,).
 
-        Parameters
-        ----------
-        recording : BeltRecording
-            From `belt_recording`, not filtered (unit of the load, m/s).
-        model : str, optional
-            Name of the model; `recommended` if left out.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            The residual load, filtered as in the calibration (unit of the load).
-
-        Raises
-        ------
-        InputError
-            If there is no such model, or the recording has another rate or unit.
+        recording: from `belt_recording`, not filtered.
+        model: name of the model; `recommended` if left out.
+        Returns: the residual load, filtered as in the calibration (unit of the load).
         """
         refuse_other_kind(recording, BeltRecording, "compensate", "belt_recording")
         chosen = self.recommended if model is None else one_of(model, "model", self.models)
@@ -196,13 +175,7 @@ class TreadmillCalibration:
         return fitted.compensate(recording.filtered(fitted.lowpass))
 
     def save(self, path: str | Path) -> None:
-        """Write the models as JSON, for `load_treadmill_models` (units as in the models' classes).
-
-        Raises
-        ------
-        InputError
-            If the path is none, or its folder does not exist.
-        """
+        """Write the models as JSON, for `load_treadmill_models` (units as in the models' classes)."""
         path = path_of(path)
         if path.is_dir() or not path.parent.is_dir():
             raise InputError(
@@ -270,15 +243,8 @@ class TreadmillCalibration:
     def plot(self, ax: "Axes | None" = None) -> "Figure":
         """Measured load of the first test and its prediction by `recommended`, as a matplotlib figure.
 
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Axes to draw on; by default a new figure (6.4 inches wide).
-
-        Returns
-        -------
-        matplotlib Figure
-            The figure of the axes (size in inches).
+        ax: axes to draw on; by default a new figure (6.4 inches wide).
+        Returns: the figure of the axes (size in inches).
         """
         figure, (axis,) = new_axes(ax, 1, (6.4, 4.8))
         self._draw(axis)

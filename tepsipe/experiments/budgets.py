@@ -14,20 +14,11 @@ from tepsipe.statistics.uncertainty import Budget
 def with_budget(rows: Sequence[Estimate], budget: Budget, quantities: Sequence[str]) -> list[Estimate]:
     """Rows with the combined standard error and 95 % interval of a budget.
 
-    Parameters
-    ----------
-    rows : sequence of Estimate
-        Estimates of one trial, pathway and estimator.
-    budget : Budget
-        Uncertainty of ``quantities``. Without contributions Type B was not evaluated, and its
-        cell is empty.
-    quantities : sequence of str
-        Names of its p estimates, in their order. Rows of other quantities are returned unchanged.
-
-    Returns
-    -------
-    list of Estimate
-        In the order of ``rows``.
+    rows: estimates of one trial, pathway and estimator.
+    budget: uncertainty of ``quantities``. Without contributions Type B was not evaluated, and its cell is
+    empty.
+    quantities: names of its p estimates, in their order. Rows of other quantities are returned unchanged.
+    Returns: in the order of ``rows``.
     """
     low, high = budget.interval(np.zeros(len(quantities)))
     evaluated = bool(budget.contributions)

@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, overload
+from typing import TYPE_CHECKING, Annotated, Any, Literal, overload
 
 import numpy as np
 
@@ -69,31 +69,21 @@ class Example:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LegExample(Example):
-    """A simulated recording of a leg on a moving belt.
+    """A simulated recording of a leg on a moving belt."""
 
-    Attributes
-    ----------
-    belt_velocity : ndarray, shape (n,)
-        Logged velocity of the belt (m/s).
-    perturbations : list of Perturbation
-        The pulses of the belt, found by `find_perturbations` (samples).
-    positions : ndarray, shape (n, markers, 2)
-        Marker positions y, z (m): y along the belt, z up; with noise, not filtered.
-    labels, belt_fixed : tuple of str
-        Names of all markers, and of those that move with the foot.
-    markers : SegmentMarkers
-        Markers on the leg, and their places (m).
-    leg : Leg
-        The leg (kg, m, kg·m²).
-    """
-
-    belt_velocity: np.ndarray
+    belt_velocity: Annotated[np.ndarray, "(n,)", "m/s"]
+    """Logged velocity of the belt."""
     perturbations: list[Perturbation]
-    positions: np.ndarray
+    """The pulses of the belt, found by `find_perturbations` (samples)."""
+    positions: Annotated[np.ndarray, "(n, markers, 2)"]
+    """Marker positions y, z (m): y along the belt, z up; with noise, not filtered."""
     labels: tuple[str, ...]
     belt_fixed: tuple[str, ...]
+    """Names of all markers, and of those that move with the foot."""
     markers: SegmentMarkers
+    """Markers on the leg, and their places (m)."""
     leg: Leg
+    """The leg (kg, m, kg·m²)."""
 
     def to_frame(self) -> "pd.DataFrame":
         """The signals as a pandas table, the belt velocity among them (units in the names of the columns)."""

@@ -9,7 +9,7 @@ feedback biases.
 """
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 import scipy
@@ -45,30 +45,20 @@ FILTER_ORDER = 4
 
 @dataclass(frozen=True)
 class PlatformOptions:
-    """Choices of the analysis.
-
-    Attributes
-    ----------
-    estimate : MultiJointOptions
-        Band, averaging and delays.
-    models : tuple of str
-        Models, from the least free to the most.
-    rejected_below : float
-        Probability of the torque left over below which a model is rejected.
-    largest_share : float
-        Largest standard error of what is quoted, over the driven torque.
-    mode_below_hz : float
-        Below this frequency motion is slow (Hz).
-    training_fraction : float
-        First part of the trial that is fitted for the held-out validation.
-    """
+    """Choices of the analysis."""
 
     estimate: MultiJointOptions
+    """Band, averaging and delays."""
     models: tuple[str, ...]
+    """Models, from the least free to the most."""
     rejected_below: float
+    """Probability of the torque left over below which a model is rejected."""
     largest_share: float
+    """Largest standard error of what is quoted, over the driven torque."""
     mode_below_hz: float
+    """Below this frequency motion is slow."""
     training_fraction: float
+    """First part of the trial that is fitted for the held-out validation."""
 
     @classmethod
     def from_settings(cls, analysis: dict) -> Self:
@@ -87,28 +77,19 @@ class PlatformOptions:
 
 @dataclass(frozen=True)
 class ModelFit:
-    """One model of both joints.
-
-    Attributes
-    ----------
-    rows : tuple of RowFit
-        Torque of each joint, fitted to the whole trial.
-    quantities : tuple of tuple of Quantity
-        Quantities of each joint.
-    vaf, direct_vaf : tuple of HeldOutVaf
-        VAF of each joint, by the instrument and by ordinary regression of the first part (%).
-    driven_vaf : tuple of float
-        VAF of the held-out torque that the platform drives (%).
-    predicted : ndarray, shape (n, joints)
-        Torque predicted from the angles by the fit to the first part (N·m).
-    """
+    """One model of both joints."""
 
     rows: tuple[RowFit, ...]
+    """Torque of each joint, fitted to the whole trial."""
     quantities: tuple[tuple[Quantity, ...], ...]
+    """Quantities of each joint."""
     vaf: tuple[HeldOutVaf, ...]
     direct_vaf: tuple[HeldOutVaf, ...]
+    """VAF of each joint, by the instrument and by ordinary regression of the first part (%)."""
     driven_vaf: tuple[float, ...]
-    predicted: np.ndarray
+    """VAF of the held-out torque that the platform drives (%)."""
+    predicted: Annotated[np.ndarray, "(n, joints)", "N·m"]
+    """Torque predicted from the angles by the fit to the first part."""
 
     def rejected(self, below: float) -> bool:
         """Test for residual torque that is coherent with the platform, at a probability ``below``."""
@@ -117,57 +98,29 @@ class ModelFit:
 
 @dataclass(frozen=True)
 class PlatformAnalysis:
-    """Results of one trial.
-
-    Attributes
-    ----------
-    joints : tuple of str
-        Names.
-    spectra : Spectra
-        Responses to the platform and coherence (Hz, rad, N·m).
-    mode : ndarray, shape (joints,)
-        Slow motion of the joints with the platform.
-    models : dict of str to ModelFit
-        In the order of the options.
-    chosen : str
-        First model that is not rejected, or the last one.
-    time, torque : ndarray, shape (n,), (n, joints)
-        Filtered torque, without the ends (s, N·m).
-    training : int
-        Number of samples of the first part (samples).
-    """
+    """Results of one trial."""
 
     joints: tuple[str, ...]
+    """Names."""
     spectra: Spectra
-    mode: np.ndarray
+    """Responses to the platform and coherence (Hz, rad, N·m)."""
+    mode: Annotated[np.ndarray, "(joints,)"]
+    """Slow motion of the joints with the platform."""
     models: dict[str, ModelFit]
+    """In the order of the options."""
     chosen: str
-    time: np.ndarray
-    torque: np.ndarray
+    """First model that is not rejected, or the last one."""
+    time: Annotated[np.ndarray, "(n,)", "s"]
+    torque: Annotated[np.ndarray, "(n,)", "N·m"]
+    """Filtered torque, without the ends."""
     training: int
+    """Number of samples of the first part (samples)."""
 
 
 def analyse_platform(trial: Trial, options: PlatformOptions) -> PlatformAnalysis:
     """Fit all models, test them, and predict the held-out part.
 
-    Parameters
-    ----------
-    trial : Trial
-        ``platform``, ``joint_angle`` (rad), ``joint_torque`` (N·m), and ``second_perturbation``,
-        if there is one.
-    options : PlatformOptions
-        Options of the analysis.
-
-    Returns
-    -------
-    PlatformAnalysis
-        Fits, quantities and tests (rad, N·m, s).
-
-    Raises
-    ------
-    InputError
-        If the record is too short, the platform does not move the joints, or the ankle's torque has the
-        wrong sign.
+    trial: ``platform``, ``joint_angle``, ``joint_torque``, and ``second_perturbation``, if there is one.
     """
     signals = _signals(trial)
     spectra, first, rest = platform_spectra(trial, options)
@@ -217,13 +170,7 @@ def analyse_platform(trial: Trial, options: PlatformOptions) -> PlatformAnalysis
 
 
 def platform_spectra(trial: Trial, options: PlatformOptions) -> tuple[Spectra, Spectra, Spectra]:
-    """Banded spectra (rad, N·m) of the whole trial, of its fitted part and of the rest.
-
-    Raises
-    ------
-    InputError
-        As `analyse_platform`.
-    """
+    """Banded spectra (rad, N·m) of the whole trial, of its fitted part and of the rest."""
     signals = _signals(trial)
     spectra = banded_spectra(*signals, trial.rate_hz, options.estimate)
     _refuse_unmoved(spectra)

@@ -12,6 +12,7 @@ an interval of m_hat that excludes it indicates a belt-induced force larger than
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -28,24 +29,16 @@ QUANTITIES = ("mass",)
 
 @dataclass(frozen=True)
 class WeightAnalysis:
-    """Results of one trial with the weight or with the empty belt.
-
-    Attributes
-    ----------
-    recordings : dict of str to BeltRecording
-        Name of a filter -> fore-aft force with it (N).
-    masses : ndarray, shape (perturbations,)
-        m_hat of every perturbation (kg); empty for the empty belt.
-    budget : Budget or None
-        Uncertainty of the mean of m_hat (kg).
-    marker_lag_s : float or None
-        Time by which the weight's markers lag behind the belt (s); None for the empty belt.
-    """
+    """Results of one trial with the weight or with the empty belt."""
 
     recordings: dict[str, BeltRecording]
-    masses: np.ndarray
+    """Name of a filter -> fore-aft force with it (N)."""
+    masses: Annotated[np.ndarray, "(perturbations,)"]
+    """m_hat of every perturbation (kg); empty for the empty belt."""
     budget: Budget | None
+    """Uncertainty of the mean of m_hat (kg)."""
     marker_lag_s: float | None = None
+    """Time by which the weight's markers lag behind the belt (s); None for the empty belt."""
 
 
 def estimate_masses(recording: BeltRecording) -> np.ndarray:
@@ -60,24 +53,18 @@ def estimate_masses(recording: BeltRecording) -> np.ndarray:
     return np.sum(instrument * force, axis=1) / np.sum(instrument * acceleration, axis=1)
 
 
-def mass_budget(masses: np.ndarray, sources: dict[str, Source]) -> Budget:
+def mass_budget(
+    masses: Annotated[np.ndarray, "(perturbations,)", "kg"], sources: dict[str, Source]
+) -> Budget:
     """Uncertainty of the mean of m_hat.
 
     m_hat is F_y over y_w''. A relative error of the force is therefore an equal relative error of the mass;
     an error of the motion capture's lengths has the opposite sign. A belt-induced force in phase with y_w'',
     which grows with the load, adds its share. The known mass of the weight does not enter.
 
-    Parameters
-    ----------
-    masses : ndarray, shape (perturbations,)
-        m_hat of every perturbation (kg).
-    sources : dict of str to Source
-        force_scale, marker_scale and belt_force_ratio, as far as they are known.
-
-    Returns
-    -------
-    Budget
-        Budget of one quantity, the mass (kg).
+    masses: m_hat of every perturbation.
+    sources: force_scale, marker_scale and belt_force_ratio, as far as they are known.
+    Returns: budget of one quantity, the mass.
     """
     type_a, freedom = scatter(masses[:, None])
     mass = float(masses.mean())
@@ -99,19 +86,10 @@ def analyse_weight(
 ) -> WeightAnalysis:
     """Mass of the weight, and belt-induced force.
 
-    Parameters
-    ----------
-    recordings : dict of str to BeltRecording
-        Name of a filter -> fore-aft force (N); the mass is estimated with the first.
-    sources : dict of str to Source
-        Uncertain constants, as in `mass_budget`.
-    marker_lag_s : float, optional
-        Time by which the weight's markers lag behind the belt (s), stored with the results.
-
-    Returns
-    -------
-    WeightAnalysis
-        Masses and their uncertainty (kg); none for an empty belt.
+    recordings: name of a filter -> fore-aft force; the mass is estimated with the first.
+    sources: uncertain constants, as in `mass_budget`.
+    marker_lag_s: time by which the weight's markers lag behind the belt (s), stored with the results.
+    Returns: masses and their uncertainty; none for an empty belt.
     """
     first = next(iter(recordings.values()))
     if first.carried_kg == 0.0:

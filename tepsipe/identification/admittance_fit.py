@@ -6,6 +6,7 @@ log is the complex logarithm, so e weighs gain and phase alike.
 """
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -22,63 +23,41 @@ TABLE_3_2 = ((0.001, 0.1, 10.0), (-10.0, 0.01, -20.0), (10.0, 10.0, 20.0))
 
 @dataclass(frozen=True)
 class Bounds:
-    """Starting values and bounds of the fit (thesis Table 3-2).
+    """Starting values and bounds of the fit (thesis Table 3-2)."""
 
-    Attributes
-    ----------
-    start, lower, upper : ndarray, shape (3,)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-    """
-
-    start: np.ndarray
-    lower: np.ndarray
-    upper: np.ndarray
+    start: Annotated[np.ndarray, "(3,)"]
+    lower: Annotated[np.ndarray, "(3,)"]
+    upper: Annotated[np.ndarray, "(3,)"]
+    """I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad)."""
 
 
 @dataclass(frozen=True)
 class AdmittanceFit:
-    """Fitted I, B, K.
+    """Fitted I, B, K."""
 
-    Attributes
-    ----------
-    parameters, start : ndarray, shape (3,)
-        Estimate and starting values: I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-    cost : float
-        Sum of e^2; the thesis calls it error.
-    sem_as_printed, standard_error : ndarray, shape (3,)
-        Thesis eq (3-2) as printed, and the standard error (units of the parameters).
-    degrees_of_freedom : int
-        Number of residuals less three parameters.
-    converged : bool
-        Whether the solver met its tolerances.
-    at_bound : bool
-        Whether an estimate lies at one of its bounds.
-    """
-
-    parameters: np.ndarray
-    start: np.ndarray
+    parameters: Annotated[np.ndarray, "(3,)"]
+    start: Annotated[np.ndarray, "(3,)"]
+    """Estimate and starting values: I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad)."""
     cost: float
-    sem_as_printed: np.ndarray
-    standard_error: np.ndarray
+    """Sum of e^2; the thesis calls it error."""
+    sem_as_printed: Annotated[np.ndarray, "(3,)"]
+    standard_error: Annotated[np.ndarray, "(3,)"]
+    """Thesis eq (3-2) as printed, and the standard error (units of the parameters)."""
     degrees_of_freedom: int
+    """Number of residuals less three parameters."""
     converged: bool
+    """Whether the solver met its tolerances."""
     at_bound: bool
+    """Whether an estimate lies at one of its bounds."""
 
 
-def starting_values(estimate: FrequencyResponse) -> np.ndarray:
+def starting_values(estimate: FrequencyResponse) -> Annotated[np.ndarray, "(3,)"]:
     """Starting values of I, B, K by linear least squares of 1/H = K - I w^2 + j B w.
 
     Every frequency is weighted by its coherence and by 1/H itself; I and B are kept positive.
 
-    Parameters
-    ----------
-    estimate : FrequencyResponse
-        Admittance H at the frequencies to fit (Hz, rad/(N·m)).
-
-    Returns
-    -------
-    ndarray, shape (3,)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+    estimate: admittance H at the frequencies to fit.
+    Returns: I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     """
     omega, impedance = 2.0 * np.pi * estimate.frequency_hz, 1.0 / estimate.response
     weight = np.sqrt(estimate.coherence) / np.abs(impedance)
@@ -88,43 +67,28 @@ def starting_values(estimate: FrequencyResponse) -> np.ndarray:
     return np.array([max(inertia, 1e-9), max(damping, 1e-9), stiffness])
 
 
-def residuals(parameters: np.ndarray, estimate: FrequencyResponse) -> np.ndarray:
+def residuals(
+    parameters: Annotated[np.ndarray, "(3,)"], estimate: FrequencyResponse
+) -> Annotated[np.ndarray, "(2 n,)"]:
     """Weighted complex log ratio, real parts first, then imaginary parts.
 
     Its sum of squares is the sum of e^2 of thesis eq (3-6). Unlike the modulus it is differentiable where
     the model equals the estimate.
 
-    Parameters
-    ----------
-    parameters : ndarray, shape (3,)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-    estimate : FrequencyResponse
-        The n frequencies to fit (Hz, rad/(N·m)).
-
-    Returns
-    -------
-    ndarray, shape (2 n,)
-        Residuals.
+    estimate: the n frequencies to fit.
     """
     weight = np.sqrt(estimate.coherence / estimate.frequency_hz)
     ratio = np.log(estimate.response / admittance(parameters, estimate.frequency_hz))
     return np.concatenate([weight * ratio.real, weight * ratio.imag])
 
 
-def residuals_as_printed(parameters: np.ndarray, estimate: FrequencyResponse) -> np.ndarray:
+def residuals_as_printed(
+    parameters: Annotated[np.ndarray, "(3,)"], estimate: FrequencyResponse
+) -> np.ndarray:
     """e(f) of thesis eq (3-6): the modulus of the weighted complex log ratio.
 
-    Parameters
-    ----------
-    parameters : ndarray, shape (3,)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-    estimate : FrequencyResponse
-        The n frequencies to fit (Hz, rad/(N·m)).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        e, never negative.
+    estimate: the n frequencies to fit.
+    Returns: e, never negative.
     """
     weight = np.sqrt(estimate.coherence / estimate.frequency_hz)
     ratio = np.log(estimate.response / admittance(parameters, estimate.frequency_hz))
@@ -137,37 +101,18 @@ def fit_as_printed(estimate: FrequencyResponse, bounds: Bounds) -> AdmittanceFit
     These were the defaults of a common non-linear least-squares solver at the time of the thesis. With
     I = 0.001 and K = 10 in one unscaled vector, a significant step of I is far below the tolerance for K.
 
-    Parameters
-    ----------
-    estimate : FrequencyResponse
-        Frequencies to fit (Hz, rad/(N·m)).
-    bounds : Bounds
-        Starting values and bounds (N·m·s²/rad, N·m·s/rad, N·m/rad).
-
-    Returns
-    -------
-    AdmittanceFit
-        Estimate and uncertainties.
+    estimate: frequencies to fit.
     """
     return _fit(residuals_as_printed, estimate, bounds, bounds.start, 1.0, 1e-6)
 
 
-def fit_scaled(estimate: FrequencyResponse, bounds: Bounds, start: np.ndarray | None = None) -> AdmittanceFit:
+def fit_scaled(
+    estimate: FrequencyResponse, bounds: Bounds, start: Annotated[np.ndarray, "(3,)"] | None = None
+) -> AdmittanceFit:
     """Fit with smooth residuals, scaled parameters and tight tolerances.
 
-    Parameters
-    ----------
-    estimate : FrequencyResponse
-        Frequencies to fit (Hz, rad/(N·m)).
-    bounds : Bounds
-        Starting values and bounds (N·m·s²/rad, N·m·s/rad, N·m/rad).
-    start : ndarray, shape (3,), optional
-        Other starting values.
-
-    Returns
-    -------
-    AdmittanceFit
-        Estimate and uncertainties.
+    estimate: frequencies to fit.
+    start: other starting values.
     """
     return _fit(residuals, estimate, bounds, bounds.start if start is None else start, TYPICAL, 1e-12)
 
@@ -208,19 +153,12 @@ def error_of_misfit(fit: AdmittanceFit, estimate: FrequencyResponse) -> tuple[np
     period. Few frequencies near the resonance may determine a parameter, so that its variance has few degrees
     of freedom (Satterthwaite; Bell and McCaffrey 2002).
 
-    Parameters
-    ----------
-    fit : AdmittanceFit
-        Result of `fit_scaled`.
-    estimate : FrequencyResponse
-        The n frequencies that were fitted (Hz, rad/(N·m)).
+    fit: result of `fit_scaled`.
+    estimate: the n frequencies that were fitted.
 
-    Returns
-    -------
-    errors : ndarray, shape (3,)
-        Standard errors of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-    freedom : ndarray, shape (3,)
-        Degrees of freedom of their squares, at most ``fit.degrees_of_freedom``.
+    Returns:
+        errors: standard errors of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad). Shape (3,).
+        freedom: degrees of freedom of their squares, at most ``fit.degrees_of_freedom``. Shape (3,).
     """
     steps = 1e-5 * np.diag(TYPICAL)
     jacobian = np.column_stack(
@@ -243,25 +181,17 @@ def error_of_misfit(fit: AdmittanceFit, estimate: FrequencyResponse) -> tuple[np
     return np.sqrt(variance) * TYPICAL, freedom
 
 
-def change_by_smearing(fit: AdmittanceFit, estimate: FrequencyResponse, bounds: Bounds) -> np.ndarray:
+def change_by_smearing(
+    fit: AdmittanceFit, estimate: FrequencyResponse, bounds: Bounds
+) -> Annotated[np.ndarray, "(3,)"]:
     """Effect of averaging over neighbouring frequencies: the fitted joint, averaged and fitted again.
 
     The mean response of a band is not the response at its centre, above all near a resonance, where it looks
     like damping. The response is taken to be averaged evenly over `FrequencyResponse.resolution_hz`.
 
-    Parameters
-    ----------
-    fit : AdmittanceFit
-        Result of `fit_scaled`.
-    estimate : FrequencyResponse
-        The n frequencies that were fitted (Hz, rad/(N·m)).
-    bounds : Bounds
-        Bounds of the fit (its units).
-
-    Returns
-    -------
-    ndarray, shape (3,)
-        Changes of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+    fit: result of `fit_scaled`.
+    estimate: the n frequencies that were fitted.
+    Returns: changes of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     """
     # midpoints of nine equal parts of each band
     places = estimate.resolution_hz * (np.arange(9) - 4.0) / 9.0
@@ -270,22 +200,16 @@ def change_by_smearing(fit: AdmittanceFit, estimate: FrequencyResponse, bounds: 
     return fit_scaled(replace(estimate, response=smeared), bounds, fit.parameters).parameters - fit.parameters
 
 
-def distance_to_other_criterion(fit: AdmittanceFit, estimate: FrequencyResponse) -> np.ndarray:
+def distance_to_other_criterion(
+    fit: AdmittanceFit, estimate: FrequencyResponse
+) -> Annotated[np.ndarray, "(3,)"]:
     """Effect of the criterion: the fit less one by least squares of the torque.
 
     The other criterion minimises S_uu |1 - H / H_model|^2; for a linear joint the two would agree.
 
-    Parameters
-    ----------
-    fit : AdmittanceFit
-        Result of `fit_scaled`.
-    estimate : FrequencyResponse
-        The n frequencies that were fitted (Hz, rad/(N·m)), with the power of the torque.
-
-    Returns
-    -------
-    ndarray, shape (3,)
-        Differences of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+    fit: result of `fit_scaled`.
+    estimate: the n frequencies that were fitted, with the power of the torque.
+    Returns: differences of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     """
     omega, response = 2.0 * np.pi * estimate.frequency_hz, estimate.response
     columns = np.column_stack([-(omega**2) * response, 1j * omega * response, response])
@@ -302,22 +226,9 @@ def fit_from_many_starts(
 ) -> list[AdmittanceFit]:
     """Repeat `fit_scaled` from the printed and from random starting values.
 
-    Parameters
-    ----------
-    estimate : FrequencyResponse
-        Frequencies to fit (Hz, rad/(N·m)).
-    bounds : Bounds
-        Starting values and bounds (N·m·s²/rad, N·m·s/rad, N·m/rad).
-    count : int
-        Number of random starts: I and B log-uniform over 1e-4..1 and 0.01..10, K uniform between
-        its bounds.
-    rng : numpy.random.Generator
-        Draws them.
-
-    Returns
-    -------
-    list of AdmittanceFit, length count + 1
-        The first starts from the printed values.
+    estimate: frequencies to fit.
+    count: number of random starts: I and B log-uniform over 1e-4..1 and 0.01..10, K uniform between its
+    bounds.
     """
     fits = [fit_scaled(estimate, bounds)]
     for _ in range(count):
@@ -334,24 +245,15 @@ def fit_from_many_starts(
 
 @dataclass(frozen=True)
 class StiffnessProfile:
-    """Cost as a function of K, with I and B refitted for each K.
+    """Cost as a function of K, with I and B refitted for each K."""
 
-    Attributes
-    ----------
-    stiffness : ndarray, shape (n,)
-        K (N·m/rad).
-    cost : ndarray, shape (n,)
-        Smallest sum of e^2.
-    limit : float
-        Cost at the border of the 95 % interval.
-    interval : (float, float)
-        The 95 % interval (N·m/rad); an end outside the profile is infinite.
-    """
-
-    stiffness: np.ndarray
+    stiffness: Annotated[np.ndarray, "(n,)", "N·m/rad"]
     cost: np.ndarray
+    """Smallest sum of e^2."""
     limit: float
+    """Cost at the border of the 95 % interval."""
     interval: tuple[float, float]
+    """The 95 % interval (N·m/rad); an end outside the profile is infinite."""
 
 
 def profile_stiffness(
@@ -359,22 +261,11 @@ def profile_stiffness(
 ) -> StiffnessProfile:
     """Profile likelihood of K, for white residuals of unknown variance.
 
-    Parameters
-    ----------
-    estimate : FrequencyResponse
-        Frequencies to fit (Hz, rad/(N·m)).
-    bounds : Bounds
-        Bounds of I and B (N·m·s²/rad, N·m·s/rad).
-    best : AdmittanceFit
-        The fit with K free.
-    stiffness : ndarray, shape (n,)
-        Values of K to hold (N·m/rad), increasing.
-
-    Returns
-    -------
-    StiffnessProfile
-        Costs and the interval of K (N·m/rad) where
-        cost <= cost_best (1 + F_95(1, N - 3) / (N - 3)), N twice the number of frequencies.
+    estimate: frequencies to fit.
+    best: the fit with K free.
+    stiffness: values of K to hold (N·m/rad), increasing.
+    Returns: costs and the interval of K where cost <= cost_best (1 + F_95(1, N - 3) / (N - 3)), N twice the
+    number of frequencies.
     """
     cost = np.empty(stiffness.size)
     centre = int(np.argmin(np.abs(stiffness - best.parameters[2])))

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import Annotated
 
 import numpy as np
 
@@ -17,22 +18,8 @@ REST_MARGIN_S = 0.1  # margin before the first perturbation
 def as_perturbations(perturbations: Sequence, count: int) -> list[Perturbation]:
     """Perturbations, given as such or as pairs (start, stop), in order of time (samples).
 
-    Parameters
-    ----------
-    perturbations : sequence of Perturbation or of (int, int)
-        First sample and the first after the window (samples).
-    count : int
-        Length of the record (samples).
-
-    Returns
-    -------
-    list of Perturbation
-        In order of time (samples).
-
-    Raises
-    ------
-    InputError
-        If there is none, or one exceeds the record or is shorter than 4 samples.
+    perturbations: first sample and the first after the window (samples).
+    count: length of the record (samples).
     """
     given = several(perturbations)
     if given is None:
@@ -79,28 +66,13 @@ def _window(given: object) -> Perturbation:
     return Perturbation(*ends, given.peak_m_per_s if known else math.nan)
 
 
-def samples_at_rest(time: np.ndarray, windows: list[Perturbation], rest) -> np.ndarray:
+def samples_at_rest(
+    time: Annotated[np.ndarray, "(n,)", "s"], windows: list[Perturbation], rest
+) -> np.ndarray:
     """Samples at rest.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Instants (s).
-    windows : list of Perturbation
-        Perturbations (samples).
-    rest : ndarray of bool, shape (n,), (float, float) or None
-        The samples, or unperturbed time at the trial's start and end (s), or None for the time before the
-        first perturbation.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,)
-        Samples at rest.
-
-    Raises
-    ------
-    InputError
-        If a perturbation lies in the rest, or the rest is shorter than 0.25 s.
+    rest: the samples, or unperturbed time at the trial's start and end (s), or None for the time before the
+    first perturbation. Shape (n,).
     """
     if rest is None:
         at_rest = time < time[windows[0].start] - REST_MARGIN_S
@@ -125,13 +97,7 @@ def samples_at_rest(time: np.ndarray, windows: list[Perturbation], rest) -> np.n
 
 
 def refuse_still(angle: np.ndarray, windows: list[Perturbation]) -> None:
-    """Refuse windows in which the angle (rad) does not move, shape (n,).
-
-    Raises
-    ------
-    InputError
-        If it moves less than a millionth of its range in one of them.
-    """
+    """Refuse windows in which the angle (rad) does not move, shape (n,)."""
     least = 1e-6 * float(np.ptp(angle))
     for w in windows:
         if np.ptp(angle[w.start : w.stop]) < least:
@@ -147,23 +113,11 @@ def shaded(time: np.ndarray, windows: list[Perturbation]) -> np.ndarray:
 
 
 def bootstrap_generator(draws: int, confidence: float, seed: int) -> np.random.Generator:
-    """Generator of a bootstrap of ``draws``, for intervals of a ``confidence``.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than 100 draws, the confidence is no probability, or the seed no whole number.
-    """
+    """Generator of a bootstrap of ``draws``, for intervals of a ``confidence``."""
     _, _, seed = checked(confidence=confidence, bootstrap_draws=draws, seed=seed)
     return np.random.default_rng(seed)
 
 
 def check_probability(confidence: float) -> None:
-    """Refuse a confidence outside (0, 1).
-
-    Raises
-    ------
-    InputError
-        If it is below 0.5, or 1 or more.
-    """
+    """Refuse a confidence outside (0, 1)."""
     checked(confidence=confidence)

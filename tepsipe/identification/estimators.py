@@ -22,61 +22,41 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Record:
-    """Signals of one trial for an estimator; signals that it does not need may be None.
-
-    Attributes
-    ----------
-    motion : JointMotion or None
-        Angle of the joint with its derivatives (s, rad), filtered; a `SegmentMotion` for output error.
-    torque : ndarray or None, shape (n,)
-        Torque of the joint (N·m), filtered as the motion is.
-    perturbations : list of Perturbation or None
-        Windows (samples).
-    at_rest : ndarray of bool or None, shape (n,)
-        Samples at rest.
-    leg : Leg or None
-        The leg (kg, m, kg·m²).
-    foot_position, belt_velocity : ndarray or None, shape (n,)
-        Position of the foot along the belt (m), and logged velocity of the belt (m/s), filtered as the
-        motion is.
-    markers : DummyMarkers or None
-        Markers of foot and leg, not filtered (m).
-    belt_log : ndarray or None, shape (n,)
-        Logged velocity of the belt, not filtered (m/s); None also where it was derived from markers.
-    """
+    """Signals of one trial for an estimator; signals that it does not need may be None."""
 
     motion: "JointMotion | None" = None
+    """Angle of the joint with its derivatives (s, rad), filtered; a `SegmentMotion` for output error."""
     torque: np.ndarray | None = None
+    """Torque of the joint (N·m), filtered as the motion is."""
     perturbations: "list[Perturbation] | None" = None
+    """Windows (samples)."""
     at_rest: np.ndarray | None = None
+    """Samples at rest."""
     leg: "Leg | None" = None
+    """The leg (kg, m, kg·m²)."""
     foot_position: np.ndarray | None = None
     belt_velocity: np.ndarray | None = None
+    """Position of the foot along the belt (m), and logged velocity of the belt (m/s), filtered as the
+    motion is."""
     markers: "DummyMarkers | None" = None
+    """Markers of foot and leg, not filtered (m)."""
     belt_log: np.ndarray | None = None
+    """Logged velocity of the belt, not filtered (m/s); None also where it was derived from markers."""
 
 
 @dataclass(frozen=True)
 class Estimator:
-    """An estimator of I, B, K from a record.
-
-    Attributes
-    ----------
-    meaning : str
-        Description in a few words.
-    needs : tuple of str
-        Parts of a `Record` that it uses.
-    function : callable
-        From the record to `WindowedFits`.
-    true_in_windows : bool
-        Whether the truth of its estimates is the linear joint nearest to the true one in the windows of the
-        perturbations; otherwise it is the joint for small movements.
-    """
+    """An estimator of I, B, K from a record."""
 
     meaning: str
+    """Description in a few words."""
     needs: tuple[str, ...]
+    """Parts of a `Record` that it uses."""
     function: Callable
+    """From the record to `WindowedFits`."""
     true_in_windows: bool = False
+    """Whether the truth of its estimates is the linear joint nearest to the true one in the windows of the
+    perturbations; otherwise it is the joint for small movements."""
 
     @property
     def fits_torque(self) -> bool:
@@ -185,13 +165,7 @@ ESTIMATORS = {
 
 
 def find_estimator(name: str) -> Estimator:
-    """Estimator with a given name.
-
-    Raises
-    ------
-    InputError
-        If there is none of this name.
-    """
+    """Estimator with a given name."""
     if name not in ESTIMATORS:
         raise InputError(f"expected an estimator of {listed(ESTIMATORS)}, found {quoted(name)}: correct it")
     return ESTIMATORS[name]
@@ -200,22 +174,8 @@ def find_estimator(name: str) -> Estimator:
 def estimate(name: str, record: Record) -> "WindowedFits":
     """Estimate I, B, K of a record by the named estimator.
 
-    Parameters
-    ----------
-    name : str
-        One of `ESTIMATORS`.
-    record : Record
-        The trial.
-
-    Returns
-    -------
-    WindowedFits
-        Estimates of every window (N·m·s²/rad, N·m·s/rad, N·m/rad).
-
-    Raises
-    ------
-    InputError
-        If there is no such estimator, the record lacks what it needs, or it cannot determine the parameters.
+    name: one of `ESTIMATORS`.
+    Returns: estimates of every window (N·m·s²/rad, N·m·s/rad, N·m/rad).
     """
     estimator = find_estimator(name)
     missing = [

@@ -684,12 +684,7 @@ def _cascade_quantities(
 ) -> tuple[dict[str, Quantity], tuple[str, ...], tuple[str, ...]]:
     """Quantities with intervals, findings, and notes on assumed values.
 
-    Parameters
-    ----------
-    fit : ParallelCascadeFit
-        The fit.
-    confidence : float
-        Probability of the intervals.
+    confidence: probability of the intervals.
 
     Returns
     -------

@@ -5,6 +5,7 @@ have a physical reason, which stands beside them. `docs/when-it-stops.md` lists 
 """
 
 from collections.abc import Mapping, Sequence
+from typing import Annotated
 
 import numpy as np
 
@@ -51,15 +52,8 @@ CONVENTION = "tau is positive when it resists a positive angle"
 def of_names(**given: tuple[object, str]) -> tuple[str, ...]:
     """Arguments that were converted because their name ends in another unit than expected.
 
-    Parameters
-    ----------
-    **given : (object, str)
-        Argument and its required unit, by the argument's name.
-
-    Returns
-    -------
-    tuple of str
-        One sentence per converted argument.
+    **given: argument and its required unit, by the argument's name.
+    Returns: one sentence per converted argument.
     """
     found = []
     for name, (values, unit) in given.items():
@@ -76,28 +70,13 @@ def of_names(**given: tuple[object, str]) -> tuple[str, ...]:
 def of_column(column: str, what: str, unit: str | None, wanted: str) -> tuple[str, tuple[str, ...]]:
     """Unit of a table's column, and a note where its name says another one.
 
-    Parameters
-    ----------
-    column : str
-        Name of the column.
-    what : str
-        The quantity, such as angle.
-    unit : str or None
-        Unit that the user states; None for the unit in which the name ends, or ``wanted``.
-    wanted : str
-        Unit of the quantity in the library.
+    what: the quantity, such as angle.
+    unit: unit that the user states; None for the unit in which the name ends, or ``wanted``.
+    wanted: unit of the quantity in the library.
 
-    Returns
-    -------
-    unit : str
-        Unit of the samples.
-    notes : tuple of str
-        One sentence, or none.
-
-    Raises
-    ------
-    InputError
-        If no unit is stated, and the name ends in a unit of another quantity.
+    Returns:
+        unit: unit of the samples.
+        notes: one sentence, or none.
     """
     if unit is None:
         found, by_name = unit_by_name(column, wanted, what)
@@ -123,17 +102,8 @@ def of_vaf(vaf: float, what: str) -> tuple[str, ...]:
 def of_signs(quantities: Mapping[str, Quantity], shares: Mapping[str, float]) -> tuple[str, ...]:
     """Parameters whose whole interval lies below 0, and which matter for the torque.
 
-    Parameters
-    ----------
-    quantities : mapping of str to Quantity
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-    shares : mapping of str to float
-        Amplitude of each parameter's torque relative to all of them.
-
-    Returns
-    -------
-    tuple of str
-        One sentence, or none.
+    shares: amplitude of each parameter's torque relative to all of them.
+    Returns: one sentence, or none.
     """
     below = []
     for name in PARAMETERS:
@@ -159,21 +129,16 @@ def of_signs(quantities: Mapping[str, Quantity], shares: Mapping[str, float]) ->
     return (f"Below 0: {values}; {advice}",)
 
 
-def of_exchange(angle_rows: np.ndarray, torque_rows: np.ndarray) -> tuple[str, ...]:
+def of_exchange(
+    angle_rows: Annotated[np.ndarray, "(n, 3)", "rad"], torque_rows: Annotated[np.ndarray, "(n, 3)", "N·m"]
+) -> tuple[str, ...]:
     """Angle and torque that are probably exchanged.
 
     The torque follows from the angle by two derivatives, not the other way round. A fit of exchanged signals
     has a negative damping, and explains less than the same fit the right way round.
 
-    Parameters
-    ----------
-    angle_rows, torque_rows : ndarray, shape (n, 3)
-        Second derivative, first derivative and signal (rad, N·m).
-
-    Returns
-    -------
-    tuple of str
-        One sentence, or none.
+    angle_rows, torque_rows: second derivative, first derivative and signal.
+    Returns: one sentence, or none.
     """
     left = _unexplained(angle_rows, torque_rows[:, 2])
     if left < LEAST_RESIDUAL or _unexplained(torque_rows, angle_rows[:, 2]) >= 0.5 * left:
@@ -253,20 +218,15 @@ def of_filter(
     return tuple(found)
 
 
-def of_repeats(angle: np.ndarray, torque: np.ndarray, windows: Sequence[Perturbation]) -> tuple[str, ...]:
+def of_repeats(
+    angle: Annotated[np.ndarray, "(n,)", "rad"],
+    torque: Annotated[np.ndarray, "(n,)", "N·m"],
+    windows: Sequence[Perturbation],
+) -> tuple[str, ...]:
     """Windows that hold the same samples, as only copied data do.
 
-    Parameters
-    ----------
-    angle, torque : ndarray, shape (n,)
-        Signals as recorded (rad, N·m).
-    windows : sequence of Perturbation
-        Perturbations (samples).
-
-    Returns
-    -------
-    tuple of str
-        One sentence, or none.
+    angle, torque: signals as recorded.
+    Returns: one sentence, or none.
     """
     contents = [angle[w.start : w.stop].tobytes() + torque[w.start : w.stop].tobytes() for w in windows]
     copies = len(contents) - len(set(contents))
@@ -279,13 +239,7 @@ def of_repeats(angle: np.ndarray, torque: np.ndarray, windows: Sequence[Perturba
 
 
 def of_belt(foot_velocity: np.ndarray, belt_velocity: np.ndarray) -> tuple[str, ...]:
-    """Foot that does not move with the belt (m/s), both shape (n,).
-
-    Raises
-    ------
-    InputError
-        If one of the two has the opposite sign or another unit.
-    """
+    """Foot that does not move with the belt (m/s), both shape (n,)."""
     foot, belt = (x - np.median(x) for x in (foot_velocity, belt_velocity))
     power = float(belt @ belt)
     gain = float(foot @ belt) / power if power > 0.0 else np.nan
@@ -314,23 +268,12 @@ def of_delay(delay_s: float) -> tuple[str, ...]:
 
 
 def of_rest(
-    time: np.ndarray, windows: Sequence[Perturbation], inertia: float, damping: float
+    time: Annotated[np.ndarray, "(n,)", "s"], windows: Sequence[Perturbation], inertia: float, damping: float
 ) -> tuple[str, ...]:
     """Perturbations that follow each other before the leg has come to rest.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Instants (s).
-    windows : sequence of Perturbation
-        Perturbations (samples).
-    inertia, damping : float
-        Moment of inertia of leg and joint about the ankle (kg·m²), damping (N·m·s/rad).
-
-    Returns
-    -------
-    tuple of str
-        One sentence, or none.
+    inertia, damping: moment of inertia of leg and joint about the ankle (kg·m²), damping (N·m·s/rad).
+    Returns: one sentence, or none.
     """
     onsets = np.array([time[w.start] for w in windows])
     apart_s = float(np.median(np.diff(onsets))) if onsets.size > 1 else np.inf
@@ -375,19 +318,9 @@ def of_response(response: FrequencyResponse) -> tuple[str, ...]:
 def of_impedance(fit: ImpedanceFit, motion: JointMotion, torque: np.ndarray | None = None) -> tuple[str, ...]:
     """Notes that every fit of a motion has in common.
 
-    Parameters
-    ----------
-    fit : ImpedanceFit
-        The result.
-    motion : JointMotion
-        Angle with its derivatives (s, rad), filtered.
-    torque : ndarray, shape (n,), optional
-        Torque (N·m), filtered.
-
-    Returns
-    -------
-    tuple of str
-        One sentence per caveat.
+    motion: angle with its derivatives, filtered.
+    torque: torque (N·m), filtered.
+    Returns: one sentence per caveat.
     """
     rows = np.column_stack([motion.theta_dd, motion.theta_d, motion.theta])
     found = of_swing(motion.theta, motion.theta_d) + of_vaf(fit.vaf, fit.vaf_of)
@@ -401,20 +334,13 @@ def of_impedance(fit: ImpedanceFit, motion: JointMotion, torque: np.ndarray | No
     return found + of_torque(torque) + of_proportion(motion.theta, torque)
 
 
-def shares(parameters: np.ndarray, amplitudes: np.ndarray) -> dict[str, float]:
+def shares(
+    parameters: Annotated[np.ndarray, "(3,)"], amplitudes: Annotated[np.ndarray, "(3,)"]
+) -> dict[str, float]:
     """Amplitude of each parameter's torque relative to their sum.
 
-    Parameters
-    ----------
-    parameters : ndarray, shape (3,)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-    amplitudes : ndarray, shape (3,)
-        Standard deviations of theta'' (rad/s²), theta' (rad/s), theta (rad).
-
-    Returns
-    -------
-    dict of str to float
-        By the parameter's name, 0 to 1.
+    amplitudes: standard deviations of theta'' (rad/s²), theta' (rad/s), theta (rad).
+    Returns: by the parameter's name, 0 to 1.
     """
     torques = np.abs(parameters) * amplitudes
     total = float(torques.sum())

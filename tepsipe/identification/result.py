@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
@@ -23,25 +23,16 @@ UNITS = {"I": "N·m·s²/rad", "B": "N·m·s/rad", "K": "N·m/rad"}
 
 @dataclass(frozen=True, repr=False)
 class Quantity:
-    """One estimated number.
-
-    Attributes
-    ----------
-    value : float
-        The estimate (``unit``).
-    unit : str
-        Its unit.
-    standard_error : float
-        Its standard error (``unit``); NaN where there is none.
-    low, high : float
-        Ends of its interval (``unit``); NaN where there is none.
-    """
+    """One estimated number."""
 
     value: float
+    """The estimate (``unit``)."""
     unit: str
     standard_error: float = np.nan
+    """Its standard error (``unit``); NaN where there is none."""
     low: float = np.nan
     high: float = np.nan
+    """Ends of its interval (``unit``); NaN where there is none."""
 
     @classmethod
     def drawn(
@@ -87,25 +78,17 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Curve:
-    """A measured and a predicted signal, for `ImpedanceFit.plot`.
-
-    Attributes
-    ----------
-    x : ndarray, shape (n,)
-        Instants (s) or frequencies (Hz).
-    measured, predicted : ndarray, shape (n,)
-        The signals (unit in ``label``); complex where ``x`` are frequencies.
-    label : str
-        Quantity and unit.
-    shaded : ndarray, shape (w, 2)
-        Perturbations within ``x`` (s), in order; empty if there are none.
-    """
+    """A measured and a predicted signal, for `ImpedanceFit.plot`."""
 
     x: np.ndarray
+    """Instants (s) or frequencies (Hz)."""
     measured: np.ndarray
     predicted: np.ndarray
+    """The signals (unit in ``label``); complex where ``x`` are frequencies."""
     label: str
-    shaded: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
+    """Quantity and unit."""
+    shaded: Annotated[np.ndarray, "(w, 2)"] = field(default_factory=lambda: np.empty((0, 2)))
+    """Perturbations within ``x`` (s), in order; empty if there are none."""
 
 
 # part of a record that is drawn around the onset of a perturbation (s)
@@ -324,21 +307,10 @@ def quantities_of(
 ) -> dict[str, Quantity]:
     """Estimates with the combined standard uncertainties and intervals of a budget.
 
-    Parameters
-    ----------
-    values : mapping of str to float
-        Estimates by name, in the order of the budget.
-    units : mapping of str to str
-        Their units by the same names.
-    budget : Budget
-        Their uncertainty.
-    confidence : float
-        Probability of the intervals.
-
-    Returns
-    -------
-    dict of str to Quantity
-        By the same names.
+    values: estimates by name, in the order of the budget.
+    units: their units by the same names.
+    confidence: probability of the intervals.
+    Returns: by the same names.
     """
     low, high = budget.interval(np.array(list(values.values()), dtype=float), confidence)
     ends = zip(values.items(), budget.combined, low, high, strict=True)
@@ -365,23 +337,14 @@ def with_scales(
     Each end of an interval moves outwards by the half width of Type B, in quadrature, because bootstrapped
     intervals are not symmetric.
 
-    Parameters
-    ----------
-    quantities : mapping of str to Quantity
-        p estimates of Type A by name.
-    sources : mapping of str to Source
-        torque_scale and angle_scale, as far as they are known.
-    confidence : float
-        Probability of the intervals.
-    further : mapping of str to ndarray, shape (1, p), optional
-        Contributions of other sources, as in `Budget.contributions`.
+    quantities: p estimates of Type A by name.
+    sources: torque_scale and angle_scale, as far as they are known.
+    confidence: probability of the intervals.
+    further: contributions of other sources, as in `Budget.contributions`.
 
-    Returns
-    -------
-    quantities : dict of str to Quantity
-        By the same names.
-    parts : dict of str to dict
-        Quantity -> source -> standard uncertainty.
+    Returns:
+        quantities: by the same names.
+        parts: quantity -> source -> standard uncertainty.
     """
     from tepsipe.identification.budgets.manipulator import scale_contributions
 

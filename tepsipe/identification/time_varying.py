@@ -21,6 +21,7 @@ relative to it; the level a and the trend b stand for voluntary torque and for t
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -42,22 +43,14 @@ CHUNK = 50
 
 @dataclass(frozen=True)
 class MovedJoint:
-    """Low-pass filtered record of a joint whose impedance changes.
-
-    Attributes
-    ----------
-    angle, torque : ndarray, shape (n,)
-        Angle (rad) and torque (N·m).
-    rate_hz : float
-        Sampling rate (Hz).
-    reflex_torque : ndarray, shape (n,), or None
-        Torque of the reflex by a fit to the whole record (N·m).
-    """
+    """Low-pass filtered record of a joint whose impedance changes."""
 
     angle: np.ndarray
     torque: np.ndarray
+    """Angle (rad) and torque (N·m)."""
     rate_hz: float
-    reflex_torque: np.ndarray | None = None
+    reflex_torque: Annotated[np.ndarray, "(n,)", "N·m"] | None = None
+    """Torque of the reflex by a fit to the whole record."""
 
     def regressors(self) -> tuple[np.ndarray, tuple[str, ...]]:
         """Acceleration (rad/s²), velocity (rad/s), angle (rad) and a reflex torque (N·m), if it acts.
@@ -74,37 +67,26 @@ class MovedJoint:
 
 @dataclass(frozen=True)
 class VaryingImpedance:
-    """Impedance at m places: instants of a record, instants after the trigger, or values of a schedule.
-
-    Attributes
-    ----------
-    over : {"time", "time after the trigger", "schedule"}
-        Meaning of ``at``.
-    at : ndarray, shape (m,)
-        Centres of the segments (s, or unit of the schedule).
-    names : tuple of str
-        I, B, K and, if a reflex torque was given, reflex_gain_ratio, the gain relative to that torque.
-    values, standard_error, low, high : ndarray, shape (m, parameters)
-        Parameters, standard errors and ends of the 95 % intervals (N·m·s²/rad, N·m·s/rad, N·m/rad, -).
-    angle, torque : ndarray, shape (m,)
-        Mean angle (rad) and torque (N·m): the operating point.
-    pieces : ndarray, shape (m,)
-        Number of realisations or pieces; 1 for windows.
-    vaf : ndarray, shape (m,)
-        VAF (%) of the torque of the segments about their levels, trends and ensemble mean.
-    """
+    """Impedance at m places: instants of a record, instants after the trigger, or values of a schedule."""
 
     over: str
-    at: np.ndarray
+    """{"time", "time after the trigger", "schedule"}: Meaning of ``at``."""
+    at: Annotated[np.ndarray, "(m,)"]
+    """Centres of the segments (s, or unit of the schedule)."""
     names: tuple[str, ...]
-    values: np.ndarray
-    standard_error: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-    angle: np.ndarray
-    torque: np.ndarray
-    pieces: np.ndarray
-    vaf: np.ndarray
+    """I, B, K and, if a reflex torque was given, reflex_gain_ratio, the gain relative to that torque."""
+    values: Annotated[np.ndarray, "(m, parameters)", "N·m·s²/rad"]
+    standard_error: Annotated[np.ndarray, "(m, parameters)", "N·m·s/rad"]
+    low: Annotated[np.ndarray, "(m, parameters)", "N·m/rad"]
+    high: Annotated[np.ndarray, "(m, parameters)"]
+    """Parameters, standard errors and ends of the 95 % intervals."""
+    angle: Annotated[np.ndarray, "(m,)"]
+    torque: Annotated[np.ndarray, "(m,)"]
+    """Mean angle (rad) and torque (N·m): the operating point."""
+    pieces: Annotated[np.ndarray, "(m,)"]
+    """Number of realisations or pieces; 1 for windows."""
+    vaf: Annotated[np.ndarray, "(m,)"]
+    """VAF (%) of the torque of the segments about their levels, trends and ensemble mean."""
 
 
 def impedance_in_windows(
@@ -118,29 +100,10 @@ def impedance_in_windows(
 ) -> VaryingImpedance:
     """Impedance in sliding windows of a record with random perturbations.
 
-    Parameters
-    ----------
-    joint : MovedJoint
-        The record (rad, N·m).
-    window_s, step_s : float
-        Length of a window, and distance of windows (s).
-    block_s : float
-        Length of the blocks of residuals (s), longer than the residuals are correlated.
-    draws : int
-        Bootstrap samples.
-    rng : numpy.random.Generator
-        Draws the blocks.
-
-    Returns
-    -------
-    VaryingImpedance
-        Parameters over time from the start of the record, without windows in which the
-        joint was not perturbed.
-
-    Raises
-    ------
-    InputError
-        If the record holds fewer than two windows with perturbations.
+    window_s, step_s: length of a window, and distance of windows.
+    block_s: length of the blocks of residuals (s), longer than the residuals are correlated.
+    Returns: parameters over time from the start of the record, without windows in which the joint was not
+    perturbed.
     """
     angle, torque, rate_hz = joint.angle, joint.torque, joint.rate_hz
     columns, names = joint.regressors()
@@ -181,7 +144,7 @@ def impedance_in_windows(
 
 def impedance_of_ensemble(
     joint: MovedJoint,
-    starts: np.ndarray,
+    starts: Annotated[np.ndarray, "(r,)"],
     *,
     length_s: float,
     segment_s: float,
@@ -191,28 +154,9 @@ def impedance_of_ensemble(
 ) -> VaryingImpedance:
     """Impedance during a movement that is repeated, with different perturbations every time.
 
-    Parameters
-    ----------
-    joint : MovedJoint
-        The record (rad, N·m).
-    starts : ndarray of int, shape (r,)
-        Samples at which the realisations begin.
-    length_s, segment_s, step_s : float
-        Length of a realisation, of a short segment, and distance of segments (s).
-    draws : int
-        Bootstrap samples.
-    rng : numpy.random.Generator
-        Draws the realisations.
-
-    Returns
-    -------
-    VaryingImpedance
-        Parameters over time after the trigger.
-
-    Raises
-    ------
-    InputError
-        If there are too few whole realisations, or perturbations are the same in all of them.
+    starts: samples at which the realisations begin.
+    length_s, segment_s, step_s: length of a realisation, of a short segment, and distance of segments.
+    Returns: parameters over time after the trigger.
     """
     angle, torque, rate_hz = joint.angle, joint.torque, joint.rate_hz
     columns, names = joint.regressors()
@@ -272,31 +216,11 @@ def impedance_by_schedule(
 ) -> VaryingImpedance:
     """Impedance against a scheduled quantity that the record passes through several times.
 
-    Parameters
-    ----------
-    joint : MovedJoint
-        The record (rad, N·m).
-    schedule : ndarray, shape (n,)
-        Scheduled quantity, for example phase of gait or target.
-    bins : int
-        Number of equal bins between its smallest and largest value.
-    piece_s : float
-        Longest piece within a bin that has one level and one trend (s); pieces shorter than a quarter of it
-        are left out.
-    draws : int
-        Bootstrap samples.
-    rng : numpy.random.Generator
-        Draws the pieces.
-
-    Returns
-    -------
-    VaryingImpedance
-        Parameters over the schedule, for bins with enough pieces.
-
-    Raises
-    ------
-    InputError
-        If the schedule does not change, or no bin holds enough pieces.
+    schedule: scheduled quantity, for example phase of gait or target.
+    bins: number of equal bins between its smallest and largest value.
+    piece_s: longest piece within a bin that has one level and one trend (s); pieces shorter than a quarter
+    of it are left out.
+    Returns: parameters over the schedule, for bins with enough pieces.
     """
     angle, torque, rate_hz = joint.angle, joint.torque, joint.rate_hz
     columns, names = joint.regressors()

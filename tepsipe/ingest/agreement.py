@@ -44,19 +44,8 @@ WALKING_M_PER_S = 0.2
 def refuse_mass(trial: Trial, rig: Rig, files: dict[str, str]) -> None:
     """Compare the mean vertical force of the trial with the stated mass on the belt.
 
-    Parameters
-    ----------
-    trial : Trial
-        Signals.
-    rig : Rig
-        Stated contents of the trial (kg).
-    files : dict of str to str
-        Kind of each source file -> its path, for messages.
-
-    Raises
-    ------
-    InputError
-        If the mean vertical force does not match the mass, or changes over the trial.
+    rig: stated contents of the trial.
+    files: kind of each source file -> its path, for messages.
     """
     belt = used_belt(trial, rig)
     if belt is None or rig.carried_kg is None:
@@ -83,21 +72,9 @@ def refuse_mass(trial: Trial, rig: Rig, files: dict[str, str]) -> None:
 def refuse_other_force(trial: Trial, limits: Limits, rig: Rig, files: dict[str, str]) -> None:
     """Compare the fore-aft force of a loaded belt that is still between pulses with its acceleration.
 
-    Parameters
-    ----------
-    trial : Trial
-        Signals.
-    limits : Limits
-        Lowest share of the mass on the belt that the force accelerates.
-    rig : Rig
-        Stated contents of the trial.
-    files : dict of str to str
-        Kind of each source file -> its path, for messages.
-
-    Raises
-    ------
-    InputError
-        If the force does not accelerate what stands on the belt.
+    limits: lowest share of the mass on the belt that the force accelerates.
+    rig: stated contents of the trial.
+    files: kind of each source file -> its path, for messages.
     """
     belt = used_belt(trial, rig)
     if belt is None or "belt_velocity" not in trial.signals or trial.rate_hz <= 2.0 * COMPARED_HZ:
@@ -127,21 +104,8 @@ def refuse_other_force(trial: Trial, limits: Limits, rig: Rig, files: dict[str, 
 def refuse_foreign_markers(trial: Trial, limits: Limits, rig: Rig, files: dict[str, str]) -> None:
     """Compare belt-fixed markers with the belt, and other segments with their rest.
 
-    Parameters
-    ----------
-    trial : Trial
-        Signals.
-    limits : Limits
-        Plausible range of each kind of signal.
-    rig : Rig
-        Belt-fixed markers and segments.
-    files : dict of str to str
-        Kind of each source file -> its path, for messages.
-
-    Raises
-    ------
-    InputError
-        If a belt-fixed marker does not move with the belt, or a segment stays still.
+    limits: plausible range of each kind of signal.
+    files: kind of each source file -> its path, for messages.
     """
     if "marker_position" not in trial.signals or "belt_velocity" not in trial.signals:
         return
@@ -176,20 +140,11 @@ def belt_fixed_motion(
 ) -> tuple[float, float, float]:
     """Scale, delay and correlation of a belt-fixed marker's velocity relative to the belt's.
 
-    Parameters
-    ----------
-    velocity, belt_velocity : ndarray, shape (n,)
-        Velocity of the marker along the belt, and of the belt less its constant speed (m/s), filtered alike.
-    rate_hz : float
-        Sampling rate (Hz).
-    longest_s : float
-        Longest delay that is searched, in either direction (s).
-
-    Returns
-    -------
-    scale, delay_s, correlation : float
-        s, d (s, positive where the marker lags, to one sample) and the uncentred correlation over the
-        samples in which either moves.
+    velocity, belt_velocity: velocity of the marker along the belt, and of the belt less its constant speed
+    (m/s), filtered alike.
+    longest_s: longest delay that is searched, in either direction.
+    Returns: s, d (s, positive where the marker lags, to one sample) and the uncentred correlation over the
+    samples in which either moves.
     """
     v = np.asarray(belt_velocity, dtype=float)
     y = np.asarray(velocity, dtype=float) - np.median(velocity)
@@ -266,19 +221,8 @@ def _moves(trial: Trial, columns: list[int], belt: np.ndarray) -> bool:
 def refuse_joint(trial: Trial, limits: Limits, files: dict[str, str]) -> None:
     """Compare torque and angle of a joint in a manipulator: size, direction, and motion of both.
 
-    Parameters
-    ----------
-    trial : Trial
-        Signals.
-    limits : Limits
-        Plausible range of each kind of signal.
-    files : dict of str to str
-        Kind of each source file -> its path, for messages.
-
-    Raises
-    ------
-    InputError
-        If torque and angle of a joint cannot belong together.
+    limits: plausible range of each kind of signal.
+    files: kind of each source file -> its path, for messages.
     """
     if "torque" not in trial.signals or "angle" not in trial.signals:
         return
@@ -301,19 +245,8 @@ def refuse_joint(trial: Trial, limits: Limits, files: dict[str, str]) -> None:
 def refuse_joints(trial: Trial, limits: Limits, files: dict[str, str]) -> None:
     """Refuse joints of a person on a platform whose angle or torque is held, or in the wrong unit or column.
 
-    Parameters
-    ----------
-    trial : Trial
-        Signals.
-    limits : Limits
-        Plausible range of each kind of signal.
-    files : dict of str to str
-        Kind of each source file -> its path, for messages.
-
-    Raises
-    ------
-    InputError
-        If torque and angle of a joint cannot belong together.
+    limits: plausible range of each kind of signal.
+    files: kind of each source file -> its path, for messages.
     """
     if "joint_torque" not in trial.signals:
         return

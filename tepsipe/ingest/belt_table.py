@@ -29,43 +29,28 @@ KEPT, INTERPOLATED = "samples kept", "samples interpolated"
 
 @dataclass(frozen=True)
 class BeltTableOptions:
-    """Options for a table of load and belt velocity.
-
-    Attributes
-    ----------
-    load_unit : {"N", "Nm"}
-        Unit of the load: a force (N) or a moment (N·m).
-    max_gap_s : float
-        Longest step between samples (s).
-    shortest_s : float
-        Shortest recording that is used (s).
-    """
+    """Options for a table of load and belt velocity."""
 
     load_unit: str
+    """{"N", "Nm"}: Unit of the load: a force (N) or a moment (N·m)."""
     max_gap_s: float
+    """Longest step between samples."""
     shortest_s: float
+    """Shortest recording that is used."""
 
 
 @dataclass(frozen=True)
 class BeltClock:
-    """Clock of a table as inferred from its time stamps; see `belt_clock`.
-
-    Attributes
-    ----------
-    regular : bool
-        Whether the samples were taken by a regular clock and none is missing.
-    recorded_rate_hz : float
-        Rate at which the samples were taken (Hz).
-    rate_hz : float
-        The same, rounded by `rounded_rate` (Hz).
-    largest_deviation_s : float
-        Largest distance of a stamp from a straight line through all of them (s).
-    """
+    """Clock of a table as inferred from its time stamps; see `belt_clock`."""
 
     regular: bool
+    """Whether the samples were taken by a regular clock and none is missing."""
     recorded_rate_hz: float
+    """Rate at which the samples were taken."""
     rate_hz: float
+    """The same, rounded by `rounded_rate`."""
     largest_deviation_s: float
+    """Largest distance of a stamp from a straight line through all of them."""
 
 
 def ingest_belt_table(
@@ -81,30 +66,13 @@ def ingest_belt_table(
     that clock. If not, both signals are interpolated linearly between their stamps, because a spline
     overshoots between noisy samples at closely spaced stamps.
 
-    Parameters
-    ----------
-    table : dict of ndarray, shape (n,)
-        ``time`` (s), ``load`` (in ``options.load_unit``), ``velocity`` of the belt (m/s); NaN in the
-        latter two where a sample is missing.
-    columns : dict of str to str
-        ``time``, ``load``, ``velocity`` -> name in the file's header, which may end with a unit.
-    options : BeltTableOptions
-        Unit, longest gap (s), shortest recording (s).
-    duration_s : float
-        Length of the trial by the protocol (s).
-    name : str
-        Names the source in messages.
-
-    Returns
-    -------
-    Trial
-        ``load`` (N or N·m) and ``belt_velocity`` (m/s), from time 0 on.
-
-    Raises
-    ------
-    InputError
-        If a header names another unit, time stamps cannot be repaired, a number is infinite, a gap is
-        too long, the recording ends early or is too short, or a signal never changes.
+    table: ``time`` (s), ``load`` (in ``options.load_unit``), ``velocity`` of the belt (m/s); NaN in the
+    latter two where a sample is missing.
+    columns: ``time``, ``load``, ``velocity`` -> name in the file's header, which may end with a unit.
+    options: unit, longest gap, shortest recording.
+    duration_s: length of the trial by the protocol.
+    name: names the source in messages.
+    Returns: ``load`` (N or N·m) and ``belt_velocity``, from time 0 on.
     """
     for key, unit in (("time", "s"), ("load", options.load_unit), ("velocity", "m/s")):
         refuse_other_unit(columns[key], unit, name)
@@ -198,15 +166,8 @@ def belt_clock(time: np.ndarray) -> BeltClock:
     any line. The rate of an irregular clock is estimated from the steps within half of the median step, so
     that missing samples do not lower it.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Time stamps (s), not decreasing, at least two of them different.
-
-    Returns
-    -------
-    BeltClock
-        Verdict, rate (Hz) and largest deviation (s).
+    time: time stamps (s), not decreasing, at least two of them different.
+    Returns: verdict, rate and largest deviation.
     """
     index = np.arange(time.size)
     slope, start = np.polyfit(index, time, 1)

@@ -36,22 +36,10 @@ def read_dflow_files(
 ) -> Recording:
     """Read D-Flow's mocap file and, if there is one, its record file; see `with_record`.
 
-    Parameters
-    ----------
-    mocap, record : str or Path
-        Paths of the two files; ``record`` is None if there is none.
-    belt_fixed_labels : tuple of str
-        Belt-fixed markers, whose velocity along the belt is compared with the recorded belt speed.
-
-    Returns
-    -------
-    Recording
-        Markers (m), force plates (N, N·m), belt speeds (m/s) and channels in the axes of D-Flow.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be read, or as `with_record`.
+    mocap, record: paths of the two files; ``record`` is None if there is none.
+    belt_fixed_labels: belt-fixed markers, whose velocity along the belt is compared with the recorded belt
+    speed.
+    Returns: markers, force plates, belt speeds and channels in the axes of D-Flow.
     """
     table = read_dflow(mocap)
     if record is None:
@@ -65,25 +53,12 @@ def with_record(mocap: DFlowTable, record: DFlowTable, belt_fixed_labels: tuple[
     Signals of the record file are interpolated linearly at the instants of the frames. Frames that it does
     not cover are cut off.
 
-    Parameters
-    ----------
-    mocap : DFlowTable
-        Markers (m), force plates (N, N·m) and channels.
-    record : DFlowTable
-        Belt speeds (m/s) and other signals.
-    belt_fixed_labels : tuple of str
-        Belt-fixed markers, whose velocity along the belt is compared with the recorded belt speed.
-
-    Returns
-    -------
-    Recording
-        As `dflow_recording`, with the record file's signals among the channels. A belt's speed is positive
-        where its surface moves backward, along z.
-
-    Raises
-    ------
-    InputError
-        If the mocap file cannot be used, or the record file is of another trial or shares no signal with it.
+    mocap: markers, force plates and channels.
+    record: belt speeds and other signals.
+    belt_fixed_labels: belt-fixed markers, whose velocity along the belt is compared with the recorded belt
+    speed.
+    Returns: as `dflow_recording`, with the record file's signals among the channels. A belt's speed is
+    positive where its surface moves backward, along z.
     """
     if record.is_mocap and not record.speeds:
         raise InputError(
@@ -232,13 +207,7 @@ def _over_two_frames(speed: np.ndarray) -> np.ndarray:
 
 
 def _belt_fixed_velocity(recording: Recording, labels: tuple[str, ...]) -> np.ndarray | None:
-    """Mean velocity of the belt-fixed markers backward along the belt (m/s), shape (n,); NaN while hidden.
-
-    Raises
-    ------
-    InputError
-        If a marker is not in the file.
-    """
+    """Mean velocity of the belt-fixed markers backward along the belt (m/s), shape (n,); NaN while hidden."""
     if recording.markers is None or not labels:
         return None
     known = recording.markers.labels

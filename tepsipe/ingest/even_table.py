@@ -1,6 +1,7 @@
 """From columns with time stamps of their own to a regular clock, alike for every table of a joint."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -22,27 +23,18 @@ FEWEST_ZEROS, LONGEST_ZEROS_S = 3, 1.0
 
 @dataclass(frozen=True)
 class RecordedColumns:
-    """Columns of a table at their own instants, with repeated stamps and gaps removed.
+    """Columns of a table at their own instants, with repeated stamps and gaps removed."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        Instants from the first sample on (s).
-    columns : ndarray, shape (n, c)
-        Values (units of the table).
-    missing : ndarray of bool
-        Samples that were filled.
-    repaired : RepairedTime
-        Repairs of the time stamps (s).
-    recorded_hz : float
-        Mean rate (Hz).
-    """
-
-    time: np.ndarray
-    columns: np.ndarray
+    time: Annotated[np.ndarray, "(n,)", "s"]
+    """Instants from the first sample on."""
+    columns: Annotated[np.ndarray, "(n, c)"]
+    """Values (units of the table)."""
     missing: np.ndarray
+    """Samples that were filled."""
     repaired: RepairedTime
+    """Repairs of the time stamps (s)."""
     recorded_hz: float
+    """Mean rate."""
 
     @property
     def attributes(self) -> dict[str, float]:
@@ -73,22 +65,10 @@ def recorded_columns(
 ) -> RecordedColumns:
     """Columns of a table with its time stamps repaired and its gaps filled.
 
-    Parameters
-    ----------
-    table : dict of ndarray, shape (n,)
-        ``time`` (s) and the columns.
-    keys : list of str
-        Columns wanted.
-    max_gap_s, duration_s : float
-        Longest gap, and length of the trial by the protocol (s).
-    name : str
-        Names the source in messages.
-
-    Raises
-    ------
-    InputError
-        If the samples are too far apart, time stamps cannot be repaired, a gap is too long, or the table ends
-        early.
+    table: ``time`` (s) and the columns.
+    keys: columns wanted.
+    max_gap_s, duration_s: longest gap, and length of the trial by the protocol.
+    name: names the source in messages.
     """
     usual_s = float(np.nanmedian(np.diff(table["time"]))) if table["time"].size > 1 else 0.0
     if usual_s > 0.999 * max_gap_s:
@@ -128,13 +108,7 @@ def _refuse_placeholders(time: np.ndarray, values: np.ndarray, what: str, name: 
 
 
 def refuse_slow(recorded_hz: float, rate_hz: float, setting: str, name: str) -> None:
-    """Refuse a recording slower than the rate of the trial (Hz); ``setting`` names the key to lower.
-
-    Raises
-    ------
-    InputError
-        If it is.
-    """
+    """Refuse a recording slower than the rate of the trial (Hz); ``setting`` names the key to lower."""
     if rate_hz > recorded_hz * 1.001:
         raise InputError(
             f"{name}: expected a recording at {rate_hz:g} Hz or faster, found {recorded_hz:.4g} Hz: lower "

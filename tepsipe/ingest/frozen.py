@@ -6,6 +6,8 @@ one position in all coordinates is 20 ms; the longest run of one value in a forc
 excluded, is 39 ms.
 """
 
+from typing import Annotated
+
 import numpy as np
 
 from tepsipe.signals.resampling import runs_of
@@ -19,26 +21,18 @@ HELD_RANGE = 1e-6
 
 
 def frozen_stretch(
-    values: np.ndarray, rate_hz: float, longest_s: float, ignored: np.ndarray | None = None
+    values: Annotated[np.ndarray, "(n, c)"],
+    rate_hz: float,
+    longest_s: float,
+    ignored: np.ndarray | None = None,
 ) -> tuple[int, int] | None:
     """Longest stretch of identical samples, if it is implausible for a noisy channel.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n, c)
-        Components of one channel; a sample is repeated if all of them are.
-    rate_hz : float
-        Sampling rate (Hz).
-    longest_s : float
-        Longest stretch that is accepted (s).
-    ignored : ndarray of bool, shape (n,), optional
-        Samples that were not measured.
-
-    Returns
-    -------
-    tuple of int or None
-        First sample and the first after it (samples); None if there is no such stretch, or if all components
-        are quantised.
+    values: components of one channel; a sample is repeated if all of them are.
+    longest_s: longest stretch that is accepted.
+    ignored: samples that were not measured.
+    Returns: first sample and the first after it (samples); None if there is no such stretch, or if all
+    components are quantised.
     """
     steps = np.abs(np.diff(values, axis=0))
     repeated = (steps == 0.0).all(axis=1)
@@ -64,19 +58,9 @@ def held_while_moving(
 ) -> tuple[int, int] | None:
     """First stretch in which one signal is held although another one moves.
 
-    Parameters
-    ----------
-    values, others : ndarray, shape (n,)
-        Signal that may be held, and the one that moves it.
-    rate_hz : float
-        Sampling rate (Hz).
-    longest_s : float
-        Longest stretch that is accepted (s).
-
-    Returns
-    -------
-    tuple of int or None
-        First sample and the first after it (samples), or None.
+    values, others: signal that may be held, and the one that moves it.
+    longest_s: longest stretch that is accepted.
+    Returns: first sample and the first after it (samples), or None.
     """
     size, other = float(np.ptp(values)), float(np.ptp(others))
     held = np.abs(np.diff(values)) <= HELD_RANGE * size

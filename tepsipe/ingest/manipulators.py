@@ -35,21 +35,14 @@ RADIANS_PER_UNIT = {"rad": 1.0, "deg": np.pi / 180.0}
 
 @dataclass(frozen=True)
 class ManipulatorOptions:
-    """Options for a manipulator's recording.
-
-    Attributes
-    ----------
-    resample_rate_hz : float
-        Rate of the trial (Hz).
-    max_gap_s : float
-        Longest gap between samples of the log (s).
-    angle_unit : {"rad", "deg"}
-        Unit of the logged angle.
-    """
+    """Options for a manipulator's recording."""
 
     resample_rate_hz: float
+    """Rate of the trial."""
     max_gap_s: float
+    """Longest gap between samples of the log."""
     angle_unit: str
+    """{"rad", "deg"}: Unit of the logged angle."""
 
     @property
     def units(self) -> dict[str, str]:
@@ -67,30 +60,12 @@ def ingest_torque_manipulator(
 ) -> Trial:
     """Trial of a torque-controlled manipulator: irregular angle log and regular torque command.
 
-    Parameters
-    ----------
-    log : dict of ndarray, shape (n,)
-        ``time`` (s), ``angle`` (in ``options.angle_unit``), ``trigger_time`` (s): 0 before the command
-        starts, then the stamp at which it did.
-    command : dict of ndarray, shape (m,)
-        ``time`` from the trigger (s), ``torque`` (N·m).
-    options : ManipulatorOptions
-        Rate (Hz), longest gap (s), unit.
-    duration_s : float
-        Length of the perturbation by the protocol (s).
-    log_name, command_name : str
-        Name the two sources in messages.
-
-    Returns
-    -------
-    Trial
-        ``torque`` (N·m) and ``angle`` (rad, from its mean before the trigger).
-
-    Raises
-    ------
-    InputError
-        If time stamps cannot be repaired, samples or the trigger are missing, a file ends early, or the
-        unit of the angle is evidently wrong.
+    log: ``time`` (s), ``angle`` (in ``options.angle_unit``), ``trigger_time`` (s): 0 before the command
+    starts, then the stamp at which it did.
+    command: ``time`` from the trigger (s), ``torque`` (N·m).
+    options: rate, longest gap, unit.
+    duration_s: length of the perturbation by the protocol.
+    log_name, command_name: name the two sources in messages.
     """
     repaired = repair_time_stamps(log["time"], options.max_gap_s, log_name)
     time, angle = log["time"][repaired.keep], log["angle"][repaired.keep]
@@ -189,24 +164,16 @@ def _refuse_broken_command(
 
 @dataclass(frozen=True)
 class TableOptions:
-    """Options for a table of a position-controlled manipulator.
-
-    Attributes
-    ----------
-    resample_rate_hz : float
-        Rate of the trial (Hz).
-    max_gap_s : float
-        Longest gap between samples (s).
-    angle_unit : {"rad", "deg"}
-        Unit of the angle.
-    torque_sign : {1, -1}
-        +1 if the recorded torque resists a positive angle, -1 if resisting torque is negative.
-    """
+    """Options for a table of a position-controlled manipulator."""
 
     resample_rate_hz: float
+    """Rate of the trial."""
     max_gap_s: float
+    """Longest gap between samples."""
     angle_unit: str
+    """{"rad", "deg"}: Unit of the angle."""
     torque_sign: int
+    """{1, -1}: +1 if the recorded torque resists a positive angle, -1 if resisting torque is negative."""
 
     @property
     def units(self) -> dict[str, str]:
@@ -219,29 +186,13 @@ def ingest_position_manipulator(
 ) -> Trial:
     """Trial of a position-controlled manipulator: angle imposed, torque measured.
 
-    Parameters
-    ----------
-    table : dict of ndarray, shape (n,)
-        ``time`` (s), ``angle`` (in ``options.angle_unit``), ``torque`` (N·m); if recorded, ``schedule``, a
-        scheduled quantity, and ``trigger``, which rises where a realisation begins.
-    options : TableOptions
-        Rate (Hz), longest gap (s), unit and sign.
-    duration_s : float
-        Length of the trial by the protocol (s).
-    name : str
-        Names the source in messages.
-
-    Returns
-    -------
-    Trial
-        ``angle`` (rad) and ``torque`` (N·m, positive when it resists a positive angle), ``schedule`` and
-        ``trigger`` (1 at the first sample of a realisation) where the table has them.
-
-    Raises
-    ------
-    InputError
-        If time stamps cannot be repaired, a gap is too long, the table ends early, the trigger never rises,
-        or the unit of the angle is evidently wrong.
+    table: ``time`` (s), ``angle`` (in ``options.angle_unit``), ``torque`` (N·m); if recorded, ``schedule``,
+    a scheduled quantity, and ``trigger``, which rises where a realisation begins.
+    options: rate, longest gap, unit and sign.
+    duration_s: length of the trial by the protocol.
+    name: names the source in messages.
+    Returns: ``angle`` and ``torque`` (N·m, positive when it resists a positive angle), ``schedule`` and
+    ``trigger`` (1 at the first sample of a realisation) where the table has them.
     """
     recorded = recorded_columns(table, ["angle", "torque"], options.max_gap_s, duration_s, name)
     torque = recorded.columns[:, 1]
@@ -307,17 +258,8 @@ def _refuse_degrees(angle: np.ndarray, unit: str, name: str) -> None:
 def refuse_exchanged(angle: np.ndarray, torque: np.ndarray, name: str, joint: str = "") -> None:
     """Refuse a torque so small for the angle that the columns must be exchanged.
 
-    Parameters
-    ----------
-    angle, torque : ndarray, shape (n,)
-        Angle (rad) and torque (N·m) of a joint.
-    name, joint : str
-        Name the source and, if there are several, the joint in messages.
-
-    Raises
-    ------
-    InputError
-        If it is.
+    angle, torque: angle (rad) and torque (N·m) of a joint.
+    name, joint: name the source and, if there are several, the joint in messages.
     """
     spread = float(angle.std())
     ratio = float(torque.std()) / spread if spread > 0.0 else np.inf

@@ -5,6 +5,7 @@ trial record what was done.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -35,75 +36,49 @@ BELTS = ("left", "right")
 
 @dataclass(frozen=True)
 class TreadmillOptions:
-    """Options for a treadmill's recording.
-
-    Attributes
-    ----------
-    resample_rate_hz : float
-        Rate of the trial, set by the motion capture (Hz).
-    max_gap_s : float or None
-        Longest time for which a marker may be hidden (s); None where there are no markers.
-    marker_sampling_hz : float or None
-        Rate of sequential marker sampling within a frame (Hz); None if all are sampled at
-        once, or there are none.
-    trigger_threshold_V : float
-        Voltage above which the trigger line is high (V).
-    """
+    """Options for a treadmill's recording."""
 
     resample_rate_hz: float
+    """Rate of the trial, set by the motion capture."""
     max_gap_s: float | None
+    """Longest time for which a marker may be hidden (s); None where there are no markers."""
     marker_sampling_hz: float | None
+    """Rate of sequential marker sampling within a frame (Hz); None if all are sampled at once, or there are
+    none."""
     trigger_threshold_V: float
+    """Voltage above which the trigger line is high."""
 
 
 @dataclass(frozen=True)
 class TreadmillSignals:
-    """Signals measured by a treadmill, on the clock of its trial.
-
-    Attributes
-    ----------
-    belts : tuple of str
-        Belts with forces.
-    force, moment : ndarray, shape (n, belts, 3)
-        Ground reaction forces (N) and moments (N·m).
-    velocity : ndarray, shape (n,)
-        Velocity of the perturbed belt (m/s).
-    command : ndarray, shape (n,), or None
-        Its commanded velocity (m/s), if it was recorded.
-    calibrated, moved, derived : tuple of str
-        Processing of forces and moments, of all signals but the velocity, and of the velocity.
-    """
+    """Signals measured by a treadmill, on the clock of its trial."""
 
     belts: tuple[str, ...]
-    force: np.ndarray
-    moment: np.ndarray
-    velocity: np.ndarray
+    """Belts with forces."""
+    force: Annotated[np.ndarray, "(n, belts, 3)"]
+    moment: Annotated[np.ndarray, "(n, belts, 3)"]
+    """Ground reaction forces (N) and moments (N·m)."""
+    velocity: Annotated[np.ndarray, "(n,)", "m/s"]
+    """Velocity of the perturbed belt."""
     command: np.ndarray | None
+    """Its commanded velocity (m/s), if it was recorded."""
     calibrated: tuple[str, ...]
     moved: tuple[str, ...]
     derived: tuple[str, ...]
+    """Processing of forces and moments, of all signals but the velocity, and of the velocity."""
 
 
 @dataclass(frozen=True)
 class MarkerSignals:
-    """Markers of a trial with its clock.
+    """Markers of a trial with its clock."""
 
-    Attributes
-    ----------
-    grid : ndarray, shape (n,)
-        Instants of the trial (s).
-    labels : tuple of str
-        Names of the markers.
-    signals : dict of str to Signal
-        ``marker_position``, ``marker_position_as_sampled`` (m), ``marker_hidden``.
-    hidden_samples : int
-        Number of samples that were filled.
-    """
-
-    grid: np.ndarray
+    grid: Annotated[np.ndarray, "(n,)", "s"]
+    """Instants of the trial."""
     labels: tuple[str, ...]
     signals: dict[str, Signal]
+    """``marker_position``, ``marker_position_as_sampled`` (m), ``marker_hidden``."""
     hidden_samples: int
+    """Number of samples that were filled."""
 
 
 def ingest_treadmill_files(
@@ -115,28 +90,12 @@ def ingest_treadmill_files(
 ) -> Trial:
     """Read a treadmill's files and make one trial of them; see `ingest_treadmill`.
 
-    Parameters
-    ----------
-    files : dict of str to str
-        Paths of ``log`` and ``calibration``, and of ``markers`` where there are any.
-    marker_labels : list of str or None
-        Markers in the order of sequential sampling; None if there are none.
-    options : TreadmillOptions
-        Rates (Hz), longest gap (s), trigger (V).
-    duration_s : float
-        Length of the trial by the protocol (s).
-    bridge_long_gaps : bool
-        As `ingest_treadmill`.
-
-    Returns
-    -------
-    Trial
-        Forces (N), moments (N·m), belt (m/s) and, if there are any, markers (m).
-
-    Raises
-    ------
-    InputError
-        If a file cannot be read, or as `ingest_treadmill`.
+    files: paths of ``log`` and ``calibration``, and of ``markers`` where there are any.
+    marker_labels: markers in the order of sequential sampling; None if there are none.
+    options: rates, longest gap, trigger.
+    duration_s: length of the trial by the protocol.
+    bridge_long_gaps: as `ingest_treadmill`.
+    Returns: forces, moments, belt and, if there are any, markers.
     """
     log, calibration = read_treadmill_log(files["log"]), read_calibration_matrix(files["calibration"])
     if calibration.channels == log.channels:
@@ -158,37 +117,18 @@ def ingest_treadmill(
 
     Without markers the clock is the trigger's own: 0, 1 / rate, 2 / rate, ... up to the trial's end.
 
-    Parameters
-    ----------
-    log : TreadmillLog
-        Voltages (V), belt velocity (m/s) and trigger (V).
-    calibration : CalibrationMatrix
-        Forces and moments per voltage (N/V, N·m/V).
-    markers : Markers or None
-        Positions (m), NaN while hidden, in the order of sequential sampling; None if nothing on the belt
-        carries markers.
-    options : TreadmillOptions
-        Rates (Hz), longest gap (s), trigger (V).
-    duration_s : float
-        Length of the trial by the protocol (s).
-    names : dict of str to str
-        Names of the sources in messages: ``log``, ``calibration`` and, with markers, ``markers``.
-    bridge_long_gaps : bool
-        Bridge gaps longer than ``options.max_gap_s`` by straight lines instead of raising: for an analysis
-        that omits the samples marked in ``marker_hidden``.
-
-    Returns
-    -------
-    Trial
-        ``force`` (N), ``moment`` (N·m), ``belt_velocity`` and ``belt_command`` (m/s), and with markers
-        ``marker_position`` (m, at common instants), ``marker_position_as_sampled`` (m, as sampled),
-        ``marker_hidden``.
-
-    Raises
-    ------
-    InputError
-        If channels do not match, the trigger does not rise, a marker is hidden too long, or one
-        recording ends before the other.
+    log: voltages, belt velocity and trigger.
+    calibration: forces and moments per voltage.
+    markers: positions, NaN while hidden, in the order of sequential sampling; None if nothing on the belt
+    carries markers.
+    options: rates, longest gap, trigger.
+    duration_s: length of the trial by the protocol.
+    names: names of the sources in messages: ``log``, ``calibration`` and, with markers, ``markers``.
+    bridge_long_gaps: bridge gaps longer than ``options.max_gap_s`` by straight lines instead of raising:
+    for an analysis that omits the samples marked in ``marker_hidden``.
+    Returns: ``force``, ``moment``, ``belt_velocity`` and ``belt_command``, and with markers
+    ``marker_position`` (m, at common instants), ``marker_position_as_sampled`` (m, as sampled),
+    ``marker_hidden``.
     """
     log_name, calibration_name = names["log"], names["calibration"]
     if calibration.channels != log.channels:
@@ -255,7 +195,7 @@ def ingest_treadmill(
 
 
 def treadmill_trial(
-    grid: np.ndarray,
+    grid: Annotated[np.ndarray, "(n,)", "s"],
     rate_hz: float,
     treadmill: TreadmillSignals,
     markers: MarkerSignals | None,
@@ -263,23 +203,11 @@ def treadmill_trial(
 ) -> Trial:
     """One trial from the signals of treadmill and markers.
 
-    Parameters
-    ----------
-    grid : ndarray, shape (n,)
-        Instants of all signals (s).
-    rate_hz : float
-        Their rate (Hz).
-    treadmill : TreadmillSignals
-        Forces (N), moments (N·m) and belt (m/s).
-    markers : MarkerSignals or None
-        Markers (m), if there are any.
-    attributes : dict
-        Further facts.
-
-    Returns
-    -------
-    Trial
-        With the signals of `ingest_treadmill`.
+    grid: instants of all signals.
+    treadmill: forces, moments and belt.
+    markers: markers, if there are any.
+    attributes: further facts.
+    Returns: with the signals of `ingest_treadmill`.
     """
     done, moved, of_belts = treadmill.calibrated, treadmill.moved, ("time", "belt", "axis")
     signals = {
@@ -341,13 +269,7 @@ def _refuse_other_recording(
 def marker_signals(
     markers: Markers, options: TreadmillOptions, markers_name: str | None, bridge_long_gaps: bool
 ) -> MarkerSignals:
-    """Markers (m) on a clock (s) that starts with the first frame; that frame is left out.
-
-    Raises
-    ------
-    InputError
-        If a marker is hidden too long, or all the time.
-    """
+    """Markers (m) on a clock (s) that starts with the first frame; that frame is left out."""
     filled = np.empty_like(markers.positions)
     hidden = np.empty(markers.positions.shape[:2], dtype=bool)
     for k, label in enumerate(markers.labels):

@@ -15,27 +15,18 @@ PERTURBATIONS = ("platform", "second_perturbation")
 
 @dataclass(frozen=True)
 class PlatformTableOptions:
-    """Options for a table of a person on a moving platform.
-
-    Attributes
-    ----------
-    resample_rate_hz : float
-        Rate of the trial (Hz).
-    max_gap_s : float
-        Longest gap between samples (s).
-    angle_unit : {"rad", "deg"}
-        Unit of the angles.
-    torque_sign : {1, -1}
-        +1 if a recorded torque that resists a positive angle is positive, -1 if it is negative.
-    platform_unit : {"m", "m/s", "m/s2"}
-        Unit of the platform's motion.
-    """
+    """Options for a table of a person on a moving platform."""
 
     resample_rate_hz: float
+    """Rate of the trial."""
     max_gap_s: float
+    """Longest gap between samples."""
     angle_unit: str
+    """{"rad", "deg"}: Unit of the angles."""
     torque_sign: int
+    """{1, -1}: +1 if a recorded torque that resists a positive angle is positive, -1 if it is negative."""
     platform_unit: str
+    """{"m", "m/s", "m/s2"}: Unit of the platform's motion."""
 
     @property
     def units(self) -> dict[str, str]:
@@ -51,30 +42,14 @@ def ingest_platform(
 ) -> Trial:
     """Trial of a person on a moving platform.
 
-    Parameters
-    ----------
-    table : dict of ndarray, shape (n,)
-        ``time`` (s), ``platform`` (in ``options.platform_unit``), ``ankle_angle``, ``hip_angle`` (in
-        ``options.angle_unit``), ``ankle_torque``, ``hip_torque`` (N·m), and, if there is one,
-        ``second_perturbation``.
-    options : PlatformTableOptions
-        Rate (Hz), longest gap (s), units and sign.
-    duration_s : float
-        Length of the trial by the protocol (s).
-    name : str
-        Names the source in messages.
-
-    Returns
-    -------
-    Trial
-        ``platform``, ``joint_angle`` (rad) and ``joint_torque`` (N·m, resists the angle) of
-        ankle and hip, and ``second_perturbation``, if there is one.
-
-    Raises
-    ------
-    InputError
-        If time stamps cannot be repaired, a gap is too long, the table ends early, the rate is too low, the
-        unit of the angles is evidently wrong, or torques and angles are in each other's columns.
+    table: ``time`` (s), ``platform`` (in ``options.platform_unit``), ``ankle_angle``, ``hip_angle`` (in
+    ``options.angle_unit``), ``ankle_torque``, ``hip_torque`` (N·m), and, if there is one,
+    ``second_perturbation``.
+    options: rate, longest gap, units and sign.
+    duration_s: length of the trial by the protocol.
+    name: names the source in messages.
+    Returns: ``platform``, ``joint_angle`` and ``joint_torque`` (N·m, resists the angle) of ankle and hip,
+    and ``second_perturbation``, if there is one.
     """
     perturbations = [key for key in PERTURBATIONS if key in table]
     keys = [*perturbations, *(f"{joint}_{what}" for what in ("angle", "torque") for joint in JOINTS)]

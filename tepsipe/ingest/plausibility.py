@@ -5,6 +5,7 @@ a frozen marker or the file of another trial is refused whatever the format of t
 """
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -60,27 +61,11 @@ _KINDS = {
 def plausible_trial(trial: Trial, limits: Limits, rig: Rig, files: dict[str, str]) -> Trial:
     """Return the trial if its signals are plausible for the rig.
 
-    Parameters
-    ----------
-    trial : Trial
-        Signals as ingest made them.
-    limits : Limits
-        Plausible range of each kind of signal.
-    rig : Rig
-        Stated contents of the trial (kg).
-    files : dict of str to str
-        Kind of each source file -> its path, for messages.
-
-    Returns
-    -------
-    Trial
-        The same; of a person with ``marker_hidden`` set where a marker is frozen.
-
-    Raises
-    ------
-    InputError
-        If a signal is beyond its limits, frozen or dead, the mass on the belt, the belt-fixed markers or
-        the joint do not agree with the rig.
+    trial: signals as ingest made them.
+    limits: plausible range of each kind of signal.
+    rig: stated contents of the trial.
+    files: kind of each source file -> its path, for messages.
+    Returns: the same; of a person with ``marker_hidden`` set where a marker is frozen.
     """
     _refuse_ranges(trial, limits, files)
     _refuse_dead_plate(trial, limits, rig, files)
@@ -190,25 +175,16 @@ def _refuse_dead_plate(trial: Trial, limits: Limits, rig: Rig, files: dict[str, 
 
 
 def refuse_dead_channels(
-    voltages: np.ndarray, channels: tuple[str, ...], calibration: np.ndarray, name: str
+    voltages: Annotated[np.ndarray, "(n, channels)", "V"],
+    channels: tuple[str, ...],
+    calibration: Annotated[np.ndarray, "(components, channels)"],
+    name: str,
 ) -> None:
     """Refuse transducers that read the same voltage throughout although the calibration uses them.
 
-    Parameters
-    ----------
-    voltages : ndarray, shape (n, channels)
-        As recorded (V).
-    channels : tuple of str
-        Their names.
-    calibration : ndarray, shape (components, channels)
-        Forces and moments per voltage (N/V, N·m/V).
-    name : str
-        Names the log in messages.
-
-    Raises
-    ------
-    InputError
-        If a channel does not vary.
+    voltages: as recorded.
+    calibration: forces and moments per voltage (N/V, N·m/V).
+    name: names the log in messages.
     """
     dead = np.flatnonzero((np.ptp(voltages, axis=0) == 0.0) & (calibration != 0.0).any(axis=0))
     if dead.size:

@@ -19,23 +19,10 @@ LENGTHS_WITHIN_S = 0.1
 def read_recording_files(files: dict[str, str], belt_fixed_labels: tuple[str, ...]) -> Recording:
     """Read the recording of a trial without calibration matrix.
 
-    Parameters
-    ----------
-    files : dict of str to str
-        Paths: ``log`` alone, which holds everything; or ``log`` and ``markers``: D-Flow's record and mocap
-        file, or a file of forces and belt velocity and one of markers that begin at the same instant.
-    belt_fixed_labels : tuple of str
-        Belt-fixed markers, which align D-Flow's two files.
-
-    Returns
-    -------
-    Recording
-        Markers (m), force plates (N, N·m) and channels, in the axes of the files.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be read, or the two are not of one trial.
+    files: Paths: ``log`` alone, which holds everything; or ``log`` and ``markers``: D-Flow's record and
+    mocap file, or a file of forces and belt velocity and one of markers that begin at the same instant.
+    belt_fixed_labels: belt-fixed markers, which align D-Flow's two files.
+    Returns: markers, force plates and channels, in the axes of the files.
     """
     log = files["log"]
     if "markers" not in files:

@@ -1,7 +1,7 @@
 """Force plates and channels in a laboratory's recordings."""
 
 from dataclasses import dataclass, field
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 
@@ -13,21 +13,14 @@ LEVEL = 0.7  # least vertical component of the normal of a plate
 
 @dataclass(frozen=True)
 class ScaledChannel:
-    """An analog channel that holds a velocity: (value - offset) times ``m_per_s_per_unit``.
-
-    Attributes
-    ----------
-    channel : str
-        Its label.
-    m_per_s_per_unit : float or None
-        Velocity per unit of the channel (m/s); None takes it from the channel's unit.
-    offset : float
-        Value of the channel at rest, in its unit.
-    """
+    """An analog channel that holds a velocity: (value - offset) times ``m_per_s_per_unit``."""
 
     channel: str
+    """Its label."""
     m_per_s_per_unit: float | None = None
+    """Velocity per unit of the channel (m/s); None takes it from the channel's unit."""
     offset: float = 0.0
+    """Value of the channel at rest, in its unit."""
 
     @classmethod
     def from_settings(cls, entry: dict) -> Self | None:
@@ -39,63 +32,42 @@ class ScaledChannel:
 
 @dataclass(frozen=True)
 class LoadCell:
-    """A load cell of a belt outside the file's force plates.
-
-    Attributes
-    ----------
-    channel : str
-        Its label.
-    newton_per_unit : float
-        Reaction on what stands on the belt, per unit of the channel (N).
-    direction : str
-        Direction of that force in the axes of the file: ``+x`` to ``-z``.
-    position_m : tuple of float
-        Its point of application in the axes of the file (m).
-    """
+    """A load cell of a belt outside the file's force plates."""
 
     channel: str
-    newton_per_unit: float
+    """Its label."""
+    newton_per_unit: Annotated[float, "N"]
+    """Reaction on what stands on the belt, per unit of the channel."""
     direction: str
+    """Direction of that force in the axes of the file: ``+x`` to ``-z``."""
     position_m: tuple[float, float, float]
+    """Its point of application in the axes of the file."""
 
 
 @dataclass(frozen=True)
 class RecordingOptions:
-    """Plates and channels of a recording.
-
-    Attributes
-    ----------
-    forward, up : str
-        Directions of the study's y and z in the axes of the file: ``+x`` to ``-z``.
-    plates : dict of str to tuple of int
-        Belt -> numbers of its force plates, counted from 1.
-    load_cells : dict of str to tuple of LoadCell
-        Belt -> its load cells outside the force plates.
-    force_sign : int
-        1 if the plates give the force on what stands on them, -1 if they give the force on the plate.
-    reverse_origin : bool
-        Whether the vectors from the plates' own origins to their surfaces were stored in the other
-        direction, although their vertical component does not show it.
-    belt_velocity : ScaledChannel or None
-        Velocity of the perturbed belt; None takes it from ``velocity_markers``.
-    velocity_markers : tuple of str
-        Belt-fixed markers.
-    belt_command : ScaledChannel or None
-        Commanded velocity, if it was recorded.
-    trigger : str or None
-        Channel whose edge is time 0; None for the first frame.
-    """
+    """Plates and channels of a recording."""
 
     forward: str = "+y"
     up: str = "+z"
+    """Directions of the study's y and z in the axes of the file: ``+x`` to ``-z``."""
     plates: dict[str, tuple[int, ...]] = field(default_factory=dict)
+    """Belt -> numbers of its force plates, counted from 1."""
     load_cells: dict[str, tuple[LoadCell, ...]] = field(default_factory=dict)
+    """Belt -> its load cells outside the force plates."""
     force_sign: int = 1
+    """1 if the plates give the force on what stands on them, -1 if they give the force on the plate."""
     reverse_origin: bool = False
+    """Whether the vectors from the plates' own origins to their surfaces were stored in the other
+    direction, although their vertical component does not show it."""
     belt_velocity: ScaledChannel | None = None
+    """Velocity of the perturbed belt; None takes it from ``velocity_markers``."""
     velocity_markers: tuple[str, ...] = ()
+    """Belt-fixed markers."""
     belt_command: ScaledChannel | None = None
+    """Commanded velocity, if it was recorded."""
     trigger: str | None = None
+    """Channel whose edge is time 0; None for the first frame."""
 
     @classmethod
     def from_settings(cls, recording: dict | None) -> Self:
@@ -122,21 +94,10 @@ class RecordingOptions:
 def refuse_other_vertical(plates: dict[int, ForcePlate], up: str, name: str, key: str) -> None:
     """Compare the configured upward direction with the surfaces of the plates.
 
-    Parameters
-    ----------
-    plates : dict of int to ForcePlate
-        Number -> plate (m).
-    up : str
-        Upward direction in the axes of the file: ``+x`` to ``-z``.
-    name : str
-        Names the file in messages.
-    key : str
-        Place of ``up`` in the configuration, for messages.
-
-    Raises
-    ------
-    InputError
-        If the surface of a plate is not level.
+    plates: number -> plate.
+    up: upward direction in the axes of the file: ``+x`` to ``-z``.
+    name: names the file in messages.
+    key: place of ``up`` in the configuration, for messages.
     """
     for number, plate in plates.items():
         if plate.normal is not None and abs(plate.normal @ DIRECTIONS[up]) < LEVEL:
@@ -149,13 +110,7 @@ def refuse_other_vertical(plates: dict[int, ForcePlate], up: str, name: str, key
 
 
 def named_channel(recording: Recording, label: str, key: str) -> Channel:
-    """A channel of a recording, named by a key of the configuration.
-
-    Raises
-    ------
-    InputError
-        If there is no such channel, or samples are missing.
-    """
+    """A channel of a recording, named by a key of the configuration."""
     if label not in recording.channels:
         raise InputError(
             f"{recording.name}: expected a channel named {label!r}, found {listed(recording.channels)}: "

@@ -33,35 +33,16 @@ def ingest_standing_files(
 ) -> Trial:
     """Read a standing person's files and make one trial of them.
 
-    Parameters
-    ----------
-    files : dict of str to str
-        Paths of ``log``, ``calibration``, ``markers`` and, if muscles were recorded, ``emg``; or as
-        `read_recording_files`, with ``emg`` if muscles were recorded in a file of their own.
-    marker_labels : list of str
-        Markers in the order of sequential sampling.
-    emg_channels : dict of str to str
-        Muscle -> label of its channel. A muscle without channel is named in ``emg_missing``.
-    emg_trigger : str or None
-        Label of the trigger in the electromyograms' file; None if it started their recorder.
-    emg_trigger_threshold : float
-        Value above which it is high (V, or the unit of that channel).
-    options : TreadmillOptions
-        Rates (Hz), longest gap (s), trigger (V). Longer gaps are bridged and marked.
-    duration_s : float
-        Length of the trial by the protocol (s).
-    recording : RecordingOptions, optional
-        Plates and channels of a file that holds a whole trial.
-
-    Returns
-    -------
-    Trial
-        Forces (N), moments (N·m), belt (m/s), markers (m) and, if muscles were recorded, ``emg`` (uV).
-
-    Raises
-    ------
-    InputError
-        If a file cannot be read, or as `ingest_treadmill` but for long gaps.
+    files: paths of ``log``, ``calibration``, ``markers`` and, if muscles were recorded, ``emg``; or as
+    `read_recording_files`, with ``emg`` if muscles were recorded in a file of their own.
+    marker_labels: markers in the order of sequential sampling.
+    emg_channels: muscle -> label of its channel. A muscle without channel is named in ``emg_missing``.
+    emg_trigger: label of the trigger in the electromyograms' file; None if it started their recorder.
+    emg_trigger_threshold: value above which it is high (V, or the unit of that channel).
+    options: rates, longest gap, trigger. Longer gaps are bridged and marked.
+    duration_s: length of the trial by the protocol.
+    recording: plates and channels of a file that holds a whole trial.
+    Returns: forces, moments, belt, markers and, if muscles were recorded, ``emg`` (uV).
     """
     if "calibration" in files:
         trial = ingest_treadmill_files(files, marker_labels, options, duration_s, bridge_long_gaps=True)
@@ -80,24 +61,9 @@ def ingest_standing_files(
 def with_recorded_emg(trial: Trial, recording: Recording, channels: dict[str, str]) -> Trial:
     """The trial with electromyograms from analog channels of its own recording.
 
-    Parameters
-    ----------
-    trial : Trial
-        Other signals of the same recording.
-    recording : Recording
-        Channels in V, mV or uV.
-    channels : dict of str to str
-        Muscle -> label of its channel. A muscle without channel is named in ``emg_missing``.
-
-    Returns
-    -------
-    Trial
-        As `with_emg`. Without any of the channels, the trial itself, with the reason in ``no_emg``.
-
-    Raises
-    ------
-    InputError
-        If a unit is unknown, or the channels differ in rate.
+    trial: other signals of the same recording.
+    channels: muscle -> label of its channel. A muscle without channel is named in ``emg_missing``.
+    Returns: as `with_emg`. Without any of the channels, the trial itself, with the reason in ``no_emg``.
     """
     name = recording.name
     muscles = tuple(muscle for muscle, label in channels.items() if label in recording.channels)
@@ -147,29 +113,13 @@ def with_emg(
 ) -> Trial:
     """The trial with electromyograms from the trigger's edge on.
 
-    Parameters
-    ----------
-    trial : Trial
-        Other signals of the same trial.
-    recording : EmgRecording
-        Raw electromyograms (uV) and their trigger (V), or none: they start with the trial.
-    trigger_threshold : float
-        Value above which the trigger line is high (V, or the unit of that channel).
-    duration_s : float
-        Length of the trial by the protocol (s).
-    name : str
-        Names the file in messages.
-
-    Returns
-    -------
-    Trial
-        With ``emg`` (uV), shape (k, muscles), its clock ``emg_time`` (s) and the attributes ``emg_rate_hz``,
-        ``emg_limits_uV`` and ``emg_missing`` (names, separated by commas).
-
-    Raises
-    ------
-    InputError
-        If the trigger does not rise, or the recording ends early.
+    trial: other signals of the same trial.
+    recording: raw electromyograms (uV) and their trigger, or none: they start with the trial.
+    trigger_threshold: value above which the trigger line is high (V, or the unit of that channel).
+    duration_s: length of the trial by the protocol.
+    name: names the file in messages.
+    Returns: with ``emg`` (uV), shape (k, muscles), its clock ``emg_time`` and the attributes
+    ``emg_rate_hz``, ``emg_limits_uV`` and ``emg_missing`` (names, separated by commas).
     """
     rate, samples = recording.rate_hz, recording.signals.shape[0]
     if recording.trigger is None:

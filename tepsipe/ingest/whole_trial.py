@@ -61,28 +61,11 @@ def ingest_recording_files(
 ) -> Trial:
     """Read the recording of a whole trial and make one trial of it; see `ingest_recording`.
 
-    Parameters
-    ----------
-    files : dict of str to str
-        Paths, as `read_recording_files` takes them.
-    marker_labels : list of str or None
-        Markers in the order of sequential sampling; None if nothing on the belt carries markers.
-    options : TreadmillOptions
-        Rates (Hz), longest gap (s), trigger (V).
-    use : RecordingOptions
-        Plates and channels.
-    duration_s : float
-        Length of the trial by the protocol (s).
-
-    Returns
-    -------
-    Trial
-        Forces (N), moments (N·m), belt (m/s) and, if there are any, markers (m).
-
-    Raises
-    ------
-    InputError
-        If a file cannot be read, or as `ingest_recording`.
+    files: paths, as `read_recording_files` takes them.
+    marker_labels: markers in the order of sequential sampling; None if nothing on the belt carries markers.
+    options: rates, longest gap, trigger.
+    duration_s: length of the trial by the protocol.
+    Returns: forces, moments, belt and, if there are any, markers.
     """
     recording = read_recording_files(files, use.velocity_markers)
     return ingest_recording(recording, marker_labels, options, use, duration_s)
@@ -98,32 +81,14 @@ def ingest_recording(
 ) -> Trial:
     """Trial on the instrumented treadmill from one recording.
 
-    Parameters
-    ----------
-    recording : Recording
-        Markers (m), plates (N, N·m) and channels.
-    marker_labels : list of str or None
-        Markers in the order of sequential sampling; None if nothing on the belt carries markers.
-    options : TreadmillOptions
-        Rates (Hz), longest gap (s), trigger (V).
-    use : RecordingOptions
-        Plates and channels.
-    duration_s : float
-        Length of the trial by the protocol (s).
-    bridge_long_gaps : bool
-        As `ingest_treadmill`.
-
-    Returns
-    -------
-    Trial
-        As `ingest_treadmill`, without ``belt_command`` if it was not recorded. The attribute ``start_s`` is
-        the instant of time 0 in the file, ``origin_m`` the origin of the trial in the study's axes (m).
-
-    Raises
-    ------
-    InputError
-        If a marker, channel or plate is missing, a plate is dead, its load has the wrong sign or is not
-        where the markers are, the trigger does not rise, or the recording is too short.
+    recording: markers, plates and channels.
+    marker_labels: markers in the order of sequential sampling; None if nothing on the belt carries markers.
+    options: rates, longest gap, trigger.
+    duration_s: length of the trial by the protocol.
+    bridge_long_gaps: as `ingest_treadmill`.
+    Returns: as `ingest_treadmill`, without ``belt_command`` if it was not recorded. The attribute
+    ``start_s`` is the instant of time 0 in the file, ``origin_m`` the origin of the trial in the study's
+    axes.
     """
     name, rate = recording.name, options.resample_rate_hz
     plates = _belt_plates(recording, use)

@@ -10,19 +10,7 @@ SCATTER = "scatter"  # the source of Type A
 
 @dataclass(frozen=True)
 class Contribution:
-    """Contribution of one source to the uncertainty of one estimate.
-
-    Attributes
-    ----------
-    experiment, condition, pathway, estimator, quantity, unit : str
-        The estimate, as in `tepsipe.io.estimates.Estimate`.
-    source : str
-        Name of the source, with its own unit; `SCATTER` for Type A.
-    type : {"A", "B"}
-        Whether it is seen in the scatter of the trial, or known otherwise.
-    u : float
-        Standard uncertainty that it contributes to the estimate (``unit``), never negative.
-    """
+    """Contribution of one source to the uncertainty of one estimate."""
 
     experiment: str
     condition: str
@@ -30,9 +18,13 @@ class Contribution:
     estimator: str
     quantity: str
     unit: str
+    """The estimate, as in `tepsipe.io.estimates.Estimate`."""
     source: str
+    """Name of the source, with its own unit; `SCATTER` for Type A."""
     type: str
+    """{"A", "B"}: Whether it is seen in the scatter of the trial, or known otherwise."""
     u: float
+    """Standard uncertainty that it contributes to the estimate (``unit``), never negative."""
 
 
 def _check(row: Contribution) -> None:

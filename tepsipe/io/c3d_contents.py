@@ -19,13 +19,7 @@ NO_POSITIONS = {
 
 
 def c3d_contents(path: Path) -> Contents:
-    """Contents of a C3D file (units as in the file).
-
-    Raises
-    ------
-    InputError
-        If the file is missing, truncated or not C3D.
-    """
+    """Contents of a C3D file (units as in the file)."""
     from tepsipe.io.readers.c3d import group_labels, open_c3d
 
     file = open_c3d(path)

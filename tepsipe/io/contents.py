@@ -33,20 +33,7 @@ def contents_of(path: str | Path) -> Contents:
     These are text tables, D-Flow and Delsys text, TRC, C3D, EDF, BDF, MATLAB, HDF5 of the study, and
     treadmill models.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file; its kind follows from its content or, failing that, from the ending of its name.
-
-    Returns
-    -------
-    Contents
-        Kind, facts and channels (units as in the file).
-
-    Raises
-    ------
-    InputError
-        If the file is missing, damaged, or of a kind that cannot be read.
+    path: the file; its kind follows from its content or, failing that, from the ending of its name.
     """
     path = Path(path)
     if not path.is_file():
@@ -81,13 +68,7 @@ def commonest_delimiter(header: str) -> str:
 
 
 def table_columns(path: Path) -> tuple[list[str], str]:
-    """Names of a text table's columns, and the character between them.
-
-    Raises
-    ------
-    InputError
-        If the file is no text table with a header.
-    """
+    """Names of a text table's columns, and the character between them."""
     from tepsipe.io.readers.plain_table import column_names
     from tepsipe.io.readers.text_file import read_text
 

@@ -7,37 +7,25 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Channel:
-    """One signal of a file.
-
-    Attributes
-    ----------
-    name : str
-        Its name in the file.
-    unit : str
-        Its unit as given in the file; empty if there is none.
-    rate_hz : float or None
-        Sampling rate (Hz); None where the file gives none.
-    shape : tuple of int
-        Samples, and further axes.
-    missing : int
-        Number of instants with missing samples.
-    low, high : float
-        Smallest and largest value (``unit``); NaN where there are no numbers.
-    longest_gap : int
-        Length of the longest run of instants with missing samples.
-    values : ndarray, or None
-        The samples (``unit``), shape ``shape``; None if there are no numbers.
-    """
+    """One signal of a file."""
 
     name: str
+    """Its name in the file."""
     unit: str
+    """Its unit as given in the file; empty if there is none."""
     rate_hz: float | None
+    """Sampling rate (Hz); None where the file gives none."""
     shape: tuple[int, ...]
+    """Samples, and further axes."""
     missing: int
+    """Number of instants with missing samples."""
     low: float
     high: float
+    """Smallest and largest value (``unit``); NaN where there are no numbers."""
     longest_gap: int
+    """Length of the longest run of instants with missing samples."""
     values: np.ndarray | None = field(repr=False, compare=False)
+    """The samples (``unit``), shape ``shape``; None if there are no numbers."""
 
     @classmethod
     def of(cls, name: str, unit: str, rate_hz: float | None, values: np.ndarray) -> "Channel":
@@ -64,33 +52,22 @@ class Channel:
 
 @dataclass(frozen=True)
 class Contents:
-    """Contents of a file.
-
-    Attributes
-    ----------
-    kind : str
-        Kind of file.
-    facts : dict of str to str
-        Further properties given in the file (units in the text).
-    channels : list of Channel
-        Its signals.
-    markers : tuple of str
-        Names of the channels that are positions, x, y, z.
-    plates : tuple of Channel
-        Vertical force on each force plate (N).
-    events : tuple of (str, float)
-        Label and time (s) of each event, in the order of time.
-    vertical : int
-        Vertical axis of the positions: 2 for z.
-    """
+    """Contents of a file."""
 
     kind: str
+    """Kind of file."""
     facts: dict[str, str]
+    """Further properties given in the file (units in the text)."""
     channels: list[Channel]
+    """Its signals."""
     markers: tuple[str, ...] = ()
+    """Names of the channels that are positions, x, y, z."""
     plates: tuple[Channel, ...] = ()
+    """Vertical force on each force plate (N)."""
     events: tuple[tuple[str, float], ...] = ()
+    """Label and time (s) of each event, in the order of time."""
     vertical: int = 2
+    """Vertical axis of the positions: 2 for z."""
 
     def summary(self) -> str:
         """The contents as text, one line per channel."""

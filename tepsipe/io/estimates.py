@@ -84,49 +84,34 @@ DIVERGED_VAF = -1e6
 
 @dataclass(frozen=True)
 class Estimate:
-    """One estimated quantity.
-
-    Attributes
-    ----------
-    experiment, condition : str
-        The trial.
-    pathway, estimator : str
-        Method of computing the torque, and of estimating the parameters.
-    quantity, unit : str
-        For example I in Nms2/rad, or VAF_trial in %.
-    value : float
-        The estimate (``unit``).
-    standard_error, ci_low, ci_high : float or None
-        Combined standard uncertainty and 95 % interval (``unit``); None where there is none.
-    sem_as_printed : float or None
-        Thesis eq (3-2) as printed; None where there is none.
-    n_perturbations : int or None
-        Number of perturbations behind the value.
-    u_type_a, u_type_b : float or None
-        Standard uncertainties from the trial's own scatter and from everything else (``unit``); None where
-        they were not evaluated. Their root sum of squares is ``standard_error``.
-    recommended : bool
-        Whether this is the estimate of its quantity to quote.
-    flags : str
-        Names of the checks in `FLAGS` that the estimate failed, joined by ``;``.
-    """
+    """One estimated quantity."""
 
     experiment: str
     condition: str
     pathway: str
     estimator: str
+    """Method of computing the torque, and of estimating the parameters."""
     quantity: str
     unit: str
+    """For example I in Nms2/rad, or VAF_trial in %."""
     value: Undefinable
+    """The estimate (``unit``)."""
     standard_error: float | None = None
     ci_low: float | None = None
     ci_high: float | None = None
+    """Combined standard uncertainty and 95 % interval (``unit``); None where there is none."""
     sem_as_printed: float | None = None
+    """Thesis eq (3-2) as printed; None where there is none."""
     n_perturbations: int | None = None
+    """Number of perturbations behind the value."""
     u_type_a: float | None = None
     u_type_b: float | None = None
+    """Standard uncertainties from the trial's own scatter and from everything else (``unit``); None where
+    they were not evaluated. Their root sum of squares is ``standard_error``."""
     recommended: bool = False
+    """Whether this is the estimate of its quantity to quote."""
     flags: str = ""
+    """Names of the checks in `FLAGS` that the estimate failed, joined by ``;``."""
 
 
 def flagged(estimates: Iterable[Estimate], *flags: str) -> list[Estimate]:
@@ -140,20 +125,10 @@ def flagged(estimates: Iterable[Estimate], *flags: str) -> list[Estimate]:
 def recommended(estimates: Iterable[Estimate], pathway: str, estimator: str | None = None) -> list[Estimate]:
     """Mark the estimates to quote.
 
-    Parameters
-    ----------
-    estimates : iterable of Estimate
-        Rows of one or more trials, the same quantity once per trial, pathway and estimator.
-    pathway : str
-        The recommended pathway.
-    estimator : str, optional
-        The recommended estimator; any of the pathway if left out.
-
-    Returns
-    -------
-    list of Estimate
-        Rows of this pathway and estimator with a quantity of `QUOTED` are marked, and no others. Where B or K
-        is negative none of its trial, pathway and estimator is; they are flagged ``negative`` instead.
+    estimates: rows of one or more trials, the same quantity once per trial, pathway and estimator.
+    estimator: the recommended estimator; any of the pathway if left out.
+    Returns: rows of this pathway and estimator with a quantity of `QUOTED` are marked, and no others. Where
+    B or K is negative none of its trial, pathway and estimator is; they are flagged ``negative`` instead.
     """
     rows = list(estimates)
     impossible = {_fit_of(e) for e in rows if e.quantity in ("B", "K") and e.value < 0.0}

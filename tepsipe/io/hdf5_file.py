@@ -30,24 +30,14 @@ def read_hdf5(
 ):
     """Read an HDF5 file with ``read``, in a child process with limits (`guarded`).
 
-    Parameters
-    ----------
-    read : callable
-        Takes the path; its result can be pickled.
-    path : str or Path
-        The file.
-    expected, actual, advice : str
-        Parts of the message: what the file should be, what one is that cannot be read, what to do about it.
+    read: takes the path; its result can be pickled.
+    expected, actual, advice: parts of the message: what the file should be, what one is that cannot be
+    read, what to do about it.
 
     Returns
     -------
     object
         The function's result.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or takes more time or memory than allowed.
     """
     try:
         return guarded(read, path, what=path)

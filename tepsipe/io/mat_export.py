@@ -28,12 +28,7 @@ def export_mat(content: Trial | Result, path: str | Path) -> None:
     (``leg-thesis`` becomes ``leg_thesis``, ``10 Hz`` becomes ``x10_Hz``). The structure ``units`` gives the
     unit of each variable; ``axes`` of a trial names the axes of each signal.
 
-    Parameters
-    ----------
-    content : Trial or Result
-        Trial or result, as `tepsipe.io.stored.read_stored` returns it.
-    path : str or Path
-        File to write.
+    content: trial or result, as `tepsipe.io.stored.read_stored` returns it.
     """
     variables = _of_trial(content) if isinstance(content, Trial) else _of_result(content)
     scipy.io.savemat(path, variables, long_field_names=True, oned_as="column", do_compression=True)
@@ -44,12 +39,7 @@ def export_mat(content: Trial | Result, path: str | Path) -> None:
 def valid_name(name: str, taken: Iterable[str] = ()) -> str:
     """Unused name that MATLAB accepts for a variable or a field.
 
-    Parameters
-    ----------
-    name : str
-        Any text.
-    taken : iterable of str
-        Names that are in use.
+    name: any text.
     """
     valid = re.sub(r"\W", "_", name, flags=re.ASCII) or "x"
     if not valid[0].isalpha() or valid in RESERVED:

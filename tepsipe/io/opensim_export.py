@@ -9,6 +9,7 @@ to the right, the study's x to the right, y forward and z up.
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -28,34 +29,19 @@ RADIANS = {"rad": 1.0, "deg": np.pi / 180.0}
 
 @dataclass(frozen=True)
 class Storage:
-    """Columns of a .mot or .sto file.
-
-    Attributes
-    ----------
-    name : str
-        Name on the first line.
-    time : ndarray, shape (n,)
-        Time (s).
-    columns : dict of str to ndarray, shape (n,)
-        Angles in degrees if ``in_degrees``, forces (N), positions (m), moments (N·m).
-    in_degrees : bool
-        Whether angles are in degrees.
-    """
+    """Columns of a .mot or .sto file."""
 
     name: str
-    time: np.ndarray
+    """Name on the first line."""
+    time: Annotated[np.ndarray, "(n,)", "s"]
     columns: dict[str, np.ndarray]
+    """Angles in degrees if ``in_degrees``, forces (N), positions (m), moments (N·m)."""
     in_degrees: bool
+    """Whether angles are in degrees."""
 
 
 def write_storage(storage: Storage, path: str | Path) -> None:
-    """Write a .mot or .sto file (units as in `Storage`), ten significant digits.
-
-    Raises
-    ------
-    InputError
-        If the name of a column is empty, or holds white space, which separates the columns.
-    """
+    """Write a .mot or .sto file (units as in `Storage`), ten significant digits."""
     columns = {"time": storage.time, **storage.columns}
     for column in columns:
         if not column.isprintable() or column.split() != [column]:
@@ -86,29 +72,13 @@ def motion_of(
 ) -> Storage:
     """Angle of a trial or result for a .mot file; ground reactions of a trial on the force plates.
 
-    Parameters
-    ----------
-    content : Trial or Result
-        Trial or result, as `tepsipe.io.stored.read_stored` returns it.
-    name : str
-        Name of the motion, and of the source in messages.
-    trial : Trial, optional
-        The trial of a result, for the time of its samples.
-    pathway : str, optional
-        Pathway of a result; by default ``leg``, ``foot-compensated``, ``foot``, or the first.
-    coordinate : str
-        Coordinate of the model.
-
-    Returns
-    -------
-    Storage
-        Angle (degrees); or, of each belt, force (N), point of application (m) and torque (N·m) in OpenSim's
-        axes, the point at the origin while the vertical force is below 20 N.
-
-    Raises
-    ------
-    InputError
-        If there is neither, or no time.
+    content: trial or result, as `tepsipe.io.stored.read_stored` returns it.
+    name: name of the motion, and of the source in messages.
+    trial: the trial of a result, for the time of its samples.
+    pathway: pathway of a result; by default ``leg``, ``foot-compensated``, ``foot``, or the first.
+    coordinate: coordinate of the model.
+    Returns: angle (degrees); or, of each belt, force, point of application and torque in OpenSim's axes,
+    the point at the origin while the vertical force is below 20 N.
     """
     if isinstance(content, Trial):
         if "angle" in content.signals:
@@ -139,20 +109,8 @@ def torque_of(
 ) -> Storage:
     """Torque of a trial or result for a .sto file.
 
-    Parameters
-    ----------
-    content, name, trial, pathway, coordinate
-        As `motion_of`.
-
-    Returns
-    -------
-    Storage
-        Torque (N·m), named as the coordinate with ``_moment``.
-
-    Raises
-    ------
-    InputError
-        If there is no torque, or no time.
+    content, name, trial, pathway, coordinate: as `motion_of`.
+    Returns: torque, named as the coordinate with ``_moment``.
     """
     if isinstance(content, Trial):
         torque = content.optional("torque")

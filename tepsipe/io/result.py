@@ -13,21 +13,14 @@ from tepsipe.io.hdf5_file import LARGE_BYTES, read_hdf5, write_array
 
 @dataclass(frozen=True)
 class Result:
-    """Named arrays and facts.
-
-    Attributes
-    ----------
-    arrays : dict of str to ndarray
-        Name, with ``/`` between groups, -> values (units in ``units``).
-    units : dict of str to str
-        Name -> unit.
-    facts : dict
-        Anything that JSON can represent.
-    """
+    """Named arrays and facts."""
 
     arrays: dict[str, np.ndarray]
+    """Name, with ``/`` between groups, -> values (units in ``units``)."""
     units: dict[str, str]
+    """Name -> unit."""
     facts: dict
+    """Anything that JSON can represent."""
 
 
 def write_result(path: str | Path, result: Result) -> None:
@@ -58,24 +51,12 @@ def joined(*results: Result) -> Result:
 
 
 def read_result(path: str | Path) -> Result:
-    """Read a file written by `write_result` (arrays in the units that it names).
-
-    Raises
-    ------
-    InputError
-        If the file is not such a file.
-    """
+    """Read a file written by `write_result` (arrays in the units that it names)."""
     return read_hdf5(_read, path, "a result's HDF5 file")
 
 
 def read_facts(path: str | Path) -> dict:
-    """Facts of a file written by `write_result`, without its arrays.
-
-    Raises
-    ------
-    InputError
-        If the file is not such a file.
-    """
+    """Facts of a file written by `write_result`, without its arrays."""
     return read_hdf5(_read_facts, path, "a result's HDF5 file")
 
 

@@ -11,13 +11,7 @@ from tepsipe.io.trial import Trial, read_trial
 
 
 def read_stored(path: str | Path) -> Trial | Result:
-    """Read an HDF5 file of the study (arrays in the units that it names).
-
-    Raises
-    ------
-    InputError
-        If the file is missing, or is neither a trial's nor a result's.
-    """
+    """Read an HDF5 file of the study (arrays in the units that it names)."""
     path = Path(path)
     if not path.is_file():
         raise InputError(f"{path}: expected a file of the study, found none: correct its path")

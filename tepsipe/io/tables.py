@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, Generic, TypeVar, get_args, get_type_hints
+from typing import Annotated, Any, Generic, TypeVar, get_args, get_origin, get_type_hints
 
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.io.csv_file import write_cells
@@ -30,27 +30,18 @@ NO_COLUMN = {"column": False}  # metadata of a field that is not a column
 
 @dataclass(frozen=True)
 class Table(Generic[Row]):
-    """A kind of table; a column has one unit, or a column ``unit`` gives the unit of each row.
-
-    Attributes
-    ----------
-    row : type
-        Dataclass of the rows.
-    what : str
-        Name of the rows in messages.
-    check : callable, optional
-        Raises ValueError for a row that no study writes.
-    complete : callable, optional
-        Applied to every row before it is written.
-    further : tuple of str
-        Columns that may follow; they are written from a separate list of cells and not read.
-    """
+    """A kind of table; a column has one unit, or a column ``unit`` gives the unit of each row."""
 
     row: type[Row]
+    """Dataclass of the rows."""
     what: str
+    """Name of the rows in messages."""
     check: Callable[[Row], None] | None = None
+    """Raises ValueError for a row that no study writes."""
     complete: Callable[[Row], Row] | None = None
+    """Applied to every row before it is written."""
     further: tuple[str, ...] = ()
+    """Columns that may follow; they are written from a separate list of cells and not read."""
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -80,13 +71,7 @@ class Table(Generic[Row]):
         write_cells(path, [*names, *further], cells)
 
     def read(self, *paths: str | Path) -> list[Row]:
-        """Read the rows of some files, in their units; the files were written with all columns.
-
-        Raises
-        ------
-        InputError
-            If a file is missing, truncated or not text, its columns are others, or a row is damaged.
-        """
+        """Read the rows of some files, in their units; the files were written with all columns."""
         return [row for path in paths for row in self._rows(path)]
 
     def _rows(self, path: str | Path) -> list[Row]:
@@ -122,15 +107,11 @@ class Table(Generic[Row]):
 
 
 def _value(cell: str, column: str, kind: Any):
-    """Value of a cell.
-
-    Raises
-    ------
-    ValueError
-        If it is not of this kind.
-    """
+    """Value of a cell."""
     if kind is Undefinable:
         return float(cell) if cell else math.nan
+    if get_origin(kind) is Annotated:  # a unit
+        return _value(cell, column, get_args(kind)[0])
     kinds = get_args(kind)
     if type(None) in kinds:
         return _value(cell, column, kinds[0]) if cell else None

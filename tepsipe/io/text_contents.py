@@ -8,13 +8,7 @@ from tepsipe.io.described import Channel, Contents
 
 
 def dflow_contents(path: Path) -> Contents:
-    """Contents of a file of D-Flow's mocap or record module (units by the names of its columns).
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read.
-    """
+    """Contents of a file of D-Flow's mocap or record module (units by the names of its columns)."""
     from tepsipe.io.readers.dflow import MARKER, marker_columns, plate_columns, read_dflow, unit_of
 
     table = read_dflow(path)
@@ -44,13 +38,7 @@ def dflow_contents(path: Path) -> Contents:
 
 
 def emg_table_contents(path: Path) -> Contents:
-    """Contents of an export of Delsys (units as in the file).
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read.
-    """
+    """Contents of an export of Delsys (units as in the file)."""
     from tepsipe.io.readers.emg_table import read_emg_channels
 
     by_label = read_emg_channels(path)
@@ -60,13 +48,7 @@ def emg_table_contents(path: Path) -> Contents:
 
 
 def trc_contents(path: Path) -> Contents:
-    """Contents of a TRC file (m).
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read.
-    """
+    """Contents of a TRC file (m)."""
     from tepsipe.io.readers.trc import read_trc
 
     markers = read_trc(path)

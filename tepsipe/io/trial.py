@@ -168,18 +168,9 @@ def write_trial(
 ) -> None:
     """Write a trial.
 
-    Parameters
-    ----------
-    path : str or Path
-        File to write.
-    trial : Trial
-        Signals, each in its unit.
-    experiment, condition : str
-        Names of the trial.
-    sources : dict of str to path
-        Kind of each source file -> the file; their SHA-256 is recorded.
-    options : dict
-        Processing options, recorded as they are.
+    trial: signals, each in its unit.
+    sources: kind of each source file -> the file; their SHA-256 is recorded.
+    options: processing options, recorded as they are.
     """
     with h5py.File(path, "w") as file:
         file.attrs["experiment"] = experiment
@@ -327,13 +318,7 @@ def _check_signal(name: str, signal: Signal, axes: dict[str, np.ndarray]) -> Non
 
 
 def read_sources(path: str | Path) -> tuple[str, dict[str, dict[str, str]]]:
-    """Name ``experiment/condition`` of a trial's file, and its sources: kind -> file and SHA-256.
-
-    Raises
-    ------
-    InputError
-        If the file is not a trial's.
-    """
+    """Name ``experiment/condition`` of a trial's file, and its sources: kind -> file and SHA-256."""
 
     def named(path: str | Path) -> tuple[str, dict]:
         with h5py.File(path, "r") as file:

@@ -18,39 +18,23 @@ ROD = 4.0 / 3.0
 
 @dataclass(frozen=True)
 class Feet:
-    """Both feet as one rigid body.
-
-    Attributes
-    ----------
-    mass_kg : float
-        m_f (kg).
-    inertia_kgm2 : float
-        I_f about their centre of mass, for turning in the sagittal plane (kg·m²).
-    """
+    """Both feet as one rigid body."""
 
     mass_kg: float
     inertia_kgm2: float
+    """I_f about their centre of mass, for turning in the sagittal plane."""
 
 
 @dataclass(frozen=True)
 class StandingBody:
-    """The body above the ankles as one rigid body: the single-joint model of standing.
-
-    Attributes
-    ----------
-    mass_kg : float
-        m, without the feet (kg).
-    com_m : float
-        h, centre of mass above the ankles (m).
-    inertia_kgm2 : float
-        I_b, about the centre of mass (kg·m²).
-    gravity_m_per_s2 : float
-        g (m/s²).
-    """
+    """The body above the ankles as one rigid body: the single-joint model of standing."""
 
     mass_kg: float
+    """m, without the feet."""
     com_m: float
+    """h, centre of mass above the ankles."""
     inertia_kgm2: float
+    """I_b, about the centre of mass."""
     gravity_m_per_s2: float
 
     @property
@@ -74,21 +58,11 @@ def standing_body(
 ) -> StandingBody:
     """Body above the ankles as one rigid body.
 
-    Parameters
-    ----------
-    mass_kg, stature_m : float
-        Mass and height of the whole body (kg, m).
-    com_height : float
-        Height of its centre of mass above the floor, as a fraction of the stature.
-    ankle_height_m : float
-        Height of the ankles above the floor (m); the centre of mass of the feet is at half of it.
-    gravity_m_per_s2 : float
-        g (m/s²).
-
-    Returns
-    -------
-    StandingBody
-        Mass (kg), centre of mass (m) and moment of inertia (kg·m²).
+    mass_kg, stature_m: mass and height of the whole body.
+    com_height: height of its centre of mass above the floor, as a fraction of the stature.
+    ankle_height_m: height of the ankles above the floor (m); the centre of mass of the feet is at half of
+    it.
+    Returns: mass, centre of mass and moment of inertia.
     """
     feet = both_feet(mass_kg, stature_m).mass_kg
     carried = mass_kg - feet

@@ -19,6 +19,7 @@ checks of the input and the result.
 import cmath
 import math
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -34,57 +35,42 @@ LARGEST_PHASE_RAD = 0.1  # natural frequency times step: 63 steps per period
 
 @dataclass(frozen=True)
 class ForwardSimulation:
-    """Simulated motion, torque and forces at the recorded instants, up to the fall if the leg falls.
-
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        Recorded instants (s), fewer than given if the leg falls.
-    theta, theta_d, theta_dd : ndarray, shape (n,)
-        Leg angle (rad), its rate (rad/s) and acceleration (rad/s²).
-    torque : ndarray, shape (n,)
-        tau of eq (2-1), with the softening of the joint (N·m), positive when it resists positive theta.
-    foot_y, foot_y_d, foot_y_dd : ndarray, shape (n,)
-        Position of foot and ankle from where they start (m), velocity (m/s) and acceleration (m/s²).
-    y_dd, z_dd : ndarray, shape (n,)
-        Acceleration of the leg's centre of mass (m/s²).
-    f_y, f_z : ndarray, shape (n,)
-        Ground reaction, force of the belt on the foot (N), as F_y and F_z in eq (3-7).
-    m_x : ndarray, shape (n,)
-        Moment of the belt on the foot about the x axis (N·m), in the belt's surface where the ankle starts.
-    f_ay, f_az : ndarray, shape (n,)
-        Joint reaction, force of the leg on the foot (N), as F_Ay and F_Az in eq (3-7): -m y'', -m (g + z'').
-    state : {"settles", "grows", "falls"}
-        Whether theta passes a quarter turn (falls); if not, whether small swings about upright grow, by
-        negative damping or K < m g r, or settle.
-    growth_per_s : float
-        Rate at which small swings about upright grow once the belt rests (1/s), negative where they die out:
-        -B / (2 J) of a leg that swings.
-    period_s : float
-        Period of small swings about upright (s); infinite for a leg that does not swing.
-    fell_at_s : float or None
-        Time at which theta passed a quarter turn (s), on the clock of ``time``; None unless the leg falls.
-    """
+    """Simulated motion, torque and forces at the recorded instants, up to the fall if the leg falls."""
 
     time: np.ndarray
+    """Recorded instants (s), fewer than given if the leg falls."""
     theta: np.ndarray
     theta_d: np.ndarray
     theta_dd: np.ndarray
+    """Leg angle (rad), its rate (rad/s) and acceleration (rad/s²)."""
     torque: np.ndarray
+    """tau of eq (2-1), with the softening of the joint (N·m), positive when it resists positive theta."""
     foot_y: np.ndarray
     foot_y_d: np.ndarray
     foot_y_dd: np.ndarray
-    y_dd: np.ndarray
-    z_dd: np.ndarray
+    """Position of foot and ankle from where they start (m), velocity (m/s) and acceleration (m/s²)."""
+    y_dd: Annotated[np.ndarray, "(n,)", "m/s²"]
+    z_dd: Annotated[np.ndarray, "(n,)", "m/s²"]
+    """Acceleration of the leg's centre of mass."""
     f_y: np.ndarray
     f_z: np.ndarray
+    """Ground reaction, force of the belt on the foot (N), as F_y and F_z in eq (3-7)."""
     m_x: np.ndarray
+    """Moment of the belt on the foot about the x axis (N·m), in the belt's surface where the ankle starts."""
     f_ay: np.ndarray
     f_az: np.ndarray
+    """Joint reaction, force of the leg on the foot (N), as F_Ay and F_Az in eq (3-7): -m y'', -m (g +
+    z'')."""
     state: str
+    """{"settles", "grows", "falls"}: Whether theta passes a quarter turn (falls); if not, whether small
+    swings about upright grow, by negative damping or K < m g r, or settle."""
     growth_per_s: float
+    """Rate at which small swings about upright grow once the belt rests (1/s), negative where they die out:
+    -B / (2 J) of a leg that swings."""
     period_s: float
+    """Period of small swings about upright (s); infinite for a leg that does not swing."""
     fell_at_s: float | None
+    """Time at which theta passed a quarter turn (s), on the clock of ``time``; None unless the leg falls."""
 
 
 def resting(leg: Leg, joint: Joint, standing_angle: float) -> Joint:
@@ -102,7 +88,7 @@ def resting(leg: Leg, joint: Joint, standing_angle: float) -> Joint:
 
 def simulate_dummy(
     time: np.ndarray,
-    belt_velocity: np.ndarray,
+    belt_velocity: Annotated[np.ndarray, "(n,)", "m/s"],
     leg: Leg,
     foot: Foot,
     joint: Joint,
@@ -115,34 +101,12 @@ def simulate_dummy(
     The belt velocity is interpolated by a cubic spline. A leg beyond a quarter turn has fallen: the
     simulation stops, and the result ends with the last recorded instant before the fall.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Recorded instants (s), on a regular clock.
-    belt_velocity : ndarray, shape (n,)
-        Recorded velocity of the belt (m/s).
-    leg, foot : Leg, Foot
-        The dummy's segments (kg, m, kg·m²).
-    joint : Joint
-        I, B, K, theta_ref and softening (units in `Joint`).
-    step_s : float
-        Step of the simulation (s), a whole part of the sampling interval.
-    engine : {"pybullet", "mujoco", "equations", "auto"}
-        Engine of the simulation; "auto" takes the first of the others that is installed.
-    start : Start
-        theta (rad) and theta' (rad/s) at the first instant.
-
-    Returns
-    -------
-    ForwardSimulation
-        Motion, torque and forces (s, rad, N·m, m, N).
-
-    Raises
-    ------
-    InputError
-        If the recording holds a NaN or its clock is not regular, the dummy cannot be built, the leg starts
-        fallen, the step is no whole part of the sampling interval or too long: more than a tenth of
-        1 / w_n, w_n = sqrt(|K - m g r| / J), or of J / |B|; or the engine is not installed.
+    time: recorded instants (s), on a regular clock.
+    joint: I, B, K, theta_ref and softening (units in `Joint`).
+    step_s: step of the simulation (s), a whole part of the sampling interval.
+    engine: {"pybullet", "mujoco", "equations", "auto"}: Engine of the simulation; "auto" takes the first of
+    the others that is installed.
+    start: theta and theta' at the first instant.
     """
     engine = resolved_engine(engine)
     time, belt_velocity = np.asarray(time, dtype=float), np.asarray(belt_velocity, dtype=float)
@@ -243,13 +207,7 @@ def _sampling_interval(time: np.ndarray, belt_velocity: np.ndarray) -> float:
 
 
 def refuse_unstable(leg: Leg, joint: Joint) -> None:
-    """Refuse a joint that cannot hold the leg upright, K <= m g r (N·m/rad).
-
-    Raises
-    ------
-    InputError
-        If it cannot.
-    """
+    """Refuse a joint that cannot hold the leg upright, K <= m g r (N·m/rad)."""
     _, upright = _about_the_ankle(leg, joint)
     if upright <= 0.0:
         stiffness = joint.stiffness_Nm_per_rad

@@ -8,6 +8,7 @@ The thesis prints s = lambda + j2f; the factor pi is needed for f in Hz.
 """
 
 from functools import lru_cache
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -16,20 +17,12 @@ PARAMETERS = ("I", "B", "K")
 UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
 
 
-def admittance(parameters: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
+def admittance(
+    parameters: Annotated[np.ndarray, "(3,)"], frequency_hz: np.ndarray
+) -> Annotated[np.ndarray, "(n,)", "rad/(N·m)"]:
     """Frequency response theta/tau of the joint.
 
-    Parameters
-    ----------
-    parameters : ndarray, shape (3,)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-    frequency_hz : ndarray, shape (n,)
-        Frequencies (Hz).
-
-    Returns
-    -------
-    ndarray of complex, shape (n,)
-        H (rad/(N·m)).
+    frequency_hz: Frequencies.
     """
     inertia, damping, stiffness = parameters
     s = 2j * np.pi * frequency_hz
@@ -37,42 +30,25 @@ def admittance(parameters: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
 
 
 def impedance_torque(
-    parameters: np.ndarray, theta: np.ndarray, theta_d: np.ndarray, theta_dd: np.ndarray
-) -> np.ndarray:
+    parameters: Annotated[np.ndarray, "(3,)"], theta: np.ndarray, theta_d: np.ndarray, theta_dd: np.ndarray
+) -> Annotated[np.ndarray, "(n,)", "N·m"]:
     """Torque of the joint for a known motion, thesis eq (3-9).
 
-    Parameters
-    ----------
-    parameters : ndarray, shape (3,)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-    theta, theta_d, theta_dd : ndarray, shape (n,)
-        Angle from its reference (rad), its rate (rad/s) and acceleration (rad/s²).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        tau (N·m).
+    theta, theta_d, theta_dd: angle from its reference (rad), its rate (rad/s) and acceleration (rad/s²).
+    Returns: tau.
     """
     inertia, damping, stiffness = parameters
     return inertia * theta_dd + damping * theta_d + stiffness * theta
 
 
-def simulate_angle(parameters: np.ndarray, torque: np.ndarray, rate_hz: float) -> np.ndarray:
+def simulate_angle(
+    parameters: Annotated[np.ndarray, "(3,)"], torque: Annotated[np.ndarray, "(n,)", "N·m"], rate_hz: float
+) -> np.ndarray:
     """Angle of a joint that starts at rest, for a torque that is linear between its samples.
 
-    Parameters
-    ----------
-    parameters : ndarray, shape (3,)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad); I must not be 0.
-    torque : ndarray, shape (n,)
-        tau (N·m).
-    rate_hz : float
-        Sampling rate (Hz).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        theta (rad); not finite if the parameters are unstable and the torque lasts long enough.
+    parameters: I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad); I must not be 0.
+    torque: tau.
+    Returns: theta (rad); not finite if the parameters are unstable and the torque lasts long enough.
     """
     return scipy.signal.lfilter(*_discrete(*map(float, parameters), rate_hz), torque)
 

@@ -11,7 +11,7 @@ about it (kg·m²), phi_f their angle (rad).
 
 import math
 from dataclasses import dataclass
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 
@@ -83,7 +83,11 @@ class Leg:
 
 
 def leg_torque(
-    leg: Leg, theta: np.ndarray, theta_dd: np.ndarray, y_dd: np.ndarray, z_dd: np.ndarray
+    leg: Leg,
+    theta: np.ndarray,
+    theta_dd: np.ndarray,
+    y_dd: Annotated[np.ndarray, "(n,)", "m/s²"],
+    z_dd: Annotated[np.ndarray, "(n,)", "m/s²"],
 ) -> np.ndarray:
     """Joint torque from the balance of moments about the leg's centre of mass.
 
@@ -95,27 +99,21 @@ def leg_torque(
     For the dummy tau = B theta' + K (theta - theta_ref), plus I_j theta'' if the joint has an inertia I_j
     of its own. tau does not contain the inertia of the leg: a massless joint gives I = 0.
 
-    Parameters
-    ----------
-    leg : Leg
-        m, r, I_l, g (kg, m, kg·m², m/s²).
-    theta, theta_dd : ndarray, shape (n,)
-        Leg angle (rad) and its second derivative (rad/s²).
-    y_dd, z_dd : ndarray, shape (n,)
-        Acceleration of the leg's centre of mass (m/s²).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        tau (N·m), positive when it resists positive theta.
+    theta, theta_dd: leg angle (rad) and its second derivative (rad/s²).
+    y_dd, z_dd: acceleration of the leg's centre of mass.
+    Returns: tau (N·m), positive when it resists positive theta.
     """
     m, r, i_l, g = leg.mass_kg, leg.com_m, leg.inertia_kgm2, leg.gravity_m_per_s2
     return -(m * y_dd * r * np.cos(theta) + i_l * theta_dd - m * (g + z_dd) * r * np.sin(theta))
 
 
 def leg_torque_as_printed(
-    leg: Leg, theta: np.ndarray, theta_dd: np.ndarray, y_dd: np.ndarray, z_dd: np.ndarray
-) -> np.ndarray:
+    leg: Leg,
+    theta: np.ndarray,
+    theta_dd: np.ndarray,
+    y_dd: Annotated[np.ndarray, "(n,)", "m/s²"],
+    z_dd: Annotated[np.ndarray, "(n,)", "m/s²"],
+) -> Annotated[np.ndarray, "(n,)", "N·m"]:
     """Joint torque by thesis eq (3-8) as printed, with theta measured towards +y.
 
         F_Ay = -m y'',  F_Az = -m g + m z''
@@ -126,19 +124,8 @@ def leg_torque_as_printed(
     a fit returns I = I_j + 2 I_l, B, and K - 2 m g r. The overall sign is inverted so that I is positive,
     as the thesis reports.
 
-    Parameters
-    ----------
-    leg : Leg
-        m, r, I_l, g (kg, m, kg·m², m/s²).
-    theta, theta_dd : ndarray, shape (n,)
-        Leg angle (rad) and its second derivative (rad/s²).
-    y_dd, z_dd : ndarray, shape (n,)
-        Acceleration of the leg's centre of mass (m/s²).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        tau (N·m).
+    theta, theta_dd: leg angle (rad) and its second derivative (rad/s²).
+    y_dd, z_dd: acceleration of the leg's centre of mass.
     """
     m, r, i_l, g = leg.mass_kg, leg.com_m, leg.inertia_kgm2, leg.gravity_m_per_s2
     f_ay = -m * y_dd
@@ -150,13 +137,7 @@ TORQUE_PATHWAYS = {"leg": leg_torque, "leg-thesis": leg_torque_as_printed}
 
 
 def leg_pathway_torque(pathway: str, leg: Leg, motion: SegmentMotion) -> np.ndarray:
-    """Torque (N·m) by one of `TORQUE_PATHWAYS`, shape (n,).
-
-    Raises
-    ------
-    InputError
-        If there is no such pathway.
-    """
+    """Torque (N·m) by one of `TORQUE_PATHWAYS`, shape (n,)."""
     if pathway not in TORQUE_PATHWAYS:
         raise InputError(
             f"expected a torque of {listed(TORQUE_PATHWAYS)}, found {quoted(pathway)}: correct it"
@@ -166,18 +147,11 @@ def leg_pathway_torque(pathway: str, leg: Leg, motion: SegmentMotion) -> np.ndar
 
 @dataclass(frozen=True)
 class Foot:
-    """Foot of the ankle dummy: a brick that does not rotate, with the ankle on its top (thesis Table 2-2).
-
-    Attributes
-    ----------
-    mass_kg : float
-        m_f (kg).
-    height_m : float
-        l_f, from the belt to the ankle (m); the centre of mass is below the ankle, at half this height.
-    """
+    """Foot of the ankle dummy: a brick that does not rotate, with the ankle on its top (thesis Table 2-2)."""
 
     mass_kg: float
     height_m: float
+    """l_f, from the belt to the ankle (m); the centre of mass is below the ankle, at half this height."""
 
     @classmethod
     def from_settings(cls, geometry: dict) -> Self:
@@ -186,7 +160,12 @@ class Foot:
 
 
 def foot_torque(
-    foot: Foot, f_y: np.ndarray, f_z: np.ndarray, m_x: np.ndarray, y_a: np.ndarray, y_a_dd: np.ndarray
+    foot: Foot,
+    f_y: Annotated[np.ndarray, "(n,)", "N"],
+    f_z: Annotated[np.ndarray, "(n,)", "N"],
+    m_x: Annotated[np.ndarray, "(n,)", "N·m"],
+    y_a: np.ndarray,
+    y_a_dd: np.ndarray,
 ) -> np.ndarray:
     """Joint torque from the balance of moments of the foot about the ankle.
 
@@ -196,46 +175,26 @@ def foot_torque(
 
         tau = M_x - y_A F_z + l_f F_y - m_f y_A'' l_f / 2
 
-    Parameters
-    ----------
-    foot : Foot
-        m_f, l_f (kg, m).
-    f_y, f_z : ndarray, shape (n,)
-        Forces of the plate on the foot (N).
-    m_x : ndarray, shape (n,)
-        Moment of the plate on the foot about the x axis (N·m).
-    y_a, y_a_dd : ndarray, shape (n,)
-        Position of the ankle on the plate (m), and its acceleration (m/s²).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        tau (N·m), positive when it resists positive theta.
+    f_y, f_z: forces of the plate on the foot.
+    m_x: moment of the plate on the foot about the x axis.
+    y_a, y_a_dd: position of the ankle on the plate (m), and its acceleration (m/s²).
+    Returns: tau (N·m), positive when it resists positive theta.
     """
     m_f, l_f = foot.mass_kg, foot.height_m
     return m_x - y_a * f_z + l_f * f_y - m_f * y_a_dd * 0.5 * l_f
 
 
-def foot_torque_as_printed(foot: Foot, leg: Leg, f_y: np.ndarray, y_dd: np.ndarray) -> np.ndarray:
+def foot_torque_as_printed(
+    foot: Foot, leg: Leg, f_y: Annotated[np.ndarray, "(n,)", "N"], y_dd: Annotated[np.ndarray, "(n,)", "m/s²"]
+) -> Annotated[np.ndarray, "(n,)", "N·m"]:
     """Joint torque by the equation of the foot as printed (thesis eq 3-7 and section 3-1-3).
 
         F_Ay = -m y'',  tau = -F_y l_f / 2 + F_Ay l_f / 2
 
     The moment of the vertical force, F_z times its distance from the ankle, is missing.
 
-    Parameters
-    ----------
-    foot, leg : Foot, Leg
-        l_f (m), m (kg).
-    f_y : ndarray, shape (n,)
-        Force of the plate on the foot (N).
-    y_dd : ndarray, shape (n,)
-        Acceleration of the leg's centre of mass (m/s²).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        tau (N·m).
+    f_y: force of the plate on the foot.
+    y_dd: acceleration of the leg's centre of mass.
     """
     f_ay = -leg.mass_kg * y_dd
     return -f_y * 0.5 * foot.height_m + f_ay * 0.5 * foot.height_m
@@ -243,29 +202,23 @@ def foot_torque_as_printed(foot: Foot, leg: Leg, f_y: np.ndarray, y_dd: np.ndarr
 
 @dataclass(frozen=True)
 class PlateLoad:
-    """Load of the plate on the feet.
+    """Load of the plate on the feet."""
 
-    Attributes
-    ----------
-    f_y, f_z : ndarray, shape (n,)
-        Fore-aft and vertical force (N).
-    m_x : ndarray, shape (n,)
-        Moment about the x axis in the belt's surface (N·m).
-    """
-
-    f_y: np.ndarray
-    f_z: np.ndarray
-    m_x: np.ndarray
+    f_y: Annotated[np.ndarray, "(n,)", "N"]
+    f_z: Annotated[np.ndarray, "(n,)", "N"]
+    """Fore-aft and vertical force."""
+    m_x: Annotated[np.ndarray, "(n,)", "N·m"]
+    """Moment about the x axis in the belt's surface."""
 
 
 def standing_torque(
     feet: Feet,
     gravity_m_per_s2: float,
     load: PlateLoad,
-    ankle: np.ndarray,
-    foot_com: np.ndarray,
-    foot_com_dd: np.ndarray,
-    foot_angle_dd: np.ndarray,
+    ankle: Annotated[np.ndarray, "(n, 2)"],
+    foot_com: Annotated[np.ndarray, "(n, 2)"],
+    foot_com_dd: Annotated[np.ndarray, "(n, 2)"],
+    foot_angle_dd: Annotated[np.ndarray, "(n,)", "rad/s²"],
 ) -> np.ndarray:
     """Torque of both ankles of a standing person, from the balance of moments of the feet about the ankles.
 
@@ -276,23 +229,10 @@ def standing_torque(
 
     With the centre of pressure y_CoP = M_x / F_z (eq 3-13) the first two terms are (y_CoP - y_A) F_z.
 
-    Parameters
-    ----------
-    feet : Feet
-        m_f, I_f (kg, kg·m²).
-    gravity_m_per_s2 : float
-        g (m/s²).
-    load : PlateLoad
-        F_y, F_z (N) and M_x (N·m).
-    ankle, foot_com, foot_com_dd : ndarray, shape (n, 2)
-        y, z of the ankle (m), of the feet's centre of mass (m), and its acceleration (m/s²).
-    foot_angle_dd : ndarray, shape (n,)
-        Angular acceleration of the feet phi_f'', positive when they tip towards +y (rad/s²).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        tau (N·m), positive when it resists a body that tips towards +y.
+    ankle, foot_com, foot_com_dd: y, z of the ankle (m), of the feet's centre of mass (m), and its
+    acceleration (m/s²).
+    foot_angle_dd: angular acceleration of the feet phi_f'', positive when they tip towards +y.
+    Returns: tau (N·m), positive when it resists a body that tips towards +y.
     """
     m_f, g = feet.mass_kg, gravity_m_per_s2
     lever = foot_com - ankle
@@ -318,10 +258,7 @@ def standing_torque_as_printed(
     lever arm of the horizontal force, the height of the ankle, is missing. Takes the arguments of
     `standing_torque`.
 
-    Returns
-    -------
-    ndarray, shape (n,)
-        tau (the numbers of N·m, kg·m² and kg m added).
+    Returns: tau (the numbers of N·m, kg·m² and kg m added).
     """
     m_f = feet.mass_kg
     y_a, y_f = ankle[:, 0], foot_com[:, 0]
@@ -332,7 +269,10 @@ def standing_torque_as_printed(
 
 
 def single_joint_torque(
-    body: StandingBody, theta: np.ndarray, theta_dd: np.ndarray, ankle_dd: np.ndarray
+    body: StandingBody,
+    theta: np.ndarray,
+    theta_dd: np.ndarray,
+    ankle_dd: Annotated[np.ndarray, "(n, 2)", "m/s²"],
 ) -> np.ndarray:
     """Torque of both ankles for a body above them that rotates with the shank as one rigid body.
 
@@ -340,19 +280,9 @@ def single_joint_torque(
 
         tau = m g h sin(theta) - (I_b + m h^2) theta'' - m h (y_A'' cos(theta) - z_A'' sin(theta))
 
-    Parameters
-    ----------
-    body : StandingBody
-        m, h, I_b, g (kg, m, kg·m², m/s²).
-    theta, theta_dd : ndarray, shape (n,)
-        Angle of the shank (rad) and its second derivative (rad/s²).
-    ankle_dd : ndarray, shape (n, 2)
-        Acceleration of the ankle y_A'', z_A'' (m/s²).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        tau (N·m), positive when it resists positive theta.
+    theta, theta_dd: angle of the shank (rad) and its second derivative (rad/s²).
+    ankle_dd: acceleration of the ankle y_A'', z_A''.
+    Returns: tau (N·m), positive when it resists positive theta.
     """
     m, h = body.mass_kg, body.com_m
     about_ankle = body.inertia_kgm2 + m * h**2

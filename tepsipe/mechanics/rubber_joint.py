@@ -10,6 +10,7 @@ likelihood and the forward simulation (`tepsipe.mechanics.engines.interface.Join
 """
 
 from dataclasses import astuple, dataclass, fields
+from typing import Annotated
 
 import numpy as np
 
@@ -20,27 +21,19 @@ SOFTENING = 0.5
 
 @dataclass(frozen=True, kw_only=True)
 class RubberJoint:
-    """Constants of a rubber joint.
-
-    Attributes
-    ----------
-    stiffness_Nm_per_rad : float
-        K for small bending (N·m/rad).
-    half_softening_rad : float
-        phi_h, the bending at which half of the softening has taken place (rad); infinite for a linear joint.
-    damping_Nms_per_rad : float
-        B for small bending (N·m·s/rad).
-    softened_damping_Nms_per_rad : float
-        B_s, the damping that complete softening adds (N·m·s/rad).
-    inertia_Nms2_per_rad : float
-        I, inertia of the joint beyond the inertia of the leg (N·m·s²/rad).
-    """
+    """Constants of a rubber joint."""
 
     stiffness_Nm_per_rad: float
+    """K for small bending."""
     half_softening_rad: float
+    """phi_h, the bending at which half of the softening has taken place (rad); infinite for a linear
+    joint."""
     damping_Nms_per_rad: float
+    """B for small bending."""
     softened_damping_Nms_per_rad: float
+    """B_s, the damping that complete softening adds."""
     inertia_Nms2_per_rad: float
+    """I, inertia of the joint beyond the inertia of the leg."""
 
     def linearised(self, amplitude_rad: float) -> tuple[float, float]:
         """K (N·m/rad) and B (N·m·s/rad) of the linear joint nearest to this one in a sinusoid (rad).
@@ -66,26 +59,20 @@ def _share(bending, half):
     return 1.0 / (1.0 + (half / np.maximum(np.abs(bending), 1e-12)) ** 2)
 
 
-def swing(leg: Leg, joints: list[RubberJoint], foot_acceleration: np.ndarray, step_s: float) -> np.ndarray:
+def swing(
+    leg: Leg,
+    joints: list[RubberJoint],
+    foot_acceleration: Annotated[np.ndarray, "(feet, 2 n + 1)", "m/s²"],
+    step_s: float,
+) -> Annotated[np.ndarray, "(k, feet, n + 1)"]:
     """Angle of the leg on several joints and several moving feet, by the classical Runge-Kutta method.
 
         (J + I) theta'' = m g r sin(theta) - m r y_f'' cos(theta) - (tau - I theta''),   J = I_l + m r^2
 
-    Parameters
-    ----------
-    leg : Leg
-        The leg (kg, m, kg·m²), upright and at rest at the start.
-    joints : list of RubberJoint
-        Joints to try, k of them.
-    foot_acceleration : ndarray, shape (feet, 2 n + 1)
-        y_f'' at whole and half steps (m/s²).
-    step_s : float
-        Step (s).
-
-    Returns
-    -------
-    ndarray, shape (k, feet, n + 1)
-        theta at whole steps (rad), positive when the leg tips towards +y.
+    leg: the leg, upright and at rest at the start.
+    joints: joints to try, k of them.
+    foot_acceleration: y_f'' at whole and half steps.
+    Returns: theta at whole steps (rad), positive when the leg tips towards +y.
     """
     constants = np.array([astuple(joint) for joint in joints]).T[:, :, None]
     lanes = (len(joints), foot_acceleration.shape[0])

@@ -20,29 +20,21 @@ enter as factors only, so that masses that are not known are 2n unknowns.
 """
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 
 
 @dataclass(frozen=True)
 class Chain:
-    """Segments from the lowest to the highest.
-
-    Attributes
-    ----------
-    mass_kg, length_m, com_m : tuple of float
-        Masses (kg), lengths (m), centres of mass above the lower ends (m).
-    inertia_kgm2 : tuple of float
-        Moments of inertia about the centres of mass (kg m²).
-    gravity_m_per_s2 : float
-        g (m/s²).
-    """
+    """Segments from the lowest to the highest."""
 
     mass_kg: tuple[float, ...]
     length_m: tuple[float, ...]
     com_m: tuple[float, ...]
+    """Masses (kg), lengths (m), centres of mass above the lower ends (m)."""
     inertia_kgm2: tuple[float, ...]
+    """Moments of inertia about the centres of mass (kg m²)."""
     gravity_m_per_s2: float = 9.81
 
     @classmethod
@@ -88,27 +80,17 @@ class Chain:
 
 @dataclass(frozen=True)
 class LinearChain:
-    """Equations (3) about a posture; every constant of J and S multiplies one part of them.
+    """Equations (3) about a posture; every constant of J and S multiplies one part of them."""
 
-    Attributes
-    ----------
-    inertia_parts : ndarray, shape (2 n, n, n)
-        Parts of M that J_1 ... J_n, S_1 ... S_n make (kg m²).
-    gravity_parts : ndarray, shape (2 n, n, n)
-        Parts of G (N·m/rad).
-    belt_parts : ndarray, shape (2 n, n)
-        Parts of b of the belt's acceleration (kg m).
-    posture : ndarray, shape (n,)
-        Absolute angles of the segments (rad).
-    length_m : tuple of float
-        Lengths of the segments (m).
-    """
-
-    inertia_parts: np.ndarray
-    gravity_parts: np.ndarray
-    belt_parts: np.ndarray
-    posture: np.ndarray
+    inertia_parts: Annotated[np.ndarray, "(2 n, n, n)"]
+    """Parts of M that J_1 ... J_n, S_1 ... S_n make (kg m²)."""
+    gravity_parts: Annotated[np.ndarray, "(2 n, n, n)", "N·m/rad"]
+    belt_parts: Annotated[np.ndarray, "(2 n, n)"]
+    """Parts of b of the belt's acceleration (kg m)."""
+    posture: Annotated[np.ndarray, "(n,)", "rad"]
+    """Absolute angles of the segments."""
     length_m: tuple[float, ...]
+    """Lengths of the segments."""
 
     @property
     def inertia(self) -> np.ndarray:
@@ -138,20 +120,10 @@ def joint_angles(segment_angles: np.ndarray) -> np.ndarray:
     return np.diff(segment_angles, axis=-1, prepend=0.0)
 
 
-def linearised(chain: Chain, posture: np.ndarray) -> LinearChain:
+def linearised(chain: Chain, posture: Annotated[np.ndarray, "(n,)", "rad"]) -> LinearChain:
     """Equations of motion about a posture in joint angles.
 
-    Parameters
-    ----------
-    chain : Chain
-        Segments (kg, m, kg m²).
-    posture : ndarray, shape (n,)
-        Absolute angles of the segments (rad).
-
-    Returns
-    -------
-    LinearChain
-        (3), in parts (kg m², N·m/rad, kg m).
+    posture: absolute angles of the segments.
     """
     posture = np.asarray(posture, float)
     n, lengths = posture.size, np.array(chain.length_m)

@@ -10,7 +10,7 @@ and the longitudinal offset ``along`` from its origin is at
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 
@@ -81,39 +81,25 @@ class SegmentMarkers:
 
 @dataclass(frozen=True)
 class SegmentPose:
-    """Pose of a rigid segment over time.
+    """Pose of a rigid segment over time."""
 
-    Attributes
-    ----------
-    angle : ndarray, shape (n,)
-        theta (rad).
-    point : ndarray, shape (n, 2)
-        y, z of the wanted point of the segment (m).
-    marker_residual_rms_m : float
-        Root mean square distance between markers and the rigid segment (m).
-    """
-
-    angle: np.ndarray
-    point: np.ndarray
+    angle: Annotated[np.ndarray, "(n,)", "rad"]
+    """theta."""
+    point: Annotated[np.ndarray, "(n, 2)", "m"]
+    """y, z of the wanted point of the segment."""
     marker_residual_rms_m: float
+    """Root mean square distance between markers and the rigid segment."""
 
 
 @dataclass(frozen=True)
 class JointMotion:
-    """Angle of a joint during a trial.
+    """Angle of a joint during a trial."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        Instants (s).
-    theta, theta_d, theta_dd : ndarray, shape (n,)
-        Angle (rad), its rate (rad/s) and acceleration (rad/s2).
-    """
-
-    time: np.ndarray
+    time: Annotated[np.ndarray, "(n,)", "s"]
     theta: np.ndarray
     theta_d: np.ndarray
     theta_dd: np.ndarray
+    """Angle (rad), its rate (rad/s) and acceleration (rad/s2)."""
 
 
 def joint_motion(time: np.ndarray, angle: np.ndarray) -> JointMotion:
@@ -211,13 +197,7 @@ def segment_motion(
 
 
 def marker_samples(positions: object) -> np.ndarray:
-    """Positions of markers (m), shape (n, all markers, 3) or (n, all markers, 2).
-
-    Raises
-    ------
-    InputError
-        If they are no such numbers.
-    """
+    """Positions of markers (m), shape (n, all markers, 3) or (n, all markers, 2)."""
     found = samples(positions, "m", "positions", shape=None)
     if found.ndim != 3 or found.shape[2] not in (2, 3):
         raise InputError(
@@ -228,13 +208,7 @@ def marker_samples(positions: object) -> np.ndarray:
 
 
 def marker_positions(positions: np.ndarray, labels: list[str], markers: SegmentMarkers) -> np.ndarray:
-    """y, z (m) of the segment's markers, shape (n, k, 2), out of all markers, shape (n, all markers, 2 or 3).
-
-    Raises
-    ------
-    InputError
-        If a marker of the segment is not among ``labels``.
-    """
+    """y, z (m) of the segment's markers, shape (n, k, 2), out of all, shape (n, all markers, 2 or 3)."""
     missing = [label for label in markers.labels if label not in labels]
     if missing:
         raise InputError(
@@ -245,30 +219,14 @@ def marker_positions(positions: np.ndarray, labels: list[str], markers: SegmentM
 
 
 def motion_of_markers(
-    time: np.ndarray, filtered: np.ndarray, markers: SegmentMarkers, com_m: float
+    time: Annotated[np.ndarray, "(n,)", "s"],
+    filtered: Annotated[np.ndarray, "(n, k, 2)", "m"],
+    markers: SegmentMarkers,
+    com_m: float,
 ) -> SegmentMotion:
     """Fit the rigid leg to filtered markers, and differentiate.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Instants (s).
-    filtered : ndarray, shape (n, k, 2)
-        y, z of the leg's markers (m).
-    markers : SegmentMarkers
-        Positions of the markers (m).
-    com_m : float
-        Distance of the leg's centre of mass from the ankle (m).
-
-    Returns
-    -------
-    SegmentMotion
-        Angle and accelerations (rad, m, s).
-
-    Raises
-    ------
-    InputError
-        If the markers do not move as one body.
+    com_m: distance of the leg's centre of mass from the ankle.
     """
     pose = fit_rigid_segment(filtered, markers.layout_m, np.array([0.0, com_m]))
     if pose.marker_residual_rms_m > 0.01:
@@ -291,22 +249,17 @@ def motion_of_markers(
     )
 
 
-def fit_rigid_segment(markers: np.ndarray, layout: np.ndarray, point: np.ndarray) -> SegmentPose:
+def fit_rigid_segment(
+    markers: Annotated[np.ndarray, "(n, k, 2)", "m"],
+    layout: Annotated[np.ndarray, "(k, 2)", "m"],
+    point: Annotated[np.ndarray, "(2,)", "m"],
+) -> SegmentPose:
     """Least-squares pose of a rigid segment from its markers (Söderkvist & Wedin 1993, in the plane).
 
-    Parameters
-    ----------
-    markers : ndarray, shape (n, k, 2)
-        y, z of the segment's k >= 2 markers (m).
-    layout : ndarray, shape (k, 2)
-        Anterior and longitudinal offset of each marker in the segment (m).
-    point : ndarray, shape (2,)
-        Anterior and longitudinal offset of the wanted point, for example the centre of mass (m).
-
-    Returns
-    -------
-    SegmentPose
-        Angle (rad), position of the point (m) and marker residual RMS (m).
+    markers: y, z of the segment's k >= 2 markers.
+    layout: anterior and longitudinal offset of each marker in the segment.
+    point: anterior and longitudinal offset of the wanted point, for example the centre of mass.
+    Returns: angle, position of the point and marker residual RMS.
     """
     centre = layout.mean(axis=0)
     across, along = (layout - centre).T

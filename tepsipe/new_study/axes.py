@@ -20,10 +20,7 @@ def forward_of(trials: Sequence[Seen]) -> tuple[str, str]:
 
     The feet of the first trial with toes and heels show it, whatever the order of the trials is.
 
-    Parameters
-    ----------
-    trials : sequence of Seen
-        At least one trial of one file (m).
+    trials: at least one trial of one file.
     """
     for seen in trials:
         foot = _foot(seen)
@@ -64,12 +61,7 @@ def _median(seen: Seen, pattern: str) -> np.ndarray | None:
 def plates_of_belts(trials: Sequence[Seen], forward: str) -> list[str]:
     """Numbers of the two plates with the largest loads from left to right, or of the only one, or none.
 
-    Parameters
-    ----------
-    trials : sequence of Seen
-        Trials of one file (N, m).
-    forward : str
-        Direction in the axes of the files.
+    forward: direction in the axes of the files.
     """
     loads: dict[str, float] = {}
     for seen in trials:
@@ -85,10 +77,7 @@ def plates_of_belts(trials: Sequence[Seen], forward: str) -> list[str]:
 def belts_of(trials: dict[str, Seen]) -> dict[str, str]:
     """Name of a trial -> the belt that carries it: left, right or both; empty if it is the same for all.
 
-    Parameters
-    ----------
-    trials : dict of str to Seen
-        Name -> trial of one file (N).
+    trials: name -> trial of one file.
     """
     if not trials:
         return {}

@@ -26,19 +26,9 @@ OF_TABLES = {
 def find_experiments(groups: list[Group], unused: list[Found], folder: str) -> dict[str, Seen]:
     """Give every group its experiment; groups that can be no trial are moved to ``unused``, with the reason.
 
-    Parameters
-    ----------
-    groups : list of Group
-        Trials, which are changed (units of the files).
-    unused : list of Found
-        Files that belong to no trial, to which files are added.
-    folder : str
-        Name of the folder of recordings.
-
-    Returns
-    -------
-    dict of str to Seen
-        Name of the first file -> what a treadmill trial shows (SI units).
+    unused: files that belong to no trial, to which files are added.
+    folder: name of the folder of recordings.
+    Returns: name of the first file -> what a treadmill trial shows (SI units).
     """
     seen: dict[str, Seen] = {}
 
@@ -60,13 +50,7 @@ def find_experiments(groups: list[Group], unused: list[Found], folder: str) -> d
 
 
 def _find(group: Group, seen: dict[str, Seen], folder: str) -> None:
-    """Set the experiment of a group, and what is seen in it.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be read, or can be no trial.
-    """
+    """Set the experiment of a group, and what is seen in it."""
     first = group.first
     if "events" in group.partners:
         group.experiment = "walking"
@@ -86,13 +70,7 @@ def _find(group: Group, seen: dict[str, Seen], folder: str) -> None:
 
 
 def _is_walk(group: Group, contents: Seen, named: str | None) -> bool:
-    """Test for walking, by the events of the file, else by names, else by steps on the plates.
-
-    Raises
-    ------
-    InputError
-        If the walk is too short.
-    """
+    """Test for walking, by the events of the file, else by names, else by steps on the plates."""
     counts = Counter(label for label, _ in group.first.contents.events)
     kinds = events_of(list(counts))
     if kinds:
@@ -115,13 +93,7 @@ def _is_walk(group: Group, contents: Seen, named: str | None) -> bool:
 
 
 def _refuse_unusable(group: Group, seen: dict[str, Seen]) -> None:
-    """Note the pulses of a trial on the treadmill, and refuse one without markers or pulses.
-
-    Raises
-    ------
-    InputError
-        If it has none.
-    """
+    """Note the pulses of a trial on the treadmill, and refuse one without markers or pulses."""
     contents = seen.get(group.first.name)
     if contents is None or group.experiment == "walking":
         return
@@ -148,13 +120,7 @@ def _refuse_unusable(group: Group, seen: dict[str, Seen]) -> None:
 
 
 def _refuse_unaligned(group: Group, seen: dict[str, Seen]) -> None:
-    """Refuse a file of D-Flow's record module that cannot be brought to the clock of its mocap file.
-
-    Raises
-    ------
-    InputError
-        If it is so.
-    """
+    """Refuse a file of D-Flow's record module that cannot be brought to the clock of its mocap file."""
     if "record" in group.partners and group.experiment != "walking":
         labels = tuple(seen[group.first.name].belt_fixed[:3])
         read_dflow_files(group.first.path, group.partners["record"].path, labels)

@@ -43,33 +43,21 @@ FIRST = ("whole trial", "treadmill log", "manipulator log", "position table", "b
 
 @dataclass(frozen=True)
 class Found:
-    """One file of the folder.
-
-    Attributes
-    ----------
-    path : Path
-        The file.
-    name : str
-        Its path from the folder, with slashes.
-    kind : str
-        One of `FIRST`, the kind of a file that belongs to one, or ``other``.
-    contents : Contents or None
-        Its channels (units of the file); None if it cannot be read.
-    duration_s : float or None
-        Length of its longest channel (s), if it gives a rate.
-    columns : dict of str to str
-        Role of a table's column -> its name.
-    why : str
-        For ``other``: why it is not used.
-    """
+    """One file of the folder."""
 
     path: Path
     name: str
+    """Its path from the folder, with slashes."""
     kind: str
+    """One of `FIRST`, the kind of a file that belongs to one, or ``other``."""
     contents: Contents | None
+    """Its channels (units of the file); None if it cannot be read."""
     duration_s: float | None
+    """Length of its longest channel (s), if it gives a rate."""
     columns: dict[str, str]
+    """Role of a table's column -> its name."""
     why: str = ""
+    """For ``other``: why it is not used."""
 
     def channel(self, name: str) -> Channel:
         """The channel of that name."""
@@ -79,22 +67,8 @@ class Found:
 def look_at(folder: Path, left_out: Path | None = None) -> list[Found]:
     """Look into every file of a folder and of those below it.
 
-    Parameters
-    ----------
-    folder : Path
-        The folder.
-    left_out : Path, optional
-        A folder below it that is not looked at.
-
-    Returns
-    -------
-    list of Found
-        In the order of their names (s, units of the files).
-
-    Raises
-    ------
-    InputError
-        If the folder is missing, or holds no file or very many.
+    left_out: A folder below it that is not looked at.
+    Returns: in the order of their names (s, units of the files).
     """
     if not folder.is_dir():
         raise InputError(f"{folder}: expected a folder of recordings, found none: correct its path")

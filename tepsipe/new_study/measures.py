@@ -15,34 +15,19 @@ FOLLOWS = 0.9  # correlation from which a marker follows the belt
 
 @dataclass(frozen=True)
 class Pulses:
-    """Pulses of the belt.
-
-    Attributes
-    ----------
-    count : int
-        Number.
-    first_s, last_s : float
-        Begin of the first and end of the last (s).
-    shortest_s : float
-        Shortest time from one begin to the next (s); NaN for fewer than two.
-    """
+    """Pulses of the belt."""
 
     count: int
+    """Number."""
     first_s: float
     last_s: float
+    """Begin of the first and end of the last."""
     shortest_s: float
+    """Shortest time from one begin to the next (s); NaN for fewer than two."""
 
 
 def pulses_of(velocity: np.ndarray, rate_hz: float) -> Pulses | None:
-    """Pulses of a belt that is at rest between them, or None if it is not.
-
-    Parameters
-    ----------
-    velocity : ndarray, shape (n,)
-        Velocity of the belt (m/s, or any other unit).
-    rate_hz : float
-        Sampling rate (Hz).
-    """
+    """Pulses of a belt that is at rest between them, or None if it is not."""
     speed = np.abs(velocity - np.nanmedian(velocity))
     peak = float(np.nanmax(speed))
     active = np.flatnonzero(speed > PULSE_FRACTION * peak)
@@ -106,12 +91,7 @@ def scale_of(velocity: np.ndarray, other: np.ndarray, rate_hz: float) -> float:
 
     Both are averaged over `LONG_S`, so that the noise of the second biases the ratio little.
 
-    Parameters
-    ----------
-    velocity, other : ndarray, shape (n,)
-        Two records of one motion, of any units.
-    rate_hz : float
-        Their rate (Hz).
+    velocity, other: two records of one motion, of any units.
     """
     width = max(1, round(LONG_S * rate_hz))
     kernel = np.full(width, 1.0 / width)

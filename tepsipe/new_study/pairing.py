@@ -42,43 +42,25 @@ LEAST_ALIKE = 0.6
 
 @dataclass
 class Group:
-    """The files of one trial.
-
-    Attributes
-    ----------
-    condition : str
-        Name of the trial.
-    first : Found
-        The file that the trial is made of: its log or table (s, units of the file).
-    partners : dict of str to Found
-        Kind of file -> the other files.
-    experiment : str
-        Experiment that the trial is taken for; empty until it is known.
-    notes : list of str
-        What was guessed, for the comment beside its row.
-    """
+    """The files of one trial."""
 
     condition: str
     first: Found
+    """The file that the trial is made of: its log or table (s, units of the file)."""
     partners: dict[str, Found] = field(default_factory=dict)
+    """Kind of file -> the other files."""
     experiment: str = ""
+    """Experiment that the trial is taken for; empty until it is known."""
     notes: list[str] = field(default_factory=list)
+    """What was guessed, for the comment beside its row."""
 
 
 def group_files(files: list[Found]) -> tuple[list[Group], list[Found]]:
     """Put files of one trial together, by name and length.
 
-    Parameters
-    ----------
-    files : list of Found
-        All files (s, units of the files).
-
-    Returns
-    -------
-    groups : list of Group
-        One per trial.
-    left : list of Found
-        Files that belong to no trial.
+    Returns:
+        groups: one per trial.
+        left: files that belong to no trial.
     """
     firsts = [f for f in files if f.kind in FIRST]
     groups = [Group(key_of(f.name), f) for f in firsts]
@@ -121,10 +103,7 @@ def _wanted(first: Found) -> tuple[str, ...]:
 def key_of(name: str) -> str:
     """Name of the trial in a file's name, without words such as log; else that of its folder.
 
-    Parameters
-    ----------
-    name : str
-        Path of the file below the folder of recordings, with slashes.
+    name: path of the file below the folder of recordings, with slashes.
     """
     path = PurePosixPath(name)
     for part in (path.name.partition(".c3d")[0], *reversed(path.parts[:-1])):

@@ -35,12 +35,7 @@ def parts_of(groups: list[Group], seen: dict[str, Seen]) -> dict[str, list[Group
 
     Axes, plates and frame rates are those of one laboratory per study, and walking has a report of its own.
 
-    Parameters
-    ----------
-    groups : list of Group
-        Trials with their experiments (units of the files).
-    seen : dict of str to Seen
-        Name of the first file -> what it shows (SI units).
+    seen: name of the first file -> what it shows (SI units).
     """
     parts: dict[str, list[Group]] = {}
     for end, own in (

@@ -24,15 +24,7 @@ NUMBERS = {
 def participants_of(groups: list[Group]) -> dict[str, str]:
     """Participant of each trial by its files' names, if all trials of an experiment name one of several.
 
-    Parameters
-    ----------
-    groups : list of Group
-        Trials with their experiments (units of the files).
-
-    Returns
-    -------
-    dict of str to str
-        Name of the trial's first file -> participant; without experiments of one person.
+    Returns: name of the trial's first file -> participant; without experiments of one person.
     """
     participants: dict[str, str] = {}
     for experiment in OF_PEOPLE:
@@ -51,16 +43,8 @@ def plan_people(plan: Plan, groups: list[Group], people: dict[str, str], seen: d
 
     Their numbers, with the units in its header, are asked for in the table instead of the configuration.
 
-    Parameters
-    ----------
-    plan : Plan
-        Settings, which are changed.
-    groups : list of Group
-        Trials (units of the files).
-    people : dict of str to str
-        As `participants_of` returns it.
-    seen : dict of str to Seen
-        Name of the first file -> what a treadmill trial shows (SI units).
+    people: as `participants_of` returns it.
+    seen: name of the first file -> what a treadmill trial shows (SI units).
     """
     standing = [g for g in groups if g.experiment == "standing" and g.first.name in people]
     if not standing:

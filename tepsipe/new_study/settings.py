@@ -12,56 +12,36 @@ WORDS = {"null", "true", "false", "yes", "no", "on", "off", "y", "n"}
 
 @dataclass(frozen=True)
 class Setting:
-    """One value of the configuration.
-
-    Attributes
-    ----------
-    value : object
-        What is written (unit in its key).
-    note : str
-        Where it comes from.
-    """
+    """One value of the configuration."""
 
     value: object
+    """What is written (unit in its key)."""
     note: str
+    """Where it comes from."""
 
 
 @dataclass(frozen=True)
 class Missing:
-    """An item that no file provides.
-
-    Attributes
-    ----------
-    where : str
-        Key of the configuration, or column of the sheet.
-    meaning : str
-        What it is (with its unit).
-    how : str
-        How to measure it.
-    """
+    """An item that no file provides."""
 
     where: str
+    """Key of the configuration, or column of the sheet."""
     meaning: str
+    """What it is (with its unit)."""
     how: str
+    """How to measure it."""
 
 
 @dataclass
 class Plan:
-    """Settings of a study, and what is missing.
-
-    Attributes
-    ----------
-    tree : dict
-        Settings by section, as nested dicts with a `Setting` at each end.
-    missing : list of Missing
-        What must be filled in.
-    check : list of Missing
-        What was assumed, and should be checked.
-    """
+    """Settings of a study, and what is missing."""
 
     tree: dict = field(default_factory=dict)
+    """Settings by section, as nested dicts with a `Setting` at each end."""
     missing: list[Missing] = field(default_factory=list)
+    """What must be filled in."""
     check: list[Missing] = field(default_factory=list)
+    """What was assumed, and should be checked."""
 
     def put(self, key: str, value: object, note: str = "") -> None:
         """Set a key with dots between its sections (unit in the key)."""

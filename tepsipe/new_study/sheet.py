@@ -32,21 +32,12 @@ def rows_of(
 ) -> tuple[list[dict[str, str]], list[Missing]]:
     """Rows of the sheet, and what is missing in them.
 
-    Parameters
-    ----------
-    groups : list of Group
-        Trials with their experiments (units of the files).
-    seen : dict of str to Seen
-        Name of the first file -> what a treadmill trial shows (SI units).
-    people : dict of str to str
-        Name of the first file -> participant, if there are several.
+    seen: name of the first file -> what a treadmill trial shows (SI units).
+    people: name of the first file -> participant, if there are several.
 
-    Returns
-    -------
-    rows : list of dict of str to str
-        Column -> cell.
-    missing : list of Missing
-        Cells with the placeholder.
+    Returns:
+        rows: column -> cell.
+        missing: cells with the placeholder.
     """
     weights = weights_of(groups, seen)
     further = {g.first.name for _, own in weights[1:] for g in own}

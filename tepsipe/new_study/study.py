@@ -74,31 +74,21 @@ PAGES = {
 
 @dataclass(frozen=True)
 class NewStudy:
-    """Files that were written.
-
-    Attributes
-    ----------
-    folder : Path
-        Folder of the files.
-    files : tuple of str
-        Their names.
-    trials : dict of str to int
-        Experiment -> number of trials.
-    missing, assumed : int
-        Number of things to be filled in, and of assumptions to be checked.
-    left : list of Found
-        Files that were not used (units of the files).
-    others : tuple of NewStudy
-        Studies of the other recordings of the folder: of walking, or of another laboratory.
-    """
+    """Files that were written."""
 
     folder: Path
+    """Folder of the files."""
     files: tuple[str, ...]
+    """Their names."""
     trials: dict[str, int]
+    """Experiment -> number of trials."""
     missing: int
     assumed: int
+    """Number of things to be filled in, and of assumptions to be checked."""
     left: list[Found]
+    """Files that were not used (units of the files)."""
     others: tuple["NewStudy", ...] = ()
+    """Studies of the other recordings of the folder: of walking, or of another laboratory."""
 
 
 def new_study(
@@ -109,27 +99,11 @@ def new_study(
 ) -> NewStudy:
     """Write `FILES`, and a table of the participants if there are several, for the recordings in a folder.
 
-    Parameters
-    ----------
-    folder : str or Path
-        Folder of recordings; it is only read.
-    name : str, optional
-        Name of the study: letters, digits, dots and hyphens; by default that of the folder.
-    output : str or Path, optional
-        Folder to write to; by default one with the study's name in the current folder.
-    checkout : str or Path, optional
-        Checkout of tepsipe's repository whose rules run the study: a Snakefile that includes them, and its
-        profile, are written, too.
-
-    Returns
-    -------
-    NewStudy
-        What was written (numbers, -).
-
-    Raises
-    ------
-    InputError
-        If there is nothing that can be used, or one of the files exists.
+    folder: folder of recordings; it is only read.
+    name: name of the study: letters, digits, dots and hyphens; by default that of the folder.
+    output: folder to write to; by default one with the study's name in the current folder.
+    checkout: checkout of tepsipe's repository whose rules run the study: a Snakefile that includes them,
+    and its profile, are written, too.
     """
     folder = Path(folder)
     name = _name(folder, name)

@@ -22,13 +22,7 @@ UNITS = {"time": "s", "torque": "Nm", "velocity": "m/s", "force": "N"}
 
 
 def unlike_tables(groups: list[Group]) -> dict[str, str]:
-    """Tables that cannot be in a study with the first one of their experiment: name of the file -> why.
-
-    Parameters
-    ----------
-    groups : list of Group
-        Trials with their experiments (units of the files).
-    """
+    """Tables that cannot be in a study with the first one of their experiment: name of the file -> why."""
     why = {}
     for experiment, allowed in DELIMITERS.items():
         members = [g for g in groups if g.experiment == experiment]
@@ -57,13 +51,7 @@ def unlike_tables(groups: list[Group]) -> dict[str, str]:
 
 
 def refuse_units(group: Group) -> None:
-    """Refuse a table with a column in a unit that its reader does not convert, by the names of its columns.
-
-    Raises
-    ------
-    InputError
-        If there is one.
-    """
+    """Refuse a table with a column in a unit that its reader does not convert, by its columns' names."""
     file = group.first
     for role, column in file.columns.items():
         what = role.rpartition("_")[2]
@@ -91,13 +79,7 @@ def _others(group: Group) -> dict[str, str]:
 
 
 def named_in_rows(groups: list[Group]) -> dict[str, dict[str, str]]:
-    """Name of a table -> columns of the sheet, where it differs from the first table of its experiment.
-
-    Parameters
-    ----------
-    groups : list of Group
-        Trials with their experiments (units of the files).
-    """
+    """Name of a table -> columns of the sheet, where it differs from the first table of its experiment."""
     rows: dict[str, dict[str, str]] = {}
     for experiment in ROLES:
         members = [g for g in groups if g.experiment == experiment]

@@ -4,6 +4,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 
@@ -40,96 +41,63 @@ STEP_N, LEAST_IN_AIR = 250.0, 0.1  # peak of the force below a foot, share of th
 
 @dataclass(frozen=True)
 class BeltChannel:
-    """A channel that holds the velocity of the belt.
-
-    Attributes
-    ----------
-    name, unit : str
-        Its name and unit.
-    m_per_s_per_unit, offset : float
-        Velocity per unit (m/s), and value at rest (unit).
-    correlation : float
-        With the velocity of the marker that follows it best; NaN without markers.
-    """
+    """A channel that holds the velocity of the belt."""
 
     name: str
     unit: str
     m_per_s_per_unit: float
     offset: float
+    """Velocity per unit (m/s), and value at rest (unit)."""
     correlation: float
+    """With the velocity of the marker that follows it best; NaN without markers."""
 
 
 @dataclass
 class Seen:
-    """Contents of a trial's files.
-
-    Attributes
-    ----------
-    markers : tuple of str
-        Labels in the order of the file.
-    positions : ndarray, shape (frames, markers, 3), or None
-        Positions in the axes of the file (m).
-    frame_rate_hz : float or None
-        Rate of the frames (Hz).
-    longest_gap_s : dict of str to float
-        Marker -> longest time for which it is hidden (s).
-    maker : str
-        Maker of the motion capture system as the file names it.
-    duration_s : float
-        Length of the trial (s).
-    loads_N : dict of str to float
-        Belt (``left``, ``right``), or number of the force plate, -> mean vertical force while loaded (N).
-    load_N : float
-        Mean vertical force on all of them together while they are loaded (N).
-    contacts : int
-        Steps of a person on one plate, as in walking; 0 for a plate that stays loaded.
-    plate_centres_m : dict of str to ndarray, shape (3,)
-        Number of the force plate -> centre of its corners in the axes of the file (m).
-    velocity, velocity_rate_hz : ndarray, shape (n,), and float, or None
-        Velocity of the belt from the trial's start on (m/s), and its rate (Hz).
-    belt : BeltChannel or None
-        Channel of the velocity in a whole trial.
-    followed : dict of str to BeltChannel
-        All channels of a whole trial that a low marker follows.
-    triggers, commands, emg : list of str
-        Names of likely channels of a whole trial or of a file of electromyograms.
-    emg_rate_hz : float or None
-        Lowest rate of the electromyograms (Hz).
-    emg_trigger : tuple of (str, float), or None
-        Label and threshold of the trigger in the file of electromyograms.
-    belt_fixed : list of str
-        Markers that follow the pulses of the belt.
-    free : dict of str to Channel
-        Channels that may hold the velocity, of a whole trial in which nothing shows which one does.
-    forward : int
-        Axis of the file along which the belt moves: 0 for x.
-    up : str
-        Upward direction in the axes of the file, for example ``+z``.
-    """
+    """Contents of a trial's files."""
 
     markers: tuple[str, ...] = ()
-    positions: np.ndarray | None = None
+    """Labels in the order of the file."""
+    positions: Annotated[np.ndarray, "(frames, markers, 3)", "m"] | None = None
+    """Positions in the axes of the file."""
     frame_rate_hz: float | None = None
     longest_gap_s: dict[str, float] = field(default_factory=dict)
+    """Marker -> longest time for which it is hidden."""
     maker: str = ""
+    """Maker of the motion capture system as the file names it."""
     duration_s: float = 0.0
+    """Length of the trial."""
     loads_N: dict[str, float] = field(default_factory=dict)
+    """Belt (``left``, ``right``), or number of the force plate, -> mean vertical force while loaded."""
     load_N: float = 0.0
+    """Mean vertical force on all of them together while they are loaded."""
     contacts: int = 0
+    """Steps of a person on one plate, as in walking; 0 for a plate that stays loaded."""
     plate_centres_m: dict[str, np.ndarray] = field(default_factory=dict)
+    """Number of the force plate -> centre of its corners in the axes of the file (m), shape (3,)."""
     velocity: np.ndarray | None = None
     velocity_rate_hz: float | None = None
+    """Velocity of the belt from the trial's start on (m/s), and its rate (Hz)."""
     belt: BeltChannel | None = None
+    """Channel of the velocity in a whole trial."""
     followed: dict[str, BeltChannel] = field(default_factory=dict)
+    """All channels of a whole trial that a low marker follows."""
     triggers: list[str] = field(default_factory=list)
     commands: list[str] = field(default_factory=list)
     emg: list[str] = field(default_factory=list)
+    """Names of likely channels of a whole trial or of a file of electromyograms."""
     emg_rate_hz: float | None = None
+    """Lowest rate of the electromyograms."""
     emg_trigger: tuple[str, float] | None = None
+    """Label and threshold of the trigger in the file of electromyograms."""
     belt_fixed: list[str] = field(default_factory=list)
+    """Markers that follow the pulses of the belt."""
     free: dict[str, Samples] = field(default_factory=dict)
+    """Channels that may hold the velocity, of a whole trial in which nothing shows which one does."""
     forward: int = 1
+    """Axis of the file along which the belt moves: 0 for x."""
     up: str = "+z"
+    """Upward direction in the axes of the file, for example ``+z``."""
 
     @property
     def up_axis(self) -> int:
@@ -143,23 +111,7 @@ class Seen:
 
 
 def seen_in(group: Group) -> Seen:
-    """Look into the files of a treadmill trial.
-
-    Parameters
-    ----------
-    group : Group
-        Its files (units of the files).
-
-    Returns
-    -------
-    Seen
-        SI units.
-
-    Raises
-    ------
-    InputError
-        If the log or the recording cannot be read.
-    """
+    """Look into the files of a treadmill trial."""
     seen = Seen(duration_s=group.first.duration_s or 0.0)
     if group.first.kind == "whole trial":
         _see_recording(seen, group)
@@ -337,13 +289,7 @@ def _see_record(seen: Seen, file: Found) -> None:
 
 
 def markers_in(file: Found) -> tuple[Markers, str]:
-    """Markers of a file of markers (m), and the maker of the system that recorded them.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read.
-    """
+    """Markers of a file of markers (m), and the maker of the system that recorded them."""
     from tepsipe.io.readers.c3d import c3d_markers, open_c3d
     from tepsipe.io.readers.marker_file import read_all_markers
 

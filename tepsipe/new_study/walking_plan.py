@@ -41,14 +41,7 @@ TOLERANCES = {
 def plan_walking(plan: Plan, groups: list[Group], seen: dict[str, Seen]) -> None:
     """Settings of walking trials, with events in a table or in the file of the trial, or without any.
 
-    Parameters
-    ----------
-    plan : Plan
-        Settings, which are changed.
-    groups : list of Group
-        Trials (units of the files).
-    seen : dict of str to Seen
-        Name of the first file -> what it shows (SI units), of trials in files of instruments.
+    seen: name of the first file -> what it shows (SI units), of trials in files of instruments.
     """
     first, events = groups[0].first, groups[0].partners.get("events")
     kinds = {g.first.contents.kind for g in groups if g.first.kind == "whole trial"}

@@ -27,12 +27,7 @@ def weights_of(groups: list[Group], seen: dict[str, Seen]) -> list[tuple[float, 
 
     The usual weight has most trials; of several, it is the lightest.
 
-    Parameters
-    ----------
-    groups : list of Group
-        Trials with their experiments (units of the files).
-    seen : dict of str to Seen
-        Name of the first file -> what it shows (SI units).
+    seen: name of the first file -> what it shows (SI units).
     """
     members = [g for g in groups if g.experiment == "weight"]
     shown = {g.first.name: abs(seen[g.first.name].load_N) / GRAVITY_M_PER_S2 for g in members}

@@ -63,22 +63,14 @@ UNITS_OF_NAMES = ("_kgm2", "_kg", "_m", "_s", "_rad", "_scale", "_ratio", "_Nm",
 
 @dataclass(frozen=True)
 class RelativeBudget:
-    """Budget of one quantity over the trials of one pathway and estimator.
-
-    Attributes
-    ----------
-    quantity : str
-        For example K.
-    conditions : list of str
-        The trials.
-    percent : dict of str to ndarray, shape (conditions,)
-        Source -> standard uncertainty that it contributes, of the estimate (%); `SCATTER` is Type A. NaN for
-        trials whose estimate does not have the source.
-    """
+    """Budget of one quantity over the trials of one pathway and estimator."""
 
     quantity: str
+    """For example K."""
     conditions: list[str]
     percent: dict[str, np.ndarray]
+    """Source -> standard uncertainty that it contributes, of the estimate (%); `SCATTER` is Type A. NaN for
+    trials whose estimate does not have the source, shape (conditions,)."""
 
     @property
     def type_a(self) -> np.ndarray:
@@ -119,20 +111,10 @@ def relative_budgets(
 ) -> dict[str, RelativeBudget]:
     """Budgets of some estimates, relative to their values.
 
-    Parameters
-    ----------
-    contributions : iterable of Contribution
-        Rows of the budgets (units in them).
-    estimates : iterable of Estimate
-        Those whose budgets are wanted, one per trial and quantity (units in them).
-    quantities : sequence of str
-        Names of quantities; those without a budget are left out, and I, which may be 0.
-
-    Returns
-    -------
-    dict of str to RelativeBudget
-        Quantity -> its budget (%). Estimates whose 95 % interval includes 0 are left out: a percentage of a
-        value that may be 0 has no meaning.
+    estimates: those whose budgets are wanted, one per trial and quantity (units in them).
+    quantities: names of quantities; those without a budget are left out, and I, which may be 0.
+    Returns: quantity -> its budget (%). Estimates whose 95 % interval includes 0 are left out: a percentage
+    of a value that may be 0 has no meaning.
     """
     values = {
         (e.condition, e.pathway, e.estimator, e.quantity): e.value
@@ -181,13 +163,8 @@ def budgeted(estimates: Iterable[Estimate], foot_pathway: str | None) -> dict[st
 def parts_of(estimate: Estimate, contributions: Mapping[str, float] | None = None) -> dict[str, float]:
     """Standard uncertainty of an estimate by source, in its unit; empty where it has none.
 
-    Parameters
-    ----------
-    estimate : Estimate
-        The row (units in it).
-    contributions : mapping of str to float, optional
-        Source -> u of its budget, if it has one (unit of the estimate). Without one, Type A and all of Type B
-        are two sources, the second one of this trial alone.
+    contributions: source -> u of its budget, if it has one (unit of the estimate). Without one, Type A and
+    all of Type B are two sources, the second one of this trial alone.
     """
     if contributions:
         return dict(contributions)

@@ -164,45 +164,31 @@ EXPLANATIONS: dict[str, Callable[[Findings], float]] = {
 
 @dataclass(frozen=True)
 class ClaimVerdict:
-    """One row of ``claims.csv``.
-
-    Attributes
-    ----------
-    claim, where, unit : str
-        The statement, its place in the thesis, and the unit of its number.
-    reported, reproduced : float
-        Number of the thesis and of this run (``unit``); None if this run does not have the result.
-    tolerance : str
-        Largest difference (``unit``), or ``below`` or ``above``.
-    verdict : str
-        See `check_claims`.
-    section : str
-        Section of the report.
-    null_value : float or None
-        Of a null model (``unit``).
-    null_verdict : str
-        ``implied`` if the null model is within the tolerance, too, otherwise ``not reproduced``.
-    margin : float or None
-        Value of the thesis's own printed numbers (``unit``), if they determine it.
-    used : str
-        What was used to get the number of this run, and whether the claim can discriminate.
-    statements : str
-        Numbers of the statements of chapters 4 to 6 that it tests, joined by ``;``.
-    """
+    """One row of ``claims.csv``."""
 
     claim: str
     where: str
     unit: str
+    """The statement, its place in the thesis, and the unit of its number."""
     reported: float
     reproduced: float | None
+    """Number of the thesis and of this run (``unit``); None if this run does not have the result."""
     tolerance: str
+    """Largest difference (``unit``), or ``below`` or ``above``."""
     verdict: str
+    """See `check_claims`."""
     section: str
+    """Section of the report."""
     null_value: float | None
+    """Of a null model (``unit``)."""
     null_verdict: str
+    """``implied`` if the null model is within the tolerance, too, otherwise ``not reproduced``."""
     margin: float | None
+    """Value of the thesis's own printed numbers (``unit``), if they determine it."""
     used: str
+    """What was used to get the number of this run, and whether the claim can discriminate."""
     statements: str
+    """Numbers of the statements of chapters 4 to 6 that it tests, joined by ``;``."""
 
 
 CLAIM_VERDICTS = Table(ClaimVerdict, "claims")
@@ -218,34 +204,18 @@ def check_claims(
 ) -> list[ClaimVerdict]:
     """Test every claim.
 
-    Parameters
-    ----------
-    claims : list of dict
-        Keys claim, where, measure, unit, reported, tolerance, section (``unit`` holds for reported and
-        tolerance; the tolerance ``below`` requires less than reported, ``above`` more); verdict, which a
-        simulated trial within the tolerance has; used, a name in ``bases``; and optionally null_value and
-        margin (``unit``), in place of those by ``nulls`` and ``printed``.
-    findings : Findings
-        Results of this run.
-    bases : dict
-        What numbers are obtained from, in words.
-    printed, nulls : Findings or None
-        Numbers that the thesis printed, and those of the null models, as `findings_of_cells` makes them.
-    assertions : list of dict or None
-        Statements of the thesis in their order, with the ``measures`` of the claims that test them.
-
-    Returns
-    -------
-    list of ClaimVerdict
-        One per claim: the verdict is that of the claim within the tolerance (``predicted`` in place of
-        ``fitted`` if no trial was simulated), ``explained`` outside it if the number that the explanation
-        predicts is within, ``not computed`` if this run does not have the result (reproduced is None),
-        otherwise ``not reproduced``. A claim that is ``implied`` is measured on the printed numbers.
-
-    Raises
-    ------
-    InputError
-        If a measure or a basis is unknown.
+    claims: keys claim, where, measure, unit, reported, tolerance, section (``unit`` holds for reported and
+    tolerance; the tolerance ``below`` requires less than reported, ``above`` more); verdict, which a
+    simulated trial within the tolerance has; used, a name in ``bases``; and optionally null_value and
+    margin (``unit``), in place of those by ``nulls`` and ``printed``.
+    bases: what numbers are obtained from, in words.
+    printed, nulls: numbers that the thesis printed, and those of the null models, as `findings_of_cells`
+    makes them.
+    assertions: statements of the thesis in their order, with the ``measures`` of the claims that test them.
+    Returns: one per claim: the verdict is that of the claim within the tolerance (``predicted`` in place of
+    ``fitted`` if no trial was simulated), ``explained`` outside it if the number that the explanation
+    predicts is within, ``not computed`` if this run does not have the result (reproduced is None),
+    otherwise ``not reproduced``. A claim that is ``implied`` is measured on the printed numbers.
     """
     nothing = Findings([], {}, findings.as_printed)
     rows = [_checked(claim, findings, bases, printed or nothing, nulls or nothing) for claim in claims]

@@ -25,24 +25,16 @@ NORMAL_FACTOR = 1.9605  # a coverage factor up to this one belongs to infinite d
 
 @dataclass(frozen=True)
 class Laboratory:
-    """One drawn laboratory.
-
-    Attributes
-    ----------
-    number : int
-        From 1 (-).
-    set : str
-        What it was drawn from.
-    seed : int
-        Of all its random numbers (-).
-    failed : str
-        Why there is no result, in one sentence; empty if there is one (no unit).
-    """
+    """One drawn laboratory."""
 
     number: int
+    """From 1."""
     set: str
+    """What it was drawn from."""
     seed: int
+    """Of all its random numbers."""
     failed: str = ""
+    """Why there is no result, in one sentence; empty if there is one (no unit)."""
 
 
 LABORATORIES = Table(Laboratory, "drawn laboratories")
@@ -50,24 +42,16 @@ LABORATORIES = Table(Laboratory, "drawn laboratories")
 
 @dataclass(frozen=True)
 class Outcome:
-    """One estimate of one laboratory, and its true value.
-
-    Attributes
-    ----------
-    laboratory : Laboratory
-        Where it comes from.
-    estimate : Estimate
-        Value, interval, flags (its ``unit``).
-    truth : float
-        The true value (same unit).
-    sources : dict of str to float
-        Source of Type B -> standard uncertainty that it contributes (same unit).
-    """
+    """One estimate of one laboratory, and its true value."""
 
     laboratory: Laboratory
+    """Where it comes from."""
     estimate: Estimate
+    """Value, interval, flags (its ``unit``)."""
     truth: float
+    """The true value (same unit)."""
     sources: Mapping[str, float] = field(default_factory=dict)
+    """Source of Type B -> standard uncertainty that it contributes (same unit)."""
 
     @property
     def interval(self) -> tuple[float, float] | None:
@@ -89,63 +73,43 @@ class Outcome:
 
 @dataclass(frozen=True)
 class CoverageRow:
-    """One row of ``coverage.csv``.
-
-    Attributes
-    ----------
-    experiment, pathway, estimator, quantity : str
-        As in the estimates.
-    window_s : float or None
-        Window of the estimator (s); None if the perturbation or the whole trial is its window.
-    mechanism : str
-        Set of the laboratories; `SHIFTED` for all sets but the first.
-    n, n_covered : int
-        Estimates with an interval, and those whose interval holds the truth (-).
-    coverage : float or None
-        n_covered / n (-).
-    bias_percent : float or None
-        Mean error (% of the truth).
-    median_width_percent : float or None
-        Median width of the interval (% of the truth).
-    flagged_percent : float
-        Estimates with a flag (% of all).
-    false_alarm_percent : float
-        Estimates with a flag although their interval holds the truth (% of all).
-    recommended : bool
-        Whether these are the estimates to quote, or are evaluated like them (no unit).
-    laboratories : int
-        Laboratories with any (-).
-    coverage_low, coverage_high : float or None
-        95 % interval of the coverage, laboratories as clusters (-).
-    withdrawn : int
-        Estimates without a value or without an interval (-).
-    held_percent : float
-        Estimates that are covered, flagged or withdrawn (% of all).
-    width_ratio : float or None
-        Median width over that of the interval about the truth that holds 95 % of the errors (-): 1 is the
-        narrowest that knowledge of the distribution of errors allows.
-    """
+    """One row of ``coverage.csv``."""
 
     experiment: str
     pathway: str
     estimator: str
     quantity: str
+    """As in the estimates."""
     window_s: float | None
+    """Window of the estimator (s); None if the perturbation or the whole trial is its window."""
     mechanism: str
+    """Set of the laboratories; `SHIFTED` for all sets but the first."""
     n: int
     n_covered: int
+    """Estimates with an interval, and those whose interval holds the truth."""
     coverage: float | None
+    """n_covered / n."""
     bias_percent: float | None
+    """Mean error (% of the truth)."""
     median_width_percent: float | None
+    """Median width of the interval (% of the truth)."""
     flagged_percent: float
+    """Estimates with a flag (% of all)."""
     false_alarm_percent: float
+    """Estimates with a flag although their interval holds the truth (% of all)."""
     recommended: bool
+    """Whether these are the estimates to quote, or are evaluated like them (no unit)."""
     laboratories: int
     coverage_low: float | None
     coverage_high: float | None
+    """95 % interval of the coverage, laboratories as clusters."""
     withdrawn: int
+    """Estimates without a value or without an interval."""
     held_percent: float
+    """Estimates that are covered, flagged or withdrawn (% of all)."""
     width_ratio: float | None
+    """Median width over that of the interval about the truth that holds 95 % of the errors (-): 1 is the
+    narrowest that knowledge of the distribution of errors allows."""
 
 
 COVERAGE_ROWS = Table(CoverageRow, "coverage of intervals")
@@ -153,39 +117,27 @@ COVERAGE_ROWS = Table(CoverageRow, "coverage of intervals")
 
 @dataclass(frozen=True)
 class DroppedRow:
-    """One row of ``dropped.csv``: recommended estimates, with one source taken out of their budgets.
-
-    Attributes
-    ----------
-    experiment, pathway, estimator, quantity : str
-        As in the estimates.
-    mechanism : str
-        As in `CoverageRow`.
-    source : str
-        The source.
-    share_percent : float
-        Median share of the source in the variance (%).
-    n, n_covered : int
-        Estimates with the source in their budgets, and those covered without it (-).
-    coverage, coverage_low, coverage_high : float
-        Share with its 95 % interval, laboratories as clusters (-).
-    held_percent : float
-        Estimates that are covered or flagged (%).
-    """
+    """One row of ``dropped.csv``: recommended estimates, with one source taken out of their budgets."""
 
     experiment: str
     pathway: str
     estimator: str
     quantity: str
+    """As in the estimates."""
     mechanism: str
+    """As in `CoverageRow`."""
     source: str
     share_percent: float
+    """Median share of the source in the variance."""
     n: int
     n_covered: int
+    """Estimates with the source in their budgets, and those covered without it."""
     coverage: float
     coverage_low: float
     coverage_high: float
+    """Share with its 95 % interval, laboratories as clusters."""
     held_percent: float
+    """Estimates that are covered or flagged."""
 
 
 DROPPED_ROWS = Table(DroppedRow, "coverage without one source")
@@ -193,40 +145,30 @@ DROPPED_ROWS = Table(DroppedRow, "coverage without one source")
 
 @dataclass(frozen=True)
 class OutcomeRow:
-    """One row of ``outcomes.csv``: an estimate beside its true value.
-
-    Attributes
-    ----------
-    laboratory : int
-        Its number (-).
-    mechanism : str
-        Its set.
-    experiment, condition, pathway, estimator, quantity, unit : str
-        As in the estimates.
-    truth, value, ci_low, ci_high, u_type_a, u_type_b : float or None
-        True value, estimate, interval and uncertainties (``unit``).
-    recommended : bool
-        Whether it is the one to quote (no unit).
-    flags : str
-        Checks that it failed (no unit).
-    """
+    """One row of ``outcomes.csv``: an estimate beside its true value."""
 
     laboratory: int
+    """Its number."""
     mechanism: str
+    """Its set."""
     experiment: str
     condition: str
     pathway: str
     estimator: str
     quantity: str
     unit: str
+    """As in the estimates."""
     truth: float
     value: float | None
     ci_low: float | None
     ci_high: float | None
     u_type_a: float | None
     u_type_b: float | None
+    """True value, estimate, interval and uncertainties (``unit``)."""
     recommended: bool
+    """Whether it is the one to quote (no unit)."""
     flags: str
+    """Checks that it failed (no unit)."""
 
 
 OUTCOME_ROWS = Table(OutcomeRow, "estimates of drawn laboratories")
@@ -260,25 +202,10 @@ def outcomes_of(
 ) -> list[Outcome]:
     """Estimates of one laboratory that have a true value.
 
-    Parameters
-    ----------
-    laboratory : Laboratory
-        The laboratory.
-    estimates : sequence of Estimate
-        All estimates (units in them).
-    truths : iterable of Recovery
-        Their true values (units in them).
-    budgets : iterable of Contribution
-        Their budgets (units in them).
-    pooled : sequence of str
-        Conditions that hold several trials of the standing person; single trials of them do not count.
-    also_evaluated : iterable of (str, str, str)
-        Experiment, pathway and estimator whose I, B, K and mass are evaluated as if they were recommended.
-
-    Returns
-    -------
-    list of Outcome
-        In the order of the estimates (units in them).
+    pooled: conditions that hold several trials of the standing person; single trials of them do not count.
+    also_evaluated: experiment, pathway and estimator whose I, B, K and mass are evaluated as if they were
+    recommended.
+    Returns: in the order of the estimates (units in them).
     """
     sources: dict[tuple, dict[str, float]] = {}
     for row in budgets:
@@ -317,20 +244,10 @@ def coverage_rows(
 ) -> list[CoverageRow]:
     """The table of the coverage.
 
-    Parameters
-    ----------
-    outcomes : sequence of Outcome
-        Of all laboratories (units in them).
-    sets : sequence of str
-        Names of the sets; the first is the nominal one.
-    windows_s : mapping
-        Experiment -> name of a pathway or estimator -> window (s), where there is one.
-
-    Returns
-    -------
-    list of CoverageRow
-        Recommended estimates first, then in the order of the estimates; for each, set by set, then all sets
-        but the first together. Estimators without any interval are left out.
+    sets: names of the sets; the first is the nominal one.
+    windows_s: experiment -> name of a pathway or estimator -> window (s), where there is one.
+    Returns: recommended estimates first, then in the order of the estimates; for each, set by set, then all
+    sets but the first together. Estimators without any interval are left out.
     """
     rows = []
     for key, own in _groups(outcomes).items():
@@ -407,18 +324,10 @@ def _finite(values: Iterable[float]) -> np.ndarray:
 def interval_without(outcome: Outcome, source: str) -> tuple[float, float] | None:
     """The interval with one source of Type B taken out of the budget.
 
-    Parameters
-    ----------
-    outcome : Outcome
-        The estimate with its budget (units in it).
-    source : str
-        The source; its own uncertainty is taken to have infinite degrees of freedom.
-
-    Returns
-    -------
-    (low, high) or None
-        Unit of the estimate; None where there is no interval. Each end moves with t u_c. Degrees of freedom
-        that Type A brings shrink as u_c^4 (Welch and Satterthwaite); those of other sources stay.
+    outcome: the estimate with its budget (units in it).
+    source: the source; its own uncertainty is taken to have infinite degrees of freedom.
+    Returns: unit of the estimate; None where there is no interval. Each end moves with t u_c. Degrees of
+    freedom that Type A brings shrink as u_c^4 (Welch and Satterthwaite); those of other sources stay.
     """
     ends, e = outcome.interval, outcome.estimate
     if ends is None or not e.standard_error or not math.isfinite(ends[1] - ends[0]):

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 from tepsipe.io.tables import Table
 from tepsipe.reporting.coverage import SHIFTED, Outcome
@@ -12,30 +13,21 @@ ANY = "any"  # all checks together
 
 @dataclass(frozen=True)
 class FlagRow:
-    """One row of ``flags.csv``: trials whose recommended estimates have a flag.
-
-    Attributes
-    ----------
-    experiment : str
-        As in the estimates; tasks count as trials of the standing person.
-    flag : str
-        Name of the check; `ANY` for all together.
-    mechanism : str
-        Set of the laboratories; `SHIFTED` for all sets but the first.
-    trials, flagged : int
-        Trials with a recommended estimate, and those of which at least one has the flag (-).
-    percent, low, high : float
-        Their share with its 95 % interval, laboratories as clusters (%).
-    """
+    """One row of ``flags.csv``: trials whose recommended estimates have a flag."""
 
     experiment: str
+    """As in the estimates; tasks count as trials of the standing person."""
     flag: str
+    """Name of the check; `ANY` for all together."""
     mechanism: str
+    """Set of the laboratories; `SHIFTED` for all sets but the first."""
     trials: int
     flagged: int
-    percent: float
-    low: float
-    high: float
+    """Trials with a recommended estimate, and those of which at least one has the flag."""
+    percent: Annotated[float, "%"]
+    low: Annotated[float, "%"]
+    high: Annotated[float, "%"]
+    """Their share with its 95 % interval, laboratories as clusters."""
 
 
 FLAG_ROWS = Table(FlagRow, "flags of recommended estimates")
@@ -44,17 +36,9 @@ FLAG_ROWS = Table(FlagRow, "flags of recommended estimates")
 def flag_rows(outcomes: Sequence[Outcome], sets: Sequence[str]) -> list[FlagRow]:
     """Flags of recommended estimates, trial by trial.
 
-    Parameters
-    ----------
-    outcomes : sequence of Outcome
-        Of all laboratories (units in them).
-    sets : sequence of str
-        Names of the sets; the first is the nominal one.
-
-    Returns
-    -------
-    list of FlagRow
-        Experiment by experiment, set by set: all checks together, then each that was failed (units in it).
+    sets: names of the sets; the first is the nominal one.
+    Returns: experiment by experiment, set by set: all checks together, then each that was failed (units in
+    it).
     """
     trials: dict[str, dict[tuple, set[str]]] = {}
     names: dict[int, str] = {}

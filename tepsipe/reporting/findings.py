@@ -17,48 +17,29 @@ WRISTALYZER_TABLE, NOISE_TABLE = "table_4_1", "table_4_4"
 
 @dataclass(frozen=True)
 class Findings:
-    """Results of this run against which claims are tested.
-
-    Attributes
-    ----------
-    estimates : list of Estimate
-        All estimates (units in them).
-    fits : dict of str to dict of str to Result
-        Experiment -> condition -> fit.
-    as_printed : str
-        Pathway that reproduces the thesis.
-    scores : list of ModelScore
-        Scores of the treadmill models (units in them).
-    forward : list of ForwardScore
-        Scores of the forward simulations (%).
-    table_4_4 : list of TableRow
-        Rows of Table 4-4 (units in them).
-    noise : list of NoiseRow
-        Rows of the noise study (units in them).
-    recorded : bool
-        Whether no trial of manipulator and dummy was simulated: nothing was fitted or predicted.
-    planned : list of PlannedRow
-        What the planning says about the thesis's experiments (units in them).
-    """
+    """Results of this run against which claims are tested."""
 
     estimates: list[Estimate]
+    """All estimates (units in them)."""
     fits: dict[str, dict[str, Result]]
+    """Experiment -> condition -> fit."""
     as_printed: str
+    """Pathway that reproduces the thesis."""
     scores: list[ModelScore] = field(default_factory=list)
+    """Scores of the treadmill models (units in them)."""
     forward: list[ForwardScore] = field(default_factory=list)
+    """Scores of the forward simulations (%)."""
     table_4_4: list[TableRow] = field(default_factory=list)
+    """Rows of Table 4-4 (units in them)."""
     noise: list[NoiseRow] = field(default_factory=list)
+    """Rows of the noise study (units in them)."""
     recorded: bool = False
+    """Whether no trial of manipulator and dummy was simulated: nothing was fitted or predicted."""
     planned: list[PlannedRow] = field(default_factory=list)
+    """What the planning says about the thesis's experiments (units in them)."""
 
     def score(self, model: str, train: str, test: str, load: str, cutoff_hz: float) -> float:
-        """R2 (-) of a treadmill model.
-
-        Raises
-        ------
-        KeyError
-            If the study does not have it.
-        """
+        """R2 (-) of a treadmill model."""
         wanted = (model, train, test, load, cutoff_hz)
         for s in self.scores:
             if (s.model, s.train, s.test, s.load, s.cutoff_hz) == wanted:
@@ -71,13 +52,7 @@ class Findings:
         return [s.vaf_trial for s in self.forward if (s.parameter_set, s.quantity) == wanted]
 
     def noisy(self, estimator: str, quantity: str, noise_on: str) -> float:
-        """Cell of Table 4-4 for the first simulated stiffness (unit of the quantity).
-
-        Raises
-        ------
-        KeyError
-            If the study does not have it.
-        """
+        """Cell of Table 4-4 for the first simulated stiffness (unit of the quantity)."""
         for row in self.table_4_4:
             if (row.pathway, row.quantity) == (estimator, quantity):
                 value = row.values[TABLE_COLUMNS.index(noise_on)]
@@ -86,13 +61,7 @@ class Findings:
         raise KeyError(quantity)
 
     def by_condition(self, experiment: str, quantity: str, pathway: str | None = None) -> dict:
-        """Condition -> value of a quantity (unit of the quantity), as printed.
-
-        Raises
-        ------
-        KeyError
-            If the study does not have the experiment.
-        """
+        """Condition -> value of a quantity (unit of the quantity), as printed."""
         if experiment not in self.fits:
             raise KeyError(experiment)
         pathways = {"wristalyzer": wristalyzer.PATHWAY, "dummy": pathway or self.as_printed}
@@ -109,17 +78,9 @@ class Findings:
 def findings_of_cells(cells: dict[tuple[str, str, str], float], as_printed: str) -> Findings:
     """Findings of a study that consists of printed cells: what a measure is by the thesis's own numbers.
 
-    Parameters
-    ----------
-    cells : dict
-        (table, row, column) -> number (unit of the row), as `tepsipe.reporting.ledger` has them.
-    as_printed : str
-        Pathway of Tables 4-2 and 4-3.
-
-    Returns
-    -------
-    Findings
-        Estimates with their SEMs, and the rows of Table 4-4; nothing else.
+    cells: (table, row, column) -> number (unit of the row), as `tepsipe.reporting.ledger` has them.
+    as_printed: pathway of Tables 4-2 and 4-3.
+    Returns: estimates with their SEMs, and the rows of Table 4-4; nothing else.
     """
     estimates, noise = [], {}
     for (table, row, column), value in cells.items():

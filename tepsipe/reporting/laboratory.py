@@ -15,21 +15,14 @@ MECHANISM, DRAWN, INFERRED = "mechanism", "drawn", "inferred"
 
 @dataclass(frozen=True)
 class Mechanism:
-    """A mechanism that a laboratory may have.
-
-    Attributes
-    ----------
-    section : str
-        Experiment that has it; ``treadmill`` is every experiment on the treadmill.
-    key : str
-        Constant by which it is measured, 0 where it is off; its name ends in its unit.
-    name : str
-        What it is.
-    """
+    """A mechanism that a laboratory may have."""
 
     section: str
+    """Experiment that has it; ``treadmill`` is every experiment on the treadmill."""
     key: str
+    """Constant by which it is measured, 0 where it is off; its name ends in its unit."""
     name: str
+    """What it is."""
 
 
 MECHANISMS = (
@@ -88,29 +81,20 @@ INFERRED_CONSTANTS = (
 
 @dataclass(frozen=True)
 class LaboratoryRow:
-    """One mechanism, or one constant that was drawn or inferred from the thesis's tables.
-
-    Attributes
-    ----------
-    kind : {"mechanism", "drawn", "inferred"}
-        Which of them.
-    key, name : str
-        Its path among the constants, whose last word ends in the unit; what a mechanism is.
-    nominal : float or None
-        What the analysis may know (unit of the key); None unless it was drawn.
-    value : tuple of float
-        What the laboratory has (unit of the key); all 0 where a mechanism is off.
-    distribution, standard_deviation : str and float or None
-        From which a number was drawn (unit of the key); empty and None unless it was drawn.
-    """
+    """One mechanism, or one constant that was drawn or inferred from the thesis's tables."""
 
     kind: str
+    """{"mechanism", "drawn", "inferred"}: Which of them."""
     key: str
     name: str
+    """Its path among the constants, whose last word ends in the unit; what a mechanism is."""
     nominal: float | None
+    """What the analysis may know (unit of the key); None unless it was drawn."""
     value: tuple[float, ...]
+    """What the laboratory has (unit of the key); all 0 where a mechanism is off."""
     distribution: str = ""
     standard_deviation: float | None = None
+    """From which a number was drawn (unit of the key); empty and None unless it was drawn."""
 
 
 LABORATORY_ROWS = Table(LaboratoryRow, "mechanisms and drawn constants")
@@ -119,19 +103,11 @@ LABORATORY_ROWS = Table(LaboratoryRow, "mechanisms and drawn constants")
 def laboratory_rows(truth: dict, experiments: list[str]) -> list[LaboratoryRow]:
     """Mechanisms, drawn numbers and inferred constants of a laboratory.
 
-    Parameters
-    ----------
-    truth : dict
-        Constants of the laboratory after drawing, or those of mechanisms, and ``drawn_numbers``: the numbers
-        that were drawn, with their path, nominal number, value and distribution (units of their keys).
-    experiments : list of str
-        Experiments with simulated trials.
-
-    Returns
-    -------
-    list of LaboratoryRow
-        Mechanisms, then drawn numbers of these experiments and of the treadmill, if they are on it, then
-        inferred constants.
+    truth: constants of the laboratory after drawing, or those of mechanisms, and ``drawn_numbers``: the
+    numbers that were drawn, with their path, nominal number, value and distribution (units of their keys).
+    experiments: experiments with simulated trials.
+    Returns: mechanisms, then drawn numbers of these experiments and of the treadmill, if they are on it,
+    then inferred constants.
     """
     sections = {*experiments} | ({"treadmill"} & {*truth})
     if "weight" in experiments:

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -30,49 +31,34 @@ class Tolerance:
     """How close a number of the run must come to a printed one.
 
     Exactly one of ``absolute``, ``share``, ``factor`` and ``unexplained_factor`` is given.
-
-    Attributes
-    ----------
-    tables, rows : tuple of str
-        Where it holds.
-    reason : str
-        Why it is as wide as it is.
-    verdict : str
-        Of a number within it, if its trial was simulated: one of `WITHIN`; of a recorded trial it is
-        ``predicted``. ``unknown`` if no rule returns the printed numbers: then no number is judged.
-    used : str
-        What was used to get the run's numbers.
-    null_model : str
-        Null model: `ROW_MEAN`, or the table with the same condition by the other profile.
-    absolute : float or None
-        Largest distance (unit of the row).
-    share : float or None
-        Largest distance relative to the printed number (-).
-    factor : float or None
-        Largest ratio, either way (-).
-    unexplained_factor : float or None
-        Largest ratio of 100 % - VAF, either way (-).
-    digit : float
-        Last printed digit of a VAF (%).
-    zero : float or None
-        Largest absolute value where 0 is printed (unit of the row).
-    outside : str
-        What is known of numbers outside it.
     """
 
     tables: tuple[str, ...]
     rows: tuple[str, ...]
+    """Where it holds."""
     reason: str
+    """Why it is as wide as it is."""
     verdict: str = PREDICTED
+    """Of a number within it, if its trial was simulated: one of `WITHIN`; of a recorded trial it is
+    ``predicted``. ``unknown`` if no rule returns the printed numbers: then no number is judged."""
     used: str = ""
+    """What was used to get the run's numbers."""
     null_model: str = ROW_MEAN
+    """Null model: `ROW_MEAN`, or the table with the same condition by the other profile."""
     absolute: float | None = None
+    """Largest distance (unit of the row)."""
     share: float | None = None
+    """Largest distance relative to the printed number."""
     factor: float | None = None
+    """Largest ratio, either way."""
     unexplained_factor: float | None = None
-    digit: float = 0.01
+    """Largest ratio of 100 % - VAF, either way."""
+    digit: Annotated[float, "%"] = 0.01
+    """Last printed digit of a VAF."""
     zero: float | None = None
+    """Largest absolute value where 0 is printed (unit of the row)."""
     outside: str = ""
+    """What is known of numbers outside it."""
 
     def limits(self, reported: float) -> tuple[float, float]:
         """Lowest and highest number that agrees with the printed one (unit of the row)."""
@@ -108,40 +94,28 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class CellVerdict:
-    """One row of ``cells.csv``.
-
-    Attributes
-    ----------
-    table, row, column : str
-        The printed cell: a quantity (row) of a condition (column).
-    reported : float
-        Printed (unit of the row).
-    value : float or None
-        Of this run (unit of the row).
-    tolerance : str
-        As `Tolerance.text`.
-    verdict : str
-        One of `VERDICTS`.
-    reason : str
-        Why the tolerance is as it is, how the number is explained, or what is known of one that is not; what
-        was used to get it; and whether the cell can discriminate.
-    null_value : float or None
-        Of the null model (unit of the row).
-    null_verdict : str
-        ``implied`` if the null model, which uses the thesis's own numbers only, lies within the
-        tolerance, too; otherwise ``not reproduced``.
-    """
+    """One row of ``cells.csv``."""
 
     table: str
     row: str
     column: str
+    """The printed cell: a quantity (row) of a condition (column)."""
     reported: float
+    """Printed (unit of the row)."""
     value: float | None
+    """Of this run (unit of the row)."""
     tolerance: str
+    """As `Tolerance.text`."""
     verdict: str
+    """One of `VERDICTS`."""
     reason: str
+    """Why the tolerance is as it is, how the number is explained, or what is known of one that is not; what
+    was used to get it; and whether the cell can discriminate."""
     null_value: float | None
+    """Of the null model (unit of the row)."""
     null_verdict: str
+    """``implied`` if the null model, which uses the thesis's own numbers only, lies within the tolerance,
+    too; otherwise ``not reproduced``."""
 
 
 def _check(row: CellVerdict) -> None:
@@ -155,31 +129,18 @@ CELL_VERDICTS = Table(CellVerdict, "verdicts of printed cells", check=_check)
 
 @dataclass(frozen=True)
 class Explanations:
-    """Numbers that an explanation predicts for cells, and the explanation.
-
-    Attributes
-    ----------
-    values : dict
-        (table, row, column) -> predicted number (unit of the row).
-    texts : dict
-        (table, row, column) -> the explanation, in words.
-    factors : dict
-        (table, row, column) -> by what a misprint multiplied the number; numbers are compared without it.
-    """
+    """Numbers that an explanation predicts for cells, and the explanation."""
 
     values: Cells = field(default_factory=dict)
+    """(table, row, column) -> predicted number (unit of the row)."""
     texts: dict[tuple[str, str, str], str] = field(default_factory=dict)
+    """(table, row, column) -> the explanation, in words."""
     factors: dict[tuple[str, str, str], float] = field(default_factory=dict)
+    """(table, row, column) -> by what a misprint multiplied the number; numbers are compared without it."""
 
 
 def basis_of(entry: dict, bases: dict[str, str]) -> str:
-    """What was used to get the numbers of an entry of the reported values, in words.
-
-    Raises
-    ------
-    InputError
-        If ``bases`` lacks it.
-    """
+    """What was used to get the numbers of an entry of the reported values, in words."""
     if entry["used"] not in bases:
         raise InputError(
             f"used: expected one of {', '.join(bases)}, found {quoted(entry['used'])}: add it to bases"
@@ -191,11 +152,6 @@ def tolerances_of(entries: list[dict], bases: dict[str, str]) -> dict[tuple[str,
     """(table, row) -> tolerance (unit of the row), from the section ``cells`` of the reported values.
 
     ``bases`` has what was used, in words, by the name that the entries give it.
-
-    Raises
-    ------
-    InputError
-        If an entry has not exactly one tolerance or an unknown basis, or a row has two tolerances.
     """
     found = {}
     for entry in entries:
@@ -259,19 +215,9 @@ def null_cells(
     column of Table 4-4 without noise is the simulated joint itself: noise-free data of an equation return its
     parameters.
 
-    Parameters
-    ----------
-    reported : dict
-        Table -> row -> column -> printed number (unit of the row).
-    tolerances : dict
-        (table, row) -> tolerance, with the name of the null model.
-    slips : list of dict
-        Misprints (table, quantity, condition, meant), which are corrected.
-
-    Returns
-    -------
-    dict
-        (table, row, column) -> number.
+    reported: table -> row -> column -> printed number (unit of the row).
+    tolerances: (table, row) -> tolerance, with the name of the null model.
+    slips: misprints (table, quantity, condition, meant), which are corrected.
     """
     printed, found = printed_cells(reported, slips), {}
     for table, row in ((table, row) for table, rows in reported.items() for row in rows):
@@ -293,19 +239,9 @@ def explanations_of(values: Cells, slips: list[dict], noise: list[TableRow]) -> 
     A misprint: the decimal point is misplaced, so the printed number is ten times that of the run. The column
     of Table 4-4 without noise: it holds what the consistent torque returns, not the printed one.
 
-    Parameters
-    ----------
-    values : dict
-        Numbers of the run.
-    slips : list of dict
-        Misprints: table, quantity, condition, printed, meant.
-    noise : list of TableRow
-        Rows of Table 4-4.
-
-    Returns
-    -------
-    Explanations
-        For cells to which one applies.
+    slips: Misprints: table, quantity, condition, printed, meant.
+    noise: rows of Table 4-4.
+    Returns: for cells to which one applies.
     """
     found = Explanations()
     for slip in slips:
@@ -331,30 +267,12 @@ def ledger(
 ) -> list[CellVerdict]:
     """Verdict of every printed cell.
 
-    Parameters
-    ----------
-    reported : dict
-        Table -> row -> column -> printed number (unit of the row).
-    tolerances : dict
-        (table, row) -> tolerance.
-    values : dict
-        (table, row, column) -> number of this run (unit of the row); a missing one is ``not computed``.
-    explanations : Explanations
-        Numbers that explanations predict.
-    nulls : dict or None
-        (table, row, column) -> number of the null model (unit of the row).
-    recorded : set of str
-        Columns whose trials were not simulated: no constant was fitted to them.
-
-    Returns
-    -------
-    list of CellVerdict
-        One per printed cell, in the order of ``reported``.
-
-    Raises
-    ------
-    InputError
-        If a row has no tolerance.
+    reported: table -> row -> column -> printed number (unit of the row).
+    tolerances: (table, row) -> tolerance.
+    values: (table, row, column) -> number of this run (unit of the row); a missing one is ``not computed``.
+    nulls: (table, row, column) -> number of the null model (unit of the row).
+    recorded: columns whose trials were not simulated: no constant was fitted to them.
+    Returns: one per printed cell, in the order of ``reported``.
     """
     found = []
     for table, rows in reported.items():
@@ -384,18 +302,12 @@ def ledger(
 
 @dataclass(frozen=True)
 class Outcome:
-    """Verdict on a number, its reason in words, and whether the null model is within the tolerance, too.
-
-    Attributes
-    ----------
-    verdict, null_verdict : str
-        Two of `VERDICTS`.
-    reason : str
-        As `CellVerdict.reason`.
-    """
+    """Verdict on a number, its reason in words, and whether the null model is within the tolerance, too."""
 
     verdict: str
+    """Two of `VERDICTS`."""
     reason: str
+    """As `CellVerdict.reason`."""
     null_verdict: str
 
 

@@ -28,21 +28,10 @@ def table_4_4(
 ) -> list[TableRow]:
     """Thesis Table 4-4: means over conditions, for every processing and simulated stiffness.
 
-    Parameters
-    ----------
-    rows : list of NoiseRow
-        All rows (units in them).
-    reported : dict
-        Quantity -> noise target -> value in the thesis (unit of the quantity).
-    conditions : list of str
-        Trials that are averaged.
-    snr_db : float
-        Signal power over noise power of the table (dB); noise-free results are included.
-
-    Returns
-    -------
-    list of TableRow
-        One per processing, stiffness and quantity, with the columns of TABLE_COLUMNS.
+    reported: quantity -> noise target -> value in the thesis (unit of the quantity).
+    conditions: trials that are averaged.
+    snr_db: signal power over noise power of the table (dB); noise-free results are included.
+    Returns: one per processing, stiffness and quantity, with the columns of TABLE_COLUMNS.
     """
     found: dict[tuple, list[NoiseRow]] = {}
     for row in rows:

@@ -18,6 +18,7 @@ moment.
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -38,78 +39,54 @@ LEAST_TRIALS = 3
 
 @dataclass(frozen=True)
 class Nominal:
-    """What the trial sheet says of a trial.
-
-    Attributes
-    ----------
-    participant : str
-        The person, empty if the sheet names none.
-    angle_rad, torque_Nm : float or None
-        Operating point (rad, N·m); None where the measured mean holds.
-    """
+    """What the trial sheet says of a trial."""
 
     participant: str = ""
+    """The person, empty if the sheet names none."""
     angle_rad: float | None = None
     torque_Nm: float | None = None
+    """Operating point (rad, N·m); None where the measured mean holds."""
 
 
 @dataclass(frozen=True)
 class OperatingPoint:
-    """One quantity of one trial; the fields are the columns of ``tables/operating_points.csv``.
-
-    Attributes
-    ----------
-    participant, condition : str
-        The person, empty if the sheet names none, and the trial.
-    angle_rad, torque_Nm : float
-        Operating point: angle (rad) and torque (N·m).
-    angle_from, torque_from : str
-        trial sheet, or measured mean.
-    quantity, unit : str
-        For example K_working in Nm/rad; damping_ratio is B / (2 sqrt(I K_working)).
-    value, standard_error, ci_low, ci_high : float or None
-        Estimate, standard error and 95 % interval (``unit``); None where there is none.
-    """
+    """One quantity of one trial; the fields are the columns of ``tables/operating_points.csv``."""
 
     participant: str
     condition: str
+    """The person, empty if the sheet names none, and the trial."""
     angle_rad: float
     torque_Nm: float
     angle_from: str
     torque_from: str
+    """trial sheet, or measured mean."""
     quantity: str
     unit: str
+    """For example K_working in Nm/rad; damping_ratio is B / (2 sqrt(I K_working))."""
     value: float
     standard_error: float | None = None
     ci_low: float | None = None
     ci_high: float | None = None
+    """Estimate, standard error and 95 % interval (``unit``); None where there is none."""
 
 
 @dataclass(frozen=True)
 class Relation:
-    """Stiffness against torque; the fields are the columns of ``tables/operating_relations.csv``.
-
-    Attributes
-    ----------
-    participant, torque : str
-        The person, and the direction of the torque: positive or negative.
-    trials : int
-        Number of trials (-).
-    slope_per_rad, slope_low, slope_high : float
-        s and its 95 % interval (1/rad).
-    at_rest_Nm_per_rad, at_rest_low, at_rest_high : float
-        K_0 and its 95 % interval (N·m/rad).
-    """
+    """Stiffness against torque; the fields are the columns of ``tables/operating_relations.csv``."""
 
     participant: str
     torque: str
+    """The person, and the direction of the torque: positive or negative."""
     trials: int
+    """Number of trials."""
     slope_per_rad: float
     slope_low: float
     slope_high: float
+    """s and its 95 % interval (1/rad)."""
     at_rest_Nm_per_rad: float
-    at_rest_low: float
-    at_rest_high: float
+    at_rest_low: Annotated[float, "N·m/rad"]
+    at_rest_high: Annotated[float, "N·m/rad"]
+    """K_0 and its 95 % interval."""
 
 
 OPERATING_POINTS = Table(OperatingPoint, "operating points")
@@ -123,19 +100,9 @@ def operating_points(
 ) -> list[OperatingPoint]:
     """Estimates of the parallel-cascade model with the operating point of their trial.
 
-    Parameters
-    ----------
-    estimates : iterable of Estimate
-        Rows of all trials (units in the rows).
-    measured : mapping of str to (float, float)
-        Condition -> mean angle (rad) and torque (N·m) of the trial.
-    nominal : mapping of str to Nominal
-        Condition -> what the trial sheet says (rad, N·m).
-
-    Returns
-    -------
-    list of OperatingPoint
-        In the order of ``measured``: its quantities, and the damping ratio.
+    measured: condition -> mean angle (rad) and torque (N·m) of the trial.
+    nominal: condition -> what the trial sheet says.
+    Returns: in the order of ``measured``: its quantities, and the damping ratio.
     """
     rows: dict[str, dict[str, Estimate]] = {}
     for row in estimates:
@@ -173,16 +140,6 @@ def relations(points: Iterable[OperatingPoint]) -> list[Relation]:
     """Line of K against torque for every person and direction of torque with at least three trials.
 
     Trials without participant count as one person's only if the sheet gives their operating points.
-
-    Parameters
-    ----------
-    points : iterable of OperatingPoint
-        Rows of all trials (units in the rows).
-
-    Returns
-    -------
-    list of Relation
-        Slopes (1/rad) and intercepts (N·m/rad).
     """
     groups: dict[tuple[str, str], list[OperatingPoint]] = {}
     for point in points:

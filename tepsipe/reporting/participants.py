@@ -27,95 +27,56 @@ NORMAL_95 = 1.959963984540054
 
 @dataclass(frozen=True)
 class Member:
-    """Whose estimates the rows of one trial, or of trials analysed together, are.
-
-    Attributes
-    ----------
-    experiment, condition : str
-        Names in the rows of estimates.
-    participant : str
-        The person.
-    label : str
-        What the person's trials have in common with those of other people: the task, or the condition.
-    is_task : bool
-        Whether ``label`` is a task: differences between tasks are computed.
-    trials : int
-        Number of trials behind the rows (-).
-    belt : str
-        Belt of the treadmill, empty where the study does not separate them.
-    """
+    """Whose estimates the rows of one trial, or of trials analysed together, are."""
 
     experiment: str
     condition: str
+    """Names in the rows of estimates."""
     participant: str
+    """The person."""
     label: str
+    """What the person's trials have in common with those of other people: the task, or the condition."""
     is_task: bool
+    """Whether ``label`` is a task: differences between tasks are computed."""
     trials: int
+    """Number of trials behind the rows."""
     belt: str = ""
+    """Belt of the treadmill, empty where the study does not separate them."""
 
 
 @dataclass(frozen=True)
 class PersonEstimate:
-    """One quantity of one participant; the fields are the columns of ``tables/participants.csv``.
-
-    Attributes
-    ----------
-    experiment, participant, condition : str
-        Experiment, person, and task or condition; for a difference ``stiff minus relax``.
-    pathway, estimator, quantity, unit : str
-        As in the rows of estimates; ``K_per_kg`` is K over the body mass.
-    value, standard_error, ci_low, ci_high : float or None
-        Value, its standard error and 95 % interval within the person (``unit``).
-    n_trials : int
-        Number of trials (-).
-    mass_kg : float or None
-        Body mass (kg); None where it is not known.
-    flags : str
-        Failed checks of the estimates, joined by ``;``.
-    belt : str
-        Belt of the treadmill, empty where the study does not separate them.
-    parts : dict of str to float
-        Source -> standard uncertainty (``unit``); not a column.
-    """
+    """One quantity of one participant; the fields are the columns of ``tables/participants.csv``."""
 
     experiment: str
     participant: str
     condition: str
+    """Experiment, person, and task or condition; for a difference ``stiff minus relax``."""
     pathway: str
     estimator: str
     quantity: str
     unit: str
+    """As in the rows of estimates; ``K_per_kg`` is K over the body mass."""
     value: float
     standard_error: float | None
     ci_low: float | None
     ci_high: float | None
+    """Value, its standard error and 95 % interval within the person (``unit``)."""
     n_trials: int
+    """Number of trials."""
     mass_kg: float | None
+    """Body mass (kg); None where it is not known."""
     flags: str = ""
+    """Failed checks of the estimates, joined by ``;``."""
     belt: str = ""
+    """Belt of the treadmill, empty where the study does not separate them."""
     parts: Mapping[str, float] = field(default_factory=dict, metadata=NO_COLUMN)
+    """Source -> standard uncertainty (``unit``); not a column."""
 
 
 @dataclass(frozen=True)
 class GroupEstimate:
-    """Mean of one quantity over people; the fields are the columns of ``tables/group.csv``.
-
-    Attributes
-    ----------
-    experiment, condition, pathway, estimator, quantity, unit : str
-        As in `PersonEstimate`.
-    n : int
-        Number of people whose value has no flag (-).
-    mean, sd, sem, ci_low, ci_high : float or None
-        Mean over these people, standard deviation between them, standard error of the mean and its 95 %
-        interval by Student's t (``unit``); None for nobody and, except the mean, for one person.
-    u_within : float or None
-        Typical standard error within a person: root mean square over people (``unit``).
-    n_flagged : int
-        Number of people whose value has a flag (-), and is left out.
-    belt : str
-        Belt of the treadmill, empty where the study does not separate them.
-    """
+    """Mean of one quantity over people; the fields are the columns of ``tables/group.csv``."""
 
     experiment: str
     condition: str
@@ -123,15 +84,22 @@ class GroupEstimate:
     estimator: str
     quantity: str
     unit: str
+    """As in `PersonEstimate`."""
     n: int
+    """Number of people whose value has no flag."""
     mean: float | None
     sd: float | None
     sem: float | None
     ci_low: float | None
     ci_high: float | None
+    """Mean over these people, standard deviation between them, standard error of the mean and its 95 %
+    interval by Student's t (``unit``); None for nobody and, except the mean, for one person."""
     u_within: float | None
+    """Typical standard error within a person: root mean square over people (``unit``)."""
     n_flagged: int
+    """Number of people whose value has a flag (-), and is left out."""
     belt: str = ""
+    """Belt of the treadmill, empty where the study does not separate them."""
 
 
 PERSON_ESTIMATES = Table(PersonEstimate, "estimates of participants")
@@ -146,21 +114,12 @@ def person_estimates(
 ) -> list[PersonEstimate]:
     """Estimates of every participant: as estimated, per kilogram, and differences between tasks.
 
-    Parameters
-    ----------
-    estimates : iterable of Estimate
-        Rows of all trials (units in them). Rows of no member are omitted, and values that are not finite.
-    members : list of Member
-        Trials, or trials analysed together, of the participants.
-    masses_kg : dict of str to dict of str to float or None
-        Experiment -> participant -> body mass (kg); None where it is not known.
-    budgets : iterable of Contribution
-        Rows of the uncertainty budgets, as far as there are any (units in them).
-
-    Returns
-    -------
-    list of PersonEstimate
-        Sorted by name, so that the order of the rows does not matter.
+    estimates: rows of all trials (units in them). Rows of no member are omitted, and values that are not
+    finite.
+    members: trials, or trials analysed together, of the participants.
+    masses_kg: experiment -> participant -> body mass (kg); None where it is not known.
+    budgets: rows of the uncertainty budgets, as far as there are any (units in them).
+    Returns: sorted by name, so that the order of the rows does not matter.
     """
     member_of = {(m.experiment, m.condition): m for m in members}
     sources: dict[tuple, dict[str, float]] = {}

@@ -20,28 +20,16 @@ from tepsipe.statistics.uncertainty import Source
 
 @dataclass(frozen=True)
 class Optimised:
-    """The plan with the best pulse (units in `OptimalPulse`).
-
-    Attributes
-    ----------
-    found : OptimalPulse
-        The pulse (m/s) and its bound (N·m/rad).
-    plan : Plan
-        What it shows (units there).
-    """
+    """The plan with the best pulse (units in `OptimalPulse`)."""
 
     found: OptimalPulse
+    """The pulse (m/s) and its bound (N·m/rad)."""
     plan: Plan
+    """What it shows (units there)."""
 
 
 def design_of(chosen: argparse.Namespace) -> Design:
-    """The design that the arguments describe (units in their help).
-
-    Raises
-    ------
-    InputError
-        If a value cannot be used.
-    """
+    """The design that the arguments describe (units in their help)."""
     bandwidth = None if chosen.drive_bandwidth == 0.0 else chosen.drive_bandwidth
     rig = Rig(
         marker_noise_m=chosen.marker_noise,
@@ -100,13 +88,7 @@ def limits_of(chosen: argparse.Namespace, plan: Plan) -> Limits:
 
 
 def run_plan(chosen: argparse.Namespace) -> tuple[Plan, Optimised | None]:
-    """Plan, and optimise where it is asked for (units in the results).
-
-    Raises
-    ------
-    InputError
-        If a value cannot be used.
-    """
+    """Plan, and optimise where it is asked for (units in the results)."""
     plan = plan_experiment(design_of(chosen))
     given = any(
         value is not None
@@ -124,24 +106,8 @@ def run_plan(chosen: argparse.Namespace) -> tuple[Plan, Optimised | None]:
 def best_of(plan: Plan, limits: Limits, one_way: bool) -> Optimised:
     """Best pulse within limits (m/s, m, m/s², m/s³), and the plan with it.
 
-    Parameters
-    ----------
-    plan : Plan
-        With any pulse of the wanted length (units there).
-    limits : Limits
-        Of the belt's motion (m/s, m, m/s², m/s³).
-    one_way : bool
-        Whether the belt may stay where it was moved to, and go back with the next pulse (-).
-
-    Returns
-    -------
-    Optimised
-        Pulse and plan (units there).
-
-    Raises
-    ------
-    InputError
-        If no pulse within the limits stands out of a belt at rest.
+    plan: with any pulse of the wanted length (units there).
+    one_way: whether the belt may stay where it was moved to, and go back with the next pulse.
     """
     design = plan.design
     pulse = replace(design.protocol.pulse, one_way=one_way)

@@ -13,13 +13,7 @@ from tepsipe.io.csv_file import write_records
 
 
 def standing_plan_of(chosen: argparse.Namespace) -> StandingPlan:
-    """The plan that the arguments describe (units in their help).
-
-    Raises
-    ------
-    InputError
-        If a value cannot be used, or an option is for the dummy only.
-    """
+    """The plan that the arguments describe (units in their help)."""
     if chosen.optimise or chosen.returning:
         raise InputError("plan: expected no --optimise with --standing, found it: plan the pulses one by one")
     bandwidth = None if chosen.drive_bandwidth == 0.0 else chosen.drive_bandwidth
@@ -63,13 +57,7 @@ def write_standing(plan: StandingPlan, path: Path) -> None:
 
 
 def walking_summary(chosen: argparse.Namespace) -> str:
-    """Strides of each phase of stance, from the table of strides needed of a study of walking (units in it).
-
-    Raises
-    ------
-    InputError
-        If the table cannot be read, or there are too few strides.
-    """
+    """Strides of each phase of stance, from a walking study's table of strides needed."""
     if not 0.0 < chosen.degrees < np.inf:
         raise InputError(f"--degrees: expected a positive angle, found {chosen.degrees:g}: correct it")
     every = NEEDED_ROWS.read(chosen.walking)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Annotated
 
 import numpy as np
 import pandas as pd
@@ -21,22 +22,11 @@ PREDICTED = "predicted"
 _PEAKS = ("velocity_m_per_s", "displacement_m", "acceleration_m_per_s2", "jerk_m_per_s3")
 
 
-def checked_rows(name: str, plan: Plan, drawn: np.ndarray) -> list[dict]:
+def checked_rows(name: str, plan: Plan, drawn: Annotated[np.ndarray, "(draws, 3)"]) -> list[dict]:
     """Rows of a design beside what its draws show.
 
-    Parameters
-    ----------
-    name : str
-        Name of the design.
-    plan : Plan
-        Prediction (units there).
-    drawn : ndarray, shape (draws, 3)
-        Estimates of trials with noise (N·m·s²/rad, N·m·s/rad, N·m/rad).
-
-    Returns
-    -------
-    list of dict
-        One per quantity, with ``monte_carlo_u``, its relative standard error and ``monte_carlo_bias``.
+    drawn: estimates of trials with noise (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    Returns: one per quantity, with ``monte_carlo_u``, its relative standard error and ``monte_carlo_bias``.
     """
     spread, shift = drawn.std(axis=0, ddof=1), drawn.mean(axis=0) - plan.design.parameters
     protocol = plan.design.protocol
@@ -66,20 +56,8 @@ def checked_rows(name: str, plan: Plan, drawn: np.ndarray) -> list[dict]:
 def compared_pulses(name: str, plan: Plan, comfort: Limits) -> tuple[list[dict], list[dict]]:
     """Best pulses of the length of a reference, and what they show at the same number.
 
-    Parameters
-    ----------
-    name : str
-        Name of the reference.
-    plan : Plan
-        Its plan (units there).
-    comfort : Limits
-        Further limits (m/s, m, m/s², m/s³).
-
-    Returns
-    -------
-    comparisons, shapes : list of dict
-        One row per set of limits, with Cramer-Rao bounds of a linear joint (N·m/rad), and the velocities of
-        the belt (m/s) over time (s).
+    Returns: one row per set of limits, with Cramer-Rao bounds of a linear joint (N·m/rad), and the
+    velocities of the belt (m/s) over time (s).
     """
     peaks, drive = peaks_of(plan.motion.pulse_velocity), plan.design.rig.drive
     protocol = replace(plan.design.protocol, pathway=JOINT_LIKELIHOOD_LINEAR)
@@ -149,17 +127,8 @@ def _filter_row(source: str, pathway: str, filtered: str, lowpass: Lowpass) -> d
 def predicted_filters(design: Design, lowpasses: Sequence[Lowpass]) -> list[dict]:
     """Bias and standard deviation of one window behind every filter, predicted.
 
-    Parameters
-    ----------
-    design : Design
-        Rig, protocol and joint (units there).
-    lowpasses : sequence of Lowpass
-        The filters (Hz).
-
-    Returns
-    -------
-    list of dict
-        Rows with bias and standard deviation (units of I, B, K); filters of one side only without noise.
+    Returns: rows with bias and standard deviation (units of I, B, K); filters of one side only without
+    noise.
     """
     rows = []
     for lowpass in lowpasses:
@@ -213,17 +182,9 @@ def window_rows(condition: str, found: Sequence[FilteredEstimates]) -> list[dict
 def simulated_filters(windows: pd.DataFrame, truth: Mapping[str, TrueMotion]) -> list[dict]:
     """Bias and standard deviation over the windows of simulated trials, against the truth of every window.
 
-    Parameters
-    ----------
-    windows : DataFrame
-        Rows of `window_rows` of all trials (units there).
-    truth : mapping of str to TrueMotion
-        Condition -> true motion (s, rad, N·m).
-
-    Returns
-    -------
-    list of dict
-        As `predicted_filters`.
+    windows: rows of `window_rows` of all trials (units there).
+    truth: condition -> true motion.
+    Returns: as `predicted_filters`.
     """
     known: dict[tuple, np.ndarray] = {}
 

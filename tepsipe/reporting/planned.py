@@ -42,32 +42,22 @@ RATIO, LEAST = "u_over_reference", "least_bound_over_reference"
 
 @dataclass(frozen=True)
 class PlannedRow:
-    """One number of a plan; the fields are columns of ``tables/planned.csv``.
-
-    Attributes
-    ----------
-    design : str
-        Profile and peak velocity of the command, or a best pulse, or a filter (no unit).
-    pathway : str
-        Estimator, as of ``tepsipe plan`` (no unit).
-    quantity : str
-        I, B or K (no unit).
-    measure : str
-        u_type_a, u_type_b, cramer_rao (``unit``), n_for_10_percent (-), u_over_reference: Type A over that
-        of the thesis's pulse, least_bound_over_reference: smallest Cramer-Rao bound of any pulse over that of
-        the best one (-), change by a filter without noise (%).
-    unit : str
-        Unit of the value.
-    value : float or None
-        The number; None where no number of perturbations is enough.
-    """
+    """One number of a plan; the fields are columns of ``tables/planned.csv``."""
 
     design: str
+    """Profile and peak velocity of the command, or a best pulse, or a filter (no unit)."""
     pathway: str
+    """Estimator, as of ``tepsipe plan`` (no unit)."""
     quantity: str
+    """I, B or K (no unit)."""
     measure: str
+    """u_type_a, u_type_b, cramer_rao (``unit``), n_for_10_percent (-), u_over_reference: Type A over that
+    of the thesis's pulse, least_bound_over_reference: smallest Cramer-Rao bound of any pulse over that of
+    the best one (-), change by a filter without noise (%)."""
     unit: str
+    """Unit of the value."""
     value: float | None
+    """The number; None where no number of perturbations is enough."""
 
 
 PLANNED_ROWS = Table(PlannedRow, "planned uncertainties")
@@ -76,19 +66,7 @@ PLANNED_ROWS = Table(PlannedRow, "planned uncertainties")
 def plan_of_thesis(leg: Leg, foot: Foot, joint: Joint, sources: dict[str, Source]) -> list[PlannedRow]:
     """Plan the thesis's experiments on the dummy: 14 perturbations of 100 ms every 4 s.
 
-    Parameters
-    ----------
-    leg, foot : Leg, Foot
-        Geometry of the dummy (units there).
-    joint : Joint
-        Expected joint (N·m·s²/rad, N·m·s/rad, N·m/rad).
-    sources : dict of str to Source
-        Tolerances (units in their names).
-
-    Returns
-    -------
-    list of PlannedRow
-        Uncertainties, best pulses and filters (units in the rows).
+    Returns: uncertainties, best pulses and filters (units in the rows).
     """
     rows = []
     for profile, amplitude, pathway in DESIGNS:
@@ -147,13 +125,7 @@ def _filters(plan: Plan) -> list[PlannedRow]:
 def planned_value(
     rows: Iterable[PlannedRow], design: str, measure: str, quantity: str = "K", pathway: str = LEG
 ):
-    """Value of a row (its unit).
-
-    Raises
-    ------
-    KeyError
-        If there is none.
-    """
+    """Value of a row (its unit)."""
     for row in rows:
         if (row.design, row.measure, row.quantity, row.pathway) == (design, measure, quantity, pathway):
             return row.value

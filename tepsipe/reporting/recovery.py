@@ -87,26 +87,13 @@ def compare_with_truth(
 ) -> list[Recovery]:
     """Compare every estimate of I, B, K, mass or latency from a simulated trial with the truth.
 
-    Parameters
-    ----------
-    estimates : list of Estimate
-        All estimates (units in them).
-    truth : dict
-        The laboratory's configuration, or the sections that are compared (units in its keys).
-    made : dict of str to list of str
-        Experiment -> conditions that the laboratory made.
-    tasks : dict of str to str
-        Condition of the standing person -> task; a task of simulated trials only counts as a condition.
-    at_work : dict of (str, str, str) to dict, optional
-        Experiment, condition and pathway, for a standing person the estimator -> I, B, K of the linear joint
-        nearest to the true one in the fitted windows (N·m·s²/rad, N·m·s/rad, N·m/rad).
-    heavy : sequence of str
-        Conditions of the weight with the laboratory's heavy one.
-
-    Returns
-    -------
-    list of Recovery
-        In the order of the estimates.
+    truth: the laboratory's configuration, or the sections that are compared (units in its keys).
+    made: experiment -> conditions that the laboratory made.
+    tasks: condition of the standing person -> task; a task of simulated trials only counts as a condition.
+    at_work: experiment, condition and pathway, for a standing person the estimator -> I, B, K of the linear
+    joint nearest to the true one in the fitted windows (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    heavy: conditions of the weight with the laboratory's heavy one.
+    Returns: in the order of the estimates.
     """
     parameters = true_parameters(truth)
     rows = []
@@ -137,17 +124,9 @@ def compare_phases_with_truth(
 ) -> list[Recovery]:
     """Compare I, B and K of simulated walking trials with the truth at the phase to which K belongs.
 
-    Parameters
-    ----------
-    estimates : list of Estimate
-        All rows (units in them); ``phase`` of each pathway is where its K belongs (% of stance).
-    curves : mapping of str to mapping
-        Condition -> ``percent`` (%), ``I``, ``B``, ``K`` (N·m·s²/rad, N·m·s/rad, N·m/rad) over stance.
-
-    Returns
-    -------
-    list of Recovery
-        One per value; what has no value, or is assumed, is left out (units in the estimates).
+    estimates: all rows (units in them); ``phase`` of each pathway is where its K belongs (% of stance).
+    curves: condition -> ``percent`` (%), ``I``, ``B``, ``K`` (N·m·s²/rad, N·m·s/rad, N·m/rad) over stance.
+    Returns: one per value; what has no value, or is assumed, is left out (units in the estimates).
     """
     at = {(e.condition, e.pathway): e.value for e in estimates if e.quantity == "phase"}
     return [

@@ -14,27 +14,18 @@ from tepsipe.reporting.figures.names import UNIT_SYMBOLS, short_name, words
 
 @dataclass(frozen=True)
 class Run:
-    """Results of a run, and facts about its study.
-
-    Attributes
-    ----------
-    tables : mapping of str to DataFrame
-        Name of a table -> its rows (units in them, or in the names of columns).
-    fits : mapping of str to mapping of str to Result
-        Group, mostly an experiment, -> name of a fit, mostly a condition, -> its result.
-    settings : mapping
-        Settings that the report prints, by experiment and part (units in the keys).
-    study : mapping
-        Facts about the study: conditions, what is shown, values of the thesis (units in the keys).
-    provenance : mapping
-        Record of code, packages and files that the run was made from.
-    """
+    """Results of a run, and facts about its study."""
 
     tables: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+    """Name of a table -> its rows (units in them, or in the names of columns)."""
     fits: Mapping[str, Mapping[str, Result]] = field(default_factory=dict)
+    """Group, mostly an experiment, -> name of a fit, mostly a condition, -> its result."""
     settings: Mapping = field(default_factory=dict)
+    """Settings that the report prints, by experiment and part (units in the keys)."""
     study: Mapping = field(default_factory=dict)
+    """Facts about the study: conditions, what is shown, values of the thesis (units in the keys)."""
     provenance: Mapping = field(default_factory=dict)
+    """Record of code, packages and files that the run was made from."""
 
     def rows(self, table: str, **wanted: object) -> pd.DataFrame:
         """Rows of a table (units in them) that have these values in these columns; none without the table."""
@@ -77,20 +68,11 @@ def about_study(run: Run) -> dict:
 def report_content(run: Run, chapters: Mapping[str, ModuleType]) -> dict:
     """Raw content of report.json: numbers and truth values, no text of the report.
 
-    Parameters
-    ----------
-    run : Run
-        The run.
-    chapters : mapping of str to module
-        Name -> one of `tepsipe.reporting.chapters`, with a function ``numbers`` and ``PREDICATES``.
-
-    Returns
-    -------
-    dict
-        Keys of `about_study`; ``study``; ``facts`` of all fits (units in the keys); ``tables_read``, names
-        of the tables that Typst reads itself; ``chapters``: name -> `chapter_content`; ``units``,
-        ``short_names`` of conditions, and ``names`` of pathways, estimators and models as the report shows
-        them.
+    chapters: name -> one of `tepsipe.reporting.chapters`, with a function ``numbers`` and ``PREDICATES``.
+    Returns: keys of `about_study`; ``study``; ``facts`` of all fits (units in the keys); ``tables_read``,
+    names of the tables that Typst reads itself; ``chapters``: name -> `chapter_content`; ``units``,
+    ``short_names`` of conditions, and ``names`` of pathways, estimators and models as the report shows
+    them.
     """
     conditions = {name for rows in run.tables.values() if "condition" in rows for name in rows.condition}
     return raw(
@@ -119,17 +101,8 @@ def _identifiers(run: Run) -> list[str]:
 def chapter_content(chapter: ModuleType, run: Run) -> dict:
     """Raw content of a chapter.
 
-    Parameters
-    ----------
-    chapter : module
-        One of `tepsipe.reporting.chapters`: its function ``numbers`` and its ``PREDICATES``.
-    run : Run
-        The run.
-
-    Returns
-    -------
-    dict
-        ``numbers``, as that function returns them (units in the keys), and ``holds``.
+    chapter: one of `tepsipe.reporting.chapters`: its function ``numbers`` and its ``PREDICATES``.
+    Returns: ``numbers``, as that function returns them (units in the keys), and ``holds``.
     """
     holds = {predicate.__name__: bool(predicate(run)) for predicate in chapter.PREDICATES}
     return {"numbers": chapter.numbers(run), "holds": holds}

@@ -1,6 +1,7 @@
 """Tables of several joints: what every set of perturbations says about stiffness and damping."""
 
 from collections.abc import Mapping, Sequence
+from typing import Annotated
 
 import numpy as np
 
@@ -34,22 +35,14 @@ def _ratio(row: np.ndarray, stiffness: np.ndarray) -> str:
     return " : ".join(f"{x:.1f}".replace("-", "−") for x in movement(row, stiffness))
 
 
-def statement(one: SetPrediction, stiffness: np.ndarray, limits: Limits) -> str:
+def statement(
+    one: SetPrediction, stiffness: Annotated[np.ndarray, "(3, 3)", "N·m/rad"], limits: Limits
+) -> str:
     """What a set of perturbations says, in a sentence or two.
 
-    Parameters
-    ----------
-    one : SetPrediction
-        Prediction (-).
-    stiffness : ndarray, shape (3, 3)
-        Expected K (N·m/rad).
-    limits : Limits
-        Of what counts as determined (-).
-
-    Returns
-    -------
-    str
-        Without numbers of single elements where the matrix is not determined (no unit).
+    stiffness: expected K.
+    limits: of what counts as determined.
+    Returns: without numbers of single elements where the matrix is not determined (no unit).
     """
     known = one.known
     pairs = len(one.setting.pairs)
@@ -91,22 +84,9 @@ def set_rows(
 ) -> list[dict]:
     """One row per set of perturbations: what is predicted, and what simulated persons show.
 
-    Parameters
-    ----------
-    predictions : sequence of SetPrediction
-        Of the sets (-).
-    drawn : mapping of tuple of str to sequence of Drawn
-        Estimates of the persons (N·m/rad, N·m·s/rad).
-    matrices : (ndarray, ndarray)
-        K (N·m/rad) and B (N·m·s/rad) of the persons.
-    limits : Limits
-        Of what counts as determined (-).
-
-    Returns
-    -------
-    list of dict
-        ``k_rms_percent`` in per cent of sqrt(K_ii K_jj), ``coverage_percent`` of the 95 % intervals of all
-        quoted elements of K and B; both empty where nothing is quoted.
+    limits: of what counts as determined.
+    Returns: ``k_rms_percent`` in per cent of sqrt(K_ii K_jj), ``coverage_percent`` of the 95 % intervals of
+    all quoted elements of K and B; both empty where nothing is quoted.
     """
     rows = []
     for one in predictions:
@@ -152,21 +132,9 @@ def element_rows(
 ) -> list[dict]:
     """One row per element and set of perturbations, in per cent of sqrt(K_ii K_jj), sqrt(B_ii B_jj).
 
-    Parameters
-    ----------
-    predictions : sequence of SetPrediction
-        Of matrices that need not be symmetric (-).
-    drawn : mapping of tuple of str to sequence of Drawn
-        Estimates of the persons (N·m/rad, N·m·s/rad).
-    matrices : (ndarray, ndarray)
-        K (N·m/rad) and B (N·m·s/rad) of the persons.
-    epochs : Epochs
-        Behind the predictions (units there).
-
-    Returns
-    -------
-    list of dict
-        Empty cells where nothing is quoted.
+    predictions: of matrices that need not be symmetric.
+    matrices: K (N·m/rad) and B (N·m·s/rad) of the persons.
+    Returns: empty cells where nothing is quoted.
     """
     rows = []
     for one in predictions:
@@ -202,23 +170,16 @@ def _inertia(setting: Setting) -> str:
 
 
 def model_rows(
-    cases: Mapping[float, Sequence[Sequence[SetPrediction]]], stiffness: np.ndarray, limits: Limits
+    cases: Mapping[float, Sequence[Sequence[SetPrediction]]],
+    stiffness: Annotated[np.ndarray, "(3, 3)", "N·m/rad"],
+    limits: Limits,
 ) -> list[dict]:
     """One row per window, model and set of perturbations.
 
-    Parameters
-    ----------
-    cases : mapping of float to sequence of sequence of SetPrediction
-        Length of the window after the onset (s) -> predictions by model.
-    stiffness : ndarray, shape (3, 3)
-        Expected K (N·m/rad).
-    limits : Limits
-        Of what counts as determined (-).
-
-    Returns
-    -------
-    list of dict
-        Largest half width of a 95 % interval of K in per cent of sqrt(K_ii K_jj).
+    cases: length of the window after the onset -> predictions by model.
+    stiffness: expected K.
+    limits: of what counts as determined.
+    Returns: largest half width of a 95 % interval of K in per cent of sqrt(K_ii K_jj).
     """
     rows = []
     for window_s, models in cases.items():

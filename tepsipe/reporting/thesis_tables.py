@@ -28,24 +28,17 @@ EXPERIMENT = {"table_4_1": "wristalyzer", "table_4_2": "dummy", "table_4_3": "du
 
 @dataclass(frozen=True)
 class TableRow:
-    """One row of a thesis table.
-
-    Attributes
-    ----------
-    pathway, estimator, quantity, unit : str
-        Content of the row.
-    values : list of float or None
-        One value per condition (``unit``).
-    reported : list of float or None
-        Values in the thesis (``unit``); None where there is none.
-    """
+    """One row of a thesis table."""
 
     pathway: str
     estimator: str
     quantity: str
     unit: str
+    """Content of the row."""
     values: list[float | None]
+    """One value per condition (``unit``)."""
     reported: list[float | None]
+    """Values in the thesis (``unit``); None where there is none."""
 
 
 def lay_out_table(
@@ -58,31 +51,13 @@ def lay_out_table(
 ) -> list[TableRow]:
     """Arrange estimates as in the thesis, in one block per pathway.
 
-    Parameters
-    ----------
-    table : {"table_4_1", "table_4_2", "table_4_3"}
-        Which table.
-    estimates : list of Estimate
-        All estimates (units in them).
-    reported : dict
-        Quantity -> condition -> value in the thesis (unit of the quantity); may be empty.
-    conditions : list of str
-        Columns.
-    blocks : list of (pathway, estimator or None)
-        One block of rows each; None selects the estimator of the pathway.
-    fits : dict or None
-        Condition -> fit of the dummy, with a standard error for each perturbation. A value of Table 4-1 comes
-        from one fit, whose standard error is both.
-
-    Returns
-    -------
-    list of TableRow
-        Rows in the thesis's order, block by block.
-
-    Raises
-    ------
-    InputError
-        If an estimate is missing.
+    table: {"table_4_1", "table_4_2", "table_4_3"}: Which table.
+    reported: quantity -> condition -> value in the thesis (unit of the quantity); may be empty.
+    conditions: Columns.
+    blocks: one block of rows each; None selects the estimator of the pathway.
+    fits: condition -> fit of the dummy, with a standard error for each perturbation. A value of Table 4-1
+    comes from one fit, whose standard error is both.
+    Returns: rows in the thesis's order, block by block.
     """
     rows = []
     for pathway, wanted in dict.fromkeys(blocks):
@@ -139,13 +114,7 @@ def write_table(path: str | Path, rows: list[TableRow], conditions: list[str]) -
 
 
 def read_table(path: str | Path) -> tuple[list[str], list[TableRow]]:
-    """Conditions and rows of a table written by `write_table` (units in the rows).
-
-    Raises
-    ------
-    InputError
-        If the file is missing, truncated or damaged.
-    """
+    """Conditions and rows of a table written by `write_table` (units in the rows)."""
     text = read_text(path, "a table of the thesis", ended=True)
     try:
         header, *lines = list(csv.reader(io.StringIO(text), strict=True))

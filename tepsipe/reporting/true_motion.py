@@ -15,6 +15,7 @@ means, as in a spectral fit.
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import h5py
 import numpy as np
@@ -27,29 +28,18 @@ SIGNALS = ("time", "angle", "rate", "acceleration", "torque")
 
 @dataclass(frozen=True)
 class TrueMotion:
-    """Hidden motion of a joint, as the laboratory wrote it.
+    """Hidden motion of a joint, as the laboratory wrote it."""
 
-    Attributes
-    ----------
-    time, angle, rate, acceleration, torque : ndarray, shape (n,)
-        From the trigger on (s, rad, rad/s, rad/s², N·m).
-    """
-
-    time: np.ndarray
-    angle: np.ndarray
-    rate: np.ndarray
-    acceleration: np.ndarray
-    torque: np.ndarray
+    time: Annotated[np.ndarray, "(n,)", "s"]
+    angle: Annotated[np.ndarray, "(n,)", "rad"]
+    rate: Annotated[np.ndarray, "(n,)", "rad/s"]
+    acceleration: Annotated[np.ndarray, "(n,)", "rad/s²"]
+    torque: Annotated[np.ndarray, "(n,)", "N·m"]
+    """From the trigger on."""
 
 
 def read_true_motion(path: str | Path) -> TrueMotion:
-    """Read the hidden motion of a trial (s, rad, N·m).
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read.
-    """
+    """Read the hidden motion of a trial (s, rad, N·m)."""
     return TrueMotion(**read_hdf5(_read, path, "the laboratory's motion", advice="make the trial again"))
 
 
@@ -67,27 +57,11 @@ def linear_truth(
 ) -> dict[str, float]:
     """I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of the nearest linear joint, mean over windows.
 
-    Parameters
-    ----------
-    motion : TrueMotion
-        Of the trial (s, rad, N·m).
-    windows_s : list of (float, float)
-        Start and end of each window (s).
-    about_mean : bool, default False
-        Count angle and torque from their means in the window, not from the first sample of the trial.
-    inertia_beyond : float, default 0
-        Inertia beyond the place where the torque is measured (N·m·s²/rad): the foot feels the moment of the
-        rubber, but not the inertia that turns with the leg.
-
-    Returns
-    -------
-    dict of str to float
-        I, B and K.
-
-    Raises
-    ------
-    InputError
-        If a window holds no motion.
+    windows_s: start and end of each window.
+    about_mean: count angle and torque from their means in the window, not from the first sample of the
+    trial.
+    inertia_beyond: inertia beyond the place where the torque is measured (N·m·s²/rad): the foot feels the
+    moment of the rubber, but not the inertia that turns with the leg.
     """
     found = []
     at_rest, torque_at_rest = motion.angle[0], motion.torque[0]
@@ -114,28 +88,12 @@ def linear_truth_standing(
 ) -> dict[str, float]:
     """B (N·m·s/rad), K (N·m/rad) of the linear ankles nearest to the true ones in the mean responses.
 
-    Parameters
-    ----------
-    motions : list of TrueMotion
-        Of the trials that were fitted together (s, rad, N·m): mean angle and intrinsic torque of both ankles.
-    onsets_s : list of ndarray
-        Onsets of the fitted perturbations of each trial (s).
-    window_s : float
-        Length of the fitted window from the onset (s).
-    inertia : bool
-        Whether I (N·m·s²/rad) is fitted too.
-    baseline_s : tuple of float
-        From where to where a response counts as rest, from the onset (s).
-
-    Returns
-    -------
-    dict of str to float
-        B and K, and I if it is fitted.
-
-    Raises
-    ------
-    InputError
-        If a trial holds no motion in the window.
+    motions: of the trials that were fitted together: mean angle and intrinsic torque of both ankles.
+    onsets_s: onsets of the fitted perturbations of each trial.
+    window_s: length of the fitted window from the onset.
+    inertia: whether I (N·m·s²/rad) is fitted too.
+    baseline_s: from where to where a response counts as rest, from the onset.
+    Returns: B and K, and I if it is fitted.
     """
     names = ("acceleration", "rate", "angle") if inertia else ("rate", "angle")
     columns, torques = [], []

@@ -1,5 +1,7 @@
 """Time derivatives of sampled signals."""
 
+from typing import Annotated
+
 import numpy as np
 import scipy
 
@@ -16,7 +18,7 @@ def degree_at(rate_hz: float) -> int:
     return 3 if rate_hz > (1.0 - 1e-6) * FAST_HZ else SLOW_DEGREE
 
 
-def derivative(time: np.ndarray, x: np.ndarray, degree: int = 3) -> np.ndarray:
+def derivative(time: Annotated[np.ndarray, "(n,)", "s"], x: np.ndarray, degree: int = 3) -> np.ndarray:
     """Time derivative at the samples, from a spline through them.
 
     The error is of fourth order in the sampling period: at 250 Hz the derivative of a 20 Hz
@@ -24,19 +26,8 @@ def derivative(time: np.ndarray, x: np.ndarray, degree: int = 3) -> np.ndarray:
     of sixth order, 0.02 % at 30 Hz. A signal and its derivatives therefore keep the same gain, at low rates
     with the degree of `degree_at`.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Instants (s).
-    x : ndarray, shape (n,) or (n, c)
-        Signal.
-    degree : {3, 5, 7}
-        Degree of the spline.
-
-    Returns
-    -------
-    ndarray, shape of ``x``
-        Derivative (unit of ``x`` per s).
+    degree: {3, 5, 7}: Degree of the spline.
+    Returns: derivative (unit of ``x`` per s).
     """
     if degree != 3:
         return scipy.interpolate.make_interp_spline(time, x, degree).derivative()(time)

@@ -8,6 +8,7 @@ Each filter is a fourth-order zero-lag Butterworth filter; orders are counted as
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -44,68 +45,36 @@ NOISE_UV = 1500.0
 
 @dataclass(frozen=True)
 class EmgOptions:
-    """Options of the processing; the defaults follow the thesis.
-
-    Attributes
-    ----------
-    band_hz : tuple of float
-        Edges of the band-pass (Hz).
-    band_order : int
-        Its order, both passes together at each edge.
-    envelope_cutoff_hz : float
-        Cutoff of the low-pass of the rectified signal (Hz).
-    envelope_order : int
-        Its order, both passes together.
-    mains_hz : float or None
-        Remove this frequency and its harmonics below the band's upper edge (Hz); None removes none.
-    notch_width_hz : float
-        Width of each notch (Hz). It rings for about 1 / width before and after a burst.
-    """
+    """Options of the processing; the defaults follow the thesis."""
 
     band_hz: tuple[float, float] = (20.0, 300.0)
+    """Edges of the band-pass."""
     band_order: int = 4
+    """Its order, both passes together at each edge."""
     envelope_cutoff_hz: float = 6.0
+    """Cutoff of the low-pass of the rectified signal."""
     envelope_order: int = 4
+    """Its order, both passes together."""
     mains_hz: float | None = None
+    """Remove this frequency and its harmonics below the band's upper edge (Hz); None removes none."""
     notch_width_hz: float = 2.0
+    """Width of each notch (Hz). It rings for about 1 / width before and after a burst."""
 
 
 @dataclass(frozen=True)
 class ProcessedEmg:
-    """The three stages of thesis section 3-2.
-
-    Attributes
-    ----------
-    band_passed, rectified, envelope : ndarray, shape (n,) or (n, muscles)
-        b, r and e (uV). The 6 Hz envelope is smeared over more than 60 ms to either side.
-    """
+    """The three stages of thesis section 3-2."""
 
     band_passed: np.ndarray
     rectified: np.ndarray
     envelope: np.ndarray
+    """b, r and e (uV). The 6 Hz envelope is smeared over more than 60 ms to either side."""
 
 
 def process_emg(raw: np.ndarray, rate_hz: float, options: EmgOptions) -> ProcessedEmg:
     """Band-pass, rectify and smooth electromyograms, thesis section 3-2.
 
-    Parameters
-    ----------
-    raw : ndarray, shape (n,) or (n, muscles)
-        x (uV), without NaN.
-    rate_hz : float
-        Sampling rate (Hz).
-    options : EmgOptions
-        Options of the analysis.
-
-    Returns
-    -------
-    ProcessedEmg
-        b, r and e (uV).
-
-    Raises
-    ------
-    InputError
-        If a filter does not fit the rate, or the signals are too short or hold a NaN.
+    raw: x (uV), without NaN.
     """
     x = np.asarray(raw, dtype=float)
     if options.mains_hz is not None:
@@ -117,30 +86,18 @@ def process_emg(raw: np.ndarray, rate_hz: float, options: EmgOptions) -> Process
     return ProcessedEmg(band_passed, rectified, envelope)
 
 
-def channel_fault(raw: np.ndarray, limits: np.ndarray, rate_hz: float, mains_hz: float = 50.0) -> str | None:
+def channel_fault(
+    raw: np.ndarray, limits: Annotated[np.ndarray, "(2,)"], rate_hz: float, mains_hz: float = 50.0
+) -> str | None:
     """Reason why a whole channel is unusable: NaN, clipping, a dead input, mains hum or noise.
 
     The thresholds are the constants at the head of this module. Offset and slow drift are ignored. Levels
     are medians over windows of one second, so bursts and artefacts do not affect them.
 
-    Parameters
-    ----------
-    raw : ndarray, shape (n,)
-        x (uV), as recorded.
-    limits : ndarray, shape (2,)
-        Lowest and highest value that the recorder can hold (uV).
-    rate_hz, mains_hz : float
-        Sampling rate and mains frequency (Hz).
-
-    Returns
-    -------
-    str or None
-        One sentence, without the channel's name, or None for a channel without fault.
-
-    Raises
-    ------
-    InputError
-        If the channel is shorter than one window.
+    raw: x (uV), as recorded.
+    limits: lowest and highest value that the recorder can hold (uV).
+    rate_hz, mains_hz: sampling rate and mains frequency.
+    Returns: one sentence, without the channel's name, or None for a channel without fault.
     """
     x = np.asarray(raw, dtype=float)
     window = round(EVALUATED_WINDOW_S * rate_hz)
@@ -192,34 +149,21 @@ def channel_fault(raw: np.ndarray, limits: np.ndarray, rate_hz: float, mains_hz:
 
 def clipped_perturbations(
     raw: np.ndarray,
-    limits: np.ndarray,
+    limits: Annotated[np.ndarray, "(2,)"],
     rate_hz: float,
-    onsets_s: np.ndarray,
+    onsets_s: Annotated[np.ndarray, "(events,)"],
     before_s: float,
     after_s: float,
     start_s: float = 0.0,
-) -> np.ndarray:
+) -> Annotated[np.ndarray, "(events,)"]:
     """Perturbations in which a channel was clipped for at least three samples.
 
-    Parameters
-    ----------
-    raw : ndarray, shape (n,)
-        x (uV), as recorded.
-    limits : ndarray, shape (2,)
-        Lowest and highest value that the recorder can hold (uV).
-    rate_hz : float
-        Sampling rate (Hz).
-    onsets_s : ndarray, shape (events,)
-        Instants of the perturbations (s).
-    before_s, after_s : float
-        Window around each of them (s).
-    start_s : float
-        Instant of the first sample (s).
-
-    Returns
-    -------
-    ndarray of bool, shape (events,)
-        True where samples of the window are clipped.
+    raw: x (uV), as recorded.
+    limits: lowest and highest value that the recorder can hold (uV).
+    onsets_s: instants of the perturbations.
+    before_s, after_s: window around each of them.
+    start_s: instant of the first sample.
+    Returns: true where samples of the window are clipped.
     """
     x = np.asarray(raw, dtype=float)
     at = start_s + np.flatnonzero(_at_limits(x, limits) | _held(x, rate_hz)) / rate_hz

@@ -11,6 +11,7 @@ An artefact w(t) that scales with the size a_i of the perturbation is removed by
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -20,46 +21,32 @@ from tepsipe.errors import InputError
 
 @dataclass(frozen=True)
 class Responses:
-    """Epochs on one time axis whose zero is the exact instant of each event.
+    """Epochs on one time axis whose zero is the exact instant of each event."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (m,)
-        Time from the event (s).
-    values : ndarray, shape (events, m) or (events, m, c)
-        x_i (unit of the signal).
-    kept, dropped : tuple of int
-        Indices of the events with an epoch, and of those whose window exceeds the record, from 0.
-    """
-
-    time: np.ndarray
-    values: np.ndarray
+    time: Annotated[np.ndarray, "(m,)", "s"]
+    """Time from the event."""
+    values: Annotated[np.ndarray, "(events, m)"]
+    """x_i (unit of the signal)."""
     kept: tuple[int, ...]
     dropped: tuple[int, ...]
+    """Indices of the events with an epoch, and of those whose window exceeds the record, from 0."""
 
 
 @dataclass(frozen=True)
 class Ensemble:
-    """Mean and spread of responses.
+    """Mean and spread of responses."""
 
-    Attributes
-    ----------
-    mean, sd, standard_error : ndarray, shape (m,) or (m, c)
-        m, s and s / sqrt(N) (unit of the responses).
-    events : int
-        N.
-    """
-
-    mean: np.ndarray
-    sd: np.ndarray
-    standard_error: np.ndarray
+    mean: Annotated[np.ndarray, "(m,)"]
+    sd: Annotated[np.ndarray, "(m,)"]
+    standard_error: Annotated[np.ndarray, "(m,)"]
+    """m, s and s / sqrt(N) (unit of the responses)."""
     events: int
 
 
 def cut_epochs(
     x: np.ndarray,
     rate_hz: float,
-    onsets_s: np.ndarray,
+    onsets_s: Annotated[np.ndarray, "(events,)"],
     before_s: float,
     after_s: float,
     start_s: float = 0.0,
@@ -71,31 +58,11 @@ def cut_epochs(
     interpolates the samples. Its gain is 99.97 % at a tenth of the sampling rate and 93 % at three
     tenths. Rectify after cutting, not before: |x| contains higher frequencies than x.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n,) or (n, c)
-        Signal, without NaN.
-    rate_hz : float
-        Sampling rate (Hz).
-    onsets_s : ndarray, shape (events,)
-        Instants of the events (s), on the clock of ``start_s``.
-    before_s, after_s : float
-        Window around an event (s).
-    start_s : float
-        Instant of the first sample (s).
-    outside : str
-        "raise" refuses an event whose window exceeds the record, "drop" omits it and lists it.
-
-    Returns
-    -------
-    Responses
-        Time (s), responses (unit of ``x``) and the numbers of events kept and dropped.
-
-    Raises
-    ------
-    InputError
-        If the signal is too short or holds a NaN, there is no event, or a window exceeds the record
-        while ``outside`` is "raise".
+    x: signal, without NaN.
+    onsets_s: instants of the events (s), on the clock of ``start_s``.
+    before_s, after_s: window around an event.
+    outside: "raise" refuses an event whose window exceeds the record, "drop" omits it and lists it.
+    Returns: time, responses (unit of ``x``) and the numbers of events kept and dropped.
     """
     x, onsets = np.asarray(x, dtype=float), np.atleast_1d(np.asarray(onsets_s, dtype=float))
     if outside not in ("raise", "drop"):
@@ -132,23 +99,10 @@ def cut_epochs(
     )
 
 
-def ensemble(responses: np.ndarray) -> Ensemble:
+def ensemble(responses: Annotated[np.ndarray, "(events, m)"]) -> Ensemble:
     """Mean, standard deviation and standard error over events.
 
-    Parameters
-    ----------
-    responses : ndarray, shape (events, m) or (events, m, c)
-        x_i.
-
-    Returns
-    -------
-    Ensemble
-        m, s and s / sqrt(N) (unit of the responses).
-
-    Raises
-    ------
-    InputError
-        If there are fewer than two events.
+    Returns: m, s and s / sqrt (unit of the responses).
     """
     events = responses.shape[0]
     if events < 2:
@@ -159,29 +113,18 @@ def ensemble(responses: np.ndarray) -> Ensemble:
     return Ensemble(responses.mean(axis=0), sd, sd / np.sqrt(events), events)
 
 
-def without_artefact(responses: np.ndarray, sizes: np.ndarray | None = None) -> np.ndarray:
+def without_artefact(
+    responses: Annotated[np.ndarray, "(events, m)"], sizes: Annotated[np.ndarray, "(events,)"] | None = None
+) -> np.ndarray:
     """Remove the component that all responses share in proportion to the sizes of the perturbations.
 
     The movement artefact of electrodes and cables is the same after every perturbation; the
     interference pattern of a muscle is not. An unrectified electromyogram therefore loses only a fraction
     1/N of its power. The part of a reflex that repeats wave by wave is removed with the artefact.
 
-    Parameters
-    ----------
-    responses : ndarray, shape (events, m) or (events, m, c)
-        x_i, not rectified.
-    sizes : ndarray, shape (events,), optional
-        a_i, signed, for example peak belt velocities; 1 by default.
-
-    Returns
-    -------
-    ndarray, shape of ``responses``
-        Responses without the artefact (unit of the responses).
-
-    Raises
-    ------
-    InputError
-        If there are fewer than two events, or the sizes differ from them in number or are all zero.
+    responses: x_i, not rectified.
+    sizes: a_i, signed, for example peak belt velocities; 1 by default.
+    Returns: responses without the artefact (unit of the responses).
     """
     events = responses.shape[0]
     a = np.ones(events) if sizes is None else np.asarray(sizes, dtype=float)
@@ -196,42 +139,24 @@ def without_artefact(responses: np.ndarray, sizes: np.ndarray | None = None) -> 
 
 def unperturbed_onsets(
     duration_s: float,
-    perturbed_s: np.ndarray,
+    perturbed_s: Annotated[np.ndarray, "(perturbations, 2)"],
     guard_s: float,
     before_s: float,
     after_s: float,
     count: int | None,
     rng: np.random.Generator | None = None,
-) -> np.ndarray:
+) -> Annotated[np.ndarray, "(count,)"]:
     """Instants whose surrounding window holds no perturbation, for unperturbed epochs.
 
     The windows do not overlap. Each stretch of unperturbed time is filled with as many windows as
     fit; ``count`` of them are taken.
 
-    Parameters
-    ----------
-    duration_s : float
-        The record lasts from 0 to the instant of its last sample (s).
-    perturbed_s : ndarray, shape (perturbations, 2)
-        Start and end of each perturbation (s).
-    guard_s : float
-        Time after a perturbation that still counts as perturbed (s).
-    before_s, after_s : float
-        Window around each instant (s).
-    count : int or None
-        Number of instants wanted; None for as many as fit.
-    rng : numpy.random.Generator, optional
-        Draws the instants; without it they are spaced evenly.
-
-    Returns
-    -------
-    ndarray, shape (count,)
-        Instants (s), increasing.
-
-    Raises
-    ------
-    InputError
-        If the window is empty or fewer than ``count`` windows fit.
+    duration_s: the record lasts from 0 to the instant of its last sample.
+    perturbed_s: start and end of each perturbation.
+    guard_s: time after a perturbation that still counts as perturbed.
+    before_s, after_s: window around each instant.
+    count: number of instants wanted; None for as many as fit.
+    Returns: instants (s), increasing.
     """
     length = before_s + after_s
     if not length > 0.0 or (count is not None and count < 1):

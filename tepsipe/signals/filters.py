@@ -6,6 +6,7 @@ band-pass is a second-order high-pass and a second-order low-pass, each applied 
 
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -65,34 +66,18 @@ def lowpass(
 
 
 def butterworth_lowpass(
-    x: np.ndarray, rate_hz: float, cutoff_hz: float, order: int = 4, axis: int = 0
+    x: Annotated[np.ndarray, "(..., n, ...)"], rate_hz: float, cutoff_hz: float, order: int = 4, axis: int = 0
 ) -> np.ndarray:
     """Filter with a Butterworth low-pass run forwards and backwards (no phase shift).
 
     ``order`` counts both passes, as the thesis and most of the field do: a fourth-order
     zero-lag filter is a second-order one applied twice, and its gain at the cutoff is 1/2.
 
-    Parameters
-    ----------
-    x : ndarray, shape (..., n, ...)
-        Signal sampled along ``axis``.
-    rate_hz, cutoff_hz : float
-        Sampling rate and cutoff frequency (Hz).
-    order : int
-        Order of the two passes together, even.
-    axis : int
-        Time axis.
-
-    Returns
-    -------
-    ndarray, shape of ``x``
-        Filtered signal (unit of ``x``).
-
-    Raises
-    ------
-    InputError
-        If the cutoff does not lie between 0 and half the rate, the order is odd, the signal is too
-        short to be padded, or it holds a NaN.
+    x: signal sampled along ``axis``.
+    rate_hz, cutoff_hz: sampling rate and cutoff frequency.
+    order: order of the two passes together, even.
+    axis: time axis.
+    Returns: filtered signal (unit of ``x``).
     """
     _refuse_cutoff(cutoff_hz, rate_hz)
     _refuse_odd(order)
@@ -101,34 +86,17 @@ def butterworth_lowpass(
 
 
 def butterworth_bandpass(
-    x: np.ndarray, rate_hz: float, band_hz: tuple[float, float], order: int = 4
+    x: Annotated[np.ndarray, "(n, ...)"], rate_hz: float, band_hz: tuple[float, float], order: int = 4
 ) -> np.ndarray:
     """Filter with a Butterworth band-pass run forwards and backwards (no phase shift).
 
     ``order`` counts both passes at one edge. The band-pass has the roll-off of the low-pass of the
     same order at each edge; its gain at both edges is 1/2.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n, ...)
-        Signal.
-    rate_hz : float
-        Sampling rate (Hz).
-    band_hz : tuple of float
-        Lower and upper edge (Hz).
-    order : int
-        Order of the two passes together at each edge, even.
-
-    Returns
-    -------
-    ndarray, shape of ``x``
-        Filtered signal (unit of ``x``).
-
-    Raises
-    ------
-    InputError
-        If the edges are not in increasing order between 0 and half the rate, the order is odd, the
-        signal is too short to be padded, or it holds a NaN.
+    x: Signal.
+    band_hz: lower and upper edge.
+    order: order of the two passes together at each edge, even.
+    Returns: filtered signal (unit of ``x``).
     """
     low, high = band_hz
     if not 0.0 < low < high < 0.5 * rate_hz:
@@ -141,30 +109,18 @@ def butterworth_bandpass(
     return _both_ways(sections, x, rate_hz, low, axis=0)
 
 
-def notch(x: np.ndarray, rate_hz: float, frequency_hz: float, width_hz: float) -> np.ndarray:
+def notch(
+    x: Annotated[np.ndarray, "(n, ...)"], rate_hz: float, frequency_hz: float, width_hz: float
+) -> np.ndarray:
     """Remove one frequency by a second-order notch run forwards and backwards (no phase shift).
 
     A notch rings for about 1 / width before and after a transient, so a burst leaks into the time
     before it.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n, ...)
-        Signal.
-    rate_hz, frequency_hz, width_hz : float
-        Sampling rate, frequency that is removed, and width of the notch (Hz), at whose edges the
-        gain is 1/2.
-
-    Returns
-    -------
-    ndarray, shape of ``x``
-        Filtered signal (unit of ``x``).
-
-    Raises
-    ------
-    InputError
-        If the notch does not lie between 0 and half the rate, the signal is too short to be
-        padded, or it holds a NaN.
+    x: Signal.
+    rate_hz, frequency_hz, width_hz: sampling rate, frequency that is removed, and width of the notch (Hz),
+    at whose edges the gain is 1/2.
+    Returns: filtered signal (unit of ``x``).
     """
     if not 0.0 < 0.5 * width_hz < frequency_hz < 0.5 * (rate_hz - width_hz):
         raise InputError(
@@ -226,34 +182,21 @@ def _both_ways(
 
 @dataclass(frozen=True)
 class Lowpass:
-    """Butterworth low-pass that is applied to all signals of a recording.
-
-    Attributes
-    ----------
-    cutoff_hz : float
-        Cutoff frequency (Hz).
-    order : int
-        Order; of both passes together if the filter is zero-lag.
-    zero_lag : bool
-        True: forwards and backwards, without phase shift. False: forwards only, as in real time.
-    """
+    """Butterworth low-pass that is applied to all signals of a recording."""
 
     cutoff_hz: float
+    """Cutoff frequency."""
     order: int
+    """Order; of both passes together if the filter is zero-lag."""
     zero_lag: bool
+    """True: forwards and backwards, without phase shift. False: forwards only, as in real time."""
 
     def within(self, rate_hz: float) -> "Lowpass":
         """Filter with the cutoff lowered to `WIDEST` times a sampling rate (Hz) where it lies above."""
         return replace(self, cutoff_hz=min(self.cutoff_hz, WIDEST * rate_hz))
 
     def __call__(self, x: np.ndarray, rate_hz: float) -> np.ndarray:
-        """Filter ``x``, shape (n,) or (n, c), sampled at ``rate_hz`` (Hz); unit of ``x``.
-
-        Raises
-        ------
-        InputError
-            If the cutoff does not lie between 0 and half the rate.
-        """
+        """Filter ``x``, shape (n,) or (n, c), sampled at ``rate_hz`` (Hz); unit of ``x``."""
         if self.zero_lag:
             return butterworth_lowpass(x, rate_hz, self.cutoff_hz, self.order)
         _refuse_cutoff(self.cutoff_hz, rate_hz)

@@ -35,23 +35,9 @@ def multitaper_response(
 ) -> FrequencyResponse:
     """Frequency response from u to y of one record of any perturbation, after removal of straight lines.
 
-    Parameters
-    ----------
-    u, y : ndarray, shape (n,)
-        Input and output.
-    rate_hz, highest_hz : float
-        Sampling rate, and highest frequency (Hz).
-
-    Returns
-    -------
-    FrequencyResponse
-        Response (unit of y over unit of u) at frequencies half a band apart (Hz), coherence, number of
-        tapers, and error of the response.
-
-    Raises
-    ------
-    InputError
-        If the record is too short, or lacks power at a frequency.
+    u, y: input and output.
+    Returns: response (unit of y over unit of u) at frequencies half a band apart, coherence, number of
+    tapers, and error of the response.
     """
     step = 0.5 * rate_hz / (u.size + 1)
     last = min(highest_hz, 0.5 * rate_hz - WIDEST_HALF_BAND_HZ)

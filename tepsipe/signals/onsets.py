@@ -22,6 +22,7 @@ energy operator; Staude (2001) for whitening and likelihood.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -48,104 +49,63 @@ EDGE_S = 0.001
 
 @dataclass(frozen=True)
 class OnsetOptions:
-    """Options of the detection.
-
-    Attributes
-    ----------
-    detector : str
-        One of `DETECTORS`; "changepoint" is recommended.
-    baseline_until_s : float
-        The baseline ends here (s from the event).
-    search_s : tuple of float
-        First and last instant at which an onset may lie (s from the event).
-    window_s : float
-        Centred moving mean of threshold and Teager-Kaiser (s): no delay, smeared by half of it.
-    threshold_sd : float
-        k, standard deviations of the baseline's moving mean.
-    hold_s : float
-        Time for which the threshold must be exceeded (s).
-    whitening_order : int
-        Number of a_j of the change point.
-    signal_to_noise : float
-        Number of standard errors by which the activity of a change point must exceed the baseline.
-    rise_fraction : float
-        The ramp is fitted up to this fraction of the first peak.
-    longest_rise_s : float
-        Longest ramp up to that point (s).
-    bootstrap_draws : int
-        Number of ensembles resampled from the events; 0 for none and no uncertainty.
-    trusted_share : float
-        Fraction of the resampled ensembles that must also have an onset.
-    """
+    """Options of the detection."""
 
     detector: str = "changepoint"
+    """One of `DETECTORS`; "changepoint" is recommended."""
     baseline_until_s: float = 0.0
+    """The baseline ends here (s from the event)."""
     search_s: tuple[float, float] = (0.02, 0.2)
+    """First and last instant at which an onset may lie (s from the event)."""
     window_s: float = 0.005
+    """Centred moving mean of threshold and Teager-Kaiser (s): no delay, smeared by half of it."""
     threshold_sd: float = 3.0
+    """k, standard deviations of the baseline's moving mean."""
     hold_s: float = 0.010
+    """Time for which the threshold must be exceeded."""
     whitening_order: int = 1
+    """Number of a_j of the change point."""
     signal_to_noise: float = 5.0
+    """Number of standard errors by which the activity of a change point must exceed the baseline."""
     rise_fraction: float = 0.7
+    """The ramp is fitted up to this fraction of the first peak."""
     longest_rise_s: float = 0.04
+    """Longest ramp up to that point."""
     bootstrap_draws: int = 500
+    """Number of ensembles resampled from the events; 0 for none and no uncertainty."""
     trusted_share: float = 0.9
+    """Fraction of the resampled ensembles that must also have an onset."""
 
 
 @dataclass(frozen=True)
 class Onset:
-    """An onset latency, or the reason why there is none.
-
-    Attributes
-    ----------
-    latency_s : float or None
-        T, from the event (s).
-    standard_error_s : float or None
-        Standard deviation over resampled ensembles (s).
-    interval_s : tuple of float or None
-        Their 2.5 and 97.5 % quantiles (s).
-    found_share : float or None
-        Fraction of the resampled ensembles that have an onset.
-    reason : str or None
-        One sentence if there is no onset.
-    at_edge : bool
-        Whether what was found is an end of the searched time.
-    """
+    """An onset latency, or the reason why there is none."""
 
     latency_s: float | None
+    """T, from the event."""
     standard_error_s: float | None
+    """Standard deviation over resampled ensembles."""
     interval_s: tuple[float, float] | None
+    """Their 2.5 and 97.5 % quantiles."""
     found_share: float | None
+    """Fraction of the resampled ensembles that have an onset."""
     reason: str | None
+    """One sentence if there is no onset."""
     at_edge: bool = False
+    """Whether what was found is an end of the searched time."""
 
 
 def detect_onset(
-    time: np.ndarray, responses: np.ndarray, options: OnsetOptions, rng: np.random.Generator
+    time: Annotated[np.ndarray, "(m,)", "s"],
+    responses: Annotated[np.ndarray, "(events, m)"],
+    options: OnsetOptions,
+    rng: np.random.Generator,
 ) -> Onset:
     """Onset latency of an ensemble of electromyographic responses.
 
-    Parameters
-    ----------
-    time : ndarray, shape (m,)
-        Regular time from the event (s).
-    responses : ndarray, shape (events, m)
-        x_i, band-passed and unrectified, without movement artefact.
-    options : OnsetOptions
-        Options of the analysis.
-    rng : numpy.random.Generator
-        Draws events for the uncertainty.
-
-    Returns
-    -------
-    Onset
-        Latency, standard error and 95 % interval (s), or the reason why there is none.
-
-    Raises
-    ------
-    InputError
-        If an option is unknown, there are fewer than 5 responses, they hold a NaN, or they do not
-        cover the baseline and the searched time.
+    time: regular time from the event.
+    responses: x_i, band-passed and unrectified, without movement artefact.
+    Returns: latency, standard error and 95 % interval, or the reason why there is none.
     """
     _refuse_unusable(time, responses, options)
     events = responses.shape[0]
@@ -187,7 +147,12 @@ def detect_onset(
     return Onset(float(onsets[0]), spread, (float(low), float(high)), share, None)
 
 
-def ramp_onset(time: np.ndarray, x: np.ndarray, baseline_until_s: float, rise_fraction: float = 0.5) -> float:
+def ramp_onset(
+    time: Annotated[np.ndarray, "(n,)", "s"],
+    x: np.ndarray,
+    baseline_until_s: float,
+    rise_fraction: float = 0.5,
+) -> Annotated[float, "s"]:
     """Instant at which a mechanical signal leaves rest, modelled as the start of a ramp.
 
     A broken stick, x(t) = b + c max(0, t - T), is fitted by least squares up to a fraction of the first
@@ -195,26 +160,10 @@ def ramp_onset(time: np.ndarray, x: np.ndarray, baseline_until_s: float, rise_fr
     it does not shift T. A soft start is detected late, as by the change point of a subsequent response;
     the delay between the two is unbiased.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Regular time (s).
-    x : ndarray, shape (n,)
-        Ensemble mean of a velocity.
-    baseline_until_s : float
-        The signal is at rest until this instant (s).
-    rise_fraction : float
-        The ramp is fitted up to this fraction of the first peak.
-
-    Returns
-    -------
-    float
-        T (s).
-
-    Raises
-    ------
-    InputError
-        If the signal holds a NaN, its rest is too short, or it does not leave rest.
+    time: regular time.
+    x: ensemble mean of a velocity.
+    baseline_until_s: the signal is at rest until this instant.
+    rise_fraction: the ramp is fitted up to this fraction of the first peak.
     """
     time, x = np.asarray(time, dtype=float), np.asarray(x, dtype=float)
     step = (time[-1] - time[0]) / (time.size - 1) if time.size > 1 else np.nan

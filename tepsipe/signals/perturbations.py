@@ -1,6 +1,7 @@
 """Detection of perturbations in the recorded belt motion, not in the command (thesis Figure 3-3)."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -38,7 +39,7 @@ class Perturbation:
 
 
 def detect_perturbations(
-    velocity: np.ndarray,
+    velocity: Annotated[np.ndarray, "(n,)", "m/s"],
     rate_hz: float,
     rest_before_s: float,
     rest_after_s: float,
@@ -53,32 +54,11 @@ def detect_perturbations(
     a pulse at every amplitude. Noise is measured while the belt is at rest, and over the whole trial; see
     `belt_noise`. The constant speed of a belt that travels, which may drift, is subtracted.
 
-    Parameters
-    ----------
-    velocity : ndarray, shape (n,)
-        Belt velocity (m/s).
-    rate_hz : float
-        Sampling rate (Hz).
-    rest_before_s, rest_after_s : float
-        Unperturbed time at the trial's start and end (s).
-    threshold_fraction : float
-        Threshold as a fraction of the median peak speed.
-    signal_to_noise : float
-        Smallest ratio of the threshold to the noise at rest.
-    merge_s : float
-        Runs closer than this belong to one perturbation (s): the belt reverses between its lobes.
-    what : str
-        Names the trial in messages.
-
-    Returns
-    -------
-    list of Perturbation
-        In order of time (samples, m/s).
-
-    Raises
-    ------
-    InputError
-        If no perturbation exceeds the noise, or one lies in the time of rest.
+    rest_before_s, rest_after_s: unperturbed time at the trial's start and end.
+    threshold_fraction: threshold as a fraction of the median peak speed.
+    signal_to_noise: smallest ratio of the threshold to the noise at rest.
+    merge_s: runs closer than this belong to one perturbation (s): the belt reverses between its lobes.
+    what: names the trial in messages.
     """
     at_rest = velocity[: round(rest_before_s * rate_hz)]
     speed = np.abs(velocity - _constant_speed(velocity, at_rest, rate_hz))
@@ -124,7 +104,9 @@ def detect_perturbations(
     return perturbations
 
 
-def belt_noise(speed: np.ndarray, resting: int, rate_hz: float) -> float:
+def belt_noise(
+    speed: Annotated[np.ndarray, "(n,)", "m/s"], resting: int, rate_hz: float
+) -> Annotated[float, "m/s"]:
     """Noise of a belt's speed as the standard deviation of normal noise: the largest of three estimates.
 
     The first is the median of the deviations at rest, which a perturbation during a wrongly configured rest
@@ -133,19 +115,7 @@ def belt_noise(speed: np.ndarray, resting: int, rate_hz: float) -> float:
     that is quieter than what follows: the quantile below which half of the unperturbed samples lie if a
     fifth of all is perturbed.
 
-    Parameters
-    ----------
-    speed : ndarray, shape (n,)
-        Deviation of the belt speed from its constant speed, never negative (m/s).
-    resting : int
-        Number of samples of the first rest (samples).
-    rate_hz : float
-        Sampling rate (Hz).
-
-    Returns
-    -------
-    float
-        Standard deviation (m/s).
+    speed: deviation of the belt speed from its constant speed, never negative.
     """
     block = max(1, round(BLOCK_S * rate_hz))
     blocks = speed[: resting // block * block].reshape(-1, block)
@@ -183,38 +153,23 @@ def _runs(active: np.ndarray, merge: int) -> list[tuple[int, int]]:
 
 @dataclass(frozen=True)
 class WindowOptions:
-    """Options of the search for perturbations and rest.
-
-    Attributes
-    ----------
-    rest_before_s, rest_after_s : float
-        Unperturbed time at the trial's start and end (s).
-    rest_margin_s : float
-        Part of it that is omitted next to perturbations and to the trial's ends (s).
-    threshold_fraction : float
-        Threshold as a fraction of the perturbations' peak speed.
-    signal_to_noise : float
-        Smallest ratio of the threshold to the noise at rest.
-    merge_s : float
-        Runs closer than this belong to one perturbation (s).
-    """
+    """Options of the search for perturbations and rest."""
 
     rest_before_s: float
     rest_after_s: float
+    """Unperturbed time at the trial's start and end."""
     rest_margin_s: float
+    """Part of it that is omitted next to perturbations and to the trial's ends."""
     threshold_fraction: float
+    """Threshold as a fraction of the perturbations' peak speed."""
     signal_to_noise: float
+    """Smallest ratio of the threshold to the noise at rest."""
     merge_s: float
+    """Runs closer than this belong to one perturbation."""
 
 
 def rest_samples(time: np.ndarray, options: WindowOptions) -> np.ndarray:
-    """True for the samples of the first and last rest, shape (n,), from instants in s.
-
-    Raises
-    ------
-    InputError
-        If the trial holds no rest.
-    """
+    """True for the samples of the first and last rest, shape (n,), from instants in s."""
     margin = options.rest_margin_s
     first = (time >= time[0] + margin) & (time <= options.rest_before_s - margin)
     last = (time >= time[-1] - options.rest_after_s + margin) & (time <= time[-1] - margin)
@@ -237,23 +192,9 @@ def unperturbed_samples(
 ) -> np.ndarray:
     """True for the samples far from any perturbation, shape (size,).
 
-    Parameters
-    ----------
-    size : int
-        Length of the trial (samples).
-    rate_hz : float
-        Sampling rate (Hz).
-    perturbations : list of Perturbation
-        Their positions (samples).
-    margin_s, quiet_after_s : float
-        Time before a perturbation and after it that does not count (s).
-    what : str
-        Names the trial in messages.
-
-    Raises
-    ------
-    InputError
-        If less than 1 s is left.
+    size: length of the trial (samples).
+    margin_s, quiet_after_s: time before a perturbation and after it that does not count.
+    what: names the trial in messages.
     """
     unperturbed = np.ones(size, dtype=bool)
     before, after = round(margin_s * rate_hz), round(quiet_after_s * rate_hz)
@@ -377,17 +318,10 @@ def find_perturbations(
     )
 
 
-def same_direction(pulses: np.ndarray) -> np.ndarray:
+def same_direction(pulses: Annotated[np.ndarray, "(pulses, n)", "m/s"]) -> Annotated[np.ndarray, "(pulses,)"]:
     """True for pulses that go the way of the first one, shape (pulses,).
 
-    Parameters
-    ----------
-    pulses : ndarray, shape (pulses, n)
-        Velocity of the belt in every pulse, from its onset (m/s).
-
-    Returns
-    -------
-    ndarray of bool, shape (pulses,)
-        False for pulses that are like the first one with the opposite sign.
+    pulses: velocity of the belt in every pulse, from its onset.
+    Returns: false for pulses that are like the first one with the opposite sign.
     """
     return pulses @ pulses[0] >= 0.0

@@ -4,6 +4,7 @@ No function extrapolates: a result exists only where its source was recorded.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -22,44 +23,22 @@ LOBES = 5.0
 
 @dataclass(frozen=True)
 class RepairedTime:
-    """Outcome of `repair_time_stamps`.
-
-    Attributes
-    ----------
-    keep : ndarray of bool, shape (n,)
-        Samples whose stamps are kept.
-    repeated : int
-        Number of samples dropped because they repeat the preceding stamp.
-    longest_step_s : float
-        Longest step between kept stamps (s).
-    """
+    """Outcome of `repair_time_stamps`."""
 
     keep: np.ndarray
+    """Samples whose stamps are kept."""
     repeated: int
+    """Number of samples dropped because they repeat the preceding stamp."""
     longest_step_s: float
+    """Longest step between kept stamps."""
 
 
-def repair_time_stamps(time: np.ndarray, max_gap_s: float, what: str) -> RepairedTime:
+def repair_time_stamps(time: Annotated[np.ndarray, "(n,)", "s"], max_gap_s: float, what: str) -> RepairedTime:
     """Drop repeated time stamps and refuse unreliable ones.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Time stamps (s).
-    max_gap_s : float
-        Longest step allowed between samples (s).
-    what : str
-        Names the source in messages, for example its file.
-
-    Returns
-    -------
-    RepairedTime
-        Samples to keep, and properties of the stamps (s).
-
-    Raises
-    ------
-    InputError
-        If a stamp is not finite, time runs backwards, or a step is longer than ``max_gap_s``.
+    max_gap_s: longest step allowed between samples.
+    what: names the source in messages, for example its file.
+    Returns: samples to keep, and properties of the stamps.
     """
     bad = np.flatnonzero(~np.isfinite(time))
     if bad.size:
@@ -94,28 +73,13 @@ def fill_gaps(x: np.ndarray, rate_hz: float, max_gap_s: float, what: str) -> tup
 
     Runs that touch either end of the record are filled with the nearest sample.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n,) or (n, c)
-        Signal; a sample is missing if any of its c components is NaN.
-    rate_hz : float
-        Sampling rate (Hz).
-    max_gap_s : float
-        Longest run that may be filled (s).
-    what : str
-        Names the signal in messages.
+    x: Signal; a sample is missing if any of its c components is NaN.
+    max_gap_s: longest run that may be filled.
+    what: names the signal in messages.
 
-    Returns
-    -------
-    filled : ndarray, shape of ``x``
-        Signal without NaN (unit of ``x``).
-    missing : ndarray of bool, shape (n,)
-        True where a sample was filled.
-
-    Raises
-    ------
-    InputError
-        If a run is longer than ``max_gap_s``, or fewer than four samples remain.
+    Returns:
+        filled: signal without NaN (unit of ``x``).
+        missing: true where a sample was filled.
     """
     columns = x.reshape(x.shape[0], -1)
     missing = ~np.isfinite(columns).all(axis=1)
@@ -144,33 +108,20 @@ def fill_gaps(x: np.ndarray, rate_hz: float, max_gap_s: float, what: str) -> tup
     return filled.reshape(x.shape), missing
 
 
-def bridge_gaps(x: np.ndarray, rate_hz: float, max_gap_s: float, what: str) -> tuple[np.ndarray, np.ndarray]:
+def bridge_gaps(
+    x: Annotated[np.ndarray, "(n, c)"], rate_hz: float, max_gap_s: float, what: str
+) -> tuple[np.ndarray, np.ndarray]:
     """Bridge long runs of NaN by straight lines, so that the remaining gaps can be filled; mark them.
 
     A bridge contains no information: use it only where marked samples are omitted.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n, c)
-        Signal; a sample is missing if any of its c components is NaN.
-    rate_hz : float
-        Sampling rate (Hz).
-    max_gap_s : float
-        Longest run that is not bridged (s).
-    what : str
-        Names the signal in messages.
+    x: Signal; a sample is missing if any of its c components is NaN.
+    max_gap_s: longest run that is not bridged.
+    what: names the signal in messages.
 
-    Returns
-    -------
-    bridged : ndarray, shape (n, c)
-        Signal with NaN in short runs only (unit of ``x``).
-    long : ndarray of bool, shape (n,)
-        True in a bridge.
-
-    Raises
-    ------
-    InputError
-        If fewer than four samples remain.
+    Returns:
+        bridged: signal with NaN in short runs only (unit of ``x``). Shape (n, c).
+        long: true in a bridge.
     """
     missing = ~np.isfinite(x).all(axis=1)
     if (~missing).sum() < 4:
@@ -198,35 +149,20 @@ def runs_of(marked: np.ndarray) -> list[tuple[int, int]]:
 def resample(
     time: np.ndarray,
     x: np.ndarray,
-    new_time: np.ndarray,
+    new_time: Annotated[np.ndarray, "(m,)"],
     band_hz: float | None = None,
     rate_hz: float | None = None,
-) -> np.ndarray:
+) -> Annotated[np.ndarray, "(m,)"]:
     """Evaluate a sampled signal at other instants by a cubic spline.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Instants of the samples (s), increasing.
-    x : ndarray, shape (n,) or (n, c)
-        Samples.
-    new_time : ndarray, shape (m,)
-        Instants wanted (s), within the recorded ones.
-    band_hz : float, optional
-        Cutoff (Hz) of a linear-phase low-pass that is applied first. Needed where the new rate is
-        lower than the old one; requires regular ``time``.
-    rate_hz : float, optional
-        Rate of regular ``time`` (Hz), exact where it is known: the length of the filter follows from it.
-
-    Returns
-    -------
-    ndarray, shape (m,) or (m, c)
-        Resampled signal (unit of ``x``).
-
-    Raises
-    ------
-    InputError
-        If an instant lies outside the recorded time.
+    time: instants of the samples (s), increasing.
+    x: Samples.
+    new_time: instants wanted (s), within the recorded ones.
+    band_hz: cutoff (Hz) of a linear-phase low-pass that is applied first. Needed where the new rate is
+    lower than the old one; requires regular ``time``.
+    rate_hz: rate of regular ``time`` (Hz), exact where it is known: the length of the filter follows from
+    it.
+    Returns: resampled signal (unit of ``x``).
     """
     tolerance = 1e-6 * (time[-1] - time[0]) / time.size
     if new_time[0] < time[0] - tolerance or new_time[-1] > time[-1] + tolerance:
@@ -261,13 +197,7 @@ def regular_time(start_s: float, end_s: float, rate_hz: float) -> np.ndarray:
 
 
 def rising_edge(line: np.ndarray, threshold: float, what: str) -> int:
-    """Index of the first sample of a trigger line (V) at or above ``threshold`` (V).
-
-    Raises
-    ------
-    InputError
-        If the line never rises, or is high from its first sample on.
-    """
+    """Index of the first sample of a trigger line (V) at or above ``threshold`` (V)."""
     high = line >= threshold
     if not high.any():
         raise InputError(
@@ -282,25 +212,11 @@ def rising_edge(line: np.ndarray, threshold: float, what: str) -> int:
     return int(np.argmax(high))
 
 
-def rising_edges(line: np.ndarray, what: str) -> np.ndarray:
+def rising_edges(line: np.ndarray, what: str) -> Annotated[np.ndarray, "(r,)"]:
     """Samples at which a trigger that repeats rises through the middle of its range.
 
-    Parameters
-    ----------
-    line : ndarray, shape (n,)
-        Trigger.
-    what : str
-        Names the source in messages.
-
-    Returns
-    -------
-    ndarray of int, shape (r,)
-        First samples above the middle.
-
-    Raises
-    ------
-    InputError
-        If the trigger never rises.
+    what: names the source in messages.
+    Returns: first samples above the middle.
     """
     high = line > 0.5 * (line.min() + line.max())
     edges = np.flatnonzero(high[1:] & ~high[:-1]) + 1
@@ -313,7 +229,7 @@ def rising_edges(line: np.ndarray, what: str) -> np.ndarray:
 
 
 def align_sequential_samples(
-    positions: np.ndarray, rate_hz: float, marker_sampling_hz: float
+    positions: Annotated[np.ndarray, "(n, markers, 3)"], rate_hz: float, marker_sampling_hz: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Interpolate sequentially sampled markers (Optotrak strober) at common instants.
 
@@ -321,24 +237,12 @@ def align_sequential_samples(
     n / rate follows from a cubic spline through its samples. The first frame is dropped, because all
     markers but the first were sampled after its instant.
 
-    Parameters
-    ----------
-    positions : ndarray, shape (n, markers, 3)
-        Positions as sampled (m), without NaN, markers in the order of sequential sampling.
-    rate_hz, marker_sampling_hz : float
-        Frames per second, and markers per second within a frame (Hz).
+    positions: positions as sampled (m), without NaN, markers in the order of sequential sampling.
+    rate_hz, marker_sampling_hz: frames per second, and markers per second within a frame.
 
-    Returns
-    -------
-    time : ndarray, shape (n - 1,)
-        Common instants, counted from the first marker of the first frame (s).
-    aligned : ndarray, shape (n - 1, markers, 3)
-        Positions at these instants (m).
-
-    Raises
-    ------
-    InputError
-        If the markers of a frame do not fit into it.
+    Returns:
+        time: common instants, counted from the first marker of the first frame (s). Shape (n - 1,).
+        aligned: positions at these instants (m). Shape (n - 1, markers, 3).
     """
     frames, markers = positions.shape[:2]
     spread = (markers - 1) / marker_sampling_hz
@@ -358,13 +262,7 @@ def align_sequential_samples(
 
 
 def refuse_short(lasts_s: float, duration_s: float, what: str) -> None:
-    """Compare the length of a record (s) with the protocol's (s).
-
-    Raises
-    ------
-    InputError
-        If the record ends more than 0.1 s early.
-    """
+    """Compare the length of a record (s) with the protocol's (s)."""
     if lasts_s < duration_s - 0.1:
         raise InputError(
             f"{what}: expected {duration_s:g} s of trial, as the trial sheet says, found {lasts_s:.2f} "

@@ -25,26 +25,12 @@ def new_axes(
 ) -> tuple["Figure", list["Axes"]]:
     """Axes to draw on, one below the other: given ones, or those of a new figure.
 
-    Parameters
-    ----------
-    ax : matplotlib Axes or sequence of Axes, optional
-        Given axes, as many as ``rows``.
-    rows : int
-        Number of axes.
-    figsize : (float, float)
-        Width and height of a new figure (inches).
+    ax: given axes, as many as ``rows``.
+    figsize: width and height of a new figure (inches).
 
-    Returns
-    -------
-    figure : matplotlib Figure
-        Figure of the axes (size in inches).
-    axes : list of Axes
-        The axes.
-
-    Raises
-    ------
-    InputError
-        If ``ax`` is something else, or another number of axes.
+    Returns:
+        figure: figure of the axes (size in inches).
+        axes: the axes.
     """
     if ax is None:
         figure = _new_figure(figsize)
@@ -101,23 +87,11 @@ def as_html(
 ) -> str:
     """A result for a notebook: table, remarks, notes and a small figure.
 
-    Parameters
-    ----------
-    title : str
-        Heading.
-    head, rows : sequence of str, and iterable of these
-        Cells of the table, its values with their units.
-    lines, notes : iterable of str
-        Remarks below the table; notes are set apart.
-    draw : callable or None
-        Draws on the axes that it is given; None for no figure.
-    panels : int
-        Number of axes of the figure.
-
-    Returns
-    -------
-    str
-        HTML.
+    title: Heading.
+    head, rows: cells of the table, its values with their units.
+    lines, notes: remarks below the table; notes are set apart.
+    draw: draws on the axes that it is given; None for no figure.
+    panels: number of axes of the figure.
     """
 
     def cells(kind: str, texts: Sequence[str]) -> str:

@@ -115,21 +115,9 @@ def frequency_averaged(
     perturbation leaks: see `period_averaged`. Above the perturbation's band an untapered record shows only
     the step between its ends, whose coherence is 1.
 
-    Parameters
-    ----------
-    u, y : ndarray, shape (n,)
-        Input and output.
-    rate_hz : float
-        Sampling rate (Hz).
-    bins : int
-        Number of neighbouring raw frequencies averaged into one.
-    taper : bool
-        Whether to taper both ends with a Hann window.
-
-    Returns
-    -------
-    FrequencyResponse
-        From near 0 Hz (without the mean) to half the rate (Hz).
+    u, y: input and output.
+    taper: whether to taper both ends with a Hann window.
+    Returns: from near 0 Hz (without the mean) to half the rate.
     """
     frequency = np.fft.rfftfreq(u.size, 1.0 / rate_hz)[1:]
     window = np.hanning(u.size) if taper else np.ones(u.size)
@@ -163,26 +151,10 @@ def period_averaged(
     Each transform covers exactly one period, so there is no leakage; no frequencies are averaged, so
     there is no smearing. The last whole periods of the record are used.
 
-    Parameters
-    ----------
-    u, y : ndarray, shape (n,)
-        Input, periodic, and output.
-    rate_hz : float
-        Sampling rate (Hz).
-    period_s : float
-        Period of the perturbation (s), a whole number of samples.
-    band_hz : (float, float)
-        Lowest and highest excited frequency (Hz).
-
-    Returns
-    -------
-    FrequencyResponse
-        At the multiples of 1 / period within the band (Hz).
-
-    Raises
-    ------
-    InputError
-        If the period is not a whole number of samples, or the record holds fewer than two.
+    u, y: input, periodic, and output.
+    period_s: period of the perturbation (s), a whole number of samples.
+    band_hz: lowest and highest excited frequency.
+    Returns: at the multiples of 1 / period within the band.
     """
     frequency, u_lines = period_spectra(u, rate_hz, period_s, band_hz)
     _, y_lines = period_spectra(y, rate_hz, period_s, band_hz)
@@ -197,24 +169,10 @@ def period_spectra(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Spectrum of each of the last whole periods of a record.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        Signal.
-    rate_hz, period_s : float
-        Sampling rate (Hz), and period, a whole number of samples (s).
-    band_hz : (float, float)
-        Lowest and highest frequency (Hz).
-
-    Returns
-    -------
-    frequency, spectra : ndarray of shape (lines,), (periods, lines)
-        Multiples of 1 / period within the band (Hz), and the discrete Fourier transform (unit of x).
-
-    Raises
-    ------
-    InputError
-        If the period is not a whole number of samples, or the record holds fewer than two.
+    x: Signal.
+    rate_hz, period_s: sampling rate (Hz), and period, a whole number of samples (s).
+    band_hz: lowest and highest frequency.
+    Returns: multiples of 1 / period within the band (Hz), and the discrete Fourier transform (unit of x).
     """
     length = round(period_s * rate_hz)
     if abs(length - period_s * rate_hz) > 1e-6:

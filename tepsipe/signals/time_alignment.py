@@ -9,6 +9,8 @@ between both that grows with time is the error of a clock (`clock_error`). Sampl
 random deviate from their neighbours in proportion to the rate of the signal (`stamp_jitter`).
 """
 
+from typing import Annotated
+
 import numpy as np
 import scipy
 
@@ -22,31 +24,20 @@ MOVING, AROUND_S = 0.05, 0.1
 LARGEST_CLOCK_ERROR, STRETCH_S, CLOCK_BAND_HZ = 5e-3, 10.0, (0.5, 20.0)
 
 
-def marker_delay(time: np.ndarray, position: np.ndarray, belt_velocity: np.ndarray, what: str) -> float:
+def marker_delay(
+    time: Annotated[np.ndarray, "(n,)", "s"],
+    position: np.ndarray,
+    belt_velocity: Annotated[np.ndarray, "(n,)", "m/s"],
+    what: str,
+) -> float:
     """Time by which the recorded motion of a belt-fixed marker lags behind the logged belt velocity.
 
     Gauss-Newton on sum (y'(t + delay) - v(t))^2.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Instants of both signals (s).
-    position : ndarray, shape (n,)
-        Position of a belt-fixed marker along the belt (m), filtered like the velocity.
-    belt_velocity : ndarray, shape (n,)
-        Logged velocity of the belt (m/s).
-    what : str
-        Names the trial in messages.
-
-    Returns
-    -------
-    float
-        Delay (s), positive where the marker lags behind.
-
-    Raises
-    ------
-    InputError
-        If the delay is longer than 20 ms, the marker does not follow the belt, or nothing moves.
+    time: instants of both signals.
+    position: position of a belt-fixed marker along the belt (m), filtered like the velocity.
+    what: names the trial in messages.
+    Returns: delay (s), positive where the marker lags behind.
     """
     delay, velocity = 0.0, derivative(time, position)
     if not np.ptp(velocity) > 0.0 or not np.ptp(belt_velocity) > 0.0:
@@ -88,23 +79,14 @@ def common_signal_delay(
     For every lag, the correlation coefficient of the samples that overlap; the largest absolute value, where
     at least half of the shorter record overlaps, is refined by a parabola through it and its neighbours.
 
-    Parameters
-    ----------
-    reference, signal : ndarray, shape (n,) and (m,)
-        The two records, sampled from the same instant on; NaN where a sample is missing.
-    rate_hz : float
-        Sampling rate of both (Hz).
-    longest_s : float
-        Longest delay that is looked for, in either direction (s).
+    reference, signal: the two records, sampled from the same instant on; NaN where a sample is missing.
+    longest_s: longest delay that is looked for, in either direction.
 
-    Returns
-    -------
-    delay_s : float
-        Time by which ``signal`` is late (s).
-    correlation : float
-        Correlation coefficient at this delay; 0 if one of the two does not change.
-    gain : float
-        Slope of the regression of ``reference`` on ``signal`` there (unit of one per unit of the other).
+    Returns:
+        delay_s: time by which ``signal`` is late (s).
+        correlation: correlation coefficient at this delay; 0 if one of the two does not change.
+        gain: slope of the regression of ``reference`` on ``signal`` there (unit of one per unit of the
+        other).
     """
     size = reference.size + signal.size
     length = 1 << (size - 1).bit_length()
@@ -143,7 +125,9 @@ def common_signal_delay(
     return float(lags[k] + shift) / rate_hz, float(r[k]), float(covariance[k] / of_y[k])
 
 
-def clock_error(torque: np.ndarray, angle: np.ndarray, rate_hz: float) -> float:
+def clock_error(
+    torque: Annotated[np.ndarray, "(n,)", "N·m"], angle: Annotated[np.ndarray, "(n,)", "rad"], rate_hz: float
+) -> float:
     """Relative error of the clock of a response against the clock of its input.
 
     The clock is right if the cross-spectra of all stretches of the record have the same phase. The delay that
@@ -153,17 +137,7 @@ def clock_error(torque: np.ndarray, angle: np.ndarray, rate_hz: float) -> float:
 
     is searched on a grid, and refined by a parabola.
 
-    Parameters
-    ----------
-    torque, angle : ndarray, shape (n,)
-        Input and response (N·m, rad).
-    rate_hz : float
-        Sampling rate (Hz).
-
-    Returns
-    -------
-    float
-        e, positive if the clock of the response is fast; 0 for a record of less than two stretches.
+    Returns: e, positive if the clock of the response is fast; 0 for a record of less than two stretches.
     """
     length = round(STRETCH_S * rate_hz)
     count = torque.size // length
@@ -193,17 +167,9 @@ def stamp_jitter(time: np.ndarray, x: np.ndarray) -> float:
     Every sample is predicted by the cubic through two samples on either side. Noise of the signal adds the
     same variance everywhere; an error of the stamps adds one in proportion to the squared rate of change.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Stamps (s), increasing.
-    x : ndarray, shape (n,)
-        Samples, at a rate of several times the frequency of the signal.
-
-    Returns
-    -------
-    float
-        Standard deviation (s), 0 if it does not grow with the rate of change.
+    time: stamps (s), increasing.
+    x: samples, at a rate of several times the frequency of the signal.
+    Returns: standard deviation (s), 0 if it does not grow with the rate of change.
     """
     middle = time[2:-2]
     around = np.stack([time[k : time.size - 4 + k] for k in (0, 1, 3, 4)])

@@ -1,38 +1,27 @@
 """Bootstrap of means over perturbations, and of least squares over blocks."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
 
 
 def bootstrap_blocks(
-    regressors: np.ndarray,
+    regressors: Annotated[np.ndarray, "(n, p)"],
     y: np.ndarray,
     block: int,
     draws: int,
     rng: np.random.Generator,
     penalty: np.ndarray | float = 0.0,
-) -> np.ndarray:
+) -> Annotated[np.ndarray, "(draws, p)"]:
     """Least-squares solutions for blocks drawn with replacement, from the blocks' normal equations.
 
-    Parameters
-    ----------
-    regressors : ndarray, shape (n, p)
-        Regressors, one column per parameter.
-    y : ndarray, shape (n,)
-        Signal to explain.
-    block, draws : int
-        Length of a block (samples) and number of draws.
-    rng : numpy.random.Generator
-        Draws the blocks.
-    penalty : ndarray, shape (p, p), or 0
-        Added to the normal equations of all samples (unit of the regressors, squared).
-
-    Returns
-    -------
-    ndarray, shape (draws, p)
-        Solutions (units of y over units of the columns).
+    regressors: regressors, one column per parameter.
+    y: signal to explain.
+    block, draws: length of a block (samples) and number of draws.
+    penalty: added to the normal equations of all samples (unit of the regressors, squared).
+    Returns: solutions (units of y over units of the columns).
     """
     blocks = y.size // block
     scale = np.linalg.norm(regressors, axis=0)
@@ -53,17 +42,9 @@ def expanded_tail(confidence: float, blocks: float) -> float:
     degrees of freedom. So the end is the percentile Phi(-sqrt(n / (n - 1)) t[(1 + p) / 2, n - 1]) in place of
     (1 - p) / 2, with the quantile t of Student's distribution and the normal distribution Phi.
 
-    Parameters
-    ----------
-    confidence : float
-        Probability p of the interval.
-    blocks : float
-        Number n of blocks from which the bootstrap draws, at least 2.
-
-    Returns
-    -------
-    float
-        The percentile (%) of the low end; the high end is at 100 minus it.
+    confidence: probability p of the interval.
+    blocks: number n of blocks from which the bootstrap draws, at least 2.
+    Returns: the percentile (%) of the low end; the high end is at 100 minus it.
     """
     degrees = blocks - 1
     quantile = scipy.special.stdtrit(degrees, 0.5 * (1.0 + confidence))
@@ -72,44 +53,26 @@ def expanded_tail(confidence: float, blocks: float) -> float:
 
 @dataclass(frozen=True)
 class Interval:
-    """Uncertainty of a mean over perturbations.
+    """Uncertainty of a mean over perturbations."""
 
-    Attributes
-    ----------
-    standard_error : ndarray, shape (p,)
-        Standard error of each parameter's mean (unit of the parameter).
-    low, high : ndarray, shape (p,)
-        Ends of the interval (unit of the parameter).
-    """
-
-    standard_error: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
+    standard_error: Annotated[np.ndarray, "(p,)"]
+    """Standard error of each parameter's mean (unit of the parameter)."""
+    low: Annotated[np.ndarray, "(p,)"]
+    high: Annotated[np.ndarray, "(p,)"]
+    """Ends of the interval (unit of the parameter)."""
 
 
 def bootstrap_mean(
-    values: np.ndarray, draws: int, rng: np.random.Generator, confidence: float = 0.95
+    values: Annotated[np.ndarray, "(n, p)"], draws: int, rng: np.random.Generator, confidence: float = 0.95
 ) -> Interval:
     """Bootstrap over perturbations, valid where residuals within a perturbation are correlated.
 
     Whole perturbations are drawn with replacement. Deviations of the drawn means are multiplied by
     sqrt(n / (n - 1)), the factor by which resampling n perturbations underestimates their spread.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n, p)
-        Estimates of n perturbations.
-    draws : int
-        Number of bootstrap samples.
-    rng : numpy.random.Generator
-        Draws the perturbations.
-    confidence : float
-        Probability of the interval.
-
-    Returns
-    -------
-    Interval
-        Standard errors and interval (units of ``values``); infinite for a single perturbation.
+    values: estimates of n perturbations.
+    confidence: probability of the interval.
+    Returns: standard errors and interval (units of ``values``); infinite for a single perturbation.
     """
     n = values.shape[0]
     if n < 2:

@@ -1,5 +1,7 @@
 """Covariance of a least-squares fit to clusters whose errors have an unknown covariance of their own."""
 
+from typing import Annotated
+
 import numpy as np
 import scipy
 
@@ -9,7 +11,11 @@ ALONE = 1e-6
 SHIFTS = 4
 
 
-def bias_reduced_share(normal: np.ndarray, information: np.ndarray, moment: np.ndarray) -> np.ndarray:
+def bias_reduced_share(
+    normal: Annotated[np.ndarray, "(p, p)"],
+    information: Annotated[np.ndarray, "(p, p)"],
+    moment: Annotated[np.ndarray, "(p,)"],
+) -> Annotated[np.ndarray, "(p,)"]:
     """Share of one cluster in the error of a fit: bias-reduced linearisation (Bell & McCaffrey 2002).
 
         db_j = N^-1 X_j' (1 - H_j)^-1/2 e_j,     H_j = X_j N^-1 X_j',     cov(b) = sum_j db_j db_j'
@@ -24,24 +30,8 @@ def bias_reduced_share(normal: np.ndarray, information: np.ndarray, moment: np.n
     only matrices of the size of the parameters occur. Parameter combinations determined by a single cluster
     leave no residual in it; they get no share.
 
-    Parameters
-    ----------
-    normal : ndarray, shape (p, p)
-        N, the sum of X_j'X_j over all clusters, with weak priors (1 over the units of the parameters).
-    information : ndarray, shape (p, p)
-        X_j'X_j of the cluster (1 over the units of the parameters).
-    moment : ndarray, shape (p,)
-        X_j'e_j of the cluster (1 over the units of the parameters).
-
-    Returns
-    -------
-    ndarray, shape (p,)
-        db_j (units of the parameters).
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        If N is not positive definite.
+    normal: N, the sum of X_j'X_j over all clusters, with weak priors (1 over the units of the parameters).
+    Returns: db_j (units of the parameters).
     """
     root = np.linalg.cholesky(normal)
     half = scipy.linalg.solve_triangular(root, information, lower=True)
@@ -53,7 +43,7 @@ def bias_reduced_share(normal: np.ndarray, information: np.ndarray, moment: np.n
 
 
 def errors_over_blocks(
-    regressors: np.ndarray, residuals: np.ndarray, block: int
+    regressors: Annotated[np.ndarray, "(n, p)"], residuals: np.ndarray, block: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Standard errors of least squares with blocks of time as clusters, and their degrees of freedom.
 
@@ -62,21 +52,14 @@ def errors_over_blocks(
     block j alone would add for white errors, the degrees of freedom are (sum v_j)^2 / sum v_j^2 - 1
     (Satterthwaite).
 
-    Parameters
-    ----------
-    regressors : ndarray, shape (n, p)
-        Regressors.
-    residuals : ndarray, shape (n,)
-        Residuals of the fit to all samples.
-    block : int
-        Length of a block (samples).
+    residuals: residuals of the fit to all samples.
+    block: length of a block (samples).
 
-    Returns
-    -------
-    errors, freedom : ndarray, shape (p,)
-        Standard errors (unit of the residuals over units of the columns), and at least 1 degree of freedom.
-    shares : ndarray, shape (blocks, p)
-        Shares of the blocks in the error (units of ``errors``), for the last set of borders.
+    Returns:
+        errors, freedom: standard errors (unit of the residuals over units of the columns), and at least 1
+        degree of freedom. Shape (p,).
+        shares: shares of the blocks in the error (units of ``errors``), for the last set of borders. Shape
+        (blocks, p).
     """
     scale = np.linalg.norm(regressors, axis=0)
     scaled = regressors / scale

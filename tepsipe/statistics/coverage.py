@@ -25,23 +25,16 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Share:
-    """A share of estimates, with its interval.
-
-    Attributes
-    ----------
-    n, held : int
-        Number of estimates, and of those that count.
-    clusters : int
-        Number of laboratories with any.
-    low, high : float
-        Ends of the 95 % interval of the share; not a number without estimates.
-    """
+    """A share of estimates, with its interval."""
 
     n: int
     held: int
+    """Number of estimates, and of those that count."""
     clusters: int
+    """Number of laboratories with any."""
     low: float
     high: float
+    """Ends of the 95 % interval of the share; not a number without estimates."""
 
     @property
     def value(self) -> float:
@@ -52,15 +45,8 @@ class Share:
 def clopper_pearson(held: float, n: float) -> tuple[float, float]:
     """Exact binomial interval of a share.
 
-    Parameters
-    ----------
-    held, n : float
-        Number held, and number of all; effective numbers need not be whole.
-
-    Returns
-    -------
-    low, high : float
-        Ends, within 0 to 1.
+    held, n: number held, and number of all; effective numbers need not be whole.
+    Returns: ends, within 0 to 1.
     """
     tail = 0.5 * (1.0 - CONFIDENCE)
     low = 0.0 if held <= 0.0 else float(scipy.special.betaincinv(held, n - held + 1.0, tail))
@@ -71,17 +57,9 @@ def clopper_pearson(held: float, n: float) -> tuple[float, float]:
 def share_of(held: Sequence[bool], clusters: Sequence[object]) -> Share:
     """Share of estimates that count, with the interval for clusters described in this module's docstring.
 
-    Parameters
-    ----------
-    held : sequence of bool
-        Whether an estimate counts, for example is covered.
-    clusters : sequence of object
-        Laboratory of each estimate, of the same length.
-
-    Returns
-    -------
-    Share
-        With n_eff between the numbers of laboratories and of estimates.
+    held: whether an estimate counts, for example is covered.
+    clusters: laboratory of each estimate, of the same length.
+    Returns: with n_eff between the numbers of laboratories and of estimates.
     """
     names = list(dict.fromkeys(clusters))
     place = {name: k for k, name in enumerate(names)}

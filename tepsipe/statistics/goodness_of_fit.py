@@ -59,54 +59,31 @@ def vaf(measured: np.ndarray, predicted: np.ndarray, *, centred: bool = False) -
 def explained(measured: np.ndarray, predicted: np.ndarray) -> float:
     """VAF (%) of a prediction that may have diverged, which is NaN or far below 0 then.
 
-    Parameters
-    ----------
-    measured, predicted : ndarray, shape (n,)
-        Signals in the same unit.
-
-    Returns
-    -------
-    float
-        As `vaf`, without its checks.
+    measured, predicted: signals in the same unit.
+    Returns: as `vaf`, without its checks.
     """
     return float(100.0 * (1.0 - np.sum((measured - predicted) ** 2) / np.sum(measured**2)))
 
 
 @dataclass(frozen=True)
 class HeldOutVaf:
-    """VAFs of a prediction on the fitted and on the held-out part.
-
-    Attributes
-    ----------
-    training, held_out : float
-        VAF (%) of each part about the mean of the fitted part.
-    held_out_any_offset : float
-        VAF (%) of the held-out part with measurement and prediction each about its own mean: insensitive
-        to a drift of the offset.
-    held_out_as_printed : float
-        Uncentred VAF (%) of the held-out part, thesis eq (3-1).
-    """
+    """VAFs of a prediction on the fitted and on the held-out part."""
 
     training: float
     held_out: float
+    """VAF (%) of each part about the mean of the fitted part."""
     held_out_any_offset: float
+    """VAF (%) of the held-out part with measurement and prediction each about its own mean: insensitive to
+    a drift of the offset."""
     held_out_as_printed: float
+    """Uncentred VAF (%) of the held-out part, thesis eq (3-1)."""
 
 
 def evaluate_held_out(measured: np.ndarray, predicted: np.ndarray, training: int) -> HeldOutVaf:
     """VAF (%) of a prediction before and after the end of the fitted part.
 
-    Parameters
-    ----------
-    measured, predicted : ndarray, shape (n,)
-        Signals in the same unit.
-    training : int
-        Number of samples, from the first on, that were fitted (samples).
-
-    Returns
-    -------
-    HeldOutVaf
-        VAFs of both parts (%).
+    measured, predicted: signals in the same unit.
+    training: number of samples, from the first on, that were fitted (samples).
     """
     level = measured[:training].mean()
     test, guess = measured[training:], predicted[training:]

@@ -18,40 +18,25 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class GroupMean:
-    """Mean over people.
-
-    Attributes
-    ----------
-    n : int
-        Number of people.
-    mean : float
-        Mean of their values (unit of the values).
-    sd, sem : float or None
-        Standard deviation between people, standard error of the mean (same unit); None for one person.
-    low, high : float or None
-        Ends of the 95 % interval of the mean (same unit); None for one person.
-    """
+    """Mean over people."""
 
     n: int
+    """Number of people."""
     mean: float
+    """Mean of their values (unit of the values)."""
     sd: float | None
     sem: float | None
+    """Standard deviation between people, standard error of the mean (same unit); None for one person."""
     low: float | None
     high: float | None
+    """Ends of the 95 % interval of the mean (same unit); None for one person."""
 
 
 def group_mean(values: np.ndarray) -> GroupMean:
     """Mean over people, with the interval by Student's t.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        One value per person, at least one.
-
-    Returns
-    -------
-    GroupMean
-        Mean, spread and interval (unit of ``values``). They do not depend on the order of the people.
+    values: one value per person, at least one.
+    Returns: mean, spread and interval (unit of ``values``). They do not depend on the order of the people.
     """
     ordered = np.sort(np.asarray(values, dtype=float))
     n, mean = ordered.size, float(ordered.mean())

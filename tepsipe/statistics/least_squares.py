@@ -1,6 +1,7 @@
 """Linear least squares with the thesis's SEM and the standard error (thesis eqs 3-2 and 3-9)."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -10,49 +11,28 @@ class LinearFit:
     """Least-squares solution of ``J p = y`` with its measures of uncertainty.
 
     R are the residuals, N their number, p the number of parameters.
-
-    Attributes
-    ----------
-    parameters : ndarray, shape (p,)
-        Solution (units of y over units of J's columns).
-    residuals : ndarray, shape (N,)
-        y - J p (unit of y).
-    sem_as_printed : ndarray, shape (p,)
-        sqrt(R'R diag((J'J)^-1) / ||R||), thesis eq (3-2). It is neither dimensionless nor a standard
-        error: R'R / ||R|| = ||R||.
-    standard_error : ndarray, shape (p,)
-        sqrt(R'R / (N - p) diag((J'J)^-1)), valid for white residuals only.
-    condition_number : float
-        Ratio of the largest to the smallest singular value of J after scaling its columns to unit
-        length.
     """
 
-    parameters: np.ndarray
-    residuals: np.ndarray
-    sem_as_printed: np.ndarray
-    standard_error: np.ndarray
+    parameters: Annotated[np.ndarray, "(p,)"]
+    """Solution (units of y over units of J's columns)."""
+    residuals: Annotated[np.ndarray, "(N,)"]
+    """y - J p (unit of y)."""
+    sem_as_printed: Annotated[np.ndarray, "(p,)"]
+    """sqrt(R'R diag((J'J)^-1) / ||R||), thesis eq (3-2). It is neither dimensionless nor a standard error:
+    R'R / ||R|| = ||R||."""
+    standard_error: Annotated[np.ndarray, "(p,)"]
+    """sqrt(R'R / (N - p) diag((J'J)^-1)), valid for white residuals only."""
     condition_number: float
+    """Ratio of the largest to the smallest singular value of J after scaling its columns to unit length."""
 
 
-def least_squares_line(jacobian: np.ndarray, y: np.ndarray) -> LinearFit:
+def least_squares_line(
+    jacobian: Annotated[np.ndarray, "(N, p)"], y: Annotated[np.ndarray, "(N,)"]
+) -> LinearFit:
     """Solve a linear least-squares problem (thesis eq 3-9 solved per data segment).
 
-    Parameters
-    ----------
-    jacobian : ndarray, shape (N, p)
-        Regressors, one column per parameter.
-    y : ndarray, shape (N,)
-        Signal to explain.
-
-    Returns
-    -------
-    LinearFit
-        Solution, residuals and uncertainties (units as above).
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        If the regressors are linearly dependent, so that the parameters are not determined.
+    jacobian: regressors, one column per parameter.
+    y: signal to explain.
     """
     scale = np.linalg.norm(jacobian, axis=0)
     if not (scale > 0.0).all():
@@ -72,38 +52,24 @@ def least_squares_line(jacobian: np.ndarray, y: np.ndarray) -> LinearFit:
     )
 
 
-def sem_as_printed(residuals: np.ndarray, inverse_diagonal: np.ndarray) -> np.ndarray:
+def sem_as_printed(
+    residuals: Annotated[np.ndarray, "(N,)"], inverse_diagonal: Annotated[np.ndarray, "(p,)"]
+) -> Annotated[np.ndarray, "(p,)"]:
     """Thesis eq (3-2) as printed, sqrt(R'R (J'J)^-1 / ||R||).
 
-    Parameters
-    ----------
-    residuals : ndarray, shape (N,)
-        R (unit of the fitted signal).
-    inverse_diagonal : ndarray, shape (p,)
-        Diagonal of (J'J)^-1.
-
-    Returns
-    -------
-    ndarray, shape (p,)
-        As printed; its unit is the parameter's over the square root of the signal's.
+    inverse_diagonal: diagonal of (J'J)^-1.
+    Returns: as printed; its unit is the parameter's over the square root of the signal's.
     """
     return np.sqrt(np.linalg.norm(residuals) * inverse_diagonal)
 
 
-def standard_error(residuals: np.ndarray, inverse_diagonal: np.ndarray) -> np.ndarray:
+def standard_error(
+    residuals: Annotated[np.ndarray, "(N,)"], inverse_diagonal: Annotated[np.ndarray, "(p,)"]
+) -> Annotated[np.ndarray, "(p,)"]:
     """Standard error for white residuals, sqrt(R'R / (N - p) diag((J'J)^-1)).
 
-    Parameters
-    ----------
-    residuals : ndarray, shape (N,)
-        R (unit of the fitted signal).
-    inverse_diagonal : ndarray, shape (p,)
-        Diagonal of (J'J)^-1.
-
-    Returns
-    -------
-    ndarray, shape (p,)
-        Standard errors (units of the parameters); infinite if N <= p.
+    inverse_diagonal: diagonal of (J'J)^-1.
+    Returns: standard errors (units of the parameters); infinite if N <= p.
     """
     freedom = residuals.size - inverse_diagonal.size
     if freedom <= 0:

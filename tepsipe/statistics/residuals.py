@@ -1,31 +1,24 @@
 """Residuals of a model: whiteness and memory; changes of parameters over a record."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 
 @dataclass(frozen=True)
 class CumulativePeriodogram:
-    """Test of whiteness below a frequency.
+    """Test of whiteness below a frequency."""
 
-    Attributes
-    ----------
-    frequency_hz : ndarray, shape (m,)
-        Lines of the periodogram (Hz).
-    cumulative : ndarray, shape (m,)
-        Fraction of the power up to each line.
-    limit : float
-        Distance from the straight line that white noise exceeds at some line in 5 of 100 records.
-    distance, p_value : float
-        Largest distance from the straight line, and its probability for white noise.
-    """
-
-    frequency_hz: np.ndarray
-    cumulative: np.ndarray
+    frequency_hz: Annotated[np.ndarray, "(m,)"]
+    """Lines of the periodogram."""
+    cumulative: Annotated[np.ndarray, "(m,)"]
+    """Fraction of the power up to each line."""
     limit: float
+    """Distance from the straight line that white noise exceeds at some line in 5 of 100 records."""
     distance: float
     p_value: float
+    """Largest distance from the straight line, and its probability for white noise."""
 
 
 def cumulative_periodogram(x: np.ndarray, rate_hz: float, highest_hz: float) -> CumulativePeriodogram:
@@ -33,17 +26,8 @@ def cumulative_periodogram(x: np.ndarray, rate_hz: float, highest_hz: float) -> 
 
     In a low-pass filtered record, only the frequencies that passed can be tested.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        Residual.
-    rate_hz, highest_hz : float
-        Sampling rate, and highest frequency that is tested (Hz).
-
-    Returns
-    -------
-    CumulativePeriodogram
-        Cumulative power, and the Kolmogorov-Smirnov test of its distance from a straight line.
+    x: Residual.
+    Returns: cumulative power, and the Kolmogorov-Smirnov test of its distance from a straight line.
     """
     import scipy
 
@@ -85,27 +69,19 @@ def memory_s(x: np.ndarray, rate_hz: float) -> float:
 
 
 def solution_with_errors(
-    regressors: np.ndarray, y: np.ndarray, block: int
+    regressors: Annotated[np.ndarray, "(n, p)"], y: np.ndarray, block: int
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Least squares with standard errors for residuals that are correlated within blocks of time.
 
     The jackknife over blocks (Efron 1982): every block is left out once.
 
-    Parameters
-    ----------
-    regressors : ndarray, shape (n, p)
-        Regressors.
-    y : ndarray, shape (n,)
-        Signal to explain.
-    block : int
-        Length of a block (samples).
+    y: signal to explain.
+    block: length of a block (samples).
 
-    Returns
-    -------
-    solution, error : ndarray, shape (p,)
-        Parameters and their standard errors (units of y over units of the columns).
-    freedom : int
-        Degrees of freedom of the errors: blocks - 1.
+    Returns:
+        solution, error: parameters and their standard errors (units of y over units of the columns). Shape
+        (p,).
+        freedom: degrees of freedom of the errors: blocks - 1.
     """
     scale = np.linalg.norm(regressors, axis=0)
     scale[scale == 0.0] = 1.0
@@ -124,20 +100,16 @@ def solution_with_errors(
     return solution / scale, error / scale, blocks - 1
 
 
-def equal_means_p(values: np.ndarray, errors: np.ndarray, freedom: np.ndarray) -> float:
+def equal_means_p(
+    values: Annotated[np.ndarray, "(k,)"],
+    errors: Annotated[np.ndarray, "(k,)"],
+    freedom: Annotated[np.ndarray, "(k,)"],
+) -> float:
     """Probability of a larger difference if the quantities are equal (Welch 1951, Biometrika 38, 330-336).
 
-    Parameters
-    ----------
-    values, errors : ndarray, shape (k,)
-        Independent estimates and their standard errors.
-    freedom : ndarray, shape (k,)
-        Degrees of freedom of the errors.
-
-    Returns
-    -------
-    float
-        p; not a number where an error is not positive.
+    values, errors: independent estimates and their standard errors.
+    freedom: degrees of freedom of the errors.
+    Returns: p; not a number where an error is not positive.
     """
     import scipy
 

@@ -20,6 +20,7 @@ trial; and the same degrees of freedom hold for all components of one source.
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -32,48 +33,27 @@ DISTRIBUTIONS = ("normal", "rectangular", "triangular")
 
 @dataclass(frozen=True)
 class Source:
-    """A constant assumed by the analysis, and its uncertainty.
-
-    Attributes
-    ----------
-    name : str
-        For example ``leg_mass_kg``.
-    standard_uncertainty : float
-        u(x), the standard deviation of what is believed about it (unit of the quantity).
-    distribution : {"normal", "rectangular", "triangular"}
-        Shape of that belief, for readers of the budget: to first order only u(x) counts. The half width is
-        u sqrt(3) if rectangular, u sqrt(6) if triangular.
-    freedom : float
-        Degrees of freedom of u(x); infinite where it is not itself an estimate.
-    reason : str
-        Why it is believed: a measurement, a data sheet, a publication.
-    """
+    """A constant assumed by the analysis, and its uncertainty."""
 
     name: str
+    """For example ``leg_mass_kg``."""
     standard_uncertainty: float
+    """u(x), the standard deviation of what is believed about it (unit of the quantity)."""
     distribution: str = "normal"
+    """{"normal", "rectangular", "triangular"}: Shape of that belief, for readers of the budget: to first
+    order only u(x) counts. The half width is u sqrt(3) if rectangular, u sqrt(6) if triangular."""
     freedom: float = np.inf
+    """Degrees of freedom of u(x); infinite where it is not itself an estimate."""
     reason: str = ""
+    """Why it is believed: a measurement, a data sheet, a publication."""
 
 
 def sources_of(section: Mapping[str, Mapping | None]) -> dict[str, Source]:
     """Sources of one experiment from its settings.
 
-    Parameters
-    ----------
-    section : mapping
-        Name -> standard_uncertainty (unit in the name), distribution, source (why it is believed) and, where
-        u(x) is an estimate, freedom; None for a source that is switched off.
-
-    Returns
-    -------
-    dict of str to Source
-        Those that are not switched off.
-
-    Raises
-    ------
-    InputError
-        If a standard uncertainty is negative or not a number, or a distribution is unknown.
+    section: name -> standard_uncertainty (unit in the name), distribution, source (why it is believed) and,
+    where u(x) is an estimate, freedom; None for a source that is switched off.
+    Returns: those that are not switched off.
     """
     sources = {}
     for name, stated in section.items():
@@ -98,24 +78,10 @@ def sources_of(section: Mapping[str, Mapping | None]) -> dict[str, Source]:
 def stated_sources(uncertainty: object, known: Sequence[str], place: str) -> dict[str, Source]:
     """Sources of Type B that a user states.
 
-    Parameters
-    ----------
-    uncertainty : mapping of str to float or Source, or None
-        Name -> standard uncertainty (unit in the name).
-    known : sequence of str
-        Names that the function knows.
-    place : str
-        Name of the function, for messages.
-
-    Returns
-    -------
-    dict of str to Source
-        Empty if nothing is stated.
-
-    Raises
-    ------
-    InputError
-        If it is no mapping, a name is unknown, or a standard uncertainty is no number of at least 0.
+    uncertainty: name -> standard uncertainty (unit in the name).
+    known: names that the function knows.
+    place: name of the function, for messages.
+    Returns: empty if nothing is stated.
     """
     advice = f"give standard uncertainties by name, of {listed(known)}"
     if not isinstance(uncertainty, Mapping | None):
@@ -137,25 +103,17 @@ def stated_sources(uncertainty: object, known: Sequence[str], place: str) -> dic
 
 @dataclass(frozen=True)
 class Budget:
-    """Uncertainty of p estimates, source by source.
+    """Uncertainty of p estimates, source by source."""
 
-    Attributes
-    ----------
-    type_a : ndarray, shape (p,)
-        Standard uncertainties from the trial's own scatter (units of the estimates).
-    freedom_a : float or ndarray, shape (p,)
-        Their degrees of freedom.
-    contributions : dict of str to ndarray, shape (k, p)
-        Source -> root R of its covariance, R'R (units of the estimates). One row, c_i u(x_i) with its sign,
-        if it was propagated linearly; as many rows as draws if by a bootstrap.
-    freedom : dict of str to float
-        Source -> degrees of freedom; infinite where none are given.
-    """
-
-    type_a: np.ndarray
+    type_a: Annotated[np.ndarray, "(p,)"]
+    """Standard uncertainties from the trial's own scatter (units of the estimates)."""
     freedom_a: float | np.ndarray
+    """Their degrees of freedom, shape (p,)."""
     contributions: dict[str, np.ndarray] = field(default_factory=dict)
+    """Source -> root R of its covariance, R'R (units of the estimates). One row, c_i u(x_i) with its sign,
+    if it was propagated linearly; as many rows as draws if by a bootstrap, shape (k, p)."""
     freedom: dict[str, float] = field(default_factory=dict)
+    """Source -> degrees of freedom; infinite where none are given."""
 
     def of_source(self, name: str) -> np.ndarray:
         """Standard uncertainty contributed by a source, shape (p,) (units of the estimates)."""
@@ -181,20 +139,14 @@ class Budget:
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(quartic > 0.0, self.combined**4 / quartic, np.inf)
 
-    def interval(self, values: np.ndarray, confidence: float = CONFIDENCE) -> tuple[np.ndarray, np.ndarray]:
+    def interval(
+        self, values: Annotated[np.ndarray, "(p,)"], confidence: float = CONFIDENCE
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Ends of the interval values +- t u_c.
 
-        Parameters
-        ----------
-        values : ndarray, shape (p,)
-            The estimates.
-        confidence : float
-            Probability of the interval.
-
-        Returns
-        -------
-        low, high : ndarray, shape (p,)
-            Units of ``values``; infinite where the combined uncertainty is.
+        values: the estimates.
+        confidence: probability of the interval.
+        Returns: units of ``values``; infinite where the combined uncertainty is.
         """
         half = coverage_factor(self.effective_freedom, confidence) * self.combined
         return values - half, values + half
@@ -205,11 +157,6 @@ class Budget:
         Type A of both is independent and adds in quadrature, with degrees of freedom by Welch and
         Satterthwaite for the first estimate. A source of the same name is the same quantity: its
         contributions are subtracted. A source in only one of the budgets is kept.
-
-        Raises
-        ------
-        ValueError
-            If a common source has another number of rows in the other budget: draws must be shared.
         """
         names = dict.fromkeys([*self.contributions, *other.contributions])
         difference = {}
@@ -240,18 +187,11 @@ def coverage_factor(freedom: np.ndarray, confidence: float = CONFIDENCE) -> np.n
     return np.where(np.isfinite(freedom), scipy.special.stdtrit(finite, p), scipy.special.ndtri(p))
 
 
-def scatter(values: np.ndarray) -> tuple[np.ndarray, float]:
+def scatter(values: Annotated[np.ndarray, "(n, p)"]) -> tuple[np.ndarray, float]:
     """Type A of a mean over n perturbations: SD / sqrt(n), and n - 1 degrees of freedom (JCGM 100, 4.2).
 
-    Parameters
-    ----------
-    values : ndarray, shape (n, p)
-        Estimates of n perturbations.
-
-    Returns
-    -------
-    u, freedom : ndarray of shape (p,), float
-        Standard uncertainty (units of ``values``) and degrees of freedom; infinite and 1 if n < 2.
+    values: estimates of n perturbations.
+    Returns: standard uncertainty (units of ``values``) and degrees of freedom; infinite and 1 if n < 2.
     """
     n = len(values)
     if n < 2:
@@ -267,17 +207,8 @@ def error_of_mean(signal: np.ndarray, terms: int = 8) -> tuple[float, float]:
 
         u = sqrt(mean of c_j^2 / n),    c_j = sqrt(2 / n) sum_t cos(pi j (t - 1/2) / n) x_t,    j = 1 ... m
 
-    Parameters
-    ----------
-    signal : ndarray, shape (n,)
-        The samples, n above 1.
-    terms : int
-        Number m of cosines.
-
-    Returns
-    -------
-    u, freedom : float
-        Standard error (unit of ``signal``) and m, or n - 1 if this is less.
+    signal: the samples, n above 1.
+    Returns: standard error (unit of ``signal``) and m, or n - 1 if this is less.
     """
     n = signal.size
     terms = min(terms, n - 1)
@@ -288,15 +219,8 @@ def error_of_mean(signal: np.ndarray, terms: int = 8) -> tuple[float, float]:
 def in_quadrature(*parts: tuple[np.ndarray, float]) -> tuple[np.ndarray, np.ndarray]:
     """Sum of independent standard uncertainties with their degrees of freedom (Welch and Satterthwaite).
 
-    Parameters
-    ----------
-    *parts : (ndarray of shape (p,), float)
-        Standard uncertainties (same units) and degrees of freedom.
-
-    Returns
-    -------
-    u, freedom : ndarray, shape (p,)
-        Standard uncertainties and effective degrees of freedom; those of the first part where all are zero.
+    Returns: standard uncertainties and effective degrees of freedom; those of the first part where all are
+    zero.
     """
     u = np.sqrt(np.sum([np.square(u) for u, _ in parts], axis=0))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -309,18 +233,9 @@ def linear_contributions(
 ) -> dict[str, np.ndarray]:
     """Signed contributions by central differences over +-u(x_i) (JCGM 100, section 5.1.3, note 2).
 
-    Parameters
-    ----------
-    estimate : callable
-        Takes deviations of the sources by name, returns the estimates, shape (p,). Sources
-        that are not named do not deviate.
-    sources : sequence of Source
-        Uncertain constants.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (1, p)
-        Source -> c_i u(x_i) (units of the estimates), for `Budget.contributions`.
+    estimate: takes deviations of the sources by name, returns the estimates, shape (p,). Sources that are
+    not named do not deviate.
+    Returns: source -> c_i u(x_i) (units of the estimates), for `Budget.contributions`.
     """
     contributions = {}
     for source in sources:
@@ -330,17 +245,9 @@ def linear_contributions(
     return contributions
 
 
-def root_of_draws(draws: np.ndarray) -> np.ndarray:
+def root_of_draws(draws: Annotated[np.ndarray, "(n, p)"]) -> Annotated[np.ndarray, "(n, p)"]:
     """Root of the covariance of draws, for `Budget.contributions`: deviations from their mean / sqrt(n - 1).
 
-    Parameters
-    ----------
-    draws : ndarray, shape (n, p)
-        Estimates for n draws of a source.
-
-    Returns
-    -------
-    ndarray, shape (n, p)
-        R, with R'R the sample covariance of the draws.
+    draws: estimates for n draws of a source.
     """
     return (draws - draws.mean(axis=0)) / np.sqrt(len(draws) - 1.0)

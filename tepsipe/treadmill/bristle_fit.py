@@ -11,6 +11,7 @@ place (`tepsipe.treadmill.mass_response`), if it halves the left-out error.
 
 import itertools
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -47,28 +48,19 @@ WITHOUT = "without-physics"  # a response of every mass
 
 @dataclass(frozen=True)
 class Calibrated:
-    """A fitted model with the draws of its errors.
-
-    Attributes
-    ----------
-    models : dict of str to BristleFrame
-        Component -> model.
-    deviations : ndarray, shape (draws, 25)
-        Draws of the errors of the constants.
-    without_trial : ndarray, shape (trials, 25)
-        Change of the constants if a trial is left out.
-    left_out : dict of str to float
-        Terms joined by ``+``, for every variant that was fitted -> root mean square error of left-out
-        trials relative to the noise.
-    by_mass : tuple of dict of str to MassResponse
-        Of a model without physics: component -> its response if a trial is left out, trial by trial.
-    """
+    """A fitted model with the draws of its errors."""
 
     models: dict[str, BristleFrame]
-    deviations: np.ndarray
-    without_trial: np.ndarray
+    """Component -> model."""
+    deviations: Annotated[np.ndarray, "(draws, 25)"]
+    """Draws of the errors of the constants."""
+    without_trial: Annotated[np.ndarray, "(trials, 25)"]
+    """Change of the constants if a trial is left out."""
     left_out: dict[str, float]
+    """Terms joined by ``+``, for every variant that was fitted -> root mean square error of left-out trials
+    relative to the noise."""
     by_mass: tuple[dict[str, MassResponse], ...] = ()
+    """Of a model without physics: component -> its response if a trial is left out, trial by trial."""
 
 
 def fit_bristle_frame(
@@ -79,26 +71,9 @@ def fit_bristle_frame(
 ) -> Calibrated:
     """Fit all trials together.
 
-    Parameters
-    ----------
-    trials : list of dict of str to BeltRecording
-        For each calibration trial component Fy or Mx -> recording (N, N·m), with two masses or more.
-    draws : int
-        Number of draws of the errors of the constants.
-    rng : numpy.random.Generator
-        Draws them.
-    like : Calibrated, optional
-        Fit of the same trials with another filter, whose terms are kept.
-
-    Returns
-    -------
-    Calibrated
-        Models of both components.
-
-    Raises
-    ------
-    InputError
-        If all trials carry the same mass, or their pulses cannot be used.
+    trials: for each calibration trial component Fy or Mx -> recording, with two masses or more.
+    draws: number of draws of the errors of the constants.
+    like: fit of the same trials with another filter, whose terms are kept.
     """
     windows = pulse_windows(left_out_in_turn(trials))
     weights = noise_weights(windows)
@@ -147,15 +122,8 @@ def left_out_in_turn(trials: list[dict[str, BeltRecording]]) -> list[dict[str, B
     Pulses of opposite directions are trials of their own; the only one of a mass is split, pulse by pulse, in
     two.
 
-    Parameters
-    ----------
-    trials : list of dict of str to BeltRecording
-        For each trial component Fy or Mx -> recording (N, N·m).
-
-    Returns
-    -------
-    list of dict of str to BeltRecording
-        In the same order.
+    trials: for each trial component Fy or Mx -> recording.
+    Returns: in the same order.
     """
     trials = by_direction(trials)
     masses = [trial["Fy"].carried_kg for trial in trials]

@@ -17,7 +17,7 @@ physics takes their place, mass by mass (`tepsipe.treadmill.mass_response`).
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -31,39 +31,22 @@ class Constants(NamedTuple):
     """Constants of the model, the same for fore-aft force and moment.
 
     All from ``force_mass`` to ``cross_talk_m`` follow from the others by least squares.
-
-    Attributes
-    ----------
-    damping_s, damping_s_per_kg, slowness_s2, slowness_s2_per_kg : float
-        Frame: d_0 (s), d_1 (s/kg), e_0 (s²), e_1 (s²/kg).
-    second_mode, second_mode_moment, second_slowness : float
-        Second mode: p_F, p_M, r.
-    lag_s, friction_speed_m_per_s : float
-        Smooth friction: T (s), v_0 (m/s).
-    mount_share, mount_time_s : float
-        Mounts of the transducers: k, t (s).
-    bristle_m, stribeck, stribeck_speed_m_per_s : float
-        Bristles: d_z (m), u, v_s (m/s).
-    force_mass, force_viscous, friction, friction_per_kg, bristle, bristle_per_kg : float
-        Force: m (N over m/s²), c (N over m/s), f_0 (N), f_1 (N/kg), b_0 (N), b_1 (N/kg).
-    moment_mass, moment_viscous, lever_m, cross_talk_m : float
-        Moment: m_x (N·m over m/s²), c_x (N·m over m/s), lever (m), x (m).
-    response_share : float
-        Without physics: deviation of the load's dependence on the mass from that of a rigid weight, as a
-        share of it.
     """
 
     damping_s: float
     damping_s_per_kg: float
     slowness_s2: float
     slowness_s2_per_kg: float
+    """Frame: d_0 (s), d_1 (s/kg), e_0 (s²), e_1 (s²/kg)."""
     second_mode: float
     second_mode_moment: float
     second_slowness: float
     lag_s: float
     friction_speed_m_per_s: float
-    mount_share: float
+    """Smooth friction: T (s), v_0 (m/s)."""
+    mount_share: Annotated[float, "s"]
     mount_time_s: float
+    """Mounts of the transducers: k, t."""
     bristle_m: float
     stribeck: float
     stribeck_speed_m_per_s: float
@@ -73,11 +56,15 @@ class Constants(NamedTuple):
     friction_per_kg: float = 0.0
     bristle: float = 0.0
     bristle_per_kg: float = 0.0
+    """Force: m (N over m/s²), c (N over m/s), f_0 (N), f_1 (N/kg), b_0 (N), b_1 (N/kg)."""
     moment_mass: float = 0.0
     moment_viscous: float = 0.0
     lever_m: float = 0.0
     cross_talk_m: float = 0.0
+    """Moment: m_x (N·m over m/s²), c_x (N·m over m/s), lever (m), x (m)."""
     response_share: float = 0.0
+    """Without physics: deviation of the load's dependence on the mass from that of a rigid weight, as a
+    share of it."""
 
     @property
     def bristles(self) -> Bristles:
@@ -109,34 +96,23 @@ OF_FRICTION = (*OF_BRISTLES, "friction_speed_m_per_s", *RUBBING)
 
 @dataclass(frozen=True)
 class BristleFrame(BeltModel):
-    """The model's constants, the same for fore-aft force and moment.
-
-    Attributes
-    ----------
-    component : {"Fy", "Mx"}
-        The load that it predicts.
-    constants : ndarray, shape (25,)
-        Those of `Constants` in their order.
-    terms : tuple of str
-        Parts beyond the loaded frame that cross-validation kept, of `tepsipe.treadmill.bristle_search.TERMS`,
-        or ``without-physics``.
-    rate_hz : float
-        Sampling rate of the calibration (Hz).
-    heaviest_kg : float
-        Largest mass of the calibration (kg).
-    converged : bool
-        Whether the optimisation converged inside its bounds.
-    by_mass : MassResponse or None
-        Response without physics, where physics does not explain the calibration.
-    """
+    """The model's constants, the same for fore-aft force and moment."""
 
     component: str
-    constants: np.ndarray
+    """{"Fy", "Mx"}: The load that it predicts."""
+    constants: Annotated[np.ndarray, "(25,)"]
+    """Those of `Constants` in their order."""
     terms: tuple[str, ...]
+    """Parts beyond the loaded frame that cross-validation kept, of
+    `tepsipe.treadmill.bristle_search.TERMS`, or ``without-physics``."""
     rate_hz: float
+    """Sampling rate of the calibration."""
     heaviest_kg: float
+    """Largest mass of the calibration."""
     converged: bool = True
+    """Whether the optimisation converged inside its bounds."""
     by_mass: MassResponse | None = None
+    """Response without physics, where physics does not explain the calibration."""
 
     @property
     def holds_errors(self) -> bool:
@@ -166,11 +142,6 @@ class BristleFrame(BeltModel):
         """L (unit of the load), shape (n,), relative to its value before each pulse.
 
         The known load carried moves with the belt: its force is its mass times the belt's acceleration.
-
-        Raises
-        ------
-        InputError
-            If the belt was not perturbed by separate pulses.
         """
         carried_force = recording.carried_kg * recording.acceleration
         load = recording.carried + self.added(recording, carried_force)
@@ -179,28 +150,16 @@ class BristleFrame(BeltModel):
         return _from_each_pulse(recording, predicted)
 
     def compensate(
-        self, recording: BeltRecording, force: np.ndarray | None = None, friction: np.ndarray | None = None
+        self,
+        recording: BeltRecording,
+        force: np.ndarray | None = None,
+        friction: Annotated[np.ndarray, "(n,)", "N"] | None = None,
     ) -> np.ndarray:
         """Measured load, corrected for the frame's response and the belt-induced load, less the known load.
 
-        Parameters
-        ----------
-        recording : BeltRecording
-            The trial (N or N·m).
-        force : ndarray, shape (n,), optional
-            True fore-aft force (N), whose cross-talk is subtracted from the moment.
-        friction : ndarray, shape (n,), optional
-            Output of `friction`, if it is known already (N).
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            True load less the load carried, but for a constant (unit of the load).
-
-        Raises
-        ------
-        InputError
-            If the belt was not perturbed by separate pulses.
+        force: true fore-aft force (N), whose cross-talk is subtracted from the moment.
+        friction: output of `friction`, if it is known already.
+        Returns: true load less the load carried, but for a constant (unit of the load).
         """
         key = ("spectrum", *self._constants(self._of_response))
         measured = recording.load + recording.carried
@@ -216,11 +175,6 @@ class BristleFrame(BeltModel):
         """Belt-induced load before the response of the frame (unit of the load), shape (n,).
 
         ``force`` is the true fore-aft force, ``friction`` the output of `friction` (N), both of shape (n,).
-
-        Raises
-        ------
-        InputError
-            If the belt was not perturbed by separate pulses.
         """
         c = self.named
         needed = self.component == "Fy" or c.lever_m != 0.0
@@ -236,36 +190,18 @@ class BristleFrame(BeltModel):
         return added + c.lever_m * friction if needed else added
 
     def added_per_kg(self, recording: BeltRecording) -> np.ndarray:
-        """Load that another kg on the belt would add, before the frame's response (N or N·m), shape (n,).
-
-        Raises
-        ------
-        InputError
-            If the belt was not perturbed by separate pulses.
-        """
+        """Load that another kg on the belt would add, before the frame's response (N or N·m), shape (n,)."""
         force = np.zeros(recording.load.size)
         heavier = replace(recording, carried_kg=recording.carried_kg + 1.0)
         return self.added(heavier, force) - self.added(recording, force)
 
     def shared_friction(self, other: BeltModel, recording: BeltRecording) -> np.ndarray | None:
-        """Output of `friction` (N), shape (n,), if ``other`` has the same constants; else None.
-
-        Raises
-        ------
-        InputError
-            If the belt was not perturbed by separate pulses.
-        """
+        """Output of `friction` (N), shape (n,), if ``other`` has the same constants; else None."""
         same = isinstance(other, BristleFrame) and np.array_equal(self.constants, other.constants)
         return self.friction(recording) if same else None
 
     def friction(self, recording: BeltRecording) -> np.ndarray:
-        """Force of friction on the belt, viscous, smooth and of the bristles (N), shape (n,).
-
-        Raises
-        ------
-        InputError
-            If the belt was not perturbed by separate pulses.
-        """
+        """Force of friction on the belt, viscous, smooth and of the bristles (N), shape (n,)."""
         return recording.once(("friction", *self._constants(OF_FRICTION)), lambda: self._friction(recording))
 
     def _friction(self, recording: BeltRecording) -> np.ndarray:

@@ -9,7 +9,7 @@ for example of the only one with the fastest pulse.
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import scipy
@@ -74,17 +74,20 @@ COMPONENTS = ("Fy", "Mx")
 
 @dataclass(frozen=True)
 class Fit:
-    """One variant: constants, whether the search converged, and ended at a bound, sum of squares, mean
-    square error of left-out trials, change of the constants without each trial, their spread.
-    """
+    """One variant of the search."""
 
     constants: np.ndarray
     converged: bool
     at_bound: bool
+    """Whether the search ended at a bound."""
     cost: float
+    """Sum of squares."""
     left_out: float
+    """Mean square error of left-out trials."""
     without_trial: np.ndarray
+    """Change of the constants without each trial."""
     spread: np.ndarray
+    """Share of each trial in the error of the constants, bias-reduced."""
 
 
 def noise_weights(windows: PulseWindows) -> dict[str, float]:
@@ -262,20 +265,11 @@ def _best_start(
     return min(tried, key=lambda x: float(np.sum(_solve(signals, x, terms, weights)[1] ** 2)))
 
 
-def residuals(windows: PulseWindows, constants: np.ndarray) -> dict[str, np.ndarray]:
+def residuals(windows: PulseWindows, constants: Annotated[np.ndarray, "(25,)"]) -> dict[str, np.ndarray]:
     """Measured less modelled mean pulses.
 
-    Parameters
-    ----------
-    windows : PulseWindows
-        The trials.
-    constants : ndarray, shape (25,)
-        Those of `tepsipe.treadmill.bristle_frame.Constants` in their order.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (trials, n)
-        Component -> residual (N, N·m).
+    constants: those of `tepsipe.treadmill.bristle_frame.Constants` in their order.
+    Returns: component -> residual (N, N·m).
     """
     return modelled_residuals(Signals(windows), constants)
 

@@ -23,18 +23,10 @@ def coherence_limit(recordings: list[BeltRecording], segment_s: float) -> float:
     zero-padded perturbations of transient ones. The coherence of unrelated signals averaged over n
     segments has a bias of 1/n, which is removed.
 
-    Parameters
-    ----------
-    recordings : list of BeltRecording
-        Recordings on which models are evaluated.
-    segment_s : float
-        Length of the segments of continuous recordings (s).
-
-    Returns
-    -------
-    float
-        sum gamma^2 S_LL / sum S_LL over all frequencies but 0 Hz, the upper limit of R2. NaN for a
-        single segment.
+    recordings: recordings on which models are evaluated.
+    segment_s: length of the segments of continuous recordings.
+    Returns: sum gamma^2 S_LL / sum S_LL over all frequencies but 0 Hz, the upper limit of R2. NaN for a
+    single segment.
     """
     s_aa, s_al, s_ll, count = 0.0, 0.0, 0.0, 0.0
     for r in recordings:
@@ -70,42 +62,29 @@ def _segments(x: np.ndarray, recording: BeltRecording, segment_s: float) -> np.n
 
 @dataclass(frozen=True)
 class ModelScore:
-    """One model, fitted on some recordings and evaluated on others.
-
-    Attributes
-    ----------
-    model : str
-        Name in the family.
-    train, test : str
-        Recordings to which it was fitted, and recordings on which it was evaluated.
-    cutoff_hz : float
-        Cutoff of the low-pass filter of all signals (Hz).
-    r2 : float
-        Fraction of the load's variance that is predicted.
-    rms_before, rms_after : float
-        Root mean square of the load and of the residual (``unit``).
-    order : int
-        Number of poles, taps, lines or conditions: the size of the model.
-    r2_limit : float
-        Upper limit of R2 for a linear model of the belt acceleration on these recordings.
-    load, unit : str
-        Name of the load, and its unit.
-    converged : bool
-        Whether the optimisation converged; true for models without one.
-    """
+    """One model, fitted on some recordings and evaluated on others."""
 
     model: str
+    """Name in the family."""
     train: str
     test: str
+    """Recordings to which it was fitted, and recordings on which it was evaluated."""
     cutoff_hz: float
+    """Cutoff of the low-pass filter of all signals."""
     r2: float
+    """Fraction of the load's variance that is predicted."""
     rms_before: float
     rms_after: float
+    """Root mean square of the load and of the residual (``unit``)."""
     order: int
+    """Number of poles, taps, lines or conditions: the size of the model."""
     r2_limit: float
+    """Upper limit of R2 for a linear model of the belt acceleration on these recordings."""
     load: str
     unit: str
+    """Name of the load, and its unit."""
     converged: bool = True
+    """Whether the optimisation converged; true for models without one."""
 
 
 # a belt, left or right, may follow
@@ -114,21 +93,14 @@ MODEL_SCORES = Table(ModelScore, "scores of models", further=("belt",))
 
 @dataclass(frozen=True)
 class Calibration:
-    """One model to fit.
-
-    Attributes
-    ----------
-    model : str
-        Name in the family.
-    train : str
-        Name of the group of recordings to fit it to.
-    tests : tuple of str
-        Names of the groups to evaluate it on.
-    """
+    """One model to fit."""
 
     model: str
+    """Name in the family."""
     train: str
+    """Name of the group of recordings to fit it to."""
     tests: tuple[str, ...]
+    """Names of the groups to evaluate it on."""
 
 
 def calibrate(
@@ -140,28 +112,12 @@ def calibrate(
 ) -> tuple[list[ModelScore], list[FittedModel]]:
     """Fit every model of a plan and evaluate it on the test recordings.
 
-    Parameters
-    ----------
-    plan : list of Calibration
-        Models to fit, with their training and test recordings.
-    training, testing : dict of str to list of BeltRecording
-        Groups of recordings, all with the same filter. No recording should be in both.
-    load : str
-        Name of the load.
-    options : FamilyOptions
-        Options of the analysis.
+    plan: models to fit, with their training and test recordings.
+    training, testing: groups of recordings, all with the same filter. No recording should be in both.
 
-    Returns
-    -------
-    scores : list of ModelScore
-        One per model and test (unit of the load).
-    models : list of FittedModel
-        One per entry of the plan.
-
-    Raises
-    ------
-    InputError
-        If recordings cannot calibrate or test a model.
+    Returns:
+        scores: one per model and test (unit of the load).
+        models: one per entry of the plan.
     """
     scores, models = [], []
     for recordings in testing.values():
@@ -216,16 +172,9 @@ def plate_groups(
 ) -> tuple[dict[str, list[BeltRecording]], dict[str, list[BeltRecording]]]:
     """Group recordings of the empty belt and of weights (units as in the recordings).
 
-    Parameters
-    ----------
-    recordings : list of (group, role, BeltRecording)
-        Group by `group_of`, role calibrate or validate.
-
-    Returns
-    -------
-    training, testing : dict of str to list of BeltRecording
-        Training by group, all groups together, and all trials of the empty belt, whose mean is
-        subtracted condition by condition; testing by group.
+    recordings: group by `group_of`, role calibrate or validate.
+    Returns: training by group, all groups together, and all trials of the empty belt, whose mean is
+    subtracted condition by condition; testing by group.
     """
     training: dict[str, list[BeltRecording]] = {}
     testing: dict[str, list[BeltRecording]] = {}
@@ -328,21 +277,10 @@ def table_result(
 ) -> Result:
     """Measured and predicted load of every test recording, and the spectrum over distance.
 
-    Parameters
-    ----------
-    models : list of FittedModel
-        Models to show.
-    recordings : list of BeltRecording
-        Test recordings, with the filter of the models.
-    ingested : dict
-        Recording -> record of its ingest, stored with the result.
-    most_samples : int
-        Largest number of samples shown of a recording, from its middle (samples).
-
-    Returns
-    -------
-    Result
-        Per recording time (s), measured and predicted load (unit of the load).
+    recordings: test recordings, with the filter of the models.
+    ingested: recording -> record of its ingest, stored with the result.
+    most_samples: largest number of samples shown of a recording, from its middle (samples).
+    Returns: per recording time, measured and predicted load (unit of the load).
     """
     arrays: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}

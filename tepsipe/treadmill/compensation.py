@@ -25,22 +25,9 @@ def compensated_loads(
 ) -> dict[str, np.ndarray]:
     """Measured loads of one trial less the belt-induced ones.
 
-    Parameters
-    ----------
-    models : dict of str to FittedModel
-        Component of the load, Fy or Mx -> its model.
-    recordings : dict of str to BeltRecording
-        Component -> recording of the trial, filtered as in the calibration (N, N·m).
-
-    Returns
-    -------
-    dict of str to ndarray, shape (n,)
-        Component -> load (N, N·m).
-
-    Raises
-    ------
-    InputError
-        If a component has no model, or a recording has another rate, unit or filter than its model.
+    models: component of the load, Fy or Mx -> its model.
+    recordings: component -> recording of the trial, filtered as in the calibration.
+    Returns: component -> load (N, N·m).
     """
     for component in recordings:
         if component not in models:
@@ -64,20 +51,8 @@ def added_per_kg(
 
     A load that presses on the belt briefly adds friction like a mass.
 
-    Parameters
-    ----------
-    models, recordings
-        As for `compensated_loads` (N, N·m).
-
-    Returns
-    -------
-    dict of str to ndarray, shape (n,)
-        Component -> load per mass (N/kg, N·m/kg); 0 for models that do not depend on the mass.
-
-    Raises
-    ------
-    InputError
-        If a model needs separate pulses, and the recording has none.
+    models, recordings: as for `compensated_loads`.
+    Returns: component -> load per mass (N/kg, N·m/kg); 0 for models that do not depend on the mass.
     """
     return {
         component: models[component].model.added_per_kg(recording)
@@ -90,21 +65,9 @@ def compensated_draws(
 ) -> dict[str, np.ndarray]:
     """Compensated loads of one trial for every draw of the models' constants, to first order in their errors.
 
-    Parameters
-    ----------
-    models, recordings
-        As for `compensated_loads` (N, N·m).
-
-    Returns
-    -------
-    dict of str to ndarray, shape (draws, n)
-        Component -> loads (N, N·m), draw by draw the same constants for all components; without rows
-        if the models hold no draws.
-
-    Raises
-    ------
-    InputError
-        As `compensated_loads`.
+    models, recordings: as for `compensated_loads`.
+    Returns: component -> loads (N, N·m), draw by draw the same constants for all components; without rows
+    if the models hold no draws.
     """
     best = compensated_loads(models, recordings)
     groups, deviations = _groups(models)

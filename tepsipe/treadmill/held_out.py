@@ -15,6 +15,7 @@ without that trial. The gate does not detect the state of friction before a puls
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -54,38 +55,26 @@ ONE_SIDED = 1.645
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Residuals of trials held out of a model's fit.
-
-    Attributes
-    ----------
-    rate_hz, before_s, after_s : float
-        Sampling rate (Hz), and time of a window before and after the onset of its pulse (s).
-    names : tuple of str
-        The trials.
-    kg : ndarray, shape (trials,)
-        Mass on the belt (kg).
-    velocity : ndarray, shape (trials, n)
-        Mean velocity of the belt (m/s).
-    residual : dict of str to list of ndarray, each of shape (pulses, n)
-        Component -> measured less modelled load of every pulse, trial by trial (N, N·m).
-    below_limit_kg : tuple of float
-        Masses at which R2 of the model falls clearly below its limit (kg), see `below_limit`.
-    converged : bool
-        Whether the search for the model's constants converged inside its bounds.
-    plate_flags : tuple of str
-        Names, in `tepsipe.io.estimates.FLAGS`, of faults of the plate that resting weights show.
-    """
+    """Residuals of trials held out of a model's fit."""
 
     rate_hz: float
     before_s: float
     after_s: float
+    """Sampling rate (Hz), and time of a window before and after the onset of its pulse (s)."""
     names: tuple[str, ...]
-    kg: np.ndarray
-    velocity: np.ndarray
+    """The trials."""
+    kg: Annotated[np.ndarray, "(trials,)", "kg"]
+    """Mass on the belt."""
+    velocity: Annotated[np.ndarray, "(trials, n)", "m/s"]
+    """Mean velocity of the belt."""
     residual: dict[str, list[np.ndarray]]
+    """Component -> measured less modelled load of every pulse, trial by trial (N, N·m), shape (pulses, n)."""
     below_limit_kg: tuple[float, ...]
+    """Masses at which R2 of the model falls clearly below its limit (kg), see `below_limit`."""
     converged: bool = True
+    """Whether the search for the model's constants converged inside its bounds."""
     plate_flags: tuple[str, ...] = ()
+    """Names, in `tepsipe.io.estimates.FLAGS`, of faults of the plate that resting weights show."""
 
     @property
     def failed(self) -> str:
@@ -95,55 +84,36 @@ class HeldOut:
 
 @dataclass(frozen=True)
 class Subject:
-    """Mass, lever and motion of the subject, for the gate.
-
-    Attributes
-    ----------
-    mass_kg : float
-        Mass on the belt (kg).
-    lever_m : float
-        Height of the joint over the belt l (m).
-    velocity : ndarray, shape (m,)
-        Mean velocity of the belt from the onset of the pulses (m/s).
-    regressors : ndarray, shape (m, p)
-        Mean theta'' (rad/s²), theta' (rad/s), theta (rad) over the window of the estimate, from the onset;
-        without theta'' for an estimator without inertia.
-    rate_hz : float
-        Sampling rate (Hz).
-    own_zero : bool
-        Whether the estimator has a free constant torque in every window.
-    instruments : ndarray, shape (m, p), optional
-        Signals that resemble the regressors without noise of the cameras; the regressors if left out.
-    """
+    """Mass, lever and motion of the subject, for the gate."""
 
     mass_kg: float
+    """Mass on the belt."""
     lever_m: float
-    velocity: np.ndarray
-    regressors: np.ndarray
+    """Height of the joint over the belt l."""
+    velocity: Annotated[np.ndarray, "(m,)", "m/s"]
+    """Mean velocity of the belt from the onset of the pulses."""
+    regressors: Annotated[np.ndarray, "(m, p)"]
+    """Mean theta'' (rad/s²), theta' (rad/s), theta (rad) over the window of the estimate, from the onset;
+    without theta'' for an estimator without inertia."""
     rate_hz: float
     own_zero: bool
-    instruments: np.ndarray | None = None
+    """Whether the estimator has a free constant torque in every window."""
+    instruments: Annotated[np.ndarray, "(m, p)"] | None = None
+    """Signals that resemble the regressors without noise of the cameras; the regressors if left out."""
 
 
 @dataclass(frozen=True)
 class PredictedError:
-    """Error of the parameters due to the treadmill model.
+    """Error of the parameters due to the treadmill model."""
 
-    Attributes
-    ----------
-    parameters, standard_error : ndarray, shape (p,)
-        dI (N·m·s²/rad), dB (N·m·s/rad), dK (N·m/rad), and their standard errors over the pulses; without dI
-        for an estimator without inertia. The latter are `UNKNOWN` where R2 falls below its limit.
-    trials : tuple of str
-        The held-out trials that were used.
-    difference : float
-        Root mean square difference between their pulses and the subject's, relative to the latter.
-    """
-
-    parameters: np.ndarray
-    standard_error: np.ndarray
+    parameters: Annotated[np.ndarray, "(p,)"]
+    standard_error: Annotated[np.ndarray, "(p,)"]
+    """dI (N·m·s²/rad), dB (N·m·s/rad), dK (N·m/rad), and their standard errors over the pulses; without dI
+    for an estimator without inertia. The latter are `UNKNOWN` where R2 falls below its limit."""
     trials: tuple[str, ...]
+    """The held-out trials that were used."""
     difference: float
+    """Root mean square difference between their pulses and the subject's, relative to the latter."""
 
     def trusted(self, stiffness: float) -> bool:
         """Test for |dK| plus two standard errors below a tenth of K (N·m/rad)."""
@@ -173,24 +143,9 @@ def held_out_residuals(
 ) -> Result:
     """Residuals of all trials, each from a model fitted without it.
 
-    Parameters
-    ----------
-    calibrated : Calibrated or None
-        The fit of the training trials; without one there are no residuals.
-    training, testing : list of dict of str to BeltRecording
-        For each trial component -> recording (N, N·m).
-    below_limit_kg : sequence of float
-        Masses at which R2 falls clearly below its limit (kg).
-
-    Returns
-    -------
-    Result
-        For `read_held_out` (N, N·m, m/s).
-
-    Raises
-    ------
-    InputError
-        If a recording has no separate pulses.
+    calibrated: the fit of the training trials; without one there are no residuals.
+    training, testing: for each trial component -> recording.
+    below_limit_kg: masses at which R2 falls clearly below its limit.
     """
     if calibrated is None:
         return Result({}, {}, {"trials": []})
@@ -255,22 +210,8 @@ def predicted_error(held_out: HeldOut, subject: Subject) -> PredictedError:
     opposite direction counts with the opposite sign. After the window of the residuals their last value is
     held.
 
-    Parameters
-    ----------
-    held_out : HeldOut
-        Residuals.
-    subject : Subject
-        Mass, motion and lever of the subject.
-
-    Returns
-    -------
-    PredictedError
-        Error of the compensated estimates (N·m·s²/rad, N·m·s/rad, N·m/rad).
-
-    Raises
-    ------
-    InputError
-        If the subject was recorded at another rate than the calibration.
+    subject: mass, motion and lever of the subject.
+    Returns: error of the compensated estimates.
     """
     if abs(held_out.rate_hz - subject.rate_hz) > 1e-6 * held_out.rate_hz:
         raise InputError(

@@ -7,6 +7,7 @@ that is logged later than the load, or smoothed.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -20,21 +21,14 @@ RIDGE = 1e-7
 
 @dataclass(frozen=True)
 class ImpulseResponse(BeltModel):
-    """Response of the load to belt acceleration.
+    """Response of the load to belt acceleration."""
 
-    Attributes
-    ----------
-    taps : ndarray, shape (lead + lag + 1,)
-        h (unit of the load over m/s²).
-    lead : int
-        Taps before the present sample (samples).
-    rate_hz : float
-        Sampling rate for which it holds (Hz).
-    """
-
-    taps: np.ndarray
+    taps: Annotated[np.ndarray, "(lead + lag + 1,)"]
+    """h (unit of the load over m/s²)."""
     lead: int
+    """Taps before the present sample (samples)."""
     rate_hz: float
+    """Sampling rate for which it holds."""
 
     @property
     def order(self) -> int:
@@ -53,22 +47,7 @@ def fit_finite_response(recordings: list[BeltRecording], lead_s: float, lag_s: f
     The normal equations are regularised by a very small ridge, because low-pass filtered signals do not
     determine the response far above the cutoff.
 
-    Parameters
-    ----------
-    recordings : list of BeltRecording
-        Calibration.
-    lead_s, lag_s : float
-        Length of the response towards the future and towards the past (s).
-
-    Returns
-    -------
-    ImpulseResponse
-        Least-squares taps.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than ten samples per tap.
+    lead_s, lag_s: length of the response towards the future and towards the past.
     """
     rate = recordings[0].rate_hz
     lead, lag = round(lead_s * rate), round(lag_s * rate)
@@ -94,17 +73,8 @@ def fit_finite_response(recordings: list[BeltRecording], lead_s: float, lag_s: f
 def fit_spectral(recordings: list[BeltRecording], segment_s: float) -> ImpulseResponse:
     """Spectral estimate H1 = S_aL / S_aa as a non-causal compensator.
 
-    Parameters
-    ----------
-    recordings : list of BeltRecording
-        Calibration.
-    segment_s : float
-        Length of the half-overlapping Hann segments, and of the response (s).
-
-    Returns
-    -------
-    ImpulseResponse
-        Inverse transform of H1, tapered at both ends; half of it lies in the future.
+    segment_s: length of the half-overlapping Hann segments, and of the response.
+    Returns: inverse transform of H1, tapered at both ends; half of it lies in the future.
     """
     rate = recordings[0].rate_hz
     samples = 2 * round(0.5 * segment_s * rate)

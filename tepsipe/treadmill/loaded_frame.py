@@ -21,6 +21,7 @@ one mass, and it can be inverted: the true load follows from the measured one.
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -34,32 +35,21 @@ STIFF_HZ = 50.0
 
 @dataclass(frozen=True)
 class LoadedFrame(BeltModel):
-    """The model's constants.
+    """The model's constants."""
 
-    Attributes
-    ----------
-    frame : ndarray, shape (3,)
-        d (s), e_0 (s2), e_1 (s2/kg).
-    motion : ndarray, shape (4,)
-        m (unit of the load over m/s²), c (over m/s), f_0 (unit of the load), f_1 (over kg).
-    lag_s, friction_speed_m_per_s : float
-        T (s), v_0 (m/s).
-    mount_share, mount_time_s : float
-        k, t (s).
-    rate_hz : float
-        Sampling rate of the calibration (Hz).
-    converged : bool
-        Whether the optimisation converged inside its bounds.
-    """
-
-    frame: np.ndarray
-    motion: np.ndarray
+    frame: Annotated[np.ndarray, "(3,)"]
+    """d (s), e_0 (s2), e_1 (s2/kg)."""
+    motion: Annotated[np.ndarray, "(4,)"]
+    """m (unit of the load over m/s²), c (over m/s), f_0 (unit of the load), f_1 (over kg)."""
     lag_s: float
     friction_speed_m_per_s: float
-    mount_share: float
+    """T (s), v_0 (m/s)."""
+    mount_share: Annotated[float, "s"]
     mount_time_s: float
     rate_hz: float
+    """Sampling rate of the calibration."""
     converged: bool = True
+    """Whether the optimisation converged inside its bounds."""
 
     @property
     def order(self) -> int:
@@ -128,26 +118,15 @@ class LoadedFrame(BeltModel):
         return response
 
 
-def fit_loaded_frame(recordings: list[BeltRecording], frame: np.ndarray | None = None) -> LoadedFrame:
+def fit_loaded_frame(
+    recordings: list[BeltRecording], frame: Annotated[np.ndarray, "(3,)"] | None = None
+) -> LoadedFrame:
     """Fit all recordings together: linear parameters by least squares, the others by optimisation.
 
-    Parameters
-    ----------
-    recordings : list of BeltRecording
-        Calibration, with at least two different masses on the belt.
-    frame : ndarray, shape (3,), optional
-        d (s), e_0 (s2), e_1 (s2/kg) from the moment; friction and mounts are then estimated. Without it
-        the frame is estimated, with viscous friction only and without mounts.
-
-    Returns
-    -------
-    LoadedFrame
-        Constants that minimise the squared error of the measured load.
-
-    Raises
-    ------
-    InputError
-        If all recordings carry the same mass.
+    recordings: calibration, with at least two different masses on the belt.
+    frame: d (s), e_0 (s2), e_1 (s2/kg) from the moment; friction and mounts are then estimated. Without it
+    the frame is estimated, with viscous friction only and without mounts.
+    Returns: constants that minimise the squared error of the measured load.
     """
     masses = sorted({r.carried_kg for r in recordings})
     if len(masses) < 2:

@@ -10,6 +10,7 @@ unknown; the constant ``response_share`` of the model carries this.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -27,21 +28,14 @@ LOOSE = 10.0
 
 @dataclass(frozen=True)
 class MassResponse:
-    """Response of one component of the load to the acceleration of the belt, mass by mass.
+    """Response of one component of the load to the acceleration of the belt, mass by mass."""
 
-    Attributes
-    ----------
-    kg : ndarray, shape (masses,)
-        Masses on the belt of the calibration, from light to heavy (kg).
-    taps : ndarray, shape (masses, n)
-        Response to an acceleration of 1 m/s² in one sample (unit of the load).
-    lead : int
-        Number of taps before the acceleration (samples).
-    """
-
-    kg: np.ndarray
-    taps: np.ndarray
+    kg: Annotated[np.ndarray, "(masses,)", "kg"]
+    """Masses on the belt of the calibration, from light to heavy."""
+    taps: Annotated[np.ndarray, "(masses, n)"]
+    """Response to an acceleration of 1 m/s² in one sample (unit of the load)."""
     lead: int
+    """Number of taps before the acceleration (samples)."""
 
     def at(self, carried_kg: float, share: float) -> np.ndarray:
         """Response (as ``taps``), shape (n,), for a mass on the belt (kg).
@@ -66,22 +60,15 @@ class MassResponse:
         )
 
 
-def fit_mass_response(windows: PulseWindows, load: np.ndarray, used: np.ndarray) -> MassResponse:
+def fit_mass_response(
+    windows: PulseWindows,
+    load: Annotated[np.ndarray, "(trials, n)"],
+    used: Annotated[np.ndarray, "(trials,)"],
+) -> MassResponse:
     """Fit the response of every mass to the load of its trials.
 
-    Parameters
-    ----------
-    windows : PulseWindows
-        The trials.
-    load : ndarray, shape (trials, n)
-        Measured load of one component less the load carried (N or N·m).
-    used : ndarray of bool, shape (trials,)
-        Trials to fit; a mass without any of them gets no response.
-
-    Returns
-    -------
-    MassResponse
-        Responses (unit of the load).
+    load: measured load of one component less the load carried (N or N·m).
+    used: trials to fit; a mass without any of them gets no response.
     """
     hats, lead = _hats(windows.rate_hz)
     masses = np.unique(windows.kg)

@@ -1,6 +1,7 @@
 """The simplest models: subtraction of the mean of the empty belt, and mass, damper and spring."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -12,18 +13,12 @@ from tepsipe.treadmill.recording import BeltRecording
 
 @dataclass(frozen=True)
 class MeanSubtraction(BeltModel):
-    """Mean load of every perturbation of the empty belt, by condition (thesis section 3-1-2, eq 3-11).
-
-    Attributes
-    ----------
-    templates : dict of str to ndarray, shape (w,)
-        Condition -> mean load from the perturbation's onset on (unit of the load).
-    rate_hz : float
-        Sampling rate for which it holds (Hz).
-    """
+    """Mean load of every perturbation of the empty belt, by condition (thesis section 3-1-2, eq 3-11)."""
 
     templates: dict[str, np.ndarray]
+    """Condition -> mean load from the perturbation's onset on (unit of the load), shape (w,)."""
     rate_hz: float
+    """Sampling rate for which it holds."""
 
     @property
     def order(self) -> int:
@@ -31,13 +26,7 @@ class MeanSubtraction(BeltModel):
         return len(self.templates)
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
-        """L (unit of the load), shape (n,).
-
-        Raises
-        ------
-        InputError
-            If the empty belt was not recorded in the recording's condition.
-        """
+        """L (unit of the load), shape (n,)."""
         if recording.condition not in self.templates:
             raise InputError(
                 f"{recording.name}: expected a recording of the empty belt in condition "
@@ -52,13 +41,7 @@ class MeanSubtraction(BeltModel):
 
 
 def fit_mean_subtraction(recordings: list[BeltRecording]) -> MeanSubtraction:
-    """Mean load over the perturbations of every condition (unit of the load).
-
-    Raises
-    ------
-    InputError
-        If a recording has no separate perturbations to average.
-    """
+    """Mean load over the perturbations of every condition (unit of the load)."""
     by_condition: dict[str, list[np.ndarray]] = {}
     for r in recordings:
         if not r.onsets:
@@ -73,18 +56,12 @@ def fit_mean_subtraction(recordings: list[BeltRecording]) -> MeanSubtraction:
 
 @dataclass(frozen=True)
 class MassSpringDamper(BeltModel):
-    """L = m a + c (v - mean v) + k (y - trend y) + d: a simple second-order model (thesis chapter 5).
+    """L = m a + c (v - mean v) + k (y - trend y) + d: a simple second-order model (thesis chapter 5)."""
 
-    Attributes
-    ----------
-    coefficients : ndarray, shape (4,)
-        m, c, k, d (unit of the load over m/s², m/s, m, 1).
-    rate_hz : float
-        Sampling rate of the calibration (Hz).
-    """
-
-    coefficients: np.ndarray
+    coefficients: Annotated[np.ndarray, "(4,)"]
+    """m, c, k, d (unit of the load over m/s², m/s, m, 1)."""
     rate_hz: float
+    """Sampling rate of the calibration."""
 
     @property
     def order(self) -> int:

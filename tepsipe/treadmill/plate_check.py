@@ -14,7 +14,7 @@ weights at one place would not show o.
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 
@@ -45,52 +45,36 @@ MOVED_M = 0.02
 
 @dataclass(frozen=True)
 class Resting:
-    """A weight at rest between the perturbations of one trial, or the empty belt.
-
-    Attributes
-    ----------
-    weight : Weight or None
-        The weight; None for the empty belt.
-    place : ndarray, shape (n, 2)
-        x and y of its centre of mass at every rest (m), of the markers' mean where the centre is not stated;
-        0 for the empty belt.
-    f_z, m_x, m_y : ndarray, shape (n,)
-        Load of the plate (N, N·m).
-    """
+    """A weight at rest between the perturbations of one trial, or the empty belt."""
 
     weight: Weight | None
-    place: np.ndarray
+    """The weight; None for the empty belt."""
+    place: Annotated[np.ndarray, "(n, 2)"]
+    """x and y of its centre of mass at every rest (m), of the markers' mean where the centre is not stated;
+    0 for the empty belt."""
     f_z: np.ndarray
     m_x: np.ndarray
     m_y: np.ndarray
+    """Load of the plate (N, N·m)."""
 
 
 @dataclass(frozen=True)
 class PlateCheck:
-    """What resting weights show of a plate.
-
-    Attributes
-    ----------
-    origin_m, origin_u_m : float or None
-        Position of the plate's origin along the belt, forward of the markers' origin, and its standard
-        uncertainty (m); None where no weight's centre of mass is stated.
-    moment_scale, moment_scale_u : float or None
-        Scale s of M_x, and its standard uncertainty; None without weights.
-    force_scale : float or None
-        Vertical force over the weight, f.
-    sideways_m : float or None
-        Centre of pressure less markers across the belt (m).
-    flags : tuple of str
-        Names in `tepsipe.io.estimates.FLAGS` of faults that are not corrected.
-    """
+    """What resting weights show of a plate."""
 
     origin_m: float | None = None
     origin_u_m: float | None = None
+    """Position of the plate's origin along the belt, forward of the markers' origin, and its standard
+    uncertainty (m); None where no weight's centre of mass is stated."""
     moment_scale: float | None = None
     moment_scale_u: float | None = None
+    """Scale s of M_x, and its standard uncertainty; None without weights."""
     force_scale: float | None = None
+    """Vertical force over the weight, f."""
     sideways_m: float | None = None
+    """Centre of pressure less markers across the belt."""
     flags: tuple[str, ...] = ()
+    """Names in `tepsipe.io.estimates.FLAGS` of faults that are not corrected."""
 
     @classmethod
     def from_result(cls, result: Result) -> Self:
@@ -152,13 +136,7 @@ class PlateCheck:
 
 
 def resting(prepared: PreparedTrial, belt: str, weight: Weight | None) -> Resting:
-    """Loads and places at rest, before every perturbation and at the end of a trial (N, N·m, m).
-
-    Raises
-    ------
-    InputError
-        If the belt is not in the trial.
-    """
+    """Loads and places at rest, before every perturbation and at the end of a trial (N, N·m, m)."""
     rate = prepared.rate_hz
     gap = round(ZERO_GAP_S * rate)
     starts, stops = [0, *(p.stop for p in prepared.perturbations)], [*prepared.onsets, prepared.time.size]
@@ -181,22 +159,9 @@ def resting(prepared: PreparedTrial, belt: str, weight: Weight | None) -> Restin
 def check_plate(trials: Sequence[Resting], name: str) -> PlateCheck:
     """Compare the plate with weights at rest.
 
-    Parameters
-    ----------
-    trials : sequence of Resting
-        Trials of weights and of the empty belt (N, N·m, m).
-    name : str
-        Names the plate in messages.
-
-    Returns
-    -------
-    PlateCheck
-        Origin and scales, with what is not corrected.
-
-    Raises
-    ------
-    InputError
-        If M_x falls where a weight moves forward.
+    trials: trials of weights and of the empty belt.
+    name: names the plate in messages.
+    Returns: origin and scales, with what is not corrected.
     """
     loaded = [r for r in trials if r.weight is not None]
     if not loaded:

@@ -6,6 +6,7 @@ the commanded one.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -25,30 +26,20 @@ Filter = Callable[[np.ndarray, float], np.ndarray]
 
 @dataclass(frozen=True)
 class PreparedTrial:
-    """A trial on the treadmill, its filter, its perturbations and its rest.
-
-    Attributes
-    ----------
-    trial : Trial
-        Signals as ingested.
-    name : str
-        Names the trial in messages.
-    lowpass : callable
-        Filter of all signals; takes a signal and its rate (Hz).
-    belt_velocity : ndarray, shape (n,)
-        Filtered velocity of the belt (m/s).
-    perturbations : list of Perturbation
-        Their positions (samples).
-    at_rest : ndarray of bool, shape (n,)
-        Samples at rest.
-    """
+    """A trial on the treadmill, its filter, its perturbations and its rest."""
 
     trial: Trial
+    """Signals as ingested."""
     name: str
+    """Names the trial in messages."""
     lowpass: Filter
-    belt_velocity: np.ndarray
+    """Filter of all signals; takes a signal and its rate (Hz)."""
+    belt_velocity: Annotated[np.ndarray, "(n,)", "m/s"]
+    """Filtered velocity of the belt."""
     perturbations: list[Perturbation]
+    """Their positions (samples)."""
     at_rest: np.ndarray
+    """Samples at rest."""
 
     @property
     def time(self) -> np.ndarray:
@@ -84,13 +75,7 @@ class PreparedTrial:
         return replace(self, lowpass=lowpass, belt_velocity=velocity)
 
     def load(self, belt: str) -> dict[str, np.ndarray]:
-        """Fy, Fz (N) and Mx (N·m) of one belt, or of ``both`` together, filtered, each of shape (n,).
-
-        Raises
-        ------
-        InputError
-            If the belt is not in the trial.
-        """
+        """Fy, Fz (N) and Mx (N·m) of one belt, or of ``both`` together, filtered, each of shape (n,)."""
         belts = self.trial.axes["belt"].tolist()
         if belt == "both":
             left, right = self.load("left"), self.load("right")
@@ -106,13 +91,7 @@ class PreparedTrial:
         return {key: self.filtered(x.astype(float)) for key, x in columns.items()}
 
     def load_from_rest(self, belt: str) -> dict[str, np.ndarray]:
-        """`load` (N, N·m), zero at rest but for Fz, each of shape (n,).
-
-        Raises
-        ------
-        InputError
-            If the belt is not in the trial.
-        """
+        """`load` (N, N·m), zero at rest but for Fz, each of shape (n,)."""
         load = self.load(belt)
         zeroed = {key: self.from_rest(x) for key, x in load.items()}
         # the vertical force keeps the weight on the plate, only its drift is removed
@@ -124,29 +103,12 @@ def prepare_trial(
 ) -> PreparedTrial:
     """Filter the belt of a trial and find its perturbations and its rest.
 
-    Parameters
-    ----------
-    trial : Trial
-        ``belt_velocity`` (m/s), and whatever the analysis needs.
-    name : str
-        Names the trial in messages.
-    lowpass : callable
-        Filter of all signals; takes a signal and its rate (Hz).
-    window : WindowOptions
-        Search for perturbations and rest (s).
-    quiet_after_s : float, optional
-        For a person, who never rests: all time counts as rest that is far from perturbations, by this after
-        them (s). Otherwise it is the first and the last rest.
-
-    Returns
-    -------
-    PreparedTrial
-        The trial with its filter.
-
-    Raises
-    ------
-    InputError
-        If no perturbation or no rest is found.
+    trial: ``belt_velocity``, and whatever the analysis needs.
+    name: names the trial in messages.
+    lowpass: filter of all signals; takes a signal and its rate.
+    window: search for perturbations and rest.
+    quiet_after_s: for a person, who never rests: all time counts as rest that is far from perturbations, by
+    this after them (s). Otherwise it is the first and the last rest.
     """
     velocity = lowpass(trial.values("belt_velocity"), trial.rate_hz)
     perturbations = filtered_perturbations(velocity, trial.rate_hz, window, name)

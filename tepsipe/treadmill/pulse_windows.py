@@ -14,6 +14,7 @@ Between pulses the belt rests and the bristles stay as they are: a pulse begins 
 """
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -33,88 +34,57 @@ ALIKE = 0.05  # largest deviation of a pulse from the mean of its trial, relativ
 
 @dataclass(frozen=True)
 class Bristles:
-    """Constants of the bristles.
-
-    Attributes
-    ----------
-    distance_m : float
-        Pre-sliding distance d (m).
-    stribeck : float
-        Excess of friction at rest u.
-    stribeck_speed_m_per_s : float
-        v_s (m/s).
-    """
+    """Constants of the bristles."""
 
     distance_m: float
+    """Pre-sliding distance d."""
     stribeck: float
+    """Excess of friction at rest u."""
     stribeck_speed_m_per_s: float
 
 
 @dataclass(frozen=True)
 class Pulses:
-    """Motion of the belt in the pulses of one trial.
-
-    Attributes
-    ----------
-    rate_hz : float
-        Sampling rate of the trial (Hz).
-    start : ndarray of int, shape (pulses,)
-        First sample of each window (samples).
-    ramp : ndarray, shape (w,)
-        1 inside the window, and then back to 0.
-    velocity, acceleration : ndarray, shape (pulses, w * FINER)
-        Unfiltered motion of the belt in steps of 1 / (FINER rate_hz), zero outside the pulse (m/s, m/s²).
-    """
+    """Motion of the belt in the pulses of one trial."""
 
     rate_hz: float
-    start: np.ndarray
-    ramp: np.ndarray
-    velocity: np.ndarray
-    acceleration: np.ndarray
+    """Sampling rate of the trial."""
+    start: Annotated[np.ndarray, "(pulses,)"]
+    """First sample of each window (samples)."""
+    ramp: Annotated[np.ndarray, "(w,)"]
+    """1 inside the window, and then back to 0."""
+    velocity: Annotated[np.ndarray, "(pulses, w * FINER)", "m/s"]
+    acceleration: Annotated[np.ndarray, "(pulses, w * FINER)", "m/s²"]
+    """Unfiltered motion of the belt in steps of 1 / (FINER rate_hz), zero outside the pulse."""
 
 
 @dataclass(frozen=True)
 class PulseWindows:
-    """Mean pulse of several trials, each in a periodic window.
-
-    Attributes
-    ----------
-    rate_hz : float
-        Sampling rate (Hz).
-    names : tuple of str
-        Recordings, in the order of the rows.
-    kg, count : ndarray, shape (trials,)
-        Mass on the belt (kg) and number of pulses.
-    velocity, acceleration : ndarray, shape (trials, n)
-        Filtered mean motion of the belt (m/s, m/s²).
-    fine_velocity, fine_acceleration : ndarray, shape (trials, n * FINER)
-        Unfiltered mean motion (m/s, m/s²).
-    load, carried : dict of str to ndarray, shape (trials, n)
-        Component -> mean measured load less the load carried, and load carried (N, N·m).
-    single : dict of str to list of ndarray, each of shape (pulses, n)
-        Component -> measured load less the load carried of every pulse (N, N·m).
-    evaluated : ndarray of bool, shape (trials, n)
-        Samples that are fitted.
-    lowpass : ndarray, shape (n // 2 + 1,)
-        Gain of the recordings' zero-lag filter at the frequencies of the window.
-    ramp : ndarray, shape (n,)
-        1 inside the window, and then back to 0.
-    """
+    """Mean pulse of several trials, each in a periodic window."""
 
     rate_hz: float
     names: tuple[str, ...]
-    kg: np.ndarray
-    count: np.ndarray
-    velocity: np.ndarray
-    acceleration: np.ndarray
-    fine_velocity: np.ndarray
-    fine_acceleration: np.ndarray
+    """Recordings, in the order of the rows."""
+    kg: Annotated[np.ndarray, "(trials,)"]
+    count: Annotated[np.ndarray, "(trials,)"]
+    """Mass on the belt (kg) and number of pulses."""
+    velocity: Annotated[np.ndarray, "(trials, n)", "m/s"]
+    acceleration: Annotated[np.ndarray, "(trials, n)", "m/s²"]
+    """Filtered mean motion of the belt."""
+    fine_velocity: Annotated[np.ndarray, "(trials, n * FINER)", "m/s"]
+    fine_acceleration: Annotated[np.ndarray, "(trials, n * FINER)", "m/s²"]
+    """Unfiltered mean motion."""
     load: dict[str, np.ndarray]
     carried: dict[str, np.ndarray]
+    """Component -> mean measured load less the load carried, and load carried (N, N·m), shape (trials, n)."""
     single: dict[str, list[np.ndarray]]
-    evaluated: np.ndarray
-    lowpass: np.ndarray
+    """Component -> measured load less the load carried of every pulse (N, N·m), shape (pulses, n)."""
+    evaluated: Annotated[np.ndarray, "(trials, n)"]
+    """Samples that are fitted."""
+    lowpass: Annotated[np.ndarray, "(n // 2 + 1,)"]
+    """Gain of the recordings' zero-lag filter at the frequencies of the window."""
     ramp: np.ndarray
+    """1 inside the window, and then back to 0."""
 
     @property
     def samples(self) -> int:
@@ -130,22 +100,8 @@ class PulseWindows:
 def pulse_windows(trials: list[dict[str, BeltRecording]], *, whole: bool = False) -> PulseWindows:
     """Mean pulse of every trial.
 
-    Parameters
-    ----------
-    trials : list of dict of str to BeltRecording
-        For each trial component Fy or Mx -> its recording, all with the same zero-lag filter (N, N·m).
-    whole : bool
-        Whether the windows last until the next pulse, or as long as a fit needs.
-
-    Returns
-    -------
-    PulseWindows
-        One row per trial (units in the class).
-
-    Raises
-    ------
-    InputError
-        If a recording has no separate pulses, or no zero-lag filter.
+    trials: for each trial component Fy or Mx -> its recording, all with the same zero-lag filter.
+    whole: whether the windows last until the next pulse, or as long as a fit needs.
     """
     first = trials[0]["Fy"]
     rate = first.rate_hz
@@ -201,15 +157,8 @@ def pulse_windows(trials: list[dict[str, BeltRecording]], *, whole: bool = False
 def by_direction(trials: list[dict[str, BeltRecording]]) -> list[dict[str, BeltRecording]]:
     """Trials with the pulses of each direction of the belt apart, whose means would cancel (N, N·m).
 
-    Parameters
-    ----------
-    trials : list of dict of str to BeltRecording
-        For each trial component Fy or Mx -> recording (N, N·m).
-
-    Returns
-    -------
-    list of dict of str to BeltRecording
-        Trials of one direction as they are, in the same order.
+    trials: for each trial component Fy or Mx -> recording.
+    Returns: trials of one direction as they are, in the same order.
     """
     parts = []
     for trial in trials:
@@ -232,23 +181,7 @@ def longest_window(recording: BeltRecording) -> float:
 
 
 def pulses_of(recording: BeltRecording) -> Pulses:
-    """Motion of the belt in the pulses of a trial: their mean, or each pulse if they are not alike.
-
-    Parameters
-    ----------
-    recording : BeltRecording
-        The trial (units in the class).
-
-    Returns
-    -------
-    Pulses
-        Pulses of all perturbations (m/s, m/s²).
-
-    Raises
-    ------
-    InputError
-        If the belt was not perturbed by separate pulses.
-    """
+    """Motion of the belt in the pulses of a trial: their mean, or each pulse if they are not alike."""
     rate = recording.rate_hz
     after_s = longest_window(recording)
     samples, ramp = _ramp(rate, after_s)
@@ -265,22 +198,12 @@ def pulses_of(recording: BeltRecording) -> Pulses:
     return Pulses(rate, at[:, 0], ramp, *_fine(raw, rate, after_s if alike else MOVING_S))
 
 
-def bent(velocity: np.ndarray, bristles: Bristles, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
+def bent(
+    velocity: Annotated[np.ndarray, "(pulses, n)", "m/s"], bristles: Bristles, rate_hz: float
+) -> tuple[np.ndarray, np.ndarray]:
     """State of the bristles from a given motion, exact for a velocity that is constant within each step.
 
-    Parameters
-    ----------
-    velocity : ndarray, shape (pulses, n)
-        w (m/s).
-    bristles : Bristles
-        Constants.
-    rate_hz : float
-        Steps per second (Hz).
-
-    Returns
-    -------
-    kept, z : ndarray, shape (pulses, n)
-        Fraction of the initial state that is left, and the state from an initial state of 0.
+    Returns: fraction of the initial state that is left, and the state from an initial state of 0.
     """
     speed = np.abs(velocity).T
     most = 1.0 + bristles.stribeck * np.exp(-((speed / bristles.stribeck_speed_m_per_s) ** 2))
@@ -298,23 +221,10 @@ def bent(velocity: np.ndarray, bristles: Bristles, rate_hz: float) -> tuple[np.n
     return np.cumprod(decay, axis=0).T, z.T
 
 
-def mean_state(windows: PulseWindows, velocity: np.ndarray, bristles: Bristles) -> np.ndarray:
-    """State of the bristles, mean over the pulses of each trial, relative to the state before the pulse.
-
-    Parameters
-    ----------
-    windows : PulseWindows
-        The trials.
-    velocity : ndarray, shape (trials, n * FINER)
-        w (m/s).
-    bristles : Bristles
-        Constants.
-
-    Returns
-    -------
-    ndarray, shape (trials, n * FINER)
-        z.
-    """
+def mean_state(
+    windows: PulseWindows, velocity: Annotated[np.ndarray, "(trials, n * FINER)", "m/s"], bristles: Bristles
+) -> Annotated[np.ndarray, "(trials, n * FINER)"]:
+    """State of the bristles, mean over the pulses of each trial, relative to the state before the pulse."""
     kept, z = bent(velocity, bristles, windows.rate_hz * FINER)
     before, total = np.zeros(z.shape[0]), np.zeros(z.shape[0])
     for k in range(int(windows.count.max())):
@@ -323,42 +233,26 @@ def mean_state(windows: PulseWindows, velocity: np.ndarray, bristles: Bristles) 
     return z + (kept - 1.0) * (total / windows.count)[:, None]
 
 
-def coarse_spectrum(windows: PulseWindows, x: np.ndarray) -> np.ndarray:
+def coarse_spectrum(
+    windows: PulseWindows, x: Annotated[np.ndarray, "(trials, n * FINER)"]
+) -> Annotated[np.ndarray, "(trials, n // 2 + 1)"]:
     """Spectrum of a signal at the fine rate, filtered like the recordings, shape (trials, n // 2 + 1).
 
-    Parameters
-    ----------
-    windows : PulseWindows
-        The trials.
-    x : ndarray, shape (trials, n * FINER)
-        Signal.
-
-    Returns
-    -------
-    ndarray, shape (trials, n // 2 + 1)
-        Spectrum at the recordings' rate (unit of ``x``).
+    Returns: spectrum at the recordings' rate (unit of ``x``).
     """
     return _coarse(x, windows.ramp) * windows.lowpass
 
 
-def held(recording: BeltRecording, pulses: Pulses, x: np.ndarray, last: np.ndarray) -> np.ndarray:
+def held(
+    recording: BeltRecording,
+    pulses: Pulses,
+    x: Annotated[np.ndarray, "(pulses, w * FINER)"],
+    last: Annotated[np.ndarray, "(pulses,)"],
+) -> np.ndarray:
     """A signal of the whole trial from its windows, constant in between, filtered like the recording.
 
-    Parameters
-    ----------
-    recording : BeltRecording
-        The trial.
-    pulses : Pulses
-        Its pulses.
-    x : ndarray, shape (pulses, w * FINER)
-        The signal in the windows.
-    last : ndarray, shape (pulses,)
-        Its value from the end of each window to the next window (unit of ``x``).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        The signal (unit of ``x``).
+    last: its value from the end of each window to the next window (unit of ``x``).
+    Returns: the signal (unit of ``x``).
     """
     n = recording.load.size
     body = int(np.argmin(pulses.ramp == 1.0))

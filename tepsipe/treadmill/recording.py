@@ -130,18 +130,8 @@ class BeltRecording:
 def check_recordings(recordings: list[BeltRecording], shortest_s: float) -> None:
     """Refuse recordings that cannot calibrate a model, in one sentence.
 
-    Parameters
-    ----------
-    recordings : list of BeltRecording
-        Recordings to be fitted or evaluated together.
-    shortest_s : float
-        Shortest total time of all evaluated samples (s).
-
-    Raises
-    ------
-    InputError
-        If there is no recording, a sample is missing, rates or units differ, a belt moves at constant
-        velocity, a load is constant, or there are too few samples.
+    recordings: recordings to be fitted or evaluated together.
+    shortest_s: shortest total time of all evaluated samples.
     """
     if not recordings:
         raise InputError(
@@ -186,19 +176,13 @@ def check_recordings(recordings: list[BeltRecording], shortest_s: float) -> None
 
 @dataclass(frozen=True)
 class Score:
-    """Accuracy of a model's prediction of the belt-induced load.
-
-    Attributes
-    ----------
-    r2 : float
-        1 - sum (L - L_model)^2 / sum (L - mean L)^2, as Hnat & van den Bogert (2014) compute it.
-    rms_before, rms_after : float
-        Root mean square of L, and of L - L_model (unit of the load).
-    """
+    """Accuracy of a model's prediction of the belt-induced load."""
 
     r2: float
+    """1 - sum (L - L_model)^2 / sum (L - mean L)^2, as Hnat & van den Bogert (2014) compute it."""
     rms_before: float
     rms_after: float
+    """Root mean square of L, and of L - L_model (unit of the load)."""
 
 
 def score(recordings: list[BeltRecording], predictions: list[np.ndarray]) -> Score:

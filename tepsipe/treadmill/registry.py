@@ -5,7 +5,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 
@@ -64,38 +64,26 @@ KINDS = (
 
 @dataclass(frozen=True)
 class FamilyOptions:
-    """Options of the fits.
-
-    Attributes
-    ----------
-    hnat2014_evaluations : int
-        Number of evaluations after which the published search ends.
-    output_error_order : int
-        Order of the output-error model.
-    fir_lead_s, fir_lag_s : float
-        Length of the finite impulse responses towards future and past (s); fir-causal has no lead.
-    spectral_segment_s : float
-        Length of the segments of spectral estimates (s).
-    shortest_s : float
-        Shortest total time for a calibration (s).
-    ripple : RippleOptions or None
-        Detection and tracking of ripple, added to the model "fir"; None where it is not tracked.
-    frame : ndarray, shape (3,), optional
-        The loaded frame's d (s), e_0 (s2), e_1 (s2/kg), if identified from another load.
-    joint : Calibrated or None
-        The model "bristle-frame", which is fitted to force and moment together
-        (`tepsipe.treadmill.bristle_fit.fit_bristle_frame`).
-    """
+    """Options of the fits."""
 
     hnat2014_evaluations: int = 100
+    """Number of evaluations after which the published search ends."""
     output_error_order: int = 3
+    """Order of the output-error model."""
     fir_lead_s: float = 0.1
     fir_lag_s: float = 0.4
+    """Length of the finite impulse responses towards future and past (s); fir-causal has no lead."""
     spectral_segment_s: float = 2.56
+    """Length of the segments of spectral estimates."""
     shortest_s: float = 15.0
+    """Shortest total time for a calibration."""
     ripple: RippleOptions | None = field(default_factory=RippleOptions)
-    frame: np.ndarray | None = None
+    """Detection and tracking of ripple, added to the model "fir"; None where it is not tracked."""
+    frame: Annotated[np.ndarray, "(3,)"] | None = None
+    """The loaded frame's d (s), e_0 (s2), e_1 (s2/kg), if identified from another load."""
     joint: Calibrated | None = None
+    """The model "bristle-frame", which is fitted to force and moment together
+    (`tepsipe.treadmill.bristle_fit.fit_bristle_frame`)."""
 
     @classmethod
     def from_settings(cls, models: dict) -> Self:
@@ -108,51 +96,33 @@ class FamilyOptions:
 
 @dataclass(frozen=True, repr=False)
 class FittedModel:
-    """A treadmill model with everything needed to apply it.
-
-    Attributes
-    ----------
-    name : str
-        Name in the family.
-    model : one of KINDS
-        Its constants.
-    unit : str
-        Unit of the load that it predicts, N or Nm.
-    lowpass : Lowpass or None
-        Filter of the calibration signals; signals to be predicted need the same filter.
-    trained_on : tuple of str
-        Names of the calibration recordings.
-    deviations : ndarray, shape (draws, constants), or None
-        Draws of the errors of the model's ``constants``, for
-        `tepsipe.treadmill.compensation.compensated_draws`; None where the calibration has none.
-    usual : tuple of float, or None
-        Of a calibration with one mass on the belt: this mass (kg), correlation of load and prediction, and
-        ratio of their sizes. None for several masses.
-    calibrated : dict of str to [low, high], or None
-        Range of ``velocity`` (m/s), ``acceleration`` (m/s²) and ``load`` (unit of the load) in the
-        calibration; None where it was not kept.
-    """
+    """A treadmill model with everything needed to apply it."""
 
     name: str
+    """Name in the family."""
     model: object
+    """Its constants."""
     unit: str
+    """Unit of the load that it predicts, N or Nm."""
     lowpass: Lowpass | None
+    """Filter of the calibration signals; signals to be predicted need the same filter."""
     trained_on: tuple[str, ...]
-    deviations: np.ndarray | None = None
+    """Names of the calibration recordings."""
+    deviations: Annotated[np.ndarray, "(draws, constants)"] | None = None
+    """Draws of the errors of the model's ``constants``, for
+    `tepsipe.treadmill.compensation.compensated_draws`; None where the calibration has none."""
     usual: tuple[float, ...] | None = None
+    """Of a calibration with one mass on the belt: this mass (kg), correlation of load and prediction, and
+    ratio of their sizes. None for several masses."""
     calibrated: dict[str, Sequence[float]] | None = None
+    """Range of ``velocity`` (m/s), ``acceleration`` (m/s²) and ``load`` (unit of the load) in the
+    calibration; None where it was not kept."""
 
     def __repr__(self) -> str:
         return f"<FittedModel {self.name} ({self.unit}), calibrated by {listed(self.trained_on)}>"
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
-        """Belt-induced load (unit of the load), shape (n,).
-
-        Raises
-        ------
-        InputError
-            If the recording's rate or unit is not the calibration's.
-        """
+        """Belt-induced load (unit of the load), shape (n,)."""
         self._check(recording)
         return self.model.predict(recording)
 
@@ -164,11 +134,6 @@ class FittedModel:
         A recording that leaves the calibrated range of velocity or acceleration is warned of. A
         "bristle-frame" of the moment needs the true fore-aft force ``force`` (N), shape (n,), and takes
         the friction of the belt (N), shape (n,), where already known.
-
-        Raises
-        ------
-        InputError
-            If the recording's rate or unit is not the calibration's.
         """
         self._check(recording)
         if self.calibrated is not None and (text := leaving(recording, self.calibrated, MOTION)):
@@ -199,19 +164,10 @@ def leaving(
 ) -> str:
     """Sentence on how much of a recording lies outside the range of a calibration; empty if little does.
 
-    Parameters
-    ----------
-    recording : BeltRecording
-        Filtered as in the calibration (m/s, m/s², unit of the load).
-    ranges : dict of str to [low, high]
-        From `calibrated_range`, in the same units.
-    quantities : sequence of str
-        Those of the range that are compared.
-
-    Returns
-    -------
-    str
-        The sentence, with the share in %.
+    recording: filtered as in the calibration (m/s, m/s², unit of the load).
+    ranges: from `calibrated_range`, in the same units.
+    quantities: those of the range that are compared.
+    Returns: the sentence, with the share in %.
     """
     found = []
     for name in quantities:
@@ -240,24 +196,7 @@ def calibrated_range(recordings: Sequence[BeltRecording]) -> dict[str, Sequence[
 def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions) -> FittedModel:
     """Fit one model of the family.
 
-    Parameters
-    ----------
-    name : str
-        One of FAMILY.
-    recordings : list of BeltRecording
-        Calibration.
-    options : FamilyOptions
-        Options of the analysis.
-
-    Returns
-    -------
-    FittedModel
-        Model with its unit, filter and calibration recordings.
-
-    Raises
-    ------
-    InputError
-        If the name is unknown, its options are missing or the recordings cannot calibrate the model.
+    Returns: model with its unit, filter and calibration recordings.
     """
     check_recordings(recordings, options.shortest_s)
     fits = {
@@ -297,13 +236,7 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
 
 
 def evaluate(fitted: FittedModel, recordings: list[BeltRecording]) -> Score:
-    """Score of the model's prediction of held-out recordings (unit of the load).
-
-    Raises
-    ------
-    InputError
-        If rates or units differ, or the load evidently has another sign or unit than the calibration's.
-    """
+    """Score of the model's prediction of held-out recordings (unit of the load)."""
     predictions = [fitted.predict(r) for r in recordings]
     for r in recordings:
         refuse_other_scale(r, fitted)
@@ -335,11 +268,6 @@ def refuse_other_scale(recording: BeltRecording, fitted: FittedModel) -> None:
     A model predicts little of a load that is mostly noise, or that its own calibration hardly showed: loads
     are therefore compared through the prediction, whose size relative to the load must be like that in the
     calibration.
-
-    Raises
-    ------
-    InputError
-        If the load has the opposite sign, or is 20 times larger or smaller.
     """
     carried_kg, before, size = fitted.usual or (None, 0.0, 0.0)
     if before < ALIKE or recording.carried_kg != carried_kg:
@@ -439,13 +367,7 @@ def _revived(x):
 
 
 def pick(models: dict[str, FittedModel], name: str) -> FittedModel:
-    """One model by its name.
-
-    Raises
-    ------
-    InputError
-        If there is none of this name.
-    """
+    """One model by its name."""
     if name not in models:
         raise InputError(f"expected a treadmill model named {name!r}, found {listed(models)}: fit it first")
     return models[name]

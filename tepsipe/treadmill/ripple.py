@@ -9,6 +9,7 @@ regression with exponential forgetting (memory T), regularised by the amplitude 
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -23,49 +24,30 @@ SHORTEST_M = 10.0
 
 @dataclass(frozen=True)
 class RippleOptions:
-    """Options of the detection and tracking of ripple.
-
-    Attributes
-    ----------
-    most_orders : int
-        Largest number of orders.
-    line_to_floor : float
-        Smallest ratio of a line's power to the power of the spectrum around it.
-    memory_s : float
-        T (s). A shorter memory follows faster, but mistakes more of the signal near the ripple for ripple.
-    """
+    """Options of the detection and tracking of ripple."""
 
     most_orders: int = 12
+    """Largest number of orders."""
     line_to_floor: float = 30.0
+    """Smallest ratio of a line's power to the power of the spectrum around it."""
     memory_s: float = 20.0
+    """T (s). A shorter memory follows faster, but mistakes more of the signal near the ripple for ripple."""
 
 
 @dataclass(frozen=True)
 class RippleTracker(BeltModel):
-    """A model and the ripple that is tracked in its residual.
-
-    Attributes
-    ----------
-    base : model
-        Model of the load due to acceleration.
-    orders_per_m : ndarray, shape (m,)
-        n_i (1/m).
-    amplitudes : ndarray, shape (m,)
-        Amplitudes found in the calibration (unit of the load).
-    noise : float
-        Standard deviation of the residual in the calibration (unit of the load).
-    memory_s : float
-        T (s).
-    rate_hz : float
-        Sampling rate for which it holds (Hz).
-    """
+    """A model and the ripple that is tracked in its residual."""
 
     base: object
-    orders_per_m: np.ndarray
-    amplitudes: np.ndarray
+    """Model of the load due to acceleration."""
+    orders_per_m: Annotated[np.ndarray, "(m,)"]
+    amplitudes: Annotated[np.ndarray, "(m,)"]
+    """Amplitudes found in the calibration (unit of the load)."""
     noise: float
+    """Standard deviation of the residual in the calibration (unit of the load)."""
     memory_s: float
     rate_hz: float
+    """Sampling rate for which it holds."""
 
     @property
     def untracked(self) -> BeltModel:
@@ -106,19 +88,9 @@ class RippleTracker(BeltModel):
 def fit_ripple_tracker(recordings: list[BeltRecording], base, options: RippleOptions) -> RippleTracker:
     """Find the orders of the ripple in the residual of a model.
 
-    Parameters
-    ----------
-    recordings : list of BeltRecording
-        Calibration.
-    base : model
-        Fitted model of the load due to acceleration.
-    options : RippleOptions
-        Threshold of a line and memory of its tracking (s).
-
-    Returns
-    -------
-    RippleTracker
-        Strongest lines first; without orders if there is no line or the belt does not travel.
+    base: fitted model of the load due to acceleration.
+    options: threshold of a line and memory of its tracking.
+    Returns: strongest lines first; without orders if there is no line or the belt does not travel.
     """
     rate = recordings[0].rate_hz
     leftover = [r.load - base.predict(r) for r in recordings]
@@ -153,21 +125,14 @@ def _waves(recording: BeltRecording, orders_per_m: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class DistanceSpectrum:
-    """Spectrum of a load over travelled distance.
+    """Spectrum of a load over travelled distance."""
 
-    Attributes
-    ----------
-    order_per_m : ndarray, shape (k,)
-        Cycles per metre (1/m).
-    power : ndarray, shape (k,)
-        Squared amplitude of a sine of that order (unit of the load, squared).
-    floor : ndarray, shape (k,)
-        Running median of the power.
-    """
-
-    order_per_m: np.ndarray
-    power: np.ndarray
-    floor: np.ndarray
+    order_per_m: Annotated[np.ndarray, "(k,)"]
+    """Cycles per metre."""
+    power: Annotated[np.ndarray, "(k,)"]
+    """Squared amplitude of a sine of that order (unit of the load, squared)."""
+    floor: Annotated[np.ndarray, "(k,)"]
+    """Running median of the power."""
 
 
 def spectrum_over_distance(recording: BeltRecording, load: np.ndarray) -> DistanceSpectrum | None:

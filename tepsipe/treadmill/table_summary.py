@@ -30,18 +30,9 @@ def model_coefficients(models: list[FittedModel], recordings: list[BeltRecording
     holds for residuals that are correlated in time (Kunsch 1989, Annals of Statistics 17,
     1217-1241), with Student's t.
 
-    Parameters
-    ----------
-    models : list of FittedModel
-        Fitted models.
-    recordings : list of BeltRecording
-        Their calibration, filtered as they are.
-
-    Returns
-    -------
-    dict of str to dict
-        mass-spring-damper -> m, c, k -> [value, low, high] (unit of the load over m/s², m/s, m);
-        discrete models -> ``numerator`` (unit of the load over m/s²) and ``denominator``.
+    recordings: their calibration, filtered as they are.
+    Returns: mass-spring-damper -> m, c, k -> [value, low, high] (unit of the load over m/s², m/s, m);
+    discrete models -> ``numerator`` (unit of the load over m/s²) and ``denominator``.
     """
     coefficients: dict[str, dict] = {}
     for fitted in models:
@@ -105,18 +96,10 @@ def table_facts(
 ) -> dict:
     """Facts of a calibration for its report: ``coefficients``, ``calibrated``, ``beyond`` and ``crossed``.
 
-    Parameters
-    ----------
-    models : list of FittedModel
-        Models fitted to the calibration.
-    calibration : list of BeltRecording
-        Recordings with the role calibrate, filtered as the models'.
-    recordings : dict of str to BeltRecording
-        All recordings by name, filtered alike; those outside the calibration are compared with its range.
-    family : list of str
-        Names of the models.
-    options : FamilyOptions
-        Options of the analysis.
+    calibration: recordings with the role calibrate, filtered as the models'.
+    recordings: all recordings by name, filtered alike; those outside the calibration are compared with its
+    range.
+    family: names of the models.
     """
     ranges, used = range_of_validity(calibration), {r.name for r in calibration}
     return {

@@ -7,6 +7,7 @@ J. Biomech. 47, 3758-3761).
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -23,24 +24,16 @@ ROUNDS, MOST_EVALUATIONS = 8, 60
 
 @dataclass(frozen=True)
 class DiscreteTransfer(BeltModel):
-    """Transfer function from a (m/s²) to L.
+    """Transfer function from a (m/s²) to L."""
 
-    Attributes
-    ----------
-    numerator : ndarray, shape (n + 1,)
-        b_0 ... b_n (unit of the load over m/s²).
-    denominator : ndarray, shape (n + 1,)
-        1, f_1 ... f_n.
-    rate_hz : float
-        Sampling rate for which it holds (Hz).
-    converged : bool
-        Whether the optimisation converged.
-    """
-
-    numerator: np.ndarray
-    denominator: np.ndarray
+    numerator: Annotated[np.ndarray, "(n + 1,)"]
+    """b_0 ... b_n (unit of the load over m/s²)."""
+    denominator: Annotated[np.ndarray, "(n + 1,)"]
+    """1, f_1 ... f_n."""
     rate_hz: float
+    """Sampling rate for which it holds."""
     converged: bool = True
+    """Whether the optimisation converged."""
 
     @property
     def order(self) -> int:
@@ -55,17 +48,7 @@ class DiscreteTransfer(BeltModel):
 def fit_hnat2014(recordings: list[BeltRecording], most_evaluations: int) -> DiscreteTransfer:
     """hnat2014, the published procedure: output error over five coefficients from 0.001 within +-10.
 
-    Parameters
-    ----------
-    recordings : list of BeltRecording
-        Calibration.
-    most_evaluations : int
-        Evaluations of the model after which the search ends.
-
-    Returns
-    -------
-    DiscreteTransfer
-        Model of order 2.
+    most_evaluations: evaluations of the model after which the search ends.
     """
 
     def coefficients(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -86,25 +69,7 @@ def fit_hnat2014(recordings: list[BeltRecording], most_evaluations: int) -> Disc
 
 
 def fit_discrete_output_error(recordings: list[BeltRecording], order: int) -> DiscreteTransfer:
-    """Output-error model of any order, by Gauss-Newton from the Steiglitz-McBride solution.
-
-    Parameters
-    ----------
-    recordings : list of BeltRecording
-        Calibration.
-    order : int
-        n.
-
-    Returns
-    -------
-    DiscreteTransfer
-        Stable.
-
-    Raises
-    ------
-    InputError
-        If no stable model of this order is found.
-    """
+    """Output-error model of any order, by Gauss-Newton from the Steiglitz-McBride solution."""
     start = _steiglitz_mcbride(recordings, order)
     scale = np.maximum(np.abs(start), 1e-3 * np.abs(start).max())
 

@@ -28,54 +28,35 @@ ZERO_BEFORE_S, ZERO_GAP_S = 1.0, 0.04
 
 @dataclass(frozen=True)
 class Weight:
-    """A rigid body that is fixed to the belt.
-
-    Attributes
-    ----------
-    mass_kg : float
-        Its mass M (kg).
-    com_height_m : float
-        Height h of its centre of mass over the belt (m).
-    gravity_m_per_s2 : float
-        Acceleration of gravity g (m/s²).
-    com_forward_of_markers_m : float or None
-        Distance along the belt from the mean of its markers forward to the centre of mass (m); None if
-        unknown.
-    """
+    """A rigid body that is fixed to the belt."""
 
     mass_kg: float
     com_height_m: float
+    """Height h of its centre of mass over the belt."""
     gravity_m_per_s2: float
+    """Acceleration of gravity g."""
     com_forward_of_markers_m: float | None = None
+    """Distance along the belt from the mean of its markers forward to the centre of mass (m); None if
+    unknown."""
 
 
 @dataclass(frozen=True)
 class PlateOptions:
-    """Options for the recordings of the force plate.
-
-    Attributes
-    ----------
-    belt : str
-        The belt that is perturbed, left or right.
-    lowpass : Lowpass
-        Filter of all signals.
-    detection : Lowpass
-        Filter of the belt velocity for the detection: onsets must not depend on ``lowpass``.
-    window : WindowOptions
-        Search for perturbations and rest (s).
-    segment_s : float
-        Length of the segments that start with the perturbations (s).
-    weight_motion : {"markers", "belt"}
-        Source of the weight's motion. Markers, differentiated twice, are noisy and may lag behind the
-        force; a weight that does not slip moves with the logged velocity of the belt.
-    """
+    """Options for the recordings of the force plate."""
 
     belt: str
+    """The belt that is perturbed, left or right."""
     lowpass: Lowpass
+    """Filter of all signals."""
     detection: Lowpass
+    """Filter of the belt velocity for the detection: onsets must not depend on ``lowpass``."""
     window: WindowOptions
+    """Search for perturbations and rest (s)."""
     segment_s: float
+    """Length of the segments that start with the perturbations."""
     weight_motion: str = "belt"
+    """{"markers", "belt"}: Source of the weight's motion. Markers, differentiated twice, are noisy and may
+    lag behind the force; a weight that does not slip moves with the logged velocity of the belt."""
 
 
 def plate_recordings(
@@ -87,26 +68,9 @@ def plate_recordings(
 
         Fy = M y'',    Mx = M g y - h M y''
 
-    Parameters
-    ----------
-    trial : Trial
-        ``force`` (N), ``moment`` (N·m), ``belt_velocity`` (m/s); with a weight ``marker_position`` (m).
-    name, condition : str
-        Name the trial and the belt's motion.
-    options : PlateOptions
-        Options of the analysis.
-    weight : Weight or None
-        Body on the belt (kg, m); None for an empty belt.
-
-    Returns
-    -------
-    dict of str to BeltRecording
-        Component -> recording (N, N·m); all samples of the segments are evaluated.
-
-    Raises
-    ------
-    InputError
-        If no perturbation or no rest is found, a segment is cut off, or the belt is not in the trial.
+    trial: ``force``, ``moment``, ``belt_velocity``; with a weight ``marker_position``.
+    weight: body on the belt; None for an empty belt.
+    Returns: component -> recording (N, N·m); all samples of the segments are evaluated.
     """
     prepared = prepare_trial(trial, name, options.detection, options.window).behind(options.lowpass)
     time, onsets = prepared.time, prepared.onsets
@@ -141,15 +105,7 @@ def zeroed_per_pulse(recording: BeltRecording) -> BeltRecording:
     Transducers drift, and the friction of a belt with memory leaves a force behind that lasts until the
     next pulse. Both are constant within a pulse.
 
-    Parameters
-    ----------
-    recording : BeltRecording
-        A trial with separate pulses; others are returned unchanged (units in the class).
-
-    Returns
-    -------
-    BeltRecording
-        With another load (unit of the load).
+    recording: A trial with separate pulses; others are returned unchanged (units in the class).
     """
     load = recording.load.copy()
     gap = round(ZERO_GAP_S * recording.rate_hz)
@@ -169,19 +125,10 @@ def recordings_of_loads(
 ) -> dict[str, BeltRecording]:
     """Recordings of the loads of a trial with the motion of its belt.
 
-    Parameters
-    ----------
-    prepared : PreparedTrial
-        The trial with the filter of the loads.
-    loads : dict of str to ndarray, shape (n,)
-        Component -> belt-induced load, or load of a subject and belt (N, N·m).
-    carried_kg : float
-        Mass on the belt (kg).
-
-    Returns
-    -------
-    dict of str to BeltRecording
-        Component -> recording (N, N·m), evaluated throughout, without a load carried.
+    prepared: the trial with the filter of the loads.
+    loads: component -> belt-induced load, or load of a subject and belt (N, N·m).
+    carried_kg: mass on the belt.
+    Returns: component -> recording (N, N·m), evaluated throughout, without a load carried.
     """
     velocity = prepared.from_rest(prepared.belt_velocity)
     acceleration = derivative(prepared.time, velocity, degree_at(prepared.rate_hz))
@@ -221,13 +168,7 @@ def _marker_position(prepared: PreparedTrial) -> np.ndarray:
 
 
 def marker_lag(trial: Trial, name: str, options: PlateOptions) -> float:
-    """Time by which the weight's markers lag behind the logged belt (s).
-
-    Raises
-    ------
-    InputError
-        If no perturbation or no rest is found, or the markers do not follow the belt.
-    """
+    """Time by which the weight's markers lag behind the logged belt (s)."""
     prepared = prepare_trial(trial, name, options.detection, options.window).behind(options.lowpass)
     velocity = prepared.from_rest(prepared.belt_velocity)
     return marker_delay(prepared.time, _marker_position(prepared), velocity, name)
@@ -238,19 +179,8 @@ def table_recording(trial: Trial, name: str, trimmed_s: float) -> BeltRecording:
 
     The acceleration is the central difference of the velocity, as in Hnat & van den Bogert (2014).
 
-    Parameters
-    ----------
-    trial : Trial
-        ``load`` (N or N·m) and ``belt_velocity`` (m/s).
-    name : str
-        Names the recording.
-    trimmed_s : float
-        Time at both ends that is neither fitted nor evaluated (s), because of filter transients.
-
-    Returns
-    -------
-    BeltRecording
-        Unfiltered (unit of the load).
+    trial: ``load`` (N or N·m) and ``belt_velocity``.
+    trimmed_s: time at both ends that is neither fitted nor evaluated (s), because of filter transients.
     """
     velocity, load = trial.values("belt_velocity"), trial.values("load")
     margin = round(trimmed_s * trial.rate_hz)

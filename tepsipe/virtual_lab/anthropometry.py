@@ -23,22 +23,15 @@ FOOT = (0.2283, 0.0129, 0.4014, 0.279)
 
 @dataclass(frozen=True)
 class Segment:
-    """A rigid part of the body, both sides together.
-
-    Attributes
-    ----------
-    mass_kg, length_m : float
-        Mass (kg), and length between its joints (m).
-    com_m : float
-        Centre of mass from the lower joint (m).
-    inertia_kgm2 : float
-        Moment of inertia about the centre of mass, for turning in the sagittal plane (kg·m²).
-    """
+    """A rigid part of the body, both sides together."""
 
     mass_kg: float
     length_m: float
+    """Mass (kg), and length between its joints (m)."""
     com_m: float
+    """Centre of mass from the lower joint."""
     inertia_kgm2: float
+    """Moment of inertia about the centre of mass, for turning in the sagittal plane."""
 
 
 def _paired(row: tuple, mass_kg: float, scale: float) -> Segment:

@@ -9,40 +9,30 @@ import math
 from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 
 @dataclass(frozen=True)
 class DriveTruth:
-    """Hidden constants of the belt drive.
-
-    Attributes
-    ----------
-    belt_mass_kg : float
-        Belt, rollers and motor reflected to the belt (kg).
-    bandwidth_hz : float
-        Proportional gain over belt mass, as a frequency (Hz).
-    integral_time_s : float
-        Proportional over integral gain (s).
-    force_limit_N : float
-        Largest drive force (N).
-    delay_s : float
-        From command to drive force (s).
-    viscous_Ns_per_m : float
-        Friction of the unloaded belt (Ns/m).
-    velocity_step_m_per_s, velocity_noise_m_per_s : float
-        Resolution and noise of the logged belt velocity (m/s).
-    """
+    """Hidden constants of the belt drive."""
 
     belt_mass_kg: float
+    """Belt, rollers and motor reflected to the belt."""
     bandwidth_hz: float
+    """Proportional gain over belt mass, as a frequency."""
     integral_time_s: float
+    """Proportional over integral gain."""
     force_limit_N: float
+    """Largest drive force."""
     delay_s: float
+    """From command to drive force."""
     viscous_Ns_per_m: float
+    """Friction of the unloaded belt (Ns/m)."""
     velocity_step_m_per_s: float
     velocity_noise_m_per_s: float
+    """Resolution and noise of the logged belt velocity."""
 
     def servo(self) -> Callable[[float, float], tuple[float, float]]:
         """Force (N) and rate of the integral (m/s) as a function of velocity error (m/s) and integral (m)."""
@@ -62,23 +52,16 @@ class DriveTruth:
 
 @dataclass(frozen=True)
 class BeltMotion:
-    """Exact motion of the belt, and what its load asks of the plate.
+    """Exact motion of the belt, and what its load asks of the plate."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        Grid of the integration (s).
-    belt_position, belt_velocity, belt_acceleration : ndarray, shape (n,)
-        Motion of the belt along y (m, m/s, m/s²).
-    reaction : ndarray, shape (n, 6)
-        Wrench of the plate on the load about the plate's origin: Fx, Fy, Fz (N), Mx, My, Mz (N·m).
-    """
-
-    time: np.ndarray
-    belt_position: np.ndarray
-    belt_velocity: np.ndarray
-    belt_acceleration: np.ndarray
-    reaction: np.ndarray
+    time: Annotated[np.ndarray, "(n,)", "s"]
+    """Grid of the integration."""
+    belt_position: Annotated[np.ndarray, "(n,)", "m"]
+    belt_velocity: Annotated[np.ndarray, "(n,)", "m/s"]
+    belt_acceleration: Annotated[np.ndarray, "(n,)", "m/s²"]
+    """Motion of the belt along y."""
+    reaction: Annotated[np.ndarray, "(n, 6)"]
+    """Wrench of the plate on the load about the plate's origin: Fx, Fy, Fz (N), Mx, My, Mz (N·m)."""
 
     @property
     def rate_hz(self) -> float:
@@ -110,26 +93,11 @@ def velocity_command(
 ) -> Callable[[float], float]:
     """Commanded belt velocity as a function of time.
 
-    Parameters
-    ----------
-    profile : {"sine", "negative-sine", "minjerk"}
-        Shape of one pulse.
-    amplitude_m_per_s : float
-        Peak velocity (m/s).
-    onsets_s : ndarray, shape (n,)
-        Onsets of the pulses (s), ascending.
-    pulse_s : float
-        Length of a pulse (s).
-
-    Returns
-    -------
-    callable
-        ``command(t)`` gives m/s at t (s).
-
-    Raises
-    ------
-    KeyError
-        If the profile is unknown.
+    profile: {"sine", "negative-sine", "minjerk"}: Shape of one pulse.
+    amplitude_m_per_s: peak velocity.
+    onsets_s: onsets of the pulses (s), ascending.
+    pulse_s: length of a pulse.
+    Returns: ``command(t)`` gives m/s at t (s).
     """
     pulse = PULSES[profile]
     onsets = onsets_s.tolist()

@@ -45,18 +45,9 @@ def write_chain_trials(
 ) -> None:
     """Record the person several times, with other sway and noise each time (rad, N, m/s²).
 
-    Parameters
-    ----------
-    path : str or Path
-        HDF5 file that is written.
-    person : ChainPerson
-        Constants.
-    protocol : ChainProtocol
-        Pulses and instruments.
-    seed : int
-        Seed of all draws.
-    persons : int
-        Number of recordings.
+    path: HDF5 file that is written.
+    seed: seed of all draws.
+    persons: number of recordings.
     """
     with h5py.File(path, "w") as file:
         for k in range(persons):

@@ -27,52 +27,31 @@ TRIES = 1000
 
 @dataclass(frozen=True)
 class DrawnNumber:
-    """One number of the laboratory and its drawn value.
-
-    Attributes
-    ----------
-    path : str
-        Keys and, within lists, positions from 0, joined by dots.
-    nominal, value : float
-        Number of the file, and of the laboratory (unit of the key).
-    distribution : {"normal", "rectangular", "student", "log_uniform", "one_of"}
-        Its shape.
-    standard_deviation : float
-        Standard deviation of the distribution (unit of the key).
-    """
+    """One number of the laboratory and its drawn value."""
 
     path: str
+    """Keys and, within lists, positions from 0, joined by dots."""
     nominal: float
     value: float
+    """Number of the file, and of the laboratory (unit of the key)."""
     distribution: str
+    """{"normal", "rectangular", "student", "log_uniform", "one_of"}: Its shape."""
     standard_deviation: float
+    """Standard deviation of the distribution (unit of the key)."""
 
 
 def draw_laboratory(constants: dict) -> dict:
     """Constants of one laboratory, drawn from the section ``drawn``.
 
-    Parameters
-    ----------
-    constants : dict
-        The laboratory's configuration, with ``seed`` and ``drawn``: path of a number, or
-        of a list of numbers, which are drawn one by one -> ``{"normal": standard deviation}``,
-        ``{"rectangular": half width}`` or ``{"student": [standard deviation, degrees of freedom]}``, in the
-        unit of the key, or with ``"relative": True`` as parts of the number, whose sign stays. ``"shift"``
-        moves the mean of each number by so many standard deviations up or, as likely, down. With
-        ``"positive": True`` draws of 0 or less are repeated; with ``"below"``, draws at or above a limit
-        (unit of the key). ``{"log_uniform": [least, most]}`` and ``{"one_of": [values]}`` replace the number
-        by a draw that does not depend on it. None draws nothing.
-
-    Returns
-    -------
-    dict
-        The constants after drawing, with None for ``drawn``: drawing them again changes nothing.
-
-    Raises
-    ------
-    ValueError
-        In one sentence, if a path names no number, a distribution is none of these, or no draw lies where it
-        must.
+    constants: the laboratory's configuration, with ``seed`` and ``drawn``: path of a number, or of a list
+    of numbers, which are drawn one by one -> ``{"normal": standard deviation}``, ``{"rectangular": half
+    width}`` or ``{"student": [standard deviation, degrees of freedom]}``, in the unit of the key, or with
+    ``"relative": True`` as parts of the number, whose sign stays. ``"shift"`` moves the mean of each number
+    by so many standard deviations up or, as likely, down. With ``"positive": True`` draws of 0 or less are
+    repeated; with ``"below"``, draws at or above a limit (unit of the key). ``{"log_uniform": [least,
+    most]}`` and ``{"one_of": [values]}`` replace the number by a draw that does not depend on it. None
+    draws nothing.
+    Returns: the constants after drawing, with None for ``drawn``: drawing them again changes nothing.
     """
     drawn = copy.deepcopy(constants)
     for number in drawn_numbers(constants):
@@ -88,20 +67,8 @@ def draw_laboratory(constants: dict) -> dict:
 def drawn_numbers(constants: dict) -> list[DrawnNumber]:
     """List the numbers that `draw_laboratory` draws.
 
-    Parameters
-    ----------
-    constants : dict
-        The laboratory's configuration, as for `draw_laboratory`.
-
-    Returns
-    -------
-    list of DrawnNumber
-        In the order of the section and, within it, of the lists (units of the keys).
-
-    Raises
-    ------
-    ValueError
-        As `draw_laboratory`.
+    constants: the laboratory's configuration, as for `draw_laboratory`.
+    Returns: in the order of the section and, within it, of the lists (units of the keys).
     """
     numbers: dict[str, DrawnNumber] = {}
     for path, choice in (constants.get("drawn") or {}).items():

@@ -29,82 +29,56 @@ MARKERS = ("foot1", "foot2", "foot3", "ankle", "leg1", "leg2", "leg3", "leg4")
 
 @dataclass(frozen=True)
 class DummyTruth:
-    """Hidden constants of the ankle dummy.
-
-    Attributes
-    ----------
-    foot_mass_kg, foot_height_m : float
-        Brick: mass (kg), and height above the belt of the point from which markers are placed (m).
-    foot_com_m : list of 2 float
-        Its centre of mass: forward of that point and above the belt (m).
-    joint_offset_m : list of 2 float
-        Axis of the joint: forward of and above that point (m).
-    leg_mass_kg, leg_com_m, leg_inertia_kgm2 : float
-        Rod: mass (kg), centre of mass from the joint (m), moment of inertia about it (kg·m²).
-    joint_inertia_kgm2 : float
-        Further inertia that turns with the rod: clamps, screws and half of the rubber (kg·m²).
-    rest_angle_rad : float
-        Angle at which the leg stands still (rad); of a trial, as the motion capture sees it.
-    position_x_m, position_y_m : float
-        Position of the foot on the plate (m).
-    gravity_m_per_s2 : float
-        Acceleration of gravity (m/s²).
-    """
+    """Hidden constants of the ankle dummy."""
 
     foot_mass_kg: float
     foot_height_m: float
+    """Brick: mass (kg), and height above the belt of the point from which markers are placed (m)."""
     foot_com_m: list
+    """Its centre of mass: forward of that point and above the belt."""
     joint_offset_m: list
+    """Axis of the joint: forward of and above that point."""
     leg_mass_kg: float
     leg_com_m: float
     leg_inertia_kgm2: float
+    """Rod: mass (kg), centre of mass from the joint (m), moment of inertia about it (kg·m²)."""
     joint_inertia_kgm2: float
+    """Further inertia that turns with the rod: clamps, screws and half of the rubber."""
     rest_angle_rad: float
+    """Angle at which the leg stands still (rad); of a trial, as the motion capture sees it."""
     position_x_m: float
     position_y_m: float
+    """Position of the foot on the plate."""
     gravity_m_per_s2: float
+    """Acceleration of gravity."""
 
 
 @dataclass(frozen=True)
 class DummyMarkers:
-    """Positions of the markers on the dummy.
-
-    Attributes
-    ----------
-    foot_m : list of [along, up]
-        Marker positions on the foot: forward of the ankle and above the belt (m).
-    ankle_m, leg_m : [across, along], and list of these
-        Marker positions on the leg while it is upright: in front of the rod's axis, and along it from the
-        point that is taken for the joint (m). Its true axis may be elsewhere.
-    lateral_m : float
-        Position of all markers across the belt, from the foot's middle (m).
-    """
+    """Positions of the markers on the dummy."""
 
     foot_m: list
+    """Marker positions on the foot: forward of the ankle and above the belt."""
     ankle_m: list
     leg_m: list
+    """Marker positions on the leg while it is upright: in front of the rod's axis, and along it from the
+    point that is taken for the joint (m). Its true axis may be elsewhere."""
     lateral_m: float
+    """Position of all markers across the belt, from the foot's middle."""
 
 
 @dataclass(frozen=True)
 class DummyMotion(BeltMotion):
-    """Exact motion of the rig.
-
-    Attributes
-    ----------
-    angle, angle_rate : ndarray, shape (n,)
-        Leg angle from the vertical (rad) and its rate (rad/s).
-    tilt, tilt_rate : ndarray, shape (n,)
-        Angle of the foot from where it rests (rad) and its rate (rad/s).
-    joint_torque : ndarray, shape (n,)
-        Torque of the joint, its inertia included (N·m), positive when it resists positive angles.
-    """
+    """Exact motion of the rig."""
 
     angle: np.ndarray
     angle_rate: np.ndarray
+    """Leg angle from the vertical (rad) and its rate (rad/s)."""
     tilt: np.ndarray
     tilt_rate: np.ndarray
+    """Angle of the foot from where it rests (rad) and its rate (rad/s)."""
     joint_torque: np.ndarray
+    """Torque of the joint, its inertia included (N·m), positive when it resists positive angles."""
 
 
 def move_dummy(
@@ -118,21 +92,11 @@ def move_dummy(
 ) -> DummyMotion:
     """Integrate belt and dummy together.
 
-    Parameters
-    ----------
-    dummy, rubber, drive : DummyTruth, Rubber, DriveTruth
-        Constants of subject, joint and belt drive.
-    command : callable
-        Commanded belt velocity (m/s) at t (s).
-    duration_s, rate_hz : float
-        Length of the run (s) and steps per second (Hz).
-    foot : FootTilt, optional
-        Compliance of the foot; without it, or with none, the foot does not tilt.
-
-    Returns
-    -------
-    DummyMotion
-        Motion and reaction on the grid of the integration (s, m, rad, N, N·m).
+    dummy, rubber, drive: constants of subject, joint and belt drive.
+    command: commanded belt velocity (m/s) at t (s).
+    duration_s, rate_hz: length of the run (s) and steps per second (Hz).
+    foot: compliance of the foot; without it, or with none, the foot does not tilt.
+    Returns: motion and reaction on the grid of the integration.
     """
     time, states, resisting = _integrated(dummy, rubber, drive, command, duration_s, rate_hz, foot)
     y, v, _, th, w, tilt, tilt_rate = states.T
@@ -232,17 +196,8 @@ def _reaction(dummy: DummyTruth, foot: FootTilt | None, time, states, tilt, tilt
 def dummy_marker_paths(markers: DummyMarkers, dummy: DummyTruth, motion: DummyMotion) -> list[MarkerPath]:
     """Paths of the markers on foot, ankle and leg, in the order of `MARKERS`.
 
-    Parameters
-    ----------
-    markers, dummy : DummyMarkers, DummyTruth
-        Constants.
-    motion : DummyMotion
-        Exact motion of the rig (s, m, rad).
-
-    Returns
-    -------
-    list of callable
-        Each gives x, y, z (m), shape (n, 3), at instants (s), shape (n,).
+    motion: exact motion of the rig.
+    Returns: each gives x, y, z, shape (n, 3), at instants, shape (n,).
     """
     belt = scipy.interpolate.CubicSpline(motion.time, motion.belt_position)
     angle = scipy.interpolate.CubicSpline(motion.time, motion.angle)

@@ -33,17 +33,10 @@ from tepsipe.virtual_lab.truth_file import TrueMotion, write_true_motion
 def make_dummy_trial(truth: dict, condition: str, protocol: Protocol, files: dict[str, Path]) -> None:
     """Make one trial of the ankle dummy on the treadmill.
 
-    Parameters
-    ----------
-    truth : dict
-        The laboratory's constants, as its configuration file holds them.
-    condition : str
-        Name of the condition: it seeds the trial's noise.
-    protocol : Protocol
-        Perturbations (m/s, s).
-    files : dict of str to Path
-        Files to write: ``log``, ``calibration`` and ``markers``, and ``motion``, the hidden motion of the
-        joint (s, rad, N·m), if it is wanted.
+    truth: the laboratory's constants, as its configuration file holds them.
+    condition: name of the condition: it seeds the trial's noise.
+    files: files to write: ``log``, ``calibration`` and ``markers``, and ``motion``, the hidden motion of
+    the joint, if it is wanted.
     """
     seed, rig = truth["seed"], truth["treadmill"]
     dummy = DummyTruth(**truth["dummy"]["subject"])

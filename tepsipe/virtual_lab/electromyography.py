@@ -25,6 +25,7 @@ in the first sampling interval of the laboratory's clock, and it runs for whole 
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -41,54 +42,40 @@ STEPS = 32767
 
 @dataclass(frozen=True)
 class EmgTruth:
-    """Hidden constants of the recorder of muscle activity.
-
-    Attributes
-    ----------
-    rate_hz : float
-        Samples per second, a whole number (Hz).
-    band_hz : tuple of float
-        Lower and upper corner of the interference pattern's spectrum (Hz): f_l, f_h.
-    full_drive_uV : float
-        Root mean square at a drive of 1 (uV): A.
-    cross_talk : float
-        Share of a neighbouring muscle's signal: C beside its diagonal.
-    artefact_uV_per_m_per_s2, artefact_s : float
-        Artefact of a lasting acceleration of the belt (uV per m/s²), G, and time in which skin and cables
-        follow (s): T.
-    hum_uV, hum_hz, hum_third : float
-        Amplitude (uV) and frequency (Hz) of the mains' hum, and its third harmonic as a share of it.
-    channel_spread : float
-        Standard deviation from channel to channel of the logarithms of artefact and hum.
-    baseline_uV, baseline_s : float
-        Standard deviation (uV) of the wandering baseline, and the time in which it changes (s): T_b.
-    noise_uV : float
-        Standard deviation of the white noise (uV).
-    limit_uV : float
-        Largest voltage that the converter can hold (uV), of at most seven characters.
-    """
+    """Hidden constants of the recorder of muscle activity."""
 
     rate_hz: float
+    """Samples per second, a whole number."""
     band_hz: tuple[float, float]
+    """Lower and upper corner of the interference pattern's spectrum (Hz): f_l, f_h."""
     full_drive_uV: float
+    """Root mean square at a drive of 1 (uV): A."""
     cross_talk: float
+    """Share of a neighbouring muscle's signal: C beside its diagonal."""
     artefact_uV_per_m_per_s2: float
     artefact_s: float
+    """Artefact of a lasting acceleration of the belt (uV per m/s²), G, and time in which skin and cables
+    follow (s): T."""
     hum_uV: float
     hum_hz: float
     hum_third: float
+    """Amplitude (uV) and frequency (Hz) of the mains' hum, and its third harmonic as a share of it."""
     channel_spread: float
+    """Standard deviation from channel to channel of the logarithms of artefact and hum."""
     baseline_uV: float
     baseline_s: float
+    """Standard deviation (uV) of the wandering baseline, and the time in which it changes (s): T_b."""
     noise_uV: float
+    """Standard deviation of the white noise (uV)."""
     limit_uV: float
+    """Largest voltage that the converter can hold (uV), of at most seven characters."""
 
 
 def record_emg(
     truth: EmgTruth,
-    time: np.ndarray,
-    drive: np.ndarray,
-    belt_acceleration: np.ndarray,
+    time: Annotated[np.ndarray, "(n,)", "s"],
+    drive: Annotated[np.ndarray, "(n, 5)"],
+    belt_acceleration: Annotated[np.ndarray, "(n,)", "m/s²"],
     ends_s: float,
     rng: np.random.Generator,
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -96,28 +83,14 @@ def record_emg(
 
     After the grid's last point the drive stays as it is and the belt rests.
 
-    Parameters
-    ----------
-    truth : EmgTruth
-        Constants.
-    time : ndarray, shape (n,)
-        Regular grid of the arrays below (s).
-    drive : ndarray, shape (n, 5)
-        Neural drive of MUSCLES, not negative.
-    belt_acceleration : ndarray, shape (n,)
-        Acceleration of the belt under the subject (m/s²).
-    ends_s : float
-        Instant that the recording must reach (s); the recorder stops at the end of a whole second.
-    rng : numpy.random.Generator
-        Draws where the first sample falls; children of it draw pattern, artefact, hum, baseline and noise,
-        each the same whatever the constants of the others.
+    time: regular grid of the arrays below.
+    drive: neural drive of MUSCLES, not negative.
+    belt_acceleration: acceleration of the belt under the subject.
+    ends_s: instant that the recording must reach (s); the recorder stops at the end of a whole second.
 
-    Returns
-    -------
-    signals : ndarray, shape (k, 5)
-        Voltages in whole steps of the converter (uV).
-    instants : ndarray, shape (k,)
-        Sampling instants, on the laboratory's clock (s).
+    Returns:
+        signals: voltages in whole steps of the converter (uV). Shape (k, 5).
+        instants: sampling instants, on the laboratory's clock (s). Shape (k,).
     """
     of_pattern, of_artefact, of_hum, of_baseline, of_noise = rng.spawn(5)
     samples = round(np.ceil(ends_s - time[0]) * truth.rate_hz)
@@ -137,20 +110,14 @@ def record_emg(
     return truth.limit_uV * (steps / STEPS), instants
 
 
-def sample_trigger(instants: np.ndarray, trigger_s: float, duration_s: float) -> np.ndarray:
+def sample_trigger(
+    instants: Annotated[np.ndarray, "(k,)", "s"], trigger_s: float, duration_s: float
+) -> Annotated[np.ndarray, "(k,)", "V"]:
     """Trigger line as the recorder samples it.
 
-    Parameters
-    ----------
-    instants : ndarray, shape (k,)
-        From `record_emg` (s).
-    trigger_s, duration_s : float
-        Trigger's edge on the laboratory's clock, and how long the trigger is high (s).
-
-    Returns
-    -------
-    ndarray, shape (k,)
-        0 or 5 (V).
+    instants: from `record_emg`.
+    trigger_s, duration_s: trigger's edge on the laboratory's clock, and how long the trigger is high.
+    Returns: 0 or 5.
     """
     high = (instants >= trigger_s) & (instants < trigger_s + duration_s)
     return np.where(high, TRIGGER_V, 0.0)
@@ -159,27 +126,16 @@ def sample_trigger(instants: np.ndarray, trigger_s: float, duration_s: float) ->
 def write_emg(
     path: Path,
     labels: tuple[str, ...],
-    signals: np.ndarray,
-    trigger: np.ndarray,
+    signals: Annotated[np.ndarray, "(k, channels)"],
+    trigger: Annotated[np.ndarray, "(k,)", "V"],
     rate_hz: float,
     limit: float,
 ) -> None:
     """Write a recording as EDF+, in records of 1 s, the trigger as its last channel.
 
-    Parameters
-    ----------
-    path : Path
-        File to write.
-    labels : tuple of str
-        Names of the channels.
-    signals : ndarray, shape (k, channels)
-        Voltages within the limit (uV), for whole seconds.
-    trigger : ndarray, shape (k,)
-        Trigger line (V).
-    rate_hz : float
-        Sampling rate (Hz).
-    limit : float
-        Largest voltage that the file can hold (uV), of at most seven characters: the header has no more.
+    signals: voltages within the limit (uV), for whole seconds.
+    trigger: trigger line.
+    limit: largest voltage that the file can hold (uV), of at most seven characters: the header has no more.
     """
     from edfio import Edf, EdfSignal, Patient, Recording  # only who makes such a recording needs it
 

@@ -50,6 +50,7 @@ Corporation TOR-0158(3107-18)-1; C. Canudas de Wit et al. (1995), IEEE Transacti
 
 from array import array
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -60,17 +61,9 @@ from tepsipe.virtual_lab.belt import BeltMotion
 def bristle_deflection(displacement: np.ndarray, breakaway_m: float) -> np.ndarray:
     """Deflection z of the bristles, from z = 0.
 
-    Parameters
-    ----------
-    displacement : ndarray, shape (n,)
-        Path of the belt over its support (m), monotonic between samples.
-    breakaway_m : float
-        Displacement d that the bristles take (m).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        z, exact for the path that joins the samples by straight lines.
+    displacement: path of the belt over its support (m), monotonic between samples.
+    breakaway_m: displacement d that the bristles take.
+    Returns: z, exact for the path that joins the samples by straight lines.
     """
     steps = np.diff(displacement)
     kept = np.exp(-np.abs(steps) / breakaway_m).tolist()
@@ -88,96 +81,73 @@ COMPONENTS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
 @dataclass(frozen=True)
 class PlateTruth:
-    """Hidden constants of the force plate.
-
-    Attributes
-    ----------
-    belt_length_m, belt_width_m, transducer_depth_m : float
-        Distances between the transducers along and across the belt, and their depth under it (m).
-    sensitivity_V_per_N, sensitivity_spread, cross_talk, calibration_error : float
-        Volts per newton; relative spread of it; relative leak into other channels; relative error
-        of the calibration (V/N, -, -, -).
-    force_scale, vertical_leak : list of 2 float, float
-        Gain of the fore-aft and of the vertical transducers relative to the calibration, and part of the
-        vertical force that the fore-aft one has come to feel.
-    origin_height_m : float
-        Height of the calibration's origin above the belt, on which it is thought to lie (m).
-    origin_forward_m, moment_scale, transducer_gain : float, float, list of 4 float
-        Position of the calibration's origin forward of the motion capture's (m), gain of M_x since the
-        calibration, and gain of every vertical transducer.
-    noise_V, drift_V_per_s : float
-        White noise of a channel (V) and standard deviation of its linear drift (V/s).
-    felt_belt_mass_kg : float
-        Mass of the upper run of the belt in excess of the lower run's (kg).
-    felt_roller_inertia_kgm : float
-        Moment of inertia of the rollers over their radius, pitch moment per belt acceleration
-        (N·m per m/s²).
-    belt_lag_s : float
-        Time by which the load follows the rollers (s): T.
-    belt_lag_wander, belt_lag_wander_s : float
-        Standard deviation of the logarithm of phi, and the time in which it changes (s).
-    friction_N, friction_coefficient, friction_speed_m_per_s, friction_Ns_per_m : float
-        Friction of the moving unloaded belt (N) and per newton of load, the speed that brings it
-        about (m/s), and its viscous part (Ns/m): F_0, mu, v_0, c.
-    bristle_share, bristle_m : float
-        Part of the friction, but for its viscous part, that has a memory, and displacement in which its
-        bristles bend (m): b, d. A share of 0 has no memory.
-    friction_lever_m : float
-        Depth under the belt's surface at which the friction acts (m).
-    floor_m_per_s2, floor_hz, floor_damping : float
-        Root mean square of the floor's acceleration (m/s²), its frequency (Hz) and damping ratio.
-    resonance_hz, resonance_damping, resonance_mass_kg : float
-        Fore-aft resonance of the unloaded frame (Hz), its damping ratio, its moving mass (kg).
-    second_share : list of 2 float
-        Parts of Fy and of Mx that the second mode takes; 0 is a frame with one mode.
-    second_hz, second_damping, second_mass_kg : float
-        The same constants of the second mode (Hz, -, kg).
-    mount_share, mount_relaxation_s : float
-        Part of a quick fore-aft force that the mounts take, and when they let go of it (s): s, T_m.
-    rate_hz : float
-        Sampling rate of the log (Hz).
-    """
+    """Hidden constants of the force plate."""
 
     belt_length_m: float
     belt_width_m: float
     transducer_depth_m: float
+    """Distances between the transducers along and across the belt, and their depth under it."""
     sensitivity_V_per_N: float
     sensitivity_spread: float
     cross_talk: float
     calibration_error: float
+    """Volts per newton; relative spread of it; relative leak into other channels; relative error of the
+    calibration."""
     force_scale: list
     vertical_leak: float
+    """Gain of the fore-aft and of the vertical transducers relative to the calibration, and part of the
+    vertical force that the fore-aft one has come to feel."""
     origin_height_m: float
+    """Height of the calibration's origin above the belt, on which it is thought to lie."""
     origin_forward_m: float
     moment_scale: float
     transducer_gain: list[float]
+    """Position of the calibration's origin forward of the motion capture's (m), gain of M_x since the
+    calibration, and gain of every vertical transducer."""
     noise_V: float
     drift_V_per_s: float
+    """White noise of a channel (V) and standard deviation of its linear drift (V/s)."""
     felt_belt_mass_kg: float
+    """Mass of the upper run of the belt in excess of the lower run's."""
     felt_roller_inertia_kgm: float
+    """Moment of inertia of the rollers over their radius, pitch moment per belt acceleration (N·m per
+    m/s²)."""
     belt_lag_s: float
-    belt_lag_wander: float
+    """Time by which the load follows the rollers (s): T."""
+    belt_lag_wander: Annotated[float, "s"]
     belt_lag_wander_s: float
+    """Standard deviation of the logarithm of phi, and the time in which it changes."""
     friction_N: float
     friction_coefficient: float
     friction_speed_m_per_s: float
     friction_Ns_per_m: float
+    """Friction of the moving unloaded belt (N) and per newton of load, the speed that brings it about
+    (m/s), and its viscous part (Ns/m): F_0, mu, v_0, c."""
     bristle_share: float
     bristle_m: float
+    """Part of the friction, but for its viscous part, that has a memory, and displacement in which its
+    bristles bend (m): b, d. A share of 0 has no memory."""
     friction_lever_m: float
+    """Depth under the belt's surface at which the friction acts."""
     floor_m_per_s2: float
     floor_hz: float
     floor_damping: float
+    """Root mean square of the floor's acceleration (m/s²), its frequency (Hz) and damping ratio."""
     resonance_hz: float
     resonance_damping: float
     resonance_mass_kg: float
+    """Fore-aft resonance of the unloaded frame (Hz), its damping ratio, its moving mass (kg)."""
     second_share: list
+    """Parts of Fy and of Mx that the second mode takes; 0 is a frame with one mode."""
     second_hz: float
     second_damping: float
     second_mass_kg: float
+    """The same constants of the second mode."""
     mount_share: float
     mount_relaxation_s: float
+    """Part of a quick fore-aft force that the mounts take, and when they let go of it (s): s, T_m."""
     rate_hz: float
+    """Sampling rate of the log."""
 
 
 def lines_of_action(truth: PlateTruth) -> np.ndarray:
@@ -201,19 +171,9 @@ def lines_of_action(truth: PlateTruth) -> np.ndarray:
 def plate_electronics(truth: PlateTruth, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Matrix from transducer forces to voltages, and the calibration matrix found for the plate.
 
-    Parameters
-    ----------
-    truth : PlateTruth
-        Constants.
-    rng : numpy.random.Generator
-        Draws spread, cross-talk and calibration errors: one plate for the whole study.
-
-    Returns
-    -------
-    volts_per_newton : ndarray, shape (14, 14)
-        Voltages of all channels per transducer force (V/N).
-    calibration : ndarray, shape (12, 14)
-        Force and moment components of both belts per voltage (N/V, N·m/V).
+    Returns:
+        volts_per_newton: voltages of all channels per transducer force (V/N). Shape (14, 14).
+        calibration: force and moment components of both belts per voltage (N/V, N·m/V). Shape (12, 14).
     """
     n = len(TRANSDUCERS) * len(BELTS)
     gains = 1.0 + truth.sensitivity_spread * rng.standard_normal(n)
@@ -229,21 +189,9 @@ def plate_electronics(truth: PlateTruth, rng: np.random.Generator) -> tuple[np.n
 def wandering_lag(truth: PlateTruth, n: int, rate_hz: float, rng: np.random.Generator) -> np.ndarray:
     """Time by which the load follows the rollers: its logarithm is a stationary Ornstein-Uhlenbeck process.
 
-    Parameters
-    ----------
-    truth : PlateTruth
-        Constants.
-    n : int
-        Number of samples.
-    rate_hz : float
-        Samples per second (Hz).
-    rng : numpy.random.Generator
-        Draws the process.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        phi T (s), with mean T.
+    n: number of samples.
+    rate_hz: samples per second.
+    Returns: phi T (s), with mean T.
     """
     kept = np.exp(-1.0 / (truth.belt_lag_wander_s * rate_hz))
     steps = rng.standard_normal(n)
@@ -252,24 +200,13 @@ def wandering_lag(truth: PlateTruth, n: int, rate_hz: float, rng: np.random.Gene
     return truth.belt_lag_s * np.exp(truth.belt_lag_wander * (wander - 0.5 * truth.belt_lag_wander))
 
 
-def floor_tremor(truth: PlateTruth, n: int, rate_hz: float, rng: np.random.Generator) -> np.ndarray:
+def floor_tremor(
+    truth: PlateTruth, n: int, rate_hz: float, rng: np.random.Generator
+) -> Annotated[np.ndarray, "(n,)", "m/s²"]:
     """Acceleration of the floor: white noise through the floor's resonance.
 
-    Parameters
-    ----------
-    truth : PlateTruth
-        Constants.
-    n : int
-        Number of samples.
-    rate_hz : float
-        Samples per second (Hz).
-    rng : numpy.random.Generator
-        Draws the noise.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Acceleration (m/s²).
+    n: number of samples.
+    rate_hz: samples per second.
     """
     natural = 2.0 * np.pi * truth.floor_hz
     width = 2.0 * truth.floor_damping * natural
@@ -283,31 +220,20 @@ def floor_tremor(truth: PlateTruth, n: int, rate_hz: float, rng: np.random.Gener
 
 def belt_wrench(
     truth: PlateTruth,
-    load: np.ndarray,
-    belt_velocity: np.ndarray,
-    belt_acceleration: np.ndarray,
-    belt_lag: np.ndarray,
+    load: Annotated[np.ndarray, "(n,)", "N"],
+    belt_velocity: Annotated[np.ndarray, "(n,)", "m/s"],
+    belt_acceleration: Annotated[np.ndarray, "(n,)", "m/s²"],
+    belt_lag: Annotated[np.ndarray, "(n,)", "s"],
     rate_hz: float,
-) -> np.ndarray:
+) -> Annotated[np.ndarray, "(n, 6)"]:
     """Reaction that the moving belt adds to the load's.
 
-    Parameters
-    ----------
-    truth : PlateTruth
-        Constants.
-    load : ndarray, shape (n,)
-        Vertical force of the load on the belt (N).
-    belt_velocity, belt_acceleration : ndarray, shape (n,)
-        Motion of the belt under the load (m/s, m/s²).
-    belt_lag : ndarray, shape (n,)
-        Time by which the load follows the rollers (s).
-    rate_hz : float
-        Samples per second (Hz).
-
-    Returns
-    -------
-    ndarray, shape (n, 6)
-        Fx, Fy, Fz (N), Mx, My, Mz (N·m): friction and inertia of the belt, pitch moment of the rollers.
+    load: vertical force of the load on the belt.
+    belt_velocity, belt_acceleration: motion of the belt under the load.
+    belt_lag: time by which the load follows the rollers.
+    rate_hz: samples per second.
+    Returns: fx, Fy, Fz (N), Mx, My, Mz (N·m): friction and inertia of the belt, pitch moment of the
+    rollers.
     """
     at_rollers = belt_velocity + belt_lag * belt_acceleration
     rubbing = truth.friction_N + truth.friction_coefficient * load
@@ -326,21 +252,15 @@ def belt_wrench(
 
 @dataclass(frozen=True)
 class Loaded:
-    """What one belt carries.
-
-    Attributes
-    ----------
-    plate : PlateTruth
-        Constants of the force plate below it.
-    motion : BeltMotion
-        Motion of the belt (m/s, m/s²), and wrench of the plate on the load about the belt's centre (N, N·m).
-    load_kg : float
-        Mass on the belt (kg).
-    """
+    """What one belt carries."""
 
     plate: PlateTruth
+    """Constants of the force plate below it."""
     motion: BeltMotion
+    """Motion of the belt (m/s, m/s²), and wrench of the plate on the load about the belt's centre (N,
+    N·m)."""
     load_kg: float
+    """Mass on the belt."""
 
 
 def plate_voltages(
@@ -361,27 +281,16 @@ def plate_voltages(
 
 def voltages_of_belts(
     loaded: dict[str, Loaded],
-    volts_per_newton: np.ndarray,
-    sample: np.ndarray,
+    volts_per_newton: Annotated[np.ndarray, "(14, 14)", "V/N"],
+    sample: Annotated[np.ndarray, "(k,)"],
     rng: np.random.Generator,
-) -> np.ndarray:
+) -> Annotated[np.ndarray, "(k, 14)"]:
     """Voltages of the 14 channels.
 
-    Parameters
-    ----------
-    loaded : dict of str to Loaded
-        Belt of `BELTS` -> its load; a belt without one stands still.
-    volts_per_newton : ndarray, shape (14, 14)
-        From `plate_electronics` (V/N).
-    sample : ndarray of int, shape (k,)
-        Grid points at which the log samples.
-    rng : numpy.random.Generator
-        Draws noise and drift; children of it draw the lag of every belt and the floor.
-
-    Returns
-    -------
-    ndarray, shape (k, 14)
-        Voltages (V), left belt first.
+    loaded: belt of `BELTS` -> its load; a belt without one stands still.
+    volts_per_newton: from `plate_electronics`.
+    sample: grid points at which the log samples.
+    Returns: voltages (V), left belt first.
     """
     parts = [
         _transducer_forces(loaded[belt], sample, rng) if belt in loaded else np.zeros((sample.size, 7))

@@ -21,28 +21,15 @@ def integrate(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Integrate with the classical fourth-order Runge-Kutta rule.
 
-    Parameters
-    ----------
-    derivative : callable
-        ``derivative(t, state)`` returns the time derivative of every state (unit of the state per s).
-    initial : tuple of float
-        State at t = 0.
-    duration_s : float
-        Length of the run (s).
-    rate_hz : float
-        Steps per second (Hz).
+    derivative: ``derivative(t, state)`` returns the time derivative of every state (unit of the state per
+    s).
+    initial: state at t = 0.
+    duration_s: length of the run.
+    rate_hz: steps per second.
 
-    Returns
-    -------
-    time : ndarray, shape (n,)
-        Grid 0, 1/rate, 2/rate, ... (s), the last point at or just after ``duration_s``.
-    states : ndarray, shape (n, len(initial))
-        One row per grid point (units of the states).
-
-    Raises
-    ------
-    FloatingPointError
-        If the run diverges, that is a state is no longer finite.
+    Returns:
+        time: grid 0, 1/rate, 2/rate, ... (s), the last point at or just after ``duration_s``.
+        states: one row per grid point (units of the states). Shape (n, len(initial)).
     """
     steps = int(np.ceil(duration_s * rate_hz))
     h = 1.0 / rate_hz
@@ -69,11 +56,8 @@ def stepper(n: int) -> Callable[[Callable[[float, State], State], float, State, 
     A loop over the states takes longer than the sums in it, and a trial has 100,000 steps. The function is
     therefore generated from text, once for every number of states.
 
-    Returns
-    -------
-    callable
-        ``step(f, t, x, h)`` is the state a step ``h`` (s) after the state ``x`` at ``t`` (s); ``f`` is as the
-        ``derivative`` of `integrate` (unit of the state per s).
+    Returns: ``step(f, t, x, h)`` is the state a step ``h`` (s) after the state ``x`` at ``t`` (s); ``f`` is
+    as the ``derivative`` of `integrate` (unit of the state per s).
     """
 
     def listed(form: str) -> str:

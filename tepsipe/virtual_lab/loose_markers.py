@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -13,55 +14,34 @@ Shift = Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class Wobble:
-    """Hidden constants of a mass that lags behind an accelerated leg, d'' + 2 z w d' + w² d = -a.
-
-    Attributes
-    ----------
-    hz, damping : float
-        Natural frequency w / 2 pi (Hz) and damping ratio z.
-    common, growing_per_m : float
-        Part of d by which all markers of the leg move alike, and part per distance from the joint (1/m);
-        both 0 is a rigid leg.
-    """
+    """Hidden constants of a mass that lags behind an accelerated leg, d'' + 2 z w d' + w² d = -a."""
 
     hz: float
     damping: float
+    """Natural frequency w / 2 pi (Hz) and damping ratio z."""
     common: float
     growing_per_m: float
+    """Part of d by which all markers of the leg move alike, and part per distance from the joint (1/m);
+    both 0 is a rigid leg."""
 
 
 @dataclass(frozen=True)
 class Slip:
-    """Hidden constants of markers whose tape gives under every pulse.
-
-    Attributes
-    ----------
-    foot_m, ankle_m : float
-        Standard deviation of the step of a marker on the foot, and of that on the ankle, in a pulse (m); 0 is
-        a marker that holds.
-    settling_s : float
-        Time constant of a step (s).
-    """
+    """Hidden constants of markers whose tape gives under every pulse."""
 
     foot_m: float
     ankle_m: float
+    """Standard deviation of the step of a marker on the foot, and of that on the ankle, in a pulse (m); 0
+    is a marker that holds."""
     settling_s: float
+    """Time constant of a step."""
 
 
 def wobbling(wobble: Wobble, time: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
     """Lag d of a wobbling mass behind an accelerated body.
 
-    Parameters
-    ----------
-    wobble : Wobble
-        Constants.
-    time, acceleration : ndarray, shape (n,)
-        Regular instants (s) and acceleration of the body (m/s²).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        d (m), 0 at first.
+    time, acceleration: regular instants (s) and acceleration of the body (m/s²).
+    Returns: d (m), 0 at first.
     """
     natural = 2.0 * np.pi * wobble.hz
     mass = ([-1.0], [1.0, 2.0 * wobble.damping * natural, natural**2])
@@ -69,22 +49,14 @@ def wobbling(wobble: Wobble, time: np.ndarray, acceleration: np.ndarray) -> np.n
     return scipy.signal.lfilter(np.ravel(numerator), denominator, acceleration)
 
 
-def slipping(step_m: float, settling_s: float, onsets_s: np.ndarray, rng: np.random.Generator) -> Shift:
+def slipping(
+    step_m: float, settling_s: float, onsets_s: Annotated[np.ndarray, "(k,)"], rng: np.random.Generator
+) -> Shift:
     """Steps of one marker, a random one at each onset.
 
-    Parameters
-    ----------
-    step_m, settling_s : float
-        Standard deviation of a step (m) and its time constant (s).
-    onsets_s : ndarray, shape (k,)
-        Onsets of the pulses (s).
-    rng : numpy.random.Generator
-        Draws the steps.
-
-    Returns
-    -------
-    callable
-        Displacement (m), shape (n,), at instants (s), shape (n,).
+    step_m, settling_s: standard deviation of a step (m) and its time constant (s).
+    onsets_s: onsets of the pulses.
+    Returns: displacement, shape (n,), at instants, shape (n,).
     """
     steps = step_m * rng.standard_normal(onsets_s.size)
 

@@ -8,6 +8,7 @@ the arm rest, so the foot and the handle turn as one body against the rubber:
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -19,107 +20,71 @@ from tepsipe.virtual_lab.truth_file import TrueMotion
 
 @dataclass(frozen=True)
 class ManipulatorTruth:
-    """Hidden constants of the manipulator and of the joint in it.
-
-    Attributes
-    ----------
-    inertia_kgm2 : float
-        Foot and handle about the joint (kg·m²).
-    contact_Nm_per_rad3 : float
-        Hardening as the rubber is pressed against the brick at large angles (N·m/rad³).
-    friction_Nm, friction_rate_rad_per_s : float
-        Coulomb friction of the drive train (N·m) and the rate at which it is nearly full (rad/s).
-    ripple_Nm, ripple_bandwidth_hz : float
-        Root mean square of the drive's torque ripple (N·m) and its bandwidth (Hz).
-    torque_per_factor_Nm : float
-        Root mean square of the multisine per unit of scale factor (N·m).
-    torque_scale, angle_scale : float
-        True torque over commanded torque, and encoder reading over true angle.
-    torque_delay_s : float
-        Delay of the drive: a torque acts this long after its command (s).
-    band_low_hz, band_high_hz, period_s, command_rate_hz : float
-        Multisine's lowest and highest component (Hz), its period (s), rate of the command (Hz).
-    log_rate_hz, log_jitter_s : float
-        Mean rate of the log (Hz) and standard deviation of its sampling instants (s).
-    repeated_fraction, missing_fraction : float
-        Part of the log's lines that repeat the sample before them, and that are not written.
-    encoder_step_rad : float
-        Resolution of the angle encoder (rad).
-    encoder_zero_rad : float
-        Reading of the encoder at the joint's rest (rad).
-    lead_s, tail_s : float
-        Time logged before the trigger and after the end of the command (s).
-    """
+    """Hidden constants of the manipulator and of the joint in it."""
 
     inertia_kgm2: float
-    contact_Nm_per_rad3: float
+    """Foot and handle about the joint."""
+    contact_Nm_per_rad3: Annotated[float, "N·m/rad³"]
+    """Hardening as the rubber is pressed against the brick at large angles."""
     friction_Nm: float
     friction_rate_rad_per_s: float
+    """Coulomb friction of the drive train (N·m) and the rate at which it is nearly full (rad/s)."""
     ripple_Nm: float
     ripple_bandwidth_hz: float
+    """Root mean square of the drive's torque ripple (N·m) and its bandwidth (Hz)."""
     torque_per_factor_Nm: float
+    """Root mean square of the multisine per unit of scale factor."""
     torque_scale: float
     angle_scale: float
+    """True torque over commanded torque, and encoder reading over true angle."""
     torque_delay_s: float
+    """Delay of the drive: a torque acts this long after its command."""
     band_low_hz: float
     band_high_hz: float
     period_s: float
     command_rate_hz: float
+    """Multisine's lowest and highest component (Hz), its period (s), rate of the command (Hz)."""
     log_rate_hz: float
     log_jitter_s: float
+    """Mean rate of the log (Hz) and standard deviation of its sampling instants (s)."""
     repeated_fraction: float
     missing_fraction: float
+    """Part of the log's lines that repeat the sample before them, and that are not written."""
     encoder_step_rad: float
+    """Resolution of the angle encoder."""
     encoder_zero_rad: float
+    """Reading of the encoder at the joint's rest."""
     lead_s: float
     tail_s: float
+    """Time logged before the trigger and after the end of the command."""
 
 
 @dataclass(frozen=True)
 class ManipulatorRecording:
-    """Contents of the manipulator's two files.
+    """Contents of the manipulator's two files."""
 
-    Attributes
-    ----------
-    log_time : ndarray, shape (n,)
-        Time stamps of the log's lines, on the log's own clock (s).
-    angle : ndarray, shape (n,)
-        Encoder readings (rad).
-    trigger_time : float
-        Stamp, on the log's clock, at which the command started (s).
-    command : ndarray, shape (m,)
-        Torque command from the trigger on (N·m).
-    command_rate_hz : float
-        Rate of the command (Hz).
-    motion : TrueMotion or None
-        Hidden motion of the handle and the torque on it, including the drive's ripple (s, rad, N·m);
-        None where only the two files are written.
-    """
-
-    log_time: np.ndarray
-    angle: np.ndarray
-    trigger_time: float
-    command: np.ndarray
+    log_time: Annotated[np.ndarray, "(n,)", "s"]
+    """Time stamps of the log's lines, on the log's own clock."""
+    angle: Annotated[np.ndarray, "(n,)", "rad"]
+    """Encoder readings."""
+    trigger_time: Annotated[float, "s"]
+    """Stamp, on the log's clock, at which the command started."""
+    command: Annotated[np.ndarray, "(m,)", "N·m"]
+    """Torque command from the trigger on."""
     command_rate_hz: float
     motion: TrueMotion | None
+    """Hidden motion of the handle and the torque on it, including the drive's ripple (s, rad, N·m); None
+    where only the two files are written."""
 
 
-def multisine(truth: ManipulatorTruth, duration_s: float, rng: np.random.Generator) -> np.ndarray:
+def multisine(
+    truth: ManipulatorTruth, duration_s: float, rng: np.random.Generator
+) -> Annotated[np.ndarray, "(duration_s * command_rate_hz,)"]:
     """Random-phase multisine of unit root mean square.
 
-    Parameters
-    ----------
-    truth : ManipulatorTruth
-        Band, period and rate of the command (Hz, s, Hz).
-    duration_s : float
-        Length (s); the last period may be cut.
-    rng : numpy.random.Generator
-        Draws the phases (rad).
-
-    Returns
-    -------
-    ndarray, shape (duration_s * command_rate_hz,)
-        The signal.
+    truth: band, period and rate of the command.
+    duration_s: length (s); the last period may be cut.
+    Returns: the signal.
     """
     harmonics = np.arange(
         round(truth.band_low_hz * truth.period_s), round(truth.band_high_hz * truth.period_s) + 1
@@ -143,23 +108,10 @@ def record_manipulator(
 ) -> ManipulatorRecording:
     """Perturb the dummy's joint and log the signals of the instruments.
 
-    Parameters
-    ----------
-    truth : ManipulatorTruth
-        Constants of the rig.
-    rubber : Rubber
-        The joint.
-    factor : float
-        Scale factor of the perturbation.
-    duration_s : float
-        Length of the perturbation (s).
-    signal_rng, trial_rng : numpy.random.Generator
-        Draw the multisine's phases (the same in every trial) and this trial's noise.
-
-    Returns
-    -------
-    ManipulatorRecording
-        Contents of the two files (s, rad, N·m).
+    factor: scale factor of the perturbation.
+    duration_s: length of the perturbation.
+    signal_rng, trial_rng: draw the multisine's phases (the same in every trial) and this trial's noise.
+    Returns: contents of the two files.
     """
     rate = truth.command_rate_hz
     command = factor * truth.torque_per_factor_Nm * multisine(truth, duration_s, signal_rng)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -11,33 +12,23 @@ MarkerPath = Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class CaptureTruth:
-    """Hidden constants of the motion capture system.
-
-    Attributes
-    ----------
-    rate_hz, marker_sampling_hz : float
-        Frames per second, and markers per second within a frame (Hz).
-    latency_s : float
-        From the trigger's edge to the first marker of the first frame (s).
-    clock_ppm : float
-        Rate by which its clock exceeds the clock of the treadmill's log, in parts per million.
-    length_scale, vertical_rad : float
-        Measured over true lengths, and angle by which an upright rod is seen to lean towards +y (rad).
-    noise_m : float
-        Standard deviation of each coordinate (m).
-    occlusions_per_minute, occlusion_s : float
-        Mean number of occlusions of a marker per minute (1/min), and mean length (s) of at least a frame.
-    """
+    """Hidden constants of the motion capture system."""
 
     rate_hz: float
     marker_sampling_hz: float
+    """Frames per second, and markers per second within a frame."""
     latency_s: float
+    """From the trigger's edge to the first marker of the first frame."""
     clock_ppm: float
-    length_scale: float
+    """Rate by which its clock exceeds the clock of the treadmill's log, in parts per million."""
+    length_scale: Annotated[float, "rad"]
     vertical_rad: float
+    """Measured over true lengths, and angle by which an upright rod is seen to lean towards +y."""
     noise_m: float
+    """Standard deviation of each coordinate."""
     occlusions_per_minute: float
     occlusion_s: float
+    """Mean number of occlusions of a marker per minute (1/min), and mean length (s) of at least a frame."""
 
 
 def record_markers(
@@ -46,27 +37,13 @@ def record_markers(
     trigger_s: float,
     frames: int,
     rng: np.random.Generator,
-) -> np.ndarray:
+) -> Annotated[np.ndarray, "(frames, markers, 3)"]:
     """Marker positions frame by frame.
 
-    Parameters
-    ----------
-    capture : CaptureTruth
-        Constants.
-    paths : list of callable
-        Exact position x, y, z (m), shape (n, 3), at instants (s), shape (n,), of each marker, in the
-        strober's order.
-    trigger_s : float
-        Time of the trigger's edge on the paths' clock (s).
-    frames : int
-        Number of frames.
-    rng : numpy.random.Generator
-        Draws noise and occlusions.
-
-    Returns
-    -------
-    ndarray, shape (frames, markers, 3)
-        x, y, z (m); NaN while a marker is hidden.
+    paths: exact position x, y, z, shape (n, 3), at instants, shape (n,), of each marker, in the strober's
+    order.
+    trigger_s: time of the trigger's edge on the paths' clock.
+    Returns: x, y, z (m); NaN while a marker is hidden.
     """
     faster = 1.0 + 1e-6 * capture.clock_ppm
     first = trigger_s + capture.latency_s + np.arange(frames) / (faster * capture.rate_hz)

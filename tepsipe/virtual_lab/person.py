@@ -36,6 +36,7 @@ import math
 from array import array
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -60,27 +61,19 @@ from tepsipe.virtual_lab.truth_file import StandingMotion
 
 @dataclass(frozen=True)
 class PersonMotion(BeltMotion):
-    """Exact motion of the rig; the feet move with the belt.
+    """Exact motion of the rig; the feet move with the belt."""
 
-    Attributes
-    ----------
-    angles, rates : ndarray, shape (n, 3)
-        Angles of shanks, thighs and upper body from the vertical (rad) and their rates (rad/s).
-    drive : ndarray, shape (n, 5)
-        Drive of the muscles, in the order of `MUSCLES`.
-    foot, foot_rate : ndarray, shape (n,)
-        Tilt of the feet from quiet standing (rad) and its rate (rad/s).
-    short_range, active : ndarray, shape (n,)
-        Deflection of the ankles' short range (rad), and the active torque of the ankles (N·m).
-    """
-
-    angles: np.ndarray
-    rates: np.ndarray
-    drive: np.ndarray
+    angles: Annotated[np.ndarray, "(n, 3)"]
+    rates: Annotated[np.ndarray, "(n, 3)"]
+    """Angles of shanks, thighs and upper body from the vertical (rad) and their rates (rad/s)."""
+    drive: Annotated[np.ndarray, "(n, 5)"]
+    """Drive of the muscles, in the order of `MUSCLES`."""
     foot: np.ndarray
     foot_rate: np.ndarray
+    """Tilt of the feet from quiet standing (rad) and its rate (rad/s)."""
     short_range: np.ndarray
     active: np.ndarray
+    """Deflection of the ankles' short range (rad), and the active torque of the ankles (N·m)."""
 
 
 def segments(person: PersonTruth) -> tuple[Segment, Segment, Segment]:
@@ -126,29 +119,10 @@ def move_person(
 ) -> PersonMotion:
     """Integrate belt, body and nerves together.
 
-    Parameters
-    ----------
-    subject : Subject
-        Constants of body, muscles, task and nerves.
-    drive : DriveTruth
-        Constants of the belt's drive.
-    command : callable
-        Commanded belt velocity (m/s) at t (s).
-    duration_s, rate_hz : float
-        Length of the run (s) and steps per second (Hz).
-    rng : numpy.random.Generator
-        Draws how balance wanders.
-
-    Returns
-    -------
-    PersonMotion
-        Motion, drive, parts of the ankles' torque and reaction on the grid of the integration (s, m, rad, N,
-        N·m).
-
-    Raises
-    ------
-    FloatingPointError
-        If the person falls.
+    subject: constants of body, muscles, task and nerves.
+    command: commanded belt velocity (m/s) at t (s).
+    duration_s, rate_hz: length of the run (s) and steps per second (Hz).
+    Returns: motion, drive, parts of the ankles' torque and reaction on the grid of the integration.
     """
     person, task = subject.person, subject.task
     body = _body(person, drive)
@@ -406,19 +380,10 @@ def true_ankles(
 ) -> StandingMotion:
     """True motion of the ankles, for the comparison of estimates with the truth only.
 
-    Parameters
-    ----------
-    person, task : PersonTruth, TaskTruth
-        Constants.
-    motion : PersonMotion
-        Exact motion of the rig (s, rad, N·m).
-    trigger_s : float
-        Instant from which the trial counts its time (s).
-
-    Returns
-    -------
-    StandingMotion
-        Mean angle of both ankles from quiet standing, their torques, and the torques of the marked ankle.
+    motion: exact motion of the rig.
+    trigger_s: instant from which the trial counts its time.
+    Returns: mean angle of both ankles from quiet standing, their torques, and the torques of the marked
+    ankle.
     """
     rate = motion.rates[:, 0] - motion.foot_rate
     swung = motion.angles[:, 0] - person.stance_rad[0]

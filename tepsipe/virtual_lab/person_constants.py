@@ -14,195 +14,130 @@ MUSCLES = ("TA", "SOL", "GAS", "BF", "RF")
 
 @dataclass(frozen=True)
 class PersonTruth:
-    """Hidden constants of the body.
-
-    Attributes
-    ----------
-    mass_kg, stature_m : float
-        Mass and height of the whole body (kg, m).
-    ankle_height_m, foot_com_m : float
-        Ankle above the belt; centre of mass of the feet in front of the ankle (m), half as high as it.
-    stance_rad : list of 3 float
-        Angles of shanks, thighs and upper body in quiet standing (rad).
-    position_x_m, position_y_m : float
-        Position of the ankles on the plate (m).
-    gravity_m_per_s2 : float
-        Acceleration of gravity (m/s²).
-    foot_mass, shank_mass, thigh_mass : float
-        One foot, shank and thigh as fractions of the body's mass; the upper body has the rest.
-    short_range_rad : float
-        Rotation of the ankle after which its short-range stiffness has yielded (rad): r.
-    foot_stiffness_Nm_per_rad, foot_damping_Nms_per_rad : float
-        Heel pads and arches against tilting of both feet on the belt: K_f, B_f; a stiffness of 0 makes the
-        feet rigid.
-    forefoot_share : float
-        Tilt of the forefoot relative to the hindfoot's; the arch takes the rest.
-    marked_share : float
-        Part of both ankles' torque that the marked leg bears.
-    marked_rotation : float
-        Rotation of the marked shank relative to the mean of both.
-    left_share : float
-        Part of the weight above the feet that the left leg bears, where each foot has a plate of its own.
-    """
+    """Hidden constants of the body."""
 
     mass_kg: float
     stature_m: float
+    """Mass and height of the whole body."""
     ankle_height_m: float
     foot_com_m: float
+    """Ankle above the belt; centre of mass of the feet in front of the ankle (m), half as high as it."""
     stance_rad: list
+    """Angles of shanks, thighs and upper body in quiet standing."""
     position_x_m: float
     position_y_m: float
+    """Position of the ankles on the plate."""
     gravity_m_per_s2: float
+    """Acceleration of gravity."""
     foot_mass: float = FOOT[1]
     shank_mass: float = SHANK[1]
     thigh_mass: float = THIGH[1]
+    """One foot, shank and thigh as fractions of the body's mass; the upper body has the rest."""
     short_range_rad: float = 0.0
+    """Rotation of the ankle after which its short-range stiffness has yielded (rad): r."""
     foot_stiffness_Nm_per_rad: float = 0.0
     foot_damping_Nms_per_rad: float = 0.0
+    """Heel pads and arches against tilting of both feet on the belt: K_f, B_f; a stiffness of 0 makes the
+    feet rigid."""
     forefoot_share: float = 1.0
+    """Tilt of the forefoot relative to the hindfoot's; the arch takes the rest."""
     marked_share: float = 0.5
+    """Part of both ankles' torque that the marked leg bears."""
     marked_rotation: float = 1.0
+    """Rotation of the marked shank relative to the mean of both."""
     left_share: float = 0.5
+    """Part of the weight above the feet that the left leg bears, where each foot has a plate of its own."""
 
 
 @dataclass(frozen=True)
 class MuscleTruth:
-    """Hidden constants of one muscle, of both legs.
-
-    Attributes
-    ----------
-    latency_s : float
-        From stretch to the reflex in its drive (s): L.
-    stretch : list of 3 float
-        Lengthening per angle of ankle, knee and hip: w.
-    force_Nm : list of 3 float
-        Torque of full drive that resists the angles of ankle, knee and hip (N·m): F.
-    balance_per_Nm : list of 2 float
-        Drive per wanted torque at the ankle, while that is positive and negative (1/N·m).
-    medium_latency_s : float
-        From stretch to the medium-latency reflex in its drive (s): L_2.
-    """
+    """Hidden constants of one muscle, of both legs."""
 
     latency_s: float
+    """From stretch to the reflex in its drive (s): L."""
     stretch: list
+    """Lengthening per angle of ankle, knee and hip: w."""
     force_Nm: list
+    """Torque of full drive that resists the angles of ankle, knee and hip (N·m): F."""
     balance_per_Nm: list
+    """Drive per wanted torque at the ankle, while that is positive and negative (1/N·m)."""
     medium_latency_s: float = 0.0
+    """From stretch to the medium-latency reflex in its drive (s): L_2."""
 
 
 @dataclass(frozen=True)
 class TaskTruth:
-    """Hidden constants that depend on the instruction, relax or stiff.
-
-    Attributes
-    ----------
-    stiffness_Nm_per_rad, damping_Nms_per_rad : list of 3 float
-        Intrinsic K and B of ankle, knee and hip, both legs; at the ankle without the short range.
-    tone : list of 5 float
-        Drive of the muscles in quiet standing.
-    reflex_s_per_rad : list of 5 float
-        Drive per stretch velocity (s/rad): G.
-    medium_reflex_s_per_rad : list of 5 float
-        The same of the medium-latency reflex (s/rad): G_2.
-    short_range_Nm_per_rad : float
-        Additional stiffness of both ankles in small rotations: K_s.
-    """
+    """Hidden constants that depend on the instruction, relax or stiff."""
 
     stiffness_Nm_per_rad: list
     damping_Nms_per_rad: list
+    """Intrinsic K and B of ankle, knee and hip, both legs; at the ankle without the short range."""
     tone: list
+    """Drive of the muscles in quiet standing."""
     reflex_s_per_rad: list
+    """Drive per stretch velocity (s/rad): G."""
     medium_reflex_s_per_rad: list | tuple = (0.0,) * 5
+    """The same of the medium-latency reflex (s/rad): G_2."""
     short_range_Nm_per_rad: float = 0.0
+    """Additional stiffness of both ankles in small rotations: K_s."""
 
 
 @dataclass(frozen=True)
 class NervesTruth:
-    """Hidden constants of the loops that the instruction does not change.
-
-    Attributes
-    ----------
-    reflex_threshold_rad_per_s : float
-        Stretch velocity that reflexes need (rad/s): s_0.
-    twitch_s : float
-        Time constant with which the muscles' force rises (s): T.
-    balance_delay_s : float
-        From the centre of mass to the drive (s).
-    balance_Nm_per_rad, balance_Nms_per_rad : float
-        Wanted torque at the ankle per lean of the centre of mass, and per its rate.
-    wander_Nm, wander_s : float
-        Standard deviation and correlation time of what balance adds of itself (N·m, s).
-    relaxation_s : float
-        Time constant with which the muscles' force falls (s): T_2; 0 for T.
-    """
+    """Hidden constants of the loops that the instruction does not change."""
 
     reflex_threshold_rad_per_s: float
+    """Stretch velocity that reflexes need (rad/s): s_0."""
     twitch_s: float
+    """Time constant with which the muscles' force rises (s): T."""
     balance_delay_s: float
+    """From the centre of mass to the drive."""
     balance_Nm_per_rad: float
     balance_Nms_per_rad: float
+    """Wanted torque at the ankle per lean of the centre of mass, and per its rate."""
     wander_Nm: float
     wander_s: float
+    """Standard deviation and correlation time of what balance adds of itself."""
     relaxation_s: float = 0.0
+    """Time constant with which the muscles' force falls (s): T_2; 0 for T."""
 
 
 @dataclass(frozen=True)
 class Subject:
-    """A person with a task: body, muscles of `MUSCLES` by name, and nerves.
-
-    Attributes
-    ----------
-    person, task, nerves : PersonTruth, TaskTruth, NervesTruth
-        Constants.
-    muscles : dict of str to MuscleTruth
-        Constants of every muscle.
-    """
+    """A person with a task: body, muscles of `MUSCLES` by name, and nerves."""
 
     person: PersonTruth
+    """Constants."""
     muscles: dict[str, MuscleTruth]
+    """Constants of every muscle."""
     task: TaskTruth
     nerves: NervesTruth
 
 
 @dataclass(frozen=True)
 class PersonMarkers:
-    """Positions of the markers on the right leg.
-
-    Attributes
-    ----------
-    foot_m : list of [along, up]
-        On the foot: forward of the ankle and above the belt (m).
-    shank_m, thigh_m : list of [across, along]
-        In front of the segment's axis, and along it from its lower joint (m).
-    lateral_m : float
-        Position of all markers across the belt, from the middle between the feet (m).
-    joint_centre_m : list of [forward, up]
-        Position of the ankle's axis relative to the ankle's marker in quiet standing (m).
-    """
+    """Positions of the markers on the right leg."""
 
     foot_m: list
+    """On the foot: forward of the ankle and above the belt."""
     shank_m: list
     thigh_m: list
+    """In front of the segment's axis, and along it from its lower joint."""
     lateral_m: float
+    """Position of all markers across the belt, from the middle between the feet."""
     joint_centre_m: list | tuple = (0.0, 0.0)
+    """Position of the ankle's axis relative to the ankle's marker in quiet standing."""
 
 
 @dataclass(frozen=True)
 class SkinTruth:
-    """Motion of the skin under the markers on the bones.
-
-    Attributes
-    ----------
-    frequency_hz, damping : float
-        Natural frequency (Hz) and damping ratio of the soft tissue of shank and thigh.
-    shank_share, thigh_share : float
-        Part of the soft tissue's motion that the skin under the markers takes part in.
-    slip_m_per_rad : float
-        Forward displacement of the ankle's marker per rotation of the ankle (m/rad).
-    """
+    """Motion of the skin under the markers on the bones."""
 
     frequency_hz: float = 12.0
     damping: float = 0.3
+    """Natural frequency (Hz) and damping ratio of the soft tissue of shank and thigh."""
     shank_share: float = 0.0
     thigh_share: float = 0.0
+    """Part of the soft tissue's motion that the skin under the markers takes part in."""
     slip_m_per_rad: float = 0.0
+    """Forward displacement of the ankle's marker per rotation of the ankle."""

@@ -10,6 +10,7 @@ tilt of the hindfoot by a share, the arch takes the rest.
 """
 
 import math
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -25,17 +26,8 @@ def person_marker_paths(
 ) -> list[MarkerPath]:
     """Paths of the markers on foot, ankle, shank and thigh, in the order of `MARKERS`.
 
-    Parameters
-    ----------
-    markers, person, skin : PersonMarkers, PersonTruth, SkinTruth
-        Constants.
-    motion : PersonMotion
-        Exact motion of the rig (s, m, rad).
-
-    Returns
-    -------
-    list of callable
-        Each gives x, y, z (m), shape (n, 3), at instants (s), shape (n,).
+    motion: exact motion of the rig.
+    Returns: each gives x, y, z, shape (n, 3), at instants, shape (n,).
     """
     belt = scipy.interpolate.CubicSpline(motion.time, motion.belt_position)
     x = person.position_x_m + markers.lateral_m
@@ -59,17 +51,8 @@ def marker_displacements(
 ) -> list[np.ndarray]:
     """Positions of the markers, forward of the ankle and above the belt (m), each of shape (n, 2).
 
-    Parameters
-    ----------
-    markers, person, skin : PersonMarkers, PersonTruth, SkinTruth
-        Constants.
-    motion : PersonMotion
-        Exact motion of the rig (s, m, rad).
-
-    Returns
-    -------
-    list of ndarray
-        In the order of `MARKERS`, on the grid of ``motion``.
+    motion: exact motion of the rig.
+    Returns: in the order of `MARKERS`, on the grid of ``motion``.
     """
     stance, height = person.stance_rad, person.ankle_height_m
     centre_y, centre_z = markers.joint_centre_m
@@ -104,24 +87,15 @@ def _turned(angle: np.ndarray, across: float, along: float) -> np.ndarray:
     return np.column_stack([across * cos + along * sin, along * cos - across * sin])
 
 
-def wobble(skin: SkinTruth, share: float, motion: PersonMotion, bone: np.ndarray) -> np.ndarray:
+def wobble(
+    skin: SkinTruth, share: float, motion: PersonMotion, bone: Annotated[np.ndarray, "(n, 2)", "m"]
+) -> Annotated[np.ndarray, "(n, 2)", "m"]:
     """Displacement of a marker from the bone below it (m), shape (n, 2).
 
-    Parameters
-    ----------
-    skin : SkinTruth
-        Constants.
-    share : float
-        Part of the soft tissue's motion in which the marker takes part.
-    motion : PersonMotion
-        Exact motion of the rig (s, m).
-    bone : ndarray, shape (n, 2)
-        The point of the bone, forward of the ankle and above the belt (m).
-
-    Returns
-    -------
-    ndarray, shape (n, 2)
-        Forward and up (m).
+    share: part of the soft tissue's motion in which the marker takes part.
+    motion: exact motion of the rig.
+    bone: the point of the bone, forward of the ankle and above the belt.
+    Returns: forward and up.
     """
     if not share:
         return np.zeros_like(bone)

@@ -20,17 +20,9 @@ MECHANISMS: dict[str, dict[tuple[str, ...], object]] = {
 def without(standing: dict, names: tuple[str, ...] | list[str] = tuple(MECHANISMS)) -> dict:
     """The person's section of the laboratory's configuration without some of the mechanisms.
 
-    Parameters
-    ----------
-    standing : dict
-        The section; it stays what it is.
-    names : sequence of str
-        Mechanisms to switch off; all of `MECHANISMS` by default.
-
-    Returns
-    -------
-    dict
-        A changed copy.
+    standing: the section; it stays what it is.
+    names: mechanisms to switch off; all of `MECHANISMS` by default.
+    Returns: A changed copy.
     """
     changed = copy.deepcopy(standing)
     for name in names:

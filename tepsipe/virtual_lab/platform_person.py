@@ -13,6 +13,7 @@ noise, which moves the body and comes back through the feedback.
 
 from dataclasses import dataclass, replace
 from math import cos, sin
+from typing import Annotated
 
 import numpy as np
 
@@ -24,45 +25,32 @@ SETTLING_S = 20.0
 
 @dataclass(frozen=True)
 class PlatformPerson:
-    """Hidden constants of the person; rows of matrices are torques of ankle and hip, columns their angles.
-
-    Attributes
-    ----------
-    leg_mass_kg, trunk_mass_kg : float
-        Masses (kg).
-    leg_length_m, leg_com_m, trunk_com_m : float
-        Ankle to hip, ankle to the legs' centre of mass, hip to the trunk's (m).
-    leg_inertia_kgm2, trunk_inertia_kgm2 : float
-        Moments of inertia about the centres of mass (kg m²).
-    stiffness_Nm_per_rad, damping_Nms_per_rad : 2 x 2
-        That act at once (N·m/rad, N·m·s/rad).
-    reflex_stiffness_Nm_per_rad, reflex_damping_Nms_per_rad : 2 x 2
-        That act with the delay (N·m/rad, N·m·s/rad).
-    delay_s : (float, float)
-        Delays of the reflexes of ankle and hip (s).
-    own_torque_Nm : (float, float)
-        Standard deviation of the torque that the person makes at will (N·m).
-    own_band_hz : (float, float)
-        Corner frequencies of that torque (Hz).
-    gravity_m_per_s2 : float
-        Acceleration of gravity (m/s²).
-    """
+    """Hidden constants of the person; rows of matrices are torques of ankle and hip, columns their angles."""
 
     leg_mass_kg: float = 23.0
     trunk_mass_kg: float = 48.0
+    """Masses."""
     leg_length_m: float = 0.85
     leg_com_m: float = 0.47
     trunk_com_m: float = 0.33
+    """Ankle to hip, ankle to the legs' centre of mass, hip to the trunk's."""
     leg_inertia_kgm2: float = 1.7
     trunk_inertia_kgm2: float = 3.3
+    """Moments of inertia about the centres of mass (kg m²)."""
     stiffness_Nm_per_rad: Matrix = ((1000.0, 180.0), (120.0, 420.0))
     damping_Nms_per_rad: Matrix = ((120.0, 30.0), (25.0, 45.0))
+    """That act at once."""
     reflex_stiffness_Nm_per_rad: Matrix = NONE
     reflex_damping_Nms_per_rad: Matrix = NONE
+    """That act with the delay."""
     delay_s: tuple[float, float] = (0.1, 0.1)
+    """Delays of the reflexes of ankle and hip."""
     own_torque_Nm: tuple[float, float] = (8.0, 4.0)
+    """Standard deviation of the torque that the person makes at will."""
     own_band_hz: tuple[float, float] = (0.05, 1.0)
+    """Corner frequencies of that torque."""
     gravity_m_per_s2: float = 9.81
+    """Acceleration of gravity."""
 
     def with_reflex(self) -> "PlatformPerson":
         """A person whose joints are less stiff (N·m/rad) and have reflexes, each of its own angle."""
@@ -78,82 +66,49 @@ class PlatformPerson:
 
 @dataclass(frozen=True)
 class PlatformProtocol:
-    """Perturbations of the person, and their measurement.
-
-    Attributes
-    ----------
-    duration_s, rate_hz : float
-        Length of the record (s) and sampling rate (Hz).
-    platform_m : float
-        Standard deviation of the platform's position (m).
-    platform_band_hz : (float, float)
-        Corner frequencies of its random motion (Hz).
-    push_N : float
-        Standard deviation of a random push at the hip, the second perturbation (N); 0 for none.
-    push_band_hz : (float, float)
-        Corner frequencies of the push (Hz).
-    angle_noise_rad, torque_noise_Nm : float
-        Standard deviation of the sensors' noise (rad, N·m).
-    step_s : float
-        Step of the integration (s).
-    """
+    """Perturbations of the person, and their measurement."""
 
     duration_s: float = 300.0
     rate_hz: float = 50.0
+    """Length of the record (s) and sampling rate (Hz)."""
     platform_m: float = 0.024
+    """Standard deviation of the platform's position."""
     platform_band_hz: tuple[float, float] = (0.1, 1.2)
+    """Corner frequencies of its random motion."""
     push_N: float = 0.0
+    """Standard deviation of a random push at the hip, the second perturbation (N); 0 for none."""
     push_band_hz: tuple[float, float] = (0.1, 2.0)
+    """Corner frequencies of the push."""
     angle_noise_rad: float = 2e-4
     torque_noise_Nm: float = 0.3
+    """Standard deviation of the sensors' noise."""
     step_s: float = 0.004
+    """Step of the integration."""
 
 
 @dataclass(frozen=True)
 class PlatformRecord:
-    """Signals recorded by the instruments.
+    """Signals recorded by the instruments."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        Instants (s).
-    platform : ndarray, shape (n,)
-        Position of the platform (m).
-    push : ndarray, shape (n,)
-        Push at the hip (N).
-    angle, torque : ndarray, shape (n, 2)
-        Angles and torques of ankle and hip; torque resists (rad, N·m).
-    """
-
-    time: np.ndarray
-    platform: np.ndarray
-    push: np.ndarray
-    angle: np.ndarray
-    torque: np.ndarray
+    time: Annotated[np.ndarray, "(n,)", "s"]
+    platform: Annotated[np.ndarray, "(n,)", "m"]
+    """Position of the platform."""
+    push: Annotated[np.ndarray, "(n,)", "N"]
+    """Push at the hip."""
+    angle: Annotated[np.ndarray, "(n, 2)", "rad"]
+    torque: Annotated[np.ndarray, "(n, 2)", "N·m"]
+    """Angles and torques of ankle and hip; torque resists."""
 
 
 def coloured_noise(
     rng: np.random.Generator, count: int, step_s: float, band_hz: tuple[float, float], order: int
-) -> np.ndarray:
+) -> Annotated[np.ndarray, "(count,)"]:
     """Random signal of unit variance, flat between two corner frequencies.
 
-    Parameters
-    ----------
-    rng : numpy.random.Generator
-        Draws it.
-    count : int
-        Number of samples.
-    step_s : float
-        Sampling period (s).
-    band_hz : (float, float)
-        Corner frequencies (Hz).
-    order : int
-        Order of the decline above the upper one; below the lower one it is 2.
-
-    Returns
-    -------
-    ndarray, shape (count,)
-        Samples.
+    count: number of samples.
+    step_s: sampling period.
+    order: order of the decline above the upper one; below the lower one it is 2.
+    Returns: Samples.
     """
     frequency = np.fft.rfftfreq(count, step_s)
     gain = np.zeros(frequency.size)
@@ -166,27 +121,7 @@ def coloured_noise(
 def record_platform(
     person: PlatformPerson, protocol: PlatformProtocol, rng: np.random.Generator
 ) -> PlatformRecord:
-    """Move the platform and record the person.
-
-    Parameters
-    ----------
-    person : PlatformPerson
-        Hidden constants.
-    protocol : PlatformProtocol
-        Motion and instruments.
-    rng : numpy.random.Generator
-        Draws motion, torque at will and noise.
-
-    Returns
-    -------
-    PlatformRecord
-        Sampled signals (s, m, N, rad, N·m).
-
-    Raises
-    ------
-    RuntimeError
-        If the person falls.
-    """
+    """Move the platform and record the person."""
     step = protocol.step_s
     count = round((protocol.duration_s + SETTLING_S) / step)
 

@@ -13,31 +13,22 @@ class Rubber:
 
     With the part q = phi^2 / (phi^2 + softening_angle^2) of the softening that has taken place, the moment is
     ``stiffness * phi * (1 - softening * q) + (damping + softened_damping * q) * phi'``.
-
-    Attributes
-    ----------
-    stiffness_Nm_per_rad : float
-        Stiffness for small bending (N·m/rad).
-    damping_Nms_per_rad : float
-        Damping for small bending (N·m·s/rad).
-    softening : float
-        Part of the stiffness that is lost at large bending, 0 to 1.
-    softening_angle_rad : float
-        Bending at which half of that is lost (rad).
-    softened_damping_Nms_per_rad : float
-        Damping that is gained at large bending (N·m·s/rad).
-    relaxation_share, relaxation_s : float
-        Moment that a quick bending has in addition, as a part of the stiffness for small bending, and the
-        time in which it relaxes (s): see `Relaxation`. A share of 0 does not relax.
     """
 
     stiffness_Nm_per_rad: float
+    """Stiffness for small bending."""
     damping_Nms_per_rad: float
+    """Damping for small bending."""
     softening: float
+    """Part of the stiffness that is lost at large bending, 0 to 1."""
     softening_angle_rad: float
+    """Bending at which half of that is lost."""
     softened_damping_Nms_per_rad: float
+    """Damping that is gained at large bending."""
     relaxation_share: float = 0.0
     relaxation_s: float = 1.0
+    """Moment that a quick bending has in addition, as a part of the stiffness for small bending, and the
+    time in which it relaxes (s): see `Relaxation`. A share of 0 does not relax."""
 
     @cached_property
     def moment(self) -> Callable[[float, float], float]:

@@ -10,16 +10,8 @@ def generator(seed: int, *names: str) -> np.random.Generator:
 
     Trials made in any order, on any number of cores, alone or together, draw the same numbers.
 
-    Parameters
-    ----------
-    seed : int
-        Seed of the laboratory.
-    *names : str
-        Purpose of the generator, for example ``"dummy", "sine-0.1", "markers"``.
-
-    Returns
-    -------
-    numpy.random.Generator
-        A PCG64 generator of its own (dimensionless draws).
+    seed: seed of the laboratory.
+    *names: purpose of the generator, for example ``"dummy", "sine-0.1", "markers"``.
+    Returns: A PCG64 generator of its own (dimensionless draws).
     """
     return np.random.default_rng([seed, zlib.crc32("/".join(names).encode())])

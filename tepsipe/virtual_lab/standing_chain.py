@@ -9,6 +9,7 @@ that instant, so that the person has settled before each.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -21,56 +22,37 @@ STEP_S, SETTLING_S = 0.001, 10.0
 
 @dataclass(frozen=True)
 class ChainPerson:
-    """Constants of the person; three each, of shank, thigh and trunk or of ankle, knee and hip.
-
-    Attributes
-    ----------
-    mass_kg, length_m, com_m, inertia_kgm2 : (float, float, float)
-        Both shanks, both thighs, and trunk with head and arms (kg, m, m above the lower end, kg m²).
-    posture_rad : (float, float, float)
-        Angles of the segments from the vertical, positive forwards (rad).
-    stiffness_Nm_per_rad, damping_Nms_per_rad : 3 x 3
-        Rows are torques, columns angles of ankle, knee and hip (N·m/rad, N·m·s/rad).
-    own_torque_Nm : (float, float, float)
-        Standard deviation of the own torque (N·m).
-    own_band_hz : (float, float)
-        Corner frequencies of the own torque (Hz).
-    gravity_m_per_s2 : float
-        g (m/s²).
-    """
+    """Constants of the person; three each, of shank, thigh and trunk or of ankle, knee and hip."""
 
     mass_kg: tuple[float, float, float]
     length_m: tuple[float, float, float]
     com_m: tuple[float, float, float]
     inertia_kgm2: tuple[float, float, float]
+    """Both shanks, both thighs, and trunk with head and arms (kg, m, m above the lower end, kg m²)."""
     posture_rad: tuple[float, float, float]
+    """Angles of the segments from the vertical, positive forwards."""
     stiffness_Nm_per_rad: Matrix
     damping_Nms_per_rad: Matrix
+    """Rows are torques, columns angles of ankle, knee and hip."""
     own_torque_Nm: tuple[float, float, float]
+    """Standard deviation of the own torque."""
     own_band_hz: tuple[float, float]
+    """Corner frequencies of the own torque."""
     gravity_m_per_s2: float = 9.81
 
 
 @dataclass(frozen=True)
 class Pulse:
-    """A perturbation.
-
-    Attributes
-    ----------
-    segment : int or None
-        Pushed segment, 0 for the shank; None for the belt.
-    size : float
-        Peak of the force, half a sine (N), or displacement of the belt in a minimum-jerk movement (m).
-    duration_s : float
-        Length (s).
-    height_m : float
-        Height of the force above the lower end of the segment (m).
-    """
+    """A perturbation."""
 
     segment: int | None
+    """Pushed segment, 0 for the shank; None for the belt."""
     size: float
+    """Peak of the force, half a sine (N), or displacement of the belt in a minimum-jerk movement (m)."""
     duration_s: float
+    """Length."""
     height_m: float = 0.0
+    """Height of the force above the lower end of the segment."""
 
     def at(self, time: np.ndarray) -> np.ndarray:
         """Force (N) or acceleration of the belt (m/s²) at times after the onset (s)."""
@@ -84,81 +66,43 @@ class Pulse:
 
 @dataclass(frozen=True)
 class ChainProtocol:
-    """Perturbations and their measurement.
-
-    Attributes
-    ----------
-    pulses : mapping of str to Pulse
-        By name.
-    epochs : int
-        Repetitions of every pulse.
-    before_s, after_s : float
-        Time recorded before and after each onset (s).
-    unperturbed_s : float
-        Length of the record of unperturbed standing (s).
-    rate_hz : float
-        Sampling rate of the angles (Hz); 1 kHz is a multiple of it.
-    angle_noise_rad, force_noise_N, belt_noise_m_per_s2 : float
-        Standard deviation of the noise of one sample (rad, N, m/s²).
-    engine : {"pybullet", "mujoco", "auto"}
-        Engine; "auto", and any other name, take the first that is installed.
-    """
+    """Perturbations and their measurement."""
 
     pulses: Mapping[str, Pulse]
+    """By name."""
     epochs: int
+    """Repetitions of every pulse."""
     before_s: float
     after_s: float
+    """Time recorded before and after each onset."""
     unperturbed_s: float
+    """Length of the record of unperturbed standing."""
     rate_hz: float
+    """Sampling rate of the angles (Hz); 1 kHz is a multiple of it."""
     angle_noise_rad: float
     force_noise_N: float = 0.0
     belt_noise_m_per_s2: float = 0.0
+    """Standard deviation of the noise of one sample."""
     engine: str = "auto"
+    """{"pybullet", "mujoco", "auto"}: Engine; "auto", and any other name, take the first that is
+    installed."""
 
 
 @dataclass(frozen=True)
 class ChainRecord:
-    """Signals recorded by the instruments.
+    """Signals recorded by the instruments."""
 
-    Attributes
-    ----------
-    unperturbed : ndarray, shape (n, 3)
-        Absolute angles of the segments in unperturbed standing (rad).
-    angle : mapping of str to ndarray, shape (epochs, samples, 3)
-        The same around every onset of a pulse (rad).
-    drive : mapping of str to ndarray, shape (epochs, after_s / 1 ms + 1)
-        Force (N) or acceleration of the belt (m/s²), signed, at 1 kHz from the onset on.
-    """
-
-    unperturbed: np.ndarray
+    unperturbed: Annotated[np.ndarray, "(n, 3)", "rad"]
+    """Absolute angles of the segments in unperturbed standing."""
     angle: Mapping[str, np.ndarray]
+    """The same around every onset of a pulse (rad), shape (epochs, samples, 3)."""
     drive: Mapping[str, np.ndarray]
+    """Force (N) or acceleration of the belt (m/s²), signed, at 1 kHz from the onset on, shape (epochs,
+    after_s / 1 ms + 1)."""
 
 
 def record_chain(person: ChainPerson, protocol: ChainProtocol, rng: np.random.Generator) -> ChainRecord:
-    """Let the person stand and perturb them.
-
-    Parameters
-    ----------
-    person : ChainPerson
-        Constants.
-    protocol : ChainProtocol
-        Pulses and instruments.
-    rng : numpy.random.Generator
-        Draws own torque, instants, directions and noise.
-
-    Returns
-    -------
-    ChainRecord
-        Angles and drives (rad, N, m/s²).
-
-    Raises
-    ------
-    RuntimeError
-        If the person falls.
-    ModuleNotFoundError
-        If no engine is installed.
-    """
+    """Let the person stand and perturb them."""
     settling, kept = round(SETTLING_S / STEP_S), round(protocol.unperturbed_s / STEP_S)
     every = round(1.0 / (protocol.rate_hz * STEP_S))
     before, after = round(protocol.before_s / STEP_S), round(protocol.after_s / STEP_S)

@@ -30,21 +30,12 @@ def make_standing_trial(
 ) -> None:
     """Make one trial of a person standing on the treadmill.
 
-    Parameters
-    ----------
-    truth : dict
-        The laboratory's constants, as its configuration file holds them.
-    condition : str
-        Name of the condition: it seeds the trial's noise and intervals.
-    task : {"relax", "stiff"}
-        Task of the person.
-    protocol : Protocol
-        Perturbations at random intervals (m/s, s).
-    files : dict of str to Path
-        Files to write: ``log``, ``calibration``, ``markers`` and ``emg``, and ``motion``, the hidden motion
-        of the ankles (s, rad, N·m), if it is wanted.
-    belt : {"right", "both"}
-        Both feet on the right belt, or each foot on the belt of its side.
+    truth: the laboratory's constants, as its configuration file holds them.
+    condition: name of the condition: it seeds the trial's noise and intervals.
+    task: {"relax", "stiff"}: Task of the person.
+    files: files to write: ``log``, ``calibration``, ``markers`` and ``emg``, and ``motion``, the hidden
+    motion of the ankles, if it is wanted.
+    belt: {"right", "both"}: Both feet on the right belt, or each foot on the belt of its side.
     """
     seed, rig, standing = truth["seed"], truth["treadmill"], truth["standing"]
     rng = generator(seed, "standing", condition)

@@ -19,21 +19,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class FootTilt:
-    """Hidden constants of the foot on its tape.
-
-    Attributes
-    ----------
-    compliance_rad_per_Nm : float
-        Tilt per moment (rad/N·m); 0 is a foot that does not tilt.
-    damping_ratio : float
-        Damping ratio of the tilt, with the moment of inertia of foot and leg's mass about the belt.
-    foot_inertia_kgm2 : float
-        Foot about its centre of mass (kg·m²).
-    """
+    """Hidden constants of the foot on its tape."""
 
     compliance_rad_per_Nm: float
+    """Tilt per moment (rad/N·m); 0 is a foot that does not tilt."""
     damping_ratio: float
+    """Damping ratio of the tilt, with the moment of inertia of foot and leg's mass about the belt."""
     foot_inertia_kgm2: float
+    """Foot about its centre of mass."""
 
 
 def tilting_derivative(
@@ -41,25 +34,10 @@ def tilting_derivative(
 ) -> Callable:
     """Derivative of (y, y', servo, th, th', ph, ph').
 
-    Parameters
-    ----------
-    dummy : DummyTruth
-        Constants.
-    moment : callable
-        Moment of the rubber (N·m) at a bending (rad) and its rate (rad/s).
-    drive : DriveTruth
-        Constants.
-    tilt : FootTilt
-        The foot's support, with a compliance above 0.
-    command : callable
-        Commanded belt velocity (m/s) at t (s).
-    neutral, rest : float
-        Angle at which the rubber is straight (rad), and its moment at rest (N·m).
-
-    Returns
-    -------
-    callable
-        ``derivative(t, state)`` (units of the states per s).
+    moment: moment of the rubber at a bending and its rate.
+    tilt: the foot's support, with a compliance above 0.
+    command: commanded belt velocity (m/s) at t (s).
+    neutral, rest: angle at which the rubber is straight (rad), and its moment at rest (N·m).
     """
     m, r, h = dummy.leg_mass_kg, dummy.leg_com_m, dummy.foot_height_m + dummy.joint_offset_m[1]
     forward, up = dummy.foot_com_m

@@ -3,6 +3,7 @@
 import errno
 import os
 from pathlib import Path
+from typing import Annotated
 
 import ezc3d
 import numpy as np
@@ -16,25 +17,16 @@ CHANNELS = tuple(f"{belt}_{name}" for belt in BELTS for name in TRANSDUCERS)
 def write_treadmill_log(
     path: Path,
     rate_hz: float,
-    voltages: np.ndarray,
-    belt_velocity: np.ndarray,
-    command: np.ndarray,
-    trigger: np.ndarray,
+    voltages: Annotated[np.ndarray, "(n, 14)", "V"],
+    belt_velocity: Annotated[np.ndarray, "(n,)", "m/s"],
+    command: Annotated[np.ndarray, "(n,)", "m/s"],
+    trigger: Annotated[np.ndarray, "(n,)", "V"],
 ) -> None:
     """Write the treadmill's log as a MATLAB file.
 
-    Parameters
-    ----------
-    path : Path
-        File to write.
-    rate_hz : float
-        Sampling rate (Hz).
-    voltages : ndarray, shape (n, 14)
-        Transducer channels (V).
-    belt_velocity, command : ndarray, shape (n,)
-        Measured and commanded velocity of the right belt (m/s).
-    trigger : ndarray, shape (n,)
-        Trigger line (V).
+    voltages: transducer channels.
+    belt_velocity, command: measured and commanded velocity of the right belt.
+    trigger: trigger line.
     """
     content = {
         "sample_rate_hz": float(rate_hz),
@@ -60,24 +52,16 @@ def write_calibration(path: Path, calibration: np.ndarray) -> None:
     path.write_text("".join(lines))
 
 
-def write_markers(path: Path, labels: tuple[str, ...], positions: np.ndarray, rate_hz: float) -> None:
+def write_markers(
+    path: Path,
+    labels: tuple[str, ...],
+    positions: Annotated[np.ndarray, "(frames, markers, 3)"],
+    rate_hz: float,
+) -> None:
     """Write markers as C3D.
 
-    Parameters
-    ----------
-    path : Path
-        File to write.
-    labels : tuple of str
-        Names of the markers.
-    positions : ndarray, shape (frames, markers, 3)
-        x, y, z (m), NaN while hidden; the file holds mm.
-    rate_hz : float
-        Frame rate (Hz).
-
-    Raises
-    ------
-    OSError
-        If the file is shorter than its data, as on a full disk; ezc3d writes on without a word.
+    positions: x, y, z (m), NaN while hidden; the file holds mm.
+    rate_hz: frame rate.
     """
     file = ezc3d.c3d()
     file["parameters"]["POINT"]["RATE"]["value"] = [float(rate_hz)]

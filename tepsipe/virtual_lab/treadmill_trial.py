@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -17,67 +18,38 @@ INTEGRATION_RATE_HZ = 2000.0
 
 @dataclass(frozen=True)
 class Protocol:
-    """Perturbations and length of one trial.
-
-    Attributes
-    ----------
-    profile : {"sine", "negative-sine", "minjerk"}
-        Shape of the perturbations.
-    amplitude_m_per_s : float
-        Velocity amplitude (m/s).
-    interval_s : float or tuple of float
-        Time from a perturbation to the next (s); its shortest and longest value where it is random.
-    duration_s : float
-        Length of the trial (s).
-    """
+    """Perturbations and length of one trial."""
 
     profile: str
+    """{"sine", "negative-sine", "minjerk"}: Shape of the perturbations."""
     amplitude_m_per_s: float
+    """Velocity amplitude."""
     interval_s: float | tuple[float, float]
+    """Time from a perturbation to the next (s); its shortest and longest value where it is random."""
     duration_s: float
+    """Length of the trial."""
 
 
 @dataclass(frozen=True)
 class Schedule:
-    """Instant of a trial's trigger, and the command of the belt.
-
-    Attributes
-    ----------
-    trigger_s, duration_s : float
-        Trigger's edge on the laboratory's clock, and how long the trigger is high (s).
-    ends_s : float
-        End of the recording (s).
-    onsets_s : ndarray, shape (k,)
-        Commanded onsets of the perturbations (s).
-    command : callable
-        Commanded belt velocity (m/s) at t (s).
-    """
+    """Instant of a trial's trigger, and the command of the belt."""
 
     trigger_s: float
     duration_s: float
+    """Trigger's edge on the laboratory's clock, and how long the trigger is high."""
     ends_s: float
-    onsets_s: np.ndarray
+    """End of the recording."""
+    onsets_s: Annotated[np.ndarray, "(k,)"]
+    """Commanded onsets of the perturbations."""
     command: Callable[[float], float]
+    """Commanded belt velocity (m/s) at t (s)."""
 
 
 def schedule_trial(rig: dict, protocol: Protocol, rest_after_s: float, rng: np.random.Generator) -> Schedule:
     """Lay out a trial's perturbations, the last a whole interval before the rest at the end.
 
-    Parameters
-    ----------
-    rig : dict
-        The treadmill's constants, as the laboratory's configuration holds them.
-    protocol : Protocol
-        Perturbations at regular intervals (m/s, s).
-    rest_after_s : float
-        Unperturbed time at the trial's end (s).
-    rng : numpy.random.Generator
-        Draws where the trigger falls between two samples of the log.
-
-    Returns
-    -------
-    Schedule
-        Instants (s) and commanded velocity (m/s).
+    rig: the treadmill's constants, as the laboratory's configuration holds them.
+    rest_after_s: unperturbed time at the trial's end.
     """
     trigger_s = _trigger(rig, rng)
     last_onset = protocol.duration_s - rest_after_s - protocol.interval_s + 1e-9
@@ -88,19 +60,8 @@ def schedule_trial(rig: dict, protocol: Protocol, rest_after_s: float, rng: np.r
 def schedule_at_random(rig: dict, protocol: Protocol, rng: np.random.Generator) -> Schedule:
     """Lay out a trial's perturbations at random intervals, with at least a longest one before its end.
 
-    Parameters
-    ----------
-    rig : dict
-        The treadmill's constants, as the laboratory's configuration holds them.
-    protocol : Protocol
-        Perturbations with the shortest and the longest interval, also from the trigger to the first (m/s, s).
-    rng : numpy.random.Generator
-        Draws where the trigger falls between two samples of the log, and the intervals.
-
-    Returns
-    -------
-    Schedule
-        Instants (s) and commanded velocity (m/s).
+    rig: the treadmill's constants, as the laboratory's configuration holds them.
+    protocol: perturbations with the shortest and the longest interval, also from the trigger to the first.
     """
     trigger_s = _trigger(rig, rng)
     shortest_s, longest_s = protocol.interval_s
@@ -129,21 +90,11 @@ def record_log(
 ) -> None:
     """Write the treadmill's log of a motion and the calibration matrix of its plates.
 
-    Parameters
-    ----------
-    rig : dict
-        The treadmill's constants, as the laboratory's configuration holds them.
-    seed : int
-        Seed of the laboratory: every trial has the same plate.
-    schedule : Schedule
-        Trigger (s) and command (m/s).
-    loads : dict of str to tuple of BeltMotion and float
-        Belt, left or right -> motion and reaction on the grid of the integration (s, m, N, N·m), and mass on
-        the belt (kg). Two belts move alike.
-    rng : numpy.random.Generator
-        Draws the noise of the log's channels.
-    files : dict of str to Path
-        Files to write: ``log`` and ``calibration``.
+    rig: the treadmill's constants, as the laboratory's configuration holds them.
+    seed: seed of the laboratory: every trial has the same plate.
+    loads: belt, left or right -> motion and reaction on the grid of the integration (s, m, N, N·m), and
+    mass on the belt (kg). Two belts move alike.
+    files: files to write: ``log`` and ``calibration``.
     """
     plate, drive = PlateTruth(**rig["plate"]), DriveTruth(**rig["drive"])
     plates = {"left": PlateTruth(**rig["plate"] | rig.get("left_plate", {})), "right": plate}
@@ -172,20 +123,11 @@ def record_capture(
 ) -> None:
     """Write the markers that the motion capture system records while the trigger is high.
 
-    Parameters
-    ----------
-    rig : dict
-        The treadmill's constants, as the laboratory's configuration holds them.
-    schedule : Schedule
-        Trigger and length of the trial (s).
-    labels : tuple of str
-        Names of the markers, in the strober's order.
-    paths : list of callable
-        Exact position (m), shape (n, 3), of each marker at instants (s), shape (n,).
-    rng : numpy.random.Generator
-        Draws noise and occlusions.
-    markers : Path
-        C3D file to write.
+    rig: the treadmill's constants, as the laboratory's configuration holds them.
+    schedule: trigger and length of the trial.
+    labels: names of the markers, in the strober's order.
+    paths: exact position, shape (n, 3), of each marker at instants, shape (n,).
+    markers: C3D file to write.
     """
     capture = CaptureTruth(**rig["capture"])
     frames = round(schedule.duration_s * capture.rate_hz)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import h5py
 import numpy as np
@@ -11,42 +12,28 @@ RATE_HZ = 500.0
 
 @dataclass(frozen=True)
 class TrueMotion:
-    """Exact motion of a joint and the torque with which it resists.
+    """Exact motion of a joint and the torque with which it resists."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        Instants from the trigger on (s).
-    angle, rate, acceleration : ndarray, shape (n,)
-        Motion of the joint (rad, rad/s), and of the segment whose inertia counts as the joint's (rad/s²).
-    torque : ndarray, shape (n,)
-        Torque that resists the motion, including the joint's inertia (N·m).
-    """
-
-    time: np.ndarray
+    time: Annotated[np.ndarray, "(n,)", "s"]
+    """Instants from the trigger on."""
     angle: np.ndarray
     rate: np.ndarray
     acceleration: np.ndarray
-    torque: np.ndarray
+    """Motion of the joint (rad, rad/s), and of the segment whose inertia counts as the joint's (rad/s²)."""
+    torque: Annotated[np.ndarray, "(n,)", "N·m"]
+    """Torque that resists the motion, including the joint's inertia."""
 
 
 @dataclass(frozen=True)
 class StandingMotion(TrueMotion):
-    """Exact motion of a standing person's ankles: mean angle and intrinsic torque of both.
+    """Exact motion of a standing person's ankles: mean angle and intrinsic torque of both."""
 
-    Attributes
-    ----------
-    active : ndarray, shape (n,)
-        Delayed torque of the muscles of both ankles (N·m).
-    marked_angle : ndarray, shape (n,)
-        Angle of the ankle that has the markers, from quiet standing (rad).
-    marked_torque : ndarray, shape (n,)
-        Its part of the intrinsic torque (N·m).
-    """
-
-    active: np.ndarray
-    marked_angle: np.ndarray
-    marked_torque: np.ndarray
+    active: Annotated[np.ndarray, "(n,)", "N·m"]
+    """Delayed torque of the muscles of both ankles."""
+    marked_angle: Annotated[np.ndarray, "(n,)", "rad"]
+    """Angle of the ankle that has the markers, from quiet standing."""
+    marked_torque: Annotated[np.ndarray, "(n,)", "N·m"]
+    """Its part of the intrinsic torque."""
 
 
 def write_true_motion(path: str | Path, motion: TrueMotion) -> None:

@@ -12,6 +12,7 @@ critically damped twitch, driven by the velocity of the stretch after the latenc
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -25,42 +26,28 @@ HOLD_S = 0.25  # time from the onset of a ramp to its way back
 
 @dataclass(frozen=True)
 class Joint:
-    """Truth of the ankle.
-
-    Attributes
-    ----------
-    phase_percent : tuple of float
-        Knots over stance (%).
-    stiffness_Nm_per_rad, damping_Nms_per_rad : tuple of float
-        K and B at the knots (N·m/rad, N·m·s/rad).
-    inertia_kgm2 : float
-        I (N·m·s²/rad).
-    reflex_Nms_per_rad : float
-        Impulse response of the reflex, integrated, per velocity of the stretch (N·m·s/rad).
-    latency_s : float
-        From the onset of the stretch to the first reflex moment (s).
-    twitch_s : float
-        Time to the peak of a twitch (s).
-    foot_mass_kg, foot_depth_m : float
-        Mass of the foot (kg), and its centre of mass below the ankle (m).
-    shank_m : float
-        Displacement of the belt per rotation of the ankle (m/rad).
-    vertical_per_moment, anterior_per_moment : float
-        Change of the forces with the moment (1/m, unit of force per unit of moment).
-    """
+    """Truth of the ankle."""
 
     phase_percent: tuple[float, ...] = (0.0, 20.0, 40.0, 60.0, 80.0, 95.0, 100.0)
+    """Knots over stance."""
     stiffness_Nm_per_rad: tuple[float, ...] = (40.0, 100.0, 180.0, 280.0, 400.0, 440.0, 300.0)
     damping_Nms_per_rad: tuple[float, ...] = (0.8, 1.0, 1.5, 2.0, 2.5, 2.5, 2.0)
+    """K and B at the knots."""
     inertia_kgm2: float = 0.012
     reflex_Nms_per_rad: float = 25.0
+    """Impulse response of the reflex, integrated, per velocity of the stretch."""
     latency_s: float = 0.052
+    """From the onset of the stretch to the first reflex moment."""
     twitch_s: float = 0.06
+    """Time to the peak of a twitch."""
     foot_mass_kg: float = 1.15
     foot_depth_m: float = 0.06
+    """Mass of the foot (kg), and its centre of mass below the ankle (m)."""
     shank_m: float = 0.43
+    """Displacement of the belt per rotation of the ankle."""
     vertical_per_moment: float = 0.5
     anterior_per_moment: float = 1.1
+    """Change of the forces with the moment (1/m, unit of force per unit of moment)."""
 
     def stiffness(self, percent: np.ndarray) -> np.ndarray:
         """K (N·m/rad) at phases of stance (%)."""
@@ -73,43 +60,23 @@ class Joint:
 
 @dataclass(frozen=True)
 class Walk:
-    """A walk on a regular clock.
-
-    Attributes
-    ----------
-    rate_hz : float
-        Sampling rate (Hz).
-    signals : dict of str to ndarray, each of shape (n,)
-        angle (rad), vertical, anterior, other_vertical (N), cop, ankle_x, ankle_y (m) and any others.
-    heel_strikes, toe_offs : ndarray, shape (k,)
-        Events (s).
-    onsets : ndarray
-        Onsets of pulses (s).
-    """
+    """A walk on a regular clock."""
 
     rate_hz: float
     signals: Mapping[str, np.ndarray]
-    heel_strikes: np.ndarray
-    toe_offs: np.ndarray
-    onsets: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    """angle (rad), vertical, anterior, other_vertical (N), cop, ankle_x, ankle_y (m) and any others."""
+    heel_strikes: Annotated[np.ndarray, "(k,)", "s"]
+    toe_offs: Annotated[np.ndarray, "(k,)", "s"]
+    """Events."""
+    onsets: Annotated[np.ndarray, "s"] = field(default_factory=lambda: np.zeros(0))
+    """Onsets of pulses."""
 
 
 def resample_walk(walk: Walk, strides: int, rng: np.random.Generator) -> Walk:
     """A longer walk of blocks of consecutive strides.
 
-    Parameters
-    ----------
-    walk : Walk
-        Real one, each heel strike followed by its toe-off and the next heel strike.
-    strides : int
-        Number of strides.
-    rng : numpy.random.Generator
-        Draws the blocks.
-
-    Returns
-    -------
-    Walk
-        As many strides as asked for, and a part of a stride before and after.
+    walk: real one, each heel strike followed by its toe-off and the next heel strike.
+    Returns: as many strides as asked for, and a part of a stride before and after.
     """
     rate, lead = walk.rate_hz, round(BEFORE_STRIKE_S * walk.rate_hz)
     last = len(walk.heel_strikes) - 1
@@ -147,28 +114,16 @@ def _minimum_jerk(s: np.ndarray) -> np.ndarray:
 
 
 def pulse(
-    joint: Joint, percent: float, stance_s: float, amplitude_rad: float, duration_s: float
+    joint: Joint, percent: Annotated[float, "%"], stance_s: float, amplitude_rad: float, duration_s: float
 ) -> dict[str, np.ndarray]:
     """Response to one pulse at 1 kHz, from the onset until 0.5 s later.
 
-    Parameters
-    ----------
-    joint : Joint
-        Truth.
-    percent : float
-        Phase of the onset (%).
-    stance_s : float
-        Duration of stance (s).
-    amplitude_rad : float
-        Dorsiflexion (rad).
-    duration_s : float
-        Duration of the ramp (s).
-
-    Returns
-    -------
-    dict of str to ndarray, each of shape (500,)
-        time (s), angle (rad), joint_moment and moment on the plate (N·m), belt displacement (m) and
-        acceleration (m/s2).
+    percent: phase of the onset.
+    stance_s: duration of stance.
+    amplitude_rad: Dorsiflexion.
+    duration_s: duration of the ramp.
+    Returns: time (s), angle (rad), joint_moment and moment on the plate (N·m), belt displacement (m) and
+    acceleration (m/s2).
     """
     time = np.arange(round(0.5 * FINE_HZ)) / FINE_HZ
     angle = -amplitude_rad * ramp(time, duration_s)
@@ -205,27 +160,12 @@ def perturb(
 ) -> Walk:
     """Add pulses to some strides of a walk.
 
-    Parameters
-    ----------
-    walk : Walk
-        Unperturbed.
-    joint : Joint
-        Truth.
-    strides : mapping of int to float
-        Stride -> phase of its pulse (%); beyond 100 the foot is in the air, and the belt moves without it.
-    amplitude_rad : float
-        Dorsiflexion (rad).
-    duration_s : float
-        Duration of the ramp (s).
-    angle_noise_rad : float
-        Standard deviation of white noise of the angle (rad).
-    rng : numpy.random.Generator
-        Draws the noise.
-
-    Returns
-    -------
-    Walk
-        With pulses and their onsets.
+    strides: stride -> phase of its pulse (%); beyond 100 the foot is in the air, and the belt moves without
+    it.
+    amplitude_rad: Dorsiflexion.
+    duration_s: duration of the ramp.
+    angle_noise_rad: standard deviation of white noise of the angle.
+    Returns: with pulses and their onsets.
     """
     signals = {name: np.array(values) for name, values in walk.signals.items()}
     stance = float(np.mean(walk.toe_offs - walk.heel_strikes[: len(walk.toe_offs)]))

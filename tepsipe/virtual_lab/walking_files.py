@@ -32,42 +32,25 @@ MOST_FRAMES = 65535
 
 @dataclass(frozen=True)
 class WalkerBody:
-    """Body of the walker as the markers show it.
-
-    Attributes
-    ----------
-    shank_m : float
-        Knee above ankle (m).
-    heel_m, toe_m : tuple of float
-        Heel and toe from the ankle on a flat foot: forward, up (m).
-    sacrum_height_m : float
-        Height of the sacrum (m).
-    marker_noise_m : float
-        Standard deviation of every coordinate (m).
-    force_noise_N, moment_noise_Nm : float
-        Noise of every sample of a plate (N, N·m).
-    """
+    """Body of the walker as the markers show it."""
 
     shank_m: float = 0.42
+    """Knee above ankle."""
     heel_m: tuple[float, float] = (-0.06, -0.06)
     toe_m: tuple[float, float] = (0.15, -0.07)
+    """Heel and toe from the ankle on a flat foot: forward, up."""
     sacrum_height_m: float = 1.0
     marker_noise_m: float = 0.0001
+    """Standard deviation of every coordinate."""
     force_noise_N: float = 0.5
     moment_noise_Nm: float = 0.2
+    """Noise of every sample of a plate."""
 
 
 def walk_markers(walk: Walk, unperturbed: Walk, body: WalkerBody) -> dict[str, np.ndarray]:
     """Positions without noise: label -> forward and up, shape (n, 2) (m).
 
-    Parameters
-    ----------
-    walk : Walk
-        Signals; its angle may have any constant offset.
-    unperturbed : Walk
-        The same without pulses.
-    body : WalkerBody
-        Body with the positions of the markers (m).
+    walk: Signals; its angle may have any constant offset.
     """
     base, signals = unperturbed.signals, walk.signals
     offset = np.median(base["angle"][base["vertical"] > CONTACT_N])
@@ -128,18 +111,7 @@ def write_walk(
 ) -> None:
     """Write markers and plates as one of the laboratory's files.
 
-    Parameters
-    ----------
-    path : Path
-        File to write.
-    kind : str
-        c3d, or dflow (text of its mocap module).
-    walk, unperturbed : Walk
-        With and without pulses.
-    body : WalkerBody
-        Markers and noise.
-    rng : numpy.random.Generator
-        Draws the noise.
+    kind: c3d, or dflow (text of its mocap module).
     """
     markers = walk_markers(walk, unperturbed, body)
     positions = np.zeros((len(walk.signals["angle"]), len(markers), 3))

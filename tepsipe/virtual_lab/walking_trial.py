@@ -25,29 +25,14 @@ def make_walking_trial(
 ) -> None:
     """Write a trial as C3D and as D-Flow's text, its events, and the truth over stance.
 
-    Parameters
-    ----------
-    truth : dict
-        Seed, and the section walking of the laboratory's constants.
-    condition : str
-        Name of the trial; another name is another draw.
-    signals : mapping of str to ndarray, each of shape (n,)
-        Real walking, as of `Walk`.
-    rate_hz : float
-        Its rate (Hz).
-    events : tuple of ndarray, each of shape (k,)
-        Heel strikes (s), stances (s) and next heel strikes (s) of its usable strides.
-    protocol : dict
-        amplitude_m_per_s (peak velocity of the belt), interval_s (least time between pulses), duration_s.
-    chosen : dict
-        pulse_s (s), and pulses: pairs of onset (% of stance) and number.
-    files : mapping of str to Path
-        c3d, text, events, truth.
-
-    Raises
-    ------
-    ValueError
-        If there are more pulses than places for them.
+    truth: seed, and the section walking of the laboratory's constants.
+    condition: name of the trial; another name is another draw.
+    signals: real walking, as of `Walk`.
+    events: heel strikes (s), stances (s) and next heel strikes (s) of its usable strides.
+    protocol: amplitude_m_per_s (peak velocity of the belt), interval_s (least time between pulses),
+    duration_s.
+    chosen: pulse_s (s), and pulses: pairs of onset (% of stance) and number.
+    files: c3d, text, events, truth.
     """
     constants = truth["walking"]
     joint = Joint(**{k: tuple(v) if isinstance(v, list) else v for k, v in constants["joint"].items()})

@@ -7,6 +7,7 @@ its linear and angular momentum, differentiated numerically: no free-body equati
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -21,30 +22,20 @@ MARKERS = ("weight1", "weight2", "weight3", "weight4")
 
 @dataclass(frozen=True)
 class WeightTruth:
-    """Hidden constants of the weight.
-
-    Attributes
-    ----------
-    mass_kg : float
-        Mass (kg).
-    width_m, length_m, height_m : float
-        Across, along and above the belt (m); a marker sits in every upper corner.
-    com_height_m : float
-        Centre of mass above the belt (m).
-    position_x_m, position_y_m : float
-        Position of the weight on the plate (m).
-    gravity_m_per_s2 : float
-        Acceleration of gravity (m/s²).
-    """
+    """Hidden constants of the weight."""
 
     mass_kg: float
     width_m: float
     length_m: float
     height_m: float
+    """Across, along and above the belt (m); a marker sits in every upper corner."""
     com_height_m: float
+    """Centre of mass above the belt."""
     position_x_m: float
     position_y_m: float
+    """Position of the weight on the plate."""
     gravity_m_per_s2: float
+    """Acceleration of gravity."""
 
 
 def move_weight(
@@ -52,21 +43,10 @@ def move_weight(
 ) -> BeltMotion:
     """Integrate the belt with a weight, or empty.
 
-    Parameters
-    ----------
-    weight : WeightTruth or None
-        Constants of the weight; None if nothing is on the belt.
-    drive : DriveTruth
-        Constants of the belt drive.
-    command : callable
-        Commanded belt velocity (m/s) at t (s).
-    duration_s, rate_hz : float
-        Length of the run (s) and steps per second (Hz).
-
-    Returns
-    -------
-    BeltMotion
-        Motion and reaction on the grid of the integration (s, m, N, N·m).
+    weight: constants of the weight; None if nothing is on the belt.
+    command: commanded belt velocity (m/s) at t (s).
+    duration_s, rate_hz: length of the run (s) and steps per second (Hz).
+    Returns: motion and reaction on the grid of the integration.
     """
     moving = drive.belt_mass_kg + (0.0 if weight is None else weight.mass_kg)
     force, viscous, delay = drive.servo(), drive.viscous_Ns_per_m, drive.delay_s
@@ -87,20 +67,13 @@ def move_weight(
     )
 
 
-def weight_reaction(weight: WeightTruth, time: np.ndarray, y: np.ndarray, v: np.ndarray) -> np.ndarray:
+def weight_reaction(
+    weight: WeightTruth, time: np.ndarray, y: np.ndarray, v: np.ndarray
+) -> Annotated[np.ndarray, "(n, 6)"]:
     """Wrench on the weight about the plate's origin, from the rates of its momenta.
 
-    Parameters
-    ----------
-    weight : WeightTruth
-        Constants.
-    time, y, v : ndarray, shape (n,)
-        Instants (s), belt position (m) and velocity (m/s).
-
-    Returns
-    -------
-    ndarray, shape (n, 6)
-        Fx, Fy, Fz (N), Mx, My, Mz (N·m).
+    time, y, v: instants (s), belt position (m) and velocity (m/s).
+    Returns: fx, Fy, Fz (N), Mx, My, Mz (N·m).
     """
     momentum_y = weight.mass_kg * v
     # about x, right-handed (positive turns y towards z)
@@ -117,17 +90,8 @@ def weight_reaction(weight: WeightTruth, time: np.ndarray, y: np.ndarray, v: np.
 def weight_marker_paths(weight: WeightTruth, motion: BeltMotion) -> list[MarkerPath]:
     """Paths of the markers in the upper corners, in the order of `MARKERS`.
 
-    Parameters
-    ----------
-    weight : WeightTruth
-        Constants.
-    motion : BeltMotion
-        Exact motion of the belt (s, m).
-
-    Returns
-    -------
-    list of callable
-        Each gives x, y, z (m), shape (n, 3), at instants (s), shape (n,).
+    motion: exact motion of the belt.
+    Returns: each gives x, y, z, shape (n, 3), at instants, shape (n,).
     """
     belt = scipy.interpolate.CubicSpline(motion.time, motion.belt_position)
 

@@ -19,20 +19,12 @@ def make_weight_trial(
 ) -> None:
     """Make one trial with the weight on the belt, or with the empty belt.
 
-    Parameters
-    ----------
-    truth : dict
-        The laboratory's constants, as its configuration file holds them, with the section
-        ``weight`` or ``heavy_weight``.
-    condition : str
-        Name of the condition: it seeds the trial's noise.
-    protocol : Protocol
-        Perturbations (m/s, s).
-    files : dict of str to Path
-        Files to write: ``log`` and ``calibration``, and ``markers`` of the weight, without which the belt is
-        empty.
-    belt : {"left", "right"}
-        The belt that moves.
+    truth: the laboratory's constants, as its configuration file holds them, with the section ``weight`` or
+    ``heavy_weight``.
+    condition: name of the condition: it seeds the trial's noise.
+    files: files to write: ``log`` and ``calibration``, and ``markers`` of the weight, without which the
+    belt is empty.
+    belt: {"left", "right"}: The belt that moves.
     """
     seed, rig = truth["seed"], truth["treadmill"]
     weight = None

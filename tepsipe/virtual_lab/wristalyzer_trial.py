@@ -42,20 +42,12 @@ def make_wristalyzer_trial(
 ) -> None:
     """Make one trial of the Wristalyzer experiment.
 
-    Parameters
-    ----------
-    truth : dict
-        The laboratory's constants, as its configuration file holds them.
-    condition : str
-        Name of the condition: it seeds the trial's noise.
-    factor : float
-        Scale factor of the perturbation.
-    duration_s : float
-        Length of the perturbation (s).
-    log, command : Path
-        Files to write: manipulator log and torque command.
-    motion_file : Path, optional
-        File for the hidden motion of the handle (s, rad, N·m).
+    truth: the laboratory's constants, as its configuration file holds them.
+    condition: name of the condition: it seeds the trial's noise.
+    factor: scale factor of the perturbation.
+    duration_s: length of the perturbation.
+    log, command: files to write: manipulator log and torque command.
+    motion_file: file for the hidden motion of the handle.
     """
     seed = truth["seed"]
     recording = record_manipulator(

@@ -42,6 +42,7 @@ The pathway of the configuration is quoted. If it is a joint likelihood whose mo
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -93,24 +94,16 @@ _EXACT = 1e-24
 
 @dataclass(frozen=True)
 class Check:
-    """One check of one trial.
-
-    Attributes
-    ----------
-    name : str
-        One of `TOLERATED`; also the flag of an estimate.
-    size : float
-        Departure of the trial from its expectation (unit of `UNITS`).
-    probability : float
-        Probability of a size this large without a fault.
-    tolerated : float or None
-        A tolerance larger than in `TOLERATED` (unit of `UNITS`), if the trial has one.
-    """
+    """One check of one trial."""
 
     name: str
+    """One of `TOLERATED`; also the flag of an estimate."""
     size: float
+    """Departure of the trial from its expectation (unit of `UNITS`)."""
     probability: float
+    """Probability of a size this large without a fault."""
     tolerated: float | None = None
+    """A tolerance larger than in `TOLERATED` (unit of `UNITS`), if the trial has one."""
 
     @property
     def tolerance(self) -> float:
@@ -131,17 +124,8 @@ def failed(checks: Sequence[Check]) -> list[str]:
 def delay_check(fit: LikelihoodEstimates, uncertainty_s: float) -> Check:
     """Delay of the angle after the foot.
 
-    Parameters
-    ----------
-    fit : LikelihoodEstimates
-        With sampling instants corrected.
-    uncertainty_s : float
-        Standard uncertainty of the correction between foot and leg (s).
-
-    Returns
-    -------
-    Check
-        Its size is the delay (s).
+    uncertainty_s: standard uncertainty of the correction between foot and leg.
+    Returns: its size is the delay.
     """
     error = float(np.hypot(fit.fit.standard_error("delay"), uncertainty_s))
     return Check("foot-leg-delay", abs(fit.delay_s), _two_sided(fit.delay_s / error))
@@ -152,19 +136,9 @@ def inertia_check(
 ) -> Check:
     """Compare I of small movements with the known inertia of the joint.
 
-    Parameters
-    ----------
-    fit : LikelihoodEstimates
-        The fit.
-    known_kgm2, known_uncertainty_kgm2 : float
-        Inertia of the joint and its standard uncertainty (N·m·s²/rad).
-    type_b_kgm2 : float
-        Type B standard uncertainty of the estimate (N·m·s²/rad).
-
-    Returns
-    -------
-    Check
-        Its size is the difference (N·m·s²/rad).
+    known_kgm2, known_uncertainty_kgm2: inertia of the joint and its standard uncertainty.
+    type_b_kgm2: type B standard uncertainty of the estimate.
+    Returns: its size is the difference.
     """
     difference = float(fit.small[0]) - known_kgm2
     statistical = float(np.sqrt(fit.small_covariance[0, 0]))
@@ -175,17 +149,7 @@ def inertia_check(
 def fit_check(fit: LikelihoodFit, perturbations: list[Perturbation]) -> Check:
     """Power and pulse-locked mean of the likelihood's residuals.
 
-    Parameters
-    ----------
-    fit : LikelihoodFit
-        The fit.
-    perturbations : list of Perturbation
-        Windows (samples).
-
-    Returns
-    -------
-    Check
-        Its size is the root mean square residual relative to the angle's root mean square.
+    Returns: its size is the root mean square residual relative to the angle's root mean square.
     """
     white, n = innovations(fit), fit.channels.angle.size
     band = 2.0 * fit.model.bins.size / n
@@ -202,22 +166,13 @@ def fit_check(fit: LikelihoodFit, perturbations: list[Perturbation]) -> Check:
     return Check("lack-of-fit", float(np.sqrt(excess)) * unit / swing, min(1.0, 2.0 * min(power, locked)))
 
 
-def foot_check(positions: np.ndarray, perturbations: list[Perturbation], rate_hz: float) -> Check | None:
+def foot_check(
+    positions: Annotated[np.ndarray, "(n, k, 2)"], perturbations: list[Perturbation], rate_hz: float
+) -> Check | None:
     """Markers on the foot alone against each other.
 
-    Parameters
-    ----------
-    positions : ndarray, shape (n, k, 2)
-        Theirs (m), not filtered.
-    perturbations : list of Perturbation
-        Windows (samples).
-    rate_hz : float
-        Sampling rate (Hz).
-
-    Returns
-    -------
-    Check or None
-        Its size is the step or motion of a marker against the others (m); None with fewer than two.
+    positions: theirs (m), not filtered.
+    Returns: its size is the step or motion of a marker against the others; None with fewer than two.
     """
     k = positions.shape[1]
     if k < 2:
@@ -233,17 +188,7 @@ def foot_check(positions: np.ndarray, perturbations: list[Perturbation], rate_hz
 def residual_checks(fit: LikelihoodFit, perturbations: list[Perturbation]) -> list[Check]:
     """Steps, and pulse-locked motion, of the markers against the rigid leg on the foot.
 
-    Parameters
-    ----------
-    fit : LikelihoodFit
-        The fit.
-    perturbations : list of Perturbation
-        Windows (samples).
-
-    Returns
-    -------
-    list of Check
-        ``markers-slip`` and ``markers-pulse-locked``, with sizes in m.
+    Returns: ``markers-slip`` and ``markers-pulse-locked``, with sizes in m.
     """
     channels = fit.channels
     residuals, rate_hz = channels.residuals, channels.rate_hz
@@ -260,33 +205,19 @@ def leg_check(
     leg_markers: SegmentMarkers,
     lowpass: tuple[float, int],
     at_rest: np.ndarray,
-    of_k: float = 0.0,
-    of_difference: float = 0.0,
+    of_k: Annotated[float, "N·m/rad"] = 0.0,
+    of_difference: Annotated[float, "N·m/rad"] = 0.0,
 ) -> Check:
     """Compare K of the windowed fit with its expected value for the fitted joint.
 
-    Parameters
-    ----------
-    of_leg : WindowedFits
-        From the torque of the leg.
-    fit : LikelihoodEstimates
-        Estimates of the same trial.
-    leg_markers : SegmentMarkers
-        Markers of the leg (m).
-    lowpass : tuple of (float, int)
-        Cutoff (Hz) and order of the filter of ``of_leg``.
-    at_rest : ndarray of bool, shape (n,)
-        Samples at rest.
-    of_k : float
-        Combined standard uncertainty of K; a smaller difference does not matter (N·m/rad).
-    of_difference : float
-        Type B standard uncertainty of the difference of both K: what acts on one of them alone, such as a rod
-        that bends; what both share cancels (N·m/rad).
-
-    Returns
-    -------
-    Check
-        Its size is the difference over K.
+    of_leg: from the torque of the leg.
+    fit: estimates of the same trial.
+    lowpass: cutoff (Hz) and order of the filter of ``of_leg``.
+    at_rest: samples at rest.
+    of_k: combined standard uncertainty of K; a smaller difference does not matter.
+    of_difference: type B standard uncertainty of the difference of both K: what acts on one of them alone,
+    such as a rod that bends; what both share cancels.
+    Returns: its size is the difference over K.
     """
     expected = expected_of_leg(of_leg, fit, leg_markers, lowpass, at_rest)
     expected = expected + noise_bias(of_leg, expected, fit.fit, leg_markers, lowpass)
@@ -327,11 +258,11 @@ def expected_of_leg(
 
 def noise_bias(
     of_leg: WindowedFits,
-    parameters: np.ndarray,
+    parameters: Annotated[np.ndarray, "(3,)"],
     fit: LikelihoodFit,
     leg_markers: SegmentMarkers,
     lowpass: tuple[float, int],
-) -> np.ndarray:
+) -> Annotated[np.ndarray, "(3,)"]:
     """Bias of a windowed fit due to noise in its regressors (errors in variables), to first order.
 
     It is 0 for products of different perturbations. Otherwise noise of the angle enters theta'', theta',
@@ -340,23 +271,9 @@ def noise_bias(
 
         bias = (A'A)^-1 N (C_Atau - C_AA x)
 
-    Parameters
-    ----------
-    of_leg : WindowedFits
-        From the torque of the leg.
-    parameters : ndarray, shape (3,)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) without noise.
-    fit : LikelihoodFit
-        For the noise of the markers (m) and the leg.
-    leg_markers : SegmentMarkers
-        Markers of the leg (m).
-    lowpass : tuple of (float, int)
-        Cutoff (Hz) and order of the filter.
-
-    Returns
-    -------
-    ndarray, shape (3,)
-        Bias of the means of I, B, K.
+    parameters: I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) without noise.
+    fit: for the noise of the markers and the leg.
+    lowpass: cutoff (Hz) and order of the filter.
     """
     if of_leg.crossed:
         return np.zeros(3)
@@ -441,24 +358,16 @@ OF_ANGLE = (*OF_TORQUE, "foot-markers-apart", "lack-of-fit")
 
 @dataclass(frozen=True)
 class Verdict:
-    """Outcome of the checks of one trial.
-
-    Attributes
-    ----------
-    checks : list of Check
-        All that could be made (sizes in their units).
-    flags : dict of str to list of str
-        Pathway -> flags of its I, B, K.
-    quoted : str
-        The pathway to quote.
-    concerned : dict of str to tuple of str
-        Pathway -> checks that flag its I, B, K if they fail.
-    """
+    """Outcome of the checks of one trial."""
 
     checks: list[Check]
+    """All that could be made (sizes in their units)."""
     flags: dict[str, list[str]]
+    """Pathway -> flags of its I, B, K."""
     quoted: str
+    """The pathway to quote."""
     concerned: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    """Pathway -> checks that flag its I, B, K if they fail."""
 
 
 def known_inertia(checks: dict) -> tuple[float, float] | None:
@@ -476,23 +385,10 @@ def check_dummy(
 ) -> Verdict:
     """Check one trial.
 
-    Parameters
-    ----------
-    trial : Trial
-        Markers (m).
-    options : DummyOptions
-        Those of the analysis.
-    analysis : DummyAnalysis
-        Output of `analyse_dummy`.
-    quoted : tuple of (str, str)
-        The pathway to quote, and the recommended one with windows.
-    joint_inertia : tuple of (float, float), optional
-        The joint's own inertia and its standard uncertainty (N·m·s²/rad), if they are known.
-
-    Returns
-    -------
-    Verdict
-        Without a joint likelihood among the pathways there are no checks.
+    analysis: output of `analyse_dummy`.
+    quoted: the pathway to quote, and the recommended one with windows.
+    joint_inertia: the joint's own inertia and its standard uncertainty (N·m·s²/rad), if they are known.
+    Returns: without a joint likelihood among the pathways there are no checks.
     """
     fits = {
         name: fit

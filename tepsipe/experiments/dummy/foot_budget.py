@@ -8,6 +8,7 @@ by a constant, which is removed with the angle at rest.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -35,25 +36,17 @@ FOOT_SOURCES = (
 
 @dataclass(frozen=True)
 class FootKnowledge:
-    """Foot and plate as a pathway assumes them, with their uncertainty.
-
-    Attributes
-    ----------
-    foot : Foot
-        The foot (kg, m).
-    loads : dict of str to ndarray, shape (n,)
-        Fy, Fz (N) and Mx (N·m) from which the torque is computed.
-    y_a, y_a_dd : ndarray, shape (n,)
-        Position of the ankle on the plate (m) and its acceleration (m/s²).
-    sources : dict of str to Source
-        Uncertain constants; none if Type B is not evaluated.
-    """
+    """Foot and plate as a pathway assumes them, with their uncertainty."""
 
     foot: Foot
+    """The foot (kg, m)."""
     loads: dict[str, np.ndarray]
+    """Fy, Fz (N) and Mx (N·m) from which the torque is computed."""
     y_a: np.ndarray
     y_a_dd: np.ndarray
+    """Position of the ankle on the plate (m) and its acceleration (m/s²)."""
     sources: Mapping[str, Source]
+    """Uncertain constants; none if Type B is not evaluated."""
 
 
 def changed_torques(known: FootKnowledge) -> dict[str, list[np.ndarray]]:
@@ -91,28 +84,16 @@ def foot_budget(
     fit: WindowedFits,
     reestimate: Callable[[SegmentMotion, np.ndarray], np.ndarray],
     motion: SegmentMotion,
-    torque: np.ndarray,
+    torque: Annotated[np.ndarray, "(n,)", "N·m"],
     known: FootKnowledge,
 ) -> Budget:
     """Uncertainty of the means of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
 
-    Parameters
-    ----------
-    fit : WindowedFits
-        The estimates.
-    reestimate : callable
-        Estimates them, shape (3,), from another motion (s, rad) and torque (N·m), linear in the torque.
-    motion : SegmentMotion
-        Motion of the leg on the clock of the forces (s, rad).
-    torque : ndarray, shape (n,)
-        Torque of the foot (N·m).
-    known : FootKnowledge
-        Assumed foot and plate, with their uncertainty.
-
-    Returns
-    -------
-    Budget
-        Type A and one entry per source that acts.
+    reestimate: estimates them, shape (3,), from another motion (s, rad) and torque (N·m), linear in the
+    torque.
+    motion: motion of the leg on the clock of the forces.
+    known: assumed foot and plate, with their uncertainty.
+    Returns: type A and one entry per source that acts.
     """
     contributions = {
         name: np.array([reestimate(motion, change) for change in changes])

@@ -31,50 +31,32 @@ FOOT_TORQUES = ("foot-thesis", "foot")
 
 @dataclass(frozen=True)
 class FootPathway:
-    """Definition of one path from force plate and markers to the parameters.
-
-    Attributes
-    ----------
-    torque : {"foot-thesis", "foot"}
-        Equation of the torque (`tepsipe.mechanics.inverse_dynamics`).
-    treadmill_model : str or None
-        Model of the belt-induced load that is subtracted from Fy and Mx; None for the loads as measured.
-    window_s : float or None
-        Length of the fitted windows from the onset of a perturbation (s); None for the perturbation
-        itself. A longer window includes the swing of the leg on the resting belt, without belt-induced load.
-    estimator : str
-        Estimator of the parameters from a torque in windows (`tepsipe.identification.estimators`).
-    """
+    """Definition of one path from force plate and markers to the parameters."""
 
     torque: str
+    """{"foot-thesis", "foot"}: Equation of the torque (`tepsipe.mechanics.inverse_dynamics`)."""
     treadmill_model: str | None
+    """Model of the belt-induced load that is subtracted from Fy and Mx; None for the loads as measured."""
     window_s: float | None
+    """Length of the fitted windows from the onset of a perturbation (s); None for the perturbation itself.
+    A longer window includes the swing of the leg on the resting belt, without belt-induced load."""
     estimator: str
+    """Estimator of the parameters from a torque in windows (`tepsipe.identification.estimators`)."""
 
 
 @dataclass(frozen=True)
 class FootOptions:
-    """Options of the foot pathways, in addition to the leg's.
-
-    Attributes
-    ----------
-    foot : Foot
-        The foot (kg, m).
-    ankle_label : str
-        Marker on the ankle.
-    belt_fixed_labels : tuple of str
-        Belt-fixed markers, from which the delay of markers relative to forces is estimated.
-    belt : str
-        The belt on which the dummy stands, left or right.
-    held_out : HeldOut or None
-        Residuals of trials that the treadmill model has not seen.
-    """
+    """Options of the foot pathways, in addition to the leg's."""
 
     foot: Foot
+    """The foot (kg, m)."""
     ankle_label: str
     belt_fixed_labels: tuple[str, ...]
+    """Belt-fixed markers, from which the delay of markers relative to forces is estimated."""
     belt: str
+    """The belt on which the dummy stands, left or right."""
     held_out: HeldOut | None = None
+    """Residuals of trials that the treadmill model has not seen."""
 
     @classmethod
     def from_settings(cls, geometry: dict, foot: dict, belt: str, held_out: HeldOut | None = None) -> Self:
@@ -93,28 +75,11 @@ def analyse_foot(
 ) -> DummyAnalysis:
     """Estimate I, B, K of the ankle dummy from the torque by the foot and the force plate.
 
-    Parameters
-    ----------
-    trial : Trial
-        Forces (N), moments (N·m), markers (m) and belt velocity (m/s).
-    name : str
-        Names the trial in messages.
-    dummy, options : DummyOptions, FootOptions
-        Options of the analysis.
-    pathways : dict of str to FootPathway
-        Name -> pathway.
-    models : dict of str to dict of str to FittedModel
-        Component of the load, Fy or Mx -> name -> treadmill model.
-
-    Returns
-    -------
-    DummyAnalysis
-        One regression per pathway, all over the same perturbations.
-
-    Raises
-    ------
-    InputError
-        If no perturbation or no rest is found, a marker or a model is missing, or a pathway is unknown.
+    trial: forces, moments, markers and belt velocity.
+    name: names the trial in messages.
+    pathways: name -> pathway.
+    models: component of the load, Fy or Mx -> name -> treadmill model.
+    Returns: one regression per pathway, all over the same perturbations.
     """
     prepared = prepare_trial(trial, name, dummy.lowpass, dummy.window)
     delay_s = foot_delay(prepared, options)
@@ -158,32 +123,20 @@ def analyse_foot(
 
 @dataclass(frozen=True)
 class FootSide:
-    """Signals of a trial for the torque from the foot, on the clock of the force plate.
-
-    Attributes
-    ----------
-    motion : SegmentMotion
-        Motion of the leg (s, rad, m).
-    measured : dict of str to ndarray
-        Fy, Fz (N) and Mx (N·m) as measured, each of shape (n,).
-    y_a, y_a_dd : ndarray, shape (n,)
-        Position of the ankle on the plate (m) and its acceleration (m/s²).
-    """
+    """Signals of a trial for the torque from the foot, on the clock of the force plate."""
 
     motion: SegmentMotion
+    """Motion of the leg (s, rad, m)."""
     measured: dict[str, np.ndarray]
+    """Fy, Fz (N) and Mx (N·m) as measured, each of shape (n,)."""
     y_a: np.ndarray
     y_a_dd: np.ndarray
+    """Position of the ankle on the plate (m) and its acceleration (m/s²)."""
 
     def torque(self, equation: str, foot: Foot, leg: Leg, loads: dict[str, np.ndarray]) -> np.ndarray:
         """Torque of the joint on the leg (N·m), shape (n,), by one of `FOOT_TORQUES`.
 
         ``loads`` are Fy (N) and Mx (N·m), as measured or compensated.
-
-        Raises
-        ------
-        InputError
-            If the equation is unknown.
         """
         if equation == "foot":
             return foot_torque(foot, loads["Fy"], self.measured["Fz"], loads["Mx"], self.y_a, self.y_a_dd)
@@ -199,11 +152,6 @@ def foot_delay(prepared: PreparedTrial, options: FootOptions) -> float:
     """Time by which markers lag behind the treadmill's own signals (s).
 
     Takes the arguments of `foot_side`.
-
-    Raises
-    ------
-    InputError
-        If a marker is missing, or the belt-fixed markers do not follow the belt.
     """
     labels = prepared.markers
     for label in (options.ankle_label, *options.belt_fixed_labels):
@@ -228,26 +176,10 @@ def foot_side(
 ) -> FootSide:
     """Loads and motions for the torque from the foot.
 
-    Parameters
-    ----------
-    prepared : PreparedTrial
-        Forces (N), moments (N·m) and markers (m).
-    options : FootOptions
-        Options of the analysis.
-    motion : SegmentMotion
-        Filtered motion of the leg on the clock of the markers (s, rad, m).
-    delay_s : float
-        Time by which markers lag behind forces (s).
-
-    Returns
-    -------
-    FootSide
-        Filtered, on the force plate's clock.
-
-    Raises
-    ------
-    InputError
-        If the belt is not in the trial.
+    prepared: forces, moments and markers.
+    motion: filtered motion of the leg on the clock of the markers.
+    delay_s: time by which markers lag behind forces.
+    Returns: filtered, on the force plate's clock.
     """
     time, at_rest = prepared.time, prepared.at_rest
     advanced_signals = ("theta", "theta_d", "theta_dd", "y_dd", "z_dd")
@@ -320,22 +252,7 @@ class _OnPlate:
 def windows_from_onset(prepared: PreparedTrial, window_s: float | None) -> list[Perturbation]:
     """Windows to fit: the perturbations themselves, or windows of equal length from their onsets.
 
-    Parameters
-    ----------
-    prepared : PreparedTrial
-        A trial with its perturbations (samples).
-    window_s : float or None
-        Length of the windows (s); None for the perturbations themselves.
-
-    Returns
-    -------
-    list of Perturbation
-        The windows (samples).
-
-    Raises
-    ------
-    InputError
-        If a window reaches into the next perturbation or beyond the end.
+    window_s: length of the windows (s); None for the perturbations themselves.
     """
     perturbations = prepared.perturbations
     if window_s is None:

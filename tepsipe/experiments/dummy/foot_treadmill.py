@@ -1,6 +1,7 @@
 """Effect of the treadmill model on the estimates from the foot: its calibration, its gate, and its limits."""
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 
@@ -17,21 +18,14 @@ CALIBRATION, RESIDUAL = "treadmill_calibration", "treadmill_residual"
 
 @dataclass(frozen=True)
 class TreadmillCheck:
-    """Uncertainty of I, B, K due to the treadmill model, and the verdict of its gate.
-
-    Attributes
-    ----------
-    error : PredictedError or None
-        Error of I, B, K that the model's held-out residual predicts (N·m·s²/rad, N·m·s/rad, N·m/rad).
-    contributions : dict of str to ndarray, shape (k, 3)
-        Source -> root of its covariance, for a `Budget` (N·m·s²/rad, N·m·s/rad, N·m/rad).
-    flags : tuple of str
-        Failed checks, names in `tepsipe.io.estimates.FLAGS`.
-    """
+    """Uncertainty of I, B, K due to the treadmill model, and the verdict of its gate."""
 
     error: PredictedError | None = None
+    """Error of I, B, K that the model's held-out residual predicts (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
     contributions: dict[str, np.ndarray] = field(default_factory=dict)
+    """Source -> root of its covariance, for a `Budget` (N·m·s²/rad, N·m·s/rad, N·m/rad), shape (k, 3)."""
     flags: tuple[str, ...] = ()
+    """Failed checks, names in `tepsipe.io.estimates.FLAGS`."""
 
 
 def check_treadmill(
@@ -44,30 +38,13 @@ def check_treadmill(
 ) -> TreadmillCheck:
     """Examine a treadmill model for one trial of the dummy.
 
-    Parameters
-    ----------
-    models : dict of str to FittedModel
-        Component of the load, Fy or Mx -> model.
-    recordings : dict of str to BeltRecording
-        Component -> recording of the trial (N, N·m).
-    fit : WindowedFits
-        Estimates from the compensated torque.
-    lever_m : float
-        Height of the joint over the belt (m).
-    held_out : HeldOut or None
-        Residuals of trials that the model has not seen.
-    own_zero : bool
-        Whether each window has a free constant torque.
-
-    Returns
-    -------
-    TreadmillCheck
-        Without any part that the model cannot give: see `BeltModel.holds_errors`.
-
-    Raises
-    ------
-    InputError
-        If the trial and the calibration differ in rate.
+    models: component of the load, Fy or Mx -> model.
+    recordings: component -> recording of the trial.
+    fit: estimates from the compensated torque.
+    lever_m: height of the joint over the belt.
+    held_out: residuals of trials that the model has not seen.
+    own_zero: whether each window has a free constant torque.
+    Returns: without any part that the model cannot give: see `BeltModel.holds_errors`.
     """
     model = models["Fy"].model
     if not model.holds_errors:
@@ -90,22 +67,13 @@ def check_treadmill(
     return TreadmillCheck(error, contributions, tuple(dict.fromkeys(flags)))
 
 
-def fits_of_torques(fit: WindowedFits, torques: np.ndarray, own_zero: bool) -> np.ndarray:
+def fits_of_torques(
+    fit: WindowedFits, torques: Annotated[np.ndarray, "(draws, n)", "N·m"], own_zero: bool
+) -> Annotated[np.ndarray, "(draws, 3)"]:
     """Mean I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of many torques in the windows of a fit.
 
-    Parameters
-    ----------
-    fit : WindowedFits
-        Windows and regressors.
-    torques : ndarray, shape (draws, n)
-        Torques (N·m).
-    own_zero : bool
-        Whether each window has a free constant torque.
-
-    Returns
-    -------
-    ndarray, shape (draws, 3)
-        As `regress_torque` would estimate them from every row.
+    own_zero: whether each window has a free constant torque.
+    Returns: as `regress_torque` would estimate them from every row.
     """
     total = np.zeros((len(torques), 3))
     for p in fit.perturbations:

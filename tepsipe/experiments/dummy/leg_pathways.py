@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 
@@ -45,54 +45,36 @@ MARKER_SIGNALS = {"aligned": "marker_position", "as-sampled": "marker_position_a
 
 @dataclass(frozen=True)
 class Pathway:
-    """Definition of one path from markers to the parameters.
-
-    Attributes
-    ----------
-    torque : {"leg", "leg-thesis"}
-        Equation of the torque (`tepsipe.mechanics.inverse_dynamics`).
-    marker_instants : {"aligned", "as-sampled"}
-        Whether sequential marker sampling is corrected.
-    estimator : str
-        Estimator of the parameters (`tepsipe.identification.estimators`); output error and the joint
-        likelihood do not use the torque.
-    """
+    """Definition of one path from markers to the parameters."""
 
     torque: str
+    """{"leg", "leg-thesis"}: Equation of the torque (`tepsipe.mechanics.inverse_dynamics`)."""
     marker_instants: str
+    """{"aligned", "as-sampled"}: Whether sequential marker sampling is corrected."""
     estimator: str
+    """Estimator of the parameters (`tepsipe.identification.estimators`); output error and the joint
+    likelihood do not use the torque."""
 
 
 @dataclass(frozen=True)
 class DummyOptions:
-    """Options of the thesis (section 3-1-2) and properties of the dummy (Table 2-2).
-
-    Attributes
-    ----------
-    leg : Leg
-        The leg (kg, m, kg·m²).
-    leg_markers : SegmentMarkers
-        Its markers and their offsets (m).
-    lowpass_cutoff_hz, lowpass_order : float, int
-        Zero-lag Butterworth filter (Hz, -).
-    window : WindowOptions
-        Search for perturbations and rest (s).
-    belt_fixed_labels : tuple of str
-        Belt-fixed markers, whose mean is the motion of the foot, for output error and joint likelihood.
-    sources : dict of str to Source
-        Uncertain constants; without any, Type B is not evaluated.
-    foot : Foot, optional
-        The foot (kg, m), for Type B: it tilts on a compliant belt.
-    """
+    """Options of the thesis (section 3-1-2) and properties of the dummy (Table 2-2)."""
 
     leg: Leg
+    """The leg (kg, m, kg·m²)."""
     leg_markers: SegmentMarkers
+    """Its markers and their offsets (m)."""
     lowpass_cutoff_hz: float
     lowpass_order: int
+    """Zero-lag Butterworth filter."""
     window: WindowOptions
+    """Search for perturbations and rest (s)."""
     belt_fixed_labels: tuple[str, ...] = ()
+    """Belt-fixed markers, whose mean is the motion of the foot, for output error and joint likelihood."""
     sources: dict[str, Source] = field(default_factory=dict)
+    """Uncertain constants; without any, Type B is not evaluated."""
     foot: Foot | None = None
+    """The foot (kg, m), for Type B: it tilts on a compliant belt."""
 
     @classmethod
     def from_settings(
@@ -100,16 +82,10 @@ class DummyOptions:
     ) -> Self:
         """Options of a study.
 
-        Parameters
-        ----------
-        geometry : dict
-            Constants of the leg (kg, m, kg·m²) and ``leg_markers``, and for Type B those of the foot.
-        analysis : dict
-            ``lowpass_cutoff_hz``, ``lowpass_order``, and the attributes of `WindowOptions`.
-        belt_fixed_labels : sequence of str
-            Belt-fixed markers.
-        uncertainty : dict, optional
-            Sources, as `sources_of` takes them.
+        geometry: constants of the leg (kg, m, kg·m²) and ``leg_markers``, and for Type B those of the foot.
+        analysis: ``lowpass_cutoff_hz``, ``lowpass_order``, and the attributes of `WindowOptions`.
+        belt_fixed_labels: belt-fixed markers.
+        uncertainty: sources, as `sources_of` takes them.
         """
         window = dict(analysis)
         return cls(
@@ -131,51 +107,35 @@ class DummyOptions:
 
 @dataclass(frozen=True)
 class DummyAnalysis:
-    """Results of one trial.
-
-    Attributes
-    ----------
-    time, belt_velocity : ndarray, shape (n,)
-        Instants (s), and filtered measured velocity (m/s).
-    belt_command : ndarray, shape (n,), or None
-        Commanded velocity (m/s), for figures only; None where it was not recorded.
-    regressions : dict of str to WindowedFits
-        Pathway -> parameters and predictions.
-    pathways : dict of str to Pathway
-        Definition of each pathway.
-    budgets : dict of str to Budget
-        Pathway -> uncertainty of the means of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
-    small_budgets : dict of str to Budget
-        The same of small movements, where the joint likelihood was the estimator.
-    damping_per_skew : dict of str to float
-        Pathway -> change of B per delay of the leg's position relative to its angle (N·m·s/rad per s).
-    marker_residual_rms_m : float
-        Marker residual RMS: root mean square distance between markers and the rigid leg (m).
-    marker_noise_m : float
-        Root mean square of the component that the filter removes from the leg's markers at rest (m per
-        coordinate).
-    loads : dict of str to ndarray, shape (n,)
-        ``Fy/measured`` (N), ``Mx/measured`` (N·m) and the same compensated by each treadmill model that a
-        pathway uses, for example ``Fy/loaded-frame``; empty without pathways from the foot.
-    checks : dict of str to TreadmillCheck
-        Pathway -> examination of its treadmill model; empty without such pathways.
-    flags : tuple of str
-        Failed checks of the whole trial, names in `tepsipe.io.estimates.FLAGS`.
-    """
+    """Results of one trial."""
 
     time: np.ndarray
     belt_velocity: np.ndarray
+    """Instants (s), and filtered measured velocity (m/s)."""
     belt_command: np.ndarray | None
+    """Commanded velocity (m/s), for figures only; None where it was not recorded."""
     regressions: dict[str, WindowedFits]
+    """Pathway -> parameters and predictions."""
     pathways: dict[str, Pathway]
+    """Definition of each pathway."""
     budgets: dict[str, Budget]
+    """Pathway -> uncertainty of the means of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
     small_budgets: dict[str, Budget]
+    """The same of small movements, where the joint likelihood was the estimator."""
     damping_per_skew: dict[str, float]
+    """Pathway -> change of B per delay of the leg's position relative to its angle (N·m·s/rad per s)."""
     marker_residual_rms_m: float
+    """Marker residual RMS: root mean square distance between markers and the rigid leg."""
     marker_noise_m: float
+    """Root mean square of the component that the filter removes from the leg's markers at rest (m per
+    coordinate)."""
     loads: dict[str, np.ndarray] = field(default_factory=dict)
+    """``Fy/measured`` (N), ``Mx/measured`` (N·m) and the same compensated by each treadmill model that a
+    pathway uses, for example ``Fy/loaded-frame``; empty without pathways from the foot."""
     checks: dict[str, TreadmillCheck] = field(default_factory=dict)
+    """Pathway -> examination of its treadmill model; empty without such pathways."""
     flags: tuple[str, ...] = ()
+    """Failed checks of the whole trial, names in `tepsipe.io.estimates.FLAGS`."""
 
     @property
     def simulating_fits(self) -> dict[str, OutputError | LikelihoodEstimates]:
@@ -192,24 +152,8 @@ class DummyAnalysis:
 def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathway]) -> DummyAnalysis:
     """Estimate I, B, K of the ankle dummy by every pathway.
 
-    Parameters
-    ----------
-    trial : Trial
-        Markers (m) and belt velocity (m/s).
-    options : DummyOptions
-        Options of the analysis.
-    pathways : dict of str to Pathway
-        Name -> pathway.
-
-    Returns
-    -------
-    DummyAnalysis
-        One regression per pathway, all over the same perturbations.
-
-    Raises
-    ------
-    InputError
-        If no perturbation or no rest is found, or the markers are not the leg's.
+    pathways: name -> pathway.
+    Returns: one regression per pathway, all over the same perturbations.
     """
     trial, flags = belt_in_time(trial, options)
     prepared = prepare_trial(trial, "belt velocity", options.lowpass, options.window)
@@ -262,19 +206,9 @@ def belt_in_time(trial: Trial, options: DummyOptions) -> tuple[Trial, tuple[str,
 
     A late log shifts the windows of the perturbations, over which a joint that softens has another K.
 
-    Parameters
-    ----------
-    trial : Trial
-        Markers (m) and belt velocity (m/s).
-    options : DummyOptions
-        Belt-fixed markers and filter.
-
-    Returns
-    -------
-    trial : Trial
-        The same unless the log is late or early by more than a sample or so.
-    flags : tuple of str
-        ``log-delay`` if it was.
+    Returns:
+        trial: the same unless the log is late or early by more than a sample or so.
+        flags: ``log-delay`` if it was.
     """
     known = trial.axes["marker"].tolist()
     if MARKED_BELT in trial.attributes or not set(options.belt_fixed_labels) & set(known):
@@ -302,20 +236,10 @@ def dummy_estimates(
     Output error and joint likelihood add the VAF (%) of the angle, VAF_theta_trial; the joint likelihood also
     adds I, B, K of small movements.
 
-    Parameters
-    ----------
-    condition : str
-        Name of the condition.
-    analysis : DummyAnalysis
-        Output of `analyse_dummy`.
-    intervals : dict of str to Interval
-        From `tepsipe.experiments.dummy.results.bootstrap_pathways`.
-
-    Returns
-    -------
-    list of Estimate
-        Values are means over perturbations, with the intervals of their budgets; the interval of the VAF is
-        bootstrapped. The output error has no SEM as printed.
+    analysis: output of `analyse_dummy`.
+    intervals: from `tepsipe.experiments.dummy.results.bootstrap_pathways`.
+    Returns: values are means over perturbations, with the intervals of their budgets; the interval of the
+    VAF is bootstrapped. The output error has no SEM as printed.
     """
     rows = []
     for name, regression in analysis.regressions.items():
@@ -361,24 +285,7 @@ def dummy_estimates(
 def leg_motion(prepared: PreparedTrial, options: DummyOptions, instants: str) -> SegmentMotion:
     """Motion of the leg from its filtered markers (s, rad, m).
 
-    Parameters
-    ----------
-    prepared : PreparedTrial
-        Markers (m) and their filter.
-    options : DummyOptions
-        The leg and its markers (m).
-    instants : {"aligned", "as-sampled"}
-        Whether sequential marker sampling is corrected.
-
-    Returns
-    -------
-    SegmentMotion
-        Angle and accelerations (rad, m, s).
-
-    Raises
-    ------
-    InputError
-        If a marker is missing, or the markers do not move as one body.
+    instants: {"aligned", "as-sampled"}: Whether sequential marker sampling is corrected.
     """
     positions = prepared.trial.values(MARKER_SIGNALS[instants])
     on_leg = prepared.filtered(marker_positions(positions, prepared.markers, options.leg_markers))
@@ -388,24 +295,9 @@ def leg_motion(prepared: PreparedTrial, options: DummyOptions, instants: str) ->
 def trial_markers(trial: Trial, options: DummyOptions, instants: str) -> DummyMarkers:
     """Markers of foot and leg, not filtered.
 
-    Parameters
-    ----------
-    trial : Trial
-        Markers (m).
-    options : DummyOptions
-        Markers on the leg (m), and on the belt.
-    instants : {"aligned", "as-sampled"}
-        Whether sequential marker sampling is corrected.
-
-    Returns
-    -------
-    DummyMarkers
-        Positions (m) and samples that were filled.
-
-    Raises
-    ------
-    InputError
-        If a marker is missing.
+    options: markers on the leg, and on the belt.
+    instants: {"aligned", "as-sampled"}: Whether sequential marker sampling is corrected.
+    Returns: positions and samples that were filled.
     """
     hidden = trial.optional("marker_hidden")
     if hidden is not None and instants == "aligned":
@@ -477,27 +369,13 @@ def leg_knowledge(
     return LegUncertainty(options.leg, markers, sources, motion, later, options.foot)
 
 
-def belt_fixed_position(trial: Trial, labels: tuple[str, ...], instants: str) -> np.ndarray:
+def belt_fixed_position(
+    trial: Trial, labels: tuple[str, ...], instants: str
+) -> Annotated[np.ndarray, "(n,)", "m"]:
     """Mean position of the belt-fixed markers along the belt (m), shape (n,).
 
-    Parameters
-    ----------
-    trial : Trial
-        Markers (m).
-    labels : tuple of str
-        The belt-fixed markers.
-    instants : {"aligned", "as-sampled"}
-        Whether sequential marker sampling is corrected.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Position, unfiltered (m).
-
-    Raises
-    ------
-    InputError
-        If a marker is missing, or none is named.
+    instants: {"aligned", "as-sampled"}: Whether sequential marker sampling is corrected.
+    Returns: position, unfiltered.
     """
     known = trial.axes["marker"].tolist()
     missing = [label for label in labels if label not in known]

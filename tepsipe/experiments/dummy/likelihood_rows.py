@@ -15,21 +15,10 @@ def joint_estimates(
 ) -> list[Estimate]:
     """I, B, K of small movements, delay (s) of the angle after the foot, and softening if present.
 
-    Parameters
-    ----------
-    names : tuple of str
-        Experiment, condition, pathway and estimator.
-    fit : LikelihoodEstimates
-        The fit.
-    budget : Budget
-        Uncertainty of I, B, K of small movements.
-    count : int
-        Number of perturbations.
-
-    Returns
-    -------
-    list of Estimate
-        Those of delay and softening have Wald intervals.
+    names: experiment, condition, pathway and estimator.
+    budget: uncertainty of I, B, K of small movements.
+    count: number of perturbations.
+    Returns: those of delay and softening have Wald intervals.
     """
     rows = with_budget(
         [

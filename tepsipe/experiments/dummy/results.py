@@ -2,6 +2,7 @@
 
 import zlib
 from collections.abc import Sequence
+from typing import Annotated
 
 import numpy as np
 
@@ -25,20 +26,10 @@ LOAD_UNITS = {"Fy": "N", "Mx": "Nm"}
 def bootstrap_pathways(analysis: DummyAnalysis, draws: int, seed: int) -> dict[str, Interval]:
     """Intervals of the mean VAF (%) of every pathway; VAF ends at 100 % and is not symmetric.
 
-    Parameters
-    ----------
-    analysis : DummyAnalysis
-        Output of `analyse_dummy`.
-    draws : int
-        Bootstrap samples.
-    seed : int
-        Seed of the generators that draw perturbations, one per pathway: intervals do not depend on the
-        other pathways.
-
-    Returns
-    -------
-    dict of str to Interval
-        Pathway -> standard errors and intervals, each of shape (1,).
+    analysis: output of `analyse_dummy`.
+    seed: seed of the generators that draw perturbations, one per pathway: intervals do not depend on the
+    other pathways.
+    Returns: pathway -> standard errors and intervals, each of shape (1,).
     """
     return {
         name: bootstrap_mean(
@@ -152,25 +143,13 @@ def _mean_and_interval(regression: WindowedFits, budget: Budget) -> np.ndarray:
     return np.array([regression.mean, *budget.interval(regression.mean)])
 
 
-def cross_validate_dummy(results: dict[str, Result], pathway: str) -> np.ndarray:
+def cross_validate_dummy(
+    results: dict[str, Result], pathway: str
+) -> Annotated[np.ndarray, "(conditions, conditions)"]:
     """Predict every trial's torque with every trial's mean parameters (thesis section 3-1-2).
 
-    Parameters
-    ----------
-    results : dict of str to Result
-        Condition -> `dummy_result`.
-    pathway : str
-        Name of the pathway.
-
-    Returns
-    -------
-    ndarray, shape (conditions, conditions)
-        VAF (%) over the whole trial, parameters of the row's condition, trial of the column's.
-
-    Raises
-    ------
-    InputError
-        If a trial lacks the pathway.
+    results: condition -> `dummy_result`.
+    Returns: VAF (%) over the whole trial, parameters of the row's condition, trial of the column's.
     """
     for condition, result in results.items():
         if f"{pathway}/parameters" not in result.arrays:

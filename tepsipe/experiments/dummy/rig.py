@@ -20,15 +20,8 @@ LACK_OF_FIT = "lack-of-fit"
 def shared_faults(checks: Mapping[str, Mapping[str, Mapping[str, float]]]) -> list[str]:
     """Faults of the rig that at least one trial shows.
 
-    Parameters
-    ----------
-    checks : mapping of str to mapping
-        Condition -> check -> its ``size``, ``tolerance`` (unit of the check) and ``probability``.
-
-    Returns
-    -------
-    list of str
-        Names of checks, in the order of `SHARED`.
+    checks: condition -> check -> its ``size``, ``tolerance`` (unit of the check) and ``probability``.
+    Returns: names of checks, in the order of `SHARED`.
     """
     bound = FALSE_ALARMS / max(1, sum(len(of_trial) for of_trial in checks.values()))
     found = set()
@@ -46,18 +39,9 @@ def shared_faults(checks: Mapping[str, Mapping[str, Mapping[str, float]]]) -> li
 def flag_rig(rows: Sequence[Estimate], facts: Mapping[str, dict]) -> list[Estimate]:
     """Rows of the dummy's trials with the faults of their rig; other rows as they are.
 
-    Parameters
-    ----------
-    rows : sequence of Estimate
-        Estimates of any experiment.
-    facts : mapping of str to dict
-        Condition of the dummy -> facts of its fit: ``checks``, and ``concerned``, the checks that flag I, B,
-        K of a pathway.
-
-    Returns
-    -------
-    list of Estimate
-        In the order of ``rows``.
+    facts: condition of the dummy -> facts of its fit: ``checks``, and ``concerned``, the checks that flag
+    I, B, K of a pathway.
+    Returns: in the order of ``rows``.
     """
     faults = shared_faults({condition: of_fit.get("checks", {}) for condition, of_fit in facts.items()})
     out = []

@@ -59,41 +59,20 @@ AS_PRINTED, RECOMMENDED, OTHER = "as printed", "recommended", ""
 
 @dataclass(frozen=True)
 class SpecificationOptions:
-    """Options of the combinations, in addition to the study's.
-
-    Attributes
-    ----------
-    other_cutoff_hz : float
-        Cutoff of the alternative filter (Hz).
-    command_s, longer_s : float
-        Lengths of the windows from the onset: the command's, and longer than the perturbation (s).
-    before_segment_s : float
-        Time before the onset that counts as rest of a perturbation (s).
-    """
+    """Options of the combinations, in addition to the study's."""
 
     other_cutoff_hz: float
+    """Cutoff of the alternative filter."""
     command_s: float
     longer_s: float
+    """Lengths of the windows from the onset: the command's, and longer than the perturbation."""
     before_segment_s: float
+    """Time before the onset that counts as rest of a perturbation."""
 
 
 @dataclass(frozen=True)
 class Specification:
-    """Estimates by one combination of choices.
-
-    Attributes
-    ----------
-    condition : str
-        Name of the condition.
-    torque, filter, filtered, reference, window, estimator : str
-        The choices.
-    role : str
-        as printed, recommended, or empty.
-    I_Nms2_per_rad, B_Nms_per_rad, K_Nm_per_rad : float
-        Means over perturbations.
-    VAF_percent : float
-        Mean VAF of the torque over perturbations (%).
-    """
+    """Estimates by one combination of choices."""
 
     condition: str
     torque: str
@@ -102,11 +81,15 @@ class Specification:
     reference: str
     window: str
     estimator: str
+    """The choices."""
     role: str
+    """as printed, recommended, or empty."""
     I_Nms2_per_rad: float
     B_Nms_per_rad: float
     K_Nm_per_rad: float
+    """Means over perturbations."""
     VAF_percent: float
+    """Mean VAF of the torque over perturbations."""
 
     @property
     def choices(self) -> tuple[str, ...]:
@@ -155,27 +138,8 @@ def specify_dummy(
 ) -> list[Specification]:
     """Estimate I, B, K of one trial by every combination of choices.
 
-    Parameters
-    ----------
-    trial : Trial
-        Forces (N), moments (N·m), markers (m) and belt velocity (m/s).
-    condition : str
-        Name of the condition.
-    dummy, foot, options : DummyOptions, FootOptions, SpecificationOptions
-        Options of the analysis.
-    as_printed, recommended : Pathway
-        Pathways of the study; their combinations get a role.
-
-    Returns
-    -------
-    list of Specification
-        Sorted by K (N·m/rad).
-
-    Raises
-    ------
-    InputError
-        If no perturbation or no rest is found, a marker is missing, a window reaches into the next
-        perturbation, or a combination does not determine the parameters.
+    trial: forces, moments, markers and belt velocity.
+    as_printed, recommended: pathways of the study; their combinations get a role.
     """
     known = filters(dummy, options)
     standard = next(iter(known))

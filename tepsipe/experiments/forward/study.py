@@ -6,6 +6,7 @@ motion, and compared with the recorded angle and with the torque by inverse dyna
 
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -35,37 +36,24 @@ MEASURED_TORQUES = {"tau": "leg-thesis", "tau_consistent": "leg"}
 
 @dataclass(frozen=True)
 class SimulatedCondition:
-    """One trial, recorded and simulated.
+    """One trial, recorded and simulated."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        Instants (s).
-    theta : ndarray, shape (n,)
-        Recorded leg angle from rest (rad).
-    standing_rad : float
-        Leg angle at rest, from the vertical (rad).
-    foot_velocity : ndarray, shape (n,)
-        Velocity of the foot, which drives the simulations (m/s).
-    torques : dict of str to ndarray, shape (n,)
-        Torque by inverse dynamics, relative to rest (N·m): ``tau`` by the equation as printed,
-        ``tau_consistent`` by the consistent equation.
-    perturbations : list of Perturbation
-        Windows (samples).
-    joints : dict of str to Joint
-        Parameter set -> the joint that was simulated (units in it).
-    simulations : dict of str to ForwardSimulation
-        Parameter set -> simulation, on the recorded instants.
-    """
-
-    time: np.ndarray
-    theta: np.ndarray
+    time: Annotated[np.ndarray, "(n,)", "s"]
+    theta: Annotated[np.ndarray, "(n,)", "rad"]
+    """Recorded leg angle from rest."""
     standing_rad: float
-    foot_velocity: np.ndarray
+    """Leg angle at rest, from the vertical."""
+    foot_velocity: Annotated[np.ndarray, "(n,)", "m/s"]
+    """Velocity of the foot, which drives the simulations."""
     torques: dict[str, np.ndarray]
+    """Torque by inverse dynamics, relative to rest (N·m): ``tau`` by the equation as printed,
+    ``tau_consistent`` by the consistent equation."""
     perturbations: list[Perturbation]
+    """Windows (samples)."""
     joints: dict[str, Joint]
+    """Parameter set -> the joint that was simulated (units in it)."""
     simulations: dict[str, ForwardSimulation]
+    """Parameter set -> simulation, on the recorded instants."""
 
 
 def mean_joint(
@@ -74,13 +62,7 @@ def mean_joint(
     estimator: str | None = None,
     quantities: tuple[str, ...] = PARAMETERS,
 ) -> Joint:
-    """Linear joint with the mean I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of some rows of estimates.
-
-    Raises
-    ------
-    InputError
-        If the rows hold no estimate of the pathway.
-    """
+    """Linear joint with the mean I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of some rows of estimates."""
     rows = [e for e in estimates if e.pathway == pathway and estimator in (None, e.estimator)]
     values = [[e.value for e in rows if e.quantity == quantity] for quantity in quantities]
     if not all(values):
@@ -91,25 +73,9 @@ def mean_joint(
 def likelihood_joint(estimates: Iterable[Estimate], fit: Result, pathway: str) -> Joint | None:
     """Joint with the law that the joint likelihood fitted to a trial.
 
-    Parameters
-    ----------
-    estimates : iterable of Estimate
-        Estimates of the trial (units in them).
-    fit : Result
-        Fit of the trial, with the softening among its facts (N·m/rad, N·m·s/rad, rad).
-    pathway : str
-        Pathway by the joint likelihood.
-
-    Returns
-    -------
-    Joint or None
-        I, B, K of small movements, with softening if the trial showed any; None if the pathway is no joint
-        likelihood.
-
-    Raises
-    ------
-    InputError
-        If the trial has no estimates by the pathway.
+    fit: fit of the trial, with the softening among its facts.
+    Returns: I, B, K of small movements, with softening if the trial showed any; None if the pathway is no
+    joint likelihood.
     """
     facts = fit.facts["joint_likelihood"].get(pathway)
     if facts is None:
@@ -135,31 +101,12 @@ def simulate_condition(
 ) -> SimulatedCondition:
     """Simulate a recorded trial with every set of parameters.
 
-    Parameters
-    ----------
-    trial : Trial
-        Markers (m) and belt velocity (m/s).
-    options : DummyOptions
-        Processing of the recording. With belt-fixed markers these move the foot, because a leg with little
-        damping swings with the noise of the belt's log; without them the log does.
-    foot : Foot
-        The foot (kg, m).
-    joints : dict of str to Joint
-        Parameter set -> joint (units in it); its rest angle follows from the leg's angle at rest.
-    step_s : float
-        Step of the simulation (s).
-    engine : {"pybullet", "mujoco", "equations", "auto"}
-        Physics engine that moves the dummy.
-
-    Returns
-    -------
-    SimulatedCondition
-        Recording and simulations on one clock. The simulation ends where the leg falls.
-
-    Raises
-    ------
-    InputError
-        If the recording cannot be processed, or the dummy cannot be simulated.
+    options: processing of the recording. With belt-fixed markers these move the foot, because a leg with
+    little damping swings with the noise of the belt's log; without them the log does.
+    joints: parameter set -> joint (units in it); its rest angle follows from the leg's angle at rest.
+    step_s: step of the simulation.
+    engine: {"pybullet", "mujoco", "equations", "auto"}: Physics engine that moves the dummy.
+    Returns: recording and simulations on one clock. The simulation ends where the leg falls.
     """
     prepared = prepare_trial(trial, "belt velocity", options.lowpass, options.window)
     time, velocity, at_rest = prepared.time, _foot_velocity(prepared, options), prepared.at_rest
@@ -221,17 +168,9 @@ def swing_growth(theta: np.ndarray, perturbations: list[Perturbation]) -> float:
     The swing after a perturbation is the largest abs(theta) from the end of its window to the onset of the
     next one; after the last perturbation it is sought for as long as after the one before.
 
-    Parameters
-    ----------
-    theta : ndarray, shape (n,)
-        Angle from rest (rad), NaN after a fall.
-    perturbations : list of Perturbation
-        Windows (samples).
-
-    Returns
-    -------
-    float
-        1 if the first swing is the largest; infinite if the leg falls; NaN for fewer than two perturbations.
+    theta: angle from rest (rad), NaN after a fall.
+    Returns: 1 if the first swing is the largest; infinite if the leg falls; NaN for fewer than two
+    perturbations.
     """
     if len(perturbations) < 2:
         return np.nan

@@ -3,6 +3,7 @@
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -20,30 +21,23 @@ MEMORY_PERIODS = 6.0  # of the cutoff frequency, after which the filter's respon
 
 @dataclass(frozen=True)
 class Processing:
-    """One interpretation of the processing of noisy signals.
-
-    Attributes
-    ----------
-    torque : {"foot-thesis", "foot", "leg", "leg-thesis"}
-        Equation of the torque.
-    estimator : {"windowed-least-squares", "instrumental-variables"}
-        Windowed least squares, or instrumental-variable estimate over all perturbations.
-    filtered : {"all", "noisy", "torque-and-angle"}
-        Low-pass filtered signals: all, only those with noise (theta with its rates), or torque and angle
-        but not the rates.
-    noisy_rates : bool
-        Whether noise on theta propagates to the rates, as by differentiation, or not, as with separate
-        sensors.
-    power : {"trial", "unit"}
-        Power that the SNR refers to: the signal's mean square over the trial, mean not removed, or 1 in
-        the signal's unit squared, the default of a noise function that does not measure the signal.
-    """
+    """One interpretation of the processing of noisy signals."""
 
     torque: str
+    """{"foot-thesis", "foot", "leg", "leg-thesis"}: Equation of the torque."""
     estimator: str
+    """{"windowed-least-squares", "instrumental-variables"}: Windowed least squares, or
+    instrumental-variable estimate over all perturbations."""
     filtered: str
+    """{"all", "noisy", "torque-and-angle"}: Low-pass filtered signals: all, only those with noise (theta
+    with its rates), or torque and angle but not the rates."""
     noisy_rates: bool = True
+    """Whether noise on theta propagates to the rates, as by differentiation, or not, as with separate
+    sensors."""
     power: str = "trial"
+    """{"trial", "unit"}: Power that the SNR refers to: the signal's mean square over the trial, mean not
+    removed, or 1 in the signal's unit squared, the default of a noise function that does not measure the
+    signal."""
 
 
 # as-printed: the text of sections 2-1-3 and 3-1-3; as-tabulated: the interpretation that yields Table 4-4;
@@ -64,33 +58,22 @@ class FilteredTrial:
     """A simulated trial, its signals with and without the low-pass, and its windows, shared by all cells.
 
     All windows have the length of the longest; samples beyond the end of a shorter one are masked.
-
-    Attributes
-    ----------
-    simulated : SimulatedTrial
-        The trial.
-    raw, lowpassed : ndarray, shape (10, n)
-        Signals by `ROWS` (rad/s², rad/s, rad, m/s², m/s, m, N·m).
-    within : ndarray, shape (w, s)
-        Samples of every window.
-    inside : ndarray of bool, shape (w, s)
-        Whether they belong to the window.
-    operators : ndarray, shape (3, s + 2 memory, s)
-        D D F, D F, F from the samples around a window to those in it.
-    noise_samples : ndarray, shape (k,)
-        Samples of the trial whose noise affects a window.
-    noise_index : ndarray, shape (w, s + 2 memory)
-        Position in ``noise_samples`` of the samples around every window.
     """
 
     simulated: SimulatedTrial
-    raw: np.ndarray
-    lowpassed: np.ndarray
-    within: np.ndarray
-    inside: np.ndarray
-    operators: np.ndarray
-    noise_samples: np.ndarray
-    noise_index: np.ndarray
+    raw: Annotated[np.ndarray, "(10, n)"]
+    lowpassed: Annotated[np.ndarray, "(10, n)"]
+    """Signals by `ROWS` (rad/s², rad/s, rad, m/s², m/s, m, N·m)."""
+    within: Annotated[np.ndarray, "(w, s)"]
+    """Samples of every window."""
+    inside: Annotated[np.ndarray, "(w, s)"]
+    """Whether they belong to the window."""
+    operators: Annotated[np.ndarray, "(3, s + 2 memory, s)"]
+    """D D F, D F, F from the samples around a window to those in it."""
+    noise_samples: Annotated[np.ndarray, "(k,)"]
+    """Samples of the trial whose noise affects a window."""
+    noise_index: Annotated[np.ndarray, "(w, s + 2 memory)"]
+    """Position in ``noise_samples`` of the samples around every window."""
 
     def signals(self, name: str, lowpassed: bool) -> np.ndarray:
         """Raw or low-passed signals by their name in `ROWS`, shape (k, n)."""
@@ -112,24 +95,9 @@ class FilteredTrial:
 def filtered_trial(trial: SimulatedTrial, cutoff_hz: float = 20.0, order: int = 4) -> FilteredTrial:
     """Filter the noise-free signals, and prepare the filter of the noise around the windows.
 
-    Parameters
-    ----------
-    trial : SimulatedTrial
-        Signals without noise (s, rad, m, N, N·m).
-    cutoff_hz : float
-        Cutoff of the low-pass filter (Hz).
-    order : int
-        Order of the filter, both passes together.
-
-    Returns
-    -------
-    FilteredTrial
-        Signals shared by all processings, noise targets and SNRs.
-
-    Raises
-    ------
-    InputError
-        If there is no window, or one lies too near the trial's ends.
+    cutoff_hz: cutoff of the low-pass filter.
+    order: order of the filter, both passes together.
+    Returns: signals shared by all processings, noise targets and SNRs.
     """
     rate, samples = trial.rate_hz, trial.time.size
     windows = np.asarray(trial.windows, dtype=int).reshape(-1, 2)
@@ -191,10 +159,7 @@ def cell_generators(seed: int, *names: object) -> tuple[np.random.Generator, np.
     names : object
         Name of the cell: the noise depends on the seed and the name only.
 
-    Returns
-    -------
-    tuple of numpy.random.Generator
-        For tau and for theta (unit variance).
+    Returns: for tau and for theta (unit variance).
     """
     generator = np.random.default_rng([seed, zlib.crc32("/".join(map(str, names)).encode())])
     tau, theta = generator.spawn(2)
@@ -204,26 +169,10 @@ def cell_generators(seed: int, *names: object) -> tuple[np.random.Generator, np.
 def noise_deviation(trial: FilteredTrial, processing: Processing, noise_on: str, snr_db: float) -> dict:
     """Standard deviation of the noise before it is filtered.
 
-    Parameters
-    ----------
-    trial : FilteredTrial
-        Signals without noise (N·m, rad).
-    processing : Processing
-        Torque and power that the SNR refers to.
-    noise_on : {"none", "tau", "theta", "both"}
-        Signals with noise.
-    snr_db : float
-        Signal power over noise power (dB); ignored for the target "none".
-
-    Returns
-    -------
-    dict of str to float
-        Standard deviation of tau (N·m) and theta (rad); 0 without noise.
-
-    Raises
-    ------
-    InputError
-        If the target of the noise is unknown or the SNR is not a finite number.
+    processing: torque and power that the SNR refers to.
+    noise_on: {"none", "tau", "theta", "both"}: Signals with noise.
+    snr_db: signal power over noise power (dB); ignored for the target "none".
+    Returns: standard deviation of tau (N·m) and theta (rad); 0 without noise.
     """
     if noise_on not in NOISE_ON:
         raise InputError(
@@ -250,16 +199,9 @@ def noise_chunks(
 ) -> Iterator[dict[str, np.ndarray]]:
     """Draw noise of unit variance and filter it, in chunks of draws.
 
-    Parameters
-    ----------
-    trial : FilteredTrial
-        Its windows and filter.
-    noise_on : {"none", "tau", "theta", "both"}
-        Signals with noise.
-    draws : int
-        Number of draws; one is sufficient without noise.
-    generators : tuple of numpy.random.Generator
-        For the noise on tau and on theta.
+    noise_on: {"none", "tau", "theta", "both"}: Signals with noise.
+    draws: number of draws; one is sufficient without noise.
+    generators: for the noise on tau and on theta.
 
     Yields
     ------
@@ -286,33 +228,23 @@ class WindowedTrial:
     """Processed noise-free signals in the windows, and the noise to be added.
 
     Samples beyond the end of a window that is shorter than the longest are 0 in every signal.
-
-    Attributes
-    ----------
-    trial : FilteredTrial
-        The trial, its windows and filter.
-    estimator : {"windowed-least-squares", "instrumental-variables"}
-        See `Processing`.
-    torque : ndarray, shape (w, s)
-        tau (N·m).
-    regressors, instruments : ndarray, shape (w, 3, s)
-        theta'', theta', theta (rad/s², rad/s, rad); y_f'', y_f', y_f (m/s², m/s, m).
-    gram : ndarray, shape (4, 4)
-        Sums of products of theta'', theta', theta, tau over the whole trial.
-    deviation : dict of str to float
-        Standard deviation of the noise on tau (N·m) and theta (rad).
-    noise_rows : ndarray, shape (3,)
-        1 where noise on theta propagates to theta'', theta', theta, else 0.
     """
 
     trial: FilteredTrial
+    """The trial, its windows and filter."""
     estimator: str
-    torque: np.ndarray
-    regressors: np.ndarray
-    instruments: np.ndarray
-    gram: np.ndarray
+    """{"windowed-least-squares", "instrumental-variables"}: See `Processing`."""
+    torque: Annotated[np.ndarray, "(w, s)", "N·m"]
+    """tau."""
+    regressors: Annotated[np.ndarray, "(w, 3, s)"]
+    instruments: Annotated[np.ndarray, "(w, 3, s)"]
+    """theta'', theta', theta (rad/s², rad/s, rad); y_f'', y_f', y_f (m/s², m/s, m)."""
+    gram: Annotated[np.ndarray, "(4, 4)"]
+    """Sums of products of theta'', theta', theta, tau over the whole trial."""
     deviation: dict[str, float]
-    noise_rows: np.ndarray
+    """Standard deviation of the noise on tau (N·m) and theta (rad)."""
+    noise_rows: Annotated[np.ndarray, "(3,)"]
+    """1 where noise on theta propagates to theta'', theta', theta, else 0."""
 
     def torque_noise(self, filtered: np.ndarray) -> np.ndarray:
         """Noise on tau in the windows (N·m), shape (draws, w, s), from `FilteredTrial.filtered_noise`."""
@@ -341,26 +273,9 @@ def windowed_trial(
 ) -> WindowedTrial:
     """Select the signals of a processing, cut the windows and scale the noise.
 
-    Parameters
-    ----------
-    trial : FilteredTrial
-        Signals without noise (s, rad, m, N, N·m).
-    processing : Processing
-        Filtered signals, and power that the SNR refers to.
-    noise_on : {"none", "tau", "theta", "both"}
-        Signals with noise.
-    snr_db : float
-        Signal power over noise power (dB); ignored for the target "none".
-
-    Returns
-    -------
-    WindowedTrial
-        Signals (N·m, rad, m, s) in the windows.
-
-    Raises
-    ------
-    InputError
-        If noise or processing are unknown.
+    processing: filtered signals, and power that the SNR refers to.
+    noise_on: {"none", "tau", "theta", "both"}: Signals with noise.
+    snr_db: signal power over noise power (dB); ignored for the target "none".
     """
     for what, value, known in (
         ("torque", processing.torque, TORQUES),

@@ -27,6 +27,7 @@ motion, which the treadmill records.
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import chain, product
+from typing import Annotated
 
 import numpy as np
 
@@ -60,53 +61,38 @@ ROWS |= {name: slice(6 + k, 7 + k) for k, name in enumerate(TORQUES)}
 
 @dataclass(frozen=True)
 class NoiseCell:
-    """Results of one condition, noise target, SNR and processing, draw by draw.
-
-    Attributes
-    ----------
-    condition, noise_on, estimator : str
-        Trial, noise target, name of the processing.
-    snr_db : float
-        Signal power over noise power (dB).
-    parameters : ndarray, shape (d, 3)
-        Mean over the perturbations of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-    sem_as_printed : ndarray, shape (d, 3)
-        Thesis eq (3-2), mean over the perturbations (parameter's unit over the square root of N·m).
-    standard_error : ndarray, shape (d, 3)
-        Ordinary standard error of one perturbation, mean over the perturbations (units as ``parameters``).
-    vaf_perturbation : ndarray, shape (d,)
-        VAF of the noise-free torque, predicted from the parameters and noisy motion of every perturbation,
-        mean (%).
-    vaf_trial : ndarray, shape (d,)
-        The same over the whole trial with the mean parameters, expected value over the noise (%).
-    vaf_cross_validated : ndarray, shape (d,) or None
-        `cross_validated_vaf` of the other trials (%).
-    vaf_theta_perturbation, vaf_theta_trial : ndarray, shape (e,)
-        VAF of the angle predicted from the belt with the parameters of the first e draws, in the windows and
-        over the trial (%); NaN where the leg falls.
-    unstable_fraction : float
-        Fraction of all draws for which the leg falls.
-    truth, without_noise, apparent : ndarray, shape (3,)
-        I, B, K (units as ``parameters``) of the joint; by the same processing without noise; apparent values
-        by the printed equation of the foot without processing (`apparent_impedance`).
-    """
+    """Results of one condition, noise target, SNR and processing, draw by draw."""
 
     condition: str
     noise_on: str
     estimator: str
+    """Trial, noise target, name of the processing."""
     snr_db: float
-    parameters: np.ndarray
-    sem_as_printed: np.ndarray
-    standard_error: np.ndarray
-    vaf_perturbation: np.ndarray
-    vaf_trial: np.ndarray
-    vaf_cross_validated: np.ndarray | None
-    vaf_theta_perturbation: np.ndarray
-    vaf_theta_trial: np.ndarray
+    """Signal power over noise power."""
+    parameters: Annotated[np.ndarray, "(d, 3)"]
+    """Mean over the perturbations of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad)."""
+    sem_as_printed: Annotated[np.ndarray, "(d, 3)"]
+    """Thesis eq (3-2), mean over the perturbations (parameter's unit over the square root of N·m)."""
+    standard_error: Annotated[np.ndarray, "(d, 3)"]
+    """Ordinary standard error of one perturbation, mean over the perturbations (units as ``parameters``)."""
+    vaf_perturbation: Annotated[np.ndarray, "(d,)", "%"]
+    """VAF of the noise-free torque, predicted from the parameters and noisy motion of every perturbation,
+    mean."""
+    vaf_trial: Annotated[np.ndarray, "(d,)", "%"]
+    """The same over the whole trial with the mean parameters, expected value over the noise."""
+    vaf_cross_validated: Annotated[np.ndarray, "(d,)", "%"] | None
+    """`cross_validated_vaf` of the other trials."""
+    vaf_theta_perturbation: Annotated[np.ndarray, "(e,)"]
+    vaf_theta_trial: Annotated[np.ndarray, "(e,)"]
+    """VAF of the angle predicted from the belt with the parameters of the first e draws, in the windows and
+    over the trial (%); NaN where the leg falls."""
     unstable_fraction: float
-    truth: np.ndarray
-    without_noise: np.ndarray
-    apparent: np.ndarray
+    """Fraction of all draws for which the leg falls."""
+    truth: Annotated[np.ndarray, "(3,)"]
+    without_noise: Annotated[np.ndarray, "(3,)"]
+    apparent: Annotated[np.ndarray, "(3,)"]
+    """I, B, K (units as ``parameters``) of the joint; by the same processing without noise; apparent values
+    by the printed equation of the foot without processing (`apparent_impedance`)."""
 
     @property
     def mean(self) -> np.ndarray:
@@ -172,20 +158,12 @@ def estimate_draws(
 ) -> list[tuple[np.ndarray, ...]]:
     """Estimate the parameters of every draw of the noise, by every processing of a trial.
 
-    Parameters
-    ----------
-    windowed : sequence of WindowedTrial
-        One trial without noise (N·m, rad), by every processing.
-    chunks : iterable of dict
-        Draws of the noise, as from `noise_chunks`; [{}] is a single one without noise.
-
-    Returns
-    -------
-    list of tuple
-        For every processing: I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) and thesis eq (3-2), means over the
-        perturbations, shape (draws, 3); the VAF of the torque without noise, mean over the perturbations
-        (%), shape (draws,); the ordinary standard error of a perturbation (units of the parameters), mean
-        over the perturbations, shape (draws, 3).
+    windowed: one trial without noise, by every processing.
+    chunks: draws of the noise, as from `noise_chunks`; [{}] is a single one without noise.
+    Returns: for every processing: I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) and thesis eq (3-2), means
+    over the perturbations, shape (draws, 3); the VAF of the torque without noise, mean over the
+    perturbations (%), shape (draws,); the ordinary standard error of a perturbation (units of the
+    parameters), mean over the perturbations, shape (draws, 3).
     """
     by_chunk = [[_estimate_chunk(one, chunk) for one in windowed] for chunk in chunks]
     return [tuple(map(np.concatenate, zip(*fits, strict=True))) for fits in zip(*by_chunk, strict=True)]
@@ -225,34 +203,12 @@ def sweep(
     The noise depends only on the seed, the name of the trial, the noise target and the SNR. Cells may be
     computed in any order, and all processings have the same noise.
 
-    Parameters
-    ----------
-    trial : FilteredTrial
-        Signals without noise (s, rad, m, N, N·m).
-    noise_on : {"none", "tau", "theta", "both"}
-        Signals with noise; a single draw is taken for "none".
-    snr_db : float
-        Signal power over noise power (dB); ignored for the target "none".
-    draws : int
-        Number of draws.
-    seed : int
-        Seed of the study.
-    estimators : sequence of str
-        Names of `PROCESSINGS`.
-    others : sequence of FilteredTrial
-        Trials for the cross-validation.
-    predicted_draws : int
-        Number of draws for which the angle is also predicted.
-
-    Returns
-    -------
-    list of NoiseCell
-        One for every estimator, draw by draw (N·m·s²/rad, N·m·s/rad, N·m/rad, %).
-
-    Raises
-    ------
-    InputError
-        If noise, SNR, processings or the number of draws cannot be used.
+    noise_on: {"none", "tau", "theta", "both"}: Signals with noise; a single draw is taken for "none".
+    snr_db: signal power over noise power (dB); ignored for the target "none".
+    seed: seed of the study.
+    estimators: names of `PROCESSINGS`.
+    predicted_draws: number of draws for which the angle is also predicted.
+    Returns: one for every estimator, draw by draw.
     """
     for name in estimators:
         if name not in PROCESSINGS:
@@ -309,32 +265,12 @@ def sweep_trial(
 ) -> list[NoiseCell]:
     """All cells of one trial: every processing without noise and with every noise target and level.
 
-    Parameters
-    ----------
-    trial : SimulatedTrial
-        Signals without noise (s, rad, m, N, N·m).
-    levels_db : dict of str to list of float
-        Name of one of `PROCESSINGS` -> signal power over noise power (dB).
-    draws, seed : int
-        As for `sweep`.
-    others : iterable of SimulatedTrial
-        Trials for the cross-validation.
-    predicted_draws : int
-        As for `sweep`.
-    cutoff_hz : float
-        Cutoff of the low-pass filter (Hz).
-    order : int
-        Order of the filter, both passes together.
-
-    Returns
-    -------
-    list of NoiseCell
-        As `sweep` gives them, processing by processing (N·m·s²/rad, N·m·s/rad, N·m/rad, %).
-
-    Raises
-    ------
-    InputError
-        As `filtered_trial` and `sweep`.
+    levels_db: name of one of `PROCESSINGS` -> signal power over noise power.
+    draws, seed: as for `sweep`.
+    predicted_draws: as for `sweep`.
+    cutoff_hz: cutoff of the low-pass filter.
+    order: order of the filter, both passes together.
+    Returns: as `sweep` gives them, processing by processing.
     """
     wanted = {
         name: [("none", levels[0]), *product(("tau", "theta", "both"), levels)]

@@ -1,6 +1,7 @@
 """Prediction of torque and angle from noisy estimates."""
 
 from collections.abc import Iterable
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -13,27 +14,22 @@ from tepsipe.mechanics.inverse_dynamics import Leg
 # ---- predictions -------------------------------------------------------------------------------
 
 
-def is_stable(leg: Leg, parameters: np.ndarray) -> np.ndarray:
+def is_stable(leg: Leg, parameters: Annotated[np.ndarray, "(..., 3)"]) -> Annotated[np.ndarray, "(...)"]:
     """Test for a stable leg on the joint: J, B and K - k_g are all positive.
 
-    Parameters
-    ----------
-    leg : Leg
-        m, r, I_l, g (kg, m, kg·m², m/s²).
-    parameters : ndarray, shape (..., 3)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-
-    Returns
-    -------
-    ndarray of bool, shape (...)
-        True where stable.
+    Returns: true where stable.
     """
     p = leg.mass_kg * leg.com_m
     leg_terms = np.array([leg.inertia_kgm2 + p * leg.com_m, 0.0, -p * leg.gravity_m_per_s2])
     return (parameters + leg_terms > 0.0).all(axis=-1)
 
 
-def predict_angle(leg: Leg, parameters: np.ndarray, belt_velocity: np.ndarray, rate_hz: float) -> np.ndarray:
+def predict_angle(
+    leg: Leg,
+    parameters: Annotated[np.ndarray, "(d, 3)"],
+    belt_velocity: Annotated[np.ndarray, "(n,)", "m/s"],
+    rate_hz: float,
+) -> Annotated[np.ndarray, "(d, n)"]:
     """Angle of a leg that starts at rest, from the linearised motion driven by the belt.
 
     With w = J theta' + B theta + p y_f' the acceleration of the belt is not needed:
@@ -42,21 +38,7 @@ def predict_angle(leg: Leg, parameters: np.ndarray, belt_velocity: np.ndarray, r
 
     solved exactly for a belt velocity that is linear between its samples.
 
-    Parameters
-    ----------
-    leg : Leg
-        m, r, I_l, g (kg, m, kg·m², m/s²).
-    parameters : ndarray, shape (d, 3)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-    belt_velocity : ndarray, shape (n,)
-        y_f' (m/s).
-    rate_hz : float
-        Sampling rate (Hz).
-
-    Returns
-    -------
-    ndarray, shape (d, n)
-        theta (rad); NaN where the leg is not stable.
+    Returns: theta (rad); NaN where the leg is not stable.
     """
     p = leg.mass_kg * leg.com_m
     inertia, damping, stiffness = np.asarray(parameters, dtype=float).T
@@ -87,23 +69,17 @@ def predict_angle(leg: Leg, parameters: np.ndarray, belt_velocity: np.ndarray, r
 
 
 def torque_vaf(
-    parameters: np.ndarray, gram: np.ndarray, noise_gram: np.ndarray, torque_noise: bool
-) -> np.ndarray:
+    parameters: Annotated[np.ndarray, "(..., 3)"],
+    gram: Annotated[np.ndarray, "(4, 4)"],
+    noise_gram: Annotated[np.ndarray, "(4, 4)"],
+    torque_noise: bool,
+) -> Annotated[np.ndarray, "(...)", "%"]:
     """Expected VAF of the torque over a whole trial, from sums of products alone.
 
-    Parameters
-    ----------
-    parameters : ndarray, shape (..., 3)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-    gram, noise_gram : ndarray, shape (4, 4)
-        Gram matrices of signals and noise (`WindowedTrial`), products of rad/s², rad/s, rad and N·m.
-    torque_noise : bool
-        Whether the torque to be predicted includes noise.
-
-    Returns
-    -------
-    ndarray, shape (...)
-        Uncentred VAF (%).
+    gram, noise_gram: gram matrices of signals and noise (`WindowedTrial`), products of rad/s², rad/s, rad
+    and N·m.
+    torque_noise: whether the torque to be predicted includes noise.
+    Returns: uncentred VAF.
     """
     weights = np.concatenate([-parameters, np.ones((*parameters.shape[:-1], 1))], axis=-1)
     total = gram + noise_gram
@@ -113,25 +89,14 @@ def torque_vaf(
     return 100.0 * (1.0 - residual / total[3, 3])
 
 
-def cross_validated_vaf(parameters: np.ndarray, others: Iterable[WindowedTrial]) -> np.ndarray:
+def cross_validated_vaf(
+    parameters: Annotated[np.ndarray, "(..., 3)"], others: Iterable[WindowedTrial]
+) -> Annotated[np.ndarray, "(...)", "%"]:
     """VAF of the noisy torque of other trials, predicted from given parameters and their noisy motion.
 
-    Parameters
-    ----------
-    parameters : ndarray, shape (..., 3)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), for example of every draw.
-    others : iterable of WindowedTrial
-        Trials to predict, with the processing and noise of the parameters (N·m, rad, s).
-
-    Returns
-    -------
-    ndarray, shape (...)
-        Mean over the trials of the expected VAF over the whole trial (%).
-
-    Raises
-    ------
-    InputError
-        If there is no other trial.
+    parameters: I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), for example of every draw.
+    others: trials to predict, with the processing and noise of the parameters.
+    Returns: mean over the trials of the expected VAF over the whole trial.
     """
     vafs = [torque_vaf(parameters, other.gram, other.noise_gram, True) for other in others]
     if not vafs:
@@ -144,20 +109,12 @@ def clipped(vaf_percent: np.ndarray) -> np.ndarray:
     return np.maximum(np.nan_to_num(vaf_percent, nan=0.0), 0.0)
 
 
-def angle_vafs(trial: SimulatedTrial, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def angle_vafs(
+    trial: SimulatedTrial, parameters: Annotated[np.ndarray, "(d, 3)"]
+) -> tuple[np.ndarray, np.ndarray]:
     """VAF of the noise-free simulated angle, predicted from the belt with given parameters.
 
-    Parameters
-    ----------
-    trial : SimulatedTrial
-        Angle (rad) and belt velocity (m/s).
-    parameters : ndarray, shape (d, 3)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-
-    Returns
-    -------
-    in_windows, in_trial : ndarray, shape (d,)
-        Mean over the perturbations, and over the whole trial (%); NaN where the leg falls.
+    Returns: mean over the perturbations, and over the whole trial (%); NaN where the leg falls.
     """
     missed = predict_angle(trial.leg, parameters, trial.y_foot_d, trial.rate_hz)
     missed -= trial.theta  # in place, as there are many samples

@@ -10,47 +10,30 @@ from tepsipe.mechanics.impedance_model import PARAMETERS
 
 @dataclass(frozen=True)
 class NoiseRow:
-    """Statistics of one quantity over the draws of one cell.
-
-    Attributes
-    ----------
-    condition : str
-        Trial.
-    noise_on : {"none", "tau", "theta", "both"}
-        Signals with noise.
-    snr_db : float
-        Signal power over noise power (dB).
-    estimator : str
-        Name of the processing (`tepsipe.experiments.noise.monte_carlo.PROCESSINGS`).
-    quantity : str
-        I, B, K, or a measure of fit.
-    mean, sd, bias : float or None
-        Over the draws (``unit``); the bias of I, B, K only.
-    n_draws : int
-        Number of draws.
-    unit : str
-        Unit of the quantity.
-    stiffness_Nm_per_rad : float
-        K of the simulated joint (N·m/rad).
-    without_noise : float or None
-        Estimate by the same processing of the noise-free signals (``unit``); I, B, K only.
-    apparent : float or None
-        Apparent value by the printed equation of the foot (``unit``); I, B, K only.
-    """
+    """Statistics of one quantity over the draws of one cell."""
 
     condition: str
     noise_on: str
+    """{"none", "tau", "theta", "both"}: Signals with noise."""
     snr_db: float
+    """Signal power over noise power."""
     estimator: str
+    """Name of the processing (`tepsipe.experiments.noise.monte_carlo.PROCESSINGS`)."""
     quantity: str
+    """I, B, K, or a measure of fit."""
     mean: float
     sd: float
     bias: float | None
+    """Over the draws (``unit``); the bias of I, B, K only."""
     n_draws: int
     unit: str
+    """Unit of the quantity."""
     stiffness_Nm_per_rad: float
+    """K of the simulated joint."""
     without_noise: float | None
+    """Estimate by the same processing of the noise-free signals (``unit``); I, B, K only."""
     apparent: float | None
+    """Apparent value by the printed equation of the foot (``unit``); I, B, K only."""
 
 
 def _check(row: NoiseRow) -> None:

@@ -1,5 +1,7 @@
 """The noise study's trials: the dummy simulated without noise on recorded belt motions (thesis 2-1-3)."""
 
+from typing import Annotated
+
 import numpy as np
 
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
@@ -15,38 +17,17 @@ def simulate_trial(
     name: str,
     options: DummyOptions,
     foot: Foot,
-    parameters: np.ndarray,
+    parameters: Annotated[np.ndarray, "(3,)"],
     step_s: float,
     engine: str,
 ) -> SimulatedTrial:
     """Simulate the dummy, upright at rest, on the belt motion of a recorded trial.
 
-    Parameters
-    ----------
-    trial : Trial
-        ``belt_velocity`` (m/s).
-    name : str
-        Condition.
-    options : DummyOptions
-        Filter of the belt motion, and search for perturbations and rest.
-    foot : Foot
-        The foot (kg, m).
-    parameters : ndarray, shape (3,)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-    step_s : float
-        Step of the simulation (s).
-    engine : {"pybullet", "mujoco", "equations", "auto"}
-        Physics engine that moves the dummy.
-
-    Returns
-    -------
-    SimulatedTrial
-        Without noise (s, rad, m, N, N·m).
-
-    Raises
-    ------
-    InputError
-        If no perturbation is found or the dummy cannot be simulated.
+    trial: ``belt_velocity``.
+    name: Condition.
+    options: filter of the belt motion, and search for perturbations and rest.
+    step_s: step of the simulation.
+    engine: {"pybullet", "mujoco", "equations", "auto"}: Physics engine that moves the dummy.
     """
     prepared = prepare_trial(trial, "belt velocity", options.lowpass, options.window)
     velocity = prepared.belt_velocity

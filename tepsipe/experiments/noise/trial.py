@@ -1,6 +1,7 @@
 """A simulated trial of the ankle dummy, and its apparent impedance by the thesis's equation of the foot."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -12,49 +13,34 @@ TORQUES = ("foot-thesis", "foot", *TORQUE_PATHWAYS)
 
 @dataclass(frozen=True)
 class SimulatedTrial:
-    """Signals of a simulated trial of the ankle dummy, without noise, on a regular clock.
-
-    Attributes
-    ----------
-    name : str
-        Condition.
-    time : ndarray, shape (n,)
-        Instants (s).
-    theta, theta_d, theta_dd : ndarray, shape (n,)
-        Leg angle from its rest (rad), rate (rad/s) and acceleration (rad/s²) of the joint's sensor.
-    y_leg_dd, z_leg_dd : ndarray, shape (n,)
-        Acceleration of the leg's centre of mass (m/s²).
-    y_foot, y_foot_d, y_foot_dd : ndarray, shape (n,)
-        Motion of the belt, the foot and the ankle from rest (m, m/s, m/s²).
-    f_y, f_z : ndarray, shape (n,)
-        Forces of the belt on the foot (N).
-    m_x : ndarray, shape (n,)
-        Moment of the belt on the foot about the rest position of the ankle, in the surface of the belt (N·m).
-    windows : ndarray, shape (w, 2)
-        First sample of every perturbation and the first after it (samples).
-    leg, foot : Leg, Foot
-        Masses (kg), lengths (m), inertia (kg·m²).
-    truth : ndarray, shape (3,)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of the simulated joint; estimators do not read it.
-    """
+    """Signals of a simulated trial of the ankle dummy, without noise, on a regular clock."""
 
     name: str
-    time: np.ndarray
+    """Condition."""
+    time: Annotated[np.ndarray, "(n,)", "s"]
     theta: np.ndarray
     theta_d: np.ndarray
     theta_dd: np.ndarray
-    y_leg_dd: np.ndarray
-    z_leg_dd: np.ndarray
-    y_foot: np.ndarray
-    y_foot_d: np.ndarray
-    y_foot_dd: np.ndarray
-    f_y: np.ndarray
-    f_z: np.ndarray
-    m_x: np.ndarray
-    windows: np.ndarray
+    """Leg angle from its rest (rad), rate (rad/s) and acceleration (rad/s²) of the joint's sensor."""
+    y_leg_dd: Annotated[np.ndarray, "(n,)", "m/s²"]
+    z_leg_dd: Annotated[np.ndarray, "(n,)", "m/s²"]
+    """Acceleration of the leg's centre of mass."""
+    y_foot: Annotated[np.ndarray, "(n,)", "m"]
+    y_foot_d: Annotated[np.ndarray, "(n,)", "m/s"]
+    y_foot_dd: Annotated[np.ndarray, "(n,)", "m/s²"]
+    """Motion of the belt, the foot and the ankle from rest."""
+    f_y: Annotated[np.ndarray, "(n,)", "N"]
+    f_z: Annotated[np.ndarray, "(n,)", "N"]
+    """Forces of the belt on the foot."""
+    m_x: Annotated[np.ndarray, "(n,)", "N·m"]
+    """Moment of the belt on the foot about the rest position of the ankle, in the surface of the belt."""
+    windows: Annotated[np.ndarray, "(w, 2)"]
+    """First sample of every perturbation and the first after it (samples)."""
     leg: Leg
     foot: Foot
-    truth: np.ndarray
+    """Masses (kg), lengths (m), inertia (kg·m²)."""
+    truth: Annotated[np.ndarray, "(3,)"]
+    """I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of the simulated joint; estimators do not read it."""
 
     @property
     def rate_hz(self) -> float:
@@ -81,22 +67,14 @@ class SimulatedTrial:
         return TORQUE_PATHWAYS[pathway](self.leg, *motion)
 
 
-def apparent_impedance(leg: Leg, foot: Foot, parameters: np.ndarray) -> np.ndarray:
+def apparent_impedance(
+    leg: Leg, foot: Foot, parameters: Annotated[np.ndarray, "(3,)"]
+) -> Annotated[np.ndarray, "(3,)"]:
     """Apparent I, B, K of a joint: the result of a noise-free fit with the printed equation of the foot.
 
     tau* = -F_y l_f / 2 + F_Ay l_f / 2 has a = -(m_f l_f / 2 + m l_f), b = -l_f m r, c = d = 0.
 
-    Parameters
-    ----------
-    leg, foot : Leg, Foot
-        m, r, I_l, g and m_f, l_f (kg, m, kg·m², m/s²).
-    parameters : ndarray, shape (3,)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of the joint.
-
-    Returns
-    -------
-    ndarray, shape (3,)
-        I*, B*, K* (units as ``parameters``).
+    Returns: I*, B*, K* (units as ``parameters``).
     """
     inertia, damping, stiffness = parameters
     p = leg.mass_kg * leg.com_m

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 
@@ -41,46 +41,28 @@ def _positive(where: str, values: Mapping[str, float | None], least: float = mat
 
 @dataclass(frozen=True, kw_only=True)
 class Rig:
-    """Instruments and drive; noise is white, and given as the standard deviation of one sample.
-
-    Attributes
-    ----------
-    leg_markers : SegmentMarkers
-        Markers on the leg (m); the first is the ankle's.
-    foot_markers : int
-        Further markers, on the foot.
-    marker_noise_m, camera_rate_hz : float
-        Noise of a marker in each direction (m), and rate of the cameras (Hz).
-    log_noise_m_per_s, log_rate_hz : float
-        Noise of the logged velocity of the belt (m/s) and rate of the log (Hz).
-    force_noise_N, moment_noise_Nm, plate_rate_hz : float
-        Noise of the plate's forces (N) and of its moment (N·m), and its rate (Hz).
-    sync_jitter_s : float
-        Standard uncertainty of the time between plate and cameras (s).
-    drive : Drive
-        The belt's drive (Hz, s, m/s²).
-    """
+    """Instruments and drive; noise is white, and given as the standard deviation of one sample."""
 
     leg_markers: SegmentMarkers = LEG_MARKERS
+    """Markers on the leg (m); the first is the ankle's."""
     foot_markers: int = 3
+    """Further markers, on the foot."""
     marker_noise_m: float = 6.5e-6
     camera_rate_hz: float = 250.0
+    """Noise of a marker in each direction (m), and rate of the cameras (Hz)."""
     log_noise_m_per_s: float = 0.001
     log_rate_hz: float = 1000.0
+    """Noise of the logged velocity of the belt (m/s) and rate of the log (Hz)."""
     force_noise_N: float = 0.2
     moment_noise_Nm: float = 0.05
     plate_rate_hz: float = 1000.0
     sync_jitter_s: float = 0.00015
+    """Standard uncertainty of the time between plate and cameras."""
     drive: Drive = field(default_factory=Drive)
+    """The belt's drive (Hz, s, m/s²)."""
 
     def __post_init__(self):
-        """Refuse impossible rigs.
-
-        Raises
-        ------
-        InputError
-            If noise or a rate is not positive, or a rate is too low.
-        """
+        """Refuse impossible rigs."""
         numbers = {k: v for k, v in vars(self).items() if k not in ("leg_markers", "foot_markers", "drive")}
         may_be_zero = ("sync_jitter_s", "force_noise_N", "moment_noise_Nm")
         _positive("rig", {k: v for k, v in numbers.items() if k not in may_be_zero})
@@ -109,45 +91,29 @@ class Rig:
 
 @dataclass(frozen=True, kw_only=True)
 class Protocol:
-    """Perturbations of a trial and their analysis.
-
-    Attributes
-    ----------
-    pulse : Pulse
-        The belt's command (m/s).
-    number : int
-        Perturbations.
-    interval_s : float
-        From onset to onset (s).
-    rest_before_s, rest_after_s : float
-        Unperturbed time at the start and, after the last interval, at the end (s).
-    pathway : {"joint-likelihood", "joint-likelihood-linear", "leg", "foot"}
-        Estimator: the likelihood of all markers and the log, of a joint that may soften or of a linear
-        one; windowed least squares with the torque from the leg's motion, or from plate and foot.
-    cutoff_hz, order : float, int
-        Low-pass of windowed least squares (Hz; both passes together if it is zero-lag).
-    zero_lag : bool
-        Whether it runs forwards and backwards, or forwards only.
-    """
+    """Perturbations of a trial and their analysis."""
 
     pulse: Pulse
+    """The belt's command (m/s)."""
     number: int = 14
+    """Perturbations."""
     interval_s: float = 4.0
+    """From onset to onset."""
     rest_before_s: float = 3.0
     rest_after_s: float = 3.0
+    """Unperturbed time at the start and, after the last interval, at the end."""
     pathway: str = JOINT_LIKELIHOOD
+    """{"joint-likelihood", "joint-likelihood-linear", "leg", "foot"}: Estimator: the likelihood of all
+    markers and the log, of a joint that may soften or of a linear one; windowed least squares with the
+    torque from the leg's motion, or from plate and foot."""
     cutoff_hz: float = 20.0
     order: int = 4
+    """Low-pass of windowed least squares (Hz; both passes together if it is zero-lag)."""
     zero_lag: bool = True
+    """Whether it runs forwards and backwards, or forwards only."""
 
     def __post_init__(self):
-        """Refuse impossible protocols.
-
-        Raises
-        ------
-        InputError
-            If the estimator is unknown, or numbers contradict each other.
-        """
+        """Refuse impossible protocols."""
         if self.pathway not in PATHWAYS:
             raise InputError(
                 f"protocol: expected a pathway of {listed(PATHWAYS)}, found {quoted(self.pathway)}: "
@@ -197,28 +163,19 @@ class Protocol:
 
 @dataclass(frozen=True, kw_only=True)
 class Design:
-    """A planned experiment.
-
-    Attributes
-    ----------
-    joint : Joint
-        Expected I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
-    leg, foot : Leg, Foot
-        Mechanical parameters (kg, m, kg·m²).
-    rig : Rig
-        Instruments and drive.
-    protocol : Protocol
-        Perturbations and their analysis.
-    sources : mapping of str to Source
-        Tolerances of the calibration, as of the uncertainty budgets; none: no Type B.
-    """
+    """A planned experiment."""
 
     joint: Joint
+    """Expected I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
     leg: Leg
+    """Mechanical parameters (kg, m, kg·m²)."""
     rig: Rig
+    """Instruments and drive."""
     protocol: Protocol
+    """Perturbations and their analysis."""
     foot: Foot = field(default_factory=lambda: Foot(mass_kg=2.1, height_m=0.055))
     sources: Mapping[str, Source] = field(default_factory=dict)
+    """Tolerances of the calibration, as of the uncertainty budgets; none: no Type B."""
 
     @classmethod
     def from_settings(cls, plan: dict, name: str, geometry: dict, uncertainty: dict) -> Self:
@@ -240,14 +197,7 @@ class Design:
         )
 
     def __post_init__(self):
-        """Refuse a joint on which the leg does not stand, and an impossible foot.
-
-        Raises
-        ------
-        InputError
-            If K does not exceed m g r, B or I is negative, mass or height of the foot are not positive, or
-            the cutoff is too high.
-        """
+        """Refuse a joint on which the leg does not stand, and an impossible foot."""
         joint, critical = self.joint, self.leg.mass_kg * self.leg.gravity_m_per_s2 * self.leg.com_m
         for name in ("inertia_Nms2_per_rad", "damping_Nms_per_rad"):
             _positive("joint", {name: getattr(joint, name)}, 0.0)
@@ -270,22 +220,16 @@ class Design:
         return np.array([joint.inertia_Nms2_per_rad, joint.damping_Nms_per_rad, joint.stiffness_Nm_per_rad])
 
 
-def belt_velocity(protocol: Protocol, pulse_velocity: np.ndarray, time: np.ndarray) -> np.ndarray:
+def belt_velocity(
+    protocol: Protocol,
+    pulse_velocity: Annotated[np.ndarray, "(k,)", "m/s"],
+    time: Annotated[np.ndarray, "(n,)", "s"],
+) -> Annotated[np.ndarray, "(n,)", "m/s"]:
     """Velocity of the belt over a trial (m/s), shape (n,).
 
-    Parameters
-    ----------
-    protocol : Protocol
-        Onsets (s) and directions of the pulses.
-    pulse_velocity : ndarray, shape (k,)
-        Velocity of the belt after one of them, every `STEP_S` (m/s).
-    time : ndarray, shape (n,)
-        Instants (s).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Sum over the pulses (m/s).
+    protocol: onsets and directions of the pulses.
+    pulse_velocity: velocity of the belt after one of them, every `STEP_S`.
+    Returns: sum over the pulses.
     """
     elapsed = STEP_S * np.arange(pulse_velocity.size)
     velocity = np.zeros(time.size)
@@ -300,24 +244,16 @@ def belt_velocity(protocol: Protocol, pulse_velocity: np.ndarray, time: np.ndarr
 
 @dataclass(frozen=True)
 class ExpectedMotion:
-    """Expected motion of a trial, without noise.
-
-    Attributes
-    ----------
-    simulated : ForwardSimulation
-        Motion and forces at the instants of the cameras (s, rad, m, N, N·m).
-    perturbations : list of Perturbation
-        Windows as the analysis finds them (samples).
-    at_rest : ndarray of bool, shape (n,)
-        Samples before the first pulse.
-    pulse_velocity : ndarray, shape (k,)
-        Velocity of the belt after one pulse, every `STEP_S` (m/s).
-    """
+    """Expected motion of a trial, without noise."""
 
     simulated: ForwardSimulation
+    """Motion and forces at the instants of the cameras (s, rad, m, N, N·m)."""
     perturbations: list[Perturbation]
+    """Windows as the analysis finds them (samples)."""
     at_rest: np.ndarray
-    pulse_velocity: np.ndarray
+    """Samples before the first pulse."""
+    pulse_velocity: Annotated[np.ndarray, "(k,)", "m/s"]
+    """Velocity of the belt after one pulse, every `STEP_S`."""
 
     @property
     def time(self) -> np.ndarray:
@@ -328,20 +264,7 @@ class ExpectedMotion:
 def expected_motion(design: Design) -> ExpectedMotion:
     """Simulate the planned trial.
 
-    Parameters
-    ----------
-    design : Design
-        The experiment.
-
-    Returns
-    -------
-    ExpectedMotion
-        At the instants of the cameras (s).
-
-    Raises
-    ------
-    InputError
-        If no perturbation stands out of a belt at rest.
+    Returns: at the instants of the cameras.
     """
     rig, protocol = design.rig, design.protocol
     time = np.arange(round(protocol.lasts_s * rig.camera_rate_hz)) / rig.camera_rate_hz
@@ -366,21 +289,10 @@ def expected_motion(design: Design) -> ExpectedMotion:
 def exact_markers(design: Design, motion: ExpectedMotion) -> tuple[np.ndarray, list[str], tuple[str, ...]]:
     """Markers of a trial without noise.
 
-    Parameters
-    ----------
-    design : Design
-        The experiment.
-    motion : ExpectedMotion
-        Its motion (m, rad).
-
-    Returns
-    -------
-    positions : ndarray, shape (n, k, 2)
-        y along the belt, z up (m), from the ankle at rest.
-    labels : list of str
-        Names of the markers.
-    belt_fixed : tuple of str
-        Those that move with the foot.
+    Returns:
+        positions: y along the belt, z up (m), from the ankle at rest. Shape (n, k, 2).
+        labels: names of the markers.
+        belt_fixed: those that move with the foot.
     """
     markers, rig = design.rig.leg_markers, design.rig
     theta, foot = motion.simulated.theta, motion.simulated.foot_y

@@ -6,6 +6,7 @@ subtracted by a treadmill model behind the same filter, or left in.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -28,24 +29,17 @@ FOOT_WINDOW_S = 2.0
 
 @dataclass(frozen=True)
 class FilteredEstimates:
-    """I, B, K of one trial behind one filter.
-
-    Attributes
-    ----------
-    pathway : {"leg", "foot", "foot-compensated"}
-        Origin of the torque, and whether the belt-induced load was subtracted.
-    lowpass : Lowpass
-        The filter (Hz).
-    parameters : ndarray, shape (windows, 3)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of every window.
-    windows_s : list of (float, float)
-        Start and end of the windows (s), before the delay of a filter that runs forwards only.
-    """
+    """I, B, K of one trial behind one filter."""
 
     pathway: str
+    """{"leg", "foot", "foot-compensated"}: Origin of the torque, and whether the belt-induced load was
+    subtracted."""
     lowpass: Lowpass
-    parameters: np.ndarray
+    """The filter (Hz)."""
+    parameters: Annotated[np.ndarray, "(windows, 3)"]
+    """I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of every window."""
     windows_s: list[tuple[float, float]]
+    """Start and end of the windows (s), before the delay of a filter that runs forwards only."""
 
 
 def filter_estimates(
@@ -58,28 +52,11 @@ def filter_estimates(
 ) -> list[FilteredEstimates]:
     """Estimate I, B, K of a trial whose signals all pass one filter.
 
-    Parameters
-    ----------
-    trial : Trial
-        Forces (N), moments (N·m), markers (m) and belt velocity (m/s).
-    name : str
-        Names the trial in messages.
-    dummy, options : DummyOptions, FootOptions
-        Choices; the filter of ``dummy`` finds the windows.
-    models : mapping of str to FittedModel
-        Component of the load, Fy or Mx -> treadmill model.
-    lowpass : Lowpass
-        The filter (Hz).
-
-    Returns
-    -------
-    list of FilteredEstimates
-        Estimates from the leg, the foot, and the foot with the belt-induced load subtracted.
-
-    Raises
-    ------
-    InputError
-        If no perturbation or no rest is found, or a marker or model is missing.
+    trial: forces, moments, markers and belt velocity.
+    name: names the trial in messages.
+    dummy, options: Choices; the filter of ``dummy`` finds the windows.
+    models: component of the load, Fy or Mx -> treadmill model.
+    Returns: estimates from the leg, the foot, and the foot with the belt-induced load subtracted.
     """
     detected = prepare_trial(trial, name, dummy.lowpass, dummy.window)
     delay_s = foot_delay(detected, options)

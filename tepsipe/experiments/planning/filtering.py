@@ -15,6 +15,7 @@ before and behind any filter. Only what lies outside the band, such as a resonan
 """
 
 from dataclasses import replace
+from typing import Annotated
 
 import numpy as np
 
@@ -39,8 +40,8 @@ def filtered(x: np.ndarray, lowpass: Lowpass, rate_hz: float) -> np.ndarray:
 
 
 def filtered_motion(
-    time: np.ndarray,
-    positions: np.ndarray,
+    time: Annotated[np.ndarray, "(n,)", "s"],
+    positions: Annotated[np.ndarray, "(n, all markers, 2 or 3)", "m"],
     labels: list[str],
     markers: SegmentMarkers,
     com_m: float,
@@ -48,25 +49,8 @@ def filtered_motion(
 ) -> SegmentMotion:
     """Motion of the leg from filtered markers.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Instants (s).
-    positions : ndarray, shape (n, all markers, 2 or 3)
-        Not filtered (m).
-    labels : list of str
-        Names of all markers.
-    markers : SegmentMarkers
-        Those on the leg (m).
-    com_m : float
-        Distance of the centre of mass from the joint (m).
-    lowpass : Lowpass
-        The filter (Hz).
-
-    Returns
-    -------
-    SegmentMotion
-        Angle and accelerations (rad, m, s), late by the delay of the filter.
+    com_m: distance of the centre of mass from the joint.
+    Returns: angle and accelerations, late by the delay of the filter.
     """
     rate = (time.size - 1) / (time[-1] - time[0])
     raw = marker_positions(np.asarray(positions, dtype=float), labels, markers)
@@ -90,22 +74,11 @@ def late(windows: list[Perturbation], lowpass: Lowpass, rate_hz: float) -> list[
 
 def mismatch_bias(
     design: Design, motion: ExpectedMotion, of_torque: Lowpass | None, of_motion: Lowpass | None
-) -> np.ndarray:
+) -> Annotated[np.ndarray, "(3,)"]:
     """Bias of I, B, K due to different filters of torque and motion, without noise.
 
-    Parameters
-    ----------
-    design : Design
-        The experiment.
-    motion : ExpectedMotion
-        Its motion (s, rad, N·m).
-    of_torque, of_motion : Lowpass or None
-        Filters (Hz); None for a signal that is not filtered.
-
-    Returns
-    -------
-    ndarray, shape (3,)
-        Bias of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+    of_torque, of_motion: Filters; None for a signal that is not filtered.
+    Returns: bias of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     """
     rate = design.rig.camera_rate_hz
     positions, labels, _ = exact_markers(design, motion)

@@ -1,5 +1,7 @@
 """Check of a plan: noise is drawn again and again, and the real estimators fit what was drawn."""
 
+from typing import Annotated
+
 import numpy as np
 
 from tepsipe.experiments.planning.design import (
@@ -19,29 +21,10 @@ from tepsipe.signals.differentiation import derivative
 
 def draw_estimates(
     design: Design, motion: ExpectedMotion, rng: np.random.Generator, draws: int
-) -> np.ndarray:
+) -> Annotated[np.ndarray, "(draws, 3)"]:
     """Estimates of I, B, K from trials that differ in their noise only.
 
-    Parameters
-    ----------
-    design : Design
-        Joint, rig, protocol.
-    motion : ExpectedMotion
-        Its motion (s, m, rad, N, N·m).
-    rng : numpy.random.Generator
-        Draws the noise.
-    draws : int
-        Number of trials.
-
-    Returns
-    -------
-    ndarray, shape (draws, 3)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-
-    Raises
-    ------
-    InputError
-        If a trial does not determine them.
+    Returns: I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     """
     positions, labels, fixed = exact_markers(design, motion)
     of_windows = design.protocol.pathway in (LEG, FOOT)

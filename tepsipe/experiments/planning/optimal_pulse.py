@@ -22,6 +22,7 @@ so does any w. This limits how much better than the pulse found the best pulse c
 """
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -41,27 +42,18 @@ _STEPS, _DESCENTS = 60, (2.0, 4.0, 8.0, 16.0, 32.0)
 
 @dataclass(frozen=True)
 class OptimalPulse:
-    """The best pulse found.
-
-    Attributes
-    ----------
-    pulse : Pulse
-        Its command (m/s).
-    belt_velocity : ndarray, shape (k,)
-        Response of the drive to it, every `STEP_S` (m/s).
-    peaks : Limits
-        Peaks of the belt's motion (m/s, m, m/s², m/s³).
-    standard_error : float
-        Cramer-Rao bound of K for this pulse (N·m/rad).
-    least_standard_error : float
-        Below it no pulse of this length and these limits can be (N·m/rad).
-    """
+    """The best pulse found."""
 
     pulse: Pulse
-    belt_velocity: np.ndarray
+    """Its command (m/s)."""
+    belt_velocity: Annotated[np.ndarray, "(k,)", "m/s"]
+    """Response of the drive to it, every `STEP_S`."""
     peaks: Limits
-    standard_error: float
-    least_standard_error: float
+    """Peaks of the belt's motion (m/s, m, m/s², m/s³)."""
+    standard_error: Annotated[float, "N·m/rad"]
+    """Cramer-Rao bound of K for this pulse."""
+    least_standard_error: Annotated[float, "N·m/rad"]
+    """Below it no pulse of this length and these limits can be."""
 
 
 class _Problem:
@@ -106,13 +98,7 @@ class _Problem:
 
 
 def spline_basis(duration_s: float) -> np.ndarray:
-    """Cubic B-splines that are 0 with their slope at both ends, every `STEP_S`, shape (n, k).
-
-    Raises
-    ------
-    InputError
-        If the pulse is too short for them.
-    """
+    """Cubic B-splines that are 0 with their slope at both ends, every `STEP_S`, shape (n, k)."""
     count = round(duration_s / KNOT_S)
     if count < 5:
         raise InputError(
@@ -160,25 +146,11 @@ def _spectra(motions: np.ndarray, expected: ExpectedFit, protocol: Protocol) -> 
 def optimise_pulse(design: Design, expected: ExpectedFit, limits: Limits) -> OptimalPulse:
     """Shape a pulse of the planned length for the smallest standard error of K.
 
-    Parameters
-    ----------
-    design : Design
-        The experiment, with any pulse of the length that is wanted; one-way pulses alternate, so a pulse may
-        leave the belt displaced if ``design.protocol.pulse.one_way``.
-    expected : ExpectedFit
-        Likelihood of the planned trial.
-    limits : Limits
-        Limits of the belt's motion (m/s, m, m/s², m/s³).
-
-    Returns
-    -------
-    OptimalPulse
-        Command, belt, and standard error with its bound (N·m/rad).
-
-    Raises
-    ------
-    InputError
-        If the pulse is too short to be shaped.
+    design: the experiment, with any pulse of the length that is wanted; one-way pulses alternate, so a
+    pulse may leave the belt displaced if ``design.protocol.pulse.one_way``.
+    expected: likelihood of the planned trial.
+    limits: limits of the belt's motion.
+    Returns: command, belt, and standard error with its bound.
     """
     problem = _Problem(design, expected, design.protocol.pulse.duration_s, limits)
     starts = _starts(problem)

@@ -10,6 +10,7 @@ tolerances of the calibration, as in the budgets of the dummy.
 
 import math
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -50,34 +51,23 @@ UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
 
 @dataclass(frozen=True)
 class Plan:
-    """Predicted precision of I, B, K for a design (N·m·s²/rad, N·m·s/rad, N·m/rad).
-
-    Attributes
-    ----------
-    design : Design
-        The experiment.
-    motion : ExpectedMotion
-        Its motion without noise (s, m, rad).
-    covariance : ndarray, shape (3, 3)
-        Covariance of the estimator, Type A (units of the parameters).
-    bound : ndarray, shape (3,) or None
-        Smallest standard uncertainty of Type A that any unbiased estimator from markers and log can have
-        (units of the parameters); None for estimators of other signals or with less than all of them.
-    bias : ndarray, shape (3,)
-        Bias of the mean of the estimates due to noise in the regressors (units of the parameters).
-    of_rest : ndarray, shape (3,)
-        u_R, part of Type A that does not fall with the number (units of the parameters).
-    budget : Budget
-        Type A and one entry per tolerance (units of the parameters).
-    """
+    """Predicted precision of I, B, K for a design (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
 
     design: Design
+    """The experiment."""
     motion: ExpectedMotion
-    covariance: np.ndarray
-    bound: np.ndarray | None
-    bias: np.ndarray
-    of_rest: np.ndarray
+    """Its motion without noise (s, m, rad)."""
+    covariance: Annotated[np.ndarray, "(3, 3)"]
+    """Covariance of the estimator, Type A (units of the parameters)."""
+    bound: Annotated[np.ndarray, "(3,)"] | None
+    """Smallest standard uncertainty of Type A that any unbiased estimator from markers and log can have
+    (units of the parameters); None for estimators of other signals or with less than all of them."""
+    bias: Annotated[np.ndarray, "(3,)"]
+    """Bias of the mean of the estimates due to noise in the regressors (units of the parameters)."""
+    of_rest: Annotated[np.ndarray, "(3,)"]
+    """u_R, part of Type A that does not fall with the number (units of the parameters)."""
     budget: Budget
+    """Type A and one entry per tolerance (units of the parameters)."""
 
     @property
     def type_a(self) -> np.ndarray:
@@ -137,21 +127,10 @@ def quantity_row(
 ) -> dict[str, float | str | None]:
     """Row of a table for I, B or K of a plan of any experiment.
 
-    Parameters
-    ----------
-    plan : Plan or StandingPlan
-        The plan (N·m·s²/rad, N·m·s/rad, N·m/rad).
-    quantity : {"I", "B", "K"}
-        Quantity of the row.
-    number : int
-        Planned perturbations.
-    cramer_rao, bias : float, optional
-        Bound of Type A, if there is one, and bias (unit of the quantity).
-
-    Returns
-    -------
-    dict
-        Columns (unit of the quantity, in ``unit``).
+    quantity: {"I", "B", "K"}: Quantity of the row.
+    number: planned perturbations.
+    cramer_rao, bias: bound of Type A, if there is one, and bias (unit of the quantity).
+    Returns: columns (unit of the quantity, in ``unit``).
     """
     k = PARAMETERS.index(quantity)
     value, combined = float(plan.design.parameters[k]), float(plan.combined[k])
@@ -175,20 +154,8 @@ def quantity_row(
 def plan_experiment(design: Design) -> Plan:
     """Expected standard uncertainty of I, B, K.
 
-    Parameters
-    ----------
-    design : Design
-        Joint, leg, foot, rig, protocol and tolerances.
-
-    Returns
-    -------
-    Plan
-        Type A, Type B, bias and the number that is needed.
-
-    Raises
-    ------
-    InputError
-        If the perturbations do not determine the parameters.
+    design: joint, leg, foot, rig, protocol and tolerances.
+    Returns: type A, Type B, bias and the number that is needed.
     """
     motion = expected_motion(design)
     if design.protocol.pathway in (LEG, FOOT):
@@ -205,13 +172,7 @@ def plan_experiment(design: Design) -> Plan:
 
 
 def expected_likelihood(design: Design, motion: ExpectedMotion) -> ExpectedFit:
-    """Likelihood of the planned trial, as far as its signals determine it (units of `ExpectedFit`).
-
-    Raises
-    ------
-    InputError
-        If the perturbations do not determine the parameters.
-    """
+    """Likelihood of the planned trial, as far as its signals determine it (units of `ExpectedFit`)."""
     rig = design.rig
     positions, labels, fixed = exact_markers(design, motion)
     markers = dummy_markers(positions, labels, rig.leg_markers, fixed)

@@ -11,6 +11,7 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -52,21 +53,14 @@ PROFILES: dict[str, tuple[Callable[[np.ndarray], np.ndarray], bool]] = {
 
 @dataclass(frozen=True)
 class Pulse:
-    """A commanded pulse of the belt.
-
-    Attributes
-    ----------
-    profile : str
-        Its name.
-    velocity_m_per_s : ndarray, shape (n,)
-        Commanded velocity every `STEP_S`, 0 at both ends (m/s).
-    one_way : bool
-        Whether the belt stays where it was moved to; the next pulse then goes back.
-    """
+    """A commanded pulse of the belt."""
 
     profile: str
+    """Its name."""
     velocity_m_per_s: np.ndarray
+    """Commanded velocity every `STEP_S`, 0 at both ends."""
     one_way: bool
+    """Whether the belt stays where it was moved to; the next pulse then goes back."""
 
     @property
     def duration_s(self) -> float:
@@ -77,25 +71,11 @@ class Pulse:
 def pulse_of(profile: str, amplitude_m_per_s: float, duration_s: float) -> Pulse:
     """A pulse of a known profile.
 
-    Parameters
-    ----------
-    profile : {"sine", "minjerk", "half-sine", "ramp"}
-        A period of a sine, or a minimum-jerk movement out and one back, as in the thesis; half a sine, or one
-        minimum-jerk movement, after which the belt stays where it is.
-    amplitude_m_per_s : float
-        Peak velocity of the command (m/s).
-    duration_s : float
-        Its length (s).
-
-    Returns
-    -------
-    Pulse
-        Commanded velocity (m/s).
-
-    Raises
-    ------
-    InputError
-        If there is no such profile, or amplitude or length are no positive numbers.
+    profile: {"sine", "minjerk", "half-sine", "ramp"}: A period of a sine, or a minimum-jerk movement out
+    and one back, as in the thesis; half a sine, or one minimum-jerk movement, after which the belt stays
+    where it is.
+    amplitude_m_per_s: peak velocity of the command.
+    duration_s: its length.
     """
     if profile not in PROFILES:
         raise InputError(
@@ -115,30 +95,16 @@ def pulse_of(profile: str, amplitude_m_per_s: float, duration_s: float) -> Pulse
 
 @dataclass(frozen=True, kw_only=True)
 class Drive:
-    """The belt's drive.
-
-    Attributes
-    ----------
-    bandwidth_hz : float or None
-        f, with the load on the belt (Hz); None for a belt that follows every command.
-    integral_s : float
-        T (s).
-    acceleration_m_per_s2 : float
-        a_max, largest force over the moved mass (m/s²).
-    """
+    """The belt's drive."""
 
     bandwidth_hz: float | None = 14.0
+    """f, with the load on the belt (Hz); None for a belt that follows every command."""
     integral_s: float = 0.25
     acceleration_m_per_s2: float = 24.0
+    """a_max, largest force over the moved mass."""
 
     def __post_init__(self):
-        """Refuse impossible drives.
-
-        Raises
-        ------
-        InputError
-            If a value is not positive.
-        """
+        """Refuse impossible drives."""
         for name, value in vars(self).items():
             if value is not None and not (math.isfinite(value) and value > 0.0):
                 raise InputError(f"drive: expected a positive number for {name}, found {value:g}: correct it")
@@ -174,27 +140,16 @@ class Drive:
 
 @dataclass(frozen=True)
 class Limits:
-    """Largest motion that a subject or a drive allows; a limit that is not set is infinite.
-
-    Attributes
-    ----------
-    velocity_m_per_s, displacement_m, acceleration_m_per_s2, jerk_m_per_s3 : float
-        Largest value of each for the belt (m/s, m, m/s², m/s³).
-    """
+    """Largest motion that a subject or a drive allows; a limit that is not set is infinite."""
 
     velocity_m_per_s: float = math.inf
     displacement_m: float = math.inf
     acceleration_m_per_s2: float = math.inf
-    jerk_m_per_s3: float = math.inf
+    jerk_m_per_s3: Annotated[float, "m/s³"] = math.inf
+    """Largest value of each for the belt."""
 
     def __post_init__(self):
-        """Refuse limits that no pulse can meet.
-
-        Raises
-        ------
-        InputError
-            If a limit is not positive.
-        """
+        """Refuse limits that no pulse can meet."""
         for name, value in vars(self).items():
             if not value > 0.0:
                 raise InputError(

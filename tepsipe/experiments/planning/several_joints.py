@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
-from typing import Self
+from typing import Annotated, Self
 
 import h5py
 import numpy as np
@@ -37,18 +37,12 @@ MODEL = MODELS[0]
 
 @dataclass(frozen=True)
 class Point:
-    """Point at which a perturbation acts.
-
-    Attributes
-    ----------
-    segment : int or None
-        Index of the pushed segment; None for the belt.
-    height_m : float
-        Height of the force above the segment's lower end (m).
-    """
+    """Point at which a perturbation acts."""
 
     segment: int | None
+    """Index of the pushed segment; None for the belt."""
     height_m: float = 0.0
+    """Height of the force above the segment's lower end."""
 
     @classmethod
     def from_settings(cls, perturbation: dict) -> Self:
@@ -64,44 +58,29 @@ class Point:
 
 @dataclass(frozen=True)
 class Recording:
-    """Recorded standing and perturbations.
+    """Recorded standing and perturbations."""
 
-    Attributes
-    ----------
-    unperturbed : ndarray, shape (n, 3)
-        Absolute angles of shank, thigh and trunk (rad).
-    angle : mapping of str to ndarray, shape (epochs, samples, 3)
-        The same around every onset of a perturbation (rad).
-    drive : mapping of str to ndarray, shape (epochs, u)
-        Signed force (N) or acceleration of the belt (m/s²) from the onset on.
-    rate_hz, drive_rate_hz : float
-        Rates of the angles and of the drives (Hz).
-    before : int
-        Samples of an epoch before the onset.
-    """
-
-    unperturbed: np.ndarray
+    unperturbed: Annotated[np.ndarray, "(n, 3)", "rad"]
+    """Absolute angles of shank, thigh and trunk."""
     angle: Mapping[str, np.ndarray]
+    """The same around every onset of a perturbation (rad), shape (epochs, samples, 3)."""
     drive: Mapping[str, np.ndarray]
+    """Signed force (N) or acceleration of the belt (m/s²) from the onset on, shape (epochs, u)."""
     rate_hz: float
     drive_rate_hz: float
+    """Rates of the angles and of the drives."""
     before: int
+    """Samples of an epoch before the onset."""
 
 
 @dataclass(frozen=True)
 class Epochs:
-    """Epochs of all perturbations relative to unperturbed behaviour.
-
-    Attributes
-    ----------
-    setting : Setting
-        Body, weights and model.
-    perturbations : mapping of str to Perturbation
-        By name (rad, N, m/s²).
-    """
+    """Epochs of all perturbations relative to unperturbed behaviour."""
 
     setting: Setting
+    """Body, weights and model."""
     perturbations: Mapping[str, Perturbation]
+    """By name (rad, N, m/s²)."""
 
 
 def epochs_of(
@@ -114,26 +93,11 @@ def epochs_of(
 ) -> Epochs:
     """Deviations from unperturbed behaviour, in the direction of each pulse.
 
-    Parameters
-    ----------
-    recording : Recording
-        Angles (rad) and drives (N, m/s²).
-    chain : Chain
-        Segments of the person (kg, m, kg m²).
-    points : mapping of str to Point
-        Point at which each perturbation acts (m).
-    model : (bool, {"exact", "within tolerance", "unknown"})
-        Whether the matrices are symmetric, and what is known of the inertia.
-    tolerance : float
-        Relative standard uncertainty of every mass, centre of mass and moment of inertia.
-    window_s : float, optional
-        Other length after the onset (s) for a prediction; drives are 0 after their end, and responses are
-        left out. The recorded length by default.
-
-    Returns
-    -------
-    Epochs
-        For `fit_matrices`.
+    points: point at which each perturbation acts.
+    model: whether the matrices are symmetric, and what is known of the inertia.
+    tolerance: relative standard uncertainty of every mass, centre of mass and moment of inertia.
+    window_s: other length after the onset (s) for a prediction; drives are 0 after their end, and responses
+    are left out. The recorded length by default.
     """
     body = linearised(chain, recording.unperturbed.mean(axis=0))
     rest = joint_angles(recording.unperturbed)
@@ -180,27 +144,18 @@ def expected_parameters(setting: Setting, stiffness: np.ndarray, damping: np.nda
 
 @dataclass(frozen=True)
 class SetPrediction:
-    """Predicted outcome of a set of perturbations.
-
-    Attributes
-    ----------
-    perturbations : tuple of str
-        Names.
-    setting : Setting
-        Model.
-    known : Determined
-        Rank, condition, errors, movements.
-    by_inertia : ndarray, shape (q,)
-        Part of the standard errors that the tolerance of the inertia makes, in parts of the scale.
-    scale_open : bool
-        Whether a common factor of all parameters is open whatever the number of epochs.
-    """
+    """Predicted outcome of a set of perturbations."""
 
     perturbations: Set
+    """Names."""
     setting: Setting
+    """Model."""
     known: Determined
-    by_inertia: np.ndarray
+    """Rank, condition, errors, movements."""
+    by_inertia: Annotated[np.ndarray, "(q,)"]
+    """Part of the standard errors that the tolerance of the inertia makes, in parts of the scale."""
     scale_open: bool
+    """Whether a common factor of all parameters is open whatever the number of epochs."""
 
 
 def predict(
@@ -208,21 +163,8 @@ def predict(
 ) -> list[SetPrediction]:
     """Predict the outcome of sets of perturbations for an expected person.
 
-    Parameters
-    ----------
-    epochs : Epochs
-        Drives, numbers of epochs and weights; responses are not used.
-    sets : sequence of tuple of str
-        Perturbations of each set.
-    matrices : (ndarray, ndarray)
-        Expected K (N·m/rad) and B (N·m·s/rad).
-    limits : Limits
-        Limits within which a parameter counts as determined.
-
-    Returns
-    -------
-    list of SetPrediction
-        One per set.
+    epochs: drives, numbers of epochs and weights; responses are not used.
+    limits: limits within which a parameter counts as determined.
     """
     setting = epochs.setting
     p = expected_parameters(setting, *matrices)
@@ -241,22 +183,15 @@ def predict(
     return predictions
 
 
-def neglected_inertia(epochs: Epochs, chosen: Set, matrices: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+def neglected_inertia(
+    epochs: Epochs, chosen: Set, matrices: tuple[np.ndarray, np.ndarray]
+) -> Annotated[np.ndarray, "(18,)"]:
     """Standard uncertainty of K and B due to an inertia that is taken as exact.
 
-    Parameters
-    ----------
-    epochs : Epochs
-        Epochs of a model with an inertia within its tolerance.
-    chosen : tuple of str
-        Perturbations.
-    matrices : (ndarray, ndarray)
-        Expected K (N·m/rad) and B (N·m·s/rad).
-
-    Returns
-    -------
-    ndarray, shape (18,)
-        Standard uncertainty of K, then of B, over their natural size; not part of any interval of such a fit.
+    epochs: epochs of a model with an inertia within its tolerance.
+    matrices: expected K (N·m/rad) and B (N·m·s/rad).
+    Returns: standard uncertainty of K, then of B, over their natural size; not part of any interval of such
+    a fit.
     """
     setting = epochs.setting
     p, q = expected_parameters(setting, *matrices), 2 * len(setting.pairs)
@@ -269,21 +204,14 @@ def neglected_inertia(epochs: Epochs, chosen: Set, matrices: tuple[np.ndarray, n
 
 @dataclass(frozen=True)
 class Drawn:
-    """Estimate for one simulated person by one set of perturbations.
-
-    Attributes
-    ----------
-    fit : MatrixFit
-        With what is known of the parameters.
-    known : Determined
-        By the information at the estimate.
-    entries : list of Entry
-        Elements of K, then of B, by rows: quoted or refused (N·m/rad, N·m·s/rad).
-    """
+    """Estimate for one simulated person by one set of perturbations."""
 
     fit: MatrixFit
+    """With what is known of the parameters."""
     known: Determined
+    """By the information at the estimate."""
     entries: list[Entry]
+    """Elements of K, then of B, by rows: quoted or refused (N·m/rad, N·m·s/rad)."""
 
 
 def estimate(epochs: Epochs, chosen: Set, limits: Limits) -> Drawn:
@@ -299,16 +227,9 @@ def estimate(epochs: Epochs, chosen: Set, limits: Limits) -> Drawn:
 def read_draws(path: str | Path) -> list[Recording]:
     """Recordings of all simulated persons of a file (rad, N, m/s²).
 
-    Parameters
-    ----------
-    path : str or Path
-        HDF5 file: one group per person with the data set ``unperturbed`` and the groups ``angle`` and
-        ``drive`` with a data set per perturbation.
-
-    Returns
-    -------
-    list of Recording
-        In the order of their numbers.
+    path: HDF5 file: one group per person with the data set ``unperturbed`` and the groups ``angle`` and
+    ``drive`` with a data set per perturbation.
+    Returns: in the order of their numbers.
     """
     with h5py.File(path) as file:
         return [_recording(file[name]) for name in sorted(file, key=int)]

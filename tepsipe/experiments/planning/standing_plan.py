@@ -25,6 +25,7 @@ because the inertia of the feet is known.
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 
@@ -66,57 +67,37 @@ OPTIONS = FreeReflexOptions(
 
 @dataclass(frozen=True)
 class StandingDesign:
-    """A planned experiment with a standing person.
-
-    Attributes
-    ----------
-    stiffness_Nm_per_rad, damping_Nms_per_rad : float
-        Expected K and B of both ankles together (N·m/rad, N·m·s/rad).
-    lever_m : float
-        Height above the ankle about which a pulse turns the shank (m).
-    sway_Nm, sway_s : float
-        Standard deviation (N·m) and time (s) of the torque of sway beyond B phi' + K phi.
-    noise_Nm : float
-        Noise of the torque after the low-pass (N·m).
-    marker_noise_m, camera_rate_hz : float
-        Standard deviation of a marker's noise in each direction (m), and rate of the cameras (Hz).
-    angle_per_marker : float
-        Noise of the ankle angle per noise of a marker (rad/m); it follows from the distances of the markers.
-    pulse : Pulse
-        Commanded pulse (m/s).
-    number : int
-        Usable responses.
-    drive : Drive
-        The belt's drive (Hz, s, m/s²).
-    type_b : float
-        Standard uncertainty of B and K from everything but sway, over their values.
-    options : FreeReflexOptions
-        Choices of the estimator.
-    """
+    """A planned experiment with a standing person."""
 
     stiffness_Nm_per_rad: float = 400.0
     damping_Nms_per_rad: float = 10.0
+    """Expected K and B of both ankles together."""
     lever_m: float = 0.85
+    """Height above the ankle about which a pulse turns the shank."""
     sway_Nm: float = 2.0
     sway_s: float = 0.18
+    """Standard deviation (N·m) and time (s) of the torque of sway beyond B phi' + K phi."""
     noise_Nm: float = 0.13
+    """Noise of the torque after the low-pass."""
     marker_noise_m: float = 0.0000065
     camera_rate_hz: float = 250.0
+    """Standard deviation of a marker's noise in each direction (m), and rate of the cameras (Hz)."""
     angle_per_marker: float = 12.0
+    """Noise of the ankle angle per noise of a marker (rad/m); it follows from the distances of the
+    markers."""
     pulse: Pulse = field(default_factory=lambda: pulse_of("sine", 0.4, 0.1))
+    """Commanded pulse (m/s)."""
     number: int = 40
+    """Usable responses."""
     drive: Drive = field(default_factory=Drive)
+    """The belt's drive (Hz, s, m/s²)."""
     type_b: float = 0.075
+    """Standard uncertainty of B and K from everything but sway, over their values."""
     options: FreeReflexOptions = OPTIONS
+    """Choices of the estimator."""
 
     def __post_init__(self):
-        """Refuse impossible experiments.
-
-        Raises
-        ------
-        InputError
-            If a number is not positive, or the share of Type B is none.
-        """
+        """Refuse impossible experiments."""
         positive = ("stiffness_Nm_per_rad", "damping_Nms_per_rad", "lever_m", "sway_Nm", "sway_s", "noise_Nm")
         for name in (*positive, "camera_rate_hz", "number"):
             if not 0.0 < getattr(self, name) < np.inf:
@@ -146,31 +127,20 @@ class StandingDesign:
 
 @dataclass(frozen=True)
 class BeltPulse:
-    """Motion of the belt for the figure of a plan.
+    """Motion of the belt for the figure of a plan."""
 
-    Attributes
-    ----------
-    pulse_velocity : ndarray
-        Velocity every millisecond (m/s).
-    """
-
-    pulse_velocity: np.ndarray
+    pulse_velocity: Annotated[np.ndarray, "m/s"]
+    """Velocity every millisecond."""
 
 
 @dataclass(frozen=True)
 class StandingPlan:
-    """Predicted precision of B and K for a design.
-
-    Attributes
-    ----------
-    design : StandingDesign
-        The experiment.
-    motion : BeltPulse
-        Response of the drive to its pulse (m/s).
-    """
+    """Predicted precision of B and K for a design."""
 
     design: StandingDesign
+    """The experiment."""
     motion: BeltPulse
+    """Response of the drive to its pulse (m/s)."""
 
     @cached_property
     def response(self) -> np.ndarray:

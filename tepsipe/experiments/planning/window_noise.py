@@ -22,6 +22,7 @@ Noise in the torque from the leg's motion, and from plate and foot, for a leg ne
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -36,40 +37,23 @@ _LAGS_S = 16.0
 
 @dataclass(frozen=True)
 class WindowNoise:
-    """Bias and covariance of windowed least squares due to noise.
+    """Bias and covariance of windowed least squares due to noise."""
 
-    Attributes
-    ----------
-    bias : ndarray, shape (3,)
-        Bias of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
-    covariance : ndarray, shape (3, 3)
-        Covariance of the mean over the windows (units of the parameters).
-    of_rest : ndarray, shape (3,)
-        Part of its standard uncertainty that comes through rest, whatever the number of windows (units of the
-        parameters).
-    """
-
-    bias: np.ndarray
-    covariance: np.ndarray
-    of_rest: np.ndarray
+    bias: Annotated[np.ndarray, "(3,)"]
+    """Bias of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
+    covariance: Annotated[np.ndarray, "(3, 3)"]
+    """Covariance of the mean over the windows (units of the parameters)."""
+    of_rest: Annotated[np.ndarray, "(3,)"]
+    """Part of its standard uncertainty that comes through rest, whatever the number of windows (units of
+    the parameters)."""
 
 
-def lowpass_gain(frequency_hz: np.ndarray, rate_hz: float, lowpass: Lowpass) -> np.ndarray:
+def lowpass_gain(
+    frequency_hz: Annotated[np.ndarray, "(m,)"], rate_hz: float, lowpass: Lowpass
+) -> Annotated[np.ndarray, "(m,)"]:
     """Response of a Butterworth low-pass.
 
-    Parameters
-    ----------
-    frequency_hz : ndarray, shape (m,)
-        Frequencies (Hz).
-    rate_hz : float
-        Sampling rate (Hz).
-    lowpass : Lowpass
-        The filter (Hz).
-
-    Returns
-    -------
-    ndarray of complex, shape (m,)
-        Gain.
+    frequency_hz: Frequencies.
     """
     order = lowpass.order // 2 if lowpass.zero_lag else lowpass.order
     sections = scipy.signal.butter(order, lowpass.cutoff_hz, fs=rate_hz, output="sos")
@@ -136,25 +120,13 @@ class _Noise:
 
 
 def window_noise(
-    design: Design, regressors: np.ndarray, windows: list[Perturbation], resting: int
+    design: Design, regressors: Annotated[np.ndarray, "(n, 3)"], windows: list[Perturbation], resting: int
 ) -> WindowNoise:
     """Bias and covariance of the mean of I, B, K over the windows.
 
-    Parameters
-    ----------
-    design : Design
-        Noise, filter, leg and joint.
-    regressors : ndarray, shape (n, 3)
-        theta'' (rad/s²), theta' (rad/s), theta - theta_rest (rad) without noise, filtered.
-    windows : list of Perturbation
-        The windows (samples).
-    resting : int
-        Samples at rest.
-
-    Returns
-    -------
-    WindowNoise
-        Units of the parameters.
+    design: noise, filter, leg and joint.
+    regressors: theta'' (rad/s²), theta' (rad/s), theta - theta_rest (rad) without noise, filtered.
+    resting: samples at rest.
     """
     noise = _Noise(design)
     added = np.array([[x[0] for x in row] for row in noise.moved])

@@ -7,6 +7,7 @@ model, intrinsic stiffness and stretch reflex, is fitted to the same filtered to
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -44,65 +45,44 @@ MUSCLE_UNITS = {"reflex_gain": "Nms/rad", "reflex_frequency": "Hz", "reflex_damp
 
 @dataclass(frozen=True)
 class PositionManipulatorOptions:
-    """Choices of the analysis.
-
-    Attributes
-    ----------
-    lowpass_cutoff_hz, lowpass_order : float, int
-        Zero-lag Butterworth filter (Hz, -).
-    cut_s : float
-        Time cut at both ends (s).
-    training_fraction : float
-        First part of the record that is fitted.
-    averaged_bins : int
-        Raw frequencies averaged into one.
-    block_s : float
-        Length of the blocks that are bootstrapped (s).
-    bootstrap_draws : int
-        Bootstrap samples of an interval.
-    """
+    """Choices of the analysis."""
 
     lowpass_cutoff_hz: float
     lowpass_order: int
+    """Zero-lag Butterworth filter."""
     cut_s: float
+    """Time cut at both ends."""
     training_fraction: float
+    """First part of the record that is fitted."""
     averaged_bins: int
+    """Raw frequencies averaged into one."""
     block_s: float
+    """Length of the blocks that are bootstrapped."""
     bootstrap_draws: int
+    """Bootstrap samples of an interval."""
 
 
 @dataclass(frozen=True)
 class PositionManipulatorAnalysis:
-    """Results of one trial.
-
-    Attributes
-    ----------
-    time, angle, torque, predicted : ndarray, shape (n,)
-        Filtered signals after both ends are cut (s, rad, N·m) and the torque predicted (N·m).
-    training : int
-        Number of samples that were fitted (samples).
-    fit : LinearFit
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), offset (N·m).
-    bootstrap : ndarray, shape (draws, 4)
-        The same for bootstrapped blocks.
-    blocks : int
-        Number of blocks from which the bootstrap draws.
-    spectrum : FrequencyResponse
-        Impedance tau/theta and coherence of the unfiltered record (Hz, N·m/rad).
-    vaf : HeldOutVaf
-        VAF of the prediction (%).
-    """
+    """Results of one trial."""
 
     time: np.ndarray
     angle: np.ndarray
     torque: np.ndarray
     predicted: np.ndarray
+    """Filtered signals after both ends are cut (s, rad, N·m) and the torque predicted (N·m)."""
     training: int
+    """Number of samples that were fitted (samples)."""
     fit: LinearFit
-    bootstrap: np.ndarray
+    """I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), offset (N·m)."""
+    bootstrap: Annotated[np.ndarray, "(draws, 4)"]
+    """The same for bootstrapped blocks."""
     blocks: int
+    """Number of blocks from which the bootstrap draws."""
     spectrum: FrequencyResponse
+    """Impedance tau/theta and coherence of the unfiltered record (Hz, N·m/rad)."""
     vaf: HeldOutVaf
+    """VAF of the prediction (%)."""
 
 
 def _parts(trial: Trial, options: PositionManipulatorOptions) -> tuple[slice, int, int]:
@@ -134,24 +114,7 @@ def analyse_position_manipulator(
 ) -> PositionManipulatorAnalysis:
     """Spectral estimate, coherence, and I, B, K by regression with held-out validation.
 
-    Parameters
-    ----------
-    trial : Trial
-        ``angle`` (rad) and ``torque`` (N·m).
-    options : PositionManipulatorOptions
-        Options of the analysis.
-    rng : numpy.random.Generator
-        Draws blocks.
-
-    Returns
-    -------
-    PositionManipulatorAnalysis
-        Spectrum, fit and tests (rad, N·m, s).
-
-    Raises
-    ------
-    InputError
-        If the record is too short or the joint does not move.
+    trial: ``angle`` and ``torque``.
     """
     rate = trial.rate_hz
     kept, training, block = _parts(trial, options)
@@ -201,26 +164,9 @@ def analyse_parallel_cascade(
 ) -> ParallelCascadeFit:
     """Parallel-cascade model, fitted to and tested on the same torque as the regression.
 
-    Parameters
-    ----------
-    trial : Trial
-        ``angle`` (rad) and ``torque`` (N·m).
-    options : PositionManipulatorOptions
-        Filter, fitted part and blocks, as for `analyse_position_manipulator`.
-    reflex : ParallelCascadeOptions
-        Choices of the fit.
-    rng : numpy.random.Generator
-        Draws blocks.
-
-    Returns
-    -------
-    ParallelCascadeFit
-        Both pathways and the prediction (rad, N·m, s).
-
-    Raises
-    ------
-    InputError
-        If the record is too short or the joint does not move.
+    trial: ``angle`` and ``torque``.
+    options: filter, fitted part and blocks, as for `analyse_position_manipulator`.
+    Returns: both pathways and the prediction.
     """
     record, block = cascade_record(trial, options, reflex)
     return identify_cascade(record, block, options.bootstrap_draws, rng)
@@ -229,13 +175,7 @@ def analyse_parallel_cascade(
 def cascade_record(
     trial: Trial, options: PositionManipulatorOptions, reflex: ParallelCascadeOptions
 ) -> tuple[CascadeRecord, int]:
-    """Filtered record that `analyse_parallel_cascade` fits, and length of a block (rad, N·m, samples).
-
-    Raises
-    ------
-    InputError
-        If the record is too short or the joint does not move.
-    """
+    """Filtered record that `analyse_parallel_cascade` fits, and length of a block (rad, N·m, samples)."""
     kept, training, block = _parts(trial, options)
     record = make_record(
         trial.values("angle"),

@@ -8,6 +8,7 @@ so that the reflex and all other terms of the predicting model are accounted for
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -41,26 +42,18 @@ SHOWN = 1.25
 
 @dataclass(frozen=True)
 class PartsOfRecord:
-    """Intrinsic stiffness and level of the torque in equal parts of a record.
+    """Intrinsic stiffness and level of the torque in equal parts of a record."""
 
-    Attributes
-    ----------
-    ends : ndarray, shape (k, 2)
-        First and last instant of every part (s).
-    stiffness, stiffness_error : ndarray, shape (k,)
-        K and its standard error (N·m/rad).
-    level, level_error : ndarray, shape (k,)
-        Torque at the mean angle of the record, and its standard error (N·m).
-    freedom : ndarray, shape (k,)
-        Degrees of freedom of the errors.
-    """
-
-    ends: np.ndarray
-    stiffness: np.ndarray
-    stiffness_error: np.ndarray
-    level: np.ndarray
-    level_error: np.ndarray
-    freedom: np.ndarray
+    ends: Annotated[np.ndarray, "(k, 2)", "s"]
+    """First and last instant of every part."""
+    stiffness: Annotated[np.ndarray, "(k,)", "N·m/rad"]
+    stiffness_error: Annotated[np.ndarray, "(k,)", "N·m/rad"]
+    """K and its standard error."""
+    level: Annotated[np.ndarray, "(k,)", "N·m"]
+    level_error: Annotated[np.ndarray, "(k,)", "N·m"]
+    """Torque at the mean angle of the record, and its standard error."""
+    freedom: Annotated[np.ndarray, "(k,)"]
+    """Degrees of freedom of the errors."""
 
     def half_widths(self) -> tuple[np.ndarray, np.ndarray]:
         """Half widths of the 95 % intervals of stiffness (N·m/rad) and level (N·m)."""
@@ -69,25 +62,16 @@ class PartsOfRecord:
 
 
 def parts_of_record(
-    analysis: PositionManipulatorAnalysis, predicted: np.ndarray, stiffness: float, block: int
+    analysis: PositionManipulatorAnalysis,
+    predicted: Annotated[np.ndarray, "(n,)", "N·m"],
+    stiffness: Annotated[float, "N·m/rad"],
+    block: int,
 ) -> PartsOfRecord:
     """Intrinsic stiffness and level of the torque in thirds of the record.
 
-    Parameters
-    ----------
-    analysis : PositionManipulatorAnalysis
-        Filtered angle and torque (rad, N·m).
-    predicted : ndarray, shape (n,)
-        Torque by the model (N·m).
-    stiffness : float
-        Intrinsic stiffness of this model (N·m/rad).
-    block : int
-        Length of the blocks within which residuals may be correlated (samples).
-
-    Returns
-    -------
-    PartsOfRecord
-        Stiffness and level of every third (N·m/rad, N·m).
+    predicted: torque by the model.
+    stiffness: intrinsic stiffness of this model.
+    block: length of the blocks within which residuals may be correlated (samples).
     """
     time, angle = analysis.time, analysis.angle - analysis.angle.mean()
     velocity = derivative(time, angle)
@@ -162,25 +146,17 @@ def _half_power_hz(angle: np.ndarray, rate_hz: float) -> float:
 
 
 def responses(
-    trial: Trial, analysis: PositionManipulatorAnalysis, predicted: np.ndarray, cutoff_hz: float
+    trial: Trial,
+    analysis: PositionManipulatorAnalysis,
+    predicted: Annotated[np.ndarray, "(n,)", "N·m"],
+    cutoff_hz: float,
 ) -> tuple[FrequencyResponse, FrequencyResponse]:
     """Impedance of the measurement, and of the model by the same estimator.
 
-    Parameters
-    ----------
-    trial : Trial
-        ``angle`` (rad) and ``torque`` (N·m), unfiltered.
-    analysis : PositionManipulatorAnalysis
-        Filtered signals (rad, N·m).
-    predicted : ndarray, shape (n,)
-        Filtered torque by the model (N·m).
-    cutoff_hz : float
-        Cutoff of the filter (Hz): the model is shown below it only.
-
-    Returns
-    -------
-    measured, modelled : FrequencyResponse
-        From angle to torque (Hz, N·m/rad).
+    trial: ``angle`` and ``torque``, unfiltered.
+    predicted: filtered torque by the model.
+    cutoff_hz: cutoff of the filter (Hz): the model is shown below it only.
+    Returns: from angle to torque (Hz, N·m/rad).
     """
     kept = _kept(trial, analysis)
     angle, torque = trial.values("angle")[kept], trial.values("torque")[kept]
@@ -212,21 +188,9 @@ def diagnose(
 ) -> Result:
     """Recording, impedance with confidence bands, parts of the record and residual of one trial.
 
-    Parameters
-    ----------
-    trial : Trial
-        ``angle`` (rad) and ``torque`` (N·m).
-    options : PositionManipulatorOptions
-        Choices of the analysis.
-    analysis : PositionManipulatorAnalysis
-        Fit of I, B, K (rad, N·m, s).
-    fit : ParallelCascadeFit
-        The predicting model (rad, N·m, s).
-
-    Returns
-    -------
-    Result
-        Arrays of the group ``diagnostics`` with their units, and facts ``diagnostics``.
+    trial: ``angle`` and ``torque``.
+    analysis: fit of I, B, K.
+    Returns: arrays of the group ``diagnostics`` with their units, and facts ``diagnostics``.
     """
     rate, cutoff = trial.rate_hz, options.lowpass_cutoff_hz
     parts = parts_of_record(analysis, fit.predicted, float(fit.impedance[2]), round(options.block_s * rate))

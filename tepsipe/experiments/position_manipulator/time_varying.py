@@ -25,78 +25,53 @@ from tepsipe.mechanics.impedance_model import UNITS
 
 @dataclass(frozen=True)
 class TimeVaryingOptions:
-    """Choices of the analysis.
-
-    Attributes
-    ----------
-    window_s, window_step_s : float
-        Length and distance of sliding windows (s).
-    block_s : float
-        Length of the blocks of residuals that are bootstrapped in windows (s).
-    realisation_s : float or None
-        Length of a realisation after the trigger (s); None for the shortest time between triggers.
-    segment_s, segment_step_s : float
-        Length and distance of the short segments of an ensemble (s).
-    bins : int
-        Number of bins of a schedule.
-    piece_s : float
-        Longest piece of the record within a bin that has one level and one trend (s).
-    bootstrap_draws : int
-        Bootstrap samples of an interval.
-    """
+    """Choices of the analysis."""
 
     window_s: float
     window_step_s: float
+    """Length and distance of sliding windows."""
     block_s: float
+    """Length of the blocks of residuals that are bootstrapped in windows."""
     realisation_s: float | None
+    """Length of a realisation after the trigger (s); None for the shortest time between triggers."""
     segment_s: float
     segment_step_s: float
+    """Length and distance of the short segments of an ensemble."""
     bins: int
+    """Number of bins of a schedule."""
     piece_s: float
+    """Longest piece of the record within a bin that has one level and one trend."""
     bootstrap_draws: int
+    """Bootstrap samples of an interval."""
 
 
 @dataclass(frozen=True)
 class VaryingRow:
-    """One quantity at one place; the fields are the columns of ``tables/time_varying.csv``.
-
-    Attributes
-    ----------
-    experiment, condition : str
-        The trial.
-    over : str
-        time, time after the trigger, or schedule.
-    at : float
-        Centre of the segment (``at_unit``).
-    at_unit : str
-        s, or unit of the recording for a schedule.
-    angle_rad, torque_Nm : float
-        Operating point: mean angle (rad) and torque (N·m).
-    pieces : int
-        Realisations or pieces of the record behind the value.
-    quantity, unit : str
-        For example K in Nm/rad; reflex_gain_ratio is relative to the gain of the whole trial.
-    value, standard_error, ci_low, ci_high : float
-        Value, standard error and ends of the 95 % interval (``unit``).
-    vaf_percent : float
-        VAF of the torque of the segments (%).
-    """
+    """One quantity at one place; the fields are the columns of ``tables/time_varying.csv``."""
 
     experiment: str
     condition: str
     over: str
+    """time, time after the trigger, or schedule."""
     at: float
+    """Centre of the segment (``at_unit``)."""
     at_unit: str
+    """s, or unit of the recording for a schedule."""
     angle_rad: float
     torque_Nm: float
+    """Operating point: mean angle (rad) and torque (N·m)."""
     pieces: int
+    """Realisations or pieces of the record behind the value."""
     quantity: str
     unit: str
+    """For example K in Nm/rad; reflex_gain_ratio is relative to the gain of the whole trial."""
     value: float
     standard_error: float
     ci_low: float
     ci_high: float
+    """Value, standard error and ends of the 95 % interval (``unit``)."""
     vaf_percent: float
+    """VAF of the torque of the segments."""
 
 
 VARYING_ROWS = Table(VaryingRow, "rows of impedance that changes")
@@ -107,27 +82,10 @@ def analyse_time_varying(
 ) -> VaryingImpedance | None:
     """Impedance over time, after the trigger, or with the schedule of a trial.
 
-    Parameters
-    ----------
-    trial : Trial
-        ``schedule`` and ``trigger`` (1 at the first sample of a realisation) if recorded.
-    fit : Result
-        Fit of the whole trial: ``time`` (s), ``angle`` (rad), ``torque`` and ``reflex/reflex_torque`` (N·m).
-    options : TimeVaryingOptions
-        Options of the analysis.
-    rng : numpy.random.Generator
-        Draws blocks, realisations or pieces.
-
-    Returns
-    -------
-    VaryingImpedance or None
-        Impedance, over the time of the trial for windows; None if there is neither trigger nor
-        schedule and the trial is too short for windows.
-
-    Raises
-    ------
-    InputError
-        If the realisations or the schedule do not determine the impedance.
+    trial: ``schedule`` and ``trigger`` (1 at the first sample of a realisation) if recorded.
+    fit: fit of the whole trial: ``time``, ``angle``, ``torque`` and ``reflex/reflex_torque``.
+    Returns: impedance, over the time of the trial for windows; None if there is neither trigger nor
+    schedule and the trial is too short for windows.
     """
     rate, time = trial.rate_hz, fit.arrays["time"]
     arrays = fit.arrays

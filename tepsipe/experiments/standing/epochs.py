@@ -6,7 +6,7 @@ removes slow sway. An unreliable epoch is omitted and reported, never averaged s
 """
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 
@@ -35,36 +35,24 @@ UNITS = {
 
 @dataclass(frozen=True)
 class EpochOptions:
-    """Options of the epochs.
-
-    Attributes
-    ----------
-    before_s, after_s : float
-        Window around an onset (s).
-    baseline_s : tuple of float
-        Baseline of each response, as part of the window (s from the onset).
-    least_perturbations : int
-        Smallest number of usable perturbations; a trial with fewer is omitted.
-    max_gap_s : float
-        Longest time for which a marker may be hidden within a response (s).
-    lowpass_cutoff_hz, lowpass_order : float, int
-        Filter of the rectified electromyograms that drive the active torque, the same as for all signals
-        (Hz, -).
-    emg : EmgOptions
-        Processing of the electromyograms.
-    mains_hz : float
-        Mains frequency, whose hum indicates a loose electrode (Hz).
-    """
+    """Options of the epochs."""
 
     before_s: float
     after_s: float
+    """Window around an onset."""
     baseline_s: tuple[float, float]
+    """Baseline of each response, as part of the window (s from the onset)."""
     least_perturbations: int
+    """Smallest number of usable perturbations; a trial with fewer is omitted."""
     max_gap_s: float
+    """Longest time for which a marker may be hidden within a response."""
     lowpass_cutoff_hz: float
     lowpass_order: int
+    """Filter of the rectified electromyograms that drive the active torque, the same as for all signals."""
     emg: EmgOptions
+    """Processing of the electromyograms."""
     mains_hz: float
+    """Mains frequency, whose hum indicates a loose electrode."""
 
     @classmethod
     def from_settings(cls, analysis: dict, emg: dict, max_gap_s: float) -> Self:
@@ -81,49 +69,34 @@ class EpochOptions:
 
 @dataclass(frozen=True)
 class StandingEpochs:
-    """Responses of one trial.
+    """Responses of one trial."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        Time from the onset (s).
-    perturbed, unperturbed : dict of str to ndarray, shape (responses, n)
-        Baseline-corrected signals of `UNITS` and ``torque/<pathway>`` (N·m), after perturbations and in
-        unperturbed standing.
-    stretch : dict of str to ndarray, shape (responses, n)
-        Velocity of ankle and knee with the filter for stretches (rad/s).
-    muscles : tuple of str
-        Muscles with a usable channel.
-    drive, unperturbed_drive : ndarray, shape (responses, n, muscles)
-        Rectified electromyogram with the filter of all signals, baseline-corrected (uV).
-    envelope : ndarray, shape (responses, n, muscles)
-        Envelope of the electromyograms, thesis section 3-2 (uV).
-    emg_time : ndarray, shape (m,)
-        Time from the onset at the electromyograms' rate (s).
-    emg : ndarray, shape (responses, m, muscles)
-        Band-passed, unrectified electromyograms (uV).
-    usable, unperturbed_usable : ndarray of bool, shape (responses, muscles)
-        False where a channel was clipped.
-    onsets_s : ndarray, shape (responses,)
-        Onsets of the perturbations (s).
-    left_out : tuple of str
-        Reasons for omitted perturbations and muscles, one sentence each.
-    """
-
-    time: np.ndarray
+    time: Annotated[np.ndarray, "(n,)", "s"]
+    """Time from the onset."""
     perturbed: dict[str, np.ndarray]
     unperturbed: dict[str, np.ndarray]
+    """Baseline-corrected signals of `UNITS` and ``torque/<pathway>`` (N·m), after perturbations and in
+    unperturbed standing, shape (responses, n)."""
     stretch: dict[str, np.ndarray]
+    """Velocity of ankle and knee with the filter for stretches (rad/s), shape (responses, n)."""
     muscles: tuple[str, ...]
-    drive: np.ndarray
-    unperturbed_drive: np.ndarray
-    envelope: np.ndarray
-    emg_time: np.ndarray
-    emg: np.ndarray
-    usable: np.ndarray
-    unperturbed_usable: np.ndarray
-    onsets_s: np.ndarray
+    """Muscles with a usable channel."""
+    drive: Annotated[np.ndarray, "(responses, n, muscles)"]
+    unperturbed_drive: Annotated[np.ndarray, "(responses, n, muscles)"]
+    """Rectified electromyogram with the filter of all signals, baseline-corrected (uV)."""
+    envelope: Annotated[np.ndarray, "(responses, n, muscles)"]
+    """Envelope of the electromyograms, thesis section 3-2 (uV)."""
+    emg_time: Annotated[np.ndarray, "(m,)", "s"]
+    """Time from the onset at the electromyograms' rate."""
+    emg: Annotated[np.ndarray, "(responses, m, muscles)"]
+    """Band-passed, unrectified electromyograms (uV)."""
+    usable: Annotated[np.ndarray, "(responses, muscles)"]
+    unperturbed_usable: Annotated[np.ndarray, "(responses, muscles)"]
+    """False where a channel was clipped."""
+    onsets_s: Annotated[np.ndarray, "(responses,)"]
+    """Onsets of the perturbations."""
     left_out: tuple[str, ...]
+    """Reasons for omitted perturbations and muscles, one sentence each."""
 
     @property
     def count(self) -> int:
@@ -154,22 +127,8 @@ class StandingEpochs:
 def cut_standing_epochs(standing: StandingTrial, options: EpochOptions) -> StandingEpochs:
     """Epochs of all reliable perturbations.
 
-    Parameters
-    ----------
-    standing : StandingTrial
-        Angles (rad), torque (N·m), onsets (s), and the trial's electromyograms (uV).
-    options : EpochOptions
-        Options of the analysis.
-
-    Returns
-    -------
-    StandingEpochs
-        Responses (rad, N·m, uV), none if the person did not stand still, and reasons for omissions.
-
-    Raises
-    ------
-    InputError
-        If there is not enough unperturbed time, or markers were hidden in all of it.
+    standing: angles, torque, onsets, and the trial's electromyograms (uV).
+    Returns: responses (rad, N·m, uV), none if the person did not stand still, and reasons for omissions.
     """
     trial, name = standing.trial, standing.prepared.name
     left_out = []
@@ -226,13 +185,7 @@ def cut_standing_epochs(standing: StandingTrial, options: EpochOptions) -> Stand
 
 
 def quiet_onsets(standing: StandingTrial, options: EpochOptions) -> np.ndarray:
-    """Instants (s) of unperturbed standing with all markers visible and all signals recorded.
-
-    Raises
-    ------
-    InputError
-        If there is not enough unperturbed time, or markers were hidden in all of it.
-    """
+    """Instants (s) of unperturbed standing with all markers visible and all signals recorded."""
     clocks = standing.time, standing.trial.axes.get("emg_time", standing.time)
     start, end = max(clock[0] for clock in clocks), min(clock[-1] for clock in clocks)
     onsets = start + unperturbed_onsets(

@@ -2,6 +2,7 @@
 
 import zlib
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -14,51 +15,34 @@ UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
 
 @dataclass(frozen=True)
 class StandingFit:
-    """Parameters of the ankles, from one trial or from several together.
-
-    Attributes
-    ----------
-    names : tuple of str
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), then gains of the active torque.
-    parameters : ndarray, shape (1 + draws, p)
-        Estimates from the responses (first row), and from resampled ones.
-    delays : dict of str to float
-        Selected T, L, D (s).
-    vaf : float
-        VAF of the mean responses in the window (%).
-    rotation_rad : float
-        Peak-to-peak mean rotation of the ankle in the window, mean over trials (rad).
-    active_peak : float
-        Peak active torque relative to the peak intrinsic torque in the window.
-    curves : list of dict of str to ndarray, shape (n,)
-        Per trial: ``time`` (s), ``torque``, ``intrinsic``, ``active`` (N·m), ``ankle`` (rad).
-    responses : int
-        Number of responses.
-    delay_ranges : dict of str to (float, float)
-        Smallest and largest of the values tried for T, L, D (s) that the responses do not reject.
-    delays_at_bound : tuple of str
-        Parameters among T, L and D for which all values but the first, or all but the last, are rejected.
-    budget : Budget or None
-        Type A and B of the parameters in their order; None if only their scatter is known.
-    flags : tuple of str
-        Checks that the parameters failed.
-    windows : ndarray, shape (w, 3), or None
-        Window (s), B and K by it, where the estimator tries several.
-    """
+    """Parameters of the ankles, from one trial or from several together."""
 
     names: tuple[str, ...]
-    parameters: np.ndarray
+    """I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), then gains of the active torque."""
+    parameters: Annotated[np.ndarray, "(1 + draws, p)"]
+    """Estimates from the responses (first row), and from resampled ones."""
     delays: dict[str, float]
-    vaf: float
+    """Selected T, L, D (s)."""
+    vaf: Annotated[float, "%"]
+    """VAF of the mean responses in the window."""
     rotation_rad: float
+    """Peak-to-peak mean rotation of the ankle in the window, mean over trials."""
     active_peak: float
+    """Peak active torque relative to the peak intrinsic torque in the window."""
     curves: list[dict[str, np.ndarray]]
+    """Per trial: ``time`` (s), ``torque``, ``intrinsic``, ``active`` (N·m), ``ankle`` (rad)."""
     responses: int
+    """Number of responses."""
     delay_ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
+    """Smallest and largest of the values tried for T, L, D (s) that the responses do not reject."""
     delays_at_bound: tuple[str, ...] = ()
+    """Parameters among T, L and D for which all values but the first, or all but the last, are rejected."""
     budget: Budget | None = None
+    """Type A and B of the parameters in their order; None if only their scatter is known."""
     flags: tuple[str, ...] = ()
-    windows: np.ndarray | None = None
+    """Checks that the parameters failed."""
+    windows: Annotated[np.ndarray, "(w, 3)"] | None = None
+    """Window (s), B and K by it, where the estimator tries several."""
 
     def interval(self, name: str) -> tuple[float, float, float, float]:
         """Value, standard error, and both ends of the 95 % interval of a parameter."""

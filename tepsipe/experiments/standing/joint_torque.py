@@ -7,6 +7,7 @@ unknown. The torque is the sum of both ankles.
 """
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 
@@ -45,58 +46,40 @@ LOOSE_M = 0.01
 
 @dataclass(frozen=True)
 class StandingTrial:
-    """Signals of a trial after the thesis's post-processing.
-
-    Attributes
-    ----------
-    prepared : PreparedTrial
-        The trial as ingested, with its perturbations; at rest where it is far from any of them.
-    onsets_s, ends_s : ndarray, shape (perturbations,)
-        Instants at which the belt starts and stops moving (s).
-    belt_velocity, f_y, y_cop : ndarray, shape (n,)
-        Belt (m/s), fore-aft force as measured (N), centre of pressure, eq (3-13) (m).
-    ankle, ankle_d, ankle_dd : ndarray, shape (n,)
-        Angle of the ankle (rad) and its derivatives (rad/s, rad/s²).
-    shank, thigh, knee : ndarray, shape (n,)
-        Angles (rad).
-    stretch_velocity : dict of str to ndarray, shape (n,)
-        Velocity of ankle and knee with the filter for stretches (rad/s).
-    torque : dict of str to ndarray, shape (n,)
-        Pathway -> torque of both ankles (N·m).
-    labels : tuple of str
-        Names of the markers.
-    hidden : ndarray of bool, shape (n, markers)
-        True where a marker was hidden.
-    delay_s : float
-        Delay of the markers relative to the belt, which is corrected (s).
-    fault : str or None
-        Reason for omitting the whole trial, one sentence; None if the person stood still.
-    plate : PlateCheck
-        Origin and scale of the force plate, which are corrected.
-    plate_flags : tuple of str
-        Names of faults of the plate, in `tepsipe.io.estimates.FLAGS`.
-    """
+    """Signals of a trial after the thesis's post-processing."""
 
     prepared: PreparedTrial
-    onsets_s: np.ndarray
-    ends_s: np.ndarray
+    """The trial as ingested, with its perturbations; at rest where it is far from any of them."""
+    onsets_s: Annotated[np.ndarray, "(perturbations,)"]
+    ends_s: Annotated[np.ndarray, "(perturbations,)"]
+    """Instants at which the belt starts and stops moving."""
     belt_velocity: np.ndarray
     f_y: np.ndarray
     y_cop: np.ndarray
+    """Belt (m/s), fore-aft force as measured (N), centre of pressure, eq (3-13) (m)."""
     ankle: np.ndarray
     ankle_d: np.ndarray
     ankle_dd: np.ndarray
-    shank: np.ndarray
-    thigh: np.ndarray
-    knee: np.ndarray
+    """Angle of the ankle (rad) and its derivatives (rad/s, rad/s²)."""
+    shank: Annotated[np.ndarray, "(n,)", "rad"]
+    thigh: Annotated[np.ndarray, "(n,)", "rad"]
+    knee: Annotated[np.ndarray, "(n,)", "rad"]
+    """Angles."""
     stretch_velocity: dict[str, np.ndarray]
+    """Velocity of ankle and knee with the filter for stretches (rad/s)."""
     torque: dict[str, np.ndarray]
+    """Pathway -> torque of both ankles (N·m)."""
     labels: tuple[str, ...]
-    hidden: np.ndarray
+    hidden: Annotated[np.ndarray, "(n, markers)"]
+    """True where a marker was hidden."""
     delay_s: float
+    """Delay of the markers relative to the belt, which is corrected."""
     fault: str | None
+    """Reason for omitting the whole trial, one sentence; None if the person stood still."""
     plate: PlateCheck = field(default_factory=PlateCheck)
+    """Origin and scale of the force plate, which are corrected."""
     plate_flags: tuple[str, ...] = ()
+    """Names of faults of the plate, in `tepsipe.io.estimates.FLAGS`."""
 
     @property
     def trial(self) -> Trial:
@@ -124,33 +107,14 @@ def process_standing(
 ) -> StandingTrial:
     """Post-process a trial: joint angles, centre of pressure (eq 3-13), ankle torque by every pathway.
 
-    Parameters
-    ----------
-    trial : Trial
-        Forces (N), moments (N·m), markers (m) and belt velocity (m/s).
-    name : str
-        Names the trial in messages.
-    options : StandingOptions
-        Options of the analysis.
-    pathways : dict of str to TorquePathway
-        Name -> pathway.
-    models : dict of str to dict of str to FittedModel
-        Component of the load, Fy or Mx -> name -> treadmill model; may be empty if no pathway needs one. For
-        a person with a foot on each belt: belt -> the same.
-    plate : PlateCheck, optional
-        Origin and scale of the force plate, to be corrected (m); of two plates that were corrected before,
-        `PlateCheck.of_several`.
-
-    Returns
-    -------
-    StandingTrial
-        Signals (rad, N·m, m, s), and whether the person stood still.
-
-    Raises
-    ------
-    InputError
-        If no perturbation is found, a marker, belt or model is missing, markers do not move as rigid
-        segments, the weight on the plate is not the person's, or a pathway is unknown.
+    trial: forces, moments, markers and belt velocity.
+    name: names the trial in messages.
+    pathways: name -> pathway.
+    models: component of the load, Fy or Mx -> name -> treadmill model; may be empty if no pathway needs
+    one. For a person with a foot on each belt: belt -> the same.
+    plate: origin and scale of the force plate, to be corrected; of two plates that were corrected before,
+    `PlateCheck.of_several`.
+    Returns: signals, and whether the person stood still.
     """
     plate = plate or PlateCheck()
     trial = plate.corrected(trial, options.belt)
@@ -279,25 +243,16 @@ def _refuse_loose_segments(positions: np.ndarray, labels: list[str], person: Per
 
 
 def segment_poses(
-    positions: np.ndarray, labels: list[str], person: Person, centre_m: np.ndarray | None = None
+    positions: Annotated[np.ndarray, "(n, markers, 2)", "m"],
+    labels: list[str],
+    person: Person,
+    centre_m: Annotated[np.ndarray, "(2,)"] | None = None,
 ) -> dict[str, np.ndarray]:
     """Angles of foot, shank and thigh (rad), and positions of the ankle and of the feet's mass (m).
 
-    Parameters
-    ----------
-    positions : ndarray, shape (n, markers, 2)
-        y, z (m).
-    labels : list of str
-        Names of the markers.
-    person : Person
-        Layout of the markers (m).
-    centre_m : ndarray, shape (2,), optional
-        Offset of the joint's centre from the assumed one, anterior and longitudinal in the shank (m).
-
-    Returns
-    -------
-    dict of str to ndarray
-        ``foot``, ``shank``, ``thigh``, shape (n,) (rad); ``ankle_point``, ``foot_com``, shape (n, 2) (m).
+    centre_m: offset of the joint's centre from the assumed one, anterior and longitudinal in the shank.
+    Returns: ``foot``, ``shank``, ``thigh``, shape (n,) (rad); ``ankle_point``, ``foot_com``, shape (n, 2)
+    (m).
     """
     points = {
         "foot": (person.foot, np.array([person.foot_com_m, -0.5 * person.ankle_height_m])),

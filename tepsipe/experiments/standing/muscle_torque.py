@@ -19,7 +19,7 @@ a function that returns its regressors, and enter it in `ACTIVE`.
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 import scipy
@@ -33,21 +33,15 @@ FILTER_WIDTH_S = 0.03
 
 @dataclass(frozen=True)
 class ActiveOptions:
-    """Values that are tried for the torque of the muscles.
-
-    Attributes
-    ----------
-    twitch_s, reflex_delay_s, balance_delay_s : tuple of float
-        T, L and D that are tried (s).
-    action : dict of str to float
-        Muscle -> 1 if it resists tipping forward, -1 if it resists tipping backward; others do not act at
-        the ankle.
-    """
+    """Values that are tried for the torque of the muscles."""
 
     twitch_s: tuple[float, ...]
     reflex_delay_s: tuple[float, ...]
     balance_delay_s: tuple[float, ...]
+    """T, L and D that are tried."""
     action: dict[str, float]
+    """Muscle -> 1 if it resists tipping forward, -1 if it resists tipping backward; others do not act at
+    the ankle."""
 
     @classmethod
     def from_settings(cls, active: dict, ankle_action: dict[str, int]) -> Self:
@@ -63,19 +57,13 @@ class ActiveOptions:
 
 @dataclass(frozen=True)
 class MeanResponses:
-    """Mean responses of one trial relative to unperturbed standing, per resampling.
+    """Mean responses of one trial relative to unperturbed standing, per resampling."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        From the onset (s).
-    signals, drive : dict of str to ndarray, shape (1 + draws, n)
-        Motion (rad) and torque (N·m), and rectified electromyograms by muscle (uV).
-    """
-
-    time: np.ndarray
+    time: Annotated[np.ndarray, "(n,)", "s"]
+    """From the onset."""
     signals: dict[str, np.ndarray]
     drive: dict[str, np.ndarray]
+    """Motion (rad) and torque (N·m), and rectified electromyograms by muscle (uV), shape (1 + draws, n)."""
 
     def of(self, rows: slice) -> "MeanResponses":
         """A selection of the resamplings."""
@@ -88,28 +76,19 @@ class MeanResponses:
 
 @dataclass(frozen=True)
 class MuscleTorque:
-    """A model of the delayed torque of the muscles.
-
-    Attributes
-    ----------
-    meaning : str
-        Description in a few words.
-    regressors : callable or None
-        From mean responses, delays (s), options and muscles to arrays of shape (1 + draws, n);
-        None if the torque is not fitted by least squares.
-    delays : tuple of str
-        Those of T, L and D that it needs.
-    gains : tuple of str
-        Names of the gains, one per regressor.
-    by_muscle : bool
-        True for a non-negative gain F_m of every muscle with an electromyogram, because muscles only pull.
-    """
+    """A model of the delayed torque of the muscles."""
 
     meaning: str
+    """Description in a few words."""
     regressors: Callable[..., list[np.ndarray]] | None = None
+    """From mean responses, delays (s), options and muscles to arrays of shape (1 + draws, n); None if the
+    torque is not fitted by least squares."""
     delays: tuple[str, ...] = ()
+    """Those of T, L and D that it needs."""
     gains: tuple[str, ...] = ()
+    """Names of the gains, one per regressor."""
     by_muscle: bool = False
+    """True for a non-negative gain F_m of every muscle with an electromyogram, because muscles only pull."""
 
     @property
     def separates(self) -> bool:
@@ -126,20 +105,14 @@ class MuscleTorque:
         return tuple(f"F_{muscle}" for muscle in muscles) if self.by_muscle else self.gains
 
 
-def twitch(u: np.ndarray, step_s: float, twitch_s: float) -> np.ndarray:
+def twitch(
+    u: Annotated[np.ndarray, "(..., n)"], step_s: float, twitch_s: float
+) -> Annotated[np.ndarray, "(..., n)"]:
     """Twitch response of muscles at rest at first, T^2 x'' + 2 T x' + x = u, along the last axis (unit of u).
 
-    Parameters
-    ----------
-    u : ndarray, shape (..., n)
-        Drive.
-    step_s, twitch_s : float
-        Sampling interval and T (s).
-
-    Returns
-    -------
-    ndarray, shape (..., n)
-        x (unit of ``u``), by the bilinear rule.
+    u: Drive.
+    step_s, twitch_s: sampling interval and T.
+    Returns: x (unit of ``u``), by the bilinear rule.
     """
     ratio = 2.0 * twitch_s / step_s
     denominator = np.array([(1.0 + ratio) ** 2, 2.0 * (1.0 - ratio**2), (1.0 - ratio) ** 2])

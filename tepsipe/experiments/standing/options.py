@@ -16,46 +16,32 @@ BOTH = "both"
 
 @dataclass(frozen=True)
 class TorquePathway:
-    """Definition of one ankle torque.
-
-    Attributes
-    ----------
-    torque : {"ankle-thesis", "ankle", "single-joint"}
-        Free body: the feet by the thesis equation, the feet, or the body as one inverted pendulum.
-    treadmill_model : str or None
-        Model of the belt-induced load that is subtracted from Fy and Mx; None for the loads as measured.
-    """
+    """Definition of one ankle torque."""
 
     torque: str
+    """{"ankle-thesis", "ankle", "single-joint"}: Free body: the feet by the thesis equation, the feet, or
+    the body as one inverted pendulum."""
     treadmill_model: str | None
+    """Model of the belt-induced load that is subtracted from Fy and Mx; None for the loads as measured."""
 
 
 @dataclass(frozen=True)
 class Person:
-    """Properties and markers of the person.
-
-    Attributes
-    ----------
-    mass_kg : float
-        Mass of the whole body (kg).
-    feet : Feet
-        Both feet (kg, kg·m²).
-    body : StandingBody
-        Body above the ankles (kg, m, kg·m²).
-    foot_com_m, ankle_height_m : float
-        Anterior offset of the feet's centre of mass from the ankles, height of the ankles (m).
-    foot, shank, thigh : SegmentMarkers
-        Markers with anterior and longitudinal offset: from the ankle, the ankle and the knee (m).
-    """
+    """Properties and markers of the person."""
 
     mass_kg: float
+    """Mass of the whole body."""
     feet: Feet
+    """Both feet (kg, kg·m²)."""
     body: StandingBody
+    """Body above the ankles (kg, m, kg·m²)."""
     foot_com_m: float
     ankle_height_m: float
+    """Anterior offset of the feet's centre of mass from the ankles, height of the ankles."""
     foot: SegmentMarkers
     shank: SegmentMarkers
     thigh: SegmentMarkers
+    """Markers with anterior and longitudinal offset: from the ankle, the ankle and the knee (m)."""
 
     @classmethod
     def from_settings(cls, person: dict) -> Self:
@@ -94,58 +80,39 @@ class Person:
 
 @dataclass(frozen=True)
 class StanceLimits:
-    """Limits of standing still on the belt; exceeding one indicates a step or a stumble.
-
-    Attributes
-    ----------
-    foot_shift_m, foot_lift_m : float
-        Displacement of the foot's markers relative to the belt, and above their height at rest (m).
-    other_belt : float
-        Fraction of the weight on the other belt.
-    unloading : float
-        Fraction of the weight that leaves the plate for longer than ``unloading_s``, for example into the
-        harness.
-    unloading_s : float
-        Shorter unloading counts as a jolt (s).
-    lean_rad : float
-        Angle of the shank relative to its median (rad).
-    """
+    """Limits of standing still on the belt; exceeding one indicates a step or a stumble."""
 
     foot_shift_m: float
     foot_lift_m: float
+    """Displacement of the foot's markers relative to the belt, and above their height at rest."""
     other_belt: float
+    """Fraction of the weight on the other belt."""
     unloading: float
+    """Fraction of the weight that leaves the plate for longer than ``unloading_s``, for example into the
+    harness."""
     unloading_s: float
+    """Shorter unloading counts as a jolt."""
     lean_rad: float
+    """Angle of the shank relative to its median."""
 
 
 @dataclass(frozen=True)
 class StandingOptions:
-    """Options of the post-processing.
-
-    Attributes
-    ----------
-    person : Person
-        The person (kg, m).
-    belt : str
-        The belt on which both feet stand, left or right; both if each foot stands on the belt of its side.
-    lowpass, stretch_lowpass : Lowpass
-        Filter of all signals; filter of the angles that determine which muscles are stretched first.
-    window : WindowOptions
-        Search for perturbations and rest (s).
-    quiet_after_s : float
-        Time after a perturbation that does not count as unperturbed (s).
-    limits : StanceLimits
-        Limits beyond which a trial contains a step or a stumble (m, rad, -).
-    """
+    """Options of the post-processing."""
 
     person: Person
+    """The person (kg, m)."""
     belt: str
+    """The belt on which both feet stand, left or right; both if each foot stands on the belt of its side."""
     lowpass: Lowpass
     stretch_lowpass: Lowpass
+    """Filter of all signals; filter of the angles that determine which muscles are stretched first."""
     window: WindowOptions
+    """Search for perturbations and rest (s)."""
     quiet_after_s: float
+    """Time after a perturbation that does not count as unperturbed."""
     limits: StanceLimits
+    """Limits beyond which a trial contains a step or a stumble (m, rad, -)."""
 
     @property
     def belts(self) -> tuple[str, ...]:
@@ -175,18 +142,11 @@ class StandingOptions:
 
 @dataclass(frozen=True)
 class StandingEstimator:
-    """One estimator of parameters from responses.
-
-    Attributes
-    ----------
-    window_s : float
-        Length of the fitted window from the onset (s).
-    inertia : bool
-        Whether I is estimated; the torque does not contain the inertia of the feet or of the body.
-    active : str
-        Model of the delayed torque of the muscles, of `tepsipe.experiments.standing.muscle_torque.ACTIVE`.
-    """
+    """One estimator of parameters from responses."""
 
     window_s: float
+    """Length of the fitted window from the onset."""
     inertia: bool
+    """Whether I is estimated; the torque does not contain the inertia of the feet or of the body."""
     active: str
+    """Model of the delayed torque of the muscles, of `tepsipe.experiments.standing.muscle_torque.ACTIVE`."""

@@ -1,6 +1,7 @@
 """Did the person stand still? Trials with steps, lifted feet or another support are refused as a whole."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -25,40 +26,27 @@ SHIFT_WITHIN_S = 2.0
 
 @dataclass(frozen=True)
 class Stance:
-    """Signals that show whether a person stands still.
+    """Signals that show whether a person stands still."""
 
-    Attributes
-    ----------
-    positions : ndarray, shape (n, markers, 2)
-        y, z of the filtered markers (m).
-    hidden : ndarray of bool, shape (n, person's markers)
-        True where a marker was hidden: bridged positions are ignored.
-    shank, belt_velocity, f_z : ndarray, shape (n,)
-        Angle of the shank (rad), belt (m/s) and vertical force on the feet's belt (N).
-    """
-
-    positions: np.ndarray
-    hidden: np.ndarray
+    positions: Annotated[np.ndarray, "(n, markers, 2)", "m"]
+    """y, z of the filtered markers."""
+    hidden: Annotated[np.ndarray, "(n, person's markers)"]
+    """True where a marker was hidden: bridged positions are ignored."""
     shank: np.ndarray
     belt_velocity: np.ndarray
     f_z: np.ndarray
+    """Angle of the shank (rad), belt (m/s) and vertical force on the feet's belt (N)."""
 
 
 @dataclass(frozen=True)
 class PlateBalance:
-    """Signals that show whether the plate's moment balances the person.
-
-    Attributes
-    ----------
-    pressure_m : ndarray, shape (n,)
-        Centre of pressure, forward of the ankle (m).
-    shank, thigh : ndarray, shape (n,)
-        Angles from the vertical (rad).
-    """
+    """Signals that show whether the plate's moment balances the person."""
 
     pressure_m: np.ndarray
-    shank: np.ndarray
-    thigh: np.ndarray
+    """Centre of pressure, forward of the ankle."""
+    shank: Annotated[np.ndarray, "(n,)", "rad"]
+    thigh: Annotated[np.ndarray, "(n,)", "rad"]
+    """Angles from the vertical."""
 
 
 def pressure_fault(balance: PlateBalance, still: np.ndarray) -> str | None:
@@ -66,17 +54,9 @@ def pressure_fault(balance: PlateBalance, still: np.ndarray) -> str | None:
 
     The centre of pressure lies outside the foot, or moves backward as the person leans forward.
 
-    Parameters
-    ----------
-    balance : PlateBalance
-        Centre of pressure and posture (m, rad).
-    still : ndarray of bool, shape (n,)
-        Samples of unperturbed standing.
-
-    Returns
-    -------
-    str or None
-        One sentence (cm), or None if the plate may be right.
+    balance: centre of pressure and posture.
+    still: samples of unperturbed standing.
+    Returns: one sentence (cm), or None if the plate may be right.
     """
     pressure_m, shank = balance.pressure_m[still], balance.shank[still]
     mean_m = float(np.mean(pressure_m))
@@ -97,19 +77,10 @@ def pressure_fault(balance: PlateBalance, still: np.ndarray) -> str | None:
 def balance_flags(balance: PlateBalance, still: np.ndarray, person: Person) -> tuple[str, ...]:
     """``plate-origin`` where the centre of pressure is far from the body's centre of mass in quiet standing.
 
-    Parameters
-    ----------
-    balance : PlateBalance
-        Centre of pressure and posture (m, rad).
-    still : ndarray of bool, shape (n,)
-        Samples of unperturbed standing.
-    person : Person
-        Height of the centre of mass of the body above the ankles (m).
-
-    Returns
-    -------
-    tuple of str
-        Names, in `tepsipe.io.estimates.FLAGS`.
+    balance: centre of pressure and posture.
+    still: samples of unperturbed standing.
+    person: height of the centre of mass of the body above the ankles.
+    Returns: names, in `tepsipe.io.estimates.FLAGS`.
     """
     lean = 0.5 * (np.mean(balance.shank[still]) + np.mean(balance.thigh[still]))
     expected_m = person.body.com_m * np.sin(lean)
@@ -120,19 +91,7 @@ def balance_flags(balance: PlateBalance, still: np.ndarray, person: Person) -> t
 def stance_fault(prepared: PreparedTrial, stance: Stance, options: StandingOptions) -> str | None:
     """Reason why a trial is not quiet standing: a step, a stumble, or weight on another support.
 
-    Parameters
-    ----------
-    prepared : PreparedTrial
-        Forces of both belts (N).
-    stance : Stance
-        The person's signals (m, rad, m/s, N).
-    options : StandingOptions
-        Person, belt and limits.
-
-    Returns
-    -------
-    str or None
-        One sentence (times in s), or None if the person stood still.
+    Returns: one sentence (times in s), or None if the person stood still.
     """
     return (
         _step(prepared, stance, options)

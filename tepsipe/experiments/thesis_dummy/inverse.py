@@ -8,6 +8,7 @@ from which it predicts the other; the null model copies the other table.
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -37,51 +38,35 @@ JOINTS = {"linear": LINEAR, "softening": WITHOUT_LOSS, "softening with losses": 
 
 @dataclass(frozen=True)
 class Cell:
-    """One printed number and its value for the fitted dummy.
-
-    Attributes
-    ----------
-    condition, quantity : str
-        Column and row of the thesis's table.
-    role : {"fitted", "predicted"}
-        Whether the number was used by the fit.
-    printed, value : float
-        Printed, and by the fitted dummy (unit of the quantity).
-    spread : float
-        Standard deviation of the value over repeated trials with other noise (unit of the quantity).
-    """
+    """One printed number and its value for the fitted dummy."""
 
     condition: str
     quantity: str
+    """Column and row of the thesis's table."""
     role: str
+    """{"fitted", "predicted"}: Whether the number was used by the fit."""
     printed: float
     value: float
+    """Printed, and by the fitted dummy (unit of the quantity)."""
     spread: float
+    """Standard deviation of the value over repeated trials with other noise (unit of the quantity)."""
 
 
 @dataclass(frozen=True)
 class JointFit:
-    """One law of the joint, fitted.
-
-    Attributes
-    ----------
-    joint : RubberJoint
-        Fitted constants.
-    free : tuple of str
-        Names of the constants that were fitted.
-    low, high : dict of str to float
-        95 % interval of each free constant, Student's t, scatter from the residuals (unit of the constant).
-    fitted_rms, predicted_rms : float
-        Root mean square of (value - printed) / scatter over the fitted conditions, and over conditions that
-        the fit did not use.
-    """
+    """One law of the joint, fitted."""
 
     joint: RubberJoint
+    """Fitted constants."""
     free: tuple[str, ...]
+    """Names of the constants that were fitted."""
     low: dict[str, float]
     high: dict[str, float]
+    """95 % interval of each free constant, Student's t, scatter from the residuals (unit of the constant)."""
     fitted_rms: float
     predicted_rms: float
+    """Root mean square of (value - printed) / scatter over the fitted conditions, and over conditions that
+    the fit did not use."""
 
 
 def deviations(
@@ -94,18 +79,10 @@ def deviations(
 ) -> np.ndarray:
     """(value - printed) / scatter of I, B, K of several joints, shape (joints, 3 conditions).
 
-    Parameters
-    ----------
-    path, belts
-        As `fit_joint`.
-    angles : dict of str to ndarray, shape (joints, n)
-        Condition -> angle of the leg on every joint (rad).
-    printed : dict of str to dict
-        As `fit_joint`.
-    names : list of str
-        Conditions.
-    lags_s : sequence of float
-        Lag of the translation for every joint (s).
+    path, belts: as `fit_joint`.
+    angles: condition -> angle of the leg on every joint (rad). Shape (joints, n).
+    printed: as `fit_joint`.
+    lags_s: lag of the translation for every joint.
     """
     scatter = np.array([SCATTER[q] for q in PARAMETERS])
     targets = {name: np.array([printed[q][name] for q in PARAMETERS]) for name in names}
@@ -126,30 +103,12 @@ def fit_joint(
 ) -> JointFit:
     """Fit the free constants of a joint to printed I, B, K by weighted nonlinear least squares.
 
-    Parameters
-    ----------
-    path : PrintedPath
-        Processing of the thesis.
-    belts : dict of str to BeltMotion
-        Condition -> motion of the foot.
-    printed : dict of str to dict
-        Quantity -> condition -> printed number (N·m·s²/rad, N·m·s/rad, N·m/rad).
-    fitted : list of str
-        Conditions that are used.
-    fixed : dict of str to float
-        Constants that are not fitted, and their values.
-    start : RubberJoint
-        Constants from which the search starts.
-
-    Returns
-    -------
-    JointFit
-        Constants with intervals, and how well they return the printed numbers.
-
-    Raises
-    ------
-    InputError
-        If there are fewer printed numbers than constants.
+    belts: condition -> motion of the foot.
+    printed: quantity -> condition -> printed number (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    fitted: conditions that are used.
+    fixed: constants that are not fitted, and their values.
+    start: constants from which the search starts.
+    Returns: constants with intervals, and how well they return the printed numbers.
     """
     free = tuple(name for name in CONSTANTS if name not in fixed)
     if 3 * len(fitted) <= len(free):
@@ -215,20 +174,11 @@ def fit_tables(
 ) -> JointFit:
     """Fit a law to all tables, and score its prediction of each table from the others.
 
-    Parameters
-    ----------
-    path, belts, printed
-        As `fit_joint`.
-    tables : sequence of sequences of str
-        Conditions of each table.
-    fixed : dict of str to float
-        As `fit_joint`.
-
-    Returns
-    -------
-    JointFit
-        Constants fitted to all tables; ``predicted_rms`` is over the predictions of all tables, NaN if a
-        table alone does not determine the constants.
+    path, belts, printed: as `fit_joint`.
+    tables: conditions of each table.
+    fixed: as `fit_joint`.
+    Returns: constants fitted to all tables; ``predicted_rms`` is over the predictions of all tables, NaN if
+    a table alone does not determine the constants.
     """
     belts = {name: belts[name] for table in tables for name in table}
     fit = fit_joint(path, belts, printed, list(belts), fixed)
@@ -262,29 +212,17 @@ def fit_marker_noise(
     printed_vaf: dict[str, float],
     fitted: list[str],
     seed: int,
-) -> float:
+) -> Annotated[float, "m"]:
     """Standard deviation of the markers' noise (m) that gives the printed VAF of the full dataset.
 
     The unexplained part of the torque is d + e s^2, where s is the noise; d and e follow from one simulation
     without noise and one with noise. The logarithm of this part is fitted over the conditions.
 
-    Parameters
-    ----------
-    path, belts : PrintedPath, dict of str to BeltMotion
-        As `fit_joint`.
-    angles : dict of str to ndarray
-        Condition -> angle of the leg on the fitted joint (rad).
-    printed_vaf : dict of str to float
-        Condition -> printed VAF (%).
-    fitted : list of str
-        Conditions that are used.
-    seed : int
-        Seed of the generator of the noise.
-
-    Returns
-    -------
-    float
-        Noise per coordinate (m).
+    path, belts: as `fit_joint`.
+    angles: condition -> angle of the leg on the fitted joint (rad).
+    printed_vaf: condition -> printed VAF (%).
+    seed: seed of the generator of the noise.
+    Returns: noise per coordinate.
     """
     tried = 1e-5
     rng = np.random.default_rng([seed, 1])
@@ -329,25 +267,12 @@ def printed_and_predicted(
 ) -> list[Cell]:
     """Every printed number of Tables 4-2 and 4-3 beside the fitted dummy's.
 
-    Parameters
-    ----------
-    path, belts, angles
-        As `fit_marker_noise`.
-    printed : dict of str to dict
-        Quantity -> condition -> printed number.
-    fitted : list of str
-        Conditions that the fit used.
-    marker_noise_m : float
-        Noise per coordinate (m).
-    draws : int
-        Trials with other noise that are averaged.
-    seed : int
-        Seed of the generator of the noise.
-
-    Returns
-    -------
-    list of Cell
-        Condition by condition.
+    path, belts, angles: as `fit_marker_noise`.
+    printed: quantity -> condition -> printed number.
+    fitted: conditions that the fit used.
+    marker_noise_m: noise per coordinate.
+    draws: trials with other noise that are averaged.
+    seed: seed of the generator of the noise.
     """
     rng = np.random.default_rng([seed, 2])
     used = (*PARAMETERS, "VAF_trial")

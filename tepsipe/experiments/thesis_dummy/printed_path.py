@@ -6,6 +6,7 @@ equations are applied (thesis section 3-1-2, eqs 3-8 and 3-9), to find what the 
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -24,54 +25,36 @@ BEFORE_S, AFTER_S = 0.1, 0.3  # of the pulse that is averaged, around its onset 
 
 @dataclass(frozen=True)
 class PrintedPath:
-    """The thesis's processing of the dummy, and its constants of the dummy.
-
-    Attributes
-    ----------
-    leg : Leg
-        Table 2-2 (kg, m, kg·m²).
-    markers : SegmentMarkers
-        Markers on the leg and their offsets (m).
-    sampled_after_s : ndarray, shape (markers,)
-        Sampling time of each marker within a frame (s); zeros if all are sampled at once.
-    rate_hz : float
-        Frames per second (Hz).
-    cutoff_hz, order : float, int
-        Zero-lag Butterworth filter (Hz, -).
-    window : WindowOptions
-        Search for perturbations and rest (s).
-    """
+    """The thesis's processing of the dummy, and its constants of the dummy."""
 
     leg: Leg
+    """Table 2-2 (kg, m, kg·m²)."""
     markers: SegmentMarkers
-    sampled_after_s: np.ndarray
+    """Markers on the leg and their offsets (m)."""
+    sampled_after_s: Annotated[np.ndarray, "(markers,)"]
+    """Sampling time of each marker within a frame (s); zeros if all are sampled at once."""
     rate_hz: float
+    """Frames per second."""
     cutoff_hz: float
     order: int
+    """Zero-lag Butterworth filter."""
     window: WindowOptions
+    """Search for perturbations and rest (s)."""
 
 
 @dataclass(frozen=True)
 class BeltMotion:
-    """Motion of the foot in one condition, with measurement noise reduced by averaging.
+    """Motion of the foot in one condition, with measurement noise reduced by averaging."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        Frames (s).
-    velocity, position : ndarray, shape (n,)
-        Motion of the foot (m/s, m).
-    acceleration : ndarray, shape (2 n - 1,)
-        At frames and halfway between them (m/s²).
-    perturbations : list of Perturbation
-        Windows (samples).
-    """
-
-    time: np.ndarray
-    velocity: np.ndarray
+    time: Annotated[np.ndarray, "(n,)", "s"]
+    """Frames."""
+    velocity: Annotated[np.ndarray, "(n,)", "m/s"]
     position: scipy.interpolate.PPoly
-    acceleration: np.ndarray
+    """Motion of the foot (m/s, m)."""
+    acceleration: Annotated[np.ndarray, "(2 n - 1,)", "m/s²"]
+    """At frames and halfway between them."""
     perturbations: list[Perturbation]
+    """Windows (samples)."""
 
     @cached_property
     def _known(self) -> dict[float, np.ndarray]:
@@ -90,25 +73,9 @@ class BeltMotion:
 def belt_motion(trial: Trial, path: PrintedPath, longest_s: float = np.inf) -> BeltMotion:
     """The mean pulse of a trial at each of its onsets; the belt rests in between.
 
-    Parameters
-    ----------
-    trial : Trial
-        With the belt velocity (m/s).
-    path : PrintedPath
-        Filter and windows.
-    longest_s : float
-        Pulses that begin later are left out, and the trial ends with their rest (s): mean parameters change
-        little, and less is to be simulated.
-
-    Returns
-    -------
-    BeltMotion
-        With as many pulses as the trial, or as begin early enough.
-
-    Raises
-    ------
-    InputError
-        If no perturbation is found.
+    longest_s: pulses that begin later are left out, and the trial ends with their rest (s): mean parameters
+    change little, and less is to be simulated.
+    Returns: with as many pulses as the trial, or as begin early enough.
     """
     rate, recorded = trial.rate_hz, trial.values("belt_velocity").astype(float)
     lowpass = Lowpass(path.cutoff_hz, path.order, True)
@@ -148,32 +115,17 @@ def swings(path: PrintedPath, joints: list[RubberJoint], belts: dict[str, BeltMo
 def printed_fits(
     path: PrintedPath,
     belt: BeltMotion,
-    theta: np.ndarray,
+    theta: Annotated[np.ndarray, "(n,)", "rad"],
     marker_noise_m: float = 0.0,
     rng: np.random.Generator | None = None,
     lag_s: float = 0.0,
 ) -> WindowedFits:
     """I, B, K and their measures of fit by the thesis's method.
 
-    Parameters
-    ----------
-    path : PrintedPath
-        Processing.
-    belt : BeltMotion
-        Motion of the foot (s, m).
-    theta : ndarray, shape (n,)
-        Angle of the leg (rad).
-    marker_noise_m : float
-        Standard deviation of white noise on each coordinate (m).
-    rng : numpy.random.Generator, optional
-        Draws the noise.
-    lag_s : float
-        Time by which the translation of the leg is read after its rotation (s).
-
-    Returns
-    -------
-    WindowedFits
-        As printed: torque with the thesis's signs, not referred to rest.
+    theta: angle of the leg.
+    marker_noise_m: standard deviation of white noise on each coordinate.
+    lag_s: time by which the translation of the leg is read after its rotation.
+    Returns: as printed: torque with the thesis's signs, not referred to rest.
     """
     angle = scipy.interpolate.CubicSpline(belt.time, theta)
     frames = belt.time[1:-1]  # the last marker is sampled after its frame

@@ -11,25 +11,18 @@ from tepsipe.mechanics.impedance_model import UNITS
 
 @dataclass(frozen=True)
 class CellRow:
-    """One row of ``thesis_dummy.csv``. Verdicts are those of the whole laboratory only, in ``cells.csv``.
-
-    Attributes
-    ----------
-    condition, quantity, unit : str
-        Column, row and unit of the thesis's table.
-    role : {"fitted", "predicted"}
-        Whether the fit used the printed number.
-    printed, value, spread : float
-        Printed, by the fitted dummy, and its standard deviation over repeated trials (unit of the row).
-    """
+    """One row of ``thesis_dummy.csv``. Verdicts are those of the whole laboratory only, in ``cells.csv``."""
 
     condition: str
     quantity: str
     unit: str
+    """Column, row and unit of the thesis's table."""
     role: str
+    """{"fitted", "predicted"}: Whether the fit used the printed number."""
     printed: float
     value: float
     spread: float
+    """Printed, by the fitted dummy, and its standard deviation over repeated trials (unit of the row)."""
 
 
 CELL_ROWS = Table(CellRow, "the inverse problem")

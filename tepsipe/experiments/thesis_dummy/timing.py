@@ -19,6 +19,7 @@ If the translation of the leg is read a time t later than its rotation, E change
 """
 
 from dataclasses import asdict, dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -47,34 +48,26 @@ def percussion_height(leg: Leg, inertia: float) -> float:
     return (leg.inertia_kgm2 + p * leg.com_m + inertia) / p
 
 
-def pose_error(heights: np.ndarray, sampled_after_s: np.ndarray, height: float) -> float:
+def pose_error(
+    heights: Annotated[np.ndarray, "(markers,)", "m"],
+    sampled_after_s: Annotated[np.ndarray, "(markers,)"],
+    height: Annotated[float, "m"],
+) -> float:
     """Displacement E of the point at a height (m) per angular velocity of the leg (m·s/rad).
 
-    Parameters
-    ----------
-    heights : ndarray, shape (markers,)
-        h_k, above the ankle (m).
-    sampled_after_s : ndarray, shape (markers,)
-        s_k, after the frame (s).
-    height : float
-        l (m).
+    heights: h_k, above the ankle.
+    sampled_after_s: s_k, after the frame.
     """
     from_mean = heights - heights.mean()
     weights = 1.0 / heights.size + (height - heights.mean()) * from_mean / np.sum(from_mean**2)
     return float(np.sum(sampled_after_s * (heights - height) * weights))
 
 
-def damping_shift(path: PrintedPath, inertia: float, squared_rate: float) -> float:
+def damping_shift(path: PrintedPath, inertia: Annotated[float, "N·m·s²/rad"], squared_rate: float) -> float:
     """Shift of the printed B by the sampling times of the markers (N·m·s/rad).
 
-    Parameters
-    ----------
-    path : PrintedPath
-        Leg and markers.
-    inertia : float
-        I of the joint (N·m·s²/rad).
-    squared_rate : float
-        w^2 (1/s²), as `WindowedFits.squared_rate`.
+    inertia: I of the joint.
+    squared_rate: w^2 (1/s²), as `WindowedFits.squared_rate`.
     """
     leg = path.leg
     error = pose_error(path.markers.layout_m[:, 1], path.sampled_after_s, percussion_height(leg, inertia))
@@ -83,32 +76,23 @@ def damping_shift(path: PrintedPath, inertia: float, squared_rate: float) -> flo
 
 @dataclass(frozen=True)
 class LagFit:
-    """The law of the joint, fitted with another lag of the translation.
-
-    Attributes
-    ----------
-    lag_s : float
-        Time by which the translation of the leg is read after its rotation (s).
-    damping_Nms_per_rad : float
-        Fitted B for small bending (N·m·s/rad).
-    rms, rms_damping : float
-        Root mean square of (value - printed) / scatter over I, B and K, and of B - printed B (N·m·s/rad).
-    unexplained_percent, standard_error_damping : float
-        100 - VAF of a perturbation (%), and standard error of B of a perturbation (N·m·s/rad), without noise;
-        means over the conditions.
-    vaf_wristalyzer, vaf_without_handle : float
-        VAF (%) of the angle of this joint by the linear joint of the Wristalyzer, with the inertia of foot
-        and handle and without; median over the conditions.
-    """
+    """The law of the joint, fitted with another lag of the translation."""
 
     lag_s: float
+    """Time by which the translation of the leg is read after its rotation."""
     damping_Nms_per_rad: float
-    rms: float
-    rms_damping: float
+    """Fitted B for small bending."""
+    rms: Annotated[float, "N·m·s/rad"]
+    rms_damping: Annotated[float, "N·m·s/rad"]
+    """Root mean square of (value - printed) / scatter over I, B and K, and of B - printed B."""
     unexplained_percent: float
     standard_error_damping: float
+    """100 - VAF of a perturbation (%), and standard error of B of a perturbation (N·m·s/rad), without
+    noise; means over the conditions."""
     vaf_wristalyzer: float
     vaf_without_handle: float
+    """VAF (%) of the angle of this joint by the linear joint of the Wristalyzer, with the inertia of foot
+    and handle and without; median over the conditions."""
 
 
 def timing_facts(
@@ -162,22 +146,12 @@ def lag_fits(
 ) -> list[LagFit]:
     """Fit the law for several lags, by Gauss-Newton steps from the fit without lag.
 
-    Parameters
-    ----------
-    path, belts, printed
-        As `fit_joint`; all conditions are used.
-    fit : JointFit
-        The law fitted without lag.
-    followed : tuple of RubberJoint
-        Joint of the Wristalyzer (thesis section 4-1-3), and the same without the inertia of foot and handle,
-        which do not turn on the treadmill.
-    lags_s : tuple of float
-        Lags of the translation (s).
-
-    Returns
-    -------
-    list of LagFit
-        In the order of the lags.
+    path, belts, printed: as `fit_joint`; all conditions are used.
+    fit: the law fitted without lag.
+    followed: joint of the Wristalyzer (thesis section 4-1-3), and the same without the inertia of foot and
+    handle, which do not turn on the treadmill.
+    lags_s: lags of the translation.
+    Returns: in the order of the lags.
     """
     names, step = list(belts), 1e-3
     fitted = np.array([getattr(fit.joint, name) for name in fit.free])

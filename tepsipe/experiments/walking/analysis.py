@@ -33,30 +33,20 @@ LEAST_CONTACT = 0.9
 
 @dataclass(frozen=True)
 class WalkingImpedance:
-    """Results of a trial.
-
-    Attributes
-    ----------
-    phases : dict of float to PhaseImpedance
-        Nominal phase (%) -> impedance.
-    at_percent : dict of float to float
-        Nominal phase (%) -> phase to which K belongs (%).
-    deviations : dict of float to Deviations
-        Nominal phase (%) -> strides minus their unperturbed behaviour.
-    stance_s : float
-        Mean stance of the unperturbed strides (s).
-    quiet : ndarray of bool
-        Mask of the unperturbed strides.
-    dropped : tuple of str
-        A sentence for every stride, pulse and phase that was left out.
-    """
+    """Results of a trial."""
 
     phases: dict[float, PhaseImpedance]
+    """Nominal phase (%) -> impedance."""
     at_percent: dict[float, float]
+    """Nominal phase (%) -> phase to which K belongs (%)."""
     deviations: dict[float, Deviations]
+    """Nominal phase (%) -> strides minus their unperturbed behaviour."""
     stance_s: float
+    """Mean stance of the unperturbed strides."""
     quiet: np.ndarray
+    """Mask of the unperturbed strides."""
     dropped: tuple[str, ...]
+    """A sentence for every stride, pulse and phase that was left out."""
 
     def stiffness_at(self, percent: float) -> tuple[float, float]:
         """K and its Type A uncertainty (N·m/rad) at a phase (%), on the line through the nearest two."""
@@ -80,28 +70,12 @@ def analyse_walking(
 ) -> WalkingImpedance:
     """Impedance of the ankle at each phase of stance that was perturbed.
 
-    Parameters
-    ----------
-    recording : WalkingRecording
-        Signals of the perturbed leg.
-    strides : Strides
-        Strides of the same leg, from `segment_strides` (s).
-    onsets : sequence of float
-        Onsets of the pulses (s).
-    options : WalkingOptions or None
-        Choices; None for the recommended ones.
-    sources : mapping of str to Source or None
-        Type B, see `estimate_impedance`.
-
-    Returns
-    -------
-    WalkingImpedance
-        Impedance of each phase, and omissions.
-
-    Raises
-    ------
-    InputError
-        If the belts are swapped, there are too few unperturbed strides, or no phase can be evaluated.
+    recording: signals of the perturbed leg.
+    strides: strides of the same leg, from `segment_strides`.
+    onsets: onsets of the pulses (s).
+    options: Choices; None for the recommended ones.
+    sources: type B, see `estimate_impedance`.
+    Returns: impedance of each phase, and omissions.
     """
     options = options or WalkingOptions()
     pulses, quiet, percent = place_pulses(recording, strides, onsets, options)
@@ -153,11 +127,6 @@ def place_pulses(
     """Pulses in their strides (s), unperturbed strides, and places of the pulses in stance (%).
 
     Arguments are those of `analyse_walking`.
-
-    Raises
-    ------
-    InputError
-        As `analyse_walking`.
     """
     refuse_swapped_belts(recording, strides)
     refuse_other_units(recording, strides)

@@ -1,6 +1,7 @@
 """Signals of perturbed strides after the onset of their pulses, minus matched unperturbed strides."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -31,40 +32,26 @@ ANGLE, RATE, ACCELERATION, MOMENT, MOMENT_RATE, VERTICAL, ANTERIOR, FOOT_ACCELER
 
 @dataclass(frozen=True)
 class FilteredWalk:
-    """Splines through the low-passed signals of a trial, all filtered alike.
-
-    Attributes
-    ----------
-    splines : dict of str to scipy.interpolate.CubicSpline
-        angle (rad), moment (N·m), vertical and anterior force (N), ankle_x (m) over time (s).
-    state : list of scipy.interpolate.CubicSpline
-        Signals from which unperturbed behaviour is predicted.
-    rate_hz : float
-        Rate of the recording (Hz).
-    """
+    """Splines through the low-passed signals of a trial, all filtered alike."""
 
     splines: dict[str, scipy.interpolate.CubicSpline]
+    """angle (rad), moment (N·m), vertical and anterior force (N), ankle_x (m) over time (s)."""
     state: list
+    """Signals from which unperturbed behaviour is predicted."""
     rate_hz: float
+    """Rate of the recording."""
 
 
 @dataclass(frozen=True)
 class Deviations:
-    """Strides minus their unperturbed behaviour, for one phase.
+    """Strides minus their unperturbed behaviour, for one phase."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (w,)
-        After the onset (s).
-    perturbed : ndarray, shape (n, 8, w)
-        Perturbed strides: the signals of `CHANNELS` (rad, rad/s, rad/s2, N·m, N·m/s, N, N, m/s2).
-    unperturbed : ndarray, shape (m, 8, w)
-        Unperturbed strides, each minus its prediction by the others, in their order (the same units).
-    """
-
-    time: np.ndarray
-    perturbed: np.ndarray
-    unperturbed: np.ndarray
+    time: Annotated[np.ndarray, "(w,)", "s"]
+    """After the onset."""
+    perturbed: Annotated[np.ndarray, "(n, 8, w)"]
+    """Perturbed strides: the signals of `CHANNELS` (rad, rad/s, rad/s2, N·m, N·m/s, N, N, m/s2)."""
+    unperturbed: Annotated[np.ndarray, "(m, 8, w)"]
+    """Unperturbed strides, each minus its prediction by the others, in their order (the same units)."""
 
 
 def filter_walk(
@@ -72,27 +59,9 @@ def filter_walk(
 ) -> FilteredWalk:
     """Low-pass all signals of a trial alike.
 
-    Parameters
-    ----------
-    recording : WalkingRecording
-        Signals.
-    cutoff_hz : float
-        Cutoff (Hz).
-    order : int
-        Order of both passes together.
-    matched_by : tuple of str or None
-        Signals of which the state at the onset is taken: moment, angle, vertical, anterior, other_vertical or
-        names of the recording's ``state``; None for all, () for the plain mean.
-
-    Returns
-    -------
-    FilteredWalk
-        Splines (units of the signals).
-
-    Raises
-    ------
-    InputError
-        If ``matched_by`` names an unknown signal.
+    order: order of both passes together.
+    matched_by: signals of which the state at the onset is taken: moment, angle, vertical, anterior,
+    other_vertical or names of the recording's ``state``; None for all, () for the plain mean.
     """
     contact = recording.vertical > CONTACT_N
     known = {
@@ -124,32 +93,19 @@ def filter_walk(
 def subtract_unperturbed(
     walk: FilteredWalk,
     pulses: tuple[np.ndarray, np.ndarray],
-    unperturbed: np.ndarray,
+    unperturbed: Annotated[np.ndarray, "(m,)", "s"],
     window_s: float,
     ridge: float,
     before_s: float,
 ) -> Deviations:
     """Deviations of the perturbed strides of one phase.
 
-    Parameters
-    ----------
-    walk : FilteredWalk
-        Signals.
-    pulses : tuple of ndarray, each of shape (n,)
-        Onsets and their delays after the heel strike (s).
-    unperturbed : ndarray, shape (m,)
-        Heel strikes of unperturbed strides (s).
-    window_s : float
-        Length of the window (s).
-    ridge : float
-        Penalty of the matching, relative to the number of strides.
-    before_s : float
-        The state is that so long before the onset (s).
-
-    Returns
-    -------
-    Deviations
-        Deviations of the strides of this phase.
+    pulses: onsets and their delays after the heel strike (s). Shape (n,).
+    unperturbed: heel strikes of unperturbed strides.
+    window_s: length of the window.
+    ridge: penalty of the matching, relative to the number of strides.
+    before_s: the state is that so long before the onset.
+    Returns: deviations of the strides of this phase.
     """
     onset, delay = pulses
     time = np.arange(1, round(window_s * walk.rate_hz) + 1) / walk.rate_hz

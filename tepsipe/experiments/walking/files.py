@@ -24,28 +24,11 @@ def read_recording(
 ) -> WalkingRecording:
     """Read one leg of a walking trial and bring it to a regular clock.
 
-    Parameters
-    ----------
-    path : str or Path
-        Text table with a header; a name that ends in ``.gz`` is decompressed.
-    columns : mapping of str to str or None
-        time (s), angle (rad, plantarflexion positive), vertical, anterior and other_vertical (N), cop,
-        ankle_x and ankle_y (m), supplied_moment (N·m; None if there is none), and any others that may
-        foretell a stride -> name in the header.
-    rate_hz : float
-        Rate of the regular clock (Hz).
-    max_gap_s : float
-        Longest step between two time stamps (s).
-
-    Returns
-    -------
-    WalkingRecording
-        Signals, linearly interpolated.
-
-    Raises
-    ------
-    InputError
-        If the table cannot be read, its time runs backwards, or has a longer gap.
+    path: text table with a header; a name that ends in ``.gz`` is decompressed.
+    columns: time (s), angle (rad, plantarflexion positive), vertical, anterior and other_vertical (N), cop,
+    ankle_x and ankle_y (m), supplied_moment (N·m; None if there is none), and any others that may foretell
+    a stride -> name in the header.
+    max_gap_s: longest step between two time stamps.
     """
     table = read_text_table(path, dict(columns), ",")
     time = table.pop("time")
@@ -69,24 +52,11 @@ def read_recording(
 def read_events(path: str | Path | None, columns: Mapping[str, str | None]) -> dict[str, np.ndarray]:
     """Read heel strikes, toe-offs and onsets of pulses of one leg.
 
-    Parameters
-    ----------
-    path : str or Path or None
-        Text table with a header, one event per cell (s); empty cells are missing events. Or a C3D, whose
-        events count from its first frame. None if there is none.
-    columns : mapping of str to str or None
-        heel_strike, toe_off, pulse -> name in the header, or label of the events with its context before it,
-        for example Left Foot Strike; None where there are none.
-
-    Returns
-    -------
-    dict of str to ndarray
-        heel_strike, toe_off, pulse (s), each in increasing order.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, a column is missing, or a cell is not a number.
+    path: text table with a header, one event per cell (s); empty cells are missing events. Or a C3D, whose
+    events count from its first frame. None if there is none.
+    columns: heel_strike, toe_off, pulse -> name in the header, or label of the events with its context
+    before it, for example Left Foot Strike; None where there are none.
+    Returns: heel_strike, toe_off, pulse (s), each in increasing order.
     """
     if path is None:
         return {kind: np.zeros(0) for kind in EVENTS}

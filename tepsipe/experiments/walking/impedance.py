@@ -28,7 +28,7 @@ Shorter & Rouse (2018). IEEE Trans. Neural Syst. Rehabil. Eng. 26(1), 135-143.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 
@@ -53,60 +53,40 @@ LEAST_RESPONSE = 5.0  # of the angle, in standard deviations of its chance; belo
 
 @dataclass(frozen=True)
 class WalkingOptions:
-    """Choices of the analysis.
-
-    Attributes
-    ----------
-    phases_percent : tuple of float
-        Phases of stance at which pulses were given (%).
-    phase_tolerance_percent : float
-        Largest distance of a pulse from its phase (%).
-    lowpass_cutoff_hz : float
-        Cutoff of all signals (Hz).
-    lowpass_order : int
-        Order of both passes together.
-    window_s : float
-        Window after the onset (s).
-    reflex_from_s : float
-        Earliest reflex moment after the onset (s).
-    reflex_Nm : float
-        Standard deviation of the free reflex moment 20 ms later (N·m).
-    matched_by : tuple of str or None
-        Signals that foretell a stride, see `filter_walk`; None for all, () for the plain mean.
-    ridge : float
-        Penalty of the matching, relative to the number of strides.
-    state_before_s : float
-        The state at the onset is taken so long before (s).
-    inertia_kgm2 : float or None
-        I as it is known of a foot (N·m·s²/rad); None to estimate it.
-    foot_mass_kg : float
-        Mass of the foot with its shoe (kg).
-    foot_depth_m : float
-        Its centre of mass below the ankle (m).
-    fewest_strides : int
-        Fewest perturbed strides of a phase.
-    recovery_strides : int
-        Strides after a perturbed one that count as neither perturbed nor unperturbed.
-    control_percent : tuple of float
-        Further onsets, in swing, at which no impedance may be found (% of stance, above 100).
-    """
+    """Choices of the analysis."""
 
     phases_percent: tuple[float, ...] = (20.0, 40.0, 60.0, 80.0)
+    """Phases of stance at which pulses were given."""
     phase_tolerance_percent: float = 5.0
+    """Largest distance of a pulse from its phase."""
     lowpass_cutoff_hz: float = 20.0
+    """Cutoff of all signals."""
     lowpass_order: int = 4
+    """Order of both passes together."""
     window_s: float = 0.1
+    """Window after the onset."""
     reflex_from_s: float = 0.05
+    """Earliest reflex moment after the onset."""
     reflex_Nm: float = 1.6
+    """Standard deviation of the free reflex moment 20 ms later."""
     matched_by: tuple[str, ...] | None = None
+    """Signals that foretell a stride, see `filter_walk`; None for all, () for the plain mean."""
     ridge: float = 1.0
+    """Penalty of the matching, relative to the number of strides."""
     state_before_s: float = 0.04
+    """The state at the onset is taken so long before."""
     inertia_kgm2: float | None = 0.012
+    """I as it is known of a foot (N·m·s²/rad); None to estimate it."""
     foot_mass_kg: float = 1.15
+    """Mass of the foot with its shoe."""
     foot_depth_m: float = 0.06
+    """Its centre of mass below the ankle."""
     fewest_strides: int = 6
+    """Fewest perturbed strides of a phase."""
     recovery_strides: int = 1
+    """Strides after a perturbed one that count as neither perturbed nor unperturbed."""
     control_percent: tuple[float, ...] = ()
+    """Further onsets, in swing, at which no impedance may be found (% of stance, above 100)."""
 
     @classmethod
     def from_settings(cls, analysis: dict) -> Self:
@@ -122,36 +102,25 @@ class WalkingOptions:
 
 @dataclass(frozen=True)
 class PhaseImpedance:
-    """Impedance at one phase.
+    """Impedance at one phase."""
 
-    Attributes
-    ----------
-    values : ndarray, shape (3,)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-    budget : Budget
-        Their uncertainty (the same units); infinite where the angle does not respond.
-    low, high : ndarray, shape (3,)
-        Ends of the 95 % intervals (the same units).
-    at_s : float
-        Time after the onset to which K belongs (s).
-    response : float
-        RMS response of the mean angle, in standard deviations of its chance.
-    perturbed, unperturbed : int
-        Numbers of strides.
-    flags : str
-        ``no-response`` if the angle does not respond, ``no-contact`` if the foot carries no load in the
-        window; else empty.
-    """
-
-    values: np.ndarray
+    values: Annotated[np.ndarray, "(3,)"]
+    """I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad)."""
     budget: Budget
-    low: np.ndarray
-    high: np.ndarray
+    """Their uncertainty (the same units); infinite where the angle does not respond."""
+    low: Annotated[np.ndarray, "(3,)"]
+    high: Annotated[np.ndarray, "(3,)"]
+    """Ends of the 95 % intervals (the same units)."""
     at_s: float
+    """Time after the onset to which K belongs."""
     response: float
+    """RMS response of the mean angle, in standard deviations of its chance."""
     perturbed: int
     unperturbed: int
+    """Numbers of strides."""
     flags: str
+    """``no-response`` if the angle does not respond, ``no-contact`` if the foot carries no load in the
+    window; else empty."""
 
 
 def estimate_impedance(
@@ -165,22 +134,10 @@ def estimate_impedance(
     A stiffness that rises by K' within the window would be mistaken for a lack of damping. Given K' from
     the other phases, K' (t - t_K) Dtheta is subtracted first, which leaves K at t_K.
 
-    Parameters
-    ----------
-    deviations : Deviations
-        Strides minus their unperturbed behaviour.
-    options : WalkingOptions
-        Options of the analysis.
-    sources : mapping of str to Source
-        Type B: joint_centre_anterior_m, joint_centre_vertical_m, foot_mass_kg, belt_load_kgm, sync_s,
-        angle_gain, inertia_kgm2 (units in the names; the last counts where I is known).
-    rising : tuple of float
-        K' and its standard uncertainty (N·m/rad/s), and t_K (s after the onset).
-
-    Returns
-    -------
-    PhaseImpedance
-        Estimates.
+    deviations: strides minus their unperturbed behaviour.
+    sources: type B: joint_centre_anterior_m, joint_centre_vertical_m, foot_mass_kg, belt_load_kgm, sync_s,
+    angle_gain, inertia_kgm2 (units in the names; the last counts where I is known).
+    rising: k' and its standard uncertainty (N·m/rad/s), and t_K (s after the onset).
     """
     n, m = len(deviations.perturbed), len(deviations.unperturbed)
     factor = options.foot_mass_kg * options.foot_depth_m
@@ -219,25 +176,16 @@ def without_contact(fit: PhaseImpedance) -> PhaseImpedance:
 
 
 def predicted_uncertainty(
-    deviations: Deviations, response: np.ndarray, beta: np.ndarray, options: WalkingOptions
-) -> float:
+    deviations: Deviations,
+    response: Annotated[np.ndarray, "(3, w)"],
+    beta: Annotated[np.ndarray, "(3,)"],
+    options: WalkingOptions,
+) -> Annotated[float, "N·m/rad"]:
     """Standard uncertainty of K by one perturbed stride (N·m/rad), before it is recorded.
 
-    Parameters
-    ----------
-    deviations : Deviations
-        Deviations of unperturbed strides.
-    response : ndarray, shape (3, w)
-        Expected acceleration, velocity and angle (rad/s2, rad/s, rad).
-    beta : ndarray, shape (3,)
-        Expected I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
-    options : WalkingOptions
-        Options of the analysis.
-
-    Returns
-    -------
-    float
-        Type A of the estimator, at known I if the options know it (N·m/rad).
+    response: expected acceleration, velocity and angle (rad/s2, rad/s, rad).
+    beta: expected I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    Returns: type A of the estimator, at known I if the options know it.
     """
     factor = options.foot_mass_kg * options.foot_depth_m
     e0 = _remainder(*_response(deviations.unperturbed, factor), beta)

@@ -32,31 +32,22 @@ NEEDED = (ANKLE, KNEE, HEEL, TOE)
 
 @dataclass(frozen=True)
 class WalkingFiles:
-    """Axes, plates, markers and channels in the files of a laboratory.
-
-    Attributes
-    ----------
-    forward, up : str
-        Directions in the axes of the file: +x, -x, +y, -y, +z or -z.
-    own_plate, other_plate : int
-        Numbers of the force plates under the perturbed foot and under the other one.
-    force_sign : int
-        1 where the plates give the force on the person, -1 where that on the plate.
-    markers : dict of str to str
-        ankle, knee, heel, toe, and any others whose position may foretell a stride -> label in the file.
-    surface_m : float
-        Height of the belt in the axes of the file (m).
-    """
+    """Axes, plates, markers and channels in the files of a laboratory."""
 
     forward: str
     up: str
+    """Directions in the axes of the file: +x, -x, +y, -y, +z or -z."""
     own_plate: int
     other_plate: int
+    """Numbers of the force plates under the perturbed foot and under the other one."""
     force_sign: int = 1
+    """1 where the plates give the force on the person, -1 where that on the plate."""
     markers: Mapping[str, str] = field(
         default_factory=lambda: {ANKLE: "LMAL", KNEE: "LKNE", HEEL: "LHEE", TOE: "LTOE"}
     )
+    """ankle, knee, heel, toe, and any others whose position may foretell a stride -> label in the file."""
     surface_m: float = 0.0
+    """Height of the belt in the axes of the file."""
 
     @classmethod
     def from_settings(cls, recording: dict) -> Self:
@@ -74,26 +65,13 @@ def is_of_instruments(path: str | Path) -> bool:
 def read_instruments(path: str | Path, files: WalkingFiles, rate_hz: float, max_gap_s: float):
     """Read one leg of a walking trial from a C3D or from the text of D-Flow's mocap module.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    files : WalkingFiles
-        Axes, plates and markers (m).
-    rate_hz : float
-        Rate of the regular clock (Hz).
-    max_gap_s : float
-        Longest time for which a marker may be hidden (s).
+    rate_hz: rate of the regular clock.
+    max_gap_s: longest time for which a marker may be hidden.
 
     Returns
     -------
     WalkingRecording
         Signals on the clock, whose time 0 is the first frame.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or used.
     """
     return walking_recording(read_recording(path), files, rate_hz, max_gap_s)
 
@@ -101,13 +79,7 @@ def read_instruments(path: str | Path, files: WalkingFiles, rate_hz: float, max_
 def walking_recording(
     recording: Recording, files: WalkingFiles, rate_hz: float, max_gap_s: float
 ) -> WalkingRecording:
-    """One leg of a walking trial from markers and plates; see `read_instruments` (m, N, N·m, Hz, s).
-
-    Raises
-    ------
-    InputError
-        If a plate or a marker is missing, a marker is hidden for too long, or the axes are equal.
-    """
+    """One leg of a walking trial from markers and plates; see `read_instruments` (m, N, N·m, Hz, s)."""
     name = recording.name
     forward, up = DIRECTIONS[files.forward], DIRECTIONS[files.up]
     if forward @ up:

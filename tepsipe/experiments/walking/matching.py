@@ -10,6 +10,7 @@ each signal first. Nearest neighbours and an extrapolation of slopes do worse wi
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -19,47 +20,31 @@ FEATURE_STEP_S = 0.02  # a feature's slope is a difference over this time
 
 @dataclass(frozen=True)
 class Matching:
-    """Prediction of unperturbed behaviour after an onset.
+    """Prediction of unperturbed behaviour after an onset."""
 
-    Attributes
-    ----------
-    centre, scale : ndarray, shape (f,)
-        Mean and standard deviation of the features over the unperturbed strides.
-    slope : ndarray, shape (f, k)
-        Change of the predicted signals per standard deviation of a feature (units of the signals).
-    mean : ndarray, shape (k,)
-        Mean of the signals over the unperturbed strides (units of the signals).
-    leverage : ndarray, shape (n,)
-        Share of each unperturbed stride in its own prediction.
-    """
-
-    centre: np.ndarray
-    scale: np.ndarray
-    slope: np.ndarray
-    mean: np.ndarray
+    centre: Annotated[np.ndarray, "(f,)"]
+    scale: Annotated[np.ndarray, "(f,)"]
+    """Mean and standard deviation of the features over the unperturbed strides."""
+    slope: Annotated[np.ndarray, "(f, k)"]
+    """Change of the predicted signals per standard deviation of a feature (units of the signals)."""
+    mean: Annotated[np.ndarray, "(k,)"]
+    """Mean of the signals over the unperturbed strides (units of the signals)."""
     leverage: np.ndarray
+    """Share of each unperturbed stride in its own prediction."""
 
     def predict(self, features: np.ndarray) -> np.ndarray:
         """Unperturbed behaviour, shape (m, k) (units of the signals), for features, shape (m, f)."""
         return self.mean + (features - self.centre) / self.scale @ self.slope
 
 
-def fit_matching(features: np.ndarray, signals: np.ndarray, ridge: float) -> Matching:
+def fit_matching(
+    features: Annotated[np.ndarray, "(n, f)"], signals: Annotated[np.ndarray, "(n, k)"], ridge: float
+) -> Matching:
     """Fit the prediction to unperturbed strides.
 
-    Parameters
-    ----------
-    features : ndarray, shape (n, f)
-        State at the onset; f may be 0.
-    signals : ndarray, shape (n, k)
-        Signals after the onset.
-    ridge : float
-        Strength of the penalty lambda, relative to the number of strides.
-
-    Returns
-    -------
-    Matching
-        Its prediction (units of the signals).
+    features: state at the onset; f may be 0.
+    signals: signals after the onset.
+    ridge: strength of the penalty lambda, relative to the number of strides.
     """
     n, f = features.shape
     centre, scale = features.mean(axis=0), features.std(axis=0)
@@ -85,22 +70,13 @@ def cut(spline: scipy.interpolate.CubicSpline, onsets: np.ndarray, after: np.nda
     return spline(onsets[:, None] + after)
 
 
-def state_features(splines: list, onsets: np.ndarray, before_s: float) -> np.ndarray:
+def state_features(
+    splines: list, onsets: Annotated[np.ndarray, "(n,)", "s"], before_s: float
+) -> Annotated[np.ndarray, "(n, 2 f)"]:
     """State shortly before each onset: value and change of each signal.
 
-    Parameters
-    ----------
-    splines : list of scipy.interpolate.CubicSpline
-        Signals.
-    onsets : ndarray, shape (n,)
-        Onsets (s).
-    before_s : float
-        The state is that so long before the onset (s): a zero-lag filter brings the pulse forward.
-
-    Returns
-    -------
-    ndarray, shape (n, 2 f)
-        Value of each signal and its change within 20 ms (units of the signals).
+    before_s: the state is that so long before the onset (s): a zero-lag filter brings the pulse forward.
+    Returns: value of each signal and its change within 20 ms (units of the signals).
     """
     at = onsets - before_s
     columns = []

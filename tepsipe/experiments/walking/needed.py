@@ -25,65 +25,41 @@ FEWEST_PLANNED = 10  # strides of a phase
 
 @dataclass(frozen=True)
 class ExpectedPulse:
-    """A planned pulse, and the joint that it perturbs.
-
-    Attributes
-    ----------
-    amplitude_rad : float
-        Rotation of the ankle (rad).
-    duration_s : float
-        Duration of its minimum-jerk ramp (s).
-    stiffness_Nm_per_rad : dict of float to float
-        Phase (%) -> expected K (N·m/rad).
-    damping_Nms_per_rad : float
-        Expected B (N·m·s/rad).
-    strides : int
-        All perturbed strides.
-    """
+    """A planned pulse, and the joint that it perturbs."""
 
     amplitude_rad: float
+    """Rotation of the ankle."""
     duration_s: float
+    """Duration of its minimum-jerk ramp."""
     stiffness_Nm_per_rad: dict[float, float]
+    """Phase (%) -> expected K (N·m/rad)."""
     damping_Nms_per_rad: float
     strides: int = 150
+    """All perturbed strides."""
 
 
 @dataclass(frozen=True)
 class NeededRow:
-    """Strides needed at one phase; the fields are columns of ``tables/needed.csv``.
-
-    Attributes
-    ----------
-    condition : str
-        The trial.
-    phase_percent : float
-        Phase of the onset (%).
-    matching : str
-        state, or mean: how unperturbed behaviour is predicted.
-    moment_sd_Nm, angle_sd_rad : float
-        Standard deviation, 60 ms after the onset, of what the prediction leaves (N·m, rad).
-    K_Nm_per_rad : float
-        Expected K (N·m/rad).
-    u_one_stride_Nm_per_rad : float
-        Standard uncertainty of K by one stride (N·m/rad).
-    strides_for_15_percent : float
-        Strides for a standard uncertainty of 15 % of K.
-    planned_strides : int
-        Strides of the planned number that this phase gets, see `allocation`.
-    planned_u_percent : float
-        Standard uncertainty of K with them, of Type A (% of K).
-    """
+    """Strides needed at one phase; the fields are columns of ``tables/needed.csv``."""
 
     condition: str
     phase_percent: float
+    """Phase of the onset."""
     matching: str
+    """state, or mean: how unperturbed behaviour is predicted."""
     moment_sd_Nm: float
     angle_sd_rad: float
+    """Standard deviation, 60 ms after the onset, of what the prediction leaves."""
     K_Nm_per_rad: float
+    """Expected K."""
     u_one_stride_Nm_per_rad: float
+    """Standard uncertainty of K by one stride."""
     strides_for_15_percent: float
+    """Strides for a standard uncertainty of 15 % of K."""
     planned_strides: int
+    """Strides of the planned number that this phase gets, see `allocation`."""
     planned_u_percent: float
+    """Standard uncertainty of K with them, of Type A (% of K)."""
 
 
 NEEDED_ROWS = Table(NeededRow, "strides needed")
@@ -95,22 +71,7 @@ def allocation(needed: Sequence[float], total: int, fewest: int) -> list[int]:
     u^2 falls with the number, so each phase gets strides in proportion to its need. It gets at least
     ``fewest``, because its K also determines the rise at its neighbours, and scatter needs several strides.
 
-    Parameters
-    ----------
-    needed : sequence of float
-        Strides that each phase needs for one and the same relative uncertainty.
-    total, fewest : int
-        All perturbed strides, and the fewest of a phase.
-
-    Returns
-    -------
-    list of int
-        Strides of each phase, together ``total``.
-
-    Raises
-    ------
-    InputError
-        If there are too few strides.
+    Returns: strides of each phase, together ``total``.
     """
     if total < fewest * len(needed):
         raise InputError(
@@ -141,28 +102,7 @@ def needed_strides(
 ) -> list[NeededRow]:
     """Strides that K needs at each phase, with and without matching.
 
-    Parameters
-    ----------
-    condition : str
-        The trial, for the rows.
-    recording : WalkingRecording
-        Unperturbed walking.
-    strides : Strides
-        Its strides (s).
-    pulse : ExpectedPulse
-        Planned pulse.
-    options : WalkingOptions
-        Options of the analysis.
-
-    Returns
-    -------
-    list of NeededRow
-        Two rows per phase (units in the columns).
-
-    Raises
-    ------
-    InputError
-        If there are too few strides, or the belts are swapped.
+    condition: the trial, for the rows.
     """
     refuse_swapped_belts(recording, strides)
     refuse_other_units(recording, strides)

@@ -15,17 +15,8 @@ LARGEST_LEVER_M = 0.5  # from ankle to centre of pressure
 def refuse_other_units(recording: WalkingRecording, strides: Strides) -> None:
     """Refuse a recording whose angle, forces, lengths or events cannot be in rad, N, m and s.
 
-    Parameters
-    ----------
-    recording : WalkingRecording
-        Signals of the perturbed leg (rad, N, m).
-    strides : Strides
-        Strides of the same leg (s).
-
-    Raises
-    ------
-    InputError
-        With the signal, what is expected and found, and what to do.
+    recording: signals of the perturbed leg.
+    strides: strides of the same leg.
     """
     name, time = recording.name, recording.time
     outside = (strides.start < time[0]) | (strides.end > time[-1] + 1.0)

@@ -12,6 +12,7 @@ strides with it, so the results look better than they are (`bandwidth_hz`).
 """
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -28,44 +29,30 @@ CONTACT_N = 30.0  # below this force the centre of pressure is not defined
 
 @dataclass(frozen=True)
 class WalkingRecording:
-    """One leg in a walking trial.
-
-    Attributes
-    ----------
-    name : str
-        Name of the trial, for messages.
-    rate_hz : float
-        Rate of the regular clock (Hz).
-    time : ndarray, shape (n,)
-        The clock (s).
-    angle : ndarray, shape (n,)
-        Angle of the ankle, positive in plantarflexion (rad).
-    vertical, anterior : ndarray, shape (n,)
-        Force of the belt on this foot, upward and forward (N).
-    cop : ndarray, shape (n,)
-        Centre of pressure below this foot, forward (m).
-    ankle_x, ankle_y : ndarray, shape (n,)
-        Ankle joint, forward and above the belt (m).
-    other_vertical : ndarray, shape (n,)
-        Force of the belt on the other foot, upward (N).
-    state : dict of str to ndarray
-        Further signals that may foretell a stride, for example the angle of the knee.
-    supplied_moment : ndarray or None, shape (n,)
-        Moment of the ankle as supplied with the recording, positive in plantarflexion (N·m).
-    """
+    """One leg in a walking trial."""
 
     name: str
+    """Name of the trial, for messages."""
     rate_hz: float
-    time: np.ndarray
-    angle: np.ndarray
-    vertical: np.ndarray
-    anterior: np.ndarray
-    cop: np.ndarray
-    ankle_x: np.ndarray
-    ankle_y: np.ndarray
-    other_vertical: np.ndarray
+    """Rate of the regular clock."""
+    time: Annotated[np.ndarray, "(n,)", "s"]
+    """The clock."""
+    angle: Annotated[np.ndarray, "(n,)", "rad"]
+    """Angle of the ankle, positive in plantarflexion."""
+    vertical: Annotated[np.ndarray, "(n,)", "N"]
+    anterior: Annotated[np.ndarray, "(n,)", "N"]
+    """Force of the belt on this foot, upward and forward."""
+    cop: Annotated[np.ndarray, "(n,)", "m"]
+    """Centre of pressure below this foot, forward."""
+    ankle_x: Annotated[np.ndarray, "(n,)", "m"]
+    ankle_y: Annotated[np.ndarray, "(n,)", "m"]
+    """Ankle joint, forward and above the belt."""
+    other_vertical: Annotated[np.ndarray, "(n,)", "N"]
+    """Force of the belt on the other foot, upward."""
     state: dict[str, np.ndarray] = field(default_factory=dict)
-    supplied_moment: np.ndarray | None = None
+    """Further signals that may foretell a stride, for example the angle of the knee."""
+    supplied_moment: Annotated[np.ndarray, "(n,)", "N·m"] | None = None
+    """Moment of the ankle as supplied with the recording, positive in plantarflexion."""
 
 
 def ankle_moment(recording: WalkingRecording) -> np.ndarray:
@@ -79,25 +66,17 @@ def ankle_moment(recording: WalkingRecording) -> np.ndarray:
     return np.where(contact, moment, 0.0)
 
 
-def bandwidth_hz(moment: np.ndarray, reference: np.ndarray, rate_hz: float) -> float:
+def bandwidth_hz(
+    moment: Annotated[np.ndarray, "(n,)", "N·m"],
+    reference: Annotated[np.ndarray, "(n,)", "N·m"],
+    rate_hz: float,
+) -> float:
     """Frequency at which a supplied moment has lost half of the power of the reference (Hz).
 
     The gain is the open-loop spectral estimate from the reference, |S_ry / S_rr|, averaged over three
     lines. Half the rate is returned where the gain stays above 1/sqrt(2).
 
-    Parameters
-    ----------
-    moment : ndarray, shape (n,)
-        Supplied moment (N·m).
-    reference : ndarray, shape (n,)
-        Moment of full bandwidth, for example `ankle_moment` (N·m).
-    rate_hz : float
-        Sampling rate (Hz).
-
-    Raises
-    ------
-    InputError
-        If the recording is shorter than four segments.
+    reference: moment of full bandwidth, for example `ankle_moment`.
     """
     length = round(SEGMENT_S * rate_hz)
     if moment.size < 4 * length:
@@ -119,17 +98,7 @@ def agreement(recording: WalkingRecording, stance: np.ndarray) -> float:
     Both are low-passed alike. A large difference means that this side's moment cannot be reconstructed, for
     example because its centre of pressure or its ankle does not belong to the foot. Do not use it then.
 
-    Parameters
-    ----------
-    recording : WalkingRecording
-        With a supplied moment (N·m).
-    stance : ndarray of bool, shape (n,)
-        Samples that are compared.
-
-    Raises
-    ------
-    InputError
-        If no moment is supplied.
+    stance: samples that are compared.
     """
     if recording.supplied_moment is None:
         raise InputError(

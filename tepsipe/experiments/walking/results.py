@@ -19,47 +19,32 @@ SWING_PERCENT = 100.0
 
 @dataclass(frozen=True)
 class WalkingRow:
-    """One quantity at one phase; the fields are columns of ``tables/walking.csv``.
-
-    Attributes
-    ----------
-    condition : str
-        The trial.
-    pulses : str
-        recorded, or none: then random strides stand for perturbed ones.
-    phase_percent, at_percent : float
-        Nominal phase of the onset, and phase to which K belongs (%).
-    quantity, unit : str
-        I, B or K and its unit.
-    value, standard_error, ci_low, ci_high : float
-        Estimate, combined standard uncertainty and 95 % interval (``unit``).
-    u_type_a, u_type_b : float
-        Standard uncertainties from the strides and from everything else (``unit``).
-    perturbed, unperturbed : int
-        Numbers of strides.
-    response : float
-        RMS response of the mean angle, in standard deviations of its chance.
-    flags : str
-        ``no-response``: the angle does not respond; ``no-contact``: the foot is in the air. Then there is no
-        value, and the interval is infinite.
-    """
+    """One quantity at one phase; the fields are columns of ``tables/walking.csv``."""
 
     condition: str
     pulses: str
+    """recorded, or none: then random strides stand for perturbed ones."""
     phase_percent: float
     at_percent: float
+    """Nominal phase of the onset, and phase to which K belongs."""
     quantity: str
     unit: str
     value: float
     standard_error: float
     ci_low: float
     ci_high: float
+    """Estimate, combined standard uncertainty and 95 % interval (``unit``)."""
     u_type_a: float
     u_type_b: float
+    """Standard uncertainties from the strides and from everything else (``unit``)."""
     perturbed: int
     unperturbed: int
+    """Numbers of strides."""
     response: float
+    """RMS response of the mean angle, in standard deviations of its chance."""
     flags: str
+    """``no-response``: the angle does not respond; ``no-contact``: the foot is in the air. Then there is no
+    value, and the interval is infinite."""
 
 
 WALKING_ROWS = Table(WalkingRow, "impedance in walking")

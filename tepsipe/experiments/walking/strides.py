@@ -8,6 +8,7 @@ has no undisturbed duration of its own.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Annotated
 
 import numpy as np
 
@@ -21,24 +22,16 @@ ODD_STANCE = 0.25  # largest difference from the median stance, relative
 
 @dataclass(frozen=True)
 class Strides:
-    """Usable strides of one leg.
+    """Usable strides of one leg."""
 
-    Attributes
-    ----------
-    start : ndarray, shape (n,)
-        Heel strikes (s).
-    stance : ndarray, shape (n,)
-        Time from heel strike to toe-off (s).
-    end : ndarray, shape (n,)
-        Next heel strikes of the same foot (s).
-    dropped : tuple of str
-        One sentence for every stride that is not among them.
-    """
-
-    start: np.ndarray
-    stance: np.ndarray
-    end: np.ndarray
+    start: Annotated[np.ndarray, "(n,)", "s"]
+    """Heel strikes."""
+    stance: Annotated[np.ndarray, "(n,)", "s"]
+    """Time from heel strike to toe-off."""
+    end: Annotated[np.ndarray, "(n,)", "s"]
+    """Next heel strikes of the same foot."""
     dropped: tuple[str, ...]
+    """One sentence for every stride that is not among them."""
 
     def __len__(self) -> int:
         """Number of strides."""
@@ -58,21 +51,14 @@ class Strides:
 
 @dataclass(frozen=True)
 class Pulses:
-    """Perturbed strides.
+    """Perturbed strides."""
 
-    Attributes
-    ----------
-    onset : ndarray, shape (p,)
-        Onsets of the usable pulses (s).
-    stride : ndarray of int, shape (p,)
-        Index of the stride of each.
-    dropped : tuple of str
-        One sentence for every pulse that cannot be used.
-    """
-
-    onset: np.ndarray
-    stride: np.ndarray
+    onset: Annotated[np.ndarray, "(p,)", "s"]
+    """Onsets of the usable pulses."""
+    stride: Annotated[np.ndarray, "(p,)"]
+    """Index of the stride of each."""
     dropped: tuple[str, ...]
+    """One sentence for every pulse that cannot be used."""
 
 
 def segment_strides(
@@ -88,24 +74,9 @@ def segment_strides(
     than a quarter from the median, which indicates a wrong event. Closer limits would select among
     the unperturbed strides and not among the perturbed ones, whose stance the pulse changes.
 
-    Parameters
-    ----------
-    heel_strikes, toe_offs : sequence of float
-        Events of one foot (s). NaN for a missing event.
-    name : str
-        Name of the trial, for messages.
-    from_s : float
-        Strides before this instant are left out, for example while the belt starts (s).
-
-    Returns
-    -------
-    Strides
-        Usable strides (s).
-
-    Raises
-    ------
-    InputError
-        If fewer than 3 heel strikes or no toe-off are given.
+    heel_strikes, toe_offs: events of one foot (s). NaN for a missing event.
+    name: name of the trial, for messages.
+    from_s: strides before this instant are left out, for example while the belt starts.
     """
     heel, toe = (np.sort(np.asarray(x, float)[np.isfinite(x)]) for x in (heel_strikes, toe_offs))
     heel = heel[heel >= from_s]
@@ -163,21 +134,10 @@ def locate_pulses(
 ) -> Pulses:
     """Strides of pulses; those whose window meets a heel strike or no usable stride are left out.
 
-    Parameters
-    ----------
-    strides : Strides
-        Usable strides (s).
-    onsets : sequence of float
-        Onsets of pulses (s).
-    window_s : float
-        Length of the window after an onset (s).
-    name : str
-        Name of the trial, for messages.
-
-    Returns
-    -------
-    Pulses
-        Usable pulses (s), and a sentence for every other one.
+    onsets: onsets of pulses (s).
+    window_s: length of the window after an onset.
+    name: name of the trial, for messages.
+    Returns: usable pulses, and a sentence for every other one.
     """
     kept, dropped = [], []
     for onset in np.asarray(onsets, float):
@@ -199,22 +159,13 @@ def locate_pulses(
     return Pulses(located[:, 0], located[:, 1].astype(int), tuple(dropped))
 
 
-def random_onsets(strides: Strides, phases_percent: Sequence[float], rng: np.random.Generator) -> np.ndarray:
+def random_onsets(
+    strides: Strides, phases_percent: Sequence[float], rng: np.random.Generator
+) -> Annotated[np.ndarray, "s"]:
     """Onsets in half of the strides, chosen at random, in equal numbers at each phase (s).
 
-    Parameters
-    ----------
-    strides : Strides
-        Unperturbed strides (s).
-    phases_percent : sequence of float
-        Phases of stance (%).
-    rng : numpy.random.Generator
-        Chooses the strides.
-
-    Returns
-    -------
-    ndarray
-        Onsets in increasing order (s).
+    phases_percent: phases of stance.
+    Returns: onsets in increasing order.
     """
     each = len(strides) // (2 * len(phases_percent))
     chosen = rng.permutation(len(strides))[: each * len(phases_percent)]
@@ -227,17 +178,7 @@ def refuse_swapped_belts(recording: WalkingRecording, strides: Strides) -> None:
 
     In the swing of this foot its own belt must carry less than the other belt.
 
-    Parameters
-    ----------
-    recording : WalkingRecording
-        Forces of both belts (N).
-    strides : Strides
-        Strides of the recorded foot (s).
-
-    Raises
-    ------
-    InputError
-        If this foot's belt carries more than the other belt while the foot is in the air.
+    strides: strides of the recorded foot.
     """
     time = recording.time
     swing = np.zeros(time.size, dtype=bool)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -39,33 +40,22 @@ LEAST_VAF = 80.0
 
 @dataclass(frozen=True)
 class WristalyzerAnalysis:
-    """Results of one trial.
-
-    Attributes
-    ----------
-    prepared : PreparedTrial
-        Filtered signals (N·m, rad).
-    fitted : dict of str to Fitted
-        Estimator -> its result.
-    tapered : FrequencyResponse
-        The averaged estimate of the tapered record, for frequencies above the perturbation's band.
-    profile : StiffnessProfile
-        Profile of K for the leakage-free estimate, or for the averaged one without a period (N·m/rad).
-    many_starts : list of AdmittanceFit
-        Fits from random starting values.
-    tried : list of (float, AdmittanceFit, AdmittanceFit)
-        Starting K (N·m/rad), fit with complex residuals, fit with the modulus.
-    flags : tuple of str
-        Failed checks of the trial, names in `tepsipe.io.estimates.FLAGS`.
-    """
+    """Results of one trial."""
 
     prepared: PreparedTrial
+    """Filtered signals (N·m, rad)."""
     fitted: dict[str, Fitted]
+    """Estimator -> its result."""
     tapered: FrequencyResponse
+    """The averaged estimate of the tapered record, for frequencies above the perturbation's band."""
     profile: StiffnessProfile
+    """Profile of K for the leakage-free estimate, or for the averaged one without a period (N·m/rad)."""
     many_starts: list[AdmittanceFit]
+    """Fits from random starting values."""
     tried: list[tuple[float, AdmittanceFit, AdmittanceFit]]
+    """Starting K (N·m/rad), fit with complex residuals, fit with the modulus."""
     flags: tuple[str, ...]
+    """Failed checks of the trial, names in `tepsipe.io.estimates.FLAGS`."""
 
     @property
     def budgets(self) -> dict[str, Budget]:
@@ -81,26 +71,9 @@ def analyse_wristalyzer(
 ) -> WristalyzerAnalysis:
     """Estimate I, B, K by all estimators of the registry, and test the choices of the thesis.
 
-    Parameters
-    ----------
-    trial : Trial
-        ``torque`` (N·m) and ``angle`` (rad).
-    options : WristalyzerOptions
-        Options of the analysis.
-    rng : numpy.random.Generator
-        Draws starting values.
-    sources : mapping of str to Source, optional
-        Uncertain constants: torque_scale, angle_scale, torque_delay_s.
-
-    Returns
-    -------
-    WristalyzerAnalysis
-        Spectra, fits and their tests.
-
-    Raises
-    ------
-    InputError
-        If the record is too short or holds no perturbation.
+    trial: ``torque`` and ``angle``.
+    sources: uncertain constants: torque_scale, angle_scale, torque_delay_s.
+    Returns: spectra, fits and their tests.
     """
     record, flags = wristalyzer_record(trial, options, sources)
     prepared, bounds = record.prepared, options.bounds
@@ -133,11 +106,6 @@ def wristalyzer_record(
     """Record that the estimators take (N·m, rad), with its timing corrected, and flags of the timing.
 
     Arguments are those of `analyse_wristalyzer`.
-
-    Raises
-    ------
-    InputError
-        If the record is too short, has too few frequencies or holds no perturbation.
     """
     prepared = prepare(trial, options)
     torque, angle = prepared.torque[prepared.kept], prepared.angle[prepared.kept]
@@ -240,18 +208,13 @@ def wristalyzer_result(analysis: WristalyzerAnalysis) -> Result:
     return Result(arrays, units, facts)
 
 
-def cross_validate_wristalyzer(results: dict[str, Result]) -> np.ndarray:
+def cross_validate_wristalyzer(
+    results: dict[str, Result],
+) -> Annotated[np.ndarray, "(conditions, conditions)"]:
     """Predict every trial's angle with every trial's parameters (thesis section 3 and Figure 4-3).
 
-    Parameters
-    ----------
-    results : dict of str to Result
-        Condition -> `wristalyzer_result`.
-
-    Returns
-    -------
-    ndarray, shape (conditions, conditions)
-        VAF (%), parameters of the row's condition, angle and torque of the column's.
+    results: condition -> `wristalyzer_result`.
+    Returns: VAF (%), parameters of the row's condition, angle and torque of the column's.
     """
     prepared = {
         name: PreparedTrial(

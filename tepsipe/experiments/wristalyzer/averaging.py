@@ -22,37 +22,25 @@ from tepsipe.signals.spectra import frequency_averaged
 
 @dataclass(frozen=True)
 class AveragedFit:
-    """Fit to spectra averaged over a number of frequencies.
-
-    Attributes
-    ----------
-    condition : str
-        Name of the condition.
-    averaged_bins, frequencies : int
-        Raw frequencies averaged into one, and averaged frequencies in the fitted band.
-    I_Nms2_per_rad, B_Nms_per_rad, K_Nm_per_rad : float
-        Estimates.
-    K_sem_as_printed : float
-        SEM of K by thesis eq (3-2) as printed.
-    error : float
-        Sum of squares of thesis eq (3-6).
-    lowest_coherence, lowest_coherence_Hz : float
-        Lowest coherence in the fitted band, and its frequency (Hz), which single frequencies do not have.
-    linear_coherence : float
-        Coherence at that frequency of the fitted joint without noise, driven by the torque of the trial.
-    """
+    """Fit to spectra averaged over a number of frequencies."""
 
     condition: str
     averaged_bins: int
     frequencies: int
+    """Raw frequencies averaged into one, and averaged frequencies in the fitted band."""
     I_Nms2_per_rad: float
     B_Nms_per_rad: float
     K_Nm_per_rad: float
+    """Estimates."""
     K_sem_as_printed: float
+    """SEM of K by thesis eq (3-2) as printed."""
     error: float
+    """Sum of squares of thesis eq (3-6)."""
     lowest_coherence: float
     lowest_coherence_Hz: Undefinable
+    """Lowest coherence in the fitted band, and its frequency (Hz), which single frequencies do not have."""
     linear_coherence: float
+    """Coherence at that frequency of the fitted joint without noise, driven by the torque of the trial."""
 
 
 AVERAGED_FITS = Table(AveragedFit, "fits by number of averaged frequencies")
@@ -63,16 +51,8 @@ def sweep_averaging(
 ) -> Iterator[AveragedFit]:
     """Fit a trial for every number of averaged frequencies that leaves enough of them in the band.
 
-    Parameters
-    ----------
-    trial : Trial
-        ``torque`` (N·m) and ``angle`` (rad).
-    condition : str
-        Name of the condition.
-    options : WristalyzerOptions
-        Options of the analysis; its own number of averaged frequencies is not used.
-    numbers : sequence of int
-        Numbers of averaged frequencies.
+    trial: ``torque`` and ``angle``.
+    options: options of the analysis; its own number of averaged frequencies is not used.
 
     Yields
     ------

@@ -6,7 +6,7 @@ budgets, the comparison with the truth and the pages then show it.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
@@ -24,49 +24,32 @@ RECOMMENDED = (REGRESSION, AS_PRINTED)
 
 @dataclass(frozen=True)
 class Fitted:
-    """Result of an estimator of one trial.
+    """Result of an estimator of one trial."""
 
-    Attributes
-    ----------
-    parameters : ndarray, shape (3,)
-        I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
-    budget : Budget or None
-        Their uncertainty (same units); None without intervals.
-    spectrum : FrequencyResponse or None
-        Response that was fitted, over all frequencies (Hz, rad/(N·m)).
-    search : AdmittanceFit or None
-        Search for the parameters (same units); its error and its SEM as printed become rows.
-    flags : tuple of str
-        Failed checks, names in `tepsipe.io.estimates.FLAGS`.
-    """
-
-    parameters: np.ndarray
+    parameters: Annotated[np.ndarray, "(3,)"]
+    """I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
     budget: "Budget | None" = None
+    """Their uncertainty (same units); None without intervals."""
     spectrum: "FrequencyResponse | None" = None
+    """Response that was fitted, over all frequencies (Hz, rad/(N·m))."""
     search: "AdmittanceFit | None" = None
+    """Search for the parameters (same units); its error and its SEM as printed become rows."""
     flags: tuple[str, ...] = ()
+    """Failed checks, names in `tepsipe.io.estimates.FLAGS`."""
 
 
 @dataclass(frozen=True)
 class Estimator:
-    """An estimator of I, B, K from one trial.
-
-    Attributes
-    ----------
-    meaning : str
-        Description in a few words.
-    function : callable
-        From a `WristalyzerRecord` to `Fitted`.
-    needs_period : bool
-        True if the perturbation must be periodic; other trials do without the estimator.
-    in_table : bool
-        True for a block of rows in Table 4-1.
-    """
+    """An estimator of I, B, K from one trial."""
 
     meaning: str
+    """Description in a few words."""
     function: "Callable[[WristalyzerRecord], Fitted]"
+    """From a `WristalyzerRecord` to `Fitted`."""
     needs_period: bool = False
+    """True if the perturbation must be periodic; other trials do without the estimator."""
     in_table: bool = False
+    """True for a block of rows in Table 4-1."""
 
 
 def _searched(

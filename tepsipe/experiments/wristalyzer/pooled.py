@@ -30,30 +30,15 @@ def fit_wristalyzer_together(
 ) -> tuple[PooledFit, tuple[str, ...]]:
     """Constants of the joint and of the manipulator from the trials of all scale factors.
 
-    Parameters
-    ----------
-    trials : list of Trial
-        ``torque`` (N·m) and ``angle`` (rad), all at one rate.
-    period_s : float
-        Period of the multisine (s).
-    lowpass_cutoff_hz, lowpass_order : float, int
-        Zero-lag Butterworth filter (Hz, -).
-    cut_s : float
-        Time cut at both ends (s).
-    excited_band_hz : (float, float)
-        Lowest and highest frequency of the perturbation (Hz), for the timing of every trial.
+    trials: ``torque`` and ``angle``, all at one rate.
+    period_s: period of the multisine.
+    lowpass_cutoff_hz, lowpass_order: zero-lag Butterworth filter.
+    cut_s: time cut at both ends.
+    excited_band_hz: lowest and highest frequency of the perturbation (Hz), for the timing of every trial.
 
-    Returns
-    -------
-    fit : PooledFit
-        Constants with their intervals.
-    flags : tuple of str
-        Failed checks of any trial's timing.
-
-    Raises
-    ------
-    InputError
-        If the trials hold too few periods, or no motion.
+    Returns:
+        fit: constants with their intervals.
+        flags: failed checks of any trial's timing.
     """
     rate = trials[0].rate_hz
     cut = round(cut_s * rate)
@@ -70,21 +55,11 @@ def pooled_estimates(
 ) -> tuple[list[Estimate], list[Contribution]]:
     """Tidy rows of the condition ``pooled``: K and B hold for small movements.
 
-    Parameters
-    ----------
-    fit : PooledFit
-        The fit.
-    sources : mapping of str to Source
-        Uncertain constants: torque_scale, angle_scale.
-    flags : sequence of str
-        Failed checks of the trials.
+    flags: failed checks of the trials.
 
-    Returns
-    -------
-    estimates : list of Estimate
-        I, B, K are recommended.
-    contributions : list of Contribution
-        Their budgets, source by source.
+    Returns:
+        estimates: I, B, K are recommended.
+        contributions: their budgets, source by source.
     """
     budget, quantities = pooled_budget(fit, sources), list(fit.values)
     rows = [

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 
@@ -25,43 +26,29 @@ LONGEST_DELAY_S, LARGEST_JITTER_S = 2e-3, 1.2e-3
 
 @dataclass(frozen=True)
 class WristalyzerOptions:
-    """Options of the thesis (section 3-1-1, Table 3-2) and of the tests of its choices.
-
-    Attributes
-    ----------
-    lowpass_cutoff_hz, lowpass_order : float, int
-        Zero-lag Butterworth filter (Hz, -).
-    cut_s : float
-        Time cut at both ends (s).
-    averaged_bins : int
-        Raw frequencies averaged into one.
-    fit_band_hz : (float, float)
-        Lowest and highest fitted frequency (Hz).
-    perturbation_period_s : float or None
-        Period of the multisine (s); None if the perturbation is not periodic.
-    excited_band_hz : (float, float)
-        Lowest and highest frequency of the perturbation (Hz).
-    bounds : Bounds
-        Starting values and bounds (N·m·s²/rad, N·m·s/rad, N·m/rad).
-    random_starts : int
-        Number of random starting values.
-    tried_stiffness_Nm_per_rad : tuple of float
-        Starting values of K tried with each type of residual (N·m/rad).
-    profile_Nm_per_rad : (float, float, int)
-        Lowest and highest K of the profile (N·m/rad) and number of points.
-    """
+    """Options of the thesis (section 3-1-1, Table 3-2) and of the tests of its choices."""
 
     lowpass_cutoff_hz: float
     lowpass_order: int
+    """Zero-lag Butterworth filter."""
     cut_s: float
+    """Time cut at both ends."""
     averaged_bins: int
+    """Raw frequencies averaged into one."""
     fit_band_hz: tuple[float, float]
+    """Lowest and highest fitted frequency."""
     perturbation_period_s: float | None
+    """Period of the multisine (s); None if the perturbation is not periodic."""
     excited_band_hz: tuple[float, float]
+    """Lowest and highest frequency of the perturbation."""
     bounds: Bounds
+    """Starting values and bounds (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
     random_starts: int
+    """Number of random starting values."""
     tried_stiffness_Nm_per_rad: tuple[float, ...]
+    """Starting values of K tried with each type of residual."""
     profile_Nm_per_rad: tuple[float, float, int]
+    """Lowest and highest K of the profile (N·m/rad) and number of points."""
 
     @classmethod
     def from_settings(cls, analysis: Mapping) -> "WristalyzerOptions":
@@ -86,21 +73,13 @@ def timed(
     The delay is measured where the perturbation is periodic, and corrected if it is longer than that of a
     drive: the trigger was late or early.
 
-    Parameters
-    ----------
-    trial : Trial
-        ``torque`` (N·m) and ``angle`` (rad).
-    cut_s, period_s : float, float or None
-        Time cut at both ends, and period of the perturbation (s).
-    band_hz : (float, float)
-        Lowest and highest frequency of the perturbation (Hz).
+    trial: ``torque`` and ``angle``.
+    cut_s, period_s: time cut at both ends, and period of the perturbation.
+    band_hz: lowest and highest frequency of the perturbation.
 
-    Returns
-    -------
-    trial : Trial
-        The same if its timing is usual.
-    flags : tuple of str
-        ``log-delay`` for a corrected delay, ``stamp-jitter``.
+    Returns:
+        trial: the same if its timing is usual.
+        flags: ``log-delay`` for a corrected delay, ``stamp-jitter``.
     """
     flags = ("stamp-jitter",) * (trial.attributes.get("stamp_jitter_s", 0.0) > LARGEST_JITTER_S)
     cut = round(cut_s * trial.rate_hz)
@@ -122,21 +101,13 @@ def timed(
 
 @dataclass(frozen=True)
 class PreparedTrial:
-    """Filtered signals of a trial.
+    """Filtered signals of a trial."""
 
-    Attributes
-    ----------
-    torque, angle : ndarray, shape (n,)
-        Whole trial (N·m, rad).
-    kept : slice
-        Samples that remain after both ends are cut (samples).
-    rate_hz : float
-        Sampling rate (Hz).
-    """
-
-    torque: np.ndarray
-    angle: np.ndarray
+    torque: Annotated[np.ndarray, "(n,)", "N·m"]
+    angle: Annotated[np.ndarray, "(n,)", "rad"]
+    """Whole trial."""
     kept: slice
+    """Samples that remain after both ends are cut (samples)."""
     rate_hz: float
 
     def prediction_vaf(self, parameters: np.ndarray) -> float:
@@ -149,13 +120,7 @@ class PreparedTrial:
 
 
 def prepare(trial: Trial, options: WristalyzerOptions) -> PreparedTrial:
-    """Filter torque and angle identically, and cut both ends (N·m, rad, samples).
-
-    Raises
-    ------
-    InputError
-        If no samples remain.
-    """
+    """Filter torque and angle identically, and cut both ends (N·m, rad, samples)."""
     rate = trial.rate_hz
 
     def lowpass(x: np.ndarray) -> np.ndarray:
@@ -177,24 +142,16 @@ def prepare(trial: Trial, options: WristalyzerOptions) -> PreparedTrial:
 
 @dataclass(frozen=True)
 class WristalyzerRecord:
-    """Signals of a trial, and their known uncertainties.
-
-    Attributes
-    ----------
-    trial : Trial
-        ``torque`` (N·m) and ``angle`` (rad).
-    prepared : PreparedTrial
-        The same signals filtered (N·m, rad).
-    options : WristalyzerOptions
-        Options of the analysis.
-    sources : mapping of str to Source
-        Uncertain constants: torque_scale, angle_scale, torque_delay_s.
-    """
+    """Signals of a trial, and their known uncertainties."""
 
     trial: Trial
+    """``torque`` (N·m) and ``angle`` (rad)."""
     prepared: PreparedTrial
+    """The same signals filtered (N·m, rad)."""
     options: WristalyzerOptions
+    """Options of the analysis."""
     sources: Mapping[str, Source]
+    """Uncertain constants: torque_scale, angle_scale, torque_delay_s."""
 
     def recorded(self, name: str) -> np.ndarray:
         """A signal of the kept part, unfiltered."""

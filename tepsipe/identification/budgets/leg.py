@@ -21,6 +21,7 @@ derivatives are of the result of the analysis with respect to the value of the s
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -122,24 +123,17 @@ class LegUncertainty:
             refuse_other_kind(self.markers, SegmentMarkers, place, "SegmentMarkers")
 
 
-def compliance_contributions(values: np.ndarray, sources: Mapping[str, Source]) -> dict[str, np.ndarray]:
+def compliance_contributions(
+    values: Annotated[np.ndarray, "(3,)"], sources: Mapping[str, Source]
+) -> dict[str, np.ndarray]:
     """Contribution of a compliant foot to I, B, K, shape (1, 3); empty without this source.
 
     A compliance c in series turns Z = I s^2 + B s + K into Z / (1 + c Z), to first order Z - c Z^2:
 
         I -> I - c (B^2 + 2 K I),    B -> B - 2 c K B,    K -> K - c K^2
 
-    Parameters
-    ----------
-    values : ndarray, shape (3,)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-    sources : mapping of str to Source
-        Uncertain constants; c in rad/Nm.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (1, 3)
-        For `Budget.contributions`.
+    sources: uncertain constants; c in rad/Nm.
+    Returns: for `Budget.contributions`.
     """
     if "foot_compliance_rad_per_Nm" not in sources:
         return {}
@@ -195,22 +189,11 @@ def leg_budget(
 ) -> Budget:
     """Uncertainty of the means of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
 
-    Parameters
-    ----------
-    fit : WindowedFits
-        The estimates.
-    reestimate : callable or None
-        Estimates them, shape (3,), from another motion and leg; None if they come from the
-        angle over the whole trial.
-    known : LegUncertainty
-        Assumed leg, with its uncertainty.
-    further : mapping of str to ndarray, shape (k, 3), optional
-        Contributions of other sources to I, B, K.
-
-    Returns
-    -------
-    Budget
-        Type A and one entry per source that acts.
+    reestimate: estimates them, shape (3,), from another motion and leg; None if they come from the angle
+    over the whole trial.
+    known: assumed leg, with its uncertainty.
+    further: contributions of other sources to I, B, K.
+    Returns: type A and one entry per source that acts.
     """
     if not known.sources:
         contributions = {}
@@ -275,22 +258,9 @@ def changed_motion(
 ) -> SegmentMotion:
     """Motion of the leg (s, rad, m) as estimated with deviations of the sources.
 
-    Parameters
-    ----------
-    motion : SegmentMotion
-        As it was found (s, rad, m).
-    markers : SegmentMarkers
-        Layout of the markers (m).
-    com_m : float
-        Distance of the centre of mass from the ankle (m).
-    deviations : mapping of str to float
-        Names of `LEG_SOURCES` and of `marker_sources`, joint_offset_m with its direction after a slash (units
-        in the names). marker_sampling_s is not among them.
-
-    Returns
-    -------
-    SegmentMotion
-        Units as ``motion``.
+    com_m: distance of the centre of mass from the ankle.
+    deviations: names of `LEG_SOURCES` and of `marker_sources`, joint_offset_m with its direction after a
+    slash (units in the names). marker_sampling_s is not among them.
     """
     turned, a, b = of_layout(markers, com_m, deviations)
     a += deviations.get(f"joint_offset_m/{ANTERIOR}", 0.0)
@@ -370,22 +340,12 @@ def torque_contributions(
     return by_source(contributions)
 
 
-def angle_contributions(values: np.ndarray, leg: Leg, sources: Mapping[str, Source]) -> dict[str, np.ndarray]:
+def angle_contributions(
+    values: Annotated[np.ndarray, "(3,)"], leg: Leg, sources: Mapping[str, Source]
+) -> dict[str, np.ndarray]:
     """Exact contribution of each source to I, B, K from the angle over the whole trial.
 
-    Parameters
-    ----------
-    values : ndarray, shape (3,)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-    leg : Leg
-        The leg (kg, m, kg·m²).
-    sources : mapping of str to Source
-        Uncertain constants.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (1, 3)
-        For `Budget.contributions`.
+    Returns: for `Budget.contributions`.
     """
     about_ankle = leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2
     p = leg.mass_kg * leg.com_m

@@ -42,19 +42,10 @@ def scale_contributions(
 ) -> dict[str, np.ndarray]:
     """Contributions of the scales of torque and angle.
 
-    Parameters
-    ----------
-    quantities : mapping of str to float
-        Estimates by name (their units).
-    sources : mapping of str to Source
-        torque_scale and angle_scale, as far as they are known.
-    powers_of : mapping of str to (int, int)
-        Powers of the torque and of the angle in a quantity; a torque per angle where none are named.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (1, p)
-        For `Budget.contributions`.
+    quantities: estimates by name (their units).
+    sources: torque_scale and angle_scale, as far as they are known.
+    powers_of: powers of the torque and of the angle in a quantity; a torque per angle where none are named.
+    Returns: for `Budget.contributions`.
     """
     values = np.array(list(quantities.values()))
     powers = np.array([powers_of.get(name, TORQUE_PER_ANGLE) for name in quantities])
@@ -72,19 +63,10 @@ def delay_contributions(
 ) -> dict[str, np.ndarray]:
     """Contribution of a torque that acts later than its record, to estimates that are linear in the torque.
 
-    Parameters
-    ----------
-    of_torque : callable
-        From a torque (N·m), shape (n,), to the estimates, shape (p,).
-    rate : ndarray, shape (n,)
-        Derivative of the torque (N·m/s).
-    sources : mapping of str to Source
-        torque_delay_s, if it is known.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (1, p)
-        For `Budget.contributions`.
+    of_torque: from a torque (N·m), shape (n,), to the estimates, shape (p,).
+    rate: derivative of the torque (N·m/s).
+    sources: torque_delay_s, if it is known.
+    Returns: for `Budget.contributions`.
     """
     name = "torque_delay_s"
     return {name: -of_torque(sources[name].standard_uncertainty * rate)[None]} if name in sources else {}
@@ -109,21 +91,8 @@ def spectral_budget(
     The change by smearing and, for averages over whole periods, the distance to another criterion are half
     widths of rectangular distributions. Residuals are unequal.
 
-    Parameters
-    ----------
-    fit : AdmittanceFit
-        The fit.
-    estimate : FrequencyResponse
-        The n frequencies that were fitted (Hz, rad/(N·m)).
-    bounds : Bounds
-        Bounds of the fit (its units).
-    sources : mapping of str to Source
-        torque_scale, angle_scale and torque_delay_s, as far as they are known.
-
-    Returns
-    -------
-    Budget
-        Budget of I, B, K.
+    estimate: the n frequencies that were fitted.
+    sources: torque_scale, angle_scale and torque_delay_s, as far as they are known.
     """
     contributions = scale_contributions(_of_joint(fit.parameters), sources)
     if "torque_delay_s" in sources:
@@ -148,17 +117,7 @@ def period_budget(fit: PeriodFit, sources: Mapping[str, Source]) -> Budget:
     The change with the lower part of the band counts as the half width of a rectangular distribution, because
     the linear joint nearest to a non-linear one differs between bands. The delay is estimated.
 
-    Parameters
-    ----------
-    fit : PeriodFit
-        The fit.
-    sources : mapping of str to Source
-        torque_scale and angle_scale, as far as they are known.
-
-    Returns
-    -------
-    Budget
-        Budget of I, B, K.
+    sources: torque_scale and angle_scale, as far as they are known.
     """
     contributions = scale_contributions(_of_joint(fit.parameters), sources)
     contributions[BAND] = fit.of_band[None] / np.sqrt(3.0)
@@ -168,17 +127,8 @@ def period_budget(fit: PeriodFit, sources: Mapping[str, Source]) -> Budget:
 def pooled_budget(fit: PooledFit, sources: Mapping[str, Source]) -> Budget:
     """Uncertainty of the fit to all trials together (units of ``fit``), of its quantities in their order.
 
-    Parameters
-    ----------
-    fit : PooledFit
-        The fit.
-    sources : mapping of str to Source
-        torque_scale and angle_scale, as far as they are known.
-
-    Returns
-    -------
-    Budget
-        Budget of every quantity of ``fit.values``.
+    sources: torque_scale and angle_scale, as far as they are known.
+    Returns: budget of every quantity of ``fit.values``.
     """
     type_a = np.array([fit.standard_error[name] for name in fit.values])
     return Budget(type_a, fit.freedom, scale_contributions(fit.values, sources), _freedom(sources))

@@ -14,6 +14,7 @@ if the leg had turned by this angle.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -25,31 +26,20 @@ from tepsipe.statistics.uncertainty import Source
 
 @dataclass(frozen=True)
 class LikelihoodData:
-    """Data that the joint likelihood was fitted to.
+    """Data that the joint likelihood was fitted to."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        Instants (s).
-    markers : DummyMarkers
-        Markers of foot and leg (m).
-    places : ndarray of int, shape (k,) or None
-        Places of these markers in the sequence of a frame, from 0; None if they are not sampled one after
-        the other, or their instants are not corrected.
-    belt_log : ndarray or None, shape (n,)
-        Logged velocity of the belt (m/s).
-    at_rest : ndarray of bool, shape (n,)
-        Samples at rest.
-    perturbations : list of Perturbation
-        Windows (samples).
-    """
-
-    time: np.ndarray
+    time: Annotated[np.ndarray, "(n,)", "s"]
     markers: DummyMarkers
-    places: np.ndarray | None
-    belt_log: np.ndarray | None
+    """Markers of foot and leg (m)."""
+    places: Annotated[np.ndarray, "(k,)"] | None
+    """Places of these markers in the sequence of a frame, from 0; None if they are not sampled one after
+    the other, or their instants are not corrected."""
+    belt_log: Annotated[np.ndarray, "(n,)", "m/s"] | None
+    """Logged velocity of the belt."""
     at_rest: np.ndarray
+    """Samples at rest."""
     perturbations: list[Perturbation]
+    """Windows (samples)."""
 
 
 def marker_contributions(
@@ -57,19 +47,9 @@ def marker_contributions(
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Contribution of displaced markers to I, B, K, at the working amplitude and of small movements.
 
-    Parameters
-    ----------
-    fit : LikelihoodEstimates
-        The estimates.
-    data : LikelihoodData
-        Data that they were fitted to (s, m, m/s).
-    sources : mapping of str to Source
-        Uncertain constants; sources that the module's docstring does not list are ignored.
-
-    Returns
-    -------
-    working, small : dict of str to ndarray, shape (1, 3)
-        For `Budget.contributions` (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    data: data that they were fitted to.
+    sources: uncertain constants; sources that the module's docstring does not list are ignored.
+    Returns: for `Budget.contributions` (N·m·s²/rad, N·m·s/rad, N·m/rad).
     """
     markers = levelled(data.markers, data.at_rest)
     moves: dict[str, Callable[[float], np.ndarray]] = {

@@ -32,28 +32,14 @@ def windows_budget(
 ) -> tuple[Budget, tuple[str, ...]]:
     """Uncertainty of the means of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
 
-    Parameters
-    ----------
-    fit : WindowedFits
-        The estimates.
-    name : str
-        Their estimator.
-    record : Record
-        What they were estimated from (s, rad, N·m).
-    uncertainty : mapping of str to float or Source, LegUncertainty, or None
-        Stated uncertainty of the scales of torque and angle and of the torque's delay, or of a leg.
+    name: their estimator.
+    record: what they were estimated from.
+    uncertainty: stated uncertainty of the scales of torque and angle and of the torque's delay, or of a
+    leg.
 
-    Returns
-    -------
-    budget : Budget
-        Type A and one entry per source.
-    sources : tuple of str
-        Sources of Type B.
-
-    Raises
-    ------
-    InputError
-        If a source is unknown, the torque is not the leg's, or the equation is the thesis's.
+    Returns:
+        budget: type A and one entry per source.
+        sources: sources of Type B.
     """
     place = "fit_impedance"
     of_leg = isinstance(uncertainty, LegUncertainty)

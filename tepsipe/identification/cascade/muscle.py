@@ -7,6 +7,7 @@ share frequency and damping.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -32,27 +33,17 @@ SLOPE = 1e-3
 
 
 def fit_muscle(
-    record: CascadeRecord, structure: Structure, blocks: list[slice], times: np.ndarray, samples: int
+    record: CascadeRecord,
+    structure: Structure,
+    blocks: list[slice],
+    times: Annotated[np.ndarray, "(draws, blocks)"],
+    samples: int,
 ) -> MuscleFit:
     """Frequency and damping by optimisation, the rest by regression, structure as selected.
 
-    Parameters
-    ----------
-    record : CascadeRecord
-        Weighted record.
-    structure : Structure
-        Structure with a reflex.
-    blocks : list of slice
-        Samples of the bootstrapped blocks.
-    times : ndarray, shape (draws, blocks)
-        Multiplicity of each block.
-    samples : int
-        Length of the response (samples).
-
-    Returns
-    -------
-    MuscleFit
-        The muscle.
+    blocks: samples of the bootstrapped blocks.
+    times: multiplicity of each block.
+    samples: length of the response (samples).
     """
     drive = {
         name: delayed(record.reflex_input(name, structure), structure.delay_s, record.rate_hz)

@@ -6,6 +6,7 @@ squares (Lawson & Hanson 1974) after the others are eliminated.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -16,24 +17,16 @@ BATCH = 200
 
 @dataclass(frozen=True)
 class BlockSums:
-    """Normal equations of blocks of samples.
+    """Normal equations of blocks of samples."""
 
-    Attributes
-    ----------
-    normal : ndarray, shape (blocks, p, p)
-        X'X, of scaled columns.
-    right : ndarray, shape (blocks, p)
-        X'y (unit of y).
-    power : ndarray, shape (blocks,)
-        y'y (unit of y, squared).
-    size : ndarray, shape (blocks,)
-        Samples of each block.
-    """
-
-    normal: np.ndarray
-    right: np.ndarray
-    power: np.ndarray
-    size: np.ndarray
+    normal: Annotated[np.ndarray, "(blocks, p, p)"]
+    """X'X, of scaled columns."""
+    right: Annotated[np.ndarray, "(blocks, p)"]
+    """X'y (unit of y)."""
+    power: Annotated[np.ndarray, "(blocks,)"]
+    """y'y (unit of y, squared)."""
+    size: Annotated[np.ndarray, "(blocks,)"]
+    """Samples of each block."""
 
     def of(self, columns: np.ndarray) -> "BlockSums":
         """The same for a selection of the columns (indices)."""
@@ -47,22 +40,12 @@ class BlockSums:
         return (self.power + product - 2.0 * np.einsum("fi,fi->f", solutions, self.right)) / self.size
 
 
-def block_sums(x: np.ndarray, y: np.ndarray, blocks: list[slice]) -> BlockSums:
+def block_sums(x: Annotated[np.ndarray, "(n, p)"], y: np.ndarray, blocks: list[slice]) -> BlockSums:
     """Normal equations of every block.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n, p)
-        Scaled regressors.
-    y : ndarray, shape (n,)
-        Signal to explain.
-    blocks : list of slice
-        Samples of each block.
-
-    Returns
-    -------
-    BlockSums
-        The sums (units of x and y).
+    x: scaled regressors.
+    y: signal to explain.
+    blocks: samples of each block.
     """
     return BlockSums(
         normal=np.array([x[block].T @ x[block] for block in blocks]),
@@ -72,22 +55,17 @@ def block_sums(x: np.ndarray, y: np.ndarray, blocks: list[slice]) -> BlockSums:
     )
 
 
-def solve_bounded(normal: np.ndarray, right: np.ndarray, bounded: np.ndarray) -> np.ndarray:
+def solve_bounded(
+    normal: Annotated[np.ndarray, "(k, p, p)"],
+    right: Annotated[np.ndarray, "(k, p)"],
+    bounded: Annotated[np.ndarray, "(p,)"],
+) -> Annotated[np.ndarray, "(k, p)"]:
     """Solutions of normal equations with coefficients that must not be negative.
 
-    Parameters
-    ----------
-    normal : ndarray, shape (k, p, p)
-        Normal matrices, penalty included.
-    right : ndarray, shape (k, p)
-        Right-hand sides.
-    bounded : ndarray of bool, shape (p,)
-        Whether a coefficient must not be negative.
-
-    Returns
-    -------
-    ndarray, shape (k, p)
-        Coefficients (unit of ``right``).
+    normal: normal matrices, penalty included.
+    right: right-hand sides.
+    bounded: whether a coefficient must not be negative.
+    Returns: coefficients (unit of ``right``).
     """
     if not bounded.any():
         return np.linalg.solve(normal, right[..., None])[..., 0]
@@ -107,22 +85,15 @@ def solve_bounded(normal: np.ndarray, right: np.ndarray, bounded: np.ndarray) ->
     return solution
 
 
-def solve_without_each(sums: BlockSums, penalty: np.ndarray, bounded: np.ndarray) -> np.ndarray:
+def solve_without_each(
+    sums: BlockSums, penalty: Annotated[np.ndarray, "(p, p)"], bounded: Annotated[np.ndarray, "(p,)"]
+) -> Annotated[np.ndarray, "(blocks, p)"]:
     """Solutions from all blocks but one, shape (blocks, p).
 
-    Parameters
-    ----------
-    sums : BlockSums
-        Normal equations of the blocks.
-    penalty : ndarray, shape (p, p)
-        Penalty per sample.
-    bounded : ndarray of bool, shape (p,)
-        Whether a coefficient must not be negative.
-
-    Returns
-    -------
-    ndarray, shape (blocks, p)
-        Coefficients, row by row without this block (unit of y).
+    sums: normal equations of the blocks.
+    penalty: penalty per sample.
+    bounded: whether a coefficient must not be negative.
+    Returns: coefficients, row by row without this block (unit of y).
     """
     others = sums.normal.sum(axis=0) - sums.normal
     right = sums.right.sum(axis=0) - sums.right
@@ -130,24 +101,18 @@ def solve_without_each(sums: BlockSums, penalty: np.ndarray, bounded: np.ndarray
     return solve_bounded(others + weight[:, None, None] * penalty, right, bounded)
 
 
-def solve_drawn(sums: BlockSums, times: np.ndarray, penalty: np.ndarray, bounded: np.ndarray) -> np.ndarray:
+def solve_drawn(
+    sums: BlockSums,
+    times: Annotated[np.ndarray, "(draws, blocks)"],
+    penalty: Annotated[np.ndarray, "(p, p)"],
+    bounded: Annotated[np.ndarray, "(p,)"],
+) -> Annotated[np.ndarray, "(draws, p)"]:
     """Solutions for blocks with multiplicities, as a bootstrap draws them.
 
-    Parameters
-    ----------
-    sums : BlockSums
-        Normal equations of the blocks.
-    times : ndarray, shape (draws, blocks)
-        Multiplicity of each block.
-    penalty : ndarray, shape (p, p)
-        Penalty per sample.
-    bounded : ndarray of bool, shape (p,)
-        Whether a coefficient must not be negative.
-
-    Returns
-    -------
-    ndarray, shape (draws, p)
-        Coefficients (unit of y).
+    sums: normal equations of the blocks.
+    times: multiplicity of each block.
+    bounded: whether a coefficient must not be negative.
+    Returns: coefficients (unit of y).
     """
     solutions = [np.empty((0, sums.right.shape[1]))]
     for start in range(0, times.shape[0], BATCH):

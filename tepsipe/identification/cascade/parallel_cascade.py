@@ -103,19 +103,8 @@ def identify_cascade(
 ) -> ParallelCascadeFit:
     """Fit both pathways to the first part of a record and predict all of it from the angle.
 
-    Parameters
-    ----------
-    record : CascadeRecord
-        From `make_record` (rad, N·m).
-    block, draws : int
-        Length of the bootstrapped blocks (samples), and number of draws.
-    rng : numpy.random.Generator
-        Draws the blocks.
-
-    Returns
-    -------
-    ParallelCascadeFit
-        Structure, pathways, prediction (rad, N·m, s).
+    record: from `make_record`.
+    block, draws: length of the bootstrapped blocks (samples), and number of draws.
     """
     selection = select_structure(record)
     record, structure, training = selection.record, selection.structure, record.training

@@ -5,6 +5,8 @@ series with a slider: its force follows the angle, but its deflection does not e
 element (Maxwell) is a spring in series with a damper: its deflection decays.
 """
 
+from typing import Annotated
+
 import numpy as np
 import scipy
 
@@ -16,20 +18,12 @@ def rectified(velocity: np.ndarray, direction: int, threshold: float) -> np.ndar
     return np.where(direction * velocity > threshold, velocity - direction * threshold, 0.0)
 
 
-def stop_deflection(angle: np.ndarray, radius: float) -> np.ndarray:
+def stop_deflection(angle: Annotated[np.ndarray, "(n,)", "rad"], radius: float) -> np.ndarray:
     """Deflection of the spring of an elastic-plastic stop element, initially 0.
 
-    Parameters
-    ----------
-    angle : ndarray, shape (n,)
-        theta (rad).
-    radius : float
-        Largest deflection (rad): beyond it the element yields.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        z (rad): dz = dtheta, limited to |z| <= radius. An element of stiffness w has the torque w z.
+    angle: theta.
+    radius: largest deflection (rad): beyond it the element yields.
+    Returns: z (rad): dz = dtheta, limited to |z| <= radius. An element of stiffness w has the torque w z.
     """
     deflection, deflections = 0.0, []
     for step in np.diff(angle, prepend=angle[:1]).tolist():
@@ -41,17 +35,9 @@ def stop_deflection(angle: np.ndarray, radius: float) -> np.ndarray:
 def relaxing_deflection(angle: np.ndarray, time_s: float, rate_hz: float) -> np.ndarray:
     """Deflection of the spring of a relaxing element, a spring and a damper in series, initially 0.
 
-    Parameters
-    ----------
-    angle : ndarray, shape (n,)
-        theta (rad), linear between samples.
-    time_s, rate_hz : float
-        Time constant of the relaxation (s), and sampling rate (Hz).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        z (rad): z' = theta' - z / time_s. An element of stiffness w has the torque w z.
+    angle: theta (rad), linear between samples.
+    time_s, rate_hz: time constant of the relaxation (s), and sampling rate (Hz).
+    Returns: z (rad): z' = theta' - z / time_s. An element of stiffness w has the torque w z.
     """
     late = 1.0 / (time_s * rate_hz)
     held = -np.expm1(-late) / late
@@ -59,22 +45,11 @@ def relaxing_deflection(angle: np.ndarray, time_s: float, rate_hz: float) -> np.
     return scipy.signal.lfilter([held], [1.0, -np.exp(-late)], steps)
 
 
-def delayed(x: np.ndarray, delay_s: float, rate_hz: float) -> np.ndarray:
+def delayed(x: Annotated[np.ndarray, "(n, ...)"], delay_s: float, rate_hz: float) -> np.ndarray:
     """A delayed signal, linear between samples; the first sample is held before the start.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n, ...)
-        Signal.
-    delay_s : float
-        Delay (s); negative for a lead, with the last sample held after the end.
-    rate_hz : float
-        Sampling rate (Hz).
-
-    Returns
-    -------
-    ndarray, shape of ``x``
-        x(t - delay) (unit of ``x``).
+    delay_s: delay (s); negative for a lead, with the last sample held after the end.
+    Returns: x(t - delay) (unit of ``x``).
     """
     samples = round(delay_s * rate_hz, 6)
     whole = int(np.floor(samples))
@@ -90,20 +65,13 @@ def lagged(x: np.ndarray, lags: np.ndarray) -> np.ndarray:
     return x[np.clip(at, 0, x.size - 1)]
 
 
-def knot_responses(length_s: float, knot_s: float, rate_hz: float) -> np.ndarray:
+def knot_responses(
+    length_s: float, knot_s: float, rate_hz: float
+) -> Annotated[np.ndarray, "(samples, knots)"]:
     """Piecewise linear basis responses: one per inner knot, 1 at this knot and 0 at all others.
 
-    Parameters
-    ----------
-    length_s, knot_s : float
-        Length, and distance of the knots (s), at most half of the length.
-    rate_hz : float
-        Sampling rate (Hz).
-
-    Returns
-    -------
-    ndarray, shape (samples, knots)
-        The responses at 0, 1 / rate, ....
+    length_s, knot_s: length, and distance of the knots (s), at most half of the length.
+    Returns: the responses at 0, 1 / rate, ....
     """
     knots = max(2, round(length_s / knot_s))
     time = np.arange(int(knots * knot_s * rate_hz) + 1) / rate_hz
@@ -112,26 +80,15 @@ def knot_responses(length_s: float, knot_s: float, rate_hz: float) -> np.ndarray
     )
 
 
-def laguerre_responses(length_s: float, pole_per_s: float, order: int, rate_hz: float) -> np.ndarray:
+def laguerre_responses(
+    length_s: float, pole_per_s: float, order: int, rate_hz: float
+) -> Annotated[np.ndarray, "(samples, order)"]:
     """Orthonormal basis of t^k exp(-pole t), k = 1 ... order: Laguerre functions that begin at 0.
 
     The first one is the impulse response of a critically damped second-order muscle.
 
-    Parameters
-    ----------
-    length_s : float
-        Time after which all responses are cut (s).
-    pole_per_s : float
-        Their pole (rad/s).
-    order : int
-        Number of functions.
-    rate_hz : float
-        Sampling rate (Hz).
-
-    Returns
-    -------
-    ndarray, shape (samples, order)
-        The responses at 0, 1 / rate, ..., with a sum of squares of ``rate_hz`` samples each.
+    length_s: time after which all responses are cut.
+    Returns: the responses at 0, 1 / rate, ..., with a sum of squares of ``rate_hz`` samples each.
     """
     time = np.arange(int(length_s * rate_hz) + 1) / rate_hz
     late = pole_per_s * time[:, None]
@@ -142,19 +99,9 @@ def laguerre_responses(length_s: float, pole_per_s: float, order: int, rate_hz: 
 def muscle_response(x: np.ndarray, rate_hz: float, frequency_hz: float, damping: float) -> np.ndarray:
     """Response of the muscle to a signal: second-order low-pass of static gain 1, initially at rest.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        Signal.
-    rate_hz, frequency_hz : float
-        Sampling rate, and the muscle's natural frequency (Hz).
-    damping : float
-        zeta.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        w^2 / (s^2 + 2 zeta w s + w^2) x (unit of ``x``).
+    rate_hz, frequency_hz: sampling rate, and the muscle's natural frequency.
+    damping: zeta.
+    Returns: w^2 / (s^2 + 2 zeta w s + w^2) x (unit of ``x``).
     """
     w = 2.0 * np.pi * frequency_hz
     return simulate_angle(np.array([1.0 / w**2, 2.0 * damping / w, 1.0]), x, rate_hz)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -30,43 +31,28 @@ FEWEST_LINES = 2.5
 
 @dataclass(frozen=True)
 class CascadeRecord:
-    """Filtered signals over the whole record, and the part in use.
-
-    Attributes
-    ----------
-    torque, angle : ndarray, shape (n,)
-        Low-pass filtered torque (N·m), and angle about its mean in the fitted part (rad).
-    turned : ndarray, shape (n,)
-        The angle about its mean, not filtered (rad).
-    rate_hz : float
-        Sampling rate (Hz).
-    kept : slice
-        Samples that are used.
-    training : int
-        Number of them, from the first on, that are fitted (samples).
-    lowpass : function of ndarray to ndarray
-        Filter of signals and regressors, along axis 0.
-    options : ParallelCascadeOptions
-        Options of the analysis.
-    radii : tuple of float
-        Radii of the stop elements within the recorded movement (rad).
-    slow : SlowModel
-        Spectrum of the slow torque against which the regression is weighted (Hz).
-    made : dict
-        Cache of computed regressors, by name and choice.
-    """
+    """Filtered signals over the whole record, and the part in use."""
 
     torque: np.ndarray
     angle: np.ndarray
-    turned: np.ndarray
+    """Low-pass filtered torque (N·m), and angle about its mean in the fitted part (rad)."""
+    turned: Annotated[np.ndarray, "(n,)", "rad"]
+    """The angle about its mean, not filtered."""
     rate_hz: float
     kept: slice
+    """Samples that are used."""
     training: int
+    """Number of them, from the first on, that are fitted (samples)."""
     lowpass: Callable[[np.ndarray], np.ndarray]
+    """Filter of signals and regressors, along axis 0."""
     options: ParallelCascadeOptions
+    """Options of the analysis."""
     radii: tuple[float, ...]
+    """Radii of the stop elements within the recorded movement (rad)."""
     slow: SlowModel
+    """Spectrum of the slow torque against which the regression is weighted (Hz)."""
     made: dict = field(default_factory=dict, repr=False)
+    """Cache of computed regressors, by name and choice."""
 
     @property
     def used(self) -> np.ndarray:
@@ -151,22 +137,13 @@ class CascadeRecord:
         return scipy.signal.oaconvolve(u[:, None], responses, axes=0)[: u.size] / self.rate_hz
 
 
-def kernel_responses(pole_per_s: float, options: ParallelCascadeOptions, rate_hz: float) -> np.ndarray:
+def kernel_responses(
+    pole_per_s: float, options: ParallelCascadeOptions, rate_hz: float
+) -> Annotated[np.ndarray, "(samples, functions)"]:
     """Basis of the reflex response at 0, 1 / rate, ...: Laguerre functions of a pole, or knots for pole 0.
 
-    Parameters
-    ----------
-    pole_per_s : float
-        Pole (rad/s), or 0.
-    options : ParallelCascadeOptions
-        Length, knots, and number of functions.
-    rate_hz : float
-        Sampling rate (Hz).
-
-    Returns
-    -------
-    ndarray, shape (samples, functions)
-        The basis.
+    pole_per_s: pole (rad/s), or 0.
+    options: length, knots, and number of functions.
     """
     if pole_per_s == 0.0:
         return knot_responses(options.reflex_length_s, options.reflex_knot_s, rate_hz)
@@ -177,30 +154,11 @@ def kernel_responses(pole_per_s: float, options: ParallelCascadeOptions, rate_hz
 def make_record(angle, torque, rate_hz, kept, training, lowpass, options) -> CascadeRecord:
     """Filtered record of which the first part is fitted.
 
-    Parameters
-    ----------
-    angle, torque : ndarray, shape (n,)
-        Whole record, unfiltered (rad, N·m).
-    rate_hz : float
-        Sampling rate (Hz).
-    kept : slice
-        Samples that are used; the angle before them determines the reflex at their start.
-    training : int
-        Number of them, from the first on, that are fitted (samples).
-    lowpass : function of ndarray to ndarray
-        Zero-lag low-pass for signals and regressors, along axis 0.
-    options : ParallelCascadeOptions
-        Options of the analysis.
-
-    Returns
-    -------
-    CascadeRecord
-        Signals (rad, N·m).
-
-    Raises
-    ------
-    InputError
-        If the joint does not move, or at one frequency only.
+    angle, torque: whole record, unfiltered (rad, N·m). Shape (n,).
+    rate_hz: sampling rate (Hz).
+    kept: samples that are used; the angle before them determines the reflex at their start.
+    lowpass: zero-lag low-pass for signals and regressors, along axis 0.
+    options: options of the analysis.
     """
     turned = angle - angle[kept][:training].mean()
     filtered = lowpass(turned)
@@ -241,27 +199,18 @@ def _refuse_one_frequency(angle: np.ndarray, rate_hz: float) -> None:
 
 @dataclass(frozen=True)
 class Design:
-    """Regressors of a structure over the part that is used.
+    """Regressors of a structure over the part that is used."""
 
-    Attributes
-    ----------
-    columns : ndarray, shape (n, p)
-        Scaled regressors.
-    white : ndarray, shape (n, p)
-        Their innovations, which are fitted.
-    scale : ndarray, shape (p,)
-        Divisor of each regressor.
-    groups : dict of str to slice
-        Columns of each group.
-    penalty : ndarray, shape (p, p)
-        Penalty without lambda.
-    """
-
-    columns: np.ndarray
-    white: np.ndarray
-    scale: np.ndarray
+    columns: Annotated[np.ndarray, "(n, p)"]
+    """Scaled regressors."""
+    white: Annotated[np.ndarray, "(n, p)"]
+    """Their innovations, which are fitted."""
+    scale: Annotated[np.ndarray, "(p,)"]
+    """Divisor of each regressor."""
     groups: dict[str, slice]
-    penalty: np.ndarray
+    """Columns of each group."""
+    penalty: Annotated[np.ndarray, "(p, p)"]
+    """Penalty without lambda."""
 
     @property
     def bounded(self) -> np.ndarray:
@@ -299,21 +248,8 @@ def make_design(
 ) -> Design:
     """Regressors of a structure.
 
-    Parameters
-    ----------
-    record : CascadeRecord
-        The record.
-    structure : Structure
-        Its terms.
-    given : dict of str to ndarray of shape (n, columns), optional
-        Groups that replace groups of the record (units of the torque's regressors).
-    fitted_only : bool
-        Whether only the innovations of the fitted part are wanted, which is quicker.
-
-    Returns
-    -------
-    Design
-        Scaled columns.
+    given: groups that replace groups of the record (units of the torque's regressors).
+    fitted_only: whether only the innovations of the fitted part are wanted, which is quicker.
     """
     given = given or {}
     names = column_groups(structure)

@@ -9,6 +9,7 @@ not separate, the one closest to the expected delay. All errors refer to the wei
 
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
+from typing import Annotated
 
 import numpy as np
 
@@ -30,48 +31,28 @@ SEPARATED = 2.0
 
 @dataclass(frozen=True)
 class Selection:
-    """Structure selected by cross-validation, and the errors it was selected by.
-
-    Attributes
-    ----------
-    record : CascadeRecord
-        The record, weighted against its slow torque.
-    structure : Structure
-        Selected structure.
-    full : Structure
-        All terms that were tried.
-    errors : dict of Structure to ndarray of shape (folds,)
-        Error of every block (N²·m²) for the models that were compared, the simplest first.
-    variants : dict of Structure to ndarray of shape (folds,)
-        The same for other kernels and thresholds of the reflex with all terms; empty without a reflex.
-    delays : dict of float to ndarray of shape (folds,)
-        The same for every profiled delay (s) of the selected structure; empty without a reflex.
-    thresholds : dict of float to ndarray of shape (folds,)
-        The same for every velocity threshold (rad/s).
-    """
+    """Structure selected by cross-validation, and the errors it was selected by."""
 
     record: CascadeRecord
+    """The record, weighted against its slow torque."""
     structure: Structure
+    """Selected structure."""
     full: Structure
+    """All terms that were tried."""
     errors: dict[Structure, np.ndarray]
+    """Error of every block (N²·m²) for the models that were compared, the simplest first, shape (folds,)."""
     variants: dict[Structure, np.ndarray]
+    """The same for other kernels and thresholds of the reflex with all terms; empty without a reflex, shape
+    (folds,)."""
     delays: dict[float, np.ndarray]
+    """The same for every profiled delay (s) of the selected structure; empty without a reflex, shape
+    (folds,)."""
     thresholds: dict[float, np.ndarray]
+    """The same for every velocity threshold (rad/s), shape (folds,)."""
 
 
 def select_structure(record: CascadeRecord) -> Selection:
-    """Select terms, kernel, threshold, delay and penalty; weight the record against its slow torque.
-
-    Parameters
-    ----------
-    record : CascadeRecord
-        The record, not weighted.
-
-    Returns
-    -------
-    Selection
-        Structure and errors.
-    """
+    """Select terms, kernel, threshold, delay and penalty; weight the record against its slow torque."""
     options = record.options
     full = Structure(1, True, options.expected_delay_s, 0.0, stops=bool(record.radii), gain_slope=True)
     full = replace(full, pole_per_s=_middle(options.reflex_poles_per_s))
@@ -111,17 +92,8 @@ def select_structure(record: CascadeRecord) -> Selection:
 def alike(profile: dict[float, np.ndarray], tolerance: float) -> list[float]:
     """Values whose mean error exceeds the smallest by no more than a relative tolerance.
 
-    Parameters
-    ----------
-    profile : dict of float to ndarray of shape (folds,)
-        Errors (N²·m²) of every value.
-    tolerance : float
-        Relative difference.
-
-    Returns
-    -------
-    list of float
-        The values (their unit).
+    tolerance: relative difference.
+    Returns: the values (their unit).
     """
     smallest = min(error.mean() for error in profile.values())
     return [value for value, error in profile.items() if error.mean() <= (1.0 + tolerance) * smallest]
@@ -130,17 +102,9 @@ def alike(profile: dict[float, np.ndarray], tolerance: float) -> list[float]:
 def choose(errors: dict[Structure, np.ndarray], tolerance: float) -> Structure:
     """The structure that `choose_rows` selects.
 
-    Parameters
-    ----------
-    errors : dict of Structure to ndarray of shape (folds,)
-        Errors (N²·m²) of every structure, the simplest first.
-    tolerance : float
-        Relative difference of the error below which a simpler structure is taken.
-
-    Returns
-    -------
-    Structure
-        The one that is chosen.
+    errors: errors (N²·m²) of every structure, the simplest first.
+    tolerance: relative difference of the error below which a simpler structure is taken.
+    Returns: the one that is chosen.
     """
     table = np.array(list(errors.values()))
     reflex = np.array([s.direction != 0 for s in errors])
@@ -148,8 +112,11 @@ def choose(errors: dict[Structure, np.ndarray], tolerance: float) -> Structure:
 
 
 def choose_rows(
-    tables: np.ndarray, reflex: np.ndarray, tolerance: float, among: np.ndarray | None = None
-) -> np.ndarray:
+    tables: Annotated[np.ndarray, "(k, structures, folds)"],
+    reflex: Annotated[np.ndarray, "(structures,)"],
+    tolerance: float,
+    among: Annotated[np.ndarray, "(k,)"] | None = None,
+) -> Annotated[np.ndarray, "(k,)"]:
     """Choose the rows of tables of errors.
 
     With and without a reflex, the simplest structure whose mean error exceeds the smallest by at most the
@@ -157,22 +124,10 @@ def choose_rows(
     ``SEPARATED`` standard errors of the difference over blocks. To average over structures, any of those
     within the tolerance is a candidate.
 
-    Parameters
-    ----------
-    tables : ndarray, shape (k, structures, folds)
-        Errors, the simplest structure first (N²·m²).
-    reflex : ndarray of bool, shape (structures,)
-        Whether a structure has a reflex.
-    tolerance : float
-        Relative tolerance.
-    among : ndarray, shape (k,), optional
-        Place of the candidate among the structures within the tolerance, from 0 to below 1; the simplest if
-        left out.
-
-    Returns
-    -------
-    ndarray of int, shape (k,)
-        Chosen rows.
+    reflex: whether a structure has a reflex.
+    tolerance: relative tolerance.
+    among: place of the candidate among the structures within the tolerance, from 0 to below 1; the simplest
+    if left out.
     """
     at = np.arange(tables.shape[0])
     chosen = []
@@ -189,21 +144,8 @@ def choose_rows(
     return np.where(_separated(gain), chosen[1], chosen[0])
 
 
-def cross_validated(record: CascadeRecord, structure: Structure) -> float:
-    """VAF (%) of the blocks of the fitted part, each predicted from the others with their offset.
-
-    Parameters
-    ----------
-    record : CascadeRecord
-        Weighted record.
-    structure : Structure
-        Structure with its penalty.
-
-    Returns
-    -------
-    float
-        VAF (%).
-    """
+def cross_validated(record: CascadeRecord, structure: Structure) -> Annotated[float, "%"]:
+    """VAF (%) of the blocks of the fitted part, each predicted from the others with their offset."""
     design = make_design(record, structure)
     folds = fold_slices(record)
     sums = block_sums(design.white, record.white_torque, folds)
@@ -226,23 +168,10 @@ def _vaf_of_folds(
     return float(100.0 * (1.0 - squares / np.sum((y - y.mean()) ** 2)))
 
 
-def fit_once(record: CascadeRecord, design: Design, structure: Structure) -> np.ndarray:
-    """Coefficients of the scaled columns (N·m); the offset is the mean of the residual of the others.
-
-    Parameters
-    ----------
-    record : CascadeRecord
-        Weighted record.
-    design : Design
-        Regressors of the structure.
-    structure : Structure
-        With its penalty.
-
-    Returns
-    -------
-    ndarray, shape (p,)
-        Coefficients (N·m).
-    """
+def fit_once(
+    record: CascadeRecord, design: Design, structure: Structure
+) -> Annotated[np.ndarray, "(p,)", "N·m"]:
+    """Coefficients of the scaled columns (N·m); the offset is the mean of the residual of the others."""
     sums = block_sums(design.white, record.white_torque, [slice(0, record.training)])
     weight = structure.penalty * record.training * design.penalty
     solution = solve_bounded(sums.normal + weight, sums.right, design.bounded)[0]
@@ -255,15 +184,7 @@ def fit_once(record: CascadeRecord, design: Design, structure: Structure) -> np.
 def assumptions(selection: Selection) -> tuple[Assumption, ...]:
     """Delay and threshold of the reflex, with the ranges that the record does not separate.
 
-    Parameters
-    ----------
-    selection : Selection
-        Profiles.
-
-    Returns
-    -------
-    tuple of Assumption
-        Ranges (s, rad/s); empty without a reflex.
+    Returns: ranges (s, rad/s); empty without a reflex.
     """
     if not selection.delays:
         return ()
@@ -297,15 +218,7 @@ def assumptions(selection: Selection) -> tuple[Assumption, ...]:
 def scores(selection: Selection) -> tuple[ModelScore, ...]:
     """Errors and VAFs of the models that were compared, the simplest first.
 
-    Parameters
-    ----------
-    selection : Selection
-        Errors.
-
-    Returns
-    -------
-    tuple of ModelScore
-        Relative errors and VAFs (%).
+    Returns: relative errors and VAFs (%).
     """
     record, folds = selection.record, fold_slices(selection.record)
     best = min(selection.errors.values(), key=np.mean)

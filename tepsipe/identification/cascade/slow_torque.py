@@ -15,6 +15,7 @@ residuals up to t is phi^horizon times the filter's estimate; it is causal in th
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -27,18 +28,12 @@ CROSSOVERS_HZ = np.concatenate([[0.0], np.geomspace(0.05, BAND_HZ, 13)])
 
 @dataclass(frozen=True)
 class SlowModel:
-    """Spectrum of the slow torque relative to the rest of the residual.
-
-    Attributes
-    ----------
-    corner_hz : float
-        Frequency (Hz) below which the spectrum of the slow torque is flat.
-    crossover_hz : float
-        Frequency (Hz) at which the slow torque falls below the remains, were its corner 0; 0 for none.
-    """
+    """Spectrum of the slow torque relative to the rest of the residual."""
 
     corner_hz: float
+    """Frequency (Hz) below which the spectrum of the slow torque is flat."""
     crossover_hz: float
+    """Frequency (Hz) at which the slow torque falls below the remains, were its corner 0; 0 for none."""
 
     def poles(self, rate_hz: float) -> tuple[float, float]:
         """Constants phi and rho at a sampling rate (Hz)."""
@@ -63,20 +58,11 @@ class SlowModel:
         return phi**horizon * held
 
 
-def estimate_slow_model(residual: np.ndarray, rate_hz: float) -> SlowModel:
+def estimate_slow_model(residual: Annotated[np.ndarray, "(n,)", "N·m"], rate_hz: float) -> SlowModel:
     """Corner and crossover of the slow torque by Whittle's likelihood.
 
-    Parameters
-    ----------
-    residual : ndarray, shape (n,)
-        Torque that a first model does not explain (N·m).
-    rate_hz : float
-        Sampling rate (Hz).
-
-    Returns
-    -------
-    SlowModel
-        Its frequencies (Hz), from a fixed grid.
+    residual: torque that a first model does not explain.
+    Returns: its frequencies, from a fixed grid.
     """
     window = np.hanning(residual.size)
     power = np.abs(np.fft.rfft(window * (residual - residual.mean()))) ** 2

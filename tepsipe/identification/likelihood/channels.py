@@ -20,6 +20,7 @@ theta, so that residuals that follow them do not count as noise.
 """
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -44,24 +45,16 @@ STEEPEST_RAD, SEEN = 0.02, 4.0
 
 @dataclass(frozen=True)
 class DummyMarkers:
-    """Markers on foot and leg, as measured.
+    """Markers on foot and leg, as measured."""
 
-    Attributes
-    ----------
-    positions : ndarray, shape (n, k, 2)
-        y along the belt, z up (m), at common instants, not filtered.
-    layout_m : ndarray, shape (k, 2)
-        Anterior and longitudinal offset of the leg's markers (m); NaN for markers on the foot.
-    on_foot : ndarray of bool, shape (k,)
-        Whether a marker moves with the foot; one on the ankle belongs to both.
-    hidden : ndarray of bool, shape (n, k), or None
-        Samples that were filled.
-    """
-
-    positions: np.ndarray
-    layout_m: np.ndarray
-    on_foot: np.ndarray
-    hidden: np.ndarray | None = None
+    positions: Annotated[np.ndarray, "(n, k, 2)"]
+    """y along the belt, z up (m), at common instants, not filtered."""
+    layout_m: Annotated[np.ndarray, "(k, 2)"]
+    """Anterior and longitudinal offset of the leg's markers (m); NaN for markers on the foot."""
+    on_foot: Annotated[np.ndarray, "(k,)"]
+    """Whether a marker moves with the foot; one on the ankle belongs to both."""
+    hidden: Annotated[np.ndarray, "(n, k)"] | None = None
+    """Samples that were filled."""
 
     @property
     def on_leg(self) -> np.ndarray:
@@ -71,51 +64,34 @@ class DummyMarkers:
 
 @dataclass(frozen=True)
 class Channels:
-    """Motion of foot, leg and belt, and the noise of the markers.
-
-    Attributes
-    ----------
-    rate_hz : float
-        Sampling rate (Hz).
-    foot, angle : ndarray, shape (n,)
-        Y without its ramp (m), and theta - theta_0 (rad).
-    log : ndarray, shape (n,), or None
-        Velocity of the belt without the velocity of the ramp (m/s).
-    ramp : ndarray, shape (n,)
-        Acceleration of the ramp (m/s²).
-    theta_0_rad : float
-        Angle at rest (rad).
-    marker_noise_m : float
-        sigma of one marker in one coordinate (m).
-    marker_freedom : float
-        Degrees of freedom of sigma².
-    geometry : ndarray, shape (2, 2)
-        Covariance of Y and theta per sigma² (1, 1/m; 1/m, 1/m²).
-    residuals : ndarray, shape (n, k)
-        Residuals of the markers (m).
-    joint_offset_m, joint_offset_error_m : float
-        d, the height of the markers' origin over the joint, and its standard error (m); 0 if no marker is on
-        the foot alone.
-    offset_slopes : ndarray, shape (2,)
-        Change of Y and theta per error of d, relative to theta (-, 1/m).
-    on_leg : ndarray of bool, shape (k,)
-        Markers on the leg.
-    """
+    """Motion of foot, leg and belt, and the noise of the markers."""
 
     rate_hz: float
     foot: np.ndarray
     angle: np.ndarray
-    log: np.ndarray | None
-    ramp: np.ndarray
+    """Y without its ramp (m), and theta - theta_0 (rad)."""
+    log: Annotated[np.ndarray, "(n,)", "m/s"] | None
+    """Velocity of the belt without the velocity of the ramp."""
+    ramp: Annotated[np.ndarray, "(n,)", "m/s²"]
+    """Acceleration of the ramp."""
     theta_0_rad: float
+    """Angle at rest."""
     marker_noise_m: float
+    """sigma of one marker in one coordinate."""
     marker_freedom: float
-    geometry: np.ndarray
-    residuals: np.ndarray
+    """Degrees of freedom of sigma²."""
+    geometry: Annotated[np.ndarray, "(2, 2)"]
+    """Covariance of Y and theta per sigma² (1, 1/m; 1/m, 1/m²)."""
+    residuals: Annotated[np.ndarray, "(n, k)", "m"]
+    """Residuals of the markers."""
     joint_offset_m: float
     joint_offset_error_m: float
-    offset_slopes: np.ndarray
-    on_leg: np.ndarray
+    """d, the height of the markers' origin over the joint, and its standard error (m); 0 if no marker is on
+    the foot alone."""
+    offset_slopes: Annotated[np.ndarray, "(2,)"]
+    """Change of Y and theta per error of d, relative to theta (-, 1/m)."""
+    on_leg: Annotated[np.ndarray, "(k,)"]
+    """Markers on the leg."""
 
     @property
     def bins(self) -> np.ndarray:
@@ -130,36 +106,17 @@ class Channels:
 
 
 def dummy_markers(
-    positions: np.ndarray,
+    positions: Annotated[np.ndarray, "(n, all markers, 3)", "m"],
     labels: list[str],
     leg_markers: SegmentMarkers,
     belt_fixed_labels: tuple[str, ...],
-    hidden: np.ndarray | None = None,
+    hidden: Annotated[np.ndarray, "(n, all markers)"] | None = None,
 ) -> DummyMarkers:
     """Markers of foot and leg out of all markers.
 
-    Parameters
-    ----------
-    positions : ndarray, shape (n, all markers, 3) or (n, all markers, 2)
-        Positions x, y, z or y, z (m).
-    labels : list of str
-        Names of all markers.
-    leg_markers : SegmentMarkers
-        Those on the leg (m).
-    belt_fixed_labels : tuple of str
-        Those that move with the foot.
-    hidden : ndarray of bool, shape (n, all markers), optional
-        Samples that were filled.
-
-    Returns
-    -------
-    DummyMarkers
-        In the order of ``labels`` (m).
-
-    Raises
-    ------
-    InputError
-        If a marker is missing, or none moves with the foot.
+    belt_fixed_labels: those that move with the foot.
+    hidden: samples that were filled.
+    Returns: in the order of ``labels``.
     """
     wanted = [*belt_fixed_labels, *leg_markers.labels]
     missing = [label for label in wanted if label not in labels]
@@ -190,17 +147,8 @@ def levelled(markers: DummyMarkers, at_rest: np.ndarray) -> DummyMarkers:
     left unchanged if e is less than `SEEN` standard errors, so that no noise is added to level axes, and if
     the belt rises by more than `STEEPEST_RAD`, because it is then inclined.
 
-    Parameters
-    ----------
-    markers : DummyMarkers
-        As measured (m).
-    at_rest : ndarray of bool, shape (n,)
-        Samples at rest.
-
-    Returns
-    -------
-    DummyMarkers
-        Rotated about the place of the foot at rest (m).
+    at_rest: samples at rest.
+    Returns: rotated about the place of the foot at rest.
     """
     foot = markers.positions[:, markers.on_foot].mean(axis=1)
     whole = slice(None) if markers.hidden is None else ~markers.hidden[:, markers.on_foot].any(axis=1)
@@ -219,7 +167,7 @@ def levelled(markers: DummyMarkers, at_rest: np.ndarray) -> DummyMarkers:
 
 
 def make_channels(
-    time: np.ndarray,
+    time: Annotated[np.ndarray, "(n,)", "s"],
     markers: DummyMarkers,
     belt_velocity: np.ndarray | None,
     at_rest: np.ndarray,
@@ -228,29 +176,12 @@ def make_channels(
 ) -> Channels:
     """Reduce markers and log to the channels of the likelihood.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Instants, evenly spaced (s).
-    markers : DummyMarkers
-        Markers of foot and leg (m).
-    belt_velocity : ndarray, shape (n,), or None
-        Logged velocity of the belt, not filtered (m/s); None without a log whose noise is independent of the
-        markers' noise.
-    at_rest : ndarray of bool, shape (n,)
-        Samples at rest.
-    level : bool
-        Whether axes are levelled by the direction of the belt, see `levelled`.
-
-    Returns
-    -------
-    Channels
-        Units in them.
-
-    Raises
-    ------
-    InputError
-        If the foot, the belt or the leg does not move, or there are fewer than three markers.
+    time: instants, evenly spaced.
+    markers: markers of foot and leg.
+    belt_velocity: logged velocity of the belt, not filtered (m/s); None without a log whose noise is
+    independent of the markers' noise.
+    at_rest: samples at rest.
+    level: whether axes are levelled by the direction of the belt, see `levelled`.
     """
     if level:
         markers = levelled(markers, at_rest)
@@ -376,24 +307,14 @@ def _noise(residuals: np.ndarray, foot: np.ndarray, angle: np.ndarray, rate_hz: 
     return float(np.sqrt((values**2).sum() / freedom * 2.0 / n)), float(freedom)
 
 
-def smooth(spectrum: np.ndarray, samples: int, rate_hz: float, order: int = 0) -> np.ndarray:
+def smooth(
+    spectrum: Annotated[np.ndarray, "(samples // 2 + 1,)"], samples: int, rate_hz: float, order: int = 0
+) -> Annotated[np.ndarray, "(samples,)"]:
     """Derivative of a signal without its highest frequencies.
 
-    Parameters
-    ----------
-    spectrum : ndarray, shape (samples // 2 + 1,)
-        Spectrum of the signal, from `numpy.fft.rfft`.
-    samples : int
-        Its length.
-    rate_hz : float
-        Its rate (Hz).
-    order : int
-        Order of the derivative.
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-        The derivative (unit per s to the power of ``order``), smooth above `KEPT_HZ`.
+    spectrum: spectrum of the signal, from `numpy.fft.rfft`.
+    samples: its length.
+    Returns: the derivative (unit per s to the power of ``order``), smooth above `KEPT_HZ`.
     """
     frequency = np.fft.rfftfreq(samples, 1.0 / rate_hz)
     passed = np.clip((LOST_HZ - frequency) / (LOST_HZ - KEPT_HZ), 0.0, 1.0)

@@ -36,6 +36,7 @@ which is linear in K, B, I, C and B_s, so its covariance follows from the covari
 """
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -59,27 +60,17 @@ _STEPS, _NOISE_STEPS = 60, 15
 
 @dataclass(frozen=True)
 class Residuals:
-    """Residuals at one point, with their derivatives, as a Gauss-Newton step needs them.
+    """Residuals at one point, with their derivatives, as a Gauss-Newton step needs them."""
 
-    Attributes
-    ----------
-    foot : ndarray of complex, shape (m,)
-        Estimated spectrum of the foot (m times samples).
-    whitened : ndarray of complex, shape (c, m)
-        P W (z - m), with unit variance.
-    columns : ndarray of complex, shape (p, c, m)
-        u (1 over the units of the parameters).
-    by_noise : ndarray of complex, shape (p, c, m)
-        P W dh / |W h|, contribution of noise in Y to u (1 over the units of the parameters).
-    direction : ndarray of complex, shape (c, m)
-        W h / |W h|.
-    """
-
-    foot: np.ndarray
-    whitened: np.ndarray
-    columns: np.ndarray
-    by_noise: np.ndarray
-    direction: np.ndarray
+    foot: Annotated[np.ndarray, "(m,)"]
+    """Estimated spectrum of the foot (m times samples)."""
+    whitened: Annotated[np.ndarray, "(c, m)"]
+    """P W (z - m), with unit variance."""
+    columns: Annotated[np.ndarray, "(p, c, m)"]
+    """u (1 over the units of the parameters)."""
+    by_noise: Annotated[np.ndarray, "(p, c, m)"]
+    """P W dh / |W h|, contribution of noise in Y to u (1 over the units of the parameters)."""
+    direction: Annotated[np.ndarray, "(c, m)"]
 
     @property
     def deviance(self) -> float:
@@ -112,30 +103,20 @@ def _products(columns: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class LikelihoodFit:
-    """The likelihood's maximum.
-
-    Attributes
-    ----------
-    point : Point
-        Parameters (units in `tepsipe.identification.likelihood.model`).
-    covariance : ndarray, shape (p, p)
-        Covariance of the fitted parameters.
-    residuals : Residuals
-        At the maximum.
-    log_noise_m_per_s : float or None
-        sigma_v (m/s); None without a log.
-    channels : Channels
-        Fitted channels.
-    model : LegModel
-        Its equations.
-    """
+    """The likelihood's maximum."""
 
     point: Point
-    covariance: np.ndarray
+    """Parameters (units in `tepsipe.identification.likelihood.model`)."""
+    covariance: Annotated[np.ndarray, "(p, p)"]
+    """Covariance of the fitted parameters."""
     residuals: Residuals
+    """At the maximum."""
     log_noise_m_per_s: float | None
+    """sigma_v (m/s); None without a log."""
     channels: Channels
+    """Fitted channels."""
     model: LegModel
+    """Its equations."""
 
     def value(self, name: str) -> float:
         """Value of a parameter (units in `tepsipe.identification.likelihood.model`)."""
@@ -235,7 +216,7 @@ class _Likelihood:
 
 
 def maximise_likelihood(
-    time: np.ndarray,
+    time: Annotated[np.ndarray, "(n,)", "s"],
     markers: DummyMarkers,
     belt_velocity: np.ndarray | None,
     leg: Leg,
@@ -248,30 +229,11 @@ def maximise_likelihood(
     The result is a function of the geometry: with another ``leg``, other offsets in ``markers`` or other
     instants of one channel, it returns the estimates for that geometry (0.05 s for a trial of 70 s).
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Instants, evenly spaced (s).
-    markers : DummyMarkers
-        Markers of foot and leg at these instants, not filtered (m).
-    belt_velocity : ndarray, shape (n,), or None
-        Logged velocity of the belt, not filtered (m/s); None without a log of independent noise.
-    leg : Leg
-        m, r, I_l, g (kg, m, kg·m², m/s²).
-    at_rest : ndarray of bool, shape (n,)
-        Samples at rest.
-    softening : bool
-        Whether the joint may soften; if not, K and B are the same at all amplitudes.
-
-    Returns
-    -------
-    LikelihoodFit
-        Parameters and their covariance.
-
-    Raises
-    ------
-    InputError
-        If the markers do not move, or the angle does not determine the parameters.
+    time: instants, evenly spaced.
+    markers: markers of foot and leg at these instants, not filtered.
+    belt_velocity: logged velocity of the belt, not filtered (m/s); None without a log of independent noise.
+    at_rest: samples at rest.
+    softening: whether the joint may soften; if not, K and B are the same at all amplitudes.
     """
     channels = make_channels(time, markers, belt_velocity, at_rest)
     likelihood = _Likelihood(channels, LegModel(channels, leg))
@@ -447,20 +409,12 @@ def _deviance_decrease(likelihood: _Likelihood, linear: LikelihoodFit, half: flo
 # ---- without another fit ------------------------------------------------------------------------
 
 
-def step_to(fit: LikelihoodFit, channels: Channels) -> np.ndarray:
+def step_to(fit: LikelihoodFit, channels: Channels) -> Annotated[np.ndarray, "(p,)"]:
     """Shift of the maximum by slightly different channels, to first order: one step, no new fit.
 
-    Parameters
-    ----------
-    fit : LikelihoodFit
-        The maximum; its noise levels are kept.
-    channels : Channels
-        The same trial, for example with other instants of one marker (m, rad, m/s).
-
-    Returns
-    -------
-    ndarray, shape (p,)
-        Change of the fitted parameters (units in `tepsipe.identification.likelihood.model`).
+    fit: the maximum; its noise levels are kept.
+    channels: the same trial, for example with other instants of one marker.
+    Returns: change of the fitted parameters (units in `tepsipe.identification.likelihood.model`).
     """
     channels = replace(channels, marker_noise_m=fit.channels.marker_noise_m)
     likelihood = _Likelihood(channels, LegModel(channels, fit.model.leg))
@@ -470,22 +424,15 @@ def step_to(fit: LikelihoodFit, channels: Channels) -> np.ndarray:
 
 @dataclass(frozen=True)
 class ExpectedFit:
-    """Expected fit to signals with noise.
-
-    Attributes
-    ----------
-    fit : LikelihoodFit
-        At the true parameters, with the expected covariance of the fitted ones.
-    bound : ndarray, shape (p, p)
-        Cramer-Rao bound of this covariance: F^-1, where noise in Y adds nothing.
-    by_foot : ndarray, shape (p, p, m)
-        Information per |Y|^2 at every frequency, F without what does not depend on the foot (1 over the units
-        of the parameters, over (m times samples)²).
-    """
+    """Expected fit to signals with noise."""
 
     fit: LikelihoodFit
-    bound: np.ndarray
-    by_foot: np.ndarray
+    """At the true parameters, with the expected covariance of the fitted ones."""
+    bound: Annotated[np.ndarray, "(p, p)"]
+    """Cramer-Rao bound of this covariance: F^-1, where noise in Y adds nothing."""
+    by_foot: Annotated[np.ndarray, "(p, p, m)"]
+    """Information per |Y|^2 at every frequency, F without what does not depend on the foot (1 over the
+    units of the parameters, over (m times samples)²)."""
 
 
 def expected_fit(
@@ -493,24 +440,11 @@ def expected_fit(
 ) -> ExpectedFit:
     """Expected covariance of fits to noisy signals of a linear joint, from a fit to exact ones.
 
-    Parameters
-    ----------
-    exact : LikelihoodFit
-        Fit of a linear joint to signals without noise, and with a log.
-    marker_noise_m, log_noise_m_per_s : float
-        Noise that is to come, of a marker in one direction (m) and of a sample of the log (m/s).
-    softening : bool
-        Whether the fits will allow a joint that softens.
-
-    Returns
-    -------
-    ExpectedFit
-        Covariance, its bound and the information per frequency (units of the parameters).
-
-    Raises
-    ------
-    InputError
-        If the signals will not determine the parameters.
+    exact: fit of a linear joint to signals without noise, and with a log.
+    marker_noise_m, log_noise_m_per_s: noise that is to come, of a marker in one direction (m) and of a
+    sample of the log (m/s).
+    softening: whether the fits will allow a joint that softens.
+    Returns: covariance, its bound and the information per frequency (units of the parameters).
     """
     known = exact.channels
     share = marker_noise_m / known.marker_noise_m

@@ -25,6 +25,7 @@ lag of the log after the markers (s); gain of the log.
 """
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -39,18 +40,13 @@ SOFTENING = ("C", "B_s", "b_0", "log_phi_h")
 
 @dataclass(frozen=True)
 class Motion:
-    """Measured motion in the terms that are not linear.
-
-    Attributes
-    ----------
-    phi, phi_d, phi_dd, y_dd : ndarray, shape (n,)
-        Angle from rest (rad), its rate (rad/s), acceleration (rad/s²); acceleration of the foot (m/s²).
-    """
+    """Measured motion in the terms that are not linear."""
 
     phi: np.ndarray
     phi_d: np.ndarray
     phi_dd: np.ndarray
     y_dd: np.ndarray
+    """Angle from rest (rad), its rate (rad/s), acceleration (rad/s²); acceleration of the foot (m/s²)."""
 
     @classmethod
     def measured(cls, channels: Channels, foot: np.ndarray) -> "Motion":
@@ -63,18 +59,12 @@ class Motion:
 
 @dataclass(frozen=True)
 class Point:
-    """Parameters of the model (units in the module's head); nothing of softening for a linear joint.
-
-    Attributes
-    ----------
-    names : tuple of str
-        Those that are fitted, out of `LINEAR` and `SOFTENING`.
-    values : dict of str to float
-        All parameters.
-    """
+    """Parameters of the model (units in the module's head); nothing of softening for a linear joint."""
 
     names: tuple[str, ...]
+    """Those that are fitted, out of `LINEAR` and `SOFTENING`."""
     values: dict[str, float]
+    """All parameters."""
 
     @property
     def x(self) -> np.ndarray:
@@ -92,22 +82,15 @@ class Point:
         return replace(self, values=self.values | changed)
 
 
-def softening_forces(phi: np.ndarray, phi_d: np.ndarray, rest: float, half: float) -> dict[str, np.ndarray]:
+def softening_forces(
+    phi: np.ndarray, phi_d: np.ndarray, rest: Annotated[float, "rad"], half: Annotated[float, "rad"]
+) -> dict[str, np.ndarray]:
     """Torque of softening in n per unit of C and B_s, and its derivatives with respect to log(phi_h), b_0.
 
-    Parameters
-    ----------
-    phi, phi_d : ndarray, shape (n,)
-        Angle from rest (rad) and its rate (rad/s).
-    rest : float
-        b_0 (rad).
-    half : float
-        phi_h (rad).
-
-    Returns
-    -------
-    dict of str to ndarray
-        ``C`` (rad), ``B_s`` (rad/s), ``C_half``, ``B_s_half`` (the same), ``C_rest``, ``B_s_rest`` (1/s).
+    phi, phi_d: angle from rest (rad) and its rate (rad/s).
+    rest: b_0.
+    Returns: ``C`` (rad), ``B_s`` (rad/s), ``C_half``, ``B_s_half`` (the same), ``C_rest``, ``B_s_rest``
+    (1/s).
     """
     bent = phi + rest
     share = bent**2 / (bent**2 + half**2)
@@ -125,22 +108,15 @@ def softening_forces(phi: np.ndarray, phi_d: np.ndarray, rest: float, half: floa
 
 @dataclass(frozen=True)
 class Spectra:
-    """Model at one point, at m frequencies.
+    """Model at one point, at m frequencies."""
 
-    Attributes
-    ----------
-    response : ndarray of complex, shape (3, m)
-        h: foot, angle and log per motion of the foot (1, 1/m, 1/s).
-    independent : ndarray of complex, shape (3, m)
-        m: the parts that do not depend on the foot (m, rad, m/s times samples).
-    response_slopes, independent_slopes : ndarray of complex, shape (p, 3, m)
-        Their derivatives with respect to the fitted parameters.
-    """
-
-    response: np.ndarray
-    independent: np.ndarray
-    response_slopes: np.ndarray
-    independent_slopes: np.ndarray
+    response: Annotated[np.ndarray, "(3, m)"]
+    """h: foot, angle and log per motion of the foot (1, 1/m, 1/s)."""
+    independent: Annotated[np.ndarray, "(3, m)"]
+    """m: the parts that do not depend on the foot (m, rad, m/s times samples)."""
+    response_slopes: Annotated[np.ndarray, "(p, 3, m)"]
+    independent_slopes: Annotated[np.ndarray, "(p, 3, m)"]
+    """Their derivatives with respect to the fitted parameters."""
 
 
 class LegModel:

@@ -11,6 +11,7 @@ against the log. Both are given in the time domain (`innovations`).
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -35,30 +36,20 @@ class LikelihoodEstimates(WindowedFits):
     """I, B, K by the likelihood at the amplitude of the perturbations.
 
     Torque (N·m) and VAF (%) follow pathway ``leg``, for comparison only.
-
-    Attributes
-    ----------
-    angle, simulated : ndarray, shape (n,)
-        Measured and estimated theta (rad).
-    theta_0_rad : float
-        Angle at rest (rad).
-    fit : LikelihoodFit
-        The likelihood's maximum, with delay, lag and noise levels.
-    covariance : ndarray, shape (3, 3)
-        Covariance of I, B, K (units of the parameters).
-    small : ndarray, shape (3,)
-        I, B, K of small movements (N·m·s²/rad, N·m·s/rad, N·m/rad).
-    small_covariance : ndarray, shape (3, 3)
-        Their covariance.
     """
 
-    angle: np.ndarray
-    simulated: np.ndarray
+    angle: Annotated[np.ndarray, "(n,)", "rad"]
+    simulated: Annotated[np.ndarray, "(n,)", "rad"]
+    """Measured and estimated theta."""
     theta_0_rad: float
+    """Angle at rest."""
     fit: LikelihoodFit
-    covariance: np.ndarray
-    small: np.ndarray
-    small_covariance: np.ndarray
+    """The likelihood's maximum, with delay, lag and noise levels."""
+    covariance: Annotated[np.ndarray, "(3, 3)"]
+    """Covariance of I, B, K (units of the parameters)."""
+    small: Annotated[np.ndarray, "(3,)"]
+    """I, B, K of small movements (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
+    small_covariance: Annotated[np.ndarray, "(3, 3)"]
 
     @property
     def type_a(self) -> tuple[np.ndarray, float]:
@@ -102,26 +93,9 @@ def estimates_in_windows(
 ) -> LikelihoodEstimates:
     """I, B, K of a fit, over the windows of the perturbations.
 
-    Parameters
-    ----------
-    fit : LikelihoodFit
-        From `maximise_likelihood`.
-    motion : SegmentMotion
-        Filtered motion of the leg (s, rad, m), for the torque of ``leg``.
-    perturbations : list of Perturbation
-        Windows (samples).
-    at_rest : ndarray of bool, shape (n,)
-        Samples at rest.
-
-    Returns
-    -------
-    LikelihoodEstimates
-        Estimates with their covariance.
-
-    Raises
-    ------
-    InputError
-        If a window does not determine the parameters.
+    fit: from `maximise_likelihood`.
+    motion: filtered motion of the leg, for the torque of ``leg``.
+    at_rest: samples at rest.
     """
     names, places = _law_places(fit)
     covariance = fit.covariance[np.ix_(places, places)]
@@ -155,19 +129,9 @@ def first_order_changes(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Change of the estimates by slightly other channels, to first order.
 
-    Parameters
-    ----------
-    estimates : LikelihoodEstimates
-        The estimates.
-    channels : Channels
-        The same trial with other markers (m, rad, m/s).
-    perturbations : list of Perturbation
-        Windows (samples).
-
-    Returns
-    -------
-    working, small : ndarray, shape (3,)
-        Changes of I, B, K at the working amplitude and of small movements (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    channels: the same trial with other markers.
+    Returns: changes of I, B, K at the working amplitude and of small movements (N·m·s²/rad, N·m·s/rad,
+    N·m/rad).
     """
     names, places = _law_places(estimates.fit)
     law = step_to(estimates.fit, channels)[places]
@@ -181,23 +145,12 @@ def _law_places(fit: LikelihoodFit) -> tuple[list[str], list[int]]:
 
 
 def working_covariance(
-    fit: LikelihoodFit, perturbations: list[Perturbation], of_parameters: np.ndarray
-) -> np.ndarray:
+    fit: LikelihoodFit, perturbations: list[Perturbation], of_parameters: Annotated[np.ndarray, "(p, p)"]
+) -> Annotated[np.ndarray, "(3, 3)"]:
     """Covariance of I, B, K over the windows of the perturbations.
 
-    Parameters
-    ----------
-    fit : LikelihoodFit
-        The fit.
-    perturbations : list of Perturbation
-        Windows (samples).
-    of_parameters : ndarray, shape (p, p)
-        Covariance of the fitted parameters.
-
-    Returns
-    -------
-    ndarray, shape (3, 3)
-        Units of I, B, K.
+    of_parameters: covariance of the fitted parameters.
+    Returns: units of I, B, K.
     """
     names, places = _law_places(fit)
     change = _working_amplitude(fit, names, perturbations)
@@ -276,18 +229,11 @@ def _contributions(
     return len(perturbations) * sums_by_interval(products, perturbations)
 
 
-def innovations(fit: LikelihoodFit) -> np.ndarray:
+def innovations(fit: LikelihoodFit) -> Annotated[np.ndarray, "(1, n)"]:
     """White residuals in the time domain, with unit variance if the model holds.
 
-    Parameters
-    ----------
-    fit : LikelihoodFit
-        From `maximise_likelihood`.
-
-    Returns
-    -------
-    ndarray, shape (1, n) or (2, n)
-        Innovations of the angle, and of the foot's markers against the log where there is one.
+    fit: from `maximise_likelihood`.
+    Returns: innovations of the angle, and of the foot's markers against the log where there is one.
     """
     along, residual = fit.residuals.direction, fit.residuals.whitened
     channels, bins = len(residual), fit.model.bins

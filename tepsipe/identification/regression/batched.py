@@ -1,6 +1,7 @@
 """Least squares and instrumental variables for many noisy copies of a trial at once."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -14,27 +15,21 @@ RANK_TOLERANCE = 1e-14  # squared length of the residual of a regressor of unit 
 
 @dataclass(frozen=True)
 class BatchedFits:
-    """Fits to all perturbations of all draws.
+    """Fits to all perturbations of all draws."""
 
-    Attributes
-    ----------
-    parameters : ndarray, shape (..., 3)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), per perturbation or over all of them.
-    residuals : ndarray, shape (..., w, s)
-        tau - X p (N·m).
-    sem_as_printed : ndarray, shape (..., 3)
-        Thesis eq (3-2) of every fit; its unit is the parameter's over the square root of N·m.
-    standard_error : ndarray, shape (..., 3)
-        Ordinary standard error of every fit, for white residuals (units of ``parameters``).
-    """
-
-    parameters: np.ndarray
-    residuals: np.ndarray
-    sem_as_printed: np.ndarray
-    standard_error: np.ndarray
+    parameters: Annotated[np.ndarray, "(..., 3)"]
+    """I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), per perturbation or over all of them."""
+    residuals: Annotated[np.ndarray, "(..., w, s)", "N·m"]
+    """tau - X p."""
+    sem_as_printed: Annotated[np.ndarray, "(..., 3)"]
+    """Thesis eq (3-2) of every fit; its unit is the parameter's over the square root of N·m."""
+    standard_error: Annotated[np.ndarray, "(..., 3)"]
+    """Ordinary standard error of every fit, for white residuals (units of ``parameters``)."""
 
 
-def window_parameters(regressors: np.ndarray, torque: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def window_parameters(
+    regressors: Annotated[np.ndarray, "(..., w, 3, s)"], torque: Annotated[np.ndarray, "(..., w, s)", "N·m"]
+) -> tuple[np.ndarray, np.ndarray]:
     """Least squares over every window of every draw, by scaled normal equations solved all at once.
 
         G = S X'X S,   p = S G^-1 S X'tau,   S = diag(X'X)^(-1/2)
@@ -48,24 +43,12 @@ def window_parameters(regressors: np.ndarray, torque: np.ndarray) -> tuple[np.nd
         q_2 = (y_2 - a y_1 - e q_3) / d_2,   q_1 = y_1 - a q_2 - b q_3,   p = S q
         diag(G^-1) = (1 - c^2, 1 - b^2, 1 - a^2) / (d_2 d_3)
 
-    Parameters
-    ----------
-    regressors : ndarray, shape (..., w, 3, s)
-        X' of every window (rad/s², rad/s, rad); without the axis of the draws if all draws share it.
-    torque : ndarray, shape (..., w, s)
-        tau (N·m).
+    regressors: x' of every window (rad/s², rad/s, rad); without the axis of the draws if all draws share
+    it.
 
-    Returns
-    -------
-    parameters : ndarray, shape (..., w, 3)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-    inverse : ndarray, shape (..., w, 3)
-        Diagonal of (X'X)^-1 (inverse squares of rad/s², rad/s and rad).
-
-    Raises
-    ------
-    InputError
-        If a window does not determine the parameters.
+    Returns:
+        parameters: I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad). Shape (..., w, 3).
+        inverse: diagonal of (X'X)^-1 (inverse squares of rad/s², rad/s and rad). Shape (..., w, 3).
     """
     columns = np.moveaxis(regressors, -2, 0)
     length = np.sqrt([np.vecdot(column, column) for column in columns])
@@ -103,20 +86,14 @@ def _moment(regressors: np.ndarray, torque: np.ndarray) -> np.ndarray:
     return np.moveaxis(by_window, 0, -2)
 
 
-def regress_windows(regressors: np.ndarray, torque: np.ndarray) -> BatchedFits:
+def regress_windows(
+    regressors: Annotated[np.ndarray, "(..., w, 3, s)"], torque: Annotated[np.ndarray, "(..., w, s)", "N·m"]
+) -> BatchedFits:
     """`window_parameters` with residuals and SEM.
 
-    Parameters
-    ----------
-    regressors : ndarray, shape (..., w, 3, s)
-        X' of every window (rad/s², rad/s, rad); without the axis of the draws if all draws share it.
-    torque : ndarray, shape (..., w, s)
-        tau (N·m).
-
-    Returns
-    -------
-    BatchedFits
-        One fit per window.
+    regressors: x' of every window (rad/s², rad/s, rad); without the axis of the draws if all draws share
+    it.
+    torque: tau.
     """
     parameters, inverse = window_parameters(regressors, torque)
     residuals = torque - (parameters[..., None, :] @ regressors)[..., 0, :]
@@ -126,7 +103,9 @@ def regress_windows(regressors: np.ndarray, torque: np.ndarray) -> BatchedFits:
 
 
 def instrumental_variables(
-    instruments: np.ndarray, regressors: np.ndarray, torque: np.ndarray
+    instruments: Annotated[np.ndarray, "(w, 3, s)"],
+    regressors: Annotated[np.ndarray, "(..., w, 3, s)"],
+    torque: Annotated[np.ndarray, "(..., w, s)", "N·m"],
 ) -> BatchedFits:
     """Instrumental-variable (IV) estimate per draw from all windows, with the belt motion as instrument.
 
@@ -134,24 +113,7 @@ def instrumental_variables(
 
     The SEM uses (Z'X)^-1 Z'Z (X'Z)^-1 in place of (J'J)^-1.
 
-    Parameters
-    ----------
-    instruments : ndarray, shape (w, 3, s)
-        Z' of every window (m/s², m/s, m).
-    regressors : ndarray, shape (..., w, 3, s)
-        X' of every window (rad/s², rad/s, rad).
-    torque : ndarray, shape (..., w, s)
-        tau (N·m).
-
-    Returns
-    -------
-    BatchedFits
-        One fit per draw, residuals of every window.
-
-    Raises
-    ------
-    InputError
-        If the belt did not move.
+    Returns: one fit per draw, residuals of every window.
     """
     scale = np.sqrt(np.sum(instruments**2, axis=(0, 2)))
     if not (scale > 0.0).all():

@@ -25,26 +25,19 @@ without its bias in finite samples.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 
-def integrated_wiener(time: np.ndarray, start_s: float) -> np.ndarray:
+def integrated_wiener(
+    time: Annotated[np.ndarray, "(n,)", "s"], start_s: float
+) -> Annotated[np.ndarray, "(n, n)"]:
     """Covariance of an integrated Wiener process that is 0 until it starts, of unit intensity.
 
         cov(x(s), x(t)) = a^3 / 3 + |s - t| a^2 / 2,     a = min(s, t) - start
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Instants (s).
-    start_s : float
-        Start (s).
-
-    Returns
-    -------
-    ndarray, shape (n, n)
-        Covariance (s^3); the standard deviation a time T after the start is sqrt(T^3 / 3).
+    Returns: covariance (s^3); the standard deviation a time T after the start is sqrt(T^3 / 3).
     """
     since = np.maximum(time - start_s, 0.0)
     common = np.minimum.outer(since, since)
@@ -58,28 +51,19 @@ def squared_exponential(time: np.ndarray, length_s: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Record:
-    """One record of the fit.
+    """One record of the fit."""
 
-    Attributes
-    ----------
-    target : ndarray, shape (..., n)
-        y; leading axes are resampled versions of the record.
-    regressors : ndarray, shape (..., n, p)
-        X (unit of the target over the parameter's unit).
-    covariance : ndarray, shape (n, n)
-        C (unit of the target squared), positive definite.
-    instruments : ndarray, shape (n, m), optional
-        Z, m >= p (any units); without them H = C^-1.
-    noise : tuple of ndarray of shape (p, p, n, n) and ndarray of shape (p, n, n), optional
-        Moments M_xx of the noise of the regressors at all pairs of instants, and M_xy of theirs with that of
-        the target (products of their units); 0 if left out.
-    """
-
-    target: np.ndarray
-    regressors: np.ndarray
-    covariance: np.ndarray
-    instruments: np.ndarray | None = None
+    target: Annotated[np.ndarray, "(..., n)"]
+    """y; leading axes are resampled versions of the record."""
+    regressors: Annotated[np.ndarray, "(..., n, p)"]
+    """X (unit of the target over the parameter's unit)."""
+    covariance: Annotated[np.ndarray, "(n, n)"]
+    """C (unit of the target squared), positive definite."""
+    instruments: Annotated[np.ndarray, "(n, m)"] | None = None
+    """Z, m >= p (any units); without them H = C^-1."""
     noise: tuple[np.ndarray, np.ndarray] | None = None
+    """Moments M_xx of the noise of the regressors at all pairs of instants, and M_xy of theirs with that of
+    the target (products of their units); 0 if left out, shape (p, p, n, n)."""
 
     @property
     def weight(self) -> np.ndarray:
@@ -94,28 +78,18 @@ class Record:
 
 @dataclass(frozen=True)
 class GeneralisedFit:
-    """Parameters, and the matrices of their sensitivity to the data.
+    """Parameters, and the matrices of their sensitivity to the data."""
 
-    Attributes
-    ----------
-    parameters : ndarray, shape (..., p)
-        b.
-    information : ndarray, shape (records, ..., p, p)
-        X' H X of every record, less that of the noise (1 over the units of the parameters squared).
-    moments : ndarray, shape (records, ..., p)
-        X' H y of every record, less that of the noise (1 over the units of the parameters).
-    weights : list of ndarray, shape (n, n)
-        H of every record (1 over the unit of the target squared).
-    noise_information, noise_moments : ndarray, shape (records, p, p) and (records, p)
-        What was subtracted (units as above).
-    """
-
-    parameters: np.ndarray
-    information: np.ndarray
-    moments: np.ndarray
+    parameters: Annotated[np.ndarray, "(..., p)"]
+    information: Annotated[np.ndarray, "(records, ..., p, p)"]
+    """X' H X of every record, less that of the noise (1 over the units of the parameters squared)."""
+    moments: Annotated[np.ndarray, "(records, ..., p)"]
+    """X' H y of every record, less that of the noise (1 over the units of the parameters)."""
     weights: list[np.ndarray]
-    noise_information: np.ndarray
-    noise_moments: np.ndarray
+    """H of every record (1 over the unit of the target squared), shape (n, n)."""
+    noise_information: Annotated[np.ndarray, "(records, p, p)"]
+    noise_moments: Annotated[np.ndarray, "(records, p, p)"]
+    """What was subtracted (units as above)."""
 
     @property
     def noise_share(self) -> float:
@@ -138,20 +112,7 @@ class GeneralisedFit:
 def generalised_least_squares(records: list[Record]) -> GeneralisedFit:
     """Fit records with common parameters.
 
-    Parameters
-    ----------
-    records : list of Record
-        With the same leading axes and number of parameters.
-
-    Returns
-    -------
-    GeneralisedFit
-        Parameters (units as the records imply).
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        If the records do not determine the parameters, or a covariance is singular.
+    records: with the same leading axes and number of parameters.
     """
     weights = [r.weight for r in records]
     weighted = [np.swapaxes(r.regressors, -1, -2) @ w for r, w in zip(records, weights, strict=True)]
@@ -179,26 +140,15 @@ def sensitivity(
     records: list[Record],
     target_slopes: list[np.ndarray],
     regressor_slopes: list[np.ndarray] | None = None,
-) -> np.ndarray:
+) -> Annotated[np.ndarray, "(..., p)"]:
     """Change of the parameters with the data, to first order, with the weights kept.
 
         db = N^-1 sum_j [ X_j' H_j (dy_j - dX_j b) + dX_j' H_j (y_j - X_j b) ]
 
-    Parameters
-    ----------
-    fit : GeneralisedFit
-        Fit of ``records`` without leading axes.
-    records : list of Record
-        The records.
-    target_slopes : list of ndarray, shape (..., n)
-        dy of every record (unit of the target, per unit of what changes).
-    regressor_slopes : list of ndarray, shape (..., n, p), optional
-        dX of every record; 0 if left out.
-
-    Returns
-    -------
-    ndarray, shape (..., p)
-        db (units of the parameters, per unit of what changes).
+    fit: fit of ``records`` without leading axes.
+    target_slopes: dy of every record (unit of the target, per unit of what changes).
+    regressor_slopes: dX of every record; 0 if left out.
+    Returns: db (units of the parameters, per unit of what changes).
     """
     total: np.ndarray | float = 0.0
     for k, (record, weight) in enumerate(zip(records, fit.weights, strict=True)):

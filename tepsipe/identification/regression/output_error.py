@@ -44,6 +44,7 @@ theta_ref neutral angle of the joint (rad); delta delay of the angle after the f
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -76,22 +77,16 @@ class OutputError(WindowedFits):
 
     The parameters (N·m·s²/rad, N·m·s/rad, N·m/rad) are contributions of the intervals from onset to onset,
     whose mean is the estimate; torque (N·m) and VAF (%) follow pathway ``leg``, for comparison only.
-
-    Attributes
-    ----------
-    angle, simulated : ndarray, shape (n,)
-        Measured and simulated theta (rad).
-    theta_0_rad, delay_s : float
-        theta_0 (rad) and delta (s).
-    softening : tuple of float, or None
-        C (N·m/rad), B_s (N·m·s/rad) and phi_h (rad) of a joint that softens; None of a linear one.
     """
 
-    angle: np.ndarray
-    simulated: np.ndarray
+    angle: Annotated[np.ndarray, "(n,)", "rad"]
+    simulated: Annotated[np.ndarray, "(n,)", "rad"]
+    """Measured and simulated theta."""
     theta_0_rad: float
     delay_s: float
+    """theta_0 (rad) and delta (s)."""
     softening: tuple[float, float, float] | None = None
+    """C (N·m/rad), B_s (N·m·s/rad) and phi_h (rad) of a joint that softens; None of a linear one."""
 
     @property
     def vaf_angle(self) -> float:
@@ -100,37 +95,25 @@ class OutputError(WindowedFits):
 
 
 def simulate_leg(
-    x: np.ndarray,
+    x: Annotated[np.ndarray, "(5,)"],
     leg: Leg,
-    time: np.ndarray,
-    theta: np.ndarray,
+    time: Annotated[np.ndarray, "(n,)", "s"],
+    theta: Annotated[np.ndarray, "(n,)", "rad"],
     y_dd: np.ndarray,
     half_rad: float | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Angle of the leg on a moving foot, and its sensitivities.
 
-    Parameters
-    ----------
-    x : ndarray, shape (5,) or (7,)
-        J (kg·m²), B (N·m·s/rad), K (N·m/rad), theta_0 (rad), delta (s), and of a joint that softens C
-        (N·m/rad) and B_s (N·m·s/rad).
-    leg : Leg
-        m, r, g (kg, m, m/s²).
-    time : ndarray, shape (n,)
-        Instants, evenly spaced (s).
-    theta : ndarray, shape (n,)
-        Measured angle, for the non-linear terms (rad).
-    y_dd : ndarray, shape (n,)
-        Acceleration of the foot (m/s²), of the cubic spline through its positions.
-    half_rad : float, optional
-        phi_h of a joint that softens (rad).
+    x: J (kg·m²), B (N·m·s/rad), K (N·m/rad), theta_0 (rad), delta (s), and of a joint that softens C
+    (N·m/rad) and B_s (N·m·s/rad).
+    time: instants, evenly spaced.
+    theta: measured angle, for the non-linear terms.
+    y_dd: acceleration of the foot (m/s²), of the cubic spline through its positions.
+    half_rad: phi_h of a joint that softens.
 
-    Returns
-    -------
-    angle : ndarray, shape (n,)
-        theta (rad).
-    sensitivities : ndarray, shape (n, 5) or (n, 7)
-        Derivatives of it with respect to ``x`` (rad over the units of ``x``).
+    Returns:
+        angle: theta (rad).
+        sensitivities: derivatives of it with respect to ``x`` (rad over the units of ``x``). Shape (n, 5).
     """
     p = leg.mass_kg * leg.com_m
     critical_stiffness = p * leg.gravity_m_per_s2
@@ -170,33 +153,14 @@ def match_angle(
 ) -> OutputError:
     """Fit I, B, K, theta_0 and delta to the measured angle over the whole trial.
 
-    Parameters
-    ----------
-    motion : SegmentMotion
-        Motion of the leg (s, rad, m).
-    foot_position : ndarray, shape (n,)
-        Position of the foot along the belt (m), filtered like the leg's motion.
-    belt_velocity : ndarray, shape (n,)
-        Logged velocity of the belt (m/s), filtered like the leg's motion.
-    leg : Leg
-        Its mass (kg), centre of mass (m) and inertia (kg·m²).
-    perturbations : list of Perturbation
-        Windows (samples): their starts delimit the intervals, and the VAF of the torque is evaluated in them.
-    at_rest : ndarray of bool, shape (n,)
-        Samples at rest.
-    source : {"instruments", "markers", "belt"}
-        Instrumental-variable estimate (motion of the foot, belt motion as instrument), or least squares
-        with the motion of the markers or of the belt alone.
-
-    Returns
-    -------
-    OutputError
-        Parameters and angles.
-
-    Raises
-    ------
-    InputError
-        If the foot or the belt does not move, or the angle does not determine the parameters.
+    foot_position: position of the foot along the belt (m), filtered like the leg's motion.
+    belt_velocity: logged velocity of the belt (m/s), filtered like the leg's motion.
+    leg: its mass, centre of mass and inertia.
+    perturbations: windows (samples): their starts delimit the intervals, and the VAF of the torque is
+    evaluated in them.
+    at_rest: samples at rest.
+    source: {"instruments", "markers", "belt"}: Instrumental-variable estimate (motion of the foot, belt
+    motion as instrument), or least squares with the motion of the markers or of the belt alone.
     """
     time = motion.time
     belt_position = scipy.interpolate.CubicSpline(time, belt_velocity).antiderivative()(time)
@@ -343,27 +307,21 @@ def _start(motion: SegmentMotion, leg: Leg, at_rest: np.ndarray) -> tuple[np.nda
     return np.array(x), np.array(low), np.array([*largest, rest + 1.0, LONGEST_S])
 
 
-def sums_by_interval(products: np.ndarray, perturbations: list[Perturbation]) -> np.ndarray:
+def sums_by_interval(
+    products: Annotated[np.ndarray, "(n, p)"], perturbations: list[Perturbation]
+) -> Annotated[np.ndarray, "(intervals, p)"]:
     """Sums over the intervals from onset to onset; first and last reach the ends of the trial.
 
-    Parameters
-    ----------
-    products : ndarray, shape (n, p)
-        Products to be summed.
-    perturbations : list of Perturbation
-        Their starts delimit the intervals (samples).
-
-    Returns
-    -------
-    ndarray, shape (intervals, p)
-        Sums (units of ``products``).
+    products: products to be summed.
+    perturbations: their starts delimit the intervals (samples).
+    Returns: sums (units of ``products``).
     """
     starts = [0, *(p.start for p in perturbations[1:])]
     return np.add.reduceat(products, starts, axis=0)
 
 
 def intervals_as_windows(
-    each: np.ndarray,
+    each: Annotated[np.ndarray, "(intervals, 3)"],
     conditioning: float,
     motion: SegmentMotion,
     leg: Leg,
@@ -372,24 +330,9 @@ def intervals_as_windows(
 ) -> WindowedFits:
     """Contributions of the intervals in the place of regressions, and the torque that their mean predicts.
 
-    Parameters
-    ----------
-    each : ndarray, shape (intervals, 3)
-        Contributions to I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-    conditioning : float
-        Conditioning of the fit.
-    motion, leg, perturbations, at_rest
-        As for `match_angle`.
-
-    Returns
-    -------
-    WindowedFits
-        Torque of pathway ``leg`` (N·m) and its prediction.
-
-    Raises
-    ------
-    InputError
-        If a window does not determine the parameters of ``leg``.
+    conditioning: conditioning of the fit.
+    motion, leg, perturbations, at_rest: as for `match_angle`.
+    Returns: torque of pathway ``leg`` and its prediction.
     """
     regression = regress_perturbations(motion, leg, perturbations, at_rest, "leg")
     theta_dd, theta_d, theta = regression.regressors.T

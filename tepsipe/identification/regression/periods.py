@@ -16,6 +16,7 @@ Satterthwaite.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -33,51 +34,32 @@ LONGEST_DELAY_S, DELAY_STEP_S, REFINEMENTS = 0.06, 2e-3, 3
 
 @dataclass(frozen=True)
 class PeriodFit:
-    """Linear joint nearest to a trial.
+    """Linear joint nearest to a trial."""
 
-    Attributes
-    ----------
-    parameters, type_a : ndarray, shape (3,)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), and their standard uncertainties
-        from the scatter of the periods.
-    freedom : float
-        Degrees of freedom of ``type_a``, the fewest of the three.
-    delay_s : float
-        Delay of the torque after its record (s).
-    of_band : ndarray, shape (3,)
-        Change with the lower part of the band (units of the parameters).
-    """
-
-    parameters: np.ndarray
-    type_a: np.ndarray
+    parameters: Annotated[np.ndarray, "(3,)"]
+    type_a: Annotated[np.ndarray, "(3,)"]
+    """I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), and their standard uncertainties from the scatter of the
+    periods."""
     freedom: float
+    """Degrees of freedom of ``type_a``, the fewest of the three."""
     delay_s: float
-    of_band: np.ndarray
+    """Delay of the torque after its record."""
+    of_band: Annotated[np.ndarray, "(3,)"]
+    """Change with the lower part of the band (units of the parameters)."""
 
 
 def fit_periods(
-    torque: np.ndarray, angle: np.ndarray, rate_hz: float, period_s: float, band_hz: tuple[float, float]
+    torque: Annotated[np.ndarray, "(n,)", "N·m"],
+    angle: Annotated[np.ndarray, "(n,)", "rad"],
+    rate_hz: float,
+    period_s: float,
+    band_hz: tuple[float, float],
 ) -> PeriodFit:
     """Fit I, B, K and a delay to the whole periods of a record.
 
-    Parameters
-    ----------
-    torque, angle : ndarray, shape (n,)
-        Record without the transient at its start (N·m, rad).
-    rate_hz, period_s : float
-        Sampling rate (Hz), and period, a whole number of samples (s).
-    band_hz : (float, float)
-        Lowest and highest excited frequency (Hz).
-
-    Returns
-    -------
-    PeriodFit
-        Parameters and their scatter.
-
-    Raises
-    ------
-    InputError
-        If the record holds fewer than two periods, or the band too few lines.
+    torque, angle: record without the transient at its start.
+    rate_hz, period_s: sampling rate (Hz), and period, a whole number of samples (s).
+    band_hz: lowest and highest excited frequency.
     """
     low, high = band_hz
     frequency, torques = period_spectra(torque, rate_hz, period_s, band_hz)
@@ -95,30 +77,20 @@ def fit_periods(
 
 
 def torque_delay(
-    torque: np.ndarray, angle: np.ndarray, rate_hz: float, period_s: float, band_hz: tuple[float, float]
+    torque: Annotated[np.ndarray, "(n,)", "N·m"],
+    angle: Annotated[np.ndarray, "(n,)", "rad"],
+    rate_hz: float,
+    period_s: float,
+    band_hz: tuple[float, float],
 ) -> float:
     """Delay of the torque after its record, also where j w d is no small number.
 
     The delay on a grid that leaves the least residual of the linear joint, then refined by the regression.
 
-    Parameters
-    ----------
-    torque, angle : ndarray, shape (n,)
-        Record without the transient at its start (N·m, rad).
-    rate_hz, period_s : float
-        Sampling rate (Hz), and period, a whole number of samples (s).
-    band_hz : (float, float)
-        Lowest and highest excited frequency (Hz).
-
-    Returns
-    -------
-    float
-        Delay (s), negative for a torque that acts before its record.
-
-    Raises
-    ------
-    InputError
-        If the record holds fewer than two periods.
+    torque, angle: record without the transient at its start.
+    rate_hz, period_s: sampling rate (Hz), and period, a whole number of samples (s).
+    band_hz: lowest and highest excited frequency.
+    Returns: delay (s), negative for a torque that acts before its record.
     """
     frequency, torques = period_spectra(torque, rate_hz, period_s, band_hz)
     _, angles = period_spectra(angle, rate_hz, period_s, band_hz)
@@ -142,20 +114,14 @@ def torque_delay(
     return delay
 
 
-def without_transient(omega: np.ndarray, spectra: np.ndarray) -> np.ndarray:
+def without_transient(
+    omega: Annotated[np.ndarray, "(lines,)", "rad/s"], spectra: Annotated[np.ndarray, "(periods, lines)"]
+) -> np.ndarray:
     """Spectra of periods, orthogonal to every transient a + j w b with real a and b.
 
-    Parameters
-    ----------
-    omega : ndarray, shape (lines,)
-        Angular frequencies w (rad/s).
-    spectra : ndarray, shape (periods, lines) or (periods, lines, k)
-        Spectra of one or more signals.
-
-    Returns
-    -------
-    ndarray, shape of ``spectra``
-        In its unit.
+    omega: angular frequencies w.
+    spectra: spectra of one or more signals.
+    Returns: in its unit.
     """
     w = omega.reshape(-1, *[1] * (spectra.ndim - 2))
     real = spectra.real - spectra.real.mean(axis=1, keepdims=True)

@@ -20,6 +20,7 @@ model leaves unexplained in every period alike; phi minimises the same sum.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -53,52 +54,36 @@ GROUPS = {"small": (0, 1, 2), "friction": (3,), "hardening": (4,), "softening": 
 
 @dataclass(frozen=True)
 class PerturbedRecord:
-    """A trial of periodic torque perturbation.
+    """A trial of periodic torque perturbation."""
 
-    Attributes
-    ----------
-    torque, angle : ndarray, shape (n,)
-        Whole trial, not filtered (N·m, rad).
-    kept : slice
-        Samples that remain after both ends are cut (samples).
-    """
-
-    torque: np.ndarray
-    angle: np.ndarray
+    torque: Annotated[np.ndarray, "(n,)", "N·m"]
+    angle: Annotated[np.ndarray, "(n,)", "rad"]
+    """Whole trial, not filtered."""
     kept: slice
+    """Samples that remain after both ends are cut (samples)."""
 
 
 @dataclass(frozen=True)
 class PooledFit:
-    """Constants of the joint.
-
-    Attributes
-    ----------
-    values, standard_error, low, high : dict of str to float
-        Quantity -> estimate, standard error and ends of the 95 % interval, units in `UNITS`; without
-        softening if the data do not require it.
-    freedom : float
-        Degrees of freedom of the standard errors.
-    systematic_Nm : float
-        RMS of the torque that the model leaves unexplained in every period alike (N·m).
-    without_softening_Nm : float
-        The same without the terms of softening (N·m).
-    rms_angle : ndarray, shape (records,)
-        RMS angle in each record (rad).
-    shares : dict of str to ndarray, shape (records, 3)
-        Group of terms -> what it adds to I, B, K of the linear joint nearest to the whole in each record
-        (N·m·s²/rad, N·m·s/rad, N·m/rad).
-    """
+    """Constants of the joint."""
 
     values: dict[str, float]
     standard_error: dict[str, float]
     low: dict[str, float]
     high: dict[str, float]
+    """Quantity -> estimate, standard error and ends of the 95 % interval, units in `UNITS`; without
+    softening if the data do not require it."""
     freedom: float
+    """Degrees of freedom of the standard errors."""
     systematic_Nm: float
+    """RMS of the torque that the model leaves unexplained in every period alike."""
     without_softening_Nm: float
-    rms_angle: np.ndarray
+    """The same without the terms of softening."""
+    rms_angle: Annotated[np.ndarray, "(records,)", "rad"]
+    """RMS angle in each record."""
     shares: dict[str, np.ndarray]
+    """Group of terms -> what it adds to I, B, K of the linear joint nearest to the whole in each record
+    (N·m·s²/rad, N·m·s/rad, N·m/rad), shape (records, 3)."""
 
 
 class _Pool:
@@ -188,26 +173,10 @@ def fit_pooled(
 ) -> PooledFit:
     """Estimate inertia, damping, friction and stiffness from trials of several amplitudes.
 
-    Parameters
-    ----------
-    records : list of PerturbedRecord
-        Trials of the same joint with the same perturbation at several amplitudes (N·m, rad).
-    rate_hz : float
-        Sampling rate (Hz).
-    period_s : float
-        Period of the perturbation (s).
-    lowpass_hz, order : float, int
-        Zero-lag Butterworth filter of torque and regressors (Hz, -).
-
-    Returns
-    -------
-    PooledFit
-        Constants with 95 % intervals (units in `UNITS`).
-
-    Raises
-    ------
-    InputError
-        If a record holds fewer than two whole periods, all together too few, or a joint at rest.
+    records: trials of the same joint with the same perturbation at several amplitudes.
+    period_s: period of the perturbation.
+    lowpass_hz, order: zero-lag Butterworth filter of torque and regressors.
+    Returns: constants with 95 % intervals (units in `UNITS`).
     """
     _refuse(records, round(period_s * rate_hz))
     pool = _Pool(records, rate_hz, period_s, lowpass_hz, order)

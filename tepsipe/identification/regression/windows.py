@@ -25,6 +25,7 @@ torque of 1. The standard error of c comes from the residual of the torque at re
 """
 
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -46,40 +47,28 @@ FEWEST, REPEATED = 3, 0.1
 
 @dataclass(frozen=True)
 class WindowedFits:
-    """I, B, K of one trial.
-
-    Attributes
-    ----------
-    perturbations : list of Perturbation
-        The windows (samples).
-    fits : list of LinearFit
-        One per perturbation; parameters in the order I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-    torque, predicted : ndarray, shape (n,)
-        tau and its prediction from the mean parameters over the whole trial (N·m); the recommended
-        regression refers both to rest.
-    regressors : ndarray, shape (n, 3)
-        theta'' (rad/s²), theta' (rad/s), theta - theta_ref (rad).
-    theta_rest_rad, torque_rest_Nm : float
-        Angle (rad) and torque (N·m) at rest.
-    crossed : bool
-        Whether only signals of different perturbations were multiplied, so noise does not bias the fits.
-    of_rest : ndarray, shape (3,)
-        Change of the mean of I, B, K (their units) by one standard error of angle and torque at rest; 0 where
-        these are not subtracted, and for the thesis's regression.
-    rest_freedom : float
-        Degrees of freedom of this standard error.
-    """
+    """I, B, K of one trial."""
 
     perturbations: list[Perturbation]
+    """The windows (samples)."""
     fits: list[LinearFit]
+    """One per perturbation; parameters in the order I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad)."""
     torque: np.ndarray
     predicted: np.ndarray
-    regressors: np.ndarray
+    """tau and its prediction from the mean parameters over the whole trial (N·m); the recommended
+    regression refers both to rest."""
+    regressors: Annotated[np.ndarray, "(n, 3)"]
+    """theta'' (rad/s²), theta' (rad/s), theta - theta_ref (rad)."""
     theta_rest_rad: float
     torque_rest_Nm: float
+    """Angle (rad) and torque (N·m) at rest."""
     crossed: bool = field(default=False, kw_only=True)
-    of_rest: np.ndarray = field(default_factory=lambda: np.zeros(3), kw_only=True)
+    """Whether only signals of different perturbations were multiplied, so noise does not bias the fits."""
+    of_rest: Annotated[np.ndarray, "(3,)"] = field(default_factory=lambda: np.zeros(3), kw_only=True)
+    """Change of the mean of I, B, K (their units) by one standard error of angle and torque at rest; 0
+    where these are not subtracted, and for the thesis's regression."""
     rest_freedom: float = field(default=np.inf, kw_only=True)
+    """Degrees of freedom of this standard error."""
 
     @property
     def parameters(self) -> np.ndarray:
@@ -130,30 +119,11 @@ def regress_perturbations(
 ) -> WindowedFits:
     """Estimate I, B, K over every perturbation.
 
-    Parameters
-    ----------
-    motion : SegmentMotion
-        Motion of the leg (s, rad, m).
-    leg : Leg
-        Its mass (kg), centre of mass (m) and inertia (kg·m²).
-    perturbations : list of Perturbation
-        Windows (samples).
-    at_rest : ndarray of bool, shape (n,)
-        Samples at rest.
-    torque_pathway : {"leg", "leg-thesis"}
-        Equation of the torque.
-    thesis : bool
-        Whether the torque at rest is kept, as printed, or subtracted.
-
-    Returns
-    -------
-    WindowedFits
-        Parameters, predictions and measures of fit (N·m, rad, s).
-
-    Raises
-    ------
-    InputError
-        If the pathway is unknown or a perturbation does not determine the parameters.
+    leg: its mass, centre of mass and inertia.
+    at_rest: samples at rest.
+    torque_pathway: {"leg", "leg-thesis"}: Equation of the torque.
+    thesis: whether the torque at rest is kept, as printed, or subtracted.
+    Returns: parameters, predictions and measures of fit.
     """
     torque = leg_pathway_torque(torque_pathway, leg, motion)
     return regress_torque(motion, torque, perturbations, at_rest, thesis=thesis)
@@ -161,7 +131,7 @@ def regress_perturbations(
 
 def regress_torque(
     motion: JointMotion,
-    torque: np.ndarray,
+    torque: Annotated[np.ndarray, "(n,)", "N·m"],
     perturbations: list[Perturbation],
     at_rest: np.ndarray,
     *,
@@ -170,31 +140,13 @@ def regress_torque(
 ) -> WindowedFits:
     """Estimate I, B, K over every perturbation from a given torque.
 
-    Parameters
-    ----------
-    motion : JointMotion
-        Angle of the joint with its derivatives (s, rad).
-    torque : ndarray, shape (n,)
-        Torque of the joint (N·m).
-    perturbations : list of Perturbation
-        Windows (samples).
-    at_rest : ndarray of bool, shape (n,)
-        Samples at rest.
-    thesis : bool
-        Whether the torque at rest is kept, as printed, or subtracted.
-    own_zero : bool
-        Whether each window has a free constant torque beside I, B, K, because the zero of a force plate
-        drifts, and friction of the belt leaves a force behind.
-
-    Returns
-    -------
-    WindowedFits
-        Parameters, predictions and measures of fit (N·m, rad, s).
-
-    Raises
-    ------
-    InputError
-        If a perturbation does not determine the parameters.
+    motion: angle of the joint with its derivatives.
+    torque: torque of the joint.
+    at_rest: samples at rest.
+    thesis: whether the torque at rest is kept, as printed, or subtracted.
+    own_zero: whether each window has a free constant torque beside I, B, K, because the zero of a force
+    plate drifts, and friction of the belt leaves a force behind.
+    Returns: parameters, predictions and measures of fit.
     """
     theta_rest = float(motion.theta[at_rest].mean())
     torque_rest = float(torque[at_rest].mean())
@@ -292,20 +244,8 @@ def damping_per_skew(
 ) -> float:
     """Sensitivity of B to a delay of the leg's position relative to its angle.
 
-    Parameters
-    ----------
-    motion, leg, perturbations, at_rest, torque_pathway, thesis
-        As for `regress_perturbations`.
-
-    Returns
-    -------
-    float
-        Change of B per delay (N·m·s/rad per s).
-
-    Raises
-    ------
-    InputError
-        As `regress_perturbations`.
+    motion, leg, perturbations, at_rest, torque_pathway, thesis: as for `regress_perturbations`.
+    Returns: change of B per delay (N·m·s/rad per s).
     """
     instants = np.clip(motion.time[:, None] + [-SKEW_S, SKEW_S], motion.time[0], motion.time[-1])
     y_dd = scipy.interpolate.CubicSpline(motion.time, motion.y_dd)(instants)

@@ -22,6 +22,7 @@ Quantities that the data do not determine are refused
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -38,57 +39,38 @@ RIDGE = 0.1
 
 @dataclass(frozen=True)
 class MultiJointOptions:
-    """Choices of the estimate.
-
-    Attributes
-    ----------
-    band_hz : (float, float)
-        Lowest and highest frequency (Hz).
-    averaged_bins : int
-        Raw frequencies per band.
-    taper_fraction : float
-        Part of the record over which each end fades.
-    delays_s : (float, float)
-        Shortest and longest delay of a reflex that is tried (s).
-    delay_step_s : float
-        Distance of the delays that are tried (s).
-    strength : float
-        Least power of a direction of the parameters in a band with the perturbation over the power of noise,
-        below which it is not determined.
-    """
+    """Choices of the estimate."""
 
     band_hz: tuple[float, float]
+    """Lowest and highest frequency."""
     averaged_bins: int
+    """Raw frequencies per band."""
     taper_fraction: float
+    """Part of the record over which each end fades."""
     delays_s: tuple[float, float]
+    """Shortest and longest delay of a reflex that is tried."""
     delay_step_s: float
+    """Distance of the delays that are tried."""
     strength: float = 2.0
+    """Least power of a direction of the parameters in a band with the perturbation over the power of noise,
+    below which it is not determined."""
 
 
 @dataclass(frozen=True)
 class Spectra:
-    """Discrete Fourier transforms of a record in bands.
+    """Discrete Fourier transforms of a record in bands."""
 
-    Attributes
-    ----------
-    frequency_hz : ndarray, shape (L, b)
-        Raw frequencies of each band (Hz).
-    perturbation : ndarray of complex, shape (L, b, m)
-        Orthonormal columns that span the perturbations in each band.
-    angle, torque : ndarray of complex, shape (L, b, joints)
-        Transforms (rad, N·m).
-    response : ndarray of complex, shape (L, m, 2 joints)
-        Frequency response from the perturbations to angles and torques (rad, N·m per unit of u).
-    coherence : ndarray, shape (L, 2 joints)
-        Squared multiple coherence of angles and torques with the perturbations.
-    """
-
-    frequency_hz: np.ndarray
-    perturbation: np.ndarray
-    angle: np.ndarray
-    torque: np.ndarray
-    response: np.ndarray
-    coherence: np.ndarray
+    frequency_hz: Annotated[np.ndarray, "(L, b)"]
+    """Raw frequencies of each band."""
+    perturbation: Annotated[np.ndarray, "(L, b, m)"]
+    """Orthonormal columns that span the perturbations in each band."""
+    angle: Annotated[np.ndarray, "(L, b, joints)", "rad"]
+    torque: Annotated[np.ndarray, "(L, b, joints)", "N·m"]
+    """Transforms."""
+    response: Annotated[np.ndarray, "(L, m, 2 joints)"]
+    """Frequency response from the perturbations to angles and torques (rad, N·m per unit of u)."""
+    coherence: Annotated[np.ndarray, "(L, 2 joints)"]
+    """Squared multiple coherence of angles and torques with the perturbations."""
 
     def coherence_threshold(self) -> float:
         """Coherence that unrelated signals exceed with a probability of 5 %."""
@@ -98,43 +80,29 @@ class Spectra:
 
 @dataclass(frozen=True)
 class RowFit:
-    """Parameters of one joint's torque.
-
-    Attributes
-    ----------
-    model : str
-        One of `MODELS`.
-    terms : tuple of (str, int)
-        Kind (K, B, D, E) of each parameter and joint whose angle it multiplies.
-    parameters : ndarray, shape (q,)
-        In the order of ``terms`` (N·m/rad, N·m·s/rad); along undetermined directions they are arbitrary.
-    delay_s : float or None
-        d_i; None without a reflex (s).
-    delays_s, delay_chi2 : ndarray, shape (t,)
-        Delays that were tried (s) and chi2 (2) at each.
-    chi2 : float
-        At the estimate.
-    freedom : int
-        Degrees of freedom of chi2 if the model is right.
-    directions : Directions
-        Determined directions; last column the delay, if there is one (units of the parameters).
-    direct : ndarray, shape (q,)
-        Ordinary least squares of (1) at the same delay, which feedback biases (units of the parameters).
-    converged : bool
-        Whether the fixed point was reached.
-    """
+    """Parameters of one joint's torque."""
 
     model: str
+    """One of `MODELS`."""
     terms: tuple[tuple[str, int], ...]
-    parameters: np.ndarray
+    """Kind (K, B, D, E) of each parameter and joint whose angle it multiplies."""
+    parameters: Annotated[np.ndarray, "(q,)"]
+    """In the order of ``terms`` (N·m/rad, N·m·s/rad); along undetermined directions they are arbitrary."""
     delay_s: float | None
-    delays_s: np.ndarray
-    delay_chi2: np.ndarray
+    """d_i; None without a reflex."""
+    delays_s: Annotated[np.ndarray, "(t,)"]
+    delay_chi2: Annotated[np.ndarray, "(t,)"]
+    """Delays that were tried (s) and chi2 (2) at each."""
     chi2: float
+    """At the estimate."""
     freedom: int
+    """Degrees of freedom of chi2 if the model is right."""
     directions: Directions
-    direct: np.ndarray
+    """Determined directions; last column the delay, if there is one (units of the parameters)."""
+    direct: Annotated[np.ndarray, "(q,)"]
+    """Ordinary least squares of (1) at the same delay, which feedback biases (units of the parameters)."""
     converged: bool
+    """Whether the fixed point was reached."""
 
     @property
     def p_value(self) -> float:
@@ -153,33 +121,15 @@ class RowFit:
 
 def banded_spectra(
     perturbation: np.ndarray,
-    angle: np.ndarray,
-    torque: np.ndarray,
+    angle: Annotated[np.ndarray, "(n, joints)"],
+    torque: Annotated[np.ndarray, "(n, joints)"],
     rate_hz: float,
     options: MultiJointOptions,
 ) -> Spectra:
     """Transforms of a record, without means, in bands of neighbouring frequencies.
 
-    Parameters
-    ----------
-    perturbation : ndarray, shape (n,) or (n, m)
-        External perturbations, independent of the person.
-    angle, torque : ndarray, shape (n, joints)
-        Joint angles (rad) and torques that resist them (N·m).
-    rate_hz : float
-        Sampling rate (Hz).
-    options : MultiJointOptions
-        Band, averaging and taper.
-
-    Returns
-    -------
-    Spectra
-        Transforms, responses and coherence (Hz, rad, N·m).
-
-    Raises
-    ------
-    InputError
-        If the record has too few frequencies in the band, or a signal does not vary.
+    perturbation: external perturbations, independent of the person.
+    angle, torque: joint angles (rad) and torques that resist them (N·m).
     """
     u = perturbation.reshape(angle.shape[0], -1)
     n, b = u.shape[0], options.averaged_bins
@@ -232,11 +182,6 @@ def model_terms(model: str, joint: int, joints: int) -> tuple[tuple[str, int], .
 
     ``intrinsic`` has K and B of all angles, ``own-reflex`` adds a reflex to the joint's own angle,
     ``all-reflex`` to all angles.
-
-    Raises
-    ------
-    InputError
-        If the model is unknown.
     """
     terms = [(kind, j) for kind in "KB" for j in range(joints)]
     if model == "own-reflex":
@@ -255,20 +200,14 @@ def _columns(spectra: Spectra, joint: int, terms, delay_s: float | None) -> np.n
     return np.stack([spectra.torque[:, :, joint], *regressors], axis=2)
 
 
-def cross_products(perturbation: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def cross_products(
+    perturbation: Annotated[np.ndarray, "(L, b, m)"], columns: Annotated[np.ndarray, "(L, b, q)"]
+) -> tuple[np.ndarray, np.ndarray]:
     """A and C of (2): cross products of columns that are, and are not, linear in the perturbation.
 
-    Parameters
-    ----------
-    perturbation : ndarray of complex, shape (L, b, m)
-        Orthonormal in each band.
-    columns : ndarray of complex, shape (L, b, q)
-        Transforms.
-
-    Returns
-    -------
-    a, c : ndarray, shape (L, q, q)
-        Real parts (squared units of the columns).
+    perturbation: orthonormal in each band.
+    columns: Transforms.
+    Returns: real parts (squared units of the columns).
     """
     adjoint = np.conj(np.swapaxes(columns, 1, 2))
     projected = np.conj(np.swapaxes(perturbation, 1, 2)) @ columns
@@ -278,44 +217,31 @@ def cross_products(perturbation: np.ndarray, columns: np.ndarray) -> tuple[np.nd
 
 @dataclass(frozen=True)
 class Solution:
-    """Minimum of (2).
+    """Minimum of (2)."""
 
-    Attributes
-    ----------
-    p : ndarray, shape (q,)
-        Parameters of scaled columns.
-    chi2 : float
-        (2) there.
-    weak : int
-        Number of directions that are not determined.
-    converged : bool
-        Whether (2) is flat there.
-    """
-
-    p: np.ndarray
+    p: Annotated[np.ndarray, "(q,)"]
+    """Parameters of scaled columns."""
     chi2: float
+    """(2) there."""
     weak: int
+    """Number of directions that are not determined."""
     converged: bool
+    """Whether (2) is flat there."""
 
 
-def minimise(a: np.ndarray, c: np.ndarray, shape: tuple[int, int], strength: float, starts=()) -> Solution:
+def minimise(
+    a: Annotated[np.ndarray, "(L, 1 + q, 1 + q)"],
+    c: Annotated[np.ndarray, "(L, 1 + q, 1 + q)"],
+    shape: tuple[int, int],
+    strength: float,
+    starts=(),
+) -> Solution:
     """Minimise (2) from the solution for k = m/(b - m) and from others, small along weak directions.
 
-    Parameters
-    ----------
-    a, c : ndarray, shape (L, 1 + q, 1 + q)
-        Cross products of torque and regressors.
-    shape : (int, int)
-        Frequencies per band b and perturbations m.
-    strength : float
-        Strength of a direction that is determined.
-    starts : sequence of ndarray, shape (q,)
-        Further parameters to start from.
-
-    Returns
-    -------
-    Solution
-        The lowest minimum found.
+    a, c: cross products of torque and regressors.
+    shape: frequencies per band b and perturbations m.
+    strength: strength of a direction that is determined.
+    starts: further parameters to start from. Shape (q,).
     """
     b, m = shape
     chance = m / (b - m)
@@ -362,16 +288,9 @@ def _scaled(a: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nd
 def scaled_products(spectra: Spectra, joint: int, terms, delay_s: float | None):
     """Cross products of (2) for columns of unit power.
 
-    Parameters
-    ----------
-    spectra : Spectra
-        Spectra of the record (rad, N·m).
-    joint : int
-        Whose torque.
-    terms : sequence of (str, int)
-        Kinds of the parameters, and joints whose angle they multiply.
-    delay_s : float or None
-        Delay of a reflex (s).
+    joint: whose torque.
+    terms: kinds of the parameters, and joints whose angle they multiply.
+    delay_s: delay of a reflex.
 
     Returns
     -------
@@ -386,26 +305,9 @@ def scaled_products(spectra: Spectra, joint: int, terms, delay_s: float | None):
 def fit_row(spectra: Spectra, joint: int, model: str, options: MultiJointOptions) -> RowFit:
     """Parameters of one joint's torque by the perturbation as instrument.
 
-    Parameters
-    ----------
-    spectra : Spectra
-        Spectra of the record (rad, N·m).
-    joint : int
-        Whose torque.
-    model : {"intrinsic", "own-reflex", "all-reflex"}
-        Terms of (1).
-    options : MultiJointOptions
-        Delays and strength.
-
-    Returns
-    -------
-    RowFit
-        Parameters (N·m/rad, N·m·s/rad), test of the model, and what the record determines.
-
-    Raises
-    ------
-    InputError
-        If the model is unknown.
+    joint: whose torque.
+    model: {"intrinsic", "own-reflex", "all-reflex"}: Terms of (1).
+    Returns: parameters, test of the model, and what the record determines.
     """
     _, b, m = spectra.perturbation.shape
     terms = model_terms(model, joint, spectra.angle.shape[2])

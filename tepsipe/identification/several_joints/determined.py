@@ -11,7 +11,7 @@ alone, if at all.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 import scipy
@@ -21,16 +21,11 @@ from tepsipe.identification.several_joints.matrices import MatrixFit, Setting
 
 @dataclass(frozen=True)
 class Limits:
-    """Largest error of a parameter that counts as determined.
-
-    Attributes
-    ----------
-    stiffness, damping : float
-        Limit of K_ij in parts of sqrt(K_ii K_jj), and of B_ij likewise; the constants of inertia as B.
-    """
+    """Largest error of a parameter that counts as determined."""
 
     stiffness: float = 0.15
     damping: float = 0.5
+    """Limit of K_ij in parts of sqrt(K_ii K_jj), and of B_ij likewise; the constants of inertia as B."""
 
     @classmethod
     def from_percent(cls, stiffness_percent: float, damping_percent: float) -> Self:
@@ -45,33 +40,22 @@ class Limits:
 
 @dataclass(frozen=True)
 class Determined:
-    """Directions and parameters determined by a Fisher information.
-
-    Attributes
-    ----------
-    rank : int
-        Directions of the parameters, in parts of their limits, with a standard error below 1.
-    unknowns : int
-        Number of parameters.
-    condition : float
-        Condition of the information of the scaled parameters: largest over smallest eigenvalue.
-    errors : ndarray, shape (q,)
-        Standard errors in parts of the scale.
-    entries : ndarray of bool, shape (q,)
-        Whether the 95 % interval of a parameter is within its limit.
-    directions : ndarray, shape (n, n)
-        Rows: movements of the joints, in parts of 1/sqrt(K_ii), from the best to the least determined.
-    direction_errors : ndarray, shape (n,)
-        Largest standard error of the torque of a joint against each movement, in parts of the scale.
-    """
+    """Directions and parameters determined by a Fisher information."""
 
     rank: int
+    """Directions of the parameters, in parts of their limits, with a standard error below 1."""
     unknowns: int
+    """Number of parameters."""
     condition: float
-    errors: np.ndarray
-    entries: np.ndarray
-    directions: np.ndarray
+    """Condition of the information of the scaled parameters: largest over smallest eigenvalue."""
+    errors: Annotated[np.ndarray, "(q,)"]
+    """Standard errors in parts of the scale."""
+    entries: Annotated[np.ndarray, "(q,)"]
+    """Whether the 95 % interval of a parameter is within its limit."""
+    directions: Annotated[np.ndarray, "(n, n)"]
+    """Rows: movements of the joints, in parts of 1/sqrt(K_ii), from the best to the least determined."""
     direction_errors: np.ndarray
+    """Largest standard error of the torque of a joint against each movement, in parts of the scale."""
 
     @property
     def all(self) -> bool:
@@ -79,24 +63,17 @@ class Determined:
         return self.rank == self.unknowns and bool(self.entries.all())
 
 
-def determined(setting: Setting, information_: np.ndarray, scale: np.ndarray, limits: Limits) -> Determined:
+def determined(
+    setting: Setting,
+    information_: Annotated[np.ndarray, "(q, q)"],
+    scale: Annotated[np.ndarray, "(q,)"],
+    limits: Limits,
+) -> Determined:
     """Find the directions and parameters that a Fisher information determines within limits.
 
-    Parameters
-    ----------
-    setting : Setting
-        Model.
-    information_ : ndarray, shape (q, q)
-        F of (2) (1 over the units of the parameters).
-    scale : ndarray, shape (q,)
-        Natural size of the parameters (units of the parameters).
-    limits : Limits
-        In parts of the scale.
-
-    Returns
-    -------
-    Determined
-        Rank, condition, errors and movements.
+    scale: natural size of the parameters (units of the parameters).
+    limits: in parts of the scale.
+    Returns: rank, condition, errors and movements.
     """
     q, limit = scale.size, limits.of(setting, scale.size)
     natural = information_ * np.outer(scale, scale)
@@ -129,22 +106,15 @@ def determined(setting: Setting, information_: np.ndarray, scale: np.ndarray, li
 
 @dataclass(frozen=True)
 class Entry:
-    """One element of a matrix, or the reason why it has no value.
-
-    Attributes
-    ----------
-    name : str
-        For example K_ankle_knee.
-    value, half_width : float
-        Estimate and half width of its 95 % interval; NaN if refused (N·m/rad, N·m·s/rad).
-    refusal : str
-        One sentence; empty if there is a value.
-    """
+    """One element of a matrix, or the reason why it has no value."""
 
     name: str
-    value: float
-    half_width: float
+    """For example K_ankle_knee."""
+    value: Annotated[float, "N·m/rad"]
+    half_width: Annotated[float, "N·m·s/rad"]
+    """Estimate and half width of its 95 % interval; NaN if refused."""
     refusal: str = ""
+    """One sentence; empty if there is a value."""
 
 
 def entries(fit: MatrixFit, names: Sequence[str], limits: Limits, known: Determined) -> list[Entry]:
@@ -154,21 +124,10 @@ def entries(fit: MatrixFit, names: Sequence[str], limits: Limits, known: Determi
     elements that seem independent of it would rest on slopes at an arbitrary point, so all elements are
     refused.
 
-    Parameters
-    ----------
-    fit : MatrixFit
-        Estimate.
-    names : sequence of str
-        Names of the joints.
-    limits : Limits
-        Largest half width of an interval in parts of sqrt(K_ii K_jj), sqrt(B_ii B_jj).
-    known : Determined
-        Directions determined by the information at the estimate.
-
-    Returns
-    -------
-    list of Entry
-        Elements of K, then of B, by rows.
+    names: names of the joints.
+    limits: largest half width of an interval in parts of sqrt(K_ii K_jj), sqrt(B_ii B_jj).
+    known: directions determined by the information at the estimate.
+    Returns: elements of K, then of B, by rows.
     """
     pairs = fit.setting.pairs
     limit = limits.of(fit.setting, fit.parameters.size)

@@ -19,6 +19,7 @@ is a parameter to which they contribute.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -29,25 +30,17 @@ CONCEDED = 0.02
 
 @dataclass(frozen=True)
 class Directions:
-    """Directions of the parameters and the information along each.
+    """Directions of the parameters and the information along each."""
 
-    Attributes
-    ----------
-    strength : ndarray, shape (q,)
-        Power in the bands with the perturbation over the power of noise alone, from weak to strong.
-    vectors : ndarray, shape (q, q)
-        Columns: one standard deviation of noise along each direction (units of the parameters).
-    influence : ndarray, shape (L, q)
-        Change of the parameters without one band, along the directions that are determined (units of the
-        parameters).
-    limit : float
-        Least strength of a direction that is determined.
-    """
-
-    strength: np.ndarray
-    vectors: np.ndarray
-    influence: np.ndarray
+    strength: Annotated[np.ndarray, "(q,)"]
+    """Power in the bands with the perturbation over the power of noise alone, from weak to strong."""
+    vectors: Annotated[np.ndarray, "(q, q)"]
+    """Columns: one standard deviation of noise along each direction (units of the parameters)."""
+    influence: Annotated[np.ndarray, "(L, q)"]
+    """Change of the parameters without one band, along the directions that are determined (units of the
+    parameters)."""
     limit: float
+    """Least strength of a direction that is determined."""
 
     def in_units(self, factor: np.ndarray) -> "Directions":
         """The same for parameters multiplied by ``factor``, shape (q,) (unit of the result over its own)."""
@@ -81,28 +74,21 @@ class Directions:
 
 
 def directions_by_strength(
-    a: np.ndarray, c: np.ndarray, v: np.ndarray, noise: np.ndarray, chance: float, limit: float
+    a: Annotated[np.ndarray, "(L, 1 + q, 1 + q)"],
+    c: Annotated[np.ndarray, "(L, 1 + q, 1 + q)"],
+    v: Annotated[np.ndarray, "(1 + q,)"],
+    noise: Annotated[np.ndarray, "(L,)"],
+    chance: float,
+    limit: float,
 ) -> Directions:
     """Directions of the parameters by strength (1).
 
-    Parameters
-    ----------
-    a, c : ndarray, shape (L, 1 + q, 1 + q)
-        Cross products of response and regressors that are, and are not, linear in the perturbation
-        (squared units of the columns).
-    v : ndarray, shape (1 + q,)
-        1 and the negative parameters (units of the parameters).
-    noise : ndarray, shape (L,)
-        Power of the residual's noise in each band (squared unit of the response).
-    chance : float
-        m/(b - m), fraction of C that A contains by chance.
-    limit : float
-        Least strength of a direction that is determined.
-
-    Returns
-    -------
-    Directions
-        From weak to strong (units of the parameters).
+    a, c: cross products of response and regressors that are, and are not, linear in the perturbation
+    (squared units of the columns).
+    v: 1 and the negative parameters (units of the parameters).
+    noise: power of the residual's noise in each band (squared unit of the response).
+    chance: m/(b - m), fraction of C that A contains by chance.
+    limit: least strength of a direction that is determined.
     """
     total = 2.0 * np.einsum("l,lij->ij", 1.0 / noise, a)[1:, 1:]
     alone = 2.0 * chance * np.einsum("l,lij->ij", 1.0 / noise, c)[1:, 1:]

@@ -27,6 +27,7 @@ there are: (1) with b = -(S ...) is homogeneous in M, B, K and S.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -62,36 +63,24 @@ class Perturbation:
 
 @dataclass(frozen=True)
 class Setting:
-    """Quantities common to all perturbations.
-
-    Attributes
-    ----------
-    body : LinearChain
-        Inertia and gravity about the posture (kg m², N·m/rad).
-    weight : ndarray, shape (samples n, samples n)
-        C^-1 of (2), sample by sample (1/rad²).
-    before : int
-        Samples of an epoch before the onset.
-    step_s : float
-        Between samples (s).
-    substeps : int
-        Steps of the drives per sample.
-    symmetric : bool
-        Whether K and B are taken as symmetric.
-    inertia_known : bool
-        Whether J and S are taken as exact.
-    inertia_covariance : ndarray, shape (2 n, 2 n), or None
-        Covariance of J and S over their values, if they are unknowns; None if nothing is known of them.
-    """
+    """Quantities common to all perturbations."""
 
     body: LinearChain
-    weight: np.ndarray
+    """Inertia and gravity about the posture (kg m², N·m/rad)."""
+    weight: Annotated[np.ndarray, "(samples n, samples n)"]
+    """C^-1 of (2), sample by sample (1/rad²)."""
     before: int
+    """Samples of an epoch before the onset."""
     step_s: float
+    """Between samples."""
     substeps: int
+    """Steps of the drives per sample."""
     symmetric: bool = False
+    """Whether K and B are taken as symmetric."""
     inertia_known: bool = True
-    inertia_covariance: np.ndarray | None = None
+    """Whether J and S are taken as exact."""
+    inertia_covariance: Annotated[np.ndarray, "(2 n, 2 n)"] | None = None
+    """Covariance of J and S over their values, if they are unknowns; None if nothing is known of them."""
 
     @property
     def joints(self) -> int:
@@ -142,40 +131,25 @@ class Setting:
 
 @dataclass(frozen=True)
 class MatrixFit:
-    """Estimated parameters and their uncertainty.
+    """Estimated parameters and their uncertainty."""
 
-    Attributes
-    ----------
-    parameters : ndarray, shape (q,)
-        K, then B, by rows (upper triangle if symmetric), then the constants J, S over their nominal values
-        (N·m/rad, N·m·s/rad, -).
-    information : ndarray, shape (q, q)
-        F of (2) (1 over the units of the parameters).
-    covariance : ndarray, shape (q, q)
-        By the scatter of the epochs (units of the parameters).
-    parts : ndarray, shape (perturbations + 1, q, q)
-        Contribution of each perturbation, and of the inertia, to it.
-    epochs : tuple of float
-        Number of epochs of each perturbation, and infinity for the inertia.
-    scale : ndarray, shape (q,)
-        Natural size of the parameters (units of the parameters).
-    chi2 : float
-        (2) at the estimate, over what the scatter of single epochs makes of C: 1 per sample if C is
-        right.
-    freedom : int
-        Samples less parameters.
-    setting : Setting
-        Setting of the fit.
-    """
-
-    parameters: np.ndarray
-    information: np.ndarray
-    covariance: np.ndarray
-    parts: np.ndarray
+    parameters: Annotated[np.ndarray, "(q,)"]
+    """K, then B, by rows (upper triangle if symmetric), then the constants J, S over their nominal values
+    (N·m/rad, N·m·s/rad, -)."""
+    information: Annotated[np.ndarray, "(q, q)"]
+    """F of (2) (1 over the units of the parameters)."""
+    covariance: Annotated[np.ndarray, "(q, q)"]
+    """By the scatter of the epochs (units of the parameters)."""
+    parts: Annotated[np.ndarray, "(perturbations + 1, q, q)"]
+    """Contribution of each perturbation, and of the inertia, to it."""
     epochs: tuple[float, ...]
-    scale: np.ndarray
+    """Number of epochs of each perturbation, and infinity for the inertia."""
+    scale: Annotated[np.ndarray, "(q,)"]
+    """Natural size of the parameters (units of the parameters)."""
     chi2: float
+    """(2) at the estimate, over what the scatter of single epochs makes of C: 1 per sample if C is right."""
     freedom: int
+    """Samples less parameters."""
     setting: Setting
 
     @property
@@ -194,28 +168,16 @@ class MatrixFit:
         return float(combination @ self.parameters), float(t * np.sqrt(variances.sum()))
 
 
-def unperturbed_covariance(record: np.ndarray, samples: int) -> np.ndarray:
+def unperturbed_covariance(
+    record: Annotated[np.ndarray, "(m, n)", "rad"], samples: int
+) -> Annotated[np.ndarray, "(samples n, samples n)", "rad²"]:
     """Covariance of an epoch of unperturbed behaviour, from all epochs that a record holds.
 
     All overlapping epochs count. (Lagged products divided by their number, which depend on the lag only,
     are not positive definite; divided by the length of the record, they add a random walk to slow sway.)
 
-    Parameters
-    ----------
-    record : ndarray, shape (m, n)
-        Unperturbed joint angles (rad).
-    samples : int
-        Length of an epoch.
-
-    Returns
-    -------
-    ndarray, shape (samples n, samples n)
-        C, sample by sample (rad²).
-
-    Raises
-    ------
-    InputError
-        If the record is too short for C to be regular, or a joint does not move.
+    record: unperturbed joint angles.
+    Returns: C, sample by sample.
     """
     m, n = record.shape
     least = 20 * samples
@@ -235,24 +197,17 @@ def unperturbed_covariance(record: np.ndarray, samples: int) -> np.ndarray:
     return every.T @ every / len(every)
 
 
-def responses(setting: Setting, p: np.ndarray, perturbation: Perturbation) -> tuple[np.ndarray, np.ndarray]:
+def responses(
+    setting: Setting, p: Annotated[np.ndarray, "(q,)"], perturbation: Perturbation
+) -> tuple[np.ndarray, np.ndarray]:
     """Response (1) and its slopes.
 
-    Parameters
-    ----------
-    setting : Setting
-        Body and model.
-    p : ndarray, shape (q,)
-        Parameters (N·m/rad, N·m·s/rad, -).
-    perturbation : Perturbation
-        Drive and point of action (N or m/s², m).
+    p: parameters (N·m/rad, N·m·s/rad, -).
+    perturbation: drive and point of action.
 
-    Returns
-    -------
-    h : ndarray, shape (samples, n)
-        Joint angles, 0 before the onset (rad).
-    slopes : ndarray, shape (samples, n, q)
-        dh/dp (rad over the units of the parameters).
+    Returns:
+        h: joint angles, 0 before the onset (rad). Shape (samples, n).
+        slopes: dh/dp (rad over the units of the parameters). Shape (samples, n, q).
     """
     n, body = setting.joints, setting.body
     k, b = setting.matrices(p)
@@ -317,22 +272,7 @@ def information(setting: Setting, p: np.ndarray, perturbations: Sequence[Perturb
 def fit_matrices(setting: Setting, perturbations: Sequence[Perturbation]) -> MatrixFit:
     """Estimate K and B, and the inertia if it is not known.
 
-    Parameters
-    ----------
-    setting : Setting
-        Body, weights and model.
-    perturbations : sequence of Perturbation
-        Epochs (rad) and drives (N, m/s²).
-
-    Returns
-    -------
-    MatrixFit
-        Parameters and what is known of them (N·m/rad, N·m·s/rad).
-
-    Raises
-    ------
-    InputError
-        If a perturbation has fewer than 2 epochs, or its epochs are not as long as its drive.
+    Returns: parameters and what is known of them.
     """
     for one in perturbations:
         _check(setting, one)

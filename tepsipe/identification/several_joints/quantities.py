@@ -22,6 +22,7 @@ beside it, the rise can be larger, but chi2 itself has at most its own distribut
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -63,15 +64,10 @@ class Profile:
         if weakly:
             self._excluded = float(scipy.special.chdtri(fit.freedom + 1, 0.05)) - self.least
 
-    def excludes(self, combination: np.ndarray, value: float) -> bool:
+    def excludes(self, combination: Annotated[np.ndarray, "(q,)"], value: float) -> bool:
         """Test whether the record excludes a value of a combination of the parameters.
 
-        Parameters
-        ----------
-        combination : ndarray, shape (q,)
-            Weights of the parameters.
-        value : float
-            The value (unit of the combination).
+        combination: weights of the parameters.
         """
         for (a, c, scale), best in zip(self._products, self._best, strict=True):
             weights = combination * scale[0] / scale[1:]
@@ -96,25 +92,18 @@ DELAY_CHI2 = 3.84
 
 @dataclass(frozen=True)
 class Quantity:
-    """A stiffness, damping or delay, or the reason why it is not identified.
-
-    Attributes
-    ----------
-    name, unit : str
-        For example K_ankle_hip (torque of the ankle per angle of the hip) in Nm/rad.
-    value, standard_error, low, high : float
-        Estimate and 95 % interval (``unit``); NaN if it is refused.
-    refusal : str
-        Empty, or one sentence.
-    """
+    """A stiffness, damping or delay, or the reason why it is not identified."""
 
     name: str
     unit: str
+    """For example K_ankle_hip (torque of the ankle per angle of the hip) in Nm/rad."""
     value: float
     standard_error: float
     low: float
     high: float
+    """Estimate and 95 % interval (``unit``); NaN if it is refused."""
     refusal: str = ""
+    """Empty, or one sentence."""
 
     @property
     def identified(self) -> bool:
@@ -122,20 +111,13 @@ class Quantity:
         return not self.refusal
 
 
-def driven_products(spectra: Spectra, columns: np.ndarray) -> np.ndarray:
+def driven_products(
+    spectra: Spectra, columns: Annotated[np.ndarray, "(L, b, q)"]
+) -> Annotated[np.ndarray, "(L, q, q)"]:
     """Cross products of the parts of some columns that the perturbations drive, without chance.
 
-    Parameters
-    ----------
-    spectra : Spectra
-        Spectra of the record.
-    columns : ndarray of complex, shape (L, b, q)
-        Transforms.
-
-    Returns
-    -------
-    ndarray, shape (L, q, q)
-        Per band (squared units of the columns).
+    columns: Transforms.
+    Returns: per band (squared units of the columns).
     """
     _, b, m = spectra.perturbation.shape
     a, c = cross_products(spectra.perturbation, columns)
@@ -165,25 +147,10 @@ def joint_quantities(
 ) -> list[Quantity]:
     """All quantities of one joint's torque.
 
-    Parameters
-    ----------
-    fit : RowFit
-        Parameters and what the record determines (N·m/rad, N·m·s/rad, s).
-    spectra : Spectra
-        Spectra of the record (rad, N·m).
-    joint : int
-        Whose torque.
-    names : sequence of str
-        Names of the joints.
-    largest_share : float
-        Share in (1).
-    mode_below_hz : float
-        Below this frequency motion is slow (Hz).
-
-    Returns
-    -------
-    list of Quantity
-        Parameters, static stiffness per angle if there is a reflex, along the slow mode, delay.
+    fit: parameters and what the record determines.
+    joint: whose torque.
+    mode_below_hz: below this frequency motion is slow.
+    Returns: parameters, static stiffness per angle if there is a reflex, along the slow mode, delay.
     """
     s = 2j * np.pi * spectra.frequency_hz[:, :, None]
     drive = [driven_products(spectra, x) for x in (spectra.angle, s * spectra.angle, spectra.torque)]

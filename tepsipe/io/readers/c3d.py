@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -16,22 +17,14 @@ METRES_PER_UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 
 @dataclass(frozen=True)
 class Markers:
-    """Marker positions as the motion capture system recorded them.
-
-    Attributes
-    ----------
-    rate_hz : float
-        Frames per second (Hz).
-    labels : tuple of str
-        Names of the markers.
-    positions : ndarray, shape (frames, markers, 3)
-        x, y, z (m); NaN while a marker was hidden. One that lacks a coordinate, or has an infinite one, is
-        hidden.
-    """
+    """Marker positions as the motion capture system recorded them."""
 
     rate_hz: float
+    """Frames per second."""
     labels: tuple[str, ...]
-    positions: np.ndarray
+    positions: Annotated[np.ndarray, "(frames, markers, 3)"]
+    """x, y, z (m); NaN while a marker was hidden. One that lacks a coordinate, or has an infinite one, is
+    hidden."""
 
     def __post_init__(self) -> None:
         """Hide markers with incomplete coordinates."""
@@ -42,22 +35,9 @@ class Markers:
 def read_markers(path: str | Path, labels: list[str]) -> Markers:
     """Read the wanted markers of a C3D file.
 
-    Parameters
-    ----------
-    path : str or Path
-        C3D file.
-    labels : list of str
-        Names of the wanted markers, in the wanted order.
-
-    Returns
-    -------
-    Markers
-        Rate (Hz), labels and positions (m).
-
-    Raises
-    ------
-    InputError
-        If the file is missing, truncated or not C3D, its unit is unknown, or a marker is missing.
+    path: C3D file.
+    labels: names of the wanted markers, in the wanted order.
+    Returns: rate, labels and positions.
     """
     path = Path(path)
     return select_markers(c3d_markers(open_c3d(path), path), labels, path)
@@ -67,11 +47,6 @@ def select_markers(markers: Markers, labels: list[str], name: str | Path) -> Mar
     """Select markers of a file (m), in the wanted order.
 
     A label without the name of a subject before a colon also names the only marker of that label with one.
-
-    Raises
-    ------
-    InputError
-        If a marker is missing, or its name is not unique.
     """
     available = list(markers.labels)
     without_subject = [label.rpartition(":")[2] for label in available]
@@ -93,13 +68,7 @@ def select_markers(markers: Markers, labels: list[str], name: str | Path) -> Mar
 
 
 def c3d_markers(file, path: Path) -> Markers:
-    """All markers of an opened C3D file (m), NaN where one was hidden.
-
-    Raises
-    ------
-    InputError
-        If their unit is unknown, or the rate of the frames is not a positive number.
-    """
+    """All markers of an opened C3D file (m), NaN where one was hidden."""
     labels = group_labels(file, "POINT")
     scale = metres_per_unit(file, path)
     points, residuals = file["data"]["points"][:3], file["data"]["meta_points"]["residuals"][0]
@@ -110,13 +79,7 @@ def c3d_markers(file, path: Path) -> Markers:
 
 
 def frame_rate(file, path: Path) -> float:
-    """Frames per second of an opened C3D file (Hz).
-
-    Raises
-    ------
-    InputError
-        If it is not a positive number.
-    """
+    """Frames per second of an opened C3D file (Hz)."""
     rate = float(file["parameters"]["POINT"]["RATE"]["value"][0])
     if not 0.0 < rate < np.inf:
         raise InputError(
@@ -127,13 +90,7 @@ def frame_rate(file, path: Path) -> float:
 
 
 def metres_per_unit(file, path: Path) -> float:
-    """Factor from the positions of an opened C3D file to metres (m per unit).
-
-    Raises
-    ------
-    InputError
-        If their unit is unknown.
-    """
+    """Factor from the positions of an opened C3D file to metres (m per unit)."""
     point = file["parameters"]["POINT"]
     unit = str(point["UNITS"]["value"][0]).strip() if point["UNITS"]["value"] else ""
     if unit not in METRES_PER_UNIT:
@@ -153,13 +110,7 @@ def group_labels(file, group: str) -> list[str]:
 
 
 def open_c3d(path: Path):
-    """Parameters, data and number of the first frame of a C3D file, as ezc3d reads it (units of the file).
-
-    Raises
-    ------
-    InputError
-        If the file is missing, truncated or not C3D.
-    """
+    """Parameters, data and number of the first frame of a C3D file, as ezc3d reads it (units of the file)."""
     import ezc3d
 
     def parsed(plain: Path) -> dict:

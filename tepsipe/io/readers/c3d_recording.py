@@ -17,21 +17,8 @@ def read_c3d_recording(path: str | Path) -> Recording:
 
     The first sample of every channel is taken at the instant of the first frame.
 
-    Parameters
-    ----------
-    path : str or Path
-        C3D file.
-
-    Returns
-    -------
-    Recording
-        Markers (m), force plates (N, N·m) and analog channels in their units.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, truncated or not C3D, a unit of lengths, forces or moments is unknown, a
-        force plate is of another type than 1 to 4, or the rates contradict each other.
+    path: C3D file.
+    Returns: markers, force plates and analog channels in their units.
     """
     path = Path(path)
     file = open_c3d(path)

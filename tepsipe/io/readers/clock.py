@@ -6,6 +6,7 @@ gaps.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -27,27 +28,18 @@ LONGEST_BRIDGE_S = 0.05
 
 @dataclass(frozen=True)
 class Clock:
-    """A regular clock and the positions of the samples on it.
-
-    Attributes
-    ----------
-    rate_hz : float
-        Samples per second (Hz).
-    rows : ndarray of int, shape (n,)
-        Rows of the file that are samples of their own.
-    index : ndarray of int, shape (n,)
-        Place of each of these on the clock, counted from the first.
-    first_s : float
-        Time stamp of the first place, by a line through all stamps (s).
-    period_s : float
-        Time between two places by the same line (s), on the clock of the stamps.
-    """
+    """A regular clock and the positions of the samples on it."""
 
     rate_hz: float
+    """Samples per second."""
     rows: np.ndarray
+    """Rows of the file that are samples of their own."""
     index: np.ndarray
+    """Place of each of these on the clock, counted from the first."""
     first_s: float
+    """Time stamp of the first place, by a line through all stamps."""
     period_s: float
+    """Time between two places by the same line (s), on the clock of the stamps."""
 
     @property
     def size(self) -> int:
@@ -82,28 +74,13 @@ def line_through(index: np.ndarray, time: np.ndarray) -> tuple[float, float]:
 def regular_clock(time: np.ndarray, name: str, max_gap_s: float = 0.5) -> Clock:
     """The regular clock of a file's time stamps.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Time stamps (s). A step is about a whole number of periods, and a stamp that repeats the one before is
-        no sample of its own. Where that fails, samples may have queued up before a computer stamped them:
-        they are taken as regular if the stamps, smoothed by a running median over 51, stay within 0.4 periods
-        of a line.
-    name : str
-        Names the file in messages.
-    max_gap_s : float
-        Longest time for which samples may be missing (s).
-
-    Returns
-    -------
-    Clock
-        Rate (Hz) and the place of each sample.
-
-    Raises
-    ------
-    InputError
-        If a stamp is missing, time runs backwards, samples are missing for too long, or the stamps are those
-        of no regular clock.
+    time: time stamps (s). A step is about a whole number of periods, and a stamp that repeats the one
+    before is no sample of its own. Where that fails, samples may have queued up before a computer stamped
+    them. They are taken as regular if the stamps, smoothed by a running median over 51, stay within 0.4
+    periods of a line.
+    name: names the file in messages.
+    max_gap_s: longest time for which samples may be missing.
+    Returns: rate and the place of each sample.
     """
     bad = np.flatnonzero(~np.isfinite(time))
     if bad.size:
@@ -168,17 +145,12 @@ def _queued(time: np.ndarray) -> Clock | None:
     return Clock(rounded_rate(1.0 / slope), every, every, first, slope)
 
 
-def bridged(values: np.ndarray, rate_hz: float) -> np.ndarray:
+def bridged(values: Annotated[np.ndarray, "(n, ...)"], rate_hz: float) -> np.ndarray:
     """Samples, shape (n, ...), in their unit, with short gaps bridged by straight lines.
 
     Where more than `LONGEST_BRIDGE_S` is missing, they stay NaN.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n, ...)
-        Samples; NaN where one is missing.
-    rate_hz : float
-        Their rate (Hz).
+    values: Samples; NaN where one is missing.
     """
     columns = values.reshape(values.shape[0], -1).copy()
     index = np.arange(columns.shape[0])

@@ -34,27 +34,18 @@ AXES = "XYZ"
 
 @dataclass(frozen=True)
 class DFlowTable:
-    """One file of D-Flow, row by row as it was written.
-
-    Attributes
-    ----------
-    name : str
-        Names the file in messages.
-    time : ndarray, shape (n,)
-        Time stamps (s), on D-Flow's clock.
-    frames : ndarray of int, shape (n,), or None
-        Counter of the frames of the motion capture system; None if the file has none.
-    columns : dict of str to ndarray, shape (n,)
-        All other columns, in the units of D-Flow.
-    lines : ndarray of int, shape (n,)
-        Line of the file on which each row stands.
-    """
+    """One file of D-Flow, row by row as it was written."""
 
     name: str
+    """Names the file in messages."""
     time: np.ndarray
+    """Time stamps (s), on D-Flow's clock."""
     frames: np.ndarray | None
+    """Counter of the frames of the motion capture system; None if the file has none."""
     columns: dict[str, np.ndarray]
+    """All other columns, in the units of D-Flow."""
     lines: np.ndarray
+    """Line of the file on which each row stands."""
 
     @property
     def is_mocap(self) -> bool:
@@ -70,21 +61,8 @@ class DFlowTable:
 def read_dflow(path: str | Path) -> DFlowTable:
     """Read a text file of D-Flow's mocap or record module.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file, plain or compressed with gzip.
-
-    Returns
-    -------
-    DFlowTable
-        Time stamps (s), frame counter and columns in the units of D-Flow.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, truncated or not text, lacks its time stamps, names a column twice, or its
-        frame counter runs backwards or holds something else than whole numbers.
+    path: the file, plain or compressed with gzip.
+    Returns: time stamps, frame counter and columns in the units of D-Flow.
     """
     table = read_plain_table(path, "a text file of D-Flow")
     time = next((name for name in TIMES if name in table.names), None)
@@ -164,13 +142,7 @@ def held(position: np.ndarray, frames: np.ndarray | None) -> np.ndarray:
 
 
 def plate_columns(table: DFlowTable) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Force (N) and moment about the origin (N·m) of every force plate, each of shape (n, 3).
-
-    Raises
-    ------
-    InputError
-        If a plate lacks one of its six components.
-    """
+    """Force (N) and moment about the origin (N·m) of every force plate, each of shape (n, 3)."""
     numbers = sorted({int(m[1]) for name in table.columns if (m := PLATE.fullmatch(name))})
     plates = {}
     for number in numbers:

@@ -28,20 +28,8 @@ LONGEST_GAP_S = 0.5
 def read_dflow_recording(path: str | Path) -> Recording:
     """Read a file of D-Flow's mocap module; see `dflow_recording`.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file, plain or compressed with gzip.
-
-    Returns
-    -------
-    Recording
-        Markers (m), force plates (N, N·m) and channels in the axes of D-Flow.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or as `dflow_recording`.
+    path: the file, plain or compressed with gzip.
+    Returns: markers, force plates and channels in the axes of D-Flow.
     """
     return dflow_recording(read_dflow(path))
 
@@ -52,21 +40,9 @@ def dflow_recording(mocap: DFlowTable) -> Recording:
     Repeated frames are dropped. Where frames were dropped, markers are NaN, and forces and channels are
     bridged by straight lines.
 
-    Parameters
-    ----------
-    mocap : DFlowTable
-        Markers (m), force plates (N, N·m) and channels.
-
-    Returns
-    -------
-    Recording
-        In the axes of D-Flow: x to the right, y up, z backward. Forces act on what stands on the plates, and
-        moments are about the origin of these axes.
-
-    Raises
-    ------
-    InputError
-        If the file holds neither markers nor plates, or frames are missing for too long.
+    mocap: markers, force plates and channels.
+    Returns: in the axes of D-Flow: x to the right, y up, z backward. Forces act on what stands on the
+    plates, and moments are about the origin of these axes.
     """
     if not mocap.is_mocap:
         raise InputError(
@@ -91,13 +67,7 @@ def dflow_recording(mocap: DFlowTable) -> Recording:
 
 
 def frame_clock(mocap: DFlowTable) -> Clock:
-    """Regular clock of a mocap file (Hz, s): its frame counter or, without one, its stamps.
-
-    Raises
-    ------
-    InputError
-        If frames are missing for too long, there are too few, or time runs backwards.
-    """
+    """Regular clock of a mocap file (Hz, s): its frame counter or, without one, its stamps."""
     if mocap.frames is None:
         return regular_clock(mocap.time, mocap.name, LONGEST_GAP_S)
     rows = np.flatnonzero(np.diff(mocap.frames, prepend=mocap.frames[0] - 1) != 0)

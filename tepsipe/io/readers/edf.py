@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
+from typing import Annotated, BinaryIO
 
 import numpy as np
 
@@ -35,55 +35,30 @@ BYTES_BEFORE_SAMPLES = 16 + 80 + 8 + 8 + 8 + 8 + 8 + 80
 
 @dataclass(frozen=True)
 class EmgRecording:
-    """Electromyograms as the recorder wrote them, on the clock of the recorder.
-
-    Attributes
-    ----------
-    rate_hz : float
-        Sampling rate of every channel (Hz).
-    muscles : tuple of str
-        Muscles whose channel is in the file, in the wanted order.
-    signals : ndarray, shape (n, muscles)
-        Raw electromyograms (uV).
-    trigger : ndarray, shape (n,), or None
-        Trigger line (V if its unit is a voltage, otherwise as recorded); None if it started the recorder.
-    limits : ndarray, shape (muscles, 2)
-        Lowest and highest value that each channel can hold (uV).
-    missing : tuple of str
-        Wanted muscles whose channel is not in the file.
-    """
+    """Electromyograms as the recorder wrote them, on the clock of the recorder."""
 
     rate_hz: float
+    """Sampling rate of every channel."""
     muscles: tuple[str, ...]
-    signals: np.ndarray
+    """Muscles whose channel is in the file, in the wanted order."""
+    signals: Annotated[np.ndarray, "(n, muscles)"]
+    """Raw electromyograms (uV)."""
     trigger: np.ndarray | None
-    limits: np.ndarray
+    """Trigger line (V if its unit is a voltage, otherwise as recorded); None if it started the recorder."""
+    limits: Annotated[np.ndarray, "(muscles, 2)"]
+    """Lowest and highest value that each channel can hold (uV)."""
     missing: tuple[str, ...]
+    """Wanted muscles whose channel is not in the file."""
 
 
 def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str | None) -> EmgRecording:
     """Read the wanted muscles and the trigger of an EDF, EDF+ or BDF file.
 
-    Parameters
-    ----------
-    path : str or Path
-        EDF, EDF+ or BDF file, plain or compressed with gzip, under any name.
-    channels : dict of str to str
-        Label of the channel of each muscle. A muscle whose channel is missing is omitted and listed.
-    trigger_label : str or None
-        Label of the trigger's channel; None if the recorder was started by the trigger.
-
-    Returns
-    -------
-    EmgRecording
-        Rate (Hz), electromyograms and their limits (uV), trigger (V; for a channel ``Status`` of a BDF file
-        the number that its trigger lines make).
-
-    Raises
-    ------
-    InputError
-        If the file is missing, truncated, damaged or neither EDF nor BDF, time has gaps, the trigger or all
-        muscles are missing, a label is not unique, channels differ in rate, or a unit is unknown.
+    path: EDF, EDF+ or BDF file, plain or compressed with gzip, under any name.
+    channels: label of the channel of each muscle. A muscle whose channel is missing is omitted and listed.
+    trigger_label: label of the trigger's channel; None if the recorder was started by the trigger.
+    Returns: rate, electromyograms and their limits (uV), trigger (V; for a channel ``Status`` of a BDF file
+    the number that its trigger lines make).
     """
     path = Path(path)
     signals = open_edf(path)
@@ -129,21 +104,10 @@ def muscles_found(
 ) -> tuple[str, ...]:
     """Muscles whose channel is in a file, in the wanted order.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file, for messages.
-    available : collection of str
-        Labels of the channels in it.
-    channels : dict of str to str
-        Label of the channel of each muscle.
-    trigger_label : str or None
-        Label of the trigger's channel; None if the recorder was started by the trigger.
-
-    Raises
-    ------
-    InputError
-        If the trigger or all muscles are missing.
+    path: the file, for messages.
+    available: labels of the channels in it.
+    channels: label of the channel of each muscle.
+    trigger_label: label of the trigger's channel; None if the recorder was started by the trigger.
     """
     if trigger_label is not None and trigger_label not in available:
         raise InputError(
@@ -160,13 +124,7 @@ def muscles_found(
 
 
 def open_edf(path: Path) -> dict[str, list]:
-    """Channels of an EDF, EDF+ or BDF file by label, as edfio reads them (units as their headers say).
-
-    Raises
-    ------
-    InputError
-        If the file is missing, truncated, damaged or neither EDF nor BDF, or time has gaps.
-    """
+    """Channels of an EDF, EDF+ or BDF file by label, as edfio reads them (units as their headers say)."""
     import edfio  # it takes as long to import as a recording takes to read
 
     if not path.is_file():

@@ -10,24 +10,10 @@ from tepsipe.io.readers.file_kind import TEXTS, kind_of
 def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str | None) -> EmgRecording:
     """Read the wanted muscles and the trigger of an EDF, EDF+ or BDF file, an export of Delsys, or a table.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file, plain or compressed with gzip; its kind follows from its content.
-    channels : dict of str to str
-        Label of the channel of each muscle. A muscle whose channel is missing is omitted and listed.
-    trigger_label : str or None
-        Label of the trigger's channel; None if the recorder was started by the trigger.
-
-    Returns
-    -------
-    EmgRecording
-        Rate (Hz), electromyograms and their limits (uV), trigger (V, or as recorded).
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or holds no trigger or none of the muscles.
+    path: the file, plain or compressed with gzip; its kind follows from its content.
+    channels: label of the channel of each muscle. A muscle whose channel is missing is omitted and listed.
+    trigger_label: label of the trigger's channel; None if the recorder was started by the trigger.
+    Returns: rate, electromyograms and their limits (uV), trigger (V, or as recorded).
     """
     if kind_of(path) in TEXTS:
         from tepsipe.io.readers.emg_table import read_emg_table

@@ -29,44 +29,22 @@ WITHIN_PERIODS = 0.6
 
 @dataclass(frozen=True)
 class EmgChannel:
-    """One column of electromyograms, or of another sensor.
-
-    Attributes
-    ----------
-    unit : str
-        Unit as the file names it; V in an export of Delsys that names none.
-    rate_hz : float
-        Sampling rate (Hz).
-    start_s : float
-        Time of the first sample (s).
-    values : ndarray, shape (n,)
-        Samples in ``unit``.
-    """
+    """One column of electromyograms, or of another sensor."""
 
     unit: str
+    """Unit as the file names it; V in an export of Delsys that names none."""
     rate_hz: float
     start_s: float
+    """Time of the first sample."""
     values: np.ndarray
+    """Samples in ``unit``."""
 
 
 def read_emg_channels(path: str | Path) -> dict[str, EmgChannel]:
     """All channels of a text file of electromyograms by label, without the unit that may follow it.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file, plain or compressed with gzip.
-
-    Returns
-    -------
-    dict of str to EmgChannel
-        Label -> samples in their unit, rate (Hz) and time of the first sample (s).
-
-    Raises
-    ------
-    InputError
-        If the file is missing, truncated or not text, has no column of the time, time runs backwards or is
-        irregular, a sample is missing, or a label is not unique.
+    path: the file, plain or compressed with gzip.
+    Returns: label -> samples in their unit, rate (Hz) and time of the first sample (s).
     """
     delsys = kind_of(path) == DELSYS
     table = read_plain_table(path, "electromyograms", _is_delsys_header if delsys else None, ragged=delsys)
@@ -106,25 +84,10 @@ def read_emg_table(path: str | Path, wanted: dict[str, str], trigger_label: str 
 
     A trigger of another rate is held from sample to sample at the instants of the electromyograms.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file, plain or compressed with gzip.
-    wanted : dict of str to str
-        Label of the channel of each muscle. A muscle whose channel is missing is omitted and listed.
-    trigger_label : str or None
-        Label of the trigger's channel; None if the recorder was started by the trigger.
-
-    Returns
-    -------
-    EmgRecording
-        Rate (Hz), electromyograms and their extremes (uV), trigger (V, or as recorded).
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, the trigger or all muscles are missing, the muscles differ in rate, or a
-        unit is unknown.
+    path: the file, plain or compressed with gzip.
+    wanted: label of the channel of each muscle. A muscle whose channel is missing is omitted and listed.
+    trigger_label: label of the trigger's channel; None if the recorder was started by the trigger.
+    Returns: rate, electromyograms and their extremes (uV), trigger (V, or as recorded).
     """
     recorded = read_emg_channels(path)
     wanted = {muscle: split_unit(label)[0] for muscle, label in wanted.items()}

@@ -23,6 +23,7 @@ plate from the first frame on.
 """
 
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -37,21 +38,13 @@ CHANNELS = {1: 6, 2: 6, 3: 8, 4: 6}
 MOST_PLATES = 100
 
 
-def force_plates(file, channels: list[Channel], labels: list[str], path: Path, scale: float):
+def force_plates(file, channels: list[Channel], labels: list[str], path: Path, scale: Annotated[float, "m"]):
     """All force plates of an opened C3D file.
 
-    Parameters
-    ----------
-    file : mapping
-        The file as ezc3d reads it.
-    channels : list of Channel
-        Its analog channels in their order, each in its unit.
-    labels : list of str
-        Their labels.
-    path : Path
-        Names the file in messages.
-    scale : float
-        Metres per unit of the file's lengths (m).
+    file: the file as ezc3d reads it.
+    channels: its analog channels in their order, each in its unit.
+    path: names the file in messages.
+    scale: metres per unit of the file's lengths.
 
     Returns
     -------
@@ -59,11 +52,6 @@ def force_plates(file, channels: list[Channel], labels: list[str], path: Path, s
         Forces (N) and moments about the origin of the laboratory (N·m), in its axes. A plate whose type is
         not 1 to 4, with missing parameters or channels, or with an unknown unit has a ``fault``: it stops
         only the trials that use it.
-
-    Raises
-    ------
-    InputError
-        If their number is impossible.
     """
     group = file["parameters"].get("FORCE_PLATFORM", {})
     used = int(_values(group, "USED")[0]) if _values(group, "USED").size else 0

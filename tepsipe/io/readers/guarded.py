@@ -78,32 +78,18 @@ def guarded(
 
     Its output, warnings and side effects stay in the child. Within such a child, a call is direct.
 
-    Parameters
-    ----------
-    function : callable
-        Reads the file; its result can be pickled. Import what it needs beforehand, or every child imports it.
-    what : str or Path
-        The file, for messages and for the limits.
-    longest_s : float, optional
-        Longest processor time (s); by default 1.5 s and 1 s per megabyte of the file. By the clock on the
-        wall, it may take ten times as long and 30 s.
-    most_bytes : int, optional
-        Most memory (bytes) beyond what this process has; by default 300 megabytes and 50 times the file's
-        size.
-    *arguments : object
-        Its arguments.
+    function: reads the file; its result can be pickled. Import what it needs beforehand, or every child
+    imports it.
+    what: the file, for messages and for the limits.
+    longest_s: longest processor time (s); by default 1.5 s and 1 s per megabyte of the file. By the clock
+    on the wall, it may take ten times as long and 30 s.
+    most_bytes: most memory (bytes) beyond what this process has; by default 300 megabytes and 50 times the
+    file's size.
 
     Returns
     -------
     object
         The function's result; its arrays are writable.
-
-    Raises
-    ------
-    InputError
-        If the function crashes, or takes more time or memory than allowed. Its own errors pass through.
-    KeyboardInterrupt
-        If somebody ends the child (SIGINT, SIGTERM, SIGHUP): that is no fault of the file.
     """
     if not FORKS or _State.inside:
         return function(*arguments)

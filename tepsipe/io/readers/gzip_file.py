@@ -36,25 +36,10 @@ def is_gzip(path: Path) -> bool:
 def plain_bytes(path: Path, what: str, largest_bytes: int | None = None) -> bytes:
     """Contents of a file, unpacked if it is compressed with gzip.
 
-    Parameters
-    ----------
-    path : Path
-        The file, under any name.
-    what : str
-        Expected kind of file, for the message.
-    largest_bytes : int, optional
-        Size at which unpacking stops (bytes); by default 200 times the file's size, at least 20 and
-        at most 400 MB.
-
-    Returns
-    -------
-    bytes
-        The contents.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, it cannot be read, is damaged, or is larger than the limit when unpacked.
+    path: the file, under any name.
+    what: expected kind of file, for the message.
+    largest_bytes: size at which unpacking stops (bytes); by default 200 times the file's size, at least 20
+    and at most 400 MB.
     """
     try:
         if path.exists() and not path.is_file():  # a pipe would be waited for, a device has no end
@@ -111,22 +96,13 @@ def plain_name(path: Path) -> Path:
 def plain_file(path: Path, what: str) -> Iterator[Path]:
     """A file that is not compressed: the file itself, or an unpacked copy that is deleted afterwards.
 
-    Parameters
-    ----------
-    path : Path
-        The file, under any name.
-    what : str
-        Expected kind of file, for the message.
+    path: the file, under any name.
+    what: expected kind of file, for the message.
 
     Yields
     ------
     Path
         A plain file for libraries that open files by name.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be unpacked.
     """
     if not is_gzip(path):
         yield path

@@ -11,20 +11,8 @@ from tepsipe.io.readers.file_kind import TABLE, TEXTS, TRC, kind_of
 def read_all_markers(path: str | Path) -> Markers:
     """Read all markers of a C3D file, a TRC file or a text table.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file, plain or, if it is text, compressed with gzip; its kind follows from its content.
-
-    Returns
-    -------
-    Markers
-        Rate (Hz), labels and positions (m), NaN while a marker was hidden.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or holds no markers.
+    path: the file, plain or, if it is text, compressed with gzip; its kind follows from its content.
+    Returns: rate, labels and positions, NaN while a marker was hidden.
     """
     path = Path(path)
     kind = kind_of(path)
@@ -53,22 +41,9 @@ def read_all_markers(path: str | Path) -> Markers:
 def read_markers(path: str | Path, labels: list[str]) -> Markers:
     """Read the wanted markers of a C3D file, a TRC file or a text table.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file, as in `read_all_markers`.
-    labels : list of str
-        Names of the wanted markers, in the wanted order.
-
-    Returns
-    -------
-    Markers
-        Rate (Hz), labels and positions (m).
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or a marker is missing.
+    path: the file, as in `read_all_markers`.
+    labels: names of the wanted markers, in the wanted order.
+    Returns: rate, labels and positions.
     """
     if kind_of(path) in TEXTS:
         return select_markers(read_all_markers(path), labels, path)

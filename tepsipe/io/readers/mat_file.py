@@ -21,25 +21,11 @@ DEEPEST = 8
 def read_mat(path: str | Path, what: str, squeeze: bool = False) -> dict[str, object]:
     """All variables of a MATLAB file, whatever its version.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file, plain or compressed with gzip.
-    what : str
-        Expected kind of file, for messages.
-    squeeze : bool
-        Whether dimensions of length 1 are dropped.
-
-    Returns
-    -------
-    dict of str to object
-        Variable -> ndarray (units in the names, if at all); text is a str, a cell an array of objects, a
-        structure a dict in version 7.3, an object of a class (a string array) None.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, damaged or not MATLAB's.
+    path: the file, plain or compressed with gzip.
+    what: expected kind of file, for messages.
+    squeeze: whether dimensions of length 1 are dropped.
+    Returns: variable -> ndarray (units in the names, if at all); text is a str, a cell an array of objects,
+    a structure a dict in version 7.3, an object of a class (a string array) None.
     """
     path = Path(path)
     if not path.is_file():

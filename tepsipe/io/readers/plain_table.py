@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -25,39 +26,23 @@ DELIMITERS = {"comma": ",", "tab": "\t", "semicolon": ";"}
 
 @dataclass(frozen=True)
 class PlainTable:
-    """All columns of a text table.
-
-    Attributes
-    ----------
-    name : str
-        Names the file in messages.
-    preamble : tuple of str
-        Lines above the header.
-    names : tuple of str
-        Names of the columns.
-    values : ndarray, shape (n, columns)
-        Numbers in the units of the file; NaN where a field is empty or infinite.
-    lines : ndarray of int, shape (n,)
-        Line of the file on which each row stands.
-    delimiter : str
-        Character between columns.
-    """
+    """All columns of a text table."""
 
     name: str
+    """Names the file in messages."""
     preamble: tuple[str, ...]
+    """Lines above the header."""
     names: tuple[str, ...]
-    values: np.ndarray
+    """Names of the columns."""
+    values: Annotated[np.ndarray, "(n, columns)"]
+    """Numbers in the units of the file; NaN where a field is empty or infinite."""
     lines: np.ndarray
+    """Line of the file on which each row stands."""
     delimiter: str
+    """Character between columns."""
 
     def column(self, name: str) -> np.ndarray:
-        """Numbers of the only column of a name, shape (n,), in the unit of the file.
-
-        Raises
-        ------
-        InputError
-            If no column, or more than one, has that name.
-        """
+        """Numbers of the only column of a name, shape (n,), in the unit of the file."""
         if self.names.count(name) != 1:
             raise InputError(
                 f"{self.name}: expected one column named {name!r}, found {self.names.count(name)} among "
@@ -67,13 +52,7 @@ class PlainTable:
 
 
 def number_in(field: str) -> float:
-    """Number in a field of text; ``float`` alone would read a damaged ``1_0`` as 10.
-
-    Raises
-    ------
-    ValueError
-        If the field is no number.
-    """
+    """Number in a field of text; ``float`` alone would read a damaged ``1_0`` as 10."""
     if "_" in field:
         raise ValueError(f"could not convert string to float: {field!r}")
     return float(field)
@@ -105,26 +84,12 @@ def read_plain_table(
     Lines that begin with ``#`` and empty lines are skipped. A last line without a line break may have been
     cut within its last number, so it is omitted. Commas are decimal signs where they do not separate columns.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file, plain or compressed with gzip.
-    what : str
-        Expected kind of file, for messages.
-    is_header : callable, optional
-        Whether a line is the header; by default the first line that is not skipped.
-    ragged : bool
-        Whether rows may end before the header does, as columns of a lower rate do; what is missing is NaN.
-
-    Returns
-    -------
-    PlainTable
-        Numbers in the units of the file.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, truncated or not text, has no header or no rows, or a field is no number.
+    path: the file, plain or compressed with gzip.
+    what: expected kind of file, for messages.
+    is_header: whether a line is the header; by default the first line that is not skipped.
+    ragged: whether rows may end before the header does, as columns of a lower rate do; what is missing is
+    NaN.
+    Returns: numbers in the units of the file.
     """
     path = Path(path)
     text = read_text(path, what)
@@ -173,13 +138,7 @@ def read_plain_table(
 
 
 def refuse_short_header(path: Path, count: int, body: list[str], delimiter: str) -> None:
-    """Refuse a header of ``count`` names above lines that all have the same larger number of fields.
-
-    Raises
-    ------
-    InputError
-        If the first line is therefore no header.
-    """
+    """Refuse a header of ``count`` names above lines that all have the same larger number of fields."""
     counts = [line.rstrip(f"{delimiter} ").count(delimiter) + 1 for line in body]
     usual = counts[-1]
     decimal = delimiter == "," and usual == 2 * count  # with commas as decimal signs, too

@@ -5,6 +5,7 @@ units and axes conventions are; ingest knows `Recording` only.
 """
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 
@@ -19,53 +20,34 @@ DIRECTIONS = {
 
 @dataclass(frozen=True)
 class Channel:
-    """One analog channel, from the recording's first instant on.
-
-    Attributes
-    ----------
-    values : ndarray, shape (n,)
-        Samples in ``unit``; NaN where the file has none.
-    unit : str
-        Unit as the file names it; empty if it names none.
-    rate_hz : float
-        Sampling rate (Hz).
-    limits : tuple of float, or None
-        Lowest and highest value that the recorder could write, in ``unit``, if the file gives them.
-    """
+    """One analog channel, from the recording's first instant on."""
 
     values: np.ndarray
+    """Samples in ``unit``; NaN where the file has none."""
     unit: str
+    """Unit as the file names it; empty if it names none."""
     rate_hz: float
     limits: tuple[float, float] | None = None
+    """Lowest and highest value that the recorder could write, in ``unit``, if the file gives them."""
 
 
 @dataclass(frozen=True)
 class ForcePlate:
-    """Calibrated load of one force plate in the axes of the laboratory.
+    """Calibrated load of one force plate in the axes of the laboratory."""
 
-    Attributes
-    ----------
-    force : ndarray, shape (n, 3)
-        Ground reaction force on what stands on the plate (N): its vertical component is positive under load.
-    moment : ndarray, shape (n, 3)
-        Moment of the same force system about the origin of the laboratory (N·m).
-    rate_hz : float
-        Sampling rate (Hz).
-    corners : ndarray, shape (4, 3), or None
-        Corners of the plate's surface (m), if the file gives them.
-    origin : ndarray, shape (3,), or None
-        Vector from the plate's own origin to the centre of its surface in the axes of the laboratory (m), if
-        the moment depends on it.
-    fault : str or None
-        Why the plate cannot be used, one sentence; force and moment are then NaN.
-    """
-
-    force: np.ndarray
-    moment: np.ndarray
+    force: Annotated[np.ndarray, "(n, 3)"]
+    """Ground reaction force on what stands on the plate (N): its vertical component is positive under
+    load."""
+    moment: Annotated[np.ndarray, "(n, 3)", "N·m"]
+    """Moment of the same force system about the origin of the laboratory."""
     rate_hz: float
-    corners: np.ndarray | None = None
-    origin: np.ndarray | None = None
+    corners: Annotated[np.ndarray, "(4, 3)"] | None = None
+    """Corners of the plate's surface (m), if the file gives them."""
+    origin: Annotated[np.ndarray, "(3,)"] | None = None
+    """Vector from the plate's own origin to the centre of its surface in the axes of the laboratory (m), if
+    the moment depends on it."""
     fault: str | None = None
+    """Why the plate cannot be used, one sentence; force and moment are then NaN."""
 
     @property
     def normal(self) -> np.ndarray | None:
@@ -78,24 +60,15 @@ class ForcePlate:
 
 @dataclass(frozen=True)
 class Recording:
-    """All signals in one trial's file, on one clock whose time 0 is the first sample of all.
-
-    Attributes
-    ----------
-    name : str
-        Names the file in messages.
-    markers : Markers or None
-        Positions in the axes of the laboratory (m); None if the file holds none.
-    plates : tuple of ForcePlate
-        In the order of the file.
-    channels : dict of str to Channel
-        Analog channels by the label in the file, including the channels of force plates.
-    up : str
-        Upward direction in the axes of the file, ``+x`` to ``-z``, as far as the file shows it.
-    """
+    """All signals in one trial's file, on one clock whose time 0 is the first sample of all."""
 
     name: str
+    """Names the file in messages."""
     markers: Markers | None
+    """Positions in the axes of the laboratory (m); None if the file holds none."""
     plates: tuple[ForcePlate, ...]
+    """In the order of the file."""
     channels: dict[str, Channel] = field(default_factory=dict)
+    """Analog channels by the label in the file, including the channels of force plates."""
     up: str = "+z"
+    """Upward direction in the axes of the file, ``+x`` to ``-z``, as far as the file shows it."""

@@ -46,23 +46,10 @@ def split_unit(name: str) -> tuple[str, str]:
 def read_table_recording(path: str | Path) -> Recording:
     """Read a text table that holds a whole trial.
 
-    Parameters
-    ----------
-    path : str or Path
-        Text with a header line, separated by commas, semicolons or tabs, plain or compressed with gzip.
-
-    Returns
-    -------
-    Recording
-        Markers (m), force plates (N, N·m) and channels, in the axes of the file. Samples that are missing are
-        NaN in the markers; elsewhere gaps of up to 0.05 s are bridged by straight lines. Plates named left
-        come before right ones.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, truncated or not text, has no column of the time or no regular clock, a marker
-        or a plate lacks a component, or a unit is unknown.
+    path: text with a header line, separated by commas, semicolons or tabs, plain or compressed with gzip.
+    Returns: markers, force plates and channels, in the axes of the file. Samples that are missing are NaN
+    in the markers; elsewhere gaps of up to 0.05 s are bridged by straight lines. Plates named left come
+    before right ones.
     """
     table = read_plain_table(path, "a table of a trial")
     clock, time = table_clock(table)
@@ -88,13 +75,7 @@ def read_table_recording(path: str | Path) -> Recording:
 
 
 def table_clock(table: PlainTable) -> tuple[Clock, str]:
-    """Clock of a table (Hz, s), and the name of the column of its time.
-
-    Raises
-    ------
-    InputError
-        If there is no such column, its unit is unknown, or it is of no regular clock.
-    """
+    """Clock of a table (Hz, s), and the name of the column of its time."""
     name = next((name for name in table.names if TIME.match(split_unit(name)[0])), None)
     if name is None:
         raise InputError(

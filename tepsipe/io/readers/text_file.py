@@ -9,21 +9,10 @@ from tepsipe.io.readers.gzip_file import plain_bytes
 def read_text(path: str | Path, what: str, ended: bool = False) -> str:
     """Contents of a text file, with line feeds as its line breaks.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file, plain or compressed with gzip. A byte order mark at its start is skipped.
-    what : str
-        Expected kind of file, for the message.
-    ended : bool
-        Refuse a file whose last line has no line break: where it is cut within its last number, the rest
-        is a number, too.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, it cannot be read, is not text or grows beyond all measure when it is
-        unpacked, or its last line has no line break.
+    path: the file, plain or compressed with gzip. A byte order mark at its start is skipped.
+    what: expected kind of file, for the message.
+    ended: refuse a file whose last line has no line break: where it is cut within its last number, the rest
+    is a number, too.
     """
     path = Path(path)
     try:

@@ -45,29 +45,13 @@ def read_text_table(
     A last line without a line break may have been cut within its last number, so it is omitted. Commas are
     decimal signs where they do not separate columns.
 
-    Parameters
-    ----------
-    path : str or Path
-        Text file; a name that ends in ``.gz`` is decompressed.
-    columns : dict of str to str or None
-        Key under which a column is returned -> its name in the file's header; None where the file has none.
-    delimiter : str
-        Character between columns.
-    named_by : dict of str to str, optional
-        Key -> where its column's name was given, for messages; by default the configuration.
-    units : dict of str to str, optional
-        Key -> unit in which its samples are read: a name that ends in another one is refused.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (n,)
-        One array per key of ``columns`` with a name, in the file's units.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, empty, truncated or not text, a column is missing, not unique or in another
-        unit, or a line has another number of fields than the header or a field that is not a number.
+    path: text file; a name that ends in ``.gz`` is decompressed.
+    columns: key under which a column is returned -> its name in the file's header; None where the file has
+    none.
+    delimiter: character between columns.
+    named_by: key -> where its column's name was given, for messages; by default the configuration.
+    units: key -> unit in which its samples are read: a name that ends in another one is refused.
+    Returns: one array per key of ``columns`` with a name, in the file's units.
     """
     path = Path(path)
     columns = {key: name for key, name in columns.items() if name is not None}
@@ -126,21 +110,10 @@ def refuse_other_unit(column: str, unit: str, name: str, what: str = "") -> None
     a single letter after an underscore, which may be an index. ``N.m``, ``N*m``, ``N m`` and ``Nm`` are one
     unit; so are ``m/s`` and ``m s^-1``.
 
-    Parameters
-    ----------
-    column : str
-        Name of the column.
-    unit : str
-        Unit in which its samples are read; any other text, such as that of an unknown unit, is not compared.
-    name : str
-        Names the file in messages.
-    what : str, optional
-        Quantity in the column, for messages.
-
-    Raises
-    ------
-    InputError
-        If the name gives another unit.
+    unit: unit in which its samples are read; any other text, such as that of an unknown unit, is not
+    compared.
+    name: names the file in messages.
+    what: quantity in the column, for messages.
     """
     ending = re.search(IN_NAMES, column)
     bracketed = re.findall(r"[(\[]([^()\[\]]*)[)\]]", column)

@@ -22,20 +22,8 @@ HEADER_LINES = 5
 def read_trc(path: str | Path) -> Markers:
     """Read all markers of a TRC file.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file, plain or compressed with gzip.
-
-    Returns
-    -------
-    Markers
-        Rate (Hz), labels and positions (m), NaN while a marker was hidden.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, truncated or not TRC, its unit is unknown, or a field is no number.
+    path: the file, plain or compressed with gzip.
+    Returns: rate, labels and positions, NaN while a marker was hidden.
     """
     path = Path(path)
     lines = read_text(path, "a TRC file").split("\n")

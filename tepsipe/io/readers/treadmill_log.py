@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -25,47 +26,30 @@ COMPONENTS = tuple(
 
 @dataclass(frozen=True)
 class TreadmillLog:
-    """One treadmill log as the instrument wrote it.
-
-    Attributes
-    ----------
-    rate_hz : float
-        Sampling rate (Hz).
-    channels : tuple of str
-        Names of the transducer channels.
-    voltages : ndarray, shape (n, channels)
-        Transducer voltages (V).
-    belt_velocity, command : ndarray, shape (n,)
-        Measured and commanded belt velocity (m/s).
-    trigger : ndarray, shape (n,)
-        Trigger line (V).
-    """
+    """One treadmill log as the instrument wrote it."""
 
     rate_hz: float
     channels: tuple[str, ...]
-    voltages: np.ndarray
-    belt_velocity: np.ndarray
-    command: np.ndarray
-    trigger: np.ndarray
+    """Names of the transducer channels."""
+    voltages: Annotated[np.ndarray, "(n, channels)", "V"]
+    """Transducer voltages."""
+    belt_velocity: Annotated[np.ndarray, "(n,)", "m/s"]
+    command: Annotated[np.ndarray, "(n,)", "m/s"]
+    """Measured and commanded belt velocity."""
+    trigger: Annotated[np.ndarray, "(n,)", "V"]
+    """Trigger line."""
 
 
 @dataclass(frozen=True)
 class CalibrationMatrix:
-    """Forces and moments per transducer voltage (thesis section 2-1-2).
-
-    Attributes
-    ----------
-    components : tuple of str
-        For example ``Fy_right`` (N) and ``Mx_right`` (N·m).
-    channels : tuple of str
-        Names of the transducer channels.
-    matrix : ndarray, shape (components, channels)
-        N/V for forces, N·m/V for moments.
-    """
+    """Forces and moments per transducer voltage (thesis section 2-1-2)."""
 
     components: tuple[str, ...]
+    """For example ``Fy_right`` (N) and ``Mx_right`` (N·m)."""
     channels: tuple[str, ...]
-    matrix: np.ndarray
+    """Names of the transducer channels."""
+    matrix: Annotated[np.ndarray, "(components, channels)"]
+    """N/V for forces, N·m/V for moments."""
 
     def row(self, component: str) -> np.ndarray:
         """Row of one component, shape (channels,), in N/V or Nm/V."""
@@ -75,21 +59,8 @@ class CalibrationMatrix:
 def read_treadmill_log(path: str | Path) -> TreadmillLog:
     """Read a treadmill log.
 
-    Parameters
-    ----------
-    path : str or Path
-        MATLAB file of any version, plain or compressed with gzip, with the variables listed in `VARIABLES`
-        (units in their names), or with one structure that has them as fields.
-
-    Returns
-    -------
-    TreadmillLog
-        The log (Hz, V, m/s).
-
-    Raises
-    ------
-    InputError
-        If the file is missing, truncated or not MATLAB's, a variable is missing, or lengths differ.
+    path: MATLAB file of any version, plain or compressed with gzip, with the variables listed in
+    `VARIABLES` (units in their names), or with one structure that has them as fields.
     """
     path = Path(path)
     content = _variables(read_mat(path, "a treadmill log"))
@@ -168,22 +139,9 @@ def _numbers(path: Path, name: str, content: dict) -> np.ndarray:
 def read_calibration_matrix(path: str | Path) -> CalibrationMatrix:
     """Read the calibration matrix of the force plate.
 
-    Parameters
-    ----------
-    path : str or Path
-        CSV with the columns component, unit (N/V or Nm/V) and one per transducer channel; 12 rows, each with
-        a line break at its end: a file without the last one may be cut within its last number.
-
-    Returns
-    -------
-    CalibrationMatrix
-        Components, channels and the matrix (N/V, N·m/V).
-
-    Raises
-    ------
-    InputError
-        If the file is missing, truncated, holds something that is not a number, another unit, or
-        another number of components than 6 per belt.
+    path: CSV with the columns component, unit (N/V or Nm/V) and one per transducer channel; 12 rows, each
+    with a line break at its end: a file without the last one may be cut within its last number.
+    Returns: components, channels and the matrix.
     """
     path = Path(path)
     lines = read_text(path, "a calibration matrix", ended=True).splitlines()

@@ -43,20 +43,8 @@ def holds_whole_trial(path: str | Path) -> bool:
 def read_recording(path: str | Path) -> Recording:
     """Read a file that holds a whole trial, by the reader of its kind.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file; its kind follows from the ending of its name.
-
-    Returns
-    -------
-    Recording
-        Markers (m), force plates (N, N·m) and analog channels in their units.
-
-    Raises
-    ------
-    InputError
-        If the kind is unknown, or the file cannot be read.
+    path: the file; its kind follows from the ending of its name.
+    Returns: markers, force plates and analog channels in their units.
     """
     if not holds_whole_trial(path):
         raise InputError(

@@ -52,20 +52,9 @@ def installed_engines() -> list[str]:
 def resolved_engine(engine: str) -> str:
     """Name of the engine that a setting selects, without importing it.
 
-    Parameters
-    ----------
-    engine : {"pybullet", "mujoco", "equations", "auto"}
-        "auto" takes the first of the others that is installed.
-
-    Returns
-    -------
-    str
-        "pybullet", "mujoco" or "equations".
-
-    Raises
-    ------
-    InputError
-        If there is no such engine, or it is not installed.
+    engine: {"pybullet", "mujoco", "equations", "auto"}: "auto" takes the first of the others that is
+    installed.
+    Returns: "pybullet", "mujoco" or "equations".
     """
     usable = installed_engines()
     if engine == AUTO:
@@ -83,13 +72,7 @@ def resolved_engine(engine: str) -> str:
 
 
 def engine_version(engine: str) -> str:
-    """Version of an engine; for the equations, the version of tepsipe.
-
-    Raises
-    ------
-    InputError
-        If there is no such engine, or it is not installed.
-    """
+    """Version of an engine; for the equations, the version of tepsipe."""
     name = resolved_engine(engine)
     return importlib.metadata.version(name if name in INSTALLED_BY else "tepsipe")
 
@@ -97,22 +80,10 @@ def engine_version(engine: str) -> str:
 def simulate(engine: str, task: "Task") -> "Swing":
     """Simulate the dummy with an engine.
 
-    Parameters
-    ----------
-    engine : {"pybullet", "mujoco", "equations", "auto"}
-        Name of the engine; "auto" takes the first that is installed.
-    task : Task
-        Dummy, belt and clock.
-
-    Returns
-    -------
-    Swing
-        Motion and forces at the recorded instants (rad, N, N·m).
-
-    Raises
-    ------
-    InputError
-        If there is no such engine, or it is not installed or cannot be loaded.
+    engine: {"pybullet", "mujoco", "equations", "auto"}: Name of the engine; "auto" takes the first that is
+    installed.
+    task: dummy, belt and clock.
+    Returns: motion and forces at the recorded instants (rad, N, N·m).
     """
     name = resolved_engine(engine)
     try:

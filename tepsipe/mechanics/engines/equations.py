@@ -32,15 +32,7 @@ from tepsipe.mechanics.engines.interface import FALLEN_RAD, Swing, Task
 def simulate(task: Task) -> Swing:
     """Simulate the leg on the moving foot.
 
-    Parameters
-    ----------
-    task : Task
-        Dummy, belt and clock.
-
-    Returns
-    -------
-    Swing
-        Motion and forces at the recorded instants (rad, N, N·m).
+    Returns: motion and forces at the recorded instants.
     """
     theta, theta_d, fell_after_s = _integrate(task)
     theta, theta_d = theta[:: task.stride], theta_d[:: task.stride]

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Annotated, TypeVar
 
 import numpy as np
 import scipy
@@ -21,32 +21,22 @@ class Joint:
 
     b = theta - theta_ref is the bending. Without C and B_s the joint is linear, as in the thesis. The law is
     that of `rubber_joint` with C = S K, and of the joint likelihood.
-
-    Attributes
-    ----------
-    inertia_Nms2_per_rad : float
-        I (N·m·s²/rad), without the leg's own; may be negative as long as J is not.
-    damping_Nms_per_rad : float
-        B (N·m·s/rad); may be negative.
-    stiffness_Nm_per_rad : float
-        K (N·m/rad); may be negative.
-    rest_angle_rad : float
-        theta_ref (rad), at which the joint is not bent.
-    softening_Nm_per_rad : float
-        C, stiffness that complete softening takes away (N·m/rad).
-    softened_damping_Nms_per_rad : float
-        B_s, damping that complete softening adds (N·m·s/rad).
-    half_softening_rad : float
-        phi_h, bending at which half of the softening has taken place (rad); infinite for a linear joint.
     """
 
     inertia_Nms2_per_rad: float
+    """I (N·m·s²/rad), without the leg's own; may be negative as long as J is not."""
     damping_Nms_per_rad: float
+    """B (N·m·s/rad); may be negative."""
     stiffness_Nm_per_rad: float
+    """K (N·m/rad); may be negative."""
     rest_angle_rad: float = 0.0
+    """theta_ref (rad), at which the joint is not bent."""
     softening_Nm_per_rad: float = 0.0
+    """C, stiffness that complete softening takes away."""
     softened_damping_Nms_per_rad: float = 0.0
+    """B_s, damping that complete softening adds."""
     half_softening_rad: float = math.inf
+    """phi_h, bending at which half of the softening has taken place (rad); infinite for a linear joint."""
 
     @property
     def softens(self) -> bool:
@@ -67,16 +57,11 @@ class Joint:
 
 @dataclass(frozen=True)
 class Start:
-    """Initial state of a simulation.
-
-    Attributes
-    ----------
-    angle_rad, rate_rad_per_s : float
-        theta (rad) and theta' (rad/s) at the first instant.
-    """
+    """Initial state of a simulation."""
 
     angle_rad: float
     rate_rad_per_s: float
+    """theta (rad) and theta' (rad/s) at the first instant."""
 
 
 UPRIGHT = Start(0.0, 0.0)
@@ -84,37 +69,25 @@ UPRIGHT = Start(0.0, 0.0)
 
 @dataclass(frozen=True)
 class Task:
-    """A dummy, the motion of its foot, and the clock, already checked.
-
-    Attributes
-    ----------
-    leg, foot : Leg, Foot
-        Segments (kg, m, kg·m²).
-    joint : Joint
-        I, B, K, theta_ref and softening (units in `Joint`).
-    velocity : CubicSpline
-        Velocity of the belt (m/s) over the time since the first sample (s).
-    path : PPoly
-        Its integral (m), zero at the first sample.
-    samples : int
-        Number of recorded instants.
-    interval_s : float
-        Time between them (s).
-    stride : int
-        Steps of the simulation per recorded instant.
-    start : Start
-        theta (rad) and theta' (rad/s) at the first instant.
-    """
+    """A dummy, the motion of its foot, and the clock, already checked."""
 
     leg: Leg
     foot: Foot
+    """Segments (kg, m, kg·m²)."""
     joint: Joint
+    """I, B, K, theta_ref and softening (units in `Joint`)."""
     velocity: "scipy.interpolate.CubicSpline"
+    """Velocity of the belt (m/s) over the time since the first sample (s)."""
     path: "scipy.interpolate.PPoly"
+    """Its integral (m), zero at the first sample."""
     samples: int
+    """Number of recorded instants."""
     interval_s: float
+    """Time between them."""
     stride: int
+    """Steps of the simulation per recorded instant."""
     start: Start
+    """theta (rad) and theta' (rad/s) at the first instant."""
 
     @property
     def step_s(self) -> float:
@@ -133,31 +106,22 @@ class Task:
 
 @dataclass(frozen=True)
 class Swing:
-    """Motion of the leg and forces on the foot, at the recorded instants before a fall.
-
-    Attributes
-    ----------
-    theta, theta_d, theta_dd : ndarray, shape (n,)
-        Leg angle (rad), its rate (rad/s) and acceleration (rad/s²).
-    f_y, f_z : ndarray, shape (n,)
-        Force of the belt on the foot (N).
-    m_x : ndarray, shape (n,)
-        Moment of the belt on the foot about the x axis (N·m), in the belt's surface where the ankle starts.
-    f_ay, f_az : ndarray, shape (n,)
-        Force of the leg on the foot (N).
-    fell_after_s : float or None
-        Time from the first instant to the first step at which |theta| exceeds a quarter turn (s).
-    """
+    """Motion of the leg and forces on the foot, at the recorded instants before a fall."""
 
     theta: np.ndarray
     theta_d: np.ndarray
     theta_dd: np.ndarray
-    f_y: np.ndarray
-    f_z: np.ndarray
+    """Leg angle (rad), its rate (rad/s) and acceleration (rad/s²)."""
+    f_y: Annotated[np.ndarray, "(n,)", "N"]
+    f_z: Annotated[np.ndarray, "(n,)", "N"]
+    """Force of the belt on the foot."""
     m_x: np.ndarray
-    f_ay: np.ndarray
-    f_az: np.ndarray
+    """Moment of the belt on the foot about the x axis (N·m), in the belt's surface where the ankle starts."""
+    f_ay: Annotated[np.ndarray, "(n,)", "N"]
+    f_az: Annotated[np.ndarray, "(n,)", "N"]
+    """Force of the leg on the foot."""
     fell_after_s: float | None
+    """Time from the first instant to the first step at which |theta| exceeds a quarter turn."""
 
 
 def in_world_frame(theta: np.ndarray, across: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

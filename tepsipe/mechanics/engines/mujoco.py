@@ -59,15 +59,7 @@ BODIES = """
 def simulate(task: Task) -> Swing:
     """Simulate the leg on the moving foot.
 
-    Parameters
-    ----------
-    task : Task
-        Dummy, belt and clock.
-
-    Returns
-    -------
-    Swing
-        Motion and forces at the recorded instants (rad, N, N·m).
+    Returns: motion and forces at the recorded instants.
     """
     model = _built(task)
     data = mujoco.MjData(model)

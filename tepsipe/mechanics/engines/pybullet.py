@@ -26,15 +26,7 @@ FOOT, LEG = 0, 1  # links of the body in PyBullet
 def simulate(task: Task) -> Swing:
     """Simulate the leg on the moving foot.
 
-    Parameters
-    ----------
-    task : Task
-        Dummy, belt and clock.
-
-    Returns
-    -------
-    Swing
-        Motion and forces at the recorded instants (rad, N, N·m).
+    Returns: motion and forces at the recorded instants.
     """
     h = task.step_s
     pushed = np.diff(task.path(h * np.arange(-1, task.steps + 1)), 2) / h**2

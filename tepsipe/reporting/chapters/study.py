@@ -88,13 +88,10 @@ def missed(run: Run) -> list[dict]:
     The reason is read by the comparison with the truth: a source of the budget that was drawn at d standard
     deviations contributes at most abs(d) times its uncertainty to the error.
 
-    Returns
-    -------
-    list of dict
-        Keys of the estimate; ``error_percent``; ``error_over_u``, the error in combined standard
-        uncertainties (-); ``source``, the drawn source with the largest contribution in words, None without
-        one; ``drawn_sd``, its draw in standard deviations (-); ``share_percent``, its largest part of the
-        error; ``rest_over_u``, the rest of the error in standard uncertainties of the other sources (-).
+    Returns: keys of the estimate; ``error_percent``; ``error_over_u``, the error in combined standard
+    uncertainties (-); ``source``, the drawn source with the largest contribution in words, None without
+    one; ``drawn_sd``, its draw in standard deviations (-); ``share_percent``, its largest part of the
+    error; ``rest_over_u``, the rest of the error in standard uncertainties of the other sources (-).
     """
     found = _compared(run)
     return [_miss(run, row) for _, row in found[~_true(found.covered)].iterrows()] if len(found) else []
@@ -160,12 +157,9 @@ def one_sided(run: Run) -> list[dict]:
 def campaign(run: Run) -> dict | None:
     """Coverage (%) of recommended estimates in the nominal laboratories of the kept campaign.
 
-    Returns
-    -------
-    dict or None
-        ``date``, ``commit``, ``laboratories`` (nominal ones) and ``all_laboratories``; ``rows``: experiment,
-        quantity, ``covered_percent`` and the interval ``low_percent`` to ``high_percent``. Longer windows of
-        a person are left out. None if the study has no campaign.
+    Returns: ``date``, ``commit``, ``laboratories`` (nominal ones) and ``all_laboratories``; ``rows``:
+    experiment, quantity, ``covered_percent`` and the interval ``low_percent`` to ``high_percent``. Longer
+    windows of a person are left out. None if the study has no campaign.
     """
     about = run.study.get("campaign")
     rows = run.rows("coverage", mechanism="nominal")

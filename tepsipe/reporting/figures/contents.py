@@ -19,18 +19,9 @@ MOST_NAMES = 12
 def decimated(values: np.ndarray, bins: int = BINS) -> tuple[np.ndarray, np.ndarray]:
     """Smallest and largest sample of each of ``bins`` stretches, in the order of time.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Samples (any unit); NaN where one is missing.
-    bins : int
-        Number of stretches (-).
-
-    Returns
-    -------
-    positions, samples : ndarray, shape (m,)
-        Places of the kept samples in ``values`` (-), and the samples; all of them if there are at most
-        ``2 * bins``. A stretch without samples keeps one NaN pair, which breaks the line.
+    values: samples (any unit); NaN where one is missing.
+    Returns: places of the kept samples in ``values`` (-), and the samples; all of them if there are at most
+    ``2 * bins``. A stretch without samples keeps one NaN pair, which breaks the line.
     """
     values = np.asarray(values, dtype=float)
     if values.size <= 2 * bins:
@@ -50,22 +41,7 @@ def decimated(values: np.ndarray, bins: int = BINS) -> tuple[np.ndarray, np.ndar
 def draw_contents(contents: Contents, title: str) -> Figure:
     """Draw what a file holds: markers, vertical forces, and small multiples of its channels.
 
-    Parameters
-    ----------
-    contents : Contents
-        Channels with their samples (their units).
-    title : str
-        Title of the figure, as a rule the name of the file.
-
-    Returns
-    -------
-    Figure
-        Of matplotlib, laid out.
-
-    Raises
-    ------
-    InputError
-        If the file holds no samples.
+    title: title of the figure, as a rule the name of the file.
     """
     markers = _markers(contents)
     channels, hidden = _shown(contents)

@@ -46,19 +46,10 @@ def true_parameters(
 ) -> dict[str, np.ndarray]:
     """True values of a pathway of the dummy, NaN where they are not known.
 
-    Parameters
-    ----------
-    recovery : sequence of str
-        The comparison with the truth first; empty without one.
-    conditions : sequence of str
-        Order of the values.
-    pathway : str
-        Pathway in whose windows the truth holds.
-
-    Returns
-    -------
-    dict of str to ndarray
-        Quantity -> its values (N·m·s²/rad, N·m·s/rad, N·m/rad); empty if no condition has a truth.
+    recovery: the comparison with the truth first; empty without one.
+    conditions: order of the values.
+    pathway: pathway in whose windows the truth holds.
+    Returns: quantity -> its values (N·m·s²/rad, N·m·s/rad, N·m/rad); empty if no condition has a truth.
     """
     rows = RECOVERIES.read(recovery[0]) if recovery else []
     own = [r for r in rows if (r.experiment, r.pathway) == ("dummy", pathway)]

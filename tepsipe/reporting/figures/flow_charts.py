@@ -21,20 +21,14 @@ TEXT_PT = 8.0
 
 @dataclass(frozen=True)
 class Box:
-    """A box of a flow chart; its edges are where arrows begin and end.
-
-    Attributes
-    ----------
-    x, y : float
-        Centre (in).
-    width, height : float
-        Size (in).
-    """
+    """A box of a flow chart; its edges are where arrows begin and end."""
 
     x: float
     y: float
+    """Centre (in)."""
     width: float
     height: float
+    """Size (in)."""
 
     @property
     def left(self) -> tuple[float, float]:
@@ -252,11 +246,8 @@ def draw_methods(names: Sequence[str]) -> Figure:
 def draw_signal_chain(choices: Mapping) -> Figure:
     """Instruments of the treadmill, and the way from their files to a torque (Figure 2-5).
 
-    Parameters
-    ----------
-    choices : mapping
-        ``plate_rate_hz``, ``sampling_hz`` (of the markers within a frame, or None), ``cutoff_hz`` (all Hz),
-        and ``emg``: whether the study has electromyograms.
+    choices: ``plate_rate_hz``, ``sampling_hz`` (of the markers within a frame, or None), ``cutoff_hz`` (all
+    Hz), and ``emg``: whether the study has electromyograms.
     """
     figure, axis = _sheet(3.6)
     sampling_hz, blue = choices["sampling_hz"], COLOURS["recommended"]
@@ -318,12 +309,7 @@ def draw_signal_chain(choices: Mapping) -> Figure:
 def draw_evaluation(sets: Sequence[str], trials: int) -> Figure:
     """First part of the simulation (Figure 2-11): parameters are evaluated by the movement that they produce.
 
-    Parameters
-    ----------
-    sets : sequence of str
-        Names of the sets of parameters.
-    trials : int
-        Number of trials on the treadmill.
+    trials: number of trials on the treadmill.
     """
     step = 0.36
     height = max(1.75, step * len(sets) + 0.35)
@@ -353,10 +339,7 @@ def draw_evaluation(sets: Sequence[str], trials: int) -> Figure:
 def draw_sensitivity(choices: Mapping) -> Figure:
     """Second part of the simulation (Figure 2-12): known parameters are estimated again, with noise.
 
-    Parameters
-    ----------
-    choices : mapping
-        ``snr_db`` (all tried SNR, dB), ``draws`` (of the noise), ``cutoff_hz`` (Hz).
+    choices: ``snr_db``, ``draws`` (of the noise), ``cutoff_hz``.
     """
     figure, axis = _sheet(2.3)
     known = _box(axis, 0.6, 1.2, 1.1, 0.56, "$I$, $B$, $K$", GIVEN, "Known joint")

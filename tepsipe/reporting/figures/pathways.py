@@ -30,21 +30,11 @@ def plot_pathways(
 ) -> Figure:
     """Mean I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of every pathway with 95 % intervals.
 
-    Parameters
-    ----------
-    results : dict of str to Result
-        Condition -> its result.
-    colours : dict of str to str
-        Pathway -> name of its colour.
-    truth : mapping of str to ndarray
-        Quantity -> true values, condition by condition (unit of the quantity); empty without any.
-    usable : collection of str, optional
-        Pathways whose values determine the axes, by default all; a triangle marks a value beyond them.
-
-    Returns
-    -------
-    Figure
-        A panel for each quantity.
+    results: condition -> its result.
+    colours: pathway -> name of its colour.
+    truth: quantity -> true values, condition by condition (unit of the quantity); empty without any.
+    usable: pathways whose values determine the axes, by default all; a triangle marks a value beyond them.
+    Returns: A panel for each quantity.
     """
     figure, axes = new_figure(3, 1, 3.9, sharex=True)
     x = np.arange(len(results))

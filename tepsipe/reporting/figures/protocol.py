@@ -22,24 +22,16 @@ FULL = 0.5
 
 @dataclass(frozen=True)
 class TimeLine:
-    """One trial of a protocol.
-
-    Attributes
-    ----------
-    label : str
-        How the figure calls it.
-    duration_s : float
-        Duration of the trial (s).
-    onsets_s : sequence of float or None
-        Beginning of every perturbation (s); None if the perturbation lasts for the whole trial.
-    amplitude : float or None
-        Peak belt velocity (m/s), negative for pulses that begin backwards; None if unknown.
-    """
+    """One trial of a protocol."""
 
     label: str
+    """How the figure calls it."""
     duration_s: float
+    """Duration of the trial."""
     onsets_s: Sequence[float] | None
+    """Beginning of every perturbation (s); None if the perturbation lasts for the whole trial."""
     amplitude: float | None = None
+    """Peak belt velocity (m/s), negative for pulses that begin backwards; None if unknown."""
 
 
 @in_style

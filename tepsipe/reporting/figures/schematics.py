@@ -6,6 +6,7 @@ has them at rest; masses and lengths are those of the configuration.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -34,18 +35,12 @@ LETTERS = dict(zip(ELECTRODES, "ABCDE", strict=True))
 
 @dataclass(frozen=True)
 class Rig:
-    """Markers of a rig at rest.
+    """Markers of a rig at rest."""
 
-    Attributes
-    ----------
-    points : ndarray, shape (number of markers, 2)
-        Positions along the belt and upwards (m), in the order of sampling.
-    ankle : ndarray, shape (2,)
-        That of the marker ``ankle``, or their mean (m).
-    """
-
-    points: np.ndarray
-    ankle: np.ndarray
+    points: Annotated[np.ndarray, "(number of markers, 2)"]
+    """Positions along the belt and upwards (m), in the order of sampling."""
+    ankle: Annotated[np.ndarray, "(2,)", "m"]
+    """That of the marker ``ankle``, or their mean."""
 
 
 def rig_at_rest(trial: Trial) -> Rig:
@@ -270,21 +265,11 @@ def _draw_drive(axis: Axes) -> None:
 def draw_rigs(rigs: Mapping[str, Rig | None], geometry: Mapping, person: Mapping, mass_kg: float) -> Figure:
     """The rigs from the side, with the markers where they stand at rest.
 
-    Parameters
-    ----------
-    rigs : mapping of str to Rig or None
-        Experiment (wristalyzer, dummy, weight, standing) -> its markers (m); the Wristalyzer has none.
-    geometry : mapping
-        Section ``dummy.geometry`` of the configuration (units in the keys).
-    person : mapping
-        Section ``standing.person`` of the configuration (units in the keys).
-    mass_kg : float
-        Mass of the weight (kg).
-
-    Returns
-    -------
-    Figure
-        A panel for each rig.
+    rigs: experiment (wristalyzer, dummy, weight, standing) -> its markers; the Wristalyzer has none.
+    geometry: section ``dummy.geometry`` of the configuration (units in the keys).
+    person: section ``standing.person`` of the configuration (units in the keys).
+    mass_kg: mass of the weight.
+    Returns: A panel for each rig.
     """
     panels = []
     if "wristalyzer" in rigs:
@@ -313,10 +298,7 @@ def draw_rigs(rigs: Mapping[str, Rig | None], geometry: Mapping, person: Mapping
 def draw_simulation_model(geometry: Mapping) -> Figure:
     """Model of the dummy in the simulation (Figure 2-10): bodies, joints, input and outputs.
 
-    Parameters
-    ----------
-    geometry : mapping
-        Section ``dummy.geometry`` of the configuration (units in the keys).
+    geometry: section ``dummy.geometry`` of the configuration (units in the keys).
     """
     figure, axis = new_figure(1, 1, 2.6)
     length, height = 2.0 * float(geometry["leg_com_m"]), float(geometry["foot_height_m"])

@@ -324,14 +324,9 @@ def plot_stiffness(
 def plot_windows(results: dict[str, Result], window_s: float, pathway: str, estimator: str) -> Figure:
     """Ankle stiffness against the length of the window, without and with a free reflex torque (ms, N·m/rad).
 
-    Parameters
-    ----------
-    results : dict of str to Result
-        Task -> its result.
-    window_s : float
-        Window of the estimate (s).
-    pathway, estimator : str
-        The recommended ones, whose combined interval is shown.
+    results: task -> its result.
+    window_s: window of the estimate.
+    pathway, estimator: the recommended ones, whose combined interval is shown.
     """
     figure, axis = new_figure(height_in=2.3)
     for (task, result), colour in zip(results.items(), _task_colours(list(results)).values(), strict=True):

@@ -234,20 +234,10 @@ def plot_averaging(result: Result, name: str, band_hz: tuple[float, float]) -> F
 def plot_averaged_bins(fits: Sequence[AveragedFit], best: str, printed: Mapping) -> Figure:
     """Error, SEM of K and lowest coherence against the number of averaged frequencies.
 
-    Parameters
-    ----------
-    fits : sequence of AveragedFit
-        Fits of all trials (units in the fields).
-    best : str
-        Condition whose lowest coherence the thesis states.
-    printed : mapping
-        ``error`` and ``SEM_K`` of Table 4-1 by condition, ``coherence_minimum``, and ``eigenfrequency_hz``
-        (Hz); empty without a comparison.
-
-    Returns
-    -------
-    Figure
-        Four panels; one colour for each condition.
+    best: condition whose lowest coherence the thesis states.
+    printed: ``error`` and ``SEM_K`` of Table 4-1 by condition, ``coherence_minimum``, and
+    ``eigenfrequency_hz``; empty without a comparison.
+    Returns: four panels; one colour for each condition.
     """
     figure, axes = new_figure(2, 2, 4.1, sharex=True)
     panels = (

@@ -1,6 +1,7 @@
 """Stiffness and damping of the joint in the manipulator against the amplitude of the motion."""
 
 from collections.abc import Iterator
+from typing import Annotated
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -58,28 +59,16 @@ def _truth(recovery: str, names: list[str]) -> dict[str, np.ndarray] | None:
 
 @in_style
 def plot_amplitudes(
-    rms_angle: np.ndarray,
+    rms_angle: Annotated[np.ndarray, "(n,)", "rad"],
     shares: dict[str, np.ndarray],
     fitted: dict[str, np.ndarray],
     truth: dict[str, np.ndarray] | None = None,
 ) -> Figure:
     """K and B of each trial, and what the terms of the pooled fit add to them.
 
-    Parameters
-    ----------
-    rms_angle : ndarray, shape (n,)
-        RMS angle of the trials (rad).
-    shares : dict of str to ndarray, shape (n, 3)
-        Group of terms -> what it adds to I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
-    fitted : dict of str to ndarray, shape (3, n)
-        B and K of the trials: value, low and high end of the interval (N·m·s/rad, N·m/rad).
-    truth : dict of str to ndarray, shape (n,), optional
-        B and K that a linear fit of the true torque finds (same units).
-
-    Returns
-    -------
-    Figure
-        Two panels.
+    shares: group of terms -> what it adds to I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    fitted: B and K of the trials: value, low and high end of the interval (N·m·s/rad, N·m/rad).
+    truth: B and K that a linear fit of the true torque finds (same units).
     """
     figure, axes = new_figure(1, 2, 2.6)
     order = np.argsort(rms_angle)

@@ -18,19 +18,8 @@ def pages(files, chosen) -> Iterator[Page]:
 def belt_page(trial: Trial, calibration: Result, choices: dict) -> Page:
     """Velocity of a treadmill's belt, and load before and after compensation.
 
-    Parameters
-    ----------
-    trial : Trial
-        Signals (m/s; load in the unit of its file).
-    calibration : Result
-        Of the calibration, with a part of every recording for validation (s, unit of the load).
-    choices : dict
-        ``study``, ``condition``, ``role``, ``chosen`` (model), ``made``.
-
-    Returns
-    -------
-    Page
-        Time in s.
+    calibration: of the calibration, with a part of every recording for validation (s, unit of the load).
+    choices: ``study``, ``condition``, ``role``, ``chosen`` (model), ``made``.
     """
     clock, condition = Clock.of(trial.time), choices["condition"]
     load = trial.signals["load"]

@@ -7,6 +7,7 @@ lowest and the highest sample are kept, in their order in time.
 import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -16,19 +17,13 @@ MISSING = -32768
 
 @dataclass(frozen=True)
 class Run:
-    """Consecutive samples that are kept, or grouped into buckets.
-
-    Attributes
-    ----------
-    start, stop : int
-        First sample, and the one after the last (samples).
-    step : int
-        1 where every sample is kept, otherwise the length of a bucket (samples).
-    """
+    """Consecutive samples that are kept, or grouped into buckets."""
 
     start: int
     stop: int
+    """First sample, and the one after the last (samples)."""
     step: int
+    """1 where every sample is kept, otherwise the length of a bucket (samples)."""
 
     @property
     def points(self) -> int:
@@ -40,19 +35,10 @@ class Run:
 def plan_runs(samples: int, points: int, focus: Sequence[tuple[int, int]] = ()) -> tuple[Run, ...]:
     """Decide which samples to keep and which to group.
 
-    Parameters
-    ----------
-    samples : int
-        Length of the trace (samples).
-    points : int
-        Number of points that may remain (-), apart from two for each part of the trace.
-    focus : sequence of (int, int)
-        Parts that are kept whole if they fit into three quarters of the points (samples).
-
-    Returns
-    -------
-    tuple of Run
-        Runs that cover the trace without gaps (samples).
+    samples: length of the trace (samples).
+    points: number of points that may remain (-), apart from two for each part of the trace.
+    focus: parts that are kept whole if they fit into three quarters of the points (samples).
+    Returns: runs that cover the trace without gaps (samples).
     """
     if samples <= points:
         return (Run(0, samples, 1),) if samples else ()
@@ -85,21 +71,13 @@ def _merged(focus: Sequence[tuple[int, int]], samples: int) -> list[tuple[int, i
     return merged
 
 
-def decimate(x: np.ndarray, runs: Sequence[Run]) -> np.ndarray:
+def decimate(x: np.ndarray, runs: Sequence[Run]) -> Annotated[np.ndarray, "(points,)"]:
     """Points of a trace that remain.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        The trace (any unit); NaN where a sample is missing.
-    runs : sequence of Run
-        From `plan_runs` (samples).
-
-    Returns
-    -------
-    ndarray, shape (points,)
-        Samples, or lowest and highest of each bucket in their order (unit of ``x``); NaN for a bucket
-        without a sample.
+    x: the trace (any unit); NaN where a sample is missing.
+    runs: from `plan_runs` (samples).
+    Returns: samples, or lowest and highest of each bucket in their order (unit of ``x``); NaN for a bucket
+    without a sample.
     """
     x = np.asarray(x, dtype=float)
     parts = [x[r.start : r.stop] if r.step == 1 else _extremes(x[r.start : r.stop], r.step) for r in runs]
@@ -119,33 +97,20 @@ def _extremes(x: np.ndarray, step: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Packed:
-    """A trace as 16-bit numbers in text.
-
-    Attributes
-    ----------
-    offset, scale : float
-        The value is offset + scale * number (unit of the trace).
-    text : str
-        Numbers, two bytes each, the low byte first, in base64; the lowest number is a missing sample.
-    """
+    """A trace as 16-bit numbers in text."""
 
     offset: float
     scale: float
+    """The value is offset + scale * number (unit of the trace)."""
     text: str
+    """Numbers, two bytes each, the low byte first, in base64; the lowest number is a missing sample."""
 
 
-def pack(x: np.ndarray) -> Packed:
+def pack(x: Annotated[np.ndarray, "(points,)"]) -> Packed:
     """Write points as 16-bit numbers: the step is 1/65534 of their range.
 
-    Parameters
-    ----------
-    x : ndarray, shape (points,)
-        From `decimate` (any unit).
-
-    Returns
-    -------
-    Packed
-        Text, and what brings it back to the unit of ``x``.
+    x: from `decimate` (any unit).
+    Returns: text, and what brings it back to the unit of ``x``.
     """
     there = np.isfinite(x)
     low, high = (float(x[there].min()), float(x[there].max())) if there.any() else (0.0, 0.0)

@@ -43,21 +43,8 @@ def dummy_page(
 ) -> Page:
     """Belt, markers, forces, angle, and torque of every pathway with its prediction.
 
-    Parameters
-    ----------
-    trial : Trial
-        Signals (m/s, N, m).
-    leg, foot : Result
-        Fits of the pathways from the leg, and from the foot if there are any (N·m, rad, samples).
-    estimates : sequence of Estimate
-        Of the trial (units in them).
-    choices : dict
-        ``study``, ``condition``, ``belt``, ``recommended`` (pathway), ``made``, ``participant``.
-
-    Returns
-    -------
-    Page
-        Time in s.
+    leg, foot: fits of the pathways from the leg, and from the foot if there are any (N·m, rad, samples).
+    choices: ``study``, ``condition``, ``belt``, ``recommended`` (pathway), ``made``, ``participant``.
     """
     time, windows = trial.time, leg.arrays["windows"]
     vaf = leg.arrays.get(f"{choices['recommended']}/vaf_per_perturbation", np.empty(0))

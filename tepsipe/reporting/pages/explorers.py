@@ -19,21 +19,10 @@ def explored(
 ) -> dict[str, tuple[str, object]]:
     """Return what there is to try below the figures of the dummy.
 
-    Parameters
-    ----------
-    geometry : mapping of str to float
-        The dummy by its settings (kg, m, kg·m²).
-    specifications : str
-        Table of the specification curve.
-    truth : sequence of Recovery
-        Known constants, empty for recordings.
-    simulated : mapping of str to Result
-        Condition -> fit of `simulation_result`, of one trial or none.
-
-    Returns
-    -------
-    dict
-        Anchor of a figure -> function of explore.js, and its data.
+    specifications: table of the specification curve.
+    truth: known constants, empty for recordings.
+    simulated: condition -> fit of `simulation_result`, of one trial or none.
+    Returns: anchor of a figure -> function of explore.js, and its data.
     """
     found = {
         "figure_torque": ("apparent", apparent(geometry, truth)),
@@ -72,21 +61,11 @@ def forward(
 ) -> dict:
     """A trial of the dummy for the forward simulation in the browser.
 
-    Parameters
-    ----------
-    simulated : Result
-        Fit of `simulation_result`: recorded foot and leg (m/s, rad), and the joints that were simulated.
-    condition : str
-        The trial.
-    geometry : mapping of str to float
-        The leg by its settings (kg, m, kg·m²).
-    truth : sequence of Recovery
-        Known constants, empty for recordings.
-
-    Returns
-    -------
-    dict
-        Leg, clock (Hz), packed signals, windows (samples), joints (recommended first), true joint or None.
+    simulated: fit of `simulation_result`: recorded foot and leg, and the joints that were simulated.
+    geometry: the leg by its settings (kg, m, kg·m²).
+    truth: known constants, empty for recordings.
+    Returns: leg, clock (Hz), packed signals, windows (samples), joints (recommended first), true joint or
+    None.
     """
     arrays, facts = simulated.arrays, simulated.facts
     time = arrays["time"]

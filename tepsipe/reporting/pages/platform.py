@@ -23,21 +23,8 @@ def pages(files, chosen) -> Iterator[Page]:
 def platform_page(trial: Trial, fit: Result, estimates: Sequence[Estimate], choices: dict) -> Page:
     """Motion of the platform, angles and torques of the joints, measured and predicted.
 
-    Parameters
-    ----------
-    trial : Trial
-        Signals (m, rad, N·m).
-    fit : Result
-        Of `analyse_platform` (N·m, s).
-    estimates : sequence of Estimate
-        Of the trial (units in them).
-    choices : dict
-        ``study``, ``condition``, ``made``.
-
-    Returns
-    -------
-    Page
-        Time in s.
+    fit: of `analyse_platform`.
+    choices: ``study``, ``condition``, ``made``.
     """
     clock, part = Clock.of(trial.time), Clock.of(fit.arrays["time"])
     joints = fit.facts["joints"]

@@ -28,21 +28,8 @@ def position_manipulator_page(
 ) -> Page:
     """Angle of the joint, and torque, measured and predicted by both models, with the held-out part marked.
 
-    Parameters
-    ----------
-    trial : Trial
-        Signals (N·m, rad).
-    fit : Result
-        Of `analyse_position_manipulator` and `analyse_parallel_cascade` (N·m, rad, s).
-    estimates : sequence of Estimate
-        Of the trial (units in them).
-    choices : dict
-        ``study``, ``condition``, ``made``.
-
-    Returns
-    -------
-    Page
-        Time in s.
+    fit: of `analyse_position_manipulator` and `analyse_parallel_cascade`.
+    choices: ``study``, ``condition``, ``made``.
     """
     arrays, whole = fit.arrays, Clock.of(trial.time)
     clock = Clock.of(arrays["time"])

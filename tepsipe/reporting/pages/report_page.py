@@ -43,81 +43,51 @@ NUMBER = re.compile(r"^[\s\u2060]*[(<>]?[\s<>±−+\-]*\d[\d.,  ·⁰¹²³⁴�
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a figure or table comes from.
-
-    Attributes
-    ----------
-    data : mapping of str to str
-        Words of a link -> path of a file, relative to the page.
-    code : sequence of (str, str)
-        What a place in the code is (rule, script, function, source), and the place with its line.
-    command : str
-        What makes it again.
-    """
+    """Where a figure or table comes from."""
 
     data: Mapping[str, str]
+    """Words of a link -> path of a file, relative to the page."""
     code: Sequence[tuple[str, str]]
+    """What a place in the code is (rule, script, function, source), and the place with its line."""
     command: str
+    """What makes it again."""
 
 
 @dataclass(frozen=True)
 class ReportPage:
-    """All that the page has beside the typeset report.
-
-    Attributes
-    ----------
-    title : str
-        Title of the study.
-    facts : sequence of (str, str)
-        Authors, version, commit and the like, with their names.
-    files : mapping of str to str
-        Words of a link -> path of the same report in another form, relative to the page.
-    sizes : mapping of str to (float, float)
-        Path of an image, relative to the page -> width and height (points).
-    source : str
-        Source of the report, for parts that name no other one.
-    origins : mapping of str to Origin
-        Anchor of a figure, table or part -> where it comes from; source of a part of the report -> the same
-        of the tables that have no anchor of their own.
-    rests_on : mapping of str to sequence of int
-        Anchor of a figure, table or section, or source -> numbers of the decisions on which it rests.
-    decisions : mapping of int to (str, str, str)
-        Number of a decision -> its title, its HTML, and the name of its file.
-    parts : mapping of str to (str, str)
-        Identifier of a section that follows the report -> its title and its HTML.
-    explored : mapping of str to (str, object)
-        Anchor of a figure -> what there is to try below it (a function of explore.js), and its data.
-    below : mapping of str to str
-        Anchor of a figure -> HTML below it that the printed report does not have.
-    """
+    """All that the page has beside the typeset report."""
 
     title: str
+    """Title of the study."""
     facts: Sequence[tuple[str, str]]
+    """Authors, version, commit and the like, with their names."""
     files: Mapping[str, str]
+    """Words of a link -> path of the same report in another form, relative to the page."""
     sizes: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """Path of an image, relative to the page -> width and height (points)."""
     source: str = "report.typ"
+    """Source of the report, for parts that name no other one."""
     origins: Mapping[str, Origin] = field(default_factory=dict)
+    """Anchor of a figure, table or part -> where it comes from; source of a part of the report -> the same
+    of the tables that have no anchor of their own."""
     rests_on: Mapping[str, Sequence[int]] = field(default_factory=dict)
+    """Anchor of a figure, table or section, or source -> numbers of the decisions on which it rests."""
     decisions: Mapping[int, tuple[str, str, str]] = field(default_factory=dict)
+    """Number of a decision -> its title, its HTML, and the name of its file."""
     parts: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    """Identifier of a section that follows the report -> its title and its HTML."""
     explored: Mapping[str, tuple[str, object]] = field(default_factory=dict)
+    """Anchor of a figure -> what there is to try below it (a function of explore.js), and its data."""
     below: Mapping[str, str] = field(default_factory=dict)
+    """Anchor of a figure -> HTML below it that the printed report does not have."""
 
 
 def render_report(typeset: str, page: ReportPage) -> str:
     """The report as one file of HTML, the same for the same content.
 
-    Parameters
-    ----------
-    typeset : str
-        The report as Typst exports it.
-    page : ReportPage
-        What the page has beside it.
-
-    Returns
-    -------
-    str
-        The page; its links and images are relative to it.
+    typeset: the report as Typst exports it.
+    page: what the page has beside it.
+    Returns: the page; its links and images are relative to it.
     """
     math_style = re.search(r"(?s)<style>(.*?)</style>", typeset)
     body = typeset.partition("<body>")[2].rpartition("</body>")[0]

@@ -30,21 +30,9 @@ def standing_page(
 ) -> Page:
     """Belt, angles, forces, torque and electromyograms over the trial, and means over the responses.
 
-    Parameters
-    ----------
-    trial : Trial
-        Signals (m/s, N, m, uV).
-    fit, epochs : Result
-        Of the trial (N·m, rad, s, uV).
-    estimates : sequence of Estimate
-        Of the trial (units in them).
-    choices : dict
-        ``study``, ``condition``, ``task``, ``belt``, ``recommended`` (pathway and estimator), ``made``.
-
-    Returns
-    -------
-    Page
-        Time in s, and time from the onset in s.
+    choices: ``study``, ``condition``, ``task``, ``belt``, ``recommended`` (pathway and estimator),
+    ``made``.
+    Returns: time in s, and time from the onset in s.
     """
     bands = epoch_bands(epochs)
     focus = [(b.start_s - 0.1, b.stop_s) for b in bands]

@@ -46,22 +46,15 @@ BANDS = {
 
 @dataclass(frozen=True)
 class Clock:
-    """Regular instants that several traces share.
-
-    Attributes
-    ----------
-    start_s, rate_hz : float
-        First instant (s) and rate (Hz).
-    size : int
-        Number of samples (-).
-    focus : tuple of (int, int)
-        Parts that are drawn with every sample (samples).
-    """
+    """Regular instants that several traces share."""
 
     start_s: float
     rate_hz: float
+    """First instant (s) and rate (Hz)."""
     size: int
+    """Number of samples."""
     focus: tuple[tuple[int, int], ...] = ()
+    """Parts that are drawn with every sample (samples)."""
 
     @classmethod
     def of(cls, time: np.ndarray, focus_s: Sequence[tuple[float, float]] = ()) -> "Clock":
@@ -75,74 +68,49 @@ class Clock:
 
 @dataclass(frozen=True)
 class Trace:
-    """One curve.
-
-    Attributes
-    ----------
-    label : str
-        Name in the legend.
-    values : ndarray, shape (n,)
-        Samples (unit of the panel).
-    clock : Clock
-        Their instants.
-    colour, dash : str
-        Name in `COLOURS`, and lengths of dashes and gaps (pixels), empty for a solid line.
-    width : float
-        Of the line (pixels).
-    """
+    """One curve."""
 
     label: str
+    """Name in the legend."""
     values: np.ndarray
+    """Samples (unit of the panel)."""
     clock: Clock
+    """Their instants."""
     colour: str = "black"
     dash: str = ""
+    """Name in `COLOURS`, and lengths of dashes and gaps (pixels), empty for a solid line."""
     width: float = 1.3
+    """Of the line (pixels)."""
 
 
 @dataclass(frozen=True)
 class Band:
-    """A marked stretch of an axis.
-
-    Attributes
-    ----------
-    kind : str
-        One of `BANDS`.
-    start_s, stop_s : float
-        Its ends (s).
-    label : str
-        What is written where it is pointed at.
-    """
+    """A marked stretch of an axis."""
 
     kind: str
+    """One of `BANDS`."""
     start_s: float
     stop_s: float
+    """Its ends."""
     label: str = ""
+    """What is written where it is pointed at."""
 
 
 @dataclass(frozen=True)
 class Panel:
-    """Traces over one axis.
-
-    Attributes
-    ----------
-    title, unit : str
-        Quantity, and its unit with symbols.
-    traces : tuple of Trace
-        The curves; a panel without any is left out.
-    bands : tuple of Band
-        Marked stretches (s).
-    axis : str
-        Name of the axis in `Page.axes`.
-    note : str
-        A sentence below the title.
-    """
+    """Traces over one axis."""
 
     title: str
     unit: str
+    """Quantity, and its unit with symbols."""
     traces: tuple[Trace, ...]
+    """The curves; a panel without any is left out."""
     bands: tuple[Band, ...] = ()
+    """Marked stretches (s)."""
     axis: str = "time"
+    """Name of the axis in `Page.axes`."""
     note: str = ""
+    """A sentence below the title."""
 
 
 @dataclass(frozen=True)
@@ -156,31 +124,21 @@ class Section:
 
 @dataclass(frozen=True)
 class Page:
-    """All that a page shows.
-
-    Attributes
-    ----------
-    title : str
-        Experiment and condition.
-    study : str
-        Title of the study.
-    header, footer : str
-        HTML above and below the panels.
-    sections : tuple of Section
-        The panels.
-    windows : tuple of Band
-        Perturbations, to which the reader can jump (s).
-    axes : dict of str to str
-        Name -> label with unit.
-    """
+    """All that a page shows."""
 
     title: str
+    """Experiment and condition."""
     study: str
+    """Title of the study."""
     header: str
+    """HTML above and below the panels."""
     sections: tuple[Section, ...]
+    """The panels."""
     footer: str = ""
     windows: tuple[Band, ...] = ()
+    """Perturbations, to which the reader can jump (s)."""
     axes: dict[str, str] = field(default_factory=lambda: {"time": "Time (s)"})
+    """Name -> label with unit."""
 
 
 # words of a link -> address relative to the page

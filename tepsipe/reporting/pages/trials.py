@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Annotated
 from urllib.parse import quote
 
 from tepsipe.io.estimates import FLAGS, Estimate
@@ -18,28 +19,18 @@ QUANTITIES = ("K", "B", "I", "mass")
 
 @dataclass(frozen=True)
 class TrialRow:
-    """What the table shows of a trial.
-
-    Attributes
-    ----------
-    experiment, condition : str
-        The trial.
-    quoted : mapping of str to Estimate
-        Quantity -> the estimate to quote.
-    truth : mapping of str to float
-        Quantity -> its true value (unit of the estimate), of simulated trials.
-    vaf : float or None
-        VAF of the same estimator (%).
-    flags : sequence of str
-        Checks that some quoted estimate failed.
-    """
+    """What the table shows of a trial."""
 
     experiment: str
     condition: str
     quoted: Mapping[str, Estimate]
+    """Quantity -> the estimate to quote."""
     truth: Mapping[str, float]
-    vaf: float | None
+    """Quantity -> its true value (unit of the estimate), of simulated trials."""
+    vaf: Annotated[float, "%"] | None
+    """VAF of the same estimator."""
     flags: Sequence[str]
+    """Checks that some quoted estimate failed."""
 
 
 def trial_rows(

@@ -41,23 +41,10 @@ def weight_page(
 ) -> Page:
     """Belt, markers and forces, and the belt-induced force, measured and predicted by the treadmill models.
 
-    Parameters
-    ----------
-    trial : Trial
-        Signals (m/s, N, m).
-    fit : Result
-        Of `analyse_weight`, by perturbation (N, m/s, kg, samples).
-    plate : Result or None
-        Mean responses of the treadmill models (N), in which a trial for validation has its own.
-    estimates : sequence of Estimate
-        Of the trial (units in them).
-    choices : dict
-        ``study``, ``experiment``, ``condition``, ``role``, ``belt``, ``made``.
-
-    Returns
-    -------
-    Page
-        Time in s, and time from the onset in s.
+    fit: of `analyse_weight`, by perturbation (N, m/s, kg, samples).
+    plate: mean responses of the treadmill models, in which a trial for validation has its own.
+    choices: ``study``, ``experiment``, ``condition``, ``role``, ``belt``, ``made``.
+    Returns: time in s, and time from the onset in s.
     """
     rate, first = fit.facts["rate_hz"], fit.facts["filters"][0]
     onsets, segments = fit.arrays["onsets"], fit.arrays[f"{first}/added_force"]

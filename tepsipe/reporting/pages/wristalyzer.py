@@ -23,21 +23,8 @@ def pages(files, chosen) -> Iterator[Page]:
 def wristalyzer_page(trial: Trial, fit: Result, estimates: Sequence[Estimate], choices: dict) -> Page:
     """Torque of the manipulator, and angle of the joint, measured and predicted.
 
-    Parameters
-    ----------
-    trial : Trial
-        Signals (N·m, rad).
-    fit : Result
-        Of `analyse_wristalyzer` (N·m, rad, Hz).
-    estimates : sequence of Estimate
-        Of the trial (units in them).
-    choices : dict
-        ``study``, ``condition``, ``made``.
-
-    Returns
-    -------
-    Page
-        Time in s.
+    fit: of `analyse_wristalyzer`.
+    choices: ``study``, ``condition``, ``made``.
     """
     clock, (start, stop) = Clock.of(trial.time), fit.facts["kept_samples"]
     bands = cut_bands(trial.time, start, stop)

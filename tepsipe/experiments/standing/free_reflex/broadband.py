@@ -7,6 +7,7 @@ therefore kept, and the trials of a task can be refitted for any deviation witho
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -50,79 +51,55 @@ FAR_M = 0.03
 
 @dataclass(frozen=True)
 class BroadbandEpochs:
-    """Responses of one trial.
+    """Responses of one trial."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        Time from the onset (s).
-    perturbed : ndarray, shape (responses, n, 3)
-        Torque (N·m), ankle angle (rad) and its rate (rad/s), relative to their mean in the baseline.
-    quiet_time : ndarray, shape (m,)
-        Time in an unperturbed epoch (s).
-    quiet : ndarray, shape (epochs, m, 3)
-        The same signals in quiet standing.
-    slopes : dict of str to ndarray, shape (n, 3)
-        Source -> change of the mean responses per unit of the source, relative to the baseline.
-    draws : ndarray, shape (draws, n)
-        Torque of the mean response by every draw of the treadmill model, relative to the best (N·m).
-    belt : ndarray, shape (n, 2)
-        Velocity (m/s) and displacement (m) of the belt in the mean response, relative to their mean in the
-        baseline.
-    baseline_s : tuple of float
-        Start and end of the baseline, from the onset (s).
-    cutoff_hz, order : float, int
-        Cutoff (Hz) and order of the zero-lag low-pass of all signals.
-    peak_m_per_s : float
-        Largest speed of the belt, median over responses (m/s).
-    carried_kg : float
-        Mass on the belt (kg).
-    calibrated_kg : float or None
-        Largest mass with which the treadmill model was calibrated (kg); None if it says none.
-    centre : JointCentre or None
-        Centre of the joint from quiet sway (m).
-    centre_used : bool
-        Whether the torque refers to that centre, not to the assumed one.
-    apparent : JointCentre or None
-        Apparent centre from the responses (m).
-    skin_m : float
-        Motion of the soft tissue over the bone at a pulse of 0.5 m/s, which quiet sway has not (m); 0 where
-        it is not known.
-    treadmill_error : tuple of 2 float, or None
-        Error of K that held-out trials of the treadmill predict, and its standard error (N·m/rad).
-    treadmill_flag : str
-        Name of the flag, in `tepsipe.io.estimates.FLAGS`, if this error is too large.
-    origin_known : bool
-        Whether weights showed the origin of the force plate along the belt.
-    plate_flags : tuple of str
-        Names of faults of the plate, in `tepsipe.io.estimates.FLAGS`.
-    recording : str
-        Name of the trial, which the epochs of both directions of its perturbations share; empty for epochs
-        that share nothing with others.
-    """
-
-    time: np.ndarray
-    perturbed: np.ndarray
-    quiet_time: np.ndarray
-    quiet: np.ndarray
+    time: Annotated[np.ndarray, "(n,)", "s"]
+    """Time from the onset."""
+    perturbed: Annotated[np.ndarray, "(responses, n, 3)"]
+    """Torque (N·m), ankle angle (rad) and its rate (rad/s), relative to their mean in the baseline."""
+    quiet_time: Annotated[np.ndarray, "(m,)", "s"]
+    """Time in an unperturbed epoch."""
+    quiet: Annotated[np.ndarray, "(epochs, m, 3)"]
+    """The same signals in quiet standing."""
     slopes: dict[str, np.ndarray]
-    draws: np.ndarray
-    belt: np.ndarray
+    """Source -> change of the mean responses per unit of the source, relative to the baseline, shape (n,
+    3)."""
+    draws: Annotated[np.ndarray, "(draws, n)", "N·m"]
+    """Torque of the mean response by every draw of the treadmill model, relative to the best."""
+    belt: Annotated[np.ndarray, "(n, 2)"]
+    """Velocity (m/s) and displacement (m) of the belt in the mean response, relative to their mean in the
+    baseline."""
     baseline_s: tuple[float, float]
+    """Start and end of the baseline, from the onset."""
     cutoff_hz: float
     order: int
+    """Cutoff (Hz) and order of the zero-lag low-pass of all signals."""
     peak_m_per_s: float
+    """Largest speed of the belt, median over responses."""
     carried_kg: float
+    """Mass on the belt."""
     calibrated_kg: float | None
+    """Largest mass with which the treadmill model was calibrated (kg); None if it says none."""
     centre: JointCentre | None
+    """Centre of the joint from quiet sway (m)."""
     centre_used: bool
+    """Whether the torque refers to that centre, not to the assumed one."""
     apparent: JointCentre | None
+    """Apparent centre from the responses (m)."""
     skin_m: float
+    """Motion of the soft tissue over the bone at a pulse of 0.5 m/s, which quiet sway has not (m); 0 where
+    it is not known."""
     treadmill_error: tuple[float, float] | None = None
+    """Error of K that held-out trials of the treadmill predict, and its standard error (N·m/rad)."""
     treadmill_flag: str = "treadmill-model"
+    """Name of the flag, in `tepsipe.io.estimates.FLAGS`, if this error is too large."""
     origin_known: bool = True
+    """Whether weights showed the origin of the force plate along the belt."""
     plate_flags: tuple[str, ...] = ()
+    """Names of faults of the plate, in `tepsipe.io.estimates.FLAGS`."""
     recording: str = ""
+    """Name of the trial, which the epochs of both directions of its perturbations share; empty for epochs
+    that share nothing with others."""
 
     @property
     def count(self) -> int:
@@ -176,29 +153,12 @@ def cut_broadband(
 ) -> BroadbandEpochs | None:
     """Epochs of the same perturbations as ``epochs``, with their own filter.
 
-    Parameters
-    ----------
-    standing : StandingTrial
-        The trial with the filter of all signals.
-    epochs : StandingEpochs
-        Its epochs: their onsets are used (s).
-    options, cutting : StandingOptions, EpochOptions
-        Options of the analysis.
-    lowpass : Lowpass
-        Filter of all signals here (Hz); its cutoff is lowered if the cameras are too slow for it.
-    models : dict of str to FittedModel
-        Component, Fy or Mx -> treadmill model; empty for the loads as measured. For a person with a foot on
-        each belt: belt -> the same.
-
-    Returns
-    -------
-    BroadbandEpochs or None
-        None if no perturbation of the trial is usable.
-
-    Raises
-    ------
-    InputError
-        As `free_body`.
+    standing: the trial with the filter of all signals.
+    epochs: its epochs: their onsets are used.
+    lowpass: filter of all signals here; its cutoff is lowered if the cameras are too slow for it.
+    models: component, Fy or Mx -> treadmill model; empty for the loads as measured. For a person with a
+    foot on each belt: belt -> the same.
+    Returns: none if no perturbation of the trial is usable.
     """
     if not epochs.count:
         return None
@@ -276,24 +236,9 @@ def with_treadmill_error(
 ) -> BroadbandEpochs:
     """Epochs with the error of K predicted by held-out trials of the treadmill (N·m/rad).
 
-    Parameters
-    ----------
-    broadband, epochs : BroadbandEpochs, StandingEpochs
-        The same responses with both filters (rad, m/s).
-    held_out : HeldOut
-        Residuals of trials that the treadmill model has not seen (N, N·m).
-    ankle_height_m, window_s : float
-        Height of the ankle above the belt (m), and length of the fitted window (s).
-
-    Returns
-    -------
-    BroadbandEpochs
-        With ``treadmill_error`` (N·m/rad).
-
-    Raises
-    ------
-    InputError
-        If the rate differs from the treadmill's calibration.
+    broadband, epochs: the same responses with both filters.
+    held_out: residuals of trials that the treadmill model has not seen.
+    ankle_height_m, window_s: height of the ankle above the belt (m), and length of the fitted window (s).
     """
     rate = 1.0 / float(np.diff(broadband.time).mean())
     fitted = (broadband.time > -0.5 / rate) & (broadband.time <= window_s + 0.5 / rate)

@@ -48,22 +48,10 @@ def failed_checks(
 ) -> tuple[str, ...]:
     """Names of the checks, in `tepsipe.io.estimates.FLAGS`, that K and B fail.
 
-    Parameters
-    ----------
-    fit : FreeReflexFit
-        K and B of these trials.
-    trials : list of BroadbandEpochs
-        The trials.
-    perturbations : int
-        Number of perturbations in them, usable or not.
-    pre_reflex : tuple of ndarray of shape (2,) and Budget, or None
-        B and K of the pre-reflex window less B and K of ``fit`` (N·m·s/rad, N·m/rad), and the budget of the
-        difference; None without such an estimate.
-
-    Returns
-    -------
-    tuple of str
-        Names.
+    fit: K and B of these trials.
+    perturbations: number of perturbations in them, usable or not.
+    pre_reflex: B and K of the pre-reflex window less B and K of ``fit``, and the budget of the difference;
+    None without such an estimate.
     """
     stiffness = float(fit.parameters[0, 1])
     failed = []
@@ -124,27 +112,15 @@ def difference_from_window(
 ) -> tuple[np.ndarray, Budget]:
     """Difference of B and K, least squares in a short window less a fit, with the budget of the difference.
 
-    Parameters
-    ----------
-    trials : list of BroadbandEpochs
-        The trials of both.
-    fit : FreeReflexFit
-        The fit.
-    window_s : float
-        Length of the short window (s).
-    options : FreeReflexOptions
-        Options of the analysis.
-    sources : list of Source
-        Uncertain constants, common to both estimates.
+    window_s: length of the short window.
+    sources: uncertain constants, common to both estimates.
 
-    Returns
-    -------
-    difference : ndarray, shape (2,)
-        Differences of B and K (N·m·s/rad, N·m/rad).
-    budget : Budget
-        Budget of the difference. Type A is the scatter of the difference between responses. Sources of the
-        signals and draws of the treadmill model are subtracted one by one; the onset of the reflex counts as
-        in the fit, which alone has it. The spread over windows does not count: such a difference shows it.
+    Returns:
+        difference: differences of B and K (N·m·s/rad, N·m/rad). Shape (2,).
+        budget: budget of the difference. Type A is the scatter of the difference between responses. Sources
+        of the signals and draws of the treadmill model are subtracted one by one; the onset of the reflex
+        counts as in the fit, which alone has it. The spread over windows does not count: such a difference
+        shows it.
     """
     inside = inside_window(trials[0].time, window_s)
     moments = sway_moments(trials, inside)

@@ -12,6 +12,7 @@ slopes.
 """
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -26,35 +27,20 @@ SHOWN = 0.5
 
 @dataclass(frozen=True)
 class CommonCentre:
-    """Centre of the ankle of a task.
+    """Centre of the ankle of a task."""
 
-    Attributes
-    ----------
-    offset_m, error_m : ndarray, shape (2,)
-        Offset from the palpated centre, anterior and upward, and its standard uncertainty (m).
-    from_sway : bool
-        True if sway counts more than palpation in both coordinates.
-    """
-
-    offset_m: np.ndarray
-    error_m: np.ndarray
+    offset_m: Annotated[np.ndarray, "(2,)"]
+    error_m: Annotated[np.ndarray, "(2,)"]
+    """Offset from the palpated centre, anterior and upward, and its standard uncertainty."""
     from_sway: bool
+    """True if sway counts more than palpation in both coordinates."""
 
 
 def common_centre(trials: list[BroadbandEpochs], sources: dict[str, Source]) -> CommonCentre:
     """Weighted mean of the centre from quiet sway and the palpated one.
 
-    Parameters
-    ----------
-    trials : list of BroadbandEpochs
-        Trials of one person (m).
-    sources : dict of str to Source
-        Uncertain constants; without `PALPATED` sway alone counts (m).
-
-    Returns
-    -------
-    CommonCentre
-        With an infinite uncertainty if neither determines the centre (m).
+    sources: uncertain constants; without `PALPATED` sway alone counts.
+    Returns: with an infinite uncertainty if neither determines the centre.
     """
     centres = [t.centre for t in trials if t.centre is not None and is_steady(t.centre)]
     offset, error = np.zeros(2), np.full(2, np.inf)
@@ -77,20 +63,12 @@ def with_common_centre(
 ) -> tuple[list[BroadbandEpochs], list[Source]]:
     """Trials about their common centre, and sources with the uncertainty of this centre.
 
-    Parameters
-    ----------
-    trials : list of BroadbandEpochs
-        Trials of one person (rad, N·m).
-    sources : dict of str to Source
-        Uncertain constants, among them `PALPATED`, and `CENTRE` for errors that all centres from sway have in
-        common (m).
+    sources: uncertain constants, among them `PALPATED`, and `CENTRE` for errors that all centres from sway
+    have in common.
 
-    Returns
-    -------
-    trials : list of BroadbandEpochs
-        With responses about the common centre (rad, N·m).
-    sources : list of Source
-        The sources without `PALPATED`; `CENTRE` includes the uncertainty of the common centre (m).
+    Returns:
+        trials: with responses about the common centre (rad, N·m).
+        sources: the sources without `PALPATED`; `CENTRE` includes the uncertainty of the common centre (m).
     """
     centre = common_centre(trials, sources)
     of_centre = dict(zip(CENTRE, centre.error_m.tolist(), strict=True))

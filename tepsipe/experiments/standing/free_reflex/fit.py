@@ -26,6 +26,7 @@ a pulse less the centre in quiet sway, over the shift that a metre of tissue mot
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Annotated
 
 import numpy as np
 
@@ -66,71 +67,47 @@ WINDOW, REFLEX_ONSET, DISCREPANCY = "window_s", "reflex_onset_s", "model_discrep
 
 @dataclass(frozen=True)
 class FreeReflexOptions:
-    """Choices of the estimator.
-
-    Attributes
-    ----------
-    lowpass_cutoff_hz : float
-        Cutoff of the low-pass of all signals (Hz).
-    discrepancy, discrepancy_s : float
-        Standard deviation of d as a share of the largest torque of the response, and its length (s).
-    reflex_Nm, reflex_after_s, reflex_speed_m_per_s : float
-        Standard deviation of r (N·m) a time after t_r (s), at a speed of the belt (m/s).
-    reflex_onset_s : float
-        t_r if no latency of an ankle muscle is known (s).
-    electromechanical_delay_s : float
-        From a muscle's latency to t_r (s).
-    windows_s : tuple of float
-        Shortest and longest window whose spread counts as an uncertainty (s).
-    """
+    """Choices of the estimator."""
 
     lowpass_cutoff_hz: float
-    discrepancy: float
+    """Cutoff of the low-pass of all signals."""
+    discrepancy: Annotated[float, "s"]
     discrepancy_s: float
+    """Standard deviation of d as a share of the largest torque of the response, and its length."""
     reflex_Nm: float
     reflex_after_s: float
     reflex_speed_m_per_s: float
+    """Standard deviation of r (N·m) a time after t_r (s), at a speed of the belt (m/s)."""
     reflex_onset_s: float
+    """t_r if no latency of an ankle muscle is known."""
     electromechanical_delay_s: float
+    """From a muscle's latency to t_r."""
     windows_s: tuple[float, float]
+    """Shortest and longest window whose spread counts as an uncertainty."""
 
 
 @dataclass(frozen=True)
 class FreeReflexFit:
-    """B and K of one trial or of several together.
+    """B and K of one trial or of several together."""
 
-    Attributes
-    ----------
-    parameters : ndarray, shape (1 + draws, 2)
-        B (N·m·s/rad) and K (N·m/rad); further rows from resampled responses.
-    budget : Budget
-        Uncertainty of B and K.
-    errors : FitErrors
-        Effect of each source on B and K with its sign, for differences from other fits.
-    window_s, reflex_onset_s : float
-        Window and t_r (s).
-    windows : ndarray, shape (w, 3)
-        Window (s), B and K by it, within ``windows_s`` of the options.
-    windows_chance : ndarray, shape (w, 2)
-        Standard uncertainty of their difference from ``parameters`` by scatter and sources.
-    curves : list of dict of str to ndarray
-        Per trial: ``time`` (s), ``torque``, ``intrinsic``, ``active`` (N·m), ``ankle`` (rad).
-    vaf : float
-        VAF of the mean responses by B and K alone, before t_r (%).
-    noise_share : float
-        Largest share of noise in the information on B and K, which was subtracted.
-    """
-
-    parameters: np.ndarray
+    parameters: Annotated[np.ndarray, "(1 + draws, 2)"]
+    """B (N·m·s/rad) and K (N·m/rad); further rows from resampled responses."""
     budget: Budget
+    """Uncertainty of B and K."""
     errors: FitErrors
+    """Effect of each source on B and K with its sign, for differences from other fits."""
     window_s: float
     reflex_onset_s: float
-    windows: np.ndarray
-    windows_chance: np.ndarray
+    windows: Annotated[np.ndarray, "(w, 3)"]
+    """Window (s), B and K by it, within ``windows_s`` of the options."""
+    windows_chance: Annotated[np.ndarray, "(w, 2)"]
+    """Standard uncertainty of their difference from ``parameters`` by scatter and sources."""
     curves: list[dict[str, np.ndarray]]
-    vaf: float
+    """Per trial: ``time`` (s), ``torque``, ``intrinsic``, ``active`` (N·m), ``ankle`` (rad)."""
+    vaf: Annotated[float, "%"]
+    """VAF of the mean responses by B and K alone, before t_r."""
     noise_share: float
+    """Largest share of noise in the information on B and K, which was subtracted."""
 
 
 def fit_free_reflex(
@@ -144,32 +121,11 @@ def fit_free_reflex(
 ) -> FreeReflexFit:
     """Fit the responses of one trial, or of several trials with common parameters.
 
-    Parameters
-    ----------
-    trials : list of BroadbandEpochs
-        Responses (rad, N·m).
-    window_s : float
-        Length of the fitted window from the onset (s).
-    options : FreeReflexOptions
-        Options of the analysis.
-    sources : list of Source
-        Uncertain constants (unit in the name); sources that move no signal of the trials are ignored.
-    draws : int
-        Number of resampled sets of responses.
-    rng : numpy.random.Generator
-        Draws them.
-    reflex_onset_s : float, optional
-        t_r (s); from the options if left out.
-
-    Returns
-    -------
-    FreeReflexFit
-        B, K and their budget.
-
-    Raises
-    ------
-    InputError
-        If the window is longer than the epochs.
+    window_s: length of the fitted window from the onset.
+    sources: uncertain constants (unit in the name); sources that move no signal of the trials are ignored.
+    draws: number of resampled sets of responses.
+    reflex_onset_s: t_r (s); from the options if left out.
+    Returns: B, K and their budget.
     """
     time = trials[0].time
     if not 0.0 < window_s <= time[-1] + 1e-9:
@@ -266,20 +222,13 @@ def _fitted(
     return fit, records
 
 
-def noise_of_mean(moments: np.ndarray, responses: float) -> tuple[np.ndarray, np.ndarray]:
+def noise_of_mean(
+    moments: Annotated[np.ndarray, "(3, 3, n, n)"], responses: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Moments of the noise in a mean of so many responses, for `Record`.
 
-    Parameters
-    ----------
-    moments : ndarray, shape (3, 3, n, n)
-        Moments of single responses, from `sway_moments` (products of N·m, rad, rad/s).
-    responses : float
-        Number of responses.
-
-    Returns
-    -------
-    tuple of ndarray, shape (2, 2, n, n) and (2, n, n)
-        Moments of the regressors, and of the regressors with the torque.
+    moments: moments of single responses, from `sway_moments` (products of N·m, rad, rad/s).
+    Returns: moments of the regressors, and of the regressors with the torque.
     """
     return moments[np.ix_(REGRESSORS, REGRESSORS)] / responses, moments[REGRESSORS, TORQUE] / responses
 
@@ -290,22 +239,12 @@ def _low_pass(samples: int, rate_hz: float, cutoff_hz: float, order: int) -> np.
     return butterworth_lowpass(np.eye(samples), rate_hz, cutoff_hz, order)
 
 
-def reflex_covariance(time: np.ndarray, onset_s: float, cutoff_hz: float, order: int) -> np.ndarray:
+def reflex_covariance(
+    time: Annotated[np.ndarray, "(n,)", "s"], onset_s: float, cutoff_hz: float, order: int
+) -> Annotated[np.ndarray, "(n, n)", "s³"]:
     """Covariance of a reflex torque of unit intensity behind a zero-lag low-pass.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Regular instants (s).
-    onset_s : float
-        t_r (s).
-    cutoff_hz, order : float, int
-        Cutoff (Hz) and order of the low-pass.
-
-    Returns
-    -------
-    ndarray, shape (n, n)
-        Covariance (s^3).
+    time: regular instants.
     """
     rate_hz = float(round(1.0 / np.diff(time).mean(), 6))
     margin = round(BEYOND_S * rate_hz)

@@ -5,6 +5,7 @@ well, so that errors common to two fits of the same trials cancel in their diffe
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -25,28 +26,19 @@ TREADMILL = "treadmill_model"
 
 @dataclass(frozen=True)
 class FitErrors:
-    """Errors of B and K by source.
+    """Errors of B and K by source."""
 
-    Attributes
-    ----------
-    parameters : ndarray, shape (2,)
-        B (N·m·s/rad) and K (N·m/rad).
-    scatter : ndarray, shape (responses, 2)
-        Share of every response in the error, scaled so that the sum of squares is the variance.
-    freedom : float
-        Its degrees of freedom.
-    contributions : dict of str to ndarray, shape (k, 2)
-        Source -> root of its covariance.
-    discrepancy : ndarray, shape (trials, n, 2)
-        For each trial, root of the covariance by a misfit of the rig's model of the size of its largest
-        torque.
-    """
-
-    parameters: np.ndarray
-    scatter: np.ndarray
+    parameters: Annotated[np.ndarray, "(2,)"]
+    """B (N·m·s/rad) and K (N·m/rad)."""
+    scatter: Annotated[np.ndarray, "(responses, 2)"]
+    """Share of every response in the error, scaled so that the sum of squares is the variance."""
     freedom: float
+    """Its degrees of freedom."""
     contributions: dict[str, np.ndarray]
-    discrepancy: np.ndarray
+    """Source -> root of its covariance, shape (k, 2)."""
+    discrepancy: Annotated[np.ndarray, "(trials, n, 2)"]
+    """For each trial, root of the covariance by a misfit of the rig's model of the size of its largest
+    torque."""
 
     def minus(self, other: "FitErrors") -> "FitErrors":
         """Errors of the difference from another fit of the same trials and sources."""
@@ -90,23 +82,10 @@ def fit_errors(
 ) -> FitErrors:
     """Errors of a fit.
 
-    Parameters
-    ----------
-    trials : list of BroadbandEpochs
-        Responses (rad, N·m).
-    fit, records : GeneralisedFit, list of Record
-        The fit of their means, and what it was fitted to (N·m·s/rad, N·m/rad).
-    inside : ndarray of bool, shape (n,)
-        Samples of the window.
-    sources : list of Source
-        Uncertain constants; sources that move no signal are ignored.
-    discrepancy_s : float
-        Length of the misfit (s).
-
-    Returns
-    -------
-    FitErrors
-        By source.
+    fit, records: the fit of their means, and what it was fitted to.
+    inside: samples of the window.
+    sources: uncertain constants; sources that move no signal are ignored.
+    discrepancy_s: length of the misfit.
     """
     responses = sum(trial.count for trial in trials)
     freedom = max(1.0, float(responses - len(trials)))

@@ -9,6 +9,7 @@ instant instead of the weight.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -60,58 +61,40 @@ SOURCES = (
 
 @dataclass(frozen=True)
 class FreeBody:
-    """Feet, plate and joint of one trial, low-pass filtered alike.
-
-    Attributes
-    ----------
-    person : Person
-        Masses and lengths (kg, m).
-    time : ndarray, shape (n,)
-        Instants (s).
-    load : PlateLoad
-        Compensated load of the plate (N, N·m).
-    load_d : PlateLoad
-        Its rate (N/s, N·m/s).
-    shank, foot, centre, foot_com : ndarray
-        Angles, shape (n,) (rad), and positions, shape (n, 2) (m).
-    belt_dd : ndarray, shape (n,)
-        Acceleration of the belt (m/s²).
-    tissue : ndarray, shape (n, 3)
-        Change of the shank's angle (rad/m) and of the centre per metre of motion of the soft tissue.
-    near : tuple of 2 ndarray, shape (n, 3)
-        The same of soft tissue with a lower and a higher frequency, see `TISSUE_STEP_HZ`.
-    skins_m : tuple of 3 float
-        Motion of the soft tissue that is subtracted if it has the assumed, lower or higher frequency (m).
-    draws : ndarray, shape (draws, n)
-        Torque for every draw of the treadmill model's constants, relative to the best one (N·m).
-    """
+    """Feet, plate and joint of one trial, low-pass filtered alike."""
 
     person: Person
-    time: np.ndarray
+    """Masses and lengths (kg, m)."""
+    time: Annotated[np.ndarray, "(n,)", "s"]
     load: PlateLoad
+    """Compensated load of the plate (N, N·m)."""
     load_d: PlateLoad
+    """Its rate (N/s, N·m/s)."""
     shank: np.ndarray
     foot: np.ndarray
     centre: np.ndarray
     foot_com: np.ndarray
-    belt_dd: np.ndarray
-    tissue: np.ndarray
+    """Angles, shape (n,) (rad), and positions, shape (n, 2) (m)."""
+    belt_dd: Annotated[np.ndarray, "(n,)", "m/s²"]
+    """Acceleration of the belt."""
+    tissue: Annotated[np.ndarray, "(n, 3)"]
+    """Change of the shank's angle (rad/m) and of the centre per metre of motion of the soft tissue."""
     near: tuple[np.ndarray, np.ndarray]
-    draws: np.ndarray
+    """The same of soft tissue with a lower and a higher frequency, see `TISSUE_STEP_HZ`, shape (n, 3)."""
+    draws: Annotated[np.ndarray, "(draws, n)", "N·m"]
+    """Torque for every draw of the treadmill model's constants, relative to the best one."""
     skins_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Motion of the soft tissue that is subtracted if it has the assumed, lower or higher frequency."""
 
     def signals(self, deviations: Mapping[str, float] | None = None) -> np.ndarray:
         """Torque of both ankles (N·m), ankle angle (rad) and its rate (rad/s), shape (n, 3).
 
         The motion of the soft tissue is subtracted.
 
-        Parameters
-        ----------
-        deviations : mapping of str to float, optional
-            Source, one of `SOURCES`, -> deviation from what is assumed: of the centre of the joint in the
-            shank (m), of the forces' clock (s), of the soft tissue at a pulse of 0.5 m/s (m) and of its
-            frequency (Hz), of the place of the plate's axes (m); relative for mass, scales and rotations;
-            part of the vertical force in the fore-aft one.
+        deviations: source, one of `SOURCES`, -> deviation from what is assumed: of the centre of the joint
+        in the shank (m), of the forces' clock (s), of the soft tissue at a pulse of 0.5 m/s (m) and of its
+        frequency (Hz), of the place of the plate's axes (m); relative for mass, scales and rotations; part
+        of the vertical force in the fore-aft one.
         """
         off = dict.fromkeys(SOURCES, 0.0) | dict(deviations or {})
         skin_m, lower_m, higher_m = self.skins_m
@@ -156,33 +139,15 @@ def free_body(
     options: StandingOptions,
     lowpass: Lowpass,
     models: dict[str, FittedModel],
-    offset_m: np.ndarray,
+    offset_m: Annotated[np.ndarray, "(2,)"],
 ) -> FreeBody:
     """The feet of a standing person as a free body.
 
-    Parameters
-    ----------
-    standing : StandingTrial
-        The trial with the filter of all signals (s).
-    options : StandingOptions
-        Options of the analysis.
-    lowpass : Lowpass
-        Filter of all signals here (Hz).
-    models : dict of str to FittedModel
-        Component, Fy or Mx -> treadmill model; empty for the loads as measured. For a person with a foot on
-        each belt: belt -> the same.
-    offset_m : ndarray, shape (2,)
-        Offset of the joint's centre from the assumed one, anterior and longitudinal in the shank (m).
-
-    Returns
-    -------
-    FreeBody
-        Signals (N, N·m, rad, m, s).
-
-    Raises
-    ------
-    InputError
-        If the belt or a marker is not in the trial, or the rate differs from the calibration.
+    standing: the trial with the filter of all signals.
+    lowpass: filter of all signals here.
+    models: component, Fy or Mx -> treadmill model; empty for the loads as measured. For a person with a
+    foot on each belt: belt -> the same.
+    offset_m: offset of the joint's centre from the assumed one, anterior and longitudinal in the shank.
     """
     prepared = standing.prepared.behind(lowpass)
     time, rate, person, labels = prepared.time, prepared.rate_hz, options.person, prepared.markers
@@ -264,10 +229,10 @@ def tissue_frequencies() -> tuple[float, float, float]:
 
 
 def tissue_motion(
-    positions: np.ndarray,
+    positions: Annotated[np.ndarray, "(n, markers, 2)", "m"],
     labels: list[str],
     person: Person,
-    belt_dd: np.ndarray,
+    belt_dd: Annotated[np.ndarray, "(n,)", "m/s²"],
     peak_m_per_s: float,
     rate_hz: float,
     tissue_hz: float = TISSUE_HZ,
@@ -278,18 +243,10 @@ def tissue_motion(
     near the ankle. Tissue that accelerates like the belt moves by 1 at `TISSUE_SPEED`. Other markers do not
     move.
 
-    Parameters
-    ----------
-    positions : ndarray, shape (n, markers, 2)
-        y, z, low-pass filtered (m).
-    labels : list of str
-        Names of the markers.
-    person : Person
-        Person with the markers of the shank.
-    belt_dd : ndarray, shape (n,)
-        Acceleration of the belt (m/s²).
-    peak_m_per_s, rate_hz, tissue_hz : float
-        Largest speed of the belt (m/s), sampling rate, and frequency of the soft tissue (Hz).
+    positions: y, z, low-pass filtered.
+    belt_dd: acceleration of the belt.
+    peak_m_per_s, rate_hz, tissue_hz: largest speed of the belt (m/s), sampling rate, and frequency of the
+    soft tissue (Hz).
     """
     width = 2.0 * np.pi * tissue_hz
     numerator, denominator, _ = scipy.signal.cont2discrete(

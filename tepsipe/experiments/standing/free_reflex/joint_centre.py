@@ -17,6 +17,7 @@ noise of the cameras is independent.
 """
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -39,54 +40,35 @@ FOREFOOT_SHARE = 0.5
 
 @dataclass(frozen=True)
 class JointCentre:
-    """Position of the centre of the ankle.
+    """Position of the centre of the ankle."""
 
-    Attributes
-    ----------
-    offset_m : ndarray, shape (2,)
-        Centre relative to the assumed one: anterior, longitudinal, in the shank as all its markers show it
-        (m).
-    moving_m : ndarray, shape (2,)
-        Position by all markers of the shank, including the slip of markers shared with the foot (m).
-    own_m : ndarray, shape (2,)
-        In the shank as its own markers show it (m).
-    standard_error_m : ndarray, shape (2,)
-        From the scatter between stretches (m).
-    sway_rad, foot_rad : float
-        Standard deviation of the ankle angle and of the foot's in quiet standing (rad).
-    stretches : int
-        Number of stretches of quiet standing, or of perturbations.
-    """
-
-    offset_m: np.ndarray
-    moving_m: np.ndarray
-    own_m: np.ndarray
-    standard_error_m: np.ndarray
+    offset_m: Annotated[np.ndarray, "(2,)"]
+    """Centre relative to the assumed one: anterior, longitudinal, in the shank as all its markers show it."""
+    moving_m: Annotated[np.ndarray, "(2,)"]
+    """Position by all markers of the shank, including the slip of markers shared with the foot."""
+    own_m: Annotated[np.ndarray, "(2,)"]
+    """In the shank as its own markers show it."""
+    standard_error_m: Annotated[np.ndarray, "(2,)"]
+    """From the scatter between stretches."""
     sway_rad: float
     foot_rad: float
+    """Standard deviation of the ankle angle and of the foot's in quiet standing."""
     stretches: int
+    """Number of stretches of quiet standing, or of perturbations."""
 
 
 def relative_motion(
-    positions: np.ndarray, labels: list[str], person: Person, *, exclusive: bool = False
-) -> np.ndarray:
+    positions: Annotated[np.ndarray, "(n, markers, 2)", "m"],
+    labels: list[str],
+    person: Person,
+    *,
+    exclusive: bool = False,
+) -> Annotated[np.ndarray, "(n, 4)"]:
     """Ankle angle (rad), and position of the assumed centre, fixed in the shank, in axes of the foot (m).
 
-    Parameters
-    ----------
-    positions : ndarray, shape (n, markers, 2)
-        y, z (m).
-    labels : list of str
-        Names of the markers.
-    person : Person
-        Layout of the markers (m). The foot is located by its own ones, if it has two.
-    exclusive : bool
-        Whether the shank is located by its own markers only, if it has two.
-
-    Returns
-    -------
-    ndarray, shape (n, 4)
-        phi (rad), y, z (m), angle of the foot (rad).
+    person: layout of the markers. The foot is located by its own ones, if it has two.
+    exclusive: whether the shank is located by its own markers only, if it has two.
+    Returns: phi (rad), y, z (m), angle of the foot (rad).
     """
     foot_angle, carried = hindfoot(positions, labels, person)
     if exclusive:
@@ -101,21 +83,16 @@ def relative_motion(
     )
 
 
-def hindfoot(positions: np.ndarray, labels: list[str], person: Person) -> tuple[np.ndarray, np.ndarray]:
+def hindfoot(
+    positions: Annotated[np.ndarray, "(n, markers, 2)", "m"], labels: list[str], person: Person
+) -> tuple[np.ndarray, np.ndarray]:
     """Rotation of the hindfoot (rad), shape (n,), and the assumed centre fixed in it (m), shape (n, 2).
 
     A marker ahead of the ankle rotates with the forefoot, by `FOREFOOT_SHARE` of the hindfoot's angle. The
     angles are small.
 
-    Parameters
-    ----------
-    positions : ndarray, shape (n, markers, 2)
-        y, z (m).
-    labels : list of str
-        Names of the markers.
-    person : Person
-        Layout of the markers (m). Those that the foot shares with the shank count only if it has less than
-        two of its own.
+    person: layout of the markers. Those that the foot shares with the shank count only if it has less than
+    two of its own.
     """
     segment = person.foot
     places = _exclusive_markers(segment, person.shank)
@@ -205,25 +182,14 @@ def _turn(angle: float) -> np.ndarray:
 
 
 def centre_from_sway(
-    trial: Trial, person: Person, unperturbed: np.ndarray, hidden: np.ndarray
+    trial: Trial, person: Person, unperturbed: np.ndarray, hidden: Annotated[np.ndarray, "(n, markers)"]
 ) -> JointCentre | None:
     """Centre of the ankle from the quiet standing of a trial.
 
-    Parameters
-    ----------
-    trial : Trial
-        Markers (m).
-    person : Person
-        Layout of the markers, which defines the assumed centre (m).
-    unperturbed : ndarray of bool, shape (n,)
-        Samples of quiet standing.
-    hidden : ndarray of bool, shape (n, markers)
-        True where a marker was hidden.
-
-    Returns
-    -------
-    JointCentre or None
-        None if there are too few stretches of quiet standing.
+    person: layout of the markers, which defines the assumed centre.
+    unperturbed: samples of quiet standing.
+    hidden: true where a marker was hidden.
+    Returns: none if there are too few stretches of quiet standing.
     """
     labels = trial.axes["marker"].tolist()
     positions = trial.values("marker_position")[:, :, 1:].astype(float)
@@ -249,42 +215,33 @@ def centre_from_sway(
     return replace(by_shank, offset_m=offset, moving_m=whole_shank.offset_m)
 
 
-def centre_from_pulses(motion: np.ndarray, mean_angle: float) -> JointCentre:
+def centre_from_pulses(
+    motion: Annotated[np.ndarray, "(responses, n, 4)"], mean_angle: Annotated[float, "rad"]
+) -> JointCentre:
     """Apparent centre from the responses to perturbations.
 
-    Parameters
-    ----------
-    motion : ndarray, shape (responses, n, 4)
-        From `relative_motion`, in the epochs of the responses (rad, m).
-    mean_angle : float
-        Ankle angle in quiet standing (rad).
-
-    Returns
-    -------
-    JointCentre
-        Offset from the assumed centre (m), with the wobble of the skin in it.
+    motion: from `relative_motion`, in the epochs of the responses (rad, m).
+    mean_angle: ankle angle in quiet standing.
+    Returns: offset from the assumed centre, with the wobble of the skin in it.
     """
     return _centre(list(motion), mean_angle)
 
 
 def tissue_from_pulses(
-    motion: np.ndarray, pattern: np.ndarray, own_m: np.ndarray, mean_angle: float
+    motion: Annotated[np.ndarray, "(responses, n, 4)"],
+    pattern: Annotated[np.ndarray, "(responses, n, 4)"],
+    own_m: Annotated[np.ndarray, "(2,)"],
+    mean_angle: Annotated[float, "rad"],
 ) -> float:
     """Motion of the soft tissue in the responses to perturbations, in units of a pattern.
 
     The pattern is fitted to the part of the shank's motion over the foot that a joint about the centre of
     quiet sway does not explain.
 
-    Parameters
-    ----------
-    motion : ndarray, shape (responses, n, 4)
-        From `relative_motion` with the shank's own markers, less their baselines (rad, m).
-    pattern : ndarray, shape (responses, n, 4)
-        Its change by the tissue (rad, m per unit).
-    own_m : ndarray, shape (2,)
-        Centre of quiet sway as these markers show it (m).
-    mean_angle : float
-        Ankle angle in quiet standing (rad).
+    motion: from `relative_motion` with the shank's own markers, less their baselines (rad, m).
+    pattern: its change by the tissue (rad, m per unit).
+    own_m: centre of quiet sway as these markers show it.
+    mean_angle: ankle angle in quiet standing.
     """
     slopes = _turn(mean_angle).T @ own_m
     residual, shape = (x[..., 1:3] - x[..., :1] * slopes for x in (motion.mean(axis=0), pattern.mean(axis=0)))

@@ -48,25 +48,11 @@ def cut_with_legs(
 ) -> dict[str, BroadbandEpochs]:
     """Epochs of both legs together and of each leg on a plate of its own.
 
-    Parameters
-    ----------
-    standing, epochs, options, cutting, lowpass, models
-        As for `cut_broadband`.
-    held_out : mapping of str to HeldOut or None
-        Belt -> residuals of trials that the model of its plate has not seen (N, N·m).
-    window_s : float
-        Length of the fitted window (s).
-
-    Returns
-    -------
-    dict of str to BroadbandEpochs
-        `BOTH` -> epochs of both legs; for a person with a foot on each belt also each belt -> epochs of its
-        leg. Empty if no perturbation is usable.
-
-    Raises
-    ------
-    InputError
-        As `cut_broadband` and `with_treadmill_error`.
+    standing, epochs, options, cutting, lowpass, models: as for `cut_broadband`.
+    held_out: belt -> residuals of trials that the model of its plate has not seen.
+    window_s: length of the fitted window.
+    Returns: `BOTH` -> epochs of both legs; for a person with a foot on each belt also each belt -> epochs
+    of its leg. Empty if no perturbation is usable.
     """
     whole = cut_broadband(standing, epochs, options, cutting, lowpass, models)
     if whole is None:
@@ -131,26 +117,14 @@ def leg_rows(
 ) -> tuple[list[Estimate], list[Contribution]]:
     """B and K of each leg, and its part of the weight, as rows beside those of both legs.
 
-    Parameters
-    ----------
-    condition : str
-        Trial or task.
-    legs : mapping of str to list of BroadbandEpochs
-        Leg -> its responses in every trial; may be empty.
-    name, estimators, choices, perturbations, reflex_onset_s
-        As for `fit_free`.
+    condition: trial or task.
+    legs: leg -> its responses in every trial; may be empty.
+    name, estimators, choices, perturbations, reflex_onset_s: as for `fit_free`.
 
-    Returns
-    -------
-    rows : list of Estimate
-        ``B_left`` (N·m·s/rad), ``K_left`` (N·m/rad), ``weight_share_left`` and the same of the right leg.
-    contributions : list of Contribution
-        Their budgets.
-
-    Raises
-    ------
-    InputError
-        As `fit_free`.
+    Returns:
+        rows: ``B_left`` (N·m·s/rad), ``K_left`` (N·m/rad), ``weight_share_left`` and the same of the right
+        leg.
+        contributions: their budgets.
     """
     rows: list[Estimate] = []
     contributions: list[Contribution] = []

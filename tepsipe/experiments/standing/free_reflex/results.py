@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 
@@ -33,25 +33,17 @@ UNKNOWN_ORIGIN, ORIGIN = "unknown_origin_m", "origin_anterior_m"
 
 @dataclass(frozen=True)
 class FreeReflexChoices:
-    """Choices that all fits with a free reflex torque share.
-
-    Attributes
-    ----------
-    pathway : str
-        Torque that is fitted.
-    options : FreeReflexOptions
-        Options of the analysis.
-    sources : dict of str to Source
-        Uncertain constants.
-    draws, seed : int
-        Number of resampled sets of responses, and seed of the study.
-    """
+    """Choices that all fits with a free reflex torque share."""
 
     pathway: str
+    """Torque that is fitted."""
     options: FreeReflexOptions
+    """Options of the analysis."""
     sources: dict[str, Source]
+    """Uncertain constants."""
     draws: int
     seed: int
+    """Number of resampled sets of responses, and seed of the study."""
 
     @classmethod
     def from_settings(cls, pathway: str, options: dict, uncertainty: dict, draws: int, seed: int) -> Self:
@@ -71,30 +63,11 @@ def fit_free(
 ) -> Fits:
     """Fit every estimator with a free reflex torque, and check it against the pre-reflex window.
 
-    Parameters
-    ----------
-    trials : list of BroadbandEpochs
-        Trials that share their parameters.
-    name : str
-        Name of the trial or task: seed of the resampling, and name in messages.
-    estimators : dict of str to StandingEstimator
-        Name -> estimator (s); those with another active torque are passed over.
-    choices : FreeReflexChoices
-        Pathway, options and sources.
-    perturbations : int
-        Number of perturbations in the trials, usable or not.
-    reflex_onset_s : float, optional
-        Earliest instant of a reflex torque (s); from the options if left out.
-
-    Returns
-    -------
-    dict of (str, str) to StandingFit
-        (pathway, estimator) -> fit.
-
-    Raises
-    ------
-    InputError
-        If an estimator asks for an inertia, or as `fit_free_reflex`.
+    trials: trials that share their parameters.
+    name: name of the trial or task: seed of the resampling, and name in messages.
+    estimators: name -> estimator; those with another active torque are passed over.
+    perturbations: number of perturbations in the trials, usable or not.
+    reflex_onset_s: earliest instant of a reflex torque (s); from the options if left out.
     """
     fits: Fits = {}
     trials, sources = with_common_centre(trials, _with_origin(trials, choices.sources))
@@ -162,21 +135,10 @@ def reflex_onset(
 ) -> float | None:
     """Earliest instant of a reflex torque (s): the first latency of an ankle muscle, and the time to force.
 
-    Parameters
-    ----------
-    latencies : list of MuscleLatency
-        Latencies of the muscles with a response (s).
-    action : dict of str to float
-        Muscles that act at the ankle.
-    detector : str
-        Detector whose onset counts.
-    options : FreeReflexOptions
-        Electromechanical delay (s).
-
-    Returns
-    -------
-    float or None
-        None if no latency is known.
+    latencies: latencies of the muscles with a response.
+    action: muscles that act at the ankle.
+    detector: detector whose onset counts.
+    Returns: none if no latency is known.
     """
     onsets = [
         x.onsets[detector].latency_s for x in latencies if action.get(x.muscle) and detector in x.onsets
@@ -211,23 +173,8 @@ def quoted(
     The belt-induced load must be compensated, by a treadmill model whose error of K is not clearly above half
     of it. Without compensation, K and B of the chosen pathway are flagged ``uncompensated``.
 
-    Parameters
-    ----------
-    rows : list of Estimate
-        Estimates of the task.
-    trials : list of BroadbandEpochs
-        Its trials.
-    fits : dict of (str, str) to StandingFit
-        (pathway, estimator) -> fit.
-    chosen : dict of str to str
-        Recommended ``pathway`` and ``estimator``.
-    pathway : TorquePathway
-        The recommended pathway.
-
-    Returns
-    -------
-    list of Estimate
-        In the same order.
+    fits: (pathway, estimator) -> fit.
+    chosen: recommended ``pathway`` and ``estimator``.
     """
     if pathway.torque != "single-joint" and pathway.treadmill_model is None:
         return [*(flagged([row], "uncompensated")[0] if _of(row, chosen["pathway"]) else row for row in rows)]
@@ -293,28 +240,19 @@ def _budget_from_result(result: Result, estimator: str) -> Budget:
 
 
 def task_difference(
-    name: str, more: Result, less: Result, critical_stiffness: float
+    name: str, more: Result, less: Result, critical_stiffness: Annotated[float, "N·m/rad"]
 ) -> tuple[list[Estimate], list[Contribution]]:
     """Difference of B and K between two tasks of the same person.
 
     Sources common to both tasks (the joint's centre, the feet's mass, the plate) are subtracted source by
     source, so the interval is narrower than the intervals of the two tasks suggest.
 
-    Parameters
-    ----------
-    name : str
-        Condition of the rows, for example stiff-relax.
-    more, less : Result
-        Results of the two tasks, with their budgets.
-    critical_stiffness : float
-        m g h (N·m/rad).
+    name: condition of the rows, for example stiff-relax.
+    more, less: results of the two tasks, with their budgets.
 
-    Returns
-    -------
-    rows : list of Estimate
-        B, K and K over m g h, by every estimator with budgets in both tasks.
-    contributions : list of Contribution
-        Their budgets.
+    Returns:
+        rows: B, K and K over m g h, by every estimator with budgets in both tasks.
+        contributions: their budgets.
     """
     rows, contributions = [], []
     of_more, of_less = (result.facts.get("budgets", {}) for result in (more, less))

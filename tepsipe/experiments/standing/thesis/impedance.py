@@ -80,30 +80,11 @@ def fit_standing(
 ) -> StandingFit | str:
     """Fit the responses of one trial, or of several trials with common parameters.
 
-    Parameters
-    ----------
-    trials : list of StandingEpochs
-        Responses (rad, N·m, uV), each with at least two.
-    pathway : str
-        Torque that is fitted.
-    estimator : StandingEstimator
-        Window (s) and model.
-    options : ActiveOptions
-        Delays that are tried (s), and the actions of the muscles.
-    draws : int
-        Number of resampled sets of responses.
-    rng : numpy.random.Generator
-        Draws them, identically for every estimator with a generator in the same state.
-
-    Returns
-    -------
-    StandingFit or str
-        Parameters, or the reason why this estimator cannot be used for these trials.
-
-    Raises
-    ------
-    InputError
-        If the model is unknown, or the window is longer than the responses.
+    trials: responses (rad, N·m, uV), each with at least two.
+    pathway: torque that is fitted.
+    options: delays that are tried, and the actions of the muscles.
+    draws: number of resampled sets of responses.
+    Returns: parameters, or the reason why this estimator cannot be used for these trials.
     """
     time = trials[0].time
     _check(estimator, float(time[-1]))

@@ -9,6 +9,7 @@ of the latency.
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -26,48 +27,26 @@ BASELINE_S = 0.15
 
 @dataclass(frozen=True)
 class MuscleLatency:
-    """Response of a muscle to its stretch.
-
-    Attributes
-    ----------
-    muscle : str
-        Its name.
-    onsets : dict of str to Onset
-        Detector -> onset, from the start of the stretch, the onset of the belt (s).
-    time : ndarray, shape (m,)
-        Time from the start of the stretch (s).
-    rectified : ndarray, shape (m,)
-        Mean rectified electromyogram (uV).
-    responses : int
-        Number of responses.
-    """
+    """Response of a muscle to its stretch."""
 
     muscle: str
+    """Its name."""
     onsets: dict[str, Onset]
-    time: np.ndarray
-    rectified: np.ndarray
+    """Detector -> onset, from the start of the stretch, the onset of the belt (s)."""
+    time: Annotated[np.ndarray, "(m,)", "s"]
+    """Time from the start of the stretch."""
+    rectified: Annotated[np.ndarray, "(m,)"]
+    """Mean rectified electromyogram (uV)."""
     responses: int
+    """Number of responses."""
 
 
-def lengthening_speed(responses: StandingEpochs, lengthening: dict[str, float]) -> np.ndarray:
+def lengthening_speed(
+    responses: StandingEpochs, lengthening: dict[str, float]
+) -> Annotated[np.ndarray, "(n,)", "rad/s"]:
     """Mean speed at which a muscle is lengthened after the perturbations of a trial.
 
-    Parameters
-    ----------
-    responses : StandingEpochs
-        Responses of a trial (rad/s).
-    lengthening : dict of str to float
-        Joint, ankle or knee -> lengthening per angle.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        s (rad/s).
-
-    Raises
-    ------
-    InputError
-        If a joint is unknown.
+    lengthening: joint, ankle or knee -> lengthening per angle.
     """
     unknown = [joint for joint in lengthening if joint not in responses.stretch]
     if unknown:
@@ -88,29 +67,9 @@ def muscle_latency(
 ) -> MuscleLatency | str:
     """Latency of one muscle from all trials in which it is stretched first, by every detector.
 
-    Parameters
-    ----------
-    trials : list of StandingEpochs
-        Responses of the trials.
-    muscle : str
-        The muscle.
-    lengthening : dict of str to float
-        Joint -> lengthening per angle.
-    options : OnsetOptions
-        Choices (s); every detector is applied.
-    rng : numpy.random.Generator
-        Draws responses.
-
-    Returns
-    -------
-    MuscleLatency or str
-        Onsets (s), or the reason why there are none.
-
-    Raises
-    ------
-    InputError
-        If the responses do not cover the baseline and the searched time; as `lengthening_speed` and
-        `detect_onset`.
+    lengthening: joint -> lengthening per angle.
+    options: Choices; every detector is applied.
+    Returns: onsets (s), or the reason why there are none.
     """
     stretching = []
     for responses in trials:
@@ -159,19 +118,9 @@ def muscle_latency(
 def latency_estimates(condition: str, latency: MuscleLatency, source: Source | None = None) -> list[Estimate]:
     """Tidy rows: latency (s) by every detector with an onset.
 
-    Parameters
-    ----------
-    condition : str
-        Trial or task.
-    latency : MuscleLatency
-        Onsets (s).
-    source : Source, optional
-        Uncertainty of the start of a perceptible stretch (s): Type B of every latency.
-
-    Returns
-    -------
-    list of Estimate
-        An onset at an end of the searched time has no value, and the flag ``edge-of-search``.
+    condition: trial or task.
+    source: uncertainty of the start of a perceptible stretch: Type B of every latency.
+    Returns: an onset at an end of the searched time has no value, and the flag ``edge-of-search``.
     """
     rows = []
     for detector, onset in latency.onsets.items():

@@ -4,6 +4,8 @@ Every fit has its own random generator, seeded by the study, the trial and the n
 pathway or estimator does not change the others.
 """
 
+from typing import Annotated
+
 import numpy as np
 
 from tepsipe.experiments.standing.epochs import StandingEpochs, epochs_result
@@ -43,32 +45,14 @@ def fit_all(
 ) -> tuple[Fits, list[str]]:
     """Fit every estimator to every pathway, except those with a free reflex torque.
 
-    Parameters
-    ----------
-    trials : list of StandingEpochs
-        Trials that share their parameters; those without responses do not count.
-    name : str
-        Name of the trial or task: seed of the resampling, and name in messages.
-    pathways : list of str
-        Torques.
-    estimators : dict of str to StandingEstimator
-        Name -> estimator (s).
-    options : ActiveOptions
-        Delays that are tried (s).
-    draws, seed : int
-        Number of resampled sets of responses, and seed of the study.
+    trials: trials that share their parameters; those without responses do not count.
+    name: name of the trial or task: seed of the resampling, and name in messages.
+    estimators: name -> estimator.
+    draws, seed: number of resampled sets of responses, and seed of the study.
 
-    Returns
-    -------
-    fits : dict of (str, str) to StandingFit
-        (pathway, estimator) -> fit.
-    notes : list of str
-        One sentence per unusable estimator.
-
-    Raises
-    ------
-    InputError
-        As `fit_standing`.
+    Returns:
+        fits: (pathway, estimator) -> fit.
+        notes: one sentence per unusable estimator.
     """
     usable = [responses for responses in trials if responses.count]
     fits: Fits = {}
@@ -89,29 +73,15 @@ def fit_all(
 def fit_estimates(
     name: str,
     fits: Fits,
-    critical_stiffness: float,
+    critical_stiffness: Annotated[float, "N·m/rad"],
     latencies: list[MuscleLatency],
     stretch: Source | None = None,
 ) -> list[Estimate]:
     """Tidy rows of a trial or task.
 
-    Parameters
-    ----------
-    name : str
-        Trial or task.
-    fits : dict of (str, str) to StandingFit
-        (pathway, estimator) -> fit.
-    critical_stiffness : float
-        m g h (N·m/rad).
-    latencies : list of MuscleLatency
-        Latencies of the muscles with a response (s).
-    stretch : Source, optional
-        Type B of the latencies (s).
-
-    Returns
-    -------
-    list of Estimate
-        Rows.
+    fits: (pathway, estimator) -> fit.
+    latencies: latencies of the muscles with a response.
+    stretch: type B of the latencies.
     """
     rows = []
     for (pathway, estimator), fit in fits.items():
@@ -128,28 +98,15 @@ def stiffness_by_window(
     options: ActiveOptions,
     draws: int,
     rng: np.random.Generator,
-) -> np.ndarray:
+) -> Annotated[np.ndarray, "(windows, 4)"]:
     """K from windows of several lengths without active torque: longer windows include the effect of reflexes.
 
-    Parameters
-    ----------
-    trials : list of StandingEpochs
-        Trials that share their parameters; those without responses do not count.
-    pathway : str
-        Torque that is fitted.
-    windows_s : list of float
-        Lengths from the onset (s).
-    options : ActiveOptions
-        As for `fit_standing`.
-    draws : int
-        Number of resampled sets of responses.
-    rng : numpy.random.Generator
-        Draws them.
-
-    Returns
-    -------
-    ndarray, shape (windows, 4)
-        Window (s), K and both ends of its 95 % interval (N·m/rad); empty without a usable trial.
+    trials: trials that share their parameters; those without responses do not count.
+    pathway: torque that is fitted.
+    windows_s: lengths from the onset.
+    options: as for `fit_standing`.
+    draws: number of resampled sets of responses.
+    Returns: window (s), K and both ends of its 95 % interval (N·m/rad); empty without a usable trial.
     """
     usable = [responses for responses in trials if responses.count]
     rows = []
@@ -163,19 +120,10 @@ def stiffness_by_window(
 def over_sway(responses: StandingEpochs, pathway: str) -> dict[str, float]:
     """Size of the responses relative to unperturbed sway (thesis section 4-2).
 
-    Parameters
-    ----------
-    responses : StandingEpochs
-        Responses of a trial (rad/s, N·m).
-    pathway : str
-        Pathway of the torque.
-
-    Returns
-    -------
-    dict of str to float
-        ``angle_over_sway``, ``torque_over_sway``: median over responses of the peak ankle velocity, and of
-        the peak change of torque, within 0.3 s, relative to the standard deviation in unperturbed
-        standing.
+    pathway: pathway of the torque.
+    Returns: ``angle_over_sway``, ``torque_over_sway``: median over responses of the peak ankle velocity,
+    and of the peak change of torque, within 0.3 s, relative to the standard deviation in unperturbed
+    standing.
     """
     near = (responses.time >= 0.0) & (responses.time <= 0.3)
     signals = {"angle_over_sway": "ankle_d", "torque_over_sway": f"torque/{pathway}"}
@@ -192,19 +140,8 @@ def over_sway(responses: StandingEpochs, pathway: str) -> dict[str, float]:
 def trial_epochs_result(standing: StandingTrial, responses: StandingEpochs, torques: dict) -> Result:
     """Responses and post-processed signals of one trial.
 
-    Parameters
-    ----------
-    standing : StandingTrial
-        Signals (rad, N·m, m, s).
-    responses : StandingEpochs
-        Responses cut from them.
-    torques : dict of str to str
-        Role -> pathway, for the torques that Figure 4-13 shows: as_printed and recommended.
-
-    Returns
-    -------
-    Result
-        Arrays of `epochs_result` and the group ``processed`` (in their units).
+    torques: role -> pathway, for the torques that Figure 4-13 shows: as_printed and recommended.
+    Returns: arrays of `epochs_result` and the group ``processed`` (in their units).
     """
     result = epochs_result(responses)
     arrays, units = dict(result.arrays), dict(result.units)
@@ -223,31 +160,19 @@ def standing_result(
     recommended: str,
     latencies: list[MuscleLatency],
     facts: dict,
-    windows: np.ndarray | None = None,
+    windows: Annotated[np.ndarray, "(windows, 4)"] | None = None,
 ) -> Result:
     """Results of a trial, or of the trials of a task, for the report and the figures.
 
-    Parameters
-    ----------
-    trials : list of StandingEpochs
-        The trials; those without responses do not count.
-    fits : dict of (str, str) to StandingFit
-        (pathway, estimator) -> fit.
-    recommended : str
-        Pathway whose curves are stored.
-    latencies : list of MuscleLatency
-        Latencies of the muscles with a response (s), for a task.
-    facts : dict
-        Further facts.
-    windows : ndarray, shape (windows, 4), optional
-        From `stiffness_by_window` (s, N·m/rad), for a task.
-
-    Returns
-    -------
-    Result
-        ``windows/K`` and ``windows/length``; ``K/<pathway>/<estimator>``: value and 95 % interval;
-        ``rotation/...`` of the ankle; ``mean/<signal>``: mean response per trial;
-        ``curve/<estimator>/<part>``: torque, intrinsic and active part per trial; ``latency/<muscle>/...``.
+    trials: the trials; those without responses do not count.
+    fits: (pathway, estimator) -> fit.
+    recommended: pathway whose curves are stored.
+    latencies: latencies of the muscles with a response, for a task.
+    facts: further facts.
+    windows: from `stiffness_by_window` (s, N·m/rad), for a task.
+    Returns: ``windows/K`` and ``windows/length``; ``K/<pathway>/<estimator>``: value and 95 % interval;
+    ``rotation/...`` of the ankle; ``mean/<signal>``: mean response per trial; ``curve/<estimator>/<part>``:
+    torque, intrinsic and active part per trial; ``latency/<muscle>/...``.
     """
     arrays: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}
