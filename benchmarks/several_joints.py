@@ -30,7 +30,7 @@ from tepsipe.experiments.planning.several_joints import (
     estimate,
     sets_of,
 )
-from tepsipe.identification.several_joints.determined import Limits
+from tepsipe.identification.several_joints.matrices import Limits
 from tepsipe.mechanics.segment_chain import Chain
 from tepsipe.virtual_lab.chain_trials import chain_person, chain_protocol
 from tepsipe.virtual_lab.standing_chain import STEP_S, record_chain

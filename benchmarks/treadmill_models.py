@@ -27,9 +27,9 @@ from tepsipe.ingest.belt_table import BeltTableOptions, ingest_belt_table
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.signals.filters import Lowpass
+from tepsipe.treadmill.black_box_models import RippleOptions
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FamilyOptions, evaluate, fit_model
-from tepsipe.treadmill.ripple import RippleOptions
 from tepsipe.treadmill.trial_recordings import table_recording
 
 COLUMNS = {"time": "Timestamp (s)", "load": "Pitch Moment (Nm)", "velocity": "Belt Velocity (m/s)"}

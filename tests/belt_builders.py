@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 from scipy import signal
 
+from tepsipe.treadmill.black_box_models import RippleOptions
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FamilyOptions
-from tepsipe.treadmill.ripple import RippleOptions
 
 RATE_HZ = 100.0
 RIPPLE = RippleOptions(most_orders=12, line_to_floor=30.0, memory_s=20.0)

@@ -28,8 +28,7 @@ from tepsipe.io.readers.whole_trial import read_recording  # noqa: E402
 from tepsipe.io.result import Result, read_result, write_result  # noqa: E402
 from tepsipe.io.trial import Signal, Trial, read_trial, write_trial  # noqa: E402
 from tepsipe.signals.filters import Lowpass  # noqa: E402
-from tepsipe.treadmill.loaded_frame import LoadedFrame  # noqa: E402
-from tepsipe.treadmill.mass_spring_damper import MeanSubtraction  # noqa: E402
+from tepsipe.treadmill.mass_models import LoadedFrame, MeanSubtraction  # noqa: E402
 from tepsipe.treadmill.registry import FittedModel, load_treadmill_models, save_models  # noqa: E402
 from tepsipe.virtual_lab.dummy import MARKERS  # noqa: E402
 from tepsipe.virtual_lab.electromyography import write_emg  # noqa: E402

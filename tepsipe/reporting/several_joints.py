@@ -16,8 +16,7 @@ from tepsipe.experiments.planning.several_joints import (
     SetPrediction,
     neglected_inertia,
 )
-from tepsipe.identification.several_joints.determined import Limits
-from tepsipe.identification.several_joints.matrices import Setting
+from tepsipe.identification.several_joints.matrices import Limits, Setting
 
 
 def named(chosen: Set) -> str:

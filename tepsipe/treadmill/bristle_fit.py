@@ -6,34 +6,359 @@ several starts: the constants of the combinations with one term less, and the us
 kept whose error of trials that are left out in turn is least, where every further term must bring a clear
 gain: a treadmill without memory gets a model without bristles. A combination whose constants end at a bound
 is kept only if all do. Where even the best leaves far more than noise, a response without physics takes its
-place (`tepsipe.treadmill.mass_response`), if it halves the left-out error.
+place (`tepsipe.treadmill.mass_models`), if it halves the left-out error.
+
+The search for the constants of one variant: linear constants follow by least squares for every set of the
+others (variable projection; Golub & Pereyra 1973). Left-out errors follow from the linearised fit. So does
+the covariance of the constants: trials are clusters with independent errors, whose residuals are corrected
+for the leverage of the trial on the fit (bias-reduced linearisation; Bell & McCaffrey 2002). The jackknife
+overstates the influence of a single trial, for example of the only one with the fastest pulse.
 """
 
 import itertools
 from dataclasses import dataclass, replace
-from typing import Annotated
+from functools import lru_cache
+from typing import Annotated, NamedTuple
 
 import numpy as np
+import scipy
 
 from tepsipe.errors import InputError
-from tepsipe.treadmill.bristle_frame import AT, CONSTANTS, IDLE, BristleFrame
-from tepsipe.treadmill.bristle_search import (
-    BRIEF,
-    COMPONENTS,
-    MOST,
-    SCALE,
-    SEARCHED,
-    START,
-    TERMS,
-    Fit,
-    Signals,
-    centred,
-    noise_weights,
-    search,
+from tepsipe.statistics.clusters import bias_reduced_share
+from tepsipe.treadmill.bristle_frame import (
+    AT,
+    CONSTANTS,
+    IDLE,
+    RUBBING,
+    BristleFrame,
+    Constants,
+    frame_response,
+    mount_response,
 )
-from tepsipe.treadmill.mass_response import MassResponse, fit_mass_response
-from tepsipe.treadmill.pulse_windows import PulseWindows, by_direction, pulse_windows
+from tepsipe.treadmill.mass_models import MassResponse, fit_mass_response
+from tepsipe.treadmill.pulse_windows import (
+    Bristles,
+    PulseWindows,
+    by_direction,
+    coarse_spectrum,
+    mean_state,
+    pulse_windows,
+)
 from tepsipe.treadmill.recording import BeltRecording
+
+# terms beyond the loaded frame, each with its constants and the term that it needs
+TERMS = {
+    "bristles": (("bristle_m", "bristle", "bristle_per_kg"), None),
+    "stribeck": (("stribeck", "stribeck_speed_m_per_s"), "bristles"),
+    "lever": (("lever_m", "cross_talk_m"), None),
+    "second-mode": (("second_mode", "second_mode_moment", "second_slowness"), None),
+}
+# constants that switch their term off where they are 0
+SWITCHES = ("stribeck", "second_mode", "second_mode_moment")
+# part of the load's root mean square that no model of this kind predicts
+DISCREPANCY = 0.005
+# evaluations after which the search of a variant ends: from a start that is only tried, from the best start,
+# and of the chosen variant
+BRIEF, FEW, MOST = 8, 30, 200
+AT_BOUND = 2e-3  # distance of a constant from its bound that counts as none (scales of the constants)
+KEPT = 64  # spectra of friction that are kept
+STIFF_S2 = 1.0 / (2.0 * np.pi * 50.0) ** 2
+
+
+class Search(NamedTuple):
+    """Search for one constant: its scale, and start and bounds in units of the scale."""
+
+    scale: float
+    start: float
+    low: float
+    high: float
+
+
+# the first constants of `Constants` are searched for; the others follow by least squares
+SEARCHES = {
+    "damping_s": Search(1e-3, 0.5, -5.0, 20.0),
+    "damping_s_per_kg": Search(1e-5, 0.0, -10.0, 10.0),
+    "slowness_s2": Search(STIFF_S2, 1.0, 0.0, 50.0),
+    "slowness_s2_per_kg": Search(STIFF_S2 / 20.0, 0.1, 0.0, 50.0),
+    "second_mode": Search(0.1, 0.5, -5.0, 6.0),
+    "second_mode_moment": Search(0.1, 0.5, -5.0, 6.0),
+    "second_slowness": Search(1.0, 1.5, 0.3, 4.0),
+    "lag_s": Search(1e-3, 1.0, -20.0, 20.0),
+    "friction_speed_m_per_s": Search(0.1, 2.0, 0.1, 5.0),
+    "mount_share": Search(0.05, 0.4, -10.0, 18.0),
+    "mount_time_s": Search(0.05, 1.0, 0.1, 40.0),
+    "bristle_m": Search(1e-3, 0.5, 0.01, 20.0),
+    "stribeck": Search(1.0, 0.2, -0.5, 3.0),
+    "stribeck_speed_m_per_s": Search(0.1, 0.5, 0.05, 5.0),
+}
+SEARCHED = len(SEARCHES)
+SCALE, START, LOW, HIGH = np.array(list(SEARCHES.values())).T
+# pre-sliding distances (m) and ratios of the second mode from which the search may start
+TRIED = {"bristles": ("bristle_m", (5e-5, 2e-4, 8e-4, 3e-3)), "second-mode": ("second_slowness", (0.6, 1.6))}
+# standard deviations of weak priors about 0 (units of the constants)
+PRIOR = {"second_mode": 0.2, "second_mode_moment": 0.2, "lever_m": 0.2, "cross_talk_m": 0.02}
+COMPONENTS = ("Fy", "Mx")
+
+
+@dataclass(frozen=True)
+class Fit:
+    """One variant of the search."""
+
+    constants: np.ndarray
+    converged: bool
+    at_bound: bool
+    """Whether the search ended at a bound."""
+    cost: float
+    """Sum of squares."""
+    left_out: float
+    """Mean square error of left-out trials."""
+    without_trial: np.ndarray
+    """Change of the constants without each trial."""
+    spread: np.ndarray
+    """Share of each trial in the error of the constants, bias-reduced."""
+
+
+def noise_weights(windows: PulseWindows) -> dict[str, float]:
+    """Component -> standard deviation of one pulse about the trial's mean, and of what no model predicts."""
+    weights = {}
+    for component, single in windows.single.items():
+        noise, size = [], []
+        for k, parts in enumerate(single):
+            inside = parts[:, windows.evaluated[k]]
+            inside = inside - inside.mean(axis=1, keepdims=True)
+            if inside.shape[0] > 1:
+                noise.append(np.mean(inside.var(axis=0, ddof=1)))
+            carried = windows.carried[component][k][windows.evaluated[k]]
+            total = inside.mean(axis=0) + carried - carried.mean()
+            size.append(windows.count[k] * np.mean(total**2))
+        usual = np.mean(noise) if noise else 0.0
+        weights[component] = float(np.sqrt(usual + DISCREPANCY**2 * np.mean(size)))
+    return weights
+
+
+def centred(windows: PulseWindows, x: np.ndarray) -> np.ndarray:
+    """Evaluated samples less their mean per trial, times the root of the number of pulses, shape (..., m)."""
+    mask = windows.evaluated
+    mean = np.sum(x * mask, axis=-1) / mask.sum(axis=1)
+    return ((x - mean[..., None]) * np.sqrt(windows.count)[:, None])[..., mask]
+
+
+class Signals:
+    """Spectra of the trials' signals, each of shape (trials, n // 2 + 1).
+
+    The spectra of friction are kept: most steps of a search leave them as they are.
+    """
+
+    def __init__(self, windows: PulseWindows):
+        self.windows = windows
+        self.acceleration, self.velocity = (
+            np.fft.rfft(x, axis=1) for x in (windows.acceleration, windows.velocity)
+        )
+        self.carried = {c: np.fft.rfft(x, axis=1) for c, x in windows.carried.items()}
+        self._smooth = lru_cache(KEPT)(self._smooth)
+        self._bent = lru_cache(KEPT)(self._bent)
+
+    def _sliding(self, lag_s: float) -> np.ndarray:
+        return self.windows.fine_velocity + lag_s * self.windows.fine_acceleration
+
+    def _smooth(self, lag_s: float, friction_speed_m_per_s: float) -> np.ndarray:
+        w = self._sliding(lag_s)
+        return coarse_spectrum(self.windows, w / np.hypot(friction_speed_m_per_s, w))
+
+    def _bent(self, lag_s: float, bristles: Bristles) -> np.ndarray:
+        return coarse_spectrum(self.windows, mean_state(self.windows, self._sliding(lag_s), bristles))
+
+    def rubbing(self, constants: Constants, bristles: bool) -> list[np.ndarray]:
+        """Signals that the terms of friction multiply (m/s, or no unit; per kg)."""
+        kg = self.windows.kg[:, None]
+        smooth = self._smooth(constants.lag_s, constants.friction_speed_m_per_s)
+        found = [self.velocity + constants.lag_s * self.acceleration, smooth, kg * smooth]
+        if bristles:
+            z = self._bent(constants.lag_s, constants.bristles)
+            found += [z, kg * z]
+        return found
+
+
+def _responses(windows: PulseWindows, constants: Constants) -> dict[str, np.ndarray]:
+    """Component -> response of frame and mounts, shape (trials, n // 2 + 1)."""
+    s, kg = windows.s[None, :], windows.kg[:, None]
+    force, moment = (frame_response(constants, s, kg, component) for component in COMPONENTS)
+    return {"Fy": force * mount_response(constants, s), "Mx": moment}
+
+
+def _solve(
+    signals: Signals, searched: np.ndarray, terms: tuple[str, ...], weights: dict[str, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """All constants, the linear ones by least squares, and residuals relative to the noise, shape (2 m,)."""
+    windows, named = signals.windows, Constants(*searched.tolist())
+    rubbing = signals.rubbing(named, "bristles" in terms)
+    responses = _responses(windows, named)
+
+    def least_squares(component: str, columns: list[np.ndarray], priors: dict[int, float]):
+        spectra = np.array([*columns, signals.carried[component]]) * responses[component]
+        seen = centred(windows, np.fft.irfft(spectra, windows.samples, axis=2)) / weights[component]
+        rows = seen[:-1].T
+        total = centred(windows, windows.load[component] + windows.carried[component]) / weights[component]
+        target = total - seen[-1]
+        size = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
+        held = np.array([1.0 / priors[k] if k in priors else 0.0 for k in range(size.size)]) / size
+        stacked = np.concatenate([rows / size, np.diag(held)])
+        solution = np.linalg.lstsq(stacked, np.append(target, np.zeros(size.size)), rcond=1e-10)[0] / size
+        return solution, target - rows @ solution
+
+    force, left_force = least_squares("Fy", [signals.acceleration, *rubbing], {})
+    columns, priors = [signals.acceleration, signals.velocity], {}
+    if "lever" in terms:
+        friction = sum(b * x for b, x in zip(force[1:], rubbing, strict=True))
+        columns += [friction, signals.carried["Fy"]]
+        priors = {2: PRIOR["lever_m"], 3: PRIOR["cross_talk_m"]}
+    moment, left_moment = least_squares("Mx", columns, priors)
+    constants = np.zeros(len(CONSTANTS))
+    constants[:SEARCHED] = searched
+    constants[SEARCHED : SEARCHED + force.size] = force
+    constants[AT["moment_mass"] : AT["moment_mass"] + moment.size] = moment
+    return constants, np.concatenate([left_force, left_moment])
+
+
+def _changed(x: np.ndarray, k: int, value: float) -> np.ndarray:
+    changed = x.copy()
+    changed[k] = value
+    return changed
+
+
+def _absent(terms: tuple[str, ...]) -> list[str]:
+    """Constants of the terms that a variant lacks."""
+    names = [name for term, (names, _) in TERMS.items() if term not in terms for name in names]
+    return [*names, "response_share"]
+
+
+def search(
+    signals: Signals,
+    weights: dict[str, float],
+    terms: tuple[str, ...],
+    starts: list[np.ndarray],
+    most: int = FEW,
+) -> Fit:
+    """Search for the constants of one variant from the best of several starts."""
+    windows, absent = signals.windows, _absent(terms)
+    free = np.array([k for k in range(SEARCHED) if CONSTANTS[k] not in absent])
+    scale = SCALE.copy()
+    scale[AT["slowness_s2_per_kg"]] *= 20.0 / windows.kg.max()
+    base = _best_start(signals, weights, terms, starts)
+
+    def whole(x: np.ndarray) -> np.ndarray:
+        full = base.copy()
+        full[free] = x * scale[free]
+        return full
+
+    def error(x: np.ndarray) -> np.ndarray:
+        searched = whole(x)
+        weak = [searched[AT[name]] / PRIOR[name] for name in ("second_mode", "second_mode_moment")]
+        return np.append(_solve(signals, searched, terms, weights)[1], weak)
+
+    low, high = LOW[free], HIGH[free]
+    first = np.clip(base[free] / scale[free], low + 1e-3, high - 1e-3)
+    solution = scipy.optimize.least_squares(
+        error,
+        first,
+        bounds=(low, high),
+        diff_step=1e-3,
+        x_scale=np.maximum(np.abs(first), 0.1),
+        ftol=1e-5,
+        max_nfev=most,
+    )
+    constants, _ = _solve(signals, whole(solution.x), terms, weights)
+    ends = np.minimum(solution.x - low, high - solution.x) < AT_BOUND
+    # v_0 at a bound is no fault: where bristles explain the friction, the smooth part is about 0
+    at_bound = bool(ends[free != AT["friction_speed_m_per_s"]].any())
+    converged = bool(solution.success and not at_bound)
+    return Fit(
+        constants, converged, at_bound, float(solution.cost), *_leave_out(signals, weights, terms, constants)
+    )
+
+
+def _best_start(
+    signals: Signals, weights: dict[str, float], terms: tuple[str, ...], starts: list[np.ndarray]
+) -> np.ndarray:
+    """The start with the least error, with the terms of a variant switched on, each from several values."""
+    absent, tried = _absent(terms), []
+    for start in starts:
+        base = start.copy()
+        for name in SWITCHES:
+            base[AT[name]] = 0.0 if name in absent else base[AT[name]] or (START * SCALE)[AT[name]]
+        found = [base]
+        for name, values in (TRIED[term] for term in TRIED if term in terms):
+            found += [_changed(x, AT[name], value) for x in list(found) for value in values]
+        tried += found
+    return min(tried, key=lambda x: float(np.sum(_solve(signals, x, terms, weights)[1] ** 2)))
+
+
+def residuals(windows: PulseWindows, constants: Annotated[np.ndarray, "(25,)"]) -> dict[str, np.ndarray]:
+    """Measured less modelled mean pulses.
+
+    constants: those of `tepsipe.treadmill.bristle_frame.Constants` in their order.
+    Returns: component -> residual (N, N·m).
+    """
+    return modelled_residuals(Signals(windows), constants)
+
+
+def modelled_residuals(signals: Signals, constants: np.ndarray) -> dict[str, np.ndarray]:
+    """As `residuals` (N, N·m)."""
+    windows, named = signals.windows, Constants(*constants.tolist())
+    rubbing = signals.rubbing(named, bool(named.bristle or named.bristle_per_kg))
+    # a model without bristles has no signals for the last two factors
+    friction = sum(getattr(named, name) * x for name, x in zip(RUBBING, rubbing, strict=False))
+    added = {
+        "Fy": named.force_mass * signals.acceleration + friction,
+        "Mx": named.moment_mass * signals.acceleration
+        + named.moment_viscous * signals.velocity
+        + named.lever_m * friction
+        + named.cross_talk_m * signals.carried["Fy"],
+    }
+    residual = {}
+    for c, response in _responses(windows, named).items():
+        modelled = np.fft.irfft((signals.carried[c] + added[c]) * response, windows.samples, axis=1)
+        residual[c] = windows.load[c] + windows.carried[c] - modelled
+    return residual
+
+
+def _leave_out(
+    signals: Signals, weights: dict[str, float], terms: tuple[str, ...], constants: np.ndarray
+) -> tuple[float, np.ndarray, np.ndarray]:
+    """Mean square error of left-out trials relative to the noise, the constants' change without each, and a
+    root of their covariance, with a row for each trial.
+    """
+    windows, absent = signals.windows, _absent(terms)
+    free = [k for k, name in enumerate(CONSTANTS) if name not in absent]
+    trial = np.tile(np.repeat(np.arange(windows.kg.size), windows.evaluated.sum(axis=1)), len(COMPONENTS))
+
+    def weighted(x: np.ndarray) -> np.ndarray:
+        residual = modelled_residuals(signals, x)
+        return np.concatenate([centred(windows, residual[c]) / weights[c] for c in COMPONENTS])
+
+    error = weighted(constants)
+    least = np.concatenate([0.1 * SCALE, np.full(len(CONSTANTS) - SEARCHED, 1e-3)])
+    steps = 1e-3 * np.maximum(np.abs(constants), least)
+    slopes = np.empty((error.size, len(free)))
+    for column, k in enumerate(free):
+        step = np.zeros(len(CONSTANTS))
+        step[k] = steps[k]
+        slopes[:, column] = (error - weighted(constants + step)) / steps[k]
+    norm = np.maximum(np.linalg.norm(slopes, axis=0), 1e-300)
+    slopes /= norm
+    names = [CONSTANTS[k] for k in free]
+    prior = np.array([PRIOR.get(name, np.inf) for name in names]) * norm
+    normal = slopes.T @ slopes + np.diag(prior**-2.0 + 1e-9)
+    total, changes, spread = 0.0, *np.zeros((2, windows.kg.size, len(CONSTANTS)))
+    for k in range(windows.kg.size):
+        rows = slopes[trial == k]
+        moment, information = rows.T @ error[trial == k], rows.T @ rows
+        change = np.linalg.solve(normal - information, -moment)
+        changes[k, free] = change / norm
+        spread[k, free] = bias_reduced_share(normal, information, moment) / norm
+        total += float(np.sum((error[trial == k] - rows @ change) ** 2))
+    return total / error.size, changes, spread
+
 
 # smallest relative gain of the mean square error of left-out trials that another term must bring
 GAIN = 0.1

@@ -6,13 +6,13 @@
     d = d_0 + d_1 M,    e = e_0 + e_1 M
     S(s) = 1 - k t s / (1 + t s)
 
-Symbols as in `tepsipe.treadmill.loaded_frame`; further z, the deflection of the bristles between belt and
+Symbols as in `tepsipe.treadmill.mass_models`; further z, the deflection of the bristles between belt and
 deck (`tepsipe.treadmill.pulse_windows`), with the pre-sliding distance d_z, the excess of friction at rest u
 and its speed v_s; p the share of a second mode of the frame, p_F of the force and p_M of the moment, r times
 slower; lever the height of the friction, all terms of F_y with w and z, about the x axis (m); x cross-talk
 from the true fore-aft force to the moment (m). The pulses of all trials are fitted together, force and moment
 with one frame. Where this does not explain the calibration, all constants are idle and a response without
-physics takes their place, mass by mass (`tepsipe.treadmill.mass_response`).
+physics takes their place, mass by mass (`tepsipe.treadmill.mass_models`).
 """
 
 from dataclasses import dataclass, replace
@@ -21,8 +21,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tepsipe.treadmill.belt_model import BeltModel
-from tepsipe.treadmill.mass_response import MassResponse
+from tepsipe.treadmill.black_box_models import BeltModel
+from tepsipe.treadmill.mass_models import MassResponse
 from tepsipe.treadmill.pulse_windows import FINER, Bristles, Pulses, bent, held, pulses_of
 from tepsipe.treadmill.recording import BeltRecording
 
@@ -104,7 +104,7 @@ class BristleFrame(BeltModel):
     """Those of `Constants` in their order."""
     terms: tuple[str, ...]
     """Parts beyond the loaded frame that cross-validation kept, of
-    `tepsipe.treadmill.bristle_search.TERMS`, or ``without-physics``."""
+    `tepsipe.treadmill.bristle_fit.TERMS`, or ``without-physics``."""
     rate_hz: float
     """Sampling rate of the calibration."""
     heaviest_kg: float

@@ -9,11 +9,11 @@ import numpy as np
 
 from tepsipe.io.result import Result
 from tepsipe.io.tables import Table
+from tepsipe.treadmill.black_box_models import spectrum_over_distance
 from tepsipe.treadmill.bristle_frame import AT
-from tepsipe.treadmill.loaded_frame import LoadedFrame
+from tepsipe.treadmill.mass_models import LoadedFrame
 from tepsipe.treadmill.recording import BeltRecording, check_recordings
 from tepsipe.treadmill.registry import FamilyOptions, FittedModel, evaluate, fit_model
-from tepsipe.treadmill.ripple import spectrum_over_distance
 
 
 def coherence_limit(recordings: list[BeltRecording], segment_s: float) -> float:

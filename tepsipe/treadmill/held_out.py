@@ -21,10 +21,9 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.io.result import Result
-from tepsipe.treadmill.bristle_fit import Calibrated, left_out_in_turn
+from tepsipe.treadmill.bristle_fit import COMPONENTS, Calibrated, left_out_in_turn, residuals
 from tepsipe.treadmill.bristle_frame import BristleFrame
-from tepsipe.treadmill.bristle_search import COMPONENTS, residuals
-from tepsipe.treadmill.mass_response import MassResponse
+from tepsipe.treadmill.mass_models import MassResponse
 from tepsipe.treadmill.plate_check import PlateCheck
 from tepsipe.treadmill.pulse_windows import (
     BEFORE_S,

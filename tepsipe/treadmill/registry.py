@@ -12,21 +12,30 @@ import numpy as np
 from tepsipe.arguments import path_of
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.signals.filters import Lowpass
-from tepsipe.treadmill.belt_model import BeltModel
+from tepsipe.treadmill.black_box_models import (
+    BeltModel,
+    DiscreteTransfer,
+    ImpulseResponse,
+    RippleOptions,
+    RippleTracker,
+    fit_discrete_output_error,
+    fit_finite_response,
+    fit_hnat2014,
+    fit_ripple_tracker,
+    fit_spectral,
+)
 from tepsipe.treadmill.bristle_fit import Calibrated
 from tepsipe.treadmill.bristle_frame import BristleFrame
-from tepsipe.treadmill.impulse_response import ImpulseResponse, fit_finite_response, fit_spectral
-from tepsipe.treadmill.loaded_frame import LoadedFrame, fit_loaded_frame
-from tepsipe.treadmill.mass_response import MassResponse
-from tepsipe.treadmill.mass_spring_damper import (
+from tepsipe.treadmill.mass_models import (
+    LoadedFrame,
+    MassResponse,
     MassSpringDamper,
     MeanSubtraction,
+    fit_loaded_frame,
     fit_mass_spring_damper,
     fit_mean_subtraction,
 )
 from tepsipe.treadmill.recording import BeltRecording, Score, check_recordings, score
-from tepsipe.treadmill.ripple import RippleOptions, RippleTracker, fit_ripple_tracker
-from tepsipe.treadmill.transfer_function import DiscreteTransfer, fit_discrete_output_error, fit_hnat2014
 
 MODEL_MEANINGS = {
     "mean-subtraction": "mean over the perturbations of the empty belt, subtracted condition by condition",

@@ -4,7 +4,8 @@ import numpy as np
 import scipy
 
 from tepsipe.statistics.residuals import solution_with_errors
-from tepsipe.treadmill.mass_spring_damper import MassSpringDamper, motion_regressors
+from tepsipe.treadmill.black_box_models import DiscreteTransfer
+from tepsipe.treadmill.mass_models import MassSpringDamper, motion_regressors
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import (
     MOTION,
@@ -14,7 +15,6 @@ from tepsipe.treadmill.registry import (
     evaluate,
     fit_model,
 )
-from tepsipe.treadmill.transfer_function import DiscreteTransfer
 
 # coefficients of the mass-spring-damper, in the order of its regressors
 TERMS = ("m", "c", "k")

@@ -12,8 +12,7 @@ from tepsipe import fit_joint_likelihood
 from tepsipe.errors import InputError
 from tepsipe.identification.estimators import Record, estimate
 from tepsipe.identification.likelihood.channels import DummyMarkers, dummy_markers
-from tepsipe.identification.likelihood.likelihood import maximise_likelihood
-from tepsipe.identification.likelihood.model import Point
+from tepsipe.identification.likelihood.likelihood import Point, maximise_likelihood
 from tepsipe.identification.likelihood.result import _law_forces, innovations
 from tepsipe.mechanics.rubber_joint import RubberJoint
 from tepsipe.mechanics.rubber_joint import swing as rubber_swing

@@ -22,8 +22,8 @@ from tepsipe.experiments.planning.several_joints import (
     predict,
     sets_of,
 )
-from tepsipe.identification.several_joints.determined import Limits
 from tepsipe.identification.several_joints.matrices import (
+    Limits,
     Perturbation,
     Setting,
     fit_matrices,

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from tepsipe.identification.cascade.fit import ParallelCascadeOptions, Structure
+from tepsipe.identification.cascade.fit import (
+    ParallelCascadeOptions,
+    SlowModel,
+    Structure,
+    estimate_slow_model,
+)
 from tepsipe.identification.cascade.normal_equations import (
     block_sums,
     solve_bounded,
@@ -15,7 +20,6 @@ from tepsipe.identification.cascade.parallel_cascade import identify_cascade
 from tepsipe.identification.cascade.pathways import laguerre_responses, stop_deflection
 from tepsipe.identification.cascade.record import make_record
 from tepsipe.identification.cascade.selection import choose_rows
-from tepsipe.identification.cascade.slow_torque import SlowModel, estimate_slow_model
 from tepsipe.signals.filters import butterworth_lowpass
 
 RATE = 250.0

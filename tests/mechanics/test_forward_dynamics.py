@@ -20,7 +20,7 @@ from syntax import imports
 
 import tepsipe
 from tepsipe.errors import InputError
-from tepsipe.identification.likelihood.model import softening_forces
+from tepsipe.identification.likelihood.likelihood import softening_forces
 from tepsipe.mechanics import engines
 from tepsipe.mechanics.engines import ENGINES, engine_version, installed_engines, resolved_engine
 from tepsipe.mechanics.forward_dynamics import (

@@ -6,8 +6,7 @@ from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.multitaper import multitaper_response
-from tepsipe.signals.spectra import frequency_averaged, frequency_response
+from tepsipe.signals.spectra import frequency_averaged, frequency_response, multitaper_response
 
 RATE = 200.0
 SIZE, ROOM = 12000, 2000

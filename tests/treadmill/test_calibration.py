@@ -11,6 +11,7 @@ from tepsipe.errors import InputError
 from tepsipe.ingest.belt_table import BeltTableOptions, ingest_belt_table
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.signals.filters import Lowpass
+from tepsipe.treadmill.black_box_models import RippleOptions
 from tepsipe.treadmill.calibration import (
     ALL_EMPTY,
     BOTH,
@@ -26,7 +27,6 @@ from tepsipe.treadmill.calibration import (
     table_result,
 )
 from tepsipe.treadmill.registry import FamilyOptions, evaluate, fit_model
-from tepsipe.treadmill.ripple import RippleOptions
 from tepsipe.treadmill.trial_recordings import table_recording
 
 LOWPASS = Lowpass(20.0, 2, False)

@@ -9,7 +9,7 @@ from builders import assert_one_sentence, belt_pulses
 
 from tepsipe.errors import InputError
 from tepsipe.treadmill.compensation import compensated_draws, compensated_loads
-from tepsipe.treadmill.loaded_frame import LoadedFrame
+from tepsipe.treadmill.mass_models import LoadedFrame
 from tepsipe.treadmill.registry import FittedModel, load_treadmill_models, save_models
 
 RATE_HZ = 250.0

@@ -9,7 +9,7 @@ from builders import assert_one_sentence, belt_pulses
 
 from tepsipe.errors import InputError
 from tepsipe.signals.filters import Lowpass
-from tepsipe.treadmill.loaded_frame import fit_loaded_frame
+from tepsipe.treadmill.mass_models import fit_loaded_frame
 from tepsipe.treadmill.registry import evaluate, fit_model
 
 RATE_HZ, DENSE = 250.0, 40  # samples per second, and steps of the integration per sample

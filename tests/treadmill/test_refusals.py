@@ -10,7 +10,7 @@ from tepsipe.errors import InputError
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.time_alignment import marker_delay
 from tepsipe.treadmill.calibration import MODEL_SCORES, ModelScore, coherence_limit
-from tepsipe.treadmill.mass_spring_damper import fit_mean_subtraction
+from tepsipe.treadmill.mass_models import fit_mean_subtraction
 from tepsipe.treadmill.recording import check_recordings
 from tepsipe.treadmill.registry import evaluate, fit_model, load_treadmill_models
 

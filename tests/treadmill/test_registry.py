@@ -18,13 +18,16 @@ from scipy import signal
 
 from tepsipe.errors import InputError
 from tepsipe.signals.filters import Lowpass
+from tepsipe.treadmill.black_box_models import (
+    _steiglitz_mcbride,
+    fit_discrete_output_error,
+    fit_finite_response,
+)
 from tepsipe.treadmill.bristle_fit import Calibrated
 from tepsipe.treadmill.bristle_frame import AT, BristleFrame
 from tepsipe.treadmill.calibration import coherence_limit
-from tepsipe.treadmill.impulse_response import fit_finite_response
 from tepsipe.treadmill.recording import check_recordings, score
 from tepsipe.treadmill.registry import FAMILY, evaluate, fit_model, load_treadmill_models, pick, save_models
-from tepsipe.treadmill.transfer_function import _steiglitz_mcbride, fit_discrete_output_error
 
 LINEAR = ("hnat2014", "output-error", "fir-causal", "fir", "spectral")
 CONTINUOUS = ("mass-spring-damper", *LINEAR, "ripple-tracking")

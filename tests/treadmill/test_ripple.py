@@ -9,8 +9,13 @@ from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
 from tepsipe.signals.filters import Lowpass
+from tepsipe.treadmill.black_box_models import (
+    BLOCK_S,
+    RippleTracker,
+    fit_ripple_tracker,
+    spectrum_over_distance,
+)
 from tepsipe.treadmill.registry import evaluate, fit_model
-from tepsipe.treadmill.ripple import BLOCK_S, RippleTracker, fit_ripple_tracker, spectrum_over_distance
 
 ORDERS, SIZES = (0.57, 1.73), (2.0, 1.0)
 SHORT = replace(OPTIONS, fir_lead_s=0.0, fir_lag_s=0.02)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy
 
-from tepsipe.treadmill.mass_spring_damper import fit_mass_spring_damper
+from tepsipe.treadmill.mass_models import fit_mass_spring_damper
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FamilyOptions, FittedModel
 from tepsipe.treadmill.table_summary import beyond, cross_prediction, model_coefficients, range_of_validity

@@ -15,7 +15,7 @@ from tepsipe.experiments.planning.several_joints import (
     read_draws,
     sets_of,
 )
-from tepsipe.identification.several_joints.determined import Limits
+from tepsipe.identification.several_joints.matrices import Limits
 from tepsipe.io.csv_file import write_records
 from tepsipe.mechanics.segment_chain import Chain
 from tepsipe.reporting.several_joints import element_rows, model_rows, set_rows

@@ -14,11 +14,15 @@ from typing import Annotated, Self
 import h5py
 import numpy as np
 
-from tepsipe.identification.several_joints.determined import Determined, Entry, Limits, determined, entries
 from tepsipe.identification.several_joints.matrices import (
+    Determined,
+    Entry,
+    Limits,
     MatrixFit,
     Perturbation,
     Setting,
+    determined,
+    entries,
     fit_matrices,
     information,
     unperturbed_covariance,

@@ -21,8 +21,8 @@ from tepsipe.identification.cascade.fit import ParallelCascadeFit
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.signals.differentiation import derivative
-from tepsipe.signals.multitaper import multitaper_response
 from tepsipe.signals.response import FrequencyResponse
+from tepsipe.signals.spectra import multitaper_response
 from tepsipe.statistics.residuals import (
     cumulative_periodogram,
     equal_means_p,

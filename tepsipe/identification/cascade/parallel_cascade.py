@@ -23,7 +23,7 @@ preserves their linear relation. The criterion
     |W (tau - tau_I - tau_S - tau_R - offset)|^2 + lambda N (|h[k], |k| > 1|^2 + |roughness of g, m, b|^2)
 
 is minimised over the N samples of the fitted part, with every group of regressors scaled to unit size. W
-whitens the slow voluntary torque (`tepsipe.identification.cascade.slow_torque`): generalised least squares.
+whitens the slow voluntary torque (`tepsipe.identification.cascade.fit`): generalised least squares.
 The offset is the mean of the residual without W. h[-1], h[0] and h[1] are not penalised: by central
 differences they are I theta'' + B theta' + K theta. Roughness means second differences between knots, or the
 size of the Laguerre coefficients; a large lambda reduces the model to I, B, K and stops. The structure is

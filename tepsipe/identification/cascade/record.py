@@ -8,7 +8,7 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
-from tepsipe.identification.cascade.fit import ParallelCascadeOptions, Structure
+from tepsipe.identification.cascade.fit import ParallelCascadeOptions, SlowModel, Structure
 from tepsipe.identification.cascade.pathways import (
     delayed,
     knot_responses,
@@ -18,7 +18,6 @@ from tepsipe.identification.cascade.pathways import (
     relaxing_deflection,
     stop_deflection,
 )
-from tepsipe.identification.cascade.slow_torque import SlowModel
 from tepsipe.signals.differentiation import derivative
 
 # part of the angle's range within which an element must be able to yield both ways

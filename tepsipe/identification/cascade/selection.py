@@ -13,7 +13,14 @@ from typing import Annotated
 
 import numpy as np
 
-from tepsipe.identification.cascade.fit import Assumption, ModelScore, ParallelCascadeOptions, Structure
+from tepsipe.identification.cascade.fit import (
+    Assumption,
+    ModelScore,
+    ParallelCascadeOptions,
+    SlowModel,
+    Structure,
+    estimate_slow_model,
+)
 from tepsipe.identification.cascade.normal_equations import (
     BlockSums,
     block_sums,
@@ -22,7 +29,6 @@ from tepsipe.identification.cascade.normal_equations import (
     solve_without_each,
 )
 from tepsipe.identification.cascade.record import CascadeRecord, Design, make_design
-from tepsipe.identification.cascade.slow_torque import SlowModel, estimate_slow_model
 from tepsipe.statistics.goodness_of_fit import evaluate_held_out
 
 # standard errors by which a reflex must lower the cross-validated error

@@ -17,8 +17,7 @@ import numpy as np
 import scipy
 
 from tepsipe.identification.likelihood.channels import Channels
-from tepsipe.identification.likelihood.likelihood import LikelihoodFit, step_to
-from tepsipe.identification.likelihood.model import SOFTENING, softening_forces
+from tepsipe.identification.likelihood.likelihood import SOFTENING, LikelihoodFit, softening_forces, step_to
 from tepsipe.identification.regression.output_error import intervals_as_windows, sums_by_interval
 from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.mechanics.impedance_model import PARAMETERS

@@ -1,4 +1,18 @@
-"""Physical model of the belt-induced load: a frame that carries the load, belt friction, and mounts.
+"""Treadmill models with a mass: a response for every calibrated mass, mass and damper, and the loaded frame.
+
+Response to the acceleration of the belt for every calibrated mass, without physics:
+
+    L_M(t) = sum_j c_Mj (h_j * a)(t)
+
+Here a is the acceleration of the belt, h_j are hats over the time since it acted, and c_Mj follow by least
+squares from the trials with the mass M on the belt. Between two masses of the calibration the response is
+interpolated, beyond them the nearest one counts. It describes any linear, time-invariant treadmill under a
+rigid weight. Which part of the change with M is caused by a subject who does not ride rigidly on the belt is
+unknown; the constant ``response_share`` of the model carries this.
+
+The simplest models: subtraction of the mean of the empty belt, and mass, damper and spring.
+
+Physical model of the belt-induced load: a frame that carries the load, belt friction, and mounts.
 
     measured = R_M S [ true + m a + c w + (f_0 + f_1 M) w / sqrt(v_0^2 + w^2) ],      w = v + T a
     R_M(s) = 1 / (1 + d s + (e_0 + e_1 M) s^2),     S(s) = 1 - k t s / (1 + t s)
@@ -26,9 +40,174 @@ from typing import Annotated
 import numpy as np
 import scipy
 
-from tepsipe.errors import InputError
-from tepsipe.treadmill.belt_model import BeltModel
+from tepsipe.errors import InputError, listed
+from tepsipe.treadmill.black_box_models import BeltModel
+from tepsipe.treadmill.pulse_windows import PulseWindows
 from tepsipe.treadmill.recording import BeltRecording
+
+# tips of the hats: time since the acceleration acted (s); the response is 0 at the first and at the last
+TIPS_S = (
+    *(-0.06, -0.04, -0.02, 0.0, 0.0125, 0.025, 0.0375, 0.05, 0.065),
+    *(0.08, 0.1, 0.125, 0.16, 0.2, 0.25, 0.32, 0.4, 0.5, 0.65),
+)
+# standard deviation of the coefficients' weak prior, relative to a response of the size of the load
+LOOSE = 10.0
+
+
+@dataclass(frozen=True)
+class MassResponse:
+    """Response of one component of the load to the acceleration of the belt, mass by mass."""
+
+    kg: Annotated[np.ndarray, "(masses,)", "kg"]
+    """Masses on the belt of the calibration, from light to heavy."""
+    taps: Annotated[np.ndarray, "(masses, n)"]
+    """Response to an acceleration of 1 m/s² in one sample (unit of the load)."""
+    lead: int
+    """Number of taps before the acceleration (samples)."""
+
+    def at(self, carried_kg: float, share: float) -> np.ndarray:
+        """Response (as ``taps``), shape (n,), for a mass on the belt (kg).
+
+        Its difference from the response with the lightest mass counts 1 + ``share`` times.
+        """
+        mixed = np.array([np.interp(carried_kg, self.kg, tap) for tap in self.taps.T])
+        return self.taps[0] + (1.0 + share) * (mixed - self.taps[0])
+
+    def load(self, recording: BeltRecording, share: float) -> np.ndarray:
+        """MassResponse in a trial (unit of the load), shape (n,)."""
+        whole = np.convolve(recording.acceleration, self.at(recording.carried_kg, share))
+        return whole[self.lead : self.lead + recording.acceleration.size]
+
+    def in_windows(self, windows: PulseWindows) -> np.ndarray:
+        """MassResponse in the mean pulses of trials (unit of the load), shape (trials, n)."""
+        return np.array(
+            [
+                _response(acceleration, self.at(kg, 0.0)[None], self.lead)[0]
+                for acceleration, kg in zip(windows.acceleration, windows.kg, strict=True)
+            ]
+        )
+
+
+def fit_mass_response(
+    windows: PulseWindows,
+    load: Annotated[np.ndarray, "(trials, n)"],
+    used: Annotated[np.ndarray, "(trials,)"],
+) -> MassResponse:
+    """Fit the response of every mass to the load of its trials.
+
+    load: measured load of one component less the load carried (N or N·m).
+    used: trials to fit; a mass without any of them gets no response.
+    """
+    hats, lead = _hats(windows.rate_hz)
+    masses = np.unique(windows.kg)
+    taps = np.zeros((masses.size, hats.shape[1]))
+    for row, kg in enumerate(masses):
+        rows, right = [np.empty((0, hats.shape[0]))], [np.empty(0)]
+        for k in np.flatnonzero(used & (windows.kg == kg)):
+            inside, scale = windows.ramp == 1.0, np.sqrt(windows.count[k])
+            columns = _response(windows.acceleration[k], hats, lead)[:, inside]
+            rows.append(scale * columns.T)
+            right.append(scale * load[k, inside])
+        found, target = np.concatenate(rows), np.concatenate(right)
+        size = max(float(np.linalg.norm(found, axis=0).max(initial=0.0)), 1e-300)
+        held = np.eye(hats.shape[0]) * size / LOOSE / np.sqrt(max(target.size, 1))
+        stacked = np.concatenate([found, held])
+        taps[row] = np.linalg.lstsq(stacked, np.append(target, np.zeros(held.shape[0])))[0] @ hats
+    return MassResponse(masses, taps, lead)
+
+
+def _hats(rate_hz: float) -> tuple[np.ndarray, int]:
+    """Hats, shape (hats, n), and the number of their samples before the acceleration."""
+    lead, last = round(-TIPS_S[0] * rate_hz), round(TIPS_S[-1] * rate_hz)
+    time = np.arange(-lead, last + 1) / rate_hz
+    return np.array([np.interp(time, TIPS_S, tip) for tip in np.eye(len(TIPS_S))[1:-1]]), lead
+
+
+def _response(acceleration: np.ndarray, taps: np.ndarray, lead: int) -> np.ndarray:
+    """Response of rows of taps in a periodic window of n samples, shape (rows, n)."""
+    n = acceleration.size
+    wrapped = np.zeros((taps.shape[0], n))
+    wrapped[:, np.arange(-lead, taps.shape[1] - lead) % n] = taps
+    return np.fft.irfft(np.fft.rfft(wrapped, axis=1) * np.fft.rfft(acceleration), n, axis=1)
+
+
+@dataclass(frozen=True)
+class MeanSubtraction(BeltModel):
+    """Mean load of every perturbation of the empty belt, by condition (thesis section 3-1-2, eq 3-11)."""
+
+    templates: dict[str, np.ndarray]
+    """Condition -> mean load from the perturbation's onset on (unit of the load), shape (w,)."""
+    rate_hz: float
+    """Sampling rate for which it holds."""
+
+    @property
+    def order(self) -> int:
+        """Number of conditions that can be subtracted."""
+        return len(self.templates)
+
+    def predict(self, recording: BeltRecording) -> np.ndarray:
+        """L (unit of the load), shape (n,)."""
+        if recording.condition not in self.templates:
+            raise InputError(
+                f"{recording.name}: expected a recording of the empty belt in condition "
+                f"{recording.condition!r}, found {listed(self.templates)}: record it, or use another model"
+            )
+        template = self.templates[recording.condition]
+        predicted = np.zeros(recording.load.size)
+        for onset in recording.onsets:
+            stop = min(onset + template.size, predicted.size)
+            predicted[onset:stop] = template[: stop - onset]
+        return predicted
+
+
+def fit_mean_subtraction(recordings: list[BeltRecording]) -> MeanSubtraction:
+    """Mean load over the perturbations of every condition (unit of the load)."""
+    by_condition: dict[str, list[np.ndarray]] = {}
+    for r in recordings:
+        if not r.onsets:
+            raise InputError(
+                f"{r.name}: expected separate perturbations to average, found a continuously perturbed belt: "
+                "use another model"
+            )
+        by_condition.setdefault(r.condition, []).append(r.segments(r.load))
+    templates = {condition: np.concatenate(parts).mean(axis=0) for condition, parts in by_condition.items()}
+    return MeanSubtraction(templates, recordings[0].rate_hz)
+
+
+@dataclass(frozen=True)
+class MassSpringDamper(BeltModel):
+    """L = m a + c (v - mean v) + k (y - trend y) + d: a simple second-order model (thesis chapter 5)."""
+
+    coefficients: Annotated[np.ndarray, "(4,)"]
+    """m, c, k, d (unit of the load over m/s², m/s, m, 1)."""
+    rate_hz: float
+    """Sampling rate of the calibration."""
+
+    @property
+    def order(self) -> int:
+        """2."""
+        return 2
+
+    def predict(self, recording: BeltRecording) -> np.ndarray:
+        """L (unit of the load), shape (n,)."""
+        return motion_regressors(recording) @ self.coefficients
+
+
+def fit_mass_spring_damper(recordings: list[BeltRecording]) -> MassSpringDamper:
+    """Least squares over all evaluated samples (unit of the load)."""
+    rows = np.concatenate([motion_regressors(r)[r.evaluated] for r in recordings])
+    load = np.concatenate([r.load[r.evaluated] for r in recordings])
+    scale = np.linalg.norm(rows, axis=0)
+    solution = np.linalg.lstsq(rows / scale, load, rcond=1e-10)[0] / scale
+    return MassSpringDamper(solution, recordings[0].rate_hz)
+
+
+def motion_regressors(recording: BeltRecording) -> np.ndarray:
+    """Regressors of eq L: a (m/s²), v less its mean (m/s), distance less its trend (m), 1; shape (n, 4)."""
+    v = recording.velocity - recording.velocity.mean()
+    y = recording.through_lowpass(scipy.signal.detrend(recording.position))
+    return np.column_stack([recording.acceleration, v, y, np.ones_like(v)])
+
 
 STIFF_HZ = 50.0
 
