@@ -1,20 +1,23 @@
 """Compact tables and schematics of the report: numbers known by hand."""
 
+import io
+import json
 import re
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+import typst
 from matplotlib import font_manager
-from matplotlib.patches import FancyBboxPatch
+from pypdf import PdfReader
 from typst_builders import REPORT, evaluated
 
 from tepsipe.io.trial import Signal, Trial
-from tepsipe.reporting.figures import flow_charts, style
+from tepsipe.reporting.figures import style
 from tepsipe.reporting.figures.names import PARAMETER_SETS, short_name
 from tepsipe.reporting.figures.protocol import TimeLine, draw_protocol
-from tepsipe.reporting.figures.schematics import draw_rigs, rig_at_rest
+from tepsipe.reporting.figures.rigs import markers_at_rest
 from tepsipe.reporting.figures.style import in_style
 
 MINUS = "\N{MINUS SIGN}"
@@ -71,27 +74,14 @@ def test_truth_and_estimates_share_a_row_for_each_pathway():
     assert windows
 
 
-def test_markers_are_drawn_where_the_trial_has_them_at_rest():
-    time = np.arange(0.0, 4.0, 0.01)
-    position = np.zeros((400, 2, 3))
-    position[:, :, 1], position[:, :, 2] = [0.30, 0.36], [0.05, 0.40]
+def test_markers_of_a_rig_are_where_the_trial_has_them_at_rest():
+    position = np.zeros((400, 3, 3))
+    position[:, :, 1], position[:, :, 2] = [0.30, np.nan, 0.36], [0.05, 0.20, 0.40]
     position[250:, :, 1] += 9.0  # the perturbation comes after the rest
-    trial = Trial(
-        100.0,
-        {"time": time, "marker": np.array(["ankle", "leg1"]), "axis": np.array(["x", "y", "z"])},
-        {"marker_position": Signal(position, "m", ("time", "marker", "axis"))},
-    )
-    rig = rig_at_rest(trial)
-    assert rig.points == pytest.approx(np.array([[0.30, 0.05], [0.36, 0.40]]))
-    assert rig.ankle == pytest.approx([0.30, 0.05])
-    geometry = {
-        "foot_height_m": 0.055, "leg_com_m": 0.45, "leg_mass_kg": 0.4, "leg_inertia_kgm2": 0.027,
-        "foot_mass_kg": 2.1,
-    }  # fmt: skip
-    figure = draw_rigs({"dummy": rig, "wristalyzer": None}, geometry, {"stature_m": 1.75}, 20.0)
-    dummy = figure.axes[1]
-    drawn = dummy.lines[0].get_xydata()
-    assert drawn == pytest.approx(np.array([[0.0, 0.05], [0.06, 0.40]]))
+    axes = {"marker": np.array(["ankle", "hidden", "leg1"]), "axis": np.array(["x", "y", "z"])}
+    signals = {"marker_position": Signal(position, "m", ("time", "marker", "axis"))}
+    found = markers_at_rest(Trial(100.0, {"time": np.arange(0.0, 4.0, 0.01)} | axes, signals))
+    assert found == [pytest.approx((1, 0.0, 0.05)), pytest.approx((3, 0.06, 0.40))]
 
 
 def test_protocol_has_a_tick_at_every_onset():
@@ -104,38 +94,45 @@ def test_protocol_has_a_tick_at_every_onset():
     assert height[0] == pytest.approx(5.0 * height[1])
 
 
+GEOMETRY = {"foot_height_m": 0.055, "leg_com_m": 0.45, "leg_mass_kg": 0.4, "leg_inertia_kgm2": 0.027}
+GEOMETRY["foot_mass_kg"] = 2.1
+MARKERS = [(1, 0.0, 0.05), (2, 0.001, 0.05), (4, 0.06, 0.4)]
+RIGS = {"geometry": GEOMETRY, "person": {"stature_m": 1.75}, "mass_kg": 20.0}
+ALL_RIGS = RIGS | {"markers": dict.fromkeys(("wristalyzer", "dummy", "weight", "standing"), MARKERS)}
+METHODS = ["wristalyzer", "dummy", "simulation", "weight", "empty", "standing"]
 CHAIN = {"plate_rate_hz": 250.0, "sampling_hz": 2500.0, "cutoff_hz": 20.0, "emg": True}
-CHARTS = {
-    "identification": flow_charts.draw_identification,
-    "all methods": lambda: flow_charts.draw_methods(list(flow_charts.METHODS)),
-    "methods without the Wristalyzer": lambda: flow_charts.draw_methods(["dummy", "standing"]),
-    "signals": lambda: flow_charts.draw_signal_chain(CHAIN),
-    "signals without EMG": lambda: flow_charts.draw_signal_chain(CHAIN | {"sampling_hz": None, "emg": False}),
-    "evaluation": lambda: flow_charts.draw_evaluation(list(PARAMETER_SETS.values()), 12),
-    "sensitivity": lambda: flow_charts.draw_sensitivity({"snr_db": [0, 60], "draws": 200, "cutoff_hz": 20.0}),
-}
+SETS = list(PARAMETER_SETS.values())
+# a drawing, what the run gives it, words in it, and words that are not in it
+DRAWINGS = (
+    ("1_1", {}, "joint impedance|prior knowledge|not good: revise|recorded data|use it", ""),
+    ("1_3", {"methods": METHODS}, "frequency domain: admittance|parameters to simulate|pilot data", ""),
+    ("1_3", {"methods": ["dummy", "standing"]}, "Treadmill dummy|Treadmill person", "Wristalyzer|parameters"),
+    ("rigs", ALL_RIGS, "leg: 0.4 kg, 0.027 kg·m²|foot: 2.1 kg|20 kg|1, 2|4|A TA|E RF|torque transducer", ""),
+    ("rigs", RIGS | {"markers": {"dummy": MARKERS}}, "Dummy on the belt", "Wristalyzer|Person|Weight"),
+    ("signal_chain", CHAIN, "one after another at 2500 Hz|at 250 Hz:|low-pass, 20 Hz|EDF|C3D", ""),
+    ("signal_chain", CHAIN | {"sampling_hz": None, "emg": False}, "all at one instant|C3D", "EMG|EDF"),
+    ("free_bodies", {}, "Leg|Foot|(plate)", ""),
+    ("2_10", {"geometry": GEOMETRY}, "leg: 0.4 kg, 0.027 kg·m²|foot: 2.1 kg, slides|recorded motion", ""),
+    ("2_11", {"sets": SETS, "trials": 12}, "|".join(["12 trials on the treadmill", *SETS]), ""),
+    ("2_12", {"snr_db": [0, 60], "draws": 200, "cutoff_hz": 20.0}, "0 to 60 dB, 200 draws|pass 20 Hz", ""),
+)
 
 
-@pytest.mark.parametrize("name", CHARTS)
-def test_words_of_a_flow_chart_are_legible_and_inside_their_boxes(name):
-    figure = CHARTS[name]()
-    figure.draw_without_rendering()
-    (axis,) = figure.axes
-    renderer = figure.canvas.get_renderer()
-    boxes = [p.get_window_extent(renderer) for p in axis.patches if isinstance(p, FancyBboxPatch)]
-    whole = figure.bbox
-    for text in axis.texts:
-        words = text.get_text()
-        if not words:
-            continue
-        assert text.get_fontsize() >= 7.5, words
-        own = text.get_window_extent(renderer)
-        assert whole.x0 <= own.x0 and own.x1 <= whole.x1, words
-        assert whole.y0 <= own.y0 and own.y1 <= whole.y1, words
-        for box in boxes:
-            if box.overlaps(own):
-                assert box.x0 <= own.x0 and own.x1 <= box.x1, words
-                assert box.y0 <= own.y0 and own.y1 <= box.y1, words
+@pytest.mark.parametrize(("name", "run", "shown", "hidden"), DRAWINGS)
+def test_a_drawing_has_its_labels_and_its_boxes_hold_their_words(name, run, shown, hidden):
+    spare = """#show box: it => if it.height == auto { it } else { it; context {
+        let (size, words) = ((it.width, it.height), measure(it.body.body).values())
+        [#metadata(size.zip(words).map(((whole, part)) => (whole.length - part).pt())) <spare>]
+    } }"""
+    main = f'#import "/drawings.typ": *\n#show: drawing\n{spare}\n#figure_{name}(json(bytes(sys.inputs.run)))'
+    given = {"root": str(REPORT), "sys_inputs": {"run": json.dumps(run)}, "ignore_system_fonts": True}
+    (page,) = PdfReader(io.BytesIO(typst.compile(main.encode(), format="pdf", **given))).pages
+    words = " ".join(page.extract_text().split())
+    assert [label for label in shown.split("|") if label not in words] == []
+    assert [label for label in hidden.split("|") if label and label in words] == []
+    boxes = [own["value"] for own in json.loads(typst.query(main.encode(), "<spare>", **given))]
+    assert bool(boxes) == (run.keys().isdisjoint({"geometry"}) and name != "free_bodies")
+    assert [own for own in boxes if min(own) < 2.0] == []
 
 
 def test_figures_keep_their_font_where_the_users_list_of_fonts_lacks_it(monkeypatch):
@@ -155,6 +152,7 @@ def test_no_lettering_of_a_figure_is_too_small_to_read_in_print():
     assert sum(map(len, sizes.values())) > 20
     small = {name: [x for x in own if 5.0 < x < 7.0] for name, own in sizes.items()}
     assert {name: own for name, own in small.items() if own} == {}
-    assert style.SMALLEST_PT >= 7.0
+    drawings = (REPORT / "drawings.typ").read_text("utf-8")
+    assert min(map(float, re.findall(r"(?:\bsize: |text\()([\d.]+)pt", drawings))) >= style.SMALLEST_PT >= 7.0
     chapters = "".join(p.read_text("utf-8") for p in REPORT.rglob("*.typ"))
     assert not re.findall(r"#?shown\([^)\n]*width: [1-9]?[0-9]%", chapters)

@@ -33,7 +33,9 @@ def test_every_figure_has_its_rule_and_the_function_that_draws_it(kind, figure):
     function, place = re.fullmatch(
         r"(\w+) \((.*)\)", dict(sources.code_of_figure(figure, rule))["Function"]
     ).groups()
-    assert place.startswith("tepsipe/reporting/figures/") and has_line(place, f"def {function}(")
+    word = "#let" if place.startswith("report/drawings.typ:") else "def"
+    assert word == "#let" or place.startswith("tepsipe/reporting/figures/")
+    assert has_line(place, f"{word} {function}(")
 
 
 @pytest.mark.parametrize(

@@ -76,6 +76,7 @@ rule collect_noise:
 rule plot_noise:
     input:
         noise=[f"<results>/noise/{c}.csv" for c in STUDY.noise.conditions()],
+        drawings=[here("report/drawings.typ"), here("report/format.typ")],
         library=library_of("plot", "tepsipe/reporting/figures/noise.py"),
     output:
         **figure_files("noise"),

@@ -81,8 +81,13 @@ class Sources:
     def code_of_figure(self, figure: str, rule: Rule) -> list[tuple[str, str]]:
         """Rule, script and function of a figure, each with its place."""
         code = [("Rule", f"{rule.name} ({rule.place})"), ("Script", rule.script)]
+        drawings = _read(self.root / "report/drawings.typ")
+        drawing = re.search(rf"^#let {figure}\(", drawings, re.MULTILINE)
         function = _drawing_function(self.root / rule.module, figure) if rule.module else None
-        if function:
+        if drawing:
+            line = drawings.count("\n", 0, drawing.start()) + 1
+            code.append(("Function", f"{figure} (report/drawings.typ:{line})"))
+        elif function:
             code.append(("Function", self._place_of(rule.module, function)))
         return code
 

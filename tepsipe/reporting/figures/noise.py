@@ -8,9 +8,8 @@ from matplotlib.figure import Figure
 
 from tepsipe.experiments.noise.rows import NOISE_ROWS, NoiseRow
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
-from tepsipe.reporting.figures.flow_charts import draw_sensitivity
 from tepsipe.reporting.figures.names import short_name, unit_symbol, words
-from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
+from tepsipe.reporting.figures.style import COLOURS, Drawing, in_style, new_figure
 
 TARGETS = {"tau": r"noise on $\tau$", "theta": r"noise on $\theta$", "both": "noise on both"}
 PROCESSINGS = {
@@ -21,13 +20,13 @@ PROCESSINGS = {
 }
 
 
-def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+def draw(files, chosen) -> Iterator[tuple[str, Figure | Drawing]]:
     """Figures of the rows of all trials of the noise study."""
     rows, joint = NOISE_ROWS.read(*files.noise), chosen.joint
     stiffness = joint["stiffness_Nm_per_rad"]
     others = (joint["inertia_Nms2_per_rad"], joint["damping_Nms_per_rad"])
     level, conditions = float(chosen.table_snr_db), list(chosen.conditions)
-    yield "figure_2_12", draw_sensitivity(chosen.protocol)
+    yield "figure_2_12", Drawing(files.drawings[0], chosen.protocol)
     yield "figure_4_12", plot_estimates(rows, conditions, level, (*others, stiffness[-1]))
     yield "figure_noise", plot_usable(rows, (*others, stiffness[0]))
 

@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 
 from tepsipe.experiments.forward.scores import FORWARD_SCORES, ForwardScore
 from tepsipe.io.result import Result, read_result
-from tepsipe.reporting.figures.flow_charts import draw_evaluation
 from tepsipe.reporting.figures.matrix import draw_vafs
 from tepsipe.reporting.figures.names import (
     ESTIMATED_SETS,
@@ -19,8 +18,14 @@ from tepsipe.reporting.figures.names import (
     compared_sets,
     short_name,
 )
-from tepsipe.reporting.figures.schematics import draw_simulation_model
-from tepsipe.reporting.figures.style import COLOURS, WIDTH_IN, example_and_panels, in_style, new_figure
+from tepsipe.reporting.figures.style import (
+    COLOURS,
+    WIDTH_IN,
+    Drawing,
+    example_and_panels,
+    in_style,
+    new_figure,
+)
 
 LINES = {
     "wristalyzer": ("#d55e00", "-."),
@@ -44,14 +49,14 @@ QUANTITIES = {
 }
 
 
-def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+def draw(files, chosen) -> Iterator[tuple[str, Figure | Drawing]]:
     """Figures of the simulations (``fits``) and of their scores (``forward``)."""
     names = list(chosen.conditions)
     results = {name: read_result(path) for name, path in zip(names, files.fits, strict=True)}
     scores = FORWARD_SCORES.read(files.forward)
-    yield "figure_2_10", draw_simulation_model(chosen.geometry)
+    yield "figure_2_10", Drawing(files.drawings[0], {"geometry": chosen.geometry})
     sets = dict.fromkeys(PARAMETER_SETS[score.parameter_set] for score in scores)
-    yield "figure_2_11", draw_evaluation(list(sets), len(names))
+    yield "figure_2_11", Drawing(files.drawings[0], {"sets": list(sets), "trials": len(names)})
     yield "figure_4_7", plot_angles(results[chosen.frequent])
     yield "figure_4_8", plot_angles(results[chosen.rare])
     yield "figure_4_9", plot_torques(results[chosen.frequent])

@@ -1,6 +1,7 @@
 """Style of all figures: sizes, colours, and reproducible file contents."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
 
@@ -71,6 +72,14 @@ STYLE = {
     "svg.hashsalt": "tepsipe",
     "path.simplify_threshold": 0.3,
 }
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A schematic or flow chart of report/drawings.typ: that source, and ``shown``, what the run gives it."""
+
+    source: str
+    shown: Mapping
 
 
 def _add_own_fonts() -> None:
