@@ -1714,17 +1714,12 @@ SETTINGS = [
             "configuration: unknown key 'dummy.analysis.rest_befor_s'",
         ),
         (
-            "an earlier section",
-            ("pilot.person.mass_kg", 70.0),
-            "configuration: unknown key 'pilot'",
-        ),
-        (
-            "an earlier key",
+            "a key of another section",
             ("weight.belt", "left"),
-            "configuration: unknown key 'weight.belt': moved to plate_treadmill.belt",
+            "configuration: unknown key 'weight.belt': did you mean 'belt' or 'plate_treadmill.belt'",
         ),
         (
-            "an earlier value",
+            "an unknown name",
             ("dummy.pathways.leg.torque", "printed"),
             "configuration: expected one of 'leg', 'leg-thesis' for 'dummy.pathways.leg.torque'",
         ),

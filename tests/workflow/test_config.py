@@ -16,12 +16,10 @@ from workflow.settings.check import check_content
 from workflow.settings.complete import only, pick, settings_of, without
 from workflow.settings.config import Config, check_config
 from workflow.settings.reported import Reported
-from workflow.settings.structure import all_keys, kind_at, section_of
 from workflow.settings.virtual_lab import VirtualLab
 from workflow.support.check import check_one_treadmill, check_plate_models
 from workflow.support.experiments import EXPERIMENTS
 from workflow.support.reach import reached_by
-from workflow.support.renames import KEYS, MOVED, PATHWAYS, REMOVED, VALUES
 from workflow.support.start import checked_constants
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, check_sources, read_trial_sheet
 from workflow.support.version import code_version
@@ -209,11 +207,6 @@ UNKNOWN_KEYS = [
         {"wristalyzer": {"analysis": {"lowpass_cutof_hz": 20.0}}},
         "wristalyzer.analysis.lowpass_cutof_hz",
         "lowpass_cutoff_hz",
-    ),
-    (
-        {"dummy": {"analysis": {"lowpass_cutof_hz": 20.0}}},
-        "dummy.analysis.lowpass_cutof_hz",
-        "plate_treadmill.lowpass_cutoff_hz",
     ),
     (
         {"dummy": {"pathways": {"leg": {"estimater": "x"}}}},
@@ -1020,184 +1013,6 @@ def test_parts_of_a_section_are_taken_by_their_keys():
     assert pick(section, "a", "b.d") == {"a": 1, "b": {"d": 3}}
     with pytest.raises(KeyError):
         pick(section, "b.x")
-
-
-# ---- what had another name or stood elsewhere -----------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("changes", "key", "new"),
-    [
-        ({"pilot": {"belt": "left"}}, "pilot", "standing"),
-        ({"ankle": {"analysis": {"cut_s": 2.0}}}, "ankle", "position_manipulator"),
-        ({"treadmill": {"files": {"delimiter": "comma"}}}, "treadmill", "belt"),
-        ({"dummy": {"foot": {"riding_labels": ["ankle"]}}}, "dummy.foot.riding_labels", "belt_fixed_labels"),
-        (
-            {"weight": {"ingest": {"strober_frequency_hz": None}}},
-            "weight.ingest.strober_frequency_hz",
-            "marker_sampling_hz",
-        ),
-        ({"belt": {"analysis": {"bidirectional": True}}}, "belt.analysis.bidirectional", "zero_lag"),
-        (
-            {"belt": {"models": {"published_evaluations": 50}}},
-            "belt.models.published_evaluations",
-            "hnat2014_evaluations",
-        ),
-        (
-            {"position_manipulator": {"analysis": {"intrinsic_reflex": {"folds": 5}}}},
-            "position_manipulator.analysis.intrinsic_reflex",
-            "parallel_cascade",
-        ),
-        ({"coverage": {"judged": []}}, "coverage.judged", "also_evaluated"),
-        (
-            {
-                "dummy": {
-                    "geometry": {"leg_markers": [{"label": "leg1", "across_m": 0.0, "along_m": 0.1}] * 2}
-                }
-            },
-            "dummy.geometry.leg_markers.0.across_m",
-            "anterior_offset_m",
-        ),
-        (
-            {
-                "standing": {
-                    "person": {
-                        "thigh_markers": [{"label": "thigh1", "anterior_offset_m": 0.0, "along_m": 0.1}] * 2
-                    }
-                }
-            },
-            "standing.person.thigh_markers.0.along_m",
-            "longitudinal_offset_m",
-        ),
-    ],
-)
-def test_old_key_is_answered_with_its_new_name(changes, key, new, refused):
-    assert refused(changes) == f"my-study: unknown key {key!r}: renamed to {new!r}"
-
-
-def test_old_key_of_the_laboratory_is_answered_with_its_new_name(shipped_truth, root):
-    for changes, key, new in (
-        ({"pilot": {}}, "pilot", "standing"),
-        (
-            {"treadmill": {"capture": {"strober_hz": 2500.0}}},
-            "treadmill.capture.strober_hz",
-            "marker_sampling_hz",
-        ),
-    ):
-        with pytest.raises(InputError) as caught:
-            check_content(merged(shipped_truth, changes), VirtualLab, "lab.yaml")
-        assert str(caught.value) == f"lab.yaml: unknown key {key!r}: renamed to {new!r}"
-    # what has moved in the configuration has not moved here
-    with pytest.raises(InputError) as caught:
-        check_content(merged(shipped_truth, {"weight": {"belt": "left"}}), VirtualLab, "lab.yaml")
-    assert "moved" not in str(caught.value)
-
-
-@pytest.mark.parametrize("key", MOVED)
-def test_moved_key_is_answered_with_its_new_place(key, refused):
-    changes = 1
-    for name in reversed(key.split(".")):
-        changes = {name: changes}
-    assert refused(changes) == f"my-study: unknown key {key!r}: moved to {MOVED[key]}"
-
-
-@pytest.mark.parametrize("key", REMOVED)
-def test_key_that_did_nothing_is_answered_with_its_removal(key, refused):
-    changes = 1
-    for name in reversed(key.split(".")):
-        changes = {name: changes}
-    text = refused(changes)
-    assert text.startswith(f"my-study: unknown key {key!r}: no longer needed, because ")
-    assert text.endswith(": remove it")
-
-
-OLD_VALUES = [
-    ({"dummy": {"pathways": {"mine": {"torque": "leg-printed"}}}}, "dummy.pathways.mine.torque"),
-    (
-        {"dummy": {"pathways": {"mine": {"torque": "leg", "marker_instants": "as-strobed"}}}},
-        "dummy.pathways.mine.marker_instants",
-    ),
-    (
-        {"dummy": {"pathways": {"leg": {"estimator": "segment-regression"}}}},
-        "dummy.pathways.leg.estimator",
-    ),
-    (
-        {"dummy": {"foot": {"pathways": {"foot": {"estimator": "segment-regression-printed"}}}}},
-        "dummy.foot.pathways.foot.estimator",
-    ),
-    (
-        {"dummy": {"foot": {"pathways": {"foot": {"torque": "foot-printed"}}}}},
-        "dummy.foot.pathways.foot.torque",
-    ),
-    ({"standing": {"pathways": {"ankle": {"torque": "ankle-printed"}}}}, "standing.pathways.ankle.torque"),
-    ({"weight": {"models": {"family": ["fir", "published"]}}}, "weight.models.family.1"),
-    ({"dummy": {"as_printed": "leg-printed"}}, "dummy.as_printed"),
-    ({"dummy": {"as_printed": "leg-printed-as-strobed"}}, "dummy.as_printed"),
-    ({"dummy": {"as_printed": "leg-thesis-as-sampled"}}, "dummy.as_printed"),
-    ({"standing": {"as_printed": "ankle-printed"}}, "standing.as_printed"),
-    ({"standing": {"recommended": {"estimator": "reflex-free"}}}, "standing.recommended.estimator"),
-    ({"belt": {"chosen": "published"}}, "belt.chosen"),
-    (
-        {"standing": {"pathways": {"ankle": {"treadmill_model": "published"}}}},
-        "standing.pathways.ankle.treadmill_model",
-    ),
-]
-
-
-def values_in(changes):
-    return [
-        v for value in changes.values() for v in (values_in(value) if isinstance(value, dict) else [value])
-    ]
-
-
-@pytest.mark.parametrize(
-    ("changes", "where"), OLD_VALUES, ids=lambda case: case if isinstance(case, str) else ""
-)
-def test_old_value_is_answered_with_its_new_name(changes, where, refused, config):
-    # a pathway of one's own needs the rest, too
-    mine = {"torque": "leg", "marker_instants": "aligned", "estimator": "windowed-least-squares"}
-    if "mine" in where:
-        changes = {"dummy": {"pathways": {"mine": mine | changes["dummy"]["pathways"]["mine"]}}}
-    text = refused(changes)
-    (old,) = [old for old in VALUES | PATHWAYS if f"found {old!r}" in text]
-    assert where in text
-    new = PATHWAYS.get(old, VALUES.get(old)) if where == "dummy.as_printed" else VALUES[old]
-    assert text.endswith(f": renamed to {new!r}")
-
-
-@pytest.mark.parametrize(
-    ("changes", "old"),
-    [
-        ({"dummy": {"pathways": {"leg-printed": {"marker_instants": "as-sampled"}}}}, "leg-printed"),
-        ({"standing": {"estimators": {"reflex-free": {"window_s": 0.05}}}}, "reflex-free"),
-    ],
-)
-def test_change_of_a_pathway_under_its_old_name_is_answered_with_its_new_one(changes, old, refused):
-    assert f"{old} was renamed to {(VALUES | PATHWAYS)[old]!r}" in refused(changes)
-
-
-def test_pathway_of_ones_own_may_have_an_old_name(config, root):
-    config["dummy"]["pathways"]["leg-printed"] = dict(config["dummy"]["pathways"]["leg"])
-    config["dummy"]["recommended"] = "leg-printed"
-    check_config(config, "my-study")
-
-
-def test_no_name_of_today_is_also_an_old_one():
-    assert not set(KEYS) & set(Config.model_fields)
-    for old, new in (MOVED | REMOVED).items():
-        *sections, key = old.split(".")
-        section = section_of(kind_at(Config, tuple(sections)))
-        assert key not in section.model_fields, f"{old} is there: {new}"
-    assert {new.partition(",")[0] for new in MOVED.values()} <= set(all_keys(Config))
-
-
-@pytest.mark.parametrize(
-    ("old", "new"), [("pilot", "standing"), ("ankle", "position_manipulator"), ("treadmill", "belt")]
-)
-def test_old_experiment_of_a_sheet_is_answered_with_its_new_name(old, new, sheet):
-    text = refuse_sheet(sheet(GOOD, GOOD | {"experiment": old}))
-    assert "line 3" in text
-    assert text.endswith(f"found {old!r}: renamed to {new!r}")
 
 
 # ---- what a script reaches ---------------------------------------------------------------------

@@ -9,7 +9,6 @@ from tepsipe.errors import InputError, quoted
 from workflow.settings.section import Section, UnfitError
 from workflow.settings.structure import all_keys, described, kind_at, names_of, section_of, unit_at
 from workflow.support.names import check_text
-from workflow.support.renames import PATHWAYS, VALUES, answer_for_key, moved_from, renamed
 
 # what a limit of the model expects, by pydantic's name of the fault
 EXPECTED = {
@@ -61,7 +60,8 @@ def _sentence(fault: dict, model: type[Section], content: dict) -> str:
     if kind in ("extra_forbidden", "invalid_key"):
         return _unknown_key(path, model)
     if kind == "missing":
-        return _missing_key(path, fault["loc"][-1], content)
+        missing = quoted(".".join(map(str, (*path, fault["loc"][-1]))), 120)
+        return f"expected the key {missing}, found none: add it (config/README.md describes it)"
     error = fault.get("ctx", {}).get("error")
     if isinstance(error, InputError):
         return str(error)
@@ -72,9 +72,7 @@ def _sentence(fault: dict, model: type[Section], content: dict) -> str:
         return f"expected a text as key for {where!r}, {found}: put it into quotes"
     allowed = kind_at(model, path)
     if kind == "literal_error":
-        names = names_of(allowed)
-        hint = renamed(VALUES, fault["input"], names) or "correct it"
-        return f"expected one of {', '.join(map(repr, names))} for {where!r}, {found}: {hint}"
+        return f"expected one of {', '.join(map(repr, names_of(allowed)))} for {where!r}, {found}: correct it"
     if kind in EXPECTED:
         limits = {"items": "items" if isinstance(fault["input"], list) else "entry"}
         for key, value in fault.get("ctx", {}).items():
@@ -103,34 +101,17 @@ def _unknown_key(path: tuple, model: type[Section]) -> str:
     where, unknown = ".".join(map(str, path[:-1])), str(path[-1])
     key = f"{where}.{unknown}" if where else unknown
     known, everywhere = list(section_of(kind_at(model, path[:-1])).model_fields), all_keys(model)
-    answer = answer_for_key(key, known, everywhere)
-    if answer is None:
-        elsewhere = [other for other in everywhere if other.rpartition(".")[2] == unknown]
-        # a misspelt key may have moved
-        likely = {name: name for name in known} | moved_from(where)
-        close = difflib.get_close_matches(unknown, likely, n=1, cutoff=0.5)
-        if elsewhere:
-            # the sections whose names are most like the one where the key stands
-            nearest = difflib.get_close_matches(key, elsewhere, n=3, cutoff=0.0)
-            more = f", or one of {len(elsewhere) - 3} more" if len(elsewhere) > 3 else ""
-            answer = f"did you mean {' or '.join(map(repr, nearest))}{more}?"
-        elif close:
-            answer = f"did you mean {likely[close[0]]!r}?"
-        else:
-            answer = f"known here: {', '.join(known)}"
+    elsewhere = [other for other in everywhere if other.rpartition(".")[2] == unknown]
+    close = difflib.get_close_matches(unknown, known, n=1, cutoff=0.5)
+    if elsewhere:
+        # the sections whose names are most like the one where the key stands
+        nearest = difflib.get_close_matches(key, elsewhere, n=3, cutoff=0.0)
+        more = f", or one of {len(elsewhere) - 3} more" if len(elsewhere) > 3 else ""
+        answer = f"did you mean {' or '.join(map(repr, nearest))}{more}?"
+    elif close:
+        answer = f"did you mean {close[0]!r}?"
+    else:
+        answer = f"known here: {', '.join(known)}"
     if where.startswith("uncertainty.") and not answer.startswith("known here"):
         answer += f" (known here: {', '.join(known)})"
     return f"unknown key {quoted(key, 120)}: {answer}"
-
-
-def _missing_key(path: tuple, missing: str, content: dict) -> str:
-    hint = None
-    for name in path:
-        known = content if isinstance(content, dict) else ()
-        new = renamed(PATHWAYS, name, known) or renamed(VALUES, name, known)
-        if new and hint is None:
-            # an incomplete entry under an old name, for example a pathway
-            hint = f"{name} was {new}, write that, or complete a pathway of your own"
-        content = content[name]
-    hint = hint or "add it (config/README.md describes it)"
-    return f"expected the key {quoted('.'.join(map(str, (*path, missing))), 120)}, found none: {hint}"

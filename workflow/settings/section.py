@@ -9,7 +9,6 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from tepsipe.errors import quoted
-from workflow.support.renames import PATHWAYS, VALUES, renamed
 
 
 class Section(BaseModel):
@@ -132,6 +131,5 @@ def refuse_unknown(key: str, found: str | None, section: str, known: Collection[
     if found in known:
         return
     close = difflib.get_close_matches(str(found), known, n=1)
-    hint = f"did you mean {close[0]!r}?" if close else "correct one of the two"
-    advice = renamed(PATHWAYS, found, known) or renamed(VALUES, found, known) or hint
+    advice = f"did you mean {close[0]!r}?" if close else "correct one of the two"
     raise UnfitError(f"to name one of {section} ({', '.join(map(str, known))})", advice, key, quoted(found))

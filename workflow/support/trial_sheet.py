@@ -15,7 +15,6 @@ from workflow.support.experiments import EXPERIMENTS
 from workflow.support.names import check_distinct, check_name, check_text
 from workflow.support.people import belt_of, participant_of
 from workflow.support.placeholders import refuse_placeholder_cells
-from workflow.support.renames import KEYS, renamed
 from workflow.support.row_names import NAME_COLUMNS, names_of
 
 COLUMNS = (
@@ -248,7 +247,7 @@ def _check_trial(cells: dict[str, str], here: str) -> None:
     if experiment not in EXPERIMENTS:
         raise InputError(
             f"{here}: expected an experiment of {', '.join(EXPERIMENTS)}, found {quoted(experiment)}: "
-            f"{renamed(KEYS, experiment, EXPERIMENTS) or 'correct it'}"
+            "correct it"
         )
     check_name(cells["condition"], "condition", here)
     if source not in ("virtual_lab", "recorded"):
