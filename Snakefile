@@ -16,10 +16,6 @@ include: "workflow/rules/configuration.smk"
 configfile: str(CONFIGFILES[0])
 
 
-# the preface of the HTML report
-report: "report/preface.rst"
-
-
 # checks the configuration and the trial sheet, and says what there is to do
 include: "workflow/rules/common.smk"
 # looks after the results of earlier runs
@@ -62,12 +58,12 @@ else:
     include: "workflow/rules/operating_points.smk"
     # tables across experiments, and where truth meets estimate
     include: "workflow/rules/tables.smk"
-    # the PDF and Snakemake's HTML report
+    # the PDF
     include: "workflow/rules/report.smk"
     # a page per trial
     include: "workflow/rules/pages.smk"
 
-    OUTPUTS = [*outputs.everything(STUDY), *outputs.pages(STUDY), "<results>/report/report.html"]
+    OUTPUTS = [*outputs.everything(STUDY), *outputs.pages(STUDY)]
 
 
 # the report as a page for a browser, of all studies

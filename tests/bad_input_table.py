@@ -2584,11 +2584,6 @@ SETTINGS += [
             ("standing.muscles.TA.ankle_action", 2),
             "expected one of -1, 0, 1 for 'standing.muscles.TA.ankle_action', found 2",
         ),
-        (
-            "a script in the title",
-            ("study.title", "<script>alert(1)</script>"),
-            "study.title: expected text without '</script'",
-        ),
     ]
 ]
 SETTINGS += [

@@ -32,7 +32,7 @@ from study_builders import copy_project  # noqa: E402
 TARGETS = ("snakemake", "snakemake and jobs", "one job")
 # after the start of Snakemake: the configuration is read in the first seconds (s)
 EARLIEST_S, LATEST_S = 0.5, 14.0
-NOT_COMPARED = ("logs/", "report/report.html")
+NOT_COMPARED = ("logs/",)
 SAID = "said.txt"
 PRELOADED = "workflow.support.preload"  # in the command of the fork server and of its forks
 SIGKILL = "found it stopped by the signal SIGKILL"
@@ -171,7 +171,7 @@ def _jobs_end(project: Path, longest_s: float = 20.0) -> bool:
 
 
 def _at_work(project: Path) -> tuple[list[int], list[int]]:
-    """Process numbers of Snakemake, without those that unlock or report, and of its jobs."""
+    """Process numbers of Snakemake, without those that unlock, and of its jobs."""
     runs, forked = [], {}
     for process in psutil.process_iter(["cmdline", "cwd", "ppid"]):
         command = process.info["cmdline"] or []
@@ -179,7 +179,7 @@ def _at_work(project: Path) -> tuple[list[int], list[int]]:
             continue
         if any(PRELOADED in part for part in command):
             forked[process.pid] = process.info["ppid"]
-        elif command[1:3] == ["-m", "snakemake"] and not {"--unlock", "--report"} & set(command):
+        elif command[1:3] == ["-m", "snakemake"] and "--unlock" not in command:
             runs.append(process.pid)
     # the fork server is no job, nor are children of jobs, which read files under guard
     servers = {pid for pid, parent in forked.items() if parent not in forked}

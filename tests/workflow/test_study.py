@@ -38,7 +38,6 @@ def test_the_study_writes_every_output_of_its_contract(study):
     results = study / "results"
     for name in (
         "report/thesis.pdf",
-        "report/report.html",
         "provenance.json",
         "tables/estimates.csv",
         "tables/uncertainty.csv",

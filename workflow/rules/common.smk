@@ -9,7 +9,6 @@ from pathlib import Path
 
 from tepsipe.mechanics.engines import resolved_engine
 from workflow.support import facts, groups, outputs
-from workflow.support.captions import caption_file
 from workflow.support.folders import check_checkout
 from workflow.support.reach import reached_by
 from workflow.support.rigs import RIG_KEYS, rig_of
@@ -64,11 +63,6 @@ wildcard_constraints:
 def as_it_is(value):
     """Param function: text of the user, in which Snakemake looks for no wildcards."""
     return lambda w: value
-
-
-def as_label(text):
-    """Text of the user in a label of the HTML report, which would take braces and tags for its own."""
-    return text.translate(str.maketrans("{}<>", "()‹›"))
 
 
 def sheet(column, experiment=None):
@@ -161,32 +155,12 @@ def report_sources():
 
 
 def figure_pairs(*names):
-    """Named outputs for figures that are not in the HTML report."""
+    """Named outputs for figures with these names."""
     return outputs.with_numbers({name: f"<results>/figures/{name}.svg" for name in names})
 
 
-def caption(name):
-    """File of a caption, for Snakemake's report."""
-    return caption_file(CHECKOUT / "report/captions.yaml", name)
-
-
-def figure_files(name, folder=None):
-    """Named outputs of a plotting rule; the SVG of every figure is in the HTML report.
-
-    Those in a folder of their own, for example of one participant, are not in the report.
-    """
+def figure_files(name, folder=""):
+    """Named outputs of a plotting rule, below a folder of figures, for example of one participant."""
+    folder = f"<results>/figures/{folder}".rstrip("/")
     figures = outputs.figures_of(STUDY, name)
-    if folder is not None:
-        folder = f"<results>/figures/{folder}"
-        return outputs.with_numbers({figure: f"{folder}/{figure}.svg" for figure in figures}, folder)
-    return outputs.with_numbers(
-        {
-            figure: report(
-                f"<results>/figures/{figure}.svg",
-                caption=caption(text),
-                labels={"figure": figure.removeprefix("figure_").replace("_", "-")},
-                category=outputs.category_of(name),
-            )
-            for figure, text in figures.items()
-        }
-    )
+    return outputs.with_numbers({figure: f"{folder}/{figure}.svg" for figure in figures}, folder)

@@ -56,12 +56,7 @@ rule specify_dummy:
         trial=f"<results>/trials/dummy/{SPECIFIED}.h5",
         library=library_of("specify_dummy"),
     output:
-        table=report(
-            "<results>/tables/specification.csv",
-            caption=caption("specification"),
-            category="TEP-SIPE on the ankle dummy",
-            labels={"table": "specifications"},
-        ),
+        table="<results>/tables/specification.csv",
     log:
         "<logs>/specify_dummy.log",
     conda:
@@ -156,12 +151,7 @@ rule fit_thesis_dummy:
         library=library_of("fit_thesis_dummy"),
     output:
         fit="<results>/fits/thesis_dummy.h5",
-        table=report(
-            "<results>/tables/thesis_dummy.csv",
-            caption=caption("thesis_dummy"),
-            category="Tables",
-            labels={"table": "the dummy of the thesis"},
-        ),
+        table="<results>/tables/thesis_dummy.csv",
     log:
         "<logs>/fit_thesis_dummy.log",
     conda:
@@ -186,12 +176,7 @@ rule plan_dummy:
     input:
         library=library_of("plan_dummy"),
     output:
-        table=report(
-            "<results>/tables/planned.csv",
-            caption=caption("planned"),
-            category="Tables",
-            labels={"table": "planned uncertainty"},
-        ),
+        table="<results>/tables/planned.csv",
     log:
         "<logs>/plan_dummy.log",
     conda:

@@ -48,18 +48,8 @@ rule collect_noise:
         noise=[f"<results>/noise/{c}.csv" for c in STUDY.noise.conditions()],
         library=library_of("collect_noise"),
     output:
-        noise=report(
-            "<results>/tables/noise.csv",
-            caption=caption("noise"),
-            category="Tables",
-            labels={"table": "noise study"},
-        ),
-        table=report(
-            "<results>/tables/table_4_4.csv",
-            caption=caption("table_4_4"),
-            category="Tables",
-            labels={"table": "table_4_4"},
-        ),
+        noise="<results>/tables/noise.csv",
+        table="<results>/tables/table_4_4.csv",
     log:
         "<logs>/collect_noise.log",
     conda:

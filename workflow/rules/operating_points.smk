@@ -10,18 +10,8 @@ rule tabulate_operating_points:
         fits=[f"<results>/fits/position_manipulator/{c}.h5" for c in STUDY.manipulators.operating_points()],
         library=library_of("tabulate_operating_points"),
     output:
-        points=report(
-            "<results>/tables/operating_points.csv",
-            caption=caption("operating_points"),
-            category="Tables",
-            labels={"table": "operating points"},
-        ),
-        relations=report(
-            "<results>/tables/operating_relations.csv",
-            caption=caption("operating_relations"),
-            category="Tables",
-            labels={"table": "stiffness against torque"},
-        ),
+        points="<results>/tables/operating_points.csv",
+        relations="<results>/tables/operating_relations.csv",
     log:
         "<logs>/tabulate_operating_points.log",
     conda:
@@ -74,12 +64,7 @@ rule tabulate_time_varying:
         ),
         library=library_of("tabulate_time_varying"),
     output:
-        table=report(
-            "<results>/tables/time_varying.csv",
-            caption=caption("time_varying"),
-            category="Tables",
-            labels={"table": "impedance that changes"},
-        ),
+        table="<results>/tables/time_varying.csv",
     log:
         "<logs>/tabulate_time_varying.log",
     conda:

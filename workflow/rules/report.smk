@@ -1,4 +1,4 @@
-# The PDF, one source with a chapter for every experiment of the study, and Snakemake's HTML report.
+# The PDF, one source with a chapter for every experiment of the study.
 
 import json
 
@@ -44,12 +44,7 @@ rule write_report:
         provenance="<results>/provenance.json",
         library=library_of("write_report", *chapter_modules(outputs.chapters(STUDY))),
     output:
-        pdf=report(
-            f"<results>/report/{config['study']['name']}.pdf",
-            caption=caption("report"),
-            category="Report",
-            labels={"document": as_label(config["study"]["title"])},
-        ),
+        pdf=f"<results>/report/{config['study']['name']}.pdf",
         data="<results>/report/report.json",
     log:
         "<logs>/write_report.log",
@@ -91,18 +86,3 @@ rule write_report:
         source_folder=lambda w: here("report"),
     script:
         "../scripts/write_report.py"
-
-
-rule write_html_report:
-    input:
-        outputs=outputs.everything(STUDY),
-        config="<results>/config.yaml",
-        library=library_of("write_html_report"),
-    output:
-        html="<results>/report/report.html",
-    log:
-        "<logs>/write_html_report.log",
-    conda:
-        "../envs/tepsipe.yaml"
-    script:
-        "../scripts/write_html_report.py"

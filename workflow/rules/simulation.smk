@@ -34,12 +34,7 @@ rule collect_forward:
         forward=STUDY.of_trials("<results>/forward/{condition}.csv", "dummy"),
         library=library_of("collect_forward"),
     output:
-        table=report(
-            "<results>/tables/forward.csv",
-            caption=caption("forward"),
-            category="Tables",
-            labels={"table": "forward simulations"},
-        ),
+        table="<results>/tables/forward.csv",
     log:
         "<logs>/collect_forward.log",
     conda:

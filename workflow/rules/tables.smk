@@ -8,18 +8,8 @@ rule collect_estimates:
         fits=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
         library=library_of("collect_estimates"),
     output:
-        table=report(
-            "<results>/tables/estimates.csv",
-            caption=caption("estimates"),
-            category="Tables",
-            labels={"table": "all estimates"},
-        ),
-        uncertainty=report(
-            "<results>/tables/uncertainty.csv",
-            caption=caption("uncertainty"),
-            category="Tables",
-            labels={"table": "uncertainty, source by source"},
-        ),
+        table="<results>/tables/estimates.csv",
+        uncertainty="<results>/tables/uncertainty.csv",
     log:
         "<logs>/collect_estimates.log",
     conda:
@@ -55,12 +45,7 @@ rule collect_treadmill_models:
         scores=outputs.model_scores(STUDY),
         library=library_of("collect_treadmill_models"),
     output:
-        table=report(
-            "<results>/tables/treadmill_models.csv",
-            caption=caption("treadmill_models"),
-            category="Tables",
-            labels={"table": "models of the treadmill"},
-        ),
+        table="<results>/tables/treadmill_models.csv",
     log:
         "<logs>/collect_treadmill_models.log",
     conda:
@@ -77,12 +62,7 @@ rule lay_out_table:
         fits=lambda w: outputs.fits_of_table(STUDY, w.table),
         library=library_of("lay_out_table"),
     output:
-        table=report(
-            "<results>/tables/{table}.csv",
-            caption=caption("thesis_table"),
-            category="Tables",
-            labels={"table": "{table}"},
-        ),
+        table="<results>/tables/{table}.csv",
     log:
         "<logs>/lay_out_table/{table}.log",
     wildcard_constraints:
@@ -104,18 +84,8 @@ rule compare_with_truth:
         fits=outputs.fits_of_made(STUDY),
         library=library_of("compare_with_truth"),
     output:
-        table=report(
-            "<results>/tables/recovery.csv",
-            caption=caption("recovery"),
-            category="Tables",
-            labels={"table": "recovery of the truth"},
-        ),
-        laboratory=report(
-            "<results>/tables/laboratory.csv",
-            caption=caption("laboratory"),
-            category="Tables",
-            labels={"table": "virtual laboratory"},
-        ),
+        table="<results>/tables/recovery.csv",
+        laboratory="<results>/tables/laboratory.csv",
     log:
         "<logs>/compare_with_truth.log",
     conda:
@@ -138,12 +108,7 @@ rule judge_cells:
         noise=outputs.noise(STUDY),
         library=library_of("judge_cells"),
     output:
-        table=report(
-            "<results>/tables/cells.csv",
-            caption=caption("cells"),
-            category="Tables",
-            labels={"table": "every printed cell"},
-        ),
+        table="<results>/tables/cells.csv",
     log:
         "<logs>/judge_cells.log",
     conda:
@@ -169,12 +134,7 @@ rule check_claims:
         planned=outputs.planned(STUDY),
         library=library_of("check_claims"),
     output:
-        table=report(
-            "<results>/tables/claims.csv",
-            caption=caption("claims"),
-            category="Tables",
-            labels={"table": "the thesis's claims"},
-        ),
+        table="<results>/tables/claims.csv",
     log:
         "<logs>/check_claims.log",
     conda:

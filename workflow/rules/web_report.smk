@@ -8,8 +8,7 @@ PAGES = [] if STUDY.kind else outputs.pages(STUDY)
 # words of a link -> the same report in another form, and what it rests on
 FORMS = {"Report as PDF": str(REPORT.output.pdf)}
 if not STUDY.kind:
-    others = {"Snakemake's report": "report/report.html", "Provenance": "provenance.json"}
-    others["Configuration"] = "config.yaml"
+    others = {"Provenance": "provenance.json", "Configuration": "config.yaml"}
     FORMS |= {words: f"{config['pathvars']['results']}/{name}" for words, name in others.items()}
 # the trial whose forward simulation the page repeats
 SIMULATED = (

@@ -26,12 +26,7 @@ rule sweep_averaging:
         trials=STUDY.of_trials("<results>/trials/wristalyzer/{condition}.h5", "wristalyzer"),
         library=library_of("sweep_averaging"),
     output:
-        table=report(
-            "<results>/tables/averaging.csv",
-            caption=caption("averaging"),
-            category="Tables",
-            labels={"table": "number of averaged frequencies"},
-        ),
+        table="<results>/tables/averaging.csv",
     log:
         "<logs>/sweep_averaging.log",
     conda:

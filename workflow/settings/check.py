@@ -8,7 +8,6 @@ from pydantic import ValidationError
 from tepsipe.errors import InputError, quoted
 from workflow.settings.section import Section, UnfitError
 from workflow.settings.structure import all_keys, described, kind_at, names_of, section_of, unit_at
-from workflow.support.names import check_text
 
 # what a limit of the model expects, by pydantic's name of the fault
 EXPECTED = {
@@ -36,11 +35,9 @@ def check_content(content: dict, model: type[Section], name: str) -> None:
 
 
 def _refuse_unusable(content, name: str, where: str = "") -> None:
-    """Numbers are finite. Keys go through Snakemake, which fills in what braces hold; text into HTML."""
+    """Refuse infinite numbers, and keys with braces, which Snakemake would fill in."""
     if isinstance(content, float) and not math.isfinite(content):
         raise InputError(f"{name}: expected a finite number for {where!r}, found {content}: correct it")
-    if isinstance(content, str):
-        check_text(content, f"{name}: {where}")
     if isinstance(content, dict | list):
         for key, value in content.items() if isinstance(content, dict) else enumerate(content):
             if set("{}") & set(str(key)):

@@ -1,26 +1,12 @@
-"""Captions of figures and tables, of one file, in a file each for Snakemake's report."""
+"""Captions of figures and tables."""
 
-import os
 import re
 from functools import cache
 from pathlib import Path
 
 import yaml
 
-FOLDER = Path(".snakemake") / "tepsipe" / "captions"
 OF_PROJECT = Path(__file__).parents[2] / "report" / "captions.yaml"
-
-
-@cache
-def caption_file(captions: Path, name: str) -> str:
-    """File with one caption; all of them are written where they are missing or of another version."""
-    changed = captions.stat().st_mtime_ns
-    if not FOLDER.is_dir() or FOLDER.stat().st_mtime_ns != changed:
-        FOLDER.mkdir(parents=True, exist_ok=True)
-        for own, text in read_captions(captions).items():
-            (FOLDER / f"{own}.rst").write_text(text + "\n", encoding="utf-8")
-        os.utime(FOLDER, ns=(changed, changed))
-    return str((FOLDER / f"{name}.rst").absolute())
 
 
 def read_captions(path: str | Path) -> dict[str, str]:

@@ -11,13 +11,13 @@ from dataclasses import dataclass, field
 class Experiment:
     """Properties of an experiment.
 
+    Its figures have captions below its name in report/captions.yaml, and ``draw`` of the module in
+    tepsipe/reporting/figures with its name yields them.
+
     Attributes
     ----------
     raw_files : kind of raw file -> its name in the virtual laboratory, None if that makes none
         The kinds are columns of the trial sheet.
-    category : category of the HTML report, if the experiment has figures
-        They have captions below the experiment's name in report/captions.yaml, and ``draw`` of the module in
-        tepsipe/reporting/figures with this name yields them.
     optional_files : kinds of raw file that a recorded trial may lack.
     profiles : perturbation profiles of simulated trials.
     pulsed, at_random : whether perturbations are separate pulses, and whether their intervals may be a range.
@@ -37,7 +37,6 @@ class Experiment:
     """
 
     raw_files: dict[str, str | None]
-    category: str = ""
     optional_files: tuple[str, ...] = ()
     profiles: tuple[str, ...] = ()
     pulsed: bool = True
@@ -65,7 +64,6 @@ class Part:
     """
 
     needs: tuple[str, ...]
-    category: str
     printed: tuple[str, ...] = ()
     tables: tuple[str, ...] = ()
 
@@ -100,7 +98,6 @@ EXPERIMENTS = {
         cross_validated=True,
         budgets=True,
         thesis_tables={"table_4_1": ""},
-        category="Wristalyzer",
         printed=(
             "ingest.resample_rate_hz",
             "analysis.lowpass_cutoff_hz",
@@ -130,7 +127,6 @@ EXPERIMENTS = {
         cross_validated=True,
         budgets=True,
         thesis_tables={"table_4_2": "sine-", "table_4_3": "minjerk-"},
-        category="TEP-SIPE on the ankle dummy",
         printed=(
             "files.marker_labels",
             "ingest.resample_rate_hz",
@@ -163,7 +159,6 @@ EXPERIMENTS = {
         names=CHANNELS,
         models="plate",
         budgets=True,
-        category="Belt-induced force",
         printed=("weight.mass_kg", "analysis.cutoffs_hz", "analysis.segment_s"),
         true=("weight.mass_kg", "heavy_weight.mass_kg"),
     ),
@@ -180,7 +175,6 @@ EXPERIMENTS = {
         names=CHANNELS,
         tasks=("relax", "stiff"),
         budgets=True,
-        category="A person standing on the treadmill",
         printed=(
             "person.mass_kg",
             "person.stature_m",
@@ -200,7 +194,6 @@ EXPERIMENTS = {
         names=TABLE_OF_A_BELT,
         named=tuple(TABLE_OF_A_BELT),
         fitted=False,
-        category="Belt-induced load of an empty treadmill",
         printed=(
             "chosen",
             "analysis.shown_cutoff_hz",
@@ -223,7 +216,6 @@ EXPERIMENTS = {
             "angle_unit": "files.angle_unit",
             "torque_sign": "files.torque_sign",
         },
-        category="Position-controlled manipulator",
         printed=(
             "joint.name",
             "joint.positive",
@@ -250,7 +242,6 @@ EXPERIMENTS = {
             "angle_unit": "files.angle_unit",
             "torque_sign": "files.torque_sign",
         },
-        category="Standing on a moving platform",
         printed=(
             "ingest.resample_rate_hz",
             "analysis.band_hz",
@@ -277,26 +268,25 @@ APPENDIX = tuple(f"figure_b_{number}" for number in range(1, 13))
 OF_APPENDIX = "figure_b_trial"
 PARTS = {
     # schematics of the thesis's rigs, and time lines of the trials
-    "rigs": Part(("dummy",), "Rigs and protocols"),
+    "rigs": Part(("dummy",)),
     # the torque from the foot's side needs models of the force plate
-    "foot": Part(("dummy", "weight"), EXPERIMENTS["dummy"].category),
+    "foot": Part(("dummy", "weight")),
     # the dummy that the printed tables describe
-    "thesis_dummy": Part(("dummy",), EXPERIMENTS["dummy"].category, tables=("table_4_2", "table_4_3")),
+    "thesis_dummy": Part(("dummy",), tables=("table_4_2", "table_4_3")),
     # simulations compare the parameters of both experiments with the dummy
-    "simulation": Part(("wristalyzer", "dummy"), "Forward simulation"),
+    "simulation": Part(("wristalyzer", "dummy")),
     # all trials of the manipulator together, if they hold enough periods of the perturbation
-    "wristalyzer_pooled": Part(("wristalyzer",), "Wristalyzer"),
+    "wristalyzer_pooled": Part(("wristalyzer",)),
     # any experiment whose trials have uncertainty budgets
-    "budgets": Part((), "Uncertainty"),
+    "budgets": Part(()),
     # any experiment whose trials name participants
-    "participants": Part((), "Participants"),
+    "participants": Part(()),
     # at least two trials
-    "operating_points": Part(("position_manipulator",), EXPERIMENTS["position_manipulator"].category),
+    "operating_points": Part(("position_manipulator",)),
     # if the configuration wants it
-    "time_varying": Part(("position_manipulator",), EXPERIMENTS["position_manipulator"].category),
+    "time_varying": Part(("position_manipulator",)),
     "noise": Part(
         ("wristalyzer", "dummy"),
-        "Sensitivity to noise",
         printed=("joint", "table_snr_db", "draws", "table_estimators"),
     ),
 }

@@ -1,4 +1,4 @@
-"""Names that become files and folders (conditions and tasks of the trial sheet), and text in HTML."""
+"""Names that become files and folders: conditions and tasks of the trial sheet."""
 
 import unicodedata
 from collections.abc import Iterable
@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from tepsipe.errors import InputError, quoted
 
 LONGEST = 80
-TAGS = ("</script", "<script", "<!--")
 # file names that Windows keeps for devices, with any ending
 DEVICES = {
     "con",
@@ -15,17 +14,6 @@ DEVICES = {
     "nul",
     *(f"{name}{number}" for name in ("com", "lpt") for number in range(1, 10)),
 }
-
-
-def check_text(text: str, here: str) -> None:
-    """Refuse text that would end or begin a script of Snakemake's HTML report, which holds it as it is."""
-    lower = text.lower()
-    found = next((tag for tag in TAGS if tag in lower), None)
-    if found:
-        raise InputError(
-            f"{here}: expected text without {found!r}, which Snakemake's HTML report would take for its own, "
-            f"found {quoted(text)}: reword it"
-        )
 
 
 def check_name(name: str, what: str, here: str) -> None:

@@ -73,7 +73,7 @@ class Sources:
             outputs = rule.text.partition("output:")[2].partition("log:")[0]
             if f"/{table}.csv" in outputs:
                 return rule
-            limits = re.search(r'table="([^"]+)"', rule.text)
+            limits = re.search(r'wildcard_constraints:\s+table="([^"]+)"', rule.text)
             if "/{table}.csv" in outputs and limits and re.fullmatch(limits[1], table):
                 return rule
         return None

@@ -10,12 +10,12 @@ def shown(study: Study) -> list[str]:
     return study.experiments + [name for name in PARTS if study.has(name)]
 
 
-def figures_of(study: Study, name: str) -> dict[str, str]:
-    """Figure -> its caption, of an experiment or part; of Figures B-1 to B-12 as many as there are trials."""
-    left_out, found = _without_budget(study), {}
+def figures_of(study: Study, name: str) -> list[str]:
+    """Figures of an experiment or part; of Figures B-1 to B-12 as many as there are trials."""
+    left_out, found = _without_budget(study), []
     for caption in captions_of(name):
         figures = APPENDIX[: len(study.conditions("dummy"))] if caption == OF_APPENDIX else (caption,)
-        found |= {figure: caption for figure in figures if figure not in left_out}
+        found += [figure for figure in figures if figure not in left_out]
     return found
 
 
@@ -32,11 +32,6 @@ def _without_budget(study: Study) -> list[str]:
     """Figures of budgets of what the study does not have."""
     shown = [f"{BUDGET}{name}" for name in budget_names(study)]
     return [figure for figure in captions_of("budgets") if figure not in shown]
-
-
-def category_of(name: str) -> str:
-    """Category of the HTML report."""
-    return (PARTS.get(name) or EXPERIMENTS[name]).category
 
 
 def figures(study: Study) -> list[str]:
@@ -324,7 +319,7 @@ def plan_of_design(plan: dict, name: str) -> dict:
 
 
 def everything(study: Study) -> list[str]:
-    """Inputs of the rule `all` that the HTML report shows; its other inputs are pages for a browser."""
+    """Inputs of the rule `all` other than pages for a browser."""
     return [
         f"<results>/report/{study.config['study']['name']}.pdf",
         "<results>/provenance.json",

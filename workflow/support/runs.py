@@ -137,7 +137,7 @@ def jobs_alive() -> list[int]:
         own = process.info
         if own["cwd"] != folder or not own["cmdline"] or own["status"] == psutil.STATUS_ZOMBIE:
             continue
-        if any(name in part for part in own["cmdline"] for name in OF_JOBS) or "--report" in own["cmdline"]:
+        if any(name in part for part in own["cmdline"] for name in OF_JOBS):
             found.append(process.pid)
     return found
 

@@ -12,7 +12,7 @@ from tepsipe.io.readers.file_kind import ending_of
 from tepsipe.io.readers.text_file import read_text
 from tepsipe.io.readers.whole_trial import TEXT_ENDINGS, holds_whole_trial
 from workflow.support.experiments import EXPERIMENTS
-from workflow.support.names import check_distinct, check_name, check_text
+from workflow.support.names import check_distinct, check_name
 from workflow.support.people import belt_of, participant_of
 from workflow.support.placeholders import refuse_placeholder_cells
 from workflow.support.row_names import NAME_COLUMNS, names_of
@@ -95,8 +95,6 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
             )
         named = dict(zip(header, map(str.strip, cells), strict=True))
         refuse_placeholder_cells(named, f"{path}: line {number}")
-        for cell in cells:
-            check_text(cell, f"{path}: line {number}")
         row = _row(named, number, path)
         key = (row.experiment, row.condition)
         if key in trials:
