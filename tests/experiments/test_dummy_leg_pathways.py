@@ -1,6 +1,6 @@
 """TEP-SIPE from markers and belt to parameters, pathway by pathway."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -15,6 +15,7 @@ from tepsipe.experiments.dummy.results import (
     cross_validation_estimates,
     dummy_result,
 )
+from tepsipe.identification.estimators import ESTIMATORS, Estimator, Record
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.signals.perturbations import WindowOptions
@@ -187,6 +188,23 @@ def test_output_error_finds_the_leg_later_than_the_foot_if_the_strober_is_forgot
     # the leg's angle is sampled 0.4 to 1.6 ms after the ankle: weighted by the lever, and opposite in sign
     assert 1e-4 < abs(found.simulating_fits["simulated"].delay_s) < 2e-3
     assert found.regressions["simulated"].mean[2] == pytest.approx(10.0, rel=0.01)
+
+
+@pytest.mark.parametrize("part", [field.name for field in fields(Record)])
+def test_an_estimator_gets_each_part_of_a_record_that_it_needs_alone(part, exact, monkeypatch):
+    given = []
+
+    def fit(record):
+        given.append(getattr(record, part))
+        return exact.regressions["leg"]
+
+    monkeypatch.setitem(ESTIMATORS, "toy", Estimator("the joint, whatever is recorded", (part,), fit))
+    options, toy = replace(OPTIONS, belt_fixed_labels=("ankle",)), {"toy": Pathway("leg", "aligned", "toy")}
+    found = analyse_dummy(trial_of_swing(Joint(rest=0.005)), options, toy)
+    assert given and given[0] is not None
+    assert dummy_estimates("x", found, bootstrap_pathways(found, 200, 1))[2].value == pytest.approx(
+        10.0, rel=0.01
+    )
 
 
 @pytest.mark.parametrize("labels", [(), ("heel",)])

@@ -165,7 +165,14 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
     regressions, budgets, small, skews = {}, {}, {}, {}
     for name, pathway in pathways.items():
         motion, estimator = motions[pathway.marker_instants], find_estimator(pathway.estimator)
-        fields = {"motion": motion, "perturbations": perturbations, "at_rest": at_rest, "leg": options.leg}
+        fields = {
+            "motion": motion,
+            "perturbations": perturbations,
+            "at_rest": at_rest,
+            "leg": options.leg,
+            "belt_velocity": prepared.belt_velocity,
+            "belt_log": None if MARKED_BELT in trial.attributes else trial.values("belt_velocity"),
+        }
         if "torque" in estimator.needs:
             fields["torque"] = leg_pathway_torque(pathway.torque, options.leg, motion)
             thesis = pathway.estimator == LEAST_SQUARES_THESIS
@@ -174,10 +181,9 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
             )
         if "foot_position" in estimator.needs:
             foot = belt_fixed_position(trial, options.belt_fixed_labels, pathway.marker_instants)
-            fields |= {"foot_position": prepared.filtered(foot), "belt_velocity": prepared.belt_velocity}
+            fields["foot_position"] = prepared.filtered(foot)
         if "markers" in estimator.needs:
             fields["markers"] = trial_markers(trial, options, pathway.marker_instants)
-            fields["belt_log"] = None if MARKED_BELT in trial.attributes else trial.values("belt_velocity")
         fit = regressions[name] = estimate(pathway.estimator, Record(**fields))
         known, further = leg_knowledge(prepared, options, pathway, motion), {}
         if isinstance(fit, LikelihoodEstimates):
