@@ -17,7 +17,7 @@ over the window with the weights of K, so the estimate belongs to their centre o
 2016 and Shorter & Rouse 2018 on impedance that changes within stance).
 
 Errors in variables: natural scatter remains in the mean Dtheta. Its covariances are known from unperturbed
-strides and are subtracted from the normal equations.
+strides and are subtracted from the normal equations (`tepsipe.identification.regression.generalised`).
 
 References
 ----------
@@ -43,11 +43,19 @@ from tepsipe.experiments.walking.deviations import (
     VERTICAL,
     Deviations,
 )
+from tepsipe.identification.regression.generalised import (
+    GeneralisedFit,
+    Record,
+    generalised_least_squares,
+    integrated_wiener,
+    sensitivity,
+)
 from tepsipe.statistics.uncertainty import Budget, Source
 
 QUANTITIES = ("I", "B", "K")
 REGRESSORS = (ACCELERATION, RATE, ANGLE)
 DISCREPANCY = 0.02  # of the response, what the model lacks
+MOST_SCATTER = 0.8  # share of the mean response that is natural scatter; beyond it, none is subtracted
 LEAST_RESPONSE = 5.0  # of the angle, in standard deviations of its chance; below there is no interval
 
 
@@ -193,9 +201,8 @@ def predicted_uncertainty(
     modelled = beta @ response
     weighing = natural / 50.0 + np.diag((DISCREPANCY * modelled) ** 2 + 1e-6)  # as of 50 strides
     weighing += options.reflex_Nm**2 * _reflex(deviations.time, options.reflex_from_s)
-    inverse = np.linalg.inv(weighing)
-    design = response[0 if options.inertia_kgm2 is None else 1 :].T
-    weights = np.linalg.solve(design.T @ inverse @ design, design.T @ inverse)
+    record = Record(modelled, response[0 if options.inertia_kgm2 is None else 1 :].T, weighing)
+    weights = _weights(generalised_least_squares([record]), record)
     return float(np.sqrt(weights[-1] @ natural @ weights[-1]))
 
 
@@ -219,33 +226,27 @@ def _step(signals, time: np.ndarray, beta: np.ndarray, free: slice, options: Wal
     modelled = mean.T @ beta if beta.any() else moment
     covariance += np.diag((DISCREPANCY * modelled) ** 2 + 1e-4 * np.trace(covariance) / len(time) + 1e-6)
     covariance += options.reflex_Nm**2 * _reflex(time, options.reflex_from_s)
-    inverse = np.linalg.inv(covariance)
-    design = mean[free].T
-    gram = design.T @ inverse @ design
-    # contribution of natural scatter to the normal equations: angles with themselves, and with the moment
-    product = np.einsum("nav,vw,nbw->ab", x0[:, free], inverse, x0[:, free]) * share / len(y0)
+    # natural scatter that is left in the mean: angles with themselves, and with the moment
     rest = y0 - np.einsum("nqw,q->nw", x0[:, : free.start], beta[: free.start])
-    cross = np.einsum("nav,vw,nw->a", x0[:, free], inverse, rest) * share / len(y0)
-    corrected = gram - product
-    if np.linalg.eigvalsh(_scaled(corrected, gram))[0] < 0.2:  # no more signal than scatter: no correction
-        corrected, cross = gram, 0.0 * cross
+    angles = np.einsum("nav,nbw->abvw", x0[:, free], x0[:, free]) * share / len(y0)
+    with_moment = np.einsum("nav,nw->avw", x0[:, free], rest) * share / len(y0)
+    record = Record(moment, mean[free].T, covariance, noise=(angles, with_moment))
+    fit = generalised_least_squares([record])
+    if fit.noise_share > MOST_SCATTER:
+        fit = generalised_least_squares([replace(record, noise=None)])
     updated = beta.copy()
-    updated[free] = np.linalg.solve(corrected, design.T @ inverse @ moment - cross)
-    return updated, np.linalg.solve(corrected, design.T @ inverse)
+    updated[free] = fit.parameters
+    return updated, _weights(fit, record)
 
 
-def _scaled(matrix: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Matrix in the metric of another one, so that equal matrices give the identity."""
-    root = np.linalg.cholesky(scale)
-    half = np.linalg.solve(root, matrix)
-    return np.linalg.solve(root, half.T)
+def _weights(fit: GeneralisedFit, record: Record) -> np.ndarray:
+    """Change of the parameters with each sample of the moment, shape (p, w)."""
+    return sensitivity(fit, [record], [np.eye(len(record.target))]).T
 
 
 def _reflex(time: np.ndarray, start_s: float) -> np.ndarray:
     """Covariance of an integrated Wiener process from ``start_s`` on, 1 after 20 ms."""
-    after = np.clip(time - start_s, 0.0, None)
-    short, long = np.minimum.outer(after, after), np.maximum.outer(after, after)
-    return short**2 * (3.0 * long - short) / (2.0 * 0.02**3)
+    return integrated_wiener(time, start_s) * (3.0 / 0.02**3)
 
 
 def _type_a(influence: np.ndarray, scatter: np.ndarray) -> tuple[np.ndarray, float]:
