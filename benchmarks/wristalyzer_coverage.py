@@ -28,7 +28,7 @@ from tepsipe.io.readers.text_table import read_text_table  # noqa: E402
 from tepsipe.reporting.recovery import true_parameters  # noqa: E402
 from tepsipe.reporting.true_motion import linear_truth, read_true_motion  # noqa: E402
 from tepsipe.statistics.uncertainty import sources_of  # noqa: E402
-from tepsipe.virtual_lab.drawn import draw_laboratory  # noqa: E402
+from tepsipe.virtual_lab.drawn_laboratories import draw_laboratory  # noqa: E402
 from tepsipe.virtual_lab.wristalyzer_trial import make_wristalyzer_trial  # noqa: E402
 from workflow.settings.complete import without  # noqa: E402
 

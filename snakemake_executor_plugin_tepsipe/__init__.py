@@ -141,7 +141,7 @@ def run_script(script: Path, folder: Path, snakemake: SimpleNamespace) -> None:
     sys.argv = [str(script)]
     try:
         runpy.run_path(str(script), {"snakemake": snakemake}, run_name="__main__")
-        from workflow.support.made import end_job  # of the Snakefile that runs
+        from workflow.support.job_outputs import end_job  # of the Snakefile that runs
 
         end_job(snakemake)
     except (Exception, KeyboardInterrupt):

@@ -135,7 +135,7 @@ def true_joint(dummy_files, shipped_config):
 @pytest.fixture
 def checked_study_of(root, monkeypatch):
     """Check a shipped study, defaults and its own file, with other values of some keys."""
-    from workflow.support.start import checked_study, merged_settings
+    from workflow.support.checked_study import checked_study, merged_settings
 
     monkeypatch.chdir(root)
 

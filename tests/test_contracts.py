@@ -12,7 +12,7 @@ from syntax import imports, nodes, syntax
 
 import tepsipe
 from workflow.support.experiments import EXPERIMENTS
-from workflow.support.reach import reached_by
+from workflow.support.imported_files import reached_by
 
 ROOT = Path(__file__).parents[1]
 MODULES = sorted((ROOT / "tepsipe").rglob("*.py"))

@@ -12,7 +12,7 @@ import sys
 
 from tepsipe.errors import InputError
 from workflow.support import runs
-from workflow.support.start import shipped
+from workflow.support.checked_study import shipped
 from workflow.support.yaml_file import read_settings
 
 

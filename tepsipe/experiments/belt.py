@@ -24,7 +24,7 @@ from tepsipe.arguments import (
 from tepsipe.errors import InputError, listed, quoted, refuse_other_kind
 from tepsipe.signals.array_types import Samples
 from tepsipe.signals.filters import Lowpass
-from tepsipe.signals.showing import as_html, new_axes
+from tepsipe.signals.notebook_display import as_html, new_axes
 from tepsipe.treadmill.calibration import ModelScore, calibrate, table_plan
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import (

@@ -8,7 +8,7 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.mechanics.impedance_model import PARAMETERS
-from tepsipe.signals.showing import as_html, new_axes
+from tepsipe.signals.notebook_display import as_html, new_axes
 from tepsipe.statistics.bootstrap import expanded_tail
 from tepsipe.statistics.uncertainty import Budget, Source
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from tepsipe.arguments import checked, pair
 from tepsipe.errors import InputError
-from tepsipe.signals.showing import new_axes
+from tepsipe.signals.notebook_display import new_axes
 
 if TYPE_CHECKING:
     import pandas as pd

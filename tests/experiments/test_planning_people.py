@@ -22,7 +22,7 @@ from tepsipe.experiments.planning.standing_plan import (
 )
 from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
 from tepsipe.experiments.standing.free_reflex.fit import fit_free_reflex
-from tepsipe.experiments.walking.needed import NEEDED_ROWS, NeededRow
+from tepsipe.experiments.walking.needed_strides import NEEDED_ROWS, NeededRow
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
 

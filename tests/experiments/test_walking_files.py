@@ -15,7 +15,7 @@ from tepsipe.experiments.walking.instruments import (
     read_instruments,
     walking_recording,
 )
-from tepsipe.experiments.walking.needed import allocation
+from tepsipe.experiments.walking.needed_strides import allocation
 from tepsipe.experiments.walking.results import walking_estimates
 from tepsipe.experiments.walking.strides import detect_events, segment_strides
 from tepsipe.io.estimates import ESTIMATES

@@ -5,13 +5,13 @@ import shutil
 import numpy as np
 import pytest
 
-from tepsipe.new_study.look import look_at
+from tepsipe.new_study.file_recognition import look_at
 from tepsipe.new_study.study import new_study
 from tepsipe.virtual_lab.walker import Joint, perturb
 from tepsipe.virtual_lab.walking_files import WalkerBody, write_events, write_walk
 from tests.experiments.test_walking import synthetic_walk
 from workflow.check import main
-from workflow.support.start import checked_study, merged_settings
+from workflow.support.checked_study import checked_study, merged_settings
 
 
 @pytest.fixture(scope="module")

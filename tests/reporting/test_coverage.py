@@ -33,12 +33,11 @@ from tepsipe.reporting.coverage_flags import FLAG_ROWS, flag_rows
 from tepsipe.reporting.figures.coverage import plot_coverage, plot_intervals
 from tepsipe.reporting.recovery import recovery_of
 from tepsipe.reporting.run import Run, report_content
-from tepsipe.virtual_lab.drawn import draw_laboratory, drawn_numbers
+from tepsipe.virtual_lab.drawn_laboratories import draw_laboratory, drawn_numbers
 from workflow.settings.complete import settings_of
 from workflow.support import laboratories
-from workflow.support.check import check_standing_cutoffs
+from workflow.support.checked_study import check_standing_cutoffs, merged_settings
 from workflow.support.laboratories import Laboratories, constants_of, one_of_each_set, seed_of, set_of
-from workflow.support.start import merged_settings
 from workflow.support.stopped import write_record
 
 SETS = {"nominal": {}, "shifted-means": {"shift": 1.0}, "heavy-tails": {"student_freedom": 3}}

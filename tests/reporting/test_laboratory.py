@@ -8,7 +8,7 @@ import yaml
 from typst_builders import REPORT, evaluated
 
 from tepsipe.reporting.laboratory import INFERRED_CONSTANTS, LABORATORY_ROWS, MECHANISMS, laboratory_rows
-from workflow.support.start import checked_sections
+from workflow.support.checked_study import checked_sections
 
 EVERYTHING = ["wristalyzer", "dummy", "weight", "standing"]
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tepsipe.statistics.uncertainty import sources_of
-from tepsipe.virtual_lab.drawn import drawn_numbers
+from tepsipe.virtual_lab.drawn_laboratories import drawn_numbers
 
 # drawn constant -> source of the analysis, and what multiplies the one to be the other
 SAME = {

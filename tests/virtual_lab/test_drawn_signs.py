@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tepsipe.virtual_lab.drawn import draw_laboratory, drawn_numbers
+from tepsipe.virtual_lab.drawn_laboratories import draw_laboratory, drawn_numbers
 from workflow.support.yaml_file import read_settings
 
 

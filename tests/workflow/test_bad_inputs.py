@@ -16,8 +16,8 @@ from study_builders import write_sheet
 
 from tepsipe.errors import InputError
 from tepsipe.mechanics.engines import resolved_engine
+from workflow.support.checked_study import checked_sections, checked_study, merged_settings, with_its_file
 from workflow.support.recordings import _of_tables, refused_recordings
-from workflow.support.start import checked_sections, checked_study, merged_settings, with_its_file
 from workflow.support.study import Study
 from workflow.support.trial_sheet import read_trial_sheet
 

@@ -17,10 +17,9 @@ from workflow.settings.complete import only, pick, settings_of, without
 from workflow.settings.config import Config, check_config
 from workflow.settings.reported import Reported
 from workflow.settings.virtual_lab import VirtualLab
-from workflow.support.check import check_one_treadmill, check_plate_models
+from workflow.support.checked_study import check_one_treadmill, check_plate_models, checked_constants
 from workflow.support.experiments import EXPERIMENTS
-from workflow.support.reach import reached_by
-from workflow.support.start import checked_constants
+from workflow.support.imported_files import reached_by
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, check_sources, read_trial_sheet
 from workflow.support.version import code_version
 from workflow.support.yaml_file import read_constants, read_settings

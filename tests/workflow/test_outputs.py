@@ -17,7 +17,7 @@ from workflow.settings.complete import pick
 from workflow.settings.config import Config
 from workflow.settings.dummy import ABOUT_ESTIMATORS
 from workflow.settings.structure import kind_at, names_of
-from workflow.support import facts, outputs
+from workflow.support import outputs, report_params
 from workflow.support.captions import captions_of, read_captions
 from workflow.support.experiments import APPENDIX, EXPERIMENTS, OF_APPENDIX, PARTS
 from workflow.support.lookups.thesis import table_experiment
@@ -78,7 +78,7 @@ def test_every_caption_is_used_and_there(shipped, root):
 
 
 def test_constants_that_are_compared_are_in_the_laboratory(shipped, shipped_truth):
-    paths = facts.true(shipped)
+    paths = report_params.true(shipped)
     assert len(paths) == len(set(paths)) > 4
     joint = {key: shipped_truth["dummy"]["subject"][key] for key in ("joint_inertia_kgm2",)}
     assert pick(shipped_truth, *paths)["dummy"] == {
@@ -170,14 +170,14 @@ def test_noise_study_has_one_trial_of_every_profile_and_amplitude(shipped):
 
 
 def test_printed_settings_are_those_of_experiments_and_parts_in_the_study(shipped, study_of):
-    printed = facts.printed(shipped)
+    printed = report_params.printed(shipped)
     assert list(printed) == [*shipped.experiments, "noise"]
     assert printed["weight"] == {
         "weight": {"mass_kg": 20.0},
         "analysis": {"cutoffs_hz": [20.0, 10.0], "segment_s": 0.3},
     }
     assert printed["empty"] == {}
-    assert list(facts.printed(study_of(row("belt", "a", role="calibrate")))) == ["belt"]
+    assert list(report_params.printed(study_of(row("belt", "a", role="calibrate")))) == ["belt"]
 
 
 def test_protocols_have_durations_intervals_and_amplitudes_of_the_trial_sheet(shipped):
@@ -239,7 +239,7 @@ def test_fits_are_in_the_order_in_which_they_are_read_where_a_sheet_mixes_experi
 def test_truth_is_wanted_of_what_was_made_alone(study_of):
     study = study_of(row("dummy", "own"), row("weight", "w", "virtual_lab"))
     assert study.all_made() == {"dummy": [], "weight": ["w"]}
-    assert facts.true(study) == ["weight.mass_kg", "heavy_weight.mass_kg"]
+    assert report_params.true(study) == ["weight.mass_kg", "heavy_weight.mass_kg"]
 
 
 def test_task_counts_as_made_only_if_all_of_its_trials_are(study_of):

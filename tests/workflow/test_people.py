@@ -7,7 +7,7 @@ import pytest
 from tepsipe.errors import InputError
 from workflow.settings.config import check_config
 from workflow.support import groups, outputs
-from workflow.support.check import check_one_treadmill
+from workflow.support.checked_study import check_one_treadmill
 from workflow.support.people import read_participants
 from workflow.support.study import Study
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, read_trial_sheet

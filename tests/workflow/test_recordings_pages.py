@@ -9,8 +9,8 @@ import yaml
 
 from tepsipe.cli import _parser
 from workflow.settings.config import check_config
+from workflow.support.checked_study import merged_settings
 from workflow.support.experiments import EXPERIMENTS
-from workflow.support.start import merged_settings
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs/recordings").glob("*.md"))

@@ -13,7 +13,7 @@ from workflow.settings.reported import Reported
 from workflow.settings.structure import entries_of, section_of
 from workflow.settings.tables import README, updated
 from workflow.settings.virtual_lab import VirtualLab
-from workflow.support.reach import reached_by
+from workflow.support.imported_files import reached_by
 from workflow.support.yaml_file import read_settings
 
 ROOT = Path(__file__).parents[2]

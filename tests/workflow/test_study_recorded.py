@@ -22,8 +22,8 @@ from study_builders import (
 )
 
 from tepsipe.io.trial import read_trial
+from workflow.support.checked_study import checked_study, merged_settings
 from workflow.support.recordings import ingested
-from workflow.support.start import checked_study, merged_settings
 
 pytestmark = pytest.mark.study
 

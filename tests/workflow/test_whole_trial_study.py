@@ -14,7 +14,7 @@ from tepsipe.errors import InputError
 from tepsipe.ingest.recording_options import RecordingOptions
 from workflow.settings.complete import settings_of
 from workflow.settings.config import check_config
-from workflow.support.check import check_one_treadmill, check_recordings
+from workflow.support.checked_study import check_one_treadmill, check_recordings
 from workflow.support.study import Study
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, read_trial_sheet
 

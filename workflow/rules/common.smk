@@ -8,12 +8,12 @@ from itertools import chain
 from pathlib import Path
 
 from tepsipe.mechanics.engines import resolved_engine
-from workflow.support import facts, groups, outputs
+from workflow.support import groups, outputs, report_params
 from workflow.support.folders import check_checkout
-from workflow.support.reach import reached_by
+from workflow.support.imported_files import reached_by
 from workflow.support.rigs import RIG_KEYS, rig_of
 from workflow.settings.complete import pick, without
-from workflow.support.start import checked_sections, checked_study, with_its_file
+from workflow.support.checked_study import checked_sections, checked_study, with_its_file
 from workflow.support.lookups.thesis import table_experiment
 from workflow.support.study import any_of
 from workflow.support.version import code_version

@@ -25,7 +25,7 @@ rule write_wristalyzer_pages:
         composed_by="wristalyzer",
         chapter="wristalyzer",
         title=TITLE,
-        trials=facts.described(STUDY, "wristalyzer"),
+        trials=report_params.described(STUDY, "wristalyzer"),
     script:
         "../scripts/write_pages.py"
 
@@ -51,7 +51,7 @@ rule write_dummy_pages:
         composed_by="dummy",
         chapter="dummy",
         title=TITLE,
-        trials=facts.described(STUDY, "dummy"),
+        trials=report_params.described(STUDY, "dummy"),
         recommended=DUMMY["recommended"],
     script:
         "../scripts/write_pages.py"
@@ -79,7 +79,7 @@ rule write_weight_pages:
         title=TITLE,
         experiment="weight",
         belts=list(STUDY.treadmill.plates().values()),
-        trials=facts.described(STUDY, "weight"),
+        trials=report_params.described(STUDY, "weight"),
     script:
         "../scripts/write_pages.py"
 
@@ -104,7 +104,7 @@ use rule write_weight_pages as write_empty_pages with:
         title=TITLE,
         experiment="empty",
         belts=[],
-        trials=facts.described(STUDY, "empty"),
+        trials=report_params.described(STUDY, "empty"),
 
 
 rule write_standing_pages:
@@ -127,7 +127,7 @@ rule write_standing_pages:
         composed_by="standing",
         chapter="standing",
         title=TITLE,
-        trials=facts.described(STUDY, "standing"),
+        trials=report_params.described(STUDY, "standing"),
         recommended=STANDING["recommended"],
     script:
         "../scripts/write_pages.py"
@@ -154,7 +154,7 @@ rule write_position_manipulator_pages:
         composed_by="position_manipulator",
         chapter="position-manipulator",
         title=TITLE,
-        trials=facts.described(STUDY, "position_manipulator"),
+        trials=report_params.described(STUDY, "position_manipulator"),
     script:
         "../scripts/write_pages.py"
 
@@ -178,7 +178,7 @@ rule write_platform_pages:
         composed_by="platform",
         chapter="platform",
         title=TITLE,
-        trials=facts.described(STUDY, "platform"),
+        trials=report_params.described(STUDY, "platform"),
     script:
         "../scripts/write_pages.py"
 
@@ -201,7 +201,7 @@ rule write_belt_pages:
         composed_by="belt",
         chapter="treadmill",
         title=TITLE,
-        trials=facts.described(STUDY, "belt"),
+        trials=report_params.described(STUDY, "belt"),
         model=SETTINGS["belt"]["chosen"],
     script:
         "../scripts/write_pages.py"

@@ -53,7 +53,7 @@ rule write_report:
     params:
         main="report.typ",
         chapters=outputs.chapters(STUDY),
-        settings=facts.printed(STUDY),
+        settings=report_params.printed(STUDY),
         study=as_it_is(
             ABOUT_STUDY
             | {

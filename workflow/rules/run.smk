@@ -2,7 +2,7 @@
 
 import atexit
 
-from workflow.support import made
+from workflow.support import job_outputs
 from workflow.support.experiments import EXPERIMENTS
 from workflow.support.stopped import what_stopped
 
@@ -12,9 +12,9 @@ try:
         dry = runs.is_dry(sys.argv)
         if not dry:
             runs.refuse_a_lock()
-        changes = made.changes(config["pathvars"]["logs"])
-        made.refuse_edited(changes)
-        AGAIN = made.remade(changes, config, workflow.main_snakefile, sys.argv, dry)
+        changes = job_outputs.changes(config["pathvars"]["logs"])
+        job_outputs.refuse_edited(changes)
+        AGAIN = job_outputs.remade(changes, config, workflow.main_snakefile, sys.argv, dry)
 except InputError as error:
     sys.exit(f"tepsipe: {error}")
 
@@ -31,7 +31,7 @@ def begin():
 def succeed():
     """After the last job: results of no trial are named; the last line is the path of the page to open."""
     runs.forget_run()
-    left = made.of_no_trial(config["pathvars"]["logs"], STUDY.trials, EXPERIMENTS)
+    left = job_outputs.of_no_trial(config["pathvars"]["logs"], STUDY.trials, EXPERIMENTS)
     if left:
         more = f" and {len(left) - 1} more" if len(left) > 1 else ""
         print(f"tepsipe: of no trial of the sheet, not needed: {left[0]}{more}", file=sys.stderr)

@@ -91,7 +91,7 @@ rule compare_with_truth:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        truth=truth_of(*facts.true(STUDY), *facts.mechanisms(STUDY)),
+        truth=truth_of(*report_params.true(STUDY), *report_params.mechanisms(STUDY)),
         made=STUDY.all_made(),
         tasks=STUDY.tasks.made(),
         windows_s=STUDY.estimators.dummy_windows(),

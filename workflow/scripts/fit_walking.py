@@ -12,7 +12,7 @@ import numpy as np
 
 from tepsipe.experiments.walking.analysis import analyse_walking, without_pulses
 from tepsipe.experiments.walking.impedance import WalkingOptions
-from tepsipe.experiments.walking.needed import NEEDED_ROWS, ExpectedPulse, needed_strides
+from tepsipe.experiments.walking.needed_strides import NEEDED_ROWS, ExpectedPulse, needed_strides
 from tepsipe.experiments.walking.recording import agreement, ankle_moment, bandwidth_hz
 from tepsipe.experiments.walking.results import WALKING_ROWS, walking_estimates, walking_rows
 from tepsipe.experiments.walking.trial import read_trial

@@ -23,7 +23,7 @@ from workflow.support.threads import use_one_thread
 use_one_thread()
 
 from tepsipe.errors import InputError
-from workflow.support.made import begin_job, end_job
+from workflow.support.job_outputs import begin_job, end_job
 from workflow.support.stopped import forget, write_record
 
 FULL = (errno.ENOSPC, errno.EDQUOT)

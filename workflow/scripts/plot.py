@@ -10,7 +10,7 @@ from pathlib import Path
 
 import typst
 
-from tepsipe.reporting.figures.drawn import HEADER, write_drawn
+from tepsipe.reporting.figures.figure_numbers import HEADER, write_drawn
 from tepsipe.reporting.figures.style import Drawing, save_figure, save_png
 
 

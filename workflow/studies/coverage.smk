@@ -1,7 +1,7 @@
 # How often intervals hold the truth: many laboratories, drawn from what the analysis assumes and from other
 # distributions. A job is a whole study of one laboratory, by the same Snakefile.
 
-from tepsipe.virtual_lab.drawn import draw_laboratory
+from tepsipe.virtual_lab.drawn_laboratories import draw_laboratory
 from workflow.support.laboratories import Laboratories
 
 LABORATORIES = Laboratories(config)

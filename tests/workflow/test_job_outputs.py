@@ -9,7 +9,7 @@ import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from workflow.support import made
+from workflow.support import job_outputs
 
 CONFIG = {"pathvars": {"results": "results", "logs": "results/logs"}}
 FIT, TABLE = "results/fits/dummy/a.h5", "results/estimates/dummy/a.csv"
@@ -22,7 +22,7 @@ def job(tmp_path, monkeypatch):
 
     def run(*files, rule="fit_dummy", condition="a", logs="results/logs"):
         log = f"{logs}/{rule}/{condition}.log"
-        made.begin_job(log)
+        job_outputs.begin_job(log)
         for path in files:
             Path(path).parent.mkdir(parents=True, exist_ok=True)
             if path.endswith(".h5"):
@@ -32,7 +32,7 @@ def job(tmp_path, monkeypatch):
                 with open(path, "w") as file:
                     file.write("K,8.7\n")
         wildcards = {"condition": condition} if condition else {}
-        made.end_job(SimpleNamespace(log=[log], wildcards=wildcards, output=files))
+        job_outputs.end_job(SimpleNamespace(log=[log], wildcards=wildcards, output=files))
 
     return run
 
@@ -42,24 +42,24 @@ def summary(monkeypatch):
     """Files that the present study makes."""
 
     def makes(*files):
-        monkeypatch.setattr(made, "_made_by", lambda config, snakefile: set(files))
+        monkeypatch.setattr(job_outputs, "_made_by", lambda config, snakefile: set(files))
 
     return makes
 
 
 def found():
-    return made.changes("results/logs")
+    return job_outputs.changes("results/logs")
 
 
 def remade(found, *arguments, dry=False):
-    return made.remade(found, CONFIG, "Snakefile", ["snakemake", *arguments], dry)
+    return job_outputs.remade(found, CONFIG, "Snakefile", ["snakemake", *arguments], dry)
 
 
 def test_what_nobody_touched_is_as_it_was_made(job):
     job(FIT, TABLE)
-    assert found() == made.Changes()
+    assert found() == job_outputs.Changes()
     os.utime(TABLE)  # touched or copied
-    assert found() == made.Changes()
+    assert found() == job_outputs.Changes()
     assert remade(found()) == []
 
 
@@ -68,10 +68,10 @@ def test_an_edited_result_is_refused_until_it_is_deleted(job, summary):
     with open(TABLE, "w") as file:
         file.write("K,9.9\n")
     with pytest.raises(InputError, match="delete it to have it made again") as caught:
-        made.refuse_edited(found())
+        job_outputs.refuse_edited(found())
     assert_one_sentence(caught.value, TABLE)
     Path(TABLE).unlink()
-    made.refuse_edited(found())
+    job_outputs.refuse_edited(found())
     summary(FIT, TABLE)
     assert remade(found()) == [TABLE]
 
@@ -111,7 +111,9 @@ def longer(path):
 def test_whatever_happens_to_a_result_is_noticed(job, path, change, is_damaged):
     job(FIT, TABLE)
     change(Path(path))
-    assert found() == (made.Changes(damaged=[path]) if is_damaged else made.Changes(edited=[path]))
+    assert found() == (
+        job_outputs.Changes(damaged=[path]) if is_damaged else job_outputs.Changes(edited=[path])
+    )
 
 
 def test_a_deleted_intermediate_is_asked_for_if_the_study_makes_it(job, summary, capsys):
@@ -135,7 +137,7 @@ def test_a_truncated_file_is_removed_and_asked_for(job, summary, left):
     job(FIT, TABLE)
     os.truncate(FIT, left)
     summary(FIT, TABLE)
-    assert found() == made.Changes(damaged=[FIT])
+    assert found() == job_outputs.Changes(damaged=[FIT])
     assert remade(found(), dry=True) == [FIT]
     assert Path(FIT).exists()
     assert remade(found()) == [FIT]
@@ -155,22 +157,22 @@ def test_pages_of_a_renamed_trial_are_removed_and_its_results_named(job):
         "d.html",
     ]
     experiments = {"dummy", "weight"}
-    assert made.of_no_trial("results/logs", {("dummy", "a"): 0}, experiments) == []
-    assert made.of_no_trial("results/logs", {("weight", "a"): 0}, experiments) == [TABLE, FIT]
+    assert job_outputs.of_no_trial("results/logs", {("dummy", "a"): 0}, experiments) == []
+    assert job_outputs.of_no_trial("results/logs", {("weight", "a"): 0}, experiments) == [TABLE, FIT]
 
 
 def test_a_job_that_is_killed_leaves_nothing_to_be_taken_for_an_edit(job):
     job(FIT, TABLE)
-    made.begin_job("results/logs/fit_dummy/a.log")
+    job_outputs.begin_job("results/logs/fit_dummy/a.log")
     with open(TABLE, "w") as file:
         file.write("half")
-    assert found() == made.Changes()
+    assert found() == job_outputs.Changes()
 
 
 def test_results_of_another_study_in_the_folder_are_left_alone(job):
     job("results/mine/tables/a.csv", logs="results/mine/logs")
     Path("results/mine/tables/a.csv").unlink()
-    assert found() == made.Changes()
-    (record,) = made.RECORDS.glob("*.json")
+    assert found() == job_outputs.Changes()
+    (record,) = job_outputs.RECORDS.glob("*.json")
     record.write_text("{damaged")
-    assert made.changes("results/mine/logs") == made.Changes()
+    assert job_outputs.changes("results/mine/logs") == job_outputs.Changes()
