@@ -17,7 +17,7 @@ from tepsipe.ingest.agreement import (
     refuse_mass,
     refuse_other_force,
 )
-from tepsipe.ingest.frozen_channels import frozen_stretch
+from tepsipe.ingest.frozen import frozen_stretch
 from tepsipe.ingest.limits import Limits, Rig, source, used_belt
 from tepsipe.io.trial import Trial
 

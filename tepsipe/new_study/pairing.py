@@ -8,7 +8,7 @@ from pathlib import PurePosixPath
 
 import numpy as np
 
-from tepsipe.new_study.file_recognition import FIRST, Found, samples
+from tepsipe.new_study.look import FIRST, Found, samples
 
 # words of a file's name that say what the file holds, not which trial it is of
 GENERIC = {

@@ -5,7 +5,7 @@ import re
 import numpy as np
 
 from tepsipe.new_study.axes import belts_of
-from tepsipe.new_study.file_recognition import samples
+from tepsipe.new_study.look import samples
 from tepsipe.new_study.measures import pulses_of
 from tepsipe.new_study.pairing import Group, after_trigger
 from tepsipe.new_study.settings import PLACEHOLDER, Missing

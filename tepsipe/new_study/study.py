@@ -8,10 +8,10 @@ from pathlib import Path
 
 from tepsipe.errors import InputError
 from tepsipe.new_study.experiments import find_experiments
-from tepsipe.new_study.file_recognition import Found, look_at
+from tepsipe.new_study.look import Found, look_at
 from tepsipe.new_study.pairing import Group, group_files, name_apart
+from tepsipe.new_study.parts import parts_of
 from tepsipe.new_study.people import TABLE, participants_of, plan_people
-from tepsipe.new_study.separate_studies import parts_of
 from tepsipe.new_study.settings import PLACEHOLDER, Missing, Plan, yaml_text
 from tepsipe.new_study.sheet import rows_of, sheet_text
 from tepsipe.new_study.table_plan import plan_belt, plan_platform, plan_position, plan_wristalyzer

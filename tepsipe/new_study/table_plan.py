@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from tepsipe.new_study.file_recognition import Found, candidates_by_role, samples
+from tepsipe.new_study.look import Found, candidates_by_role, samples
 from tepsipe.new_study.measures import driving_sign, period_s, resisting_sign
 from tepsipe.new_study.pairing import Group, key_of
 from tepsipe.new_study.settings import Missing, Plan

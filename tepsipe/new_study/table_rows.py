@@ -2,7 +2,7 @@
 
 from tepsipe.io.readers.plain_table import DELIMITERS as NAMED
 from tepsipe.io.readers.text_table import refuse_other_unit
-from tepsipe.new_study.file_recognition import samples
+from tepsipe.new_study.look import samples
 from tepsipe.new_study.measures import driving_sign
 from tepsipe.new_study.pairing import Group
 from tepsipe.new_study.table_plan import angle_unit

@@ -13,8 +13,8 @@ from tepsipe.io.described import Channel
 from tepsipe.io.readers.c3d import Markers
 from tepsipe.io.readers.recording import DIRECTIONS, Recording
 from tepsipe.io.readers.recording import Channel as Samples
-from tepsipe.new_study.file_recognition import Found, samples
 from tepsipe.new_study.labels import muscle_of
+from tepsipe.new_study.look import Found, samples
 from tepsipe.new_study.measures import (
     FOLLOWS,
     at_frames,
