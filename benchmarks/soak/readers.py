@@ -17,8 +17,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from tepsipe.errors import InputError  # noqa: E402
 from tepsipe.io.contents import contents_of  # noqa: E402
 from tepsipe.io.estimates import ESTIMATES, Estimate  # noqa: E402
-from tepsipe.io.readers.c3d import read_markers  # noqa: E402
-from tepsipe.io.readers.c3d_recording import read_c3d_recording  # noqa: E402
+from tepsipe.io.readers.c3d import read_c3d_recording, read_markers  # noqa: E402
 from tepsipe.io.readers.dflow import marker_columns, plate_columns, read_dflow  # noqa: E402
 from tepsipe.io.readers.emg import read_emg  # noqa: E402
 from tepsipe.io.readers.marker_file import read_all_markers  # noqa: E402

@@ -13,8 +13,7 @@ import numpy as np
 from tepsipe.errors import InputError, listed
 from tepsipe.ingest.belt_table import belt_clock
 from tepsipe.io.readers.clock import BLOCKS, Clock, line_through
-from tepsipe.io.readers.dflow import DFlowTable, read_dflow, unit_of
-from tepsipe.io.readers.dflow_recording import dflow_recording, frame_clock
+from tepsipe.io.readers.dflow import DFlowTable, dflow_recording, frame_clock, read_dflow, unit_of
 from tepsipe.io.readers.recording import Channel, Recording
 from tepsipe.signals.resampling import repair_time_stamps
 from tepsipe.signals.time_alignment import common_signal_delay

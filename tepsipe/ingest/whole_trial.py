@@ -30,8 +30,7 @@ from tepsipe.ingest.recording_options import (
     named_channel,
     refuse_other_vertical,
 )
-from tepsipe.io.readers.c3d import Markers, select_markers
-from tepsipe.io.readers.recording import DIRECTIONS, ForcePlate, Recording
+from tepsipe.io.readers.recording import DIRECTIONS, ForcePlate, Markers, Recording, select_markers
 from tepsipe.io.trial import Trial
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.resampling import BAND_PER_RATE, refuse_short, regular_time, resample, rising_edge

@@ -88,7 +88,8 @@ def table_columns(path: Path) -> tuple[list[str], str]:
 
 def _of_table(path: Path) -> Contents:
     if kind_of(path) in (file_kind.DFLOW, file_kind.DELSYS):
-        from tepsipe.io.text_contents import dflow_contents, emg_table_contents
+        from tepsipe.io.readers.dflow import dflow_contents
+        from tepsipe.io.readers.emg_table import emg_table_contents
 
         return (dflow_contents if kind_of(path) == file_kind.DFLOW else emg_table_contents)(path)
     from tepsipe.io.readers.plain_table import DELIMITERS
@@ -126,7 +127,7 @@ def _of_table(path: Path) -> Contents:
 
 
 def _of_c3d(path: Path) -> Contents:
-    from tepsipe.io.c3d_contents import c3d_contents
+    from tepsipe.io.readers.c3d import c3d_contents
 
     return c3d_contents(path)
 
@@ -145,7 +146,7 @@ def _of_edf(path: Path) -> Contents:
 
 
 def _of_trc(path: Path) -> Contents:
-    from tepsipe.io.text_contents import trc_contents
+    from tepsipe.io.readers.trc import trc_contents
 
     return trc_contents(path)
 

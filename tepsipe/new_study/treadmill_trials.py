@@ -10,8 +10,7 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.io.described import Channel
-from tepsipe.io.readers.c3d import Markers
-from tepsipe.io.readers.recording import DIRECTIONS, Recording
+from tepsipe.io.readers.recording import DIRECTIONS, Markers, Recording
 from tepsipe.io.readers.recording import Channel as Samples
 from tepsipe.new_study.labels import muscle_of
 from tepsipe.new_study.look import Found, samples

@@ -8,8 +8,8 @@ from laboratory_folders import Y_UP, mark
 
 from tepsipe.errors import InputError
 from tepsipe.io.contents import contents_of
-from tepsipe.io.readers.c3d import Markers, select_markers
-from tepsipe.io.readers.c3d_recording import read_c3d_recording
+from tepsipe.io.readers.c3d import read_c3d_recording
+from tepsipe.io.readers.recording import Markers, select_markers
 from tepsipe.new_study.labels import leg_of, muscles_of, side_of
 from tepsipe.new_study.study import new_study
 from tepsipe.new_study.treadmill_trials import contacts_of, loaded_mean

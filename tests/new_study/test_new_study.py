@@ -15,7 +15,7 @@ from dflow_builders import write_mocap, write_record
 
 from tepsipe.cli import main
 from tepsipe.errors import InputError
-from tepsipe.io.readers.c3d_recording import read_c3d_recording
+from tepsipe.io.readers.c3d import read_c3d_recording
 from tepsipe.new_study.labels import muscles_of
 from tepsipe.new_study.look import columns_by_role, look_at
 from tepsipe.new_study.measures import (

@@ -20,9 +20,8 @@ import scipy
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.recording import CONTACT_N, WalkingRecording
 from tepsipe.ingest.recording_options import refuse_other_vertical
-from tepsipe.io.readers.c3d import select_markers
 from tepsipe.io.readers.file_kind import C3D, DFLOW, kind_of
-from tepsipe.io.readers.recording import DIRECTIONS, ForcePlate, Recording
+from tepsipe.io.readers.recording import DIRECTIONS, ForcePlate, Recording, select_markers
 from tepsipe.io.readers.whole_trial import read_recording
 from tepsipe.signals.resampling import BAND_PER_RATE, resample
 

@@ -1,35 +1,37 @@
-"""Marker positions from C3D files."""
+"""C3D files: a whole trial with markers, force plates and analog channels, or its markers alone."""
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
 
-from tepsipe.errors import InputError, listed, quoted
+from tepsipe.errors import InputError, quoted
+from tepsipe.io.described import Channel as ListedChannel
+from tepsipe.io.described import Contents
+from tepsipe.io.readers.force_plates import force_plates
 from tepsipe.io.readers.guarded import guarded
 from tepsipe.io.readers.gzip_file import plain_file
+from tepsipe.io.readers.recording import (
+    DIRECTIONS,
+    METRES_PER_UNIT,
+    Channel,
+    ForcePlate,
+    Markers,
+    Recording,
+    select_markers,
+)
 
 # processor type -> byte order of its words, and the byte of the scale factor that holds the sign
 WORDS = {84: ("<u2", 15), 85: ("<u2", 13), 86: (">u2", 12)}
-METRES_PER_UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
-
-
-@dataclass(frozen=True)
-class Markers:
-    """Marker positions as the motion capture system recorded them."""
-
-    rate_hz: float
-    """Frames per second."""
-    labels: tuple[str, ...]
-    positions: Annotated[np.ndarray, "(frames, markers, 3)"]
-    """x, y, z (m); NaN while a marker was hidden. One that lacks a coordinate, or has an infinite one, is
-    hidden."""
-
-    def __post_init__(self) -> None:
-        """Hide markers with incomplete coordinates."""
-        whole = np.isfinite(self.positions).all(axis=-1, keepdims=True)
-        object.__setattr__(self, "positions", np.where(whole, self.positions, np.nan))
+LEVEL = 0.9  # least vertical component of the normal of a level plate
+LOADED_N = 20.0  # vertical force from which a plate is loaded
+# lists of points that are no markers, and the parameters with their units
+NO_POSITIONS = {
+    "ANGLES": "ANGLE_UNITS",
+    "FORCES": "FORCE_UNITS",
+    "MOMENTS": "MOMENT_UNITS",
+    "POWERS": "POWER_UNITS",
+    "SCALARS": "SCALAR_UNITS",
+}
 
 
 def read_markers(path: str | Path, labels: list[str]) -> Markers:
@@ -41,30 +43,6 @@ def read_markers(path: str | Path, labels: list[str]) -> Markers:
     """
     path = Path(path)
     return select_markers(c3d_markers(open_c3d(path), path), labels, path)
-
-
-def select_markers(markers: Markers, labels: list[str], name: str | Path) -> Markers:
-    """Select markers of a file (m), in the wanted order.
-
-    A label without the name of a subject before a colon also names the only marker of that label with one.
-    """
-    available = list(markers.labels)
-    without_subject = [label.rpartition(":")[2] for label in available]
-    columns = []
-    for label in labels:
-        known = available if label in available else without_subject
-        if label not in known:
-            raise InputError(
-                f"{name}: expected a marker named {label!r}, found {listed(available)}: "
-                "name the file's markers in the configuration"
-            )
-        if known.count(label) > 1:
-            raise InputError(
-                f"{name}: expected one marker named {label!r}, found {known.count(label)}: rename them "
-                "when exporting"
-            )
-        columns.append(known.index(label))
-    return Markers(markers.rate_hz, tuple(labels), markers.positions[:, columns])
 
 
 def c3d_markers(file, path: Path) -> Markers:
@@ -165,3 +143,194 @@ def _refuse_truncated(path: Path, content: bytes) -> None:
             f"{path}: expected {frames} frames ({expected} bytes), found {len(content)} bytes: the "
             "file is truncated, copy it again from the instrument"
         )
+
+
+def read_c3d_recording(path: str | Path) -> Recording:
+    """Read all signals of a trial from a C3D file.
+
+    The first sample of every channel is taken at the instant of the first frame.
+
+    path: C3D file.
+    Returns: markers, force plates and analog channels in their units.
+    """
+    path = Path(path)
+    file = open_c3d(path)
+    markers = c3d_markers(file, path)
+    channels = _channels(file, path)
+    labels = [label for label, _ in channels]
+    scale = metres_per_unit(file, path)
+    plates = force_plates(file, [c for _, c in channels], labels, path, scale, markers.rate_hz)
+    return Recording(
+        name=str(path),
+        markers=markers if markers.labels else None,
+        plates=plates,
+        channels=dict(channels),
+        up=_up(file, markers.positions, plates),
+    )
+
+
+def _up(file, positions: np.ndarray, plates: tuple[ForcePlate, ...]) -> str:
+    """Upward direction: normal of level plates, else the vertical of the screen (POINT:Y_SCREEN), else z.
+
+    Markers are above the plates, or above the floor of the laboratory. Without them the order of the plates'
+    corners decides which side is up.
+    """
+    level = [plate for plate in plates if plate.normal is not None and np.abs(plate.normal).max() > LEVEL]
+    axes = {int(np.argmax(np.abs(plate.normal))) for plate in level}
+    screen = file["parameters"]["POINT"].get("Y_SCREEN", {}).get("value", [])
+    named = "".join(map(str, screen[:1])).strip().lower()
+    named = named if named in DIRECTIONS else "+z"
+    axis = axes.pop() if len(axes) == 1 else "xyz".index(named[1])
+    heights = positions[..., axis][np.isfinite(positions[..., axis])]
+    if heights.size:
+        surface = np.mean([plate.corners[:, axis] for plate in level]) if level else 0.0
+        downward = np.median(heights) < surface
+    else:
+        downward = sum(plate.normal[axis] for plate in level) < 0.0
+    return f"{'-' if downward else '+'}{'xyz'[axis]}"
+
+
+def _channels(file, path: Path) -> list[tuple[str, Channel]]:
+    """Label and channel in the order of the file; the number is added where a label is empty or repeated."""
+    analog, samples = file["parameters"].get("ANALOG", {}), file["data"]["analogs"][0]
+    if not samples.size:
+        return []
+    frames_hz = frame_rate(file, path)
+    per_frame = samples.shape[1] // file["data"]["points"].shape[2]
+    rate, named = per_frame * frames_hz, [float(r) for r in analog["RATE"]["value"][:1]]
+    if not rate > 0.0 or (named and abs(named[0] - rate) > 1e-3 * rate):
+        raise InputError(
+            f"{path}: expected analog channels at {per_frame} times the {frames_hz:g} Hz of the frames, "
+            f"found {named[0] if named else rate:g} Hz in ANALOG:RATE: export the file again"
+        )
+    labels, units = group_labels(file, "ANALOG"), _units(analog)
+    limits = _limits(analog, file, samples.shape[0])
+    channels: list[tuple[str, Channel]] = []
+    for k, values in enumerate(np.where(np.isfinite(samples), samples, np.nan)):
+        label = labels[k] if k < len(labels) and labels[k] else f"channel {k + 1}"
+        if label in labels[:k]:
+            label = f"{label} (channel {k + 1})"
+        channels.append((label, Channel(values, units[k] if k < len(units) else "", rate, limits[k])))
+    return channels
+
+
+def _units(analog: dict) -> list[str]:
+    names = ["UNITS", *(f"UNITS{k}" for k in range(2, 100))]
+    return [str(u).strip() for name in names if name in analog for u in analog[name]["value"]]
+
+
+def _limits(analog: dict, file, count: int) -> list[tuple[float, float] | None]:
+    """Lowest and highest value of each channel's converter (unit of the channel); None for floating point."""
+    scales = np.asarray(analog["SCALE"]["value"], dtype=float).ravel() if "SCALE" in analog else np.empty(0)
+    if float(file["parameters"]["POINT"]["SCALE"]["value"][0]) < 0.0 or scales.size < count:
+        return [None] * count
+    bits = int(analog["BITS"]["value"][0]) if "BITS" in analog and len(analog["BITS"]["value"]) else 16
+    unsigned = [str(f).strip().upper() for f in analog.get("FORMAT", {}).get("value", [])] == ["UNSIGNED"]
+    low, high = (0, 2**bits - 1) if unsigned else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
+    offsets = np.zeros(count)
+    if "OFFSET" in analog and len(analog["OFFSET"]["value"]) >= count:
+        offsets = np.asarray(analog["OFFSET"]["value"], dtype=float).ravel()
+    general = float(analog["GEN_SCALE"]["value"][0]) if "GEN_SCALE" in analog else 1.0
+    ends = [
+        sorted(general * s * (end - o) for end in (low, high)) for s, o in zip(scales, offsets, strict=False)
+    ]
+    return [(first, last) for first, last in ends[:count]]
+
+
+def c3d_contents(path: Path) -> Contents:
+    """Contents of a C3D file (units as in the file)."""
+    file = open_c3d(path)
+    parameters, data = file["parameters"], file["data"]
+
+    def values(group: str, name: str) -> list:
+        return list(np.ravel(parameters.get(group, {}).get(name, {}).get("value", [])))
+
+    point_unit = "".join(map(str, values("POINT", "UNITS")[:1])).strip()
+    point_rate, analog_rate = (float((values(g, "RATE") or [0.0])[0]) or None for g in ("POINT", "ANALOG"))
+    points = data["points"][:3].transpose(2, 1, 0).copy()
+    points[data["meta_points"]["residuals"][0].T < 0.0] = np.nan
+    labels = group_labels(file, "POINT")[: points.shape[1]]
+    others = {
+        str(label).strip(): "".join(map(str, values("POINT", unit)[:1])).strip()
+        for name, unit in NO_POSITIONS.items()
+        for label in values("POINT", name)
+    }
+    channels = [
+        ListedChannel.of(label, others.get(label, point_unit), point_rate, points[:, k])
+        for k, label in enumerate(labels)
+    ]
+    analogs, units = data["analogs"][0], values("ANALOG", "UNITS")
+    for k, label in enumerate(group_labels(file, "ANALOG")[: analogs.shape[0]]):
+        unit = str(units[k]).strip() if k < len(units) else ""
+        channels.append(ListedChannel.of(label, unit, analog_rate, analogs[k]))
+    facts = {"frames": str(points.shape[0])}
+    maker = " ".join(str(v).strip() for name in ("COMPANY", "SOFTWARE") for v in values("MANUFACTURER", name))
+    facts |= {"made by": maker} if maker.strip() else {}
+    if point_rate:
+        facts["duration"] = f"{points.shape[0] / point_rate:.6g} s"
+    plates, up, refused = _vertical_forces(path)
+    facts["upward"] = up
+    facts |= _plate_facts([int(kind) for kind in values("FORCE_PLATFORM", "TYPE")], values, plates)
+    usable = tuple(plate for plate in plates if isinstance(plate, ListedChannel))
+    facts |= {"not usable as a whole trial": refused} if refused else {}
+    first = file["first_frame"] / point_rate if point_rate else 0.0
+    events = _events(parameters, values, first)
+    facts |= {"events": _event_text(events)} if events else {}
+    markers = tuple(label for label in labels if label not in others)
+    return Contents("C3D", facts, channels, markers, usable, events, vertical="xyz".index(up[1]))
+
+
+def _vertical_forces(path: Path) -> tuple[tuple[ListedChannel | str, ...], str, str]:
+    """Vertical force on each plate (N) or why it cannot be used, upward direction, why the file cannot be."""
+    try:
+        recording = read_c3d_recording(path)
+    except InputError as error:
+        return (), "+z", str(error).removeprefix(f"{path}: ").removeprefix(f"{path}, ")
+    plates = tuple(
+        ListedChannel.of(f"force plate {number}", "N", plate.rate_hz, plate.force @ DIRECTIONS[recording.up])
+        if plate.fault is None
+        else plate.fault.removeprefix(f"{path}, force plate {number}: ")
+        for number, plate in enumerate(recording.plates, start=1)
+    )
+    return plates, recording.up, ""
+
+
+def _plate_facts(types: list[int], values, plates: tuple[ListedChannel | str, ...]) -> dict[str, str]:
+    """Type and load of each plate as text (N, %)."""
+    used = int((values("FORCE_PLATFORM", "USED") or [0])[0])
+    facts = {"force plates": str(used)} if used else {}
+    for number, kind in enumerate(types[:used], start=1):
+        text, plate = f"type {kind}", plates[number - 1] if number <= len(plates) else None
+        if isinstance(plate, str):
+            text += f", cannot be used: {plate}"
+        elif plate is not None:
+            force = np.abs(plate.values)
+            loaded = force[force > LOADED_N]
+            text += f", mean vertical force {plate.values.mean():.1f} N"
+            if loaded.size:
+                share = 100.0 * loaded.size / force.size
+                text += f", loaded {share:.0f} % of the time with {loaded.mean():.0f} N"
+            else:
+                text += f", never above {LOADED_N:g} N: not loaded"
+        facts[f"force plate {number}"] = text
+    return facts
+
+
+def _events(parameters, values, first_s: float) -> tuple[tuple[str, float], ...]:
+    """Events in the order of time: label with its side, and time after the first frame (s)."""
+    times = np.asarray(parameters.get("EVENT", {}).get("TIMES", {}).get("value", []), dtype=float)
+    if times.ndim != 2 or times.shape[0] != 2:
+        return ()
+    seconds = 60.0 * times[0] + times[1] - first_s
+    labels, sides = values("EVENT", "LABELS"), values("EVENT", "CONTEXTS")
+    names = [
+        " ".join(str(names[k]).strip() for names in (sides, labels) if k < len(names)) or "event"
+        for k in range(seconds.size)
+    ]
+    return tuple(sorted(zip(names, seconds.tolist(), strict=True), key=lambda event: event[1]))
+
+
+def _event_text(events: tuple[tuple[str, float], ...]) -> str:
+    most = 12
+    text = ", ".join(f"{label} {time:.3f} s" for label, time in events[:most])
+    return text + (f" and {len(events) - most} more" if len(events) > most else "")

@@ -10,6 +10,9 @@ irregular rate of up to 300 Hz; events stand between its rows, on lines that beg
 marker is 0 in all three coordinates or, before version 3.16.2, keeps its last position.
 
 D-Flow's axes: x to the right, y up, z backward for a person who walks forward.
+
+D-Flow stamps a frame when it receives it, not when it was taken: frames queue up and are stamped together.
+The clock of a recording is therefore the frame counter, and stamps only give its rate.
 """
 
 import re
@@ -19,7 +22,11 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.errors import InputError, listed
+from tepsipe.io.described import Channel as ListedChannel
+from tepsipe.io.described import Contents
+from tepsipe.io.readers.clock import BLOCKS, Clock, bridged, line_through, regular_clock, rounded_rate
 from tepsipe.io.readers.plain_table import read_plain_table
+from tepsipe.io.readers.recording import Channel, ForcePlate, Markers, Recording
 
 TIMES = ("TimeStamp", "Time")
 FRAME = "FrameNumber"
@@ -30,6 +37,8 @@ SPEED = re.compile(r"speed|velocity", re.IGNORECASE)
 # a marker with exactly the same position for this number of frames was hidden
 HELD_FRAMES = 3
 AXES = "XYZ"
+# longest time without frames (s): what is shorter is a gap of the markers
+LONGEST_GAP_S = 0.5
 
 
 @dataclass(frozen=True)
@@ -170,3 +179,101 @@ def unit_of(name: str) -> str:
         return "m/s"
     endings = {".Ang": "deg", ".Mom": "Nm", ".Pow": "W"}
     return next((unit for ending, unit in endings.items() if name.endswith(ending)), "")
+
+
+def read_dflow_recording(path: str | Path) -> Recording:
+    """Read a file of D-Flow's mocap module; see `dflow_recording`.
+
+    path: the file, plain or compressed with gzip.
+    Returns: markers, force plates and channels in the axes of D-Flow.
+    """
+    return dflow_recording(read_dflow(path))
+
+
+def dflow_recording(mocap: DFlowTable) -> Recording:
+    """One recording of D-Flow's mocap file.
+
+    Repeated frames are dropped. Where frames were dropped, markers are NaN, and forces and channels are
+    bridged by straight lines.
+
+    mocap: markers, force plates and channels.
+    Returns: in the axes of D-Flow: x to the right, y up, z backward. Forces act on what stands on the
+    plates, and moments are about the origin of these axes.
+    """
+    if not mocap.is_mocap:
+        raise InputError(
+            f"{mocap.name}: expected markers (.PosX) or force plates (FP1.ForX), found "
+            f"{listed(mocap.columns)}: name the file of D-Flow's mocap module"
+        )
+    clock = frame_clock(mocap)
+    positions = {label: clock.placed(x) for label, x in marker_columns(mocap).items()}
+    markers = None
+    if positions:
+        markers = Markers(clock.rate_hz, tuple(positions), np.stack(list(positions.values()), axis=1))
+    plates = tuple(
+        ForcePlate(*(bridged(clock.placed(x), clock.rate_hz) for x in loads), clock.rate_hz)
+        for loads in plate_columns(mocap).values()
+    )
+    channels = {
+        name: Channel(bridged(clock.placed(x), clock.rate_hz), unit_of(name), clock.rate_hz)
+        for name, x in mocap.columns.items()
+        if not MARKER.fullmatch(name) and np.isfinite(x).any()
+    }
+    return Recording(mocap.name, markers, plates, channels, up="+y")
+
+
+def frame_clock(mocap: DFlowTable) -> Clock:
+    """Regular clock of a mocap file (Hz, s): its frame counter or, without one, its stamps."""
+    if mocap.frames is None:
+        return regular_clock(mocap.time, mocap.name, LONGEST_GAP_S)
+    rows = np.flatnonzero(np.diff(mocap.frames, prepend=mocap.frames[0] - 1) != 0)
+    index = mocap.frames[rows] - mocap.frames[0]
+    stamps = mocap.time[rows]
+    if rows.size < BLOCKS or not np.isfinite(stamps).all():
+        raise InputError(
+            f"{mocap.name}: expected at least {BLOCKS} frames with time stamps, found {rows.size} frames: "
+            "record again, or repair the stamps"
+        )
+    period, first = line_through(index, stamps)
+    if not 1e-4 < period < 1.0:
+        raise InputError(
+            f"{mocap.name}: expected frames at 1 to 10000 Hz, found {period:.3g} s between frames: check "
+            "that the time stamps are in seconds"
+        )
+    steps = np.diff(index)
+    longest = float(steps.max() - 1) * period
+    if longest > LONGEST_GAP_S:
+        k = int(np.argmax(steps))
+        raise InputError(
+            f"{mocap.name}: expected no more than {LONGEST_GAP_S:g} s without frames, found {longest:.3g} s "
+            f"from line {mocap.lines[rows[k]]} on: cut the trial there"
+        )
+    return Clock(rounded_rate(1.0 / period), rows, index, first, period)
+
+
+def dflow_contents(path: Path) -> Contents:
+    """Contents of a file of D-Flow's mocap or record module (units by the names of its columns)."""
+    table = read_dflow(path)
+    steps = np.diff(table.time)
+    rate = 1.0 / np.median(steps[steps > 0.0]) if (steps > 0.0).any() else None
+    facts = {"duration": f"{np.ptp(table.time):.6g} s on D-Flow's clock"}
+    if table.frames is not None and table.frames.size:
+        jumps = np.diff(table.frames)
+        facts["frames"] = (
+            f"{table.frames[0]} to {table.frames[-1]}, {int((jumps == 0).sum())} repeated, "
+            f"{int((jumps - 1)[jumps > 1].sum())} dropped"
+        )
+    markers = marker_columns(table)
+    plates = plate_columns(table)
+    if plates:
+        facts["force plates"] = ", ".join(plates)
+    if table.speeds:
+        facts["belt speeds"] = ", ".join(table.speeds)
+    channels = [ListedChannel.of(label, "m", rate, position) for label, position in markers.items()]
+    for name, values in table.columns.items():
+        marker = MARKER.fullmatch(name)
+        if marker is None or marker[1] not in markers:
+            channels.append(ListedChannel.of(name, unit_of(name), rate, values))
+    kind = "mocap" if table.is_mocap else "record"
+    loads = tuple(ListedChannel.of(name, "N", rate, force[:, 1]) for name, (force, _) in plates.items())
+    return Contents(f"D-Flow text, {kind} module", facts, channels, tuple(markers), loads, vertical=1)

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.errors import InputError, listed
+from tepsipe.io.described import Channel, Contents
 from tepsipe.io.readers.edf import UV_PER_UNIT, EmgRecording, muscles_found
 from tepsipe.io.readers.file_kind import DELSYS, kind_of
 from tepsipe.io.readers.plain_table import PlainTable, read_plain_table
@@ -193,3 +194,11 @@ def _exact_rate(name: str, label: str, written: str, measured: float) -> float:
             "time stamps: export the file again"
         )
     return measured if abs(stated - measured) > 5e-4 * measured else stated
+
+
+def emg_table_contents(path: Path) -> Contents:
+    """Contents of an export of Delsys (units as in the file)."""
+    by_label = read_emg_channels(path)
+    channels = [Channel.of(label, c.unit, c.rate_hz, c.values) for label, c in by_label.items()]
+    lasts = max((c.values.size / c.rate_hz for c in by_label.values()), default=0.0)
+    return Contents("Delsys export", {"duration": f"{lasts:.6g} s"}, channels)

@@ -28,7 +28,6 @@ from typing import Annotated
 import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
-from tepsipe.io.readers.c3d import frame_rate
 from tepsipe.io.readers.recording import Channel, ForcePlate
 
 FORCE_UNITS = {"N": 1.0, "kN": 1e3}
@@ -38,13 +37,21 @@ CHANNELS = {1: 6, 2: 6, 3: 8, 4: 6}
 MOST_PLATES = 100
 
 
-def force_plates(file, channels: list[Channel], labels: list[str], path: Path, scale: Annotated[float, "m"]):
+def force_plates(
+    file,
+    channels: list[Channel],
+    labels: list[str],
+    path: Path,
+    scale: Annotated[float, "m"],
+    frames_hz: float,
+):
     """All force plates of an opened C3D file.
 
     file: the file as ezc3d reads it.
     channels: its analog channels in their order, each in its unit.
     path: names the file in messages.
     scale: metres per unit of the file's lengths.
+    frames_hz: frames per second (Hz), the rate of a plate without channels.
 
     Returns
     -------
@@ -60,7 +67,7 @@ def force_plates(file, channels: list[Channel], labels: list[str], path: Path, s
             f"{path}: expected at most {MOST_PLATES} force plates, found {used} in FORCE_PLATFORM:USED: "
             "the file is damaged, export it again"
         )
-    rate = channels[0].rate_hz if channels else frame_rate(file, path)
+    rate = channels[0].rate_hz if channels else frames_hz
     nothing = np.full((channels[0].values.size if channels else 0, 3), np.nan)
     plates = []
     for k in range(used):

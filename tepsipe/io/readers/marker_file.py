@@ -4,8 +4,9 @@ from pathlib import Path
 
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.io.readers import c3d
-from tepsipe.io.readers.c3d import Markers, c3d_markers, open_c3d, select_markers
+from tepsipe.io.readers.c3d import c3d_markers, open_c3d
 from tepsipe.io.readers.file_kind import TABLE, TEXTS, TRC, kind_of
+from tepsipe.io.readers.recording import Markers, select_markers
 
 
 def read_all_markers(path: str | Path) -> Markers:

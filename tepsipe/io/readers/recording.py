@@ -5,17 +5,36 @@ units and axes conventions are; ingest knows `Recording` only.
 """
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 
-from tepsipe.io.readers.c3d import Markers
+from tepsipe.errors import InputError, listed
 
+METRES_PER_UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 DIRECTIONS = {
     f"{sign}{axis}": np.array([value * (axis == other) for other in "xyz"])
     for sign, value in (("+", 1.0), ("-", -1.0))
     for axis in "xyz"
 }
+
+
+@dataclass(frozen=True)
+class Markers:
+    """Marker positions as the motion capture system recorded them."""
+
+    rate_hz: float
+    """Frames per second."""
+    labels: tuple[str, ...]
+    positions: Annotated[np.ndarray, "(frames, markers, 3)"]
+    """x, y, z (m); NaN while a marker was hidden. One that lacks a coordinate, or has an infinite one, is
+    hidden."""
+
+    def __post_init__(self) -> None:
+        """Hide markers with incomplete coordinates."""
+        whole = np.isfinite(self.positions).all(axis=-1, keepdims=True)
+        object.__setattr__(self, "positions", np.where(whole, self.positions, np.nan))
 
 
 @dataclass(frozen=True)
@@ -72,3 +91,27 @@ class Recording:
     """Analog channels by the label in the file, including the channels of force plates."""
     up: str = "+z"
     """Upward direction in the axes of the file, ``+x`` to ``-z``, as far as the file shows it."""
+
+
+def select_markers(markers: Markers, labels: list[str], name: str | Path) -> Markers:
+    """Select markers of a file (m), in the wanted order.
+
+    A label without the name of a subject before a colon also names the only marker of that label with one.
+    """
+    available = list(markers.labels)
+    without_subject = [label.rpartition(":")[2] for label in available]
+    columns = []
+    for label in labels:
+        known = available if label in available else without_subject
+        if label not in known:
+            raise InputError(
+                f"{name}: expected a marker named {label!r}, found {listed(available)}: "
+                "name the file's markers in the configuration"
+            )
+        if known.count(label) > 1:
+            raise InputError(
+                f"{name}: expected one marker named {label!r}, found {known.count(label)}: rename them "
+                "when exporting"
+            )
+        columns.append(known.index(label))
+    return Markers(markers.rate_hz, tuple(labels), markers.positions[:, columns])

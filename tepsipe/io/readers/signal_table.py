@@ -13,10 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.errors import InputError, listed
-from tepsipe.io.readers.c3d import METRES_PER_UNIT, Markers
 from tepsipe.io.readers.clock import Clock, bridged, regular_clock
 from tepsipe.io.readers.plain_table import PlainTable, read_plain_table
-from tepsipe.io.readers.recording import Channel, ForcePlate, Recording
+from tepsipe.io.readers.recording import METRES_PER_UNIT, Channel, ForcePlate, Markers, Recording
 
 TIME = re.compile(r"(time|t|timestamp|zeit)$", re.IGNORECASE)
 UNIT = re.compile(r"\s*[(\[]\s*([^()\[\]]+?)\s*[)\]]\s*$")

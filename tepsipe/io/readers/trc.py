@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
-from tepsipe.io.readers.c3d import METRES_PER_UNIT, Markers
+from tepsipe.io.described import Channel, Contents
 from tepsipe.io.readers.plain_table import number_in
+from tepsipe.io.readers.recording import METRES_PER_UNIT, Markers
 from tepsipe.io.readers.text_file import read_text
 
 SETTINGS = ("DataRate", "NumFrames", "NumMarkers", "Units")
@@ -100,3 +101,19 @@ def _refuse_lost_frames(counter: np.ndarray, path: Path) -> None:
             f"{path}: expected every frame after frame {counter[k]:g}, found {counter[k + 1]:g} next: export "
             "all frames, with empty fields where markers were hidden"
         )
+
+
+def trc_contents(path: Path) -> Contents:
+    """Contents of a TRC file (m)."""
+    markers = read_trc(path)
+    frames = markers.positions.shape[0]
+    facts = {"frames": str(frames), "duration": f"{frames / markers.rate_hz:.6g} s"}
+    channels = [
+        Channel.of(label, "m", markers.rate_hz, markers.positions[:, k])
+        for k, label in enumerate(markers.labels)
+    ]
+    visible = markers.positions[:, np.isfinite(markers.positions).any(axis=(0, 2))]
+    upright = 2
+    if visible.size:  # markers differ most in height
+        upright = int(np.argmax(np.std(np.nanmedian(visible, axis=0), axis=0)))
+    return Contents("TRC", facts, channels, tuple(markers.labels), vertical=upright)

@@ -13,14 +13,14 @@ from tepsipe.io.readers.recording import Recording
 
 
 def _read_c3d(path: Path) -> Recording:
-    from tepsipe.io.readers.c3d_recording import read_c3d_recording
+    from tepsipe.io.readers.c3d import read_c3d_recording
 
     return read_c3d_recording(path)
 
 
 def _read_text(path: Path) -> Recording:
     if kind_of(path) == DFLOW:
-        from tepsipe.io.readers.dflow_recording import read_dflow_recording
+        from tepsipe.io.readers.dflow import read_dflow_recording
 
         return read_dflow_recording(path)
     from tepsipe.io.readers.signal_table import read_table_recording
