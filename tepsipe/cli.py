@@ -322,7 +322,7 @@ def _add_new_study(commands) -> None:
 def _fit(chosen: argparse.Namespace) -> tuple[str, ...]:
     from tepsipe.identification.fits import fit_impedance, fit_parallel_cascade
     from tepsipe.identification.notes import of_column
-    from tepsipe.io.contents import table_columns
+    from tepsipe.io.readers.any_table import table_columns
     from tepsipe.io.readers.text_table import read_text_table
     from tepsipe.io.trial import Signal
     from tepsipe.signals.perturbations import find_perturbations
@@ -387,7 +387,7 @@ def _with_options(sentence: str) -> str:
 def _calibrate(chosen: argparse.Namespace) -> tuple[str, ...]:
     from tepsipe.experiments.belt import calibrate_treadmill
     from tepsipe.ingest.belt_table import BeltTableOptions, ingest_belt_table
-    from tepsipe.io.contents import table_columns
+    from tepsipe.io.readers.any_table import table_columns
     from tepsipe.io.readers.text_table import read_text_table
     from tepsipe.treadmill.trial_recordings import table_recording
 
@@ -426,7 +426,7 @@ def _calibrate(chosen: argparse.Namespace) -> tuple[str, ...]:
 
 
 def _info(chosen: argparse.Namespace) -> None:
-    from tepsipe.io.contents import contents_of
+    from tepsipe.io.formats import contents_of
 
     with progress(f"reading {chosen.file.name}"):
         contents = contents_of(chosen.file)

@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 
 from tepsipe import load_example
+from tepsipe.arguments import unit_in
 from tepsipe.cli import main
-from tepsipe.io.contents import contents_of, unit_in
+from tepsipe.io.formats import contents_of
 from tepsipe.reporting.terminal import progress
 
 COLUMNS = ["--time", "time_s", "--angle", "angle_rad", "--torque", "torque_Nm"]

@@ -1,7 +1,7 @@
 """Random damage to every kind of file: a reader gives a result or refuses the file in one sentence.
 
     .venv/bin/python benchmarks/soak/mutations.py --mutations 10000 --seed 1
-    .venv/bin/python benchmarks/soak/mutations.py --reader edf --only 1234
+    .venv/bin/python benchmarks/soak/mutations.py --reader edf-emg --only 1234
 
 The second line repeats one mutation, with its traceback: every mutation has a seed of its own. Workers are
 forked once and read one damaged file after the other. It is a violation if a reader raises anything else than

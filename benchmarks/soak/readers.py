@@ -5,6 +5,7 @@ import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -15,15 +16,12 @@ REAL_DATA = Path(os.environ.get("TEPSIPE_REAL_DATA", ROOT.parent / "shared" / "r
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from tepsipe.errors import InputError  # noqa: E402
-from tepsipe.io.contents import contents_of  # noqa: E402
 from tepsipe.io.estimates import ESTIMATES, Estimate  # noqa: E402
-from tepsipe.io.readers.c3d import read_c3d_recording, read_markers  # noqa: E402
+from tepsipe.io.formats import contents_of, formats  # noqa: E402
+from tepsipe.io.readers.c3d import read_c3d_recording  # noqa: E402
 from tepsipe.io.readers.dflow import marker_columns, plate_columns, read_dflow  # noqa: E402
-from tepsipe.io.readers.emg import read_emg  # noqa: E402
-from tepsipe.io.readers.marker_file import read_all_markers  # noqa: E402
 from tepsipe.io.readers.text_table import read_text_table  # noqa: E402
 from tepsipe.io.readers.treadmill_log import read_calibration_matrix, read_treadmill_log  # noqa: E402
-from tepsipe.io.readers.whole_trial import read_recording  # noqa: E402
 from tepsipe.io.result import Result, read_result, write_result  # noqa: E402
 from tepsipe.io.trial import Signal, Trial, read_trial, write_trial  # noqa: E402
 from tepsipe.signals.filters import Lowpass  # noqa: E402
@@ -285,6 +283,11 @@ def dflow(folder: Path) -> list[Path]:
     return [mocap, zipped(mocap), record]
 
 
+def dflow_mocap(folder: Path) -> list[Path]:
+    """D-Flow's mocap file alone."""
+    return dflow(folder)[:-1]
+
+
 def read_dflow_file(path: Path):
     """A file of D-Flow with its markers and plates."""
     table = read_dflow(path)
@@ -302,15 +305,15 @@ def check_dflow(parts) -> None:
 
 
 def text_recording(folder: Path) -> list[Path]:
-    """A whole trial as D-Flow's text and as a plain table, also compressed."""
+    """A whole trial with two muscles as a plain table, also compressed."""
     path = folder / "trial.csv"
-    names = ["time (s)", "belt_m_per_s", "EMG TA [uV]"]
+    names = ["time (s)", "belt_m_per_s", "EMG TA [uV]", "EMG SOL [uV]", "Trigger"]
     names += [f"{kind}{axis}_{belt}" for belt in ("left", "right") for kind in "FM" for axis in "xyz"]
     names += [f"HEEL_{axis} (mm)" for axis in "xyz"]
     values = rng().standard_normal((40, len(names)))
     values[:, 0] = np.arange(40) / 100.0
     np.savetxt(path, values, "%.6f", ";", header=";".join(names), comments="")
-    return [path, zipped(path), dflow(folder)[0]]
+    return [path, zipped(path)]
 
 
 def trc(folder: Path) -> list[Path]:
@@ -466,13 +469,51 @@ def check_models(fitted: dict) -> None:
                 assert finite(field), f"numbers of {name!r}"
 
 
-# ---- any file ------------------------------------------------------------------------------------
+# ---- all readers ---------------------------------------------------------------------------------
+
+# module of a format -> what makes its good files
+MAKERS = {
+    "c3d": (c3d_markers, c3d_recording),
+    "edf": (edf, bdf),
+    "mat_file": (mat_log, mat73_log),
+    "stored": (trial, result, models),
+    "trc": (trc,),
+    "dflow": (dflow_mocap,),
+    "emg_table": (delsys,),
+    "any_table": (text_recording,),
+}
+CHECKS = {"recording": check_recording, "markers": check_markers, "emg": check_emg}
+
+
+def makers_of(module: str) -> tuple[Callable[[Path], list[Path]], ...]:
+    """Makers of good files of a format; those of a new one are made by ``good_files`` of its test."""
+    return MAKERS.get(module) or (import_module(f"tests.io.test_{module}").good_files,)
+
+
+def readers_of_formats() -> dict[str, Reader]:
+    """Every reader that a format declares."""
+    readers = {}
+    for known in formats():
+        module = known.contents.__module__.rpartition(".")[2]
+        for what, check in CHECKS.items():
+            read = getattr(known, f"read_{what}")
+            if read is not None:
+
+                def good(folder: Path, module: str = module) -> list[Path]:
+                    return [path for make in makers_of(module) for path in make(folder)]
+
+                def read_good(path: Path, read: Callable = read, what: str = what) -> object:
+                    return read(path, MUSCLES, "Trigger") if what == "emg" else read(path)
+
+                readers[f"{module}-{what}"] = Reader(good, read_good, check, text=known.text)
+    return readers
 
 
 def any_file(folder: Path) -> list[Path]:
-    """Good files of every kind that `tepsipe info` lists."""
-    makers = (c3d_recording, mat_log, mat73_log, edf, bdf, delsys, text_recording, trc, text_table, trial)
-    return [path for make in (*makers, belt_table, result, models) for path in make(folder)]
+    """Good files of every format, and further tables."""
+    modules = dict.fromkeys(known.contents.__module__.rpartition(".")[2] for known in formats())
+    makers = [make for module in modules for make in makers_of(module)]
+    return [path for make in (*makers, text_table, belt_table) for path in make(folder)]
 
 
 def check_contents(contents) -> None:
@@ -481,19 +522,13 @@ def check_contents(contents) -> None:
 
 
 READERS = {
-    "c3d-markers": Reader(c3d_markers, lambda path: read_markers(path, ["ankle", "leg1"]), check_markers),
-    "c3d-recording": Reader(c3d_recording, read_c3d_recording, check_recording),
+    **readers_of_formats(),
     "mat-log": Reader(mat_log, read_treadmill_log, check_log),
     "mat-7.3-log": Reader(mat73_log, read_treadmill_log, check_log),
     "calibration": Reader(calibration, read_calibration_matrix, check_calibration, text=True),
-    "edf": Reader(edf, lambda path: read_emg(path, MUSCLES, "Trigger"), check_emg),
-    "bdf": Reader(bdf, lambda path: read_emg(path, MUSCLES, "Trigger"), check_emg),
-    "delsys": Reader(delsys, lambda path: read_emg(path, MUSCLES, "Trigger"), check_emg, text=True),
     "text-table": Reader(text_table, lambda path: read_text_table(path, LOG, "\t"), check_table, text=True),
     "belt-table": Reader(belt_table, lambda path: read_text_table(path, BELT, "\t"), check_table, text=True),
     "dflow": Reader(dflow, read_dflow_file, check_dflow, text=True),
-    "text-recording": Reader(text_recording, read_recording, check_recording, text=True),
-    "trc": Reader(trc, read_all_markers, check_markers, text=True),
     "trial-sheet": Reader(
         trial_sheet, lambda path: read_trial_sheet(path, "recordings"), check_sheet, text=True
     ),

@@ -11,7 +11,7 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.ingest.plausibility import refuse_dead_channels
-from tepsipe.io.readers.marker_file import read_markers
+from tepsipe.io.formats import read_markers
 from tepsipe.io.readers.recording import Markers
 from tepsipe.io.readers.treadmill_log import (
     CalibrationMatrix,

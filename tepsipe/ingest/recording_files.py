@@ -7,10 +7,9 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.ingest.dflow import read_dflow_files
-from tepsipe.io.readers.file_kind import DFLOW, kind_of
-from tepsipe.io.readers.marker_file import read_all_markers
+from tepsipe.io.formats import read_all_markers, read_recording, recognised
+from tepsipe.io.readers import dflow
 from tepsipe.io.readers.recording import Recording
-from tepsipe.io.readers.whole_trial import read_recording
 
 # log and markers start together and last as long as each other within this (s)
 LENGTHS_WITHIN_S = 0.1
@@ -27,10 +26,10 @@ def read_recording_files(files: dict[str, str], belt_fixed_labels: tuple[str, ..
     log = files["log"]
     if "markers" not in files:
         return read_recording(log)
-    kinds = kind_of(log), kind_of(files["markers"])
-    if DFLOW in kinds:
-        if kinds != (DFLOW, DFLOW):
-            other = files["markers"] if kinds[0] == DFLOW else log
+    formats = recognised(log), recognised(files["markers"])
+    if dflow.FORMAT in formats:
+        if formats != (dflow.FORMAT, dflow.FORMAT):
+            other = files["markers"] if formats[0] is dflow.FORMAT else log
             raise InputError(
                 f"{other}: expected a text file of D-Flow beside the other one, found another kind: name the "
                 "record file as log and the mocap file as markers"

@@ -14,8 +14,8 @@ from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_fi
 from tepsipe.ingest.recording_files import read_recording_files
 from tepsipe.ingest.recording_options import RecordingOptions
 from tepsipe.ingest.whole_trial import ingest_recording
+from tepsipe.io.formats import read_emg
 from tepsipe.io.readers.edf import UV_PER_UNIT, EmgRecording
-from tepsipe.io.readers.emg import read_emg
 from tepsipe.io.readers.recording import Recording
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.signals.resampling import BAND_PER_RATE, refuse_short, regular_time, resample, rising_edge

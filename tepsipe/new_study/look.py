@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.errors import InputError, printable
-from tepsipe.io.contents import contents_of
-from tepsipe.io.described import Channel, Contents
+from tepsipe.io.file_format import Channel, Contents, Format
+from tepsipe.io.formats import format_of
 from tepsipe.io.readers.signal_table import marker_columns
 
 MOST_FILES = 2000
@@ -36,7 +36,6 @@ EVENTS = {
     "pulse": r"pulse|perturb|onset|stim",
 }
 MOST_EVENTS = 12  # columns of a table of events
-LOG_VARIABLES = {"transducers_V", "belt_velocity_m_per_s", "trigger_V"}
 # kinds that are the first file of a trial; markers, emg, command, calibration, record, events belong to one
 FIRST = ("whole trial", "treadmill log", "manipulator log", "position table", "belt table", "platform table")
 
@@ -58,6 +57,8 @@ class Found:
     """Role of a table's column -> its name."""
     why: str = ""
     """For ``other``: why it is not used."""
+    format: Format | None = None
+    """Its format; None if it cannot be read."""
 
     def channel(self, name: str) -> Channel:
         """The channel of that name."""
@@ -92,15 +93,16 @@ def _found(path: Path, name: str) -> Found:
         why = "its name holds a line break or another character that is none: rename it"
         return Found(path, printable(name), "other", None, None, {}, why)
     try:
-        contents = contents_of(path)
+        known = format_of(path)
+        contents = known.contents(path)
     except InputError as error:
         return Found(path, name, "other", None, None, {}, str(error).removeprefix(f"{path}: "))
-    columns = columns_by_role([c.name for c in contents.channels]) if contents.kind == "text table" else {}
+    columns = columns_by_role([c.name for c in contents.channels]) if known.purpose == "table" else {}
     on_platform = platform_columns([c.name for c in contents.channels]) if columns else {}
     if on_platform:
-        return Found(path, name, "platform table", contents, _duration(contents), on_platform)
-    kind, why = _kind(contents, columns, name)
-    return Found(path, name, kind, contents, _duration(contents), columns, why)
+        return Found(path, name, "platform table", contents, _duration(contents), on_platform, format=known)
+    kind, why = _kind(known, contents, columns)
+    return Found(path, name, kind, contents, _duration(contents), columns, why, known)
 
 
 def columns_by_role(names: list[str]) -> dict[str, str]:
@@ -142,37 +144,15 @@ def _duration(contents: Contents) -> float | None:
     return max(lengths, default=None)
 
 
-def _kind(contents: Contents, columns: dict[str, str], name: str) -> tuple[str, str]:
+def _kind(known: Format, contents: Contents, columns: dict[str, str]) -> tuple[str, str]:
     """Kind of a file, and for ``other`` why it is not used."""
-    names = {c.name for c in contents.channels}
     longest = max((c.shape[0] for c in contents.channels if c.shape), default=0)
     if not contents.channels and contents.facts.get("columns of text") and not _is_calibration(contents):
         return "other", f"no column holds numbers only: {contents.facts['columns of text']}"
     if longest < FEWEST_SAMPLES and not _is_calibration(contents):
         return "other", f"a recording has at least {FEWEST_SAMPLES} samples, this has {longest}"
-    if contents.kind == "C3D":
-        if contents.plates:
-            return "whole trial", ""
-        refused = contents.facts.get("not usable as a whole trial")
-        if contents.markers and not refused:
-            return "markers", ""
-        return "other", refused or "it holds neither markers nor force plates"
-    if contents.kind.startswith("D-Flow"):
-        return ("whole trial" if "mocap" in contents.kind else "record"), ""
-    if contents.kind == "TRC":
-        return "markers", ""
-    if contents.kind.startswith("MATLAB"):
-        missing = sorted(LOG_VARIABLES - names)
-        return (
-            ("other", f"a treadmill log also holds {', '.join(missing)}")
-            if missing
-            else ("treadmill log", "")
-        )
-    if contents.kind in ("EDF", "BDF", "Delsys export"):
-        return "emg", ""
-    if contents.kind == "text table":
-        return _kind_of_table(contents, columns, name)
-    return "other", f"{contents.kind} is no recording of an instrument"
+    kind, why = known.purpose_of(contents)
+    return _kind_of_table(contents, columns) if kind == "table" else (kind, why)
 
 
 def events_of(names: list[str]) -> dict[str, str]:
@@ -194,7 +174,7 @@ def _is_calibration(contents: Contents) -> bool:
     return contents.facts.get("columns of text", "").replace(" ", "") == "component,unit"
 
 
-def _kind_of_table(contents: Contents, columns: dict[str, str], name: str) -> tuple[str, str]:
+def _kind_of_table(contents: Contents, columns: dict[str, str]) -> tuple[str, str]:
     if _is_calibration(contents):
         return "calibration", ""
     if (

@@ -4,10 +4,12 @@ import re
 import unicodedata
 from dataclasses import dataclass, field
 from difflib import SequenceMatcher
+from functools import cache
 from pathlib import PurePosixPath
 
 import numpy as np
 
+from tepsipe.io.formats import formats
 from tepsipe.new_study.look import FIRST, Found, samples
 
 # words of a file's name that say what the file holds, not which trial it is of
@@ -88,10 +90,7 @@ def group_files(files: list[Found]) -> tuple[list[Group], list[Found]]:
 def _wanted(first: Found) -> tuple[str, ...]:
     """Kinds of the files that belong to a trial, by its first file."""
     if first.kind == "whole trial":
-        described = first.contents.kind
-        if described.startswith("D-Flow"):
-            return ("record", "emg", "events")
-        return ("emg", "events") if described == "C3D" else ("markers", "emg", "events")
+        return (*first.format.lacks, "emg", "events")
     kinds = {
         "treadmill log": ("calibration", "markers", "emg"),
         "manipulator log": ("command",),
@@ -107,13 +106,20 @@ def key_of(name: str) -> str:
     """
     path = PurePosixPath(name)
     for part in (path.name.partition(".c3d")[0], *reversed(path.parts[:-1])):
-        stem = re.sub(r"\.(c3d|mat|csv|tsv|txt|edf|bdf|trc|gz)\b", "", part, flags=re.IGNORECASE)
+        stem = re.sub(_endings(), "", part, flags=re.IGNORECASE)
         stem = re.sub(NUMBERED, "", stem, flags=re.IGNORECASE)
         words = [w for w in re.split(r"[_\s]+", stem) if w and w.lower() not in GENERIC]
         key = _spelled("-".join(words)).strip("-.")
         if key and key.lower() not in GENERIC:
             return key
     return "trial"
+
+
+@cache
+def _endings() -> str:
+    """Pattern of the endings of recordings."""
+    endings = {ending for known in formats() if known.purpose for ending in known.endings}
+    return rf"({'|'.join(map(re.escape, sorted(endings | {'.gz'})))})\b"
 
 
 def _spelled(text: str) -> str:

@@ -318,10 +318,8 @@ def _missing_text(plan: Plan, groups: list[Group], unused: list[Found]) -> str:
 
 def _pages_of_files(groups: list[Group]) -> list[str]:
     """Pages of the documentation on kinds of files that hold whole trials, and on electromyograms."""
-    whole = {g.first.contents.kind for g in groups if g.first.kind == "whole trial"}
-    named = {"C3D": "c3d.md", "text table": "tables.md"}
-    pages = [named.get(kind, "dflow.md") for kind in sorted(whole)]
-    return pages + ["emg.md"] * any("emg" in g.partners for g in groups)
+    pages = {g.first.format.page for g in groups if g.first.kind == "whole trial"}
+    return sorted(filter(None, pages)) + ["emg.md"] * any("emg" in g.partners for g in groups)
 
 
 def _table(items: list[Missing], header: tuple[str, str, str]) -> list[str]:

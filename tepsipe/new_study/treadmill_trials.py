@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.io.described import Channel
+from tepsipe.io.file_format import Channel
 from tepsipe.io.readers.recording import DIRECTIONS, Markers, Recording
 from tepsipe.io.readers.recording import Channel as Samples
 from tepsipe.new_study.labels import muscle_of
@@ -167,7 +167,7 @@ def _see_log(seen: Seen, group: Group) -> None:
 
 def _see_recording(seen: Seen, group: Group) -> None:
     """Markers, plates and channels of one file, or of a table and a file of markers."""
-    from tepsipe.io.readers.whole_trial import read_recording
+    from tepsipe.io.formats import read_recording
 
     file = group.first
     recording = read_recording(file.path)
@@ -289,12 +289,11 @@ def _see_record(seen: Seen, file: Found) -> None:
 
 def markers_in(file: Found) -> tuple[Markers, str]:
     """Markers of a file of markers (m), and the maker of the system that recorded them."""
-    from tepsipe.io.readers.c3d import c3d_markers, open_c3d
-    from tepsipe.io.readers.marker_file import read_all_markers
+    from tepsipe.io.formats import read_all_markers
 
-    if file.contents.kind != "C3D":
-        return read_all_markers(file.path), ""
-    markers = _positions(c3d_markers(open_c3d(file.path), file.path), file)
+    markers = read_all_markers(file.path)
+    if not file.format.text:  # texts hold no points that are computed from others
+        markers = _positions(markers, file)
     return markers, file.contents.facts.get("made by", "")
 
 

@@ -19,7 +19,7 @@ from tepsipe.experiments.walking.needed_strides import allocation
 from tepsipe.experiments.walking.results import walking_estimates
 from tepsipe.experiments.walking.strides import detect_events, segment_strides
 from tepsipe.io.estimates import ESTIMATES
-from tepsipe.io.readers.whole_trial import read_recording
+from tepsipe.io.formats import read_recording
 from tepsipe.reporting.recovery import compare_phases_with_truth
 from tepsipe.virtual_lab.walker import Joint, perturb
 from tepsipe.virtual_lab.walking_files import WalkerBody, write_events, write_walk

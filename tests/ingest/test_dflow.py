@@ -9,7 +9,8 @@ from dflow_builders import write_mocap, write_record, write_rows
 
 from tepsipe.errors import InputError
 from tepsipe.ingest.dflow import read_dflow_files
-from tepsipe.io.readers.file_kind import DFLOW, kind_of
+from tepsipe.io.formats import recognised
+from tepsipe.io.readers import dflow
 
 RATE_HZ = 100.0
 SECONDS = 20.0
@@ -166,7 +167,7 @@ def test_compressed_files_are_the_same(files):
     packed = [path.with_name(path.name + ".gz") for path in plain]
     for path, other in zip(plain, packed, strict=True):
         other.write_bytes(gzip.compress(path.read_bytes()))
-        assert kind_of(other) == DFLOW
+        assert recognised(other) is dflow.FORMAT
     a, b = recording_of(*plain), recording_of(*packed)
     assert np.array_equal(a.markers.positions, b.markers.positions)
     assert np.array_equal(

@@ -25,7 +25,7 @@ from tepsipe.ingest.manipulators import (
 )
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill
 from tepsipe.ingest.standing import with_emg
-from tepsipe.io.readers.c3d import read_markers
+from tepsipe.io.formats import read_markers
 from tepsipe.io.readers.edf import EmgRecording
 from tepsipe.io.readers.recording import Markers
 from tepsipe.io.readers.text_table import read_text_table

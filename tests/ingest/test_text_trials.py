@@ -17,8 +17,7 @@ from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_fi
 from tepsipe.ingest.recording_options import RecordingOptions, ScaledChannel
 from tepsipe.ingest.standing import with_emg
 from tepsipe.ingest.whole_trial import ingest_recording_files
-from tepsipe.io.contents import contents_of
-from tepsipe.io.readers.c3d import read_markers
+from tepsipe.io.formats import contents_of, read_markers
 from tepsipe.io.readers.edf import EmgRecording
 from tepsipe.io.readers.treadmill_log import read_treadmill_log
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers

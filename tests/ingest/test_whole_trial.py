@@ -23,8 +23,8 @@ from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_fi
 from tepsipe.ingest.recording_options import LoadCell, RecordingOptions, ScaledChannel
 from tepsipe.ingest.standing import ingest_standing_files, with_recorded_emg
 from tepsipe.ingest.whole_trial import ingest_recording, ingest_recording_files
+from tepsipe.io.formats import read_recording
 from tepsipe.io.readers.recording import Channel, ForcePlate
-from tepsipe.io.readers.whole_trial import read_recording
 from tepsipe.mechanics.inverse_dynamics import Foot
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.onsets import OnsetOptions

@@ -8,7 +8,7 @@ from builders import assert_one_sentence
 from edfio import Bdf, BdfSignal, Edf, EdfSignal
 
 from tepsipe.errors import InputError
-from tepsipe.io.contents import contents_of
+from tepsipe.io.formats import contents_of
 from tepsipe.io.readers.edf import read_emg
 
 RATE_HZ, SECONDS, LIMIT_UV = 1000, 4, 3276.8

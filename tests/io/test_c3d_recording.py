@@ -7,8 +7,7 @@ from builders import assert_one_sentence
 from c3d_builders import Plate, write_c3d
 
 from tepsipe.errors import InputError
-from tepsipe.io.contents import contents_of
-from tepsipe.io.readers.whole_trial import read_recording
+from tepsipe.io.formats import contents_of, read_recording
 
 # x of the plate is x of the laboratory, y backward, z down; its centre is at (1.0, 2.0, 0.1)
 CORNERS = np.array([[1.3, 1.8, 0.1], [0.7, 1.8, 0.1], [0.7, 2.2, 0.1], [1.3, 2.2, 0.1]])

@@ -5,8 +5,8 @@ import pytest
 from dflow_builders import write_mocap
 
 from tepsipe.cli import main
-from tepsipe.io.contents import contents_of
-from tepsipe.io.described import Channel
+from tepsipe.io.file_format import Channel
+from tepsipe.io.formats import contents_of
 from tepsipe.reporting.figures.contents import BINS, decimated, draw_contents
 
 

@@ -11,7 +11,7 @@ from mat73_builders import write_mat73
 from scipy.io import loadmat, savemat
 
 from tepsipe.errors import InputError
-from tepsipe.io.contents import contents_of
+from tepsipe.io.formats import contents_of
 from tepsipe.io.readers.mat_file import read_mat
 from tepsipe.io.readers.treadmill_log import read_treadmill_log
 

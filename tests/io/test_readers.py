@@ -12,7 +12,7 @@ from builders import DUMMY_DURATION_S, WRISTALYZER_DURATION_S, assert_one_senten
 from scipy.io import loadmat, savemat
 
 from tepsipe.errors import InputError
-from tepsipe.io.readers.c3d import read_markers
+from tepsipe.io.formats import read_markers
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.io.readers.treadmill_log import read_calibration_matrix, read_treadmill_log
 from tepsipe.virtual_lab.dummy import MARKERS

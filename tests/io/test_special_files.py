@@ -11,9 +11,8 @@ from builders import assert_one_sentence
 
 from tepsipe.cli import main
 from tepsipe.errors import InputError
-from tepsipe.io.contents import contents_of
+from tepsipe.io.formats import contents_of, recognised
 from tepsipe.io.opensim_export import Storage, write_storage
-from tepsipe.io.readers.file_kind import kind_of
 from tepsipe.io.readers.text_file import read_text
 
 COLUMNS = ["--time", "t", "--angle", "a", "--torque", "b"]
@@ -40,7 +39,7 @@ def refused(capsys):
 
 
 def test_a_pipe_is_refused_at_once(pipe, refused, tmp_path):
-    assert kind_of(pipe) is None
+    assert recognised(pipe) is None
     for arguments in (["fit", pipe, *COLUMNS], ["info", pipe], ["calibrate", pipe, pipe], ["export", pipe]):
         extra = ["--to", "mat"] if arguments[0] == "export" else []
         assert_one_sentence(refused(*arguments, *extra), pipe)

@@ -8,7 +8,7 @@ from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
 from tepsipe.io.csv_file import write_records
-from tepsipe.io.readers.marker_file import read_all_markers
+from tepsipe.io.formats import read_all_markers
 from tepsipe.io.tables import NO_COLUMN, Table, Undefinable
 
 

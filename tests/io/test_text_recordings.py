@@ -7,13 +7,11 @@ import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from tepsipe.io.contents import contents_of
+from tepsipe.io.formats import contents_of, read_emg, read_recording
 from tepsipe.io.readers.clock import bridged
-from tepsipe.io.readers.emg import read_emg
 from tepsipe.io.readers.plain_table import read_plain_table
 from tepsipe.io.readers.signal_table import read_table_recording, split_unit
 from tepsipe.io.readers.trc import read_trc
-from tepsipe.io.readers.whole_trial import read_recording
 
 TABLE = """time (s);belt_m_per_s;Fx_right (N);Fy_right;Fz_right;Mx_right;My_right;Mz_right (Nmm);\
 Fx_left;Fy_left;Fz_left (kN);Mx_left;My_left;Mz_left;HEEL_x (mm);HEEL_y (mm);HEEL_z (mm);EMG TA [uV]

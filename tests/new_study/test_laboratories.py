@@ -7,7 +7,7 @@ from c3d_builders import plate_channels, plate_of, write_c3d
 from laboratory_folders import Y_UP, mark
 
 from tepsipe.errors import InputError
-from tepsipe.io.contents import contents_of
+from tepsipe.io.formats import contents_of
 from tepsipe.io.readers.c3d import read_c3d_recording
 from tepsipe.io.readers.recording import Markers, select_markers
 from tepsipe.new_study.labels import leg_of, muscles_of, side_of

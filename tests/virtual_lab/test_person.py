@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter, lsim
 
-from tepsipe.io.readers.c3d import read_markers
+from tepsipe.io.formats import read_markers
 from tepsipe.io.readers.edf import read_emg
 from tepsipe.io.readers.treadmill_log import read_calibration_matrix, read_treadmill_log
 from tepsipe.virtual_lab import anthropometry

@@ -11,7 +11,7 @@ from scipy.signal import welch
 
 from tepsipe.errors import InputError
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill
-from tepsipe.io.readers.c3d import read_markers
+from tepsipe.io.formats import read_markers
 from tepsipe.io.readers.treadmill_log import read_calibration_matrix, read_treadmill_log
 from tepsipe.io.trial import read_trial, write_trial
 from tepsipe.signals.filters import Lowpass

@@ -6,7 +6,7 @@ Which experiment takes which is in the table of the experiments (`EXPERIMENTS[..
 from collections.abc import Iterable
 
 from tepsipe.errors import InputError, quoted
-from tepsipe.io.readers.whole_trial import holds_whole_trial
+from tepsipe.io.formats import holds_whole_trial
 from workflow.support.experiments import EXPERIMENTS, TABLE_OF_A_BELT
 
 NAME_COLUMNS = tuple(

@@ -8,9 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tepsipe.errors import InputError, listed, quoted
-from tepsipe.io.readers.file_kind import ending_of
+from tepsipe.io.formats import holds_whole_trial, takes_markers_beside
 from tepsipe.io.readers.text_file import read_text
-from tepsipe.io.readers.whole_trial import TEXT_ENDINGS, holds_whole_trial
 from workflow.support.experiments import EXPERIMENTS
 from workflow.support.names import check_distinct, check_name
 from workflow.support.people import belt_of, participant_of
@@ -259,7 +258,7 @@ def _files(cells: dict[str, str], here: str) -> dict[str, str]:
     needed = EXPERIMENTS[cells["experiment"]].raw_files
     files = {kind: cells[kind] for kind in needed if cells.get(kind, "") not in (EMPTY, "")}
     whole = "calibration" in needed and holds_whole_trial(files.get("log", ""))
-    if whole and ending_of(files["log"]) in TEXT_ENDINGS and cells.get("markers", "") not in (EMPTY, ""):
+    if whole and takes_markers_beside(files["log"]) and cells.get("markers", "") not in (EMPTY, ""):
         files["markers"] = cells["markers"]  # of the empty belt, too: D-Flow's forces are among the markers
     if cells["source"] == "recorded":
         _check_recorded(cells, files, whole, here)
@@ -357,8 +356,8 @@ def _mass(cells: dict[str, str], here: str) -> float | None:
 
 
 def _refuse_beside_whole_trial(files: dict[str, str], trial: str, here: str) -> None:
-    """Refuse a calibration or, unless the log is text, markers beside a log that holds the whole trial."""
-    for kind in ("calibration",) if ending_of(files["log"]) in TEXT_ENDINGS else ("calibration", "markers"):
+    """Refuse a calibration or, unless the log takes them, markers beside a log that holds the whole trial."""
+    for kind in ("calibration",) if takes_markers_beside(files["log"]) else ("calibration", "markers"):
         if kind in files:
             raise InputError(
                 f"{here}: expected {EMPTY!r} for the {kind} of {trial}, because its log "

@@ -8,8 +8,7 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.experiments.walking.recording import SIGNALS, WalkingRecording
-from tepsipe.io.contents import contents_of
-from tepsipe.io.readers.file_kind import C3D, kind_of
+from tepsipe.io.formats import contents_of, recognised
 from tepsipe.io.readers.text_file import read_text
 from tepsipe.io.readers.text_table import read_text_table
 
@@ -60,8 +59,9 @@ def read_events(path: str | Path | None, columns: Mapping[str, str | None]) -> d
     """
     if path is None:
         return {kind: np.zeros(0) for kind in EVENTS}
-    if kind_of(path) == C3D:
-        return _events_of_c3d(Path(path), columns)
+    known = recognised(path)
+    if known is not None and known.lists_events:
+        return _listed_events(Path(path), columns)
     lines = [line.split(",") for line in read_text(path, "a table of events").splitlines() if line.strip()]
     names = [name.strip() for name in lines[0]] if lines else []
     events = {}
@@ -87,8 +87,8 @@ def read_events(path: str | Path | None, columns: Mapping[str, str | None]) -> d
     return events
 
 
-def _events_of_c3d(path: Path, labels: Mapping[str, str | None]) -> dict[str, np.ndarray]:
-    """Events of a C3D (s from its first frame), each in increasing order."""
+def _listed_events(path: Path, labels: Mapping[str, str | None]) -> dict[str, np.ndarray]:
+    """Events that a file lists (s from its first frame), each in increasing order."""
     events: dict[str, list[float]] = {}
     for label, instant in contents_of(path).events:
         events.setdefault(label, []).append(instant)

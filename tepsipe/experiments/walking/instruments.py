@@ -20,9 +20,8 @@ import scipy
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.recording import CONTACT_N, WalkingRecording
 from tepsipe.ingest.recording_options import refuse_other_vertical
-from tepsipe.io.readers.file_kind import C3D, DFLOW, kind_of
+from tepsipe.io.formats import read_recording, recognised
 from tepsipe.io.readers.recording import DIRECTIONS, ForcePlate, Recording, select_markers
-from tepsipe.io.readers.whole_trial import read_recording
 from tepsipe.signals.resampling import BAND_PER_RATE, resample
 
 ANKLE, KNEE, HEEL, TOE = "ankle", "knee", "heel", "toe"
@@ -57,8 +56,9 @@ class WalkingFiles:
 
 
 def is_of_instruments(path: str | Path) -> bool:
-    """Test for a trial in C3D or in the text of D-Flow's mocap module; any other is a table."""
-    return kind_of(path) in (C3D, DFLOW)
+    """Test for a whole trial in a format of its own, such as C3D or D-Flow text; any other is a table."""
+    known = recognised(path)
+    return known is not None and known.read_recording is not None and known.purpose != "table"
 
 
 def read_instruments(path: str | Path, files: WalkingFiles, rate_hz: float, max_gap_s: float):

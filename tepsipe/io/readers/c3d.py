@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.errors import InputError, quoted
-from tepsipe.io.described import Channel as ListedChannel
-from tepsipe.io.described import Contents
+from tepsipe.io.file_format import Channel as ListedChannel
+from tepsipe.io.file_format import Contents, Format
 from tepsipe.io.readers.force_plates import force_plates
 from tepsipe.io.readers.guarded import guarded
 from tepsipe.io.readers.gzip_file import plain_file
@@ -17,7 +17,6 @@ from tepsipe.io.readers.recording import (
     ForcePlate,
     Markers,
     Recording,
-    select_markers,
 )
 
 # processor type -> byte order of its words, and the byte of the scale factor that holds the sign
@@ -34,15 +33,14 @@ NO_POSITIONS = {
 }
 
 
-def read_markers(path: str | Path, labels: list[str]) -> Markers:
-    """Read the wanted markers of a C3D file.
+def read_c3d_markers(path: str | Path) -> Markers:
+    """Read all markers of a C3D file.
 
     path: C3D file.
-    labels: names of the wanted markers, in the wanted order.
-    Returns: rate, labels and positions.
+    Returns: rate, labels and positions, NaN while a marker was hidden.
     """
     path = Path(path)
-    return select_markers(c3d_markers(open_c3d(path), path), labels, path)
+    return c3d_markers(open_c3d(path), path)
 
 
 def c3d_markers(file, path: Path) -> Markers:
@@ -334,3 +332,25 @@ def _event_text(events: tuple[tuple[str, float], ...]) -> str:
     most = 12
     text = ", ".join(f"{label} {time:.3f} s" for label, time in events[:most])
     return text + (f" and {len(events) - most} more" if len(events) > most else "")
+
+
+def _purpose(contents: Contents) -> tuple[str, str]:
+    if contents.plates:
+        return "whole trial", ""
+    refused = contents.facts.get("not usable as a whole trial")
+    if contents.markers and not refused:
+        return "markers", ""
+    return "other", refused or "it holds neither markers nor force plates"
+
+
+FORMAT = Format(
+    name="C3D",
+    fits=lambda head: len(head.content) >= 512 and head.content[1] == 0x50 and head.content[0] < 0x20,
+    contents=c3d_contents,
+    endings=(".c3d",),
+    purpose=_purpose,
+    lists_events=True,
+    page="c3d.md",
+    read_recording=read_c3d_recording,
+    read_markers=read_c3d_markers,
+)

@@ -22,12 +22,20 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.errors import InputError, listed
-from tepsipe.io.described import Channel as ListedChannel
-from tepsipe.io.described import Contents
+from tepsipe.io.file_format import Channel as ListedChannel
+from tepsipe.io.file_format import Contents, Format, Head
 from tepsipe.io.readers.clock import BLOCKS, Clock, bridged, line_through, regular_clock, rounded_rate
 from tepsipe.io.readers.plain_table import read_plain_table
 from tepsipe.io.readers.recording import Channel, ForcePlate, Markers, Recording
+from tepsipe.io.readers.text_file import TEXT_ENDINGS
 
+HEADER = re.compile(
+    r"(TimeStamp|Time)\t(.*\t)?("
+    r"FrameNumber|[^\t]+\.Pos[XYZ]|FP\d+\.(For|Mom|Cop)[XYZ]|[^\t]*(speed|velocity)[^\t]*)(\t|\r|\n|$)",
+    re.IGNORECASE,
+)
+# voltages and calibrated signals of manipulators also come from D-Flow, but as plain tables
+MANIPULATOR = re.compile(r"MotorAngle|TriggerTime")
 TIMES = ("TimeStamp", "Time")
 FRAME = "FrameNumber"
 MARKER = re.compile(r"(.+)\.Pos([XYZ])")
@@ -277,3 +285,20 @@ def dflow_contents(path: Path) -> Contents:
     kind = "mocap" if table.is_mocap else "record"
     loads = tuple(ListedChannel.of(name, "N", rate, force[:, 1]) for name, (force, _) in plates.items())
     return Contents(f"D-Flow text, {kind} module", facts, channels, tuple(markers), loads, vertical=1)
+
+
+def _fits(head: Head) -> bool:
+    return bool(HEADER.match(head.first_line)) and not MANIPULATOR.search(head.first_line)
+
+
+FORMAT = Format(
+    name="D-Flow",
+    fits=_fits,
+    contents=dflow_contents,
+    endings=TEXT_ENDINGS,
+    text=True,
+    purpose=lambda contents: ("whole trial" if "mocap" in contents.kind else "record", ""),
+    lacks=("record",),
+    page="dflow.md",
+    read_recording=read_dflow_recording,
+)

@@ -16,7 +16,7 @@ from typing import Annotated, BinaryIO
 import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
-from tepsipe.io.readers.file_kind import BDF
+from tepsipe.io.file_format import Channel, Contents, Format, Head
 from tepsipe.io.readers.gzip_file import is_gzip, plain_bytes
 
 # spelling of a physical dimension, at most 8 characters -> uV
@@ -28,6 +28,7 @@ UV_PER_UNIT = {
     **dict.fromkeys(("mV", "mv", "milliV", "millivol"), 1e3),
     **dict.fromkeys(("V", "v", "volt", "Volt"), 1e6),
 }
+BDF = b"\xffBIOSEMI"
 STATUS, TRIGGER_BITS = "Status", 0xFFFF
 # fields of a signal in the header and their lengths (bytes), up to the number of samples in a record
 BYTES_BEFORE_SAMPLES = 16 + 80 + 8 + 8 + 8 + 8 + 8 + 80
@@ -216,3 +217,30 @@ def _refuse_truncated(path: Path, file: BinaryIO) -> bool:
             f"{'truncated' if size < expected else 'damaged'}, copy it again from the recorder"
         )
     return is_bdf
+
+
+def edf_contents(path: Path) -> Contents:
+    """Contents of an EDF, EDF+ or BDF file (units as in the file)."""
+    channels = [
+        Channel.of(label, each.physical_dimension, float(each.sampling_frequency), np.asarray(each.data))
+        for label, signals in open_edf(path).items()
+        for each in signals
+    ]
+    lasts = max((c.shape[0] / c.rate_hz for c in channels if c.rate_hz), default=0.0)
+    kind = "BDF" if Head.of(path).content[:8] == BDF else "EDF"
+    return Contents(kind, {"duration": f"{lasts:.6g} s"}, channels)
+
+
+def _fits(head: Head) -> bool:
+    start, signals = head.content[:8], head.content[252:256]
+    return start == BDF or (start == b"0       " and len(signals) == 4 and signals.strip().isdigit())
+
+
+FORMAT = Format(
+    name="EDF",
+    fits=_fits,
+    contents=edf_contents,
+    endings=(".edf", ".bdf"),
+    purpose="emg",
+    read_emg=read_emg,
+)

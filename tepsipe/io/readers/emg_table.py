@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.errors import InputError, listed
-from tepsipe.io.described import Channel, Contents
+from tepsipe.io.file_format import Channel, Contents, Format, Head
 from tepsipe.io.readers.edf import UV_PER_UNIT, EmgRecording, muscles_found
-from tepsipe.io.readers.file_kind import DELSYS, kind_of
 from tepsipe.io.readers.plain_table import PlainTable, read_plain_table
 from tepsipe.io.readers.signal_table import SECONDS, TIME, split_unit
 
+DELSYS_HEADER = re.compile(r'^"?X ?\[s\]"?[,;\t]', re.MULTILINE)
 DELSYS_TIME = re.compile(r"X ?\[s\](\.\d+)?$")
 DELSYS_LABEL = re.compile(r"Label:\s*(.+?)\s+Sampling frequency:\s*([\d.,]+).*?\bUnit:\s*(\S+)")
 # sampling rates of the header and of the time stamps agree within this
@@ -47,7 +47,7 @@ def read_emg_channels(path: str | Path) -> dict[str, EmgChannel]:
     path: the file, plain or compressed with gzip.
     Returns: label -> samples in their unit, rate (Hz) and time of the first sample (s).
     """
-    delsys = kind_of(path) == DELSYS
+    delsys = FORMAT.fits(Head.of(path))
     table = read_plain_table(path, "electromyograms", _is_delsys_header if delsys else None, ragged=delsys)
     described = {m[1].strip(): m for line in table.preamble if (m := DELSYS_LABEL.search(line))}
     times = _time_columns(table, delsys)
@@ -202,3 +202,19 @@ def emg_table_contents(path: Path) -> Contents:
     channels = [Channel.of(label, c.unit, c.rate_hz, c.values) for label, c in by_label.items()]
     lasts = max((c.values.size / c.rate_hz for c in by_label.values()), default=0.0)
     return Contents("Delsys export", {"duration": f"{lasts:.6g} s"}, channels)
+
+
+def _fits(head: Head) -> bool:
+    first = head.first_line
+    labelled = first.startswith("Label:") and "Sampling frequency" in first
+    return labelled or bool(DELSYS_HEADER.search(head.text))
+
+
+FORMAT = Format(
+    name="Delsys",
+    fits=_fits,
+    contents=emg_table_contents,
+    text=True,
+    purpose="emg",
+    read_emg=read_emg_table,
+)

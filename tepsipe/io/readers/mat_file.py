@@ -10,12 +10,15 @@ from pathlib import Path
 import numpy as np
 import scipy
 
+from tepsipe.arguments import unit_in
 from tepsipe.errors import InputError
-from tepsipe.io.readers.file_kind import HDF5_FILE, MAT73, kind_of
+from tepsipe.io.file_format import Channel, Contents, Format, Head
 from tepsipe.io.readers.guarded import guarded
 from tepsipe.io.readers.gzip_file import plain_file
 
 DEEPEST = 8
+HDF5 = b"\x89HDF\r\n\x1a\n"
+LOG_VARIABLES = {"transducers_V", "belt_velocity_m_per_s", "trigger_V"}
 
 
 def read_mat(path: str | Path, what: str, squeeze: bool = False) -> dict[str, object]:
@@ -35,7 +38,7 @@ def read_mat(path: str | Path, what: str, squeeze: bool = False) -> dict[str, ob
     load = scipy.io.loadmat
 
     def loaded(plain: Path) -> dict[str, object]:
-        if kind_of(plain) in (MAT73, HDF5_FILE):
+        if _is_hdf5(Head.of(plain)):
             return _of_hdf5(plain, squeeze)
         return {k: v for k, v in load(plain, squeeze_me=squeeze).items() if not k.startswith("__")}
 
@@ -86,3 +89,38 @@ def _value(file, item, depth: int):
         return lines[0] if len(lines) == 1 else np.array(lines, dtype=object)
     values = np.asarray(content).T
     return values.astype(bool) if kind == "logical" else values
+
+
+def mat_contents(path: Path) -> Contents:
+    """Contents of a MATLAB file (units as in its names)."""
+    content = read_mat(path, "a MATLAB file", squeeze=True)
+    variables = {name: np.asarray(x) for name, x in content.items()}
+    rates = [float(x) for name, x in variables.items() if "rate" in name.lower() and x.size == 1]
+    longest = max((x.shape[0] for x in variables.values() if x.ndim), default=0)
+    channels = [
+        Channel.of(name, unit_in(name), rates[0] if rates and x.shape[:1] == (longest,) else None, x)
+        for name, x in variables.items()
+    ]
+    return Contents("MATLAB", {"variables": str(len(variables))}, channels)
+
+
+def _is_hdf5(head: Head) -> bool:
+    content = head.content
+    return content.startswith(b"MATLAB 7.3") or HDF5 in (content[:8], content[512:520])
+
+
+def _fits(head: Head) -> bool:
+    content = head.content
+    if content[:8] == HDF5:  # files of version 7.3 that other programs write are plain HDF5
+        return head.ending == ".mat"
+    return _is_hdf5(head) or content.startswith(b"MATLAB 5.0") or content[126:128] in (b"IM", b"MI")
+
+
+def _purpose(contents: Contents) -> tuple[str, str]:
+    missing = sorted(LOG_VARIABLES - {channel.name for channel in contents.channels})
+    if missing:
+        return "other", f"a treadmill log also holds {', '.join(missing)}"
+    return "treadmill log", ""
+
+
+FORMAT = Format(name="MATLAB", fits=_fits, contents=mat_contents, endings=(".mat",), purpose=_purpose)

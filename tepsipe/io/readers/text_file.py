@@ -5,6 +5,8 @@ from pathlib import Path
 from tepsipe.errors import InputError, quoted
 from tepsipe.io.readers.gzip_file import plain_bytes
 
+TEXT_ENDINGS = (".csv", ".tsv", ".txt")
+
 
 def read_text(path: str | Path, what: str, ended: bool = False) -> str:
     """Contents of a text file, with line feeds as its line breaks.

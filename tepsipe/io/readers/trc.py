@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
-from tepsipe.io.described import Channel, Contents
+from tepsipe.io.file_format import Channel, Contents, Format
 from tepsipe.io.readers.plain_table import number_in
 from tepsipe.io.readers.recording import METRES_PER_UNIT, Markers
 from tepsipe.io.readers.text_file import read_text
@@ -117,3 +117,14 @@ def trc_contents(path: Path) -> Contents:
     if visible.size:  # markers differ most in height
         upright = int(np.argmax(np.std(np.nanmedian(visible, axis=0), axis=0)))
     return Contents("TRC", facts, channels, tuple(markers.labels), vertical=upright)
+
+
+FORMAT = Format(
+    name="TRC",
+    fits=lambda head: head.first_line.startswith("PathFileType"),
+    contents=trc_contents,
+    endings=(".trc",),
+    text=True,
+    purpose="markers",
+    read_markers=read_trc,
+)

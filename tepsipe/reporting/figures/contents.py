@@ -7,7 +7,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from tepsipe.errors import InputError
-from tepsipe.io.described import Channel, Contents
+from tepsipe.io.file_format import Channel, Contents
 from tepsipe.reporting.figures.style import CYCLE, in_style
 
 WIDTH_IN = 9.0

@@ -1,0 +1,57 @@
+"""Formats of files by their first bytes, whatever the file is called."""
+
+import gzip
+
+import pytest
+
+from tepsipe.io.file_format import ending_of
+from tepsipe.io.formats import recognised
+
+EDF_HEAD = b"0       " + b" " * 244 + b"1   "
+HEADS = [
+    (b"\xffBIOSEMI", "EDF"),
+    (EDF_HEAD, "EDF"),
+    (EDF_HEAD[:-1], None),
+    (b"0       " + b" " * 248, None),
+    (b"MATLAB 7.3 MAT-file", "MATLAB"),
+    (b" " * 512 + b"\x89HDF\r\n\x1a\n", "MATLAB"),
+    (b"MATLAB 5.0 MAT-file", "MATLAB"),
+    (b"M" * 126 + b"IM", "MATLAB"),
+    (b"M" * 126 + b"I", None),
+    (b"\x89HDF\r\n\x1a\n", "HDF5"),
+    (b"\x02\x50" + bytes(510), "C3D"),
+    (b"\x02\x50" + bytes(509), None),
+    (b"\x20\x50" + bytes(510), None),
+    (b"PathFileType\t4", "TRC"),
+    (b"TimeStamp\tFrameNumber\tFP1.ForX\n", "D-Flow"),
+    (b"Time\tFrameNumber\tMotorAngle\n", "a text table"),
+    (b"X[s],EMG\n", "Delsys"),
+    (b"Label: a Sampling frequency: 2000\n", "Delsys"),
+    (b'\n {"rate": 1}', "JSON"),
+    (b"time;force\n", "a text table"),
+    (b"time force\n", None),
+    (b"time,\0force\n", None),
+    (b"", None),
+]
+
+
+@pytest.mark.parametrize(("head", "name"), HEADS)
+def test_format_is_known_by_the_first_bytes_also_of_a_compressed_file(head, name, tmp_path):
+    for file, content in (("plain", head), ("packed", gzip.compress(head))):
+        (tmp_path / file).write_bytes(content)
+        found = recognised(tmp_path / file)
+        assert (found and found.name) == name
+
+
+@pytest.mark.parametrize(
+    ("name", "ending"),
+    [
+        ("a.C3D", ".c3d"),
+        ("a.c3d.gz", ".c3d"),
+        ("walk.2024.txt", ".txt"),
+        ("walk.2024.txt.GZ", ".txt"),
+        ("a", ""),
+    ],
+)
+def test_ending_is_that_before_gzip(name, ending):
+    assert ending_of(name) == ending
