@@ -1,6 +1,8 @@
 """Formats of files by their first bytes, whatever the file is called."""
 
 import gzip
+import subprocess
+import sys
 
 import pytest
 
@@ -55,3 +57,9 @@ def test_format_is_known_by_the_first_bytes_also_of_a_compressed_file(head, name
 )
 def test_ending_is_that_before_gzip(name, ending):
     assert ending_of(name) == ending
+
+
+def test_registry_imports_none_of_the_libraries_that_parse():
+    code = "import sys; from tepsipe.io.formats import formats; formats(); print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert not {"ezc3d", "edfio", "h5py", "scipy.io"} & set(loaded.split())
