@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tepsipe.io.budget_table import SCATTER, Contribution
-from tepsipe.io.estimates import Estimate
+from tepsipe.io.estimates import SCATTER, Contribution, Estimate
 from tepsipe.statistics.uncertainty import Budget
 
 

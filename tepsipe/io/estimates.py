@@ -1,4 +1,7 @@
-"""Tidy rows of estimates, the common format of all experiments (``results/tables/estimates.csv``)."""
+"""Tidy rows of estimates, the common format of all experiments, of their budgets, and beside the truth.
+
+They are written to ``estimates.csv``, ``uncertainty.csv`` and ``recovery.csv`` in ``results/tables``.
+"""
 
 import math
 from collections.abc import Iterable
@@ -80,6 +83,8 @@ UNCERTAINTIES = ("standard_error", "ci_low", "ci_high", "sem_as_printed", "u_typ
 QUOTED = ("I", "B", "K", "mass")
 # a VAF below this belongs to a diverging prediction (%)
 DIVERGED_VAF = -1e6
+TYPES = ("A", "B")
+SCATTER = "scatter"  # the source of Type A
 
 
 @dataclass(frozen=True)
@@ -183,3 +188,60 @@ ESTIMATES = Table(
     complete=_flagged_where_undefined,
     further=("participant", "belt"),
 )
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """Contribution of one source to the uncertainty of one estimate."""
+
+    experiment: str
+    condition: str
+    pathway: str
+    estimator: str
+    quantity: str
+    unit: str
+    """The estimate, as in `Estimate`."""
+    source: str
+    """Name of the source, with its own unit; `SCATTER` for Type A."""
+    type: str
+    """{"A", "B"}: Whether it is seen in the scatter of the trial, or known otherwise."""
+    u: float
+    """Standard uncertainty that it contributes to the estimate (``unit``), never negative."""
+
+
+def _check_contribution(row: Contribution) -> None:
+    if row.type not in TYPES or not row.u >= 0.0:
+        raise ValueError(f"{row.u:g} of type {row.type!r}")
+
+
+CONTRIBUTIONS = Table(Contribution, "uncertainty budgets", check=_check_contribution)
+
+
+@dataclass(frozen=True)
+class Recovery:
+    """One estimate and its true value; the fields are the columns of ``tables/recovery.csv``."""
+
+    experiment: str
+    condition: str
+    pathway: str
+    estimator: str
+    quantity: str
+    unit: str
+    """The estimate, as in `Estimate`."""
+    truth: float
+    """The laboratory's constant, or the value of the nearest linear joint (``unit``)."""
+    value: Undefinable
+    """The estimate (``unit``)."""
+    relative_error: float | None
+    """(value - truth) / truth; None where it is not finite."""
+    covered: bool | None
+    """True if the 95 % interval contains the truth; None without an interval."""
+    truth_of: str
+    """Movements for which the truth holds."""
+    recommended: bool = False
+    """True if the study recommends the estimate."""
+    flags: str = ""
+    """Names of the checks that the trial failed for it, joined by ";"."""
+
+
+RECOVERIES = Table(Recovery, "estimates beside the truth")

@@ -16,8 +16,7 @@ if TYPE_CHECKING:
 
 def read_stored(path: str | Path) -> "Trial | Result":
     """Read an HDF5 file of the study (arrays in the units that it names)."""
-    from tepsipe.io.hdf5_file import read_hdf5
-    from tepsipe.io.result import read_result
+    from tepsipe.io.result import read_hdf5, read_result
     from tepsipe.io.trial import read_trial
 
     path = Path(path)

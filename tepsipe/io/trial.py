@@ -15,7 +15,7 @@ import numpy as np
 
 from tepsipe.arguments import FACTORS, OPTIONS, described, number, path_of
 from tepsipe.errors import InputError, listed
-from tepsipe.io.hdf5_file import read_hdf5, write_array
+from tepsipe.io.result import read_hdf5, write_array
 
 # units that a signal can have
 UNITS = {"1", "Hz", "kg", "m/s2", *(unit for pair in FACTORS for unit in pair)}

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tepsipe.io.budget_table import SCATTER, Contribution
-from tepsipe.io.estimates import QUOTED, Estimate
+from tepsipe.io.estimates import QUOTED, SCATTER, Contribution, Estimate
 from tepsipe.statistics.uncertainty import coverage_factor
 
 # name of a source -> what a reader understands by it

@@ -12,9 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import scipy
 
-from tepsipe.io.budget_table import Contribution
-from tepsipe.io.estimates import QUOTED, Estimate
-from tepsipe.io.recovery_table import Recovery
+from tepsipe.io.estimates import QUOTED, Contribution, Estimate, Recovery
 from tepsipe.io.tables import Table
 from tepsipe.statistics.coverage import CONFIDENCE, Share, share_of
 

@@ -14,8 +14,7 @@ from itertools import combinations
 
 import numpy as np
 
-from tepsipe.io.budget_table import Contribution
-from tepsipe.io.estimates import Estimate
+from tepsipe.io.estimates import Contribution, Estimate
 from tepsipe.io.tables import NO_COLUMN, Table
 from tepsipe.reporting.budgets import difference_parts, mean_parts, parts_of
 from tepsipe.statistics.group import group_mean, typical_uncertainty

@@ -10,7 +10,7 @@ from tepsipe.experiments.planning.design import Design, Protocol, Rig
 from tepsipe.experiments.planning.optimal_pulse import OptimalPulse, optimise_pulse
 from tepsipe.experiments.planning.plan import Plan, expected_likelihood, plan_experiment
 from tepsipe.experiments.planning.pulses import Drive, Limits, peaks_of, pulse_of
-from tepsipe.io.csv_file import write_records
+from tepsipe.io.tables import write_records
 from tepsipe.mechanics.engines.interface import Joint
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.reporting.plan_arguments import TOLERANCES

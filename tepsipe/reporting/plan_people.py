@@ -9,7 +9,7 @@ from tepsipe.errors import InputError, quoted
 from tepsipe.experiments.planning.pulses import Drive, pulse_of
 from tepsipe.experiments.planning.standing_plan import StandingDesign, StandingPlan, plan_standing
 from tepsipe.experiments.walking.needed_strides import FEWEST_PLANNED, NEEDED_ROWS, allocation
-from tepsipe.io.csv_file import write_records
+from tepsipe.io.tables import write_records
 
 
 def standing_plan_of(chosen: argparse.Namespace) -> StandingPlan:

@@ -5,8 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from tepsipe.io.estimates import Estimate
-from tepsipe.io.recovery_table import Recovery
+from tepsipe.io.estimates import Estimate, Recovery
 
 SMALL, AT_WORK = "small movements", "the fitted windows"
 AT_PHASE = "the phase to which K belongs"

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.errors import InputError, quoted
-from tepsipe.io.csv_file import write_cells
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.readers.text_file import read_text
 from tepsipe.io.result import Result
+from tepsipe.io.tables import write_cells
 from tepsipe.mechanics.impedance_model import PARAMETERS
 
 # SEM_x is the ordinary standard error of one perturbation, the rule by which SEMs are printed and judged (the

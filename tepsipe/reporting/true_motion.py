@@ -21,7 +21,7 @@ import h5py
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.io.hdf5_file import read_hdf5
+from tepsipe.io.result import read_hdf5
 
 SIGNALS = ("time", "angle", "rate", "acceleration", "torque")
 

@@ -9,8 +9,7 @@ from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.budgets import contributions_of, with_budget
-from tepsipe.io.budget_table import CONTRIBUTIONS, Contribution
-from tepsipe.io.estimates import ESTIMATES, Estimate, recommended
+from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES, Contribution, Estimate, recommended
 from tepsipe.statistics.uncertainty import Budget, sources_of
 from workflow.settings.config import check_config
 

@@ -21,7 +21,7 @@ from tepsipe.experiments.planning.filtering import (
 from tepsipe.experiments.planning.monte_carlo import draw_estimates
 from tepsipe.experiments.planning.plan import plan_experiment
 from tepsipe.identification.regression.windows import regress_torque
-from tepsipe.io.csv_file import write_records
+from tepsipe.io.tables import write_records
 from tepsipe.reporting.chapters import plan as plan_chapter
 from tepsipe.reporting.figures.planning import plot_filters, plot_needed, plot_pulses, plot_treadmill_filters
 from tepsipe.reporting.plan_tables import (

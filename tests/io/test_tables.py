@@ -7,9 +7,8 @@ import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from tepsipe.io.csv_file import write_records
 from tepsipe.io.formats import read_all_markers
-from tepsipe.io.tables import NO_COLUMN, Table, Undefinable
+from tepsipe.io.tables import NO_COLUMN, Table, Undefinable, write_records
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,7 @@ import pandas as pd
 import pytest
 from typst_builders import findings_of, typeset_words
 
-from tepsipe.io.budget_table import Contribution
-from tepsipe.io.estimates import Estimate
+from tepsipe.io.estimates import Contribution, Estimate
 from tepsipe.reporting.budgets import budgeted, relative_budgets, source_words
 from tepsipe.reporting.chapters import budgets
 from tepsipe.reporting.chapters.budgets import largest_source

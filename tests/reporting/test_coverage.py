@@ -12,9 +12,7 @@ import yaml
 from typst_builders import evaluated, page_of, plain_words, typeset_words
 
 from tepsipe.errors import InputError
-from tepsipe.io.budget_table import Contribution
-from tepsipe.io.estimates import Estimate
-from tepsipe.io.recovery_table import RECOVERIES
+from tepsipe.io.estimates import RECOVERIES, Contribution, Estimate
 from tepsipe.reporting.chapters import coverage as chapter
 from tepsipe.reporting.coverage import (
     COVERAGE_ROWS,

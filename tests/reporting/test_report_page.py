@@ -11,7 +11,7 @@ from page_builders import NASTY, estimates_of, parsed
 from study_chapter_builders import CLAIM, estimate, study_content, study_run
 from typst_builders import page_of, plain_words
 
-from tepsipe.io.recovery_table import Recovery
+from tepsipe.io.estimates import Recovery
 from tepsipe.reporting.pages.markdown import html_of
 from tepsipe.reporting.pages.report_page import Origin, ReportPage, made_again, render_report
 from tepsipe.reporting.pages.trials import trial_rows, trials_table

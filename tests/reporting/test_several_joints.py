@@ -9,7 +9,7 @@ from typst_builders import evaluated, typeset_words
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.planning.several_joints import MODELS, epochs_of, estimate, predict, read_draws
-from tepsipe.io.csv_file import write_records
+from tepsipe.io.tables import write_records
 from tepsipe.reporting.chapters import several_joints
 from tepsipe.reporting.figures.several_joints import plot_several_joints
 from tepsipe.reporting.run import Run, report_content

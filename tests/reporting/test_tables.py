@@ -8,8 +8,7 @@ import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from tepsipe.io.estimates import Estimate
-from tepsipe.io.recovery_table import RECOVERIES
+from tepsipe.io.estimates import RECOVERIES, Estimate
 from tepsipe.io.result import Result
 from tepsipe.reporting.claims import CLAIM_VERDICTS, MEASURES, Findings, check_claims
 from tepsipe.reporting.findings import findings_of_cells

@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tepsipe.io.budget_table import Contribution
-from tepsipe.io.estimates import ESTIMATES, Estimate, flagged
+from tepsipe.io.estimates import ESTIMATES, Contribution, Estimate, flagged
 from tepsipe.reporting.participants import (
     GROUP_ESTIMATES,
     PERSON_ESTIMATES,

@@ -7,9 +7,7 @@ job.start(snakemake)
 import json
 from pathlib import Path
 
-from tepsipe.io.budget_table import CONTRIBUTIONS
-from tepsipe.io.estimates import ESTIMATES
-from tepsipe.io.recovery_table import RECOVERIES
+from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES, RECOVERIES
 from tepsipe.reporting.coverage import (
     COVERAGE_ROWS,
     DROPPED_ROWS,

@@ -5,8 +5,7 @@ import job
 job.start(snakemake)
 
 from tepsipe.experiments.dummy.rig import flag_rig
-from tepsipe.io.budget_table import CONTRIBUTIONS
-from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES
 from tepsipe.io.result import read_facts
 
 facts = {

@@ -6,8 +6,7 @@ job.start(snakemake)
 
 import pandas as pd
 
-from tepsipe.io.budget_table import CONTRIBUTIONS
-from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES
 
 
 def join(paths: list[str], table: str) -> None:

@@ -5,8 +5,7 @@ import job
 job.start(snakemake)
 
 from tepsipe.experiments.standing.free_reflex.results import task_difference
-from tepsipe.io.budget_table import CONTRIBUTIONS
-from tepsipe.io.estimates import ESTIMATES, recommended
+from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES, recommended
 from tepsipe.io.result import read_result
 
 more, less = read_result(snakemake.input.more), read_result(snakemake.input.less)

@@ -4,9 +4,8 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.estimates import ESTIMATES, RECOVERIES
 from tepsipe.io.readers.text_table import read_text_table
-from tepsipe.io.recovery_table import RECOVERIES
 from tepsipe.reporting.recovery import compare_phases_with_truth
 
 curves = {

@@ -4,8 +4,7 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.io.estimates import ESTIMATES
-from tepsipe.io.recovery_table import RECOVERIES
+from tepsipe.io.estimates import ESTIMATES, RECOVERIES
 from tepsipe.io.result import read_result
 from tepsipe.reporting.laboratory import LABORATORY_ROWS, laboratory_rows
 from tepsipe.reporting.recovery import compare_with_truth

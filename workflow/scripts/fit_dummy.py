@@ -13,8 +13,7 @@ from tepsipe.experiments.dummy.checks import (
 )
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy, dummy_estimates
 from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_contributions, dummy_result
-from tepsipe.io.budget_table import CONTRIBUTIONS
-from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 

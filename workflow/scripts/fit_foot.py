@@ -7,8 +7,7 @@ job.start(snakemake)
 from tepsipe.experiments.dummy.foot_pathways import FootOptions, FootPathway, analyse_foot
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, dummy_estimates
 from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_contributions, dummy_result
-from tepsipe.io.budget_table import CONTRIBUTIONS
-from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES
 from tepsipe.io.result import read_result, write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.treadmill.held_out import read_held_out

@@ -22,8 +22,7 @@ from tepsipe.experiments.standing.thesis.results import (
     standing_result,
     trial_epochs_result,
 )
-from tepsipe.io.budget_table import CONTRIBUTIONS
-from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES
 from tepsipe.io.result import joined, read_result, write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.signals.filters import Lowpass

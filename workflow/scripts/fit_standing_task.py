@@ -25,8 +25,7 @@ from tepsipe.experiments.standing.thesis.results import (
     standing_result,
     stiffness_by_window,
 )
-from tepsipe.io.budget_table import CONTRIBUTIONS
-from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES
 from tepsipe.io.result import read_result, write_result
 from tepsipe.signals.onsets import OnsetOptions
 

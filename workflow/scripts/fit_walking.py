@@ -16,8 +16,7 @@ from tepsipe.experiments.walking.needed_strides import NEEDED_ROWS, ExpectedPuls
 from tepsipe.experiments.walking.recording import agreement, ankle_moment, bandwidth_hz
 from tepsipe.experiments.walking.results import WALKING_ROWS, walking_estimates, walking_rows
 from tepsipe.experiments.walking.trial import read_trial
-from tepsipe.io.budget_table import CONTRIBUTIONS
-from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES
 from tepsipe.signals.resampling import refuse_short
 from tepsipe.statistics.uncertainty import sources_of
 

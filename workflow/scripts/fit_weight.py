@@ -6,8 +6,7 @@ job.start(snakemake)
 
 from tepsipe.experiments.budgets import contributions_of
 from tepsipe.experiments.weight import QUANTITIES, analyse_weight, weight_estimates, weight_result
-from tepsipe.io.budget_table import CONTRIBUTIONS
-from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.signals.filters import Lowpass

@@ -13,8 +13,7 @@ from tepsipe.experiments.wristalyzer.analysis import (
     wristalyzer_result,
 )
 from tepsipe.experiments.wristalyzer.record import WristalyzerOptions
-from tepsipe.io.budget_table import CONTRIBUTIONS
-from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.statistics.uncertainty import sources_of

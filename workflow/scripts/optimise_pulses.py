@@ -8,7 +8,7 @@ job.start(snakemake)
 from tepsipe.experiments.planning.design import Design
 from tepsipe.experiments.planning.plan import plan_experiment
 from tepsipe.experiments.planning.pulses import Limits
-from tepsipe.io.csv_file import write_records
+from tepsipe.io.tables import write_records
 from tepsipe.reporting.plan_tables import compared_pulses
 
 comparisons, shapes = [], []

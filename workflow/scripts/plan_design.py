@@ -11,7 +11,7 @@ import numpy as np
 from tepsipe.experiments.planning.design import FOOT, LEG, Design
 from tepsipe.experiments.planning.monte_carlo import draw_estimates
 from tepsipe.experiments.planning.plan import plan_experiment
-from tepsipe.io.csv_file import write_records
+from tepsipe.io.tables import write_records
 from tepsipe.reporting.plan_tables import checked_rows
 
 name, plan = snakemake.wildcards.design, snakemake.params.plan

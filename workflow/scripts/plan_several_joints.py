@@ -16,7 +16,7 @@ from tepsipe.experiments.planning.several_joints import (
     sets_of,
 )
 from tepsipe.identification.several_joints.matrices import Limits
-from tepsipe.io.csv_file import write_records
+from tepsipe.io.tables import write_records
 from tepsipe.mechanics.segment_chain import Chain
 from tepsipe.reporting.several_joints import element_rows, model_rows, set_rows
 

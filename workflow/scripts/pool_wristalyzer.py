@@ -5,8 +5,7 @@ import job
 job.start(snakemake)
 
 from tepsipe.experiments.wristalyzer.pooled import fit_wristalyzer_together, pooled_estimates, pooled_result
-from tepsipe.io.budget_table import CONTRIBUTIONS
-from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.statistics.uncertainty import sources_of

@@ -8,9 +8,7 @@ import json
 import shutil
 from pathlib import Path
 
-from tepsipe.io.budget_table import CONTRIBUTIONS
-from tepsipe.io.estimates import ESTIMATES
-from tepsipe.io.recovery_table import RECOVERIES
+from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES, RECOVERIES
 from workflow.support.laboratories import TABLES, forget, run
 
 about, folder = snakemake.params.about, Path(snakemake.output.laboratory).parent / "study"

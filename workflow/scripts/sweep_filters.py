@@ -7,7 +7,7 @@ job.start(snakemake)
 from tepsipe.experiments.dummy.foot_pathways import FootOptions
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
 from tepsipe.experiments.planning.filter_trials import filter_estimates, lowpasses
-from tepsipe.io.csv_file import write_records
+from tepsipe.io.tables import write_records
 from tepsipe.io.trial import read_trial
 from tepsipe.reporting.plan_tables import window_rows
 from tepsipe.treadmill.registry import load_treadmill_models, pick

@@ -4,8 +4,7 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.io.budget_table import CONTRIBUTIONS
-from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES
 from tepsipe.reporting.participants import (
     GROUP_ESTIMATES,
     PERSON_ESTIMATES,

@@ -10,8 +10,7 @@ from pathlib import Path
 import yaml
 from typeset import report_files, source_files, table_files, typeset_page
 
-from tepsipe.io.estimates import ESTIMATES
-from tepsipe.io.recovery_table import RECOVERIES
+from tepsipe.io.estimates import ESTIMATES, RECOVERIES
 from tepsipe.io.result import read_result
 from tepsipe.reporting.ledger import CELL_VERDICTS
 from tepsipe.reporting.pages.explorers import explored

@@ -12,8 +12,7 @@ from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck
 from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis
 from tepsipe.identification.likelihood.result import LikelihoodEstimates
 from tepsipe.identification.regression.windows import WindowedFits
-from tepsipe.io.budget_table import Contribution
-from tepsipe.io.estimates import Estimate
+from tepsipe.io.estimates import Contribution, Estimate
 from tepsipe.io.result import Result
 from tepsipe.mechanics.impedance_model import PARAMETERS, impedance_torque
 from tepsipe.statistics.bootstrap import Interval, bootstrap_mean

@@ -7,8 +7,7 @@ import numpy as np
 from tepsipe.experiments.budgets import contributions_of
 from tepsipe.experiments.walking.analysis import WalkingImpedance
 from tepsipe.experiments.walking.impedance import QUANTITIES, PhaseImpedance
-from tepsipe.io.budget_table import Contribution
-from tepsipe.io.estimates import Estimate, flagged, recommended
+from tepsipe.io.estimates import Contribution, Estimate, flagged, recommended
 from tepsipe.io.tables import Table
 from tepsipe.mechanics.impedance_model import UNITS
 

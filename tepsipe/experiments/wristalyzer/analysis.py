@@ -26,8 +26,7 @@ from tepsipe.identification.admittance_fit import (
     fit_scaled,
     profile_stiffness,
 )
-from tepsipe.io.budget_table import Contribution
-from tepsipe.io.estimates import Estimate, flagged, recommended
+from tepsipe.io.estimates import Contribution, Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, simulate_angle

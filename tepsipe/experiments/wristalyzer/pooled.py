@@ -9,8 +9,7 @@ from tepsipe.experiments.wristalyzer.names import PATHWAY, POOLED
 from tepsipe.experiments.wristalyzer.record import timed
 from tepsipe.identification.budgets.manipulator import pooled_budget
 from tepsipe.identification.regression.pooled import UNITS, PerturbedRecord, PooledFit, fit_pooled
-from tepsipe.io.budget_table import Contribution
-from tepsipe.io.estimates import Estimate, flagged, recommended
+from tepsipe.io.estimates import Contribution, Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.statistics.uncertainty import Source

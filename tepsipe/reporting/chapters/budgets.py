@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from tepsipe.io.budget_table import SCATTER
+from tepsipe.io.estimates import SCATTER
 from tepsipe.reporting.budgets import SHOWN, RelativeBudget, budgeted, relative_budgets, source_words
 from tepsipe.reporting.run import Run
 from tepsipe.statistics.uncertainty import coverage_factor

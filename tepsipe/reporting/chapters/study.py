@@ -7,8 +7,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 import pandas as pd
 
-from tepsipe.io.budget_table import SCATTER
-from tepsipe.io.estimates import FLAGS
+from tepsipe.io.estimates import FLAGS, SCATTER
 from tepsipe.reporting.budgets import SOURCES
 from tepsipe.reporting.recovery import AT_WORK
 from tepsipe.reporting.run import Run

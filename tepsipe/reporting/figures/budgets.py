@@ -6,8 +6,7 @@ from textwrap import fill
 import numpy as np
 from matplotlib.figure import Figure
 
-from tepsipe.io.budget_table import CONTRIBUTIONS, SCATTER
-from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES, SCATTER
 from tepsipe.reporting.budgets import SHOWN as QUANTITIES
 from tepsipe.reporting.budgets import RelativeBudget, budgeted, relative_budgets, source_words
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure

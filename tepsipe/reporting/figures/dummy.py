@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from tepsipe.experiments.dummy.specification_curve import SPECIFICATIONS
 from tepsipe.identification.estimators import JOINT_LIKELIHOOD, OUTPUT_ERROR
-from tepsipe.io.recovery_table import RECOVERIES
+from tepsipe.io.estimates import RECOVERIES
 from tepsipe.io.result import Result, read_result
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
 from tepsipe.reporting.figures.matrix import plot_matrix

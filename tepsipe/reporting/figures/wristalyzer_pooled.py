@@ -7,8 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tepsipe.experiments.wristalyzer.names import PERIODS
-from tepsipe.io.estimates import ESTIMATES, Estimate
-from tepsipe.io.recovery_table import RECOVERIES
+from tepsipe.io.estimates import ESTIMATES, RECOVERIES, Estimate
 from tepsipe.io.result import read_result
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 

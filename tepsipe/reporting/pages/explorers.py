@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 
 from tepsipe.experiments.dummy.specification_curve import CHOICES, SPECIFICATIONS
-from tepsipe.io.recovery_table import Recovery
+from tepsipe.io.estimates import Recovery
 from tepsipe.io.result import Result
 from tepsipe.reporting.figures.names import PARAMETER_SETS, short_name, words
 from tepsipe.reporting.pages.decimation import pack

@@ -5,8 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import PurePath
 from types import MappingProxyType
 
-from tepsipe.io.estimates import FLAGS, Estimate
-from tepsipe.io.recovery_table import RECOVERIES
+from tepsipe.io.estimates import FLAGS, RECOVERIES, Estimate
 from tepsipe.io.trial import Trial
 from tepsipe.reporting.figures.names import unit_symbol, words
 from tepsipe.reporting.format import by_uncertainty, number

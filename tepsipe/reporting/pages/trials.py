@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated
 from urllib.parse import quote
 
-from tepsipe.io.estimates import FLAGS, Estimate
-from tepsipe.io.recovery_table import Recovery
+from tepsipe.io.estimates import FLAGS, Estimate, Recovery
 from tepsipe.reporting.figures.names import unit_symbol
 from tepsipe.reporting.format import by_uncertainty, number
 from tepsipe.reporting.pages.html import text

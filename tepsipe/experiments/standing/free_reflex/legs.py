@@ -26,8 +26,7 @@ from tepsipe.experiments.standing.free_reflex.fit import QUANTITIES
 from tepsipe.experiments.standing.free_reflex.results import FreeReflexChoices, fit_free
 from tepsipe.experiments.standing.joint_torque import StandingTrial, by_belt
 from tepsipe.experiments.standing.options import BOTH, OTHER_BELT, StandingEstimator, StandingOptions
-from tepsipe.io.budget_table import Contribution
-from tepsipe.io.estimates import Estimate, flagged
+from tepsipe.io.estimates import Contribution, Estimate, flagged
 from tepsipe.io.result import Result
 from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.held_out import HeldOut

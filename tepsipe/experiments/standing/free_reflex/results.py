@@ -21,8 +21,7 @@ from tepsipe.experiments.standing.free_reflex.fit import (
 from tepsipe.experiments.standing.muscle_torque import FREE, NONE
 from tepsipe.experiments.standing.options import StandingEstimator, TorquePathway
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency
-from tepsipe.io.budget_table import Contribution
-from tepsipe.io.estimates import Estimate, flagged, recommended
+from tepsipe.io.estimates import Contribution, Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.statistics.uncertainty import Budget, Source, sources_of
 
