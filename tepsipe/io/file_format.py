@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tepsipe.io.readers.gzip_file import is_gzip
+from tepsipe.io.readers.plain_file import is_gzip
 
 HEAD_BYTES = 8192
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from tepsipe.errors import InputError
 from tepsipe.io.file_format import Channel, Contents, Format
 from tepsipe.io.readers.mat_file import HDF5
-from tepsipe.io.readers.text_file import read_text
+from tepsipe.io.readers.plain_file import read_text
 
 if TYPE_CHECKING:
     from tepsipe.io.result import Result

@@ -20,7 +20,7 @@ from types import MappingProxyType
 from typing import Annotated, Any, Generic, TypeVar, get_args, get_origin, get_type_hints
 
 from tepsipe.errors import InputError, listed, quoted
-from tepsipe.io.readers.text_file import read_text
+from tepsipe.io.readers.plain_file import read_text
 
 Row = TypeVar("Row")
 Undefinable = Annotated[float, "an empty cell is NaN"]

@@ -10,7 +10,7 @@ import numpy as np
 
 from tepsipe.errors import InputError, quoted
 from tepsipe.io.estimates import Estimate
-from tepsipe.io.readers.text_file import read_text
+from tepsipe.io.readers.plain_file import read_text
 from tepsipe.io.result import Result
 from tepsipe.io.tables import write_cells
 from tepsipe.mechanics.impedance_model import PARAMETERS

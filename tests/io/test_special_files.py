@@ -13,7 +13,7 @@ from tepsipe.cli import main
 from tepsipe.errors import InputError
 from tepsipe.io.formats import contents_of, recognised
 from tepsipe.io.opensim_export import Storage, write_storage
-from tepsipe.io.readers.text_file import read_text
+from tepsipe.io.readers.plain_file import read_text
 
 COLUMNS = ["--time", "t", "--angle", "a", "--torque", "b"]
 

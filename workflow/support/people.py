@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 from tepsipe.errors import InputError, quoted
-from tepsipe.io.readers.text_file import read_text
+from tepsipe.io.readers.plain_file import read_text
 from workflow.support.experiments import EXPERIMENTS
 from workflow.support.names import check_distinct, check_name
 from workflow.support.placeholders import refuse_placeholder_cells

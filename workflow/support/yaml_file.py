@@ -7,7 +7,7 @@ from pathlib import Path
 import yaml
 
 from tepsipe.errors import InputError, quoted
-from tepsipe.io.readers.text_file import read_text
+from tepsipe.io.readers.plain_file import read_text
 
 # sections within sections, and settings when every alias is written out: far beyond any configuration
 DEEPEST, MOST_SETTINGS = 100, 100_000

@@ -9,7 +9,7 @@ import numpy as np
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.experiments.walking.recording import SIGNALS, WalkingRecording
 from tepsipe.io.formats import contents_of, recognised
-from tepsipe.io.readers.text_file import read_text
+from tepsipe.io.readers.plain_file import read_text
 from tepsipe.io.readers.text_table import read_text_table
 
 EVENTS = ("heel_strike", "toe_off", "pulse")

@@ -9,10 +9,10 @@ from tepsipe.arguments import unit_in
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.io.file_format import Channel, Contents, Format
 from tepsipe.io.readers.emg_table import read_emg_table
+from tepsipe.io.readers.plain_file import TEXT_ENDINGS, read_text
 from tepsipe.io.readers.plain_table import DELIMITERS, column_names
 from tepsipe.io.readers.recording import Markers
 from tepsipe.io.readers.signal_table import read_table_recording
-from tepsipe.io.readers.text_file import TEXT_ENDINGS, read_text
 from tepsipe.io.readers.text_table import read_text_table
 
 

@@ -9,7 +9,7 @@ from tepsipe.io.file_format import Channel as ListedChannel
 from tepsipe.io.file_format import Contents, Format
 from tepsipe.io.readers.force_plates import force_plates
 from tepsipe.io.readers.guarded import guarded
-from tepsipe.io.readers.gzip_file import plain_file
+from tepsipe.io.readers.plain_file import plain_file
 from tepsipe.io.readers.recording import (
     DIRECTIONS,
     METRES_PER_UNIT,

@@ -25,9 +25,9 @@ from tepsipe.errors import InputError, listed
 from tepsipe.io.file_format import Channel as ListedChannel
 from tepsipe.io.file_format import Contents, Format, Head
 from tepsipe.io.readers.clock import BLOCKS, Clock, bridged, line_through, regular_clock, rounded_rate
+from tepsipe.io.readers.plain_file import TEXT_ENDINGS
 from tepsipe.io.readers.plain_table import read_plain_table
 from tepsipe.io.readers.recording import Channel, ForcePlate, Markers, Recording
-from tepsipe.io.readers.text_file import TEXT_ENDINGS
 
 HEADER = re.compile(
     r"(TimeStamp|Time)\t(.*\t)?("

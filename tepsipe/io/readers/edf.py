@@ -17,7 +17,7 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.io.file_format import Channel, Contents, Format, Head
-from tepsipe.io.readers.gzip_file import is_gzip, plain_bytes
+from tepsipe.io.readers.plain_file import is_gzip, plain_bytes
 
 # spelling of a physical dimension, at most 8 characters -> uV
 UV_PER_UNIT = {

@@ -14,7 +14,7 @@ from tepsipe.arguments import unit_in
 from tepsipe.errors import InputError
 from tepsipe.io.file_format import Channel, Contents, Format, Head
 from tepsipe.io.readers.guarded import guarded
-from tepsipe.io.readers.gzip_file import plain_file
+from tepsipe.io.readers.plain_file import plain_file
 
 DEEPEST = 8
 HDF5 = b"\x89HDF\r\n\x1a\n"

@@ -14,7 +14,7 @@ from typing import Annotated
 import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
-from tepsipe.io.readers.text_file import read_text
+from tepsipe.io.readers.plain_file import read_text
 
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)

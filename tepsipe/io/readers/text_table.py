@@ -8,8 +8,8 @@ import numpy as np
 
 from tepsipe.arguments import IN_NAMES
 from tepsipe.errors import InputError, listed, quoted
+from tepsipe.io.readers.plain_file import read_text
 from tepsipe.io.readers.plain_table import number_in, refuse_short_header, with_points
-from tepsipe.io.readers.text_file import read_text
 
 # unit -> its spellings in headers; small letters, without spaces, dots, stars, carets, hyphens, underscores
 SPELLINGS = {

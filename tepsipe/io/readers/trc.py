@@ -12,9 +12,9 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.io.file_format import Channel, Contents, Format
+from tepsipe.io.readers.plain_file import read_text
 from tepsipe.io.readers.plain_table import number_in
 from tepsipe.io.readers.recording import METRES_PER_UNIT, Markers
-from tepsipe.io.readers.text_file import read_text
 
 SETTINGS = ("DataRate", "NumFrames", "NumMarkers", "Units")
 HEADER_LINES = 5

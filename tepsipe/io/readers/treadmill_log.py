@@ -8,8 +8,8 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.io.readers.mat_file import read_mat
+from tepsipe.io.readers.plain_file import read_text
 from tepsipe.io.readers.plain_table import number_in
-from tepsipe.io.readers.text_file import read_text
 
 VARIABLES = {
     "sample_rate_hz": "sampling rate",

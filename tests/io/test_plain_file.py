@@ -6,8 +6,7 @@ import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from tepsipe.io.readers.gzip_file import plain_bytes, plain_file
-from tepsipe.io.readers.text_file import read_text
+from tepsipe.io.readers.plain_file import plain_bytes, plain_file, read_text
 
 TEXT = "time,angle\n0,1\n"
 
