@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
-from tepsipe.ingest.recording_files import read_recording_files
+from tepsipe.ingest.whole_trial import read_recording_files
 from tepsipe.io.trial import write_trial
 
 pytestmark = pytest.mark.slow

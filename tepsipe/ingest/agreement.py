@@ -14,8 +14,7 @@ that a torque does on a passive joint, the integral of torque times angular velo
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.ingest.frozen import held_while_moving
-from tepsipe.ingest.limits import Limits, Rig, source, used_belt
+from tepsipe.ingest.limits import Limits, Rig, held_while_moving, source, used_belt
 from tepsipe.io.trial import Trial
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.resampling import resample

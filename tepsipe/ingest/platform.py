@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.ingest.even_table import recorded_columns, refuse_slow
-from tepsipe.ingest.manipulators import RADIANS_PER_UNIT, refuse_exchanged
+from tepsipe.ingest.manipulators import RADIANS_PER_UNIT, recorded_columns, refuse_exchanged, refuse_slow
 from tepsipe.io.trial import Signal, Trial
 
 JOINTS = ("ankle", "hip")

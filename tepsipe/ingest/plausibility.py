@@ -17,8 +17,7 @@ from tepsipe.ingest.agreement import (
     refuse_mass,
     refuse_other_force,
 )
-from tepsipe.ingest.frozen import frozen_stretch
-from tepsipe.ingest.limits import Limits, Rig, source, used_belt
+from tepsipe.ingest.limits import Limits, Rig, frozen_stretch, source, used_belt
 from tepsipe.io.trial import Trial
 
 # a person's frozen marker counts as hidden up to this fraction of the trial; beyond it the trial is refused

@@ -11,9 +11,7 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
-from tepsipe.ingest.recording_files import read_recording_files
-from tepsipe.ingest.recording_options import RecordingOptions
-from tepsipe.ingest.whole_trial import ingest_recording
+from tepsipe.ingest.whole_trial import RecordingOptions, ingest_recording, read_recording_files
 from tepsipe.io.formats import read_emg
 from tepsipe.io.readers.edf import UV_PER_UNIT, EmgRecording
 from tepsipe.io.readers.recording import Recording

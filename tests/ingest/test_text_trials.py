@@ -14,9 +14,8 @@ from dflow_builders import write_mocap, write_record
 from tepsipe.errors import InputError
 from tepsipe.experiments.dummy.leg_pathways import analyse_dummy
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
-from tepsipe.ingest.recording_options import RecordingOptions, ScaledChannel
 from tepsipe.ingest.standing import with_emg
-from tepsipe.ingest.whole_trial import ingest_recording_files
+from tepsipe.ingest.whole_trial import RecordingOptions, ScaledChannel, ingest_recording_files
 from tepsipe.io.formats import contents_of, read_markers
 from tepsipe.io.readers.edf import EmgRecording
 from tepsipe.io.readers.treadmill_log import read_treadmill_log

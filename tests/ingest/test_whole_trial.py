@@ -20,9 +20,14 @@ from tepsipe.experiments.standing.thesis.latency import muscle_latency
 from tepsipe.experiments.standing.thesis.results import fit_all
 from tepsipe.experiments.weight import estimate_masses
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
-from tepsipe.ingest.recording_options import LoadCell, RecordingOptions, ScaledChannel
 from tepsipe.ingest.standing import ingest_standing_files, with_recorded_emg
-from tepsipe.ingest.whole_trial import ingest_recording, ingest_recording_files
+from tepsipe.ingest.whole_trial import (
+    LoadCell,
+    RecordingOptions,
+    ScaledChannel,
+    ingest_recording,
+    ingest_recording_files,
+)
 from tepsipe.io.formats import read_recording
 from tepsipe.io.readers.recording import Channel, ForcePlate
 from tepsipe.mechanics.inverse_dynamics import Foot

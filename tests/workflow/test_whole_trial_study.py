@@ -11,7 +11,7 @@ from c3d_builders import single_c3d, single_c3d_settings
 from study_builders import OVERRIDES, snakemake, write_config, write_sheet
 
 from tepsipe.errors import InputError
-from tepsipe.ingest.recording_options import RecordingOptions
+from tepsipe.ingest.whole_trial import RecordingOptions
 from workflow.settings.complete import settings_of
 from workflow.settings.config import check_config
 from workflow.support.checked_study import check_one_treadmill, check_recordings

@@ -7,8 +7,7 @@ job.start(snakemake)
 from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
 from tepsipe.ingest.plausibility import plausible_trial
-from tepsipe.ingest.recording_options import RecordingOptions
-from tepsipe.ingest.whole_trial import ingest_recording_files
+from tepsipe.ingest.whole_trial import RecordingOptions, ingest_recording_files
 from tepsipe.io.trial import write_trial
 
 params, names, files = snakemake.params, snakemake.wildcards, dict(snakemake.params.files)

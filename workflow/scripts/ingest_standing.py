@@ -7,8 +7,8 @@ job.start(snakemake)
 from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.plate_treadmill import TreadmillOptions
 from tepsipe.ingest.plausibility import plausible_trial
-from tepsipe.ingest.recording_options import RecordingOptions
 from tepsipe.ingest.standing import ingest_standing_files
+from tepsipe.ingest.whole_trial import RecordingOptions
 from tepsipe.io.trial import write_trial
 
 files = dict(snakemake.params.files)

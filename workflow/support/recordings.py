@@ -30,9 +30,8 @@ from tepsipe.ingest.manipulators import (
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
 from tepsipe.ingest.platform import PlatformTableOptions, ingest_platform
 from tepsipe.ingest.plausibility import plausible_trial
-from tepsipe.ingest.recording_options import RecordingOptions
 from tepsipe.ingest.standing import ingest_standing_files
-from tepsipe.ingest.whole_trial import ingest_recording_files
+from tepsipe.ingest.whole_trial import RecordingOptions, ingest_recording_files
 from tepsipe.io.readers.plain_table import DELIMITERS
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.io.trial import Trial

@@ -19,7 +19,7 @@ import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.recording import CONTACT_N, WalkingRecording
-from tepsipe.ingest.recording_options import refuse_other_vertical
+from tepsipe.ingest.whole_trial import refuse_other_vertical
 from tepsipe.io.formats import read_recording, recognised
 from tepsipe.io.readers.recording import DIRECTIONS, ForcePlate, Recording, select_markers
 from tepsipe.signals.resampling import BAND_PER_RATE, resample
