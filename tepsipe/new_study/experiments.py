@@ -10,7 +10,7 @@ from tepsipe.new_study.look import Found, events_of
 from tepsipe.new_study.measures import pulses_of
 from tepsipe.new_study.pairing import Group, experiment_by_name
 from tepsipe.new_study.sheet import describe_pulses
-from tepsipe.new_study.table_rows import refuse_units
+from tepsipe.new_study.table_plan import refuse_units
 from tepsipe.new_study.treadmill_plan import experiment_of
 from tepsipe.new_study.treadmill_trials import Seen, seen_in, share_belt, share_labels
 

@@ -4,13 +4,12 @@ import re
 
 import numpy as np
 
-from tepsipe.new_study.axes import belts_of
 from tepsipe.new_study.look import samples
 from tepsipe.new_study.measures import pulses_of
 from tepsipe.new_study.pairing import Group, after_trigger
 from tepsipe.new_study.settings import PLACEHOLDER, Missing
-from tepsipe.new_study.table_plan import load_role
-from tepsipe.new_study.table_rows import named_in_rows
+from tepsipe.new_study.table_plan import load_role, named_in_rows
+from tepsipe.new_study.treadmill_plan import belts_of
 from tepsipe.new_study.treadmill_trials import BeltChannel, Seen, usual_belt
 from tepsipe.new_study.weights import weights_of
 

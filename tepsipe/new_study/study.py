@@ -6,16 +6,21 @@ import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from tepsipe.errors import InputError
 from tepsipe.new_study.experiments import find_experiments
 from tepsipe.new_study.look import Found, look_at
 from tepsipe.new_study.pairing import Group, group_files, name_apart
-from tepsipe.new_study.parts import parts_of
-from tepsipe.new_study.people import TABLE, participants_of, plan_people
 from tepsipe.new_study.settings import PLACEHOLDER, Missing, Plan, yaml_text
 from tepsipe.new_study.sheet import rows_of, sheet_text
-from tepsipe.new_study.table_plan import plan_belt, plan_platform, plan_position, plan_wristalyzer
-from tepsipe.new_study.table_rows import unlike_tables
+from tepsipe.new_study.table_plan import (
+    plan_belt,
+    plan_platform,
+    plan_position,
+    plan_wristalyzer,
+    unlike_tables,
+)
 from tepsipe.new_study.treadmill_plan import plan_treadmill
 from tepsipe.new_study.treadmill_trials import Seen
 from tepsipe.new_study.walking_plan import plan_walking
@@ -69,6 +74,20 @@ PAGES = {
     "position_manipulator": "position-manipulator.md",
     "walking": "walking.md",
     "platform": "platform.md",
+}
+NEAR_M = 0.1  # largest distance of the centres of the same plate in two files
+TABLE = "participants.tsv"
+NAME = re.compile(
+    r"(?<![A-Za-z0-9])((?:participant|subject|subj|sub|pat|proband|VP|HC|P|S)[-_ ]?\d{1,4})(?!\d)",
+    re.IGNORECASE,
+)
+OF_PEOPLE = ("standing", "position_manipulator", "platform")
+NUMBERS = {
+    "mass_kg": "mass (kg)",
+    "stature_m": "stature (m)",
+    "com_height": "height of the centre of mass as a fraction of the stature (–)",
+    "ankle_height_m": "height of the outer ankle bone above the sole (m)",
+    "foot_com_m": "anterior offset of the feet's centre of mass from the ankle (m)",
 }
 
 
@@ -336,3 +355,122 @@ def _write(output: Path, texts: dict[str, str]) -> None:
         (output / file).parent.mkdir(parents=True, exist_ok=True)
         with open(output / file, "x", encoding="utf-8") as stream:
             stream.write(text)
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Kind, vertical axis, frame rate (Hz) and centres of the plates (m) of a file with a whole trial."""
+
+    kind: str
+    up: str
+    rate_hz: float | None
+    centres_m: dict[str, np.ndarray]
+
+    def fits(self, other: "_Layout") -> bool:
+        """Test for files that one configuration can describe."""
+        rates = {round(rate, 3) for rate in (self.rate_hz, other.rate_hz) if rate}
+        return (
+            (self.kind, self.up) == (other.kind, other.up)
+            and len(rates) < 2
+            and self.centres_m.keys() == other.centres_m.keys()
+            and all(np.linalg.norm(x - other.centres_m[n]) < NEAR_M for n, x in self.centres_m.items())
+        )
+
+
+def parts_of(groups: list[Group], seen: dict[str, Seen]) -> dict[str, list[Group]]:
+    """Trials by study: end of its name -> its trials; the largest part without walking has no end.
+
+    Axes, plates and frame rates are those of one laboratory per study, and walking has a report of its own.
+
+    seen: name of the first file -> what it shows (SI units).
+    """
+    parts: dict[str, list[Group]] = {}
+    for end, own in (
+        ("", [g for g in groups if g.experiment != "walking"]),
+        ("walking", [g for g in groups if g.experiment == "walking"]),
+    ):
+        for number, part in enumerate(_by_layout(own, seen), start=1):
+            parts["-".join(filter(None, (end, str(number) if number > 1 else "")))] = part
+    return parts if "" in parts or len(parts) != 1 else {"": next(iter(parts.values()))}
+
+
+def _by_layout(groups: list[Group], seen: dict[str, Seen]) -> list[list[Group]]:
+    """Trials by the layout of their files, most of them first; those without a layout are with the first."""
+    found: list[tuple[_Layout, list[Group]]] = []
+    others = []
+    of_cameras = sorted(groups, key=lambda g: _rate_of(g, seen) is None)  # without frames they fit several
+    for group in of_cameras:
+        contents = seen.get(group.first.name)
+        if contents is None or group.first.kind != "whole trial":
+            others.append(group)
+            continue
+        layout = _Layout(
+            group.first.contents.kind, contents.up, contents.frame_rate_hz, contents.plate_centres_m
+        )
+        part = next((own for known, own in found if known.fits(layout)), None)
+        if part is None:
+            found.append((layout, [group]))
+        else:
+            part.append(group)
+    parts = sorted((own for _, own in found), key=len, reverse=True)
+    if others:
+        parts = [[*parts[0], *others] if parts else others, *parts[1:]]
+    return parts
+
+
+def _rate_of(group: Group, seen: dict[str, Seen]) -> float | None:
+    contents = seen.get(group.first.name)
+    return None if contents is None else contents.frame_rate_hz
+
+
+def participants_of(groups: list[Group]) -> dict[str, str]:
+    """Participant of each trial by its files' names, if all trials of an experiment name one of several.
+
+    Returns: name of the trial's first file -> participant; without experiments of one person.
+    """
+    participants: dict[str, str] = {}
+    for experiment in OF_PEOPLE:
+        members = [g for g in groups if g.experiment == experiment]
+        matches = {g.first.name: NAME.search(g.first.name) for g in members}
+        if not members or not all(matches.values()):
+            continue
+        names = {file: re.sub(r"[^A-Za-z0-9]", "", match[1]) for file, match in matches.items()}
+        if len(set(names.values())) > 1:
+            participants |= names
+    return participants
+
+
+def plan_people(plan: Plan, groups: list[Group], people: dict[str, str], seen: dict[str, Seen]) -> str:
+    """Table of the participants of a standing study as text, empty if there are none.
+
+    Their numbers, with the units in its header, are asked for in the table instead of the configuration.
+
+    people: as `participants_of` returns it.
+    seen: name of the first file -> what a treadmill trial shows (SI units).
+    """
+    standing = [g for g in groups if g.experiment == "standing" and g.first.name in people]
+    if not standing:
+        return ""
+    for number in NUMBERS:
+        plan.tree["standing"]["person"].pop(number, None)
+    plan.missing = [m for m in plan.missing if m.where not in {f"standing.person.{n}" for n in NUMBERS}]
+    names = list(dict.fromkeys(people[g.first.name] for g in standing))
+    for name in names:
+        loads = [seen[g.first.name].load_N for g in standing if people[g.first.name] == name]
+        plan.missing.append(
+            Missing(
+                f"{TABLE}, {name}",
+                ", ".join(NUMBERS.values()),
+                f"the plates show {max(map(abs, loads)) / 9.81:.1f} kg; "
+                "com_height is 0.55 for women, 0.56 for men",
+            )
+        )
+    plan.check.append(
+        Missing(
+            "standing.person",
+            "places of markers are asked for once, as if they were the same for all participants",
+            "those of others below standing.participants, for example {P01: {shank_markers: [...]}}",
+        )
+    )
+    rows = [["participant", *NUMBERS], *([name, *[PLACEHOLDER] * len(NUMBERS)] for name in names)]
+    return "".join("\t".join(row) + "\n" for row in rows)

@@ -3,12 +3,11 @@
 import re
 
 from tepsipe.experiments.walking.impedance import WalkingOptions
-from tepsipe.new_study.axes import across, forward_of
-from tepsipe.new_study.labels import plain, side_of
 from tepsipe.new_study.look import EVENTS, Found, events_of
 from tepsipe.new_study.pairing import Group
 from tepsipe.new_study.settings import Missing, Plan
-from tepsipe.new_study.treadmill_trials import Seen
+from tepsipe.new_study.treadmill_plan import across, forward_of
+from tepsipe.new_study.treadmill_trials import Seen, plain, side_of
 
 # part of the leg -> how the label of its marker looks, without the side
 MARKERS = {

@@ -4,10 +4,10 @@ import re
 
 import numpy as np
 
-from tepsipe.new_study.axes import belts_of
 from tepsipe.new_study.measures import pulses_of
 from tepsipe.new_study.pairing import GENERIC, WORDS, Group
 from tepsipe.new_study.settings import PLACEHOLDER, Missing, Plan
+from tepsipe.new_study.treadmill_plan import belts_of
 from tepsipe.new_study.treadmill_trials import Seen
 
 GRAVITY_M_PER_S2 = 9.81

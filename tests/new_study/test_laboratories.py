@@ -10,9 +10,8 @@ from tepsipe.errors import InputError
 from tepsipe.io.formats import contents_of
 from tepsipe.io.readers.c3d import read_c3d_recording
 from tepsipe.io.readers.recording import Markers, select_markers
-from tepsipe.new_study.labels import leg_of, muscles_of, side_of
 from tepsipe.new_study.study import new_study
-from tepsipe.new_study.treadmill_trials import contacts_of, loaded_mean
+from tepsipe.new_study.treadmill_trials import contacts_of, leg_of, loaded_mean, muscles_of, side_of
 from workflow.support.yaml_file import read_settings
 
 RATE_HZ, SECONDS = 100.0, 20.0
