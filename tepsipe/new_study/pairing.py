@@ -10,7 +10,7 @@ from pathlib import PurePosixPath
 import numpy as np
 
 from tepsipe.io.formats import formats
-from tepsipe.new_study.look import FIRST, Found, samples
+from tepsipe.new_study.files import FIRST, Found, samples
 
 # words of a file's name that say what the file holds, not which trial it is of
 GENERIC = {

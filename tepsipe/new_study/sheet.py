@@ -4,10 +4,10 @@ import re
 
 import numpy as np
 
-from tepsipe.new_study.look import samples
+from tepsipe.new_study.files import samples
 from tepsipe.new_study.measures import pulses_of
 from tepsipe.new_study.pairing import Group, after_trigger
-from tepsipe.new_study.settings import PLACEHOLDER, Missing
+from tepsipe.new_study.plan import PLACEHOLDER, Missing
 from tepsipe.new_study.table_plan import load_role, named_in_rows
 from tepsipe.new_study.treadmill_plan import belts_of
 from tepsipe.new_study.treadmill_trials import BeltChannel, Seen, usual_belt

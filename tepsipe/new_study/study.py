@@ -1,4 +1,4 @@
-"""Write trial sheet, configuration and list of what is missing for a folder of recordings."""
+"""Write trial sheets, configurations and lists of what is missing for a folder of recordings."""
 
 import json
 import os
@@ -10,9 +10,9 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.new_study.experiments import find_experiments
-from tepsipe.new_study.look import Found, look_at
+from tepsipe.new_study.files import Found, look_at
 from tepsipe.new_study.pairing import Group, group_files, name_apart
-from tepsipe.new_study.settings import PLACEHOLDER, Missing, Plan, yaml_text
+from tepsipe.new_study.plan import PLACEHOLDER, Missing, Plan, yaml_text
 from tepsipe.new_study.sheet import rows_of, sheet_text
 from tepsipe.new_study.table_plan import (
     plan_belt,

@@ -1,4 +1,7 @@
-"""Settings of the trials that are text tables: both manipulators, a moving platform, and a belt."""
+"""Settings of the trials that are text tables: both manipulators, a moving platform, and a belt.
+
+Columns, units and signs that differ between the files of one experiment stand in the trial sheet.
+"""
 
 import re
 
@@ -6,10 +9,10 @@ import numpy as np
 
 from tepsipe.io.readers.plain_table import DELIMITERS as NAMED
 from tepsipe.io.readers.text_table import refuse_other_unit
-from tepsipe.new_study.look import Found, candidates_by_role, samples
+from tepsipe.new_study.files import Found, candidates_by_role, samples
 from tepsipe.new_study.measures import driving_sign, period_s, resisting_sign
 from tepsipe.new_study.pairing import Group, key_of
-from tepsipe.new_study.settings import Missing, Plan
+from tepsipe.new_study.plan import Missing, Plan
 
 LARGEST_RAD = 3.2
 DEFAULT_RATE_HZ, PLATFORM_RATE_HZ = 250.0, 50.0

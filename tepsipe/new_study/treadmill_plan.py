@@ -1,4 +1,7 @@
-"""Settings of the trials on an instrumented treadmill, as far as their files provide them."""
+"""Settings of the trials on an instrumented treadmill, as far as their files provide them.
+
+The forward direction follows from the feet or the belt, and the belts from the places of the plates.
+"""
 
 import re
 from collections.abc import Sequence
@@ -8,7 +11,7 @@ import numpy as np
 from tepsipe.io.readers.recording import DIRECTIONS
 from tepsipe.new_study.measures import Pulses, pulses_of, rests
 from tepsipe.new_study.pairing import Group
-from tepsipe.new_study.settings import PLACEHOLDER, Missing, Plan
+from tepsipe.new_study.plan import PLACEHOLDER, Missing, Plan
 from tepsipe.new_study.treadmill_trials import (
     AGREES,
     KNEE,

@@ -1,4 +1,4 @@
-"""Contents of the files of one treadmill trial: markers, belt velocity, loads, muscles."""
+"""Contents of the files of one treadmill trial: markers, belt velocity, loads, muscles, by their labels."""
 
 import re
 from collections import Counter
@@ -12,7 +12,7 @@ from tepsipe.errors import InputError
 from tepsipe.io.file_format import Channel
 from tepsipe.io.readers.recording import DIRECTIONS, Markers, Recording
 from tepsipe.io.readers.recording import Channel as Samples
-from tepsipe.new_study.look import Found, samples
+from tepsipe.new_study.files import Found, samples
 from tepsipe.new_study.measures import (
     FOLLOWS,
     at_frames,

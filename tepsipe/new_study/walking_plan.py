@@ -3,9 +3,9 @@
 import re
 
 from tepsipe.experiments.walking.impedance import WalkingOptions
-from tepsipe.new_study.look import EVENTS, Found, events_of
+from tepsipe.new_study.files import EVENTS, Found, events_of
 from tepsipe.new_study.pairing import Group
-from tepsipe.new_study.settings import Missing, Plan
+from tepsipe.new_study.plan import Missing, Plan
 from tepsipe.new_study.treadmill_plan import across, forward_of
 from tepsipe.new_study.treadmill_trials import Seen, plain, side_of
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from tepsipe.new_study.measures import pulses_of
 from tepsipe.new_study.pairing import GENERIC, WORDS, Group
-from tepsipe.new_study.settings import PLACEHOLDER, Missing, Plan
+from tepsipe.new_study.plan import PLACEHOLDER, Missing, Plan
 from tepsipe.new_study.treadmill_plan import belts_of
 from tepsipe.new_study.treadmill_trials import Seen
 

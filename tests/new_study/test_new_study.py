@@ -16,7 +16,7 @@ from dflow_builders import write_mocap, write_record
 from tepsipe.cli import main
 from tepsipe.errors import InputError
 from tepsipe.io.readers.c3d import read_c3d_recording
-from tepsipe.new_study.look import columns_by_role, look_at
+from tepsipe.new_study.files import columns_by_role, look_at
 from tepsipe.new_study.measures import (
     follows,
     is_two_levels,
@@ -27,7 +27,7 @@ from tepsipe.new_study.measures import (
     scale_of,
 )
 from tepsipe.new_study.pairing import experiment_by_name, group_files, key_of
-from tepsipe.new_study.settings import Plan, flow, yaml_text
+from tepsipe.new_study.plan import Plan, flow, yaml_text
 from tepsipe.new_study.study import FILES, PROFILE, RULES, SNAKEFILE, new_study
 from tepsipe.new_study.treadmill_trials import muscles_of
 from workflow.settings.config import check_config

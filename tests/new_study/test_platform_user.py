@@ -8,7 +8,7 @@ import pytest
 from bad_input_table import PLATFORMS
 from bad_inputs import DURATION_S, ingest, paths, write_platform
 
-from tepsipe.new_study.look import platform_columns
+from tepsipe.new_study.files import platform_columns
 from tepsipe.new_study.study import new_study
 from tepsipe.reporting.figures.participants import plot_participants
 from tests.reporting.test_participants import words as chapter_of

@@ -5,7 +5,7 @@ import shutil
 import numpy as np
 import pytest
 
-from tepsipe.new_study.look import look_at
+from tepsipe.new_study.files import look_at
 from tepsipe.new_study.study import new_study
 from tepsipe.virtual_lab.walker import Joint, perturb
 from tepsipe.virtual_lab.walking_files import WalkerBody, write_events, write_walk

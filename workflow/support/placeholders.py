@@ -1,7 +1,7 @@
 """Placeholders that `tepsipe new-study` writes for what no file shows: refused until they are filled in."""
 
 from tepsipe.errors import InputError, listed
-from tepsipe.new_study.settings import PLACEHOLDER
+from tepsipe.new_study.plan import PLACEHOLDER
 
 
 def refuse_placeholders(config: dict, name: str) -> None:
