@@ -29,9 +29,9 @@ def formats() -> tuple[Format, ...]:
         mat_file.FORMAT,
         *stored.FORMATS,
         trc.FORMAT,
+        any_table.FORMAT,
         dflow.FORMAT,
         emg_table.FORMAT,
-        any_table.FORMAT,
     )
 
 
@@ -98,7 +98,7 @@ def read_recording(path: str | Path) -> "Recording":
     """
     known = _of_whole_trials(path)
     if not known:
-        those = [other for other in formats() if other.read_recording]
+        those = [other for other in _certain_first() if other.read_recording]
         raise InputError(
             f"{path}: expected a file that holds a whole trial ({', '.join(_endings(those))}), found "
             f"{quoted(ending_of(path))}: name such a file as log, or a log with its calibration and markers"

@@ -9,7 +9,7 @@ from tepsipe.arguments import unit_in
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.io.file_format import Channel, Contents, Format
 from tepsipe.io.readers.emg_table import read_emg_table
-from tepsipe.io.readers.plain_file import TEXT_ENDINGS, read_text
+from tepsipe.io.readers.plain_file import read_text
 from tepsipe.io.readers.plain_table import DELIMITERS, column_names
 from tepsipe.io.readers.recording import Markers
 from tepsipe.io.readers.signal_table import read_table_recording
@@ -84,7 +84,7 @@ FORMAT = Format(
     name="a text table",
     fits=lambda head: bool(re.search(r"[\t;,]", head.first_line)),
     contents=table_contents,
-    endings=TEXT_ENDINGS,
+    endings=(".csv", ".tsv", ".txt"),
     text=True,
     needs_ending=True,
     purpose="table",

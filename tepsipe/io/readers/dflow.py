@@ -25,7 +25,6 @@ from tepsipe.errors import InputError, listed
 from tepsipe.io.file_format import Channel as ListedChannel
 from tepsipe.io.file_format import Contents, Format, Head
 from tepsipe.io.readers.clock import BLOCKS, Clock, bridged, line_through, regular_clock, rounded_rate
-from tepsipe.io.readers.plain_file import TEXT_ENDINGS
 from tepsipe.io.readers.plain_table import read_plain_table
 from tepsipe.io.readers.recording import Channel, ForcePlate, Markers, Recording
 
@@ -295,7 +294,7 @@ FORMAT = Format(
     name="D-Flow",
     fits=_fits,
     contents=dflow_contents,
-    endings=TEXT_ENDINGS,
+    endings=(".txt", ".csv", ".tsv"),
     text=True,
     purpose=lambda contents: ("whole trial" if "mocap" in contents.kind else "record", ""),
     lacks=("record",),

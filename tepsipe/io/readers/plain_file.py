@@ -20,7 +20,6 @@ MOST_PER_BYTE, ALWAYS_ALLOWED_BYTES, LARGEST_BYTES = 200, 20_000_000, 400_000_00
 # text of this size takes several times as much memory
 LARGEST_PLAIN_BYTES = 1_000_000_000
 PIECE_BYTES = 1 << 20
-TEXT_ENDINGS = (".csv", ".tsv", ".txt")
 
 
 def is_gzip(path: Path) -> bool:
