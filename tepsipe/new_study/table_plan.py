@@ -202,7 +202,7 @@ def unlike_tables(groups: list[Group]) -> dict[str, str]:
 
 
 def refuse_units(group: Group) -> None:
-    """Refuse a table with a column in a unit that its reader does not convert, by the names of its columns."""
+    """Refuse a table with a column in a unit that its reader does not convert, by its columns' names."""
     file = group.first
     for role, column in file.columns.items():
         what = role.rpartition("_")[2]
