@@ -6,12 +6,13 @@ Every public function reads its arguments here, so that a wrong type, shape, uni
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from itertools import combinations
 from numbers import Integral, Real
 from pathlib import Path
-from typing import Any, TypeVar
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -303,6 +304,56 @@ def _numbers_like(default: tuple, value: object, name: str) -> tuple[float, ...]
     if "delays" in name and not x[0] < x[1]:
         raise InputError(f"{name}: expected two numbers that increase, found {x.tolist()}: correct them")
     return tuple(x.tolist())
+
+
+def check_options(
+    cls: Callable[..., Any], mapping: object, place: str, keys: Iterable[str] | None = None
+) -> dict[str, Any]:
+    """Options of a dataclass or function from keys and values of a file (units in their names).
+
+    Limits are those of annotations, as in ``Annotated[float, Gt(0), Le(20)]``. Without ``keys``, every field
+    of a dataclass may be given, and those without a default must be.
+    """
+    if not isinstance(mapping, Mapping):
+        raise InputError(f"{place}: expected keys and values, found {described(mapping)}: correct it")
+    kinds = get_type_hints(cls, include_extras=True)
+    known = list(kinds if keys is None else keys)
+    for name in mapping:
+        if name not in known:
+            raise InputError(f"{place}: expected a known key, found {quoted(name)}: {nearest(name, known)}")
+    for field in fields(cls) if keys is None else ():  # type: ignore[arg-type]
+        if field.name not in mapping and field.default is MISSING and field.default_factory is MISSING:
+            raise InputError(f"{place}: expected the key {field.name}, found none: add it")
+    return {name: checked_value(kinds[name], value, f"{place}: {name}") for name, value in mapping.items()}
+
+
+def checked_value(kind: Any, value: object, name: str) -> Any:
+    """A value of a file, of an annotated type: number, text, truth value, choice, options, or None."""
+    if get_origin(kind) in (Union, UnionType):
+        *_, kind = (part for part in get_args(kind) if value is None or part is not NoneType)
+        if kind is NoneType:
+            return None
+    limits: tuple[Any, ...] = ()
+    if get_origin(kind) is Annotated:
+        kind, *limits = get_args(kind)
+    if get_origin(kind) is Literal:
+        return one_of(value, name, get_args(kind))
+    if is_dataclass(kind):
+        return kind(**check_options(kind, value, name))
+    if kind in (int, float):
+        return number(value, name, _annotated_range(limits, kind is int))
+    if not isinstance(value, kind):
+        wanted = {bool: "true or false", str: "a text", dict: "keys and values"}[kind]
+        raise InputError(f"{name}: expected {wanted}, found {described(value)}: correct it")
+    return value
+
+
+def _annotated_range(limits: Sequence[Any], whole: bool) -> Range:
+    """Range of the limits in an annotation, which have attributes gt, ge, lt or le."""
+    every = ((end, getattr(x, end, None)) for x in limits for end in ("gt", "ge", "lt", "le"))
+    ends = {end: x for end, x in every if x is not None}
+    low, high = ends.get("gt", ends.get("ge", -math.inf)), ends.get("lt", ends.get("le", math.inf))
+    return Range(low, high, "gt" not in ends, "lt" not in ends, whole)
 
 
 def path_of(value: object, name: str = "path") -> Path:

@@ -20,11 +20,29 @@ from shlex import quote
 
 from tepsipe import __version__
 from tepsipe.errors import InputError, listed, printable, quoted
-from tepsipe.reporting.plan_arguments import add_plan
 from tepsipe.reporting.terminal import Parser, add_json, add_strict, print_json, progress
 
 # packages that only the study needs: name -> module
 STUDY_PACKAGES = {"pydantic": "pydantic", "PyYAML": "yaml", "snakemake": "snakemake"}
+
+# options of a design that a person types: name, type, unit, meaning and default
+PLAN_OPTIONS = (
+    ("stiffness", float, "Nm/rad", "expected K; default 10, of a standing person's ankles 400"),
+    ("damping", float, "Nms/rad", "expected B; default 0.1, of a standing person's ankles 10"),
+    (
+        "number",
+        int,
+        "N",
+        "perturbations; default 14, for a standing person 40, for a walking one 150",
+    ),
+    ("amplitude", float, "m/s", "peak velocity of the pulse; default 0.3, for a standing person 0.4"),
+    ("profile", str, "NAME", "profile of the pulse: sine (default), minjerk, half-sine or ramp"),
+    ("duration", float, "s", "length of the pulse; default 0.1"),
+    ("pathway", str, "NAME", "estimator: joint-likelihood (default), joint-likelihood-linear, leg or foot"),
+    ("marker-noise", float, "m", "noise of a marker in each direction; default 6.5e-06"),
+    ("camera-rate", float, "Hz", "rate of the cameras; default 250"),
+    ("needed", str, "TABLE", "tables/needed.csv of a walking study, for --experiment walking"),
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -84,9 +102,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_calibrate(commands)
     _add_info(commands)
     _add_new_study(commands)
-    plan = add_plan(commands)
-    add_json(plan)
-    plan.set_defaults(command=_plan)
+    _add_plan(commands)
     _add_check(commands)
     _add_export(commands)
     return parser
@@ -319,6 +335,38 @@ def _add_new_study(commands) -> None:
     study.set_defaults(command=_new_study)
 
 
+def _add_plan(commands: argparse._SubParsersAction) -> None:
+    plan = commands.add_parser(
+        "plan",
+        help="predict the uncertainty of I, B and K in an experiment, and how many perturbations it needs",
+        description="Predict the standard uncertainty of I, B and K in an experiment, Type A and Type B, and "
+        "the number of perturbations that K needs. The defaults describe the ankle dummy and the treadmill "
+        "of the thesis; a design file describes everything else. Prints a table and writes it as CSV, with a "
+        "figure as PNG.",
+    )
+    plan.add_argument(
+        "--design",
+        type=Path,
+        metavar="FILE",
+        help="design file, TOML or JSON; the options below replace its values",
+    )
+    plan.add_argument(
+        "--experiment",
+        choices=("dummy", "standing", "walking"),
+        help="ankle dummy, ankles of a standing person, or strides of a walking person; default dummy",
+    )
+    for name, kind, unit, meaning in PLAN_OPTIONS:
+        plan.add_argument(f"--{name}", type=kind, metavar=unit, help=meaning)
+    plan.add_argument(
+        "--optimise", action="store_true", help="also find the best pulse within the limits of the design"
+    )
+    plan.add_argument(
+        "--output", type=Path, default=Path("plan"), metavar="PREFIX", help="write PREFIX.csv and PREFIX.png"
+    )
+    add_json(plan)
+    plan.set_defaults(command=_plan)
+
+
 def _fit(chosen: argparse.Namespace) -> tuple[str, ...]:
     from tepsipe.identification.fits import fit_impedance, fit_parallel_cascade
     from tepsipe.identification.notes import of_column
@@ -483,33 +531,35 @@ def _print_commands(folder: Path) -> None:
 
 
 def _plan(chosen: argparse.Namespace) -> None:
+    from tepsipe.experiments.planning.standing_plan import StandingDesign, plan_standing
+    from tepsipe.reporting import plan_command as command
     from tepsipe.reporting.figures.planning import plot_plan
     from tepsipe.reporting.figures.style import save_png
-    from tepsipe.reporting.plan_command import run_plan, summary, write_plan
 
-    if chosen.walking is not None:
-        from tepsipe.reporting.plan_people import walking_summary
-
+    names = (name.replace("-", "_") for name, *_ in PLAN_OPTIONS)
+    options = {name: getattr(chosen, name) for name in names if getattr(chosen, name) is not None}
+    design = command.design_of(chosen.design, chosen.experiment, options)
+    if chosen.optimise and not isinstance(design, command.DummyDesign):
+        raise InputError("plan: expected no --optimise for a person, found it: plan the pulses one by one")
+    if isinstance(design, command.WalkingDesign):
         if chosen.json:
             raise InputError(
-                "--json: expected a plan of the dummy or of a standing person, found --walking: leave one out"
+                "--json: expected a plan of the dummy or of a standing person, found walking: leave it out"
             )
-        print(walking_summary(chosen))
+        print(command.walking_summary(design))
         return
     table, png = _outputs(chosen.output, (".csv", ".png"))
-    if chosen.standing:
-        from tepsipe.reporting.plan_people import standing_plan_of, standing_summary, write_standing
-
+    if isinstance(design, StandingDesign):
         with progress("planning"):
-            standing = standing_plan_of(chosen)
-        text, plans = standing_summary(standing), {chosen.profile: standing}
-        write_standing(standing, table)
+            standing = plan_standing(design)
+            text, plans = command.standing_summary(standing), {design.pulse.profile: standing}
+        command.write_standing(standing, table)
     else:
         with progress("planning"):
-            plan, best = run_plan(chosen)
-        text, plans = summary(plan, best), {plan.design.protocol.pulse.profile: plan}
+            plan, best = design.plan(chosen.optimise)
+        text, plans = command.summary(plan, best), {plan.design.protocol.pulse.profile: plan}
         plans |= {} if best is None else {"optimal": best.plan}
-        write_plan(plan, best, table)
+        command.write_plan(plan, best, table)
     save_png(plot_plan(plans), png)
     if chosen.json:
         import pandas as pd

@@ -1,11 +1,15 @@
-"""Conversion of units: the factor of every pair, both ways, and what has none."""
+"""Conversion of units, both ways, and options of a file that an annotated dataclass describes."""
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Literal
 
 import numpy as np
 import pytest
 from builders import assert_one_sentence
 
 from tepsipe import Signal
-from tepsipe.arguments import factor, samples
+from tepsipe.arguments import check_options, factor, samples
 from tepsipe.errors import InputError
 
 # what one unit is in the other
@@ -32,3 +36,65 @@ def test_units_of_another_quantity_are_refused():
     with pytest.raises(InputError) as caught:
         factor("mm", "rad", "angle")
     assert_one_sentence(caught.value, "angle", "deg, mrad, rad", "'mm'")
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit as the annotations of types have it."""
+
+    gt: float | None = None
+    ge: float | None = None
+    lt: float | None = None
+    le: float | None = None
+
+
+@dataclass(frozen=True)
+class Inner:
+    size_m: Annotated[float, Limit(gt=0, le=3)] = 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outer:
+    count: Annotated[int, Limit(ge=1)]
+    share: Annotated[float, Limit(ge=0), Limit(lt=1)] | None = None
+    kind: Literal["a", "b"] = "a"
+    open: bool = False
+    inner: Inner = Inner()
+
+
+def test_options_of_a_file_are_read_as_their_dataclass_is_annotated():
+    found = check_options(Outer, {"count": 2, "share": 0, "inner": {"size_m": 3}}, "here")
+    assert Outer(**found) == Outer(count=2, share=0.0, inner=Inner(3.0))
+    assert isinstance(found["share"], float)
+    assert check_options(Outer, {"count": 1, "share": None}, "here")["share"] is None
+    assert check_options(Outer, {}, "here", ["kind"]) == {}
+
+
+@pytest.mark.parametrize(
+    ("mapping", "words"),
+    [
+        ({}, "here: expected the key count, found none: add it"),
+        ([], "here: expected keys and values"),
+        ({"coun": 1}, "here: expected a known key, found 'coun': did you mean 'count'?"),
+        ({"count": 0}, "here: count: expected a whole number of at least 1, found 0"),
+        ({"count": 1.0}, "here: count: expected a whole number"),
+        ({"count": True}, "here: count: expected a whole number"),
+        ({"count": None}, "here: count: expected a whole number"),
+        ({"count": 1, "share": 1}, "here: share: expected a number from 0 to below 1, found 1"),
+        ({"count": 1, "share": math.nan}, "here: share: expected a number"),
+        ({"count": 1, "kind": "c"}, "here: kind: expected one of 'a', 'b', found 'c'"),
+        ({"count": 1, "open": "yes"}, "here: open: expected true or false, found 'yes'"),
+        (
+            {"count": 1, "inner": {"size_m": 0}},
+            "here: inner: size_m: expected a number above 0",
+        ),
+        (
+            {"count": 1, "inner": {"size_m": 3.1}},
+            "here: inner: size_m: expected a number above 0",
+        ),
+    ],
+)
+def test_options_of_a_file_are_refused_in_one_sentence(mapping, words):
+    with pytest.raises(InputError) as refused:
+        check_options(Outer, mapping, "here")
+    assert str(refused.value).startswith(words)

@@ -243,27 +243,71 @@ def test_info_reads_recordings_made_by_others(name, kind, channel, rate_hz, real
 
 
 def test_plan_writes_what_it_prints(capsys, tmp_path):
-    assert main(["plan", "--number", "3", "--interval", "2", "--pathway", "leg", "--amplitude", "0.1"]) == 0
+    (tmp_path / "own.toml").write_text("[protocol]\nnumber = 5\ninterval_s = 2\n")
+    options = ("--design", "own.toml", "--number", "3", "--pathway", "leg", "--amplitude", "0.1")
+    assert main(["plan", *options]) == 0
     out = capsys.readouterr().out
     found = rows(tmp_path / "plan.csv")
     assert found["K"]["unit"] == "Nm/rad" and float(found["K"]["predicted_u"]) > 0.01
     assert f"K +-20 % (95 %): {found['K']['n_for_20_percent']}" in out
+    assert "3 perturbations (sine) in 12 s, leg" in out
     assert (tmp_path / "plan.png").read_bytes()[:4] == b"\x89PNG"
 
 
+SHORT = "[protocol]\nnumber = 2\ninterval_s = 1.5\nrest_before_s = 1.5\nrest_after_s = 1.5\n"
+
+
 @pytest.mark.parametrize(
-    ("arguments", "words"),
+    ("design", "arguments", "words"),
     [
-        (["--leg-mass", "-1"], "mass_kg"),
-        (["--max-jerk", "100"], "--optimise"),
-        (["--returning"], "--optimise"),
-        (["--optimise", "--max-jerk", "0"], "no pulse meets"),
-        (["--tolerance", "leg_mas_kg=0.1"], "leg_mass_kg"),
-        (["--output", "nowhere/plan"], "folder that exists"),
+        ("[leg]\nmass_kg = -1", [], "own.toml: Leg: mass_kg: expected a number above 0"),
+        ("[limits]\njerk_m_per_s3 = 100", [], "expected --optimise with limits"),
+        ("returning = true", [], "expected --optimise"),
+        ("[limits]\njerk_m_per_s3 = 0", ["--optimise"], "no pulse meets"),
+        ("[tolerances]\nleg_mas_kg = 0.1", [], "own.toml: tolerances, uncertainty: expected a known source"),
+        ("[tolerances]\nleg_mass_kg = -0.1", [], "a standard uncertainty of at least 0 for leg_mass_kg"),
+        (SHORT, ["--output", "nowhere/plan"], "folder that exists"),
+        (
+            "protocl = {number = 2}",
+            [],
+            "own.toml: found 'protocl': did you mean 'protocol'?",
+        ),
+        (
+            "[rig]\nmarker_noise = 1",
+            [],
+            "own.toml: rig: expected a known key, found 'marker_noise'",
+        ),
+        ("[rig]\nmarker_noise_m = '1'", [], "own.toml: rig: marker_noise_m: expected a number, found '1'"),
+        ("[rig]\nmarker_noise_m = -1", [], "own.toml: rig: expected a positive number for marker_noise_m"),
+        ("[rig]\nleg_markers = []", [], "own.toml: rig: expected a known key, found 'leg_markers'"),
+        ("[rig.drive]\nbandwidth_hz = true", [], "rig: drive: bandwidth_hz: expected a number, found True"),
+        ("[rig]\ndrive = 14", [], "own.toml: rig: drive: expected keys and values, found 14"),
+        ("[joint]\nrest_angle_rad = 0.1", [], "own.toml: joint: expected a known key"),
+        ("[protocol]\nnumber = 2.5", [], "own.toml: protocol: number: expected a whole number, found 2.5"),
+        ("[protocol]\nzero_lag = 1", [], "own.toml: protocol: zero_lag: expected true or false, found 1"),
+        ("[protocol]\nprofile = 'saw'", [], "own.toml: pulse: expected a profile of 'sine'"),
+        ("protocol = 5", ["--number", "3"], "own.toml: protocol: expected keys and values, found 5"),
+        (
+            "experiment = 'sitting'",
+            [],
+            "own.toml: experiment: expected one of 'dummy', 'standing'",
+        ),
+        ("number = 1\nnumber = 2", [], "own.toml: expected a design as TOML"),
+        ("", ["--pathway", "sea"], "expected a pathway of 'joint-likelihood'"),
+        ("", ["--design", "none.toml"], "none.toml: expected a design file, found no file"),
+        ("", ["--experiment", "standing", "--pathway", "leg"], "no --pathway with the experiment standing"),
+        ("", ["--needed", "needed.csv"], "no --needed with the experiment dummy"),
     ],
 )
-def test_plans_that_cannot_be_are_refused(arguments, words, capsys):
-    assert words in refused(capsys, "plan", "--number", "2", "--interval", "1.5", "--rest", "1.5", *arguments)
+def test_plans_that_cannot_be_are_refused(design, arguments, words, capsys, tmp_path):
+    (tmp_path / "own.toml").write_text(design)
+    assert words in refused(capsys, "plan", "--design", "own.toml", *arguments)
+
+
+@pytest.mark.parametrize("content", ['{"rig": {}, "rig": {}}', "[1]", "{", "[" * 100_000])
+def test_a_design_that_is_no_json_is_refused(content, capsys, tmp_path):
+    (tmp_path / "own.json").write_text(content)
+    assert "own.json: expected " in refused(capsys, "plan", "--design", "own.json")
 
 
 # ---- what a terminal shows -----------------------------------------------------------------------
@@ -296,7 +340,7 @@ def test_results_are_printed_as_json(table, capsys):
     assert main(["info", table, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert [channel["unit"] for channel in found["channels"]] == ["s", "rad", "Nm", "m/s"]
-    assert main(["plan", "--number", "3", "--interval", "2", "--pathway", "leg", "--json"]) == 0
+    assert main(["plan", "--number", "3", "--pathway", "leg", "--json"]) == 0
     assert [row["quantity"] for row in json.loads(capsys.readouterr().out)["plan"]] == ["I", "B", "K"]
 
 

@@ -21,7 +21,7 @@
 #
 # | Column | Meaning |
 # |---|---|
-# | `value` | expected value; set it with `--stiffness`, `--damping`, `--inertia` |
+# | `value` | expected value; set it with `--stiffness`, `--damping`, or in a design file |
 # | `u` | combined standard uncertainty |
 # | `Type A` | from noise; falls with the number of pulses |
 # | `Type B` | from masses, lengths and calibrations; does not fall |
@@ -118,12 +118,12 @@ plt.show()
 # People sway, and this sway, not the camera noise, limits the precision.
 
 # %%
-# !tepsipe plan --standing --amplitude 0.4 --number 20
+# !tepsipe plan --experiment standing --amplitude 0.4 --number 20
 
 # %% [markdown]
 # The last lines state how many responses are needed. For ±20 %, a few are enough. No
 # number of responses achieves ±10 %, because the uncertainty from the treadmill model,
-# the joint centre and the feet (`--person-type-b`) alone exceeds it. Instead of more
+# the joint centre and the feet (`type_b` in a design file) alone exceeds it. Instead of more
 # responses, plan calibration trials with the empty belt and with a weight close to the
 # person's mass.
 #
@@ -181,8 +181,8 @@ trials[["experiment", "condition", "role", "task", "duration_s", "log"]]
 # 1. A colleague offers cameras at 1000 Hz with twice the noise. Are they better for *B*
 #    (`--camera-rate`)?
 # 2. How precisely must the leg's mass be known before more pulses become worthwhile
-#    (`--tolerance leg_mass_kg=...`)?
-# 3. Halve `--person-type-b`. How many responses does ±10 % need now?
+#    (`leg_mass_kg` in the section `tolerances` of a design file)?
+# 3. Halve `type_b` in a design file. How many responses does ±10 % need now?
 #
 # The page [plan an experiment](../planning.md) explains all options. Next: [a human
 # ankle under random movement](human_ankle.md).

@@ -8,12 +8,11 @@ import numpy as np
 import pandas as pd
 
 from tepsipe.experiments.planning.design import FOOT, JOINT_LIKELIHOOD_LINEAR, LEG, Design
-from tepsipe.experiments.planning.filter_trials import FilteredEstimates
-from tepsipe.experiments.planning.filtering import mismatch_bias
+from tepsipe.experiments.planning.filtering import FilteredEstimates, mismatch_bias
+from tepsipe.experiments.planning.optimal_pulse import best_of
 from tepsipe.experiments.planning.plan import UNITS, Plan, plan_experiment
 from tepsipe.experiments.planning.pulses import STEP_S, Limits, peaks_of
 from tepsipe.mechanics.impedance_model import PARAMETERS
-from tepsipe.reporting.plan_command import best_of
 from tepsipe.reporting.true_motion import TrueMotion, linear_truth
 from tepsipe.signals.filters import Lowpass
 

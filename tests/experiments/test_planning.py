@@ -1,22 +1,23 @@
 """A plan predicts what the estimators will show: analytic cases, scaling, bounds, and draws of noise."""
 
+import json
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
+import yaml
 
+from tepsipe.cli import PLAN_OPTIONS
 from tepsipe.errors import InputError
 from tepsipe.experiments.planning.design import PATHWAYS, Design, Protocol, Rig
-from tepsipe.experiments.planning.monte_carlo import draw_estimates
-from tepsipe.experiments.planning.optimal_pulse import optimise_pulse
-from tepsipe.experiments.planning.plan import expected_likelihood, plan_experiment
+from tepsipe.experiments.planning.optimal_pulse import best_of, optimise_pulse
+from tepsipe.experiments.planning.plan import draw_estimates, expected_likelihood, plan_experiment
 from tepsipe.experiments.planning.pulses import PROFILES, STEP_S, Drive, Limits, peaks_of, pulse_of
 from tepsipe.experiments.planning.window_noise import window_noise
 from tepsipe.mechanics.engines.interface import Joint
 from tepsipe.mechanics.inverse_dynamics import Leg
-from tepsipe.reporting import plan_arguments
-from tepsipe.reporting.plan_command import best_of
+from tepsipe.reporting.plan_command import design_of
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.uncertainty import Source
 
@@ -228,6 +229,40 @@ def test_a_pulse_that_cannot_be_shaped_is_refused():
         optimise_pulse(short, expected, Limits(velocity_m_per_s=0.3))
 
 
-def test_arguments_of_the_command_name_what_can_be_planned():
-    assert plan_arguments.PATHWAYS == PATHWAYS
-    assert tuple(PROFILES) == plan_arguments.PROFILES
+def test_designs_of_the_study_are_designs_of_the_command(root, tmp_path):
+    shipped = yaml.safe_load((root / "config/plan/config.yaml").read_text(encoding="utf-8"))["plan"]
+    parts = {part: shipped[part] for part in ("joint", "rig", "protocol")}
+    (tmp_path / "own.json").write_text(json.dumps(parts))
+    found = design_of(tmp_path / "own.json", None, {}).design
+    joint, rig, protocol = (dict(parts[part]) for part in parts)
+    pulse = pulse_of(*(protocol.pop(key) for key in ("profile", "amplitude_m_per_s", "duration_s")))
+    assert found.joint == Joint(**joint)
+    assert found.rig == Rig(**rig | {"drive": Drive(**rig["drive"])})
+    assert vars(found.protocol) | {"pulse": None} == vars(Protocol(pulse=pulse, **protocol)) | {"pulse": None}
+    assert (found.protocol.pulse.velocity_m_per_s == pulse.velocity_m_per_s).all()
+
+
+def test_the_design_of_the_documentation_is_read(root, tmp_path):
+    text = (root / "docs/planning.md").read_text(encoding="utf-8")
+    (tmp_path / "own.toml").write_text(text.split("```toml\n")[1].split("```")[0], encoding="utf-8")
+    found = design_of(tmp_path / "own.toml", None, {"number": 20})
+    assert found.design.rig.marker_noise_m == 1e-4
+    assert found.design.sources["leg_mass_kg"].standard_uncertainty == 0.01
+    assert (found.design.protocol.number, found.limits.jerk_m_per_s3) == (20, 1000.0)
+
+
+def test_the_command_describes_its_defaults_and_choices():
+    dummy, standing = (design_of(None, experiment, {}) for experiment in ("dummy", "standing"))
+    said = {name: text for name, _, _, text in PLAN_OPTIONS}
+    design = dummy.design
+    assert all(name in said["profile"] for name in PROFILES)
+    for name, of_dummy, of_standing in (
+        ("stiffness", design.joint.stiffness_Nm_per_rad, standing.stiffness_Nm_per_rad),
+        ("damping", design.joint.damping_Nms_per_rad, standing.damping_Nms_per_rad),
+        ("number", design.protocol.number, standing.number),
+        ("amplitude", *(np.abs(each.pulse.velocity_m_per_s).max() for each in (design.protocol, standing))),
+    ):
+        assert f"default {of_dummy:.3g}" in said[name] and f" {of_standing:.3g}" in said[name]
+    assert all(name in said["pathway"] for name in PATHWAYS)
+    assert f"default {design.rig.marker_noise_m:g}" in said["marker-noise"]
+    assert f"default {design.rig.camera_rate_hz:g}" in said["camera-rate"]

@@ -126,7 +126,7 @@ def test_number_is_the_smallest_that_is_enough():
 
 def test_commands_for_people(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert main(["plan", "--standing", "--number", "20"]) in (0, None)
+    assert main(["plan", "--experiment", "standing", "--number", "20"]) in (0, None)
     assert "20 responses of both ankles" in capsys.readouterr().out
     assert (tmp_path / "plan.csv").read_text().splitlines()[1].startswith("standing-sine,B,")
     counts = {20.0: 180.0, 40.0: 24.0, 60.0: 13.0, 80.0: 10.0}
@@ -136,19 +136,33 @@ def test_commands_for_people(tmp_path, capsys, monkeypatch):
         for p, n in counts.items()
     ]
     NEEDED_ROWS.write(tmp_path / "needed.csv", rows)
-    main(["plan", "--walking", "needed.csv", "--degrees", "3.0", "--strides", "150"])
+    (tmp_path / "walk.toml").write_text('experiment = "walking"\namplitude_deg = 3')
+    main(["plan", "--design", "walk.toml", "--needed", "needed.csv"])
     said = capsys.readouterr().out
     cells = [line.split() for line in said.splitlines()[3:]]
     assert [int(row[3]) for row in cells] == [115, 15, 10, 10]
     assert int(cells[0][2]) == 45  # a quarter of the strides at twice the amplitude
 
 
-def test_what_cannot_be_planned_for_people(tmp_path, capsys):
-    for words, said in (
-        (["--standing", "--optimise"], "expected no --optimise with --standing"),
-        (["--walking", str(tmp_path / "none.csv")], "none.csv"),
-    ):
-        with pytest.raises(SystemExit) as caught:
-            raise SystemExit(main(["plan", *words]))
-        assert caught.value.code == 2
-        assert said in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("design", "options", "words"),
+    [
+        ("", ["--experiment", "standing", "--optimise"], "expected no --optimise for a person"),
+        ("lever = 0.9", ["--experiment", "standing"], "found 'lever': did you mean 'lever_m'?"),
+        ("experiment = 'standing'\npulse = 1", [], "expected a known key, found 'pulse'"),
+        ("type_b = 2", ["--experiment", "standing"], "own.toml: standing: expected a share of Type B from 0"),
+        ("", ["--experiment", "walking"], "own.toml: expected the key needed, found none"),
+        ("", ["--experiment", "walking", "--needed", "none.csv"], "none.csv"),
+        (
+            "amplitude_deg = 0",
+            ["--experiment", "walking", "--needed", "a.csv"],
+            "a positive amplitude_deg",
+        ),
+        ("needed = 'a.csv'", ["--experiment", "walking", "--json"], "--json: expected a plan of the dummy"),
+    ],
+)
+def test_what_cannot_be_planned_for_people(design, options, words, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.toml").write_text(design)
+    assert main(["plan", "--design", "own.toml", *options]) == 2
+    assert words in capsys.readouterr().err

@@ -10,16 +10,16 @@ from typst_builders import evaluated, page_of, plain_words
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.planning.design import LEG_MARKERS, exact_markers
-from tepsipe.experiments.planning.filter_trials import FilteredEstimates, lowpasses
 from tepsipe.experiments.planning.filtering import (
+    FilteredEstimates,
     delay_samples,
     filtered,
     filtered_motion,
     late,
+    lowpasses,
     mismatch_bias,
 )
-from tepsipe.experiments.planning.monte_carlo import draw_estimates
-from tepsipe.experiments.planning.plan import plan_experiment
+from tepsipe.experiments.planning.plan import draw_estimates, plan_experiment
 from tepsipe.identification.regression.windows import regress_torque
 from tepsipe.io.tables import write_records
 from tepsipe.reporting.chapters import plan as plan_chapter

@@ -7,7 +7,7 @@ job.start(snakemake)
 import pandas as pd
 
 from tepsipe.experiments.planning.design import Design
-from tepsipe.experiments.planning.filter_trials import lowpasses
+from tepsipe.experiments.planning.filtering import lowpasses
 from tepsipe.io.tables import write_records
 from tepsipe.reporting.plan_tables import predicted_filters, simulated_filters
 from tepsipe.reporting.true_motion import read_true_motion

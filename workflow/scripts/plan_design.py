@@ -9,8 +9,7 @@ import hashlib
 import numpy as np
 
 from tepsipe.experiments.planning.design import FOOT, LEG, Design
-from tepsipe.experiments.planning.monte_carlo import draw_estimates
-from tepsipe.experiments.planning.plan import plan_experiment
+from tepsipe.experiments.planning.plan import draw_estimates, plan_experiment
 from tepsipe.io.tables import write_records
 from tepsipe.reporting.plan_tables import checked_rows
 

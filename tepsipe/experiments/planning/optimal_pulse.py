@@ -29,8 +29,10 @@ import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.planning.design import Design, Protocol
+from tepsipe.experiments.planning.plan import Plan, expected_likelihood, plan_experiment
 from tepsipe.experiments.planning.pulses import STEP_S, Drive, Limits, Pulse, peaks_of
 from tepsipe.identification.likelihood.likelihood import ExpectedFit
+from tepsipe.signals.perturbations import SMALLEST_PEAK_M_PER_S
 
 OPTIMAL = "optimal"
 # distance of knots (s): frequencies above the likelihood's band are not shaped
@@ -236,3 +238,31 @@ def _bound(problem: _Problem, w: np.ndarray) -> float:
         d = d / d.sum()
         best = min(best, float(scipy.linalg.eigh(q, (rows.T * d) @ rows, eigvals_only=True)[-1]))
     return best
+
+
+@dataclass(frozen=True)
+class Optimised:
+    """The best pulse, and the plan with it."""
+
+    found: OptimalPulse
+    plan: Plan
+
+
+def best_of(plan: Plan, limits: Limits, one_way: bool) -> Optimised:
+    """Best pulse within limits (m/s, m, m/s², m/s³), and the plan with it.
+
+    ``plan`` has any pulse of the wanted length. With ``one_way`` the belt may stay where it was moved to,
+    and go back with the next pulse.
+    """
+    design = plan.design
+    pulse = replace(design.protocol.pulse, one_way=one_way)
+    shaped = replace(design, protocol=replace(design.protocol, pulse=pulse))
+    found = optimise_pulse(shaped, expected_likelihood(design, plan.motion), limits)
+    if found.peaks.velocity_m_per_s < SMALLEST_PEAK_M_PER_S:
+        raise InputError(
+            f"limits: expected limits that allow a pulse of {SMALLEST_PEAK_M_PER_S:g} m/s, found that "
+            "the best one "
+            f"reaches {found.peaks.velocity_m_per_s:.2g} m/s: raise them or plan longer pulses"
+        )
+    best = replace(design, protocol=replace(design.protocol, pulse=found.pulse))
+    return Optimised(found, plan_experiment(best))
