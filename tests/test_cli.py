@@ -270,7 +270,7 @@ SHORT = "[protocol]\nnumber = 2\ninterval_s = 1.5\nrest_before_s = 1.5\nrest_aft
         (
             "protocl = {number = 2}",
             [],
-            "own.toml: found 'protocl': did you mean 'protocol'?",
+            "found 'protocl': did you mean 'protocol'?",
         ),
         (
             "[rig]\nmarker_noise = 1",
