@@ -282,6 +282,11 @@ MATRICES = dummy(
         ),
         ("matrix with NaN", cell(3, 4, "nan"), "calibration.csv: expected a finite number for Fz_left"),
         (
+            "matrix with an infinite number",
+            cell(3, 4, "inf"),
+            "calibration.csv: expected a finite number for Fz_left",
+        ),
+        (
             "matrix without a channel",
             calibration(without_column),
             "calibration.csv: expected the channels of log.mat in their order",
@@ -524,6 +529,11 @@ ON_THE_BELT = [
         "standing",
         "standing",
         [
+            (
+                "standing: fore-aft and lateral force exchanged",
+                calibration(forces_exchanged),
+                "log.mat: expected the fore-aft force Fy of the right belt to accelerate at least",
+            ),
             (
                 "standing: fore-aft force reversed",
                 factor(-1.0, "Fy_right"),
