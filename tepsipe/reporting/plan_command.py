@@ -22,8 +22,8 @@ from tepsipe.experiments.planning.plan import Plan, plan_experiment
 from tepsipe.experiments.planning.pulses import Limits, Pulse, peaks_of, pulse_of
 from tepsipe.experiments.planning.standing_plan import StandingDesign, StandingPlan
 from tepsipe.experiments.walking.needed_strides import FEWEST_PLANNED, NEEDED_ROWS, allocation
+from tepsipe.io.readers.plain_file import read_text
 from tepsipe.io.tables import write_records
-from tepsipe.io.readers.text_file import read_text
 from tepsipe.mechanics.engines.interface import Joint
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.statistics.uncertainty import Source, stated_sources
