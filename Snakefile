@@ -1,7 +1,7 @@
 # The study's table of contents: from raw trial files to the thesis as a PDF.
 #
-#   snakemake -c2                                       the whole study
-#   snakemake -c2 results/estimates/dummy/sine-0.3.csv  one condition alone
+#   snakemake -c2                   the whole study
+#   snakemake -c2 dummy/sine-0.3    one condition alone: its estimates, figures and page
 
 
 from snakemake.utils import min_version
@@ -60,7 +60,7 @@ else:
     include: "workflow/rules/tables.smk"
     # the PDF
     include: "workflow/rules/report.smk"
-    # a page per trial
+    # a page per trial, and names of trials as targets
     include: "workflow/rules/pages.smk"
 
     OUTPUTS = [*outputs.everything(STUDY), *outputs.pages(STUDY)]

@@ -3,6 +3,7 @@
 import ast
 import re
 import sys
+import textwrap
 import tomllib
 from functools import cache
 from pathlib import Path
@@ -306,6 +307,31 @@ def rules():
             block = re.split(r"^(?=\S)", block, flags=re.MULTILINE)[1]
             parts = re.split(r"^    (\w+):\n", block, flags=re.MULTILINE)
             found[name] = found.get(base, {}) | dict(zip(parts[1::2], parts[2::2], strict=True))
+    return found | rules_of_pages()
+
+
+def rules_of_pages():
+    """The rules that a loop makes of the table of pages, written out."""
+    text = (ROOT / "workflow/rules/pages.smk").read_text(encoding="utf-8")
+    table, loop = re.search(r"^PAGES = (\{\n.*?^\})\n.*?^    rule:\n(.*?)^(?=\S)", text, re.M | re.S).groups()
+    found = {}
+    for key, row in zip(
+        *(getattr(ast.parse(table, mode="eval").body, part) for part in ("keys", "values")), strict=True
+    ):
+        experiment, (_, files, params) = key.value, row.elts
+        fitted = ["fit", "estimates"] if EXPERIMENTS[experiment].fitted else []
+        names = {"_files": [k.value for k in files.keys], "_params": [k.value for k in params.keys]}
+        block = textwrap.dedent(loop).replace(
+            "**(_fitted if EXPERIMENTS[_name].fitted else {}),", "**_fitted,"
+        )
+        for table_of, given in (names | {"_fitted": fitted}).items():
+            assert f"**{table_of}," in block
+            block = block.replace(f"    **{table_of},\n", "".join(f"    {name}=...,\n" for name in given))
+        module = "weight" if experiment == "empty" else experiment
+        block = block.replace("composed_by=_module", f'composed_by="{module}"').replace("{_module}", module)
+        parts = re.split(r"^(\w+):\n", block.replace('f"', '"'), flags=re.MULTILINE)
+        sections = {k: textwrap.indent(v, "    ") for k, v in zip(parts[1::2], parts[2::2], strict=True)}
+        found[f"write_{experiment}_pages"] = sections
     return found
 
 
@@ -391,8 +417,8 @@ def read_by(rule, path, kind):
         of = {"input": "files", "params": "chosen"}[kind]
         found = [node for node in nodes(ROOT / module) if isinstance(node, ast.Attribute)]
         names = names | {node.attr for node in found if getattr(node.value, "id", "") == of}
-        if any(node.attr == "choices_of_trials" for node in found):
-            names |= {"params": {"title", "trials"}, "input": {"truth"}}[kind]
+        if any(node.attr == "choices_of_trial" for node in found):
+            names |= {"params": {"title", "trial"}, "input": {"truth"}}[kind]
     return names, computed
 
 
@@ -416,6 +442,7 @@ def test_every_script_belongs_to_the_rule_of_its_name():
         for path in RULE_FILES
         for base, name in re.findall(r"^use rule (\w+) as (\w+) with:", path.read_text(), re.MULTILINE)
     }
+    used_again["write_empty_pages"] = "write_weight_pages"
     for name, path in scripted():
         wanted = used_again.get(name, name)
         if path.stem == "write_report":
@@ -488,11 +515,24 @@ def test_script_starts_its_job_first_and_does_not_look_into_the_configuration(pa
 # the person that a plan expects is a setting of the plan, and no hidden truth
 PLANNED = {"make_several_joints"}
 MAKERS = {name: path for name, path in scripted() if path.stem.startswith("make_") and name not in PLANNED}
-MAY_KNOW_THE_TRUTH = {*MAKERS, "compare_with_truth"}
+# the table of the laboratory lists its constants, and is given no result
+MAY_KNOW_THE_TRUTH = {*MAKERS, "compare_with_truth", "tabulate_laboratory"}
 
 
 def rules_with(word):
     return {name for name, sections in RULES.items() if any(word in text for text in sections.values())}
+
+
+def test_truth_meets_estimates_in_the_comparison_alone():
+    for name in MAY_KNOW_THE_TRUTH - {"compare_with_truth"}:
+        assert (
+            names_in(RULES[name]["input"]) <= {"library", "raw"} and "<results>" not in RULES[name]["input"]
+        )
+    # what it found is read by the table of all comparisons, and by the page of the trial
+    found = {name for name, sections in RULES.items() if "<results>/recovery/" in sections.get("input", "")}
+    pages = {name for name, sections in RULES.items() if "outputs.comparison_of" in sections.get("input", "")}
+    assert found == {"collect_recovery"}
+    assert pages == {name for name in RULES if re.fullmatch(r"write_\w+_pages", name)}
 
 
 def test_only_the_laboratory_and_the_comparison_are_given_the_truth():
@@ -508,7 +548,7 @@ def test_only_the_laboratory_and_the_comparison_are_given_the_truth():
     assert not any("sections_of" in path.read_text(encoding="utf-8") for path in shared)
     common = (ROOT / "workflow/rules/common.smk").read_text(encoding="utf-8")
     assert re.findall(r"^.*truth_of.*$", common, re.MULTILINE) == [
-        "    # make raw files, and the comparison of estimates with the truth, may call truth_of",
+        "    # make raw files, compare with the truth, or list the laboratory's constants may call truth_of",
         '    truth_of, reported_of = sections_of("virtual_lab"), sections_of("reported")',
     ]
 

@@ -2,6 +2,8 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -77,45 +79,34 @@ def _of_person(standing: dict, task: str) -> dict[str, float]:
 
 
 def compare_with_truth(
-    estimates: list[Estimate],
-    truth: dict,
-    made: dict[str, list[str]],
-    tasks: dict[str, str],
-    at_work: dict[tuple[str, str, str], dict[str, float]] | None = None,
-    heavy: Sequence[str] = (),
+    estimates: Sequence[Estimate],
+    known: Mapping[str, float],
+    at_work: Mapping[str, Mapping[str, float]] = MappingProxyType({}),
 ) -> list[Recovery]:
-    """Compare every estimate of I, B, K, mass or latency from a simulated trial with the truth.
+    """Compare the estimates of simulated trials that are analysed together with the laboratory's constants.
 
-    truth: the laboratory's configuration, or the sections that are compared (units in its keys).
-    made: experiment -> conditions that the laboratory made.
-    tasks: condition of the standing person -> task; a task of simulated trials only counts as a condition.
-    at_work: experiment, condition and pathway, for a standing person the estimator -> I, B, K of the linear
-    joint nearest to the true one in the fitted windows (N·m·s²/rad, N·m·s/rad, N·m/rad).
-    heavy: conditions of the weight with the laboratory's heavy one.
-    Returns: in the order of the estimates.
+    ``known`` are the constants by quantity, for small movements. ``at_work`` are I (N·m·s²/rad),
+    B (N·m·s/rad) and K (N·m/rad) of the linear joint nearest to the true one in the fitted windows, by what
+    was fitted in them: a pathway, for a standing person an estimator.
     """
-    parameters = true_parameters(truth)
     rows = []
-    own = {e.condition for e in estimates if e.experiment == "wristalyzer" and e.condition != "pooled"}
-    # a fit to all trials has a truth if the laboratory made all of them
-    together = {("wristalyzer", "pooled")} if own <= set(made.get("wristalyzer", [])) else set()
     for e in estimates:
-        if e.experiment == "standing":
-            known = parameters.get(f"standing/{tasks.get(e.condition)}", {})
-        elif e.experiment == "weight" and e.condition in heavy:
-            known = parameters.get("weight/heavy", {})
-        elif (e.experiment, e.condition) in together:
-            known = parameters.get(f"{e.experiment}/pooled", {})
-        else:
-            known = parameters.get(e.experiment, {}) if e.condition in made.get(e.experiment, []) else {}
-        # windows belong to the pathway of the dummy and of the manipulator, to the estimator of a person
-        fitted = e.estimator if e.experiment == "standing" else e.pathway
-        working = (at_work or {}).get((e.experiment, e.condition, fitted), {})
+        working = at_work.get(e.estimator if e.experiment == "standing" else e.pathway, {})
         if e.quantity in working:
             rows.append(recovery_of(e, working[e.quantity], AT_WORK))
         elif e.quantity in known:
             rows.append(recovery_of(e, known[e.quantity]))
     return rows
+
+
+def in_order(rows: Sequence[Recovery], estimates: Sequence[Estimate]) -> list[Recovery]:
+    """Rows in the order of their estimates (units in them), with the flags that these have by now."""
+
+    def key(row: Recovery | Estimate) -> tuple[str, ...]:
+        return row.experiment, row.condition, row.pathway, row.estimator, row.quantity
+
+    compared = {key(row): row for row in rows}
+    return [replace(compared[key(e)], flags=e.flags) for e in estimates if key(e) in compared]
 
 
 def compare_phases_with_truth(

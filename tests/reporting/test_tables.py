@@ -12,7 +12,14 @@ from tepsipe.io.estimates import RECOVERIES, Estimate
 from tepsipe.io.result import Result
 from tepsipe.reporting.claims import CLAIM_VERDICTS, MEASURES, Findings, check_claims
 from tepsipe.reporting.findings import findings_of_cells
-from tepsipe.reporting.recovery import compare_with_truth, recovery_of, true_parameters
+from tepsipe.reporting.recovery import (
+    AT_WORK,
+    SMALL,
+    compare_with_truth,
+    in_order,
+    recovery_of,
+    true_parameters,
+)
 from tepsipe.reporting.thesis_tables import ROWS, lay_out_table, read_table, write_table
 
 UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
@@ -396,36 +403,42 @@ def test_truth_of_some_experiments_is_theirs_alone(shipped_truth):
     assert true_parameters({}) == {}
 
 
-def test_only_parameters_of_made_trials_are_compared(shipped_truth):
-    estimates = [
-        estimate("K", 9.0),
-        estimate("VAF_trial", 99.0),
-        estimate("K", 12.0, condition="recorded"),
-        estimate("K", 60.0, experiment="position_manipulator"),
-        estimate("I", 0.054),
+def test_only_known_parameters_are_compared(shipped_truth):
+    estimates = [estimate("K", 9.0), estimate("VAF_trial", 99.0), estimate("I", 0.054)]
+    known = true_parameters(shipped_truth)["dummy"]
+    rows = compare_with_truth(estimates, known)
+    assert [(row.quantity, row.value, row.truth, row.truth_of) for row in rows] == [
+        ("K", 9.0, shipped_truth["dummy"]["rubber"]["stiffness_Nm_per_rad"], SMALL),
+        ("I", 0.054, 0.007, SMALL),
     ]
-    rows = compare_with_truth(estimates, shipped_truth, {"dummy": ["sine-0.3"]}, {})
-    assert [(row.quantity, row.value, row.truth) for row in rows] == [
-        ("K", 9.0, shipped_truth["dummy"]["rubber"]["stiffness_Nm_per_rad"]),
-        ("I", 0.054, 0.007),
-    ]
+    rows = compare_with_truth(estimates, known, {estimates[0].pathway: {"K": 8.0}, "another": {"I": 1.0}})
+    assert [(row.truth, row.truth_of) for row in rows] == [(8.0, AT_WORK), (0.007, SMALL)]
 
 
 def test_a_standing_person_has_a_truth_for_each_task_and_one_latency_per_muscle(shipped_truth):
-    of_person = {"experiment": "standing", "pathway": "ankle"}
+    of_person = {"condition": "relax-neg-0.5", "experiment": "standing"}
     estimates = [
-        estimate("K", 400.0, condition="relax-neg-0.5", **of_person),
-        estimate("K", 500.0, condition="own", **of_person),
-        estimate("latency_TA", 0.05, condition="stiff", experiment="standing", pathway="emg"),
-        estimate("K_over_mgh", 0.7, condition="stiff", **of_person),
+        estimate("K", 400.0, pathway="ankle", **of_person),
+        estimate("latency_TA", 0.05, pathway="emg", **of_person),
+        estimate("K_over_mgh", 0.7, pathway="ankle", **of_person),
     ]
-    rows = compare_with_truth(estimates, shipped_truth, {}, {"relax-neg-0.5": "relax", "stiff": "stiff"})
+    rows = compare_with_truth(estimates, true_parameters(shipped_truth)["standing/relax"])
     standing = shipped_truth["standing"]
     relax = standing["tasks"]["relax"]
     assert [(row.value, row.truth) for row in rows] == [
         (400.0, relax["stiffness_Nm_per_rad"][0] + relax["short_range_Nm_per_rad"]),
         (0.05, standing["muscles"]["TA"]["latency_s"]),
     ]
+    # windows are those of an estimator, whatever the pathway
+    (row,) = compare_with_truth(estimates[:1], {}, {estimates[0].estimator: {"K": 390.0}})
+    assert (row.truth, row.truth_of) == (390.0, AT_WORK)
+
+
+def test_comparisons_are_joined_in_the_order_of_the_estimates_with_their_flags(shipped_truth):
+    estimates = [estimate("K", 9.0), estimate("VAF_trial", 99.0), estimate("I", 0.054)]
+    rows = compare_with_truth(estimates, true_parameters(shipped_truth)["dummy"])
+    later = [replace(estimates[0], flags="foot-leg-delay"), *estimates[1:]]
+    assert in_order(rows[::-1], later) == [replace(rows[0], flags="foot-leg-delay"), rows[1]]
 
 
 # ---- results of an analysis --------------------------------------------------------------------

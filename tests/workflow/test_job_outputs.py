@@ -144,21 +144,19 @@ def test_a_truncated_file_is_removed_and_asked_for(job, summary, left):
     assert not Path(FIT).exists()
 
 
-def test_pages_of_a_renamed_trial_are_removed_and_its_results_named(job):
-    pages = [f"results/report/trials/dummy/{name}.html" for name in "abc"]
+def test_figures_that_are_no_longer_drawn_are_removed_and_results_of_a_renamed_trial_named(job):
+    figures = [f"results/figures/{name}.svg" for name in "abc"]
+    page = "results/report/trials/dummy/a.html"
     job(FIT, TABLE)
-    job(*pages, rule="write_dummy_pages", condition=None)
-    with open(pages[2], "a") as file:
+    job(page, rule="write_dummy_pages")
+    job(*figures, rule="plot_budgets", condition=None)
+    with open(figures[2], "a") as file:
         file.write("mine")
-    job(pages[0], "results/report/trials/dummy/d.html", rule="write_dummy_pages", condition=None)
-    assert sorted(path.name for path in Path("results/report/trials/dummy").iterdir()) == [
-        "a.html",
-        "c.html",
-        "d.html",
-    ]
+    job(figures[0], "results/figures/d.svg", rule="plot_budgets", condition=None)
+    assert sorted(path.name for path in Path("results/figures").iterdir()) == ["a.svg", "c.svg", "d.svg"]
     experiments = {"dummy", "weight"}
     assert job_outputs.of_no_trial("results/logs", {("dummy", "a"): 0}, experiments) == []
-    assert job_outputs.of_no_trial("results/logs", {("weight", "a"): 0}, experiments) == [TABLE, FIT]
+    assert job_outputs.of_no_trial("results/logs", {("weight", "a"): 0}, experiments) == [TABLE, FIT, page]
 
 
 def test_a_job_that_is_killed_leaves_nothing_to_be_taken_for_an_edit(job):

@@ -78,8 +78,7 @@ def test_every_caption_is_used_and_there(shipped, root):
 
 
 def test_constants_that_are_compared_are_in_the_laboratory(shipped, shipped_truth):
-    paths = report_params.true(shipped)
-    assert len(paths) == len(set(paths)) > 4
+    paths = sorted({path for name in shipped.experiments for path in EXPERIMENTS[name].true})
     joint = {key: shipped_truth["dummy"]["subject"][key] for key in ("joint_inertia_kgm2",)}
     assert pick(shipped_truth, *paths)["dummy"] == {
         "rubber": shipped_truth["dummy"]["rubber"],
@@ -156,8 +155,10 @@ def test_tasks_of_the_shipped_person(shipped):
         "stiff, sine",
         "stiff, negative-sine",
     ]
-    made = shipped.tasks.made()
-    assert (made["relax-pos-0.4"], made["relax"], made["stiff"]) == ("relax", "relax", "stiff")
+    compared = outputs.compared(shipped)
+    constants = [compared[f"standing{name}"].constants for name in ("/relax-pos-0.4", "_tasks/relax")]
+    assert constants == ["standing/relax", "standing/relax"]
+    assert len(compared["standing_tasks/stiff"].motions) == len(compared["standing_tasks/stiff"].fits) == 8
     assert len(shipped.tasks.of_trials("<results>/{condition}.h5", "stiff")) == 8
 
 
@@ -239,7 +240,11 @@ def test_fits_are_in_the_order_in_which_they_are_read_where_a_sheet_mixes_experi
 def test_truth_is_wanted_of_what_was_made_alone(study_of):
     study = study_of(row("dummy", "own"), row("weight", "w", "virtual_lab"))
     assert study.all_made() == {"dummy": [], "weight": ["w"]}
-    assert report_params.true(study) == ["weight.mass_kg", "heavy_weight.mass_kg"]
+    assert outputs.comparison_of(study, "dummy", "own") == []
+    assert outputs.comparison_of(study, "weight", "w") == ["<results>/recovery/weight/w.csv"]
+    assert outputs.compared(study) == {
+        "weight/w": outputs.Compared("weight", "weight", ["<results>/estimates/weight/w.csv"])
+    }
 
 
 def test_task_counts_as_made_only_if_all_of_its_trials_are(study_of):
@@ -248,7 +253,11 @@ def test_task_counts_as_made_only_if_all_of_its_trials_are(study_of):
         row("standing", "b", task="relax"),
         row("standing", "c", "virtual_lab", "sine", task="stiff"),
     )
-    assert study.tasks.made() == {"a": "relax", "c": "stiff", "stiff": "stiff"}
+    assert {name: own.constants for name, own in outputs.compared(study).items()} == {
+        "standing/a": "standing/relax",
+        "standing/c": "standing/stiff",
+        "standing_tasks/stiff": "standing/stiff",
+    }
     assert list(study.tasks.groups()) == ["relax, sine", "relax", "stiff, sine"]
 
 

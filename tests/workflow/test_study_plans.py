@@ -8,10 +8,9 @@ pytestmark = pytest.mark.study
 # what stands at the end of every path: the record of file checksums and settings, and the reports
 RECORD = {"record_provenance": 1}
 REPORTS = {"write_report": 1, "write_index": 1, "all": 1}
-ESTIMATES = {"collect_estimates": 1, "compare_with_truth": 1, "check_claims": 1, "plot_budgets": 1}
-# figures and pages of trials show the truth beside the estimates
+ESTIMATES = {"collect_estimates": 1, "collect_recovery": 1, "check_claims": 1, "plot_budgets": 1}
+# figures show the truth beside the estimates
 ESTIMATES |= {"plot_dummy": 1, "plot_foot": 1}
-ESTIMATES |= {f"write_{name}_pages": 1 for name in ("wristalyzer", "dummy", "weight", "empty", "standing")}
 CELLS = {"judge_cells": 1}
 # what follows from the dummy's trials, and from its estimates
 AFTER_DUMMY_ESTIMATES = {
@@ -19,10 +18,12 @@ AFTER_DUMMY_ESTIMATES = {
     "plot_dummy": 1,
     "plot_foot": 1,
     "plot_rigs": 1,
-    "write_dummy_pages": 1,
+    "compare_with_truth": 2,
+    "write_dummy_pages": 2,
     "simulate_dummy": 2,
     "collect_forward": 1,
     "plot_simulation": 1,
+    "plot_simulation_trial": 2,
     "lay_out_table": 2,
     **CELLS,
     **ESTIMATES,
@@ -46,10 +47,12 @@ AFTER_WRISTALYZER_TRIALS = {
     "sweep_averaging": 1,
     "cross_validate_wristalyzer": 1,
     "plot_wristalyzer": 1,
-    "write_wristalyzer_pages": 1,
+    "compare_with_truth": 2,
+    "write_wristalyzer_pages": 2,
     "simulate_dummy": 2,
     "collect_forward": 1,
     "plot_simulation": 1,
+    "plot_simulation_trial": 2,
     "lay_out_table": 1,
     **CELLS,
     **ESTIMATES,
@@ -91,6 +94,8 @@ def test_an_edit_of_the_rubber_makes_the_trials_of_both_rigs_again_and_no_others
         "ingest_plate_treadmill": 2,
         **AFTER_DUMMY_TRIALS,
         **AFTER_WRISTALYZER_TRIALS,
+        "compare_with_truth": 4,
+        "tabulate_laboratory": 1,
         "lay_out_table": 3,
         **RECORD,
     }
@@ -114,12 +119,13 @@ def test_an_edit_of_the_force_plate_makes_all_trials_on_the_treadmill_again(own_
         "fit_standing": 2,
         "fit_standing_task": 2,
         "compare_standing_tasks": 1,
-        "plot_standing_trials": 1,
+        "plot_standing_trials": 2,
         "plot_standing": 1,
-        "write_weight_pages": 1,
-        "write_empty_pages": 1,
-        "write_standing_pages": 1,
+        "write_weight_pages": 2,
+        "write_empty_pages": 2,
+        "write_standing_pages": 2,
         **AFTER_DUMMY_TRIALS,
+        "compare_with_truth": 8,
         **RECORD,
     }
 
@@ -136,6 +142,7 @@ def test_an_edit_of_one_task_makes_the_trials_of_this_task_again(own_study):
         "plot_standing_trials": 1,
         "plot_standing": 1,
         "plot_rigs": 1,
+        "compare_with_truth": 2,
         "write_standing_pages": 1,
         **ESTIMATES,
         **RECORD,
@@ -160,7 +167,14 @@ def test_an_edit_of_a_comment_of_the_truth_makes_nothing_again_but_its_record(ow
         ),
         (
             {"dummy": {**OVERRIDES["dummy"], "foot": {"pathways": {"foot": {"window_s": 1.0}}}}},
-            {"fit_foot": 2, "plot_foot": 1, "write_dummy_pages": 1, **ESTIMATES, **RECORD, **REPORTS},
+            {
+                "fit_foot": 2,
+                "compare_with_truth": 2,
+                "write_dummy_pages": 2,
+                **ESTIMATES,
+                **RECORD,
+                **REPORTS,
+            },
         ),
         (
             # the fit marks the estimate to quote
@@ -172,6 +186,7 @@ def test_an_edit_of_a_comment_of_the_truth_makes_nothing_again_but_its_record(ow
             {
                 "fit_standing_task": 2,
                 "compare_standing_tasks": 1,
+                "compare_with_truth": 2,
                 "plot_standing": 1,
                 **ESTIMATES,
                 **RECORD,
@@ -213,6 +228,11 @@ def test_an_edit_of_a_reported_value_lays_its_own_table_out_again(own_study):
     assert planned == {"check_claims": 1, **RECORD, **REPORTS}
 
 
+def test_an_edit_of_a_module_of_pages_reruns_pages_and_nothing_else(own_study):
+    planned = planned_after_an_edit(own_study, "tepsipe/reporting/pages/dummy.py")
+    assert planned == {"write_dummy_pages": 2, "write_index": 1, "all": 1}
+
+
 def test_one_condition_alone_touches_nothing_else(own_study):
     def written():
         files = (path for path in (own_study / "results").rglob("*") if path.is_file())
@@ -231,3 +251,30 @@ def test_one_condition_alone_touches_nothing_else(own_study):
         "results/logs/fit_dummy/sine-0.5.log",
     }
     assert not before.keys() - after.keys()
+
+
+def test_one_condition_reaches_its_page_and_its_figures_alone(project):
+    foot = {"make_weight_trial": 2, "make_empty_trial": 2, "calibrate_plate": 1, "fit_foot": 1}
+    own = {"make_dummy_trial": 1, "fit_dummy": 1, "compare_with_truth": 1, "write_dummy_pages": 1}
+    expected = foot | own | {"ingest_plate_treadmill": 5}
+    assert jobs(snakemake(project, "-n", "results/report/trials/dummy/sine-0.5.html")) == expected
+    of_manipulator = {
+        f"{kind}_wristalyzer{end}": 2 for kind, end in (("make", "_trial"), ("ingest", ""), ("fit", ""))
+    }
+    figure = {"simulate_dummy": 1, "plot_simulation_trial": 1, "dummy/sine-0.5": 1}
+    assert jobs(snakemake(project, "-n", "dummy/sine-0.5")) == expected | of_manipulator | figure
+
+
+def test_a_trial_is_a_target_by_its_name(project):
+    run = snakemake(project, "wristalyzer/0.12")
+    assert run.returncode == 0, run.stdout + run.stderr
+    made = {
+        path.relative_to(project / "results").as_posix() for path in (project / "results").rglob("*.[hc]*")
+    }
+    assert {"estimates/wristalyzer/0.12.csv", "report/trials/wristalyzer/0.12.html"} <= made
+    assert not [name for name in made if "0.16" in name]
+    assert not (project / "wristalyzer").exists()
+    assert "Nothing to be done" in "".join(
+        (again := snakemake(project, "wristalyzer/0.12")).stdout + again.stderr
+    )
+    assert "wristalyzer/" not in snakemake(project, "--list").stdout

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from tepsipe.mechanics.engines import resolved_engine
 from workflow.support import groups, outputs, report_params
+from workflow.support.experiments import APPENDIX, EXPERIMENTS
 from workflow.support.folders import check_checkout
 from workflow.support.imported_files import reached_by
 from workflow.support.rigs import RIG_KEYS, rig_of
@@ -37,7 +38,7 @@ def sections_of(key):
 try:
     STUDY = checked_study(config, CONFIGFILES)
     # a rule is given no more of these files than it reads, and runs again for nothing else. Only the rules that
-    # make raw files, and the comparison of estimates with the truth, may call truth_of
+    # make raw files, compare with the truth, or list the laboratory's constants may call truth_of
     truth_of, reported_of = sections_of("virtual_lab"), sections_of("reported")
     # what moves the simulated dummy; it must be installed
     ENGINE = resolved_engine(config["dummy"]["simulation"]["engine"]) if STUDY.has("simulation") else None
@@ -160,7 +161,8 @@ def figure_pairs(*names):
 
 
 def figure_files(name, folder=""):
-    """Named outputs of a plotting rule, below a folder of figures, for example of one participant."""
+    """Named outputs of a plotting rule, without figures of single trials; below a folder, for example of one
+    participant."""
     folder = f"<results>/figures/{folder}".rstrip("/")
-    figures = outputs.figures_of(STUDY, name)
+    figures = [figure for figure in outputs.figures_of(STUDY, name) if figure not in APPENDIX]
     return outputs.with_numbers({figure: f"{folder}/{figure}.svg" for figure in figures}, folder)

@@ -3,7 +3,6 @@
 import atexit
 
 from workflow.support import job_outputs
-from workflow.support.experiments import EXPERIMENTS
 from workflow.support.stopped import what_stopped
 
 AGAIN = []  # results that are missing or damaged, which Snakemake makes again only if it is asked for them

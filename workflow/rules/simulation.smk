@@ -1,5 +1,8 @@
 # Validation of parameters by forward simulation of the dummy: thesis sections 2-1-3 and 4-1-3, Appendix B.
 
+# number of a figure of Appendix B -> its trial
+NUMBERED = {f.rpartition("_")[2]: c for f, c in zip(APPENDIX, STUDY.conditions("dummy"))}
+
 
 rule simulate_dummy:
     input:
@@ -61,5 +64,24 @@ rule plot_simulation:
         frequent=STUDY.shown("dummy", DUMMY["simulation"]["figure_4_7_condition"]),
         geometry=DUMMY["geometry"],
         rare=STUDY.shown("dummy", DUMMY["simulation"]["figure_4_8_condition"]),
+    script:
+        "../scripts/plot.py"
+
+
+rule plot_simulation_trial:
+    """Draw the simulations of one trial of the dummy, a figure of Appendix B."""
+    input:
+        fit=lambda w: f"<results>/fits/simulation/{NUMBERED[w.number]}.h5",
+        library=library_of("plot", "tepsipe/reporting/figures/simulation_trial.py"),
+    output:
+        **outputs.with_numbers({"figure_b_trial": "<results>/figures/figure_b_{number}.svg"}),
+    log:
+        "<logs>/plot_simulation_trial/{number}.log",
+    wildcard_constraints:
+        number=any_of(NUMBERED),
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        drawn_by="simulation_trial",
     script:
         "../scripts/plot.py"

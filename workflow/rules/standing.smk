@@ -88,18 +88,18 @@ rule compare_standing_tasks:
 
 
 rule plot_standing_trials:
+    """Draw Figures 4-13 and 4-14 of one trial of the standing person."""
     input:
-        responses=STUDY.of_trials("<results>/epochs/standing/{condition}.h5", "standing"),
+        responses="<results>/epochs/standing/{condition}.h5",
         library=library_of("plot", "tepsipe/reporting/figures/standing_trials.py"),
     output:
-        **{f"{Path(path).stem}_png": path for path in outputs.standing_figures(STUDY)},
+        **{f"{n}_png": f"<results>/figures/standing/{{condition}}_{n}.png" for n in outputs.STANDING_FIGURES},
     log:
-        "<logs>/plot_standing_trials.log",
+        "<logs>/plot_standing_trials/{condition}.log",
     conda:
         "../envs/tepsipe.yaml"
     params:
         drawn_by="standing_trials",
-        conditions=STUDY.conditions("standing"),
     script:
         "../scripts/plot.py"
 

@@ -1,5 +1,7 @@
 # Tables across trials, and the comparison of estimates with the truth.
 
+COMPARED = outputs.compared(STUDY)
+
 
 rule collect_estimates:
     input:
@@ -78,28 +80,60 @@ rule lay_out_table:
 
 
 rule compare_with_truth:
+    """Compare the estimates of a simulated trial, or of several together, with the truth."""
     input:
-        estimates="<results>/tables/estimates.csv",
-        motions=outputs.true_motions(STUDY),
-        fits=outputs.fits_of_made(STUDY),
+        estimates=lambda w: COMPARED[w.compared].estimates,
+        motions=lambda w: COMPARED[w.compared].motions,
+        fits=lambda w: COMPARED[w.compared].fits,
         library=library_of("compare_with_truth"),
     output:
-        table="<results>/tables/recovery.csv",
-        laboratory="<results>/tables/laboratory.csv",
+        rows="<results>/recovery/{compared}.csv",
     log:
-        "<logs>/compare_with_truth.log",
+        "<logs>/compare_with_truth/{compared}.log",
+    wildcard_constraints:
+        compared=any_of(COMPARED),
     conda:
         "../envs/tepsipe.yaml"
     params:
-        truth=truth_of(*report_params.true(STUDY), *report_params.mechanisms(STUDY)),
-        made=STUDY.all_made(),
-        tasks=STUDY.tasks.made(),
-        windows_s=STUDY.estimators.dummy_windows(),
-        standing=STUDY.estimators.standing_windows(),
-        at_foot=STUDY.estimators.foot_pathways(),
-        heavy=[c for c in STUDY.made("weight") if c not in STUDY.treadmill.usual_weight()],
+        experiment=lambda w: COMPARED[w.compared].experiment,
+        constants=lambda w: COMPARED[w.compared].constants,
+        truth=lambda w: truth_of(*COMPARED[w.compared].truth),
+        windows=lambda w: STUDY.estimators.true_windows(COMPARED[w.compared].experiment),
     script:
         "../scripts/compare_with_truth.py"
+
+
+rule collect_recovery:
+    """Join the comparisons with the truth in one table."""
+    input:
+        estimates="<results>/tables/estimates.csv",
+        rows=[f"<results>/recovery/{name}.csv" for name in COMPARED],
+        library=library_of("collect_recovery"),
+    output:
+        table="<results>/tables/recovery.csv",
+    log:
+        "<logs>/collect_recovery.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    script:
+        "../scripts/collect_recovery.py"
+
+
+rule tabulate_laboratory:
+    """List the mechanisms and the drawn constants of the virtual laboratory."""
+    input:
+        library=library_of("tabulate_laboratory"),
+    output:
+        table="<results>/tables/laboratory.csv",
+    log:
+        "<logs>/tabulate_laboratory.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        truth=truth_of(*report_params.mechanisms(STUDY)),
+        experiments=[experiment for experiment, names in STUDY.all_made().items() if names],
+    script:
+        "../scripts/tabulate_laboratory.py"
 
 
 rule judge_cells:

@@ -19,10 +19,14 @@ def captions_of(name: str) -> tuple[str, ...]:
     return tuple(_groups(OF_PROJECT).get(name, ()))
 
 
+def caption_of(figure: str) -> str:
+    """Name of a figure's caption, which figures of single trials share."""
+    return re.sub(r"^figure_b_([1-9]|1[0-2])$", "figure_b_trial", figure)
+
+
 def group_of(figure: str) -> str | None:
     """Experiment or part below which a figure has its caption; figures of single trials share one."""
-    shared = re.sub(r"^figure_b_([1-9]|1[0-2])$", "figure_b_trial", figure)
-    return next((name for name, own in _groups(OF_PROJECT).items() if shared in own), None)
+    return next((name for name, own in _groups(OF_PROJECT).items() if caption_of(figure) in own), None)
 
 
 @cache

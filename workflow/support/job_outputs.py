@@ -2,7 +2,7 @@
 
 Snakemake takes a result that exists and is newer than its inputs for what a job has made. The records tell
 whether it is missing, damaged, or edited. A job removes what its last run made and this one did not, such as
-the page of a trial that has been renamed. Files are compared by size and time, and by their contents only if
+a figure that the study no longer has. Files are compared by size and time, and by their contents only if
 one of these differs.
 """
 

@@ -13,7 +13,7 @@ from functools import cache
 from pathlib import Path
 
 from tepsipe.reporting.pages.report_page import Origin
-from workflow.support.captions import group_of
+from workflow.support.captions import caption_of, group_of
 
 RULE = re.compile(r"^(?:use )?rule (\w+)(?: as (\w+) with)?:\n((?:[ \t#].*\n|\n)*)", re.MULTILINE)
 READS = re.compile(r'\b(?:where|rows-of|column|thesis-blocks)\(\s*"(\w+)"')
@@ -63,9 +63,11 @@ class Sources:
 
     def rule_of_figure(self, figure: str) -> Rule | None:
         """The rule that draws a figure: it names the figure, or the experiment or part with its caption."""
-        group = group_of(figure)
-        wanted = (f'"{figure}"', f'figure_files("{group}")')
-        return next((rule for rule in self.rules if any(name in rule.text for name in wanted)), None)
+        for wanted in (f'"{figure}"', f'"{caption_of(figure)}"', f'figure_files("{group_of(figure)}")'):
+            for rule in self.rules:
+                if wanted in rule.text:
+                    return rule
+        return None
 
     def rule_of_table(self, table: str) -> Rule | None:
         """The rule that writes a table of the run."""
@@ -83,7 +85,7 @@ class Sources:
         code = [("Rule", f"{rule.name} ({rule.place})"), ("Script", rule.script)]
         drawings = _read(self.root / "report/drawings.typ")
         drawing = re.search(rf"^#let {figure}\(", drawings, re.MULTILINE)
-        function = _drawing_function(self.root / rule.module, figure) if rule.module else None
+        function = _drawing_function(self.root / rule.module, caption_of(figure)) if rule.module else None
         if drawing:
             line = drawings.count("\n", 0, drawing.start()) + 1
             code.append(("Function", f"{figure} (report/drawings.typ:{line})"))

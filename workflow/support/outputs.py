@@ -1,5 +1,7 @@
 """Output files of a study, as named by its rules."""
 
+from dataclasses import dataclass
+
 from workflow.support.captions import captions_of
 from workflow.support.experiments import APPENDIX, EXPERIMENTS, OF_APPENDIX, PARTS
 from workflow.support.study import Study
@@ -45,12 +47,13 @@ def with_numbers(figures: dict, folder: str = "<results>/figures") -> dict:
     return figures | {f"{name}_{kind}": f"{folder}/{name}.{kind}" for name in figures for kind in kinds}
 
 
+# figures of every trial of the standing person
+STANDING_FIGURES = ("4_13", "4_14")
+
+
 def standing_figures(study: Study) -> list[str]:
     """Figures 4-13 and 4-14 of every trial of the standing person."""
-    names = ("4_13", "4_14")
-    return [
-        f"<results>/figures/standing/{c}_{name}.png" for c in study.conditions("standing") for name in names
-    ]
+    return [path for c in study.conditions("standing") for path in figures_of_trial(study, "standing", c)]
 
 
 def trials(study: Study) -> list[str]:
@@ -68,6 +71,13 @@ def estimates_of(study: Study, experiment: str) -> list[str]:
     files = study.of_trials(f"<results>/estimates/{experiment}/{{condition}}.csv", experiment)
     crossed = files and EXPERIMENTS[experiment].cross_validated
     return files + ([f"<results>/cross_validation/{experiment}.csv"] if crossed else [])
+
+
+def estimates_of_trial(study: Study, experiment: str, condition: str) -> list[str]:
+    """Rows of estimates of one trial; those from the foot of the dummy after those from its leg."""
+    folders = [experiment] if EXPERIMENTS[experiment].fitted else []
+    folders += ["foot"] if experiment == "dummy" and study.has("foot") else []
+    return [f"<results>/estimates/{folder}/{condition}.csv" for folder in folders]
 
 
 def fits_of_table(study: Study, table: str) -> list[str]:
@@ -213,16 +223,64 @@ def planned(study: Study) -> list[str]:
     return ["<results>/tables/planned.csv"] if study.has("thesis_dummy") else []
 
 
-def true_motions(study: Study) -> list[str]:
-    """Hidden motion of the joint in every simulated trial: manipulator, dummy, standing person."""
-    of = ("wristalyzer", "dummy", "standing")
-    return [f"<results>/truth/{e}/{c}.h5" for e in of for c in study.made(e)]
+@dataclass(frozen=True)
+class Compared:
+    """Estimates that one job compares with the truth: those of a trial, or of several analysed together.
+
+    ``constants`` is the key of the laboratory's constants among the `true_parameters`; ``conditions`` are the
+    trials in whose fitted windows the true joint is not that of the constants.
+    """
+
+    experiment: str
+    constants: str
+    estimates: list[str]
+    conditions: tuple[str, ...] = ()
+
+    @property
+    def truth(self) -> list[str]:
+        """Constants of the laboratory that serve as the truth; of tasks of a person the own one."""
+        own = f"standing.tasks.{self.constants.partition('/')[2]}"
+        return [own if path == "standing.tasks" else path for path in EXPERIMENTS[self.experiment].true]
+
+    @property
+    def motions(self) -> list[str]:
+        """Hidden motion of the joint in every trial."""
+        return [f"<results>/truth/{self.experiment}/{c}.h5" for c in self.conditions]
+
+    @property
+    def fits(self) -> list[str]:
+        """Results of the same trials that tell which windows were fitted."""
+        folder = "epochs" if self.experiment == "standing" else "fits"
+        return [f"<results>/{folder}/{self.experiment}/{c}.h5" for c in self.conditions]
 
 
-def fits_of_made(study: Study) -> list[str]:
-    """Results of the same trials that tell what was fitted: fits, and the epochs of a standing person."""
-    fits = [f"<results>/fits/{e}/{c}.h5" for e in ("wristalyzer", "dummy") for c in study.made(e)]
-    return fits + [f"<results>/epochs/standing/{c}.h5" for c in study.made("standing")]
+def comparison_of(study: Study, experiment: str, condition: str) -> list[str]:
+    """Comparison of a trial with the truth, if it is simulated and something of it is known."""
+    known = study.trials[experiment, condition].source == "virtual_lab" and EXPERIMENTS[experiment].true
+    return [f"<results>/recovery/{experiment}/{condition}.csv"] if known else []
+
+
+def compared(study: Study) -> dict[str, Compared]:
+    """Name -> what is compared with the truth: simulated trials, and those analysed together if all are."""
+    found, usual, made = {}, study.treadmill.usual_weight(), set(study.made("standing"))
+    for (experiment, condition), row in study.trials.items():
+        constants, moved = experiment, (condition,)
+        if experiment == "standing":
+            constants = f"standing/{row.task}"
+        elif experiment == "weight":
+            constants, moved = "weight" if condition in usual else "weight/heavy", ()
+        if comparison_of(study, experiment, condition):
+            own = estimates_of_trial(study, experiment, condition)
+            found[f"{experiment}/{condition}"] = Compared(experiment, constants, own, moved)
+    for pool in study.tasks.pools().values():
+        if made >= set(pool.conditions):
+            name, task = f"standing_tasks/{pool.name}", f"standing/{pool.task}"
+            own = [f"<results>/estimates/{name}.csv"]
+            found[name] = Compared("standing", task, own, tuple(pool.conditions))
+    if study.has("wristalyzer_pooled") and not study.recorded("wristalyzer"):
+        own = pooled_wristalyzer(study)[1:]
+        found["wristalyzer_pooled"] = Compared("wristalyzer", "wristalyzer/pooled", own)
+    return found
 
 
 def recovery(study: Study) -> list[str]:
@@ -307,9 +365,29 @@ def chapters(study: Study) -> list[str]:
     return [name for name in CHAPTERS if present.get(name) or (name not in present and study.has(name))]
 
 
+def page(experiment: str, condition: str) -> str:
+    """Page of a trial for a web browser."""
+    return f"<results>/report/trials/{experiment}/{condition}.html"
+
+
 def pages(study: Study) -> list[str]:
     """A page per trial for a web browser."""
-    return [f"<results>/report/trials/{e}/{c}.html" for e, c in study.trials]
+    return [page(*trial) for trial in study.trials]
+
+
+def figures_of_trial(study: Study, experiment: str, condition: str) -> list[str]:
+    """Figures of one trial alone: of a standing person, and of the dummy if it is simulated."""
+    if experiment == "standing":
+        return [f"<results>/figures/standing/{condition}_{name}.png" for name in STANDING_FIGURES]
+    numbered = dict(zip(study.conditions("dummy"), APPENDIX, strict=False)) if study.has("simulation") else {}
+    own = numbered.get(condition) if experiment == "dummy" else None
+    return [f"<results>/figures/{own}.svg"] if own else []
+
+
+def of_trial(study: Study, experiment: str, condition: str) -> list[str]:
+    """Estimates, figures and page of one trial."""
+    figures = figures_of_trial(study, experiment, condition)
+    return [*estimates_of_trial(study, experiment, condition), *figures, page(experiment, condition)]
 
 
 def plan_of_design(plan: dict, name: str) -> dict:

@@ -1,4 +1,4 @@
-"""Facts of a study that its pages, its report and the comparison with the truth are given."""
+"""Facts of a study that its pages, its report and the table of the laboratory are given."""
 
 from tepsipe.reporting.laboratory import INFERRED_CONSTANTS, MECHANISMS
 from workflow.settings.complete import pick
@@ -6,19 +6,25 @@ from workflow.support.experiments import EXPERIMENTS, PARTS
 from workflow.support.study import Study
 
 
-def described(study: Study, experiment: str) -> dict[str, dict]:
-    """Condition -> what a trial's page says of it: simulated or not, belt, role, task, participant."""
-    made, found = study.made(experiment), {}
-    for condition in study.conditions(experiment):
-        row = study.trials[experiment, condition]
-        found[condition] = {
-            "made": condition in made,
-            "belt": study.treadmill.belt_of(experiment, condition),
-            "role": row.role,
-            "task": row.task,
-            "participant": row.participant,
-        }
-    return found
+def described(study: Study, experiment: str, condition: str) -> dict:
+    """What a trial's page says of it: simulated or not, belt, role, task, participant."""
+    row = study.trials[experiment, condition]
+    return {
+        "condition": condition,
+        "made": condition in study.made(experiment),
+        "belt": study.treadmill.belt_of(experiment, condition),
+        "role": row.role,
+        "task": row.task,
+        "participant": row.participant,
+    }
+
+
+def neighbours(study: Study, experiment: str, condition: str) -> dict[str, str]:
+    """The trials before and after one of an experiment, in the order of the trial sheet."""
+    names = study.conditions(experiment)
+    k = names.index(condition)
+    found = {"Previous": names[k - 1 : k], "Next": names[k + 1 : k + 2]}
+    return {words: own[0] for words, own in found.items() if own}
 
 
 def printed(study: Study) -> dict[str, dict]:
@@ -26,12 +32,6 @@ def printed(study: Study) -> dict[str, dict]:
     named = {e: EXPERIMENTS[e].printed for e in study.experiments}
     named |= {name: part.printed for name, part in PARTS.items() if study.has(name) and part.printed}
     return {name: pick(study.settings[name], *paths) for name, paths in named.items()}
-
-
-def true(study: Study) -> list[str]:
-    """Constants of the laboratory, as the truth for the estimates of simulated trials."""
-    paths = [path for e, made in study.all_made().items() if made for path in EXPERIMENTS[e].true]
-    return list(dict.fromkeys(paths))
 
 
 def mechanisms(study: Study) -> list[str]:

@@ -43,7 +43,7 @@ class Study(Sheet):
         self.noise = NoiseTrials(self)
         self.thesis = ThesisTables(self, self.settings)
         self.manipulators = Manipulators(self, self.settings)
-        self.estimators = Estimators(self, self.settings, self.tasks, self.has("foot"))
+        self.estimators = Estimators(self, self.settings, self.has("foot"))
 
     def check(self, path: str) -> None:
         """Refuse rows of the trial sheet, whose path messages name, that do not fit the configuration."""

@@ -1,4 +1,7 @@
-"""Figures of the forward simulations (thesis Figures 2-10, 2-11, 4-7 to 4-11 and Appendix B)."""
+"""Figures of the forward simulations (thesis Figures 2-10, 2-11, 4-7 to 4-11 and Appendix B).
+
+Figures B-1 to B-12, one per trial, are drawn by `simulation_trial`.
+"""
 
 from collections.abc import Callable, Iterable, Iterator
 
@@ -63,9 +66,6 @@ def draw(files, chosen) -> Iterator[tuple[str, Figure | Drawing]]:
     yield "figure_4_10", plot_scores(scores, names, "vaf_perturbation")
     yield "figure_4_11", plot_scores(scores, names, "vaf_trial")
     yield "figure_b", plot_all_angles(results)
-    # Figures B-1 to B-12, and no more: the thesis's B-13 is another one
-    for number, name in enumerate(names[:12], start=1):
-        yield f"figure_b_{number}", plot_angles(results[name])
     yield "figure_b_13", plot_all_torques(results)
 
 

@@ -1,18 +1,15 @@
 """Pages of the recordings of an unloaded treadmill."""
 
-from collections.abc import Iterator
-
 from tepsipe.io.result import Result, read_result
 from tepsipe.io.trial import Trial, read_trial
 from tepsipe.reporting.pages import header
 from tepsipe.reporting.pages.trial_page import CYCLE, Clock, Page, Panel, Section, Trace
 
 
-def pages(files, chosen) -> Iterator[Page]:
-    """Page of every trial, beside the calibration of all of them (``fit``)."""
-    calibration = read_result(files.fit[0])
-    for trial, choices in zip(files.trials, header.choices_of_trials(files, chosen), strict=True):
-        yield belt_page(read_trial(trial), calibration, choices | {"chosen": chosen.model})
+def page(files, chosen) -> Page:
+    """Page of a trial, beside the calibration of all of them (``fit``)."""
+    choices = header.choices_of_trial(files, chosen) | {"chosen": chosen.model}
+    return belt_page(read_trial(files.trial), read_result(files.fit), choices)
 
 
 def belt_page(trial: Trial, calibration: Result, choices: dict) -> Page:

@@ -1,6 +1,7 @@
 """Page of a trial of the ankle dummy."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -22,16 +23,16 @@ from tepsipe.reporting.pages.trial_page import Band, Clock, Page, Panel, Section
 LOADS = {"Fy": ("Fore-aft force", "N"), "Mx": ("Moment about the plate's x axis", "N·m")}
 
 
-def pages(files, chosen) -> Iterator[Page]:
-    """Page of every trial, of its file, its fits from the leg and, if any, the foot, and its estimates."""
-    of_trials = list(header.choices_of_trials(files, chosen))
-    facts = {choices["condition"]: read_facts(files.fits[k]) for k, choices in enumerate(of_trials)}
-    for k, choices in enumerate(of_trials):
-        foot = read_result(files.foot[k]) if files.foot else None
-        estimates = ESTIMATES.read(files.estimates[k], *files.foot_estimates[k : k + 1])
-        estimates = flag_rig(estimates, facts)
-        choices |= {"recommended": chosen.recommended}
-        yield dummy_page(read_trial(files.trials[k]), read_result(files.fits[k]), foot, estimates, choices)
+def page(files, chosen) -> Page:
+    """Page of a trial, of its file, its fits from the leg and, if any, the foot, and its estimates.
+
+    ``rig`` are fits from the leg of trials that share its rig, whose faults flag the estimates of all.
+    """
+    choices = header.choices_of_trial(files, chosen) | {"recommended": chosen.recommended}
+    foot = read_result(files.foot[0]) if files.foot else None
+    estimates = ESTIMATES.read(files.estimates, *files.foot_estimates)
+    estimates = flag_rig(estimates, {Path(path).stem: read_facts(path) for path in files.rig})
+    return dummy_page(read_trial(files.trial), read_result(files.fit), foot, estimates, choices)
 
 
 def dummy_page(

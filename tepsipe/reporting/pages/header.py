@@ -1,7 +1,7 @@
 """Header and footer of a trial's page: facts, estimates, omissions, source files, processing."""
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import PurePath
 from types import MappingProxyType
 
@@ -218,12 +218,11 @@ def trial_facts(trial: Trial, experiment: str, choices: dict) -> list[tuple[str,
     ]
 
 
-def choices_of_trials(files, chosen) -> Iterator[dict]:
-    """Choices of each trial's page: study, condition, the trial's row of the sheet, and the ``truth``."""
+def choices_of_trial(files, chosen) -> dict:
+    """Choices of a trial's page: study, condition, the trial's row of the sheet, and the ``truth``."""
     rows = RECOVERIES.read(*files.truth) if files.truth else []
     truth = {(r.experiment, r.condition, r.pathway, r.estimator, r.quantity): r.truth for r in rows}
-    for condition, row in chosen.trials.items():
-        yield {"study": chosen.title, "condition": condition, "truth": truth, **row}
+    return {"study": chosen.title, "truth": truth, **chosen.trial}
 
 
 def facts_and_checks(facts: list, estimates: Sequence[Estimate], flags: list[str], choices: dict) -> str:

@@ -1,6 +1,6 @@
 """Page of a trial of a person on a moving platform."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from tepsipe.io.estimates import ESTIMATES, Estimate
 from tepsipe.io.result import Result, read_result
@@ -11,13 +11,10 @@ from tepsipe.reporting.pages.trial_page import CYCLE, Band, Clock, Page, Panel, 
 OTHERWISE = "The perturbation identifies every quantity of the recommended model."
 
 
-def pages(files, chosen) -> Iterator[Page]:
-    """Page of every trial, of its file, its fit and its estimates."""
-    rows = zip(
-        files.trials, files.fits, files.estimates, header.choices_of_trials(files, chosen), strict=True
-    )
-    for trial, fit, estimates, choices in rows:
-        yield platform_page(read_trial(trial), read_result(fit), ESTIMATES.read(estimates), choices)
+def page(files, chosen) -> Page:
+    """Page of a trial, of its file, its fit and its estimates."""
+    trial, fit, estimates = read_trial(files.trial), read_result(files.fit), ESTIMATES.read(files.estimates)
+    return platform_page(trial, fit, estimates, header.choices_of_trial(files, chosen))
 
 
 def platform_page(trial: Trial, fit: Result, estimates: Sequence[Estimate], choices: dict) -> Page:

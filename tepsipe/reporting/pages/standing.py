@@ -1,6 +1,6 @@
 """Page of a trial of a standing person."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -16,13 +16,12 @@ from tepsipe.reporting.pages.trial_page import CYCLE, Band, Clock, Page, Panel, 
 NOT_SEEN = "palpated, because quiet sway does not determine it; the intervals include its uncertainty"
 
 
-def pages(files, chosen) -> Iterator[Page]:
-    """Page of every trial, of its file, fit, epochs and estimates."""
+def page(files, chosen) -> Page:
+    """Page of a trial, of its file, fit, epochs and estimates."""
     recommended = list(chosen.recommended.values())
-    for k, choices in enumerate(header.choices_of_trials(files, chosen)):
-        trial, estimates = read_trial(files.trials[k]), ESTIMATES.read(files.estimates[k])
-        fit, epochs = read_result(files.fits[k]), read_result(files.epochs[k])
-        yield standing_page(trial, fit, epochs, estimates, choices | {"recommended": recommended})
+    choices = header.choices_of_trial(files, chosen) | {"recommended": recommended}
+    trial, estimates = read_trial(files.trial), ESTIMATES.read(files.estimates)
+    return standing_page(trial, read_result(files.fit), read_result(files.epochs), estimates, choices)
 
 
 def standing_page(

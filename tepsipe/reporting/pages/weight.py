@@ -1,6 +1,6 @@
 """Pages of the trials with the weight and with the empty belt."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -20,16 +20,12 @@ from tepsipe.reporting.pages.trial_page import CYCLE, Clock, Page, Panel, Sectio
 ROLES = {"calibrate": "calibration of the treadmill models", "validate": "validation of the treadmill models"}
 
 
-def pages(files, chosen) -> Iterator[Page]:
-    """Page of every trial, of its file, fit and estimates, and of the calibration of its belt, if any."""
-    plates = dict(zip(chosen.belts, map(read_result, files.plates), strict=True))
-    rows = zip(
-        files.trials, files.fits, files.estimates, header.choices_of_trials(files, chosen), strict=True
-    )
-    for path, fit, estimates, choices in rows:
-        choices |= {"experiment": chosen.experiment}
-        trial, plate = read_trial(path), plates.get(choices["belt"])
-        yield weight_page(trial, read_result(fit), plate, ESTIMATES.read(estimates), choices)
+def page(files, chosen) -> Page:
+    """Page of a trial, of its file, fit and estimates, and of the calibration of its belt, if any."""
+    choices = header.choices_of_trial(files, chosen) | {"experiment": chosen.experiment}
+    plate = read_result(files.plate[0]) if files.plate else None
+    estimates = ESTIMATES.read(files.estimates)
+    return weight_page(read_trial(files.trial), read_result(files.fit), plate, estimates, choices)
 
 
 def weight_page(

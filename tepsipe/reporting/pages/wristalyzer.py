@@ -1,6 +1,6 @@
 """Pages of the trials in the torque-controlled manipulator."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from tepsipe.experiments.wristalyzer.names import AS_PRINTED
 from tepsipe.io.estimates import ESTIMATES, Estimate
@@ -11,13 +11,10 @@ from tepsipe.reporting.pages.signals import cut_bands
 from tepsipe.reporting.pages.trial_page import Clock, Page, Panel, Section, Trace
 
 
-def pages(files, chosen) -> Iterator[Page]:
-    """Page of every trial, of its file, its fit and its estimates."""
-    rows = zip(
-        files.trials, files.fits, files.estimates, header.choices_of_trials(files, chosen), strict=True
-    )
-    for trial, fit, estimates, choices in rows:
-        yield wristalyzer_page(read_trial(trial), read_result(fit), ESTIMATES.read(estimates), choices)
+def page(files, chosen) -> Page:
+    """Page of a trial, of its file, its fit and its estimates."""
+    trial, fit, estimates = read_trial(files.trial), read_result(files.fit), ESTIMATES.read(files.estimates)
+    return wristalyzer_page(trial, fit, estimates, header.choices_of_trial(files, chosen))
 
 
 def wristalyzer_page(trial: Trial, fit: Result, estimates: Sequence[Estimate], choices: dict) -> Page:

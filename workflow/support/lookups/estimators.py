@@ -4,14 +4,13 @@ from tepsipe.experiments.standing.muscle_torque import ACTIVE
 from tepsipe.identification.estimators import ESTIMATORS
 from workflow.settings.complete import only
 from workflow.support.lookups.sheet import Sheet
-from workflow.support.lookups.tasks import Tasks
 
 
 class Estimators:
     """Pathways and estimators of a study; ``has_foot`` if it has the torque from the foot."""
 
-    def __init__(self, sheet: Sheet, settings: dict, tasks: Tasks, has_foot: bool) -> None:
-        self.sheet, self.settings, self.tasks, self.has_foot = sheet, settings, tasks, has_foot
+    def __init__(self, sheet: Sheet, settings: dict, has_foot: bool) -> None:
+        self.sheet, self.settings, self.has_foot = sheet, settings, has_foot
 
     def budgeted_foot(self) -> str | None:
         """Pathway from the foot whose budget is shown: the last one with a treadmill model, None without."""
@@ -35,15 +34,14 @@ class Estimators:
         legs = [name for name, p in dummy["pathways"].items() if ESTIMATORS[p["estimator"]].true_in_windows]
         return dict.fromkeys(legs) | {name: p["window_s"] for name, p in foot.items()}
 
-    def standing_windows(self) -> dict | None:
-        """Simulated trials of a person by condition and pool, their baseline, and the fitted windows."""
-        if not self.sheet.made("standing"):
-            return None
-        settings, pools = self.settings["standing"], self.tasks.pools()
+    def true_windows(self, experiment: str) -> dict:
+        """Windows in which the truth of a simulated joint is that of its motion, as it was fitted in them."""
+        if experiment == "dummy":
+            return {"lengths_s": self.dummy_windows(), "foot": self.foot_pathways()}
+        if experiment != "standing":
+            return {}
+        settings = self.settings["standing"]
         return {
-            "trials": {
-                name: pools[name].conditions if name in pools else (name,) for name in self.tasks.made()
-            },
             "baseline_s": settings["analysis"]["baseline_s"],
             "estimators": {n: only(e, "window_s", "inertia") for n, e in settings["estimators"].items()},
         }

@@ -65,13 +65,6 @@ class Tasks:
         """The pattern filled in for every condition of a pool."""
         return [pattern.format(condition=c) for c in self.pools()[task].conditions]
 
-    def made(self) -> dict[str, str]:
-        """Condition -> task of simulated trials, and of pools whose trials are all simulated."""
-        made = set(self.sheet.made("standing"))
-        whole = {pool.name: pool.task for pool in self._pools() if made >= set(pool.conditions)}
-        single = {c: self.sheet.trials["standing", c].task for c in self.sheet.made("standing")}
-        return single | whole
-
     def shown(self, participant: str | None = None) -> dict[str, Pool]:
         """Pools of a participant's figures; without one, of the participant and belt of the example trial."""
         pools = self.pools()
