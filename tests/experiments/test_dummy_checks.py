@@ -21,7 +21,7 @@ from tepsipe.experiments.dummy.checks import (
 )
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy, dummy_estimates
 from tepsipe.experiments.dummy.results import bootstrap_pathways
-from tepsipe.experiments.dummy.rig import flag_rig, shared_faults
+from tepsipe.experiments.dummy.rig import RIG_FLAGS, flag_rig, rig_flags, shared_faults
 from tepsipe.identification.regression import windows
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.mechanics.rubber_joint import RubberJoint, swing
@@ -258,7 +258,7 @@ def flagged_trials(rows, flag):
 def test_fault_of_the_rig_that_large_perturbations_show_flags_the_small_ones():
     rows, facts = of_rig((0.05, 0.5), bends)
     assert flagged_trials(rows, "markers-pulse-locked") == {"sine-0.5"}
-    pooled = flag_rig(rows, facts)
+    pooled = flag_rig(rows, rig_flags(facts))
     assert flagged_trials(pooled, "markers-pulse-locked") == {"sine-0.05", "sine-0.5"}
     concerned = [r for r in pooled if r.pathway != "leg-thesis" and r.quantity in (*"IBK", "K_small")]
     assert all("markers-pulse-locked" in row.flags for row in concerned)
@@ -270,7 +270,7 @@ def test_fault_of_the_rig_that_large_perturbations_show_flags_the_small_ones():
 def test_sound_rig_stays_without_flags_and_other_experiments_as_they_are():
     rows, facts = of_rig((0.1, 0.3), None)
     person = replace(rows[0], experiment="standing", quantity="K")
-    assert flag_rig([*rows, person], facts) == [*rows, person]
+    assert flag_rig([*rows, person], rig_flags(facts)) == [*rows, person]
 
 
 def test_faults_are_pooled_at_a_level_that_counts_all_checks_of_all_trials():
@@ -361,3 +361,18 @@ def test_late_log_of_the_belt_is_measured_corrected_and_flagged(late_s):
         assert late == pytest.approx(right, rel=1e-3)
     rows = dummy_estimates("c", both[1], bootstrap_pathways(both[1], 50, 1))
     assert all("log-delay" in row.flags for row in rows if row.quantity in "IBK")
+
+
+def test_a_fault_of_one_trial_flags_what_it_concerns_in_all_trials(tmp_path):
+    check = {"size": 1e-3, "tolerance": 3e-5}
+    facts = {
+        "small": {"checks": {"markers-pulse-locked": check | {"probability": 0.1}}},
+        "large": {"checks": {"markers-pulse-locked": check | {"probability": 1e-9}}},
+    }
+    for of_fit in facts.values():
+        of_fit["concerned"] = {"leg": ["markers-pulse-locked", "lack-of-fit"], "foot": ["lack-of-fit"]}
+    found = rig_flags(facts)
+    assert [(row.condition, row.pathway) for row in found] == [("small", "leg"), ("large", "leg")]
+    assert rig_flags({"small": facts["small"]}) == []
+    RIG_FLAGS.write(tmp_path / "rig.csv", found)
+    assert RIG_FLAGS.read(tmp_path / "rig.csv") == found

@@ -14,6 +14,7 @@ ESTIMATES |= {"plot_dummy": 1, "plot_foot": 1}
 CELLS = {"judge_cells": 1}
 # what follows from the dummy's trials, and from its estimates
 AFTER_DUMMY_ESTIMATES = {
+    "check_rig": 1,
     "cross_validate_dummy": 1,
     "plot_dummy": 1,
     "plot_foot": 1,

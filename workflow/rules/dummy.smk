@@ -34,6 +34,23 @@ rule fit_dummy:
         "../scripts/fit_dummy.py"
 
 
+rule check_rig:
+    """Pool the checks of all trials of the dummy, which share a rig."""
+    input:
+        fits=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
+        library=library_of("check_rig"),
+    output:
+        flags="<results>/checks/dummy_rig.csv",
+    log:
+        "<logs>/check_rig.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        conditions=STUDY.conditions("dummy"),
+    script:
+        "../scripts/check_rig.py"
+
+
 rule cross_validate_dummy:
     input:
         fits=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),

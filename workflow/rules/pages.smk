@@ -9,15 +9,10 @@ def of_foot(pattern):
 
 
 def on_rig(w):
-    """Fits of all trials of the dummy, which share a rig; for a page asked for by name, those that exist."""
+    """Faults of the rig, which all trials of the dummy show; for a page asked for by name, if they are known."""
     named = any(argument.removesuffix(".html").endswith(f"dummy/{w.condition}") for argument in sys.argv)
-    every = not (named or "--mode" in sys.argv)
-    fits, results = "<results>/fits/dummy/{}.h5", config["pathvars"]["results"]
-    return [
-        fits.format(c)
-        for c in STUDY.conditions("dummy")
-        if every or c == w.condition or Path(fits.format(c).replace("<results>", results)).is_file()
-    ]
+    known = Path(outputs.rig(STUDY)[0].replace("<results>", config["pathvars"]["results"])).is_file()
+    return outputs.rig(STUDY) if known or not (named or "--mode" in sys.argv) else []
 
 
 def of_plate(w):

@@ -7,7 +7,7 @@ rule collect_estimates:
     input:
         estimates=outputs.estimates(STUDY),
         budgets=outputs.budgets(STUDY),
-        fits=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
+        rig=outputs.rig(STUDY),
         library=library_of("collect_estimates"),
     output:
         table="<results>/tables/estimates.csv",
@@ -18,7 +18,6 @@ rule collect_estimates:
         "../envs/tepsipe.yaml"
     params:
         labels=groups.labels(STUDY),
-        conditions=STUDY.conditions("dummy"),
     script:
         "../scripts/collect_estimates.py"
 

@@ -4,15 +4,10 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.experiments.dummy.rig import flag_rig
+from tepsipe.experiments.dummy.rig import RIG_FLAGS, flag_rig
 from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES
-from tepsipe.io.result import read_facts
 
-facts = {
-    condition: read_facts(path)
-    for condition, path in zip(snakemake.params.conditions, snakemake.input.fits, strict=True)
-}
-rows = flag_rig(ESTIMATES.read(*snakemake.input.estimates), facts)
+rows = flag_rig(ESTIMATES.read(*snakemake.input.estimates), RIG_FLAGS.read(*snakemake.input.rig))
 labels = {
     column: [cells[row.experiment][row.condition] for row in rows]
     for column, cells in snakemake.params.labels.items()

@@ -201,6 +201,11 @@ def noise(study: Study) -> list[str]:
     return [f"<results>/tables/{name}.csv" for name in names]
 
 
+def rig(study: Study) -> list[str]:
+    """Faults of the dummy's rig, from the checks of all of its trials."""
+    return ["<results>/checks/dummy_rig.csv"] if study.has("dummy") else []
+
+
 def specification(study: Study) -> list[str]:
     """Specification curve: one trial of the dummy, analysed with every combination of choices."""
     return ["<results>/tables/specification.csv"] if study.has("dummy") else []

@@ -8,8 +8,10 @@ flagged by it.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from tepsipe.io.estimates import Estimate, flagged
+from tepsipe.io.tables import Table
 
 FALSE_ALARMS = 0.05
 # checks of what all trials share; the joint's misfit and a slipped marker belong to one trial
@@ -36,18 +38,37 @@ def shared_faults(checks: Mapping[str, Mapping[str, Mapping[str, float]]]) -> li
     return [name for name in SHARED if name in found]
 
 
-def flag_rig(rows: Sequence[Estimate], facts: Mapping[str, dict]) -> list[Estimate]:
-    """Rows of the dummy's trials with the faults of their rig; other rows as they are.
+@dataclass(frozen=True)
+class RigFlag:
+    """Faults of the rig that flag I, B, K of a pathway in one trial: names of checks, joined by ";"."""
 
-    facts: condition of the dummy -> facts of its fit: ``checks``, and ``concerned``, the checks that flag
-    I, B, K of a pathway.
-    Returns: in the order of ``rows``.
+    condition: str
+    pathway: str
+    flags: str
+
+
+RIG_FLAGS = Table(RigFlag, "faults of the dummy's rig")
+
+
+def rig_flags(facts: Mapping[str, dict]) -> list[RigFlag]:
+    """Faults that the trials of a rig share, of the ``checks`` in the facts of their fits by condition.
+
+    ``concerned`` in these facts are the checks that flag a pathway.
     """
     faults = shared_faults({condition: of_fit.get("checks", {}) for condition, of_fit in facts.items()})
+    found = [
+        RigFlag(condition, pathway, ";".join(name for name in faults if name in concerned))
+        for condition, of_fit in facts.items()
+        for pathway, concerned in of_fit.get("concerned", {}).items()
+    ]
+    return [row for row in found if row.flags]
+
+
+def flag_rig(rows: Sequence[Estimate], of_rig: Sequence[RigFlag]) -> list[Estimate]:
+    """Rows of the dummy's trials with the faults of their rig; rows of other experiments as they are."""
+    flags = {(found.condition, found.pathway): found.flags.split(";") for found in of_rig}
     out = []
     for row in rows:
-        concerned = ()
-        if row.experiment == "dummy" and row.quantity.removesuffix("_small") in ("I", "B", "K"):
-            concerned = facts.get(row.condition, {}).get("concerned", {}).get(row.pathway, ())
-        out += flagged([row], *[name for name in faults if name in concerned])
+        joint = row.experiment == "dummy" and row.quantity.removesuffix("_small") in ("I", "B", "K")
+        out += flagged([row], *(flags.get((row.condition, row.pathway), ()) if joint else ()))
     return out

@@ -1,13 +1,12 @@
 """Page of a trial of the ankle dummy."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
-from tepsipe.experiments.dummy.rig import flag_rig
+from tepsipe.experiments.dummy.rig import RIG_FLAGS, flag_rig, rig_flags
 from tepsipe.io.estimates import ESTIMATES, Estimate
-from tepsipe.io.result import Result, read_facts, read_result
+from tepsipe.io.result import Result, read_result
 from tepsipe.io.trial import Trial, read_trial
 from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.pages import header
@@ -26,13 +25,13 @@ LOADS = {"Fy": ("Fore-aft force", "N"), "Mx": ("Moment about the plate's x axis"
 def page(files, chosen) -> Page:
     """Page of a trial, of its file, its fits from the leg and, if any, the foot, and its estimates.
 
-    ``rig`` are fits from the leg of trials that share its rig, whose faults flag the estimates of all.
+    ``rig`` are the faults of its rig, if they are known; without them, those that the trial shows alone.
     """
     choices = header.choices_of_trial(files, chosen) | {"recommended": chosen.recommended}
     foot = read_result(files.foot[0]) if files.foot else None
-    estimates = ESTIMATES.read(files.estimates, *files.foot_estimates)
-    estimates = flag_rig(estimates, {Path(path).stem: read_facts(path) for path in files.rig})
-    return dummy_page(read_trial(files.trial), read_result(files.fit), foot, estimates, choices)
+    leg, estimates = read_result(files.fit), ESTIMATES.read(files.estimates, *files.foot_estimates)
+    of_rig = RIG_FLAGS.read(*files.rig) if files.rig else rig_flags({choices["condition"]: leg.facts})
+    return dummy_page(read_trial(files.trial), leg, foot, flag_rig(estimates, of_rig), choices)
 
 
 def dummy_page(
