@@ -234,6 +234,11 @@ def test_an_edit_of_a_module_of_pages_reruns_pages_and_nothing_else(own_study):
     assert planned == {"write_dummy_pages": 2, "write_index": 1, "all": 1}
 
 
+def test_a_page_asked_for_by_name_is_that_of_the_whole_study_if_this_has_run(own_study):
+    for target in ("results/report/trials/dummy/sine-0.5.html", "results/report/index.html"):
+        assert jobs(snakemake(own_study, "-n", target)) == {}
+
+
 def test_one_condition_alone_touches_nothing_else(own_study):
     def written():
         files = (path for path in (own_study / "results").rglob("*") if path.is_file())

@@ -47,6 +47,8 @@ except InputError as error:
     sys.exit(f"tepsipe: {with_its_file(error, config, CONFIGFILES)}")
 
 SETTINGS, SEED = STUDY.settings, config["study"]["seed"]
+# trials that the command line names as targets, as in snakemake -c2 dummy/sine-0.3
+NAMED = [trial for trial in STUDY.trials if "/".join(trial) in sys.argv]
 # facts that every report tells
 ABOUT_STUDY = {
     "title": config["study"]["title"],

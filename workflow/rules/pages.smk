@@ -3,14 +3,11 @@
 PAGE_SOURCE = [here(f"tepsipe/reporting/pages/{name}") for name in ("plot.js", "page.css", "theme.js")]
 
 
-def of_foot(pattern):
-    """Input function: the trial's file of the torque from the foot, if there is one."""
-    return lambda w: [pattern.format(condition=w.condition)] if STUDY.has("foot") else []
-
-
 def on_rig(w):
     """Faults of the rig, which all trials of the dummy show; for a page asked for by name, if they are known."""
-    named = any(argument.removesuffix(".html").endswith(f"dummy/{w.condition}") for argument in sys.argv)
+    named = any(
+        argument.endswith((f"dummy/{w.condition}", f"dummy/{w.condition}.html")) for argument in sys.argv
+    )
     known = Path(outputs.rig(STUDY)[0].replace("<results>", config["pathvars"]["results"])).is_file()
     return outputs.rig(STUDY) if known or not (named or "--mode" in sys.argv) else []
 
@@ -23,7 +20,7 @@ def of_plate(w):
 
 
 def of_page(function, experiment):
-    """Param function: what a function of a study, an experiment and a condition says of the page's trial."""
+    """Function of the page's wildcards from one of a study, an experiment and a condition."""
     return lambda w: function(STUDY, experiment, w.condition)
 
 
@@ -34,8 +31,7 @@ PAGES = {
         "dummy",
         {
             "rig": on_rig,
-            "foot": of_foot("<results>/fits/foot/{condition}.h5"),
-            "foot_estimates": of_foot("<results>/estimates/foot/{condition}.csv"),
+            "foot": lambda w: [f"<results>/fits/foot/{w.condition}.h5"] if STUDY.has("foot") else [],
         },
         {"recommended": DUMMY["recommended"]},
     ),
@@ -53,8 +49,8 @@ PAGES = {
 
 for _name, (_chapter, _files, _params) in PAGES.items():
     _module = "weight" if _name == "empty" else _name
-    _fitted = {"fit": f"<results>/fits/{_name}/{{condition}}.h5"}
-    _fitted["estimates"] = f"<results>/estimates/{_name}/{{condition}}.csv"
+    _estimates = of_page(outputs.estimates_of_trial, _name)
+    _fitted = {"fit": f"<results>/fits/{_name}/{{condition}}.h5", "estimates": _estimates}
 
     rule:
         """Write the page of a trial for a web browser."""
@@ -87,13 +83,12 @@ for _name, (_chapter, _files, _params) in PAGES.items():
             "../scripts/write_pages.py"
 
 
-# only of trials that the command line names: as many rules as trials would be too many to list
-for _experiment, _condition in STUDY.trials:
-    if f"{_experiment}/{_condition}" in sys.argv:
+# only of these trials, because a list of rules with all of them would be too long
+for _trial in NAMED:
 
-        rule:
-            """Make the estimates, figures and page of a trial."""
-            name:
-                f"{_experiment}/{_condition}"
-            input:
-                outputs.of_trial(STUDY, _experiment, _condition),
+    rule:
+        """Make the estimates, figures and page of a trial."""
+        name:
+            "/".join(_trial)
+        input:
+            outputs.of_trial(STUDY, *_trial),

@@ -13,7 +13,8 @@ try:
             runs.refuse_a_lock()
         changes = job_outputs.changes(config["pathvars"]["logs"])
         job_outputs.refuse_edited(changes)
-        AGAIN = job_outputs.remade(changes, config, workflow.main_snakefile, sys.argv, dry)
+        # a run that is given a trial makes what this needs
+        AGAIN = [] if NAMED else job_outputs.remade(changes, config, workflow.main_snakefile, sys.argv, dry)
 except InputError as error:
     sys.exit(f"tepsipe: {error}")
 

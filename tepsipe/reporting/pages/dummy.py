@@ -29,7 +29,7 @@ def page(files, chosen) -> Page:
     """
     choices = header.choices_of_trial(files, chosen) | {"recommended": chosen.recommended}
     foot = read_result(files.foot[0]) if files.foot else None
-    leg, estimates = read_result(files.fit), ESTIMATES.read(files.estimates, *files.foot_estimates)
+    leg, estimates = read_result(files.fit), ESTIMATES.read(*files.estimates)
     of_rig = RIG_FLAGS.read(*files.rig) if files.rig else rig_flags({choices["condition"]: leg.facts})
     return dummy_page(read_trial(files.trial), leg, foot, flag_rig(estimates, of_rig), choices)
 

@@ -13,7 +13,7 @@ OTHERWISE = "The perturbation identifies every quantity of the recommended model
 
 def page(files, chosen) -> Page:
     """Page of a trial, of its file, its fit and its estimates."""
-    trial, fit, estimates = read_trial(files.trial), read_result(files.fit), ESTIMATES.read(files.estimates)
+    trial, fit, estimates = read_trial(files.trial), read_result(files.fit), ESTIMATES.read(*files.estimates)
     return platform_page(trial, fit, estimates, header.choices_of_trial(files, chosen))
 
 

@@ -14,7 +14,7 @@ from tepsipe.reporting.pages.trial_page import CYCLE, Band, Clock, Page, Panel, 
 
 def page(files, chosen) -> Page:
     """Page of a trial, of its file, its fit and its estimates."""
-    trial, fit, estimates = read_trial(files.trial), read_result(files.fit), ESTIMATES.read(files.estimates)
+    trial, fit, estimates = read_trial(files.trial), read_result(files.fit), ESTIMATES.read(*files.estimates)
     return position_manipulator_page(trial, fit, estimates, header.choices_of_trial(files, chosen))
 
 

@@ -20,7 +20,7 @@ def page(files, chosen) -> Page:
     """Page of a trial, of its file, fit, epochs and estimates."""
     recommended = list(chosen.recommended.values())
     choices = header.choices_of_trial(files, chosen) | {"recommended": recommended}
-    trial, estimates = read_trial(files.trial), ESTIMATES.read(files.estimates)
+    trial, estimates = read_trial(files.trial), ESTIMATES.read(*files.estimates)
     return standing_page(trial, read_result(files.fit), read_result(files.epochs), estimates, choices)
 
 

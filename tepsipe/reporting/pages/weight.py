@@ -24,7 +24,7 @@ def page(files, chosen) -> Page:
     """Page of a trial, of its file, fit and estimates, and of the calibration of its belt, if any."""
     choices = header.choices_of_trial(files, chosen) | {"experiment": chosen.experiment}
     plate = read_result(files.plate[0]) if files.plate else None
-    estimates = ESTIMATES.read(files.estimates)
+    estimates = ESTIMATES.read(*files.estimates)
     return weight_page(read_trial(files.trial), read_result(files.fit), plate, estimates, choices)
 
 

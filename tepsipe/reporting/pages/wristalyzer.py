@@ -13,7 +13,7 @@ from tepsipe.reporting.pages.trial_page import Clock, Page, Panel, Section, Trac
 
 def page(files, chosen) -> Page:
     """Page of a trial, of its file, its fit and its estimates."""
-    trial, fit, estimates = read_trial(files.trial), read_result(files.fit), ESTIMATES.read(files.estimates)
+    trial, fit, estimates = read_trial(files.trial), read_result(files.fit), ESTIMATES.read(*files.estimates)
     return wristalyzer_page(trial, fit, estimates, header.choices_of_trial(files, chosen))
 
 
