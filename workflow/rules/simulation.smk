@@ -74,7 +74,10 @@ rule plot_simulation_trial:
         fit=lambda w: f"<results>/fits/simulation/{NUMBERED[w.number]}.h5",
         library=library_of("plot", "tepsipe/reporting/figures/simulation_trial.py"),
     output:
-        **outputs.with_numbers({"figure_b_trial": "<results>/figures/figure_b_{number}.svg"}),
+        **{
+            f"figure_b_trial{end}": f"<results>/figures/figure_b_{{number}}.{kind}"
+            for end, kind in (("", "svg"), ("_png", "png"), ("_csv", "csv"))
+        },
     log:
         "<logs>/plot_simulation_trial/{number}.log",
     wildcard_constraints:

@@ -4,9 +4,7 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.io.estimates import RECOVERIES
-
-from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.estimates import ESTIMATES, RECOVERIES
 from tepsipe.reporting.recovery import in_order
 
 rows, estimates = RECOVERIES.read(*snakemake.input.rows), ESTIMATES.read(snakemake.input.estimates)
