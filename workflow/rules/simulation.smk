@@ -75,8 +75,9 @@ rule plot_simulation_trial:
         library=library_of("plot", "tepsipe/reporting/figures/simulation_trial.py"),
     output:
         **{
-            f"figure_b_trial{end}": f"<results>/figures/figure_b_{{number}}.{kind}"
-            for end, kind in (("", "svg"), ("_png", "png"), ("_csv", "csv"))
+            "figure_b_trial": "<results>/figures/figure_b_{number}.svg",
+            "figure_b_trial_png": "<results>/figures/figure_b_{number}.png",
+            "figure_b_trial_csv": "<results>/figures/figure_b_{number}.csv",
         },
     log:
         "<logs>/plot_simulation_trial/{number}.log",
