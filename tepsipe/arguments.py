@@ -6,16 +6,30 @@ Every public function reads its arguments here, so that a wrong type, shape, uni
 
 import math
 import re
+import types
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import cache
 from itertools import combinations
 from numbers import Integral, Real
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import (
+    Annotated,
+    Any,
+    Literal,
+    NoReturn,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 import numpy as np
 
 from tepsipe.errors import InputError, listed, nearest, quoted
+from tepsipe.quantities import HOLDS, Must, limit_in_words
+from tepsipe.quantities import unit_of as unit_at_end
 
 T = TypeVar("T")
 # conversion of units: (from, to) -> factor
@@ -310,6 +324,94 @@ def path_of(value: object, name: str = "path") -> Path:
     if isinstance(value, str | Path) and str(value) and "\0" not in str(value):
         return Path(value)
     raise InputError(f"{name}: expected the path of a file, found {described(value)}: give it as text")
+
+
+# ---- options with their ranges in the types of a dataclass ---------------------------------------
+
+PLAIN: dict[type, tuple[Any, str]] = {
+    float: (Real, "number"),
+    int: (Integral, "integer"),
+    str: (str, "string"),
+    bool: ((bool, np.bool_), "boolean"),
+}
+
+
+def check_options(kind: type, values: object, place: str) -> None:
+    """Refuse values outside the types and ranges of a dataclass's fields (see `tepsipe.quantities`).
+
+    values: an instance, or a mapping of some or all of its fields.
+    place: names the values in messages.
+    """
+    for name, value in (values if isinstance(values, Mapping) else vars(values)).items():
+        if name not in _hints(kind):
+            raise InputError(f"{place}: unknown key {quoted(name, 120)}: {nearest(name, _hints(kind))}")
+        _Place(place, name).check(_hints(kind)[name], value)
+
+
+@cache
+def _hints(kind: type) -> dict[str, Any]:
+    hints = get_type_hints(kind, include_extras=True)
+    return {field.name: hints[field.name] for field in fields(kind)}
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Place of a value that is checked."""
+
+    place: str
+    key: str
+    unit: str = ""
+    otherwise: str = ""
+    """What the value may be besides."""
+
+    def check(self, kind: Any, value: Any) -> None:
+        """Refuse a value that is not of a kind, or beyond its limits."""
+        origin, parts = get_origin(kind), get_args(kind)
+        if origin is Annotated:
+            here = replace(self, unit=next((mark for mark in parts if isinstance(mark, str)), self.unit))
+            here.check(parts[0], value)
+            for mark in parts[1:]:
+                here._check_limit(mark, value)
+        elif origin in (Union, types.UnionType):
+            empty = type(None) in parts
+            if value is not None or not empty:
+                here = replace(self, otherwise=" or null" if empty else "")
+                here.check(next(part for part in parts if part is not type(None)), value)
+        elif origin is Literal:
+            if not any(value == name and isinstance(value, bool) == isinstance(name, bool) for name in parts):
+                self._refuse(f"one of {', '.join(map(repr, parts))}", value)
+        elif origin in (Sequence, list, tuple, Mapping, dict):
+            mapping, items = origin in (Mapping, dict), several(value)
+            if mapping != isinstance(value, Mapping) or (not mapping and items is None):
+                self._refuse(f"a value of type {'object' if mapping else 'array'}", value)
+            for name, item in value.items() if mapping else enumerate(items or ()):
+                replace(self, key=f"{self.key}.{name}").check(parts[1 if mapping else 0], item)
+        elif is_dataclass(kind):
+            if not isinstance(value, (Mapping, kind)):
+                self._refuse("a value of type object", value)
+            check_options(kind, value, f"{self.place}.{self.key}")
+        elif kind in PLAIN:
+            wanted, word = PLAIN[kind]
+            given = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
+            if not isinstance(given, wanted) or isinstance(given, bool | np.bool_) != (kind is bool):
+                self._refuse(f"a value of type {word}{self.otherwise}", value)
+            if kind is float and not math.isfinite(given):
+                self._refuse("a finite number", value)
+
+    def _check_limit(self, mark: object, value: Any) -> None:
+        if isinstance(mark, Must) and not mark.holds(value):
+            self._refuse(mark.expected, value, mark.advice)
+        for name, holds in HOLDS.items():
+            limit = getattr(mark, name, None)
+            if limit is not None and not holds(value, limit):
+                unit = self.unit or unit_at_end(self.key.split(".")[0])
+                number = isinstance(value, Real) and unit
+                advice = f"correct it; its unit is {unit}" if number else "correct it"
+                self._refuse(limit_in_words(name, limit, value), value, advice)
+
+    def _refuse(self, expected: str, value: object, advice: str = "correct it") -> NoReturn:
+        key = quoted(self.key, 120)
+        raise InputError(f"{self.place}: expected {expected} for {key}, found {described(value)}: {advice}")
 
 
 # ---- samples -------------------------------------------------------------------------------------
