@@ -44,7 +44,7 @@ class Source:
     order only u(x) counts. The half width is u sqrt(3) if rectangular, u sqrt(6) if triangular."""
     freedom: float = np.inf
     """Degrees of freedom of u(x); infinite where it is not itself an estimate."""
-    reason: str = ""
+    source: str = ""
     """Why it is believed: a measurement, a data sheet, a publication."""
 
 
@@ -70,8 +70,7 @@ def sources_of(section: Mapping[str, Mapping | None]) -> dict[str, Source]:
                 f"uncertainty: expected a distribution of {listed(DISTRIBUTIONS)} for {name}, found "
                 f"{quoted(shape)}: correct it"
             )
-        freedom = stated.get("freedom")
-        sources[name] = Source(name, u, shape, np.inf if freedom is None else freedom, stated["source"])
+        sources[name] = Source(name, **stated)
     return sources
 
 

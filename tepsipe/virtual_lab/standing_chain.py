@@ -29,7 +29,7 @@ class ChainPerson:
     com_m: tuple[float, float, float]
     inertia_kgm2: tuple[float, float, float]
     """Both shanks, both thighs, and trunk with head and arms (kg, m, m above the lower end, kg m²)."""
-    posture_rad: tuple[float, float, float]
+    posture_deg: tuple[float, float, float]
     """Angles of the segments from the vertical, positive forwards."""
     stiffness_Nm_per_rad: Matrix
     damping_Nms_per_rad: Matrix
@@ -178,7 +178,7 @@ class _Mover:
 
     def __init__(self, body, person: ChainPerson):
         self.body = body
-        self.posture = tuple(np.diff(person.posture_rad, prepend=0.0).tolist())
+        self.posture = tuple(np.diff(np.deg2rad(person.posture_deg), prepend=0.0).tolist())
         hold = body.holding_torque(self.posture)
         k, b = np.array(person.stiffness_Nm_per_rad), np.array(person.damping_Nms_per_rad)
         self.constant = tuple((np.array(hold) + k @ np.array(self.posture)).tolist())

@@ -47,7 +47,7 @@ class ActiveOptions:
     def from_settings(cls, active: dict, ankle_action: dict[str, int]) -> Self:
         """Values that are tried (s), and muscle -> action at the ankle, which may be 0."""
         action = {muscle: float(acts) for muscle, acts in ankle_action.items() if acts}
-        return cls(**{key: tuple(times) for key, times in active.items()}, action=action)
+        return cls(**active, action=action)
 
     @property
     def tried(self) -> dict[str, tuple[float, ...]]:

@@ -28,7 +28,7 @@ Shorter & Rouse (2018). IEEE Trans. Neural Syst. Rehabil. Eng. 26(1), 135-143.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated, Self
+from typing import Annotated
 
 import numpy as np
 
@@ -87,12 +87,6 @@ class WalkingOptions:
     """Strides after a perturbed one that count as neither perturbed nor unperturbed."""
     control_percent: tuple[float, ...] = ()
     """Further onsets, in swing, at which no impedance may be found (% of stance, above 100)."""
-
-    @classmethod
-    def from_settings(cls, analysis: dict) -> Self:
-        """Choices of a study."""
-        lists = {key: tuple(value) for key, value in analysis.items() if isinstance(value, list)}
-        return cls(**analysis | lists)
 
     @property
     def onsets_percent(self) -> tuple[float, ...]:
