@@ -9,13 +9,14 @@ feedback biases.
 """
 
 from dataclasses import dataclass, replace
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.identification.several_joints.closed_loop import (
+    MODELS,
     MultiJointOptions,
     RowFit,
     Spectra,
@@ -33,6 +34,7 @@ from tepsipe.identification.several_joints.quantities import (
 from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
+from tepsipe.quantities import Different, Fraction, Frequency, InnerFraction, Meanings, Positive
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.statistics.goodness_of_fit import HeldOutVaf, evaluate_held_out
@@ -47,16 +49,18 @@ FILTER_ORDER = 4
 class PlatformOptions(MultiJointOptions):
     """Choices of the analysis."""
 
-    models: tuple[str, ...]
-    """Models, from the least free to the most."""
-    rejected_below: float
-    """Probability of the torque left over below which a model is rejected."""
-    largest_share: float
-    """Largest standard error of what is quoted, over the driven torque."""
-    mode_below_hz: float
-    """Below this frequency motion is slow."""
-    training_fraction: float
-    """First part of the trial that is fitted for the held-out validation."""
+    models: Different[Annotated[Literal[tuple(MODELS)], Meanings(MODELS)]]
+    """Models from the least free to the most."""
+    largest_share: Positive
+    """Largest standard error of a quoted quantity, times the angle that the platform drives, over the torque
+    that it drives."""
+    mode_below_hz: Frequency
+    """Below this frequency motion is slow; its direction is that of `K_mode`."""
+    rejected_below: Fraction
+    """A model is rejected if the torque that it leaves is coherent with the platform with a smaller
+    probability."""
+    training_fraction: InnerFraction
+    """First part of the trial, fitted for the held-out validation; estimates are of the whole trial."""
 
 
 @dataclass(frozen=True)

@@ -5,24 +5,19 @@ from typing import Any, Literal
 from pydantic import ConfigDict, model_validator
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.walking.impedance import WalkingOptions
+from tepsipe.experiments.walking.needed import ExpectedPulse
 from workflow.settings.quantities import (
-    Damping,
     Direction,
-    Distribution,
-    Frequency,
-    Height,
-    Inertia,
-    NotNegative,
     Pause,
-    Positive,
     Rate,
     Sign,
-    Stiffness,
     Time,
     number,
     some,
 )
-from workflow.settings.section import Section, UnfitError, optional, setting
+from workflow.settings.section import Section, UnfitError, made_from, optional, setting
+from workflow.settings.uncertainty import Source
 
 
 class WalkingAxes(Section):
@@ -105,46 +100,6 @@ class Events(Section):
     )
 
 
-Percent = number(least=0, most=100)
-
-
-class WalkingAnalysis(Section):
-    """Response of the ankle to pulses of the belt."""
-
-    phases_percent: some(Percent) = setting("phases of stance at which pulses begin")
-    phase_tolerance_percent: Positive = setting("largest distance of a pulse from its phase")
-    control_percent: list[number(least=100, most=1000)] = setting(
-        "further onsets, in swing (above 100), that serve as a control"
-    )
-    lowpass_cutoff_hz: Frequency = setting("zero-lag low-pass of all signals")
-    lowpass_order: int = setting("order of both passes together", least=2, multiple_of=2)
-    window_s: Time = setting("window after the onset")
-    reflex_from_s: Pause = setting("earliest reflex moment")
-    reflex_Nm: NotNegative = setting("its standard deviation 20 ms later")
-    matched_by: list[str] | None = setting(
-        "signals from whose state unperturbed behaviour is predicted (null: all; `[]`: plain mean)"
-    )
-    ridge: Positive = setting("penalty of the prediction, relative to the number of strides")
-    state_before_s: Pause = setting("the state is that so long before the onset")
-    inertia_kgm2: Inertia | None = setting("*I* as known; null to estimate it")
-    foot_mass_kg: number(least=0, most=50) = setting("mass of the foot")
-    foot_depth_m: Height = setting("its centre of mass below the ankle")
-    fewest_strides: int = setting("fewest perturbed strides of a phase", least=3)
-    recovery_strides: int = setting("strides after a perturbed one that are not used", least=0)
-
-
-class Planned(Section):
-    """Pulse for which the strides needed are computed: rotation of the ankle, minimum-jerk ramp."""
-
-    amplitude_deg: number(above=0, most=90) = setting("rotation of the ankle")
-    duration_s: Time = setting("length of the ramp")
-    stiffness_Nm_per_rad: list[Stiffness] = setting("expected *K* at each phase")
-    damping_Nms_per_rad: Damping = setting("expected *B*")
-    strides: int = setting(
-        "all perturbed strides, which `tables/needed.csv` divides among the phases", least=1
-    )
-
-
 class SimulatedTrial(Section):
     """A simulated trial."""
 
@@ -168,28 +123,18 @@ class Simulated(Section):
     trials: dict[str, SimulatedTrial] = setting("condition: a simulated trial")
 
 
-class WalkingSource(Section):
-    """A tolerance."""
-
-    unfolded = False
-
-    standard_uncertainty: NotNegative = setting("standard deviation of what is believed")
-    distribution: Distribution = setting("its distribution")
-    source: str = setting("why it is believed")
-
-
 class WalkingUncertainty(Section):
     """Tolerances; any may be null or absent."""
 
-    joint_centre_anterior_m: WalkingSource | None = optional("place of the joint's centre, forwards")
-    joint_centre_vertical_m: WalkingSource | None = optional("the same in height")
-    foot_mass_kg: WalkingSource | None = optional("mass of the foot")
-    belt_load_kgm: WalkingSource | None = optional(
+    joint_centre_anterior_m: Source | None = optional("place of the joint's centre, forwards")
+    joint_centre_vertical_m: Source | None = optional("the same in height")
+    foot_mass_kg: Source | None = optional("mass of the foot")
+    belt_load_kgm: Source | None = optional(
         "load that the treadmill model leaves, N·m per m/s² of belt acceleration"
     )
-    sync_s: WalkingSource | None = optional("delay between forces and motion")
-    angle_gain: WalkingSource | None = optional("measured over true rotation of the ankle")
-    inertia_kgm2: WalkingSource | None = optional("*I* as known")
+    sync_s: Source | None = optional("delay between forces and motion")
+    angle_gain: Source | None = optional("measured over true rotation of the ankle")
+    inertia_kgm2: Source | None = optional("*I* as known")
 
 
 class Walking(Section):
@@ -203,8 +148,8 @@ class Walking(Section):
         "longest step between time stamps of a table, longest time for which a marker is hidden"
     )
     from_s: Pause = setting("strides before are left out")
-    analysis: WalkingAnalysis
-    planned: Planned
+    analysis: made_from(WalkingOptions)
+    planned: made_from(ExpectedPulse)
     simulated: Simulated | None = setting("simulated trials; null without any")
     uncertainty: WalkingUncertainty
 

@@ -3,9 +3,10 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
+from annotated_types import Ge, Gt, Le
 
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.experiments.planning.pulses import STEP_S, Drive, Pulse, pulse_of
@@ -13,6 +14,7 @@ from tepsipe.mechanics.engines.interface import Joint
 from tepsipe.mechanics.forward_dynamics import ForwardSimulation, refuse_unstable, simulate_dummy
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
+from tepsipe.quantities import Delay, Frequency, NotNegative, Rate, Time, Velocity
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import Perturbation, find_perturbations
 from tepsipe.statistics.uncertainty import Source, sources_of
@@ -23,6 +25,7 @@ JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, LEG, FOOT = (
     "leg",
     "foot",
 )
+Rest = Annotated[float, Ge(1), Le(3600)]  # s
 # pathways of a plan: two likelihoods, and windowed least squares with the torque from leg or foot
 PATHWAYS = (JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, LEG, FOOT)
 # the ankle and four markers spread over the rod: anterior and longitudinal offset from the ankle (m)
@@ -45,21 +48,25 @@ class Rig:
 
     leg_markers: SegmentMarkers = LEG_MARKERS
     """Markers on the leg (m); the first is the ankle's."""
-    foot_markers: int = 3
-    """Further markers, on the foot."""
-    marker_noise_m: float = 6.5e-6
-    camera_rate_hz: float = 250.0
-    """Noise of a marker in each direction (m), and rate of the cameras (Hz)."""
-    log_noise_m_per_s: float = 0.001
-    log_rate_hz: float = 1000.0
-    """Noise of the logged velocity of the belt (m/s) and rate of the log (Hz)."""
-    force_noise_N: float = 0.2
-    moment_noise_Nm: float = 0.05
-    plate_rate_hz: float = 1000.0
-    sync_jitter_s: float = 0.00015
+    foot_markers: Annotated[int, Ge(1)] = 3
+    """Markers on the foot, in addition to that on the ankle."""
+    marker_noise_m: Annotated[float, Gt(0), Le(0.1)] = 6.5e-6
+    """Noise of a marker in each direction."""
+    camera_rate_hz: Annotated[float, Ge(80), Le(100000)] = 250.0
+    """Rate of the cameras."""
+    log_noise_m_per_s: Velocity = 0.001
+    """Noise of the logged belt velocity."""
+    log_rate_hz: Rate = 1000.0
+    """Rate of the log."""
+    force_noise_N: NotNegative = 0.2
+    """Noise of the plate's forces."""
+    moment_noise_Nm: NotNegative = 0.05
+    """Noise of the plate's moments."""
+    plate_rate_hz: Rate = 1000.0
+    """Rate of the plate."""
+    sync_jitter_s: Delay = 0.00015
     """Standard uncertainty of the time between plate and cameras."""
     drive: Drive = field(default_factory=Drive)
-    """The belt's drive (Hz, s, m/s²)."""
 
     def __post_init__(self):
         """Refuse impossible rigs."""
@@ -95,22 +102,22 @@ class Protocol:
 
     pulse: Pulse
     """The belt's command (m/s)."""
-    number: int = 14
-    """Perturbations."""
-    interval_s: float = 4.0
-    """From onset to onset."""
-    rest_before_s: float = 3.0
-    rest_after_s: float = 3.0
-    """Unperturbed time at the start and, after the last interval, at the end."""
-    pathway: str = JOINT_LIKELIHOOD
-    """{"joint-likelihood", "joint-likelihood-linear", "leg", "foot"}: Estimator: the likelihood of all
-    markers and the log, of a joint that may soften or of a linear one; windowed least squares with the
-    torque from the leg's motion, or from plate and foot."""
-    cutoff_hz: float = 20.0
-    order: int = 4
-    """Low-pass of windowed least squares (Hz; both passes together if it is zero-lag)."""
+    number: Annotated[int, Ge(1)] = 14
+    """Number of perturbations."""
+    interval_s: Time = 4.0
+    """Time from onset to onset."""
+    rest_before_s: Rest = 3.0
+    """Unperturbed time before them."""
+    rest_after_s: Rest = 3.0
+    """Unperturbed time after them."""
+    pathway: Literal["joint-likelihood", "joint-likelihood-linear", "leg", "foot"] = JOINT_LIKELIHOOD
+    """Estimator."""
+    cutoff_hz: Frequency = 20.0
+    """Low-pass of `leg` and `foot`."""
+    order: Annotated[int, Ge(1)] = 4
+    """Its order."""
     zero_lag: bool = True
-    """Whether it runs forwards and backwards, or forwards only."""
+    """True for a zero-lag filter."""
 
     def __post_init__(self):
         """Refuse impossible protocols."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
+from annotated_types import Ge, Le
 
 from tepsipe.errors import InputError
 from tepsipe.identification.cascade.fit import ParallelCascadeFit, ParallelCascadeOptions
@@ -20,6 +21,7 @@ from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, admittance
+from tepsipe.quantities import FilterOrder, Frequency, InnerFraction, Pause, Time
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.resampling import BAND_PER_RATE
@@ -47,19 +49,20 @@ MUSCLE_UNITS = {"reflex_gain": "Nms/rad", "reflex_frequency": "Hz", "reflex_damp
 class PositionManipulatorOptions:
     """Choices of the analysis."""
 
-    lowpass_cutoff_hz: float
-    lowpass_order: int
-    """Zero-lag Butterworth filter."""
-    cut_s: float
+    lowpass_cutoff_hz: Frequency
+    """Butterworth low-pass of angle and torque before the regression."""
+    lowpass_order: FilterOrder
+    """Order of both passes together."""
+    cut_s: Pause
     """Time cut at both ends."""
-    training_fraction: float
-    """First part of the record that is fitted."""
-    averaged_bins: int
+    training_fraction: InnerFraction
+    """First part of the trial, which is fitted; the rest is held out for validation."""
+    averaged_bins: Annotated[int, Ge(2)]
     """Raw frequencies averaged into one."""
-    block_s: float
-    """Length of the blocks that are bootstrapped."""
-    bootstrap_draws: int
-    """Bootstrap samples of an interval."""
+    block_s: Time
+    """Length of the bootstrapped blocks."""
+    bootstrap_draws: Annotated[int, Ge(100), Le(100000)]
+    """Bootstrap samples."""
 
 
 @dataclass(frozen=True)
