@@ -135,7 +135,7 @@ def main() -> None:
     protocol = chain_protocol(joints["perturbations"], joints["protocol"], "auto")
     if given.epochs is not None:
         protocol = replace(protocol, epochs=given.epochs)
-    chain, limits = Chain.from_settings(joints["person"]), Limits.from_percent(**joints["limits"])
+    chain, limits = Chain.from_settings(joints["person"]), Limits(**joints["limits"])
     points = {name: Point.from_settings(one) for name, one in joints["perturbations"].items()}
     tolerance = 0.01 * joints["inertia_percent"]
     estimates = {(case[0], chosen): [] for case in chosen_cases for chosen in case[2] or sets_of(points)}

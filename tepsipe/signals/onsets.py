@@ -53,9 +53,7 @@ EDGE_S = 0.001
 class OnsetOptions:
     """Options of the detection."""
 
-    detector: Annotated[Literal["threshold", "teager-kaiser", "changepoint"], Thesis("chapter 5")] = (
-        "changepoint"
-    )
+    detector: Annotated[Literal[DETECTORS], Thesis("chapter 5")] = "changepoint"
     """The detector shown in figures and used for intervals; all three are computed."""
     baseline_until_s: Annotated[float, Ge(-60), Le(60)] = 0.0
     """End of the baseline, from the onset."""

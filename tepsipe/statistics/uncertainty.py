@@ -26,11 +26,11 @@ import numpy as np
 import scipy
 from annotated_types import MinLen
 
+from tepsipe.arguments import check_options
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.quantities import Distribution, NotNegative, Positive
 
 CONFIDENCE = 0.95
-DISTRIBUTIONS = ("normal", "rectangular", "triangular")
 
 
 @dataclass(frozen=True)
@@ -63,17 +63,7 @@ def sources_of(section: Mapping[str, Mapping | None]) -> dict[str, Source]:
     for name, stated in section.items():
         if stated is None:
             continue
-        u, shape = stated["standard_uncertainty"], stated["distribution"]
-        if not (math.isfinite(u) and u >= 0.0):
-            raise InputError(
-                f"uncertainty: expected a standard uncertainty of at least 0 for {name}, found {u}: "
-                "correct it"
-            )
-        if shape not in DISTRIBUTIONS:
-            raise InputError(
-                f"uncertainty: expected a distribution of {listed(DISTRIBUTIONS)} for {name}, found "
-                f"{quoted(shape)}: correct it"
-            )
+        check_options(Source, stated, f"uncertainty of {name}")
         sources[name] = Source(name, **stated)
     return sources
 

@@ -345,7 +345,3 @@ def test_unusable_input_is_refused_in_one_sentence():
         fit_matrices(epochs.setting, [replace(one, response=one.response[:1])])
     with pytest.raises(InputError, match="expected 71 samples, as the drive is long, found 70"):
         fit_matrices(epochs.setting, [replace(one, response=one.response[:, :70])])
-
-
-def test_limits_are_given_in_per_cent():
-    assert Limits.from_percent(15.0, 50.0) == Limits(stiffness=0.15, damping=0.5)

@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 
 from tepsipe.experiments.planning import design
 from tepsipe.experiments.planning.pulses import Limits
+from tepsipe.identification.several_joints import determined
 from tepsipe.virtual_lab.standing_chain import ChainPerson, ChainProtocol
 from workflow.settings.quantities import (
     Damping,
@@ -14,7 +15,6 @@ from workflow.settings.quantities import (
     Inertia,
     Length,
     NotNegative,
-    Positive,
     Stiffness,
     Time,
     Velocity,
@@ -97,16 +97,6 @@ class ChainPerturbation(Section):
         return self
 
 
-class DeterminedLimits(Section):
-    """What counts as determined."""
-
-    stiffness_percent: Positive = setting(
-        "half width of a 95 % interval of *K*<sub>ij</sub> in per cent of √(*K*<sub>ii</sub> "
-        "*K*<sub>jj</sub>), and standard error of every direction of the unknowns"
-    )
-    damping_percent: Positive = setting("the same of *B*")
-
-
 class SeveralJoints(Section):
     """Stiffness and damping of ankle, knee and hip as matrices."""
 
@@ -116,7 +106,7 @@ class SeveralJoints(Section):
     person: made_from(ChainPerson)
     perturbations: named(ChainPerturbation, NAME) = setting("name: a perturbation")
     protocol: made_from(ChainProtocol, without=("pulses", "engine"))
-    limits: DeterminedLimits
+    limits: made_from(determined.Limits)
     inertia_percent: NotNegative = setting(
         "standard uncertainty of every mass, centre of mass and moment of inertia"
     )

@@ -36,7 +36,6 @@ from workflow.settings.section import (
     whole,
 )
 
-Latency = number(above=0, most=1)  # s
 NAME = "^[a-z0-9.-]+$"
 # what estimators with a model of the muscles' torque need, beside its meaning in the registry
 ABOUT_ACTIVE = {

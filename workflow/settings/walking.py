@@ -7,6 +7,7 @@ from pydantic import ConfigDict, model_validator
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.impedance import WalkingOptions
 from tepsipe.experiments.walking.needed import ExpectedPulse
+from tepsipe.statistics.uncertainty import Source
 from workflow.settings.quantities import (
     Direction,
     Pause,
@@ -17,7 +18,6 @@ from workflow.settings.quantities import (
     some,
 )
 from workflow.settings.section import Section, UnfitError, made_from, optional, setting
-from workflow.settings.uncertainty import Source
 
 
 class WalkingAxes(Section):
@@ -123,18 +123,24 @@ class Simulated(Section):
     trials: dict[str, SimulatedTrial] = setting("condition: a simulated trial")
 
 
+class WalkingSource(made_from(Source, without=("name", "freedom"))):
+    """A tolerance."""
+
+    unfolded = False
+
+
 class WalkingUncertainty(Section):
     """Tolerances; any may be null or absent."""
 
-    joint_centre_anterior_m: Source | None = optional("place of the joint's centre, forwards")
-    joint_centre_vertical_m: Source | None = optional("the same in height")
-    foot_mass_kg: Source | None = optional("mass of the foot")
-    belt_load_kgm: Source | None = optional(
+    joint_centre_anterior_m: WalkingSource | None = optional("place of the joint's centre, forwards")
+    joint_centre_vertical_m: WalkingSource | None = optional("the same in height")
+    foot_mass_kg: WalkingSource | None = optional("mass of the foot")
+    belt_load_kgm: WalkingSource | None = optional(
         "load that the treadmill model leaves, N·m per m/s² of belt acceleration"
     )
-    sync_s: Source | None = optional("delay between forces and motion")
-    angle_gain: Source | None = optional("measured over true rotation of the ankle")
-    inertia_kgm2: Source | None = optional("*I* as known")
+    sync_s: WalkingSource | None = optional("delay between forces and motion")
+    angle_gain: WalkingSource | None = optional("measured over true rotation of the ankle")
+    inertia_kgm2: WalkingSource | None = optional("*I* as known")
 
 
 class Walking(Section):

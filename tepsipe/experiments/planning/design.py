@@ -8,7 +8,8 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from annotated_types import Ge, Gt, Le
 
-from tepsipe.errors import InputError, listed, quoted
+from tepsipe.arguments import check_options
+from tepsipe.errors import InputError
 from tepsipe.experiments.planning.pulses import STEP_S, Drive, Pulse, pulse_of
 from tepsipe.mechanics.engines.interface import Joint
 from tepsipe.mechanics.forward_dynamics import ForwardSimulation, refuse_unstable, simulate_dummy
@@ -53,7 +54,7 @@ class Rig:
     marker_noise_m: Annotated[float, Gt(0), Le(0.1)] = 6.5e-6
     """Noise of a marker in each direction."""
     camera_rate_hz: Annotated[float, Ge(80), Le(100000)] = 250.0
-    """Rate of the cameras."""
+    """Rate of the cameras; signals up to 30 Hz are fitted."""
     log_noise_m_per_s: Velocity = 0.001
     """Noise of the logged belt velocity."""
     log_rate_hz: Rate = 1000.0
@@ -70,24 +71,12 @@ class Rig:
 
     def __post_init__(self):
         """Refuse impossible rigs."""
-        numbers = {k: v for k, v in vars(self).items() if k not in ("leg_markers", "foot_markers", "drive")}
-        may_be_zero = ("sync_jitter_s", "force_noise_N", "moment_noise_Nm")
-        _positive("rig", {k: v for k, v in numbers.items() if k not in may_be_zero})
-        _positive("rig", {k: numbers[k] for k in may_be_zero}, 0.0)
-        if self.foot_markers < 1:
-            raise InputError(
-                f"rig: expected at least one of foot_markers, found {self.foot_markers}: place one"
-            )
-        if self.camera_rate_hz < 80.0:
-            raise InputError(
-                f"rig: expected a camera_rate_hz of at least 80 Hz, because signals up to 30 Hz are fitted, "
-                f"found {self.camera_rate_hz:g} Hz: plan with faster cameras"
-            )
+        check_options(Rig, self, "rig")
         for name in ("log_rate_hz", "plate_rate_hz"):
-            if numbers[name] < self.camera_rate_hz:
+            if getattr(self, name) < self.camera_rate_hz:
                 raise InputError(
                     f"rig: expected a {name} of at least camera_rate_hz ({self.camera_rate_hz:g} Hz), found "
-                    f"{numbers[name]:g} Hz: correct one of the two"
+                    f"{getattr(self, name):g} Hz: correct one of the two"
                 )
 
     @property
@@ -110,7 +99,7 @@ class Protocol:
     """Unperturbed time before them."""
     rest_after_s: Rest = 3.0
     """Unperturbed time after them."""
-    pathway: Literal["joint-likelihood", "joint-likelihood-linear", "leg", "foot"] = JOINT_LIKELIHOOD
+    pathway: Literal[PATHWAYS] = JOINT_LIKELIHOOD
     """Estimator."""
     cutoff_hz: Frequency = 20.0
     """Low-pass of `leg` and `foot`."""
@@ -121,28 +110,13 @@ class Protocol:
 
     def __post_init__(self):
         """Refuse impossible protocols."""
-        if self.pathway not in PATHWAYS:
-            raise InputError(
-                f"protocol: expected a pathway of {listed(PATHWAYS)}, found {quoted(self.pathway)}: "
-                "correct it"
-            )
-        if self.number < 1:
-            raise InputError(
-                f"protocol: expected at least 1 perturbation for number, found {self.number}: plan more"
-            )
-        times = {k: vars(self)[k] for k in ("interval_s", "rest_before_s", "rest_after_s", "cutoff_hz")}
-        _positive("protocol", times)
+        check_options(Protocol, self, "protocol")
         if self.interval_s < self.pulse.duration_s + 0.1:
             raise InputError(
                 "protocol: expected an interval_s that leaves 0.1 s of rest after a pulse of "
                 f"{self.pulse.duration_s:g} s, found {self.interval_s:g} s: lengthen the interval"
             )
-        for name in ("rest_before_s", "rest_after_s"):
-            if times[name] < 1.0:
-                raise InputError(
-                    f"protocol: expected a {name} of at least 1 s, found {times[name]:g} s: lengthen it"
-                )
-        if self.order < 1 or (self.zero_lag and self.order % 2):
+        if self.zero_lag and self.order % 2:
             raise InputError(
                 f"protocol: expected an even order, both passes together, found {self.order}: change it"
             )

@@ -15,6 +15,7 @@ from typing import Annotated
 
 import numpy as np
 
+from tepsipe.arguments import check_options
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.quantities import Acceleration, Frequency, Length, Positive, Time, Velocity
 
@@ -107,9 +108,7 @@ class Drive:
 
     def __post_init__(self):
         """Refuse impossible drives."""
-        for name, value in vars(self).items():
-            if value is not None and not (math.isfinite(value) and value > 0.0):
-                raise InputError(f"drive: expected a positive number for {name}, found {value:g}: correct it")
+        check_options(Drive, self, "drive")
 
     def follow(self, command_m_per_s: np.ndarray, limited: bool = True) -> np.ndarray:
         """Velocity of the belt (m/s) every `STEP_S` after a command (m/s), until it rests; both start at 0.
