@@ -348,6 +348,24 @@ def check_options(kind: type, values: object, place: str) -> None:
         _Place(place, name).check(_hints(kind)[name], value)
 
 
+def options_of(kind: type[T], section: Mapping[str, Any]) -> T:
+    """A dataclass of options from a section: sections within it become dataclasses, lists become tuples."""
+    return kind(**{name: _value_of(_hints(kind)[name], value) for name, value in section.items()})
+
+
+def _value_of(kind: Any, value: Any) -> Any:
+    parts = get_args(kind)
+    if get_origin(kind) in (Annotated, Union, types.UnionType):
+        return _value_of(next(part for part in parts if part is not type(None)), value)
+    if isinstance(value, Mapping):
+        if is_dataclass(kind):
+            return options_of(kind, value)  # type: ignore[arg-type]
+        return {name: _value_of(parts[-1] if parts else Any, item) for name, item in value.items()}
+    if isinstance(value, list):
+        return tuple(_value_of(parts[0] if parts else Any, item) for item in value)
+    return value
+
+
 @cache
 def _hints(kind: type) -> dict[str, Any]:
     hints = get_type_hints(kind, include_extras=True)

@@ -4,37 +4,26 @@ from typing import Annotated
 
 from pydantic import Field
 
+from tepsipe.ingest.plate_treadmill import TreadmillOptions
+from tepsipe.signals.perturbations import WindowOptions
 from workflow.settings.quantities import (
     Direction,
     FilterOrder,
     Frequency,
-    InnerFraction,
     Offset,
-    Pause,
-    Positive,
     Rate,
     Scale,
     Side,
     Sign,
-    Time,
     different,
     fixed,
-    number,
     some,
 )
-from workflow.settings.section import Section, optional, partial, setting
+from workflow.settings.section import Section, made_from, optional, partial, setting
 
-
-class TreadmillIngest(Section):
-    """From raw files to signals on one clock."""
-
-    max_gap_s: Time = setting("longest time for which a marker may be hidden")
-    marker_sampling_hz: Rate | None = setting(
-        "rate of sequential marker sampling within a frame; null if all markers are sampled simultaneously"
-    )
-    trigger_threshold_V: number(least=-100, most=100) = setting(
-        "voltage above which the trigger line of the log is high"
-    )
+# from raw files to signals on one clock
+TreadmillIngest = made_from(TreadmillOptions, without=("resample_rate_hz",), needed=("max_gap_s",))
+TriggerIngest = made_from(TreadmillOptions, without=("resample_rate_hz", "max_gap_s", "marker_sampling_hz"))
 
 
 MarkerLabels = different(str, least=2)
@@ -55,17 +44,7 @@ class PlacedMarker(Section):
 PlacedMarkers = some(PlacedMarker, least=2)
 
 
-class Window(Section):
-    """Search for perturbations and rest."""
-
-    rest_before_s: Time = setting("unperturbed time at the start", thesis="2-1-2, 2-2")
-    rest_after_s: Time = setting("unperturbed time at the end", thesis="2-1-2 of the dummy")
-    rest_margin_s: Pause = setting("part of it that is omitted, next to perturbations and ends")
-    threshold_fraction: InnerFraction = setting(
-        "a perturbation begins and ends at this fraction of the median peak belt speed"
-    )
-    signal_to_noise: Positive = setting("smallest ratio of the threshold to the noise at rest")
-    merge_s: Time = setting("closer runs of belt motion are one perturbation")
+Window = made_from(WindowOptions)
 
 
 class Axes(Section):

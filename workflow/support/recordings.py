@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tepsipe.arguments import options_of
 from tepsipe.errors import InputError
 from tepsipe.experiments.dummy.foot_pathways import windows_from_onset
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, leg_motion
@@ -180,7 +181,7 @@ def _begin_analysis(study: Study, experiment: str, trial: Trial) -> None:
     """Record with which the analysis of a manipulator's or a platform's trial begins."""
     analysis = study.settings[experiment]["analysis"]
     if experiment == "wristalyzer":
-        wristalyzer_record(trial, WristalyzerOptions.from_settings(without(analysis, "swept_bins")))
+        wristalyzer_record(trial, options_of(WristalyzerOptions, without(analysis, "swept_bins")))
     elif experiment == "platform":
         platform_spectra(trial, PlatformOptions.from_settings(analysis))
     elif experiment == "position_manipulator":
