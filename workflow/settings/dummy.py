@@ -9,6 +9,7 @@ from tepsipe.experiments.dummy.foot_pathways import FootPathway
 from tepsipe.experiments.dummy.leg_pathways import Pathway
 from tepsipe.experiments.dummy.specification_curve import SpecificationOptions
 from tepsipe.identification.estimators import ESTIMATORS, JOINT_LIKELIHOOD, OUTPUT_ERROR
+from tepsipe.quantities import Draws
 from workflow.settings.plate_treadmill import MarkerLabels, PlacedMarkers, TreadmillIngest, Window
 from workflow.settings.quantities import (
     Gravity,
@@ -75,7 +76,7 @@ class Geometry(Section):
 class DummyAnalysis(Window):
     """Search for perturbations and rest, and bootstrap."""
 
-    bootstrap_draws: int = setting("bootstrap samples over perturbations", least=100, most=100000)
+    bootstrap_draws: Draws = setting("bootstrap samples over perturbations")
 
 
 class Checks(Section):

@@ -118,7 +118,7 @@ def ingested(study: Study, experiment: str, condition: str, results: str = "") -
 def _on_plate(experiment: str, files: dict, section: dict, lasts: float, recording: dict | None) -> Trial:
     """Trial on the treadmill (s), of several files or of one."""
     options, of_files = TreadmillOptions(**section["ingest"]), section.get("files", {})
-    labels, use = of_files.get("marker_labels"), RecordingOptions.from_settings(recording)
+    labels, use = of_files.get("marker_labels"), options_of(RecordingOptions, recording or {})
     if experiment == "standing":
         channels = {muscle: choice["channel"] for muscle, choice in section["muscles"].items()}
         trigger = of_files["emg_trigger"], of_files["emg_trigger_threshold"]

@@ -13,7 +13,7 @@ from tepsipe.identification.admittance_fit import Bounds
 from tepsipe.identification.regression.periods import torque_delay
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import simulate_angle
-from tepsipe.quantities import Band, Different, FilterOrder, Frequency, Pause, Some, Thesis, Time
+from tepsipe.quantities import Band, Bins, Different, FilterOrder, Frequency, Pause, Some, Thesis, Time
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.response import FrequencyResponse
 from tepsipe.signals.spectra import frequency_averaged, period_averaged
@@ -51,7 +51,7 @@ class WristalyzerOptions:
     """Order of both passes together."""
     cut_s: Annotated[Pause, Thesis("3-1-1")]
     """Time cut at both ends."""
-    averaged_bins: Annotated[int, Ge(2), Thesis("3-1-1, no number")]
+    averaged_bins: Annotated[Bins, Thesis("3-1-1, no number")]
     """Raw frequencies averaged into one."""
     swept_bins: Different[Annotated[int, Ge(1)]] = ()
     """Other numbers of averaged frequencies that are tried."""
