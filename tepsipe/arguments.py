@@ -28,7 +28,18 @@ from typing import (
 import numpy as np
 
 from tepsipe.errors import InputError, listed, nearest, quoted
-from tepsipe.quantities import HOLDS, Must, limit_in_words
+from tepsipe.quantities import (
+    HOLDS,
+    LIMITS,
+    Bins,
+    Draws,
+    InnerFraction,
+    Length,
+    Must,
+    NotNegative,
+    Positive,
+    limit_in_words,
+)
 from tepsipe.quantities import unit_of as unit_at_end
 
 T = TypeVar("T")
@@ -118,13 +129,25 @@ class Range:
         return " ".join(part for part in parts if part)
 
 
-POSITIVE = Range(0.0, low_allowed=False)
-NOT_NEGATIVE = Range(0.0)
-SHARE = Range(0.0, 1.0, low_allowed=False, high_allowed=False)
+def within(kind: Any, advice: str = "correct it") -> Range:
+    """Range of a kind of `tepsipe.quantities`."""
+    of, *marks = get_args(kind)
+    limits = {name: getattr(mark, name) for mark in marks for name in LIMITS if hasattr(mark, name)}
+    return Range(
+        limits.get("gt", limits.get("ge", -math.inf)),
+        limits.get("lt", limits.get("le", math.inf)),
+        "gt" not in limits,
+        "lt" not in limits,
+        of is int,
+        advice,
+    )
+
+
+POSITIVE, NOT_NEGATIVE, SHARE = within(Positive), within(NotNegative), within(InnerFraction)
 # option -> its range; a type stands for any value of it
 OPTIONS: dict[str, Range | type] = {
     "confidence": Range(0.5, 1.0, high_allowed=False, advice="give 0.95 for 95 %"),
-    "bootstrap_draws": Range(100, 100_000, whole=True, advice="give 2000"),
+    "bootstrap_draws": within(Draws, "give 2000"),
     "seed": Range(0, whole=True, advice="give any such number, for example 0"),
     "cutoff_hz": POSITIVE,
     "order": Range(1, 16, whole=True, advice="give 4"),
@@ -138,12 +161,12 @@ OPTIONS: dict[str, Range | type] = {
     "threshold_fraction": SHARE,
     "signal_to_noise": POSITIVE,
     "merge_s": Range(0.0, 10.0),
-    "averaged_bins": Range(2, whole=True, advice="coherence needs averages"),
+    "averaged_bins": within(Bins, "coherence needs averages"),
     "period_s": POSITIVE,
     "low_hz": NOT_NEGATIVE,
     "high_hz": NOT_NEGATIVE,
     "trimmed_s": NOT_NEGATIVE,
-    "com_m": Range(0.0, 3.0, low_allowed=False, advice="give metres"),
+    "com_m": within(Length, "give metres"),
     "step_s": POSITIVE,
     "I": Range(-1e6, 1e6),
     "B": Range(-1e6, 1e6),
@@ -346,6 +369,24 @@ def check_options(kind: type, values: object, place: str) -> None:
         if name not in _hints(kind):
             raise InputError(f"{place}: unknown key {quoted(name, 120)}: {nearest(name, _hints(kind))}")
         _Place(place, name).check(_hints(kind)[name], value)
+
+
+def options_of(kind: type[T], section: Mapping[str, Any]) -> T:
+    """A dataclass of options from a section: sections within it become dataclasses, lists become tuples."""
+    return kind(**{name: _value_of(_hints(kind)[name], value) for name, value in section.items()})
+
+
+def _value_of(kind: Any, value: Any) -> Any:
+    parts = get_args(kind)
+    if get_origin(kind) in (Annotated, Union, types.UnionType):
+        return _value_of(next(part for part in parts if part is not type(None)), value)
+    if isinstance(value, Mapping):
+        if is_dataclass(kind):
+            return options_of(kind, value)  # type: ignore[arg-type]
+        return {name: _value_of(parts[-1] if parts else Any, item) for name, item in value.items()}
+    if isinstance(value, list):
+        return tuple(_value_of(parts[0] if parts else Any, item) for item in value)
+    return value
 
 
 @cache

@@ -70,6 +70,9 @@ Percent = Annotated[float, Ge(0), Le(100)]
 InnerFraction = Annotated[float, Gt(0), Lt(1)]
 Scale = Annotated[float, NOT_ZERO]  # per unit of a channel
 
+Draws = Annotated[int, Ge(100), Le(100000)]  # of a bootstrap
+Bins = Annotated[int, Ge(2)]  # raw frequencies averaged into one
+
 FilterOrder = Literal[2, 4, 6, 8]
 Side = Literal["left", "right"]
 Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]

@@ -5,12 +5,14 @@ what it did.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.ingest.even_table import recorded_columns, refuse_slow
 from tepsipe.io.trial import Signal, Trial
+from tepsipe.quantities import AngleUnit, Rate, Thesis, Time
 from tepsipe.signals.resampling import (
     BAND_PER_RATE,
     refuse_short,
@@ -37,12 +39,12 @@ RADIANS_PER_UNIT = {"rad": 1.0, "deg": np.pi / 180.0}
 class ManipulatorOptions:
     """Options for a manipulator's recording."""
 
-    resample_rate_hz: float
+    resample_rate_hz: Annotated[Rate, Thesis("3-1-1")]
     """Rate of the trial."""
-    max_gap_s: float
-    """Longest gap between samples of the log."""
-    angle_unit: str
-    """{"rad", "deg"}: Unit of the logged angle."""
+    max_gap_s: Time
+    """Longest step between samples."""
+    angle_unit: AngleUnit
+    """Unit of the logged angle."""
 
     @property
     def units(self) -> dict[str, str]:

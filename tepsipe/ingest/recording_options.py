@@ -1,94 +1,106 @@
 """Force plates and channels in a laboratory's recordings."""
 
-from dataclasses import dataclass, field
-from typing import Annotated, Self
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Ge
 
 from tepsipe.errors import InputError, listed
 from tepsipe.io.readers.recording import DIRECTIONS, Channel, ForcePlate, Recording
+from tepsipe.quantities import DIFFERENT, Direction, Offset, Scale, Sign, Three
 
 LEVEL = 0.7  # least vertical component of the normal of a plate
 
 
+Plates = Annotated[Sequence[Annotated[int, Ge(1)]], DIFFERENT]
+
+
 @dataclass(frozen=True)
-class ScaledChannel:
-    """An analog channel that holds a velocity: (value - offset) times ``m_per_s_per_unit``."""
+class Axes:
+    """Directions in the file."""
 
-    channel: str
-    """Its label."""
-    m_per_s_per_unit: float | None = None
-    """Velocity per unit of the channel (m/s); None takes it from the channel's unit."""
-    offset: float = 0.0
-    """Value of the channel at rest, in its unit."""
+    forward: Direction = "+y"
+    """Direction in the file in which a positive belt velocity moves the belt."""
+    up: Direction = "+z"
+    """Upward direction in the file."""
 
-    @classmethod
-    def from_settings(cls, entry: dict) -> Self | None:
-        """Channel of its label, scale (m/s per unit) and offset; None without a label."""
-        if entry["channel"] is None:
-            return None
-        return cls(entry["channel"], entry["m_per_s_per_unit"], entry["offset"])
+
+@dataclass(frozen=True)
+class PlateNumbers:
+    """Force plates under each belt."""
+
+    left: Plates = ()
+    """Numbers of the force plates under the left belt, from 1; loads of several are added. A belt may have
+    none."""
+    right: Plates = ()
+    """The same of the right belt."""
 
 
 @dataclass(frozen=True)
 class LoadCell:
-    """A load cell of a belt outside the file's force plates."""
+    """Load cell of a belt that is not among the force plates of the file."""
 
     channel: str
-    """Its label."""
-    newton_per_unit: Annotated[float, "N"]
-    """Reaction on what stands on the belt, per unit of the channel."""
-    direction: str
-    """Direction of that force in the axes of the file: ``+x`` to ``-z``."""
-    position_m: tuple[float, float, float]
-    """Its point of application in the axes of the file."""
+    """Label of the channel."""
+    newton_per_unit: Scale
+    """Reaction on the body per unit of the channel."""
+    direction: Direction
+    """Direction in the axes of the file."""
+    position_m: Three[Offset]
+    """Point of application in the axes of the file."""
+
+
+@dataclass(frozen=True)
+class LoadCells:
+    """Load cells of each belt."""
+
+    left: Sequence[LoadCell] = ()
+    """Load cells of the left belt that are not among the force plates of the file; their forces and moments
+    are added to those of the plates."""
+    right: Sequence[LoadCell] = ()
+    """The same of the right belt."""
+
+
+@dataclass(frozen=True)
+class ScaledChannel:
+    """Channel of a velocity of the belt: (value - offset) times ``m_per_s_per_unit``."""
+
+    channel: str | None = None
+    """Label of the channel; null without one."""
+    m_per_s_per_unit: Scale | None = None
+    """Velocity per unit of it; null takes it from the channel's unit."""
+    offset: float = 0.0
+    """Its value at rest, in its unit."""
+
+
+@dataclass(frozen=True)
+class BeltVelocity(ScaledChannel):
+    """Velocity of the belt, from a channel or from belt-fixed markers."""
+
+    markers: Annotated[Sequence[str], DIFFERENT] = ()
+    """Belt-fixed markers, whose mean velocity is used if there is no channel, and which align D-Flow's
+    record file."""
 
 
 @dataclass(frozen=True)
 class RecordingOptions:
-    """Plates and channels of a recording."""
+    """Trials whose log is one file that holds everything."""
 
-    forward: str = "+y"
-    up: str = "+z"
-    """Directions of the study's y and z in the axes of the file: ``+x`` to ``-z``."""
-    plates: dict[str, tuple[int, ...]] = field(default_factory=dict)
-    """Belt -> numbers of its force plates, counted from 1."""
-    load_cells: dict[str, tuple[LoadCell, ...]] = field(default_factory=dict)
-    """Belt -> its load cells outside the force plates."""
-    force_sign: int = 1
-    """1 if the plates give the force on what stands on them, -1 if they give the force on the plate."""
+    axes: Axes = Axes()
+    plates: PlateNumbers = PlateNumbers()
+    load_cells: LoadCells = LoadCells()
+    force_sign: Sign = 1
+    """−1 if the plates give the force on the plate instead of the reaction on the body."""
     reverse_origin: bool = False
-    """Whether the vectors from the plates' own origins to their surfaces were stored in the other
-    direction, although their vertical component does not show it."""
-    belt_velocity: ScaledChannel | None = None
-    """Velocity of the perturbed belt; None takes it from ``velocity_markers``."""
-    velocity_markers: tuple[str, ...] = ()
-    """Belt-fixed markers."""
-    belt_command: ScaledChannel | None = None
-    """Commanded velocity, if it was recorded."""
+    """True if `ORIGIN` of the plates points from the surface to the plate's origin although its z is not
+    positive, as some software stores the plates of treadmills with a z of 0."""
+    belt_velocity: BeltVelocity = BeltVelocity()
+    belt_command: ScaledChannel = ScaledChannel()
     trigger: str | None = None
-    """Channel whose edge is time 0; None for the first frame."""
-
-    @classmethod
-    def from_settings(cls, recording: dict | None) -> Self:
-        """Options of a study; None, for trials of several files, gives the defaults."""
-        if recording is None:
-            return cls()
-        return cls(
-            forward=recording["axes"]["forward"],
-            up=recording["axes"]["up"],
-            plates={belt: tuple(numbers) for belt, numbers in recording["plates"].items()},
-            load_cells={
-                belt: tuple(LoadCell(**cell | {"position_m": tuple(cell["position_m"])}) for cell in cells)
-                for belt, cells in recording["load_cells"].items()
-            },
-            force_sign=recording["force_sign"],
-            reverse_origin=recording["reverse_origin"],
-            belt_velocity=ScaledChannel.from_settings(recording["belt_velocity"]),
-            velocity_markers=tuple(recording["belt_velocity"]["markers"]),
-            belt_command=ScaledChannel.from_settings(recording["belt_command"]),
-            trigger=recording["trigger"],
-        )
+    """Channel whose rising edge (`ingest.trigger_threshold_V`) is time 0; what is later than `duration_s` is
+    omitted. Null: time 0 is the first frame, and the whole file is used."""
 
 
 def refuse_other_vertical(plates: dict[int, ForcePlate], up: str, name: str, key: str) -> None:

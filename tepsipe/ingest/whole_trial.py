@@ -67,7 +67,7 @@ def ingest_recording_files(
     duration_s: length of the trial by the protocol.
     Returns: forces, moments, belt and, if there are any, markers.
     """
-    recording = read_recording_files(files, use.velocity_markers)
+    recording = read_recording_files(files, use.belt_velocity.markers)
     return ingest_recording(recording, marker_labels, options, use, duration_s)
 
 
@@ -93,20 +93,20 @@ def ingest_recording(
     name, rate = recording.name, options.resample_rate_hz
     plates = _belt_plates(recording, use)
     axes = _axes(use, name)
-    refuse_other_vertical(plates, use.up, name, "plate_treadmill.recording.axes.up")
+    refuse_other_vertical(plates, use.axes.up, name, "plate_treadmill.recording.axes.up")
     origin = _origin(plates, axes)
     sources = _sources(recording, use, plates)
     start_s, first_s, last_s = _span(recording, sources, use, options, duration_s)
     refuse_short(min(n / r for n, r in sources) - start_s, duration_s, name)
     marked, velocity_of = None, None
-    labels = marker_labels if marker_labels is not None else list(use.velocity_markers)
-    if marker_labels is not None or use.belt_velocity is None:
+    labels = marker_labels if marker_labels is not None else list(use.belt_velocity.markers)
+    if marker_labels is not None or use.belt_velocity.channel is None:
         markers = _cut(_markers(recording, labels, options), first_s, last_s, axes, origin)
         if options.max_gap_s is None:
             options = replace(options, max_gap_s=MAX_GAP_S)
         marked = marker_signals(markers, options, name, bridge_long_gaps)
         marked = replace(marked, grid=marked.grid + (first_s - start_s))
-        velocity_of = marked if use.belt_velocity is None else None
+        velocity_of = marked if use.belt_velocity.channel is None else None
         grid = marked.grid
     else:
         grid = regular_time(0.0, last_s - start_s, rate)
@@ -126,14 +126,14 @@ def ingest_recording(
     if velocity_of is None:
         velocity, derived = on_grid(*_velocity(recording, use.belt_velocity)), moved
     else:
-        velocity, derived = _velocity_of_markers(use.velocity_markers, velocity_of, rate, name)
+        velocity, derived = _velocity_of_markers(use.belt_velocity.markers, velocity_of, rate, name)
     command = use.belt_command
     treadmill = TreadmillSignals(
         belts=tuple(belt for belt in ("left", "right") if _has(use, belt)),
         force=force,
         moment=moment,
         velocity=velocity,
-        command=None if command is None else on_grid(*_velocity(recording, command)),
+        command=None if command.channel is None else on_grid(*_velocity(recording, command)),
         calibrated=("calibrated by the recording", "turned to the study's axes"),
         moved=moved,
         derived=derived,
@@ -141,7 +141,7 @@ def ingest_recording(
     facts = {"start_s": start_s, "origin_m": origin}
     if velocity_of is not None:
         facts["belt_velocity_from"] = (
-            f"belt-fixed markers {', '.join(use.velocity_markers)}, which therefore cannot show a delay "
+            f"belt-fixed markers {', '.join(use.belt_velocity.markers)}, which therefore cannot show a delay "
             "between markers and analog channels"
         )
     return treadmill_trial(grid, rate, treadmill, marked if marker_labels is not None else None, facts)
@@ -151,7 +151,7 @@ def ingest_recording(
 
 
 def _has(use: RecordingOptions, belt: str) -> bool:
-    return bool(use.plates.get(belt) or use.load_cells.get(belt))
+    return bool(getattr(use.plates, belt) or getattr(use.load_cells, belt))
 
 
 def _belt_plates(recording: Recording, use: RecordingOptions) -> dict[int, ForcePlate]:
@@ -163,7 +163,7 @@ def _belt_plates(recording: Recording, use: RecordingOptions) -> dict[int, Force
             f"cells: set {key} in the configuration (the file has {len(recording.plates)} force plates)"
         )
     plates = {}
-    for number in dict.fromkeys(n for numbers in use.plates.values() for n in numbers):
+    for number in dict.fromkeys((*use.plates.left, *use.plates.right)):
         if not 1 <= number <= len(recording.plates):
             raise InputError(
                 f"{recording.name}: expected a force plate {number}, found {len(recording.plates)} force "
@@ -191,11 +191,11 @@ def _belt_plates(recording: Recording, use: RecordingOptions) -> dict[int, Force
 
 def _axes(use: RecordingOptions, name: str) -> np.ndarray:
     """Rows: the study's x, y and z in the axes of the file."""
-    forward, up = DIRECTIONS[use.forward], DIRECTIONS[use.up]
+    forward, up = DIRECTIONS[use.axes.forward], DIRECTIONS[use.axes.up]
     if forward @ up:
         raise InputError(
-            f"{name}: expected two different axes in plate_treadmill.recording.axes, found {use.forward!r} "
-            f"and {use.up!r}: correct one of the two in the configuration"
+            f"{name}: expected two different axes in plate_treadmill.recording.axes, found "
+            f"{use.axes.forward!r} and {use.axes.up!r}: correct one of the two in the configuration"
         )
     return np.array([np.cross(forward, up), forward, up])
 
@@ -210,12 +210,12 @@ def _sources(
     recording: Recording, use: RecordingOptions, plates: dict[int, ForcePlate]
 ) -> list[tuple[int, float]]:
     """Number of samples and rate (Hz) of all signals of the trial, except markers."""
-    labels = {cell.channel: "load_cells" for cells in use.load_cells.values() for cell in cells}
+    labels = {cell.channel: "load_cells" for cell in (*use.load_cells.left, *use.load_cells.right)}
     named = {"belt_velocity": use.belt_velocity, "belt_command": use.belt_command}
-    labels |= {channel.channel: f"{key}.channel" for key, channel in named.items() if channel is not None}
+    labels |= {channel.channel: f"{key}.channel" for key, channel in named.items() if channel.channel}
     if use.trigger is not None:
         labels[use.trigger] = "trigger"
-    if use.belt_velocity is None and not use.velocity_markers:
+    if use.belt_velocity.channel is None and not use.belt_velocity.markers:
         raise InputError(
             f"{recording.name}: expected a channel of the belt velocity, or belt-fixed markers, found none "
             f"of both among {listed(recording.channels)}: set plate_treadmill.recording.belt_velocity in "
@@ -340,9 +340,9 @@ def _wrench(recording, use, plates, axes, origin, on_grid) -> tuple[np.ndarray, 
             continue
         parts = [
             use.force_sign * on_grid(np.hstack([plate.force, plate.moment]), plate.rate_hz)
-            for plate in (plates[number] for number in use.plates.get(belt, ()))
+            for plate in (plates[number] for number in getattr(use.plates, belt))
         ]
-        for cell in use.load_cells.get(belt, ()):
+        for cell in getattr(use.load_cells, belt):
             channel = named_channel(recording, cell.channel, "plate_treadmill.recording.load_cells")
             along = DIRECTIONS[cell.direction]
             unit = np.concatenate([along, np.cross(cell.position_m, along)])

@@ -14,7 +14,7 @@ from dflow_builders import write_mocap, write_record
 from tepsipe.errors import InputError
 from tepsipe.experiments.dummy.leg_pathways import analyse_dummy
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
-from tepsipe.ingest.recording_options import RecordingOptions, ScaledChannel
+from tepsipe.ingest.recording_options import Axes, BeltVelocity, PlateNumbers, RecordingOptions
 from tepsipe.ingest.standing import with_emg
 from tepsipe.ingest.whole_trial import ingest_recording_files
 from tepsipe.io.contents import contents_of
@@ -33,13 +33,11 @@ LATE_S, FIRST_S = 1.7, 500.0
 # x to the right, y forward, z up -> D-Flow's x to the right, y up, z backward
 TO_DFLOW = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 DFLOW = RecordingOptions(
-    forward="-z",
-    up="+y",
-    plates={"left": (1,), "right": (2,)},
-    belt_velocity=ScaledChannel("RightBelt.Speed", -1.0),
-    velocity_markers=FEET,
+    axes=Axes("-z", "+y"),
+    plates=PlateNumbers((1,), (2,)),
+    belt_velocity=BeltVelocity("RightBelt.Speed", -1.0, markers=FEET),
 )
-TABLE = RecordingOptions(plates={"left": (1,), "right": (2,)}, belt_velocity=ScaledChannel("belt"))
+TABLE = RecordingOptions(plates=PlateNumbers((1,), (2,)), belt_velocity=BeltVelocity("belt"))
 
 
 # markers of the shipped laboratory

@@ -112,11 +112,14 @@ PROPER = ("Butterworth", "Coulomb")
 
 
 @cache
-def made_from(kind: type, about: str = "", without: tuple[str, ...] = ()) -> type[Section]:
+def made_from(
+    kind: type, about: str = "", *, without: tuple[str, ...] = (), needed: tuple[str, ...] = ()
+) -> type[Section]:
     """Section with the fields of a dataclass, which has types, limits and meanings; every key is needed.
 
     about: documentation of the section, if it is another one than that of the dataclass.
     without: fields that the configuration does not set.
+    needed: fields that the library can do without, and the configuration cannot.
     """
     hints, texts = get_type_hints(kind, include_extras=True), _texts(kind)
     model = {}
@@ -130,10 +133,17 @@ def made_from(kind: type, about: str = "", without: tuple[str, ...] = ()) -> typ
                 documented["thesis"] = mark.place
             elif isinstance(mark, Meanings) and get_origin(get_args(hints[name])[0]) is not Literal:
                 documented["values"] = mark.of
-        of = modelled(hints[name])
+        of = modelled(_needed(hints[name]) if name in needed else hints[name])
         # a section is documented by its own settings
         model[name] = (of, setting(texts[name], **documented) if name in texts else ...)
     return create_model(kind.__name__, __base__=Section, __doc__=about or kind.__doc__, **model)
+
+
+def _needed(kind: Any) -> Any:
+    """A type without None."""
+    if get_origin(kind) is Annotated:
+        return Annotated[_needed(get_args(kind)[0]), *get_args(kind)[1:]]
+    return Union[tuple(part for part in get_args(kind) if part is not type(None))]  # noqa: UP007
 
 
 def modelled(kind: Any) -> Any:

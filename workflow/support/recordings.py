@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tepsipe.arguments import options_of
 from tepsipe.errors import InputError
 from tepsipe.experiments.dummy.foot_pathways import windows_from_onset
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, leg_motion
@@ -117,7 +118,7 @@ def ingested(study: Study, experiment: str, condition: str, results: str = "") -
 def _on_plate(experiment: str, files: dict, section: dict, lasts: float, recording: dict | None) -> Trial:
     """Trial on the treadmill (s), of several files or of one."""
     options, of_files = TreadmillOptions(**section["ingest"]), section.get("files", {})
-    labels, use = of_files.get("marker_labels"), RecordingOptions.from_settings(recording)
+    labels, use = of_files.get("marker_labels"), options_of(RecordingOptions, recording or {})
     if experiment == "standing":
         channels = {muscle: choice["channel"] for muscle, choice in section["muscles"].items()}
         trigger = of_files["emg_trigger"], of_files["emg_trigger_threshold"]
@@ -180,7 +181,7 @@ def _begin_analysis(study: Study, experiment: str, trial: Trial) -> None:
     """Record with which the analysis of a manipulator's or a platform's trial begins."""
     analysis = study.settings[experiment]["analysis"]
     if experiment == "wristalyzer":
-        wristalyzer_record(trial, WristalyzerOptions.from_settings(without(analysis, "swept_bins")))
+        wristalyzer_record(trial, options_of(WristalyzerOptions, without(analysis, "swept_bins")))
     elif experiment == "platform":
         platform_spectra(trial, PlatformOptions(**analysis))
     elif experiment == "position_manipulator":
