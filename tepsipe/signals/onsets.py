@@ -29,7 +29,7 @@ import scipy
 from annotated_types import Ge, Gt, Le
 
 from tepsipe.errors import InputError
-from tepsipe.quantities import Fraction, Pair, Pause, Positive, Thesis, Time
+from tepsipe.quantities import Draws, Fraction, Pair, Pause, Positive, Thesis, Time
 
 DETECTORS = ("threshold", "teager-kaiser", "changepoint")
 # smallest number of draws for an uncertainty
@@ -73,7 +73,7 @@ class OnsetOptions:
     """Its ramp is fitted up to this fraction of the first peak."""
     longest_rise_s: Time = 0.04
     """Greatest length of the ramp."""
-    bootstrap_draws: Annotated[int, Ge(100), Le(100000)] = 500
+    bootstrap_draws: Draws = 500
     """Number of ensembles resampled from the responses."""
     trusted_share: Fraction = 0.9
     """Fraction of them that must also have an onset."""

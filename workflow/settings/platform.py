@@ -1,14 +1,8 @@
 """Settings of a person on a platform that moves forwards and backwards, from recordings."""
 
-from typing import Literal
-
 from tepsipe.experiments.platform import PlatformOptions
-from workflow.settings.position_manipulator import TableIngest
-from workflow.settings.quantities import (
-    AngleUnit,
-    Delimiter,
-    Sign,
-)
+from tepsipe.ingest.platform import PlatformTableOptions
+from workflow.settings.position_manipulator import Table, TableIngest
 from workflow.settings.section import Section, made_from, setting
 
 
@@ -26,18 +20,10 @@ class PlatformColumns(Section):
     )
 
 
-class PlatformFiles(Section):
+class PlatformFiles(made_from(PlatformTableOptions, without=("resample_rate_hz", "max_gap_s")), Table):
     """Tables of a recording."""
 
     columns: PlatformColumns
-    delimiter: Delimiter = setting("delimiter of the table")
-    angle_unit: AngleUnit = setting("unit of the angles")
-    torque_sign: Sign = setting(
-        "−1 if a torque that resists a positive angle is recorded as negative, otherwise 1"
-    )
-    platform_unit: Literal["m", "m/s", "m/s2"] = setting(
-        "position, velocity or acceleration of the platform; estimates do not depend on which"
-    )
 
 
 class Platform(Section):

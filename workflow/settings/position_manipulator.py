@@ -7,12 +7,9 @@ from pydantic import model_validator
 from tepsipe.experiments.position_manipulator.analysis import PositionManipulatorOptions
 from tepsipe.experiments.position_manipulator.time_varying import TimeVaryingOptions
 from tepsipe.identification.cascade.fit import ParallelCascadeOptions
+from tepsipe.ingest.manipulators import TableOptions
 from workflow.settings.quantities import (
-    AngleUnit,
     Delimiter,
-    Rate,
-    Sign,
-    Time,
 )
 from workflow.settings.section import Section, UnfitError, made_from, setting
 
@@ -41,22 +38,19 @@ class Columns(Section):
     )
 
 
-class TableFiles(Section):
-    """Tables of a recording."""
+class Table(Section):
+    """A table of samples."""
 
     columns: Columns
     delimiter: Delimiter = setting("delimiter of the table")
-    angle_unit: AngleUnit = setting("unit of the angle")
-    torque_sign: Sign = setting(
-        "−1 if a torque that resists a positive angle is recorded as negative, otherwise 1"
-    )
 
 
-class TableIngest(Section):
-    """Clock of a trial."""
+class TableFiles(made_from(TableOptions, without=("resample_rate_hz", "max_gap_s")), Table):
+    """Tables of a recording."""
 
-    resample_rate_hz: Rate = setting("rate of the trial, not above that of the recording")
-    max_gap_s: Time = setting("longest gap that is filled")
+
+# clock of a trial
+TableIngest = made_from(TableOptions, without=("angle_unit", "torque_sign"))
 
 
 class ParallelCascade(made_from(ParallelCascadeOptions)):

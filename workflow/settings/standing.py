@@ -12,7 +12,7 @@ from tepsipe.experiments.standing.muscle_torque import ACTIVE, FREE, ActiveOptio
 from tepsipe.experiments.standing.options import StanceLimits, StandingOptions, TorquePathway
 from tepsipe.signals.emg import EmgOptions
 from tepsipe.signals.onsets import OnsetOptions
-from workflow.settings.plate_treadmill import MarkerLabels, PlacedMarkers, TreadmillIngest, Window
+from workflow.settings.plate_treadmill import MarkerLabels, PlacedMarkers, TreadmillIngest
 from workflow.settings.quantities import (
     Gravity,
     InnerFraction,
@@ -123,7 +123,6 @@ _OF_EPOCHS = made_from(EpochOptions, without=("max_gap_s", "lowpass_cutoff_hz", 
 class StandingAnalysis(_OF_EPOCHS, _OF_TRIAL):
     """Epochs around the perturbations."""
 
-    window: Window
     tried_windows_s: different(Time) = setting("lengths of the window in the figure of K against the window")
     bootstrap_draws: int = setting(
         "bootstrap samples over responses and unperturbed epochs", least=100, most=100000

@@ -5,26 +5,21 @@ from typing import Any, Literal
 from pydantic import ConfigDict, model_validator
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.walking import instruments
 from tepsipe.experiments.walking.impedance import WalkingOptions
 from tepsipe.experiments.walking.needed import ExpectedPulse
 from tepsipe.statistics.uncertainty import Source
 from workflow.settings.quantities import (
-    Direction,
     Pause,
     Rate,
-    Sign,
     Time,
-    number,
     some,
 )
 from workflow.settings.section import Section, UnfitError, made_from, optional, setting
 
 
-class WalkingAxes(Section):
+class WalkingAxes(made_from(instruments.WalkingAxes)):
     """Directions in a C3D or in D-Flow's text."""
-
-    forward: Direction = setting("direction of walking in the file")
-    up: Direction = setting("upward direction in the file")
 
     @model_validator(mode="after")
     def _two_axes(self) -> Any:
@@ -34,11 +29,8 @@ class WalkingAxes(Section):
         return self
 
 
-class WalkingPlates(Section):
+class WalkingPlates(made_from(instruments.WalkingPlates)):
     """Force plates under the feet."""
-
-    own: int = setting("number of the force plate under the perturbed foot", least=1)
-    other: int = setting("number of that under the other foot", least=1)
 
     @model_validator(mode="after")
     def _two_plates(self) -> Any:
@@ -60,13 +52,11 @@ class WalkingMarkers(Section):
     toe: str = setting("on the toe. Further keys name markers whose positions may foretell a stride")
 
 
-class WalkingRecording(Section):
+class WalkingRecording(made_from(instruments.WalkingFiles)):
     """Recordings of instruments."""
 
     axes: WalkingAxes
     plates: WalkingPlates
-    force_sign: Sign = setting("−1 if the plates give the force *on the plate*")
-    surface_m: number(least=-10, most=10) = setting("height of the belt in the axes of the file")
     markers: WalkingMarkers
 
 

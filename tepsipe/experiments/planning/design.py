@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from annotated_types import Ge, Gt, Le
 
-from tepsipe.arguments import check_options
+from tepsipe.arguments import check_options, options_of
 from tepsipe.errors import InputError
 from tepsipe.experiments.planning.pulses import STEP_S, Drive, Pulse, pulse_of
 from tepsipe.mechanics.engines.interface import Joint
@@ -172,7 +172,7 @@ class Design:
             joint=Joint(**joint),
             leg=Leg.from_settings(geometry),
             foot=Foot.from_settings(geometry),
-            rig=Rig(**rig | {"drive": Drive(**rig["drive"])}),
+            rig=options_of(Rig, rig),
             protocol=Protocol(pulse=pulse, **protocol),
             sources=sources_of(uncertainty),
         )

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from annotated_types import Ge, Le
 
 from tepsipe.errors import InputError
 from tepsipe.identification.cascade.fit import ParallelCascadeFit, ParallelCascadeOptions
@@ -21,7 +20,7 @@ from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, admittance
-from tepsipe.quantities import FilterOrder, Frequency, InnerFraction, Pause, Time
+from tepsipe.quantities import Bins, Draws, FilterOrder, Frequency, InnerFraction, Pause, Time
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.resampling import BAND_PER_RATE
@@ -57,11 +56,11 @@ class PositionManipulatorOptions:
     """Time cut at both ends."""
     training_fraction: InnerFraction
     """First part of the trial, which is fitted; the rest is held out for validation."""
-    averaged_bins: Annotated[int, Ge(2)]
+    averaged_bins: Bins
     """Raw frequencies averaged into one."""
     block_s: Time
     """Length of the bootstrapped blocks."""
-    bootstrap_draws: Annotated[int, Ge(100), Le(100000)]
+    bootstrap_draws: Draws
     """Bootstrap samples."""
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from annotated_types import Ge, Le
+from annotated_types import Ge
 
 from tepsipe.errors import InputError
 from tepsipe.identification.time_varying import (
@@ -23,7 +23,7 @@ from tepsipe.io.result import Result
 from tepsipe.io.tables import Table
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import UNITS
-from tepsipe.quantities import Time
+from tepsipe.quantities import Draws, Time
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class TimeVaryingOptions:
     piece_s: Time
     """Longest piece of the record within a bin that has a level and a trend of its own; pieces shorter than a
     quarter of it are left out."""
-    bootstrap_draws: Annotated[int, Ge(100), Le(100000)]
+    bootstrap_draws: Draws
     """Bootstrap samples."""
 
 
