@@ -32,6 +32,7 @@ from tepsipe import (
     read_trial,
     segment_motion,
 )
+from tepsipe.arguments import options_of
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy
 from tepsipe.experiments.wristalyzer.estimators import ESTIMATORS
 from tepsipe.experiments.wristalyzer.record import WristalyzerOptions, WristalyzerRecord, prepare, timed
@@ -198,7 +199,7 @@ def main() -> None:
     )
     pathways = {name: Pathway(**choice) for name, choice in dummy["pathways"].items()}
     analysis = {key: x for key, x in config["wristalyzer"]["analysis"].items() if key not in ELSEWHERE}
-    manipulator = WristalyzerOptions.from_settings(analysis)
+    manipulator = options_of(WristalyzerOptions, analysis)
     sources = sources_of(config["uncertainty"]["wristalyzer"])
     print("# Library and study: largest differences of values and ends of intervals\n")
     print("In % of the width of the study's interval, by `benchmarks/library_and_study.py results`.\n")

@@ -23,11 +23,11 @@ from scipy import signal
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
+from tepsipe.arguments import options_of
 from tepsipe.ingest.belt_table import BeltTableOptions, ingest_belt_table
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.signals.filters import Lowpass
-from tepsipe.treadmill.black_box_models import RippleOptions
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FamilyOptions, evaluate, fit_model
 from tepsipe.treadmill.trial_recordings import table_recording
@@ -77,7 +77,7 @@ def main() -> None:
     config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))
     settings = config["belt"]
     models = {key: value for key, value in settings["models"].items() if key != "family"}
-    options = FamilyOptions(**models | {"ripple": RippleOptions(**models["ripple"])})
+    options = options_of(FamilyOptions, models)
     recording = source(sys.argv[1:], settings)
     print(f"{recording.name}: {recording.load.size} samples, median of {REPETITIONS} repetitions\n")
     print(f"{'cutoff (Hz)':>11}  {'model':<16}{'fit (ms)':>9}{'times ' + REFERENCE:>17}{'R2 (-)':>9}")

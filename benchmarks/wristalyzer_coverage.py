@@ -17,6 +17,7 @@ import yaml
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
+from tepsipe.arguments import options_of  # noqa: E402
 from tepsipe.experiments.wristalyzer.analysis import (  # noqa: E402
     analyse_wristalyzer,
     wristalyzer_estimates,
@@ -35,16 +36,16 @@ from workflow.settings.complete import without  # noqa: E402
 FACTORS, DURATION_S = ("0.08", "0.12", "0.16", "0.20", "0.24"), 60.0
 
 
-def options_of(analysis: dict) -> WristalyzerOptions:
+def quick_options(analysis: dict) -> WristalyzerOptions:
     """The study's choices, without the tests of starting values."""
     quick = {"random_starts": 0, "tried_stiffness_Nm_per_rad": (10.0,), "profile_points": 3}
-    return WristalyzerOptions.from_settings(without(analysis, "swept_bins") | quick)
+    return options_of(WristalyzerOptions, without(analysis, "swept_bins") | quick)
 
 
 def rows_of(seed: int, constants: dict, settings: dict, folder: Path) -> list[tuple]:
     """Estimator, quantity, truth, value and interval of every estimate of one laboratory."""
     truth = draw_laboratory(constants | {"seed": seed})
-    section, options = settings["wristalyzer"], options_of(settings["wristalyzer"]["analysis"])
+    section, options = settings["wristalyzer"], quick_options(settings["wristalyzer"]["analysis"])
     sources = sources_of(settings["uncertainty"]["wristalyzer"])
     log, command, motion_file = folder / "log.txt", folder / "command.txt", folder / "motion.h5"
     ingest = ManipulatorOptions(angle_unit=section["files"]["angle_unit"], **section["ingest"])

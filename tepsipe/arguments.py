@@ -6,17 +6,41 @@ Every public function reads its arguments here, so that a wrong type, shape, uni
 
 import math
 import re
+import types
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields, is_dataclass
+from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
+from functools import cache
 from itertools import combinations
 from numbers import Integral, Real
 from pathlib import Path
-from types import NoneType, UnionType
-from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import (
+    Annotated,
+    Any,
+    Literal,
+    NoReturn,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 import numpy as np
 
 from tepsipe.errors import InputError, listed, nearest, quoted
+from tepsipe.quantities import (
+    HOLDS,
+    LIMITS,
+    Bins,
+    Draws,
+    InnerFraction,
+    Length,
+    Must,
+    NotNegative,
+    Positive,
+    limit_in_words,
+)
+from tepsipe.quantities import unit_of as unit_at_end
 
 T = TypeVar("T")
 # conversion of units: (from, to) -> factor
@@ -105,13 +129,25 @@ class Range:
         return " ".join(part for part in parts if part)
 
 
-POSITIVE = Range(0.0, low_allowed=False)
-NOT_NEGATIVE = Range(0.0)
-SHARE = Range(0.0, 1.0, low_allowed=False, high_allowed=False)
+def within(kind: Any, advice: str = "correct it") -> Range:
+    """Range of a kind of `tepsipe.quantities`."""
+    of, *marks = get_args(kind)
+    limits = {name: getattr(mark, name) for mark in marks for name in LIMITS if hasattr(mark, name)}
+    return Range(
+        limits.get("gt", limits.get("ge", -math.inf)),
+        limits.get("lt", limits.get("le", math.inf)),
+        "gt" not in limits,
+        "lt" not in limits,
+        of is int,
+        advice,
+    )
+
+
+POSITIVE, NOT_NEGATIVE, SHARE = within(Positive), within(NotNegative), within(InnerFraction)
 # option -> its range; a type stands for any value of it
 OPTIONS: dict[str, Range | type] = {
     "confidence": Range(0.5, 1.0, high_allowed=False, advice="give 0.95 for 95 %"),
-    "bootstrap_draws": Range(100, 100_000, whole=True, advice="give 2000"),
+    "bootstrap_draws": within(Draws, "give 2000"),
     "seed": Range(0, whole=True, advice="give any such number, for example 0"),
     "cutoff_hz": POSITIVE,
     "order": Range(1, 16, whole=True, advice="give 4"),
@@ -125,12 +161,12 @@ OPTIONS: dict[str, Range | type] = {
     "threshold_fraction": SHARE,
     "signal_to_noise": POSITIVE,
     "merge_s": Range(0.0, 10.0),
-    "averaged_bins": Range(2, whole=True, advice="coherence needs averages"),
+    "averaged_bins": within(Bins, "coherence needs averages"),
     "period_s": POSITIVE,
     "low_hz": NOT_NEGATIVE,
     "high_hz": NOT_NEGATIVE,
     "trimmed_s": NOT_NEGATIVE,
-    "com_m": Range(0.0, 3.0, low_allowed=False, advice="give metres"),
+    "com_m": within(Length, "give metres"),
     "step_s": POSITIVE,
     "I": Range(-1e6, 1e6),
     "B": Range(-1e6, 1e6),
@@ -306,61 +342,139 @@ def _numbers_like(default: tuple, value: object, name: str) -> tuple[float, ...]
     return tuple(x.tolist())
 
 
-def check_options(
-    cls: Callable[..., Any], mapping: object, place: str, keys: Iterable[str] | None = None
-) -> dict[str, Any]:
-    """Options of a dataclass or function from keys and values of a file (units in their names).
-
-    Limits are those of annotations, as in ``Annotated[float, Gt(0), Le(20)]``. Without ``keys``, every field
-    of a dataclass may be given, and those without a default must be.
-    """
-    if not isinstance(mapping, Mapping):
-        raise InputError(f"{place}: expected keys and values, found {described(mapping)}: correct it")
-    kinds = get_type_hints(cls, include_extras=True)
-    known = list(kinds if keys is None else keys)
-    for name in mapping:
-        if name not in known:
-            raise InputError(f"{place}: expected a known key, found {quoted(name)}: {nearest(name, known)}")
-    for field in fields(cls) if keys is None else ():  # type: ignore[arg-type]
-        if field.name not in mapping and field.default is MISSING and field.default_factory is MISSING:
-            raise InputError(f"{place}: expected the key {field.name}, found none: add it")
-    return {name: checked_value(kinds[name], value, f"{place}: {name}") for name, value in mapping.items()}
-
-
-def checked_value(kind: Any, value: object, name: str) -> Any:
-    """A value of a file, of an annotated type: number, text, truth value, choice, options, or None."""
-    if get_origin(kind) in (Union, UnionType):
-        *_, kind = (part for part in get_args(kind) if value is None or part is not NoneType)
-        if kind is NoneType:
-            return None
-    limits: tuple[Any, ...] = ()
-    if get_origin(kind) is Annotated:
-        kind, *limits = get_args(kind)
-    if get_origin(kind) is Literal:
-        return one_of(value, name, get_args(kind))
-    if is_dataclass(kind):
-        return kind(**check_options(kind, value, name))
-    if kind in (int, float):
-        return number(value, name, _annotated_range(limits, kind is int))
-    if not isinstance(value, kind):
-        wanted = {bool: "true or false", str: "a text", dict: "keys and values"}[kind]
-        raise InputError(f"{name}: expected {wanted}, found {described(value)}: correct it")
-    return value
-
-
-def _annotated_range(limits: Sequence[Any], whole: bool) -> Range:
-    """Range of the limits in an annotation, which have attributes gt, ge, lt or le."""
-    every = ((end, getattr(x, end, None)) for x in limits for end in ("gt", "ge", "lt", "le"))
-    ends = {end: x for end, x in every if x is not None}
-    low, high = ends.get("gt", ends.get("ge", -math.inf)), ends.get("lt", ends.get("le", math.inf))
-    return Range(low, high, "gt" not in ends, "lt" not in ends, whole)
-
-
 def path_of(value: object, name: str = "path") -> Path:
     """Path of a file, from a text or a path."""
     if isinstance(value, str | Path) and str(value) and "\0" not in str(value):
         return Path(value)
     raise InputError(f"{name}: expected the path of a file, found {described(value)}: give it as text")
+
+
+# ---- options with their ranges in the types of a dataclass ---------------------------------------
+
+PLAIN: dict[type, tuple[Any, str]] = {
+    float: (Real, "number"),
+    int: (Integral, "integer"),
+    str: (str, "string"),
+    bool: ((bool, np.bool_), "boolean"),
+}
+
+
+def check_options(kind: type, values: object, place: str) -> None:
+    """Refuse values outside the types and ranges of a dataclass's fields (see `tepsipe.quantities`).
+
+    values: an instance, or a mapping of some or all of its fields.
+    place: names the values in messages.
+    """
+    for name, value in (values if isinstance(values, Mapping) else vars(values)).items():
+        if name not in _hints(kind):
+            raise InputError(f"{place}: unknown key {quoted(name, 120)}: {nearest(name, _hints(kind))}")
+        _Place(place, name).check(_hints(kind)[name], value)
+
+
+def read_options(
+    kind: Callable[..., Any], values: object, place: str, keys: Iterable[str] | None = None
+) -> dict[str, Any]:
+    """Checked options of a dataclass or function from keys and values of a file.
+
+    keys: those that may be given; by default all fields of a dataclass, of which some must be.
+    """
+    if not isinstance(values, Mapping):
+        raise InputError(f"{place}: expected keys and values, found {described(values)}: correct it")
+    kinds = get_type_hints(kind, include_extras=True)
+    known = list(kinds if keys is None else keys)
+    for name in values:
+        if name not in known:
+            raise InputError(f"{place}: expected a known key, found {quoted(name)}: {nearest(name, known)}")
+    for field in fields(kind) if keys is None else ():  # type: ignore[arg-type]
+        if field.name not in values and field.default is MISSING and field.default_factory is MISSING:
+            raise InputError(f"{place}: expected the key {field.name}, found none: add it")
+    for name, value in values.items():
+        _Place(place, name).check(kinds[name], value)
+    return {name: _value_of(kinds[name], value) for name, value in values.items()}
+
+
+def options_of(kind: type[T], section: Mapping[str, Any]) -> T:
+    """A dataclass of options from a section: sections within it become dataclasses, lists become tuples."""
+    return kind(**{name: _value_of(_hints(kind)[name], value) for name, value in section.items()})
+
+
+def _value_of(kind: Any, value: Any) -> Any:
+    parts = get_args(kind)
+    if get_origin(kind) in (Annotated, Union, types.UnionType):
+        return _value_of(next(part for part in parts if part is not type(None)), value)
+    if isinstance(value, Mapping):
+        if is_dataclass(kind):
+            return options_of(kind, value)  # type: ignore[arg-type]
+        return {name: _value_of(parts[-1] if parts else Any, item) for name, item in value.items()}
+    if isinstance(value, list):
+        return tuple(_value_of(parts[0] if parts else Any, item) for item in value)
+    return value
+
+
+@cache
+def _hints(kind: type) -> dict[str, Any]:
+    hints = get_type_hints(kind, include_extras=True)
+    return {field.name: hints[field.name] for field in fields(kind)}
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Place of a value that is checked."""
+
+    place: str
+    key: str
+    unit: str = ""
+    otherwise: str = ""
+    """What the value may be besides."""
+
+    def check(self, kind: Any, value: Any) -> None:
+        """Refuse a value that is not of a kind, or beyond its limits."""
+        origin, parts = get_origin(kind), get_args(kind)
+        if origin is Annotated:
+            here = replace(self, unit=next((mark for mark in parts if isinstance(mark, str)), self.unit))
+            here.check(parts[0], value)
+            for mark in parts[1:]:
+                here._check_limit(mark, value)
+        elif origin in (Union, types.UnionType):
+            empty = type(None) in parts
+            if value is not None or not empty:
+                here = replace(self, otherwise=" or null" if empty else "")
+                here.check(next(part for part in parts if part is not type(None)), value)
+        elif origin is Literal:
+            if not any(value == name and isinstance(value, bool) == isinstance(name, bool) for name in parts):
+                self._refuse(f"one of {', '.join(map(repr, parts))}", value)
+        elif origin in (Sequence, list, tuple, Mapping, dict):
+            mapping, items = origin in (Mapping, dict), several(value)
+            if mapping != isinstance(value, Mapping) or (not mapping and items is None):
+                self._refuse(f"a value of type {'object' if mapping else 'array'}", value)
+            for name, item in value.items() if mapping else enumerate(items or ()):
+                replace(self, key=f"{self.key}.{name}").check(parts[1 if mapping else 0], item)
+        elif is_dataclass(kind):
+            if not isinstance(value, (Mapping, kind)):
+                self._refuse("a value of type object", value)
+            check_options(kind, value, f"{self.place}.{self.key}")
+        elif kind in PLAIN:
+            wanted, word = PLAIN[kind]
+            given = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
+            if not isinstance(given, wanted) or isinstance(given, bool | np.bool_) != (kind is bool):
+                self._refuse(f"a value of type {word}{self.otherwise}", value)
+            if kind is float and not math.isfinite(given):
+                self._refuse("a finite number", value)
+
+    def _check_limit(self, mark: object, value: Any) -> None:
+        if isinstance(mark, Must) and not mark.holds(value):
+            self._refuse(mark.expected, value, mark.advice)
+        for name, holds in HOLDS.items():
+            limit = getattr(mark, name, None)
+            if limit is not None and not holds(value, limit):
+                unit = self.unit or unit_at_end(self.key.split(".")[0])
+                number = isinstance(value, Real) and unit
+                advice = f"correct it; its unit is {unit}" if number else "correct it"
+                self._refuse(limit_in_words(name, limit, value), value, advice)
+
+    def _refuse(self, expected: str, value: object, advice: str = "correct it") -> NoReturn:
+        key = quoted(self.key, 120)
+        raise InputError(f"{self.place}: expected {expected} for {key}, found {described(value)}: {advice}")
 
 
 # ---- samples -------------------------------------------------------------------------------------

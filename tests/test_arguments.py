@@ -9,7 +9,7 @@ import pytest
 from builders import assert_one_sentence
 
 from tepsipe import Signal
-from tepsipe.arguments import check_options, factor, samples
+from tepsipe.arguments import factor, read_options, samples
 from tepsipe.errors import InputError
 
 # what one unit is in the other
@@ -63,11 +63,11 @@ class Outer:
 
 
 def test_options_of_a_file_are_read_as_their_dataclass_is_annotated():
-    found = check_options(Outer, {"count": 2, "share": 0, "inner": {"size_m": 3}}, "here")
+    found = read_options(Outer, {"count": 2, "share": 0, "inner": {"size_m": 3}}, "here")
     assert Outer(**found) == Outer(count=2, share=0.0, inner=Inner(3.0))
     assert isinstance(found["share"], float)
-    assert check_options(Outer, {"count": 1, "share": None}, "here")["share"] is None
-    assert check_options(Outer, {}, "here", ["kind"]) == {}
+    assert read_options(Outer, {"count": 1, "share": None}, "here")["share"] is None
+    assert read_options(Outer, {}, "here", ["kind"]) == {}
 
 
 @pytest.mark.parametrize(
@@ -96,5 +96,5 @@ def test_options_of_a_file_are_read_as_their_dataclass_is_annotated():
 )
 def test_options_of_a_file_are_refused_in_one_sentence(mapping, words):
     with pytest.raises(InputError) as refused:
-        check_options(Outer, mapping, "here")
+        read_options(Outer, mapping, "here")
     assert str(refused.value).startswith(words)

@@ -11,6 +11,7 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.io.trial import Signal, Trial
+from tepsipe.quantities import AngleUnit, Rate, Sign, Thesis, Time
 from tepsipe.signals.resampling import (
     BAND_PER_RATE,
     RepairedTime,
@@ -136,12 +137,12 @@ def refuse_slow(recorded_hz: float, rate_hz: float, setting: str, name: str) -> 
 class ManipulatorOptions:
     """Options for a manipulator's recording."""
 
-    resample_rate_hz: float
+    resample_rate_hz: Annotated[Rate, Thesis("3-1-1")]
     """Rate of the trial."""
-    max_gap_s: float
-    """Longest gap between samples of the log."""
-    angle_unit: str
-    """{"rad", "deg"}: Unit of the logged angle."""
+    max_gap_s: Time
+    """Longest step between samples."""
+    angle_unit: AngleUnit
+    """Unit of the logged angle."""
 
     @property
     def units(self) -> dict[str, str]:
@@ -265,14 +266,14 @@ def _refuse_broken_command(
 class TableOptions:
     """Options for a table of a position-controlled manipulator."""
 
-    resample_rate_hz: float
-    """Rate of the trial."""
-    max_gap_s: float
-    """Longest gap between samples."""
-    angle_unit: str
-    """{"rad", "deg"}: Unit of the angle."""
-    torque_sign: int
-    """{1, -1}: +1 if the recorded torque resists a positive angle, -1 if resisting torque is negative."""
+    resample_rate_hz: Rate
+    """Rate of the trial, not above that of the recording."""
+    max_gap_s: Time
+    """Longest gap that is filled."""
+    angle_unit: AngleUnit
+    """Unit of the angle."""
+    torque_sign: Sign
+    """−1 if a torque that resists a positive angle is recorded as negative, otherwise 1."""
 
     @property
     def units(self) -> dict[str, str]:

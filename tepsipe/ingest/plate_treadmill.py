@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
+from annotated_types import Ge, Le
 
 from tepsipe.errors import InputError
 from tepsipe.ingest.plausibility import refuse_dead_channels
@@ -20,6 +21,7 @@ from tepsipe.io.readers.treadmill_log import (
     read_treadmill_log,
 )
 from tepsipe.io.trial import Signal, Trial
+from tepsipe.quantities import Rate, Time
 from tepsipe.signals.resampling import (
     BAND_PER_RATE,
     align_sequential_samples,
@@ -38,15 +40,14 @@ BELTS = ("left", "right")
 class TreadmillOptions:
     """Options for a treadmill's recording."""
 
-    resample_rate_hz: float
+    resample_rate_hz: Rate
     """Rate of the trial, set by the motion capture."""
-    max_gap_s: float | None
-    """Longest time for which a marker may be hidden (s); None where there are no markers."""
-    marker_sampling_hz: float | None
-    """Rate of sequential marker sampling within a frame (Hz); None if all are sampled at once, or there are
-    none."""
-    trigger_threshold_V: float
-    """Voltage above which the trigger line is high."""
+    max_gap_s: Time | None  # None where there are no markers
+    """Longest time for which a marker may be hidden."""
+    marker_sampling_hz: Rate | None
+    """Rate of sequential marker sampling within a frame; null if all markers are sampled simultaneously."""
+    trigger_threshold_V: Annotated[float, Ge(-100), Le(100)]
+    """Voltage above which the trigger line of the log is high."""
 
 
 @dataclass(frozen=True)

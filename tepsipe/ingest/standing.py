@@ -46,7 +46,7 @@ def ingest_standing_files(
         trial = ingest_treadmill_files(files, marker_labels, options, duration_s, bridge_long_gaps=True)
     else:
         recording = recording or RecordingOptions()
-        whole = read_recording_files(files, recording.velocity_markers)
+        whole = read_recording_files(files, recording.belt_velocity.markers)
         trial = ingest_recording(whole, marker_labels, options, recording, duration_s, bridge_long_gaps=True)
         if "emg" not in files:
             return with_recorded_emg(trial, whole, emg_channels)

@@ -11,11 +11,13 @@ with the rows of A the three directions in the axes of the laboratory, and c the
 (zero where the file gives none).
 """
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Ge
 
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.ingest.dflow import read_dflow_files
@@ -30,6 +32,7 @@ from tepsipe.io.formats import read_all_markers, read_recording, recognised
 from tepsipe.io.readers import dflow
 from tepsipe.io.readers.recording import DIRECTIONS, Channel, ForcePlate, Markers, Recording, select_markers
 from tepsipe.io.trial import Trial
+from tepsipe.quantities import DIFFERENT, Direction, Offset, Scale, Sign, Three
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.resampling import BAND_PER_RATE, refuse_short, regular_time, resample, rising_edge
 
@@ -86,84 +89,93 @@ def read_recording_files(files: dict[str, str], belt_fixed_labels: tuple[str, ..
     return replace(recording, markers=markers)
 
 
+Plates = Annotated[Sequence[Annotated[int, Ge(1)]], DIFFERENT]
+
+
 @dataclass(frozen=True)
-class ScaledChannel:
-    """An analog channel that holds a velocity: (value - offset) times ``m_per_s_per_unit``."""
+class Axes:
+    """Directions in the file."""
 
-    channel: str
-    """Its label."""
-    m_per_s_per_unit: float | None = None
-    """Velocity per unit of the channel (m/s); None takes it from the channel's unit."""
-    offset: float = 0.0
-    """Value of the channel at rest, in its unit."""
+    forward: Direction = "+y"
+    """Direction in the file in which a positive belt velocity moves the belt."""
+    up: Direction = "+z"
+    """Upward direction in the file."""
 
-    @classmethod
-    def from_settings(cls, entry: dict) -> Self | None:
-        """Channel of its label, scale (m/s per unit) and offset; None without a label."""
-        if entry["channel"] is None:
-            return None
-        return cls(entry["channel"], entry["m_per_s_per_unit"], entry["offset"])
+
+@dataclass(frozen=True)
+class PlateNumbers:
+    """Force plates under each belt."""
+
+    left: Plates = ()
+    """Numbers of the force plates under the left belt, from 1; loads of several are added. A belt may have
+    none."""
+    right: Plates = ()
+    """The same of the right belt."""
 
 
 @dataclass(frozen=True)
 class LoadCell:
-    """A load cell of a belt outside the file's force plates."""
+    """Load cell of a belt that is not among the force plates of the file."""
 
     channel: str
-    """Its label."""
-    newton_per_unit: Annotated[float, "N"]
-    """Reaction on what stands on the belt, per unit of the channel."""
-    direction: str
-    """Direction of that force in the axes of the file: ``+x`` to ``-z``."""
-    position_m: tuple[float, float, float]
-    """Its point of application in the axes of the file."""
+    """Label of the channel."""
+    newton_per_unit: Scale
+    """Reaction on the body per unit of the channel."""
+    direction: Direction
+    """Direction in the axes of the file."""
+    position_m: Three[Offset]
+    """Point of application in the axes of the file."""
+
+
+@dataclass(frozen=True)
+class LoadCells:
+    """Load cells of each belt."""
+
+    left: Sequence[LoadCell] = ()
+    """Load cells of the left belt that are not among the force plates of the file; their forces and moments
+    are added to those of the plates."""
+    right: Sequence[LoadCell] = ()
+    """The same of the right belt."""
+
+
+@dataclass(frozen=True)
+class ScaledChannel:
+    """Channel of a velocity of the belt: (value - offset) times ``m_per_s_per_unit``."""
+
+    channel: str | None = None
+    """Label of the channel; null without one."""
+    m_per_s_per_unit: Scale | None = None
+    """Velocity per unit of it; null takes it from the channel's unit."""
+    offset: float = 0.0
+    """Its value at rest, in its unit."""
+
+
+@dataclass(frozen=True)
+class BeltVelocity(ScaledChannel):
+    """Velocity of the belt, from a channel or from belt-fixed markers."""
+
+    markers: Annotated[Sequence[str], DIFFERENT] = ()
+    """Belt-fixed markers, whose mean velocity is used if there is no channel, and which align D-Flow's
+    record file."""
 
 
 @dataclass(frozen=True)
 class RecordingOptions:
-    """Plates and channels of a recording."""
+    """Trials whose log is one file that holds everything."""
 
-    forward: str = "+y"
-    up: str = "+z"
-    """Directions of the study's y and z in the axes of the file: ``+x`` to ``-z``."""
-    plates: dict[str, tuple[int, ...]] = field(default_factory=dict)
-    """Belt -> numbers of its force plates, counted from 1."""
-    load_cells: dict[str, tuple[LoadCell, ...]] = field(default_factory=dict)
-    """Belt -> its load cells outside the force plates."""
-    force_sign: int = 1
-    """1 if the plates give the force on what stands on them, -1 if they give the force on the plate."""
+    axes: Axes = Axes()
+    plates: PlateNumbers = PlateNumbers()
+    load_cells: LoadCells = LoadCells()
+    force_sign: Sign = 1
+    """−1 if the plates give the force on the plate instead of the reaction on the body."""
     reverse_origin: bool = False
-    """Whether the vectors from the plates' own origins to their surfaces were stored in the other
-    direction, although their vertical component does not show it."""
-    belt_velocity: ScaledChannel | None = None
-    """Velocity of the perturbed belt; None takes it from ``velocity_markers``."""
-    velocity_markers: tuple[str, ...] = ()
-    """Belt-fixed markers."""
-    belt_command: ScaledChannel | None = None
-    """Commanded velocity, if it was recorded."""
+    """True if `ORIGIN` of the plates points from the surface to the plate's origin although its z is not
+    positive, as some software stores the plates of treadmills with a z of 0."""
+    belt_velocity: BeltVelocity = BeltVelocity()
+    belt_command: ScaledChannel = ScaledChannel()
     trigger: str | None = None
-    """Channel whose edge is time 0; None for the first frame."""
-
-    @classmethod
-    def from_settings(cls, recording: dict | None) -> Self:
-        """Options of a study; None, for trials of several files, gives the defaults."""
-        if recording is None:
-            return cls()
-        return cls(
-            forward=recording["axes"]["forward"],
-            up=recording["axes"]["up"],
-            plates={belt: tuple(numbers) for belt, numbers in recording["plates"].items()},
-            load_cells={
-                belt: tuple(LoadCell(**cell | {"position_m": tuple(cell["position_m"])}) for cell in cells)
-                for belt, cells in recording["load_cells"].items()
-            },
-            force_sign=recording["force_sign"],
-            reverse_origin=recording["reverse_origin"],
-            belt_velocity=ScaledChannel.from_settings(recording["belt_velocity"]),
-            velocity_markers=tuple(recording["belt_velocity"]["markers"]),
-            belt_command=ScaledChannel.from_settings(recording["belt_command"]),
-            trigger=recording["trigger"],
-        )
+    """Channel whose rising edge (`ingest.trigger_threshold_V`) is time 0; what is later than `duration_s` is
+    omitted. Null: time 0 is the first frame, and the whole file is used."""
 
 
 def refuse_other_vertical(plates: dict[int, ForcePlate], up: str, name: str, key: str) -> None:
@@ -216,7 +228,7 @@ def ingest_recording_files(
     duration_s: length of the trial by the protocol.
     Returns: forces, moments, belt and, if there are any, markers.
     """
-    recording = read_recording_files(files, use.velocity_markers)
+    recording = read_recording_files(files, use.belt_velocity.markers)
     return ingest_recording(recording, marker_labels, options, use, duration_s)
 
 
@@ -242,20 +254,20 @@ def ingest_recording(
     name, rate = recording.name, options.resample_rate_hz
     plates = _belt_plates(recording, use)
     axes = _axes(use, name)
-    refuse_other_vertical(plates, use.up, name, "plate_treadmill.recording.axes.up")
+    refuse_other_vertical(plates, use.axes.up, name, "plate_treadmill.recording.axes.up")
     origin = _origin(plates, axes)
     sources = _sources(recording, use, plates)
     start_s, first_s, last_s = _span(recording, sources, use, options, duration_s)
     refuse_short(min(n / r for n, r in sources) - start_s, duration_s, name)
     marked, velocity_of = None, None
-    labels = marker_labels if marker_labels is not None else list(use.velocity_markers)
-    if marker_labels is not None or use.belt_velocity is None:
+    labels = marker_labels if marker_labels is not None else list(use.belt_velocity.markers)
+    if marker_labels is not None or use.belt_velocity.channel is None:
         markers = _cut(_markers(recording, labels, options), first_s, last_s, axes, origin)
         if options.max_gap_s is None:
             options = replace(options, max_gap_s=MAX_GAP_S)
         marked = marker_signals(markers, options, name, bridge_long_gaps)
         marked = replace(marked, grid=marked.grid + (first_s - start_s))
-        velocity_of = marked if use.belt_velocity is None else None
+        velocity_of = marked if use.belt_velocity.channel is None else None
         grid = marked.grid
     else:
         grid = regular_time(0.0, last_s - start_s, rate)
@@ -275,14 +287,14 @@ def ingest_recording(
     if velocity_of is None:
         velocity, derived = on_grid(*_velocity(recording, use.belt_velocity)), moved
     else:
-        velocity, derived = _velocity_of_markers(use.velocity_markers, velocity_of, rate, name)
+        velocity, derived = _velocity_of_markers(use.belt_velocity.markers, velocity_of, rate, name)
     command = use.belt_command
     treadmill = TreadmillSignals(
         belts=tuple(belt for belt in ("left", "right") if _has(use, belt)),
         force=force,
         moment=moment,
         velocity=velocity,
-        command=None if command is None else on_grid(*_velocity(recording, command)),
+        command=None if command.channel is None else on_grid(*_velocity(recording, command)),
         calibrated=("calibrated by the recording", "turned to the study's axes"),
         moved=moved,
         derived=derived,
@@ -290,7 +302,7 @@ def ingest_recording(
     facts = {"start_s": start_s, "origin_m": origin}
     if velocity_of is not None:
         facts["belt_velocity_from"] = (
-            f"belt-fixed markers {', '.join(use.velocity_markers)}, which therefore cannot show a delay "
+            f"belt-fixed markers {', '.join(use.belt_velocity.markers)}, which therefore cannot show a delay "
             "between markers and analog channels"
         )
     return treadmill_trial(grid, rate, treadmill, marked if marker_labels is not None else None, facts)
@@ -300,7 +312,7 @@ def ingest_recording(
 
 
 def _has(use: RecordingOptions, belt: str) -> bool:
-    return bool(use.plates.get(belt) or use.load_cells.get(belt))
+    return bool(getattr(use.plates, belt) or getattr(use.load_cells, belt))
 
 
 def _belt_plates(recording: Recording, use: RecordingOptions) -> dict[int, ForcePlate]:
@@ -312,7 +324,7 @@ def _belt_plates(recording: Recording, use: RecordingOptions) -> dict[int, Force
             f"cells: set {key} in the configuration (the file has {len(recording.plates)} force plates)"
         )
     plates = {}
-    for number in dict.fromkeys(n for numbers in use.plates.values() for n in numbers):
+    for number in dict.fromkeys((*use.plates.left, *use.plates.right)):
         if not 1 <= number <= len(recording.plates):
             raise InputError(
                 f"{recording.name}: expected a force plate {number}, found {len(recording.plates)} force "
@@ -340,11 +352,11 @@ def _belt_plates(recording: Recording, use: RecordingOptions) -> dict[int, Force
 
 def _axes(use: RecordingOptions, name: str) -> np.ndarray:
     """Rows: the study's x, y and z in the axes of the file."""
-    forward, up = DIRECTIONS[use.forward], DIRECTIONS[use.up]
+    forward, up = DIRECTIONS[use.axes.forward], DIRECTIONS[use.axes.up]
     if forward @ up:
         raise InputError(
-            f"{name}: expected two different axes in plate_treadmill.recording.axes, found {use.forward!r} "
-            f"and {use.up!r}: correct one of the two in the configuration"
+            f"{name}: expected two different axes in plate_treadmill.recording.axes, found "
+            f"{use.axes.forward!r} and {use.axes.up!r}: correct one of the two in the configuration"
         )
     return np.array([np.cross(forward, up), forward, up])
 
@@ -359,12 +371,12 @@ def _sources(
     recording: Recording, use: RecordingOptions, plates: dict[int, ForcePlate]
 ) -> list[tuple[int, float]]:
     """Number of samples and rate (Hz) of all signals of the trial, except markers."""
-    labels = {cell.channel: "load_cells" for cells in use.load_cells.values() for cell in cells}
+    labels = {cell.channel: "load_cells" for cell in (*use.load_cells.left, *use.load_cells.right)}
     named = {"belt_velocity": use.belt_velocity, "belt_command": use.belt_command}
-    labels |= {channel.channel: f"{key}.channel" for key, channel in named.items() if channel is not None}
+    labels |= {channel.channel: f"{key}.channel" for key, channel in named.items() if channel.channel}
     if use.trigger is not None:
         labels[use.trigger] = "trigger"
-    if use.belt_velocity is None and not use.velocity_markers:
+    if use.belt_velocity.channel is None and not use.belt_velocity.markers:
         raise InputError(
             f"{recording.name}: expected a channel of the belt velocity, or belt-fixed markers, found none "
             f"of both among {listed(recording.channels)}: set plate_treadmill.recording.belt_velocity in "
@@ -489,9 +501,9 @@ def _wrench(recording, use, plates, axes, origin, on_grid) -> tuple[np.ndarray, 
             continue
         parts = [
             use.force_sign * on_grid(np.hstack([plate.force, plate.moment]), plate.rate_hz)
-            for plate in (plates[number] for number in use.plates.get(belt, ()))
+            for plate in (plates[number] for number in getattr(use.plates, belt))
         ]
-        for cell in use.load_cells.get(belt, ()):
+        for cell in getattr(use.load_cells, belt):
             channel = named_channel(recording, cell.channel, "plate_treadmill.recording.load_cells")
             along = DIRECTIONS[cell.direction]
             unit = np.concatenate([along, np.cross(cell.position_m, along)])

@@ -15,14 +15,15 @@ from typing import Annotated, Self
 
 import numpy as np
 
-from tepsipe.arguments import OPTIONS, Range, number
+from tepsipe.arguments import OPTIONS, Range, number, within
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.mechanics.anthropometry import Feet, StandingBody
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
+from tepsipe.quantities import Mass
 
 # a point mass has no moment of inertia; gravity of 981 is in cm/s²
 LEG_RANGES = {
-    "mass_kg": Range(0.0, 500.0, low_allowed=False),
+    "mass_kg": within(Mass),
     "com_m": OPTIONS["com_m"],
     "inertia_kgm2": Range(0.0, 1000.0),
     "gravity_m_per_s2": Range(0.0, 30.0, low_allowed=False),

@@ -14,8 +14,9 @@ from typing import Annotated, Self
 
 import numpy as np
 
-from tepsipe.arguments import checked, regular_rate, same_length, samples, texts
+from tepsipe.arguments import checked, regular_rate, same_length, samples, texts, within
 from tepsipe.errors import InputError, listed, refuse_other_kind
+from tepsipe.quantities import Offset
 from tepsipe.signals.array_types import Samples
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
@@ -71,7 +72,7 @@ class SegmentMarkers:
                 f"SegmentMarkers: expected markers apart from each other, found all of them at "
                 f"{layout[0].tolist()} m: their distance shows the angle"
             )
-        if np.abs(layout).max() > 3.0:
+        if np.abs(layout).max() > within(Offset).high:
             raise InputError(
                 f"SegmentMarkers: expected offsets in m, found {np.abs(layout).max():g}, which looks like "
                 f"mm: "

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from tepsipe.arguments import check_options, checked_value, described, one_of
+from tepsipe.arguments import described, one_of, read_options
 from tepsipe.errors import InputError, nearest, quoted
 from tepsipe.experiments.planning.design import Design, Protocol, Rig
 from tepsipe.experiments.planning.optimal_pulse import Optimised, best_of
@@ -182,12 +182,23 @@ def design_of(
 def _pulse_of(content: dict[str, Any], defaults: dict[str, Any], place: str) -> Pulse:
     """Pulse of the keys of a section, which are taken out of it."""
     given = {key: content.pop(key) for key in PULSE if key in content}
-    return pulse_of(**(defaults | check_options(pulse_of, given, place, PULSE)))
+    return pulse_of(**(defaults | read_options(pulse_of, given, place, PULSE)))
 
 
 def _section(content: Mapping[str, Any], name: str, place: str) -> dict[str, Any]:
     """Copy of a section of a design; empty where it is left out."""
-    return dict(checked_value(dict, content.get(name, {}), f"{place}: {name}"))
+    found = content.get(name, {})
+    if not isinstance(found, Mapping):
+        raise InputError(f"{place}: {name}: expected keys and values, found {described(found)}: correct it")
+    return dict(found)
+
+
+def _choice(content: Mapping[str, Any], name: str, place: str) -> bool:
+    """Truth value of a design; false where it is left out."""
+    found = content.get(name, False)
+    if not isinstance(found, bool):
+        raise InputError(f"{place}: {name}: expected true or false, found {described(found)}: correct it")
+    return found
 
 
 def _dummy_design(content: dict[str, Any], place: str) -> DummyDesign:
@@ -198,36 +209,33 @@ def _dummy_design(content: dict[str, Any], place: str) -> DummyDesign:
         _section(content, name, place)
         for name in ("joint", "leg", "foot", "rig", "protocol", "tolerances", "limits")
     )
-    without, returning = (
-        checked_value(bool, content.get(name, False), f"{place}: {name}")
-        for name in ("without_tolerances", "returning")
-    )
+    without, returning = (_choice(content, name, place) for name in ("without_tolerances", "returning"))
     pulse = _pulse_of(protocol, PULSE, f"{place}: protocol")
     sources = {name: Source(name, u) for name, u in TOLERANCES.items()}
     sources |= stated_sources(stated, list(TOLERANCES), f"{place}: tolerances")
     design = Design(
-        joint=Joint(**(JOINT | check_options(Joint, joint, f"{place}: joint", JOINT))),
-        leg=Leg(**(LEG | check_options(Leg, leg, f"{place}: leg", [*LEG, "gravity_m_per_s2"]))),
-        foot=Foot(**(FOOT | check_options(Foot, foot, f"{place}: foot", FOOT))),
-        rig=Rig(**check_options(Rig, rig, f"{place}: rig", _keys(Rig, "leg_markers"))),
+        joint=Joint(**(JOINT | read_options(Joint, joint, f"{place}: joint", JOINT))),
+        leg=Leg(**(LEG | read_options(Leg, leg, f"{place}: leg", [*LEG, "gravity_m_per_s2"]))),
+        foot=Foot(**(FOOT | read_options(Foot, foot, f"{place}: foot", FOOT))),
+        rig=Rig(**read_options(Rig, rig, f"{place}: rig", _keys(Rig, "leg_markers"))),
         protocol=Protocol(
             pulse=pulse,
-            **check_options(Protocol, protocol, f"{place}: protocol", _keys(Protocol, "pulse")),
+            **read_options(Protocol, protocol, f"{place}: protocol", _keys(Protocol, "pulse")),
         ),
         sources={} if without else sources,
     )
-    found = Limits(**check_options(Limits, limits, f"{place}: limits")) if limits else None
+    found = Limits(**read_options(Limits, limits, f"{place}: limits")) if limits else None
     return DummyDesign(design, found, returning)
 
 
 def _standing_design(content: dict[str, Any], place: str) -> StandingDesign:
     pulse = _pulse_of(content, PULSE_OF_A_PERSON, place)
     keys = _keys(StandingDesign, "pulse", "options")
-    return StandingDesign(pulse=pulse, **check_options(StandingDesign, content, place, keys))
+    return StandingDesign(pulse=pulse, **read_options(StandingDesign, content, place, keys))
 
 
 def _walking_design(content: dict[str, Any], place: str) -> WalkingDesign:
-    return WalkingDesign(**check_options(WalkingDesign, content, place))
+    return WalkingDesign(**read_options(WalkingDesign, content, place))
 
 
 def _keys(kind: type, *without: str) -> list[str]:

@@ -7,6 +7,7 @@ import numpy as np
 
 from tepsipe.arguments import checked, regular_rate, same_length, samples
 from tepsipe.errors import InputError
+from tepsipe.quantities import InnerFraction, Pause, Positive, Thesis, Time
 from tepsipe.signals.array_types import Samples
 
 # smallest peak of a perturbation (m/s): less may be one step of a quantised velocity
@@ -155,17 +156,18 @@ def _runs(active: np.ndarray, merge: int) -> list[tuple[int, int]]:
 class WindowOptions:
     """Options of the search for perturbations and rest."""
 
-    rest_before_s: float
-    rest_after_s: float
-    """Unperturbed time at the trial's start and end."""
-    rest_margin_s: float
-    """Part of it that is omitted next to perturbations and to the trial's ends."""
-    threshold_fraction: float
-    """Threshold as a fraction of the perturbations' peak speed."""
-    signal_to_noise: float
+    rest_before_s: Annotated[Time, Thesis("2-1-2, 2-2")]
+    """Unperturbed time at the start."""
+    rest_after_s: Annotated[Time, Thesis("2-1-2 of the dummy")]
+    """Unperturbed time at the end."""
+    rest_margin_s: Pause
+    """Part of it that is omitted, next to perturbations and ends."""
+    threshold_fraction: InnerFraction
+    """A perturbation begins and ends at this fraction of the median peak belt speed."""
+    signal_to_noise: Positive
     """Smallest ratio of the threshold to the noise at rest."""
-    merge_s: float
-    """Runs closer than this belong to one perturbation."""
+    merge_s: Time
+    """Closer runs of belt motion are one perturbation."""
 
 
 def rest_samples(time: np.ndarray, options: WindowOptions) -> np.ndarray:

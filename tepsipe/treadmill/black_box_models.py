@@ -31,8 +31,10 @@ from typing import Annotated
 
 import numpy as np
 import scipy
+from annotated_types import Ge, Gt
 
 from tepsipe.errors import InputError
+from tepsipe.quantities import Time
 from tepsipe.treadmill.recording import BeltRecording
 
 
@@ -282,12 +284,13 @@ SHORTEST_M = 10.0
 class RippleOptions:
     """Options of the detection and tracking of ripple."""
 
-    most_orders: int = 12
-    """Largest number of orders."""
-    line_to_floor: float = 30.0
-    """Smallest ratio of a line's power to the power of the spectrum around it."""
-    memory_s: float = 20.0
-    """T (s). A shorter memory follows faster, but mistakes more of the signal near the ripple for ripple."""
+    most_orders: Annotated[int, Ge(0)] = 12
+    """Largest number of tracked lines."""
+    line_to_floor: Annotated[float, Gt(1)] = 30.0
+    """Power of a line over the running median of the spectrum around it."""
+    # a shorter memory follows faster, but mistakes more of the signal near the ripple for ripple
+    memory_s: Time = 20.0  # T
+    """Memory of the tracked amplitudes."""
 
 
 @dataclass(frozen=True)

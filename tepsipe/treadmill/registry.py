@@ -5,12 +5,14 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Ge, Gt, Le
 
 from tepsipe.arguments import path_of
 from tepsipe.errors import InputError, listed, quoted
+from tepsipe.quantities import Time
 from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.black_box_models import (
     BeltModel,
@@ -75,32 +77,27 @@ KINDS = (
 class FamilyOptions:
     """Options of the fits."""
 
-    hnat2014_evaluations: int = 100
-    """Number of evaluations after which the published search ends."""
-    output_error_order: int = 3
-    """Order of the output-error model."""
-    fir_lead_s: float = 0.1
-    fir_lag_s: float = 0.4
-    """Length of the finite impulse responses towards future and past (s); fir-causal has no lead."""
-    spectral_segment_s: float = 2.56
-    """Length of the segments of spectral estimates."""
-    shortest_s: float = 15.0
-    """Shortest total time for a calibration."""
+    shortest_s: Time = 15.0
+    """Shortest total time of the evaluated samples of all recordings to which a model is fitted or on which
+    it is evaluated."""
+    hnat2014_evaluations: Annotated[int, Ge(1)] = 100
+    """Number of evaluations after which the optimisation of `hnat2014` ends."""
+    output_error_order: Annotated[int, Ge(1), Le(12)] = 3
+    """Poles of `output-error`."""
+    fir_lead_s: Annotated[float, Ge(0), Le(60)] = 0.1
+    """Lead of `fir`; `fir-causal` has none."""
+    fir_lag_s: Annotated[float, Gt(0), Le(60)] = 0.4
+    """Memory of `fir` and `fir-causal`."""
+    spectral_segment_s: Time = 2.56
+    """Length of the segments of `spectral`, half of which is a lead, and, for tables, of the coherence
+    limit."""
     ripple: RippleOptions | None = field(default_factory=RippleOptions)
-    """Detection and tracking of ripple, added to the model "fir"; None where it is not tracked."""
+    # None where it is not tracked: only a belt that travels has ripple
     frame: Annotated[np.ndarray, "(3,)"] | None = None
     """The loaded frame's d (s), e_0 (s2), e_1 (s2/kg), if identified from another load."""
     joint: Calibrated | None = None
     """The model "bristle-frame", which is fitted to force and moment together
     (`tepsipe.treadmill.bristle_fit.fit_bristle_frame`)."""
-
-    @classmethod
-    def from_settings(cls, models: dict) -> Self:
-        """Options of a study; ``ripple`` applies to a travelling belt only."""
-        options = {key: value for key, value in models.items() if key not in ("family", "calibration_draws")}
-        if "ripple" in options:
-            options["ripple"] = RippleOptions(**options["ripple"])
-        return cls(**options)
 
 
 @dataclass(frozen=True, repr=False)

@@ -6,12 +6,14 @@ the first and after the last perturbation is subtracted.
 """
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.io.trial import Trial
+from tepsipe.quantities import Gravity, Length, Mass, Offset, Thesis
 from tepsipe.signals.differentiation import degree_at, derivative
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
@@ -26,18 +28,19 @@ COMPONENTS = {"Mx": "Nm", "Fy": "N"}
 ZERO_BEFORE_S, ZERO_GAP_S = 1.0, 0.04
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Weight:
-    """A rigid body that is fixed to the belt."""
+    """The weight on the belt."""
 
-    mass_kg: float
-    com_height_m: float
-    """Height h of its centre of mass over the belt."""
-    gravity_m_per_s2: float
-    """Acceleration of gravity g."""
-    com_forward_of_markers_m: float | None = None
-    """Distance along the belt from the mean of its markers forward to the centre of mass (m); None if
-    unknown."""
+    mass_kg: Annotated[Mass, Thesis("2-1-2")]
+    """Mass of the weight, as weighed."""
+    com_height_m: Length  # h
+    """Height of its centre of mass above the belt."""
+    com_forward_of_markers_m: Offset | None = None
+    """Distance along the belt from the mean of its markers forward to its centre of mass; null if unknown:
+    then the weight does not show the origin of the plate."""
+    gravity_m_per_s2: Gravity  # g
+    """Gravity."""
 
 
 @dataclass(frozen=True)

@@ -12,27 +12,31 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
+from annotated_types import Ge, Gt, Le
+
+from tepsipe.quantities import Frequency, Mass, NotNegative, Time
 
 
 @dataclass(frozen=True)
 class DriveTruth:
-    """Hidden constants of the belt drive."""
+    """Drive of the belt."""
 
-    belt_mass_kg: float
-    """Belt, rollers and motor reflected to the belt."""
-    bandwidth_hz: float
-    """Proportional gain over belt mass, as a frequency."""
-    integral_time_s: float
+    belt_mass_kg: Mass
+    """Belt, rollers and motor, reflected to the belt."""
+    bandwidth_hz: Frequency
+    """Proportional gain over belt mass as a frequency."""
+    integral_time_s: Time
     """Proportional over integral gain."""
-    force_limit_N: float
+    force_limit_N: Annotated[float, Gt(0), Le(100000)]
     """Largest drive force."""
-    delay_s: float
-    """From command to drive force."""
-    viscous_Ns_per_m: float
-    """Friction of the unloaded belt (Ns/m)."""
-    velocity_step_m_per_s: float
-    velocity_noise_m_per_s: float
-    """Resolution and noise of the logged belt velocity."""
+    delay_s: Annotated[float, Ge(0), Le(10)]
+    """From command to force."""
+    viscous_Ns_per_m: NotNegative
+    """Friction of the unloaded belt."""
+    velocity_step_m_per_s: Annotated[float, Gt(0), Le(10)]
+    """Resolution of the logged belt velocity."""
+    velocity_noise_m_per_s: NotNegative
+    """Noise of the logged belt velocity."""
 
     def servo(self) -> Callable[[float, float], tuple[float, float]]:
         """Force (N) and rate of the integral (m/s) as a function of velocity error (m/s) and integral (m)."""

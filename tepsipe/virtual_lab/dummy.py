@@ -13,10 +13,13 @@ numerically: no free-body equation is used here.
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
+from annotated_types import Gt, Le
 
+from tepsipe.quantities import Angle, Gravity, Inertia, Length, Mass, Offset, Point, Some
 from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
 from tepsipe.virtual_lab.integrate import integrate
 from tepsipe.virtual_lab.motion_capture import MarkerPath
@@ -29,41 +32,45 @@ MARKERS = ("foot1", "foot2", "foot3", "ankle", "leg1", "leg2", "leg3", "leg4")
 
 @dataclass(frozen=True)
 class DummyTruth:
-    """Hidden constants of the ankle dummy."""
+    """Brick and rod."""
 
-    foot_mass_kg: float
-    foot_height_m: float
-    """Brick: mass (kg), and height above the belt of the point from which markers are placed (m)."""
-    foot_com_m: list
-    """Its centre of mass: forward of that point and above the belt."""
-    joint_offset_m: list
-    """Axis of the joint: forward of and above that point."""
-    leg_mass_kg: float
-    leg_com_m: float
-    leg_inertia_kgm2: float
-    """Rod: mass (kg), centre of mass from the joint (m), moment of inertia about it (kg·m²)."""
-    joint_inertia_kgm2: float
-    """Further inertia that turns with the rod: clamps, screws and half of the rubber."""
-    rest_angle_rad: float
-    """Angle at which the leg stands still (rad); of a trial, as the motion capture sees it."""
-    position_x_m: float
-    position_y_m: float
-    """Position of the foot on the plate."""
-    gravity_m_per_s2: float
-    """Acceleration of gravity."""
+    foot_mass_kg: Mass
+    """The brick: mass."""
+    foot_height_m: Length
+    """Height of the point from which markers are placed, where the analysis takes the joint to be."""
+    foot_com_m: Point
+    """Its centre of mass: [forward of that point, above the belt]."""
+    joint_offset_m: Point
+    """Axis of the joint: [forward of that point, above it]."""
+    leg_mass_kg: Mass
+    """The rod: mass."""
+    leg_com_m: Length
+    """Its centre of mass from the joint."""
+    leg_inertia_kgm2: Annotated[float, Gt(0), Le(20)]
+    """Its inertia about the centre of mass."""
+    joint_inertia_kgm2: Inertia
+    """Inertia of the joint, which turns with the rod."""
+    rest_angle_rad: Angle
+    """Angle at which the leg stands still, as the motion capture sees it."""
+    position_x_m: Offset
+    """Position of the foot on the plate, across the belt."""
+    position_y_m: Offset
+    """Position of the foot on the plate, along the belt."""
+    gravity_m_per_s2: Gravity
+    """Gravity."""
 
 
 @dataclass(frozen=True)
 class DummyMarkers:
-    """Positions of the markers on the dummy."""
+    """Markers of the dummy."""
 
-    foot_m: list
-    """Marker positions on the foot: forward of the ankle and above the belt."""
-    ankle_m: list
-    leg_m: list
-    """Marker positions on the leg while it is upright: in front of the rod's axis, and along it from the
-    point that is taken for the joint (m). Its true axis may be elsewhere."""
-    lateral_m: float
+    foot_m: Some[Point]
+    """Three markers: [anterior offset from the ankle, height above the belt]."""
+    ankle_m: Point
+    """[anterior offset from the axis of the rod, longitudinal offset from the ankle]."""
+    leg_m: Some[Point]
+    """Four markers, in the same axes."""
+    lateral_m: Offset
     """Position of all markers across the belt, from the foot's middle."""
 
 

@@ -30,6 +30,8 @@ from typing import Annotated
 import numpy as np
 import scipy
 
+from tepsipe.quantities import Frequency, NotNegative, Pair, Positive, Rate, Time
+
 MUSCLES = ("TA", "SOL", "GAS", "BF", "RF")
 CHANNELS = tuple(f"EMG {muscle}" for muscle in MUSCLES)
 # adjacent muscles in the shank and in the thigh
@@ -42,33 +44,36 @@ STEPS = 32767
 
 @dataclass(frozen=True)
 class EmgTruth:
-    """Hidden constants of the recorder of muscle activity."""
+    """The recorder of muscle activity."""
 
-    rate_hz: float
-    """Samples per second, a whole number."""
-    band_hz: tuple[float, float]
-    """Lower and upper corner of the interference pattern's spectrum (Hz): f_l, f_h."""
-    full_drive_uV: float
-    """Root mean square at a drive of 1 (uV): A."""
-    cross_talk: float
-    """Share of a neighbouring muscle's signal: C beside its diagonal."""
-    artefact_uV_per_m_per_s2: float
-    artefact_s: float
-    """Artefact of a lasting acceleration of the belt (uV per m/s²), G, and time in which skin and cables
-    follow (s): T."""
-    hum_uV: float
-    hum_hz: float
-    hum_third: float
-    """Amplitude (uV) and frequency (Hz) of the mains' hum, and its third harmonic as a share of it."""
-    channel_spread: float
-    """Standard deviation from channel to channel of the logarithms of artefact and hum."""
-    baseline_uV: float
-    baseline_s: float
-    """Standard deviation (uV) of the wandering baseline, and the time in which it changes (s): T_b."""
-    noise_uV: float
-    """Standard deviation of the white noise (uV)."""
-    limit_uV: float
-    """Largest voltage that the converter can hold (uV), of at most seven characters."""
+    rate_hz: Rate
+    """Rate, a whole number."""
+    band_hz: Pair[Frequency]  # f_l, f_h
+    """Corner frequencies of the spectrum of muscle activity."""
+    full_drive_uV: Positive  # A
+    """Root mean square at full drive."""
+    cross_talk: NotNegative
+    """Fraction of a neighbouring muscle's signal."""
+    artefact_uV_per_m_per_s2: float  # G
+    """Artefact of a constant belt acceleration."""
+    artefact_s: Time  # T
+    """Time constant of skin and cables."""
+    hum_uV: NotNegative
+    """Mains hum: amplitude."""
+    hum_hz: Frequency
+    """Its frequency."""
+    hum_third: NotNegative
+    """Its relative third harmonic."""
+    channel_spread: NotNegative
+    """Variation of artefact and hum between channels (standard deviation of the logarithm)."""
+    baseline_uV: NotNegative
+    """Baseline drift: standard deviation."""
+    baseline_s: Time  # T_b
+    """Its correlation time."""
+    noise_uV: NotNegative
+    """Standard deviation of the white noise of electrodes and amplifier."""
+    limit_uV: Positive
+    """Largest voltage of the converter."""
 
 
 def record_emg(

@@ -49,12 +49,26 @@ Corporation TOR-0158(3107-18)-1; C. Canudas de Wit et al. (1995), IEEE Transacti
 """
 
 from array import array
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
 import scipy
+from annotated_types import Ge, Gt, Le, Len, Lt
 
+from tepsipe.quantities import (
+    Fraction,
+    Frequency,
+    Height,
+    Length,
+    NotNegative,
+    Offset,
+    Pair,
+    Positive,
+    Rate,
+    Time,
+)
 from tepsipe.virtual_lab.belt import BeltMotion
 
 
@@ -81,73 +95,89 @@ COMPONENTS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
 @dataclass(frozen=True)
 class PlateTruth:
-    """Hidden constants of the force plate."""
+    """Force plate and frame."""
 
-    belt_length_m: float
-    belt_width_m: float
-    transducer_depth_m: float
-    """Distances between the transducers along and across the belt, and their depth under it."""
-    sensitivity_V_per_N: float
-    sensitivity_spread: float
-    cross_talk: float
-    calibration_error: float
-    """Volts per newton; relative spread of it; relative leak into other channels; relative error of the
-    calibration."""
-    force_scale: list
-    vertical_leak: float
-    """Gain of the fore-aft and of the vertical transducers relative to the calibration, and part of the
-    vertical force that the fore-aft one has come to feel."""
-    origin_height_m: float
-    """Height of the calibration's origin above the belt, on which it is thought to lie."""
-    origin_forward_m: float
-    moment_scale: float
-    transducer_gain: list[float]
-    """Position of the calibration's origin forward of the motion capture's (m), gain of M_x since the
-    calibration, and gain of every vertical transducer."""
-    noise_V: float
-    drift_V_per_s: float
-    """White noise of a channel (V) and standard deviation of its linear drift (V/s)."""
-    felt_belt_mass_kg: float
-    """Mass of the upper run of the belt in excess of the lower run's."""
-    felt_roller_inertia_kgm: float
-    """Moment of inertia of the rollers over their radius, pitch moment per belt acceleration (N·m per
-    m/s²)."""
-    belt_lag_s: float
-    """Time by which the load follows the rollers (s): T."""
-    belt_lag_wander: Annotated[float, "s"]
-    belt_lag_wander_s: float
-    """Standard deviation of the logarithm of phi, and the time in which it changes."""
-    friction_N: float
-    friction_coefficient: float
-    friction_speed_m_per_s: float
-    friction_Ns_per_m: float
-    """Friction of the moving unloaded belt (N) and per newton of load, the speed that brings it about
-    (m/s), and its viscous part (Ns/m): F_0, mu, v_0, c."""
-    bristle_share: float
-    bristle_m: float
-    """Part of the friction, but for its viscous part, that has a memory, and displacement in which its
-    bristles bend (m): b, d. A share of 0 has no memory."""
-    friction_lever_m: float
-    """Depth under the belt's surface at which the friction acts."""
-    floor_m_per_s2: float
-    floor_hz: float
-    floor_damping: float
-    """Root mean square of the floor's acceleration (m/s²), its frequency (Hz) and damping ratio."""
-    resonance_hz: float
-    resonance_damping: float
-    resonance_mass_kg: float
-    """Fore-aft resonance of the unloaded frame (Hz), its damping ratio, its moving mass (kg)."""
-    second_share: list
-    """Parts of Fy and of Mx that the second mode takes; 0 is a frame with one mode."""
-    second_hz: float
-    second_damping: float
-    second_mass_kg: float
-    """The same constants of the second mode."""
-    mount_share: float
-    mount_relaxation_s: float
-    """Part of a quick fore-aft force that the mounts take, and when they let go of it (s): s, T_m."""
-    rate_hz: float
-    """Sampling rate of the log."""
+    belt_length_m: Annotated[float, Gt(0), Le(10)]
+    """Distance between the transducers along the belt."""
+    belt_width_m: Annotated[float, Gt(0), Le(10)]
+    """Distance between them across the belt."""
+    transducer_depth_m: Height
+    """Their depth."""
+    sensitivity_V_per_N: Positive
+    """Volts per newton."""
+    sensitivity_spread: NotNegative
+    """Its relative spread."""
+    cross_talk: NotNegative
+    """Relative leak between channels."""
+    calibration_error: NotNegative
+    """Relative error of the calibration."""
+    force_scale: Pair[Annotated[float, Gt(0), Le(10)]]
+    """Gain since the calibration, [fore-aft, vertical]."""
+    vertical_leak: Annotated[float, Ge(-1), Le(1)]
+    """Fraction of the vertical force that the fore-aft transducer shows."""
+    origin_height_m: Offset
+    """Height of the calibration's origin above the belt."""
+    origin_forward_m: Offset
+    """Position of that origin, forward of the motion capture's origin."""
+    moment_scale: Annotated[float, Ge(-10), Le(10)]
+    """Gain of M_x since the calibration."""
+    transducer_gain: Annotated[Sequence[NotNegative], Len(4, 4)]
+    """Gain of the vertical transducers since the calibration, [front left, front right, rear left, rear
+    right]."""
+    noise_V: NotNegative
+    """White noise of a channel."""
+    drift_V_per_s: NotNegative
+    """Standard deviation of its linear drift."""
+    felt_belt_mass_kg: Annotated[float, Ge(0), Le(500)]
+    """Mass of the belt's upper run minus that of its lower run, which acts on the fore-aft transducer."""
+    felt_roller_inertia_kgm: NotNegative
+    """Moment of inertia of the rollers over their radius: pitch moment per belt acceleration."""
+    belt_lag_s: Annotated[float, Ge(0), Le(10)]  # T
+    """Mean delay of the load relative to the rollers, because the belt stretches."""
+    belt_lag_wander: NotNegative
+    """Its variation between perturbations (standard deviation of the logarithm)."""
+    belt_lag_wander_s: Time
+    """Correlation time of this variation."""
+    friction_N: NotNegative
+    """Friction of the moving belt: unloaded."""
+    friction_coefficient: NotNegative
+    """Additional friction per newton of load."""
+    friction_speed_m_per_s: Annotated[float, Gt(0), Le(10)]
+    """Speed of saturation."""
+    friction_Ns_per_m: NotNegative
+    """Viscous part of the friction."""
+    bristle_share: Fraction  # b
+    """Fraction of the friction, without its viscous part, that has a memory (0: none)."""
+    bristle_m: Length  # d
+    """Displacement before it slides."""
+    friction_lever_m: Offset
+    """Depth under the belt's surface at which friction acts: its moment about the lateral axis."""
+    floor_m_per_s2: NotNegative
+    """Vibration of the floor: root mean square."""
+    floor_hz: Frequency
+    """Its frequency."""
+    floor_damping: Positive
+    """Its damping ratio."""
+    resonance_hz: Frequency
+    """Fore-aft resonance of the unloaded frame."""
+    resonance_damping: Positive
+    """Its damping ratio."""
+    resonance_mass_kg: Annotated[float, Gt(0), Le(10000)]
+    """Its moving mass."""
+    second_share: Pair[Fraction]
+    """Second mode of the frame: its fraction of [F_y, M_x] (0: none)."""
+    second_hz: Frequency
+    """Its frequency."""
+    second_damping: Positive
+    """Its damping ratio."""
+    second_mass_kg: Annotated[float, Gt(0), Le(10000)]
+    """Its moving mass."""
+    mount_share: Annotated[float, Ge(0), Lt(1)]  # s
+    """Fraction of a fast fore-aft force that rubber mounts at the height of the belt take."""
+    mount_relaxation_s: Time  # T_m
+    """Their relaxation time."""
+    rate_hz: Rate
+    """Rate of the log."""
 
 
 def lines_of_action(truth: PlateTruth) -> np.ndarray:

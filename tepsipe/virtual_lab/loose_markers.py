@@ -7,6 +7,7 @@ from typing import Annotated
 import numpy as np
 import scipy
 
+from tepsipe.quantities import Frequency, Height, NotNegative, Time
 from tepsipe.virtual_lab.motion_capture import MarkerPath
 
 Shift = Callable[[np.ndarray], np.ndarray]
@@ -16,24 +17,25 @@ Shift = Callable[[np.ndarray], np.ndarray]
 class Wobble:
     """Hidden constants of a mass that lags behind an accelerated leg, d'' + 2 z w d' + w² d = -a."""
 
-    hz: float
-    damping: float
-    """Natural frequency w / 2 pi (Hz) and damping ratio z."""
+    hz: Annotated[Frequency, "Hz"]  # w / 2 pi
+    """Natural frequency."""
+    damping: NotNegative  # z
+    """Damping ratio."""
     common: float
-    growing_per_m: float
-    """Part of d by which all markers of the leg move alike, and part per distance from the joint (1/m);
-    both 0 is a rigid leg."""
+    """Fraction of the mass's displacement by which all markers of the leg move; 0 in both is a rigid leg."""
+    growing_per_m: Annotated[float, "1/m"]
+    """The same per distance from the joint."""
 
 
 @dataclass(frozen=True)
 class Slip:
-    """Hidden constants of markers whose tape gives under every pulse."""
+    """The tape of a marker gives in every pulse, by a random step that stays."""
 
-    foot_m: float
-    ankle_m: float
-    """Standard deviation of the step of a marker on the foot, and of that on the ankle, in a pulse (m); 0
-    is a marker that holds."""
-    settling_s: float
+    foot_m: Height
+    """Standard deviation of the step of the markers on the foot; 0 is a marker that holds."""
+    ankle_m: Height
+    """The same of the marker on the ankle."""
+    settling_s: Time
     """Time constant of a step."""
 
 

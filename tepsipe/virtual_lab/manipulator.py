@@ -12,7 +12,9 @@ from typing import Annotated
 
 import numpy as np
 import scipy
+from annotated_types import Ge, Gt, Le
 
+from tepsipe.quantities import Angle, Frequency, NotNegative, Pause, Positive, Rate, Time
 from tepsipe.virtual_lab.integrate import integrate
 from tepsipe.virtual_lab.rubber import Relaxation, Rubber
 from tepsipe.virtual_lab.truth_file import TrueMotion
@@ -20,43 +22,52 @@ from tepsipe.virtual_lab.truth_file import TrueMotion
 
 @dataclass(frozen=True)
 class ManipulatorTruth:
-    """Hidden constants of the manipulator and of the joint in it."""
+    """The torque-controlled manipulator."""
 
-    inertia_kgm2: float
-    """Foot and handle about the joint."""
-    contact_Nm_per_rad3: Annotated[float, "N·m/rad³"]
-    """Hardening as the rubber is pressed against the brick at large angles."""
-    friction_Nm: float
-    friction_rate_rad_per_s: float
-    """Coulomb friction of the drive train (N·m) and the rate at which it is nearly full (rad/s)."""
-    ripple_Nm: float
-    ripple_bandwidth_hz: float
-    """Root mean square of the drive's torque ripple (N·m) and its bandwidth (Hz)."""
-    torque_per_factor_Nm: float
+    inertia_kgm2: Annotated[float, Gt(0), Le(20)]
+    """Inertia of foot and handle about the joint."""
+    contact_Nm_per_rad3: Annotated[NotNegative, "N·m/rad³"]
+    """Hardening at large angles, where the rubber is pressed against the brick."""
+    friction_Nm: NotNegative
+    """Coulomb friction of the drive train."""
+    friction_rate_rad_per_s: Positive
+    """Rate at which it saturates."""
+    ripple_Nm: NotNegative
+    """Torque ripple: root mean square."""
+    ripple_bandwidth_hz: Frequency
+    """Its bandwidth."""
+    torque_per_factor_Nm: Annotated[float, Gt(0), Le(5000)]
     """Root mean square of the multisine per unit of scale factor."""
-    torque_scale: float
-    angle_scale: float
-    """True torque over commanded torque, and encoder reading over true angle."""
-    torque_delay_s: float
-    """Delay of the drive: a torque acts this long after its command."""
-    band_low_hz: float
-    band_high_hz: float
-    period_s: float
-    command_rate_hz: float
-    """Multisine's lowest and highest component (Hz), its period (s), rate of the command (Hz)."""
-    log_rate_hz: float
-    log_jitter_s: float
-    """Mean rate of the log (Hz) and standard deviation of its sampling instants (s)."""
-    repeated_fraction: float
-    missing_fraction: float
-    """Part of the log's lines that repeat the sample before them, and that are not written."""
-    encoder_step_rad: float
-    """Resolution of the angle encoder."""
-    encoder_zero_rad: float
-    """Reading of the encoder at the joint's rest."""
-    lead_s: float
-    tail_s: float
-    """Time logged before the trigger and after the end of the command."""
+    torque_scale: Annotated[float, Gt(0), Le(10)]
+    """True over commanded torque."""
+    angle_scale: Annotated[float, Gt(0), Le(10)]
+    """Reading over true angle."""
+    torque_delay_s: Annotated[float, Ge(-1), Le(1)]
+    """Delay of the torque after its command."""
+    band_low_hz: Frequency
+    """Lowest component of the multisine."""
+    band_high_hz: Frequency
+    """Highest component of the multisine."""
+    period_s: Time
+    """Its period."""
+    command_rate_hz: Rate
+    """Rate of the torque command."""
+    log_rate_hz: Rate
+    """Mean rate of the log."""
+    log_jitter_s: Annotated[float, Ge(0), Le(10)]
+    """Standard deviation of its instants."""
+    repeated_fraction: NotNegative
+    """Fraction of the log's lines that repeat the preceding sample."""
+    missing_fraction: NotNegative
+    """Fraction of the log's lines that are not written."""
+    encoder_step_rad: Annotated[float, Gt(0), Le(3.2)]
+    """Resolution of the angle."""
+    encoder_zero_rad: Angle
+    """Its reading at rest."""
+    lead_s: Pause
+    """Time logged before the trigger."""
+    tail_s: Pause
+    """Time logged after the command."""
 
 
 @dataclass(frozen=True)

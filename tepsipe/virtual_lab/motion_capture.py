@@ -5,6 +5,9 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
+from annotated_types import Ge, Gt, Le
+
+from tepsipe.quantities import Angle, Height, NotNegative, Pause, Rate
 
 # positions x, y, z of a marker (m), shape (n, 3), at instants (s), shape (n,)
 MarkerPath = Callable[[np.ndarray], np.ndarray]
@@ -12,23 +15,26 @@ MarkerPath = Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class CaptureTruth:
-    """Hidden constants of the motion capture system."""
+    """Motion capture."""
 
-    rate_hz: float
-    marker_sampling_hz: float
-    """Frames per second, and markers per second within a frame."""
-    latency_s: float
-    """From the trigger's edge to the first marker of the first frame."""
-    clock_ppm: float
-    """Rate by which its clock exceeds the clock of the treadmill's log, in parts per million."""
-    length_scale: Annotated[float, "rad"]
-    vertical_rad: float
-    """Measured over true lengths, and angle by which an upright rod is seen to lean towards +y."""
-    noise_m: float
+    rate_hz: Rate
+    """Frames per second."""
+    marker_sampling_hz: Rate
+    """Markers per second within a frame."""
+    latency_s: Annotated[float, Ge(0), Le(10)]
+    """Time from the trigger to the first marker of the first frame."""
+    clock_ppm: Annotated[float, Ge(-100000), Le(100000), "parts per million"]
+    """How much faster the clock runs than that of the treadmill's log."""
+    length_scale: Annotated[float, Gt(0), Le(10)]
+    """Measured over true lengths."""
+    vertical_rad: Angle
+    """Angle by which an upright rod is seen to lean forwards."""
+    noise_m: Height
     """Standard deviation of each coordinate."""
-    occlusions_per_minute: float
-    occlusion_s: float
-    """Mean number of occlusions of a marker per minute (1/min), and mean length (s) of at least a frame."""
+    occlusions_per_minute: Annotated[NotNegative, "1/min"]
+    """Mean number of occlusions of a marker per minute."""
+    occlusion_s: Pause
+    """Their mean length; each hides a frame at least."""
 
 
 def record_markers(

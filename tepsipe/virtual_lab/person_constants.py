@@ -3,8 +3,30 @@
 Constants with a default belong to mechanisms that may be absent: the default switches the mechanism off.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
+from annotated_types import Ge, Gt, Le, Len, Lt
+
+from tepsipe.quantities import (
+    AddedStiffness,
+    Angle,
+    Damping,
+    Fraction,
+    Frequency,
+    Gravity,
+    Mass,
+    NotNegative,
+    Offset,
+    Pair,
+    Point,
+    Positive,
+    Stature,
+    Stiffness,
+    Three,
+    Time,
+)
 from tepsipe.virtual_lab.anthropometry import FOOT, SHANK, THIGH
 
 # names of the person's markers, in the strober's order
@@ -16,90 +38,101 @@ MUSCLES = ("TA", "SOL", "GAS", "BF", "RF")
 class PersonTruth:
     """Hidden constants of the body."""
 
-    mass_kg: float
-    stature_m: float
-    """Mass and height of the whole body."""
-    ankle_height_m: float
-    foot_com_m: float
-    """Ankle above the belt; centre of mass of the feet in front of the ankle (m), half as high as it."""
-    stance_rad: list
-    """Angles of shanks, thighs and upper body in quiet standing."""
-    position_x_m: float
-    position_y_m: float
-    """Position of the ankles on the plate."""
-    gravity_m_per_s2: float
-    """Acceleration of gravity."""
-    foot_mass: float = FOOT[1]
-    shank_mass: float = SHANK[1]
-    thigh_mass: float = THIGH[1]
-    """One foot, shank and thigh as fractions of the body's mass; the upper body has the rest."""
-    short_range_rad: float = 0.0
-    """Rotation of the ankle after which its short-range stiffness has yielded (rad): r."""
-    foot_stiffness_Nm_per_rad: float = 0.0
-    foot_damping_Nms_per_rad: float = 0.0
-    """Heel pads and arches against tilting of both feet on the belt: K_f, B_f; a stiffness of 0 makes the
-    feet rigid."""
-    forefoot_share: float = 1.0
-    """Tilt of the forefoot relative to the hindfoot's; the arch takes the rest."""
-    marked_share: float = 0.5
-    """Part of both ankles' torque that the marked leg bears."""
-    marked_rotation: float = 1.0
-    """Rotation of the marked shank relative to the mean of both."""
-    left_share: float = 0.5
-    """Part of the weight above the feet that the left leg bears, where each foot has a plate of its own."""
+    mass_kg: Mass
+    """Mass of the whole body."""
+    stature_m: Stature
+    """Stature."""
+    ankle_height_m: Annotated[float, Gt(0), Le(0.3)]
+    """Height of the ankle above the belt."""
+    foot_com_m: Annotated[float, Ge(-0.3), Le(0.3)]
+    """Anterior offset of the feet's centre of mass."""
+    stance_rad: Three[Angle]
+    """Angles of shanks, thighs and upper body from the vertical in quiet standing."""
+    position_x_m: Offset
+    """Position of the ankles on the plate, across the belt."""
+    position_y_m: Offset
+    """Position of the ankles on the plate, along the belt."""
+    gravity_m_per_s2: Gravity
+    """Gravity."""
+    foot_mass: Annotated[float, Gt(0), Le(0.05)] = FOOT[1]
+    """Each foot, as a fraction of the body's mass."""
+    shank_mass: Annotated[float, Gt(0), Le(0.1)] = SHANK[1]
+    """Each shank."""
+    thigh_mass: Annotated[float, Gt(0), Le(0.25)] = THIGH[1]
+    """Each thigh; the upper body has the rest."""
+    short_range_rad: Annotated[float, Gt(0), Le(3.2)] = 0.0  # r
+    """Rotation of the ankle after which its short-range stiffness has yielded."""
+    foot_stiffness_Nm_per_rad: AddedStiffness = 0.0  # K_f
+    """Stiffness of heel pads and arches of both feet against tilting on the belt; 0 makes the feet rigid."""
+    foot_damping_Nms_per_rad: Annotated[float, Ge(0), Le(20)] = 0.0  # B_f
+    """Its damping."""
+    forefoot_share: Fraction = 1.0
+    """Tilt of the forefoot relative to that of the hindfoot."""
+    marked_share: Annotated[float, Gt(0), Lt(1)] = 0.5
+    """Part of both ankles' torque that the marked leg bears; 0.5 for equal legs."""
+    marked_rotation: Annotated[float, Gt(0), Lt(2)] = 1.0
+    """Rotation of the marked shank relative to the mean of both; 1 for equal legs."""
+    left_share: Fraction = 0.5
+    """Part of the weight above the feet on the left leg, if each foot is on a plate of its own (`both` in
+    the column `belt`)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class MuscleTruth:
-    """Hidden constants of one muscle, of both legs."""
+    """A muscle."""
 
-    latency_s: float
-    """From stretch to the reflex in its drive (s): L."""
-    stretch: list
-    """Lengthening per angle of ankle, knee and hip: w."""
-    force_Nm: list
-    """Torque of full drive that resists the angles of ankle, knee and hip (N·m): F."""
-    balance_per_Nm: list
-    """Drive per wanted torque at the ankle, while that is positive and negative (1/N·m)."""
-    medium_latency_s: float = 0.0
-    """From stretch to the medium-latency reflex in its drive (s): L_2."""
+    latency_s: Annotated[float, Ge(0.01), Le(1)]  # L
+    """Time from stretch to the short-latency reflex."""
+    medium_latency_s: Annotated[float, Ge(0.01), Le(1)] = 0.0  # L_2
+    """Time from stretch to the medium-latency reflex."""
+    stretch: Three[float]  # w
+    """Lengthening per angle of ankle, knee and hip."""
+    force_Nm: Three[Annotated[float, Ge(-5000), Le(5000)]]  # F
+    """Torque at full drive that resists the angles of ankle, knee and hip, both legs."""
+    balance_per_Nm: Annotated[Pair[float], "1/(N·m)"]
+    """Drive per torque demanded by balance at the ankle: for positive and for negative torque."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class TaskTruth:
-    """Hidden constants that depend on the instruction, relax or stiff."""
+    """An instruction; joints in the order ankle, knee, hip, muscles in the order TA, SOL, GAS, BF, RF."""
 
-    stiffness_Nm_per_rad: list
-    damping_Nms_per_rad: list
-    """Intrinsic K and B of ankle, knee and hip, both legs; at the ankle without the short range."""
-    tone: list
-    """Drive of the muscles in quiet standing."""
-    reflex_s_per_rad: list
-    """Drive per stretch velocity (s/rad): G."""
-    medium_reflex_s_per_rad: list | tuple = (0.0,) * 5
-    """The same of the medium-latency reflex (s/rad): G_2."""
-    short_range_Nm_per_rad: float = 0.0
-    """Additional stiffness of both ankles in small rotations: K_s."""
+    stiffness_Nm_per_rad: Three[Stiffness]
+    """Intrinsic stiffness, both legs; at the ankle that of large rotations."""
+    short_range_Nm_per_rad: AddedStiffness = 0.0  # K_s
+    """Stiffness that is added at the ankles in small rotations."""
+    damping_Nms_per_rad: Three[Damping]
+    """Intrinsic damping, both legs."""
+    tone: Annotated[Sequence[NotNegative], Len(5, 5)]
+    """Drive in quiet standing, as a fraction of the largest."""
+    reflex_s_per_rad: Annotated[Annotated[Sequence[NotNegative], Len(5, 5)], "s/rad"]  # G
+    """Drive per stretch velocity of the short-latency reflex (M1)."""
+    medium_reflex_s_per_rad: Annotated[Annotated[Sequence[NotNegative], Len(5, 5)], "s/rad"] = (
+        0.0,
+    ) * 5  # G_2
+    """Drive per stretch velocity of the medium-latency reflex (M2)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class NervesTruth:
-    """Hidden constants of the loops that the instruction does not change."""
+    """Reflexes and balance."""
 
-    reflex_threshold_rad_per_s: float
-    """Stretch velocity that reflexes need (rad/s): s_0."""
-    twitch_s: float
-    """Time constant with which the muscles' force rises (s): T."""
-    balance_delay_s: float
-    """From the centre of mass to the drive."""
-    balance_Nm_per_rad: float
-    balance_Nms_per_rad: float
-    """Wanted torque at the ankle per lean of the centre of mass, and per its rate."""
-    wander_Nm: float
-    wander_s: float
-    """Standard deviation and correlation time of what balance adds of itself."""
-    relaxation_s: float = 0.0
-    """Time constant with which the muscles' force falls (s): T_2; 0 for T."""
+    reflex_threshold_rad_per_s: NotNegative  # s_0
+    """Threshold of the stretch velocity for a reflex."""
+    twitch_s: Annotated[float, Gt(0), Le(10)]  # T
+    """Time constant of the twitch response: its rise."""
+    relaxation_s: Annotated[float, Ge(0), Le(10)] = 0.0  # T_2
+    """Its fall; 0 stands for `twitch_s` (critically damped)."""
+    balance_delay_s: Annotated[float, Ge(0.01), Le(10)]
+    """Delay from the centre of mass to the drive."""
+    balance_Nm_per_rad: NotNegative
+    """Torque demanded per lean of the centre of mass."""
+    balance_Nms_per_rad: NotNegative
+    """Torque demanded per rate of this lean."""
+    wander_Nm: NotNegative
+    """Random component of balance: standard deviation."""
+    wander_s: Time
+    """Its correlation time."""
 
 
 @dataclass(frozen=True)
@@ -116,28 +149,33 @@ class Subject:
 
 @dataclass(frozen=True)
 class PersonMarkers:
-    """Positions of the markers on the right leg."""
+    """Markers of the person."""
 
-    foot_m: list
-    """On the foot: forward of the ankle and above the belt."""
-    shank_m: list
-    thigh_m: list
-    """In front of the segment's axis, and along it from its lower joint."""
-    lateral_m: float
+    foot_m: Pair[Point]
+    """Two markers: [anterior offset from the ankle, height above the belt]."""
+    shank_m: Pair[Point]
+    """Two markers: [anterior offset from the axis of the segment, longitudinal offset from its lower
+    joint]; one more is on the ankle."""
+    thigh_m: Three[Point]
+    """Three markers, in the same way."""
+    lateral_m: Offset
     """Position of all markers across the belt, from the middle between the feet."""
-    joint_centre_m: list | tuple = (0.0, 0.0)
-    """Position of the ankle's axis relative to the ankle's marker in quiet standing."""
+    joint_centre_m: Point = (0.0, 0.0)
+    """[forward, up] position of the ankle's axis relative to the ankle's marker."""
 
 
 @dataclass(frozen=True)
 class SkinTruth:
-    """Motion of the skin under the markers on the bones."""
+    """The skin under the markers."""
 
-    frequency_hz: float = 12.0
-    damping: float = 0.3
-    """Natural frequency (Hz) and damping ratio of the soft tissue of shank and thigh."""
-    shank_share: float = 0.0
-    thigh_share: float = 0.0
-    """Part of the soft tissue's motion that the skin under the markers takes part in."""
+    frequency_hz: Frequency = 12.0
+    """Natural frequency of the soft tissue of shank and thigh."""
+    damping: Positive = 0.3
+    """Its damping ratio."""
+    shank_share: Fraction = 0.0
+    """Part of the soft tissue's motion in which the markers of the shank take part; 0 for markers fixed to
+    the bone."""
+    thigh_share: Fraction = 0.0
+    """The same of the thigh."""
     slip_m_per_rad: float = 0.0
     """Forward displacement of the ankle's marker per rotation of the ankle."""

@@ -3,8 +3,12 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Gt, Le
+
+from tepsipe.quantities import Damping, NotNegative, Stiffness, Time
 
 
 @dataclass(frozen=True)
@@ -15,20 +19,20 @@ class Rubber:
     ``stiffness * phi * (1 - softening * q) + (damping + softened_damping * q) * phi'``.
     """
 
-    stiffness_Nm_per_rad: float
+    stiffness_Nm_per_rad: Stiffness
     """Stiffness for small bending."""
-    damping_Nms_per_rad: float
+    damping_Nms_per_rad: Damping
     """Damping for small bending."""
-    softening: float
-    """Part of the stiffness that is lost at large bending, 0 to 1."""
-    softening_angle_rad: float
-    """Bending at which half of that is lost."""
-    softened_damping_Nms_per_rad: float
-    """Damping that is gained at large bending."""
-    relaxation_share: float = 0.0
-    relaxation_s: float = 1.0
-    """Moment that a quick bending has in addition, as a part of the stiffness for small bending, and the
-    time in which it relaxes (s): see `Relaxation`. A share of 0 does not relax."""
+    softening: NotNegative
+    """Fraction of the stiffness that is lost at large bending, 0 to 1."""
+    softening_angle_rad: Annotated[float, Gt(0), Le(3.2)]
+    """Bending at which half of it is lost."""
+    softened_damping_Nms_per_rad: Damping
+    """Damping that is gained at large bending, half of it at the same angle."""
+    relaxation_share: NotNegative = 0.0
+    """Moment of a quick bending beyond that, as a fraction of the stiffness for small bending (0: none)."""
+    relaxation_s: Time = 1.0
+    """Time in which it relaxes."""
 
     @cached_property
     def moment(self) -> Callable[[float, float], float]:

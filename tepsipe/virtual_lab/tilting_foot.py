@@ -15,18 +15,23 @@ bends by th - ph:
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Annotated
+
+from annotated_types import Gt, Le
+
+from tepsipe.quantities import NotNegative
 
 
 @dataclass(frozen=True)
 class FootTilt:
-    """Hidden constants of the foot on its tape."""
+    """The foot tilts on tape and belt."""
 
-    compliance_rad_per_Nm: float
-    """Tilt per moment (rad/N·m); 0 is a foot that does not tilt."""
-    damping_ratio: float
-    """Damping ratio of the tilt, with the moment of inertia of foot and leg's mass about the belt."""
-    foot_inertia_kgm2: float
-    """Foot about its centre of mass."""
+    compliance_rad_per_Nm: NotNegative
+    """Tilt per moment; 0 is a foot that does not tilt."""
+    damping_ratio: NotNegative
+    """Damping ratio of the tilt."""
+    foot_inertia_kgm2: Annotated[float, Gt(0), Le(20)]
+    """Moment of inertia of the foot about its centre of mass."""
 
 
 def tilting_derivative(

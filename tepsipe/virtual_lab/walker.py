@@ -16,6 +16,19 @@ from typing import Annotated
 
 import numpy as np
 import scipy
+from annotated_types import Ge, Le
+
+from tepsipe.quantities import (
+    AddedStiffness,
+    Damping,
+    Height,
+    Inertia,
+    Length,
+    NotNegative,
+    Percent,
+    Several,
+    Time,
+)
 
 FINE_HZ = 1000.0
 BEFORE_STRIKE_S = 0.12  # strides are joined so long before the heel strike
@@ -28,26 +41,30 @@ HOLD_S = 0.25  # time from the onset of a ramp to its way back
 class Joint:
     """Truth of the ankle."""
 
-    phase_percent: tuple[float, ...] = (0.0, 20.0, 40.0, 60.0, 80.0, 95.0, 100.0)
+    phase_percent: Several[Percent] = (0.0, 20.0, 40.0, 60.0, 80.0, 95.0, 100.0)
     """Knots over stance."""
-    stiffness_Nm_per_rad: tuple[float, ...] = (40.0, 100.0, 180.0, 280.0, 400.0, 440.0, 300.0)
-    damping_Nms_per_rad: tuple[float, ...] = (0.8, 1.0, 1.5, 2.0, 2.5, 2.5, 2.0)
-    """K and B at the knots."""
-    inertia_kgm2: float = 0.012
-    reflex_Nms_per_rad: float = 25.0
-    """Impulse response of the reflex, integrated, per velocity of the stretch."""
-    latency_s: float = 0.052
-    """From the onset of the stretch to the first reflex moment."""
-    twitch_s: float = 0.06
+    stiffness_Nm_per_rad: Several[AddedStiffness] = (40.0, 100.0, 180.0, 280.0, 400.0, 440.0, 300.0)
+    """*K* at the knots."""
+    damping_Nms_per_rad: Several[Damping] = (0.8, 1.0, 1.5, 2.0, 2.5, 2.5, 2.0)
+    """*B* at the knots."""
+    inertia_kgm2: Inertia = 0.012
+    """*I*."""
+    reflex_Nms_per_rad: NotNegative = 25.0
+    """Reflex moment per velocity of the stretch."""
+    latency_s: Annotated[float, Ge(0), Le(10)] = 0.052
+    """First reflex."""
+    twitch_s: Time = 0.06
     """Time to the peak of a twitch."""
-    foot_mass_kg: float = 1.15
-    foot_depth_m: float = 0.06
-    """Mass of the foot (kg), and its centre of mass below the ankle (m)."""
-    shank_m: float = 0.43
+    foot_mass_kg: Annotated[float, Ge(0), Le(50)] = 1.15
+    """Mass of the foot."""
+    foot_depth_m: Height = 0.06
+    """Its centre of mass below the ankle."""
+    shank_m: Length = 0.43
     """Displacement of the belt per rotation of the ankle."""
-    vertical_per_moment: float = 0.5
-    anterior_per_moment: float = 1.1
-    """Change of the forces with the moment (1/m, unit of force per unit of moment)."""
+    vertical_per_moment: Annotated[float, "1/m"] = 0.5
+    """Change of the vertical force with the moment."""
+    anterior_per_moment: Annotated[float, "1/m"] = 1.1
+    """Change of the anterior force with the moment."""
 
     def stiffness(self, percent: np.ndarray) -> np.ndarray:
         """K (N·m/rad) at phases of stance (%)."""

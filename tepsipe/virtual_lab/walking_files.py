@@ -15,6 +15,7 @@ from pathlib import Path
 import ezc3d
 import numpy as np
 
+from tepsipe.quantities import Height, Length, NotNegative, Point
 from tepsipe.virtual_lab.walker import Joint, Walk
 
 LABELS = ("LMAL", "LKNE", "LHEE", "LTOE", "SACR")
@@ -32,19 +33,22 @@ MOST_FRAMES = 65535
 
 @dataclass(frozen=True)
 class WalkerBody:
-    """Body of the walker as the markers show it."""
+    """What markers and plates show."""
 
-    shank_m: float = 0.42
-    """Knee above ankle."""
-    heel_m: tuple[float, float] = (-0.06, -0.06)
-    toe_m: tuple[float, float] = (0.15, -0.07)
-    """Heel and toe from the ankle on a flat foot: forward, up."""
-    sacrum_height_m: float = 1.0
-    marker_noise_m: float = 0.0001
-    """Standard deviation of every coordinate."""
-    force_noise_N: float = 0.5
-    moment_noise_Nm: float = 0.2
-    """Noise of every sample of a plate."""
+    shank_m: Length = 0.42
+    """Place of the marker on the knee above the one on the ankle."""
+    heel_m: Point = (-0.06, -0.06)
+    """Marker on the heel from the ankle (forward, up)."""
+    toe_m: Point = (0.15, -0.07)
+    """Marker on the toe from the ankle (forward, up)."""
+    sacrum_height_m: Length = 1.0
+    """Height of the marker on the sacrum."""
+    marker_noise_m: Height = 0.0001
+    """Standard deviation of a sample of a marker."""
+    force_noise_N: NotNegative = 0.5
+    """The same of a force."""
+    moment_noise_Nm: NotNegative = 0.2
+    """The same of a moment."""
 
 
 def walk_markers(walk: Walk, unperturbed: Walk, body: WalkerBody) -> dict[str, np.ndarray]:

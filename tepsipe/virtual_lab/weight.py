@@ -12,6 +12,7 @@ from typing import Annotated
 import numpy as np
 import scipy
 
+from tepsipe.quantities import Gravity, Height, Length, Mass, Offset
 from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
 from tepsipe.virtual_lab.integrate import integrate
 from tepsipe.virtual_lab.motion_capture import MarkerPath
@@ -22,20 +23,27 @@ MARKERS = ("weight1", "weight2", "weight3", "weight4")
 
 @dataclass(frozen=True)
 class WeightTruth:
-    """Hidden constants of the weight."""
+    """Rigid cuboid, taped to the belt, with a marker in every upper corner.
 
-    mass_kg: float
-    width_m: float
-    length_m: float
-    height_m: float
-    """Across, along and above the belt (m); a marker sits in every upper corner."""
-    com_height_m: float
-    """Centre of mass above the belt."""
-    position_x_m: float
-    position_y_m: float
-    """Position of the weight on the plate."""
-    gravity_m_per_s2: float
-    """Acceleration of gravity."""
+    The heavy one lies on the belt in trials whose row names a mass.
+    """
+
+    mass_kg: Mass
+    """Mass."""
+    width_m: Length
+    """Dimension across the belt."""
+    length_m: Length
+    """Dimension along the belt."""
+    height_m: Length
+    """Dimension above the belt."""
+    com_height_m: Height
+    """Height of the centre of mass above the belt."""
+    position_x_m: Offset
+    """Position on the plate, across the belt."""
+    position_y_m: Offset
+    """Position on the plate, along the belt."""
+    gravity_m_per_s2: Gravity
+    """Gravity."""
 
 
 def move_weight(

@@ -18,8 +18,7 @@ from tepsipe.experiments.wristalyzer.analysis import (
 )
 from tepsipe.experiments.wristalyzer.averaging import sweep_averaging
 from tepsipe.experiments.wristalyzer.estimators import ESTIMATORS, RECOMMENDED, Estimator, Fitted
-from tepsipe.experiments.wristalyzer.record import WristalyzerOptions, prepare
-from tepsipe.identification.admittance_fit import Bounds
+from tepsipe.experiments.wristalyzer.record import Impedance, WristalyzerOptions, prepare
 from tepsipe.statistics.uncertainty import Budget, Source
 
 JOINT = np.array([0.015, 0.1, 8.0])
@@ -32,14 +31,13 @@ OPTIONS = WristalyzerOptions(
     fit_band_hz=(1.0, 9.0),
     perturbation_period_s=10.0,
     excited_band_hz=(1.0, 20.0),
-    bounds=Bounds(
-        start=np.array([0.001, 0.1, 10.0]),
-        lower=np.array([-10.0, 0.01, -20.0]),
-        upper=np.array([10.0, 10.0, 20.0]),
-    ),
+    start=Impedance(0.001, 0.1, 10.0),
+    lower=Impedance(-10.0, 0.01, -20.0),
+    upper=Impedance(10.0, 10.0, 20.0),
     random_starts=2,
     tried_stiffness_Nm_per_rad=(5.0, 15.0),
-    profile_Nm_per_rad=(6.0, 10.0, 21),
+    profile_stiffness_Nm_per_rad=(6.0, 10.0),
+    profile_points=21,
 )
 
 
@@ -169,7 +167,7 @@ def test_cross_validated_vaf_leaves_a_trials_own_data_out():
 
 
 def test_fit_at_a_bound_flags_its_rows_and_no_others(exact):
-    narrow = replace(OPTIONS, bounds=replace(OPTIONS.bounds, upper=np.array([10.0, 10.0, 6.5]), start=START))
+    narrow = replace(OPTIONS, upper=Impedance(10.0, 10.0, 6.5), start=Impedance(*START))
     found = analyse(trial_with(), replace(narrow, tried_stiffness_Nm_per_rad=(5.0,)))
     flags = {row.flags for row in wristalyzer_estimates("0.16", found) if row.estimator == "spectral-fit"}
     assert flags == {"at-bound"}
@@ -193,7 +191,11 @@ def shifted(trial, delay_s=0.0, torque_scale=1.0, angle_scale=1.0):
 
 
 QUICK = replace(
-    OPTIONS, random_starts=0, tried_stiffness_Nm_per_rad=(10.0,), profile_Nm_per_rad=(7.0, 9.0, 3)
+    OPTIONS,
+    random_starts=0,
+    tried_stiffness_Nm_per_rad=(10.0,),
+    profile_stiffness_Nm_per_rad=(7.0, 9.0),
+    profile_points=3,
 )
 
 

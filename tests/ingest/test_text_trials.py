@@ -15,7 +15,13 @@ from tepsipe.errors import InputError
 from tepsipe.experiments.dummy.leg_pathways import analyse_dummy
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
 from tepsipe.ingest.standing import with_emg
-from tepsipe.ingest.whole_trial import RecordingOptions, ScaledChannel, ingest_recording_files
+from tepsipe.ingest.whole_trial import (
+    Axes,
+    BeltVelocity,
+    PlateNumbers,
+    RecordingOptions,
+    ingest_recording_files,
+)
 from tepsipe.io.formats import contents_of, read_markers
 from tepsipe.io.readers.edf import EmgRecording
 from tepsipe.io.readers.treadmill_log import read_treadmill_log
@@ -31,13 +37,11 @@ LATE_S, FIRST_S = 1.7, 500.0
 # x to the right, y forward, z up -> D-Flow's x to the right, y up, z backward
 TO_DFLOW = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 DFLOW = RecordingOptions(
-    forward="-z",
-    up="+y",
-    plates={"left": (1,), "right": (2,)},
-    belt_velocity=ScaledChannel("RightBelt.Speed", -1.0),
-    velocity_markers=FEET,
+    axes=Axes("-z", "+y"),
+    plates=PlateNumbers((1,), (2,)),
+    belt_velocity=BeltVelocity("RightBelt.Speed", -1.0, markers=FEET),
 )
-TABLE = RecordingOptions(plates={"left": (1,), "right": (2,)}, belt_velocity=ScaledChannel("belt"))
+TABLE = RecordingOptions(plates=PlateNumbers((1,), (2,)), belt_velocity=BeltVelocity("belt"))
 
 
 # markers of the shipped laboratory

@@ -9,6 +9,7 @@ from builders import DUMMY_DURATION_S, assert_one_sentence
 from c3d_builders import single_c3d, single_c3d_settings
 from standing_builders import CUTTING, OPTIONS
 
+from tepsipe.arguments import options_of
 from tepsipe.errors import InputError
 from tepsipe.experiments.dummy.foot_pathways import FootOptions, FootPathway, analyse_foot
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy
@@ -22,7 +23,11 @@ from tepsipe.experiments.weight import estimate_masses
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
 from tepsipe.ingest.standing import ingest_standing_files, with_recorded_emg
 from tepsipe.ingest.whole_trial import (
+    Axes,
+    BeltVelocity,
     LoadCell,
+    LoadCells,
+    PlateNumbers,
     RecordingOptions,
     ScaledChannel,
     ingest_recording,
@@ -40,8 +45,8 @@ from tepsipe.virtual_lab.standing_trial import make_standing_trial
 from tepsipe.virtual_lab.treadmill_trial import Protocol
 from tepsipe.virtual_lab.weight_trial import make_weight_trial
 
-BELT = ScaledChannel("Belt speed", 0.5, 2.5)
-USE = RecordingOptions(plates={"left": (1,), "right": (2,)}, belt_velocity=BELT)
+BELT = BeltVelocity("Belt speed", 0.5, 2.5)
+USE = RecordingOptions(plates=PlateNumbers((1,), (2,)), belt_velocity=BELT)
 FIXED = ("foot1", "foot2", "foot3", "ankle")
 LATENCY_S = 0.0008  # of the laboratory's cameras
 LOWPASS = Lowpass(20.0, 4, True)
@@ -138,7 +143,7 @@ def test_leg_is_the_laboratorys(ingested, dummy, true_joint, short_truth):
 
 def test_belt_velocity_from_markers(one_file, options, labels, ingested, dummy):
     """On the exact clock of the frames, and without a channel of the belt velocity."""
-    use = replace(USE, belt_velocity=None, velocity_markers=FIXED)
+    use = replace(USE, belt_velocity=BeltVelocity(markers=FIXED))
     trial = ingest_recording_files({"log": str(one_file)}, labels, options, use, DUMMY_DURATION_S)
     found, expected = leg(trial, dummy), leg(ingested[0], dummy)
     # the instruments of the output error now have the noise of the markers
@@ -154,7 +159,7 @@ def test_belt_velocity_from_markers(one_file, options, labels, ingested, dummy):
 
 def test_markers_on_an_empty_belt_give_its_velocity_only(recording, ingested):
     options = TreadmillOptions(250.0, None, None, 2.5)
-    use = replace(USE, belt_velocity=None, velocity_markers=FIXED[:3])
+    use = replace(USE, belt_velocity=BeltVelocity(markers=FIXED[:3]))
     trial = ingest_recording(recording, None, options, use, DUMMY_DURATION_S)
     assert "marker" not in trial.axes
     assert not [name for name in trial.signals if name.startswith("marker")]
@@ -249,7 +254,7 @@ def test_standing_person_from_one_file(short_truth, shipped_config, tmp_path):
     for name in "BK":
         several, one = (found["a", "short"].interval(name)[0] for found in fits)
         assert one == pytest.approx(several, rel=0.01)
-    search = OnsetOptions(**section["latency"] | {"search_s": tuple(section["latency"]["search_s"])})
+    search = OnsetOptions(**section["latency"])
     compared = 0
     for muscle, choice in section["muscles"].items():
         several, one = (
@@ -303,7 +308,7 @@ def same(trial, other, tolerance=1e-5):
 )
 def test_axes_of_the_laboratory(forward, up, rows, recording, options, labels, ingested):
     shifted = turned(recording, np.array(rows, dtype=float), np.array([0.7, -1.2, 0.3]))
-    use = replace(USE, forward=forward, up=up)
+    use = replace(USE, axes=Axes(forward, up))
     same(ingest_recording(shifted, labels, options, use, DUMMY_DURATION_S), ingested[1])
 
 
@@ -337,7 +342,7 @@ def test_one_belt_on_several_plates_and_none_on_the_other(recording, options, la
     half = replace(right, force=0.25 * right.force, moment=0.25 * right.moment)
     rest = replace(right, force=0.75 * right.force, moment=0.75 * right.moment)
     split = replace(recording, plates=(half, left, rest))
-    use = replace(USE, plates={"left": (), "right": (1, 3)})
+    use = replace(USE, plates=PlateNumbers(right=(1, 3)))
     trial = ingest_recording(split, labels, options, use, DUMMY_DURATION_S)
     assert trial.axes["belt"].tolist() == ["right"]
     force = ingested[1].values("force")[:, 1:]
@@ -363,7 +368,7 @@ def test_load_cells_by_their_geometry(recording, options, labels, ingested):
     newtons = np.hstack([right.force, right.moment]) @ np.linalg.pinv(unit).T
     channels = {f"cell {k}": Channel(x / 250.0, "V", 1000.0) for k, x in enumerate(newtons.T)}
     cells = tuple(LoadCell(f"cell {k}", 250.0, *place) for k, place in enumerate(places))
-    use = replace(USE, plates={"left": (1,), "right": ()}, load_cells={"right": cells})
+    use = replace(USE, plates=PlateNumbers((1,)), load_cells=LoadCells(right=cells))
     with_cells = replace(recording, channels=recording.channels | channels)
     trial = ingest_recording(with_cells, labels, options, use, DUMMY_DURATION_S)
     # the origin is now the centre of the left plate, at x = -0.285 m: only moments about y and z change
@@ -412,7 +417,7 @@ def test_velocity_by_the_unit_of_its_channel(recording, options, labels, ingeste
     old = recording.channels["Belt speed"]
     channel = Channel(500.0 * (old.values - 2.5), "mm/s", old.rate_hz)
     other = replace(recording, channels=recording.channels | {"v": channel})
-    use = replace(USE, belt_velocity=ScaledChannel("v"))
+    use = replace(USE, belt_velocity=BeltVelocity("v"))
     same(ingest_recording(other, labels, options, use, DUMMY_DURATION_S), ingested[1])
 
 
@@ -428,13 +433,13 @@ def hole(channel):
 @pytest.mark.parametrize(
     ("change", "use", "words"),
     [
-        ({}, {"belt_velocity": ScaledChannel("speed")}, ["'speed'", "'Fx1'", "belt_velocity"]),
-        ({}, {"belt_velocity": ScaledChannel("Belt speed")}, ["m/s", "'V'", "m_per_s_per_unit"]),
-        ({}, {"belt_velocity": None}, ["belt-fixed markers", "'Belt speed'", "belt_velocity"]),
-        ({}, {"belt_velocity": None, "velocity_markers": ("sole",)}, ["'sole'", "marker_labels"]),
-        ({}, {"plates": {"right": (3,)}}, ["force plate 3", "2 force plates", "recording.plates"]),
-        ({}, {"plates": {}}, ["number of a force plate", "2 force plates"]),
-        ({}, {"forward": "+y", "up": "-y"}, ["two different axes", "'+y'", "'-y'"]),
+        ({}, {"belt_velocity": BeltVelocity("speed")}, ["'speed'", "'Fx1'", "belt_velocity"]),
+        ({}, {"belt_velocity": BeltVelocity("Belt speed")}, ["m/s", "'V'", "m_per_s_per_unit"]),
+        ({}, {"belt_velocity": BeltVelocity()}, ["belt-fixed markers", "'Belt speed'", "belt_velocity"]),
+        ({}, {"belt_velocity": BeltVelocity(markers=("sole",))}, ["'sole'", "marker_labels"]),
+        ({}, {"plates": PlateNumbers(right=(3,))}, ["force plate 3", "2 force plates", "recording.plates"]),
+        ({}, {"plates": PlateNumbers()}, ["number of a force plate", "2 force plates"]),
+        ({}, {"axes": Axes("+y", "-y")}, ["two different axes", "'+y'", "'-y'"]),
         ({}, {"trigger": "Sync"}, ["'Sync'", "trigger"]),
         ({}, {"trigger": "Belt speed"}, ["'Belt speed'", "high from the first"]),
         ({"markers": None}, {}, ["markers", "found none"]),
@@ -457,7 +462,7 @@ def test_what_does_not_fit_the_file_is_refused(change, use, words, recording, op
         )
         nothing = ForcePlate(np.full((9, 3), np.nan), np.full((9, 3), np.nan), 1000.0, fault=sentence)
         recording = replace(recording, plates=(recording.plates[0], nothing))
-        unused = replace(USE, plates={"left": (1,)})
+        unused = replace(USE, plates=PlateNumbers((1,)))
         ingest_recording(recording, labels, options, unused, DUMMY_DURATION_S)
     if "far" in change:
         plates = tuple(replace(p, corners=p.corners + np.array([0.0, 2.2, 0.0])) for p in recording.plates)
@@ -530,14 +535,10 @@ def test_electromyograms_of_unknown_unit_or_several_rates_are_refused(
 
 def test_settings_of_the_builder_are_these_options(shipped_config):
     section = shipped_config["plate_treadmill"]["recording"]
-    assert RecordingOptions.from_settings(section | single_c3d_settings()) == replace(
-        USE, load_cells={"left": (), "right": ()}
-    )
-    markers = RecordingOptions.from_settings(
-        section | single_c3d_settings(belt_velocity=False, markers=FIXED)
-    )
-    assert markers.belt_velocity is None
-    assert markers.velocity_markers == FIXED
+    assert options_of(RecordingOptions, section | single_c3d_settings()) == USE
+    markers = options_of(RecordingOptions, section | single_c3d_settings(belt_velocity=False, markers=FIXED))
+    assert markers.belt_velocity.channel is None
+    assert markers.belt_velocity.markers == FIXED
 
 
 # ---- recordings made by others -----------------------------------------------------------------------
@@ -550,9 +551,9 @@ def test_feet_of_a_walking_person_are_where_the_force_is(forward, sign, real_dat
     feet = {"left": ("L_FCC", "L_FM1", "L_FM5"), "right": ("R_FCC", "R_FM1", "R_FM5")}
     cells = (LoadCell("TAPIS FZ1", 250.0, "+z", (0.5, 1.5, 0.0)),)
     use = RecordingOptions(
-        forward=forward,
-        plates={"left": (1,), "right": (2,)},
-        velocity_markers=("L_IAS", "R_IAS"),
+        axes=Axes(forward),
+        plates=PlateNumbers((1,), (2,)),
+        belt_velocity=BeltVelocity(markers=("L_IAS", "R_IAS")),
     )
     labels = ["L_IAS", "R_IAS", *feet["left"], *feet["right"]]
     ingest = TreadmillOptions(200.0, 0.5, None, 2.5)
@@ -582,7 +583,7 @@ def test_feet_of_a_walking_person_are_where_the_force_is(forward, sign, real_dat
         assert aside.max() < 0.06
     assert set(on_plate) == {"left", "right"}
     # a cell of the unloaded treadmill, in volts, adds little
-    more = replace(use, load_cells={"right": cells})
+    more = replace(use, load_cells=LoadCells(right=cells))
     added = ingest_recording(recording, labels, ingest, more, 1.7, bridge_long_gaps=True)
     volts = (added.values("force")[:, 1, 2] - force[:, 1, 2]) / 250.0
     assert 0.01 < np.abs(volts).max() < 0.14

@@ -7,11 +7,11 @@ import pytest
 from belt_builders import OPTIONS, belt_recording, pulsed_evaluated, restless_belt, swaying_belt
 from builders import assert_one_sentence
 
+from tepsipe.arguments import options_of
 from tepsipe.errors import InputError
 from tepsipe.ingest.belt_table import BeltTableOptions, ingest_belt_table
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.signals.filters import Lowpass
-from tepsipe.treadmill.black_box_models import RippleOptions
 from tepsipe.treadmill.calibration import (
     ALL_EMPTY,
     BOTH,
@@ -183,7 +183,7 @@ def real_scores(real_data, treadmill):
         trial = ingest_belt_table(read_text_table(path, COLUMNS, "\t"), COLUMNS, options, 349.0, str(path))
         recordings.append(table_recording(trial, name, analysis["trimmed_s"]))
     family = models.pop("family")
-    chosen = FamilyOptions(**models | {"ripple": RippleOptions(**models["ripple"])})
+    chosen = options_of(FamilyOptions, models)
 
     def at(cutoff_hz):
         lowpass = Lowpass(cutoff_hz, analysis["lowpass_order"], analysis["zero_lag"])

@@ -37,7 +37,11 @@ def rest(kg, rng, *, origin_m=0.0, scale=1.0, gains=(1.0, 1.0, 1.0, 1.0), centre
     m_y = -(f @ (CORNERS[:, 1] + X_M))
     noise = 0.03 * rng.standard_normal((3, count))
     place = np.column_stack([np.full(count, X_M), y]) if kg else np.zeros((count, 2))
-    weight = Weight(kg, 0.1, G, centre_m) if kg else None
+    weight = (
+        Weight(mass_kg=kg, com_height_m=0.1, gravity_m_per_s2=G, com_forward_of_markers_m=centre_m)
+        if kg
+        else None
+    )
     return Resting(weight, place, f_z + noise[0], m_x + noise[1], m_y + noise[2])
 
 

@@ -64,11 +64,27 @@ PERSON = PersonTruth(
 )
 # latency, stretch per angle, torque of full drive, balance while its torque is positive and negative
 CONTROLLED = {
-    "TA": MuscleTruth(0.044, [-1.0, 0.0, 0.0], [-80.0, 0.0, 0.0], [-0.0005, -0.004]),
-    "SOL": MuscleTruth(0.042, [1.0, 0.0, 0.0], [150.0, 0.0, 0.0], [0.004, 0.0025]),
-    "GAS": MuscleTruth(0.041, [1.0, 0.25, 0.0], [100.0, 40.0, 0.0], [0.004, 0.0025]),
-    "BF": MuscleTruth(0.040, [0.0, 0.5, 0.8], [0.0, 70.0, 100.0], [0.0004, 0.0002]),
-    "RF": MuscleTruth(0.043, [0.0, -0.6, -0.5], [0.0, -100.0, -80.0], [-0.0002, -0.0004]),
+    "TA": MuscleTruth(
+        latency_s=0.044,
+        stretch=[-1.0, 0.0, 0.0],
+        force_Nm=[-80.0, 0.0, 0.0],
+        balance_per_Nm=[-0.0005, -0.004],
+    ),
+    "SOL": MuscleTruth(
+        latency_s=0.042, stretch=[1.0, 0.0, 0.0], force_Nm=[150.0, 0.0, 0.0], balance_per_Nm=[0.004, 0.0025]
+    ),
+    "GAS": MuscleTruth(
+        latency_s=0.041, stretch=[1.0, 0.25, 0.0], force_Nm=[100.0, 40.0, 0.0], balance_per_Nm=[0.004, 0.0025]
+    ),
+    "BF": MuscleTruth(
+        latency_s=0.040, stretch=[0.0, 0.5, 0.8], force_Nm=[0.0, 70.0, 100.0], balance_per_Nm=[0.0004, 0.0002]
+    ),
+    "RF": MuscleTruth(
+        latency_s=0.043,
+        stretch=[0.0, -0.6, -0.5],
+        force_Nm=[0.0, -100.0, -80.0],
+        balance_per_Nm=[-0.0002, -0.0004],
+    ),
 }
 SLACK = {name: replace(muscle, force_Nm=[0.0] * 3) for name, muscle in CONTROLLED.items()}
 # torque of full drive that resists the angles of ankle, knee and hip (Nm), by muscle
@@ -76,7 +92,9 @@ FORCE = np.array([muscle.force_Nm for muscle in CONTROLLED.values()])
 # stiff enough to stand without nerves: the ankles must resist with more than m g h = 567 Nm/rad
 STIFFNESS, DAMPING = [1100.0, 1400.0, 900.0], [10.0, 20.0, 15.0]
 TONE, GAIN = [0.05, 0.1, 0.08, 0.02, 0.03], [0.3, 0.35, 0.25, 0.4, 0.2]
-PASSIVE = TaskTruth(STIFFNESS, DAMPING, TONE, [0.0] * 5)
+PASSIVE = TaskTruth(
+    stiffness_Nm_per_rad=STIFFNESS, damping_Nms_per_rad=DAMPING, tone=TONE, reflex_s_per_rad=[0.0] * 5
+)
 REFLEXIVE = replace(PASSIVE, reflex_s_per_rad=GAIN)
 UNDAMPED = replace(PASSIVE, damping_Nms_per_rad=[0.0] * 3)
 NO_NERVES = NervesTruth(

@@ -385,7 +385,7 @@ def checked_plate(truth, folder, **fault):
     for k, y in enumerate((-0.1, 0.1)):
         changed["weight"] |= {"position_y_m": y, "mass_kg": 60.0}
         trial = ingested(make(changed, "weight", folder / str(k)))
-        weight = Weight(60.0, 0.1, 9.81, 0.0)
+        weight = Weight(mass_kg=60.0, com_height_m=0.1, gravity_m_per_s2=9.81, com_forward_of_markers_m=0.0)
         rests.append(resting(prepare_trial(trial, "weight", Lowpass(20.0, 4, True), window), "right", weight))
     return check_plate(rests, "plate")
 

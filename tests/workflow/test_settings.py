@@ -1,17 +1,24 @@
 """The model of the configuration: its documentation, its physical ranges, and who imports it."""
 
 import copy
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated, Literal
 
 import pytest
+from annotated_types import Ge
 from builders import assert_one_sentence
 
+from tepsipe.arguments import check_options
 from tepsipe.errors import InputError
+from tepsipe.quantities import Band, Different, FilterOrder, Length, Mass, Meanings, Point, Rate, Thesis
 from workflow.settings.check import check_content
 from workflow.settings.config import Config, check_config
 from workflow.settings.reported import Reported
+from workflow.settings.section import made_from
 from workflow.settings.structure import entries_of, section_of
-from workflow.settings.tables import README, updated
+from workflow.settings.tables import README, _rows, updated
 from workflow.settings.virtual_lab import VirtualLab
 from workflow.support.imported_files import reached_by
 from workflow.support.yaml_file import read_settings
@@ -184,3 +191,102 @@ def test_no_job_imports_the_model(script):
         assert not path.startswith("workflow/settings/"), path
         assert "import pydantic" not in (text := (ROOT / path).read_text(encoding="utf-8")), path
         assert "from pydantic" not in text, path
+
+
+# ---- ranges stand once -----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Parts of an example."""
+
+    mass_kg: Mass
+    """Mass of the part."""
+
+
+@dataclass(frozen=True)
+class Example:
+    """An example."""
+
+    length_m: Annotated[Length, Thesis("2-1")]
+    """Butterworth length, which the
+    thesis has."""
+    order: FilterOrder
+    """Order of both passes together."""
+    count: Annotated[int, Ge(2), "pieces"]
+    """*N*."""
+    band_hz: Band
+    """A band."""
+    points_m: Different[Point]
+    """Some points."""
+    rate_hz: Rate | None
+    """Rate; null if unknown."""
+    parts: Mapping[str, Parts]
+    """Name: a part."""
+    torque: Annotated[Literal["leg", "foot"], Meanings({"leg": "of the leg", "foot": "of the foot"})]
+    """Torque."""
+    model: Annotated[str | None, Meanings({"null": "none"})] = None
+    """Model."""
+
+
+EXAMPLE = {
+    "length_m": 1.0,
+    "order": 4,
+    "count": 2,
+    "band_hz": [1.0, 2.0],
+    "points_m": [[0.0, 1.0]],
+    "rate_hz": None,
+    "parts": {"a": {"mass_kg": 1.0}},
+    "torque": "leg",
+    "model": None,
+}
+
+
+def test_section_is_made_from_a_dataclass():
+    section = made_from(Example)
+    check_content(EXAMPLE, section, "here")
+    rows = {row["Key"]: row for row in _rows(section, EXAMPLE) if "Key" in row}
+    assert rows["`length_m`"]["Meaning"] == "Butterworth length, which the thesis has"
+    assert rows["`length_m`"]["Thesis"] == "2-1" and rows["`length_m`"]["Unit"] == "m"
+    assert rows["`count`"]["Unit"] == "pieces" and rows["`count`"]["Meaning"] == "*N*"
+    assert rows["`parts.*.mass_kg`"]["Allowed"] == "above 0, at most 500"
+    assert rows["`points_m`"]["Allowed"] == "list of lists of 2 numbers, −3 to 3"
+    assert made_from(Example) is section
+    assert list(made_from(Example, without=("model",)).model_fields) == list(EXAMPLE)[:-1]
+
+
+REFUSED = [
+    ("length_m", 448.5),
+    ("length_m", "1"),
+    ("order", 3),
+    ("order", True),
+    ("count", 1),
+    ("count", 2.5),
+    ("band_hz", [2.0, 1.0]),
+    ("band_hz", [1.0]),
+    ("band_hz", 1.0),
+    ("points_m", []),
+    ("points_m", [[0.0, 1.0], [0.0, 1.0]]),
+    ("points_m", [[0.0, 4.0]]),
+    ("rate_hz", 0.0),
+    ("parts", {"a": {"mass_kg": 501.0}}),
+    ("parts", [1]),
+    ("torque", "hip"),
+    ("model", 1),
+]
+
+
+@pytest.mark.parametrize(("key", "value"), REFUSED, ids=[f"{key}-{value}" for key, value in REFUSED])
+def test_library_refuses_what_the_configuration_refuses(key, value):
+    messages = []
+    for check in (
+        lambda content: check_content(content, made_from(Example), "here"),
+        lambda content: check_options(Example, content, "here"),
+    ):
+        check(EXAMPLE)
+        with pytest.raises(InputError) as caught:
+            check(EXAMPLE | {key: value})
+        assert_one_sentence(caught.value, "here", key)
+        messages.append(str(caught.value))
+    if isinstance(value, float | int):
+        assert messages[0] == messages[1]

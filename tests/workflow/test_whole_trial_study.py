@@ -10,6 +10,7 @@ from builders import assert_one_sentence
 from c3d_builders import single_c3d, single_c3d_settings
 from study_builders import OVERRIDES, snakemake, write_config, write_sheet
 
+from tepsipe.arguments import options_of
 from tepsipe.errors import InputError
 from tepsipe.ingest.whole_trial import RecordingOptions
 from workflow.settings.complete import settings_of
@@ -148,7 +149,7 @@ def test_examples_of_the_documentation_are_valid(config, root):
     for example in examples:
         both = merged(config, yaml.safe_load(example))
         check_config(both, "c3d.md")
-        RecordingOptions.from_settings(settings_of(both)["standing"]["recording"])
+        options_of(RecordingOptions, settings_of(both)["standing"]["recording"])
 
 
 def merged(base, changes):

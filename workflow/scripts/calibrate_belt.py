@@ -5,6 +5,7 @@ import job
 job.start(snakemake)
 
 
+from tepsipe.arguments import options_of
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.signals.filters import Lowpass
@@ -13,8 +14,9 @@ from tepsipe.treadmill.registry import FamilyOptions, save_models
 from tepsipe.treadmill.table_summary import table_facts
 from tepsipe.treadmill.trial_recordings import table_recording
 
-analysis, options = snakemake.params.analysis, FamilyOptions.from_settings(snakemake.params.models)
-family, shown_hz = snakemake.params.models["family"], analysis["shown_cutoff_hz"]
+analysis, models = snakemake.params.analysis, dict(snakemake.params.models)
+family, shown_hz = models.pop("family"), analysis["shown_cutoff_hz"]
+options = options_of(FamilyOptions, models)
 roles = dict(snakemake.params.roles)
 trials = {name: read_trial(path) for name, path in zip(roles, snakemake.input.trials, strict=True)}
 ingested = {name: trial.attributes for name, trial in trials.items()}

@@ -33,8 +33,9 @@ from tepsipe.treadmill.trial_recordings import (
     zeroed_per_pulse,
 )
 
-analysis, options = snakemake.params.analysis, FamilyOptions.from_settings(snakemake.params.models)
-family, draws = snakemake.params.models["family"], snakemake.params.models["calibration_draws"]
+analysis, models = snakemake.params.analysis, dict(snakemake.params.models)
+family, draws = models.pop("family"), models.pop("calibration_draws")
+options = FamilyOptions(**models)
 window = WindowOptions(**analysis["window"])
 filters = [Lowpass(cutoff, analysis["lowpass_order"], True) for cutoff in analysis["cutoffs_hz"]]
 files = {"Fy": snakemake.output.Fy, "Mx": snakemake.output.Mx}

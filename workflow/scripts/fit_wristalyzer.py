@@ -6,6 +6,7 @@ job.start(snakemake)
 
 import numpy as np
 
+from tepsipe.arguments import options_of
 from tepsipe.experiments.wristalyzer.analysis import (
     analyse_wristalyzer,
     wristalyzer_contributions,
@@ -20,7 +21,7 @@ from tepsipe.statistics.uncertainty import sources_of
 
 found = analyse_wristalyzer(
     read_trial(snakemake.input.trial),
-    WristalyzerOptions.from_settings(snakemake.params.analysis),
+    options_of(WristalyzerOptions, snakemake.params.analysis),
     np.random.default_rng(snakemake.params.seed),
     sources_of(snakemake.params.uncertainty),
 )

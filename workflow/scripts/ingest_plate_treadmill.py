@@ -4,6 +4,7 @@ import job
 
 job.start(snakemake)
 
+from tepsipe.arguments import options_of
 from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
 from tepsipe.ingest.plausibility import plausible_trial
@@ -15,7 +16,7 @@ options, recording = TreadmillOptions(**params.ingest), params.recording
 if "calibration" in files:
     trial = ingest_treadmill_files(files, params.marker_labels, options, params.duration_s)
 else:
-    use = RecordingOptions.from_settings(recording)
+    use = options_of(RecordingOptions, recording)
     trial = ingest_recording_files(files, params.marker_labels, options, use, params.duration_s)
 trial = plausible_trial(trial, Limits(**params.plausible), Rig(**params.rig), files)
 used = vars(options) | dict(params.named) | ({} if recording is None else {"recording": recording})

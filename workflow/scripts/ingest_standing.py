@@ -4,6 +4,7 @@ import job
 
 job.start(snakemake)
 
+from tepsipe.arguments import options_of
 from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.plate_treadmill import TreadmillOptions
 from tepsipe.ingest.plausibility import plausible_trial
@@ -22,7 +23,7 @@ trial = ingest_standing_files(
     snakemake.params.emg_trigger_threshold,
     options,
     snakemake.params.duration_s,
-    RecordingOptions.from_settings(recording),
+    options_of(RecordingOptions, recording or {}),
 )
 trial = plausible_trial(trial, Limits(**snakemake.params.plausible), Rig(**snakemake.params.rig), files)
 used = vars(options) | dict(snakemake.params.named) | ({} if recording is None else {"recording": recording})

@@ -4,11 +4,12 @@ import job
 
 job.start(snakemake)
 
+from tepsipe.arguments import options_of
 from tepsipe.experiments.wristalyzer.averaging import AVERAGED_FITS, sweep_averaging
 from tepsipe.experiments.wristalyzer.record import WristalyzerOptions
 from tepsipe.io.trial import read_trial
 
-options = WristalyzerOptions.from_settings(snakemake.params.analysis)
+options = options_of(WristalyzerOptions, snakemake.params.analysis)
 rows = []
 for condition, path in zip(snakemake.params.conditions, snakemake.input.trials, strict=True):
     rows += sweep_averaging(read_trial(path), condition, options, snakemake.params.numbers)

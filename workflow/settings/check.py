@@ -6,21 +6,16 @@ import math
 from pydantic import ValidationError
 
 from tepsipe.errors import InputError, quoted
+from tepsipe.quantities import DIFFERENT, LIMITS, limit_in_words
 from workflow.settings.section import Section, UnfitError
 from workflow.settings.structure import all_keys, described, kind_at, names_of, section_of, unit_at
 
-# what a limit of the model expects, by pydantic's name of the fault
+# what the model expects, by pydantic's name of the fault; limits of the library have their words there
 EXPECTED = {
-    "greater_than": "a number above {gt}",
-    "less_than": "a number below {lt}",
-    "greater_than_equal": "a number of at least {ge}",
-    "less_than_equal": "a number of at most {le}",
-    "too_short": "at least {min_length} {items}",
-    "too_long": "at most {max_length} items",
     "string_too_short": "a text",
     "string_pattern_mismatch": "a value of the pattern {pattern}",
     "multiple_of": "a multiple of {multiple_of}",
-    "different_items": "different items",
+    "different_items": DIFFERENT.expected,
 }
 
 
@@ -69,14 +64,16 @@ def _sentence(fault: dict, model: type[Section], content: dict) -> str:
         return f"expected a text as key for {where!r}, {found}: put it into quotes"
     allowed = kind_at(model, path)
     if kind == "literal_error":
-        return f"expected one of {', '.join(map(repr, names_of(allowed)))} for {where!r}, {found}: correct it"
+        names = names_of(allowed)
+        return f"expected one of {', '.join(map(repr, names))} for {where!r}, {found}: correct it"
+    limits = fault.get("ctx", {})
+    wanted = next((limit_in_words(n, limits[n], fault["input"]) for n in LIMITS if n in limits), None)
     if kind in EXPECTED:
-        limits = {"items": "items" if isinstance(fault["input"], list) else "entry"}
-        for key, value in fault.get("ctx", {}).items():
-            limits[key] = f"{value:g}" if isinstance(value, float) else value
+        wanted = EXPECTED[kind].format(**limits)
+    if wanted:
         unit = unit_at(model, path) if isinstance(fault["input"], int | float) else ""
         advice = f"correct it; its unit is {unit}" if unit else "correct it"
-        return f"expected {EXPECTED[kind].format(**limits)} for {quoted(where, 120)}, {found}: {advice}"
+        return f"expected {wanted} for {quoted(where, 120)}, {found}: {advice}"
     return f"expected a value of type {described(allowed)} for {quoted(where, 120)}, {found}: correct it"
 
 

@@ -5,10 +5,13 @@ from typing import Any, Literal
 from pydantic import model_validator
 
 from tepsipe.errors import InputError, quoted
+from tepsipe.experiments.dummy.foot_pathways import FootPathway
+from tepsipe.experiments.dummy.leg_pathways import Pathway
+from tepsipe.experiments.dummy.specification_curve import SpecificationOptions
 from tepsipe.identification.estimators import ESTIMATORS, JOINT_LIKELIHOOD, OUTPUT_ERROR
+from tepsipe.quantities import Draws
 from workflow.settings.plate_treadmill import MarkerLabels, PlacedMarkers, TreadmillIngest, Window
 from workflow.settings.quantities import (
-    Frequency,
     Gravity,
     Inertia,
     Length,
@@ -19,7 +22,15 @@ from workflow.settings.quantities import (
     named,
     number,
 )
-from workflow.settings.section import Section, UnfitError, meanings, one_of, refuse_unknown, setting
+from workflow.settings.section import (
+    Section,
+    UnfitError,
+    made_from,
+    meanings,
+    one_of,
+    refuse_unknown,
+    setting,
+)
 
 # what pathways with an estimator need, beside its meaning in the registry
 ABOUT_ESTIMATORS = {
@@ -65,7 +76,7 @@ class Geometry(Section):
 class DummyAnalysis(Window):
     """Search for perturbations and rest, and bootstrap."""
 
-    bootstrap_draws: int = setting("bootstrap samples over perturbations", least=100, most=100000)
+    bootstrap_draws: Draws = setting("bootstrap samples over perturbations")
 
 
 class Checks(Section):
@@ -78,50 +89,10 @@ class Checks(Section):
     joint_inertia_uncertainty_Nms2_per_rad: Inertia = setting("its standard uncertainty")
 
 
-class LegPathway(Section):
+class LegPathway(made_from(Pathway, without=("estimator",))):
     """One way from raw signals to parameters, by the motion of the leg only."""
 
-    torque: one_of(
-        {
-            "leg": "free body of the leg with consistent signs",
-            "leg-thesis": "thesis eq (3-8) as printed, angle towards +y",
-        }
-    ) = setting("torque of the joint")
-    marker_instants: one_of(
-        {
-            "aligned": "markers interpolated at common instants",
-            "as-sampled": "markers at their own sampling instants, as the thesis must have used them "
-            "([decision 5](../docs/decisions/0005-sequential-marker-sampling.md))",
-        }
-    ) = setting("instants of the markers")
     estimator: str = setting("estimator of the parameters", values=meanings(ESTIMATORS, ABOUT_ESTIMATORS))
-
-
-class FootPathway(Section):
-    """One way from raw signals to parameters, by the torque from the force plate."""
-
-    torque: one_of(
-        {
-            "foot": "balance of moments about the ankle, M_x − y_A F_z + l_f F_y − m_f y_A'' l_f / 2",
-            "foot-thesis": "from F_y and the acceleration of the leg, thesis eq (3-7) and section 3-1-3; "
-            "without the moment of the vertical force",
-        }
-    ) = setting("torque of the joint")
-    treadmill_model: str | None = setting(
-        "belt-induced load",
-        values={
-            "null": "F_y and M_x as measured",
-            "a model of `weight.models.family`": "the predicted load is subtracted from both",
-        },
-    )
-    window_s: Time | None = setting(
-        "fitted window",
-        values={
-            "null": "the perturbation",
-            "a time": "begins with the perturbation and lasts this long, at most to the next one",
-        },
-    )
-    estimator: str = setting("one of the estimators of `pathways` that fit a torque in windows")
 
 
 class Foot(Section):
@@ -132,7 +103,7 @@ class Foot(Section):
         "belt-fixed markers: their mean determines the delay of the markers relative to the logged belt "
         "velocity, and is the motion of the foot for output error and joint likelihood"
     )
-    pathways: named(FootPathway) = setting("name: a pathway of the foot", thesis="3-1-2, 3-1-3")
+    pathways: named(made_from(FootPathway)) = setting("name: a pathway of the foot", thesis="3-1-2, 3-1-3")
 
 
 class Simulation(Section):
@@ -156,19 +127,13 @@ class Simulation(Section):
     figure_4_8_condition: str = setting("the same for Figure 4-8", thesis="Figure 4-8")
 
 
-class Specification(Section):
+class Specification(made_from(SpecificationOptions)):
     """One trial by all combinations of choices."""
 
     condition: str = setting(
         "condition of the specification curve; the last of the sheet if the study does not contain it",
         thesis="Appendix A",
     )
-    other_cutoff_hz: Frequency = setting(
-        "cutoff in addition to `plate_treadmill.lowpass_cutoff_hz`", thesis="Appendix A"
-    )
-    command_s: Time = setting("window with the length of the command, from the onset", thesis="2-1-2")
-    longer_s: Time = setting("window longer than the perturbation, from the onset, at most to the next one")
-    before_segment_s: Time = setting("time before the onset that counts as rest of a perturbation")
 
 
 class ThesisDummy(Section):

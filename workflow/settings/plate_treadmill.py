@@ -1,40 +1,22 @@
 """Settings of the instrumented treadmill with a force plate, whatever is on its belt."""
 
-from typing import Annotated
-
-from pydantic import Field
-
+from tepsipe.ingest.plate_treadmill import TreadmillOptions
+from tepsipe.ingest.whole_trial import RecordingOptions
+from tepsipe.signals.perturbations import WindowOptions
 from workflow.settings.quantities import (
-    Direction,
     FilterOrder,
     Frequency,
-    InnerFraction,
     Offset,
-    Pause,
-    Positive,
     Rate,
-    Scale,
     Side,
-    Sign,
-    Time,
     different,
-    fixed,
-    number,
     some,
 )
-from workflow.settings.section import Section, optional, partial, setting
+from workflow.settings.section import Section, made_from, optional, partial, setting
 
-
-class TreadmillIngest(Section):
-    """From raw files to signals on one clock."""
-
-    max_gap_s: Time = setting("longest time for which a marker may be hidden")
-    marker_sampling_hz: Rate | None = setting(
-        "rate of sequential marker sampling within a frame; null if all markers are sampled simultaneously"
-    )
-    trigger_threshold_V: number(least=-100, most=100) = setting(
-        "voltage above which the trigger line of the log is high"
-    )
+# from raw files to signals on one clock
+TreadmillIngest = made_from(TreadmillOptions, without=("resample_rate_hz",), needed=("max_gap_s",))
+TriggerIngest = made_from(TreadmillOptions, without=("resample_rate_hz", "max_gap_s", "marker_sampling_hz"))
 
 
 MarkerLabels = different(str, least=2)
@@ -55,94 +37,10 @@ class PlacedMarker(Section):
 PlacedMarkers = some(PlacedMarker, least=2)
 
 
-class Window(Section):
-    """Search for perturbations and rest."""
-
-    rest_before_s: Time = setting("unperturbed time at the start", thesis="2-1-2, 2-2")
-    rest_after_s: Time = setting("unperturbed time at the end", thesis="2-1-2 of the dummy")
-    rest_margin_s: Pause = setting("part of it that is omitted, next to perturbations and ends")
-    threshold_fraction: InnerFraction = setting(
-        "a perturbation begins and ends at this fraction of the median peak belt speed"
-    )
-    signal_to_noise: Positive = setting("smallest ratio of the threshold to the noise at rest")
-    merge_s: Time = setting("closer runs of belt motion are one perturbation")
+Window = made_from(WindowOptions)
 
 
-class Axes(Section):
-    """Directions in the file."""
-
-    forward: Direction = setting("direction in the file in which a positive belt velocity moves the belt")
-    up: Direction = setting("upward direction in the file")
-
-
-Plates = different(Annotated[int, Field(ge=1)], least=0)
-
-
-class PlateNumbers(Section):
-    """Force plates under each belt."""
-
-    left: Plates = setting(
-        "numbers of the force plates under the left belt, from 1; loads of several are added. A belt may "
-        "have none"
-    )
-    right: Plates = setting("the same of the right belt")
-
-
-class LoadCell(Section):
-    """Load cell of a belt that is not among the force plates of the file."""
-
-    channel: str = setting("label of the channel")
-    newton_per_unit: Scale = setting("reaction on the body per unit of the channel")
-    direction: Direction = setting("direction in the axes of the file")
-    position_m: fixed(Offset, 3) = setting("point of application in the axes of the file")
-
-
-class LoadCells(Section):
-    """Load cells of each belt."""
-
-    left: list[LoadCell] = setting(
-        "load cells of the left belt that are not among the force plates of the file; their forces and "
-        "moments are added to those of the plates"
-    )
-    right: list[LoadCell] = setting("the same of the right belt")
-
-
-class BeltCommand(Section):
-    """Channel of a velocity of the belt."""
-
-    channel: str | None = setting("label of the channel; null without one")
-    m_per_s_per_unit: Scale | None = setting("velocity per unit of it; null takes it from the channel's unit")
-    offset: float = setting("its value at rest, in its unit")
-
-
-class BeltVelocity(BeltCommand):
-    """Velocity of the belt, from a channel or from belt-fixed markers."""
-
-    markers: different(str, least=0) = setting(
-        "belt-fixed markers, whose mean velocity is used if there is no channel, and which align D-Flow's "
-        "record file"
-    )
-
-
-class Recording(Section):
-    """Trials whose log is one file that holds everything."""
-
-    axes: Axes
-    plates: PlateNumbers
-    load_cells: LoadCells
-    force_sign: Sign = setting(
-        "−1 if the plates give the force on the plate instead of the reaction on the body"
-    )
-    reverse_origin: bool = setting(
-        "true if `ORIGIN` of the plates points from the surface to the plate's origin although its z is not "
-        "positive, as some software stores the plates of treadmills with a z of 0"
-    )
-    belt_velocity: BeltVelocity
-    belt_command: BeltCommand
-    trigger: str | None = setting(
-        "channel whose rising edge (`ingest.trigger_threshold_V`) is time 0; what is later than `duration_s` "
-        "is omitted. Null: time 0 is the first frame, and the whole file is used"
-    )
+Recording = made_from(RecordingOptions)
 
 
 class Plate(Section):

@@ -1,14 +1,23 @@
 """Parts of the model: closed sections, settings with their documentation, and values that do not fit."""
 
+import ast
 import difflib
-from collections.abc import Collection, Mapping
-from typing import Annotated, Any, ClassVar, Literal
+import inspect
+import sys
+import types
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origin, get_type_hints
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, create_model
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, create_model
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from tepsipe.errors import quoted
+from tepsipe.quantities import DIFFERENT, Meanings, Must, Thesis
 
 
 class Section(BaseModel):
@@ -67,16 +76,9 @@ def whole(*values: int) -> Any:
     return Annotated[Literal[values], BeforeValidator(_no_truth)]
 
 
-class Names:
-    """Names to choose from, with their meaning."""
-
-    def __init__(self, meaning: dict[str, str]) -> None:
-        self.meaning = meaning
-
-
 def one_of(meaning: dict[str, str]) -> Any:
     """Type of a name to choose from, with the meaning of each."""
-    return Annotated[Literal[tuple(meaning)], Names(meaning)]
+    return Annotated[Literal[tuple(meaning)], Meanings(meaning)]
 
 
 def meanings(registry: Mapping[str, Any], about: Mapping[str, str]) -> dict[str, str]:
@@ -100,6 +102,106 @@ def partial(section: type[Section]) -> type[Section]:
 
 def _documentation(field: FieldInfo) -> FieldInfo:
     return Field(description=field.description, json_schema_extra=field.json_schema_extra)
+
+
+# ---- sections made from dataclasses of the library -------------------------------------------------------
+
+# words that keep their capital within a sentence
+PROPER = ("Butterworth", "Coulomb")
+
+
+@cache
+def made_from(
+    kind: type, about: str = "", *, without: tuple[str, ...] = (), needed: tuple[str, ...] = ()
+) -> type[Section]:
+    """Section with the fields of a dataclass, which has types, limits and meanings; every key is needed.
+
+    about: documentation of the section, if it is another one than that of the dataclass.
+    without: fields that the configuration does not set.
+    needed: fields that the library can do without, and the configuration cannot.
+    """
+    hints, texts = get_type_hints(kind, include_extras=True), _texts(kind)
+    model = {}
+    for name in (field.name for field in fields(kind) if field.name not in without):
+        marks = get_args(hints[name])[1:] if get_origin(hints[name]) is Annotated else ()
+        documented: dict[str, Any] = {}
+        for mark in marks:
+            if isinstance(mark, str):
+                documented["unit"] = mark
+            elif isinstance(mark, Thesis):
+                documented["thesis"] = mark.place
+            elif isinstance(mark, Meanings) and get_origin(get_args(hints[name])[0]) is not Literal:
+                documented["values"] = mark.of
+        of = modelled(_needed(hints[name]) if name in needed else hints[name])
+        # a section is documented by its own settings
+        model[name] = (of, setting(texts[name], **documented) if name in texts else ...)
+    return create_model(kind.__name__, __base__=Section, __doc__=about or kind.__doc__, **model)
+
+
+def _needed(kind: Any) -> Any:
+    """A type without None."""
+    if get_origin(kind) is Annotated:
+        return Annotated[_needed(get_args(kind)[0]), *get_args(kind)[1:]]
+    return Union[tuple(part for part in get_args(kind) if part is not type(None))]  # noqa: UP007
+
+
+def modelled(kind: Any) -> Any:
+    """Type of the model for one of the library: sections for dataclasses, lists for sequences."""
+    origin, parts = get_origin(kind), get_args(kind)
+    if origin is Annotated:
+        return _limited(modelled(parts[0]), parts[1:])
+    if origin in (Union, types.UnionType):
+        return Union[tuple(map(modelled, parts))]  # noqa: UP007, the types are known when it runs
+    if origin is Literal:
+        return whole(*parts) if isinstance(parts[0], int) else kind
+    if origin in (Sequence, list):
+        return list[modelled(parts[0])]
+    if origin in (Mapping, dict):
+        return dict[parts[0], modelled(parts[1])]
+    return made_from(kind) if is_dataclass(kind) else kind
+
+
+def _limited(kind: Any, marks: tuple) -> Any:
+    for mark in marks:
+        if isinstance(mark, Must):
+            kind = Annotated[kind, AfterValidator(_checker(mark))]
+        elif not isinstance(mark, str | Thesis):
+            kind = Annotated[kind, mark]
+    return kind
+
+
+def _checker(must: Must) -> Callable[[Any], Any]:
+    def check(value: Any) -> Any:
+        if not must.holds(value):
+            if must is DIFFERENT:
+                raise PydanticCustomError("different_items", "two items are the same")
+            raise UnfitError(must.expected, must.advice)
+        return value
+
+    return check
+
+
+def _texts(kind: type) -> dict[str, str]:
+    """Text below each field of a dataclass, as part of a table: without capital and full stop."""
+    found: dict[str, str] = {}
+    for one in reversed(kind.__mro__[:-1]):
+        body = _classes(sys.modules[one.__module__].__file__)[one.__name__].body
+        for field, text in pairwise(body):
+            if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):
+                found[field.target.id] = _cell(" ".join(inspect.cleandoc(text.value.value).split()))
+    return found
+
+
+@cache
+def _classes(path: str) -> dict[str, ast.ClassDef]:
+    tree = ast.parse(Path(path).read_text(encoding="utf-8"))
+    return {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
+
+
+def _cell(text: str) -> str:
+    first = text.split(maxsplit=1)[0]
+    lowered = first == "A" or (first[1:].islower() and first not in PROPER)
+    return (text[0].lower() + text[1:] if lowered else text).removesuffix(".")
 
 
 class UnfitError(ValueError):

@@ -3,6 +3,7 @@
 import types
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
+from tepsipe import quantities
 from workflow.settings.section import Section
 
 NAMES = {float: "number", int: "integer", str: "string", bool: "boolean", type(None): "null"}
@@ -65,45 +66,10 @@ def described(kind: Any) -> str:
     return " or ".join(words)
 
 
-# ends of the keys' names, and units as they are typeset; the longest end counts
-UNITS = {
-    "_Nms2_per_rad": "N·m·s²/rad",
-    "_Nms_per_rad": "N·m·s/rad",
-    "_Nm_per_rad": "N·m/rad",
-    "_rad_per_m_per_s2": "rad per m/s²",
-    "_uV_per_m_per_s2": "µV per m/s²",
-    "_rad_per_Nm": "rad/(N·m)",
-    "_m_per_rad": "m/rad",
-    "_rad_per_s": "rad/s",
-    "_m_per_s2": "m/s²",
-    "_m_per_s": "m/s",
-    "_Ns_per_m": "N·s/m",
-    "_V_per_N": "V/N",
-    "_V_per_s": "V/s",
-    "_kgm2": "kg·m²",
-    "_kgm": "kg·m",
-    "_kg": "kg",
-    "_Nm": "N·m",
-    "_N": "N",
-    "_V": "V",
-    "_uV": "µV",
-    "_hz": "Hz",
-    "_db": "dB",
-    "_deg": "°",
-    "_rad": "rad",
-    "_percent": "%",
-    "_m": "m",
-    "_s": "s",
-}
-
-
 def unit_of(key: str, field: Any) -> str:
     """Unit of a setting, by the end of its key's name unless the setting gives another one."""
     unit = (field.json_schema_extra or {}).get("unit")
-    if unit is None:
-        ends = [end for end in UNITS if key.endswith(end)]
-        unit = UNITS[max(ends, key=len)] if ends else ""
-    return unit
+    return quantities.unit_of(key) if unit is None else unit
 
 
 def unit_at(kind: Any, path: tuple) -> str:

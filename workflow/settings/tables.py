@@ -14,10 +14,11 @@ from typing import Annotated, Any, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
+from tepsipe.quantities import Meanings
 from workflow.settings.config import Config
 from workflow.settings.dummy import PROCESSINGS
 from workflow.settings.reported import Reported
-from workflow.settings.section import Names, Section
+from workflow.settings.section import Section
 from workflow.settings.structure import entries_of, names_of, section_of, unit_of, unwrapped
 from workflow.settings.uncertainty import Source
 from workflow.settings.virtual_lab import Distribution, VirtualLab
@@ -61,8 +62,8 @@ def _row(key: str, field: FieldInfo, value: Any) -> Iterator[dict[str, str]]:
     meanings = about["values"] or {
         f"`{name}`": text
         for names in field.metadata + _metadata(entries_of(field.annotation))
-        if isinstance(names, Names)
-        for name, text in names.meaning.items()
+        if isinstance(names, Meanings)
+        for name, text in names.of.items()
     }
     yield {
         "Key": f"`{key}`",

@@ -5,21 +5,18 @@ from typing import Any, Literal
 from pydantic import model_validator
 
 from tepsipe.errors import InputError
-from workflow.settings.plate_treadmill import MarkerLabels, TreadmillIngest, Window
+from tepsipe.treadmill.registry import FamilyOptions
+from tepsipe.treadmill.trial_recordings import Weight as KnownWeight
+from workflow.settings.plate_treadmill import MarkerLabels, TreadmillIngest, TriggerIngest, Window
 from workflow.settings.quantities import (
     Delimiter,
     Frequency,
-    Gravity,
-    Length,
-    Mass,
-    Offset,
     Pause,
     Time,
     different,
-    number,
     some,
 )
-from workflow.settings.section import Section, UnfitError, refuse_unknown, setting
+from workflow.settings.section import Section, UnfitError, made_from, refuse_unknown, setting
 
 # name: description, size in the column `order` of the scores, lead
 MODELS = {
@@ -66,23 +63,18 @@ MODELS = {
 Family = Literal[tuple(MODELS)]
 
 
-class Models(Section):
-    """Models of the belt-induced load."""
+class FittedModels(Section):
+    """Models that are fitted, whose options stand below them."""
 
     family: different(Family) = setting("models to fit, see [Models of a treadmill](#models-of-a-treadmill)")
-    shortest_s: Time = setting(
-        "shortest total time of the evaluated samples of all recordings to which a model is fitted or on "
-        "which it is evaluated"
-    )
-    hnat2014_evaluations: int = setting(
-        "number of evaluations after which the optimisation of `hnat2014` ends", least=1
-    )
-    output_error_order: int = setting("poles of `output-error`", least=1, most=12)
-    fir_lead_s: number(least=0, most=60) = setting("lead of `fir`; `fir-causal` has none")
-    fir_lag_s: number(above=0, most=60) = setting("memory of `fir` and `fir-causal`")
-    spectral_segment_s: Time = setting(
-        "length of the segments of `spectral`, half of which is a lead, and, for tables, of the coherence "
-        "limit"
+
+
+class PlateModels(made_from(FamilyOptions, without=("ripple", "frame", "joint")), FittedModels):
+    """Models of the load on the force plate."""
+
+    calibration_draws: int = setting(
+        "number of draws of the constants of `bristle-frame`, for the uncertainty of what it compensates",
+        least=2,
     )
 
 
@@ -93,38 +85,12 @@ def _refuse_unsuited(family: list[str], unsuited: tuple[str, ...], why: str) -> 
             raise UnfitError(expected, "take it out", "models.family", found)
 
 
-class PlateModels(Models):
-    """Models of the load on the force plate."""
-
-    calibration_draws: int = setting(
-        "number of draws of the constants of `bristle-frame`, for the uncertainty of what it compensates",
-        least=2,
-    )
-
-
 class WeightFiles(Section):
     """Files of a recording."""
 
     marker_labels: MarkerLabels = setting(
         "markers in the C3D file, in the order of sequential sampling; all on the weight", thesis="Figure 2-7"
     )
-
-
-class FurtherWeight(Section):
-    """A weight that calibrates models of the treadmill only."""
-
-    mass_kg: Mass = setting("mass of the weight, as weighed", thesis="2-1-2")
-    com_height_m: Length = setting("height of its centre of mass above the belt")
-    com_forward_of_markers_m: Offset | None = setting(
-        "distance along the belt from the mean of its markers forward to its centre of mass; null if "
-        "unknown: then the weight does not show the origin of the plate"
-    )
-
-
-class KnownWeight(FurtherWeight):
-    """The weight on the belt."""
-
-    gravity_m_per_s2: Gravity = setting("gravity")
 
 
 class WeightAnalysis(Section):
@@ -148,8 +114,8 @@ class Weight(Section):
 
     files: WeightFiles
     ingest: TreadmillIngest
-    weight: KnownWeight
-    further_weights: list[FurtherWeight] = setting(
+    weight: made_from(KnownWeight)
+    further_weights: list[made_from(KnownWeight, without=("gravity_m_per_s2",))] = setting(
         "further weights, whose trials name `mass_kg` in the sheet. They calibrate models of the "
         "treadmill only; one should be near the mass of the subjects"
     )
@@ -169,18 +135,10 @@ class Weight(Section):
         return self
 
 
-class EmptyIngest(Section):
-    """From raw files to signals on one clock."""
-
-    trigger_threshold_V: number(least=-100, most=100) = setting(
-        "voltage above which the trigger line of the log is high"
-    )
-
-
 class Empty(Section):
     """The empty belt."""
 
-    ingest: EmptyIngest
+    ingest: TriggerIngest
 
 
 class BeltFiles(Section):
@@ -223,20 +181,8 @@ class BeltAnalysis(Section):
         return self
 
 
-class Ripple(Section):
-    """Lines at fixed orders over travelled distance."""
-
-    most_orders: int = setting("largest number of tracked lines", least=0)
-    line_to_floor: number(above=1) = setting(
-        "power of a line over the running median of the spectrum around it"
-    )
-    memory_s: Time = setting("memory of the tracked amplitudes")
-
-
-class BeltModels(Models):
+class BeltModels(made_from(FamilyOptions, without=("frame", "joint"), needed=("ripple",)), FittedModels):
     """Models of the load of a recorded treadmill."""
-
-    ripple: Ripple
 
 
 class Belt(Section):

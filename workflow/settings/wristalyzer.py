@@ -1,21 +1,13 @@
 """Settings of the joint in the torque-controlled manipulator (thesis sections 2-1-1 and 3-1-1)."""
 
-from typing import Annotated, Any
+from typing import Any
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
-from workflow.settings.quantities import (
-    AngleUnit,
-    FilterOrder,
-    Frequency,
-    Pause,
-    Rate,
-    Time,
-    band,
-    different,
-    some,
-)
-from workflow.settings.section import Section, UnfitError, number, setting
+from tepsipe.experiments.wristalyzer.record import WristalyzerOptions
+from tepsipe.ingest.manipulators import ManipulatorOptions
+from tepsipe.quantities import AngleUnit
+from workflow.settings.section import Section, UnfitError, made_from, setting
 
 
 class LogColumns(Section):
@@ -41,45 +33,8 @@ class WristalyzerFiles(Section):
     angle_unit: AngleUnit = setting("unit of the angle")
 
 
-class RegularClock(Section):
-    """Clock of a trial."""
-
-    resample_rate_hz: Rate = setting("rate of the trial", thesis="3-1-1")
-    max_gap_s: Time = setting("longest step between samples")
-
-
-Bound = number(least=-1000, most=1000)
-AveragedBins = Annotated[int, Field(ge=1)]
-
-
-class Impedance(Section):
-    """Starting values of a search, or its bounds, which may be negative."""
-
-    I_Nms2_per_rad: Bound = setting("inertia of the joint", thesis="Table 3-2")
-    B_Nms_per_rad: Bound = setting("its damping", thesis="Table 3-2")
-    K_Nm_per_rad: Bound = setting("its stiffness", thesis="Table 3-2")
-
-
-class WristalyzerAnalysis(Section):
+class WristalyzerAnalysis(made_from(WristalyzerOptions)):
     """Spectral fit of the joint."""
-
-    lowpass_cutoff_hz: Frequency = setting("Butterworth low-pass of torque and angle", thesis="3-1-1")
-    lowpass_order: FilterOrder = setting("order of both passes together", thesis="3-1-1")
-    cut_s: Pause = setting("time cut at both ends", thesis="3-1-1")
-    averaged_bins: int = setting("raw frequencies averaged into one", least=2, thesis="3-1-1, no number")
-    swept_bins: different(AveragedBins) = setting("other numbers of averaged frequencies that are tried")
-    fit_band_hz: band() = setting("fitted frequencies", thesis="3-1-1")
-    perturbation_period_s: Time | None = setting(
-        "period of the multisine, a whole number of samples; null if the perturbation is not periodic"
-    )
-    excited_band_hz: band() = setting("frequencies of the perturbation", thesis="2-1-1")
-    start: Impedance
-    lower: Impedance
-    upper: Impedance
-    random_starts: int = setting("further starting values, drawn at random", least=0)
-    tried_stiffness_Nm_per_rad: some(Bound) = setting("further starting values of K, within the bounds")
-    profile_stiffness_Nm_per_rad: band() = setting("range of K in its profile likelihood")
-    profile_points: int = setting("number of values of K in that range", least=5)
 
     @model_validator(mode="after")
     def _starts_between_bounds(self) -> Any:
@@ -100,7 +55,7 @@ class Wristalyzer(Section):
     """The joint in the torque-controlled manipulator."""
 
     files: WristalyzerFiles
-    ingest: RegularClock
+    ingest: made_from(ManipulatorOptions, "Clock of a trial.", without=("angle_unit",))
     analysis: WristalyzerAnalysis
     best_condition: str = setting(
         "condition of the example figures; the last of the sheet if the study does not contain it",

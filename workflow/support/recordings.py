@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tepsipe.arguments import options_of
 from tepsipe.errors import InputError
 from tepsipe.experiments.dummy.foot_pathways import windows_from_onset
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, leg_motion
@@ -116,7 +117,7 @@ def ingested(study: Study, experiment: str, condition: str, results: str = "") -
 def _on_plate(experiment: str, files: dict, section: dict, lasts: float, recording: dict | None) -> Trial:
     """Trial on the treadmill (s), of several files or of one."""
     options, of_files = TreadmillOptions(**section["ingest"]), section.get("files", {})
-    labels, use = of_files.get("marker_labels"), RecordingOptions.from_settings(recording)
+    labels, use = of_files.get("marker_labels"), options_of(RecordingOptions, recording or {})
     if experiment == "standing":
         channels = {muscle: choice["channel"] for muscle, choice in section["muscles"].items()}
         trigger = of_files["emg_trigger"], of_files["emg_trigger_threshold"]
@@ -179,9 +180,9 @@ def _begin_analysis(study: Study, experiment: str, trial: Trial) -> None:
     """Record with which the analysis of a manipulator's or a platform's trial begins."""
     analysis = study.settings[experiment]["analysis"]
     if experiment == "wristalyzer":
-        wristalyzer_record(trial, WristalyzerOptions.from_settings(without(analysis, "swept_bins")))
+        wristalyzer_record(trial, options_of(WristalyzerOptions, without(analysis, "swept_bins")))
     elif experiment == "platform":
-        platform_spectra(trial, PlatformOptions.from_settings(analysis))
+        platform_spectra(trial, PlatformOptions(**analysis))
     elif experiment == "position_manipulator":
         options = PositionManipulatorOptions(**without(analysis, "parallel_cascade"))
         cascade_record(trial, options, ParallelCascadeOptions(**analysis["parallel_cascade"]))
@@ -244,7 +245,7 @@ def _read_walk(study: Study, condition: str) -> None:
     recording, strides, events = read_trial(files, study.config["walking"])
     length_s = float(recording.time[-1] - recording.time[0])
     refuse_short(length_s, study.trials["walking", condition].duration_s, recording.name)
-    options = WalkingOptions.from_settings(study.config["walking"]["analysis"])
+    options = WalkingOptions(**study.config["walking"]["analysis"])
     onsets = events["pulse"]
     if not onsets.size:
         onsets, options = without_pulses(

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from tepsipe.mechanics.segment_kinematics import (
     marker_positions,
     motion_of_markers,
 )
+from tepsipe.quantities import Meanings
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
@@ -45,12 +46,29 @@ MARKER_SIGNALS = {"aligned": "marker_position", "as-sampled": "marker_position_a
 
 @dataclass(frozen=True)
 class Pathway:
-    """Definition of one path from markers to the parameters."""
+    """One way from raw signals to parameters, by the motion of the leg only."""
 
-    torque: str
-    """{"leg", "leg-thesis"}: Equation of the torque (`tepsipe.mechanics.inverse_dynamics`)."""
-    marker_instants: str
-    """{"aligned", "as-sampled"}: Whether sequential marker sampling is corrected."""
+    torque: Annotated[
+        Literal["leg", "leg-thesis"],
+        Meanings(
+            {
+                "leg": "free body of the leg with consistent signs",
+                "leg-thesis": "thesis eq (3-8) as printed, angle towards +y",
+            }
+        ),
+    ]
+    """Torque of the joint."""
+    marker_instants: Annotated[
+        Literal["aligned", "as-sampled"],
+        Meanings(
+            {
+                "aligned": "markers interpolated at common instants",
+                "as-sampled": "markers at their own sampling instants, as the thesis must have used them "
+                "([decision 5](../docs/decisions/0005-sequential-marker-sampling.md))",
+            }
+        ),
+    ]
+    """Instants of the markers."""
     estimator: str
     """Estimator of the parameters (`tepsipe.identification.estimators`); output error and the joint
     likelihood do not use the torque."""

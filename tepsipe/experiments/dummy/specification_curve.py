@@ -16,6 +16,7 @@ All estimates come from the functions that the pathways of the study use.
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import Annotated
 
 import numpy as np
 
@@ -44,6 +45,7 @@ from tepsipe.io.tables import Table
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
+from tepsipe.quantities import Frequency, Thesis, Time
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.treadmill.prepared import Filter, PreparedTrial, prepare_trial
@@ -61,12 +63,13 @@ AS_PRINTED, RECOMMENDED, OTHER = "as printed", "recommended", ""
 class SpecificationOptions:
     """Options of the combinations, in addition to the study's."""
 
-    other_cutoff_hz: float
-    """Cutoff of the alternative filter."""
-    command_s: float
-    longer_s: float
-    """Lengths of the windows from the onset: the command's, and longer than the perturbation."""
-    before_segment_s: float
+    other_cutoff_hz: Annotated[Frequency, Thesis("Appendix A")]
+    """Cutoff in addition to `plate_treadmill.lowpass_cutoff_hz`."""
+    command_s: Annotated[Time, Thesis("2-1-2")]
+    """Window with the length of the command, from the onset."""
+    longer_s: Time
+    """Window longer than the perturbation, from the onset, at most to the next one."""
+    before_segment_s: Time
     """Time before the onset that counts as rest of a perturbation."""
 
 

@@ -85,7 +85,8 @@ def analyse_wristalyzer(
     for stiffness in options.tried_stiffness_Nm_per_rad:
         start = Bounds(np.array([*bounds.start[:2], stiffness]), bounds.lower, bounds.upper)
         tried.append((stiffness, fit_scaled(band, start), fit_as_printed(band, start)))
-    (low, high, points), best = options.profile_Nm_per_rad, fitted.get(PERIODS, fitted[AS_PRINTED])
+    (low, high), points = options.profile_stiffness_Nm_per_rad, options.profile_points
+    best = fitted.get(PERIODS, fitted[AS_PRINTED])
     return WristalyzerAnalysis(
         prepared=prepared,
         fitted=fitted,
