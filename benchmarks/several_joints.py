@@ -32,8 +32,8 @@ from tepsipe.experiments.planning.several_joints import (
 )
 from tepsipe.identification.several_joints.determined import Limits
 from tepsipe.mechanics.segment_chain import Chain
-from tepsipe.virtual_lab.chain_trials import chain_person, chain_protocol
-from tepsipe.virtual_lab.standing_chain import STEP_S, record_chain
+from tepsipe.virtual_lab.chain_trials import chain_protocol
+from tepsipe.virtual_lab.standing_chain import STEP_S, ChainPerson, record_chain
 
 NEGLECTED = "neglected"
 THREE, TWO, ONE = ("belt", "thigh", "pelvis"), ("belt", "thigh"), ("belt",)
@@ -131,11 +131,11 @@ def main() -> None:
     seeds, chosen_cases = given.seeds, CASES[given.part]
     plan = yaml.safe_load((ROOT / "config/plan/config.yaml").read_text(encoding="utf-8"))["plan"]
     joints = plan["several_joints"]
-    person = chain_person(joints["person"])
+    person = ChainPerson(**joints["person"])
     protocol = chain_protocol(joints["perturbations"], joints["protocol"], "auto")
     if given.epochs is not None:
         protocol = replace(protocol, epochs=given.epochs)
-    chain, limits = Chain.from_settings(joints["person"]), Limits.from_percent(**joints["limits"])
+    chain, limits = Chain.from_settings(joints["person"]), Limits(**joints["limits"])
     points = {name: Point.from_settings(one) for name, one in joints["perturbations"].items()}
     tolerance = 0.01 * joints["inertia_percent"]
     estimates = {(case[0], chosen): [] for case in chosen_cases for chosen in case[2] or sets_of(points)}

@@ -29,6 +29,7 @@ sys.path.insert(0, str(ROOT))
 
 from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs  # noqa: E402
 from tepsipe.experiments.standing.free_reflex.broadband import cut_broadband  # noqa: E402
+from tepsipe.experiments.standing.free_reflex.fit import FreeReflexOptions  # noqa: E402
 from tepsipe.experiments.standing.free_reflex.results import (  # noqa: E402
     FreeReflexChoices,
     fit_free,
@@ -48,6 +49,7 @@ from tepsipe.ingest.standing import ingest_standing_files  # noqa: E402
 from tepsipe.reporting.true_motion import linear_truth_standing, read_true_motion  # noqa: E402
 from tepsipe.signals.filters import Lowpass  # noqa: E402
 from tepsipe.signals.onsets import OnsetOptions  # noqa: E402
+from tepsipe.statistics.uncertainty import sources_of  # noqa: E402
 from tepsipe.virtual_lab.person_mechanisms import MECHANISMS, without  # noqa: E402
 from tepsipe.virtual_lab.standing_trial import make_standing_trial  # noqa: E402
 from tepsipe.virtual_lab.treadmill_trial import Protocol  # noqa: E402
@@ -135,10 +137,10 @@ class Analysis:
         self.action = action
         self.estimators = {key: StandingEstimator(**one) for key, one in section["estimators"].items()}
         self.estimator = self.estimators[ESTIMATOR]
-        self.choices = FreeReflexChoices.from_settings(
+        self.choices = FreeReflexChoices(
             section["recommended"]["pathway"],
-            section["free_reflex"],
-            settings_of(config)["uncertainty"]["standing"],
+            FreeReflexOptions(**section["free_reflex"]),
+            sources_of(settings_of(config)["uncertainty"]["standing"]),
             analysis["bootstrap_draws"],
             1,
         )
@@ -175,7 +177,7 @@ class Analysis:
     def latency_options(self, muscle: str) -> tuple[str, OnsetOptions, np.random.Generator]:
         """Lengthening of a muscle, detector of its onset, and random numbers."""
         choice = self.section["latency"]
-        options = OnsetOptions(**choice | {"search_s": tuple(choice["search_s"]), "bootstrap_draws": 20})
+        options = OnsetOptions(**choice | {"bootstrap_draws": 20})
         return self.section["muscles"][muscle]["lengthened_by"], options, np.random.default_rng(1)
 
     def latency(self, epochs: list, muscle: str) -> float:

@@ -60,6 +60,7 @@ Torque = Annotated[float, Gt(0), Le(5000)]  # N·m
 Time = Annotated[float, Gt(0), Le(3600)]  # s
 Pause = Annotated[float, Ge(0), Le(3600)]  # s
 Delay = Annotated[float, Ge(0), Le(1)]  # s
+Latency = Annotated[float, Gt(0), Le(1)]  # s, above 0
 Rate = Annotated[float, Gt(0), Le(100000)]  # Hz, of sampling
 Frequency = Annotated[float, Ge(0.01), Le(5000)]  # Hz
 Positive = Annotated[float, Gt(0)]

@@ -59,7 +59,7 @@ OPTIONS = StandingOptions(
     person=PERSON,
     belt="right",
     lowpass=Lowpass(20.0, 4, True),
-    stretch_lowpass=Lowpass(60.0, 4, True),
+    stretch_cutoff_hz=60.0,
     window=WindowOptions(4.0, 4.0, 0.5, 0.05, 5.0, 0.06),
     quiet_after_s=2.0,
     limits=StanceLimits(
@@ -75,7 +75,7 @@ CUTTING = EpochOptions(
     lowpass_cutoff_hz=20.0,
     lowpass_order=4,
     emg=EmgOptions(),
-    mains_hz=50.0,
+    line_hz=50.0,
 )
 
 

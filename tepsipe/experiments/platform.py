@@ -9,13 +9,14 @@ feedback biases.
 """
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Self
+from typing import Annotated, Literal
 
 import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.identification.several_joints.closed_loop import (
+    MODELS,
     MultiJointOptions,
     RowFit,
     Spectra,
@@ -33,6 +34,7 @@ from tepsipe.identification.several_joints.quantities import (
 from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
+from tepsipe.quantities import Different, Fraction, Frequency, InnerFraction, Meanings, Positive
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.statistics.goodness_of_fit import HeldOutVaf, evaluate_held_out
@@ -43,36 +45,22 @@ CUT_S = 1.0
 FILTER_ORDER = 4
 
 
-@dataclass(frozen=True)
-class PlatformOptions:
+@dataclass(frozen=True, kw_only=True)
+class PlatformOptions(MultiJointOptions):
     """Choices of the analysis."""
 
-    estimate: MultiJointOptions
-    """Band, averaging and delays."""
-    models: tuple[str, ...]
-    """Models, from the least free to the most."""
-    rejected_below: float
-    """Probability of the torque left over below which a model is rejected."""
-    largest_share: float
-    """Largest standard error of what is quoted, over the driven torque."""
-    mode_below_hz: float
-    """Below this frequency motion is slow."""
-    training_fraction: float
-    """First part of the trial that is fitted for the held-out validation."""
-
-    @classmethod
-    def from_settings(cls, analysis: dict) -> Self:
-        """Options from the section ``platform.analysis`` of a configuration (units in its keys)."""
-        choices = dict(analysis)
-        estimate = MultiJointOptions(
-            band_hz=tuple(choices.pop("band_hz")),
-            averaged_bins=choices.pop("averaged_bins"),
-            taper_fraction=choices.pop("taper_fraction"),
-            delays_s=tuple(choices.pop("delays_s")),
-            delay_step_s=choices.pop("delay_step_s"),
-            strength=choices.pop("strength"),
-        )
-        return cls(estimate=estimate, models=tuple(choices.pop("models")), **choices)
+    models: Different[Annotated[Literal[tuple(MODELS)], Meanings(MODELS)]]
+    """Models from the least free to the most."""
+    largest_share: Positive
+    """Largest standard error of a quoted quantity, times the angle that the platform drives, over the torque
+    that it drives."""
+    mode_below_hz: Frequency
+    """Below this frequency motion is slow; its direction is that of `K_mode`."""
+    rejected_below: Fraction
+    """A model is rejected if the torque that it leaves is coherent with the platform with a smaller
+    probability."""
+    training_fraction: InnerFraction
+    """First part of the trial, fitted for the held-out validation; estimates are of the whole trial."""
 
 
 @dataclass(frozen=True)
@@ -131,13 +119,13 @@ def analyse_platform(trial: Trial, options: PlatformOptions) -> PlatformAnalysis
     cut = round(CUT_S * trial.rate_hz)
     kept = slice(cut, count - cut)
     angle, torque = (
-        butterworth_lowpass(x, trial.rate_hz, _cutoff(trial.rate_hz, options.estimate), FILTER_ORDER)
+        butterworth_lowpass(x, trial.rate_hz, _cutoff(trial.rate_hz, options), FILTER_ORDER)
         for x in signals[1:]
     )
     models = {}
     for name in options.models:
-        rows = tuple(fit_row(spectra, joint, name, options.estimate) for joint in range(len(joints)))
-        fitted = [fit_row(first, joint, name, options.estimate) for joint in range(len(joints))]
+        rows = tuple(fit_row(spectra, joint, name, options) for joint in range(len(joints)))
+        fitted = [fit_row(first, joint, name, options) for joint in range(len(joints))]
         direct = [replace(row, parameters=row.direct) for row in fitted]
         by_instrument, by_regression = (
             np.column_stack([_predicted(row, trial.time, angle)[kept] for row in fits_of_model])
@@ -172,12 +160,12 @@ def analyse_platform(trial: Trial, options: PlatformOptions) -> PlatformAnalysis
 def platform_spectra(trial: Trial, options: PlatformOptions) -> tuple[Spectra, Spectra, Spectra]:
     """Banded spectra (rad, N·m) of the whole trial, of its fitted part and of the rest."""
     signals = _signals(trial)
-    spectra = banded_spectra(*signals, trial.rate_hz, options.estimate)
+    spectra = banded_spectra(*signals, trial.rate_hz, options)
     _refuse_unmoved(spectra)
     _refuse_sign(spectra, options.mode_below_hz)
     training = int(options.training_fraction * signals[0].shape[0])
-    first = banded_spectra(*(x[:training] for x in signals), trial.rate_hz, options.estimate)
-    rest = banded_spectra(*(x[training:] for x in signals), trial.rate_hz, options.estimate)
+    first = banded_spectra(*(x[:training] for x in signals), trial.rate_hz, options)
+    rest = banded_spectra(*(x[training:] for x in signals), trial.rate_hz, options)
     return spectra, first, rest
 
 
@@ -188,9 +176,9 @@ def _signals(trial: Trial) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return perturbation, trial.values("joint_angle"), trial.values("joint_torque")
 
 
-def _cutoff(rate_hz: float, estimate: MultiJointOptions) -> float:
+def _cutoff(rate_hz: float, options: MultiJointOptions) -> float:
     """Upper end of the band (Hz), as cutoff of the signals whose prediction is scored."""
-    return min(estimate.band_hz[1], 0.4 * rate_hz)
+    return min(options.band_hz[1], 0.4 * rate_hz)
 
 
 def _refuse_unmoved(spectra: Spectra) -> None:

@@ -1,44 +1,59 @@
 """Limits of the signals of a trial, and the stated contents of its rig."""
 
 from dataclasses import dataclass
+from typing import Annotated
+
+from annotated_types import Ge, Le
 
 from tepsipe.io.trial import Trial
+from tepsipe.quantities import ASCENDING, Band, Fraction, Pair, Positive, Time
+
+Limit = Annotated[Pair[float], ASCENDING]
 
 
 @dataclass(frozen=True)
 class Limits:
     """Plausible range of each kind of signal: (lowest, highest)."""
 
-    rate_hz: tuple[float, float]
-    belt_velocity_m_per_s: tuple[float, float]
-    belt_acceleration_m_per_s2: tuple[float, float]
-    """Motion of the belt."""
-    marker_position_m: tuple[float, float]
+    rate_hz: Band
+    """Sampling rate of a trial."""
+    belt_velocity_m_per_s: Limit
+    """Measured and commanded velocity of a belt."""
+    belt_acceleration_m_per_s2: Limit
+    """Its difference from sample to sample."""
+    marker_position_m: Limit
     """Every coordinate of a marker."""
-    marker_speed_m_per_s: float
+    marker_speed_m_per_s: Positive
     """Highest speed of a marker from sample to sample."""
-    force_N: tuple[float, float]
-    moment_Nm: tuple[float, float]
-    """Load of a force plate or of a treadmill."""
-    angle_rad: tuple[float, float]
-    torque_Nm: tuple[float, float]
-    """Angle and torque of a joint in a manipulator."""
-    joint_speed_rad_per_s: float
-    """Angular velocity of a joint that 0.1 % of the samples may exceed."""
-    torque_per_angle_Nm_per_rad: tuple[float, float]
-    """Standard deviation of the torque over the standard deviation of the angle."""
-    emg_uV: tuple[float, float]
-    """Raw electromyogram (uV)."""
-    frozen_s: float
-    """Longest stretch of identical samples of a noisy channel."""
-    belt_fixed_correlation: float
-    """Lowest correlation between the velocities of a belt-fixed marker and of the belt."""
-    belt_fixed_scale: tuple[float, float]
-    """Ratio s of the two velocities."""
-    belt_fixed_delay_s: float
-    """Longest delay d between the two, in either direction."""
-    accelerated_fraction: float
-    """Lowest share of the mass on the belt that the fore-aft force accelerates with it."""
+    force_N: Limit
+    """Force components of a force plate, load of a treadmill."""
+    moment_Nm: Limit
+    """Moments of a force plate, load of a treadmill."""
+    angle_rad: Limit
+    """Angle of a joint in a manipulator."""
+    torque_Nm: Limit
+    """Torque of a joint in a manipulator."""
+    joint_speed_rad_per_s: Positive
+    """Angular velocity of this joint, which one sample in 1000 may exceed: a human ankle in a manipulator
+    reaches 3 rad/s, an angle in degrees that is read in rad far more."""
+    torque_per_angle_Nm_per_rad: Band
+    """Standard deviation of this torque over that of the angle. The torque must also do positive work on the
+    joint, otherwise one of the two has the wrong sign."""
+    emg_uV: Limit
+    """Raw electromyogram."""
+    frozen_s: Time
+    """Longest stretch of identical samples of a marker, or of the force plate under the foot, weight or
+    person. In real recordings 0.04 s were found. Quantised channels, whose usual step is about their
+    smallest, are exempt. In a trial of a standing person frozen stretches count as hidden, so that their
+    perturbations are omitted."""
+    belt_fixed_correlation: Fraction
+    """Lowest correlation of the velocities of a belt-fixed marker and of the belt."""
+    belt_fixed_scale: Annotated[Pair[Annotated[float, Ge(0), Le(10)]], ASCENDING]
+    """Ratio of these velocities."""
+    belt_fixed_delay_s: Time
+    """Longest delay between them."""
+    accelerated_fraction: Annotated[float, Ge(-10), Le(1)]
+    """Lowest share of the mass on the belt that the fore-aft force accelerates with it: at least the feet."""
 
 
 @dataclass(frozen=True)

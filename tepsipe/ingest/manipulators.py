@@ -12,7 +12,7 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.ingest.even_table import recorded_columns, refuse_slow
 from tepsipe.io.trial import Signal, Trial
-from tepsipe.quantities import AngleUnit, Rate, Thesis, Time
+from tepsipe.quantities import AngleUnit, Rate, Sign, Thesis, Time
 from tepsipe.signals.resampling import (
     BAND_PER_RATE,
     refuse_short,
@@ -168,14 +168,14 @@ def _refuse_broken_command(
 class TableOptions:
     """Options for a table of a position-controlled manipulator."""
 
-    resample_rate_hz: float
-    """Rate of the trial."""
-    max_gap_s: float
-    """Longest gap between samples."""
-    angle_unit: str
-    """{"rad", "deg"}: Unit of the angle."""
-    torque_sign: int
-    """{1, -1}: +1 if the recorded torque resists a positive angle, -1 if resisting torque is negative."""
+    resample_rate_hz: Rate
+    """Rate of the trial, not above that of the recording."""
+    max_gap_s: Time
+    """Longest gap that is filled."""
+    angle_unit: AngleUnit
+    """Unit of the angle."""
+    torque_sign: Sign
+    """−1 if a torque that resists a positive angle is recorded as negative, otherwise 1."""
 
     @property
     def units(self) -> dict[str, str]:

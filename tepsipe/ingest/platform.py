@@ -1,6 +1,7 @@
 """From a table of a person on a moving platform to one trial on one regular clock."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from tepsipe.errors import InputError
 from tepsipe.ingest.even_table import recorded_columns, refuse_slow
 from tepsipe.ingest.manipulators import RADIANS_PER_UNIT, refuse_exchanged
 from tepsipe.io.trial import Signal, Trial
+from tepsipe.quantities import AngleUnit, Rate, Sign, Time
 
 JOINTS = ("ankle", "hip")
 PERTURBATIONS = ("platform", "second_perturbation")
@@ -17,16 +19,16 @@ PERTURBATIONS = ("platform", "second_perturbation")
 class PlatformTableOptions:
     """Options for a table of a person on a moving platform."""
 
-    resample_rate_hz: float
-    """Rate of the trial."""
-    max_gap_s: float
-    """Longest gap between samples."""
-    angle_unit: str
-    """{"rad", "deg"}: Unit of the angles."""
-    torque_sign: int
-    """{1, -1}: +1 if a recorded torque that resists a positive angle is positive, -1 if it is negative."""
-    platform_unit: str
-    """{"m", "m/s", "m/s2"}: Unit of the platform's motion."""
+    resample_rate_hz: Rate
+    """Rate of the trial, not above that of the recording."""
+    max_gap_s: Time
+    """Longest gap that is filled."""
+    angle_unit: AngleUnit
+    """Unit of the angles."""
+    torque_sign: Sign
+    """−1 if a torque that resists a positive angle is recorded as negative, otherwise 1."""
+    platform_unit: Literal["m", "m/s", "m/s2"]
+    """Position, velocity or acceleration of the platform; estimates do not depend on which."""
 
     @property
     def units(self) -> dict[str, str]:

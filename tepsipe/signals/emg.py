@@ -14,6 +14,7 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
+from tepsipe.quantities import Band, FilterOrder, Frequency, Thesis
 from tepsipe.signals.filters import butterworth_bandpass, butterworth_lowpass, notch
 
 # ---- thresholds of `channel_fault`: a relaxed muscle shows 1 to 3 uV, the amplifier alone 0.5 to 1 uV
@@ -47,18 +48,18 @@ NOISE_UV = 1500.0
 class EmgOptions:
     """Options of the processing; the defaults follow the thesis."""
 
-    band_hz: tuple[float, float] = (20.0, 300.0)
-    """Edges of the band-pass."""
-    band_order: int = 4
-    """Its order, both passes together at each edge."""
-    envelope_cutoff_hz: float = 6.0
-    """Cutoff of the low-pass of the rectified signal."""
-    envelope_order: int = 4
-    """Its order, both passes together."""
-    mains_hz: float | None = None
-    """Remove this frequency and its harmonics below the band's upper edge (Hz); None removes none."""
-    notch_width_hz: float = 2.0
-    """Width of each notch (Hz). It rings for about 1 / width before and after a burst."""
+    band_hz: Annotated[Band, Thesis("3-2")] = (20.0, 300.0)
+    """Butterworth band-pass."""
+    band_order: Annotated[FilterOrder, Thesis("3-2")] = 4
+    """Order of both passes together, at each edge."""
+    envelope_cutoff_hz: Annotated[Frequency, Thesis("3-2")] = 6.0
+    """Butterworth low-pass of the rectified signal; the envelope is only shown."""
+    envelope_order: Annotated[FilterOrder, Thesis("3-2")] = 4
+    """Order of both passes together."""
+    mains_hz: Frequency | None = None
+    """Mains frequency to remove, with its harmonics; null removes nothing."""
+    notch_width_hz: Frequency = 2.0
+    """Width of each notch, which rings for about 1 / width before and after a burst."""
 
 
 @dataclass(frozen=True)

@@ -22,12 +22,14 @@ energy operator; Staude (2001) for whitening and likelihood.
 """
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 import scipy
+from annotated_types import Ge, Gt, Le
 
 from tepsipe.errors import InputError
+from tepsipe.quantities import Draws, Fraction, Pair, Pause, Positive, Thesis, Time
 
 DETECTORS = ("threshold", "teager-kaiser", "changepoint")
 # smallest number of draws for an uncertainty
@@ -51,30 +53,30 @@ EDGE_S = 0.001
 class OnsetOptions:
     """Options of the detection."""
 
-    detector: str = "changepoint"
-    """One of `DETECTORS`; "changepoint" is recommended."""
-    baseline_until_s: float = 0.0
-    """The baseline ends here (s from the event)."""
-    search_s: tuple[float, float] = (0.02, 0.2)
-    """First and last instant at which an onset may lie (s from the event)."""
-    window_s: float = 0.005
-    """Centred moving mean of threshold and Teager-Kaiser (s): no delay, smeared by half of it."""
-    threshold_sd: float = 3.0
-    """k, standard deviations of the baseline's moving mean."""
-    hold_s: float = 0.010
+    detector: Annotated[Literal[DETECTORS], Thesis("chapter 5")] = "changepoint"
+    """The detector shown in figures and used for intervals; all three are computed."""
+    baseline_until_s: Annotated[float, Ge(-60), Le(60)] = 0.0
+    """End of the baseline, from the onset."""
+    search_s: Pair[Annotated[float, Ge(0), Le(60)]] = (0.02, 0.2)
+    """Time of possible onsets; its start at most 0.05 s after `baseline_until_s`."""
+    window_s: Time = 0.005
+    """Length of the moving mean of `threshold` and `teager-kaiser`."""
+    threshold_sd: Positive = 3.0
+    """Threshold of both, in standard deviations of the baseline."""
+    hold_s: Pause = 0.010
     """Time for which the threshold must be exceeded."""
-    whitening_order: int = 1
-    """Number of a_j of the change point."""
-    signal_to_noise: float = 5.0
-    """Number of standard errors by which the activity of a change point must exceed the baseline."""
-    rise_fraction: float = 0.7
-    """The ramp is fitted up to this fraction of the first peak."""
-    longest_rise_s: float = 0.04
-    """Longest ramp up to that point."""
-    bootstrap_draws: int = 500
-    """Number of ensembles resampled from the events; 0 for none and no uncertainty."""
-    trusted_share: float = 0.9
-    """Fraction of the resampled ensembles that must also have an onset."""
+    whitening_order: Annotated[int, Ge(0), Le(20)] = 1
+    """Order of the linear prediction of `changepoint`."""
+    signal_to_noise: Positive = 5.0
+    """Number of standard errors by which its activity must exceed the baseline."""
+    rise_fraction: Annotated[float, Gt(0), Le(1)] = 0.7
+    """Its ramp is fitted up to this fraction of the first peak."""
+    longest_rise_s: Time = 0.04
+    """Greatest length of the ramp."""
+    bootstrap_draws: Draws = 500
+    """Number of ensembles resampled from the responses."""
+    trusted_share: Fraction = 0.9
+    """Fraction of them that must also have an onset."""
 
 
 @dataclass(frozen=True)

@@ -24,11 +24,13 @@ from typing import Annotated
 
 import numpy as np
 import scipy
+from annotated_types import MinLen
 
+from tepsipe.arguments import check_options
 from tepsipe.errors import InputError, listed, quoted
+from tepsipe.quantities import Distribution, NotNegative, Positive
 
 CONFIDENCE = 0.95
-DISTRIBUTIONS = ("normal", "rectangular", "triangular")
 
 
 @dataclass(frozen=True)
@@ -37,14 +39,16 @@ class Source:
 
     name: str
     """For example ``leg_mass_kg``."""
-    standard_uncertainty: float
-    """u(x), the standard deviation of what is believed about it (unit of the quantity)."""
-    distribution: str = "normal"
-    """{"normal", "rectangular", "triangular"}: Shape of that belief, for readers of the budget: to first
-    order only u(x) counts. The half width is u sqrt(3) if rectangular, u sqrt(6) if triangular."""
-    freedom: float = np.inf
-    """Degrees of freedom of u(x); infinite where it is not itself an estimate."""
-    reason: str = ""
+    standard_uncertainty: NotNegative
+    """Standard deviation of what is believed, in the unit of the source's name; relative for names without
+    unit."""
+    distribution: Distribution = "normal"
+    """A rectangular distribution has a half width √3 times as large, a triangular one √6 times; for readers
+    of the budget, because sources are propagated to first order, where only the standard uncertainty
+    counts."""
+    freedom: Positive = np.inf
+    """Degrees of freedom, if the standard uncertainty is itself an estimate from few values."""
+    source: Annotated[str, MinLen(1)] = ""
     """Why it is believed: a measurement, a data sheet, a publication."""
 
 
@@ -59,19 +63,8 @@ def sources_of(section: Mapping[str, Mapping | None]) -> dict[str, Source]:
     for name, stated in section.items():
         if stated is None:
             continue
-        u, shape = stated["standard_uncertainty"], stated["distribution"]
-        if not (math.isfinite(u) and u >= 0.0):
-            raise InputError(
-                f"uncertainty: expected a standard uncertainty of at least 0 for {name}, found {u}: "
-                "correct it"
-            )
-        if shape not in DISTRIBUTIONS:
-            raise InputError(
-                f"uncertainty: expected a distribution of {listed(DISTRIBUTIONS)} for {name}, found "
-                f"{quoted(shape)}: correct it"
-            )
-        freedom = stated.get("freedom")
-        sources[name] = Source(name, u, shape, np.inf if freedom is None else freedom, stated["source"])
+        check_options(Source, stated, f"uncertainty of {name}")
+        sources[name] = Source(name, **stated)
     return sources
 
 

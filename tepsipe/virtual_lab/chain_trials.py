@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import h5py
-import numpy as np
 
 from tepsipe.virtual_lab.seeds import generator
 from tepsipe.virtual_lab.standing_chain import (
@@ -16,12 +15,6 @@ from tepsipe.virtual_lab.standing_chain import (
 )
 
 SEGMENTS = ("shank", "thigh", "trunk")
-
-
-def chain_person(section: dict) -> ChainPerson:
-    """Person of a section of settings (units in the names; ``posture_deg`` in degrees)."""
-    posture = tuple(np.deg2rad(section["posture_deg"]).tolist())
-    return ChainPerson(**{k: v for k, v in section.items() if k != "posture_deg"}, posture_rad=posture)
 
 
 def chain_protocol(perturbations: dict, protocol: dict, engine: str) -> ChainProtocol:

@@ -9,10 +9,12 @@ that instant, so that the person has settled before each.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
+from annotated_types import Ge, Gt, Le
 
+from tepsipe.quantities import Frequency, Gravity, Length, Mass, NotNegative, Pair, Positive, Three, Time
 from tepsipe.virtual_lab.platform_person import coloured_noise
 
 Matrix = tuple[tuple[float, float, float], ...]
@@ -24,21 +26,26 @@ STEP_S, SETTLING_S = 0.001, 10.0
 class ChainPerson:
     """Constants of the person; three each, of shank, thigh and trunk or of ankle, knee and hip."""
 
-    mass_kg: tuple[float, float, float]
-    length_m: tuple[float, float, float]
-    com_m: tuple[float, float, float]
-    inertia_kgm2: tuple[float, float, float]
-    """Both shanks, both thighs, and trunk with head and arms (kg, m, m above the lower end, kg m²)."""
-    posture_rad: tuple[float, float, float]
-    """Angles of the segments from the vertical, positive forwards."""
-    stiffness_Nm_per_rad: Matrix
-    damping_Nms_per_rad: Matrix
-    """Rows are torques, columns angles of ankle, knee and hip."""
-    own_torque_Nm: tuple[float, float, float]
-    """Standard deviation of the own torque."""
-    own_band_hz: tuple[float, float]
-    """Corner frequencies of the own torque."""
-    gravity_m_per_s2: float = 9.81
+    mass_kg: Three[Mass]
+    """Mass of both shanks, both thighs, trunk with head and arms."""
+    length_m: Three[Length]
+    """Their lengths."""
+    com_m: Three[Length]
+    """Their centres of mass above the lower end."""
+    inertia_kgm2: Three[Annotated[float, Gt(0), Le(20)]]
+    """Their moments of inertia about the centre of mass."""
+    posture_deg: Three[Annotated[float, Ge(-45), Le(45)]]
+    """Angles of shank, thigh and trunk from the vertical, positive forwards."""
+    stiffness_Nm_per_rad: Three[Three[float]]
+    """Expected *K*; rows are torques, columns angles of ankle, knee, hip."""
+    damping_Nms_per_rad: Three[Three[float]]
+    """Expected *B*."""
+    own_torque_Nm: Three[Positive]
+    """Standard deviation of the torque that makes sway."""
+    own_band_hz: Pair[Frequency]
+    """Its band."""
+    gravity_m_per_s2: Gravity = 9.81
+    """Acceleration of gravity."""
 
 
 @dataclass(frozen=True)
@@ -70,19 +77,22 @@ class ChainProtocol:
 
     pulses: Mapping[str, Pulse]
     """By name."""
-    epochs: int
-    """Repetitions of every pulse."""
-    before_s: float
-    after_s: float
-    """Time recorded before and after each onset."""
-    unperturbed_s: float
-    """Length of the record of unperturbed standing."""
-    rate_hz: float
-    """Sampling rate of the angles (Hz); 1 kHz is a multiple of it."""
-    angle_noise_rad: float
-    force_noise_N: float = 0.0
-    belt_noise_m_per_s2: float = 0.0
+    epochs: Annotated[int, Ge(2)]
+    """Repetitions of each perturbation."""
+    before_s: Time
+    """Recorded before each onset."""
+    after_s: Time
+    """Recorded after each onset."""
+    unperturbed_s: Time
+    """Recorded of unperturbed standing."""
+    rate_hz: Literal[50, 100, 125, 200, 250, 500]
+    """Rate of the angles."""
+    angle_noise_rad: Annotated[float, Gt(0), Le(1)]
     """Standard deviation of the noise of one sample."""
+    force_noise_N: NotNegative = 0.0
+    """The same of the force."""
+    belt_noise_m_per_s2: NotNegative = 0.0
+    """The same of the belt's acceleration."""
     engine: str = "auto"
     """{"pybullet", "mujoco", "auto"}: Engine; "auto", and any other name, take the first that is
     installed."""
@@ -178,7 +188,7 @@ class _Mover:
 
     def __init__(self, body, person: ChainPerson):
         self.body = body
-        self.posture = tuple(np.diff(person.posture_rad, prepend=0.0).tolist())
+        self.posture = tuple(np.diff(np.deg2rad(person.posture_deg), prepend=0.0).tolist())
         hold = body.holding_torque(self.posture)
         k, b = np.array(person.stiffness_Nm_per_rad), np.array(person.damping_Nms_per_rad)
         self.constant = tuple((np.array(hold) + k @ np.array(self.posture)).tolist())

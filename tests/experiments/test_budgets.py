@@ -97,7 +97,7 @@ def test_settings_become_sources_and_null_switches_off():
     found = sources_of({"mass_kg": stated, "com_m": None, "scale": stated | {"freedom": 5}})
     assert list(found) == ["mass_kg", "scale"]
     assert found["mass_kg"].freedom == math.inf and found["scale"].freedom == 5
-    assert found["mass_kg"].reason == "weighed"
+    assert found["mass_kg"].source == "weighed"
     for wrong, word in (({"standard_uncertainty": -0.01}, "-0.01"), ({"distribution": "flat"}, "'flat'")):
         with pytest.raises(InputError) as error:
             sources_of({"mass_kg": stated | wrong})
@@ -141,5 +141,5 @@ def test_every_shipped_source_gives_a_reason_and_is_documented(config, root):
     text = (root / "config/README.md").read_text(encoding="utf-8")
     for experiment, section in config["uncertainty"].items():
         for name, source in sources_of(section).items():
-            assert source.standard_uncertainty > 0.0 and source.reason
+            assert source.standard_uncertainty > 0.0 and source.source
             assert f"`{experiment}.{name}`" in text

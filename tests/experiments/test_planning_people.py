@@ -120,7 +120,7 @@ def test_number_is_the_smallest_that_is_enough():
     wanted = 0.06 * 400.0 / 1.959964
     assert plan.with_number(number)[2] <= wanted < plan.with_number(number - 1)[2]
     assert plan_standing(StandingDesign(type_b=0.06)).number_for(0.1, "K") is None
-    with pytest.raises(InputError, match="a positive sway_s, found 0"):
+    with pytest.raises(InputError, match="above 0 for 'sway_s', found 0"):
         StandingDesign(sway_s=0.0)
 
 

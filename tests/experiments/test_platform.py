@@ -18,7 +18,6 @@ from tepsipe.experiments.platform import (
     platform_estimates,
     platform_result,
 )
-from tepsipe.identification.several_joints.closed_loop import MultiJointOptions
 from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.platform import PlatformTableOptions, ingest_platform
 from tepsipe.ingest.plausibility import plausible_trial
@@ -32,8 +31,18 @@ from tepsipe.reporting.pages.trial_page import render
 from tepsipe.reporting.run import Run, report_content
 from tepsipe.virtual_lab.platform_person import PlatformPerson, PlatformProtocol, record_platform
 
-ESTIMATE = MultiJointOptions((0.05, 5.0), 20, 0.02, (0.04, 0.24), 0.05)
-OPTIONS = PlatformOptions(ESTIMATE, ("intrinsic", "own-reflex"), 0.01, 0.1, 0.5, 0.5)
+OPTIONS = PlatformOptions(
+    band_hz=(0.05, 5.0),
+    averaged_bins=20,
+    taper_fraction=0.02,
+    delays_s=(0.04, 0.24),
+    delay_step_s=0.05,
+    models=("intrinsic", "own-reflex"),
+    rejected_below=0.01,
+    largest_share=0.1,
+    mode_below_hz=0.5,
+    training_fraction=0.5,
+)
 TABLE = PlatformTableOptions(50.0, 0.05, "rad", 1, "m")
 DURATION_S = 150.0
 
@@ -228,9 +237,10 @@ def test_public_recording_rejects_simple_models():
     columns = {name.rpartition("_")[0]: name for name in names}
     recorded = read_text_table(Path(folder) / "subject5.csv", columns, ",")
     trial = ingest_platform(recorded, TABLE, 309.0, "subject5.csv")
-    estimate = replace(ESTIMATE, band_hz=(0.1, 3.0), delays_s=(0.04, 0.3), delay_step_s=0.02)
+    models = ("intrinsic", "own-reflex", "all-reflex")
     found = analyse_platform(
-        trial, replace(OPTIONS, estimate=estimate, models=("intrinsic", "own-reflex", "all-reflex"))
+        trial,
+        replace(OPTIONS, band_hz=(0.1, 3.0), delays_s=(0.04, 0.3), delay_step_s=0.02, models=models),
     )
     assert found.chosen == "all-reflex"
     assert not found.models["all-reflex"].rejected(0.01)

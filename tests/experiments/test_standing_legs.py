@@ -8,6 +8,7 @@ import pytest
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs
+from tepsipe.experiments.standing.free_reflex.fit import FreeReflexOptions
 from tepsipe.experiments.standing.free_reflex.legs import cut_with_legs, leg_rows, legs_of, legs_results
 from tepsipe.experiments.standing.free_reflex.results import FreeReflexChoices, fit_free
 from tepsipe.experiments.standing.joint_torque import process_standing
@@ -15,6 +16,7 @@ from tepsipe.experiments.standing.options import BOTH, StandingEstimator, Standi
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
 from tepsipe.io.result import joined
 from tepsipe.signals.filters import Lowpass
+from tepsipe.statistics.uncertainty import sources_of
 from tepsipe.virtual_lab.person_mechanisms import without
 from tepsipe.virtual_lab.standing_trial import make_standing_trial
 from tepsipe.virtual_lab.treadmill_trial import Protocol
@@ -91,8 +93,12 @@ def stored(trials, section, options):
 @pytest.fixture(scope="module")
 def rows(stored, section, shipped_config):
     """Quantity -> row of the task, of both legs and of each."""
-    choices = FreeReflexChoices.from_settings(
-        "ankle", section["free_reflex"], shipped_config["uncertainty"]["standing"], 100, 1
+    choices = FreeReflexChoices(
+        "ankle",
+        FreeReflexOptions(**section["free_reflex"]),
+        sources_of(shipped_config["uncertainty"]["standing"]),
+        100,
+        1,
     )
     whole, legs = legs_of(stored)
     fit = fit_free(whole, "relax", ESTIMATORS, choices, 14)["ankle", "free"]

@@ -145,7 +145,7 @@ def test_other_ways_miss_the_stiffness(task, fits, truth):
 def test_every_muscles_latency_is_the_persons(task, responses, choices, truth):
     section = choices[0]
     latency = section["latency"]
-    options = OnsetOptions(**latency | {"search_s": tuple(latency["search_s"])})
+    options = OnsetOptions(**latency)
     for muscle, choice in section["muscles"].items():
         rng = np.random.default_rng(1)
         found = muscle_latency(responses[task], muscle, choice["lengthened_by"], options, rng)

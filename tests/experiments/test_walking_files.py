@@ -10,7 +10,9 @@ from tepsipe.experiments.walking.analysis import analyse_walking
 from tepsipe.experiments.walking.files import read_events
 from tepsipe.experiments.walking.impedance import WalkingOptions
 from tepsipe.experiments.walking.instruments import (
+    WalkingAxes,
     WalkingFiles,
+    WalkingPlates,
     is_of_instruments,
     read_instruments,
     walking_recording,
@@ -25,8 +27,9 @@ from tepsipe.virtual_lab.walker import Joint, perturb
 from tepsipe.virtual_lab.walking_files import WalkerBody, write_events, write_walk
 from tests.experiments.test_walking import synthetic_walk
 
-C3D = WalkingFiles("+y", "+z", 1, 2)
-DFLOW = WalkingFiles("-z", "+y", 1, 2)
+PLATES = WalkingPlates(1, 2)
+C3D = WalkingFiles(WalkingAxes("+y", "+z"), PLATES)
+DFLOW = WalkingFiles(WalkingAxes("-z", "+y"), PLATES)
 # D-Flow holds the position of a hidden marker: one that does not move at all is hidden
 STILL = WalkerBody(marker_noise_m=2e-5, force_noise_N=0.0, moment_noise_Nm=0.0)
 KINDS = {"c3d": ("walk.c3d", C3D), "dflow": ("walk.txt", DFLOW)}
@@ -154,8 +157,8 @@ def test_events_in_milliseconds_are_refused(walks, written):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"own_plate": 3}, "a force plate 3, found 2 force plates"),
-        ({"forward": "+y"}, "two different axes"),
+        ({"plates": WalkingPlates(3, 2)}, "a force plate 3, found 2 force plates"),
+        ({"axes": WalkingAxes("+y", "+y")}, "two different axes"),
         ({"markers": {"ankle": "LMAL", "knee": "LKNE", "heel": "LHEE"}}, "found none for 'toe'"),
         ({"markers": {"ankle": "MAL", "knee": "LKNE", "heel": "LHEE", "toe": "LTOE"}}, "marker named 'MAL'"),
     ],

@@ -26,10 +26,11 @@ from tests.experiments.test_walking import WALK, analysed, pulsed, recorded, syn
 
 NAMES = ("time", "angle", "vertical", "anterior", "cop", "ankle_x", "ankle_y", "other_vertical")
 COLUMNS = {name: name for name in NAMES} | {"supplied_moment": None}
+TWO_PHASES = WalkingOptions(phases_percent=(40.0, 80.0))
 
 
 def expected(degrees, stiffness=200.0):
-    return ExpectedPulse(np.deg2rad(degrees), 0.06, {40.0: stiffness, 80.0: stiffness}, 2.0)
+    return ExpectedPulse(degrees, 0.06, (stiffness, stiffness), 2.0)
 
 
 def quiet(walk):
@@ -52,7 +53,7 @@ def test_uncertainty_of_one_stride_falls_with_the_amplitude():
 
 
 def test_strides_needed_are_what_an_experiment_shows():
-    rows = needed_strides("a", recorded(WALK), quiet(WALK), expected(2.0, 206.0), WalkingOptions())
+    rows = needed_strides("a", recorded(WALK), quiet(WALK), expected(2.0, 206.0), TWO_PHASES)
     planned = next(row for row in rows if row.phase_percent == 40.0 and row.matching == "state")
     fit = analysed(pulsed(WALK)).phases[40.0]
     shown = fit.budget.type_a[2] / np.sqrt(1.0 / fit.perturbed + 1.0 / fit.unperturbed)
@@ -131,7 +132,7 @@ def words(rows, needed, **about):
 
 @pytest.mark.slow
 def test_the_chapter_says_what_the_tables_hold():
-    needed = needed_strides("slow", recorded(WALK), quiet(WALK), expected(2.0), WalkingOptions())
+    needed = needed_strides("slow", recorded(WALK), quiet(WALK), expected(2.0), TWO_PHASES)
     found = analysed(pulsed(WALK))
     rows, table = frames(walking_rows("slow", "recorded", found), needed)
     text, cells, dropped = words(rows, table)

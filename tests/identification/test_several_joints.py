@@ -45,12 +45,13 @@ PERSON = ChainPerson(
     length_m=(0.43, 0.43, 0.6),
     com_m=(0.244, 0.244, 0.32),
     inertia_kgm2=(0.118, 0.289, 3.3),
-    posture_rad=(0.105, -0.07, 0.052),
+    posture_deg=(6.0, -4.0, 3.0),
     stiffness_Nm_per_rad=K,
     damping_Nms_per_rad=B,
     own_torque_Nm=(2.5, 2.0, 2.0),
     own_band_hz=(0.1, 1.5),
 )
+POSTURE = np.deg2rad(PERSON.posture_deg)
 PULSES = {
     "belt": Pulse(None, 0.02, 0.1),
     "shank": Pulse(0, 100.0, 0.12, 0.3),
@@ -107,7 +108,7 @@ def test_upright_chain_is_a_compound_pendulum():
     # the trunk alone turns with the hip
     assert body.inertia[2, 2] == pytest.approx(3.3 + 51.0 * 0.32**2)
     assert body.push(2, 0.08) == pytest.approx([0.94, 0.51, 0.08])
-    assert np.linalg.eigvalsh(linearised(CHAIN, PERSON.posture_rad).inertia).min() > 0.0
+    assert np.linalg.eigvalsh(linearised(CHAIN, POSTURE).inertia).min() > 0.0
 
 
 @cache
@@ -118,15 +119,15 @@ def engine_errors(engine, size):
     protocol = replace(
         PROTOCOL, pulses=pulses, epochs=2, unperturbed_s=3.0, angle_noise_rad=0.0, engine=engine
     )
-    recording, body = seen(quiet, protocol), linearised(CHAIN, PERSON.posture_rad)
-    assert recording.unperturbed == pytest.approx(np.tile(PERSON.posture_rad, (600, 1)), abs=1e-7)
+    recording, body = seen(quiet, protocol), linearised(CHAIN, POSTURE)
+    assert recording.unperturbed == pytest.approx(np.tile(POSTURE, (600, 1)), abs=1e-7)
     setting = Setting(body, np.eye(3), recording.before, 1.0 / protocol.rate_hz, 5)
     p, found = expected_parameters(setting, *MATRICES), {}
     for name, point in POINTS.items():
         drive = recording.drive[name][0]
         one = Perturbation(drive, recording.angle[name], point.push(body))
         linear = responses(setting, p, one)[0]
-        moved = joint_angles(recording.angle[name][0] - PERSON.posture_rad)
+        moved = joint_angles(recording.angle[name][0] - POSTURE)
         found[name] = np.abs(moved - linear).max() / np.abs(linear).max()
     return found
 
@@ -344,7 +345,3 @@ def test_unusable_input_is_refused_in_one_sentence():
         fit_matrices(epochs.setting, [replace(one, response=one.response[:1])])
     with pytest.raises(InputError, match="expected 71 samples, as the drive is long, found 70"):
         fit_matrices(epochs.setting, [replace(one, response=one.response[:, :70])])
-
-
-def test_limits_are_given_in_per_cent():
-    assert Limits.from_percent(15.0, 50.0) == Limits(stiffness=0.15, damping=0.5)

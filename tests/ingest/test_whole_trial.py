@@ -253,7 +253,7 @@ def test_standing_person_from_one_file(short_truth, shipped_config, tmp_path):
     for name in "BK":
         several, one = (found["a", "short"].interval(name)[0] for found in fits)
         assert one == pytest.approx(several, rel=0.01)
-    search = OnsetOptions(**section["latency"] | {"search_s": tuple(section["latency"]["search_s"])})
+    search = OnsetOptions(**section["latency"])
     compared = 0
     for muscle, choice in section["muscles"].items():
         several, one = (

@@ -120,8 +120,8 @@ def test_sources_of_the_settings_are_read_and_impossible_ones_refused():
     assert list(found) == ["leg_mass_kg"]
     assert found["leg_mass_kg"].standard_uncertainty == 0.1
     for change, words in (
-        ({"standard_uncertainty": -0.1}, "at least 0 for leg_mass_kg"),
-        ({"standard_uncertainty": math.nan}, "at least 0 for leg_mass_kg"),
+        ({"standard_uncertainty": -0.1}, "leg_mass_kg: expected a number of at least 0"),
+        ({"standard_uncertainty": math.nan}, "leg_mass_kg: expected a finite number"),
         ({"distribution": "gaussian"}, "distribution"),
     ):
         with pytest.raises(InputError) as caught:

@@ -15,7 +15,7 @@ from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 
 trial = read_trial(snakemake.input.trial)
-options = PlatformOptions.from_settings(snakemake.params.analysis)
+options = PlatformOptions(**snakemake.params.analysis)
 found = analyse_platform(trial, options)
 write_result(snakemake.output.fit, platform_result(found, options, trial.signals["platform"].unit))
 ESTIMATES.write(

@@ -5,6 +5,7 @@ import job
 job.start(snakemake)
 
 from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs
+from tepsipe.experiments.standing.free_reflex.fit import FreeReflexOptions
 from tepsipe.experiments.standing.free_reflex.legs import cut_with_legs, leg_rows, legs_results
 from tepsipe.experiments.standing.free_reflex.results import (
     FreeReflexChoices,
@@ -27,6 +28,7 @@ from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import joined, read_result, write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.signals.filters import Lowpass
+from tepsipe.statistics.uncertainty import sources_of
 from tepsipe.treadmill.held_out import read_held_out
 from tepsipe.treadmill.plate_check import PlateCheck
 from tepsipe.treadmill.registry import load_treadmill_models, pick
@@ -63,10 +65,10 @@ fits, notes = fit_all(
     analysis["bootstrap_draws"],
     params.seed,
 )
-choices = FreeReflexChoices.from_settings(
+choices = FreeReflexChoices(
     params.recommended["pathway"],
-    params.free_reflex,
-    params.uncertainty,
+    FreeReflexOptions(**params.free_reflex),
+    sources_of(params.uncertainty),
     analysis["bootstrap_draws"],
     params.seed,
 )

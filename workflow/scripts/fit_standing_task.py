@@ -5,6 +5,7 @@ import job
 job.start(snakemake)
 
 from tepsipe.experiments.standing.epochs import epochs_of
+from tepsipe.experiments.standing.free_reflex.fit import FreeReflexOptions
 from tepsipe.experiments.standing.free_reflex.legs import leg_rows, legs_of
 from tepsipe.experiments.standing.free_reflex.results import (
     FreeReflexChoices,
@@ -29,6 +30,7 @@ from tepsipe.io.budget_table import CONTRIBUTIONS
 from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import read_result, write_result
 from tepsipe.signals.onsets import OnsetOptions
+from tepsipe.statistics.uncertainty import sources_of
 
 params, task = snakemake.params, snakemake.wildcards.task
 name = f"standing/{task}"
@@ -49,7 +51,7 @@ fits, notes = fit_all(
     params.seed,
 )
 latencies = []
-options = OnsetOptions(**{**params.latency, "search_s": tuple(params.latency["search_s"])})
+options = OnsetOptions(**params.latency)
 anyone = any(responses.muscles for responses in trials if responses.count)
 for muscle, choice in params.muscles.items() if anyone else ():
     rng = generator(params.seed, name, "latency", muscle)
@@ -58,10 +60,10 @@ for muscle, choice in params.muscles.items() if anyone else ():
         notes.append(f"{name}: latency of {muscle} left out: {found}")
     else:
         latencies.append(found)
-choices = FreeReflexChoices.from_settings(
+choices = FreeReflexChoices(
     params.recommended["pathway"],
-    params.free_reflex,
-    params.uncertainty,
+    FreeReflexOptions(**params.free_reflex),
+    sources_of(params.uncertainty),
     params.bootstrap_draws,
     params.seed,
 )

@@ -5,7 +5,6 @@ import job
 job.start(snakemake)
 
 import json
-import math
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +25,7 @@ condition = snakemake.wildcards.condition
 recording, strides, events = read_trial(dict(params.files), settings, params.made)
 if not params.made:
     refuse_short(float(np.ptp(recording.time)), params.duration_s, recording.name)
-options = WalkingOptions.from_settings(settings["analysis"])
+options = WalkingOptions(**settings["analysis"])
 onsets, pulsed = events["pulse"], events["pulse"].size > 0
 fewest = options
 if not pulsed:
@@ -38,16 +37,8 @@ CONTRIBUTIONS.write(snakemake.output.budgets, budgets)
 rows = walking_rows(condition, "recorded" if pulsed else "none", found)
 WALKING_ROWS.write(snakemake.output.rows, rows)
 
-planned = settings["planned"]
-pulse = ExpectedPulse(
-    math.radians(planned["amplitude_deg"]),
-    planned["duration_s"],
-    dict(zip(options.phases_percent, planned["stiffness_Nm_per_rad"], strict=False)),
-    planned["damping_Nms_per_rad"],
-    planned["strides"],
-)
 quiet = strides.taken(found.quiet) if pulsed else strides
-needed = needed_strides(condition, recording, quiet, pulse, options)
+needed = needed_strides(condition, recording, quiet, ExpectedPulse(**settings["planned"]), options)
 NEEDED_ROWS.write(snakemake.output.needed, needed)
 supplied = recording.supplied_moment
 about = {

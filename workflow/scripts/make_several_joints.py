@@ -4,12 +4,13 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.virtual_lab.chain_trials import chain_person, chain_protocol, write_chain_trials
+from tepsipe.virtual_lab.chain_trials import chain_protocol, write_chain_trials
+from tepsipe.virtual_lab.standing_chain import ChainPerson
 
 joints = snakemake.params.joints
 write_chain_trials(
     snakemake.output.trials,
-    chain_person(joints["person"]),
+    ChainPerson(**joints["person"]),
     chain_protocol(joints["perturbations"], joints["protocol"], snakemake.params.engine),
     snakemake.params.seed,
     joints["persons"],

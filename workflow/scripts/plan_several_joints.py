@@ -21,7 +21,7 @@ from tepsipe.mechanics.segment_chain import Chain
 from tepsipe.reporting.several_joints import element_rows, model_rows, set_rows
 
 joints = snakemake.params.joints
-person, limits = joints["person"], Limits.from_percent(**joints["limits"])
+person, limits = joints["person"], Limits(**joints["limits"])
 chain = Chain.from_settings(person)
 points = {name: Point.from_settings(one) for name, one in joints["perturbations"].items()}
 sets = sets_of(points)

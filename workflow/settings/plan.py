@@ -5,29 +5,34 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from tepsipe.experiments.planning import design
+from tepsipe.experiments.planning.pulses import Limits
+from tepsipe.identification.several_joints import determined
+from tepsipe.virtual_lab.standing_chain import ChainPerson, ChainProtocol
 from workflow.settings.quantities import (
-    Acceleration,
     Damping,
     Frequency,
-    Gravity,
     Inertia,
     Length,
-    Mass,
     NotNegative,
-    Positive,
-    Rate,
     Stiffness,
     Time,
     Velocity,
-    fixed,
     named,
     number,
     some,
 )
-from workflow.settings.section import Section, UnfitError, optional, partial, refuse_unknown, setting, whole
+from workflow.settings.section import (
+    Section,
+    UnfitError,
+    made_from,
+    optional,
+    partial,
+    refuse_unknown,
+    setting,
+)
 
 NAME = "^[a-z0-9][a-z0-9.-]*$"
-Rest = number(least=1, most=3600)  # s
 
 
 class PlanJoint(Section):
@@ -38,47 +43,21 @@ class PlanJoint(Section):
     stiffness_Nm_per_rad: Stiffness = setting("expected *K*")
 
 
-class Drive(Section):
-    """The belt's servo with its load."""
-
-    bandwidth_hz: Frequency | None = setting("bandwidth; null: the belt follows every command")
-    integral_s: Time = setting("proportional over integral gain")
-    acceleration_m_per_s2: Acceleration = setting("largest force over the moved mass")
-
-
-class Rig(Section):
-    """Instruments."""
-
-    foot_markers: int = setting("markers on the foot, in addition to that on the ankle", least=1)
-    marker_noise_m: number(above=0, most=0.1) = setting("noise of a marker in each direction")
-    camera_rate_hz: number(least=80, most=100000) = setting("rate of the cameras")
-    log_noise_m_per_s: Velocity = setting("noise of the logged belt velocity")
-    log_rate_hz: Rate = setting("rate of the log")
-    force_noise_N: NotNegative = setting("noise of the plate's forces")
-    moment_noise_Nm: NotNegative = setting("noise of the plate's moments")
-    plate_rate_hz: Rate = setting("rate of the plate")
-    sync_jitter_s: number(least=0, most=1) = setting(
-        "standard uncertainty of the time between plate and cameras"
-    )
-    drive: Drive
-
-
-class Protocol(Section):
-    """Perturbations, and estimator."""
+class _Pulse(Section):
+    """The belt's command."""
 
     profile: Literal["sine", "minjerk", "half-sine", "ramp"] = setting(
         "profile of the command; the last two leave the belt displaced, and alternate"
     )
     amplitude_m_per_s: Velocity = setting("peak velocity of the command")
     duration_s: Time = setting("length of the command")
-    number: int = setting("number of perturbations", least=1)
-    interval_s: Time = setting("time from onset to onset")
-    rest_before_s: Rest = setting("unperturbed time before them")
-    rest_after_s: Rest = setting("unperturbed time after them")
-    pathway: Literal["joint-likelihood", "joint-likelihood-linear", "leg", "foot"] = setting("estimator")
-    cutoff_hz: Frequency = setting("low-pass of `leg` and `foot`")
-    order: int = setting("its order", least=1)
-    zero_lag: bool = setting("true for a zero-lag filter")
+
+
+class Protocol(made_from(design.Protocol, without=("pulse",)), _Pulse):
+    """Perturbations, and estimator."""
+
+
+Rig = made_from(design.Rig, without=("leg_markers",))
 
 
 class DesignChanges(Section):
@@ -89,15 +68,6 @@ class DesignChanges(Section):
     protocol: partial(Protocol) = optional("keys of `protocol` with other values")
 
 
-class Comfort(Section):
-    """Further limits of the best pulse."""
-
-    velocity_m_per_s: Velocity = setting("largest velocity")
-    displacement_m: Length = setting("largest displacement")
-    acceleration_m_per_s2: Acceleration = setting("largest acceleration")
-    jerk_m_per_s3: Positive = setting("largest jerk", unit="m/s³")
-
-
 class Filters(Section):
     """Filters that are compared."""
 
@@ -105,27 +75,6 @@ class Filters(Section):
     cutoffs_hz: some(Frequency) = setting("cutoffs")
     zero_lag_orders: list[Annotated[int, Field(ge=2, multiple_of=2)]] = setting("orders of zero-lag filters")
     one_sided_orders: list[Annotated[int, Field(ge=1)]] = setting("orders of one-sided filters")
-
-
-class ChainPerson(Section):
-    """Both shanks, both thighs, and trunk with head and arms."""
-
-    mass_kg: fixed(Mass, 3) = setting("mass of both shanks, both thighs, trunk with head and arms")
-    length_m: fixed(Length, 3) = setting("their lengths")
-    com_m: fixed(Length, 3) = setting("their centres of mass above the lower end")
-    inertia_kgm2: fixed(number(above=0, most=20), 3) = setting(
-        "their moments of inertia about the centre of mass"
-    )
-    posture_deg: fixed(number(least=-45, most=45), 3) = setting(
-        "angles of shank, thigh and trunk from the vertical, positive forwards"
-    )
-    stiffness_Nm_per_rad: fixed(fixed(float, 3), 3) = setting(
-        "expected *K*; rows are torques, columns angles of ankle, knee, hip"
-    )
-    damping_Nms_per_rad: fixed(fixed(float, 3), 3) = setting("expected *B*")
-    own_torque_Nm: fixed(Positive, 3) = setting("standard deviation of the torque that makes sway")
-    own_band_hz: fixed(Frequency, 2) = setting("its band")
-    gravity_m_per_s2: Gravity = setting("acceleration of gravity")
 
 
 class ChainPerturbation(Section):
@@ -148,39 +97,16 @@ class ChainPerturbation(Section):
         return self
 
 
-class ChainProtocol(Section):
-    """Repetitions and recording."""
-
-    epochs: int = setting("repetitions of each perturbation", least=2)
-    before_s: Time = setting("recorded before each onset")
-    after_s: Time = setting("recorded after each onset")
-    unperturbed_s: Time = setting("recorded of unperturbed standing")
-    rate_hz: whole(50, 100, 125, 200, 250, 500) = setting("rate of the angles")
-    angle_noise_rad: number(above=0, most=1) = setting("standard deviation of the noise of one sample")
-    force_noise_N: NotNegative = setting("the same of the force")
-    belt_noise_m_per_s2: NotNegative = setting("the same of the belt's acceleration")
-
-
-class DeterminedLimits(Section):
-    """What counts as determined."""
-
-    stiffness_percent: Positive = setting(
-        "half width of a 95 % interval of *K*<sub>ij</sub> in per cent of √(*K*<sub>ii</sub> "
-        "*K*<sub>jj</sub>), and standard error of every direction of the unknowns"
-    )
-    damping_percent: Positive = setting("the same of *B*")
-
-
 class SeveralJoints(Section):
     """Stiffness and damping of ankle, knee and hip as matrices."""
 
     persons: int = setting(
         "recordings of the person, each with its own sway, noise, and errors of the inertia", least=2
     )
-    person: ChainPerson
+    person: made_from(ChainPerson)
     perturbations: named(ChainPerturbation, NAME) = setting("name: a perturbation")
-    protocol: ChainProtocol
-    limits: DeterminedLimits
+    protocol: made_from(ChainProtocol, without=("pulses", "engine"))
+    limits: made_from(determined.Limits)
     inertia_percent: NotNegative = setting(
         "standard uncertainty of every mass, centre of mass and moment of inertia"
     )
@@ -216,13 +142,13 @@ class Plan(Section):
         "name of a design: what differs in `joint`, `rig` and `protocol`"
     )
     references: some(str) = setting("designs whose pulses the best pulse is compared with")
-    comfort: Comfort
+    comfort: made_from(Limits, "Further limits of the best pulse.")
     filters: Filters
     several_joints: SeveralJoints
 
     @model_validator(mode="after")
     def _known_designs(self) -> Any:
-        for design in self.references:
-            refuse_unknown("references", design, "plan.designs", self.designs)
+        for name in self.references:
+            refuse_unknown("references", name, "plan.designs", self.designs)
         refuse_unknown("filters.design", self.filters.design, "plan.designs", self.designs)
         return self

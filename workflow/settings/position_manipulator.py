@@ -4,25 +4,14 @@ from typing import Any
 
 from pydantic import model_validator
 
+from tepsipe.experiments.position_manipulator.analysis import PositionManipulatorOptions
+from tepsipe.experiments.position_manipulator.time_varying import TimeVaryingOptions
+from tepsipe.identification.cascade.fit import ParallelCascadeOptions
+from tepsipe.ingest.manipulators import TableOptions
 from workflow.settings.quantities import (
-    AngleUnit,
-    Delay,
     Delimiter,
-    FilterOrder,
-    Frequency,
-    InnerFraction,
-    NotNegative,
-    Pause,
-    Positive,
-    Rate,
-    Sign,
-    Time,
-    different,
-    fixed,
-    number,
-    some,
 )
-from workflow.settings.section import Section, UnfitError, setting
+from workflow.settings.section import Section, UnfitError, made_from, setting
 
 
 class Joint(Section):
@@ -49,76 +38,23 @@ class Columns(Section):
     )
 
 
-class TableFiles(Section):
-    """Tables of a recording."""
+class Table(Section):
+    """A table of samples."""
 
     columns: Columns
     delimiter: Delimiter = setting("delimiter of the table")
-    angle_unit: AngleUnit = setting("unit of the angle")
-    torque_sign: Sign = setting(
-        "−1 if a torque that resists a positive angle is recorded as negative, otherwise 1"
-    )
 
 
-class TableIngest(Section):
-    """Clock of a trial."""
-
-    resample_rate_hz: Rate = setting("rate of the trial, not above that of the recording")
-    max_gap_s: Time = setting("longest gap that is filled")
+class TableFiles(made_from(TableOptions, without=("resample_rate_hz", "max_gap_s")), Table):
+    """Tables of a recording."""
 
 
-ReflexDelay = number(above=0, most=1)  # s
+# clock of a trial
+TableIngest = made_from(TableOptions, without=("angle_unit", "torque_sign"))
 
 
-class ParallelCascade(Section):
+class ParallelCascade(made_from(ParallelCascadeOptions)):
     """Intrinsic stiffness and stretch reflex."""
-
-    intrinsic_lag_s: number(above=0, most=1) = setting("longest lag, and lead, of the intrinsic response")
-    stop_radii_rad: different(number(above=0, most=3.2), least=0) = setting(
-        "radii of the stop elements (short-range stiffness), of which those within the recorded movement "
-        "are used; `[]` for none"
-    )
-    relaxation_times_s: different(Time, least=0) = setting(
-        "time constants of elements whose torque relaxes; `[]` for none"
-    )
-    reflex_poles_per_s: different(Positive, least=0) = setting(
-        "poles of the Laguerre functions of the reflex response that are tried; `[]` for knots only",
-        unit="rad/s",
-    )
-    reflex_order: int = setting("their number", least=1, most=10)
-    reflex_length_s: Time = setting(
-        "length of a reflex response of knots, after its delay; shortest block of the cross-validation"
-    )
-    reflex_knot_s: Time = setting("distance of its knots, at most half its length")
-    reflex_thresholds_rad_per_s: different(NotNegative) = setting(
-        "velocity thresholds of the reflex that are tried"
-    )
-    reflex_delays_s: fixed(ReflexDelay, 2) = setting("shortest and longest delay that is tried")
-    profiled_delays_s: fixed(Delay, 2) = setting(
-        "shortest and longest delay whose cross-validated error is reported, to show what the trial does not "
-        "separate"
-    )
-    expected_delay_s: ReflexDelay = setting(
-        "preferred delay among those that the trial does not separate, within `reflex_delays_s`"
-    )
-    delay_tolerance: NotNegative = setting(
-        "relative difference of the cross-validated error from which delays are separated"
-    )
-    penalties: some(Positive) = setting(
-        "values of λ that are tried, see `tepsipe/identification/cascade/parallel_cascade.py`"
-    )
-    term_tolerance: NotNegative = setting(
-        "relative difference of the cross-validated error below which a model with fewer terms is taken"
-    )
-    folds: int = setting(
-        "number of blocks of the fitted part for the cross-validation; fewer if they would be shorter than "
-        "`reflex_length_s` plus the longest delay",
-        least=2,
-    )
-    slow_horizons_s: different(Time) = setting(
-        "times by which the slow torque is predicted ahead; the first one is that of "
-        "`VAF_held_out_with_slow_torque`"
-    )
 
     @model_validator(mode="after")
     def _delays(self) -> Any:
@@ -140,44 +76,22 @@ class ParallelCascade(Section):
         return self
 
 
-class ManipulatorAnalysis(Section):
+class ManipulatorAnalysis(made_from(PositionManipulatorOptions)):
     """Regression of I, B, K, and the parallel cascade."""
 
-    lowpass_cutoff_hz: Frequency = setting("Butterworth low-pass of angle and torque before the regression")
-    lowpass_order: FilterOrder = setting("order of both passes together")
-    cut_s: Pause = setting("time cut at both ends")
-    training_fraction: InnerFraction = setting(
-        "first part of the trial, which is fitted; the rest is held out for validation"
-    )
-    averaged_bins: int = setting("raw frequencies averaged into one", least=2)
-    block_s: Time = setting("length of the bootstrapped blocks")
-    bootstrap_draws: int = setting("bootstrap samples", least=100, most=100000)
     parallel_cascade: ParallelCascade
 
 
-class TimeVarying(Section):
-    """Impedance that changes within a trial."""
+class _Enabled(Section):
+    """Whether a part of the analysis is done."""
 
     enabled: bool = setting(
         "false leaves out impedance that changes within a trial: table, figure and section of the report"
     )
-    window_s: Time = setting("length of the sliding windows of trials with neither trigger nor schedule")
-    window_step_s: Time = setting("distance of the windows")
-    block_s: Time = setting(
-        "length of the blocks of residuals that are bootstrapped in windows, longer than the residuals are "
-        "correlated"
-    )
-    realisation_s: Time | None = setting(
-        "length of a realisation after a trigger; null for the shortest time between triggers"
-    )
-    segment_s: Time = setting("length of the short segments of all realisations that are fitted together")
-    segment_step_s: Time = setting("distance of the segments")
-    bins: int = setting("number of equal bins of a schedule", least=2)
-    piece_s: Time = setting(
-        "longest piece of the record within a bin that has a level and a trend of its own; pieces shorter "
-        "than a quarter of it are left out"
-    )
-    bootstrap_draws: int = setting("bootstrap samples", least=100, most=100000)
+
+
+class TimeVarying(made_from(TimeVaryingOptions), _Enabled):
+    """Impedance that changes within a trial."""
 
 
 class PositionManipulator(Section):

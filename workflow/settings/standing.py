@@ -1,34 +1,32 @@
 """Settings of a person standing on the treadmill (thesis sections 2-2, 3-2 and 4-2)."""
 
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import model_validator
 
 from tepsipe.errors import quoted
-from tepsipe.experiments.standing.muscle_torque import ACTIVE, FREE
-from workflow.settings.plate_treadmill import MarkerLabels, PlacedMarkers, TreadmillIngest, Window
+from tepsipe.experiments.standing import options
+from tepsipe.experiments.standing.epochs import EpochOptions
+from tepsipe.experiments.standing.free_reflex.fit import FreeReflexOptions
+from tepsipe.experiments.standing.muscle_torque import ACTIVE, FREE, ActiveOptions
+from tepsipe.experiments.standing.options import StanceLimits, StandingOptions, TorquePathway
+from tepsipe.signals.emg import EmgOptions
+from tepsipe.signals.onsets import OnsetOptions
+from workflow.settings.plate_treadmill import MarkerLabels, PlacedMarkers, TreadmillIngest
 from workflow.settings.quantities import (
-    FilterOrder,
-    Fraction,
-    Frequency,
     Gravity,
     InnerFraction,
     Mass,
-    Pause,
-    Positive,
     Stature,
     Time,
-    Torque,
-    Velocity,
-    band,
     different,
-    fixed,
     named,
     number,
 )
 from workflow.settings.section import (
     Section,
     UnfitError,
+    made_from,
     meanings,
     one_of,
     optional,
@@ -38,7 +36,6 @@ from workflow.settings.section import (
     whole,
 )
 
-Latency = number(above=0, most=1)  # s
 NAME = "^[a-z0-9.-]+$"
 # what estimators with a model of the muscles' torque need, beside its meaning in the registry
 ABOUT_ACTIVE = {
@@ -119,37 +116,13 @@ class Muscle(Section):
     lengthened_by: Lengthening
 
 
-class Emg(Section):
-    """Filters of the electromyograms."""
-
-    band_hz: band() = setting("Butterworth band-pass", thesis="3-2")
-    band_order: FilterOrder = setting("order of both passes together, at each edge", thesis="3-2")
-    envelope_cutoff_hz: Frequency = setting(
-        "Butterworth low-pass of the rectified signal; the envelope is only shown", thesis="3-2"
-    )
-    envelope_order: FilterOrder = setting("order of both passes together", thesis="3-2")
-    mains_hz: Frequency | None = setting(
-        "mains frequency to remove, with its harmonics; null removes nothing"
-    )
-    notch_width_hz: Frequency = setting("width of each notch")
+_OF_TRIAL = made_from(StandingOptions, without=("person", "belt", "lowpass", "limits"))
+_OF_EPOCHS = made_from(EpochOptions, without=("max_gap_s", "lowpass_cutoff_hz", "lowpass_order", "emg"))
 
 
-class StandingAnalysis(Section):
+class StandingAnalysis(_OF_EPOCHS, _OF_TRIAL):
     """Epochs around the perturbations."""
 
-    stretch_cutoff_hz: Frequency = setting(
-        "cutoff for the angles that determine which muscles are lengthened first, at most 0.3 of the rate; "
-        "order as in `plate_treadmill`"
-    )
-    window: Window
-    quiet_after_s: Pause = setting("time after a perturbation that does not count as unperturbed")
-    before_s: Time = setting("length of an epoch before its onset")
-    after_s: Time = setting("length of an epoch after its onset")
-    baseline_s: fixed(number(most=0), 2) = setting("baseline of an epoch, from the onset")
-    least_perturbations: int = setting("a trial with fewer usable perturbations is omitted", least=2)
-    line_hz: Frequency = setting(
-        "mains frequency, whose hum indicates a loose electrode; to remove hum, use `emg.mains_hz`"
-    )
     tried_windows_s: different(Time) = setting("lengths of the window in the figure of K against the window")
     bootstrap_draws: int = setting(
         "bootstrap samples over responses and unperturbed epochs", least=100, most=100000
@@ -173,115 +146,10 @@ def _ordered(key: str, values: list[float], least: float, most: float) -> None:
         )
 
 
-class Stance(Section):
-    """Limits of quiet standing; a trial beyond them is omitted."""
-
-    foot_shift_m: number(above=0, most=1) = setting(
-        "largest displacement of a foot marker relative to the belt within 2 s; more is a step"
-    )
-    foot_lift_m: number(above=0, most=1) = setting("largest rise of a foot marker")
-    other_belt: Positive = setting("largest fraction of the weight on the other belt")
-    unloading: Positive = setting(
-        "largest fraction of the weight that leaves the plate for longer than `unloading_s`"
-    )
-    unloading_s: Pause = setting("this time")
-    lean_rad: number(above=0, most=3.2) = setting("largest angle of the shank relative to its median")
-
-
-class TorquePathway(Section):
-    """From plate and markers to the torque of both ankles."""
-
-    torque: one_of(
-        {
-            "ankle-thesis": "thesis eq (3-14) as printed",
-            "ankle": "balance of moments of the feet about the ankles, derived consistently",
-            "single-joint": "the body above the ankles as one inverted pendulum, from markers only; "
-            "included to show that this model fails",
-        }
-    ) = setting("torque of both ankles")
-    treadmill_model: str | None = setting(
-        "belt-induced load",
-        values={
-            "null": "F_y and M_x as measured",
-            "a model of `weight.models.family`": "the predicted load is subtracted from both; requires "
-            "trials of `weight` and `empty` in the study. `single-joint` does not use the plate",
-        },
-    )
-
-
-class StandingEstimator(Section):
+class StandingEstimator(made_from(options.StandingEstimator)):
     """From responses to parameters."""
 
-    window_s: Time = setting(
-        "length of the window from the onset; the fit starts 0.03 s before the onset, because of the "
-        "zero-lag filter; at most `analysis.after_s`"
-    )
-    inertia: bool = setting(
-        "true if I is estimated in addition to B and K. The torque contains no inertia, so false is correct"
-    )
     active: one_of(meanings(ACTIVE, ABOUT_ACTIVE)) = setting("active torque of the muscles")
-
-
-class Active(Section):
-    """Time constants and delays that are tried for the active torque."""
-
-    twitch_s: different(Latency) = setting("time constants of the twitch response that are tried")
-    reflex_delay_s: different(Latency) = setting("delays of the reflex that are tried")
-    balance_delay_s: different(Latency) = setting("delays of balance that are tried")
-
-
-class FreeReflex(Section):
-    """Estimators with `active: free`."""
-
-    lowpass_cutoff_hz: Frequency = setting(
-        "low-pass of all signals for estimators with `active: free`, at most 0.3 of the rate; order as in "
-        "`plate_treadmill`"
-    )
-    discrepancy: Positive = setting(
-        "what the model of the rig leaves: standard deviation as a share of the largest torque"
-    )
-    discrepancy_s: Time = setting("its length")
-    reflex_Nm: Torque = setting(
-        "standard deviation of the reflex torque `reflex_after_s` after its earliest instant, at "
-        "`reflex_speed_m_per_s` of the belt, in proportion to the speed"
-    )
-    reflex_after_s: Latency = setting("this time")
-    reflex_speed_m_per_s: Velocity = setting("this speed")
-    reflex_onset_s: Latency = setting(
-        "earliest instant of the reflex torque for single trials, and where no latency of an ankle muscle "
-        "is known"
-    )
-    electromechanical_delay_s: number(least=0, most=1) = setting(
-        "from the first latency of an ankle muscle to that instant"
-    )
-    windows_s: fixed(Time, 2) = setting(
-        "the spread of K and B over these windows is a source of their uncertainty"
-    )
-
-
-class Latencies(Section):
-    """Responses of the muscles."""
-
-    detector: Literal["threshold", "teager-kaiser", "changepoint"] = setting(
-        "the detector shown in figures and used for intervals; all three are computed", thesis="chapter 5"
-    )
-    baseline_until_s: number(least=-60, most=60) = setting("end of the baseline, from the onset")
-    search_s: fixed(number(least=0, most=60), 2) = setting(
-        "time of possible onsets; its start at most 0.05 s after `baseline_until_s`"
-    )
-    window_s: Time = setting("length of the moving mean of `threshold` and `teager-kaiser`")
-    threshold_sd: Positive = setting("threshold of both, in standard deviations of the baseline")
-    hold_s: Pause = setting("time for which the threshold must be exceeded")
-    whitening_order: int = setting("order of the linear prediction of `changepoint`", least=0, most=20)
-    signal_to_noise: Positive = setting(
-        "number of standard errors by which its activity must exceed the baseline"
-    )
-    rise_fraction: number(above=0, most=1) = setting(
-        "its ramp is fitted up to this fraction of the first peak"
-    )
-    longest_rise_s: Time = setting("greatest length of the ramp")
-    bootstrap_draws: int = setting("number of ensembles resampled from the responses", least=100, most=100000)
-    trusted_share: Fraction = setting("fraction of them that must also have an onset")
 
 
 class Recommended(Section):
@@ -302,14 +170,14 @@ class Standing(Section):
         "[...]}}`; see [Participants](#participants)"
     )
     muscles: named(Muscle) = setting("name: a muscle", thesis="Figure 2-13")
-    emg: Emg
+    emg: made_from(EmgOptions)
     analysis: StandingAnalysis
-    stance: Stance
-    pathways: named(TorquePathway, NAME) = setting("name: a pathway", thesis="3-2")
+    stance: made_from(StanceLimits)
+    pathways: named(made_from(TorquePathway), NAME) = setting("name: a pathway", thesis="3-2")
     estimators: named(StandingEstimator, NAME) = setting("name: an estimator", thesis="chapter 5")
-    active: Active
-    free_reflex: FreeReflex
-    latency: Latencies
+    active: made_from(ActiveOptions, without=("action",))
+    free_reflex: made_from(FreeReflexOptions)
+    latency: made_from(OnsetOptions)
     as_printed: str = setting("one of `pathways`: shown in Figure 4-13", thesis="3-2")
     recommended: Recommended
     example_condition: str = setting(

@@ -1,27 +1,18 @@
 """How well the analysis knows what it takes as known: sources of Type B uncertainty."""
 
-from workflow.settings.quantities import Distribution, NotNegative, Positive
-from workflow.settings.section import Section, optional, setting
+from tepsipe.statistics import uncertainty
+from workflow.settings.quantities import Positive
+from workflow.settings.section import Section, made_from, optional, setting
 
 
-class Source(Section):
+class Source(made_from(uncertainty.Source, without=("name",))):
     """A source of uncertainty; null switches it off."""
 
     unfolded = False
 
-    standard_uncertainty: NotNegative = setting(
-        "standard deviation of what is believed, in the unit of the source's name; relative for names "
-        "without unit"
-    )
-    distribution: Distribution = setting(
-        "a rectangular distribution has a half width √3 times as large, a triangular one √6 times; for "
-        "readers of the budget, because sources are propagated to first order, where only the standard "
-        "uncertainty counts"
-    )
     freedom: Positive = optional(
         "degrees of freedom, if the standard uncertainty is itself an estimate from few values"
     )
-    source: str = setting("why it is believed: a measurement, a data sheet, a publication", min_length=1)
 
 
 class WristalyzerSources(Section):

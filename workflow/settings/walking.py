@@ -5,31 +5,21 @@ from typing import Any, Literal
 from pydantic import ConfigDict, model_validator
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.walking import instruments
+from tepsipe.experiments.walking.impedance import WalkingOptions
+from tepsipe.experiments.walking.needed import ExpectedPulse
+from tepsipe.statistics.uncertainty import Source
 from workflow.settings.quantities import (
-    Damping,
-    Direction,
-    Distribution,
-    Frequency,
-    Height,
-    Inertia,
-    NotNegative,
     Pause,
-    Positive,
     Rate,
-    Sign,
-    Stiffness,
     Time,
-    number,
     some,
 )
-from workflow.settings.section import Section, UnfitError, optional, setting
+from workflow.settings.section import Section, UnfitError, made_from, optional, setting
 
 
-class WalkingAxes(Section):
+class WalkingAxes(made_from(instruments.WalkingAxes)):
     """Directions in a C3D or in D-Flow's text."""
-
-    forward: Direction = setting("direction of walking in the file")
-    up: Direction = setting("upward direction in the file")
 
     @model_validator(mode="after")
     def _two_axes(self) -> Any:
@@ -39,11 +29,8 @@ class WalkingAxes(Section):
         return self
 
 
-class WalkingPlates(Section):
+class WalkingPlates(made_from(instruments.WalkingPlates)):
     """Force plates under the feet."""
-
-    own: int = setting("number of the force plate under the perturbed foot", least=1)
-    other: int = setting("number of that under the other foot", least=1)
 
     @model_validator(mode="after")
     def _two_plates(self) -> Any:
@@ -65,13 +52,11 @@ class WalkingMarkers(Section):
     toe: str = setting("on the toe. Further keys name markers whose positions may foretell a stride")
 
 
-class WalkingRecording(Section):
+class WalkingRecording(made_from(instruments.WalkingFiles)):
     """Recordings of instruments."""
 
     axes: WalkingAxes
     plates: WalkingPlates
-    force_sign: Sign = setting("−1 if the plates give the force *on the plate*")
-    surface_m: number(least=-10, most=10) = setting("height of the belt in the axes of the file")
     markers: WalkingMarkers
 
 
@@ -105,46 +90,6 @@ class Events(Section):
     )
 
 
-Percent = number(least=0, most=100)
-
-
-class WalkingAnalysis(Section):
-    """Response of the ankle to pulses of the belt."""
-
-    phases_percent: some(Percent) = setting("phases of stance at which pulses begin")
-    phase_tolerance_percent: Positive = setting("largest distance of a pulse from its phase")
-    control_percent: list[number(least=100, most=1000)] = setting(
-        "further onsets, in swing (above 100), that serve as a control"
-    )
-    lowpass_cutoff_hz: Frequency = setting("zero-lag low-pass of all signals")
-    lowpass_order: int = setting("order of both passes together", least=2, multiple_of=2)
-    window_s: Time = setting("window after the onset")
-    reflex_from_s: Pause = setting("earliest reflex moment")
-    reflex_Nm: NotNegative = setting("its standard deviation 20 ms later")
-    matched_by: list[str] | None = setting(
-        "signals from whose state unperturbed behaviour is predicted (null: all; `[]`: plain mean)"
-    )
-    ridge: Positive = setting("penalty of the prediction, relative to the number of strides")
-    state_before_s: Pause = setting("the state is that so long before the onset")
-    inertia_kgm2: Inertia | None = setting("*I* as known; null to estimate it")
-    foot_mass_kg: number(least=0, most=50) = setting("mass of the foot")
-    foot_depth_m: Height = setting("its centre of mass below the ankle")
-    fewest_strides: int = setting("fewest perturbed strides of a phase", least=3)
-    recovery_strides: int = setting("strides after a perturbed one that are not used", least=0)
-
-
-class Planned(Section):
-    """Pulse for which the strides needed are computed: rotation of the ankle, minimum-jerk ramp."""
-
-    amplitude_deg: number(above=0, most=90) = setting("rotation of the ankle")
-    duration_s: Time = setting("length of the ramp")
-    stiffness_Nm_per_rad: list[Stiffness] = setting("expected *K* at each phase")
-    damping_Nms_per_rad: Damping = setting("expected *B*")
-    strides: int = setting(
-        "all perturbed strides, which `tables/needed.csv` divides among the phases", least=1
-    )
-
-
 class SimulatedTrial(Section):
     """A simulated trial."""
 
@@ -168,14 +113,10 @@ class Simulated(Section):
     trials: dict[str, SimulatedTrial] = setting("condition: a simulated trial")
 
 
-class WalkingSource(Section):
+class WalkingSource(made_from(Source, without=("name", "freedom"))):
     """A tolerance."""
 
     unfolded = False
-
-    standard_uncertainty: NotNegative = setting("standard deviation of what is believed")
-    distribution: Distribution = setting("its distribution")
-    source: str = setting("why it is believed")
 
 
 class WalkingUncertainty(Section):
@@ -203,8 +144,8 @@ class Walking(Section):
         "longest step between time stamps of a table, longest time for which a marker is hidden"
     )
     from_s: Pause = setting("strides before are left out")
-    analysis: WalkingAnalysis
-    planned: Planned
+    analysis: made_from(WalkingOptions)
+    planned: made_from(ExpectedPulse)
     simulated: Simulated | None = setting("simulated trials; null without any")
     uncertainty: WalkingUncertainty
 

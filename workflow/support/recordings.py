@@ -183,7 +183,7 @@ def _begin_analysis(study: Study, experiment: str, trial: Trial) -> None:
     if experiment == "wristalyzer":
         wristalyzer_record(trial, options_of(WristalyzerOptions, without(analysis, "swept_bins")))
     elif experiment == "platform":
-        platform_spectra(trial, PlatformOptions.from_settings(analysis))
+        platform_spectra(trial, PlatformOptions(**analysis))
     elif experiment == "position_manipulator":
         options = PositionManipulatorOptions(**without(analysis, "parallel_cascade"))
         cascade_record(trial, options, ParallelCascadeOptions(**analysis["parallel_cascade"]))
@@ -246,7 +246,7 @@ def _read_walk(study: Study, condition: str) -> None:
     recording, strides, events = read_trial(files, study.config["walking"])
     length_s = float(recording.time[-1] - recording.time[0])
     refuse_short(length_s, study.trials["walking", condition].duration_s, recording.name)
-    options = WalkingOptions.from_settings(study.config["walking"]["analysis"])
+    options = WalkingOptions(**study.config["walking"]["analysis"])
     onsets = events["pulse"]
     if not onsets.size:
         onsets, options = without_pulses(

@@ -3,16 +3,19 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
+from annotated_types import Ge, Gt, Le
 
-from tepsipe.errors import InputError, listed, quoted
+from tepsipe.arguments import check_options, options_of
+from tepsipe.errors import InputError
 from tepsipe.experiments.planning.pulses import STEP_S, Drive, Pulse, pulse_of
 from tepsipe.mechanics.engines.interface import Joint
 from tepsipe.mechanics.forward_dynamics import ForwardSimulation, refuse_unstable, simulate_dummy
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
+from tepsipe.quantities import Delay, Frequency, NotNegative, Rate, Time, Velocity
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import Perturbation, find_perturbations
 from tepsipe.statistics.uncertainty import Source, sources_of
@@ -23,6 +26,7 @@ JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, LEG, FOOT = (
     "leg",
     "foot",
 )
+Rest = Annotated[float, Ge(1), Le(3600)]  # s
 # pathways of a plan: two likelihoods, and windowed least squares with the torque from leg or foot
 PATHWAYS = (JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, LEG, FOOT)
 # the ankle and four markers spread over the rod: anterior and longitudinal offset from the ankle (m)
@@ -45,42 +49,34 @@ class Rig:
 
     leg_markers: SegmentMarkers = LEG_MARKERS
     """Markers on the leg (m); the first is the ankle's."""
-    foot_markers: int = 3
-    """Further markers, on the foot."""
-    marker_noise_m: float = 6.5e-6
-    camera_rate_hz: float = 250.0
-    """Noise of a marker in each direction (m), and rate of the cameras (Hz)."""
-    log_noise_m_per_s: float = 0.001
-    log_rate_hz: float = 1000.0
-    """Noise of the logged velocity of the belt (m/s) and rate of the log (Hz)."""
-    force_noise_N: float = 0.2
-    moment_noise_Nm: float = 0.05
-    plate_rate_hz: float = 1000.0
-    sync_jitter_s: float = 0.00015
+    foot_markers: Annotated[int, Ge(1)] = 3
+    """Markers on the foot, in addition to that on the ankle."""
+    marker_noise_m: Annotated[float, Gt(0), Le(0.1)] = 6.5e-6
+    """Noise of a marker in each direction."""
+    camera_rate_hz: Annotated[float, Ge(80), Le(100000)] = 250.0
+    """Rate of the cameras; signals up to 30 Hz are fitted."""
+    log_noise_m_per_s: Velocity = 0.001
+    """Noise of the logged belt velocity."""
+    log_rate_hz: Rate = 1000.0
+    """Rate of the log."""
+    force_noise_N: NotNegative = 0.2
+    """Noise of the plate's forces."""
+    moment_noise_Nm: NotNegative = 0.05
+    """Noise of the plate's moments."""
+    plate_rate_hz: Rate = 1000.0
+    """Rate of the plate."""
+    sync_jitter_s: Delay = 0.00015
     """Standard uncertainty of the time between plate and cameras."""
     drive: Drive = field(default_factory=Drive)
-    """The belt's drive (Hz, s, m/s²)."""
 
     def __post_init__(self):
         """Refuse impossible rigs."""
-        numbers = {k: v for k, v in vars(self).items() if k not in ("leg_markers", "foot_markers", "drive")}
-        may_be_zero = ("sync_jitter_s", "force_noise_N", "moment_noise_Nm")
-        _positive("rig", {k: v for k, v in numbers.items() if k not in may_be_zero})
-        _positive("rig", {k: numbers[k] for k in may_be_zero}, 0.0)
-        if self.foot_markers < 1:
-            raise InputError(
-                f"rig: expected at least one of foot_markers, found {self.foot_markers}: place one"
-            )
-        if self.camera_rate_hz < 80.0:
-            raise InputError(
-                f"rig: expected a camera_rate_hz of at least 80 Hz, because signals up to 30 Hz are fitted, "
-                f"found {self.camera_rate_hz:g} Hz: plan with faster cameras"
-            )
+        check_options(Rig, self, "rig")
         for name in ("log_rate_hz", "plate_rate_hz"):
-            if numbers[name] < self.camera_rate_hz:
+            if getattr(self, name) < self.camera_rate_hz:
                 raise InputError(
                     f"rig: expected a {name} of at least camera_rate_hz ({self.camera_rate_hz:g} Hz), found "
-                    f"{numbers[name]:g} Hz: correct one of the two"
+                    f"{getattr(self, name):g} Hz: correct one of the two"
                 )
 
     @property
@@ -95,47 +91,32 @@ class Protocol:
 
     pulse: Pulse
     """The belt's command (m/s)."""
-    number: int = 14
-    """Perturbations."""
-    interval_s: float = 4.0
-    """From onset to onset."""
-    rest_before_s: float = 3.0
-    rest_after_s: float = 3.0
-    """Unperturbed time at the start and, after the last interval, at the end."""
-    pathway: str = JOINT_LIKELIHOOD
-    """{"joint-likelihood", "joint-likelihood-linear", "leg", "foot"}: Estimator: the likelihood of all
-    markers and the log, of a joint that may soften or of a linear one; windowed least squares with the
-    torque from the leg's motion, or from plate and foot."""
-    cutoff_hz: float = 20.0
-    order: int = 4
-    """Low-pass of windowed least squares (Hz; both passes together if it is zero-lag)."""
+    number: Annotated[int, Ge(1)] = 14
+    """Number of perturbations."""
+    interval_s: Time = 4.0
+    """Time from onset to onset."""
+    rest_before_s: Rest = 3.0
+    """Unperturbed time before them."""
+    rest_after_s: Rest = 3.0
+    """Unperturbed time after them."""
+    pathway: Literal[PATHWAYS] = JOINT_LIKELIHOOD
+    """Estimator."""
+    cutoff_hz: Frequency = 20.0
+    """Low-pass of `leg` and `foot`."""
+    order: Annotated[int, Ge(1)] = 4
+    """Its order."""
     zero_lag: bool = True
-    """Whether it runs forwards and backwards, or forwards only."""
+    """True for a zero-lag filter."""
 
     def __post_init__(self):
         """Refuse impossible protocols."""
-        if self.pathway not in PATHWAYS:
-            raise InputError(
-                f"protocol: expected a pathway of {listed(PATHWAYS)}, found {quoted(self.pathway)}: "
-                "correct it"
-            )
-        if self.number < 1:
-            raise InputError(
-                f"protocol: expected at least 1 perturbation for number, found {self.number}: plan more"
-            )
-        times = {k: vars(self)[k] for k in ("interval_s", "rest_before_s", "rest_after_s", "cutoff_hz")}
-        _positive("protocol", times)
+        check_options(Protocol, self, "protocol")
         if self.interval_s < self.pulse.duration_s + 0.1:
             raise InputError(
                 "protocol: expected an interval_s that leaves 0.1 s of rest after a pulse of "
                 f"{self.pulse.duration_s:g} s, found {self.interval_s:g} s: lengthen the interval"
             )
-        for name in ("rest_before_s", "rest_after_s"):
-            if times[name] < 1.0:
-                raise InputError(
-                    f"protocol: expected a {name} of at least 1 s, found {times[name]:g} s: lengthen it"
-                )
-        if self.order < 1 or (self.zero_lag and self.order % 2):
+        if self.zero_lag and self.order % 2:
             raise InputError(
                 f"protocol: expected an even order, both passes together, found {self.order}: change it"
             )
@@ -191,7 +172,7 @@ class Design:
             joint=Joint(**joint),
             leg=Leg.from_settings(geometry),
             foot=Foot.from_settings(geometry),
-            rig=Rig(**rig | {"drive": Drive(**rig["drive"])}),
+            rig=options_of(Rig, rig),
             protocol=Protocol(pulse=pulse, **protocol),
             sources=sources_of(uncertainty),
         )

@@ -15,7 +15,9 @@ from typing import Annotated
 
 import numpy as np
 
+from tepsipe.arguments import check_options
 from tepsipe.errors import InputError, listed, quoted
+from tepsipe.quantities import Acceleration, Frequency, Length, Positive, Time, Velocity
 
 # step of all motions of the belt (s)
 STEP_S = 0.001
@@ -97,17 +99,16 @@ def pulse_of(profile: str, amplitude_m_per_s: float, duration_s: float) -> Pulse
 class Drive:
     """The belt's drive."""
 
-    bandwidth_hz: float | None = 14.0
-    """f, with the load on the belt (Hz); None for a belt that follows every command."""
-    integral_s: float = 0.25
-    acceleration_m_per_s2: float = 24.0
-    """a_max, largest force over the moved mass."""
+    bandwidth_hz: Frequency | None = 14.0
+    """Bandwidth; null: the belt follows every command."""
+    integral_s: Time = 0.25
+    """Proportional over integral gain."""
+    acceleration_m_per_s2: Acceleration = 24.0
+    """Largest force over the moved mass."""
 
     def __post_init__(self):
         """Refuse impossible drives."""
-        for name, value in vars(self).items():
-            if value is not None and not (math.isfinite(value) and value > 0.0):
-                raise InputError(f"drive: expected a positive number for {name}, found {value:g}: correct it")
+        check_options(Drive, self, "drive")
 
     def follow(self, command_m_per_s: np.ndarray, limited: bool = True) -> np.ndarray:
         """Velocity of the belt (m/s) every `STEP_S` after a command (m/s), until it rests; both start at 0.
@@ -142,11 +143,14 @@ class Drive:
 class Limits:
     """Largest motion that a subject or a drive allows; a limit that is not set is infinite."""
 
-    velocity_m_per_s: float = math.inf
-    displacement_m: float = math.inf
-    acceleration_m_per_s2: float = math.inf
-    jerk_m_per_s3: Annotated[float, "m/s³"] = math.inf
-    """Largest value of each for the belt."""
+    velocity_m_per_s: Velocity = math.inf
+    """Largest velocity."""
+    displacement_m: Length = math.inf
+    """Largest displacement."""
+    acceleration_m_per_s2: Acceleration = math.inf
+    """Largest acceleration."""
+    jerk_m_per_s3: Annotated[Positive, "m/s³"] = math.inf
+    """Largest jerk."""
 
     def __post_init__(self):
         """Refuse limits that no pulse can meet."""

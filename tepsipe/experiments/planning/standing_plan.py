@@ -28,8 +28,9 @@ from functools import cached_property
 from typing import Annotated
 
 import numpy as np
+from annotated_types import Ge, Lt
 
-from tepsipe.errors import InputError
+from tepsipe.arguments import check_options
 from tepsipe.experiments.planning.plan import COVERAGE, quantity_row
 from tepsipe.experiments.planning.pulses import STEP_S, Drive, Pulse, pulse_of
 from tepsipe.experiments.standing.free_reflex.fit import (
@@ -39,6 +40,7 @@ from tepsipe.experiments.standing.free_reflex.fit import (
     reflex_covariance,
 )
 from tepsipe.identification.regression.generalised import Record, squared_exponential
+from tepsipe.quantities import NotNegative, Positive
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import WIDEST, butterworth_lowpass
 
@@ -69,50 +71,36 @@ OPTIONS = FreeReflexOptions(
 class StandingDesign:
     """A planned experiment with a standing person."""
 
-    stiffness_Nm_per_rad: float = 400.0
-    damping_Nms_per_rad: float = 10.0
+    stiffness_Nm_per_rad: Positive = 400.0
+    damping_Nms_per_rad: Positive = 10.0
     """Expected K and B of both ankles together."""
-    lever_m: float = 0.85
+    lever_m: Positive = 0.85
     """Height above the ankle about which a pulse turns the shank."""
-    sway_Nm: float = 2.0
-    sway_s: float = 0.18
+    sway_Nm: Positive = 2.0
+    sway_s: Positive = 0.18
     """Standard deviation (N·m) and time (s) of the torque of sway beyond B phi' + K phi."""
-    noise_Nm: float = 0.13
+    noise_Nm: Positive = 0.13
     """Noise of the torque after the low-pass."""
-    marker_noise_m: float = 0.0000065
-    camera_rate_hz: float = 250.0
+    marker_noise_m: NotNegative = 0.0000065
+    camera_rate_hz: Positive = 250.0
     """Standard deviation of a marker's noise in each direction (m), and rate of the cameras (Hz)."""
-    angle_per_marker: float = 12.0
+    angle_per_marker: NotNegative = 12.0
     """Noise of the ankle angle per noise of a marker (rad/m); it follows from the distances of the
     markers."""
     pulse: Pulse = field(default_factory=lambda: pulse_of("sine", 0.4, 0.1))
     """Commanded pulse (m/s)."""
-    number: int = 40
+    number: Annotated[int, Ge(1)] = 40
     """Usable responses."""
     drive: Drive = field(default_factory=Drive)
     """The belt's drive (Hz, s, m/s²)."""
-    type_b: float = 0.075
+    type_b: Annotated[float, Ge(0), Lt(1)] = 0.075
     """Standard uncertainty of B and K from everything but sway, over their values."""
     options: FreeReflexOptions = OPTIONS
     """Choices of the estimator."""
 
     def __post_init__(self):
         """Refuse impossible experiments."""
-        positive = ("stiffness_Nm_per_rad", "damping_Nms_per_rad", "lever_m", "sway_Nm", "sway_s", "noise_Nm")
-        for name in (*positive, "camera_rate_hz", "number"):
-            if not 0.0 < getattr(self, name) < np.inf:
-                raise InputError(
-                    f"standing: expected a positive {name}, found {getattr(self, name):g}: correct it"
-                )
-        for name in ("marker_noise_m", "angle_per_marker"):
-            if not 0.0 <= getattr(self, name) < np.inf:
-                raise InputError(
-                    f"standing: expected a {name} of 0 or more, found {getattr(self, name):g}: correct it"
-                )
-        if not 0.0 <= self.type_b < 1.0:
-            raise InputError(
-                f"standing: expected a share of Type B from 0 to 1, found {self.type_b:g}: correct it"
-            )
+        check_options(StandingDesign, self, "standing")
 
     @property
     def cutoff_hz(self) -> float:

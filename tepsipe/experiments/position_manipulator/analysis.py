@@ -20,6 +20,7 @@ from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, admittance
+from tepsipe.quantities import Bins, Draws, FilterOrder, Frequency, InnerFraction, Pause, Time
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.resampling import BAND_PER_RATE
@@ -47,19 +48,20 @@ MUSCLE_UNITS = {"reflex_gain": "Nms/rad", "reflex_frequency": "Hz", "reflex_damp
 class PositionManipulatorOptions:
     """Choices of the analysis."""
 
-    lowpass_cutoff_hz: float
-    lowpass_order: int
-    """Zero-lag Butterworth filter."""
-    cut_s: float
+    lowpass_cutoff_hz: Frequency
+    """Butterworth low-pass of angle and torque before the regression."""
+    lowpass_order: FilterOrder
+    """Order of both passes together."""
+    cut_s: Pause
     """Time cut at both ends."""
-    training_fraction: float
-    """First part of the record that is fitted."""
-    averaged_bins: int
+    training_fraction: InnerFraction
+    """First part of the trial, which is fitted; the rest is held out for validation."""
+    averaged_bins: Bins
     """Raw frequencies averaged into one."""
-    block_s: float
-    """Length of the blocks that are bootstrapped."""
-    bootstrap_draws: int
-    """Bootstrap samples of an interval."""
+    block_s: Time
+    """Length of the bootstrapped blocks."""
+    bootstrap_draws: Draws
+    """Bootstrap samples."""
 
 
 @dataclass(frozen=True)

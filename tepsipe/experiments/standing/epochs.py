@@ -9,11 +9,13 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Self
 
 import numpy as np
+from annotated_types import Ge, Le
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.joint_torque import StandingTrial
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
+from tepsipe.quantities import FilterOrder, Frequency, Pair, Time
 from tepsipe.signals.emg import EmgOptions, channel_fault, clipped_perturbations, process_emg
 from tepsipe.signals.epochs import cut_epochs, unperturbed_onsets
 from tepsipe.signals.filters import butterworth_lowpass
@@ -37,34 +39,29 @@ UNITS = {
 class EpochOptions:
     """Options of the epochs."""
 
-    before_s: float
-    after_s: float
-    """Window around an onset."""
-    baseline_s: tuple[float, float]
-    """Baseline of each response, as part of the window (s from the onset)."""
-    least_perturbations: int
-    """Smallest number of usable perturbations; a trial with fewer is omitted."""
-    max_gap_s: float
+    before_s: Time
+    """Length of an epoch before its onset."""
+    after_s: Time
+    """Length of an epoch after its onset."""
+    baseline_s: Pair[Annotated[float, Le(0)]]
+    """Baseline of an epoch, from the onset."""
+    least_perturbations: Annotated[int, Ge(2)]
+    """A trial with fewer usable perturbations is omitted."""
+    line_hz: Frequency
+    """Mains frequency, whose hum indicates a loose electrode; to remove hum, use `emg.mains_hz`."""
+    max_gap_s: Time
     """Longest time for which a marker may be hidden within a response."""
-    lowpass_cutoff_hz: float
-    lowpass_order: int
+    lowpass_cutoff_hz: Frequency
+    lowpass_order: FilterOrder
     """Filter of the rectified electromyograms that drive the active torque, the same as for all signals."""
     emg: EmgOptions
     """Processing of the electromyograms."""
-    mains_hz: float
-    """Mains frequency, whose hum indicates a loose electrode."""
 
     @classmethod
     def from_settings(cls, analysis: dict, emg: dict, max_gap_s: float) -> Self:
         """Options of a study: windows (s), filters (Hz) also of the electromyograms, longest gap (s)."""
-        same = ("before_s", "after_s", "least_perturbations", "lowpass_cutoff_hz", "lowpass_order")
-        return cls(
-            **{key: analysis[key] for key in same},
-            baseline_s=tuple(analysis["baseline_s"]),
-            max_gap_s=max_gap_s,
-            emg=EmgOptions(**emg),
-            mains_hz=analysis["line_hz"],
-        )
+        own = {key: analysis[key] for key in cls.__dataclass_fields__ if key in analysis}
+        return cls(**own, max_gap_s=max_gap_s, emg=EmgOptions(**emg))
 
 
 @dataclass(frozen=True)
@@ -290,7 +287,7 @@ def _channels(
     start = float(trial.axes["emg_time"][0])
     for column, muscle in enumerate(trial.axes["muscle"].tolist() if stood else []):
         raw = trial.values("emg")[:, column].astype(float)
-        fault = channel_fault(raw, limits[column], rate, options.mains_hz)
+        fault = channel_fault(raw, limits[column], rate, options.line_hz)
         if fault is not None:
             left_out.append(f"{name}: muscle {muscle} left out: {fault}")
             continue

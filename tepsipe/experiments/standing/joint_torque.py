@@ -6,7 +6,7 @@ of the thigh minus the angle of the shank (extension positive). The trunk has no
 unknown. The torque is the sum of both ankles.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 import numpy as np
@@ -129,7 +129,7 @@ def process_standing(
     filtered = prepared.filtered(positions)
     _refuse_loose_segments(filtered[~hidden.any(axis=1)], labels, person, name)
     poses = segment_poses(filtered, labels, person)
-    stretch_lowpass = options.stretch_lowpass.within(prepared.rate_hz)
+    stretch_lowpass = replace(options.lowpass, cutoff_hz=options.stretch_cutoff_hz).within(prepared.rate_hz)
     sharp = segment_poses(stretch_lowpass(positions, prepared.rate_hz), labels, person)
     fault = stance_fault(prepared, Stance(filtered, hidden, poses["shank"], belt, loads["Fz"]), options)
     riding = filtered[:, [labels.index(label) for label in person.foot.labels], 0].mean(axis=1)

@@ -16,7 +16,7 @@ An estimator of the study is a window, with or without inertia, and one of these
 a function that returns its regressors, and enter it in `ACTIVE`.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import product
 from typing import Annotated, Self
@@ -25,6 +25,7 @@ import numpy as np
 import scipy
 
 from tepsipe.identification.cascade.pathways import delayed
+from tepsipe.quantities import Different, Latency
 
 NONE, VELOCITY, EMG, FREE = "none", "velocity", "emg", "free"
 # time by which a zero-lag low-pass of about 20 Hz advances the start of a response (s)
@@ -35,19 +36,21 @@ FILTER_WIDTH_S = 0.03
 class ActiveOptions:
     """Values that are tried for the torque of the muscles."""
 
-    twitch_s: tuple[float, ...]
-    reflex_delay_s: tuple[float, ...]
-    balance_delay_s: tuple[float, ...]
-    """T, L and D that are tried."""
-    action: dict[str, float]
-    """Muscle -> 1 if it resists tipping forward, -1 if it resists tipping backward; others do not act at
-    the ankle."""
+    twitch_s: Different[Latency]
+    """Time constants of the twitch response that are tried."""
+    reflex_delay_s: Different[Latency]
+    """Delays of the reflex that are tried."""
+    balance_delay_s: Different[Latency]
+    """Delays of balance that are tried."""
+    action: Mapping[str, float]
+    """Muscle -> 1 if it resists tipping forward, -1 if it resists tipping backward; others do not act at the
+    ankle."""
 
     @classmethod
     def from_settings(cls, active: dict, ankle_action: dict[str, int]) -> Self:
         """Values that are tried (s), and muscle -> action at the ankle, which may be 0."""
         action = {muscle: float(acts) for muscle, acts in ankle_action.items() if acts}
-        return cls(**{key: tuple(times) for key, times in active.items()}, action=action)
+        return cls(**active, action=action)
 
     @property
     def tried(self) -> dict[str, tuple[float, ...]]:

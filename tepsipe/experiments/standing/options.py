@@ -1,14 +1,29 @@
 """A standing person, and the choices of the analysis (thesis section 3-2)."""
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Annotated, Literal, Self
+
+from annotated_types import Gt, Le
 
 from tepsipe.mechanics.anthropometry import Feet, StandingBody, both_feet, standing_body
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
+from tepsipe.quantities import Frequency, Meanings, Pause, Positive, Time
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
 
-TORQUES = ("ankle-thesis", "ankle", "single-joint")
+TORQUES = {
+    "ankle-thesis": "thesis eq (3-14) as printed",
+    "ankle": "balance of moments of the feet about the ankles, derived consistently",
+    "single-joint": "the body above the ankles as one inverted pendulum, from markers only; included to show "
+    "that this model fails",
+}
+BELT_LOADS = Meanings(
+    {
+        "null": "F_y and M_x as measured",
+        "a model of `weight.models.family`": "the predicted load is subtracted from both; requires trials of "
+        "`weight` and `empty` in the study. `single-joint` does not use the plate",
+    }
+)
 OTHER_BELT = {"left": "right", "right": "left"}
 # one foot on each belt
 BOTH = "both"
@@ -18,11 +33,10 @@ BOTH = "both"
 class TorquePathway:
     """Definition of one ankle torque."""
 
-    torque: str
-    """{"ankle-thesis", "ankle", "single-joint"}: Free body: the feet by the thesis equation, the feet, or
-    the body as one inverted pendulum."""
-    treadmill_model: str | None
-    """Model of the belt-induced load that is subtracted from Fy and Mx; None for the loads as measured."""
+    torque: Annotated[Literal[tuple(TORQUES)], Meanings(TORQUES)]
+    """Torque of both ankles."""
+    treadmill_model: Annotated[str | None, BELT_LOADS]
+    """Belt-induced load."""
 
 
 @dataclass(frozen=True)
@@ -82,18 +96,18 @@ class Person:
 class StanceLimits:
     """Limits of standing still on the belt; exceeding one indicates a step or a stumble."""
 
-    foot_shift_m: float
-    foot_lift_m: float
-    """Displacement of the foot's markers relative to the belt, and above their height at rest."""
-    other_belt: float
-    """Fraction of the weight on the other belt."""
-    unloading: float
-    """Fraction of the weight that leaves the plate for longer than ``unloading_s``, for example into the
-    harness."""
-    unloading_s: float
-    """Shorter unloading counts as a jolt."""
-    lean_rad: float
-    """Angle of the shank relative to its median."""
+    foot_shift_m: Annotated[float, Gt(0), Le(1)]
+    """Largest displacement of a foot marker relative to the belt within 2 s; more is a step."""
+    foot_lift_m: Annotated[float, Gt(0), Le(1)]
+    """Largest rise of a foot marker."""
+    other_belt: Positive
+    """Largest fraction of the weight on the other belt."""
+    unloading: Positive
+    """Largest fraction of the weight that leaves the plate for longer than `unloading_s`."""
+    unloading_s: Pause
+    """This time."""
+    lean_rad: Annotated[float, Gt(0), Le(3.2)]
+    """Largest angle of the shank relative to its median."""
 
 
 @dataclass(frozen=True)
@@ -105,11 +119,12 @@ class StandingOptions:
     belt: str
     """The belt on which both feet stand, left or right; both if each foot stands on the belt of its side."""
     lowpass: Lowpass
-    stretch_lowpass: Lowpass
-    """Filter of all signals; filter of the angles that determine which muscles are stretched first."""
+    """Filter of all signals."""
+    stretch_cutoff_hz: Frequency
+    """Cutoff for the angles that determine which muscles are lengthened first, at most 0.3 of the rate; order
+    as in `plate_treadmill`."""
     window: WindowOptions
-    """Search for perturbations and rest (s)."""
-    quiet_after_s: float
+    quiet_after_s: Pause
     """Time after a perturbation that does not count as unperturbed."""
     limits: StanceLimits
     """Limits beyond which a trial contains a step or a stumble (m, rad, -)."""
@@ -128,12 +143,11 @@ class StandingOptions:
     @classmethod
     def from_settings(cls, person: dict, belt: str, analysis: dict, stance: dict) -> Self:
         """Options of a study: person, belt, filters and windows (Hz, s), limits of quiet standing."""
-        order = analysis["lowpass_order"]
         return cls(
             person=Person.from_settings(person),
             belt=belt,
-            lowpass=Lowpass(analysis["lowpass_cutoff_hz"], order, True),
-            stretch_lowpass=Lowpass(analysis["stretch_cutoff_hz"], order, True),
+            lowpass=Lowpass(analysis["lowpass_cutoff_hz"], analysis["lowpass_order"], True),
+            stretch_cutoff_hz=analysis["stretch_cutoff_hz"],
             window=WindowOptions(**analysis["window"]),
             quiet_after_s=analysis["quiet_after_s"],
             limits=StanceLimits(**stance),
@@ -144,9 +158,10 @@ class StandingOptions:
 class StandingEstimator:
     """One estimator of parameters from responses."""
 
-    window_s: float
-    """Length of the fitted window from the onset."""
+    window_s: Time
+    """Length of the window from the onset; the fit starts 0.03 s before the onset, because of the zero-lag
+    filter; at most `analysis.after_s`."""
     inertia: bool
-    """Whether I is estimated; the torque does not contain the inertia of the feet or of the body."""
+    """True if I is estimated in addition to B and K. The torque contains no inertia, so false is correct."""
     active: str
-    """Model of the delayed torque of the muscles, of `tepsipe.experiments.standing.muscle_torque.ACTIVE`."""
+    """Active torque of the muscles."""

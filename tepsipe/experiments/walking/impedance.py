@@ -26,11 +26,12 @@ Lee, Krebs & Hogan (2016). IEEE Trans. Neural Syst. Rehabil. Eng.
 Shorter & Rouse (2018). IEEE Trans. Neural Syst. Rehabil. Eng. 26(1), 135-143.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Self
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Ge, Le, MultipleOf
 
 from tepsipe.experiments.walking.deviations import (
     ACCELERATION,
@@ -43,6 +44,7 @@ from tepsipe.experiments.walking.deviations import (
     VERTICAL,
     Deviations,
 )
+from tepsipe.quantities import Frequency, Height, Inertia, NotNegative, Pause, Positive, Some, Time
 from tepsipe.statistics.uncertainty import Budget, Source
 
 QUANTITIES = ("I", "B", "K")
@@ -55,44 +57,38 @@ LEAST_RESPONSE = 5.0  # of the angle, in standard deviations of its chance; belo
 class WalkingOptions:
     """Choices of the analysis."""
 
-    phases_percent: tuple[float, ...] = (20.0, 40.0, 60.0, 80.0)
-    """Phases of stance at which pulses were given."""
-    phase_tolerance_percent: float = 5.0
+    phases_percent: Some[Annotated[float, Ge(0), Le(100)]] = (20.0, 40.0, 60.0, 80.0)
+    """Phases of stance at which pulses begin."""
+    phase_tolerance_percent: Positive = 5.0
     """Largest distance of a pulse from its phase."""
-    lowpass_cutoff_hz: float = 20.0
-    """Cutoff of all signals."""
-    lowpass_order: int = 4
+    control_percent: Sequence[Annotated[float, Ge(100), Le(1000)]] = ()
+    """Further onsets, in swing (above 100), that serve as a control."""
+    lowpass_cutoff_hz: Frequency = 20.0
+    """Zero-lag low-pass of all signals."""
+    lowpass_order: Annotated[int, Ge(2), MultipleOf(2)] = 4
     """Order of both passes together."""
-    window_s: float = 0.1
+    window_s: Time = 0.1
     """Window after the onset."""
-    reflex_from_s: float = 0.05
-    """Earliest reflex moment after the onset."""
-    reflex_Nm: float = 1.6
-    """Standard deviation of the free reflex moment 20 ms later."""
-    matched_by: tuple[str, ...] | None = None
-    """Signals that foretell a stride, see `filter_walk`; None for all, () for the plain mean."""
-    ridge: float = 1.0
-    """Penalty of the matching, relative to the number of strides."""
-    state_before_s: float = 0.04
-    """The state at the onset is taken so long before."""
-    inertia_kgm2: float | None = 0.012
-    """I as it is known of a foot (N·m·s²/rad); None to estimate it."""
-    foot_mass_kg: float = 1.15
-    """Mass of the foot with its shoe."""
-    foot_depth_m: float = 0.06
+    reflex_from_s: Pause = 0.05
+    """Earliest reflex moment."""
+    reflex_Nm: NotNegative = 1.6
+    """Its standard deviation 20 ms later."""
+    matched_by: Sequence[str] | None = None
+    """Signals from whose state unperturbed behaviour is predicted (null: all; `[]`: plain mean)."""
+    ridge: Positive = 1.0
+    """Penalty of the prediction, relative to the number of strides."""
+    state_before_s: Pause = 0.04
+    """The state is that so long before the onset."""
+    inertia_kgm2: Inertia | None = 0.012
+    """*I* as known; null to estimate it."""
+    foot_mass_kg: Annotated[float, Ge(0), Le(50)] = 1.15
+    """Mass of the foot."""
+    foot_depth_m: Height = 0.06
     """Its centre of mass below the ankle."""
-    fewest_strides: int = 6
+    fewest_strides: Annotated[int, Ge(3)] = 6
     """Fewest perturbed strides of a phase."""
-    recovery_strides: int = 1
-    """Strides after a perturbed one that count as neither perturbed nor unperturbed."""
-    control_percent: tuple[float, ...] = ()
-    """Further onsets, in swing, at which no impedance may be found (% of stance, above 100)."""
-
-    @classmethod
-    def from_settings(cls, analysis: dict) -> Self:
-        """Choices of a study."""
-        lists = {key: tuple(value) for key, value in analysis.items() if isinstance(value, list)}
-        return cls(**analysis | lists)
+    recovery_strides: Annotated[int, Ge(0)] = 1
+    """Strides after a perturbed one that are not used."""
 
     @property
     def onsets_percent(self) -> tuple[float, ...]:

@@ -12,10 +12,11 @@ plantarflexion is positive, and zero where the shank is at a right angle to the 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Self
+from typing import Annotated
 
 import numpy as np
 import scipy
+from annotated_types import Ge, Le
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.recording import CONTACT_N, WalkingRecording
@@ -24,6 +25,7 @@ from tepsipe.io.readers.c3d import select_markers
 from tepsipe.io.readers.file_kind import C3D, DFLOW, kind_of
 from tepsipe.io.readers.recording import DIRECTIONS, ForcePlate, Recording
 from tepsipe.io.readers.whole_trial import read_recording
+from tepsipe.quantities import Direction, Sign
 from tepsipe.signals.resampling import BAND_PER_RATE, resample
 
 ANKLE, KNEE, HEEL, TOE = "ankle", "knee", "heel", "toe"
@@ -31,30 +33,39 @@ NEEDED = (ANKLE, KNEE, HEEL, TOE)
 
 
 @dataclass(frozen=True)
+class WalkingAxes:
+    """Directions in a C3D or in D-Flow's text."""
+
+    forward: Direction
+    """Direction of walking in the file."""
+    up: Direction
+    """Upward direction in the file."""
+
+
+@dataclass(frozen=True)
+class WalkingPlates:
+    """Force plates under the feet."""
+
+    own: Annotated[int, Ge(1)]
+    """Number of the force plate under the perturbed foot."""
+    other: Annotated[int, Ge(1)]
+    """Number of that under the other foot."""
+
+
+@dataclass(frozen=True)
 class WalkingFiles:
     """Axes, plates, markers and channels in the files of a laboratory."""
 
-    forward: str
-    up: str
-    """Directions in the axes of the file: +x, -x, +y, -y, +z or -z."""
-    own_plate: int
-    other_plate: int
-    """Numbers of the force plates under the perturbed foot and under the other one."""
-    force_sign: int = 1
-    """1 where the plates give the force on the person, -1 where that on the plate."""
+    axes: WalkingAxes
+    plates: WalkingPlates
+    force_sign: Sign = 1
+    """−1 if the plates give the force *on the plate*."""
+    surface_m: Annotated[float, Ge(-10), Le(10)] = 0.0
+    """Height of the belt in the axes of the file."""
     markers: Mapping[str, str] = field(
         default_factory=lambda: {ANKLE: "LMAL", KNEE: "LKNE", HEEL: "LHEE", TOE: "LTOE"}
     )
     """ankle, knee, heel, toe, and any others whose position may foretell a stride -> label in the file."""
-    surface_m: float = 0.0
-    """Height of the belt in the axes of the file."""
-
-    @classmethod
-    def from_settings(cls, recording: dict) -> Self:
-        """Axes, numbers of the plates, markers and height of the belt (m) of a study."""
-        axes, plates = recording["axes"], recording["plates"]
-        same = {key: recording[key] for key in ("force_sign", "markers", "surface_m")}
-        return cls(axes["forward"], axes["up"], plates["own"], plates["other"], **same)
 
 
 def is_of_instruments(path: str | Path) -> bool:
@@ -81,17 +92,19 @@ def walking_recording(
 ) -> WalkingRecording:
     """One leg of a walking trial from markers and plates; see `read_instruments` (m, N, N·m, Hz, s)."""
     name = recording.name
-    forward, up = DIRECTIONS[files.forward], DIRECTIONS[files.up]
+    forward, up = DIRECTIONS[files.axes.forward], DIRECTIONS[files.axes.up]
     if forward @ up:
         raise InputError(
-            f"{name}: expected two different axes in walking.recording, found {files.forward!r} and "
-            f"{files.up!r}: correct one of the two"
+            f"{name}: expected two different axes in walking.recording, found {files.axes.forward!r} "
+            f"and {files.axes.up!r}: correct one of the two"
         )
     plane = np.stack([forward, up])
     markers = _filled(recording, files, max_gap_s)
-    plates = [_plate(recording, number) for number in (files.own_plate, files.other_plate)]
-    numbered = dict(zip((files.own_plate, files.other_plate), plates, strict=True))
-    refuse_other_vertical(numbered, files.up, name, "walking.recording.axes.up")
+    numbers = files.plates.own, files.plates.other
+    plates = [_plate(recording, number) for number in numbers]
+    refuse_other_vertical(
+        dict(zip(numbers, plates, strict=True)), files.axes.up, name, "walking.recording.axes.up"
+    )
     last_s = min(
         (len(next(iter(markers.values()))) - 1) / recording.markers.rate_hz,
         *((len(plate.force) - 1) / plate.rate_hz for plate in plates),

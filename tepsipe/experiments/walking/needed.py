@@ -4,10 +4,13 @@ With the estimator's own weights w_K for an expected response, one stride has th
 w_K' cov(e) w_K, and n strides reach a standard uncertainty u with n = w_K' cov(e) w_K / u^2.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Ge, Gt, Le
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.analysis import FEWEST_UNPERTURBED
@@ -17,6 +20,7 @@ from tepsipe.experiments.walking.plausible import refuse_other_units
 from tepsipe.experiments.walking.recording import WalkingRecording
 from tepsipe.experiments.walking.strides import Strides, refuse_swapped_belts
 from tepsipe.io.tables import Table
+from tepsipe.quantities import Damping, Stiffness, Time
 from tepsipe.signals.filters import butterworth_lowpass
 
 FINE_HZ = 1000.0
@@ -27,15 +31,16 @@ FEWEST_PLANNED = 10  # strides of a phase
 class ExpectedPulse:
     """A planned pulse, and the joint that it perturbs."""
 
-    amplitude_rad: float
+    amplitude_deg: Annotated[float, Gt(0), Le(90)]
     """Rotation of the ankle."""
-    duration_s: float
-    """Duration of its minimum-jerk ramp."""
-    stiffness_Nm_per_rad: dict[float, float]
-    """Phase (%) -> expected K (N·m/rad)."""
-    damping_Nms_per_rad: float
-    strides: int = 150
-    """All perturbed strides."""
+    duration_s: Time
+    """Length of the ramp."""
+    stiffness_Nm_per_rad: Sequence[Stiffness]
+    """Expected *K* at each phase."""
+    damping_Nms_per_rad: Damping
+    """Expected *B*."""
+    strides: Annotated[int, Ge(1)] = 150
+    """All perturbed strides, which `tables/needed.csv` divides among the phases."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +121,7 @@ def needed_strides(
     planned = max(FEWEST_PLANNED, options.fewest_strides)
     for matching, chosen in (("state", options.matched_by), ("mean", ())):
         walk, predicted = filter_walk(recording, options.lowpass_cutoff_hz, options.lowpass_order, chosen), []
-        for phase, stiffness in pulse.stiffness_Nm_per_rad.items():
+        for phase, stiffness in zip(options.phases_percent, pulse.stiffness_Nm_per_rad, strict=True):
             delay = np.full(len(strides), phase / 100.0 * stance)
             cut = subtract_unperturbed(
                 walk,
@@ -145,7 +150,7 @@ def _response(pulse: ExpectedPulse, time: np.ndarray, options: WalkingOptions) -
     """Expected deviation of acceleration, velocity and angle, low-passed, shape (3, w)."""
     fine = np.arange(-0.5, 1.0, 1.0 / FINE_HZ)
     s = np.clip(fine / pulse.duration_s, 0.0, 1.0)
-    angle = -pulse.amplitude_rad * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+    angle = -math.radians(pulse.amplitude_deg) * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
     rate = np.gradient(angle, fine)
     signals = np.stack([np.gradient(rate, fine), rate, angle], axis=1)
     filtered = butterworth_lowpass(signals, FINE_HZ, options.lowpass_cutoff_hz, options.lowpass_order)

@@ -1,7 +1,14 @@
 """A walking trial from its files: recording, strides and events."""
 
+from tepsipe.arguments import options_of
 from tepsipe.experiments.walking.files import read_events, read_recording
-from tepsipe.experiments.walking.instruments import WalkingFiles, is_of_instruments, read_instruments
+from tepsipe.experiments.walking.instruments import (
+    WalkingAxes,
+    WalkingFiles,
+    WalkingPlates,
+    is_of_instruments,
+    read_instruments,
+)
 from tepsipe.experiments.walking.recording import WalkingRecording
 from tepsipe.experiments.walking.strides import Strides, detect_events, segment_strides
 
@@ -33,9 +40,11 @@ def read_trial(
     path = files["log"]
     if is_of_instruments(path):
         if simulated:
-            of_files = WalkingFiles(*SIMULATED_AXES[path.rpartition(".")[2]], 1, 2)
+            of_files = WalkingFiles(
+                WalkingAxes(*SIMULATED_AXES[path.rpartition(".")[2]]), WalkingPlates(1, 2)
+            )
         else:
-            of_files = WalkingFiles.from_settings(settings["recording"])
+            of_files = options_of(WalkingFiles, settings["recording"])
         recording = read_instruments(path, of_files, settings["rate_hz"], settings["max_gap_s"])
     else:
         recording = read_recording(path, settings["columns"], settings["rate_hz"], settings["max_gap_s"])

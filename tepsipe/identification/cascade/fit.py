@@ -1,11 +1,14 @@
 """Choices and results of a parallel-cascade fit (`tepsipe.identification.cascade.parallel_cascade`)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
+from annotated_types import Ge, Gt, Le
 
 from tepsipe.identification.cascade.slow_torque import SlowModel
+from tepsipe.quantities import DIFFERENT, Delay, Different, Latency, NotNegative, Pair, Positive, Some, Time
 from tepsipe.statistics.goodness_of_fit import HeldOutVaf
 
 
@@ -13,37 +16,47 @@ from tepsipe.statistics.goodness_of_fit import HeldOutVaf
 class ParallelCascadeOptions:
     """Options of the fit."""
 
-    intrinsic_lag_s: float = 0.04
-    """Longest lag and lead of the intrinsic response."""
-    stop_radii_rad: tuple[float, ...] = (0.002, 0.004, 0.008, 0.016)
-    """Radii of the elastic-plastic stop elements (rad), of which those within the recorded movement are
-    used; empty for no short-range stiffness. Fixed radii make K comparable between recordings."""
-    relaxation_times_s: tuple[float, ...] = (0.05, 0.2)
-    """Time constants of the relaxing elements, springs in series with a damper (s); empty for none."""
-    reflex_length_s: float = 0.6
-    reflex_knot_s: float = 0.025
-    """Length of the reflex response, and distance of its knots."""
-    reflex_poles_per_s: tuple[float, ...] = (16.0, 25.0, 40.0)
-    reflex_order: int = 5
-    """Poles of the Laguerre functions that are tried in place of knots (rad/s), and their number."""
-    reflex_thresholds_rad_per_s: tuple[float, ...] = (*(0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8),)
+    intrinsic_lag_s: Latency = 0.04
+    """Longest lag, and lead, of the intrinsic response."""
+    stop_radii_rad: Annotated[Sequence[Annotated[float, Gt(0), Le(3.2)]], DIFFERENT] = (
+        0.002,
+        0.004,
+        0.008,
+        0.016,
+    )
+    """Radii of the stop elements (short-range stiffness), of which those within the recorded movement are
+    used; `[]` for none."""
+    relaxation_times_s: Annotated[Sequence[Time], DIFFERENT] = (0.05, 0.2)
+    """Time constants of elements whose torque relaxes; `[]` for none."""
+    reflex_poles_per_s: Annotated[Sequence[Positive], DIFFERENT, "rad/s"] = (16.0, 25.0, 40.0)
+    """Poles of the Laguerre functions of the reflex response that are tried; `[]` for knots only."""
+    reflex_order: Annotated[int, Ge(1), Le(10)] = 5
+    """Their number."""
+    reflex_length_s: Time = 0.6
+    """Length of a reflex response of knots, after its delay; shortest block of the cross-validation."""
+    reflex_knot_s: Time = 0.025
+    """Distance of its knots, at most half its length."""
+    reflex_thresholds_rad_per_s: Different[NotNegative] = (*(0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8),)
     """Velocity thresholds of the reflex that are tried."""
-    reflex_delays_s: tuple[float, float] = (0.03, 0.06)
+    reflex_delays_s: Pair[Latency] = (0.03, 0.06)
     """Shortest and longest delay that is tried."""
-    profiled_delays_s: tuple[float, float] = (0.0, 0.1)
-    """Shortest and longest delay whose cross-validated error is reported, without any expectation."""
-    expected_delay_s: float = 0.04
-    """Preferred delay among those that the record cannot separate."""
-    delay_tolerance: float = 0.01
+    profiled_delays_s: Pair[Delay] = (0.0, 0.1)
+    """Shortest and longest delay whose cross-validated error is reported, to show what the trial does not
+    separate."""
+    expected_delay_s: Latency = 0.04
+    """Preferred delay among those that the trial does not separate, within `reflex_delays_s`."""
+    delay_tolerance: NotNegative = 0.01
     """Relative difference of the cross-validated error from which delays are separated."""
-    penalties: tuple[float, ...] = (1e-6, 1e-4, 1e-2, 1.0)
-    """Values of lambda that are tried."""
-    term_tolerance: float = 0.01
-    """Relative difference of the cross-validated error below which a simpler structure is taken."""
-    folds: int = 10
-    """Number of blocks of the cross-validation, reduced where blocks would be shorter than the reflex."""
-    slow_horizons_s: tuple[float, ...] = (0.25, 0.1, 0.5, 1.0, 2.0)
-    """Times by which the slow torque is predicted ahead (s); the result uses the first one."""
+    penalties: Some[Positive] = (1e-6, 1e-4, 1e-2, 1.0)
+    """Values of λ that are tried, see `tepsipe/identification/cascade/parallel_cascade.py`."""
+    term_tolerance: NotNegative = 0.01
+    """Relative difference of the cross-validated error below which a model with fewer terms is taken."""
+    folds: Annotated[int, Ge(2)] = 10
+    """Number of blocks of the fitted part for the cross-validation; fewer if they would be shorter than
+    `reflex_length_s` plus the longest delay."""
+    slow_horizons_s: Different[Time] = (0.25, 0.1, 0.5, 1.0, 2.0)
+    """Times by which the slow torque is predicted ahead; the first one is that of
+    `VAF_held_out_with_slow_torque`."""
 
 
 @dataclass(frozen=True)

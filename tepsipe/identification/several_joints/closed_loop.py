@@ -26,11 +26,17 @@ from typing import Annotated
 
 import numpy as np
 import scipy
+from annotated_types import Ge, Gt, Le
 
 from tepsipe.errors import InputError
 from tepsipe.identification.several_joints.identifiability import CONCEDED, Directions, directions_by_strength
+from tepsipe.quantities import ASCENDING, Frequency, Latency, Pair
 
-MODELS = ("intrinsic", "own-reflex", "all-reflex")
+MODELS = {
+    "intrinsic": "*K* and *B* of both angles",
+    "own-reflex": "the same with a delayed *K* and *B* of each joint's own angle",
+    "all-reflex": "the same of both angles",
+}
 # largest slope of (2) per standard error of a parameter at its minimum
 GRADIENT = 1e-3
 # (2) rises by this for a parameter one standard error along a direction that is not determined
@@ -41,19 +47,20 @@ RIDGE = 0.1
 class MultiJointOptions:
     """Choices of the estimate."""
 
-    band_hz: tuple[float, float]
-    """Lowest and highest frequency."""
-    averaged_bins: int
-    """Raw frequencies per band."""
-    taper_fraction: float
+    band_hz: Annotated[Pair[Frequency], ASCENDING]
+    """Lowest and highest frequency that is fitted: where the platform moves and the torque is measured
+    well."""
+    averaged_bins: Annotated[int, Ge(4)]
+    """Raw frequencies per band; the record must hold 8 bands, and so must its held-out part."""
+    taper_fraction: Annotated[float, Ge(0), Le(0.25)]
     """Part of the record over which each end fades."""
-    delays_s: tuple[float, float]
-    """Shortest and longest delay of a reflex that is tried."""
-    delay_step_s: float
-    """Distance of the delays that are tried."""
-    strength: float = 2.0
-    """Least power of a direction of the parameters in a band with the perturbation over the power of noise,
-    below which it is not determined."""
+    delays_s: Pair[Latency]
+    """Delays of reflexes that are tried, one for each joint's torque."""
+    delay_step_s: Latency
+    """Step of these delays."""
+    strength: Annotated[float, Gt(1)] = 2.0
+    """Least power of a combination of parameters in the bands over that of noise alone; weaker ones are not
+    determined."""
 
 
 @dataclass(frozen=True)

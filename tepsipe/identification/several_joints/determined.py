@@ -11,31 +11,34 @@ alone, if at all.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Annotated, Self
+from typing import Annotated
 
 import numpy as np
 import scipy
 
 from tepsipe.identification.several_joints.matrices import MatrixFit, Setting
+from tepsipe.quantities import Positive
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Largest error of a parameter that counts as determined."""
+    """Largest error of a parameter that counts as determined; the constants of inertia have that of B."""
 
-    stiffness: float = 0.15
-    damping: float = 0.5
-    """Limit of K_ij in parts of sqrt(K_ii K_jj), and of B_ij likewise; the constants of inertia as B."""
+    stiffness_percent: Positive = 15.0
+    """Half width of a 95 % interval of *K*<sub>ij</sub> in per cent of √(*K*<sub>ii</sub> *K*<sub>jj</sub>),
+    and standard error of every direction of the unknowns."""
+    damping_percent: Positive = 50.0
+    """The same of *B*."""
 
-    @classmethod
-    def from_percent(cls, stiffness_percent: float, damping_percent: float) -> Self:
-        """Limits from per cent (%)."""
-        return cls(0.01 * stiffness_percent, 0.01 * damping_percent)
+    @property
+    def stiffness(self) -> float:
+        """Limit of K_ij in parts of sqrt(K_ii K_jj)."""
+        return 0.01 * self.stiffness_percent
 
     def of(self, setting: Setting, q: int) -> np.ndarray:
         """Limit of every parameter, shape (q,)."""
         pairs = len(setting.pairs)
-        return np.r_[np.full(pairs, self.stiffness), np.full(q - pairs, self.damping)]
+        return np.r_[np.full(pairs, self.stiffness), np.full(q - pairs, 0.01 * self.damping_percent)]
 
 
 @dataclass(frozen=True)

@@ -47,6 +47,7 @@ from tepsipe.identification.regression.generalised import (
     integrated_wiener,
     squared_exponential,
 )
+from tepsipe.quantities import Delay, Frequency, Latency, Pair, Positive, Time, Torque, Velocity
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.statistics.uncertainty import Budget, Source
 
@@ -69,21 +70,27 @@ WINDOW, REFLEX_ONSET, DISCREPANCY = "window_s", "reflex_onset_s", "model_discrep
 class FreeReflexOptions:
     """Choices of the estimator."""
 
-    lowpass_cutoff_hz: float
-    """Cutoff of the low-pass of all signals."""
-    discrepancy: Annotated[float, "s"]
-    discrepancy_s: float
-    """Standard deviation of d as a share of the largest torque of the response, and its length."""
-    reflex_Nm: float
-    reflex_after_s: float
-    reflex_speed_m_per_s: float
-    """Standard deviation of r (N·m) a time after t_r (s), at a speed of the belt (m/s)."""
-    reflex_onset_s: float
-    """t_r if no latency of an ankle muscle is known."""
-    electromechanical_delay_s: float
-    """From a muscle's latency to t_r."""
-    windows_s: tuple[float, float]
-    """Shortest and longest window whose spread counts as an uncertainty."""
+    lowpass_cutoff_hz: Frequency
+    """Low-pass of all signals for estimators with `active: free`, at most 0.3 of the rate; order as in
+    `plate_treadmill`."""
+    discrepancy: Positive
+    """What the model of the rig leaves: standard deviation as a share of the largest torque."""
+    discrepancy_s: Time
+    """Its length."""
+    reflex_Nm: Torque
+    """Standard deviation of the reflex torque `reflex_after_s` after its earliest instant, at
+    `reflex_speed_m_per_s` of the belt, in proportion to the speed."""
+    reflex_after_s: Latency
+    """This time."""
+    reflex_speed_m_per_s: Velocity
+    """This speed."""
+    reflex_onset_s: Latency
+    """Earliest instant of the reflex torque for single trials, and where no latency of an ankle muscle is
+    known."""
+    electromechanical_delay_s: Delay
+    """From the first latency of an ankle muscle to that instant."""
+    windows_s: Pair[Time]
+    """The spread of K and B over these windows is a source of their uncertainty."""
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Annotated, Self
+from typing import Annotated
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from tepsipe.experiments.standing.thesis.latency import MuscleLatency
 from tepsipe.io.budget_table import Contribution
 from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
-from tepsipe.statistics.uncertainty import Budget, Source, sources_of
+from tepsipe.statistics.uncertainty import Budget, Source
 
 # K and B of both legs, and of each on a plate of its own
 OF_JOINT = tuple(f"{quantity}{leg}" for quantity in QUANTITIES for leg in ("", "_left", "_right"))
@@ -44,13 +44,6 @@ class FreeReflexChoices:
     draws: int
     seed: int
     """Number of resampled sets of responses, and seed of the study."""
-
-    @classmethod
-    def from_settings(cls, pathway: str, options: dict, uncertainty: dict, draws: int, seed: int) -> Self:
-        """Choices of a study: attributes of `FreeReflexOptions`, and sources."""
-        windows = tuple(options["windows_s"])
-        chosen = FreeReflexOptions(**options | {"windows_s": windows})
-        return cls(pathway, chosen, sources_of(uncertainty), draws, seed)
 
 
 def fit_free(
