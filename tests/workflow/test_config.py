@@ -12,11 +12,10 @@ from tepsipe.experiments.standing.muscle_torque import ACTIVE
 from tepsipe.reporting.claims import MEASURES, Findings, check_claims
 from tepsipe.reporting.findings import findings_of_cells
 from tepsipe.reporting.ledger import null_cells, tolerances_of
-from workflow.settings.check import check_content
+from workflow.settings.check import all_keys, check_content, kind_at, section_of
 from workflow.settings.complete import only, pick, settings_of, without
 from workflow.settings.config import Config, check_config
 from workflow.settings.reported import Reported
-from workflow.settings.structure import all_keys, kind_at, section_of
 from workflow.settings.virtual_lab import VirtualLab
 from workflow.support.check import check_one_treadmill, check_plate_models
 from workflow.support.experiments import EXPERIMENTS

@@ -27,6 +27,8 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, defer_build=True)
     # whether the documentation lists its keys wherever it stands
     unfolded: ClassVar[bool] = True
+    # the dataclass that it is made from
+    options: ClassVar[type | None] = None
 
 
 def setting(
@@ -136,7 +138,9 @@ def made_from(
         of = modelled(_needed(hints[name]) if name in needed else hints[name])
         # a section is documented by its own settings
         model[name] = (of, setting(texts[name], **documented) if name in texts else ...)
-    return create_model(kind.__name__, __base__=Section, __doc__=about or kind.__doc__, **model)
+    made = create_model(kind.__name__, __base__=Section, __doc__=about or kind.__doc__, **model)
+    made.options = kind
+    return made
 
 
 def _needed(kind: Any) -> Any:
