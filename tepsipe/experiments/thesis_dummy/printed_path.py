@@ -49,7 +49,7 @@ class BeltMotion:
     time: Annotated[np.ndarray, "(n,)", "s"]
     """Frames."""
     velocity: Annotated[np.ndarray, "(n,)", "m/s"]
-    position: scipy.interpolate.PPoly
+    position: "scipy.interpolate.PPoly"
     """Motion of the foot (m/s, m)."""
     acceleration: Annotated[np.ndarray, "(2 n - 1,)", "m/s²"]
     """At frames and halfway between them."""

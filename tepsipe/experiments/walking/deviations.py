@@ -34,7 +34,7 @@ ANGLE, RATE, ACCELERATION, MOMENT, MOMENT_RATE, VERTICAL, ANTERIOR, FOOT_ACCELER
 class FilteredWalk:
     """Splines through the low-passed signals of a trial, all filtered alike."""
 
-    splines: dict[str, scipy.interpolate.CubicSpline]
+    splines: "dict[str, scipy.interpolate.CubicSpline]"
     """angle (rad), moment (N·m), vertical and anterior force (N), ankle_x (m) over time (s)."""
     state: list
     """Signals from which unperturbed behaviour is predicted."""

@@ -65,7 +65,7 @@ def left_out_residuals(matching: Matching, features: np.ndarray, signals: np.nda
     return (signals - matching.predict(features)) / (1.0 - matching.leverage)[:, None]
 
 
-def cut(spline: scipy.interpolate.CubicSpline, onsets: np.ndarray, after: np.ndarray) -> np.ndarray:
+def cut(spline: "scipy.interpolate.CubicSpline", onsets: np.ndarray, after: np.ndarray) -> np.ndarray:
     """Values of a signal at times ``after`` each onset (s), shape (onsets, after) (unit of the signal)."""
     return spline(onsets[:, None] + after)
 
