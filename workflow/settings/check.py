@@ -18,7 +18,6 @@ from workflow.support.renames import PATHWAYS, VALUES, answer_for_key, moved_fro
 EXPECTED = {
     "string_too_short": "a text",
     "string_pattern_mismatch": "a value of the pattern {pattern}",
-    "multiple_of": "a multiple of {multiple_of}",
     "different_items": DIFFERENT.expected,
 }
 
