@@ -33,7 +33,7 @@ ARROWS = [
 ]
 # floor (from the ground up) -> packages with what they hold
 FLOORS = [
-    [("errors", "one sentence per refusal")],
+    [("errors", "one sentence per refusal"), ("quantities", "kinds of values and their ranges")],
     [("arguments", "units, shapes and ranges of what users give")],
     [
         ("signals", "filters, resampling, spectra, epochs, EMG"),

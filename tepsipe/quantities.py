@@ -95,6 +95,7 @@ LIMITS = {
     "ge": "a number of at least {:g}",
     "lt": "a number below {:g}",
     "le": "a number of at most {:g}",
+    "multiple_of": "a multiple of {}",
     "min_length": "at least {} {}",
     "max_length": "at most {} items",
 }
@@ -103,6 +104,7 @@ HOLDS: dict[str, Callable[[Any, Any], bool]] = {
     "ge": operator.ge,
     "lt": operator.lt,
     "le": operator.le,
+    "multiple_of": lambda value, of: value % of == 0,
     "min_length": lambda items, least: len(items) >= least,
     "max_length": lambda items, most: most is None or len(items) <= most,
 }

@@ -13,10 +13,10 @@ from tepsipe.mechanics.engines import ENGINES
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS
 from tepsipe.signals import onsets
 from tepsipe.treadmill import registry
+from workflow.settings.check import kind_at, names_of
 from workflow.settings.complete import pick
 from workflow.settings.config import Config
 from workflow.settings.dummy import ABOUT_ESTIMATORS
-from workflow.settings.structure import kind_at, names_of
 from workflow.support import outputs, report_params
 from workflow.support.captions import captions_of, read_captions
 from workflow.support.experiments import APPENDIX, EXPERIMENTS, OF_APPENDIX, PARTS

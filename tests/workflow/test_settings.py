@@ -9,15 +9,27 @@ from typing import Annotated, Literal
 import pytest
 from annotated_types import Ge
 from builders import assert_one_sentence
+from pydantic import create_model
 
 from tepsipe.arguments import check_options
 from tepsipe.errors import InputError
-from tepsipe.quantities import Band, Different, FilterOrder, Length, Mass, Meanings, Point, Rate, Thesis
-from workflow.settings.check import check_content
+from tepsipe.mechanics.inverse_dynamics import Leg
+from tepsipe.quantities import (
+    LIMITS,
+    Band,
+    Different,
+    FilterOrder,
+    Length,
+    Mass,
+    Meanings,
+    Point,
+    Rate,
+    Thesis,
+)
+from workflow.settings.check import check_content, entries_of, section_of
 from workflow.settings.config import Config, check_config
 from workflow.settings.reported import Reported
-from workflow.settings.section import made_from
-from workflow.settings.structure import entries_of, section_of
+from workflow.settings.section import Section, made_from
 from workflow.settings.tables import README, _rows, updated
 from workflow.settings.virtual_lab import VirtualLab
 from workflow.support.imported_files import reached_by
@@ -253,6 +265,62 @@ def test_section_is_made_from_a_dataclass():
     assert rows["`points_m`"]["Allowed"] == "list of lists of 2 numbers, −3 to 3"
     assert made_from(Example) is section
     assert list(made_from(Example, without=("model",)).model_fields) == list(EXAMPLE)[:-1]
+
+
+def made_sections():
+    """Every section of the model that is made from a dataclass, or has one that is as base."""
+    models = (Config, VirtualLab, Reported)
+    found = dict.fromkeys(inner for model in models for _, _, inner in settings(model) if inner)
+    return [section for section in found if section.options is not None]
+
+
+def test_no_section_restates_a_field_of_the_dataclass_that_it_is_made_from():
+    made = made_sections()
+    assert len(made) > 40
+    for section in made:
+        inherited = set(next(one for one in section.__mro__ if "options" in vars(one)).model_fields)
+        if "options" not in vars(section):
+            # another section, with validators or further keys, restates nothing
+            own = {
+                name
+                for name in vars(section).get("__annotations__", {})
+                if section.model_fields[name].description
+                or not section_of(section.model_fields[name].annotation)
+            }
+            assert not own & inherited, f"{section.__name__} restates {own & inherited}"
+
+
+def test_every_limit_of_the_configuration_is_that_of_the_library():
+    """A number just beyond is refused by both in the same words."""
+    seen = set()
+    for section in made_sections():
+        for name, field in section.model_fields.items():
+            limits = [(kind, getattr(m, kind)) for m in field.metadata for kind in LIMITS if hasattr(m, kind)]
+            for kind, limit in limits:
+                if name not in section.options.__dataclass_fields__ or kind.endswith("_length"):
+                    continue
+                beyond = limit + {"gt": 0, "ge": -2, "lt": 0, "le": 2, "multiple_of": 1}[kind]
+                with pytest.raises(InputError) as library:
+                    check_options(section.options, {name: beyond}, "here")
+                only = create_model("Only", __base__=Section, **{name: (field.annotation, field)})
+                with pytest.raises(InputError) as configuration:
+                    check_content({name: beyond}, only, "here")
+                assert str(library.value) == str(configuration.value)
+                seen.add((section.options, name, kind))
+    assert len(seen) > 150
+
+
+def test_functions_refuse_what_the_configuration_refuses(config):
+    legs = {"com_m": 448.5, "mass_kg": -0.4}
+    for name, value in legs.items():
+        with pytest.raises(InputError) as caught:
+            Leg(**{"com_m": 0.4, "mass_kg": 0.4, "inertia_kgm2": 0.01} | {name: value})
+        config["dummy"]["geometry"][f"leg_{name}"] = value
+        with pytest.raises(InputError) as refused:
+            check_config(config, "my-study")
+        limit = {"com_m": "3", "mass_kg": "0"}[name]
+        assert limit in str(caught.value) and limit in str(refused.value)
+        config["dummy"]["geometry"][f"leg_{name}"] = 0.4
 
 
 REFUSED = [

@@ -9,24 +9,16 @@ from tepsipe.experiments.dummy.foot_pathways import FootPathway
 from tepsipe.experiments.dummy.leg_pathways import Pathway
 from tepsipe.experiments.dummy.specification_curve import SpecificationOptions
 from tepsipe.identification.estimators import ESTIMATORS, JOINT_LIKELIHOOD, OUTPUT_ERROR
-from tepsipe.quantities import Draws
+from tepsipe.quantities import Draws, Gravity, Inertia, Length, PartMass, Stiffness, Time
 from workflow.settings.plate_treadmill import MarkerLabels, PlacedMarkers, TreadmillIngest, Window
-from workflow.settings.quantities import (
-    Gravity,
-    Inertia,
-    Length,
-    PartMass,
-    Stiffness,
-    Time,
-    different,
-    named,
-    number,
-)
 from workflow.settings.section import (
     Section,
     UnfitError,
+    different,
     made_from,
     meanings,
+    named,
+    number,
     one_of,
     refuse_unknown,
     setting,

@@ -8,28 +8,19 @@ from pydantic import Field, model_validator
 from tepsipe.experiments.planning import design
 from tepsipe.experiments.planning.pulses import Limits
 from tepsipe.identification.several_joints import matrices
+from tepsipe.quantities import Damping, Frequency, Inertia, Length, NotNegative, Stiffness, Time, Velocity
 from tepsipe.virtual_lab.standing_chain import ChainPerson, ChainProtocol
-from workflow.settings.quantities import (
-    Damping,
-    Frequency,
-    Inertia,
-    Length,
-    NotNegative,
-    Stiffness,
-    Time,
-    Velocity,
-    named,
-    number,
-    some,
-)
 from workflow.settings.section import (
     Section,
     UnfitError,
     made_from,
+    named,
+    number,
     optional,
     partial,
     refuse_unknown,
     setting,
+    some,
 )
 
 NAME = "^[a-z0-9][a-z0-9.-]*$"

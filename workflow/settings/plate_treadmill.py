@@ -2,17 +2,18 @@
 
 from tepsipe.ingest.plate_treadmill import TreadmillOptions
 from tepsipe.ingest.whole_trial import RecordingOptions
+from tepsipe.quantities import FilterOrder, Frequency, Offset, Rate, Side
 from tepsipe.signals.perturbations import WindowOptions
-from workflow.settings.quantities import (
-    FilterOrder,
-    Frequency,
-    Offset,
-    Rate,
-    Side,
+from workflow.settings.section import (
+    Section,
     different,
+    made_from,
+    modelled,
+    optional,
+    partial,
+    setting,
     some,
 )
-from workflow.settings.section import Section, made_from, optional, partial, setting
 
 # from raw files to signals on one clock
 TreadmillIngest = made_from(TreadmillOptions, without=("resample_rate_hz",), needed=("max_gap_s",))
@@ -56,7 +57,7 @@ class Plate(Section):
         "Butterworth low-pass of forces, moments, markers, belt velocity and rectified electromyograms",
         thesis="3-1-2",
     )
-    lowpass_order: FilterOrder = setting("order of both passes together", thesis="3-1-2")
+    lowpass_order: modelled(FilterOrder) = setting("order of both passes together", thesis="3-1-2")
 
 
 class RecordingException(Section):

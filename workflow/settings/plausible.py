@@ -1,10 +1,7 @@
 """Limits of what the signals of a trial can be."""
 
 from tepsipe.ingest.limits import Limits
-from workflow.settings.quantities import (
-    number,
-)
-from workflow.settings.section import made_from, setting
+from workflow.settings.section import made_from, number, setting
 
 
 class Plausible(made_from(Limits)):

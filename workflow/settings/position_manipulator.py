@@ -8,9 +8,7 @@ from tepsipe.experiments.position_manipulator.analysis import PositionManipulato
 from tepsipe.experiments.position_manipulator.time_varying import TimeVaryingOptions
 from tepsipe.identification.cascade.fit import ParallelCascadeOptions
 from tepsipe.ingest.manipulators import TableOptions
-from workflow.settings.quantities import (
-    Delimiter,
-)
+from tepsipe.quantities import Delimiter
 from workflow.settings.section import Section, UnfitError, made_from, setting
 
 

@@ -4,8 +4,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator
 
-from workflow.settings.quantities import NotNegative, Positive, number, some
-from workflow.settings.section import Section, UnfitError, optional, setting
+from tepsipe.quantities import NotNegative, Positive
+from workflow.settings.section import Section, UnfitError, number, optional, setting, some
 
 TableName = Literal["table_4_1", "table_4_2", "table_4_3", "table_4_4"]
 Row = dict[str, float]

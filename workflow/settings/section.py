@@ -12,6 +12,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origin, get_type_hints
 
+from annotated_types import Len, MinLen
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, create_model
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
@@ -26,6 +27,8 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, defer_build=True)
     # whether the documentation lists its keys wherever it stands
     unfolded: ClassVar[bool] = True
+    # the dataclass that it is made from
+    options: ClassVar[type | None] = None
 
 
 def setting(
@@ -63,6 +66,26 @@ LIMITS = {"above": "gt", "least": "ge", "most": "le", "below": "lt"}
 def number(**limits: float) -> Any:
     """Type of a number with limits: ``above``, ``least``, ``most``, ``below``."""
     return Annotated[float, Field(**{LIMITS[name]: value for name, value in limits.items()})]
+
+
+def fixed(of: Any, count: int) -> Any:
+    """Type of a list of so many values."""
+    return Annotated[list[of], Len(count, count)]
+
+
+def different(of: Any, least: int = 1) -> Any:
+    """Type of a list of different values, at least so many."""
+    return modelled(Annotated[list[of], MinLen(least), DIFFERENT])
+
+
+def some(of: Any, least: int = 1) -> Any:
+    """Type of a list of at least so many values."""
+    return Annotated[list[of], MinLen(least)]
+
+
+def named(of: Any, pattern: str = ".") -> Any:
+    """Type of a mapping of at least one entry, whose names have a pattern."""
+    return Annotated[dict[Annotated[str, Field(pattern=pattern)], of], Field(min_length=1)]
 
 
 def _no_truth(value: Any) -> Any:
@@ -112,19 +135,25 @@ PROPER = ("Butterworth", "Coulomb")
 
 @cache
 def made_from(
-    kind: type, about: str = "", *, without: tuple[str, ...] = (), needed: tuple[str, ...] = ()
+    kind: type,
+    about: str = "",
+    *,
+    without: tuple[str, ...] = (),
+    needed: tuple[str, ...] = (),
+    absent: tuple[str, ...] = (),
 ) -> type[Section]:
     """Section with the fields of a dataclass, which has types, limits and meanings; every key is needed.
 
     about: documentation of the section, if it is another one than that of the dataclass.
     without: fields that the configuration does not set.
     needed: fields that the library can do without, and the configuration cannot.
+    absent: keys that may be absent.
     """
     hints, texts = get_type_hints(kind, include_extras=True), _texts(kind)
     model = {}
     for name in (field.name for field in fields(kind) if field.name not in without):
         marks = get_args(hints[name])[1:] if get_origin(hints[name]) is Annotated else ()
-        documented: dict[str, Any] = {}
+        documented: dict[str, Any] = {"default": None} if name in absent else {}
         for mark in marks:
             if isinstance(mark, str):
                 documented["unit"] = mark
@@ -135,7 +164,9 @@ def made_from(
         of = modelled(_needed(hints[name]) if name in needed else hints[name])
         # a section is documented by its own settings
         model[name] = (of, setting(texts[name], **documented) if name in texts else ...)
-    return create_model(kind.__name__, __base__=Section, __doc__=about or kind.__doc__, **model)
+    made = create_model(kind.__name__, __base__=Section, __doc__=about or kind.__doc__, **model)
+    made.options = kind
+    return made
 
 
 def _needed(kind: Any) -> Any:

@@ -10,24 +10,18 @@ from tepsipe.experiments.standing.epochs import EpochOptions
 from tepsipe.experiments.standing.free_reflex.fit import FreeReflexOptions
 from tepsipe.experiments.standing.muscle_torque import ACTIVE, FREE, ActiveOptions
 from tepsipe.experiments.standing.options import StanceLimits, StandingOptions, TorquePathway
+from tepsipe.quantities import Gravity, InnerFraction, Mass, Stature, Time
 from tepsipe.signals.emg import EmgOptions
 from tepsipe.signals.onsets import OnsetOptions
 from workflow.settings.plate_treadmill import MarkerLabels, PlacedMarkers, TreadmillIngest
-from workflow.settings.quantities import (
-    Gravity,
-    InnerFraction,
-    Mass,
-    Stature,
-    Time,
-    different,
-    named,
-    number,
-)
 from workflow.settings.section import (
     Section,
     UnfitError,
+    different,
     made_from,
     meanings,
+    named,
+    number,
     one_of,
     optional,
     partial,
@@ -146,7 +140,7 @@ def _ordered(key: str, values: list[float], least: float, most: float) -> None:
         )
 
 
-class StandingEstimator(made_from(options.StandingEstimator)):
+class StandingEstimator(made_from(options.StandingEstimator, without=("active",))):
     """From responses to parameters."""
 
     active: one_of(meanings(ACTIVE, ABOUT_ACTIVE)) = setting("active torque of the muscles")

@@ -4,8 +4,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
-from workflow.settings.quantities import fixed, number
-from workflow.settings.section import Section, UnfitError, optional, setting
+from workflow.settings.section import Section, UnfitError, fixed, number, optional, setting
 from workflow.settings.virtual_lab import Distribution
 
 

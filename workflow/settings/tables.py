@@ -15,11 +15,11 @@ from typing import Annotated, Any, get_args, get_origin
 from pydantic.fields import FieldInfo
 
 from tepsipe.quantities import Meanings
+from workflow.settings.check import entries_of, names_of, section_of, unit_of, unwrapped
 from workflow.settings.config import Config
 from workflow.settings.dummy import PROCESSINGS
 from workflow.settings.reported import Reported
 from workflow.settings.section import Section
-from workflow.settings.structure import entries_of, names_of, section_of, unit_of, unwrapped
 from workflow.settings.uncertainty import Source
 from workflow.settings.virtual_lab import Distribution, VirtualLab
 from workflow.settings.weight import MODELS

@@ -1,18 +1,13 @@
 """How well the analysis knows what it takes as known: sources of Type B uncertainty."""
 
 from tepsipe.statistics import uncertainty
-from workflow.settings.quantities import Positive
-from workflow.settings.section import Section, made_from, optional, setting
+from workflow.settings.section import Section, made_from, setting
 
 
-class Source(made_from(uncertainty.Source, without=("name",))):
+class Source(made_from(uncertainty.Source, without=("name",), absent=("freedom",))):
     """A source of uncertainty; null switches it off."""
 
     unfolded = False
-
-    freedom: Positive = optional(
-        "degrees of freedom, if the standard uncertainty is itself an estimate from few values"
-    )
 
 
 class WristalyzerSources(Section):

@@ -1,5 +1,6 @@
 """Constants of the virtual laboratory: the truth."""
 
+from tepsipe.quantities import NotNegative, Pause, Positive, Time
 from tepsipe.virtual_lab.belt import DriveTruth
 from tepsipe.virtual_lab.dummy import DummyMarkers, DummyTruth
 from tepsipe.virtual_lab.electromyography import EmgTruth
@@ -20,8 +21,7 @@ from tepsipe.virtual_lab.tilting_foot import FootTilt
 from tepsipe.virtual_lab.walker import Joint
 from tepsipe.virtual_lab.walking_files import WalkerBody
 from tepsipe.virtual_lab.weight import WeightTruth
-from workflow.settings.quantities import NotNegative, Pause, Positive, Time, fixed
-from workflow.settings.section import Section, made_from, optional, partial, setting
+from workflow.settings.section import Section, fixed, made_from, optional, partial, setting
 
 
 class WristalyzerLab(Section):

@@ -8,14 +8,9 @@ from tepsipe.errors import InputError
 from tepsipe.experiments.walking import instruments
 from tepsipe.experiments.walking.impedance import WalkingOptions
 from tepsipe.experiments.walking.needed_strides import ExpectedPulse
+from tepsipe.quantities import Pause, Rate, Time
 from tepsipe.statistics.uncertainty import Source
-from workflow.settings.quantities import (
-    Pause,
-    Rate,
-    Time,
-    some,
-)
-from workflow.settings.section import Section, UnfitError, made_from, optional, setting
+from workflow.settings.section import Section, UnfitError, made_from, optional, setting, some
 
 
 class WalkingAxes(made_from(instruments.WalkingAxes)):

@@ -5,18 +5,11 @@ from typing import Any, Literal
 from pydantic import model_validator
 
 from tepsipe.errors import InputError
+from tepsipe.quantities import Delimiter, Frequency, Pause, Time
 from tepsipe.treadmill.registry import FamilyOptions
 from tepsipe.treadmill.trial_recordings import Weight as KnownWeight
 from workflow.settings.plate_treadmill import MarkerLabels, TreadmillIngest, TriggerIngest, Window
-from workflow.settings.quantities import (
-    Delimiter,
-    Frequency,
-    Pause,
-    Time,
-    different,
-    some,
-)
-from workflow.settings.section import Section, UnfitError, made_from, refuse_unknown, setting
+from workflow.settings.section import Section, UnfitError, different, made_from, refuse_unknown, setting, some
 
 # name: description, size in the column `order` of the scores, lead
 MODELS = {
