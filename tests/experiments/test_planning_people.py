@@ -150,7 +150,7 @@ def test_commands_for_people(tmp_path, capsys, monkeypatch):
         ("", ["--experiment", "standing", "--optimise"], "expected no --optimise for a person"),
         ("lever = 0.9", ["--experiment", "standing"], "found 'lever': did you mean 'lever_m'?"),
         ("experiment = 'standing'\npulse = 1", [], "expected a known key, found 'pulse'"),
-        ("type_b = 2", ["--experiment", "standing"], "own.toml: standing: expected a share of Type B from 0"),
+        ("type_b = 2", ["--experiment", "standing"], "own.toml: expected a number below 1 for 'type_b'"),
         ("", ["--experiment", "walking"], "own.toml: expected the key needed, found none"),
         ("", ["--experiment", "walking", "--needed", "none.csv"], "none.csv"),
         (
