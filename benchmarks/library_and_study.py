@@ -34,7 +34,7 @@ from tepsipe import (
 )
 from tepsipe.arguments import options_of
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy
-from tepsipe.experiments.wristalyzer.estimators import ESTIMATORS
+from tepsipe.experiments.wristalyzer.analysis import ESTIMATORS
 from tepsipe.experiments.wristalyzer.record import WristalyzerOptions, WristalyzerRecord, prepare, timed
 from tepsipe.identification.budgets.leg import KNOWN_OF_LEGS
 from tepsipe.signals.perturbations import rest_samples

@@ -27,8 +27,7 @@ from tepsipe.experiments.noise.filtered_noise import (
     noise_chunks,
     windowed_trial,
 )
-from tepsipe.experiments.noise.monte_carlo import sweep
-from tepsipe.experiments.noise.prediction import predict_angle
+from tepsipe.experiments.noise.monte_carlo import predict_angle, sweep
 from tepsipe.experiments.noise.trial import SimulatedTrial
 from tepsipe.identification.regression.batched import window_parameters
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg

@@ -32,8 +32,7 @@ from tepsipe.experiments.planning.several_joints import (
 )
 from tepsipe.identification.several_joints.matrices import Limits
 from tepsipe.mechanics.segment_chain import Chain
-from tepsipe.virtual_lab.chain_trials import chain_protocol
-from tepsipe.virtual_lab.standing_chain import STEP_S, ChainPerson, record_chain
+from tepsipe.virtual_lab.standing_chain import STEP_S, ChainPerson, chain_protocol, record_chain
 
 NEGLECTED = "neglected"
 THREE, TWO, ONE = ("belt", "thigh", "pelvis"), ("belt", "thigh"), ("belt",)

@@ -16,7 +16,7 @@ from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
 from tepsipe.virtual_lab.standing_trial import make_standing_trial
 from tepsipe.virtual_lab.treadmill_trial import Protocol
 from tepsipe.virtual_lab.walker import Joint, perturb
-from tepsipe.virtual_lab.walking_files import WalkerBody, write_walk
+from tepsipe.virtual_lab.walking_trial import WalkerBody, write_walk
 from tepsipe.virtual_lab.weight_trial import make_weight_trial
 from tests.experiments.test_walking import synthetic_walk
 

@@ -29,14 +29,13 @@ from tepsipe.treadmill.mass_models import LoadedFrame, MeanSubtraction  # noqa: 
 from tepsipe.treadmill.registry import FittedModel, load_treadmill_models, save_models  # noqa: E402
 from tepsipe.virtual_lab.dummy import MARKERS  # noqa: E402
 from tepsipe.virtual_lab.electromyography import write_emg  # noqa: E402
-from tepsipe.virtual_lab.manipulator import ManipulatorRecording  # noqa: E402
-from tepsipe.virtual_lab.treadmill_files import (  # noqa: E402
+from tepsipe.virtual_lab.treadmill_trial import (  # noqa: E402
     CHANNELS,
     write_calibration,
     write_markers,
     write_treadmill_log,
 )
-from tepsipe.virtual_lab.wristalyzer_trial import write_dflow_log  # noqa: E402
+from tepsipe.virtual_lab.wristalyzer_trial import ManipulatorRecording, write_dflow_log  # noqa: E402
 from workflow.settings.config import check_config  # noqa: E402
 from workflow.support.people import read_participants  # noqa: E402
 from workflow.support.trial_sheet import read_trial_sheet  # noqa: E402

@@ -16,10 +16,10 @@ import scipy
 
 from tepsipe.virtual_lab.belt import DriveTruth, velocity_command
 from tepsipe.virtual_lab.dummy import MARKERS, DummyMarkers, DummyTruth, dummy_marker_paths, move_dummy
-from tepsipe.virtual_lab.manipulator import ManipulatorTruth, record_manipulator
-from tepsipe.virtual_lab.motion_capture import CaptureTruth, record_markers
 from tepsipe.virtual_lab.rubber import Rubber
 from tepsipe.virtual_lab.seeds import generator
+from tepsipe.virtual_lab.treadmill_trial import CaptureTruth, record_markers
+from tepsipe.virtual_lab.wristalyzer_trial import ManipulatorTruth, record_manipulator
 
 SEED = 1
 RATE_HZ = 250.0

@@ -25,9 +25,8 @@ from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.uncertainty import Source, sources_of
 from tepsipe.virtual_lab.belt import DriveTruth
-from tepsipe.virtual_lab.dummy import DummyTruth, move_dummy
+from tepsipe.virtual_lab.dummy import DummyTruth, FootTilt, move_dummy
 from tepsipe.virtual_lab.rubber import Rubber
-from tepsipe.virtual_lab.tilting_foot import FootTilt
 from tests.experiments import test_dummy_foot_pathways as plate
 from tests.experiments.test_dummy_leg_pathways import OPTIONS, trial_of_swing
 

@@ -17,8 +17,14 @@ from tepsipe.experiments.noise.filtered_noise import (
     noise_chunks,
     windowed_trial,
 )
-from tepsipe.experiments.noise.monte_carlo import estimate_draws, sweep
-from tepsipe.experiments.noise.prediction import clipped, cross_validated_vaf, is_stable, predict_angle
+from tepsipe.experiments.noise.monte_carlo import (
+    clipped,
+    cross_validated_vaf,
+    estimate_draws,
+    is_stable,
+    predict_angle,
+    sweep,
+)
 from tepsipe.experiments.noise.trial import SimulatedTrial, apparent_impedance
 from tepsipe.identification.regression.batched import instrumental_variables, regress_windows
 from tepsipe.mechanics.inverse_dynamics import Foot

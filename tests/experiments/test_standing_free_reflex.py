@@ -7,26 +7,27 @@ import pytest
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
-from tepsipe.experiments.standing.free_reflex.checks import difference_from_window, failed_checks, quotable
-from tepsipe.experiments.standing.free_reflex.common_centre import with_common_centre
 from tepsipe.experiments.standing.free_reflex.fit import (
     DISCREPANCY,
     REFLEX_ONSET,
+    TREADMILL,
     WINDOW,
     FreeReflexOptions,
     fit_free_reflex,
     inside_window,
     sway_moments,
 )
-from tepsipe.experiments.standing.free_reflex.fit_errors import TREADMILL
-from tepsipe.experiments.standing.free_reflex.free_body import SOURCES
-from tepsipe.experiments.standing.free_reflex.joint_centre import JointCentre
+from tepsipe.experiments.standing.free_reflex.free_body import SOURCES, JointCentre
 from tepsipe.experiments.standing.free_reflex.results import (
     FreeReflexChoices,
+    difference_from_window,
+    failed_checks,
     fit_free,
+    quotable,
     quoted,
     task_difference,
     with_budgets,
+    with_common_centre,
 )
 from tepsipe.experiments.standing.options import StandingEstimator, TorquePathway
 from tepsipe.identification.regression.generalised import (

@@ -13,8 +13,7 @@ from tepsipe.errors import InputError
 from tepsipe.experiments.standing.estimates import StandingFit, standing_estimates
 from tepsipe.experiments.standing.muscle_torque import ACTIVE, ActiveOptions, MuscleTorque, twitch
 from tepsipe.experiments.standing.options import StandingEstimator
-from tepsipe.experiments.standing.thesis.impedance import fit_standing
-from tepsipe.experiments.standing.thesis.results import fit_all
+from tepsipe.experiments.standing.thesis.impedance import fit_all, fit_standing
 
 K, B, INERTIA = 370.0, 6.0, 0.05
 ANGLE, RATE, ACCELERATION = bent(RESPONSE_TIME)

@@ -21,13 +21,14 @@ from standing_builders import (
 from tepsipe.experiments.standing.epochs import cut_standing_epochs
 from tepsipe.experiments.standing.free_reflex.broadband import broadband_of, broadband_result, cut_broadband
 from tepsipe.experiments.standing.free_reflex.fit import FreeReflexOptions, fit_free_reflex
-from tepsipe.experiments.standing.free_reflex.free_body import SOURCES, tissue_motion
-from tepsipe.experiments.standing.free_reflex.joint_centre import (
+from tepsipe.experiments.standing.free_reflex.free_body import (
     FOREFOOT_SHARE,
+    SOURCES,
     centre_from_sway,
     hindfoot,
     relative_motion,
     tissue_from_pulses,
+    tissue_motion,
 )
 from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.options import TorquePathway

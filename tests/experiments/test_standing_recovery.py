@@ -13,8 +13,8 @@ from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epoch
 from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.muscle_torque import ActiveOptions
 from tepsipe.experiments.standing.options import StandingEstimator, StandingOptions, TorquePathway
+from tepsipe.experiments.standing.thesis.impedance import fit_all
 from tepsipe.experiments.standing.thesis.latency import muscle_latency
-from tepsipe.experiments.standing.thesis.results import fit_all
 from tepsipe.ingest.plate_treadmill import TreadmillOptions
 from tepsipe.ingest.standing import ingest_standing_files
 from tepsipe.signals.onsets import OnsetOptions

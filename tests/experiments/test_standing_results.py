@@ -17,8 +17,7 @@ from tepsipe.experiments.standing.epochs import cut_standing_epochs, epochs_of
 from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.muscle_torque import ActiveOptions
 from tepsipe.experiments.standing.options import StandingEstimator, TorquePathway
-from tepsipe.experiments.standing.thesis.latency import MuscleLatency
-from tepsipe.experiments.standing.thesis.results import (
+from tepsipe.experiments.standing.thesis.impedance import (
     fit_all,
     fit_estimates,
     generator,
@@ -26,6 +25,7 @@ from tepsipe.experiments.standing.thesis.results import (
     stiffness_by_window,
     trial_epochs_result,
 )
+from tepsipe.experiments.standing.thesis.latency import MuscleLatency
 from tepsipe.io.result import read_result, write_result
 from tepsipe.signals.onsets import DETECTORS, Onset
 

@@ -10,14 +10,17 @@ from tepsipe.experiments.thesis_dummy.inverse import (
     JOINTS,
     SCATTER,
     START,
+    PrintedPath,
+    belt_motion,
     copied_rms,
     fit_joint,
     fit_marker_noise,
     fit_tables,
     printed_and_predicted,
+    printed_fits,
     printed_quantities,
+    swings,
 )
-from tepsipe.experiments.thesis_dummy.printed_path import PrintedPath, belt_motion, printed_fits, swings
 from tepsipe.experiments.thesis_dummy.timing import (
     damping_shift,
     linear_joint,

@@ -7,10 +7,16 @@ import pytest
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.analysis import analyse_walking
+from tepsipe.experiments.walking.deviations import fit_matching, left_out_residuals
 from tepsipe.experiments.walking.impedance import WalkingOptions
-from tepsipe.experiments.walking.matching import fit_matching, left_out_residuals
-from tepsipe.experiments.walking.recording import WalkingRecording, agreement, ankle_moment, bandwidth_hz
-from tepsipe.experiments.walking.strides import locate_pulses, segment_strides
+from tepsipe.experiments.walking.strides import (
+    WalkingRecording,
+    agreement,
+    ankle_moment,
+    bandwidth_hz,
+    locate_pulses,
+    segment_strides,
+)
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.statistics.uncertainty import Source
 from tepsipe.virtual_lab.walker import Joint, Walk, perturb, resample_walk

@@ -24,7 +24,7 @@ from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.formats import read_recording
 from tepsipe.reporting.recovery import compare_phases_with_truth
 from tepsipe.virtual_lab.walker import Joint, perturb
-from tepsipe.virtual_lab.walking_files import WalkerBody, write_events, write_walk
+from tepsipe.virtual_lab.walking_trial import WalkerBody, write_events, write_walk
 from tests.experiments.test_walking import synthetic_walk
 
 PLATES = WalkingPlates(1, 2)

@@ -15,9 +15,14 @@ from tepsipe.experiments.walking.deviations import Deviations
 from tepsipe.experiments.walking.files import read_events, read_recording
 from tepsipe.experiments.walking.impedance import WalkingOptions, predicted_uncertainty
 from tepsipe.experiments.walking.needed_strides import ExpectedPulse, needed_strides
-from tepsipe.experiments.walking.recording import agreement, ankle_moment, bandwidth_hz
 from tepsipe.experiments.walking.results import walking_rows
-from tepsipe.experiments.walking.strides import random_onsets, segment_strides
+from tepsipe.experiments.walking.strides import (
+    agreement,
+    ankle_moment,
+    bandwidth_hz,
+    random_onsets,
+    segment_strides,
+)
 from tepsipe.io.result import Result
 from tepsipe.reporting.chapters import walking as chapter
 from tepsipe.reporting.figures.walking import plot_walking

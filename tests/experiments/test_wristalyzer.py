@@ -9,6 +9,10 @@ from scipy import stats
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.wristalyzer.analysis import (
+    ESTIMATORS,
+    RECOMMENDED,
+    Estimator,
+    Fitted,
     analyse_wristalyzer,
     cross_validate_wristalyzer,
     cross_validation_estimates,
@@ -17,7 +21,6 @@ from tepsipe.experiments.wristalyzer.analysis import (
     wristalyzer_result,
 )
 from tepsipe.experiments.wristalyzer.averaging import sweep_averaging
-from tepsipe.experiments.wristalyzer.estimators import ESTIMATORS, RECOMMENDED, Estimator, Fitted
 from tepsipe.experiments.wristalyzer.record import Impedance, WristalyzerOptions, prepare
 from tepsipe.statistics.uncertainty import Budget, Source
 

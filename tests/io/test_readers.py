@@ -16,14 +16,13 @@ from tepsipe.io.formats import read_markers
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.io.readers.treadmill_log import read_calibration_matrix, read_treadmill_log
 from tepsipe.virtual_lab.dummy import MARKERS
-from tepsipe.virtual_lab.manipulator import ManipulatorRecording
-from tepsipe.virtual_lab.treadmill_files import (
+from tepsipe.virtual_lab.treadmill_trial import (
     CHANNELS,
     write_calibration,
     write_markers,
     write_treadmill_log,
 )
-from tepsipe.virtual_lab.wristalyzer_trial import write_dflow_log, write_torque_command
+from tepsipe.virtual_lab.wristalyzer_trial import ManipulatorRecording, write_dflow_log, write_torque_command
 
 LOG_COLUMNS = {"time": "TimeStamp", "angle": "MotorAngle", "trigger_time": "TriggerTime"}
 

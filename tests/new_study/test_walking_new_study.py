@@ -8,7 +8,7 @@ import pytest
 from tepsipe.new_study.files import look_at
 from tepsipe.new_study.study import new_study
 from tepsipe.virtual_lab.walker import Joint, perturb
-from tepsipe.virtual_lab.walking_files import WalkerBody, write_events, write_walk
+from tepsipe.virtual_lab.walking_trial import WalkerBody, write_events, write_walk
 from tests.experiments.test_walking import synthetic_walk
 from workflow.check import main
 from workflow.support.checked_study import checked_study, merged_settings

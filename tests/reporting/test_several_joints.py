@@ -14,7 +14,7 @@ from tepsipe.reporting.chapters import several_joints
 from tepsipe.reporting.figures.several_joints import plot_several_joints
 from tepsipe.reporting.run import Run, report_content
 from tepsipe.reporting.several_joints import element_rows, model_rows, movement, set_rows
-from tepsipe.virtual_lab.chain_trials import write_chain_trials
+from tepsipe.virtual_lab.standing_chain import write_chain_trials
 from tests.identification.test_several_joints import (
     CHAIN,
     LIMITS,

@@ -16,10 +16,9 @@ from tepsipe.virtual_lab.drawn_laboratories import draw_laboratory, drawn_number
 from tepsipe.virtual_lab.dummy import DummyMarkers, DummyTruth, dummy_marker_paths, move_dummy
 from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
 from tepsipe.virtual_lab.force_plate import PlateTruth, plate_electronics, plate_voltages
-from tepsipe.virtual_lab.motion_capture import CaptureTruth, record_markers
 from tepsipe.virtual_lab.rubber import Rubber
 from tepsipe.virtual_lab.seeds import generator
-from tepsipe.virtual_lab.treadmill_trial import Protocol
+from tepsipe.virtual_lab.treadmill_trial import CaptureTruth, Protocol, record_markers
 from workflow.support.checked_study import checked_sections
 from workflow.support.yaml_file import read_settings
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
-from tepsipe.virtual_lab.dummy import DummyMarkers, DummyTruth, dummy_marker_paths, move_dummy
-from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
+from tepsipe.virtual_lab.dummy import DummyMarkers, DummyTruth, FootTilt, dummy_marker_paths, move_dummy
+from tepsipe.virtual_lab.dummy_trial import Wobble, make_dummy_trial, slipping, wobbling
 from tepsipe.virtual_lab.force_plate import (
     PlateTruth,
     belt_wrench,
@@ -18,12 +18,10 @@ from tepsipe.virtual_lab.force_plate import (
     plate_electronics,
     plate_voltages,
 )
-from tepsipe.virtual_lab.loose_markers import Wobble, slipping, wobbling
-from tepsipe.virtual_lab.manipulator import ManipulatorTruth, record_manipulator
 from tepsipe.virtual_lab.rubber import Rubber
 from tepsipe.virtual_lab.seeds import generator
-from tepsipe.virtual_lab.tilting_foot import FootTilt
 from tepsipe.virtual_lab.treadmill_trial import Protocol
+from tepsipe.virtual_lab.wristalyzer_trial import ManipulatorTruth, record_manipulator
 
 RATE_HZ = 2000.0
 FY, MX = 1, 3

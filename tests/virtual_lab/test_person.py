@@ -14,11 +14,9 @@ from scipy.signal import lfilter, lsim
 from tepsipe.io.formats import read_markers
 from tepsipe.io.readers.edf import read_emg
 from tepsipe.io.readers.treadmill_log import read_calibration_matrix, read_treadmill_log
-from tepsipe.virtual_lab import anthropometry
-from tepsipe.virtual_lab.anthropometry import feet, shanks, thighs, upper_body
+from tepsipe.virtual_lab import person_constants
 from tepsipe.virtual_lab.belt import DriveTruth, velocity_command
-from tepsipe.virtual_lab.nerves import wander
-from tepsipe.virtual_lab.person import PersonMotion, critical_stiffness, move_person, segments
+from tepsipe.virtual_lab.person import PersonMotion, critical_stiffness, move_person, segments, wander
 from tepsipe.virtual_lab.person_constants import (
     MARKERS,
     MUSCLES,
@@ -29,10 +27,13 @@ from tepsipe.virtual_lab.person_constants import (
     SkinTruth,
     Subject,
     TaskTruth,
+    feet,
+    shanks,
+    thighs,
+    upper_body,
 )
-from tepsipe.virtual_lab.person_markers import person_marker_paths
 from tepsipe.virtual_lab.seeds import generator
-from tepsipe.virtual_lab.standing_trial import INTEGRATION_RATE_HZ, make_standing_trial
+from tepsipe.virtual_lab.standing_trial import INTEGRATION_RATE_HZ, make_standing_trial, person_marker_paths
 from tepsipe.virtual_lab.treadmill_trial import Protocol, schedule_at_random
 
 RATE_HZ = 1000.0
@@ -275,15 +276,15 @@ def perturbed():
 def test_segments_are_those_of_the_published_table(name):
     """Length, mass, centre of mass and radius of gyration are table 4's, females."""
     length, mass, com, gyration, _ = TABLE_4[name]
-    row = getattr(anthropometry, name)
+    row = getattr(person_constants, name)
     assert row == pytest.approx((length / 1e3, mass / 100.0, com / 100.0, gyration / 100.0), rel=1e-12)
-    assert anthropometry.STATURE_M == 1.735
+    assert person_constants.STATURE_M == 1.735
 
 
 def test_table_gives_the_axis_across_the_body():
     """Trunk and hands are wider than deep, hence easier to nod than to tilt sideways; not so the head."""
     for name, (*_, fore_aft) in TABLE_4.items():
-        assert (100.0 * getattr(anthropometry, name)[3] < fore_aft) == (name != "HEAD")
+        assert (100.0 * getattr(person_constants, name)[3] < fore_aft) == (name != "HEAD")
 
 
 @pytest.mark.parametrize(("mass_kg", "stature_m"), [(64.0, 1.75), (90.0, 1.6)])

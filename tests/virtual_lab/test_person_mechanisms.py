@@ -11,10 +11,10 @@ from scipy.signal import lsim
 
 from tepsipe.errors import InputError
 from tepsipe.reporting.true_motion import TrueMotion, linear_truth_standing
-from tepsipe.virtual_lab.anthropometry import FOOT
 from tepsipe.virtual_lab.belt import DriveTruth, velocity_command
 from tepsipe.virtual_lab.person import feet_of, move_person, segments, true_ankles
 from tepsipe.virtual_lab.person_constants import (
+    FOOT,
     MARKERS,
     MUSCLES,
     MuscleTruth,
@@ -25,9 +25,9 @@ from tepsipe.virtual_lab.person_constants import (
     Subject,
     TaskTruth,
 )
-from tepsipe.virtual_lab.person_markers import marker_displacements, wobble
 from tepsipe.virtual_lab.person_mechanisms import MECHANISMS, without
 from tepsipe.virtual_lab.seeds import generator
+from tepsipe.virtual_lab.standing_trial import marker_displacements, wobble
 
 G = 9.81
 FY, FZ, MX = 1, 2, 3

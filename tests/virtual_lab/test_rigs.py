@@ -13,12 +13,15 @@ from tepsipe.virtual_lab.dummy import DummyMarkers, DummyTruth, dummy_marker_pat
 from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
 from tepsipe.virtual_lab.force_plate import PlateTruth, lines_of_action, plate_electronics, plate_voltages
 from tepsipe.virtual_lab.integrate import integrate
-from tepsipe.virtual_lab.manipulator import ManipulatorTruth, multisine, record_manipulator
-from tepsipe.virtual_lab.motion_capture import CaptureTruth, record_markers
 from tepsipe.virtual_lab.rubber import Rubber
 from tepsipe.virtual_lab.seeds import generator
-from tepsipe.virtual_lab.treadmill_trial import Protocol
-from tepsipe.virtual_lab.wristalyzer_trial import make_wristalyzer_trial
+from tepsipe.virtual_lab.treadmill_trial import CaptureTruth, Protocol, record_markers
+from tepsipe.virtual_lab.wristalyzer_trial import (
+    ManipulatorTruth,
+    make_wristalyzer_trial,
+    multisine,
+    record_manipulator,
+)
 
 RATE_HZ = 2000.0
 PUSH_N, PUSH_S = 4.0, 0.1

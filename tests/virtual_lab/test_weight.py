@@ -28,11 +28,16 @@ from tepsipe.virtual_lab.force_plate import (
     plate_voltages,
     wandering_lag,
 )
-from tepsipe.virtual_lab.motion_capture import CaptureTruth, record_markers
 from tepsipe.virtual_lab.seeds import generator
-from tepsipe.virtual_lab.treadmill_trial import Protocol
-from tepsipe.virtual_lab.weight import MARKERS, WeightTruth, move_weight, weight_marker_paths, weight_reaction
-from tepsipe.virtual_lab.weight_trial import make_weight_trial
+from tepsipe.virtual_lab.treadmill_trial import CaptureTruth, Protocol, record_markers
+from tepsipe.virtual_lab.weight_trial import (
+    MARKERS,
+    WeightTruth,
+    make_weight_trial,
+    move_weight,
+    weight_marker_paths,
+    weight_reaction,
+)
 
 RATE_HZ = 2000.0
 DURATION_S = 5.0

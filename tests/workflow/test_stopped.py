@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from builders import assert_one_sentence
 
-from tepsipe.virtual_lab import treadmill_files
+from tepsipe.virtual_lab import treadmill_trial
 from workflow.support import runs
 from workflow.support.stopped import note_end, records, what_stopped
 
@@ -159,13 +159,13 @@ def test_a_full_disk_is_named_where_not_even_a_log_could_be_written(tmp_path, mo
 
 
 def test_markers_that_find_no_space_are_no_shorter_file(tmp_path, monkeypatch):
-    write = treadmill_files.ezc3d.c3d.write
+    write = treadmill_trial.ezc3d.c3d.write
 
     def on_a_full_disk(self, path):
         """What fits is written, and nothing is said."""
         write(self, path)
         os.truncate(path, 2000)
 
-    monkeypatch.setattr(treadmill_files.ezc3d.c3d, "write", on_a_full_disk)
+    monkeypatch.setattr(treadmill_trial.ezc3d.c3d, "write", on_a_full_disk)
     with pytest.raises(OSError, match="No space left on device"):
-        treadmill_files.write_markers(tmp_path / "m.c3d", ("a", "b"), np.zeros((100, 2, 3)), 250.0)
+        treadmill_trial.write_markers(tmp_path / "m.c3d", ("a", "b"), np.zeros((100, 2, 3)), 250.0)

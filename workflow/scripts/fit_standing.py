@@ -16,7 +16,7 @@ from tepsipe.experiments.standing.free_reflex.results import (
 from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.muscle_torque import ActiveOptions
 from tepsipe.experiments.standing.options import BOTH, StandingEstimator, StandingOptions, TorquePathway
-from tepsipe.experiments.standing.thesis.results import (
+from tepsipe.experiments.standing.thesis.impedance import (
     fit_all,
     fit_estimates,
     over_sway,

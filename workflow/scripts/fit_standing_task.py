@@ -18,14 +18,14 @@ from tepsipe.experiments.standing.free_reflex.results import (
 )
 from tepsipe.experiments.standing.muscle_torque import ActiveOptions
 from tepsipe.experiments.standing.options import Person, StandingEstimator, TorquePathway
-from tepsipe.experiments.standing.thesis.latency import muscle_latency
-from tepsipe.experiments.standing.thesis.results import (
+from tepsipe.experiments.standing.thesis.impedance import (
     fit_all,
     fit_estimates,
     generator,
     standing_result,
     stiffness_by_window,
 )
+from tepsipe.experiments.standing.thesis.latency import muscle_latency
 from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES
 from tepsipe.io.result import read_result, write_result
 from tepsipe.signals.onsets import OnsetOptions

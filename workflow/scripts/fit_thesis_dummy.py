@@ -8,14 +8,18 @@ import numpy as np
 
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
 from tepsipe.experiments.thesis_dummy.inverse import (
+    CELL_ROWS,
     JOINTS,
+    PrintedPath,
+    belt_motion,
+    cell_rows,
     copied_rms,
     fit_marker_noise,
+    fit_result,
     fit_tables,
     printed_and_predicted,
+    swings,
 )
-from tepsipe.experiments.thesis_dummy.printed_path import PrintedPath, belt_motion, swings
-from tepsipe.experiments.thesis_dummy.tables import CELL_ROWS, cell_rows, fit_result
 from tepsipe.experiments.thesis_dummy.timing import linear_joint, timing_facts
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial

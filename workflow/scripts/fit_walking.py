@@ -12,8 +12,8 @@ import numpy as np
 from tepsipe.experiments.walking.analysis import analyse_walking, without_pulses
 from tepsipe.experiments.walking.impedance import WalkingOptions
 from tepsipe.experiments.walking.needed_strides import NEEDED_ROWS, ExpectedPulse, needed_strides
-from tepsipe.experiments.walking.recording import agreement, ankle_moment, bandwidth_hz
 from tepsipe.experiments.walking.results import WALKING_ROWS, walking_estimates, walking_rows
+from tepsipe.experiments.walking.strides import agreement, ankle_moment, bandwidth_hz
 from tepsipe.experiments.walking.trial import read_trial
 from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES
 from tepsipe.signals.resampling import refuse_short

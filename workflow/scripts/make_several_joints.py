@@ -4,8 +4,7 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.virtual_lab.chain_trials import chain_protocol, write_chain_trials
-from tepsipe.virtual_lab.standing_chain import ChainPerson
+from tepsipe.virtual_lab.standing_chain import ChainPerson, chain_protocol, write_chain_trials
 
 joints = snakemake.params.joints
 write_chain_trials(

@@ -7,7 +7,7 @@ job.start(snakemake)
 from pathlib import Path
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.walking.recording import SIGNALS
+from tepsipe.experiments.walking.strides import SIGNALS
 from tepsipe.experiments.walking.trial import read_trial
 from tepsipe.virtual_lab.walking_trial import make_walking_trial
 

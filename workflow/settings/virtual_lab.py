@@ -2,12 +2,10 @@
 
 from tepsipe.quantities import NotNegative, Pause, Positive, Time
 from tepsipe.virtual_lab.belt import DriveTruth
-from tepsipe.virtual_lab.dummy import DummyMarkers, DummyTruth
+from tepsipe.virtual_lab.dummy import DummyMarkers, DummyTruth, FootTilt
+from tepsipe.virtual_lab.dummy_trial import Slip, Wobble
 from tepsipe.virtual_lab.electromyography import EmgTruth
 from tepsipe.virtual_lab.force_plate import PlateTruth
-from tepsipe.virtual_lab.loose_markers import Slip, Wobble
-from tepsipe.virtual_lab.manipulator import ManipulatorTruth
-from tepsipe.virtual_lab.motion_capture import CaptureTruth
 from tepsipe.virtual_lab.person_constants import (
     MuscleTruth,
     NervesTruth,
@@ -17,10 +15,11 @@ from tepsipe.virtual_lab.person_constants import (
     TaskTruth,
 )
 from tepsipe.virtual_lab.rubber import Rubber
-from tepsipe.virtual_lab.tilting_foot import FootTilt
+from tepsipe.virtual_lab.treadmill_trial import CaptureTruth
 from tepsipe.virtual_lab.walker import Joint
-from tepsipe.virtual_lab.walking_files import WalkerBody
-from tepsipe.virtual_lab.weight import WeightTruth
+from tepsipe.virtual_lab.walking_trial import WalkerBody
+from tepsipe.virtual_lab.weight_trial import WeightTruth
+from tepsipe.virtual_lab.wristalyzer_trial import ManipulatorTruth
 from workflow.settings.section import Section, fixed, made_from, optional, partial, setting
 
 

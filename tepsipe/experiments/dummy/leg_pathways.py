@@ -1,4 +1,7 @@
-"""TEP-SIPE on the ankle dummy, from one trial to its estimates by every pathway (thesis section 3-1-2)."""
+"""TEP-SIPE on the ankle dummy, from one trial to its estimates by every pathway (thesis section 3-1-2).
+
+Rows of the joint likelihood of small movements, with their budget.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -9,7 +12,6 @@ import numpy as np
 from tepsipe.errors import InputError, listed
 from tepsipe.experiments.budgets import with_budget
 from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck
-from tepsipe.experiments.dummy.likelihood_rows import joint_estimates
 from tepsipe.identification.budgets.leg import LegUncertainty, leg_budget, small_budget
 from tepsipe.identification.budgets.markers import LikelihoodData, marker_contributions
 from tepsipe.identification.estimators import LEAST_SQUARES_THESIS, Record, estimate, find_estimator
@@ -35,6 +37,38 @@ from tepsipe.signals.time_alignment import advanced, common_signal_delay
 from tepsipe.statistics.bootstrap import Interval
 from tepsipe.statistics.uncertainty import Budget, Source, sources_of
 from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
+
+# quantities of small movements: name in the rows -> name at the working amplitude
+SMALL = {f"{quantity}_small": quantity for quantity in PARAMETERS}
+
+
+def joint_estimates(
+    names: tuple[str, str, str, str], fit: LikelihoodEstimates, budget: Budget, count: int
+) -> list[Estimate]:
+    """I, B, K of small movements, delay (s) of the angle after the foot, and softening if present.
+
+    names: experiment, condition, pathway and estimator.
+    budget: uncertainty of I, B, K of small movements.
+    count: number of perturbations.
+    Returns: those of delay and softening have Wald intervals.
+    """
+    rows = with_budget(
+        [
+            Estimate(*names, name, UNITS[quantity], float(fit.small[k]), n_perturbations=count)
+            for k, (name, quantity) in enumerate(SMALL.items())
+        ],
+        budget,
+        tuple(SMALL),
+    )
+    wanted = [("delay", "s", "delay")]
+    if fit.fit.softens:
+        wanted += [("K_softened", "Nm/rad", "C"), ("B_softened", "Nms/rad", "B_s")]
+    for quantity, unit, name in wanted:
+        value, error = fit.fit.value(name), fit.fit.standard_error(name)
+        ends = (value - 1.96 * error, value + 1.96 * error)
+        rows.append(Estimate(*names, quantity, unit, value, error, *ends, n_perturbations=count))
+    return rows
+
 
 # attribute of a trial whose belt velocity was derived from markers
 MARKED_BELT = "belt_velocity_from"

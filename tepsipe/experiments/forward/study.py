@@ -11,8 +11,7 @@ from typing import Annotated
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.dummy.leg_pathways import DummyOptions, belt_fixed_position, leg_motion
-from tepsipe.experiments.dummy.likelihood_rows import SMALL
+from tepsipe.experiments.dummy.leg_pathways import SMALL, DummyOptions, belt_fixed_position, leg_motion
 from tepsipe.experiments.forward.scores import ForwardScore
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result

@@ -23,8 +23,17 @@ from typing import Annotated
 
 import numpy as np
 
-from tepsipe.experiments.thesis_dummy.inverse import LINEAR, SCATTER, JointFit, deviations, printed_quantities
-from tepsipe.experiments.thesis_dummy.printed_path import BeltMotion, PrintedPath, printed_fits, swings
+from tepsipe.experiments.thesis_dummy.inverse import (
+    LINEAR,
+    SCATTER,
+    BeltMotion,
+    JointFit,
+    PrintedPath,
+    deviations,
+    printed_fits,
+    printed_quantities,
+    swings,
+)
 from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.rubber_joint import RubberJoint

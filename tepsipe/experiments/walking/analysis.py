@@ -14,10 +14,11 @@ from tepsipe.experiments.walking.impedance import (
     without_contact,
 )
 from tepsipe.experiments.walking.plausible import refuse_other_units
-from tepsipe.experiments.walking.recording import CONTACT_N, WalkingRecording
 from tepsipe.experiments.walking.strides import (
+    CONTACT_N,
     Pulses,
     Strides,
+    WalkingRecording,
     locate_pulses,
     random_onsets,
     refuse_swapped_belts,

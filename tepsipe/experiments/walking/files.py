@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
-from tepsipe.experiments.walking.recording import SIGNALS, WalkingRecording
+from tepsipe.experiments.walking.strides import SIGNALS, WalkingRecording
 from tepsipe.io.formats import contents_of, recognised
 from tepsipe.io.readers.plain_file import read_text
 from tepsipe.io.readers.text_table import read_text_table

@@ -19,7 +19,7 @@ import scipy
 from annotated_types import Ge, Le
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.walking.recording import CONTACT_N, WalkingRecording
+from tepsipe.experiments.walking.strides import CONTACT_N, WalkingRecording
 from tepsipe.ingest.whole_trial import refuse_other_vertical
 from tepsipe.io.formats import read_recording, recognised
 from tepsipe.io.readers.recording import DIRECTIONS, ForcePlate, Recording, select_markers

@@ -17,8 +17,7 @@ from tepsipe.experiments.walking.analysis import FEWEST_UNPERTURBED
 from tepsipe.experiments.walking.deviations import filter_walk, subtract_unperturbed
 from tepsipe.experiments.walking.impedance import WalkingOptions, predicted_uncertainty
 from tepsipe.experiments.walking.plausible import refuse_other_units
-from tepsipe.experiments.walking.recording import WalkingRecording
-from tepsipe.experiments.walking.strides import Strides, refuse_swapped_belts
+from tepsipe.experiments.walking.strides import Strides, WalkingRecording, refuse_swapped_belts
 from tepsipe.io.tables import Table
 from tepsipe.quantities import Damping, Stiffness, Time
 from tepsipe.signals.filters import butterworth_lowpass

@@ -3,8 +3,7 @@
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.walking.recording import CONTACT_N, WalkingRecording
-from tepsipe.experiments.walking.strides import Strides
+from tepsipe.experiments.walking.strides import CONTACT_N, Strides, WalkingRecording
 
 LARGEST_TURN_RAD = 2.5  # of an ankle, from one extreme to the other
 LOADS_N = (150.0, 5000.0)  # of one foot in stance

@@ -9,8 +9,7 @@ from tepsipe.experiments.walking.instruments import (
     is_of_instruments,
     read_instruments,
 )
-from tepsipe.experiments.walking.recording import WalkingRecording
-from tepsipe.experiments.walking.strides import Strides, detect_events, segment_strides
+from tepsipe.experiments.walking.strides import Strides, WalkingRecording, detect_events, segment_strides
 
 # of files that were simulated
 SIMULATED_AXES = {"c3d": ("+y", "+z"), "txt": ("-z", "+y")}

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from matplotlib.figure import Figure
 
-from tepsipe.experiments.thesis_dummy.tables import CELL_ROWS, CellRow
+from tepsipe.experiments.thesis_dummy.inverse import CELL_ROWS, CellRow
 from tepsipe.io.result import read_result
 from tepsipe.reporting.figures.names import short_name
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure

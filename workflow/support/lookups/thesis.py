@@ -1,6 +1,6 @@
 """Tables of the thesis that a study can be compared with."""
 
-from tepsipe.experiments.wristalyzer.estimators import ESTIMATORS as OF_MANIPULATOR
+from tepsipe.experiments.wristalyzer.analysis import ESTIMATORS as OF_MANIPULATOR
 from tepsipe.experiments.wristalyzer.names import PATHWAY
 from workflow.support.experiments import EXPERIMENTS
 from workflow.support.lookups.sheet import Sheet

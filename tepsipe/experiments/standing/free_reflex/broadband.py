@@ -16,16 +16,14 @@ from tepsipe.experiments.standing.epochs import EpochOptions, StandingEpochs, qu
 from tepsipe.experiments.standing.free_reflex.free_body import (
     SOURCES,
     FreeBody,
-    free_body,
-    tissue_frequencies,
-    tissue_motion,
-)
-from tepsipe.experiments.standing.free_reflex.joint_centre import (
     JointCentre,
     centre_from_pulses,
     centre_from_sway,
+    free_body,
     relative_motion,
+    tissue_frequencies,
     tissue_from_pulses,
+    tissue_motion,
 )
 from tepsipe.experiments.standing.joint_torque import StandingTrial, by_belt
 from tepsipe.experiments.standing.options import StandingOptions

@@ -1,4 +1,28 @@
-"""Fits with a free reflex torque among the other fits of a person, their budgets, and differences."""
+"""Fits with a free reflex torque among the other fits of a person, their budgets, and differences.
+
+Checks of the standing person's K and B, which find broken assumptions in the responses themselves.
+
+Each check compares two estimates of one quantity, or a setting with a measurement. A difference fails it only
+if it is significantly larger than in a sound trial; each check has a false-alarm probability of 1 in 100.
+
+`difference_from_window` compares the fit with a free reflex torque with least squares in a short window. Both
+estimates come from the same signals: centre of the joint, soft tissue, feet and treadmill model are the same
+in both, and so are their errors. Only the effects of errors that differ between the estimates count. A larger
+difference has causes that no source describes: a reflex before its assumed onset, or a torque in the first
+milliseconds that does not come from the joint.
+
+Common centre of the ankle of all trials of a task, from quiet sway and palpation.
+
+Quiet sway gives the offset m_j of the centre from the palpated one, with a standard error s_j, in trial j. A
+person has one centre, so the mean m over J trials has the standard error s = sqrt(mean s_j^2 / J). With the
+standard uncertainty u_p of palpation, the weighted mean of both and its uncertainty are
+
+    c = w m,     w = (1 / s^2) / (1 / s^2 + 1 / u_p^2),     u(c) = (1 / s^2 + 1 / u_p^2)^-1/2
+
+for each coordinate. With much noise of the cameras c is the palpated centre, with little noise that of sway.
+Trials whose foot turns in quiet sway do not count. Responses follow the centre to first order, by their
+slopes.
+"""
 
 import math
 from dataclasses import dataclass, replace
@@ -9,21 +33,216 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.experiments.budgets import contributions_of
 from tepsipe.experiments.standing.estimates import UNITS, Fits, StandingFit, generator
-from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
-from tepsipe.experiments.standing.free_reflex.checks import difference_from_window, failed_checks, quotable
-from tepsipe.experiments.standing.free_reflex.common_centre import common_centre, with_common_centre
+from tepsipe.experiments.standing.free_reflex.broadband import FAR_M, BroadbandEpochs, by_recording, is_steady
 from tepsipe.experiments.standing.free_reflex.fit import (
+    DISCREPANCY,
     QUANTITIES,
+    REGRESSORS,
+    TORQUE,
     FreeReflexFit,
     FreeReflexOptions,
+    fit_errors,
     fit_free_reflex,
+    inside_window,
+    noise_of_mean,
+    sway_moments,
 )
 from tepsipe.experiments.standing.muscle_torque import FREE, NONE
 from tepsipe.experiments.standing.options import StandingEstimator, TorquePathway
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency
+from tepsipe.identification.regression.generalised import Record, generalised_least_squares
 from tepsipe.io.estimates import Contribution, Estimate, flagged, recommended
 from tepsipe.io.result import Result
-from tepsipe.statistics.uncertainty import Budget, Source
+from tepsipe.statistics.uncertainty import Budget, Source, coverage_factor
+from tepsipe.treadmill.held_out import BEYOND, UNKNOWN, clearly_wrong
+
+# false-alarm probability of each check
+CONFIDENCE = 0.99
+# difference over windows of 50 to 70 ms without a free reflex torque, and range of K over windows with one
+DIFFERENCE, WINDOW_RANGE = 0.05, 0.25
+# motion of the soft tissue that is too large to be corrected (m)
+SKIN_M = 0.003
+# predicted error of K above which K is not quoted, relative to K
+GROSS = 0.5
+# largest share of noise in the information on B and K: the corrected estimate is biased beyond it
+NOISE_SHARE = 0.1
+# share of the perturbations that must be usable
+USABLE = 0.7
+
+
+def failed_checks(
+    fit: FreeReflexFit,
+    trials: list[BroadbandEpochs],
+    perturbations: int,
+    pre_reflex: tuple[np.ndarray, Budget] | None,
+) -> tuple[str, ...]:
+    """Names of the checks, in `tepsipe.io.estimates.FLAGS`, that K and B fail.
+
+    fit: K and B of these trials.
+    perturbations: number of perturbations in them, usable or not.
+    pre_reflex: B and K of the pre-reflex window less B and K of ``fit``, and the budget of the difference;
+    None without such an estimate.
+    """
+    stiffness = float(fit.parameters[0, 1])
+    failed = []
+    if pre_reflex is not None:
+        difference, budget = pre_reflex
+        chance = float(coverage_factor(budget.effective_freedom, CONFIDENCE)[1] * budget.combined[1])
+        if abs(difference[1]) > DIFFERENCE * abs(stiffness) + chance:
+            failed.append("pre-reflex-differs")
+    by_chance = float(coverage_factor(np.inf, CONFIDENCE) * fit.windows_chance[:, 1].max())
+    if np.ptp(fit.windows[:, 2]) > WINDOW_RANGE * abs(stiffness) + by_chance:
+        failed.append("window-sensitive")
+    if fit.noise_share > NOISE_SHARE:
+        failed.append("noise-biased")
+    if np.sqrt(np.mean([trial.skin_m**2 for trial in trials])) > SKIN_M:
+        failed.append("skin-motion")
+    if any(t.calibrated_kg is not None and t.carried_kg > BEYOND * t.calibrated_kg for t in trials):
+        failed.append("beyond-calibrated-mass")
+    error = _treadmill_error(trials)
+    if error is not None and clearly_wrong(*error, stiffness):
+        failed += dict.fromkeys(t.treadmill_flag for t in trials if t.treadmill_error is not None)
+    failed += dict.fromkeys(flag for trial in trials for flag in trial.plate_flags)
+    if sum(trial.count for trial in trials) < USABLE * perturbations:
+        failed.append("few-perturbations")
+    return tuple(failed)
+
+
+def quotable(trials: list[BroadbandEpochs], stiffness: float) -> bool:
+    """Test for a predicted error of K (N·m/rad) that is not clearly above half of it."""
+    error = _treadmill_error(trials)
+    return error is None or error[1] >= UNKNOWN or not clearly_wrong(*error, stiffness, GROSS)
+
+
+def _treadmill_error(trials: list[BroadbandEpochs]) -> tuple[float, float] | None:
+    """Predicted error of K by the treadmill model, mean over trials, and its standard error (N·m/rad).
+
+    All trials are compared with the same recordings of the treadmill, so more trials do not reduce the error.
+    """
+    predicted = [trial for trial in trials if trial.treadmill_error is not None]
+    if not predicted:
+        return None
+    errors = np.array([trial.treadmill_error for trial in predicted])
+    known = errors[:, 1].max() < UNKNOWN
+    # a trial with perturbations of both directions counts once
+    error, uncertainty = np.mean([errors[own].mean(axis=0) for own in by_recording(predicted)], axis=0)
+    return float(error), float(uncertainty) if known else UNKNOWN
+
+
+# error of the rig's model in one trial alone, not common to the others
+OWN_DISCREPANCY = "model_discrepancy_of_trial"
+
+
+def difference_from_window(
+    trials: list[BroadbandEpochs],
+    fit: FreeReflexFit,
+    window_s: float,
+    options: FreeReflexOptions,
+    sources: list[Source],
+) -> tuple[np.ndarray, Budget]:
+    """Difference of B and K, least squares in a short window less a fit, with the budget of the difference.
+
+    window_s: length of the short window.
+    sources: uncertain constants, common to both estimates.
+
+    Returns:
+        difference: differences of B and K (N·m·s/rad, N·m/rad). Shape (2,).
+        budget: budget of the difference. Type A is the scatter of the difference between responses. Sources
+        of the signals and draws of the treadmill model are subtracted one by one; the onset of the reflex
+        counts as in the fit, which alone has it. The spread over windows does not count: such a difference
+        shows it.
+    """
+    inside = inside_window(trials[0].time, window_s)
+    moments = sway_moments(trials, inside)
+    records = [
+        Record(
+            target=mean[:, TORQUE],
+            regressors=mean[:, REGRESSORS],
+            covariance=np.eye(int(inside.sum())),
+            instruments=trial.belt[inside],
+            noise=noise_of_mean(moments, trial.count),
+        )
+        for trial, mean in ((trial, trial.perturbed[:, inside].mean(axis=0)) for trial in trials)
+    ]
+    short = generalised_least_squares(records)
+    by_source = {source.name: source.standard_uncertainty for source in sources}
+    difference = fit_errors(trials, short, records, inside, sources, options.discrepancy_s).minus(fit.errors)
+    contributions = dict(difference.contributions)
+    contributions[OWN_DISCREPANCY] = options.discrepancy * difference.discrepancy.reshape(-1, 2)
+    if DISCREPANCY in by_source:
+        contributions[DISCREPANCY] = by_source[DISCREPANCY] * difference.discrepancy.sum(axis=0)
+    type_a = np.sqrt((difference.scatter**2).sum(axis=0))
+    return difference.parameters, Budget(type_a, difference.freedom, contributions, fit.budget.freedom)
+
+
+PALPATED = "palpated_centre_m"
+CENTRE = ("joint_centre_anterior_m", "joint_centre_height_m")
+# smallest share of the trials that must determine a centre
+SHOWN = 0.5
+
+
+@dataclass(frozen=True)
+class CommonCentre:
+    """Centre of the ankle of a task."""
+
+    offset_m: Annotated[np.ndarray, "(2,)"]
+    error_m: Annotated[np.ndarray, "(2,)"]
+    """Offset from the palpated centre, anterior and upward, and its standard uncertainty."""
+    from_sway: bool
+    """True if sway counts more than palpation in both coordinates."""
+
+
+def common_centre(trials: list[BroadbandEpochs], sources: dict[str, Source]) -> CommonCentre:
+    """Weighted mean of the centre from quiet sway and the palpated one.
+
+    sources: uncertain constants; without `PALPATED` sway alone counts.
+    Returns: with an infinite uncertainty if neither determines the centre.
+    """
+    centres = [t.centre for t in trials if t.centre is not None and is_steady(t.centre)]
+    offset, error = np.zeros(2), np.full(2, np.inf)
+    if trials and len(centres) >= max(1.0, SHOWN * len(trials)):
+        # responses to opposite perturbations of one trial share its quiet standing, and so its centre
+        centres = list({(*centre.offset_m, *centre.standard_error_m): centre for centre in centres}.values())
+        squares = np.mean([centre.standard_error_m**2 for centre in centres], axis=0) / len(centres)
+        mean = np.mean([centre.offset_m for centre in centres], axis=0)
+        if np.hypot(*mean) < FAR_M + 2.0 * np.sqrt(squares.sum()):
+            offset, error = mean, np.sqrt(squares)
+    if PALPATED not in sources:
+        return CommonCentre(offset, error, bool(np.isfinite(error).all()))
+    palpated = sources[PALPATED].standard_uncertainty
+    precision = error**-2.0 + palpated**-2.0
+    return CommonCentre(offset * error**-2.0 / precision, precision**-0.5, bool((error < palpated).all()))
+
+
+def with_common_centre(
+    trials: list[BroadbandEpochs], sources: dict[str, Source]
+) -> tuple[list[BroadbandEpochs], list[Source]]:
+    """Trials about their common centre, and sources with the uncertainty of this centre.
+
+    sources: uncertain constants, among them `PALPATED`, and `CENTRE` for errors that all centres from sway
+    have in common.
+
+    Returns:
+        trials: with responses about the common centre (rad, N·m).
+        sources: the sources without `PALPATED`; `CENTRE` includes the uncertainty of the common centre (m).
+    """
+    centre = common_centre(trials, sources)
+    of_centre = dict(zip(CENTRE, centre.error_m.tolist(), strict=True))
+    known = []
+    for name, source in sources.items():
+        u = of_centre.get(name, 0.0)
+        if name != PALPATED:
+            both = float(np.hypot(source.standard_uncertainty, u)) if np.isfinite(u) else None
+            known.append(source if both is None else replace(source, standard_uncertainty=both))
+    return [_about(trial, centre.offset_m) for trial in trials], known
+
+
+def _about(trial: BroadbandEpochs, offset_m: np.ndarray) -> BroadbandEpochs:
+    """Trial about a centre of the joint that is given relative to the palpated one (m)."""
+    present = trial.centre.offset_m if trial.centre is not None and trial.centre_used else np.zeros(2)
+    change = sum(d * trial.slopes[name] for name, d in zip(CENTRE, offset_m - present, strict=True))
+    return replace(trial, perturbed=trial.perturbed + change)
+
 
 # K and B of both legs, and of each on a plate of its own
 OF_JOINT = tuple(f"{quantity}{leg}" for quantity in QUANTITIES for leg in ("", "_left", "_right"))
