@@ -65,8 +65,8 @@ _PUBLIC = {
     "fit_parallel_cascade": "tepsipe.identification.fits",
     "ImpedanceFit": "tepsipe.identification.result",
     "LegUncertainty": "tepsipe.identification.budgets.leg",
-    "belt_recording": "tepsipe.experiments.belt",
-    "calibrate_treadmill": "tepsipe.experiments.belt",
+    "belt_recording": "tepsipe.experiments.belt.analysis",
+    "calibrate_treadmill": "tepsipe.experiments.belt.analysis",
     "load_treadmill_models": "tepsipe.treadmill.registry",
 }
 __all__ = list(_PUBLIC)

@@ -1,8 +1,8 @@
 """Public names and their types, for editors and type checkers; ``__init__.py`` imports each on first use."""
 
 from tepsipe.errors import InputError as InputError
-from tepsipe.experiments.belt import belt_recording as belt_recording
-from tepsipe.experiments.belt import calibrate_treadmill as calibrate_treadmill
+from tepsipe.experiments.belt.analysis import belt_recording as belt_recording
+from tepsipe.experiments.belt.analysis import calibrate_treadmill as calibrate_treadmill
 from tepsipe.experiments.example import load_example as load_example
 from tepsipe.identification.budgets.leg import LegUncertainty as LegUncertainty
 from tepsipe.identification.fits import fit_admittance as fit_admittance

@@ -433,7 +433,7 @@ def _with_options(sentence: str) -> str:
 
 
 def _calibrate(chosen: argparse.Namespace) -> tuple[str, ...]:
-    from tepsipe.experiments.belt import calibrate_treadmill
+    from tepsipe.experiments.belt.analysis import calibrate_treadmill
     from tepsipe.ingest.belt_table import BeltTableOptions, ingest_belt_table
     from tepsipe.io.readers.any_table import table_columns
     from tepsipe.io.readers.text_table import read_text_table

@@ -10,7 +10,7 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.forward.scores import ForwardScore
-from tepsipe.experiments.weight import shapes, speed_at_peak, usual_weight
+from tepsipe.experiments.weight.analysis import shapes, speed_at_peak, usual_weight
 from tepsipe.experiments.wristalyzer.names import MODULUS
 from tepsipe.io.tables import Table
 from tepsipe.reporting import further_measures

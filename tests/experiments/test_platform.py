@@ -12,7 +12,7 @@ from page_builders import page_data
 from typst_builders import typeset_words
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.platform import (
+from tepsipe.experiments.platform.analysis import (
     PlatformOptions,
     analyse_platform,
     platform_estimates,

@@ -19,7 +19,7 @@ from tepsipe.experiments.standing.muscle_torque import ActiveOptions
 from tepsipe.experiments.standing.options import StandingEstimator, TorquePathway
 from tepsipe.experiments.standing.thesis.impedance import fit_all
 from tepsipe.experiments.standing.thesis.latency import muscle_latency
-from tepsipe.experiments.weight import estimate_masses
+from tepsipe.experiments.weight.analysis import estimate_masses
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
 from tepsipe.ingest.standing import ingest_standing_files, with_recorded_emg
 from tepsipe.ingest.whole_trial import (

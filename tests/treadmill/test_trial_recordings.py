@@ -8,7 +8,7 @@ from belt_builders import belt_recording, pulsed_evaluated
 from builders import assert_one_sentence, belt_pulses, trial_of
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.weight import (
+from tepsipe.experiments.weight.analysis import (
     analyse_weight,
     estimate_masses,
     shapes,

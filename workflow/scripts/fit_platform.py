@@ -4,7 +4,7 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.experiments.platform import (
+from tepsipe.experiments.platform.analysis import (
     PlatformOptions,
     analyse_platform,
     platform_estimates,

@@ -5,7 +5,7 @@ import job
 job.start(snakemake)
 
 from tepsipe.experiments.budgets import contributions_of
-from tepsipe.experiments.weight import QUANTITIES, analyse_weight, weight_estimates, weight_result
+from tepsipe.experiments.weight.analysis import QUANTITIES, analyse_weight, weight_estimates, weight_result
 from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial

@@ -9,7 +9,7 @@ from tepsipe.arguments import options_of
 from tepsipe.errors import InputError
 from tepsipe.experiments.dummy.foot_pathways import windows_from_onset
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, leg_motion
-from tepsipe.experiments.platform import PlatformOptions, platform_spectra
+from tepsipe.experiments.platform.analysis import PlatformOptions, platform_spectra
 from tepsipe.experiments.position_manipulator.analysis import PositionManipulatorOptions, cascade_record
 from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs
 from tepsipe.experiments.standing.joint_torque import process_standing

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from tepsipe.experiments.weight import shapes, speed_at_peak, usual_weight
+from tepsipe.experiments.weight.analysis import shapes, speed_at_peak, usual_weight
 from tepsipe.io.result import Result
 from tepsipe.reporting.run import Run
 from tepsipe.treadmill.calibration import BOTH, OF_BOTH

@@ -1,0 +1,1 @@
+"""A recorded treadmill without a rig: models of its belt-induced load."""

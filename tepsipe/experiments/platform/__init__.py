@@ -1,0 +1,1 @@
+"""A person standing on a moving platform: impedance of ankle and hip."""
