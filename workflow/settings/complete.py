@@ -79,4 +79,5 @@ def _picked(source: dict, target: dict, path: list[str]) -> None:
 
 def _left_out(section: dict, path: list[str]) -> dict:
     key, *rest = path
-    return section | {key: _left_out(section[key], rest)} if rest else without(section, key)
+    content = section[key]
+    return section | {key: _left_out(content, rest)} if rest else without(section, key)

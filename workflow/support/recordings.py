@@ -5,15 +5,16 @@ from pathlib import Path
 
 from tepsipe.arguments import options_of
 from tepsipe.errors import InputError
-from tepsipe.experiments.dummy import fit as dummy
-from tepsipe.experiments.dummy import fit_foot as foot
-from tepsipe.experiments.platform import fit as platform
-from tepsipe.experiments.position_manipulator import fit as position_manipulator
-from tepsipe.experiments.standing import fit as standing
-from tepsipe.experiments.walking import fit as walking
+from tepsipe.experiments.belt.fit import begin as begin_belt
+from tepsipe.experiments.dummy.fit import begin as begin_dummy
+from tepsipe.experiments.dummy.fit_foot import begin as begin_foot
+from tepsipe.experiments.platform.fit import begin as begin_platform
+from tepsipe.experiments.position_manipulator.fit import begin as begin_position_manipulator
+from tepsipe.experiments.standing.fit import begin as begin_standing
+from tepsipe.experiments.walking.fit import begin as begin_walking
 from tepsipe.experiments.walking.trial import read_trial
 from tepsipe.experiments.weight.calibrate import PlateTrial
-from tepsipe.experiments.wristalyzer import fit as wristalyzer
+from tepsipe.experiments.wristalyzer.fit import begin as begin_wristalyzer
 from tepsipe.ingest.belt_table import BeltTableOptions, ingest_belt_table
 from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.manipulators import (
@@ -33,18 +34,18 @@ from tepsipe.io.trial import Trial
 from tepsipe.treadmill.calibration import group_of, plate_groups
 from tepsipe.treadmill.plate_check import Resting, check_plate
 from tepsipe.treadmill.recording import BeltRecording, check_recordings
-from tepsipe.treadmill.trial_recordings import Weight, plate_filters, table_recording
+from tepsipe.treadmill.trial_recordings import Weight, plate_filters
 from workflow.settings.complete import without
 from workflow.support.rigs import RIG_KEYS, rig_of
 from workflow.support.study import Study
 
 ON_PLATE = ("dummy", "weight", "empty", "standing")
 BEGINS = {
-    "dummy": dummy.begin,
-    "standing": standing.begin,
-    "wristalyzer": wristalyzer.begin,
-    "position_manipulator": position_manipulator.begin,
-    "platform": platform.begin,
+    "dummy": begin_dummy,
+    "standing": begin_standing,
+    "wristalyzer": begin_wristalyzer,
+    "position_manipulator": begin_position_manipulator,
+    "platform": begin_platform,
 }
 
 
@@ -63,13 +64,12 @@ def refused_recordings(study: Study) -> list[str]:
             if experiment in ("weight", "empty"):
                 of_plates[experiment, condition] = _plate_trial(study, experiment, condition, trial)
             elif experiment == "belt":
-                trimmed_s = study.settings["belt"]["analysis"]["trimmed_s"]
-                of_belts[condition] = table_recording(trial, condition, trimmed_s)
+                of_belts[condition] = begin_belt(trial, study.settings["belt"], condition)
             else:
                 section = study.of_trial(experiment, condition)
                 BEGINS[experiment](trial, section, name)
                 if experiment == "dummy" and study.has("foot"):
-                    foot.begin(trial, section, name)
+                    begin_foot(trial, section, name)
         except InputError as error:
             refused.append(str(error) if str(error).startswith(f"{name}: ") else f"{name}: {error}")
     return refused + _refused_calibrations(study, of_plates) + _refused_belt(study, of_belts)
@@ -203,4 +203,4 @@ def _read_walk(study: Study, condition: str) -> None:
     """Recording, events and strides of a walk, and the beginning of its analysis."""
     settings, files = study.config["walking"], study.raw_files("walking", condition, "")
     lasts_s = study.trials["walking", condition].duration_s
-    walking.begin(read_trial(files, settings), settings, study.config["study"]["seed"], lasts_s)
+    begin_walking(read_trial(files, settings), settings, study.config["study"]["seed"], lasts_s)
