@@ -78,6 +78,11 @@ def files_setting(experiment, key):
     return lambda w: STUDY.of_trial(experiment, w.condition)["files"][key]
 
 
+def section_of(experiment, *paths):
+    """Param function: what the fit of a trial reads of the section of its experiment; paths as for `pick`."""
+    return lambda w: pick(STUDY.of_trial(experiment or w.experiment, w.condition), *paths)
+
+
 def protocol(experiment):
     """Param function: what the belt is to do in a trial that is made."""
     return lambda w: STUDY.protocol(experiment, w.condition)

@@ -20,15 +20,12 @@ rule fit_dummy:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        geometry=DUMMY["geometry"],
-        analysis=DUMMY_ANALYSIS,
-        bootstrap_draws=DUMMY["analysis"]["bootstrap_draws"],
-        pathways=DUMMY["pathways"],
-        recommended=as_it_is(DUMMY["recommended"]),
-        quoted=as_it_is(DUMMY["quoted"]),
-        checks=DUMMY["checks"],
+        section=section_of(
+            "dummy",
+            *("geometry", "analysis", "foot.belt_fixed_labels"),
+            *("pathways", "recommended", "quoted", "checks"),
+        ),
         uncertainty=SETTINGS["uncertainty"]["dummy"],
-        belt_fixed_labels=as_it_is(DUMMY["foot"]["belt_fixed_labels"]),
         seed=SEED,
     script:
         "../scripts/fit_dummy.py"
@@ -130,12 +127,8 @@ rule fit_foot:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        geometry=DUMMY["geometry"],
-        analysis=DUMMY_ANALYSIS,
-        bootstrap_draws=DUMMY["analysis"]["bootstrap_draws"],
-        foot=DUMMY["foot"],
+        section=section_of("dummy", "geometry", "analysis", "foot", "belt"),
         uncertainty=SETTINGS["uncertainty"]["dummy"],
-        belt=lambda w: STUDY.treadmill.belt_of("dummy", w.condition),
         seed=SEED,
     script:
         "../scripts/fit_foot.py"
@@ -178,12 +171,12 @@ rule fit_thesis_dummy:
         tables=[STUDY.thesis.conditions(table) for table in ("table_4_2", "table_4_3")],
         printed=meant_in("table_4_2", "table_4_3"),
         followed=reported_of("simulations").get("simulations", {}).get("every_condition"),
-        geometry=without(DUMMY["geometry"], "foot_mass_kg", "foot_height_m"),
-        analysis=DUMMY_ANALYSIS,
-        marker_labels=DUMMY["files"]["marker_labels"],
-        marker_sampling_hz=DUMMY["ingest"]["marker_sampling_hz"],
-        searched_s=DUMMY["thesis_dummy"]["searched_s"],
-        draws=DUMMY["thesis_dummy"]["draws"],
+        section=pick(
+            DUMMY,
+            *("geometry", "-geometry.foot_mass_kg", "-geometry.foot_height_m"),
+            *("analysis", "-analysis.bootstrap_draws"),
+            *("files.marker_labels", "ingest.marker_sampling_hz", "thesis_dummy"),
+        ),
         seed=SEED,
     script:
         "../scripts/fit_thesis_dummy.py"

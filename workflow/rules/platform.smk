@@ -13,7 +13,7 @@ rule fit_platform:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        analysis=SETTINGS["platform"]["analysis"],
+        section=section_of("platform", "analysis"),
     script:
         "../scripts/fit_platform.py"
 

@@ -13,7 +13,7 @@ rule fit_position_manipulator:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        analysis=SETTINGS["position_manipulator"]["analysis"],
+        section=section_of("position_manipulator", "analysis"),
         seed=SEED,
     script:
         "../scripts/fit_position_manipulator.py"

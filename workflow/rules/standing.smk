@@ -19,20 +19,13 @@ rule fit_standing:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        person=lambda w: STUDY.person(sheet("participant", "standing")(w)),
-        belt=lambda w: STUDY.treadmill.belt_of("standing", w.condition),
-        ankle_action={m: choice["ankle_action"] for m, choice in STANDING["muscles"].items()},
-        max_gap_s=STANDING["ingest"]["max_gap_s"],
-        emg=STANDING["emg"],
-        analysis=without(STANDING["analysis"], "tried_windows_s"),
-        stance=STANDING["stance"],
-        pathways=STANDING["pathways"],
-        estimators=STANDING["estimators"],
-        active=STANDING["active"],
-        free_reflex=STANDING["free_reflex"],
+        section=section_of(
+            "standing",
+            *("person", "belt", "stance", "emg", "ingest.max_gap_s"),
+            *("analysis", "-analysis.tried_windows_s", "pathways", "as_printed", "recommended"),
+            *("estimators", "active", "muscles.*.ankle_action", "free_reflex"),
+        ),
         uncertainty=SETTINGS["uncertainty"]["standing"],
-        as_printed=STANDING["as_printed"],
-        recommended=STANDING["recommended"],
         seed=SEED,
     script:
         "../scripts/fit_standing.py"
@@ -51,17 +44,13 @@ rule fit_standing_task:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        person=lambda w: STUDY.person(STUDY.tasks.pools()[w.task].participant),
-        muscles={m: without(choice, "channel") for m, choice in STANDING["muscles"].items()},
-        tried_windows_s=STANDING["analysis"]["tried_windows_s"],
-        bootstrap_draws=STANDING["analysis"]["bootstrap_draws"],
-        pathways=STANDING["pathways"],
-        estimators=STANDING["estimators"],
-        active=STANDING["active"],
-        latency=STANDING["latency"],
-        free_reflex=STANDING["free_reflex"],
+        section=lambda w: pick(
+            STANDING | {"person": STUDY.person(STUDY.tasks.pools()[w.task].participant)},
+            *("person", "analysis.bootstrap_draws", "analysis.tried_windows_s", "pathways", "recommended"),
+            *("estimators", "active", "muscles.*.ankle_action", "free_reflex"),
+            *("muscles.*.lengthened_by", "latency"),
+        ),
         uncertainty=SETTINGS["uncertainty"]["standing"],
-        recommended=STANDING["recommended"],
         seed=SEED,
     script:
         "../scripts/fit_standing_task.py"

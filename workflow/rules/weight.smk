@@ -18,9 +18,7 @@ rule fit_weight:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        weight=lambda w: STUDY.treadmill.weight_of(w.experiment, w.condition),
-        belt=lambda w: STUDY.treadmill.belt_of(w.experiment, w.condition),
-        analysis=WEIGHT["analysis"],
+        section=section_of(None, "weight", "belt", "analysis"),
         uncertainty=SETTINGS["uncertainty"]["weight"],
     script:
         "../scripts/fit_weight.py"

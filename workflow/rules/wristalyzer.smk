@@ -14,7 +14,7 @@ rule fit_wristalyzer:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        analysis=without(SETTINGS["wristalyzer"]["analysis"], "swept_bins"),
+        section=section_of("wristalyzer", "analysis", "-analysis.swept_bins"),
         uncertainty=SETTINGS["uncertainty"]["wristalyzer"],
         seed=SEED,
     script:

@@ -4,21 +4,12 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.experiments.platform.analysis import (
-    PlatformOptions,
-    analyse_platform,
-    platform_estimates,
-    platform_result,
-)
+from tepsipe.experiments.platform.fit import fit
 from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 
-trial = read_trial(snakemake.input.trial)
-options = PlatformOptions(**snakemake.params.analysis)
-found = analyse_platform(trial, options)
-write_result(snakemake.output.fit, platform_result(found, options, trial.signals["platform"].unit))
-ESTIMATES.write(
-    snakemake.output.estimates,
-    platform_estimates("platform", snakemake.wildcards.condition, found, options),
-)
+trial, condition = read_trial(snakemake.input.trial), snakemake.wildcards.condition
+fitted = fit(trial, snakemake.params.section, condition)
+write_result(snakemake.output.fit, fitted.result)
+ESTIMATES.write(snakemake.output.estimates, fitted.estimates)

@@ -55,12 +55,29 @@ def without(section: dict, *keys: str) -> dict:
 
 
 def pick(settings: dict, *paths: str) -> dict:
-    """Values at given paths (keys joined by dots), in their sections."""
+    """Values at given paths (keys joined by dots), in their sections.
+
+    A key ``*`` stands for all keys of its section. A path after ``-`` is left out of what was picked before.
+    """
     picked: dict = {}
     for path in paths:
-        *sections, key = path.split(".")
-        source, target = settings, picked
-        for name in sections:
-            source, target = source[name], target.setdefault(name, {})
-        target[key] = source[key]
+        if path.startswith("-"):
+            picked = _left_out(picked, path[1:].split("."))
+        else:
+            _picked(settings, picked, path.split("."))
     return picked
+
+
+def _picked(source: dict, target: dict, path: list[str]) -> None:
+    key, *rest = path
+    for name in source if key == "*" else (key,):
+        if rest:
+            _picked(source[name], target.setdefault(name, {}), rest)
+        else:
+            target[name] = source[name]
+
+
+def _left_out(section: dict, path: list[str]) -> dict:
+    key, *rest = path
+    content = section[key]
+    return section | {key: _left_out(content, rest)} if rest else without(section, key)

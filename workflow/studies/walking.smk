@@ -27,7 +27,7 @@ rule fit_walking:
         files=raw_files("walking"),
         duration_s=sheet("duration_s", "walking"),
         made=lambda w: w.condition in MADE_WALKS,
-        settings=without(WALKING, "simulated"),
+        section=without(WALKING, "simulated"),
         seed=SEED,
     script:
         "../scripts/fit_walking.py"
