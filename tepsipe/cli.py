@@ -488,8 +488,8 @@ def _info(chosen: argparse.Namespace) -> None:
     else:
         print(f"{chosen.file}: {contents.summary()}")
     if chosen.plot is not None:
-        from tepsipe.reporting.figures.contents import draw_contents
-        from tepsipe.reporting.figures.style import save_png
+        from tepsipe.drawing.contents import draw_contents
+        from tepsipe.drawing.style import save_png
 
         png = _picture(chosen.file, chosen.plot)
         save_png(draw_contents(contents, chosen.file.name), png)
@@ -531,10 +531,10 @@ def _print_commands(folder: Path) -> None:
 
 
 def _plan(chosen: argparse.Namespace) -> None:
+    from tepsipe.drawing.style import save_png
+    from tepsipe.experiments.planning.figures import plot_plan
     from tepsipe.experiments.planning.standing_plan import StandingDesign, plan_standing
     from tepsipe.reporting import plan_command as command
-    from tepsipe.reporting.figures.planning import plot_plan
-    from tepsipe.reporting.figures.style import save_png
 
     names = (name.replace("-", "_") for name, *_ in PLAN_OPTIONS)
     options = {name: getattr(chosen, name) for name in names if getattr(chosen, name) is not None}

@@ -7,9 +7,8 @@ from tepsipe.experiments.noise.rows import NoiseRow
 from tepsipe.experiments.wristalyzer import names as wristalyzer
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
-from tepsipe.reporting.noise_table import TABLE_COLUMNS
 from tepsipe.reporting.planned import PlannedRow
-from tepsipe.reporting.thesis_tables import TableRow
+from tepsipe.reporting.thesis_tables import TABLE_COLUMNS, TableRow
 from tepsipe.treadmill.calibration import ModelScore
 
 WRISTALYZER_TABLE, NOISE_TABLE = "table_4_1", "table_4_4"
