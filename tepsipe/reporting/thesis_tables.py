@@ -1,4 +1,4 @@
-"""The thesis's tables: estimates beside the reported values (Tables 4-1 to 4-3), and the noise study (4-4)."""
+"""Tables of the thesis: estimates beside the reported values (4-1 to 4-3), and the noise study (4-4)."""
 
 import csv
 import io
