@@ -14,9 +14,8 @@ import pytest
 
 from tepsipe import load_example
 from tepsipe.arguments import unit_in
-from tepsipe.cli import main
+from tepsipe.cli import main, progress
 from tepsipe.io.formats import contents_of
-from tepsipe.reporting.terminal import progress
 
 COLUMNS = ["--time", "time_s", "--angle", "angle_rad", "--torque", "torque_Nm"]
 

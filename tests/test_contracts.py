@@ -332,7 +332,7 @@ def rules_of_pages():
             assert f"**{table_of}," in block
             block = block.replace(f"    **{table_of},\n", "".join(f"    {name}=...,\n" for name in given))
         module = "weight" if experiment == "empty" else experiment
-        block = block.replace("composed_by=_module", f'composed_by="{module}"').replace("{_module}", module)
+        block = block.replace("{_module}", module)
         parts = re.split(r"^(\w+):\n", block.replace('f"', '"'), flags=re.MULTILINE)
         sections = {k: textwrap.indent(v, "    ") for k, v in zip(parts[1::2], parts[2::2], strict=True)}
         found[f"write_{experiment}_pages"] = sections
@@ -398,28 +398,38 @@ def used(path, kind):
     return names, computed
 
 
-# of the scripts that many rules share: param that names the module of a rule, and the folder of the modules
-LOADED = {
-    "plot": ("drawn_by", "tepsipe/reporting/figures"),
-    "write_pages": ("composed_by", "tepsipe/reporting/pages"),
-}
+# of the scripts that many rules share: param that names the module and the function of a rule
+LOADED = {"plot": "drawn_by", "write_pages": "composed_by"}
 
 
 def loaded_by(rule, path):
-    """The module that a script loads because a param of the rule names it; None of other scripts."""
+    """Module and function that a script loads because a param of the rule names them, if it does."""
     if path.stem not in LOADED:
-        return None
-    param, folder = LOADED[path.stem]
-    named = re.search(rf'{param}="(\w+)"', RULES[rule]["params"])
-    return f"{folder}/{named[1]}.py"
+        return None, None
+    module, function = re.search(rf'{LOADED[path.stem]}="([\w.]+):(\w+)"', RULES[rule]["params"]).groups()
+    return f"tepsipe/{module.replace('.', '/')}.py", function
+
+
+def part_with(module, function):
+    """Syntax of a function of a module, and of those to which it hands its files and params on."""
+    functions = {node.name: node for node in syntax(ROOT / module).body if isinstance(node, ast.FunctionDef)}
+    waiting, found = [function], {}
+    while waiting:
+        name = waiting.pop()
+        found[name] = functions[name]
+        for node in ast.walk(functions[name]):
+            if isinstance(node, ast.Call) and {"files", "chosen"} & {getattr(a, "id", "") for a in node.args}:
+                waiting += {getattr(node.func, "id", "")} & (functions.keys() - found.keys())
+    return [node for function in found.values() for node in ast.walk(function)]
 
 
 def read_by(rule, path, kind):
     """Names that the script of a rule reads, itself or by the module that it loads; whether by subscript."""
     names, computed = used(path, kind)
-    if module := loaded_by(rule, path):
+    module, function = loaded_by(rule, path)
+    if module:
         of = {"input": "files", "params": "chosen"}[kind]
-        found = [node for node in nodes(ROOT / module) if isinstance(node, ast.Attribute)]
+        found = [node for node in part_with(module, function) if isinstance(node, ast.Attribute)]
         names = names | {node.attr for node in found if getattr(node.value, "id", "") == of}
         if any(node.attr == "choices_of_trial" for node in found):
             names |= {"params": {"title", "trial"}, "input": {"truth"}}[kind]
@@ -455,7 +465,9 @@ def test_every_script_belongs_to_the_rule_of_its_name():
             assert main[1] == used_again.get(name, name).removeprefix("write_")
         if path.stem in LOADED:
             wanted = re.sub(r"^plot_\w+", "plot", re.sub(r"^write_\w+_pages$", "write_pages", wanted))
-            assert Path(loaded_by(name, path)).stem in used_again.get(name, name)
+            module, function = loaded_by(name, path)
+            own = Path(module).parent.name if function == "page" else function.removeprefix("draw_")
+            assert used_again.get(name, name) in (f"plot_{own}", f"write_{own}_pages")
         assert path.stem == wanted
     assert {path.name for _, path in scripted()} == {p.name for p in SCRIPTS} - SHARED
 
@@ -548,7 +560,7 @@ def test_script_writes_exactly_the_outputs_that_its_rule_names(rule, path):
 
 @pytest.mark.parametrize(("rule", "path"), CASES)
 def test_rule_is_run_again_when_a_module_that_its_script_reaches_changes(rule, path):
-    module = loaded_by(rule, path)
+    module, _ = loaded_by(rule, path)
     modules = rf', "{module}"\)' if module else "[),]"
     assert re.search(rf'library=library_of\("{path.stem}"{modules}', RULES[rule]["input"])
     assert path.is_file() and (module is None or (ROOT / module).is_file())

@@ -11,13 +11,16 @@ import pytest
 from page_builders import page_data
 from typst_builders import typeset_words
 
+from tepsipe.drawing.trial_page import render
 from tepsipe.errors import InputError
+from tepsipe.experiments.platform import figures
 from tepsipe.experiments.platform.analysis import (
     PlatformOptions,
     analyse_platform,
     platform_estimates,
     platform_result,
 )
+from tepsipe.experiments.platform.page import platform_page
 from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.platform import PlatformTableOptions, ingest_platform
 from tepsipe.ingest.plausibility import plausible_trial
@@ -25,9 +28,6 @@ from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.io.result import read_result, write_result
 from tepsipe.reporting.chapters import platform
-from tepsipe.reporting.figures import platform as figures
-from tepsipe.reporting.pages.platform import platform_page
-from tepsipe.reporting.pages.trial_page import render
 from tepsipe.reporting.run import Run, report_content
 from tepsipe.virtual_lab.platform_person import PlatformPerson, PlatformProtocol, record_platform
 

@@ -13,12 +13,11 @@ from matplotlib import font_manager
 from pypdf import PdfReader
 from typst_builders import REPORT, evaluated
 
+from tepsipe.drawing import style
+from tepsipe.drawing.names import PARAMETER_SETS, short_name
+from tepsipe.drawing.style import in_style
 from tepsipe.io.trial import Signal, Trial
-from tepsipe.reporting.figures import style
-from tepsipe.reporting.figures.names import PARAMETER_SETS, short_name
-from tepsipe.reporting.figures.protocol import TimeLine, draw_protocol
-from tepsipe.reporting.figures.rigs import markers_at_rest
-from tepsipe.reporting.figures.style import in_style
+from tepsipe.reporting.figures import TimeLine, draw_protocol, markers_at_rest
 
 MINUS = "\N{MINUS SIGN}"
 

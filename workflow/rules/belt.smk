@@ -24,7 +24,7 @@ rule plot_belt:
     input:
         fit="<results>/fits/belt.h5",
         scores="<results>/treadmill_models/belt.csv",
-        library=library_of("plot", "tepsipe/reporting/figures/belt.py"),
+        library=library_of("plot", "tepsipe/experiments/belt/figures.py"),
     output:
         **figure_files("belt"),
     log:
@@ -32,7 +32,7 @@ rule plot_belt:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="belt",
+        drawn_by="experiments.belt.figures:draw_belt",
         model=SETTINGS["belt"]["chosen"],
     script:
         "../scripts/plot.py"

@@ -94,7 +94,7 @@ rule plot_dummy:
         specification="<results>/tables/specification.csv",
         matrices="<results>/cross_validation/dummy.h5",
         recovery=outputs.recovery(STUDY),
-        library=library_of("plot", "tepsipe/reporting/figures/dummy.py"),
+        library=library_of("plot", "tepsipe/experiments/dummy/figures.py"),
     output:
         **figure_files("dummy"),
     log:
@@ -102,7 +102,7 @@ rule plot_dummy:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="dummy",
+        drawn_by="experiments.dummy.figures:draw_dummy",
         conditions=STUDY.conditions("dummy"),
         example=STUDY.shown("dummy", DUMMY["example_condition"]),
         as_printed=DUMMY["as_printed"],
@@ -139,7 +139,7 @@ rule plot_foot:
         leg=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
         foot=STUDY.of_trials("<results>/fits/foot/{condition}.h5", "dummy"),
         recovery=outputs.recovery(STUDY),
-        library=library_of("plot", "tepsipe/reporting/figures/foot.py"),
+        library=library_of("plot", "tepsipe/experiments/dummy/figures.py"),
     output:
         **figure_files("foot"),
     log:
@@ -147,7 +147,7 @@ rule plot_foot:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="foot",
+        drawn_by="experiments.dummy.figures:draw_foot",
         conditions=STUDY.conditions("dummy"),
         recommended=DUMMY["recommended"],
         usable=[name for name, own in DUMMY["foot"]["pathways"].items() if own["treadmill_model"]],
@@ -203,7 +203,7 @@ rule plot_thesis_dummy:
     input:
         table="<results>/tables/thesis_dummy.csv",
         fit="<results>/fits/thesis_dummy.h5",
-        library=library_of("plot", "tepsipe/reporting/figures/thesis_dummy.py"),
+        library=library_of("plot", "tepsipe/experiments/thesis_dummy/figures.py"),
     output:
         **figure_files("thesis_dummy"),
     log:
@@ -211,6 +211,6 @@ rule plot_thesis_dummy:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="thesis_dummy",
+        drawn_by="experiments.thesis_dummy.figures:draw_thesis_dummy",
     script:
         "../scripts/plot.py"

@@ -67,7 +67,7 @@ rule plot_noise:
     input:
         noise=[f"<results>/noise/{c}.csv" for c in STUDY.noise.conditions()],
         drawings=[here("report/drawings.typ"), here("report/format.typ")],
-        library=library_of("plot", "tepsipe/reporting/figures/noise.py"),
+        library=library_of("plot", "tepsipe/experiments/noise/figures.py"),
     output:
         **figure_files("noise"),
     log:
@@ -75,7 +75,7 @@ rule plot_noise:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="noise",
+        drawn_by="experiments.noise.figures:draw_noise",
         joint=NOISE["joint"],
         protocol=pick(NOISE, "snr_db", "draws") | {"cutoff_hz": DUMMY_ANALYSIS["lowpass_cutoff_hz"]},
         table_snr_db=NOISE["table_snr_db"],

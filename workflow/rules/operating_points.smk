@@ -26,7 +26,7 @@ rule plot_operating_points:
     input:
         points="<results>/tables/operating_points.csv",
         relations="<results>/tables/operating_relations.csv",
-        library=library_of("plot", "tepsipe/reporting/figures/operating_points.py"),
+        library=library_of("plot", "tepsipe/experiments/position_manipulator/figures.py"),
     output:
         **figure_files("operating_points"),
     log:
@@ -34,7 +34,7 @@ rule plot_operating_points:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="operating_points",
+        drawn_by="experiments.position_manipulator.figures:draw_operating_points",
     script:
         "../scripts/plot.py"
 
@@ -76,7 +76,7 @@ rule tabulate_time_varying:
 rule plot_time_varying:
     input:
         table="<results>/tables/time_varying.csv",
-        library=library_of("plot", "tepsipe/reporting/figures/time_varying.py"),
+        library=library_of("plot", "tepsipe/experiments/position_manipulator/figures.py"),
     output:
         **figure_files("time_varying"),
     log:
@@ -84,6 +84,6 @@ rule plot_time_varying:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="time_varying",
+        drawn_by="experiments.position_manipulator.figures:draw_time_varying",
     script:
         "../scripts/plot.py"

@@ -25,7 +25,7 @@ rule plot_participants:
     input:
         participants="<results>/tables/participants.csv",
         group="<results>/tables/group.csv",
-        library=library_of("plot", "tepsipe/reporting/figures/participants.py"),
+        library=library_of("plot", "tepsipe/reporting/figures.py"),
     output:
         **figure_files("participants"),
     log:
@@ -33,7 +33,7 @@ rule plot_participants:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="participants",
+        drawn_by="reporting.figures:draw_participants",
         shown=groups.shown_estimators(STUDY),
     script:
         "../scripts/plot.py"

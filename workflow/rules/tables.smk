@@ -26,7 +26,7 @@ rule plot_budgets:
     input:
         estimates="<results>/tables/estimates.csv",
         uncertainty="<results>/tables/uncertainty.csv",
-        library=library_of("plot", "tepsipe/reporting/figures/budgets.py"),
+        library=library_of("plot", "tepsipe/reporting/figures.py"),
     output:
         **figure_files("budgets"),
     log:
@@ -34,7 +34,7 @@ rule plot_budgets:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="budgets",
+        drawn_by="reporting.figures:draw_budgets",
         foot_pathway=as_it_is(STUDY.estimators.budgeted_foot()),
         names=outputs.budget_names(STUDY),
     script:

@@ -33,7 +33,7 @@ rule write_index:
         outputs=PAGES,
         library=library_of("write_index")
         + [
-            here(f"tepsipe/reporting/pages/{name}")
+            here(f"tepsipe/drawing/web/{name}")
             for name in (
                 "report.css",
                 "report-math.woff2",

@@ -64,7 +64,7 @@ rule plot_weight:
         empty=STUDY.of_trials("<results>/fits/empty/{condition}.h5", "empty"),
         plate=f"<results>/fits/{STUDY.shown_plate()}.h5",
         scores=f"<results>/treadmill_models/{STUDY.shown_plate()}.csv",
-        library=library_of("plot", "tepsipe/reporting/figures/weight.py"),
+        library=library_of("plot", "tepsipe/experiments/weight/figures.py"),
     output:
         **figure_files("weight"),
     log:
@@ -72,7 +72,7 @@ rule plot_weight:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="weight",
+        drawn_by="experiments.weight.figures:draw_weight",
         weight=STUDY.treadmill.usual_weight(),
         empty=STUDY.conditions("empty"),
         cutoffs_hz=WEIGHT["analysis"]["cutoffs_hz"],

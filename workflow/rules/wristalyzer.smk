@@ -81,7 +81,7 @@ rule plot_wristalyzer_pooled:
         pooled="<results>/fits/wristalyzer_pooled.h5",
         estimates=STUDY.of_trials("<results>/estimates/wristalyzer/{condition}.csv", "wristalyzer"),
         recovery=outputs.recovery(STUDY),
-        library=library_of("plot", "tepsipe/reporting/figures/wristalyzer_pooled.py"),
+        library=library_of("plot", "tepsipe/experiments/wristalyzer/figures.py"),
     output:
         **figure_files("wristalyzer_pooled"),
     log:
@@ -89,7 +89,7 @@ rule plot_wristalyzer_pooled:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="wristalyzer_pooled",
+        drawn_by="experiments.wristalyzer.figures:draw_wristalyzer_pooled",
     script:
         "../scripts/plot.py"
 
@@ -99,7 +99,7 @@ rule plot_wristalyzer:
         fits=STUDY.of_trials("<results>/fits/wristalyzer/{condition}.h5", "wristalyzer"),
         matrix="<results>/cross_validation/wristalyzer.h5",
         averaging="<results>/tables/averaging.csv",
-        library=library_of("plot", "tepsipe/reporting/figures/wristalyzer.py"),
+        library=library_of("plot", "tepsipe/experiments/wristalyzer/figures.py"),
     output:
         **figure_files("wristalyzer"),
     log:
@@ -107,7 +107,7 @@ rule plot_wristalyzer:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="wristalyzer",
+        drawn_by="experiments.wristalyzer.figures:draw_wristalyzer",
         conditions=STUDY.conditions("wristalyzer"),
         best=STUDY.shown("wristalyzer", SETTINGS["wristalyzer"]["best_condition"]),
         fit_band_hz=SETTINGS["wristalyzer"]["analysis"]["fit_band_hz"],

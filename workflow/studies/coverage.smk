@@ -72,7 +72,7 @@ rule plot_coverage:
     input:
         coverage="<results>/tables/coverage.csv",
         outcomes="<results>/tables/outcomes.csv",
-        library=library_of("plot", "tepsipe/reporting/figures/coverage.py"),
+        library=library_of("plot", "tepsipe/reporting/figures.py"),
     output:
         **figure_pairs("figure_coverage", "figure_coverage_intervals"),
     log:
@@ -80,7 +80,7 @@ rule plot_coverage:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="coverage",
+        drawn_by="reporting.figures:draw_coverage",
         first=next(iter(LABORATORIES.sets())),
     script:
         "../scripts/plot.py"

@@ -140,7 +140,7 @@ rule plot_planning:
         plan="<results>/tables/plan.csv",
         shapes="<results>/tables/pulse_shapes.csv",
         filters="<results>/tables/filters.csv",
-        library=library_of("plot", "tepsipe/reporting/figures/planning.py"),
+        library=library_of("plot", "tepsipe/experiments/planning/figures.py"),
     output:
         **figure_pairs("figure_needed", "figure_pulses", "figure_filters", "figure_treadmill_filters"),
     log:
@@ -148,7 +148,7 @@ rule plot_planning:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="planning",
+        drawn_by="experiments.planning.figures:draw_planning",
     script:
         "../scripts/plot.py"
 
@@ -157,7 +157,7 @@ rule plot_several_joints:
     input:
         sets="<results>/tables/several_joints.csv",
         elements="<results>/tables/several_joints_elements.csv",
-        library=library_of("plot", "tepsipe/reporting/figures/several_joints.py"),
+        library=library_of("plot", "tepsipe/experiments/planning/figures.py"),
     output:
         **figure_pairs("figure_several_joints"),
     log:
@@ -165,7 +165,7 @@ rule plot_several_joints:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="several_joints",
+        drawn_by="experiments.planning.figures:draw_several_joints",
         limits=PLAN["several_joints"]["limits"],
     script:
         "../scripts/plot.py"

@@ -75,7 +75,7 @@ rule plot_walking:
         rows="<results>/tables/walking.csv",
         needed="<results>/tables/needed.csv",
         recovery="<results>/tables/recovery.csv" if MADE_WALKS else [],
-        library=library_of("plot", "tepsipe/reporting/figures/walking.py"),
+        library=library_of("plot", "tepsipe/experiments/walking/figures.py"),
     output:
         **figure_pairs("figure_walking"),
     log:
@@ -83,7 +83,7 @@ rule plot_walking:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="walking",
+        drawn_by="experiments.walking.figures:draw_walking",
         simulated=MADE_WALKS,
     script:
         "../scripts/plot.py"
