@@ -3,8 +3,8 @@
 import pytest
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.registry import EXPERIMENTS
 from workflow.settings.complete import pick, settings_of
-from workflow.support.experiments import EXPERIMENTS
 from workflow.support.row_names import NAME_COLUMNS, check_names
 from workflow.support.study import Study
 from workflow.support.trial_sheet import COLUMNS, read_trial_sheet

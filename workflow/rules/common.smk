@@ -9,7 +9,8 @@ from pathlib import Path
 
 from tepsipe.mechanics.engines import resolved_engine
 from workflow.support import groups, outputs, report_params
-from workflow.support.experiments import APPENDIX, EXPERIMENTS
+from tepsipe.experiments.registry import EXPERIMENTS
+from workflow.support.parts import APPENDIX
 from workflow.support.folders import check_checkout
 from workflow.support.imported_files import reached_by
 from workflow.support.rigs import RIG_KEYS, rig_of

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from tepsipe.experiments.registry import EXPERIMENTS
 from workflow.settings.complete import settings_of
-from workflow.support.experiments import EXPERIMENTS, PARTS
 from workflow.support.lookups.estimators import Estimators
 from workflow.support.lookups.manipulators import Manipulators
 from workflow.support.lookups.noise import NoiseTrials
@@ -11,6 +11,7 @@ from workflow.support.lookups.sheet import Sheet, last_unless
 from workflow.support.lookups.tasks import Tasks
 from workflow.support.lookups.thesis import ThesisTables
 from workflow.support.lookups.treadmill import Treadmill
+from workflow.support.parts import PARTS
 from workflow.support.people import check_people, person_of
 from workflow.support.row_names import check_names, with_names
 from workflow.support.trial_sheet import TrialRow

@@ -1,1 +1,41 @@
 """TEP-SIPE on the ankle dummy."""
+
+from tepsipe.experiments.experiment import CHANNELS, PULSES, TREADMILL_FILES, Experiment
+
+EXPERIMENT = Experiment(
+    name="dummy",
+    raw_files=TREADMILL_FILES | {"markers": "markers.c3d"},
+    profiles=PULSES,
+    of_people=True,
+    on_plate=True,
+    names=CHANNELS,
+    cross_validated=True,
+    budgets=True,
+    thesis_tables={"table_4_2": "sine-", "table_4_3": "minjerk-"},
+    printed=(
+        "files.marker_labels",
+        "ingest.resample_rate_hz",
+        "ingest.max_gap_s",
+        "ingest.marker_sampling_hz",
+        "geometry.leg_mass_kg",
+        "geometry.leg_com_m",
+        "geometry.leg_inertia_kgm2",
+        "geometry.foot_mass_kg",
+        "geometry.foot_height_m",
+        "geometry.gravity_m_per_s2",
+        "analysis.lowpass_cutoff_hz",
+        "analysis.lowpass_order",
+        "analysis.rest_before_s",
+        "analysis.rest_after_s",
+        "analysis.threshold_fraction",
+        "specification.command_s",
+        "pathways",
+        "foot.pathways",
+        "as_printed",
+        "recommended",
+        "quoted",
+    ),
+    true=("dummy.rubber", "dummy.subject.joint_inertia_kgm2"),
+    purposes=("whole trial", "markers"),
+    ingest_reads=("files.marker_labels", "ingest", "recording"),
+)

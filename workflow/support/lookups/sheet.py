@@ -1,6 +1,6 @@
 """Trials of a study: which there are, and their rows."""
 
-from workflow.support.experiments import EXPERIMENTS
+from tepsipe.experiments.registry import EXPERIMENTS
 from workflow.support.row_names import named_by
 from workflow.support.trial_sheet import TrialRow
 
