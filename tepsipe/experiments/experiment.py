@@ -58,9 +58,13 @@ class Experiment:
     true: tuple[str, ...] = ()
     """Constants of the laboratory, as the truth of the estimates."""
 
-    def part(self, name: str) -> ModuleType:
-        """One of its parts, such as ``ingest``, imported when it is asked for."""
-        return import_module(f"{__package__}.{self.folder or self.name}.{name}")
+    def module(self, part: str) -> str:
+        """Name of the module of one of its parts, such as ``ingest``."""
+        return f"{__package__}.{self.folder or self.name}.{part}"
+
+    def part(self, part: str) -> ModuleType:
+        """The module of one of its parts, imported when it is asked for."""
+        return import_module(self.module(part))
 
     @property
     def tables(self) -> tuple[str, ...]:

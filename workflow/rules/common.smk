@@ -7,6 +7,7 @@ from functools import partial
 from itertools import chain
 from pathlib import Path
 
+from tepsipe.io.formats import modules_for
 from tepsipe.mechanics.engines import resolved_engine
 from workflow.support import groups, outputs, report_params
 from tepsipe.experiments.registry import EXPERIMENTS
@@ -74,14 +75,9 @@ def sheet(column, experiment=None):
     return lambda w: getattr(STUDY.trials[experiment or w.experiment, w.condition], column)
 
 
-def files_setting(experiment, key):
-    """Param function: a setting of the experiment's files, with the names that the trial's row gives."""
-    return lambda w: STUDY.of_trial(experiment, w.condition)["files"][key]
-
-
-def protocol(experiment):
-    """Param function: what the belt is to do in a trial that is made."""
-    return lambda w: STUDY.protocol(experiment, w.condition)
+def of_trial(function, experiment):
+    """Param function: what a function of experiment and condition finds for the trial."""
+    return lambda w: function(experiment, w.condition)
 
 
 def weight_section(w):
@@ -92,11 +88,6 @@ def weight_section(w):
 def raw_files(experiment=None):
     """Param function: kind -> path of the trial's raw files, recorded or simulated."""
     return lambda w: STUDY.raw_files(experiment or w.experiment, w.condition, config["pathvars"]["results"])
-
-
-def recording_of(experiment=None):
-    """Param function: what the plates and channels of a whole trial's file are; None for other trials."""
-    return lambda w: STUDY.recording(experiment or w.experiment, w.condition)
 
 
 def raw_inputs(experiment=None):
@@ -130,6 +121,12 @@ def printed_joints(w):
         return {}
     tep = simulations["captions"].get(w.condition, printed)
     return {**simulations["every_condition"], "thesis-tep": tep}
+
+
+def modules_of(experiment, *parts):
+    """Files that a script loads by name: parts of an experiment, and the readers of its raw files."""
+    names = [*map(experiment.module, parts), *modules_for(*experiment.purposes)]
+    return [f"{name.replace('.', '/')}.py" for name in names]
 
 
 def library_of(script, *modules):

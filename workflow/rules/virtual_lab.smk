@@ -42,7 +42,7 @@ rule make_dummy_trial:
         "../envs/tepsipe.yaml"
     params:
         truth=truth_of("seed", "treadmill", "dummy"),
-        protocol=protocol("dummy"),
+        protocol=of_trial(STUDY.protocol, "dummy"),
     script:
         "../scripts/make_dummy_trial.py"
 
@@ -62,7 +62,7 @@ rule make_weight_trial:
         "../envs/tepsipe.yaml"
     params:
         truth=lambda w: truth_of("seed", "treadmill", weight_section(w)),
-        protocol=protocol("weight"),
+        protocol=of_trial(STUDY.protocol, "weight"),
         belt=lambda w: STUDY.treadmill.belt_of("weight", w.condition),
     script:
         "../scripts/make_weight_trial.py"
@@ -79,7 +79,7 @@ use rule make_weight_trial as make_empty_trial with:
         condition=any_of(STUDY.made("empty")),
     params:
         truth=truth_of("seed", "treadmill"),
-        protocol=protocol("empty"),
+        protocol=of_trial(STUDY.protocol, "empty"),
         belt=lambda w: STUDY.treadmill.belt_of("empty", w.condition),
 
 
@@ -103,7 +103,7 @@ rule make_standing_trial:
             "seed", "treadmill", *PERSON, f"standing.tasks.{sheet('task', 'standing')(w)}"
         ),
         task=sheet("task", "standing"),
-        protocol=protocol("standing"),
+        protocol=of_trial(STUDY.protocol, "standing"),
         belt=lambda w: STUDY.treadmill.belt_of("standing", w.condition),
     script:
         "../scripts/make_standing_trial.py"

@@ -55,12 +55,16 @@ def without(section: dict, *keys: str) -> dict:
 
 
 def pick(settings: dict, *paths: str) -> dict:
-    """Values at given paths (keys joined by dots), in their sections."""
+    """Values at given paths (keys joined by dots), in their sections; ``*`` stands for every key."""
     picked: dict = {}
     for path in paths:
-        *sections, key = path.split(".")
-        source, target = settings, picked
-        for name in sections:
-            source, target = source[name], target.setdefault(name, {})
-        target[key] = source[key]
+        _pick(settings, path.split("."), picked)
     return picked
+
+
+def _pick(source: dict, path: list[str], target: dict) -> None:
+    for key in source if path[0] == "*" else path[:1]:
+        if path[1:]:
+            _pick(source[key], path[1:], target.setdefault(key, {}))
+        else:
+            target[key] = source[key]

@@ -11,6 +11,7 @@ from tepsipe.experiments.dummy.foot_pathways import windows_from_onset
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, leg_motion
 from tepsipe.experiments.platform.analysis import PlatformOptions, platform_spectra
 from tepsipe.experiments.position_manipulator.analysis import PositionManipulatorOptions, cascade_record
+from tepsipe.experiments.registry import EXPERIMENTS
 from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs
 from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.options import StandingOptions
@@ -20,21 +21,7 @@ from tepsipe.experiments.walking.trial import read_trial
 from tepsipe.experiments.wristalyzer.analysis import wristalyzer_record
 from tepsipe.experiments.wristalyzer.record import WristalyzerOptions
 from tepsipe.identification.cascade.fit import ParallelCascadeOptions
-from tepsipe.ingest.belt_table import BeltTableOptions, ingest_belt_table
 from tepsipe.ingest.limits import Limits, Rig
-from tepsipe.ingest.manipulators import (
-    ManipulatorOptions,
-    TableOptions,
-    ingest_position_manipulator,
-    ingest_torque_manipulator,
-)
-from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
-from tepsipe.ingest.platform import PlatformTableOptions, ingest_platform
-from tepsipe.ingest.plausibility import plausible_trial
-from tepsipe.ingest.standing import ingest_standing_files
-from tepsipe.ingest.whole_trial import RecordingOptions, ingest_recording_files
-from tepsipe.io.readers.plain_table import DELIMITERS
-from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.io.trial import Trial
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
@@ -47,8 +34,6 @@ from tepsipe.treadmill.trial_recordings import PlateOptions, Weight, plate_recor
 from workflow.settings.complete import without
 from workflow.support.rigs import RIG_KEYS, rig_of
 from workflow.support.study import Study
-
-ON_PLATE = ("dummy", "weight", "empty", "standing")
 
 
 def refused_recordings(study: Study) -> list[str]:
@@ -65,7 +50,7 @@ def refused_recordings(study: Study) -> list[str]:
             trial = ingested(study, experiment, condition)
             if experiment in ("weight", "empty"):
                 of_plates[experiment, condition] = _plate_trial(study, experiment, condition, trial)
-            elif experiment in ON_PLATE:
+            elif EXPERIMENTS[experiment].on_plate:
                 _prepare(study, experiment, condition, trial)
             elif experiment == "belt":
                 trimmed_s = study.settings["belt"]["analysis"]["trimmed_s"]
@@ -95,65 +80,21 @@ def _copies(study: Study) -> list[str]:
 
 
 def ingested(study: Study, experiment: str, condition: str, results: str = "") -> Trial:
-    """Trial of a row, by the calls of workflow/scripts/ingest_*.py; simulated files lie below the results.
-
-    Raises
-    ------
-    InputError
-        As its job would.
-    """
-    settings = study.settings_of(experiment, condition)
-    section, files = settings[experiment], study.raw_files(experiment, condition, results)
-    lasts = study.trials[experiment, condition].duration_s
-    limits = Limits(**without(settings["plausible"], *RIG_KEYS))
-    if experiment in ON_PLATE:
-        rig = Rig(**rig_of(settings, experiment))
-        trial = _on_plate(experiment, files, section, lasts, study.recording(experiment, condition))
-        return plausible_trial(trial, limits, rig, files)
-    trial = _of_tables(study, experiment, condition, files, section)
-    return plausible_trial(trial, limits, Rig(), files)
-
-
-def _on_plate(experiment: str, files: dict, section: dict, lasts: float, recording: dict | None) -> Trial:
-    """Trial on the treadmill (s), of several files or of one."""
-    options, of_files = TreadmillOptions(**section["ingest"]), section.get("files", {})
-    labels, use = of_files.get("marker_labels"), options_of(RecordingOptions, recording or {})
-    if experiment == "standing":
-        channels = {muscle: choice["channel"] for muscle, choice in section["muscles"].items()}
-        trigger = of_files["emg_trigger"], of_files["emg_trigger_threshold"]
-        return ingest_standing_files(files, labels, channels, *trigger, options, lasts, use)
-    if "calibration" in files:
-        return ingest_treadmill_files(files, labels, options, lasts)
-    return ingest_recording_files(files, labels, options, use, lasts)
-
-
-def _of_tables(study: Study, experiment: str, condition: str, files: dict, section: dict) -> Trial:
-    """Trial of a manipulator, a platform or a belt."""
-    of_files, lasts = section["files"], study.trials[experiment, condition].duration_s
-
-    def table(kind: str, columns: str, delimiter: str, units: dict[str, str] | None = None) -> dict:
-        named_by = study.named_by(experiment, condition, columns)
-        return read_text_table(files[kind], of_files[columns], DELIMITERS[delimiter], named_by, units)
-
-    if experiment == "wristalyzer":
-        options = ManipulatorOptions(angle_unit=of_files["angle_unit"], **section["ingest"])
-        log = table("log", "log_columns", "tab", options.units)
-        command = table("command", "command_columns", "tab", options.units)
-        return ingest_torque_manipulator(log, command, options, lasts, files["log"], files["command"])
-    if experiment == "belt":
-        log = table("log", "columns", of_files["delimiter"])
-        options = BeltTableOptions(load_unit=of_files["load_unit"], **section["ingest"])
-        return ingest_belt_table(log, of_files["columns"], options, lasts, files["log"])
-    units = {key: of_files[key] for key in ("angle_unit", "torque_sign") if key in of_files}
-    if experiment == "platform":
-        options = PlatformTableOptions(platform_unit=of_files["platform_unit"], **units, **section["ingest"])
-        log = table("log", "columns", of_files["delimiter"], options.units)
-        return ingest_platform(log, options, lasts, files["log"])
-    if experiment == "position_manipulator":
-        options = TableOptions(**units, **section["ingest"])
-        log = table("log", "columns", of_files["delimiter"], options.units)
-        return ingest_position_manipulator(log, options, lasts, files["log"])
-    raise NotImplementedError(f"{experiment}: `tepsipe check` cannot read its recordings, add a branch here")
+    """Trial of a row, by the ingest of its experiment; simulated files lie below the results."""
+    limits = Limits(**without(study.settings["plausible"], *RIG_KEYS))
+    trial, _ = (
+        EXPERIMENTS[experiment]
+        .part("ingest")
+        .ingest(
+            study.raw_files(experiment, condition, results),
+            study.for_ingest(experiment, condition),
+            study.trials[experiment, condition].duration_s,
+            study.named_by(experiment, condition),
+            limits,
+            Rig(**rig_of(study.settings_of(experiment, condition), experiment)),
+        )
+    )
+    return trial
 
 
 def _prepare(study: Study, experiment: str, condition: str, trial: Trial) -> None:

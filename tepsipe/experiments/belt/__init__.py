@@ -25,5 +25,5 @@ EXPERIMENT = Experiment(
         "models.fir_lead_s",
         "models.ripple.memory_s",
     ),
-    ingest_reads=("files.columns", "files.delimiter", "files.load_unit", "ingest"),
+    ingest_reads=("files", "ingest"),
 )
