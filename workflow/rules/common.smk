@@ -7,15 +7,16 @@ from functools import partial
 from itertools import chain
 from pathlib import Path
 
+from tepsipe.experiments.registry import EXPERIMENTS
 from tepsipe.io.formats import modules_for
 from tepsipe.mechanics.engines import resolved_engine
+from tepsipe.virtual_lab.registry import RIGS
 from workflow.support import groups, outputs, report_params
-from tepsipe.experiments.registry import EXPERIMENTS
 from workflow.support.parts import APPENDIX
 from workflow.support.folders import check_checkout
 from workflow.support.imported_files import reached_by
 from workflow.support.rigs import RIG_KEYS, rig_of
-from workflow.settings.complete import pick, without
+from workflow.settings.complete import only, pick, without
 from workflow.support.checked_study import checked_sections, checked_study, with_its_file
 from workflow.support.lookups.thesis import table_experiment
 from workflow.support.study import any_of
@@ -78,11 +79,6 @@ def sheet(column, experiment=None):
 def of_trial(function, experiment):
     """Param function: what a function of experiment and condition finds for the trial."""
     return lambda w: function(experiment, w.condition)
-
-
-def weight_section(w):
-    """Constants of the weight of a trial: a row that names a mass has the heavy one."""
-    return "weight" if STUDY.trials["weight", w.condition].mass_kg is None else "heavy_weight"
 
 
 def raw_files(experiment=None):
