@@ -132,9 +132,8 @@ class Analysis:
             section["person"], section["belt"], analysis, section["stance"]
         )
         self.cutting = EpochOptions.from_settings(analysis, section["emg"], section["ingest"]["max_gap_s"])
-        action = {muscle: choice["ankle_action"] for muscle, choice in section["muscles"].items()}
-        self.active = ActiveOptions.from_settings(section["active"], action)
-        self.action = action
+        self.active = ActiveOptions.from_settings(section["active"], section["muscles"])
+        self.action = {muscle: choice["ankle_action"] for muscle, choice in section["muscles"].items()}
         self.estimators = {key: StandingEstimator(**one) for key, one in section["estimators"].items()}
         self.estimator = self.estimators[ESTIMATOR]
         self.choices = FreeReflexChoices(

@@ -6,6 +6,7 @@ import sys
 import textwrap
 import tomllib
 from functools import cache
+from itertools import takewhile
 from pathlib import Path
 
 import pytest
@@ -464,6 +465,60 @@ def test_script_reads_exactly_the_params_that_its_rule_gives(rule, path):
     names, computed = read_by(rule, path, "params")
     assert names == names_in(RULES[rule].get("params", ""))
     assert not computed
+
+
+def keys_of_section(module):
+    """Keys, joined by dots, that a module takes from ``section``; a computed key ends them."""
+    found, inner = set(), set()
+    for node in nodes(module):
+        keys, part = [], node
+        while isinstance(part, ast.Subscript) and id(node) not in inner:
+            keys.insert(0, part.slice)
+            part = part.value
+            inner.add(id(part))
+        if getattr(part, "id", "") == "section" and keys:
+            constant = takewhile(lambda key: isinstance(key, ast.Constant), keys)
+            found.add(".".join(key.value for key in constant))
+    return found
+
+
+def overlap(path, other):
+    """Whether two paths of keys are the same as far as both go; * stands for any key."""
+    pairs = zip(path.split("."), other.split("."), strict=False)
+    return all(key == own or "*" in (key, own) for key, own in pairs)
+
+
+def picked_sections():
+    """(rule, paths of its section, module of the library that takes the section)."""
+    for name, path in scripted():
+        given = re.search(r"^ {8}section=(.*?)(?=^ {8}\w+=|\Z)", RULES[name].get("params", ""), re.M | re.S)
+        call = given and re.match(r"(?:lambda w: )?(section_of|pick)\([^,]+,(.*)", given[1], re.S)
+        if call:
+            (module,) = (n for n in imported(path) if re.fullmatch(r"tepsipe\.experiments\.\w+\.fit\w*", n))
+            paths = re.findall(r'"([^"]+)"', call[2])
+            yield pytest.param(paths, ROOT / f"{module.replace('.', '/')}.py", id=name)
+
+
+SECTIONS = list(picked_sections())
+
+
+def test_every_fit_is_given_a_section():
+    fits = {path for path in MODULES if re.fullmatch(r"fit(_foot|_task)?", path.stem)}
+    of_experiments = {
+        path for path in fits if "experiments" in path.parts and "free_reflex" not in path.parts
+    }
+    walking = ROOT / "tepsipe/experiments/walking/fit.py"
+    assert {case.values[1] for case in SECTIONS} == of_experiments - {walking}
+
+
+@pytest.mark.parametrize(("paths", "module"), SECTIONS)
+def test_fit_reads_exactly_the_settings_that_its_rule_picks(paths, module):
+    read = keys_of_section(module)
+    left_out = {path[1:] for path in paths if path.startswith("-")}
+    picked = {path for path in paths if not path.startswith("-")}
+    assert not [path for path in read if not any(overlap(path, given) for given in picked)]
+    assert not [given for given in picked if not any(overlap(path, given) for path in read)]
+    assert not left_out & read
 
 
 @pytest.mark.parametrize(("rule", "path"), CASES)

@@ -25,7 +25,14 @@ class Experiment:
     purposes: tuple[str, ...] = ()
     """Purposes of raw files whose format follows from their contents (`tepsipe.io.formats.MODULES`)."""
     ingest_reads: tuple[str, ...] = ()
-    """Settings that its ingest reads, as paths in its section; ``*`` stands for every key."""
+    """Settings that its ingest reads, as paths in its section: ``*`` stands for every key, and a path after
+    ``-`` is left out."""
+    fit_reads: tuple[str, ...] = ()
+    """Settings that the fit of a trial reads; likewise."""
+    fit_takes: tuple[str, ...] = ()
+    """Further arguments of the fit: seed, uncertainty (sources), models and calibrations of the plates."""
+    further: tuple[str, ...] = ()
+    """Further results of the fit, beside estimates and, if it takes its sources, uncertainty."""
     profiles: tuple[str, ...] = ()
     """Perturbation profiles of simulated trials."""
     pulsed: bool = True

@@ -6,7 +6,7 @@ the first and after the last perturbation is subtracted.
 """
 
 from dataclasses import dataclass, replace
-from typing import Annotated
+from typing import Annotated, Self
 
 import numpy as np
 import scipy
@@ -60,6 +60,17 @@ class PlateOptions:
     weight_motion: str = "belt"
     """{"markers", "belt"}: Source of the weight's motion. Markers, differentiated twice, are noisy and may
     lag behind the force; a weight that does not slip moves with the logged velocity of the belt."""
+
+    @classmethod
+    def from_settings(cls, belt: str, analysis: dict, lowpass: Lowpass, weight_motion: str = "belt") -> Self:
+        """Options of a study, whose first filter finds the perturbations."""
+        detection, window = plate_filters(analysis)[0], WindowOptions(**analysis["window"])
+        return cls(belt, lowpass, detection, window, analysis["segment_s"], weight_motion)
+
+
+def plate_filters(analysis: dict) -> list[Lowpass]:
+    """Zero-lag filters of ``cutoffs_hz`` (Hz) and ``lowpass_order``."""
+    return [Lowpass(cutoff, analysis["lowpass_order"], True) for cutoff in analysis["cutoffs_hz"]]
 
 
 def plate_recordings(

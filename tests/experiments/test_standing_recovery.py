@@ -52,8 +52,7 @@ def choices(shipped_config):
     analysis = section["analysis"]
     standing = StandingOptions.from_settings(section["person"], section["belt"], analysis, section["stance"])
     cutting = EpochOptions.from_settings(analysis, section["emg"], section["ingest"]["max_gap_s"])
-    ankle_action = {name: muscle["ankle_action"] for name, muscle in section["muscles"].items()}
-    active = ActiveOptions.from_settings(section["active"], ankle_action)
+    active = ActiveOptions.from_settings(section["active"], section["muscles"])
     estimators = {name: StandingEstimator(**choice) for name, choice in section["estimators"].items()}
     return section, standing, cutting, estimators, active
 

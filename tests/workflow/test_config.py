@@ -994,8 +994,14 @@ def test_parts_of_a_section_are_taken_by_their_keys():
     assert only(section, "e", "a") == {"a": 1, "e": 4}
     assert without(section, "a", "x") == {"b": {"c": 2, "d": 3}, "e": 4}
     assert pick(section, "a", "b.d") == {"a": 1, "b": {"d": 3}}
-    with pytest.raises(KeyError):
-        pick(section, "b.x")
+    assert pick(section, "b", "-b.c", "e") == {"b": {"d": 3}, "e": 4}
+    muscles = {"of": {"TA": {"acts": -1, "channel": 1}, "SOL": {"acts": 1, "channel": 2}}}
+    assert pick(muscles, "of.*.acts") == {"of": {"TA": {"acts": -1}, "SOL": {"acts": 1}}}
+    assert pick({"of": {}}, "of.*.acts") == {"of": {}}
+    for path in ("b.x", "-b.x"):
+        with pytest.raises(KeyError):
+            pick(section, path)
+    assert section == {"a": 1, "b": {"c": 2, "d": 3}, "e": 4}
 
 
 # ---- what a script reaches ---------------------------------------------------------------------

@@ -15,8 +15,7 @@ rule calibrate_belt:
         "../envs/tepsipe.yaml"
     params:
         roles=STUDY.roles("belt"),
-        analysis=SETTINGS["belt"]["analysis"],
-        models=SETTINGS["belt"]["models"],
+        section=pick(SETTINGS["belt"], "analysis", "models"),
     script:
         "../scripts/calibrate_belt.py"
 

@@ -81,6 +81,11 @@ def of_trial(function, experiment):
     return lambda w: function(experiment, w.condition)
 
 
+def section_of(experiment, *paths):
+    """Param function: what the fit of a trial reads of the section of its experiment; paths as for `pick`."""
+    return lambda w: pick(STUDY.of_trial(experiment, w.condition), *paths)
+
+
 def raw_files(experiment=None):
     """Param function: kind -> path of the trial's raw files, recorded or simulated."""
     return lambda w: STUDY.raw_files(experiment or w.experiment, w.condition, config["pathvars"]["results"])
@@ -119,10 +124,14 @@ def printed_joints(w):
     return {**simulations["every_condition"], "thesis-tep": tep}
 
 
-def modules_of(experiment, *parts):
-    """Files that a script loads by name: parts of an experiment, and the readers of its raw files."""
-    names = [*map(experiment.module, parts), *modules_for(*experiment.purposes)]
-    return [f"{name.replace('.', '/')}.py" for name in names]
+def files_of(*modules):
+    """Files of modules of the library by their names."""
+    return [f"{name.replace('.', '/')}.py" for name in modules]
+
+
+def readers_of(experiment):
+    """Files of the readers of an experiment's raw files."""
+    return files_of(*modules_for(*experiment.purposes))
 
 
 def library_of(script, *modules):

@@ -7,33 +7,6 @@ DUMMY_ANALYSIS = without(DUMMY["analysis"], "bootstrap_draws")
 SPECIFIED = STUDY.shown("dummy", DUMMY["specification"]["condition"])
 
 
-rule fit_dummy:
-    input:
-        trial="<results>/trials/dummy/{condition}.h5",
-        library=library_of("fit_dummy"),
-    output:
-        fit="<results>/fits/dummy/{condition}.h5",
-        estimates="<results>/estimates/dummy/{condition}.csv",
-        uncertainty="<results>/uncertainty/dummy/{condition}.csv",
-    log:
-        "<logs>/fit_dummy/{condition}.log",
-    conda:
-        "../envs/tepsipe.yaml"
-    params:
-        geometry=DUMMY["geometry"],
-        analysis=DUMMY_ANALYSIS,
-        bootstrap_draws=DUMMY["analysis"]["bootstrap_draws"],
-        pathways=DUMMY["pathways"],
-        recommended=as_it_is(DUMMY["recommended"]),
-        quoted=as_it_is(DUMMY["quoted"]),
-        checks=DUMMY["checks"],
-        uncertainty=SETTINGS["uncertainty"]["dummy"],
-        belt_fixed_labels=as_it_is(DUMMY["foot"]["belt_fixed_labels"]),
-        seed=SEED,
-    script:
-        "../scripts/fit_dummy.py"
-
-
 rule check_rig:
     """Pool the checks of all trials of the dummy, which share a rig."""
     input:
@@ -119,8 +92,8 @@ rule fit_foot:
     input:
         trial="<results>/trials/dummy/{condition}.h5",
         models=lambda w: outputs.plate_models(STUDY, "dummy", w.condition),
-        held_out=lambda w: outputs.held_out(STUDY, "dummy", w.condition),
-        library=library_of("fit_foot"),
+        calibrations=lambda w: outputs.held_out(STUDY, "dummy", w.condition),
+        library=library_of("fit", "tepsipe/experiments/dummy/fit_foot.py"),
     output:
         fit="<results>/fits/foot/{condition}.h5",
         estimates="<results>/estimates/foot/{condition}.csv",
@@ -130,15 +103,11 @@ rule fit_foot:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        geometry=DUMMY["geometry"],
-        analysis=DUMMY_ANALYSIS,
-        bootstrap_draws=DUMMY["analysis"]["bootstrap_draws"],
-        foot=DUMMY["foot"],
-        uncertainty=SETTINGS["uncertainty"]["dummy"],
-        belt=lambda w: STUDY.treadmill.belt_of("dummy", w.condition),
-        seed=SEED,
+        module="tepsipe.experiments.dummy.fit_foot",
+        section=section_of("dummy", "geometry", "analysis", "foot", "belt"),
+        given=as_it_is({"seed": SEED, "uncertainty": SETTINGS["uncertainty"]["dummy"]}),
     script:
-        "../scripts/fit_foot.py"
+        "../scripts/fit.py"
 
 
 rule plot_foot:
@@ -178,12 +147,12 @@ rule fit_thesis_dummy:
         tables=[STUDY.thesis.conditions(table) for table in ("table_4_2", "table_4_3")],
         printed=meant_in("table_4_2", "table_4_3"),
         followed=reported_of("simulations").get("simulations", {}).get("every_condition"),
-        geometry=without(DUMMY["geometry"], "foot_mass_kg", "foot_height_m"),
-        analysis=DUMMY_ANALYSIS,
-        marker_labels=DUMMY["files"]["marker_labels"],
-        marker_sampling_hz=DUMMY["ingest"]["marker_sampling_hz"],
-        searched_s=DUMMY["thesis_dummy"]["searched_s"],
-        draws=DUMMY["thesis_dummy"]["draws"],
+        section=pick(
+            DUMMY,
+            *("geometry", "-geometry.foot_mass_kg", "-geometry.foot_height_m"),
+            *("analysis", "-analysis.bootstrap_draws"),
+            *("files.marker_labels", "ingest.marker_sampling_hz", "thesis_dummy"),
+        ),
         seed=SEED,
     script:
         "../scripts/fit_thesis_dummy.py"

@@ -3,41 +3,6 @@
 STANDING = SETTINGS["standing"]
 
 
-rule fit_standing:
-    input:
-        trial="<results>/trials/standing/{condition}.h5",
-        models=lambda w: outputs.plate_models(STUDY, "standing", w.condition),
-        held_out=lambda w: outputs.held_out(STUDY, "standing", w.condition),
-        library=library_of("fit_standing"),
-    output:
-        responses="<results>/epochs/standing/{condition}.h5",
-        fit="<results>/fits/standing/{condition}.h5",
-        estimates="<results>/estimates/standing/{condition}.csv",
-        uncertainty="<results>/uncertainty/standing/{condition}.csv",
-    log:
-        "<logs>/fit_standing/{condition}.log",
-    conda:
-        "../envs/tepsipe.yaml"
-    params:
-        person=lambda w: STUDY.person(sheet("participant", "standing")(w)),
-        belt=lambda w: STUDY.treadmill.belt_of("standing", w.condition),
-        ankle_action={m: choice["ankle_action"] for m, choice in STANDING["muscles"].items()},
-        max_gap_s=STANDING["ingest"]["max_gap_s"],
-        emg=STANDING["emg"],
-        analysis=without(STANDING["analysis"], "tried_windows_s"),
-        stance=STANDING["stance"],
-        pathways=STANDING["pathways"],
-        estimators=STANDING["estimators"],
-        active=STANDING["active"],
-        free_reflex=STANDING["free_reflex"],
-        uncertainty=SETTINGS["uncertainty"]["standing"],
-        as_printed=STANDING["as_printed"],
-        recommended=STANDING["recommended"],
-        seed=SEED,
-    script:
-        "../scripts/fit_standing.py"
-
-
 rule fit_standing_task:
     input:
         responses=lambda w: STUDY.tasks.of_trials("<results>/epochs/standing/{condition}.h5", w.task),
@@ -51,17 +16,13 @@ rule fit_standing_task:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        person=lambda w: STUDY.person(STUDY.tasks.pools()[w.task].participant),
-        muscles={m: without(choice, "channel") for m, choice in STANDING["muscles"].items()},
-        tried_windows_s=STANDING["analysis"]["tried_windows_s"],
-        bootstrap_draws=STANDING["analysis"]["bootstrap_draws"],
-        pathways=STANDING["pathways"],
-        estimators=STANDING["estimators"],
-        active=STANDING["active"],
-        latency=STANDING["latency"],
-        free_reflex=STANDING["free_reflex"],
+        section=lambda w: pick(
+            STANDING | {"person": STUDY.person(STUDY.tasks.pools()[w.task].participant)},
+            *("person", "analysis.bootstrap_draws", "analysis.tried_windows_s", "pathways", "recommended"),
+            *("estimators", "active", "muscles.*.ankle_action", "free_reflex"),
+            *("muscles.*.lengthened_by", "latency"),
+        ),
         uncertainty=SETTINGS["uncertainty"]["standing"],
-        recommended=STANDING["recommended"],
         seed=SEED,
     script:
         "../scripts/fit_standing_task.py"

@@ -7,49 +7,23 @@ job.start(snakemake)
 import json
 from pathlib import Path
 
-import numpy as np
-
-from tepsipe.experiments.walking.analysis import analyse_walking, without_pulses
-from tepsipe.experiments.walking.impedance import WalkingOptions
-from tepsipe.experiments.walking.needed_strides import NEEDED_ROWS, ExpectedPulse, needed_strides
-from tepsipe.experiments.walking.results import WALKING_ROWS, walking_estimates, walking_rows
-from tepsipe.experiments.walking.strides import agreement, ankle_moment, bandwidth_hz
+from tepsipe.experiments.walking.fit import fit
+from tepsipe.experiments.walking.needed_strides import NEEDED_ROWS
+from tepsipe.experiments.walking.results import WALKING_ROWS
 from tepsipe.experiments.walking.trial import read_trial
 from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES
-from tepsipe.signals.resampling import refuse_short
-from tepsipe.statistics.uncertainty import sources_of
 
-settings, params = snakemake.params.settings, snakemake.params
-condition = snakemake.wildcards.condition
-recording, strides, events = read_trial(dict(params.files), settings, params.made)
-if not params.made:
-    refuse_short(float(np.ptp(recording.time)), params.duration_s, recording.name)
-options = WalkingOptions(**settings["analysis"])
-onsets, pulsed = events["pulse"], events["pulse"].size > 0
-fewest = options
-if not pulsed:
-    onsets, fewest = without_pulses(strides, options, np.random.default_rng(params.seed))
-found = analyse_walking(recording, strides, onsets, fewest, sources_of(settings["uncertainty"]))
-estimates, budgets = walking_estimates(condition, found)
-ESTIMATES.write(snakemake.output.estimates, estimates)
-CONTRIBUTIONS.write(snakemake.output.budgets, budgets)
-rows = walking_rows(condition, "recorded" if pulsed else "none", found)
-WALKING_ROWS.write(snakemake.output.rows, rows)
-
-quiet = strides.taken(found.quiet) if pulsed else strides
-needed = needed_strides(condition, recording, quiet, ExpectedPulse(**settings["planned"]), options)
-NEEDED_ROWS.write(snakemake.output.needed, needed)
-supplied = recording.supplied_moment
-about = {
-    "condition": condition,
-    "source": "virtual_lab" if params.made else "recorded",
-    "strides": len(strides),
-    "pulses": len(onsets) if pulsed else 0,
-    "stance_s": found.stance_s,
-    "bandwidth_hz": None
-    if supplied is None
-    else bandwidth_hz(supplied, ankle_moment(recording), recording.rate_hz),
-    "agreement_Nm": None if supplied is None else agreement(recording, strides.in_stance(recording.time)),
-    "dropped": list(found.dropped),
-}
-Path(snakemake.output.about).write_text(json.dumps(about, indent=1, ensure_ascii=False) + "\n", "utf-8")
+params, output = snakemake.params, snakemake.output
+fitted = fit(
+    read_trial(dict(params.files), params.section, params.made),
+    params.section,
+    snakemake.wildcards.condition,
+    params.seed,
+    None if params.made else params.duration_s,
+)
+ESTIMATES.write(output.estimates, fitted.estimates)
+CONTRIBUTIONS.write(output.budgets, fitted.contributions)
+WALKING_ROWS.write(output.rows, fitted.further["rows"])
+NEEDED_ROWS.write(output.needed, fitted.further["needed"])
+about = json.dumps(fitted.result.facts, indent=1, ensure_ascii=False)
+Path(output.about).write_text(about + "\n", "utf-8")

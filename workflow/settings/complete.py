@@ -55,16 +55,29 @@ def without(section: dict, *keys: str) -> dict:
 
 
 def pick(settings: dict, *paths: str) -> dict:
-    """Values at given paths (keys joined by dots), in their sections; ``*`` stands for every key."""
+    """Values at given paths (keys joined by dots), in their sections.
+
+    A key ``*`` stands for all keys of its section. A path after ``-`` is left out of what was picked before.
+    """
     picked: dict = {}
     for path in paths:
-        _pick(settings, path.split("."), picked)
+        if path.startswith("-"):
+            picked = _left_out(picked, path[1:].split("."))
+        else:
+            _picked(settings, picked, path.split("."))
     return picked
 
 
-def _pick(source: dict, path: list[str], target: dict) -> None:
-    for key in source if path[0] == "*" else path[:1]:
-        if path[1:]:
-            _pick(source[key], path[1:], target.setdefault(key, {}))
+def _picked(source: dict, target: dict, path: list[str]) -> None:
+    key, *rest = path
+    for name in source if key == "*" else (key,):
+        if rest:
+            _picked(source[name], target.setdefault(name, {}), rest)
         else:
-            target[key] = source[key]
+            target[name] = source[name]
+
+
+def _left_out(section: dict, path: list[str]) -> dict:
+    key, *rest = path
+    content = section[key]
+    return section | {key: _left_out(content, rest)} if rest else without(section, key)

@@ -10,7 +10,7 @@ OUTPUTS = [*(f"<results>/tables/{name}.csv" for name in TABLES), "<results>/repo
 rule fit_walking:
     input:
         raw=raw_inputs("walking"),
-        library=library_of("fit_walking", *modules_of(EXPERIMENTS["walking"])),
+        library=library_of("fit_walking", *readers_of(EXPERIMENTS["walking"])),
     output:
         estimates="<results>/estimates/walking/{condition}.csv",
         budgets="<results>/uncertainty/walking/{condition}.csv",
@@ -27,7 +27,7 @@ rule fit_walking:
         files=raw_files("walking"),
         duration_s=sheet("duration_s", "walking"),
         made=lambda w: w.condition in MADE_WALKS,
-        settings=without(WALKING, "simulated"),
+        section=without(WALKING, "simulated"),
         seed=SEED,
     script:
         "../scripts/fit_walking.py"
@@ -126,7 +126,7 @@ rule make_walking_trial:
             ).values()
             if os.path.exists(path)
         ],
-        library=library_of("make_walking_trial", *modules_of(EXPERIMENTS["walking"])),
+        library=library_of("make_walking_trial", *readers_of(EXPERIMENTS["walking"])),
     output:
         c3d="<results>/raw/walking/{condition}/log.c3d",
         text="<results>/raw/walking/{condition}/log.txt",

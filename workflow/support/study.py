@@ -90,15 +90,17 @@ class Study(Sheet):
         return self.of_trials(pattern, "dummy") if self.has("foot") else []
 
     def of_trial(self, experiment: str, condition: str) -> dict:
-        """Settings of an experiment for one trial: names and belt of its row, person of its participant."""
+        """Settings of an experiment for one trial: names, belt and weight of its row, its person."""
         row = self.trials[experiment, condition]
         section = with_names(self.settings[experiment], row.names)
         if EXPERIMENTS[experiment].on_plate:
             section["belt"] = self.treadmill.belt_of(experiment, condition)
         if experiment == "standing":
             section["person"] = self.person(row.participant)
-        if experiment == "weight":
+        if experiment in ("weight", "empty"):
+            # the empty belt is analysed as a weight of nothing
             section["weight"] = self.treadmill.weight_of(experiment, condition)
+            section["analysis"] = self.settings["weight"]["analysis"]
         return section
 
     def for_ingest(self, experiment: str, condition: str) -> dict:

@@ -37,5 +37,15 @@ EXPERIMENT = Experiment(
     ),
     true=("dummy.rubber", "dummy.subject.joint_inertia_kgm2"),
     purposes=("whole trial", "markers"),
-    ingest_reads=("files.marker_labels", "ingest", "recording"),
+    ingest_reads=("files", "ingest", "recording"),
+    fit_reads=(
+        "geometry",
+        "analysis",
+        "foot.belt_fixed_labels",
+        "pathways",
+        "recommended",
+        "quoted",
+        "checks",
+    ),
+    fit_takes=("seed", "uncertainty"),
 )

@@ -135,17 +135,16 @@ class DummyOptions:
         """Options of a study.
 
         geometry: constants of the leg (kg, m, kg·m²) and ``leg_markers``, and for Type B those of the foot.
-        analysis: ``lowpass_cutoff_hz``, ``lowpass_order``, and the attributes of `WindowOptions`.
+        analysis: ``lowpass_cutoff_hz``, ``lowpass_order``, the attributes of `WindowOptions`, and others.
         belt_fixed_labels: belt-fixed markers.
         uncertainty: sources, as `sources_of` takes them.
         """
-        window = dict(analysis)
         return cls(
             leg=Leg.from_settings(geometry),
             leg_markers=SegmentMarkers.from_settings(geometry["leg_markers"]),
-            lowpass_cutoff_hz=window.pop("lowpass_cutoff_hz"),
-            lowpass_order=window.pop("lowpass_order"),
-            window=WindowOptions(**window),
+            lowpass_cutoff_hz=analysis["lowpass_cutoff_hz"],
+            lowpass_order=analysis["lowpass_order"],
+            window=WindowOptions(**{k: analysis[k] for k in WindowOptions.__dataclass_fields__}),
             belt_fixed_labels=tuple(belt_fixed_labels),
             sources=sources_of(uncertainty or {}),
             foot=Foot.from_settings(geometry) if "foot_mass_kg" in geometry else None,
@@ -207,8 +206,8 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
     pathways: name -> pathway.
     Returns: one regression per pathway, all over the same perturbations.
     """
-    trial, flags = belt_in_time(trial, options)
-    prepared = prepare_trial(trial, "belt velocity", options.lowpass, options.window)
+    prepared, flags = prepare_dummy(trial, options, "belt velocity")
+    trial = prepared.trial
     perturbations, at_rest = prepared.perturbations, prepared.at_rest
     motions = {
         instants: leg_motion(prepared, options, instants)
@@ -257,6 +256,12 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         marker_noise_m=_noise_at_rest(prepared, options),
         flags=flags,
     )
+
+
+def prepare_dummy(trial: Trial, options: DummyOptions, name: str) -> tuple[PreparedTrial, tuple[str, ...]]:
+    """Perturbations and rest of a trial by `belt_in_time`, and its flags; ``name`` is for messages."""
+    trial, flags = belt_in_time(trial, options)
+    return prepare_trial(trial, name, options.lowpass, options.window), flags
 
 
 def belt_in_time(trial: Trial, options: DummyOptions) -> tuple[Trial, tuple[str, ...]]:

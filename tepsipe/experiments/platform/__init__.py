@@ -24,4 +24,5 @@ EXPERIMENT = Experiment(
         "analysis.training_fraction",
     ),
     ingest_reads=("files", "ingest"),
+    fit_reads=("analysis",),
 )

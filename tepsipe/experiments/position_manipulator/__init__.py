@@ -32,4 +32,6 @@ EXPERIMENT = Experiment(
         "time_varying.piece_s",
     ),
     ingest_reads=("files", "ingest"),
+    fit_reads=("analysis",),
+    fit_takes=("seed",),
 )

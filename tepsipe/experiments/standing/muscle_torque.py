@@ -47,9 +47,10 @@ class ActiveOptions:
     ankle."""
 
     @classmethod
-    def from_settings(cls, active: dict, ankle_action: dict[str, int]) -> Self:
-        """Values that are tried (s), and muscle -> action at the ankle, which may be 0."""
-        action = {muscle: float(acts) for muscle, acts in ankle_action.items() if acts}
+    def from_settings(cls, active: dict, muscles: dict[str, dict]) -> Self:
+        """Values that are tried (s), and muscle -> settings with its ``ankle_action``, which may be 0."""
+        actions = {muscle: choice["ankle_action"] for muscle, choice in muscles.items()}
+        action = {muscle: float(acts) for muscle, acts in actions.items() if acts}
         return cls(**active, action=action)
 
     @property

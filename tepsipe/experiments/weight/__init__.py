@@ -13,7 +13,9 @@ WEIGHT = Experiment(
     printed=("weight.mass_kg", "analysis.cutoffs_hz", "analysis.segment_s"),
     true=("weight.mass_kg", "heavy_weight.mass_kg"),
     purposes=("whole trial", "markers"),
-    ingest_reads=("files.marker_labels", "ingest", "recording"),
+    ingest_reads=("files", "ingest", "recording"),
+    fit_reads=("weight", "belt", "analysis"),
+    fit_takes=("uncertainty",),
 )
 
 EMPTY = Experiment(
@@ -26,4 +28,6 @@ EMPTY = Experiment(
     models="plate",
     purposes=("whole trial", "markers"),
     ingest_reads=("ingest", "recording"),
+    fit_reads=WEIGHT.fit_reads,
+    fit_takes=WEIGHT.fit_takes,
 )

@@ -38,4 +38,6 @@ EXPERIMENT = Experiment(
         "dummy.rubber",
     ),
     ingest_reads=("files", "ingest"),
+    fit_reads=("analysis", "-analysis.swept_bins"),
+    fit_takes=("seed", "uncertainty"),
 )

@@ -26,7 +26,7 @@ slopes.
 
 import math
 from dataclasses import dataclass, replace
-from typing import Annotated
+from typing import Annotated, Self
 
 import numpy as np
 
@@ -53,7 +53,7 @@ from tepsipe.experiments.standing.thesis.latency import MuscleLatency
 from tepsipe.identification.regression.generalised import Record, generalised_least_squares
 from tepsipe.io.estimates import Contribution, Estimate, flagged, recommended
 from tepsipe.io.result import Result
-from tepsipe.statistics.uncertainty import Budget, Source, coverage_factor
+from tepsipe.statistics.uncertainty import Budget, Source, coverage_factor, sources_of
 from tepsipe.treadmill.held_out import BEYOND, UNKNOWN, clearly_wrong
 
 # false-alarm probability of each check
@@ -262,6 +262,11 @@ class FreeReflexChoices:
     draws: int
     seed: int
     """Number of resampled sets of responses, and seed of the study."""
+
+    @classmethod
+    def from_settings(cls, pathway: str, free_reflex: dict, uncertainty: dict, draws: int, seed: int) -> Self:
+        """Choices of a study; ``uncertainty`` has the sources, as `sources_of` takes them."""
+        return cls(pathway, FreeReflexOptions(**free_reflex), sources_of(uncertainty), draws, seed)
 
 
 def fit_free(

@@ -1,0 +1,57 @@
+"""Fit of one trial of the ankle dummy, by the torque of the leg's equation of motion."""
+
+from tepsipe.experiments.dummy.checks import (
+    check_dummy,
+    check_facts,
+    flag_rows,
+    known_inertia,
+    quoted_rows,
+)
+from tepsipe.experiments.dummy.leg_pathways import (
+    DummyOptions,
+    Pathway,
+    analyse_dummy,
+    dummy_estimates,
+    leg_motion,
+    prepare_dummy,
+)
+from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_contributions, dummy_result
+from tepsipe.experiments.fitted import Fitted
+from tepsipe.io.trial import Trial
+from tepsipe.treadmill.prepared import PreparedTrial
+
+
+def _options(section: dict, uncertainty: dict | None = None) -> DummyOptions:
+    labels = section["foot"]["belt_fixed_labels"]
+    return DummyOptions.from_settings(section["geometry"], section["analysis"], labels, uncertainty)
+
+
+def begin(trial: Trial, section: dict, name: str) -> PreparedTrial:
+    """Perturbations and rest of a trial whose leg's motion can be computed."""
+    options = _options(section)
+    prepared, _ = prepare_dummy(trial, options, name)
+    leg_motion(prepared, options, "aligned")
+    return prepared
+
+
+def fit(trial: Trial, section: dict, condition: str, seed: int, uncertainty: dict) -> Fitted:
+    """I, B, K by every pathway, with the checks of the trial.
+
+    uncertainty: sources, as `sources_of` takes them.
+    """
+    options = _options(section, uncertainty)
+    pathways = {name: Pathway(**choice) for name, choice in section["pathways"].items()}
+    found = analyse_dummy(trial, options, pathways)
+    verdict = check_dummy(
+        trial,
+        options,
+        found,
+        (section["quoted"], section["recommended"]),
+        known_inertia(section["checks"]),
+    )
+    intervals = bootstrap_pathways(found, section["analysis"]["bootstrap_draws"], seed)
+    rows = dummy_estimates(condition, found, intervals)
+    result = dummy_result(found)
+    result.facts.update(check_facts(verdict))
+    quoted = quoted_rows(flag_rows(rows, verdict), verdict)
+    return Fitted(result, quoted, dummy_contributions(rows, found))

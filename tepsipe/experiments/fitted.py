@@ -1,0 +1,26 @@
+"""Results of the fit of a trial, or of several trials together, in one form for all experiments.
+
+The module `fit` of an experiment has two functions. ``begin`` makes the first steps of the analysis, which
+refuse an unusable recording, from a trial, the settings of the experiment and the trial's name. ``fit`` makes
+all of them and returns a `Fitted`. Settings are plain dictionaries, as the configuration has them.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from tepsipe.io.estimates import Contribution, Estimate
+from tepsipe.io.result import Result
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Everything that is stored of a fit."""
+
+    result: Result
+    """Arrays and facts, for figures, pages and claims."""
+    estimates: list[Estimate]
+    """Rows of the table of estimates."""
+    contributions: list[Contribution] = field(default_factory=list)
+    """Rows of the table of uncertainty; none where Type B is not evaluated."""
+    further: dict[str, Any] = field(default_factory=dict)
+    """Name of a further output -> its content."""

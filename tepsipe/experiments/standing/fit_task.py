@@ -1,0 +1,88 @@
+"""Fit of all trials of one task of a standing person together: ankle impedance and muscle latencies."""
+
+from collections.abc import Sequence
+
+from tepsipe.experiments.fitted import Fitted
+from tepsipe.experiments.standing.epochs import StandingEpochs, epochs_of
+from tepsipe.experiments.standing.estimates import generator
+from tepsipe.experiments.standing.free_reflex.legs import leg_rows, legs_of
+from tepsipe.experiments.standing.free_reflex.results import (
+    FreeReflexChoices,
+    budget_rows,
+    centre_facts,
+    fit_free,
+    quoted,
+    reflex_onset,
+    with_budgets,
+)
+from tepsipe.experiments.standing.muscle_torque import ActiveOptions
+from tepsipe.experiments.standing.options import Person, StandingEstimator, TorquePathway
+from tepsipe.experiments.standing.thesis.impedance import (
+    fit_all,
+    fit_estimates,
+    standing_result,
+    stiffness_by_window,
+)
+from tepsipe.experiments.standing.thesis.latency import MuscleLatency, muscle_latency
+from tepsipe.io.result import Result
+from tepsipe.signals.onsets import OnsetOptions
+
+
+def fit(responses: Sequence[Result], section: dict, task: str, seed: int, uncertainty: dict) -> Fitted:
+    """Impedance by every pathway and estimator, with the estimate to quote, and latencies.
+
+    responses: stored responses of every trial, as `fit` of a trial returns them.
+    section: settings of the experiment, with the ``person`` of the task.
+    uncertainty: sources, as `sources_of` takes them.
+    """
+    name, draws = f"standing/{task}", section["analysis"]["bootstrap_draws"]
+    critical_stiffness = Person.from_settings(section["person"]).body.critical_stiffness
+    active = ActiveOptions.from_settings(section["active"], section["muscles"])
+    whole = [epochs_of(result) for result in responses]
+    trials = [part for epochs in whole for part in epochs.by_direction()]
+    estimators = {key: StandingEstimator(**choice) for key, choice in section["estimators"].items()}
+    pathways = list(section["pathways"])
+    fits, notes = fit_all(trials, name, pathways, estimators, active, draws, seed)
+    latencies, silent = _latencies(trials, section, name, seed)
+    choices = FreeReflexChoices.from_settings(
+        section["recommended"]["pathway"], section["free_reflex"], uncertainty, draws, seed
+    )
+    onset = reflex_onset(latencies, active.action, section["latency"]["detector"], choices.options)
+    broadband, legs = legs_of(list(responses))
+    perturbations = sum(result.arrays["processed/onsets_s"].size for result in responses)
+    fits |= fit_free(broadband, name, estimators, choices, perturbations, onset)
+    facts = {
+        "left_out": [*notes, *silent],
+        "muscles": list(section["muscles"]),
+        "trials": sum(epochs.count > 0 for epochs in whole),
+        "responses": sum(epochs.count for epochs in trials),
+        **centre_facts(broadband, choices.sources),
+        "critical_stiffness_Nm_per_rad": critical_stiffness,
+    }
+    windows_s, rng = section["analysis"]["tried_windows_s"], generator(seed, name, "windows")
+    windows = stiffness_by_window(trials, choices.pathway, windows_s, active, draws, rng)
+    result = standing_result(trials, fits, choices.pathway, latencies, facts, windows)
+    rows = fit_estimates(task, fits, critical_stiffness, latencies, choices.sources.get("latency_s"))
+    of_legs, budgets_of_legs = leg_rows(task, legs, name, estimators, choices, perturbations, onset)
+    pathway = TorquePathway(**section["pathways"][choices.pathway])
+    return Fitted(
+        with_budgets(result, fits),
+        quoted([*rows, *of_legs], broadband, fits, section["recommended"], pathway),
+        [*budget_rows(rows, fits), *budgets_of_legs],
+    )
+
+
+def _latencies(
+    trials: list[StandingEpochs], section: dict, name: str, seed: int
+) -> tuple[list[MuscleLatency], list[str]]:
+    """Latencies of the muscles with a response, and a sentence for every other one."""
+    options, found, silent = OnsetOptions(**section["latency"]), [], []
+    recorded = any(responses.muscles for responses in trials if responses.count)
+    for muscle, choice in section["muscles"].items() if recorded else ():
+        rng = generator(seed, name, "latency", muscle)
+        latency = muscle_latency(trials, muscle, choice["lengthened_by"], options, rng)
+        if isinstance(latency, str):
+            silent.append(f"{name}: latency of {muscle} left out: {latency}")
+        else:
+            found.append(latency)
+    return found, silent

@@ -1,0 +1,155 @@
+"""Treadmill models of a force plate, fitted to trials with the empty belt and with weights."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tepsipe.io.result import Result
+from tepsipe.io.trial import Trial
+from tepsipe.signals.filters import Lowpass
+from tepsipe.signals.perturbations import WindowOptions
+from tepsipe.treadmill.bristle_fit import fit_bristle_frame
+from tepsipe.treadmill.calibration import (
+    ModelScore,
+    calibrate,
+    group_of,
+    mean_responses,
+    plate_groups,
+    plate_plan,
+)
+from tepsipe.treadmill.held_out import below_limit, held_out_residuals
+from tepsipe.treadmill.plate_check import Resting, check_plate, resting
+from tepsipe.treadmill.prepared import prepare_trial
+from tepsipe.treadmill.recording import BeltRecording
+from tepsipe.treadmill.registry import FamilyOptions, FittedModel
+from tepsipe.treadmill.trial_recordings import (
+    COMPONENTS,
+    PlateOptions,
+    Weight,
+    plate_filters,
+    plate_recordings,
+    zeroed_per_pulse,
+)
+
+
+@dataclass(frozen=True)
+class PlateTrial:
+    """A trial with a weight or the empty belt, by which a plate is calibrated."""
+
+    experiment: str
+    condition: str
+    role: str
+    """{"calibrate", "validate"}"""
+    weight: Weight | None
+    """The weight; None for the empty belt."""
+    trial: Trial
+
+    @property
+    def name(self) -> str:
+        """Name for messages."""
+        return f"{self.experiment}/{self.condition}"
+
+    def at_rest(self, belt: str, analysis: dict) -> Resting:
+        """Loads and places at rest (N, N·m, m)."""
+        window = WindowOptions(**analysis["window"])
+        prepared = prepare_trial(self.trial, self.name, plate_filters(analysis)[0], window)
+        return resting(prepared, belt, self.weight)
+
+    def recordings(self, belt: str, analysis: dict, lowpass: Lowpass) -> dict[str, BeltRecording]:
+        """Component of the load, Fy or Mx -> recording behind a filter (N, N·m)."""
+        options = PlateOptions.from_settings(belt, analysis, lowpass)
+        return plate_recordings(self.trial, self.name, self.condition, options, self.weight)
+
+
+@dataclass(frozen=True)
+class PlateCalibration:
+    """Treadmill models of a plate, and how well they predict trials that they have not seen."""
+
+    models: dict[str, list[FittedModel]]
+    """Component of the load, Fy or Mx -> models behind the first filter, one per name."""
+    responses: Result
+    """Mean responses to the usual weight, measured and predicted."""
+    held_out: Result
+    """Residuals of the trials to validate, and the check of the plate."""
+    scores: list[ModelScore]
+    """Scores behind every filter."""
+
+
+# group and role of a trial, and its recordings of both components
+Grouped = tuple[str, str, dict[str, BeltRecording]]
+
+
+def calibrate_plate(
+    trials: Sequence[PlateTrial],
+    plate: str,
+    belt: str,
+    usual_kg: float,
+    analysis: dict,
+    models: dict,
+    seed: int,
+) -> PlateCalibration:
+    """Fit the models of a family behind every filter, and evaluate them.
+
+    plate: names the plate in messages.
+    usual_kg: mass of the usual weight.
+    analysis, models: settings of the weight.
+    """
+    check = check_plate([trial.at_rest(belt, analysis) for trial in trials], plate)
+    trials = [replace(each, trial=check.corrected(each.trial, belt)) for each in trials]
+    choices = dict(models)
+    family, draws = choices.pop("family"), choices.pop("calibration_draws")
+    options, joint = FamilyOptions(**choices), None
+    kept, scores, results = {}, [], []
+    for lowpass in plate_filters(analysis):
+        grouped = [_grouped(trial, belt, analysis, lowpass, usual_kg) for trial in trials]
+        calibrating, validating = (
+            [recordings for _, own, recordings in grouped if own == role]
+            for role in ("calibrate", "validate")
+        )
+        if "bristle-frame" in family:
+            joint = fit_bristle_frame(calibrating, draws, np.random.default_rng(seed), joint)
+        found, fitted = _fit_loads(grouped, family, replace(options, joint=joint))
+        scores += found
+        if not results:
+            kept = fitted
+            testing = plate_groups([(*labels, found["Fy"]) for *labels, found in grouped])[1]
+            left = held_out_residuals(joint, calibrating, validating, _below_limit(found, testing))
+            left.facts["plate"] = check.facts
+            results = [mean_responses(kept["Fy"], testing["weight"]), left]
+    return PlateCalibration(kept, *results, scores)
+
+
+def _grouped(trial: PlateTrial, belt: str, analysis: dict, lowpass: Lowpass, usual_kg: float) -> Grouped:
+    recordings = trial.recordings(belt, analysis, lowpass)
+    zeroed = {load: zeroed_per_pulse(recording) for load, recording in recordings.items()}
+    return group_of(trial.experiment, zeroed["Fy"].carried_kg, usual_kg), trial.role, zeroed
+
+
+def _fit_loads(
+    grouped: list[Grouped], family: list[str], options: FamilyOptions
+) -> tuple[list[ModelScore], dict[str, list[FittedModel]]]:
+    """Scores of both components, and the models of each, one per name.
+
+    Of several models of a name, that of the empty belt is kept, which needs no other recording.
+    """
+    scores, kept, frame = [], {}, None
+    for load in COMPONENTS:
+        training, testing = plate_groups([(*labels, found[load]) for *labels, found in grouped])
+        plan = plate_plan(family, list(testing))
+        found, fitted = calibrate(plan, training, testing, load, replace(options, frame=frame))
+        scores += found
+        frame = next((m.model.frame for m in fitted if m.name == "loaded-frame"), None)
+        kept[load] = [model for model, entry in zip(fitted, plan, strict=True) if entry.train != "weight"]
+    return scores, kept
+
+
+def _below_limit(scores: list[ModelScore], testing: dict[str, list[BeltRecording]]) -> list[float]:
+    """Masses (kg) of the trials whose load the recommended model predicts worse than their noise allows."""
+    return sorted(
+        {
+            testing[score.test][0].carried_kg
+            for score in scores
+            if score.model == "bristle-frame" and below_limit(score.r2, score.r2_limit)
+        }
+    )
