@@ -145,10 +145,10 @@ def test_figures_keep_their_font_where_the_users_list_of_fonts_lacks_it(monkeypa
 
 def test_no_lettering_of_a_figure_is_too_small_to_read_in_print():
     """Figures are as wide as the text, so a size in the code is at most 3 % smaller than in print."""
-    folder = Path(style.__file__).parent
+    library = Path(style.__file__).parents[1]
     pattern = re.compile(r"\b(?:fontsize|title_fontsize|labelsize|size)=(\d+\.?\d*)\b(?! \*)")
-    paths = [*folder.glob("*.py"), *folder.parent.rglob("figures.py")]
-    sizes = {str(p): [float(x) for x in pattern.findall(p.read_text("utf-8"))] for p in paths}
+    modules = [*library.glob("drawing/*.py"), *library.rglob("figures.py")]
+    sizes = {str(p): [float(x) for x in pattern.findall(p.read_text("utf-8"))] for p in modules}
     assert sum(map(len, sizes.values())) > 20
     small = {name: [x for x in own if 5.0 < x < 7.0] for name, own in sizes.items()}
     assert {name: own for name, own in small.items() if own} == {}
