@@ -51,10 +51,11 @@ def rows_of(seed: int, constants: dict, settings: dict, folder: Path) -> list[tu
     section, options = settings["wristalyzer"], quick_options(settings["wristalyzer"]["analysis"])
     sources = sources_of(settings["uncertainty"]["wristalyzer"])
     log, command, motion_file = folder / "log.txt", folder / "command.txt", folder / "motion.h5"
+    files = {"log": log, "command": command, "motion": motion_file}
     ingest = ManipulatorOptions(angle_unit=section["files"]["angle_unit"], **section["ingest"])
     rows_of_trials, trials = [], []
     for factor in FACTORS:
-        make_wristalyzer_trial(truth, factor, float(factor), DURATION_S, log, command, motion_file)
+        make_wristalyzer_trial(truth, factor, float(factor), DURATION_S, files)
         tables = [
             read_text_table(path, section["files"][columns], "\t")
             for path, columns in ((log, "log_columns"), (command, "command_columns"))

@@ -98,7 +98,7 @@ def short_truth(shipped_truth):
 def wristalyzer_files(short_truth, tmp_path_factory):
     folder = tmp_path_factory.mktemp("wristalyzer")
     files = {"log": folder / "log.txt", "command": folder / "command.txt"}
-    make_wristalyzer_trial(short_truth, "0.16", 0.16, WRISTALYZER_DURATION_S, **files)
+    make_wristalyzer_trial(short_truth, "0.16", 0.16, WRISTALYZER_DURATION_S, files)
     return files
 
 

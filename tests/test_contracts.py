@@ -13,7 +13,7 @@ import pytest
 from syntax import imports, nodes, syntax
 
 import tepsipe
-from workflow.support.experiments import EXPERIMENTS
+from tepsipe.experiments.registry import EXPERIMENTS
 from workflow.support.imported_files import reached_by
 
 ROOT = Path(__file__).parents[1]

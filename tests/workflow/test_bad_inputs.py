@@ -6,7 +6,6 @@ All of them go through real runs in `benchmarks/soak/bad_inputs.py`.
 import copy
 import shutil
 from functools import partial
-from types import SimpleNamespace
 
 import pytest
 import yaml
@@ -17,7 +16,7 @@ from study_builders import write_sheet
 from tepsipe.errors import InputError
 from tepsipe.mechanics.engines import resolved_engine
 from workflow.support.checked_study import checked_sections, checked_study, merged_settings, with_its_file
-from workflow.support.recordings import _of_tables, refused_recordings
+from workflow.support.recordings import refused_recordings
 from workflow.support.study import Study
 from workflow.support.trial_sheet import read_trial_sheet
 
@@ -46,12 +45,6 @@ def test_every_bad_input_has_a_name_of_its_own():
         *("log", "calibration", "markers", "physics", "weight", "empty", "standing", "EMG"),
         *("whole trial", "manipulator log", "command", "text tables"),
     }
-
-
-def test_an_experiment_that_check_cannot_read_is_not_taken_for_another():
-    study = SimpleNamespace(trials={("new", "a"): SimpleNamespace(duration_s=1.0)})
-    with pytest.raises(NotImplementedError, match="new: `tepsipe check` cannot read its recordings"):
-        _of_tables(study, "new", "a", {}, {"files": {}})
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,7 @@ import yaml
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.registry import EXPERIMENTS
 from tepsipe.experiments.standing.muscle_torque import ACTIVE
 from tepsipe.reporting.claims import MEASURES, Findings, check_claims, findings_of_cells
 from tepsipe.reporting.ledger import null_cells, tolerances_of
@@ -17,7 +18,6 @@ from workflow.settings.config import Config, check_config
 from workflow.settings.reported import Reported
 from workflow.settings.virtual_lab import VirtualLab
 from workflow.support.checked_study import check_one_treadmill, check_plate_models, checked_constants
-from workflow.support.experiments import EXPERIMENTS
 from workflow.support.imported_files import reached_by
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, check_sources, read_trial_sheet
 from workflow.support.version import code_version

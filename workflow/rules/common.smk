@@ -7,13 +7,16 @@ from functools import partial
 from itertools import chain
 from pathlib import Path
 
+from tepsipe.experiments.registry import EXPERIMENTS
+from tepsipe.io.formats import modules_for
 from tepsipe.mechanics.engines import resolved_engine
+from tepsipe.virtual_lab.registry import RIGS
 from workflow.support import groups, outputs, report_params
-from workflow.support.experiments import APPENDIX, EXPERIMENTS
+from workflow.support.parts import APPENDIX
 from workflow.support.folders import check_checkout
 from workflow.support.imported_files import reached_by
 from workflow.support.rigs import RIG_KEYS, rig_of
-from workflow.settings.complete import pick, without
+from workflow.settings.complete import only, pick, without
 from workflow.support.checked_study import checked_sections, checked_study, with_its_file
 from workflow.support.lookups.thesis import table_experiment
 from workflow.support.study import any_of
@@ -73,34 +76,19 @@ def sheet(column, experiment=None):
     return lambda w: getattr(STUDY.trials[experiment or w.experiment, w.condition], column)
 
 
-def files_setting(experiment, key):
-    """Param function: a setting of the experiment's files, with the names that the trial's row gives."""
-    return lambda w: STUDY.of_trial(experiment, w.condition)["files"][key]
+def of_trial(function, experiment):
+    """Param function: what a function of experiment and condition finds for the trial."""
+    return lambda w: function(experiment, w.condition)
 
 
 def section_of(experiment, *paths):
     """Param function: what the fit of a trial reads of the section of its experiment; paths as for `pick`."""
-    return lambda w: pick(STUDY.of_trial(experiment or w.experiment, w.condition), *paths)
-
-
-def protocol(experiment):
-    """Param function: what the belt is to do in a trial that is made."""
-    return lambda w: STUDY.protocol(experiment, w.condition)
-
-
-def weight_section(w):
-    """Constants of the weight of a trial: a row that names a mass has the heavy one."""
-    return "weight" if STUDY.trials["weight", w.condition].mass_kg is None else "heavy_weight"
+    return lambda w: pick(STUDY.of_trial(experiment, w.condition), *paths)
 
 
 def raw_files(experiment=None):
     """Param function: kind -> path of the trial's raw files, recorded or simulated."""
     return lambda w: STUDY.raw_files(experiment or w.experiment, w.condition, config["pathvars"]["results"])
-
-
-def recording_of(experiment=None):
-    """Param function: what the plates and channels of a whole trial's file are; None for other trials."""
-    return lambda w: STUDY.recording(experiment or w.experiment, w.condition)
 
 
 def raw_inputs(experiment=None):
@@ -134,6 +122,16 @@ def printed_joints(w):
         return {}
     tep = simulations["captions"].get(w.condition, printed)
     return {**simulations["every_condition"], "thesis-tep": tep}
+
+
+def files_of(*modules):
+    """Files of modules of the library by their names."""
+    return [f"{name.replace('.', '/')}.py" for name in modules]
+
+
+def readers_of(experiment):
+    """Files of the readers of an experiment's raw files."""
+    return files_of(*modules_for(*experiment.purposes))
 
 
 def library_of(script, *modules):

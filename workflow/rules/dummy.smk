@@ -7,30 +7,6 @@ DUMMY_ANALYSIS = without(DUMMY["analysis"], "bootstrap_draws")
 SPECIFIED = STUDY.shown("dummy", DUMMY["specification"]["condition"])
 
 
-rule fit_dummy:
-    input:
-        trial="<results>/trials/dummy/{condition}.h5",
-        library=library_of("fit_dummy"),
-    output:
-        fit="<results>/fits/dummy/{condition}.h5",
-        estimates="<results>/estimates/dummy/{condition}.csv",
-        uncertainty="<results>/uncertainty/dummy/{condition}.csv",
-    log:
-        "<logs>/fit_dummy/{condition}.log",
-    conda:
-        "../envs/tepsipe.yaml"
-    params:
-        section=section_of(
-            "dummy",
-            *("geometry", "analysis", "foot.belt_fixed_labels"),
-            *("pathways", "recommended", "quoted", "checks"),
-        ),
-        uncertainty=SETTINGS["uncertainty"]["dummy"],
-        seed=SEED,
-    script:
-        "../scripts/fit_dummy.py"
-
-
 rule check_rig:
     """Pool the checks of all trials of the dummy, which share a rig."""
     input:
@@ -116,8 +92,8 @@ rule fit_foot:
     input:
         trial="<results>/trials/dummy/{condition}.h5",
         models=lambda w: outputs.plate_models(STUDY, "dummy", w.condition),
-        held_out=lambda w: outputs.held_out(STUDY, "dummy", w.condition),
-        library=library_of("fit_foot"),
+        calibrations=lambda w: outputs.held_out(STUDY, "dummy", w.condition),
+        library=library_of("fit", "tepsipe/experiments/dummy/fit_foot.py"),
     output:
         fit="<results>/fits/foot/{condition}.h5",
         estimates="<results>/estimates/foot/{condition}.csv",
@@ -127,11 +103,11 @@ rule fit_foot:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        module="tepsipe.experiments.dummy.fit_foot",
         section=section_of("dummy", "geometry", "analysis", "foot", "belt"),
-        uncertainty=SETTINGS["uncertainty"]["dummy"],
-        seed=SEED,
+        given=as_it_is({"seed": SEED, "uncertainty": SETTINGS["uncertainty"]["dummy"]}),
     script:
-        "../scripts/fit_foot.py"
+        "../scripts/fit.py"
 
 
 rule plot_foot:

@@ -3,34 +3,6 @@
 STANDING = SETTINGS["standing"]
 
 
-rule fit_standing:
-    input:
-        trial="<results>/trials/standing/{condition}.h5",
-        models=lambda w: outputs.plate_models(STUDY, "standing", w.condition),
-        held_out=lambda w: outputs.held_out(STUDY, "standing", w.condition),
-        library=library_of("fit_standing"),
-    output:
-        responses="<results>/epochs/standing/{condition}.h5",
-        fit="<results>/fits/standing/{condition}.h5",
-        estimates="<results>/estimates/standing/{condition}.csv",
-        uncertainty="<results>/uncertainty/standing/{condition}.csv",
-    log:
-        "<logs>/fit_standing/{condition}.log",
-    conda:
-        "../envs/tepsipe.yaml"
-    params:
-        section=section_of(
-            "standing",
-            *("person", "belt", "stance", "emg", "ingest.max_gap_s"),
-            *("analysis", "-analysis.tried_windows_s", "pathways", "as_printed", "recommended"),
-            *("estimators", "active", "muscles.*.ankle_action", "free_reflex"),
-        ),
-        uncertainty=SETTINGS["uncertainty"]["standing"],
-        seed=SEED,
-    script:
-        "../scripts/fit_standing.py"
-
-
 rule fit_standing_task:
     input:
         responses=lambda w: STUDY.tasks.of_trials("<results>/epochs/standing/{condition}.h5", w.task),

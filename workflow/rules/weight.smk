@@ -3,27 +3,6 @@
 WEIGHT = SETTINGS["weight"]
 
 
-rule fit_weight:
-    input:
-        trial="<results>/trials/{experiment}/{condition}.h5",
-        library=library_of("fit_weight"),
-    output:
-        fit="<results>/fits/{experiment}/{condition}.h5",
-        estimates="<results>/estimates/{experiment}/{condition}.csv",
-        uncertainty="<results>/uncertainty/{experiment}/{condition}.csv",
-    log:
-        "<logs>/fit_weight/{experiment}/{condition}.log",
-    wildcard_constraints:
-        experiment="weight|empty",
-    conda:
-        "../envs/tepsipe.yaml"
-    params:
-        section=section_of(None, "weight", "belt", "analysis"),
-        uncertainty=SETTINGS["uncertainty"]["weight"],
-    script:
-        "../scripts/fit_weight.py"
-
-
 rule calibrate_plate:
     input:
         trials=lambda w: [

@@ -1,26 +1,6 @@
 # SIPE in the torque-controlled manipulator: thesis sections 3-1-1 and 4-1-1.
 
 
-rule fit_wristalyzer:
-    input:
-        trial="<results>/trials/wristalyzer/{condition}.h5",
-        library=library_of("fit_wristalyzer"),
-    output:
-        fit="<results>/fits/wristalyzer/{condition}.h5",
-        estimates="<results>/estimates/wristalyzer/{condition}.csv",
-        uncertainty="<results>/uncertainty/wristalyzer/{condition}.csv",
-    log:
-        "<logs>/fit_wristalyzer/{condition}.log",
-    conda:
-        "../envs/tepsipe.yaml"
-    params:
-        section=section_of("wristalyzer", "analysis", "-analysis.swept_bins"),
-        uncertainty=SETTINGS["uncertainty"]["wristalyzer"],
-        seed=SEED,
-    script:
-        "../scripts/fit_wristalyzer.py"
-
-
 rule sweep_averaging:
     input:
         trials=STUDY.of_trials("<results>/trials/wristalyzer/{condition}.h5", "wristalyzer"),

@@ -10,7 +10,7 @@ OUTPUTS = [*(f"<results>/tables/{name}.csv" for name in TABLES), "<results>/repo
 rule fit_walking:
     input:
         raw=raw_inputs("walking"),
-        library=library_of("fit_walking"),
+        library=library_of("fit_walking", *readers_of(EXPERIMENTS["walking"])),
     output:
         estimates="<results>/estimates/walking/{condition}.csv",
         budgets="<results>/uncertainty/walking/{condition}.csv",
@@ -126,7 +126,7 @@ rule make_walking_trial:
             ).values()
             if os.path.exists(path)
         ],
-        library=library_of("make_walking_trial"),
+        library=library_of("make_walking_trial", *readers_of(EXPERIMENTS["walking"])),
     output:
         c3d="<results>/raw/walking/{condition}/log.c3d",
         text="<results>/raw/walking/{condition}/log.txt",
@@ -142,7 +142,7 @@ rule make_walking_trial:
         truth=truth_of("seed", "walking"),
         base=lambda w: STUDY.raw_files("walking", WALKING["simulated"]["of"], config["pathvars"]["results"]),
         settings=without(WALKING, "simulated", "analysis", "planned", "uncertainty"),
-        protocol=protocol("walking"),
+        protocol=of_trial(STUDY.protocol, "walking"),
         chosen=lambda w: STUDY.simulated_walk(w.condition),
     script:
         "../scripts/make_walking_trial.py"
