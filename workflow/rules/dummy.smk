@@ -25,6 +25,7 @@ rule check_rig:
 
 
 rule cross_validate_dummy:
+    """Predict every trial of the dummy with the parameters of every trial."""
     input:
         fits=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
         library=library_of("cross_validate_dummy"),
@@ -42,6 +43,7 @@ rule cross_validate_dummy:
 
 
 rule specify_dummy:
+    """Analyse one trial of the dummy with every combination of choices."""
     input:
         trial=f"<results>/trials/dummy/{SPECIFIED}.h5",
         library=library_of("specify_dummy"),
@@ -65,6 +67,7 @@ rule specify_dummy:
 
 
 rule plot_dummy:
+    """Draw the figures of the dummy."""
     input:
         fits=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
         specification="<results>/tables/specification.csv",
@@ -89,6 +92,7 @@ rule plot_dummy:
 
 
 rule fit_foot:
+    """Fit a trial of the dummy with the torque from the foot and the force plate."""
     input:
         trial="<results>/trials/dummy/{condition}.h5",
         models=lambda w: outputs.plate_models(STUDY, "dummy", w.condition),
@@ -111,6 +115,7 @@ rule fit_foot:
 
 
 rule plot_foot:
+    """Draw the comparison of the torques from leg and foot."""
     input:
         leg=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
         foot=STUDY.of_trials("<results>/fits/foot/{condition}.h5", "dummy"),
@@ -132,6 +137,7 @@ rule plot_foot:
 
 
 rule fit_thesis_dummy:
+    """Find the dummy that the printed tables describe."""
     input:
         trials=STUDY.of_trials("<results>/trials/dummy/{condition}.h5", "dummy"),
         library=library_of("fit_thesis_dummy"),
@@ -159,6 +165,7 @@ rule fit_thesis_dummy:
 
 
 rule plan_dummy:
+    """Predict the uncertainty of the thesis's experiments on the dummy."""
     input:
         library=library_of("plan_dummy"),
     output:
@@ -176,6 +183,7 @@ rule plan_dummy:
 
 
 rule plot_thesis_dummy:
+    """Draw the dummy that the printed tables describe."""
     input:
         table="<results>/tables/thesis_dummy.csv",
         fit="<results>/fits/thesis_dummy.h5",

@@ -2,6 +2,7 @@
 
 
 rule plot_platform:
+    """Draw the figures of the moving platform."""
     input:
         fits=STUDY.of_trials("<results>/fits/platform/{condition}.h5", "platform"),
         estimates=STUDY.of_trials("<results>/estimates/platform/{condition}.csv", "platform"),

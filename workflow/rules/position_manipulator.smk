@@ -2,6 +2,7 @@
 
 
 rule plot_position_manipulator:
+    """Draw the figures of the position-controlled manipulator."""
     input:
         fits=STUDY.of_trials("<results>/fits/position_manipulator/{condition}.h5", "position_manipulator"),
         library=library_of("plot", "tepsipe/experiments/position_manipulator/figures.py"),

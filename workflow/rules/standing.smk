@@ -4,6 +4,7 @@ STANDING = SETTINGS["standing"]
 
 
 rule fit_standing_task:
+    """Fit all trials of one task of a standing person together."""
     input:
         responses=lambda w: STUDY.tasks.of_trials("<results>/epochs/standing/{condition}.h5", w.task),
         library=library_of("fit_standing_task"),
@@ -29,6 +30,7 @@ rule fit_standing_task:
 
 
 rule compare_standing_tasks:
+    """Estimate the difference in impedance between two tasks of a person."""
     input:
         more=lambda w: f"<results>/fits/standing_tasks/{STUDY.tasks.pairs()[w.pair][0]}.h5",
         less=lambda w: f"<results>/fits/standing_tasks/{STUDY.tasks.pairs()[w.pair][1]}.h5",
@@ -66,6 +68,7 @@ rule plot_standing_trials:
 
 
 rule plot_standing:
+    """Draw the figures of the standing person."""
     input:
         example=f"<results>/epochs/standing/{STUDY.shown('standing', STANDING['example_condition'])}.h5",
         trials=[f"<results>/fits/standing/{c}.h5" for c in STUDY.tasks.shown_trials()],

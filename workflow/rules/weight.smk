@@ -4,6 +4,7 @@ WEIGHT = SETTINGS["weight"]
 
 
 rule calibrate_plate:
+    """Fit models of the force plate's belt-induced load to all trials of a belt."""
     input:
         trials=lambda w: [
             f"<results>/trials/{e}/{c}.h5"
@@ -38,6 +39,7 @@ rule calibrate_plate:
 
 
 rule plot_weight:
+    """Draw the belt-induced force and its models."""
     input:
         weight=[f"<results>/fits/weight/{c}.h5" for c in STUDY.treadmill.usual_weight()],
         empty=STUDY.of_trials("<results>/fits/empty/{condition}.h5", "empty"),
