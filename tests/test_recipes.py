@@ -10,6 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 from pypdf import PdfReader
@@ -32,8 +33,10 @@ RECIPES = {
     "reader": ("Adding a reader", 3),
     "figure": ("Adding a figure", 3),
     "setting": ("Adding a setting", 2),
+    "experiment": ("Adding an experiment", 9),
 }
 # toy -> file -> line -> what is added below it
+END = ""
 LINES = {
     "estimator": {
         "tepsipe/identification/estimators.py": {
@@ -100,6 +103,18 @@ def plot_toy(results: Mapping[str, Result]) -> Figure:
 """
         },
     },
+    "experiment": {
+        "report/captions.yaml": {
+            END: "toy:\n  figure_toy_stiffness: Stiffness of every spring, bent by a toy.\n"
+        },
+        "config/config.yaml": {
+            END: """
+toy:
+  ingest: {resample_rate_hz: 100.0, max_gap_s: 0.05}
+  analysis: {cut_s: 1.0}
+"""
+        },
+    },
 }
 
 
@@ -122,8 +137,8 @@ def add(project, toy):
     for name, lines in LINES[toy].items():
         text = (project / name).read_text(encoding="utf-8")
         for line, added in lines.items():
-            assert text.count(line) == 1, f"{name}: {line}"
-            text = text.replace(line, line + added)
+            assert line == END or text.count(line) == 1, f"{name}: {line}"
+            text = text.replace(line, line + added) if line else text + added
         (project / name).write_text(text, encoding="utf-8")
     git(project, "add", "-A")
     touched = git(project, "diff", "--cached", "--name-only").split()
@@ -156,7 +171,16 @@ def recorded_trial(folder):
     (folder / "markers.toy").write_text("\n".join(lines))
 
 
-DURATION_S = 30.0
+def recorded_spring(folder):
+    """Table of the toy experiment."""
+    rng, time = np.random.default_rng(1), np.arange(2001) / 100.0
+    angle = 0.1 * np.sin(3.0 * time) + rng.normal(0.0, 1e-6, time.size)
+    torque = STIFFNESS_NM_PER_RAD * angle + rng.normal(0.0, 0.01, time.size)
+    columns = np.column_stack([time, angle, torque])
+    np.savetxt(folder / "spring.csv", columns, "%.9g", ",", header="time_s,angle_rad,torque_Nm", comments="")
+
+
+DURATION_S, STIFFNESS_NM_PER_RAD = 30.0, 10.0
 STUDY = {
     "study": {"trial_sheet": "config/tiny.tsv", "reported": None},
     "dummy": {"analysis": {"bootstrap_draws": 100}, "simulation": {"engine": "auto"}},
@@ -164,6 +188,7 @@ STUDY = {
 TRIALS = [
     f"dummy sine-0.5 virtual_lab sine 0.5 4 {DURATION_S} - - - -",
     f"dummy read recorded - - - {DURATION_S} raw/log.mat - raw/cal.csv raw/markers.toy",
+    "toy spring recorded - - - 20 raw/spring.csv - - -",
 ]
 
 
@@ -188,6 +213,7 @@ def ran(followed):
     """The copy after a study with the toys."""
     project, _ = followed
     recorded_trial(project / "raw")
+    recorded_spring(project / "raw")
     write_sheet(project, TRIALS)
     write_config(project, STUDY)
     run = snakemake(project)
@@ -244,6 +270,19 @@ def test_toy_setting_is_documented_limited_and_used(ran):
     write_config(ran, STUDY | {"dummy": {"specification": {"toy_rows": 0}}}, "refused")
     run = snakemake(ran, "-n", config="refused")
     assert run.returncode and "dummy.specification.toy_rows" in run.stdout + run.stderr
+
+
+def test_toy_experiment_has_estimates_figure_page_and_chapter(ran):
+    (row,) = [row for row in estimates(ran) if row["experiment"] == "toy"]
+    assert float(row["ci_low"]) < STIFFNESS_NM_PER_RAD < float(row["ci_high"])
+    for ending in ("svg", "png", "csv"):
+        assert (ran / f"results/figures/figure_toy_stiffness.{ending}").stat().st_size
+    assert "A toy, spring" in (ran / "results/report/trials/toy/spring.html").read_text(encoding="utf-8")
+    assert "A spring for a toy" in words(ran) and "bent by a toy" in words(ran)
+    report = (ran / "results/report/index.html").read_text(encoding="utf-8")
+    assert "plot_toy (workflow/rules/experiments.smk:" in report
+    text = (ran / README.relative_to(ROOT)).read_text(encoding="utf-8")
+    assert "### toy\n\nA spring that is bent.\n" in text and "| `analysis.cut_s` | s |" in text
 
 
 def words(project):
