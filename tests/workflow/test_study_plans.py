@@ -275,7 +275,7 @@ def test_one_condition_alone_touches_nothing_else(own_study):
 def test_one_condition_reaches_its_page_and_its_figures_alone(project):
     foot = {"make_weight_trial": 2, "make_empty_trial": 2, "calibrate_plate": 1, "fit_foot": 1}
     own = {"make_dummy_trial": 1, "fit_dummy": 1, "compare_with_truth": 1, "write_dummy_pages": 1}
-    expected = foot | own | {"ingest_plate_treadmill": 5}
+    expected = foot | own | {"ingest_dummy": 1, "ingest_weight": 2, "ingest_empty": 2}
     assert jobs(snakemake(project, "-n", "results/report/trials/dummy/sine-0.5.html")) == expected
     of_manipulator = {
         f"{kind}_wristalyzer{end}": 2 for kind, end in (("make", "_trial"), ("ingest", ""), ("fit", ""))
