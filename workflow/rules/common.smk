@@ -7,7 +7,7 @@ from functools import partial
 from itertools import chain
 from pathlib import Path
 
-from tepsipe.experiments.registry import EXPERIMENTS
+from tepsipe.experiments.registry import EXPERIMENTS, OBJECTS
 from tepsipe.io.formats import modules_for
 from tepsipe.mechanics.engines import resolved_engine
 from tepsipe.virtual_lab.registry import RIGS
@@ -58,6 +58,12 @@ ABOUT_STUDY = {
     "recordings_source": config["study"]["recordings_source"],
     "experiments": STUDY.all_conditions(),
     "made": STUDY.all_made(),
+}
+
+
+DECLARATIONS = {
+    "tepsipe/experiments/experiment.py",
+    *(f"tepsipe/experiments/{folder}/__init__.py" for folder in OBJECTS),
 }
 
 
@@ -138,7 +144,8 @@ def library_of(script, *modules):
     """The modules that a script reaches, and those that it loads by name: an edit of one re-runs the rule."""
     starts = (f"workflow/scripts/{script}.py", *modules)
     found = {path for start in starts for path in reached_by(start, str(CHECKOUT))}
-    return [here(path) for path in sorted(found.union(modules))]
+    # what an experiment declares reaches a job by its rule alone
+    return [here(path) for path in sorted(found.union(modules) - DECLARATIONS)]
 
 
 def chapter_modules(names):
