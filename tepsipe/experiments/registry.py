@@ -4,9 +4,8 @@ No experiment and no job of one imports this module, so that a further experimen
 """
 
 from importlib import import_module
-from pkgutil import iter_modules
+from pathlib import Path
 
-from tepsipe import experiments
 from tepsipe.experiments.experiment import Experiment
 
 # folders in the order in which messages and reports list their experiments; further ones follow
@@ -14,9 +13,9 @@ FIRST = ("wristalyzer", "dummy", "weight", "standing", "belt", "position_manipul
 
 
 def _all() -> dict[str, Experiment]:
-    """Name -> experiment, of every folder that declares any."""
-    folders = {module.name for module in iter_modules(experiments.__path__) if module.ispkg}
-    modules = [import_module(f"tepsipe.experiments.{name}") for name in (*FIRST, *sorted(folders - {*FIRST}))]
+    """Name -> experiment, of every folder with an ingest, and of those that have none."""
+    found = sorted(path.parent.name for path in Path(__file__).parent.glob("*/ingest.py"))
+    modules = [import_module(f"tepsipe.experiments.{name}") for name in dict.fromkeys((*FIRST, *found))]
     declared = [known for module in modules for known in vars(module).values()]
     return {known.name: known for known in declared if isinstance(known, Experiment)}
 

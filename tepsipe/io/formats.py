@@ -15,8 +15,7 @@ from tepsipe.errors import InputError, quoted
 from tepsipe.io.file_format import Contents, Format, Head, ending_of
 
 if TYPE_CHECKING:
-    from tepsipe.io.readers.edf import EmgRecording
-    from tepsipe.io.readers.recording import Markers, Recording
+    from tepsipe.io.readers.recording import EmgRecording, Markers, Recording
 
 
 # module that declares formats -> purposes of the files that its readers read: a whole trial, markers, emg

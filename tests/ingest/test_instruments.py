@@ -26,8 +26,7 @@ from tepsipe.ingest.manipulators import (
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill
 from tepsipe.ingest.standing import with_emg
 from tepsipe.io.formats import read_markers
-from tepsipe.io.readers.edf import EmgRecording
-from tepsipe.io.readers.recording import Markers
+from tepsipe.io.readers.recording import EmgRecording, Markers
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.io.readers.treadmill_log import (
     CalibrationMatrix,

@@ -5,6 +5,7 @@ All of them go through real runs in `benchmarks/soak/bad_inputs.py`.
 
 import copy
 import shutil
+from collections.abc import Mapping
 from functools import partial
 
 import pytest
@@ -61,6 +62,48 @@ def test_good_trials_are_ingested(experiment, good, shipped_config):
         assert ingest(experiment, good / experiment / name, shipped_config).time.size > 1000
     if experiment == "dummy":
         assert ingest(experiment, good / "dummy/good", shipped_config, True).time.size > 1000
+
+
+class Reads(Mapping):
+    """Settings that remember which of them were read, as paths."""
+
+    def __init__(self, content, read, path=""):
+        self.content, self.read, self.path = content, read, path
+
+    def __getitem__(self, key):
+        value, path = self.content[key], f"{self.path}{key}"
+        if isinstance(value, dict):
+            return Reads(value, self.read, f"{path}.")
+        self.read.add(path)
+        return value
+
+    def __iter__(self):
+        return iter(self.content)
+
+    def __len__(self):
+        return len(self.content)
+
+
+def leaves(content, path=""):
+    for key, value in content.items():
+        yield from leaves(value, f"{path}{key}.") if isinstance(value, dict) else [f"{path}{key}"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("experiment", "whole"), [*((name, False) for name in RAW), ("dummy", True)])
+def test_ingest_reads_exactly_the_settings_that_its_experiment_declares(
+    experiment, whole, good, shipped_config, monkeypatch
+):
+    """Others it does not have; it would stop at a missing one."""
+    given, read, for_ingest = {}, set(), Study.for_ingest
+
+    def recorded(*row):
+        given.update(for_ingest(*row))
+        return Reads(given, read)
+
+    monkeypatch.setattr(Study, "for_ingest", recorded)
+    ingest(experiment, good / experiment / "good", shipped_config, whole)
+    assert read == set(leaves(given))
 
 
 @pytest.mark.slow

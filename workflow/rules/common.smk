@@ -61,6 +61,12 @@ ABOUT_STUDY = {
 }
 
 
+DECLARATIONS = {
+    "tepsipe/experiments/experiment.py",
+    *(f"tepsipe/experiments/{known.folder or name}/__init__.py" for name, known in EXPERIMENTS.items()),
+}
+
+
 wildcard_constraints:
     condition=any_of(condition for _, condition in STUDY.trials),
     task=any_of(STUDY.tasks.names()),
@@ -138,7 +144,8 @@ def library_of(script, *modules):
     """The modules that a script reaches, and those that it loads by name: an edit of one re-runs the rule."""
     starts = (f"workflow/scripts/{script}.py", *modules)
     found = {path for start in starts for path in reached_by(start, str(CHECKOUT))}
-    return [here(path) for path in sorted(found.union(modules))]
+    # what an experiment declares reaches a job by its rule alone
+    return [here(path) for path in sorted(found.union(modules) - DECLARATIONS)]
 
 
 def chapter_modules(names):

@@ -78,17 +78,18 @@ for _experiment in EXPERIMENTS.values():
 for _experiment in EXPERIMENTS.values():
     if not _experiment.drawn_of:
         continue
-    _name, _ending = _experiment.name, {"fits": "h5", "estimates": "csv"}
+    _name = _experiment.name
+    _results = {
+        "fits": STUDY.of_trials(f"<results>/fits/{_name}/{{condition}}.h5", _name),
+        "estimates": STUDY.of_trials(f"<results>/estimates/{_name}/{{condition}}.csv", _name),
+    }
 
     rule:
         """Draw the figures of an experiment from the results of all its trials."""
         name:
             f"plot_{_name}"
         input:
-            **{
-                key: STUDY.of_trials(f"<results>/{key}/{_name}/{{condition}}.{_ending[key]}", _name)
-                for key in _experiment.drawn_of
-            },
+            **pick(_results, *_experiment.drawn_of),
             library=library_of("plot", *files_of(_experiment.module("figures"))),
         output:
             **figure_files(_name),

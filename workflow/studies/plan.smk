@@ -13,7 +13,7 @@ OUTPUTS = [*(f"<results>/tables/{name}.csv" for name in SHOWN_TABLES), "<results
 
 
 include: "../rules/virtual_lab.smk"
-include: "../rules/ingest.smk"
+include: "../rules/experiments.smk"
 include: "../rules/dummy.smk"
 include: "../rules/weight.smk"
 

@@ -9,5 +9,5 @@ def ingest(
     files: dict[str, str], section: dict, duration_s: float, named_by: dict, limits: Limits, rig: Rig
 ) -> tuple[Trial, dict]:
     """A plausible trial of the weight, or of the empty belt, and the options used."""
-    labels = section.get("files", {}).get("marker_labels")
+    labels = section["files"]["marker_labels"] if "files" in section else None
     return ingest_on_plate(files, labels, section["ingest"], section["recording"], duration_s, limits, rig)

@@ -20,6 +20,6 @@ def draw_toy(files, chosen) -> Iterator[tuple[str, Figure]]:
 def plot_stiffness(rows: list[Estimate]) -> Figure:
     """Stiffness of every trial (N·m/rad)."""
     figure, axes = new_figure(1, 1, 2.0)
-    axes.plot([row.condition for row in rows], [row.value for row in rows], "o", label="stiffness")
+    axes.plot([row.value for row in rows], "o", label="stiffness")
     axes.set_ylabel("Stiffness (N·m/rad)")
     return figure
