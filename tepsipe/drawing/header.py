@@ -32,16 +32,6 @@ LABELS = {
 }
 # attributes of a trial that the page shows elsewhere
 NAMED = ("experiment", "condition", "participant", "belt", "rate_hz", "sources", "options")
-TITLES = {
-    "wristalyzer": "Wristalyzer, a torque-controlled manipulator",
-    "dummy": "Ankle dummy",
-    "weight": "Weight on the belt",
-    "empty": "Empty belt",
-    "standing": "Standing person",
-    "belt": "Treadmill belt",
-    "position_manipulator": "Position-controlled manipulator",
-    "platform": "Standing on a moving platform",
-}
 NO_TRUTH: Mapping[tuple, float] = MappingProxyType({})
 UNFLAGGED = "All checks passed."
 

@@ -54,7 +54,7 @@ def belt_page(trial: Trial, calibration: Result, choices: dict) -> Page:
         ),
     ]
     return Page(
-        title=f"{header.TITLES['belt']}, {condition}",
+        title=f"Treadmill belt, {condition}",
         study=choices["study"],
         header=header.facts_and_checks(facts, [], [], choices),
         sections=(Section("Velocity and load", tuple(panels), note),),

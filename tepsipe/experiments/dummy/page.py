@@ -78,7 +78,7 @@ def dummy_page(
         )
     )
     return Page(
-        title=f"{header.TITLES['dummy']}, {choices['condition']}",
+        title=f"Ankle dummy, {choices['condition']}",
         study=choices["study"],
         header=top,
         sections=(

@@ -47,7 +47,7 @@ def platform_page(trial: Trial, fit: Result, estimates: Sequence[Estimate], choi
     ]
     refusals = [f"{sentence}." for sentence in models[fit.facts["chosen"]]["refusals"]]
     return Page(
-        title=f"{header.TITLES['platform']}, {choices['condition']}",
+        title=f"Standing on a moving platform, {choices['condition']}",
         study=choices["study"],
         header=header.facts_list(facts)
         + header.estimates_table(estimates, [], choices.get("truth", header.NO_TRUTH))

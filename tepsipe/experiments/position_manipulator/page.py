@@ -49,7 +49,7 @@ def position_manipulator_page(
         ),
     ]
     return Page(
-        title=f"{header.TITLES['position_manipulator']}, {choices['condition']}",
+        title=f"Position-controlled manipulator, {choices['condition']}",
         study=choices["study"],
         header=header.facts_and_checks(facts, estimates, [], choices),
         sections=(

@@ -61,7 +61,7 @@ def standing_page(
     reasons = list(dict.fromkeys([*reasons, *hidden_sentences(trial)]))
     flags = header.flagged(estimates)
     return Page(
-        title=f"{header.TITLES['standing']}, {choices['condition']}",
+        title=f"Standing person, {choices['condition']}",
         study=choices["study"],
         header=header.facts_list(facts)
         + header.estimates_table(estimates, choices["recommended"], choices.get("truth", header.NO_TRUTH))

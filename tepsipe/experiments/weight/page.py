@@ -22,6 +22,7 @@ from tepsipe.io.estimates import ESTIMATES, Estimate
 from tepsipe.io.result import Result, read_result
 from tepsipe.io.trial import Trial, read_trial
 
+TITLES = {"weight": "Weight on the belt", "empty": "Empty belt"}
 ROLES = {"calibrate": "calibration of the treadmill models", "validate": "validation of the treadmill models"}
 
 
@@ -62,7 +63,7 @@ def weight_page(
     flags = header.flagged(estimates)
     left_out = [*hidden_sentences(trial), *_cut_short(len(onsets) - len(segments))]
     return Page(
-        title=f"{header.TITLES[choices['experiment']]}, {choices['condition']}",
+        title=f"{TITLES[choices['experiment']]}, {choices['condition']}",
         study=choices["study"],
         header=header.facts_list(facts)
         + header.estimates_table(estimates, [], choices.get("truth", header.NO_TRUTH))

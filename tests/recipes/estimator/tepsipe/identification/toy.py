@@ -5,21 +5,23 @@ tau - tau_rest = I theta'' + B theta' + K (theta - theta_rest) + c
 
 import numpy as np
 
-from tepsipe.identification.estimators import Record
 from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.mechanics.impedance_model import impedance_torque
+from tepsipe.mechanics.segment_kinematics import JointMotion
+from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.least_squares import least_squares_line
 
 
-def fit_windows(record: Record) -> WindowedFits:
-    """I, B, K of every perturbation; angle and torque refer to rest."""
-    motion, rest = record.motion, record.at_rest
-    theta_rest, torque_rest = float(motion.theta[rest].mean()), float(record.torque[rest].mean())
-    torque = record.torque - torque_rest
+def fit_windows(
+    motion: JointMotion, torque: np.ndarray, perturbations: list[Perturbation], at_rest: np.ndarray
+) -> WindowedFits:
+    """I, B, K of every perturbation, from the torque (N·m); angle and torque refer to rest."""
+    theta_rest, torque_rest = float(motion.theta[at_rest].mean()), float(torque[at_rest].mean())
+    torque = torque - torque_rest
     regressors = np.column_stack([motion.theta_dd, motion.theta_d, motion.theta - theta_rest])
-    windows = [slice(p.start, p.stop) for p in record.perturbations]
+    windows = [slice(p.start, p.stop) for p in perturbations]
     parts = [(regressors[window], torque[window]) for window in windows]
     fits = [least_squares_line(x - x.mean(axis=0), y - y.mean()) for x, y in parts]
     mean = np.mean([fit.parameters for fit in fits], axis=0)
     predicted = impedance_torque(mean, regressors[:, 2], regressors[:, 1], regressors[:, 0])
-    return WindowedFits(record.perturbations, fits, torque, predicted, regressors, theta_rest, torque_rest)
+    return WindowedFits(perturbations, fits, torque, predicted, regressors, theta_rest, torque_rest)

@@ -9,6 +9,6 @@ EXPERIMENT = Experiment(
     settings="ingest.Settings",
     ingest_reads=("ingest",),
     fit_reads=("analysis",),
-    drawn_of=("fits", "estimates"),
+    drawn_of=("estimates",),
     printed=("analysis.cut_s",),
 )

@@ -10,16 +10,15 @@ from tepsipe.io.estimates import ESTIMATES, Estimate
 
 def draw_toy(files, chosen) -> Iterator[tuple[str, Figure]]:
     """Figure of the estimates of all trials."""
-    yield (
-        "figure_toy_stiffness",
-        plot_stiffness([row for path in files.estimates for row in ESTIMATES.read(path)]),
-    )
+    rows = [row for path in files.estimates for row in ESTIMATES.read(path)]
+    yield "figure_toy_stiffness", plot_stiffness(rows, list(chosen.conditions))
 
 
 @in_style
-def plot_stiffness(rows: list[Estimate]) -> Figure:
+def plot_stiffness(rows: list[Estimate], names: list[str]) -> Figure:
     """Stiffness of every trial (N·m/rad)."""
     figure, axes = new_figure(1, 1, 2.0)
     axes.plot([row.value for row in rows], "o", label="stiffness")
+    axes.set_xticks(range(len(names)), names)
     axes.set_ylabel("Stiffness (N·m/rad)")
     return figure

@@ -3,14 +3,16 @@
 from tepsipe.drawing import header
 from tepsipe.drawing.trial_page import Clock, Page, Panel, Section, Trace
 from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.result import read_result
 from tepsipe.io.trial import read_trial
 
 
 def page(files, chosen) -> Page:
     """Torque of the spring."""
-    trial, choices = read_trial(files.trial), header.choices_of_trial(files, chosen)
+    trial, fit = read_trial(files.trial), read_result(files.fit)
+    choices = header.choices_of_trial(files, chosen)
     trace = Trace("measured", trial.values("torque"), Clock.of(trial.time))
-    facts = header.trial_facts(trial, "toy", choices)
+    facts = [*header.trial_facts(trial, "toy", choices), ("Samples", str(fit.facts["samples"]))]
     return Page(
         title=f"A toy, {choices['condition']}",
         study=choices["study"],
