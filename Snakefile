@@ -71,6 +71,7 @@ include: "workflow/rules/web_report.smk"
 
 
 rule all:
+    """Make the whole study."""
     default_target: True
     input:
         OUTPUTS,

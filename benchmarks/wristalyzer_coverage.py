@@ -26,8 +26,11 @@ from tepsipe.experiments.wristalyzer.pooled import fit_wristalyzer_together, poo
 from tepsipe.experiments.wristalyzer.record import WristalyzerOptions  # noqa: E402
 from tepsipe.ingest.manipulators import ManipulatorOptions, ingest_torque_manipulator  # noqa: E402
 from tepsipe.io.readers.text_table import read_text_table  # noqa: E402
-from tepsipe.reporting.recovery import true_parameters  # noqa: E402
-from tepsipe.reporting.true_motion import linear_truth, read_true_motion  # noqa: E402
+from tepsipe.reporting.recovery import (  # noqa: E402
+    linear_truth,
+    read_true_motion,
+    true_parameters,
+)
 from tepsipe.statistics.uncertainty import sources_of  # noqa: E402
 from tepsipe.virtual_lab.drawn_laboratories import draw_laboratory  # noqa: E402
 from tepsipe.virtual_lab.wristalyzer_trial import make_wristalyzer_trial  # noqa: E402

@@ -45,8 +45,11 @@ FLOORS = [
         ("ingest", "raw contents to one trial"),
         ("treadmill", "models of the belt-induced load"),
     ],
-    [("identification", "windowed least squares, output error, IV, admittance fit, parallel cascade")],
-    [("experiments", "wristalyzer, dummy, weight, standing, position manipulator, forward, noise")],
+    [
+        ("identification", "least squares, output error, IV, admittance, parallel cascade"),
+        ("drawing", "style of figures, pages of trials"),
+    ],
+    [("experiments", "wristalyzer, dummy, weight, standing, ...: analysis, figures, pages")],
     [
         ("reporting", "tables and claims of the thesis, recovery, figures"),
         ("new_study", "settings from your recordings"),

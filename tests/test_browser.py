@@ -3,8 +3,8 @@
 import browser_driver
 import pytest
 
+from tepsipe.drawing.names import PARAMETER_SETS
 from tepsipe.experiments.forward.scores import FORWARD_SCORES
-from tepsipe.reporting.figures.names import PARAMETER_SETS
 
 pytestmark = [
     pytest.mark.study,

@@ -329,7 +329,7 @@ def rules_of_pages():
             assert f"**{table_of}," in block
             block = block.replace(f"    **{table_of},\n", "".join(f"    {name}=...,\n" for name in given))
         module = "weight" if experiment == "empty" else experiment
-        block = block.replace("composed_by=_module", f'composed_by="{module}"').replace("{_module}", module)
+        block = block.replace("{_module}", module)
         parts = re.split(r"^(\w+):\n", block.replace('f"', '"'), flags=re.MULTILINE)
         sections = {k: textwrap.indent(v, "    ") for k, v in zip(parts[1::2], parts[2::2], strict=True)}
         found[f"write_{experiment}_pages"] = sections
@@ -443,30 +443,44 @@ def used(path, kind):
     return names, computed
 
 
-# of the scripts that many rules share: param that names the module of a rule, and where the module is
+# of the scripts that many rules share: param that names the module of a rule, some with its function, and
+# where the module is
 LOADED = {
-    "plot": ("drawn_by", "tepsipe/reporting/figures/{}.py"),
-    "write_pages": ("composed_by", "tepsipe/reporting/pages/{}.py"),
+    "plot": ("drawn_by", "tepsipe/{}.py"),
+    "write_pages": ("composed_by", "tepsipe/{}.py"),
     "ingest": ("module", "{}.py"),
     "fit": ("module", "{}.py"),
     "make_trial": ("made_by", "tepsipe/virtual_lab/{}.py"),
 }
-# whose modules take inputs and params of the rule themselves
+# whose functions take inputs and params of the rule themselves
 DRAWING = ("plot", "write_pages")
 
 
 def loaded_by(rule, path):
-    """The module that a script loads because a param of the rule names it; None of other scripts."""
+    """Module and function that a script loads because a param of the rule names them, if it does."""
     if path.stem not in LOADED:
-        return None
+        return None, None
     param, place = LOADED[path.stem]
-    named = re.search(rf'{param}="([\w.]+)"', RULES[rule]["params"])
-    return place.format(named[1].replace(".", "/"))
+    module, function = re.search(rf'{param}="([\w.]+):?(\w*)"', RULES[rule]["params"]).groups()
+    return place.format(module.replace(".", "/")), function or None
+
+
+def part_with(module, function):
+    """Syntax of a function of a module, and of those to which it hands its files and params on."""
+    functions = {node.name: node for node in syntax(ROOT / module).body if isinstance(node, ast.FunctionDef)}
+    waiting, found = [function], {}
+    while waiting:
+        name = waiting.pop()
+        found[name] = functions[name]
+        for node in ast.walk(functions[name]):
+            if isinstance(node, ast.Call) and {"files", "chosen"} & {getattr(a, "id", "") for a in node.args}:
+                waiting += {getattr(node.func, "id", "")} & (functions.keys() - found.keys())
+    return [node for function in found.values() for node in ast.walk(function)]
 
 
 def reached(rule, path):
     """Files that the script of a rule reaches, itself or by the module that it loads."""
-    starts = [str(path.relative_to(ROOT)), *filter(None, [loaded_by(rule, path)])]
+    starts = [str(path.relative_to(ROOT)), *filter(None, loaded_by(rule, path)[:1])]
     return {*starts[1:], *(file for start in starts for file in reached_by(start, str(ROOT)))}
 
 
@@ -474,9 +488,9 @@ def read_by(rule, path, kind):
     """Names that the script of a rule reads, itself or by the module that it loads; whether by subscript."""
     names, computed = used(path, kind)
     if path.stem in DRAWING:
+        module, function = loaded_by(rule, path)
         of = {"input": "files", "params": "chosen"}[kind]
-        module = ROOT / loaded_by(rule, path)
-        found = [node for node in nodes(module) if isinstance(node, ast.Attribute)]
+        found = [node for node in part_with(module, function) if isinstance(node, ast.Attribute)]
         names = names | {node.attr for node in found if getattr(node.value, "id", "") == of}
         if any(node.attr == "choices_of_trial" for node in found):
             names |= {"params": {"title", "trial"}, "input": {"truth"}}[kind]
@@ -515,7 +529,9 @@ def test_every_script_belongs_to_the_rule_of_its_name():
             assert main[1] == used_again.get(name, name).removeprefix("write_")
         if path.stem in DRAWING:
             wanted = re.sub(r"^plot_\w+", "plot", re.sub(r"^write_\w+_pages$", "write_pages", wanted))
-            assert Path(loaded_by(name, path)).stem in used_again.get(name, name)
+            module, function = loaded_by(name, path)
+            own = Path(module).parent.name if function == "page" else function.removeprefix("draw_")
+            assert used_again.get(name, name) in (f"plot_{own}", f"write_{own}_pages")
         assert path.stem == wanted
     assert {path.name for _, path in scripted()} == {p.name for p in SCRIPTS} - SHARED
 
@@ -558,7 +574,7 @@ def picked_sections():
         given = re.search(r"^ {8}section=(.*?)(?=^ {8}\w+=|\Z)", RULES[name].get("params", ""), re.M | re.S)
         call = given and re.match(r"(?:lambda w: )?(section_of|pick)\([^,]+,(.*)", given[1], re.S)
         if call and name not in LOOPED:
-            own = filter(None, [loaded_by(name, path)])
+            own = filter(None, loaded_by(name, path)[:1])
             modules = {*(n for n in imported(path)), *(m.removesuffix(".py").replace("/", ".") for m in own)}
             (module,) = (n for n in modules if re.fullmatch(r"tepsipe\.experiments\.\w+\.fit\w*", n))
             declared.setdefault(module, []).extend(re.findall(r'"([^"]+)"', call[2]))
@@ -625,7 +641,7 @@ def test_script_writes_exactly_the_outputs_that_its_rule_names(rule, path):
 
 @pytest.mark.parametrize(("rule", "path"), CASES)
 def test_rule_is_run_again_when_a_module_that_its_script_reaches_changes(rule, path):
-    module = loaded_by(rule, path)
+    module, _ = loaded_by(rule, path)
     modules = rf', "{module}"[),]' if module else "[),]"
     assert re.search(rf'library=library_of\("{path.stem}"{modules}', RULES[rule]["input"])
     assert path.is_file() and (module is None or (ROOT / module).is_file())

@@ -11,6 +11,7 @@ import pytest
 from syntax import imports
 
 from tepsipe.experiments.registry import EXPERIMENTS
+from workflow.support.imported_files import reached_by
 
 ROOT = Path(__file__).parents[1]
 MODULES = sorted((ROOT / "tepsipe").rglob("*.py"))
@@ -26,6 +27,7 @@ FLOORS = {
     "ingest": 3,
     "treadmill": 3,
     "identification": 4,
+    "drawing": 4,
     "experiments": 5,
     "reporting": 6,
     "new_study": 6,
@@ -168,11 +170,31 @@ def test_what_takes_arrays_knows_neither_trials_nor_files(package):
                 assert other.split(".")[0] not in ("h5py", "ezc3d", "edfio", "pathlib", "csv"), name
 
 
-def test_pandas_and_pyplot_are_imported_in_reporting_or_when_a_result_is_shown():
+def is_named(name, *leaves):
+    return name.rpartition(".")[2] in leaves
+
+
+def test_pandas_and_pyplot_are_imported_where_reports_are_made_or_when_a_result_is_shown():
+    """Pandas in reporting, matplotlib in drawing, both in modules of figures."""
     for name, path in NAMES.items():
         for other in imported(path, at_import_only=True):
-            if other.split(".")[0] == "pandas" or other.startswith("matplotlib"):
-                assert room(name) == "reporting", f"{name} imports {other} when it is imported"
+            home = {"pandas": "reporting", "matplotlib": "drawing"}.get(other.split(".")[0])
+            allowed = home in (None, room(name)) or is_named(name, "figures")
+            assert allowed, f"{name} imports {other} when it is imported"
+
+
+def test_figures_and_pages_are_imported_by_no_other_module():
+    """Scripts load them by name, so that an edit of a figure runs no fit and no table again."""
+    shown = {name for name in NAMES if is_named(name, "figures", "page")}
+    assert len(shown) > 15
+    for name in NAMES:
+        # tepsipe plan draws the plan that it prints
+        allowed = {"tepsipe.experiments.planning.figures"} if name == "tepsipe.cli" else set()
+        assert arrows(name) & shown <= allowed, name
+    files = {NAMES[name].relative_to(ROOT).as_posix() for name in shown}
+    for script in (ROOT / "workflow/scripts").glob("*.py"):
+        reached = files.intersection(reached_by(script.relative_to(ROOT).as_posix(), str(ROOT)))
+        assert not reached, f"{script} imports {reached}"
 
 
 def test_scipys_packages_are_imported_when_they_are_used():

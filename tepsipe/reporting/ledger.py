@@ -8,8 +8,7 @@ import numpy as np
 
 from tepsipe.errors import InputError, quoted
 from tepsipe.io.tables import Table
-from tepsipe.reporting.noise_table import TABLE_COLUMNS
-from tepsipe.reporting.thesis_tables import TableRow
+from tepsipe.reporting.thesis_tables import TABLE_COLUMNS, TableRow
 
 IMPLIED, FITTED, PREDICTED, PATTERN = "implied", "fitted", "predicted", "pattern"
 INTERPRETATION, EXPLAINED, NOT_REPRODUCED = "interpretation", "explained", "not reproduced"

@@ -8,8 +8,8 @@ from types import ModuleType
 import numpy as np
 import pandas as pd
 
+from tepsipe.drawing.names import UNIT_SYMBOLS, short_name, words
 from tepsipe.io.result import Result
-from tepsipe.reporting.figures.names import UNIT_SYMBOLS, short_name, words
 
 
 @dataclass(frozen=True)

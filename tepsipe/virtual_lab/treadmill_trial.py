@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import ezc3d
 import numpy as np
 import scipy
 from annotated_types import Ge, Gt, Le
@@ -82,6 +81,8 @@ def write_markers(
     positions: x, y, z (m), NaN while hidden; the file holds mm.
     rate_hz: frame rate.
     """
+    import ezc3d  # loads a compiled library, which only makers of files need
+
     file = ezc3d.c3d()
     file["parameters"]["POINT"]["RATE"]["value"] = [float(rate_hz)]
     file["parameters"]["POINT"]["LABELS"]["value"] = list(labels)

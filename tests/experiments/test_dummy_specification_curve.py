@@ -8,6 +8,8 @@ import pytest
 from builders import Joint
 from typst_builders import findings_of
 
+from tepsipe.drawing.names import words
+from tepsipe.experiments.dummy.figures import plot_specification
 from tepsipe.experiments.dummy.foot_pathways import FootOptions
 from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy
 from tepsipe.experiments.dummy.specification_curve import (
@@ -22,8 +24,6 @@ from tepsipe.experiments.dummy.specification_curve import (
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.mechanics.inverse_dynamics import Foot
 from tepsipe.reporting.chapters import dummy
-from tepsipe.reporting.figures.names import words
-from tepsipe.reporting.figures.specification_curve import plot_specification
 from tepsipe.reporting.run import Run
 from tests.experiments.test_dummy_leg_pathways import OPTIONS, trial_of_swing
 

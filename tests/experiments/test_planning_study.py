@@ -10,6 +10,12 @@ from typst_builders import evaluated, page_of, plain_words
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.planning.design import LEG_MARKERS, exact_markers
+from tepsipe.experiments.planning.figures import (
+    plot_filters,
+    plot_needed,
+    plot_pulses,
+    plot_treadmill_filters,
+)
 from tepsipe.experiments.planning.filtering import (
     FilteredEstimates,
     delay_samples,
@@ -23,15 +29,14 @@ from tepsipe.experiments.planning.plan import draw_estimates, plan_experiment
 from tepsipe.identification.regression.windows import regress_torque
 from tepsipe.io.tables import write_records
 from tepsipe.reporting.chapters import plan as plan_chapter
-from tepsipe.reporting.figures.planning import plot_filters, plot_needed, plot_pulses, plot_treadmill_filters
 from tepsipe.reporting.plan_tables import (
     checked_rows,
     predicted_filters,
     simulated_filters,
     window_rows,
 )
+from tepsipe.reporting.recovery import TrueMotion
 from tepsipe.reporting.run import Run, report_content
-from tepsipe.reporting.true_motion import TrueMotion
 from tepsipe.signals.filters import Lowpass
 from tests.experiments.test_planning import design, plan
 

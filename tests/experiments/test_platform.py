@@ -11,13 +11,17 @@ import pytest
 from page_builders import page_data
 from typst_builders import typeset_words
 
+from tepsipe.drawing.trial_page import render
 from tepsipe.errors import InputError
+from tepsipe.experiments.platform import figures
 from tepsipe.experiments.platform.analysis import (
     PlatformOptions,
     analyse_platform,
     platform_estimates,
     platform_result,
 )
+from tepsipe.experiments.platform.fit import begin, fit
+from tepsipe.experiments.platform.page import platform_page
 from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.platform import PlatformTableOptions, ingest_platform
 from tepsipe.ingest.plausibility import plausible_trial
@@ -25,9 +29,6 @@ from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.io.result import read_result, write_result
 from tepsipe.reporting.chapters import platform
-from tepsipe.reporting.figures import platform as figures
-from tepsipe.reporting.pages.platform import platform_page
-from tepsipe.reporting.pages.trial_page import render
 from tepsipe.reporting.run import Run, report_content
 from tepsipe.virtual_lab.platform_person import PlatformPerson, PlatformProtocol, record_platform
 
@@ -68,6 +69,15 @@ def trial(table):
 @pytest.fixture(scope="module")
 def analysis(trial):
     return analyse_platform(trial, OPTIONS)
+
+
+def test_fit_takes_the_section_of_the_configuration(trial, analysis):
+    section = {"analysis": vars(OPTIONS)}
+    fitted = fit(trial, section, "a")
+    assert str(fitted.estimates) == str(platform_estimates("platform", "a", analysis, OPTIONS))  # NaN
+    assert fitted.contributions == []
+    whole, *_ = begin(trial, section, "platform/a")
+    assert np.array_equal(whole.frequency_hz, analysis.spectra.frequency_hz)
 
 
 @pytest.fixture(scope="module")

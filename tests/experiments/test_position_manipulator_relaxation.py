@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from tepsipe.experiments.position_manipulator.analysis import parallel_cascade_estimates
+from tepsipe.experiments.position_manipulator.page import position_manipulator_page
 from tepsipe.identification.cascade.pathways import relaxing_deflection
 from tepsipe.io.result import Result
-from tepsipe.reporting.pages.position_manipulator import position_manipulator_page
 from tepsipe.signals.differentiation import derivative
 from tepsipe.statistics.bootstrap import expanded_tail
 from tests.identification.test_short_range import QUICK, RATE, fitted, held_angle, joint_torque

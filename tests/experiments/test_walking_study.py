@@ -12,6 +12,7 @@ from typst_builders import evaluated, page_of, plain_words
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.analysis import analyse_walking
 from tepsipe.experiments.walking.deviations import Deviations
+from tepsipe.experiments.walking.figures import plot_walking
 from tepsipe.experiments.walking.files import read_events, read_recording
 from tepsipe.experiments.walking.impedance import WalkingOptions, predicted_uncertainty
 from tepsipe.experiments.walking.needed_strides import ExpectedPulse, needed_strides
@@ -25,7 +26,6 @@ from tepsipe.experiments.walking.strides import (
 )
 from tepsipe.io.result import Result
 from tepsipe.reporting.chapters import walking as chapter
-from tepsipe.reporting.figures.walking import plot_walking
 from tepsipe.reporting.run import Run, report_content
 from tests.experiments.test_walking import WALK, analysed, pulsed, recorded, synthetic_walk
 

@@ -5,9 +5,9 @@ import pytest
 from dflow_builders import write_mocap
 
 from tepsipe.cli import main
+from tepsipe.drawing.contents import BINS, decimated, draw_contents
 from tepsipe.io.file_format import Channel
 from tepsipe.io.formats import contents_of
-from tepsipe.reporting.figures.contents import BINS, decimated, draw_contents
 
 
 @pytest.fixture(autouse=True)

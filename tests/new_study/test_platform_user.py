@@ -10,7 +10,7 @@ from bad_inputs import DURATION_S, ingest, paths, write_platform
 
 from tepsipe.new_study.files import platform_columns
 from tepsipe.new_study.study import new_study
-from tepsipe.reporting.figures.participants import plot_participants
+from tepsipe.reporting.figures import plot_participants
 from tests.reporting.test_participants import words as chapter_of
 from tests.workflow.test_bad_inputs import assert_refused
 from workflow.support.yaml_file import read_settings

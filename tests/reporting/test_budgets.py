@@ -12,7 +12,7 @@ from tepsipe.io.estimates import Contribution, Estimate
 from tepsipe.reporting.budgets import budgeted, relative_budgets, source_words
 from tepsipe.reporting.chapters import budgets
 from tepsipe.reporting.chapters.budgets import largest_source
-from tepsipe.reporting.figures.budgets import bars_of, plot_budgets
+from tepsipe.reporting.figures import bars_of, plot_budgets
 from tepsipe.reporting.run import Run, report_content
 
 NAMES = ("dummy", "leg", "windowed-least-squares")

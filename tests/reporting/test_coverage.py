@@ -17,18 +17,19 @@ from tepsipe.reporting.chapters import coverage as chapter
 from tepsipe.reporting.coverage import (
     COVERAGE_ROWS,
     DROPPED_ROWS,
+    FLAG_ROWS,
     LABORATORIES,
     OUTCOME_ROWS,
     Laboratory,
     Outcome,
     coverage_rows,
     dropped_rows,
+    flag_rows,
     interval_without,
     outcome_row,
     outcomes_of,
 )
-from tepsipe.reporting.coverage_flags import FLAG_ROWS, flag_rows
-from tepsipe.reporting.figures.coverage import plot_coverage, plot_intervals
+from tepsipe.reporting.figures import plot_coverage, plot_intervals
 from tepsipe.reporting.recovery import recovery_of
 from tepsipe.reporting.run import Run, report_content
 from tepsipe.virtual_lab.drawn_laboratories import draw_laboratory, drawn_numbers

@@ -9,15 +9,13 @@ import pytest
 from builders import LEG, belt_pulses
 from page_builders import NASTY, parsed
 
+from tepsipe.drawing.trial_page import Packed, asset, unpack
 from tepsipe.experiments.dummy.specification_curve import SPECIFICATIONS
 from tepsipe.io.result import Result
 from tepsipe.mechanics.forward_dynamics import Joint, Start, resting, simulate_dummy
 from tepsipe.mechanics.inverse_dynamics import Foot
 from tepsipe.reporting.ledger import VERDICTS, CellVerdict
-from tepsipe.reporting.pages.decimation import Packed, unpack
-from tepsipe.reporting.pages.explorers import explored, forward
-from tepsipe.reporting.pages.html import asset
-from tepsipe.reporting.pages.printed_cells import SIGNS, printed_cells
+from tepsipe.reporting.page_parts import SIGNS, explored, forward, printed_cells
 
 NODE = shutil.which("node")
 RATE_HZ, STANDING_RAD = 250.0, 0.004

@@ -5,7 +5,7 @@ import csv
 import numpy as np
 from matplotlib.figure import Figure
 
-from tepsipe.reporting.figures.figure_numbers import write_drawn
+from tepsipe.drawing.style import write_drawn
 
 
 def rows_of(figure, path):

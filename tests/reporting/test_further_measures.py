@@ -8,8 +8,7 @@ import pytest
 from tepsipe.experiments.noise.rows import NoiseRow
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
-from tepsipe.reporting.claims import Findings
-from tepsipe.reporting.further_measures import MEASURES
+from tepsipe.reporting.claims import MEASURES, Findings
 from tepsipe.reporting.thesis_tables import TableRow
 
 

@@ -11,6 +11,15 @@ from typst_builders import chapter_words
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.position_manipulator.analysis import REFLEX_ESTIMATOR
+from tepsipe.experiments.position_manipulator.figures import plot_operating_points, plot_time_varying
+from tepsipe.experiments.position_manipulator.operating_points import (
+    LITERATURE_SLOPE,
+    OPERATING_POINTS,
+    RELATIONS,
+    Nominal,
+    operating_points,
+    relations,
+)
 from tepsipe.experiments.position_manipulator.time_varying import (
     VARYING_ROWS,
     TimeVaryingOptions,
@@ -20,16 +29,6 @@ from tepsipe.experiments.position_manipulator.time_varying import (
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.reporting.chapters import position_manipulator
-from tepsipe.reporting.figures.operating_points import plot_operating_points
-from tepsipe.reporting.figures.time_varying import plot_time_varying
-from tepsipe.reporting.operating_points import (
-    LITERATURE_SLOPE,
-    OPERATING_POINTS,
-    RELATIONS,
-    Nominal,
-    operating_points,
-    relations,
-)
 from tepsipe.reporting.run import Run, report_content
 from workflow.support import outputs
 from workflow.support.study import Study

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tepsipe.reporting.pages.decimation import decimate, pack, plan_runs, unpack
+from tepsipe.drawing.trial_page import decimate, pack, plan_runs, unpack
 
 
 def spiky(rng, size):

@@ -21,18 +21,28 @@ from page_builders import (
     weight_results,
 )
 
+from tepsipe.drawing import trial_page
+from tepsipe.drawing.names import by_uncertainty
+from tepsipe.drawing.trial_page import (
+    Band,
+    Clock,
+    Page,
+    Panel,
+    Section,
+    Trace,
+    asset,
+    json_script,
+    render,
+    write_page,
+)
+from tepsipe.experiments.belt.page import belt_page
+from tepsipe.experiments.dummy.page import dummy_page
+from tepsipe.experiments.position_manipulator.page import position_manipulator_page
+from tepsipe.experiments.standing.page import standing_page
+from tepsipe.experiments.weight.page import weight_page
+from tepsipe.experiments.wristalyzer.page import wristalyzer_page
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Signal, Trial
-from tepsipe.reporting.format import by_uncertainty
-from tepsipe.reporting.pages import trial_page
-from tepsipe.reporting.pages.belt import belt_page
-from tepsipe.reporting.pages.dummy import dummy_page
-from tepsipe.reporting.pages.html import asset, json_script
-from tepsipe.reporting.pages.position_manipulator import position_manipulator_page
-from tepsipe.reporting.pages.standing import standing_page
-from tepsipe.reporting.pages.trial_page import Band, Clock, Page, Panel, Section, Trace, render, write_page
-from tepsipe.reporting.pages.weight import weight_page
-from tepsipe.reporting.pages.wristalyzer import wristalyzer_page
 
 
 def dummy(study="A study", condition="sine-0.3", trial=None, foot=True, flags=""):
@@ -290,7 +300,7 @@ def test_estimates_have_the_digits_that_their_interval_allows(numbers, shown):
 
 
 def test_colours_of_bands_in_the_script_are_those_that_pages_use():
-    from tepsipe.reporting.pages.trial_page import BANDS
+    from tepsipe.drawing.trial_page import BANDS
 
     fills = re.search(r"const FILLS = \{(.*?)\};", asset("plot.js"), re.DOTALL).group(1)
     assert set(re.findall(r'"([\w-]+)": "rgba', fills)) == set(BANDS)

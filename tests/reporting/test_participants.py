@@ -5,7 +5,7 @@ import pytest
 from typst_builders import evaluated, typeset_words
 
 from tepsipe.reporting.chapters import participants
-from tepsipe.reporting.figures.participants import plot_participants
+from tepsipe.reporting.figures import plot_participants
 from tepsipe.reporting.participants import GROUP_ESTIMATES, PERSON_ESTIMATES, PersonEstimate, group_estimates
 from tepsipe.reporting.run import Run, report_content
 

@@ -13,8 +13,7 @@ from tepsipe.mechanics.engines.interface import Joint
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.reporting import planned
 from tepsipe.reporting.chapters import planning
-from tepsipe.reporting.claims import MEASURES
-from tepsipe.reporting.findings import Findings
+from tepsipe.reporting.claims import MEASURES, Findings
 from tepsipe.reporting.planned import (
     BOUND,
     NUMBER,

@@ -9,7 +9,7 @@ import re
 import pytest
 from typst_builders import evaluated
 
-from tepsipe.reporting.format import MINUS, SUPERSCRIPTS, by_uncertainty, number
+from tepsipe.drawing.names import MINUS, SUPERSCRIPTS, by_uncertainty, number
 
 QUANTITIES = ("VAF_trial", "I", "B", "K", "SEM_K", "error")
 

@@ -13,12 +13,11 @@ from matplotlib import font_manager
 from pypdf import PdfReader
 from typst_builders import REPORT, evaluated
 
+from tepsipe.drawing import style
+from tepsipe.drawing.names import PARAMETER_SETS, short_name
+from tepsipe.drawing.style import in_style
 from tepsipe.io.trial import Signal, Trial
-from tepsipe.reporting.figures import style
-from tepsipe.reporting.figures.names import PARAMETER_SETS, short_name
-from tepsipe.reporting.figures.protocol import TimeLine, draw_protocol
-from tepsipe.reporting.figures.rigs import markers_at_rest
-from tepsipe.reporting.figures.style import in_style
+from tepsipe.reporting.figures import TimeLine, draw_protocol, markers_at_rest
 
 MINUS = "\N{MINUS SIGN}"
 
@@ -146,9 +145,10 @@ def test_figures_keep_their_font_where_the_users_list_of_fonts_lacks_it(monkeypa
 
 def test_no_lettering_of_a_figure_is_too_small_to_read_in_print():
     """Figures are as wide as the text, so a size in the code is at most 3 % smaller than in print."""
-    folder = Path(style.__file__).parent
+    library = Path(style.__file__).parents[1]
     pattern = re.compile(r"\b(?:fontsize|title_fontsize|labelsize|size)=(\d+\.?\d*)\b(?! \*)")
-    sizes = {p.name: [float(x) for x in pattern.findall(p.read_text("utf-8"))] for p in folder.glob("*.py")}
+    modules = [*library.glob("drawing/*.py"), *library.rglob("figures.py")]
+    sizes = {str(p): [float(x) for x in pattern.findall(p.read_text("utf-8"))] for p in modules}
     assert sum(map(len, sizes.values())) > 20
     small = {name: [x for x in own if 5.0 < x < 7.0] for name, own in sizes.items()}
     assert {name: own for name, own in small.items() if own} == {}

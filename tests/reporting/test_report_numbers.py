@@ -3,7 +3,7 @@
 import pytest
 from typst_builders import evaluated, typeset_words
 
-from tepsipe.reporting.figures.names import short_name, unit_symbol, words
+from tepsipe.drawing.names import short_name, unit_symbol, words
 
 MINUS = "\N{MINUS SIGN}"
 

@@ -12,9 +12,8 @@ from study_chapter_builders import CLAIM, estimate, study_content, study_run
 from typst_builders import page_of, plain_words
 
 from tepsipe.io.estimates import Recovery
-from tepsipe.reporting.pages.markdown import html_of
-from tepsipe.reporting.pages.report_page import Origin, ReportPage, made_again, render_report
-from tepsipe.reporting.pages.trials import trial_rows, trials_table
+from tepsipe.reporting.page_parts import trial_rows, trials_table
+from tepsipe.reporting.report_page import Origin, ReportPage, html_of, made_again, render_report
 from workflow.support.origins import study_command
 
 DECISIONS = Path(__file__).parents[2] / "docs/decisions"

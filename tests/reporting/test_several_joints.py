@@ -8,10 +8,10 @@ import pytest
 from typst_builders import evaluated, typeset_words
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.planning.figures import plot_several_joints
 from tepsipe.experiments.planning.several_joints import MODELS, epochs_of, estimate, predict, read_draws
 from tepsipe.io.tables import write_records
 from tepsipe.reporting.chapters import several_joints
-from tepsipe.reporting.figures.several_joints import plot_several_joints
 from tepsipe.reporting.run import Run, report_content
 from tepsipe.reporting.several_joints import element_rows, model_rows, movement, set_rows
 from tepsipe.virtual_lab.standing_chain import write_chain_trials

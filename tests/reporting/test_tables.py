@@ -10,8 +10,7 @@ from builders import assert_one_sentence
 from tepsipe.errors import InputError
 from tepsipe.io.estimates import RECOVERIES, Estimate
 from tepsipe.io.result import Result
-from tepsipe.reporting.claims import CLAIM_VERDICTS, MEASURES, Findings, check_claims
-from tepsipe.reporting.findings import findings_of_cells
+from tepsipe.reporting.claims import CLAIM_VERDICTS, MEASURES, Findings, check_claims, findings_of_cells
 from tepsipe.reporting.recovery import (
     AT_WORK,
     SMALL,

@@ -10,8 +10,7 @@ from builders import assert_one_sentence
 from tepsipe.errors import InputError
 from tepsipe.experiments.registry import EXPERIMENTS
 from tepsipe.experiments.standing.muscle_torque import ACTIVE
-from tepsipe.reporting.claims import MEASURES, Findings, check_claims
-from tepsipe.reporting.findings import findings_of_cells
+from tepsipe.reporting.claims import MEASURES, Findings, check_claims, findings_of_cells
 from tepsipe.reporting.ledger import null_cells, tolerances_of
 from workflow.settings.check import check_content
 from workflow.settings.complete import only, pick, settings_of, without

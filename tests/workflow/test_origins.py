@@ -34,7 +34,7 @@ def test_every_figure_has_its_rule_and_the_function_that_draws_it(kind, figure):
         r"(\w+) \((.*)\)", dict(sources.code_of_figure(figure, rule))["Function"]
     ).groups()
     word = "#let" if place.startswith("report/drawings.typ:") else "def"
-    assert word == "#let" or place.startswith("tepsipe/reporting/figures/")
+    assert word == "#let" or re.match(r"tepsipe/(\w+/)+figures\.py:|tepsipe/drawing/", place)
     assert has_line(place, f"{word} {function}(")
 
 

@@ -1,5 +1,6 @@
 """What a study holds, shows and makes: look-ups on its trials, without Snakemake."""
 
+import ast
 import re
 
 import pytest
@@ -21,6 +22,7 @@ from workflow.settings.dummy import ABOUT_ESTIMATORS
 from workflow.support import outputs, report_params
 from workflow.support.captions import captions_of, read_captions
 from workflow.support.lookups.thesis import table_experiment
+from workflow.support.origins import Sources, function_of
 from workflow.support.parts import APPENDIX, OF_APPENDIX, PARTS
 from workflow.support.study import Study, any_of
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, TrialRow, read_trial_sheet
@@ -56,13 +58,15 @@ def test_experiment_has_columns_and_settings_for_its_facts(name, config):
     assert set(experiment.named) <= set(experiment.names) <= set(OPTIONAL_COLUMNS)
 
 
-def test_every_figure_is_drawn_by_the_module_of_its_experiment_or_part(shipped, root):
+def test_every_figure_is_drawn_by_the_function_of_its_experiment_or_part(shipped, root):
+    sources = Sources(root)
     for name in [*EXPERIMENTS, *PARTS]:
         figures = outputs.figures_of(shipped, name)
-        text = (root / f"tepsipe/reporting/figures/{name}.py").read_text() if figures else ""
-        drawn = set(re.findall(r'yield "(figure_\w+)",', text))
+        module, function = sources.rule_of_figure(figures[0]).drawn_by if figures else ("", "")
+        text = ast.unparse(function_of(root / module, function)) if figures else ""
+        drawn = set(re.findall(r"yield \('(figure_\w+)',", text))
         if name == "budgets":
-            assert 'yield f"figure_budget_{name}"' in text
+            assert "yield (f'figure_budget_{name}'" in text
             drawn = {f"figure_budget_{name}" for name in outputs.budget_names(shipped)}
         assert drawn == set(figures) - set(APPENDIX), name
 

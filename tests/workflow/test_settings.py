@@ -29,7 +29,7 @@ from tepsipe.quantities import (
 from workflow.settings.check import check_content, entries_of, section_of
 from workflow.settings.config import Config, check_config
 from workflow.settings.reported import Reported
-from workflow.settings.section import Section, made_from
+from workflow.settings.section import Section, made_from, meaning_of
 from workflow.settings.tables import README, _rows, updated
 from workflow.settings.virtual_lab import VirtualLab
 from workflow.support.imported_files import reached_by
@@ -47,14 +47,18 @@ def test_tables_of_the_documentation_are_those_of_the_model():
 def settings(section, where=""):
     for name, field in section.model_fields.items():
         inner = section_of(field.annotation) or section_of(entries_of(field.annotation))
-        yield f"{where}{name}", field, inner
+        yield f"{where}{name}", section, inner
         if inner:
             yield from settings(inner, f"{where}{name}.")
 
 
 @pytest.mark.parametrize("model", [Config, VirtualLab, Reported])
 def test_every_setting_is_documented(model):
-    undocumented = [key for key, field, inner in settings(model) if not inner and not field.description]
+    undocumented = [
+        key
+        for key, section, inner in settings(model)
+        if not inner and not meaning_of(section, key.rpartition(".")[2])
+    ]
     assert not undocumented
 
 
@@ -284,8 +288,7 @@ def test_no_section_restates_a_field_of_the_dataclass_that_it_is_made_from():
             own = {
                 name
                 for name in vars(section).get("__annotations__", {})
-                if section.model_fields[name].description
-                or not section_of(section.model_fields[name].annotation)
+                if meaning_of(section, name) or not section_of(section.model_fields[name].annotation)
             }
             assert not own & inherited, f"{section.__name__} restates {own & inherited}"
 

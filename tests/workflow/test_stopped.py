@@ -6,6 +6,7 @@ import subprocess
 import sys
 from types import SimpleNamespace
 
+import ezc3d
 import numpy as np
 import pytest
 from builders import assert_one_sentence
@@ -159,13 +160,13 @@ def test_a_full_disk_is_named_where_not_even_a_log_could_be_written(tmp_path, mo
 
 
 def test_markers_that_find_no_space_are_no_shorter_file(tmp_path, monkeypatch):
-    write = treadmill_trial.ezc3d.c3d.write
+    write = ezc3d.c3d.write
 
     def on_a_full_disk(self, path):
         """What fits is written, and nothing is said."""
         write(self, path)
         os.truncate(path, 2000)
 
-    monkeypatch.setattr(treadmill_trial.ezc3d.c3d, "write", on_a_full_disk)
+    monkeypatch.setattr(ezc3d.c3d, "write", on_a_full_disk)
     with pytest.raises(OSError, match="No space left on device"):
         treadmill_trial.write_markers(tmp_path / "m.c3d", ("a", "b"), np.zeros((100, 2, 3)), 250.0)

@@ -94,7 +94,10 @@ def test_every_figure_and_table_has_data_code_command_and_the_figures_a_decision
         assert "snakemake -c1 results/" in origin and "--forcerun " in origin, name
         assert "decision" in origin, name
     drawn = [figure for figure in figures if "<img" in figure]
-    assert all(re.search(r"Function</dt><dd><code>\w+ \(tepsipe/\S+\.py:\d+\)", figure) for figure in drawn)
+    assert all(
+        re.search(r"Function</dt><dd><code>\w+ \((?:tepsipe/\S+\.py|report/drawings\.typ):\d+\)", figure)
+        for figure in drawn
+    )
     assert all(
         'loading="lazy"' in figure and re.search(r' width="\d+" height="\d+"', figure) for figure in drawn
     )

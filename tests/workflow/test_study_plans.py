@@ -243,8 +243,13 @@ def test_an_edit_of_a_reported_value_lays_its_own_table_out_again(own_study):
 
 
 def test_an_edit_of_a_module_of_pages_reruns_pages_and_nothing_else(own_study):
-    planned = planned_after_an_edit(own_study, "tepsipe/reporting/pages/dummy.py")
+    planned = planned_after_an_edit(own_study, "tepsipe/experiments/dummy/page.py")
     assert planned == {"write_dummy_pages": 2, "write_index": 1, "all": 1}
+
+
+def test_an_edit_of_a_module_of_figures_draws_again_and_runs_nothing_else(own_study):
+    planned = planned_after_an_edit(own_study, "tepsipe/experiments/dummy/figures.py")
+    assert planned == {"plot_dummy": 1, "plot_foot": 1, **REPORTS}
 
 
 def test_a_page_asked_for_by_name_is_that_of_the_whole_study_if_this_has_run(own_study):

@@ -2,6 +2,7 @@
 
 
 rule calibrate_belt:
+    """Fit models of the belt-induced load to the recordings of a treadmill, and evaluate them."""
     input:
         trials=STUDY.of_trials("<results>/trials/belt/{condition}.h5", "belt"),
         library=library_of("calibrate_belt"),
@@ -21,10 +22,11 @@ rule calibrate_belt:
 
 
 rule plot_belt:
+    """Draw the figures of a recorded treadmill."""
     input:
         fit="<results>/fits/belt.h5",
         scores="<results>/treadmill_models/belt.csv",
-        library=library_of("plot", "tepsipe/reporting/figures/belt.py"),
+        library=library_of("plot", "tepsipe/experiments/belt/figures.py"),
     output:
         **figure_files("belt"),
     log:
@@ -32,7 +34,7 @@ rule plot_belt:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="belt",
+        drawn_by="experiments.belt.figures:draw_belt",
         model=SETTINGS["belt"]["chosen"],
     script:
         "../scripts/plot.py"

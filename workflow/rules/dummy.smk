@@ -25,6 +25,7 @@ rule check_rig:
 
 
 rule cross_validate_dummy:
+    """Predict every trial of the dummy with the parameters of every trial."""
     input:
         fits=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
         library=library_of("cross_validate_dummy"),
@@ -42,6 +43,7 @@ rule cross_validate_dummy:
 
 
 rule specify_dummy:
+    """Analyse one trial of the dummy with every combination of choices."""
     input:
         trial=f"<results>/trials/dummy/{SPECIFIED}.h5",
         library=library_of("specify_dummy"),
@@ -65,12 +67,13 @@ rule specify_dummy:
 
 
 rule plot_dummy:
+    """Draw the figures of the dummy."""
     input:
         fits=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
         specification="<results>/tables/specification.csv",
         matrices="<results>/cross_validation/dummy.h5",
         recovery=outputs.recovery(STUDY),
-        library=library_of("plot", "tepsipe/reporting/figures/dummy.py"),
+        library=library_of("plot", "tepsipe/experiments/dummy/figures.py"),
     output:
         **figure_files("dummy"),
     log:
@@ -78,7 +81,7 @@ rule plot_dummy:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="dummy",
+        drawn_by="experiments.dummy.figures:draw_dummy",
         conditions=STUDY.conditions("dummy"),
         example=STUDY.shown("dummy", DUMMY["example_condition"]),
         as_printed=DUMMY["as_printed"],
@@ -89,6 +92,7 @@ rule plot_dummy:
 
 
 rule fit_foot:
+    """Fit a trial of the dummy with the torque from the foot and the force plate."""
     input:
         trial="<results>/trials/dummy/{condition}.h5",
         models=lambda w: outputs.plate_models(STUDY, "dummy", w.condition),
@@ -111,11 +115,12 @@ rule fit_foot:
 
 
 rule plot_foot:
+    """Draw the comparison of the torques from leg and foot."""
     input:
         leg=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
         foot=STUDY.of_trials("<results>/fits/foot/{condition}.h5", "dummy"),
         recovery=outputs.recovery(STUDY),
-        library=library_of("plot", "tepsipe/reporting/figures/foot.py"),
+        library=library_of("plot", "tepsipe/experiments/dummy/figures.py"),
     output:
         **figure_files("foot"),
     log:
@@ -123,7 +128,7 @@ rule plot_foot:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="foot",
+        drawn_by="experiments.dummy.figures:draw_foot",
         conditions=STUDY.conditions("dummy"),
         recommended=DUMMY["recommended"],
         usable=[name for name, own in DUMMY["foot"]["pathways"].items() if own["treadmill_model"]],
@@ -132,6 +137,7 @@ rule plot_foot:
 
 
 rule fit_thesis_dummy:
+    """Find the dummy that the printed tables describe."""
     input:
         trials=STUDY.of_trials("<results>/trials/dummy/{condition}.h5", "dummy"),
         library=library_of("fit_thesis_dummy"),
@@ -159,6 +165,7 @@ rule fit_thesis_dummy:
 
 
 rule plan_dummy:
+    """Predict the uncertainty of the thesis's experiments on the dummy."""
     input:
         library=library_of("plan_dummy"),
     output:
@@ -176,10 +183,11 @@ rule plan_dummy:
 
 
 rule plot_thesis_dummy:
+    """Draw the dummy that the printed tables describe."""
     input:
         table="<results>/tables/thesis_dummy.csv",
         fit="<results>/fits/thesis_dummy.h5",
-        library=library_of("plot", "tepsipe/reporting/figures/thesis_dummy.py"),
+        library=library_of("plot", "tepsipe/experiments/thesis_dummy/figures.py"),
     output:
         **figure_files("thesis_dummy"),
     log:
@@ -187,6 +195,6 @@ rule plot_thesis_dummy:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="thesis_dummy",
+        drawn_by="experiments.thesis_dummy.figures:draw_thesis_dummy",
     script:
         "../scripts/plot.py"

@@ -4,6 +4,7 @@ NOISE = SETTINGS["noise"]
 
 
 rule simulate_without_noise:
+    """Simulate the noise-free signals of a trial for the noise study."""
     input:
         trial="<results>/trials/dummy/{condition}.h5",
         library=library_of("simulate_without_noise"),
@@ -24,6 +25,7 @@ rule simulate_without_noise:
 
 
 rule sweep_noise:
+    """Estimate the parameters of one cell of the noise study."""
     input:
         fits=lambda w: [f"<results>/fits/without_noise/{c}.h5" for c in STUDY.noise.same_profile(w.condition)],
         library=library_of("sweep_noise"),
@@ -44,6 +46,7 @@ rule sweep_noise:
 
 
 rule collect_noise:
+    """Join the cells of the noise study, and lay out Table 4-4."""
     input:
         noise=[f"<results>/noise/{c}.csv" for c in STUDY.noise.conditions()],
         library=library_of("collect_noise"),
@@ -64,10 +67,11 @@ rule collect_noise:
 
 
 rule plot_noise:
+    """Draw the figures of the noise study."""
     input:
         noise=[f"<results>/noise/{c}.csv" for c in STUDY.noise.conditions()],
         drawings=[here("report/drawings.typ"), here("report/format.typ")],
-        library=library_of("plot", "tepsipe/reporting/figures/noise.py"),
+        library=library_of("plot", "tepsipe/experiments/noise/figures.py"),
     output:
         **figure_files("noise"),
     log:
@@ -75,7 +79,7 @@ rule plot_noise:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="noise",
+        drawn_by="experiments.noise.figures:draw_noise",
         joint=NOISE["joint"],
         protocol=pick(NOISE, "snr_db", "draws") | {"cutoff_hz": DUMMY_ANALYSIS["lowpass_cutoff_hz"]},
         table_snr_db=NOISE["table_snr_db"],

@@ -2,6 +2,7 @@
 
 
 rule tabulate_operating_points:
+    """List the operating points, and fit lines through them."""
     input:
         estimates=[
             f"<results>/estimates/position_manipulator/{c}.csv"
@@ -23,10 +24,11 @@ rule tabulate_operating_points:
 
 
 rule plot_operating_points:
+    """Draw stiffness and damping against the operating point."""
     input:
         points="<results>/tables/operating_points.csv",
         relations="<results>/tables/operating_relations.csv",
-        library=library_of("plot", "tepsipe/reporting/figures/operating_points.py"),
+        library=library_of("plot", "tepsipe/experiments/position_manipulator/figures.py"),
     output:
         **figure_files("operating_points"),
     log:
@@ -34,12 +36,13 @@ rule plot_operating_points:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="operating_points",
+        drawn_by="experiments.position_manipulator.figures:draw_operating_points",
     script:
         "../scripts/plot.py"
 
 
 rule vary_position_manipulator:
+    """Estimate the impedance that changes within a trial."""
     input:
         trial="<results>/trials/position_manipulator/{condition}.h5",
         fit="<results>/fits/position_manipulator/{condition}.h5",
@@ -58,6 +61,7 @@ rule vary_position_manipulator:
 
 
 rule tabulate_time_varying:
+    """List the impedance that changes within trials."""
     input:
         rows=STUDY.of_trials(
             "<results>/time_varying/position_manipulator/{condition}.csv", "position_manipulator"
@@ -74,9 +78,10 @@ rule tabulate_time_varying:
 
 
 rule plot_time_varying:
+    """Draw the impedance that changes within trials."""
     input:
         table="<results>/tables/time_varying.csv",
-        library=library_of("plot", "tepsipe/reporting/figures/time_varying.py"),
+        library=library_of("plot", "tepsipe/experiments/position_manipulator/figures.py"),
     output:
         **figure_files("time_varying"),
     log:
@@ -84,6 +89,6 @@ rule plot_time_varying:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="time_varying",
+        drawn_by="experiments.position_manipulator.figures:draw_time_varying",
     script:
         "../scripts/plot.py"

@@ -1,6 +1,6 @@
 # A page per trial for a web browser, and names of trials as targets: snakemake -c2 dummy/sine-0.3.
 
-PAGE_SOURCE = [here(f"tepsipe/reporting/pages/{name}") for name in ("plot.js", "page.css", "theme.js")]
+PAGE_SOURCE = [here(f"tepsipe/drawing/web/{name}") for name in ("plot.js", "page.css", "theme.js")]
 
 
 def on_rig(w):
@@ -62,7 +62,7 @@ for _name, (_chapter, _files, _params) in PAGES.items():
             trial=f"<results>/trials/{_name}/{{condition}}.h5",
             truth=of_page(outputs.comparison_of, _name),
             source=PAGE_SOURCE,
-            library=library_of("write_pages", f"tepsipe/reporting/pages/{_module}.py"),
+            library=library_of("write_pages", f"tepsipe/experiments/{_module}/page.py"),
         output:
             page=f"<results>/report/trials/{_name}/{{condition}}.html",
             picture=f"<results>/report/trials/{_name}/{{condition}}.svg",
@@ -74,7 +74,7 @@ for _name, (_chapter, _files, _params) in PAGES.items():
             "../envs/tepsipe.yaml"
         params:
             **_params,
-            composed_by=_module,
+            composed_by=f"experiments.{_module}.page:page",
             chapter=_chapter,
             title=as_it_is(config["study"]["title"]),
             trial=of_page(report_params.described, _name),

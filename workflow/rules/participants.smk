@@ -2,6 +2,7 @@
 
 
 rule tabulate_participants:
+    """List the values of every participant, and means over participants."""
     input:
         estimates="<results>/tables/estimates.csv",
         uncertainty="<results>/tables/uncertainty.csv",
@@ -22,10 +23,11 @@ rule tabulate_participants:
 
 
 rule plot_participants:
+    """Draw the values of every participant."""
     input:
         participants="<results>/tables/participants.csv",
         group="<results>/tables/group.csv",
-        library=library_of("plot", "tepsipe/reporting/figures/participants.py"),
+        library=library_of("plot", "tepsipe/reporting/figures.py"),
     output:
         **figure_files("participants"),
     log:
@@ -33,7 +35,7 @@ rule plot_participants:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="participants",
+        drawn_by="reporting.figures:draw_participants",
         shown=groups.shown_estimators(STUDY),
     script:
         "../scripts/plot.py"

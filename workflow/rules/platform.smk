@@ -2,10 +2,11 @@
 
 
 rule plot_platform:
+    """Draw the figures of the moving platform."""
     input:
         fits=STUDY.of_trials("<results>/fits/platform/{condition}.h5", "platform"),
         estimates=STUDY.of_trials("<results>/estimates/platform/{condition}.csv", "platform"),
-        library=library_of("plot", "tepsipe/reporting/figures/platform.py"),
+        library=library_of("plot", "tepsipe/experiments/platform/figures.py"),
     output:
         **figure_files("platform"),
     log:
@@ -13,7 +14,7 @@ rule plot_platform:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="platform",
+        drawn_by="experiments.platform.figures:draw_platform",
         conditions=STUDY.conditions("platform"),
     script:
         "../scripts/plot.py"

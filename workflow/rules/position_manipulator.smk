@@ -2,9 +2,10 @@
 
 
 rule plot_position_manipulator:
+    """Draw the figures of the position-controlled manipulator."""
     input:
         fits=STUDY.of_trials("<results>/fits/position_manipulator/{condition}.h5", "position_manipulator"),
-        library=library_of("plot", "tepsipe/reporting/figures/position_manipulator.py"),
+        library=library_of("plot", "tepsipe/experiments/position_manipulator/figures.py"),
     output:
         **figure_files("position_manipulator"),
     log:
@@ -12,7 +13,7 @@ rule plot_position_manipulator:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="position_manipulator",
+        drawn_by="experiments.position_manipulator.figures:draw_position_manipulator",
         conditions=STUDY.conditions("position_manipulator"),
     script:
         "../scripts/plot.py"

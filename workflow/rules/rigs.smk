@@ -2,12 +2,13 @@
 
 
 rule plot_rigs:
+    """Draw the rigs, flow charts and time lines."""
     input:
         trials=[f"<results>/trials/{e}/{c}.h5" for e, c in STUDY.examples()],
         fits=[f"<results>/fits/{e}/{c}.h5" for e in ("dummy", "weight", "empty") for c in STUDY.conditions(e)],
         epochs=STUDY.of_trials("<results>/epochs/standing/{condition}.h5", "standing"),
         drawings=[here("report/drawings.typ"), here("report/format.typ")],
-        library=library_of("plot", "tepsipe/reporting/figures/rigs.py"),
+        library=library_of("plot", "tepsipe/reporting/figures.py"),
     output:
         **figure_files("rigs"),
     log:
@@ -15,7 +16,7 @@ rule plot_rigs:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="rigs",
+        drawn_by="reporting.figures:draw_rigs",
         trials=[name for name, _ in STUDY.examples()],
         fitted=[[e, c] for e in ("dummy", "weight", "empty") for c in STUDY.conditions(e)],
         standing=STUDY.conditions("standing"),

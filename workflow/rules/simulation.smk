@@ -5,6 +5,7 @@ NUMBERED = {f.rpartition("_")[2]: c for f, c in zip(APPENDIX, STUDY.conditions("
 
 
 rule simulate_dummy:
+    """Simulate a trial of the dummy with every parameter set."""
     input:
         trial="<results>/trials/dummy/{condition}.h5",
         estimates="<results>/estimates/dummy/{condition}.csv",
@@ -33,6 +34,7 @@ rule simulate_dummy:
 
 
 rule collect_forward:
+    """Join the scores of the forward simulations in one table."""
     input:
         forward=STUDY.of_trials("<results>/forward/{condition}.csv", "dummy"),
         library=library_of("collect_forward"),
@@ -47,11 +49,12 @@ rule collect_forward:
 
 
 rule plot_simulation:
+    """Draw the comparison of the parameter sets in forward simulations."""
     input:
         fits=STUDY.of_trials("<results>/fits/simulation/{condition}.h5", "dummy"),
         forward="<results>/tables/forward.csv",
         drawings=[here("report/drawings.typ"), here("report/format.typ")],
-        library=library_of("plot", "tepsipe/reporting/figures/simulation.py"),
+        library=library_of("plot", "tepsipe/experiments/forward/figures.py"),
     output:
         **figure_files("simulation"),
     log:
@@ -59,7 +62,7 @@ rule plot_simulation:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="simulation",
+        drawn_by="experiments.forward.figures:draw_simulation",
         conditions=STUDY.conditions("dummy"),
         frequent=STUDY.shown("dummy", DUMMY["simulation"]["figure_4_7_condition"]),
         geometry=DUMMY["geometry"],
@@ -72,7 +75,7 @@ rule plot_simulation_trial:
     """Draw the simulations of one trial of the dummy, a figure of Appendix B."""
     input:
         fit=lambda w: f"<results>/fits/simulation/{NUMBERED[w.number]}.h5",
-        library=library_of("plot", "tepsipe/reporting/figures/simulation_trial.py"),
+        library=library_of("plot", "tepsipe/experiments/forward/figures.py"),
     output:
         **{
             "figure_b_trial": "<results>/figures/figure_b_{number}.svg",
@@ -86,6 +89,6 @@ rule plot_simulation_trial:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="simulation_trial",
+        drawn_by="experiments.forward.figures:draw_simulation_trial",
     script:
         "../scripts/plot.py"

@@ -4,6 +4,7 @@ STANDING = SETTINGS["standing"]
 
 
 rule fit_standing_task:
+    """Fit all trials of one task of a standing person together."""
     input:
         responses=lambda w: STUDY.tasks.of_trials("<results>/epochs/standing/{condition}.h5", w.task),
         library=library_of("fit_standing_task"),
@@ -29,6 +30,7 @@ rule fit_standing_task:
 
 
 rule compare_standing_tasks:
+    """Estimate the difference in impedance between two tasks of a person."""
     input:
         more=lambda w: f"<results>/fits/standing_tasks/{STUDY.tasks.pairs()[w.pair][0]}.h5",
         less=lambda w: f"<results>/fits/standing_tasks/{STUDY.tasks.pairs()[w.pair][1]}.h5",
@@ -52,7 +54,7 @@ rule plot_standing_trials:
     """Draw Figures 4-13 and 4-14 of one trial of the standing person."""
     input:
         responses="<results>/epochs/standing/{condition}.h5",
-        library=library_of("plot", "tepsipe/reporting/figures/standing_trials.py"),
+        library=library_of("plot", "tepsipe/experiments/standing/figures.py"),
     output:
         **{f"{n}_png": f"<results>/figures/standing/{{condition}}_{n}.png" for n in outputs.STANDING_FIGURES},
     log:
@@ -60,17 +62,18 @@ rule plot_standing_trials:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="standing_trials",
+        drawn_by="experiments.standing.figures:draw_standing_trials",
     script:
         "../scripts/plot.py"
 
 
 rule plot_standing:
+    """Draw the figures of the standing person."""
     input:
         example=f"<results>/epochs/standing/{STUDY.shown('standing', STANDING['example_condition'])}.h5",
         trials=[f"<results>/fits/standing/{c}.h5" for c in STUDY.tasks.shown_trials()],
         tasks=[f"<results>/fits/standing_tasks/{task}.h5" for task in STUDY.tasks.shown()],
-        library=library_of("plot", "tepsipe/reporting/figures/standing.py"),
+        library=library_of("plot", "tepsipe/experiments/standing/figures.py"),
     output:
         **figure_files("standing"),
     log:
@@ -78,7 +81,7 @@ rule plot_standing:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="standing",
+        drawn_by="experiments.standing.figures:draw_standing",
         conditions=list(STUDY.tasks.shown_trials()),
         tasks=list(STUDY.tasks.shown()),
         task_of=STUDY.tasks.shown_trials(),
@@ -98,7 +101,7 @@ use rule plot_standing as plot_standing_of_participant with:
         example=lambda w: f"<results>/epochs/standing/{next(iter(STUDY.tasks.shown_trials(w.participant)))}.h5",
         trials=lambda w: [f"<results>/fits/standing/{c}.h5" for c in STUDY.tasks.shown_trials(w.participant)],
         tasks=lambda w: [f"<results>/fits/standing_tasks/{t}.h5" for t in STUDY.tasks.shown(w.participant)],
-        library=library_of("plot", "tepsipe/reporting/figures/standing.py"),
+        library=library_of("plot", "tepsipe/experiments/standing/figures.py"),
     output:
         **figure_files("standing", "standing/{participant}"),
     log:
@@ -106,7 +109,7 @@ use rule plot_standing as plot_standing_of_participant with:
     wildcard_constraints:
         participant=any_of(STUDY.participants("standing")),
     params:
-        drawn_by="standing",
+        drawn_by="experiments.standing.figures:draw_standing",
         conditions=lambda w: list(STUDY.tasks.shown_trials(w.participant)),
         tasks=lambda w: list(STUDY.tasks.shown(w.participant)),
         task_of=lambda w: STUDY.tasks.shown_trials(w.participant),

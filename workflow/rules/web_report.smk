@@ -20,6 +20,7 @@ CAPTIONS = read_captions(CHECKOUT / "report/captions.yaml")
 
 
 rule write_index:
+    """Write the report as a page for a browser."""
     input:
         data=REPORT.output.data,
         tables=REPORT.input.tables,
@@ -33,7 +34,7 @@ rule write_index:
         outputs=PAGES,
         library=library_of("write_index")
         + [
-            here(f"tepsipe/reporting/pages/{name}")
+            here(f"tepsipe/drawing/web/{name}")
             for name in (
                 "report.css",
                 "report-math.woff2",

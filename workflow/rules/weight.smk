@@ -4,6 +4,7 @@ WEIGHT = SETTINGS["weight"]
 
 
 rule calibrate_plate:
+    """Fit models of the force plate's belt-induced load to all trials of a belt."""
     input:
         trials=lambda w: [
             f"<results>/trials/{e}/{c}.h5"
@@ -38,12 +39,13 @@ rule calibrate_plate:
 
 
 rule plot_weight:
+    """Draw the belt-induced force and its models."""
     input:
         weight=[f"<results>/fits/weight/{c}.h5" for c in STUDY.treadmill.usual_weight()],
         empty=STUDY.of_trials("<results>/fits/empty/{condition}.h5", "empty"),
         plate=f"<results>/fits/{STUDY.shown_plate()}.h5",
         scores=f"<results>/treadmill_models/{STUDY.shown_plate()}.csv",
-        library=library_of("plot", "tepsipe/reporting/figures/weight.py"),
+        library=library_of("plot", "tepsipe/experiments/weight/figures.py"),
     output:
         **figure_files("weight"),
     log:
@@ -51,7 +53,7 @@ rule plot_weight:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="weight",
+        drawn_by="experiments.weight.figures:draw_weight",
         weight=STUDY.treadmill.usual_weight(),
         empty=STUDY.conditions("empty"),
         cutoffs_hz=WEIGHT["analysis"]["cutoffs_hz"],

@@ -2,6 +2,7 @@
 
 
 rule sweep_averaging:
+    """Fit the Wristalyzer trials with different numbers of averaged frequencies."""
     input:
         trials=STUDY.of_trials("<results>/trials/wristalyzer/{condition}.h5", "wristalyzer"),
         library=library_of("sweep_averaging"),
@@ -20,6 +21,7 @@ rule sweep_averaging:
 
 
 rule cross_validate_wristalyzer:
+    """Predict every Wristalyzer trial with the parameters of every trial."""
     input:
         fits=STUDY.of_trials("<results>/fits/wristalyzer/{condition}.h5", "wristalyzer"),
         library=library_of("cross_validate_wristalyzer"),
@@ -37,6 +39,7 @@ rule cross_validate_wristalyzer:
 
 
 rule pool_wristalyzer:
+    """Fit all Wristalyzer trials together."""
     input:
         trials=STUDY.of_trials("<results>/trials/wristalyzer/{condition}.h5", "wristalyzer"),
         library=library_of("pool_wristalyzer"),
@@ -57,11 +60,12 @@ rule pool_wristalyzer:
 
 
 rule plot_wristalyzer_pooled:
+    """Draw the fit to all Wristalyzer trials together."""
     input:
         pooled="<results>/fits/wristalyzer_pooled.h5",
         estimates=STUDY.of_trials("<results>/estimates/wristalyzer/{condition}.csv", "wristalyzer"),
         recovery=outputs.recovery(STUDY),
-        library=library_of("plot", "tepsipe/reporting/figures/wristalyzer_pooled.py"),
+        library=library_of("plot", "tepsipe/experiments/wristalyzer/figures.py"),
     output:
         **figure_files("wristalyzer_pooled"),
     log:
@@ -69,17 +73,18 @@ rule plot_wristalyzer_pooled:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="wristalyzer_pooled",
+        drawn_by="experiments.wristalyzer.figures:draw_wristalyzer_pooled",
     script:
         "../scripts/plot.py"
 
 
 rule plot_wristalyzer:
+    """Draw the figures of the Wristalyzer."""
     input:
         fits=STUDY.of_trials("<results>/fits/wristalyzer/{condition}.h5", "wristalyzer"),
         matrix="<results>/cross_validation/wristalyzer.h5",
         averaging="<results>/tables/averaging.csv",
-        library=library_of("plot", "tepsipe/reporting/figures/wristalyzer.py"),
+        library=library_of("plot", "tepsipe/experiments/wristalyzer/figures.py"),
     output:
         **figure_files("wristalyzer"),
     log:
@@ -87,7 +92,7 @@ rule plot_wristalyzer:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="wristalyzer",
+        drawn_by="experiments.wristalyzer.figures:draw_wristalyzer",
         conditions=STUDY.conditions("wristalyzer"),
         best=STUDY.shown("wristalyzer", SETTINGS["wristalyzer"]["best_condition"]),
         fit_band_hz=SETTINGS["wristalyzer"]["analysis"]["fit_band_hz"],

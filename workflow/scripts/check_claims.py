@@ -8,8 +8,7 @@ from tepsipe.experiments.forward.scores import FORWARD_SCORES
 from tepsipe.experiments.noise.rows import NOISE_ROWS
 from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import read_result
-from tepsipe.reporting.claims import CLAIM_VERDICTS, Findings, check_claims
-from tepsipe.reporting.findings import findings_of_cells
+from tepsipe.reporting.claims import CLAIM_VERDICTS, Findings, check_claims, findings_of_cells
 from tepsipe.reporting.ledger import null_cells, printed_cells, tolerances_of
 from tepsipe.reporting.planned import PLANNED_ROWS
 from tepsipe.reporting.thesis_tables import read_table

@@ -11,15 +11,16 @@ from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES, RECOVERIES
 from tepsipe.reporting.coverage import (
     COVERAGE_ROWS,
     DROPPED_ROWS,
+    FLAG_ROWS,
     LABORATORIES,
     OUTCOME_ROWS,
     Laboratory,
     coverage_rows,
     dropped_rows,
+    flag_rows,
     outcome_row,
     outcomes_of,
 )
-from tepsipe.reporting.coverage_flags import FLAG_ROWS, flag_rows
 
 laboratories, outcomes = [], []
 tables = zip(

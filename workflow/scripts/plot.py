@@ -1,4 +1,4 @@
-"""Figures of an experiment or a part, drawn by a module of tepsipe/reporting/figures."""
+"""Figures of an experiment or a part, drawn by a function of a module of figures."""
 
 import job
 
@@ -10,8 +10,7 @@ from pathlib import Path
 
 import typst
 
-from tepsipe.reporting.figures.figure_numbers import HEADER, write_drawn
-from tepsipe.reporting.figures.style import Drawing, save_figure, save_png
+from tepsipe.drawing.style import HEADER, Drawing, save_figure, save_png, write_drawn
 
 
 def save_drawing(name, drawing, svg, png):
@@ -25,8 +24,9 @@ def save_drawing(name, drawing, svg, png):
         )
 
 
-module = import_module(f"tepsipe.reporting.figures.{snakemake.params.drawn_by}")
-for name, figure in module.draw(snakemake.input, snakemake.params):
+module, function = snakemake.params.drawn_by.split(":")
+draw = getattr(import_module(f"tepsipe.{module}"), function)
+for name, figure in draw(snakemake.input, snakemake.params):
     svg, png = snakemake.output.get(name), snakemake.output[f"{name}_png"]
     if isinstance(figure, Drawing):
         save_drawing(name, figure, svg, png)

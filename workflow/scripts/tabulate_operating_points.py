@@ -4,15 +4,15 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.io.estimates import ESTIMATES
-from tepsipe.io.result import read_result
-from tepsipe.reporting.operating_points import (
+from tepsipe.experiments.position_manipulator.operating_points import (
     OPERATING_POINTS,
     RELATIONS,
     Nominal,
     operating_points,
     relations,
 )
+from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.result import read_result
 
 nominal = {condition: Nominal(**said) for condition, said in snakemake.params.nominal.items()}
 measured = {}

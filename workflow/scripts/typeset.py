@@ -88,7 +88,7 @@ def typeset(files: Mapping[str, str | Path], main: str, pdf: str | Path) -> None
 
 
 def typeset_page(files: Mapping[str, str | Path], main: str) -> str:
-    """Typeset the source ``main`` as HTML, to be framed by `tepsipe.reporting.pages.report_page`."""
+    """Typeset the source ``main`` as HTML, to be framed by `tepsipe.reporting.report_page`."""
     with _gathered(files) as root:
         page = typst.compile(
             str(root / main),

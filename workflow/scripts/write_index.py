@@ -10,22 +10,21 @@ from pathlib import Path
 import yaml
 from typeset import report_files, source_files, table_files, typeset_page
 
+from tepsipe.drawing.trial_page import table
 from tepsipe.io.estimates import ESTIMATES, RECOVERIES
 from tepsipe.io.result import read_result
 from tepsipe.reporting.ledger import CELL_VERDICTS
-from tepsipe.reporting.pages.explorers import explored
-from tepsipe.reporting.pages.html import table
-from tepsipe.reporting.pages.markdown import inline, record_of
-from tepsipe.reporting.pages.printed_cells import printed_cells
-from tepsipe.reporting.pages.report_page import (
+from tepsipe.reporting.page_parts import explored, printed_cells, trial_rows, trials_table
+from tepsipe.reporting.report_page import (
     ReportPage,
     about_code,
+    inline,
     link,
     made_again,
     picture_size,
+    record_of,
     render_report,
 )
-from tepsipe.reporting.pages.trials import trial_rows, trials_table
 from workflow.support.origins import ReportOrigins, Sources, chapters_of, study_command
 
 given, params = snakemake.input, snakemake.params

@@ -1,4 +1,4 @@
-"""Page of a trial for a web browser, composed by a module of tepsipe/reporting/pages."""
+"""Page of a trial for a web browser, composed by the module ``page`` of its experiment."""
 
 import job
 
@@ -9,8 +9,8 @@ from importlib import import_module
 from pathlib import Path
 from urllib.parse import quote
 
+from tepsipe.drawing.trial_page import thumbnail, write_page
 from tepsipe.io.trial import read_sources
-from tepsipe.reporting.pages.trial_page import thumbnail, write_page
 
 given, params, target = snakemake.input, snakemake.params, Path(snakemake.output.page)
 
@@ -29,6 +29,7 @@ for words, folder, kind in (("fit (HDF5)", "fits", ".h5"), ("estimates (CSV)", "
         files[words] = own
 links = {words: quote(Path(os.path.relpath(file, target.parent)).as_posix()) for words, file in files.items()}
 
-page = import_module(f"tepsipe.reporting.pages.{params.composed_by}").page(given, params)
+module, function = params.composed_by.split(":")
+page = getattr(import_module(f"tepsipe.{module}"), function)(given, params)
 write_page(target, page, places, links)
 Path(snakemake.output.picture).write_text(thumbnail(page), encoding="utf-8", newline="\n")

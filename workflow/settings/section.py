@@ -27,8 +27,9 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, defer_build=True)
     # whether the documentation lists its keys wherever it stands
     unfolded: ClassVar[bool] = True
-    # the dataclass that it is made from
+    # the dataclass that it is made from, and the section with the same keys that documents it
     options: ClassVar[type | None] = None
+    like: ClassVar["type[Section] | None"] = None
 
 
 def setting(
@@ -119,7 +120,7 @@ def partial(section: type[Section]) -> type[Section]:
         for name, field in section.model_fields.items()
     }
     model = create_model(f"Partial{section.__name__}", __base__=Section, __doc__=section.__doc__, **fields)
-    model.unfolded = False
+    model.unfolded, model.like = False, section
     return model
 
 
@@ -149,7 +150,7 @@ def made_from(
     needed: fields that the library can do without, and the configuration cannot.
     absent: keys that may be absent.
     """
-    hints, texts = get_type_hints(kind, include_extras=True), _texts(kind)
+    hints = get_type_hints(kind, include_extras=True)
     model = {}
     for name in (field.name for field in fields(kind) if field.name not in without):
         marks = get_args(hints[name])[1:] if get_origin(hints[name]) is Annotated else ()
@@ -162,8 +163,7 @@ def made_from(
             elif isinstance(mark, Meanings) and get_origin(get_args(hints[name])[0]) is not Literal:
                 documented["values"] = mark.of
         of = modelled(_needed(hints[name]) if name in needed else hints[name])
-        # a section is documented by its own settings
-        model[name] = (of, setting(texts[name], **documented) if name in texts else ...)
+        model[name] = (of, setting("", **documented))
     made = create_model(kind.__name__, __base__=Section, __doc__=about or kind.__doc__, **model)
     made.options = kind
     return made
@@ -212,6 +212,17 @@ def _checker(must: Must) -> Callable[[Any], Any]:
     return check
 
 
+def meaning_of(section: type[Section], name: str) -> str:
+    """Meaning of a key: of the setting itself, or the text below the field of the library."""
+    field = section.model_fields[name]
+    # a section within another one is documented by its own settings
+    if field.description or field.json_schema_extra is None:
+        return field.description or ""
+    kinds = [vars(base)["options"] for base in (section.like or section).__mro__ if "options" in vars(base)]
+    return next((_texts(kind)[name] for kind in kinds if kind and name in _texts(kind)), "")
+
+
+@cache
 def _texts(kind: type) -> dict[str, str]:
     """Text below each field of a dataclass, as part of a table: without capital and full stop."""
     found: dict[str, str] = {}

@@ -19,7 +19,7 @@ from workflow.settings.check import entries_of, names_of, section_of, unit_of, u
 from workflow.settings.config import Config
 from workflow.settings.dummy import PROCESSINGS
 from workflow.settings.reported import Reported
-from workflow.settings.section import Section
+from workflow.settings.section import Section, meaning_of
 from workflow.settings.uncertainty import Source
 from workflow.settings.virtual_lab import Distribution, VirtualLab
 from workflow.settings.weight import MODELS
@@ -48,8 +48,8 @@ def _rows(
         key, kind = f"{where}{name}", field.annotation
         value = values.get(name, ABSENT) if isinstance(values, dict) else ABSENT
         inner, entry = section_of(kind), section_of(entries_of(kind))
-        if field.description:
-            yield from _row(key, field, value)
+        if meaning := meaning_of(section, name):
+            yield from _row(key, field, value, meaning)
         if inner and inner.unfolded:
             yield from _rows(inner, value, f"{key}.", done)
         elif entry and entry.unfolded and entry not in done:
@@ -57,7 +57,7 @@ def _rows(
             done |= {entry}
 
 
-def _row(key: str, field: FieldInfo, value: Any) -> Iterator[dict[str, str]]:
+def _row(key: str, field: FieldInfo, value: Any, meaning: str) -> Iterator[dict[str, str]]:
     about = field.json_schema_extra
     meanings = about["values"] or {
         f"`{name}`": text
@@ -70,7 +70,7 @@ def _row(key: str, field: FieldInfo, value: Any) -> Iterator[dict[str, str]]:
         "Unit": unit_of(key, field),
         "Allowed": "" if meanings else _allowed(field.annotation, field.metadata),
         "Default": _shown(value),
-        "Meaning": field.description + ("; optional" if not field.is_required() else ""),
+        "Meaning": meaning + ("; optional" if not field.is_required() else ""),
         "Thesis": about["thesis"],
     }
     for name, text in meanings.items():

@@ -17,6 +17,7 @@ localrules:
 
 
 rule run_laboratory:
+    """Run the study of one drawn laboratory."""
     input:
         source=laboratory_sources(),
         library=library_of("run_laboratory"),
@@ -43,6 +44,7 @@ rule run_laboratory:
 
 
 rule collect_coverage:
+    """Count how often the intervals hold the truth."""
     input:
         laboratories=LABORATORIES.all("laboratory.json"),
         estimates=LABORATORIES.all("estimates.csv"),
@@ -69,10 +71,11 @@ rule collect_coverage:
 
 
 rule plot_coverage:
+    """Draw the figures of the coverage study."""
     input:
         coverage="<results>/tables/coverage.csv",
         outcomes="<results>/tables/outcomes.csv",
-        library=library_of("plot", "tepsipe/reporting/figures/coverage.py"),
+        library=library_of("plot", "tepsipe/reporting/figures.py"),
     output:
         **figure_pairs("figure_coverage", "figure_coverage_intervals"),
     log:
@@ -80,13 +83,14 @@ rule plot_coverage:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="coverage",
+        drawn_by="reporting.figures:draw_coverage",
         first=next(iter(LABORATORIES.sets())),
     script:
         "../scripts/plot.py"
 
 
 rule write_coverage:
+    """Typeset the report on coverage."""
     input:
         source=report_sources(),
         figures=[

@@ -19,6 +19,7 @@ include: "../rules/weight.smk"
 
 
 rule plan_design:
+    """Predict the uncertainty of one design, and check it by simulation."""
     input:
         library=library_of("plan_design"),
     output:
@@ -38,6 +39,7 @@ rule plan_design:
 
 
 rule optimise_pulses:
+    """Find the pulse with the least uncertainty."""
     input:
         library=library_of("optimise_pulses"),
     output:
@@ -56,6 +58,7 @@ rule optimise_pulses:
 
 
 rule sweep_filters:
+    """Predict noise and bias behind every filter."""
     input:
         trial="<results>/trials/dummy/{condition}.h5",
         models=lambda w: outputs.plate_models(STUDY, "dummy", w.condition),
@@ -78,6 +81,7 @@ rule sweep_filters:
 
 
 rule make_several_joints:
+    """Simulate the responses of a person with three joints."""
     input:
         library=library_of("make_several_joints"),
     output:
@@ -95,6 +99,7 @@ rule make_several_joints:
 
 
 rule plan_several_joints:
+    """Predict which matrices of stiffness and damping a set of perturbations determines."""
     input:
         trials="<results>/trials/several_joints.h5",
         library=library_of("plan_several_joints"),
@@ -114,6 +119,7 @@ rule plan_several_joints:
 
 
 rule collect_plan:
+    """Join the predictions of all designs."""
     input:
         designs=[f"<results>/designs/{name}.csv" for name in PLAN["designs"]],
         windows=STUDY.of_trials("<results>/filters/{condition}.csv", "dummy"),
@@ -136,11 +142,12 @@ rule collect_plan:
 
 
 rule plot_planning:
+    """Draw the figures of the plan."""
     input:
         plan="<results>/tables/plan.csv",
         shapes="<results>/tables/pulse_shapes.csv",
         filters="<results>/tables/filters.csv",
-        library=library_of("plot", "tepsipe/reporting/figures/planning.py"),
+        library=library_of("plot", "tepsipe/experiments/planning/figures.py"),
     output:
         **figure_pairs("figure_needed", "figure_pulses", "figure_filters", "figure_treadmill_filters"),
     log:
@@ -148,16 +155,17 @@ rule plot_planning:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="planning",
+        drawn_by="experiments.planning.figures:draw_planning",
     script:
         "../scripts/plot.py"
 
 
 rule plot_several_joints:
+    """Draw the prediction for several joints."""
     input:
         sets="<results>/tables/several_joints.csv",
         elements="<results>/tables/several_joints_elements.csv",
-        library=library_of("plot", "tepsipe/reporting/figures/several_joints.py"),
+        library=library_of("plot", "tepsipe/experiments/planning/figures.py"),
     output:
         **figure_pairs("figure_several_joints"),
     log:
@@ -165,13 +173,14 @@ rule plot_several_joints:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="several_joints",
+        drawn_by="experiments.planning.figures:draw_several_joints",
         limits=PLAN["several_joints"]["limits"],
     script:
         "../scripts/plot.py"
 
 
 rule write_plan:
+    """Typeset the report of the plan."""
     input:
         source=report_sources(),
         figures=[f"<results>/figures/figure_{name}.svg" for name in PLAN_FIGURES],

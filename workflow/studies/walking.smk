@@ -8,6 +8,7 @@ OUTPUTS = [*(f"<results>/tables/{name}.csv" for name in TABLES), "<results>/repo
 
 
 rule fit_walking:
+    """Fit one trial of walking."""
     input:
         raw=raw_inputs("walking"),
         library=library_of("fit_walking", *readers_of(EXPERIMENTS["walking"])),
@@ -34,6 +35,7 @@ rule fit_walking:
 
 
 rule collect_walking:
+    """Join the estimates of all trials of walking."""
     input:
         estimates=STUDY.of_trials("<results>/estimates/walking/{condition}.csv", "walking"),
         budgets=STUDY.of_trials("<results>/uncertainty/walking/{condition}.csv", "walking"),
@@ -54,6 +56,7 @@ rule collect_walking:
 
 
 rule compare_walking_with_truth:
+    """Compare the estimates of walking with the truth."""
     input:
         estimates="<results>/tables/estimates.csv",
         truth=[f"<results>/truth/walking/{condition}.csv" for condition in MADE_WALKS],
@@ -71,11 +74,12 @@ rule compare_walking_with_truth:
 
 
 rule plot_walking:
+    """Draw the figures of walking."""
     input:
         rows="<results>/tables/walking.csv",
         needed="<results>/tables/needed.csv",
         recovery="<results>/tables/recovery.csv" if MADE_WALKS else [],
-        library=library_of("plot", "tepsipe/reporting/figures/walking.py"),
+        library=library_of("plot", "tepsipe/experiments/walking/figures.py"),
     output:
         **figure_pairs("figure_walking"),
     log:
@@ -83,13 +87,14 @@ rule plot_walking:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        drawn_by="walking",
+        drawn_by="experiments.walking.figures:draw_walking",
         simulated=MADE_WALKS,
     script:
         "../scripts/plot.py"
 
 
 rule write_walking:
+    """Typeset the report on walking."""
     input:
         source=report_sources(),
         figures=["<results>/figures/figure_walking.svg"],
@@ -118,6 +123,7 @@ rule write_walking:
 
 
 rule make_walking_trial:
+    """Make the raw files of a simulated walk."""
     input:
         raw=lambda w: [
             path

@@ -1,7 +1,7 @@
 """Origins of the figures and tables of a report: rule, script, function and data, read from the sources.
 
-Nothing is listed by hand: rules name the files that they make and the module that draws them, ``draw`` of
-that module names the function of every figure, and chapters name the tables that they read.
+Nothing is listed by hand: rules name the files that they make and the function ``draw_...`` that draws them,
+which calls the function of every figure, and chapters name the tables that they read.
 """
 
 import ast
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from tepsipe.reporting.pages.report_page import Origin
+from tepsipe.reporting.report_page import Origin
 from workflow.support.captions import caption_of, group_of
 
 RULE = re.compile(r"^(?:use )?rule (\w+)(?: as (\w+) with)?:\n((?:[ \t#].*\n|\n)*)", re.MULTILINE)
@@ -33,10 +33,10 @@ class Rule:
     text: str
 
     @property
-    def module(self) -> str | None:
-        """Module that draws the figures of a plotting rule."""
-        drawn = re.search(r'drawn_by="(\w+)"', self.text)
-        return f"tepsipe/reporting/figures/{drawn[1]}.py" if drawn else None
+    def drawn_by(self) -> tuple[str, str] | None:
+        """Module and function that draw the figures of a plotting rule."""
+        drawn = re.search(r'drawn_by="([\w.]+):(\w+)"', self.text)
+        return (f"tepsipe/{drawn[1].replace('.', '/')}.py", drawn[2]) if drawn else None
 
 
 class Sources:
@@ -85,12 +85,13 @@ class Sources:
         code = [("Rule", f"{rule.name} ({rule.place})"), ("Script", rule.script)]
         drawings = _read(self.root / "report/drawings.typ")
         drawing = re.search(rf"^#let {figure}\(", drawings, re.MULTILINE)
-        function = _drawing_function(self.root / rule.module, caption_of(figure)) if rule.module else None
+        module, draw = rule.drawn_by or ("", "")
+        function = _drawing_function(self.root / module, draw, caption_of(figure)) if draw else None
         if drawing:
             line = drawings.count("\n", 0, drawing.start()) + 1
             code.append(("Function", f"{figure} (report/drawings.typ:{line})"))
         elif function:
-            code.append(("Function", self._place_of(rule.module, function)))
+            code.append(("Function", self._place_of(module, function)))
         return code
 
     def code_of_table(self, rule: Rule) -> list[tuple[str, str]]:
@@ -106,19 +107,15 @@ class Sources:
                     code.append(("Function", place))
         return code
 
-    def _place_of(self, module: str, function: str) -> str:
+    def _place_of(self, module: str, name: str) -> str:
         """Name of a function of a module, or of one that it imports from, with path and line."""
-        owner, _, name = function.rpartition(".")
-        path = Path(module)
-        if owner:
-            path = path.parent / f"{owner}.py"
-        file = self.root / path
+        file = self.root / module
         if not file.is_file():
             return ""
         text = file.read_text(encoding="utf-8")
         found = re.search(rf"^def {name}\(", text, re.MULTILINE)
         if found:
-            return f"{name} ({path.as_posix()}:{text.count(chr(10), 0, found.start()) + 1})"
+            return f"{name} ({module}:{text.count(chr(10), 0, found.start()) + 1})"
         source = re.search(
             rf"^from (tepsipe[\w.]+) import (?:\([^)]*\b{name}\b|.*\b{name}\b)", text, re.MULTILINE
         )
@@ -126,15 +123,15 @@ class Sources:
 
 
 @cache
-def _draw(module: Path) -> ast.FunctionDef:
-    """Function ``draw`` of a module."""
+def function_of(module: Path, name: str) -> ast.FunctionDef:
+    """A function of a module, as syntax."""
     tree = ast.parse(module.read_text(encoding="utf-8"))
-    return next(node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "draw")
+    return next(node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == name)
 
 
-def _drawing_function(module: Path, figure: str) -> str | None:
-    """Name of the function that ``draw`` of a module calls for a figure."""
-    draw = _draw(module)
+def _drawing_function(module: Path, name: str, figure: str) -> str | None:
+    """Name of the function that the ``draw_...`` of a rule calls for a figure."""
+    draw = function_of(module, name)
     assigned = {
         target.id: node.value
         for node in ast.walk(draw)

@@ -38,6 +38,8 @@ SEGMENT_S = 4.0
 SLOW_HZ = 1.0
 # the response is shown up to this multiple of the filter's cutoff
 SHOWN = 1.25
+# number of trials in the figure of the torque, which has two rows for each
+SHOWN_TRIALS = 3
 
 
 @dataclass(frozen=True)

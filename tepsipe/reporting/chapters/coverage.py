@@ -2,10 +2,9 @@
 
 import pandas as pd
 
+from tepsipe.drawing.names import words
 from tepsipe.reporting.budgets import source_words
-from tepsipe.reporting.coverage import SHIFTED
-from tepsipe.reporting.coverage_flags import ANY
-from tepsipe.reporting.figures.names import words
+from tepsipe.reporting.coverage import ANY, SHIFTED
 from tepsipe.reporting.run import Run
 
 PROMISED = 0.95  # what an interval promises

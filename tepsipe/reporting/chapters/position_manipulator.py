@@ -6,14 +6,13 @@ import numpy as np
 import pandas as pd
 
 from tepsipe.experiments.position_manipulator.analysis import ESTIMATOR, REFLEX_ESTIMATOR, TERMS
+from tepsipe.experiments.position_manipulator.diagnostics import SHOWN_TRIALS
+from tepsipe.experiments.position_manipulator.operating_points import LITERATURE_SLOPE, LITERATURE_TORQUE_NM
 from tepsipe.io.result import Result
-from tepsipe.reporting.operating_points import LITERATURE_SLOPE, LITERATURE_TORQUE_NM
 from tepsipe.reporting.run import Run
 
 # probability of a difference by chance (-)
 LEVEL = 0.05
-# number of trials in the figure of the torque, which has two rows for each
-SHOWN_TRIALS = 3
 
 
 def numbers(run: Run) -> dict:

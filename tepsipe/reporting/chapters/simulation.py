@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pandas as pd
 
-from tepsipe.reporting.figures.names import PARAMETER_SETS, compared_sets
+from tepsipe.drawing.names import PARAMETER_SETS, compared_sets
 from tepsipe.reporting.run import Run
 
 BEYOND = 0.2  # growth beyond a limit that is more than different pulses and rounding

@@ -1,0 +1,231 @@
+"""Header and footer of a trial's page: facts, estimates, omissions, source files, processing."""
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import PurePath
+from types import MappingProxyType
+
+from tepsipe.drawing.names import by_uncertainty, number, unit_symbol, words
+from tepsipe.drawing.trial_page import table, text
+from tepsipe.io.estimates import FLAGS, RECOVERIES, Estimate
+from tepsipe.io.trial import Trial
+
+# quantities in the first table; all others are in the second, which opens on demand
+FIRST = (
+    "I",
+    "B",
+    "K",
+    "mass",
+    "added_force_peak",
+    "VAF_perturbation",
+    "VAF_response",
+    "VAF_trial",
+    "VAF_held_out",
+)
+LABELS = {
+    "mass": "mass",
+    "added_force_peak": "peak belt-induced force",
+    "VAF_perturbation": "VAF, perturbation",
+    "VAF_response": "VAF, response",
+    "VAF_trial": "VAF, trial",
+    "VAF_held_out": "VAF, held out",
+}
+# attributes of a trial that the page shows elsewhere
+NAMED = ("experiment", "condition", "participant", "belt", "rate_hz", "sources", "options")
+TITLES = {
+    "wristalyzer": "Wristalyzer, a torque-controlled manipulator",
+    "dummy": "Ankle dummy",
+    "weight": "Weight on the belt",
+    "empty": "Empty belt",
+    "standing": "Standing person",
+    "belt": "Treadmill belt",
+    "position_manipulator": "Position-controlled manipulator",
+    "platform": "Standing on a moving platform",
+}
+NO_TRUTH: Mapping[tuple, float] = MappingProxyType({})
+UNFLAGGED = "All checks passed."
+
+
+def facts_list(facts: Iterable[tuple[str, str]]) -> str:
+    """Pairs of a name and a text (units in it) as a list of HTML; pairs without a text are left out."""
+    rows = "".join(f"<dt>{text(name)}</dt><dd>{text(value)}</dd>\n" for name, value in facts if value)
+    return f'<dl class="facts">\n{rows}</dl>\n'
+
+
+def sentences_list(heading: str, sentences: Sequence[str], otherwise: str) -> str:
+    """Sentences (units in them) below a heading, or one that says that there is none."""
+    if not sentences:
+        return f"<p>{text(otherwise)}</p>\n"
+    items = "".join(f"<li>{text(sentence)}</li>\n" for sentence in sentences)
+    return f'<h2>{text(heading)}</h2>\n<ul class="left-out">\n{items}</ul>\n'
+
+
+def estimates_table(
+    estimates: Sequence[Estimate], recommended: Sequence[str], truth: Mapping[tuple, float] = NO_TRUTH
+) -> str:
+    """Estimates (in their units) with 95 % intervals, one row per pathway and estimator, then all of them.
+
+    Recommended is what the rows say; where they say nothing, ``recommended`` names the pathway, and the
+    estimator if there are several for a pathway. The other rows are folded. ``truth`` has the true values by
+    experiment, condition, pathway, estimator and quantity.
+    """
+    if not estimates:
+        return "<p>This trial has no estimates of its own.</p>\n"
+    quantities = [q for q in FIRST if any(e.quantity == q for e in estimates)]
+    units = {e.quantity: e.unit for e in estimates}
+    groups: dict[tuple[str, str], dict[str, Estimate]] = {}
+    for e in estimates:
+        groups.setdefault((e.pathway, e.estimator), {})[e.quantity] = e
+    header = ["Pathway", "Estimator", *(_heading(q, units[q]) for q in quantities)]
+    rows: dict[bool, list[list[str]]] = {True: [], False: []}
+
+    told = {(e.pathway, e.estimator) for e in estimates if e.recommended}
+
+    def use(names: tuple[str, str]) -> bool:
+        return names in told if told else bool(recommended) and set(recommended) <= set(names)
+
+    for pathway, estimator in groups:
+        found, used = groups[pathway, estimator], use((pathway, estimator))
+        mark = " <b>(recommended)</b>" if used else ""
+        cells = [_cell(found[q], truth) if q in found else "" for q in quantities]
+        rows[used].append([text(words(pathway)) + mark, text(words(estimator)), *cells])
+    every = [
+        [
+            text(words(e.pathway)),
+            text(words(e.estimator)),
+            text(e.quantity),
+            _cell(e, truth) + (" <b>(recommended)</b>" if e.recommended else ""),
+            *(_part(u) for u in (e.u_type_a, e.u_type_b)),
+            text(_unit(e.unit)),
+            "" if e.n_perturbations is None else text(e.n_perturbations),
+            text(e.flags.replace(";", "; ")),
+        ]
+        for e in estimates
+    ]
+    columns = ("Pathway", "Estimator", "Quantity", "Value (95 % interval)", "Type A", "Type B")
+    columns += ("Unit", "Perturbations", "Flags")
+    caption = "Estimates with 95 % intervals" + _uncertainty_words(estimates)
+    if any(_key(e) in truth for e in estimates):
+        caption += "; below them the true value of the simulation, which the analysis does not use"
+    shown, others = (rows[True], rows[False]) if rows[True] else (rows[False], [])
+    folded = f"<details><summary>Other pathways and estimators ({len(others)})</summary>\n"
+    return (
+        table(header, shown, caption)
+        + (f"{folded}{table(header, others)}</details>\n" if others else "")
+        + f"<details><summary>All estimates ({len(every)})</summary>\n{table(columns, every)}</details>\n"
+    )
+
+
+def _uncertainty_words(estimates: Sequence[Estimate]) -> str:
+    """Types of uncertainty in the intervals, if there is more than the scatter of the trial."""
+    both = any(e.u_type_b is not None for e in estimates)
+    return " (statistical and systematic uncertainty combined, Type A and Type B)" if both else ""
+
+
+def _part(u: float | None) -> str:
+    """A standard uncertainty of one type, in the unit of the estimate."""
+    return "" if u is None else text(number(u, 2))
+
+
+def flagged(estimates: Sequence[Estimate]) -> list[str]:
+    """One sentence per failed check: the estimates that failed it (no unit), and what it says."""
+    found: dict[str, dict[str, None]] = {}
+    for e in estimates:
+        for flag in filter(None, e.flags.split(";")):
+            name = f"{e.quantity} by {words(e.pathway)}, {words(e.estimator)}"
+            found.setdefault(flag, {})[name] = None
+    return [f"{'; '.join(names)}: {FLAGS.get(flag, flag)}." for flag, names in found.items()]
+
+
+def _heading(quantity: str, unit: str) -> str:
+    name = f"<i>{quantity}</i>" if len(quantity) == 1 else text(LABELS[quantity])
+    return f"{name} ({text(_unit(unit))})"
+
+
+def _unit(unit: str) -> str:
+    return "\N{EN DASH}" if unit == "1" else unit_symbol(unit)
+
+
+def _key(e: Estimate) -> tuple[str, ...]:
+    return e.experiment, e.condition, e.pathway, e.estimator, e.quantity
+
+
+def _cell(estimate: Estimate, truth: Mapping[tuple, float]) -> str:
+    value, interval = by_uncertainty(estimate.value, estimate.ci_low, estimate.ci_high)
+    mark = ' <b title="flagged, see below">\N{DAGGER}</b>' if estimate.flags else ""
+    between = f' <span class="interval">({text(interval)})</span>' if interval else ""
+    true = truth.get(_key(estimate))
+    beside = "" if true is None else f'<br><span class="truth">true {text(_like(true, estimate))}</span>'
+    return f'<span class="nowrap">{text(value)}{mark}</span>{between}{beside}'
+
+
+def _like(true: float, estimate: Estimate) -> str:
+    """A true value with the digits of its estimate."""
+    if estimate.ci_low is None or estimate.ci_high is None:
+        return number(true)
+    half = 0.5 * (estimate.ci_high - estimate.ci_low)
+    return by_uncertainty(true, true - half, true + half)[0]
+
+
+def _sources(trial: Trial) -> list[tuple[str, str, str]]:
+    """Kind, path and SHA-256 of every source file."""
+    sources = json.loads(trial.attributes.get("sources", "{}"))
+    return [(kind, source["file"], source["sha256"]) for kind, source in sources.items()]
+
+
+def sources_table(trial: Trial) -> str:
+    """Source files of a trial with their SHA-256 (hexadecimal digits)."""
+    rows = [
+        [text(kind), f"<code>{text(file)}</code>", f"<code>{text(digits)}</code>"]
+        for kind, file, digits in _sources(trial)
+    ]
+    return table(("Source", "File", "SHA-256"), rows) if rows else ""
+
+
+def processing(trial: Trial) -> str:
+    """What was done to every signal before the analysis; options and facts of that (units in their names)."""
+    rows = [
+        [
+            f"<code>{text(name)}</code>",
+            text(unit_symbol(s.unit)),
+            text(s.meaning),
+            text("; ".join(s.processing)),
+        ]
+        for name, s in trial.signals.items()
+    ]
+    found = {name: value for name, value in trial.attributes.items() if name not in NAMED}
+    found |= json.loads(trial.attributes.get("options", "{}"))
+    listed = facts_list((name, json.dumps(value, ensure_ascii=False)) for name, value in found.items())
+    shown = table(("Signal", "Unit", "Meaning", "Processing"), rows)
+    return f"<details><summary>Signals and their processing</summary>\n{shown}{listed}</details>\n"
+
+
+def trial_facts(trial: Trial, experiment: str, choices: dict) -> list[tuple[str, str]]:
+    """Experiment, condition, participant, belt, origin, rate (Hz) and length (s), for `facts_list`."""
+    length = float(trial.time[-1] - trial.time[0]) if trial.time.size else 0.0
+    return [
+        ("Experiment", experiment),
+        ("Condition", choices["condition"]),
+        ("Participant", choices.get("participant") or ""),
+        ("Perturbed belt", choices.get("belt") or ""),
+        ("Raw files", "simulated by the virtual laboratory" if choices["made"] else "recorded"),
+        ("Rate and length", f"{trial.rate_hz:g} Hz, {length:.4g} s"),
+        (
+            "Source files, SHA-256",
+            ", ".join(f"{PurePath(f).name} {digits[:12]}" for _, f, digits in _sources(trial)),
+        ),
+    ]
+
+
+def choices_of_trial(files, chosen) -> dict:
+    """Choices of a trial's page: study, condition, the trial's row of the sheet, and the ``truth``."""
+    rows = RECOVERIES.read(*files.truth) if files.truth else []
+    truth = {(r.experiment, r.condition, r.pathway, r.estimator, r.quantity): r.truth for r in rows}
+    return {"study": chosen.title, "truth": truth, **chosen.trial}
+
+
+def facts_and_checks(facts: list, estimates: Sequence[Estimate], flags: list[str], choices: dict) -> str:
+    """Header of a page without omissions: facts, estimates (units in them), failed checks."""
+    found = [*flagged(estimates), *flags]
+    shown = estimates_table(estimates, [], choices.get("truth", NO_TRUTH))
+    return facts_list(facts) + shown + sentences_list("Flags", found, UNFLAGGED)
