@@ -41,12 +41,12 @@ from tepsipe.identification.budgets.manipulator import (
 from tepsipe.identification.cascade.fit import ParallelCascadeFit, ParallelCascadeOptions
 from tepsipe.identification.result import (
     PARAMETERS,
-    UNITS,
     Curve,
     ImpedanceFit,
     Quantity,
     parts_of,
     quantities_of,
+    symbol_of,
     with_scales,
 )
 from tepsipe.signals.array_types import Samples
@@ -275,7 +275,7 @@ def fit_output_error(
     budget = leg_budget(result, None, LegUncertainty(leg, None, sources, motion))
     fit = ImpedanceFit(
         estimator=OUTPUT_ERROR,
-        quantities=quantities_of(_of_joint(result.mean), UNITS, budget, confidence)
+        quantities=quantities_of(_of_joint(result.mean), budget, confidence)
         | {"delay": Quantity(result.delay_s, "s")},
         vaf=result.vaf_angle,
         vaf_of="the angle over the trial, from rest",
@@ -394,9 +394,9 @@ def fit_admittance(
     estimates = _of_joint(result.parameters)
     budget = None if thesis else spectral_budget(result, band, bounds, sources)
     if budget is None:
-        quantities = {name: Quantity(float(x), UNITS[name]) for name, x in estimates.items()}
+        quantities = {name: Quantity(float(x), symbol_of(name)) for name, x in estimates.items()}
     else:
-        quantities = quantities_of(estimates, UNITS, budget, confidence)
+        quantities = quantities_of(estimates, budget, confidence)
     model = admittance(result.parameters, band.frequency_hz)
     residual = np.abs(band.response - model) ** 2
     found = notes.of_response(band)
@@ -589,7 +589,7 @@ def _fit_windows(motion, torque, perturbations, rest, thesis, confidence, uncert
     budget, sources = windows_budget(result, name, record, uncertainty)
     return ImpedanceFit(
         estimator=name,
-        quantities=quantities_of(_of_joint(result.mean), UNITS, budget, confidence),
+        quantities=quantities_of(_of_joint(result.mean), budget, confidence),
         vaf=float(result.vaf_per_perturbation.mean()),
         vaf_of="the torque, mean over the perturbations",
         confidence=confidence,
@@ -637,8 +637,10 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng, uncert
     )
     quantities, budget = with_scales(
         {
-            name: Quantity.scaled(result.parameters[k], unit, drawn[:, k], confidence, errors[k], freedom[k])
-            for k, (name, unit) in enumerate((UNITS | {"offset": "N·m"}).items())
+            name: Quantity.scaled(
+                result.parameters[k], symbol_of(name), drawn[:, k], confidence, errors[k], freedom[k]
+            )
+            for k, name in enumerate((*PARAMETERS, "offset"))
         },
         sources,
         confidence,
@@ -701,7 +703,7 @@ def _cascade_quantities(
 
     short, structure = fit.short_range, fit.structure
     quantities = {
-        name: drawn(fit.impedance[k], UNITS[name], fit.impedance_bootstrap[:, k])
+        name: drawn(fit.impedance[k], symbol_of(name), fit.impedance_bootstrap[:, k])
         for k, name in enumerate(PARAMETERS)
     }
     quantities["K working"] = drawn(fit.working_stiffness, "N·m/rad", fit.working_stiffness_bootstrap)

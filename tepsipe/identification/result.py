@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.mechanics.impedance_model import PARAMETERS
+from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
+from tepsipe.quantities import unit_symbol
 from tepsipe.signals.notebook_display import as_html, new_axes
 from tepsipe.statistics.bootstrap import expanded_tail
 from tepsipe.statistics.uncertainty import Budget, Source
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-UNITS = {"I": "N·m·s²/rad", "B": "N·m·s/rad", "K": "N·m/rad"}
 
 
 @dataclass(frozen=True, repr=False)
@@ -302,19 +301,21 @@ class ImpedanceFit:
         (_draw_response if self._panels == 2 else _draw_signal)(np.ravel(axes), self.curve)
 
 
-def quantities_of(
-    values: Mapping[str, float], units: Mapping[str, str], budget: Budget, confidence: float
-) -> dict[str, Quantity]:
+def symbol_of(name: str) -> str:
+    """Unit of a quantity, by its name in `UNITS`, as text shows it."""
+    return unit_symbol(UNITS[name])
+
+
+def quantities_of(values: Mapping[str, float], budget: Budget, confidence: float) -> dict[str, Quantity]:
     """Estimates with the combined standard uncertainties and intervals of a budget.
 
-    values: estimates by name, in the order of the budget.
-    units: their units by the same names.
+    values: estimates by name in `UNITS`, in the order of the budget.
     confidence: probability of the intervals.
     Returns: by the same names.
     """
     low, high = budget.interval(np.array(list(values.values()), dtype=float), confidence)
     ends = zip(values.items(), budget.combined, low, high, strict=True)
-    return {name: Quantity(float(x), units[name], *map(float, more)) for (name, x), *more in ends}
+    return {name: Quantity(float(x), symbol_of(name), *map(float, more)) for (name, x), *more in ends}
 
 
 def parts_of(names: Sequence[str], budget: Budget) -> dict[str, dict[str, float]]:

@@ -54,19 +54,19 @@ def joint_estimates(
     """
     rows = with_budget(
         [
-            Estimate(*names, name, UNITS[quantity], float(fit.small[k]), n_perturbations=count)
-            for k, (name, quantity) in enumerate(SMALL.items())
+            Estimate(*names, name, UNITS[name], float(fit.small[k]), n_perturbations=count)
+            for k, name in enumerate(SMALL)
         ],
         budget,
         tuple(SMALL),
     )
-    wanted = [("delay", "s", "delay")]
+    wanted = [("delay", "delay")]
     if fit.fit.softens:
-        wanted += [("K_softened", "Nm/rad", "C"), ("B_softened", "Nms/rad", "B_s")]
-    for quantity, unit, name in wanted:
+        wanted += [("K_softened", "C"), ("B_softened", "B_s")]
+    for quantity, name in wanted:
         value, error = fit.fit.value(name), fit.fit.standard_error(name)
         ends = (value - 1.96 * error, value + 1.96 * error)
-        rows.append(Estimate(*names, quantity, unit, value, error, *ends, n_perturbations=count))
+        rows.append(Estimate(*names, quantity, UNITS[quantity], value, error, *ends, n_perturbations=count))
     return rows
 
 

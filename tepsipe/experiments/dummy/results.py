@@ -14,7 +14,7 @@ from tepsipe.identification.likelihood.result import LikelihoodEstimates
 from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.io.estimates import Contribution, Estimate
 from tepsipe.io.result import Result
-from tepsipe.mechanics.impedance_model import PARAMETERS, impedance_torque
+from tepsipe.mechanics.impedance_model import PARAMETER_UNITS, PARAMETERS, impedance_torque
 from tepsipe.statistics.bootstrap import Interval, bootstrap_mean
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.uncertainty import Budget
@@ -63,10 +63,10 @@ def dummy_result(analysis: DummyAnalysis) -> Result:
             ("torque", regression.torque, "Nm"),
             ("predicted_torque", regression.predicted, "Nm"),
             ("regressors", regression.regressors, "rad/s2, rad/s, rad"),
-            ("parameters", regression.parameters, "Nms2/rad, Nms/rad, Nm/rad"),
+            ("parameters", regression.parameters, PARAMETER_UNITS),
             ("mean_and_interval", _mean_and_interval(regression, analysis.budgets[name]), "as parameters"),
             ("vaf_per_perturbation", regression.vaf_per_perturbation, "%"),
-            ("standard_errors", _standard_errors(regression), "Nms2/rad, Nms/rad, Nm/rad"),
+            ("standard_errors", _standard_errors(regression), PARAMETER_UNITS),
         ):
             arrays[f"{name}/{key}"], units[f"{name}/{key}"] = values, unit
     for name, output_error in analysis.simulating_fits.items():

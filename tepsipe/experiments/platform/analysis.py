@@ -25,7 +25,6 @@ from tepsipe.identification.several_joints.closed_loop import (
 )
 from tepsipe.identification.several_joints.quantities import (
     NAMES,
-    UNITS,
     Quantity,
     driven_products,
     joint_quantities,
@@ -34,6 +33,7 @@ from tepsipe.identification.several_joints.quantities import (
 from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
+from tepsipe.mechanics.impedance_model import UNITS
 from tepsipe.quantities import Different, Fraction, Frequency, InnerFraction, Meanings, Positive
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
@@ -262,7 +262,10 @@ def platform_estimates(
             names = (experiment, condition, PATHWAY, f"direct-{name}")
             rows += [
                 Estimate(
-                    *names, f"{NAMES[kind]}_{label}_{analysis.joints[j]}", UNITS[kind], float(row.direct[k])
+                    *names,
+                    f"{NAMES[kind]}_{label}_{analysis.joints[j]}",
+                    UNITS[NAMES[kind]],
+                    float(row.direct[k]),
                 )
                 for k, (kind, j) in enumerate(row.terms)
             ]

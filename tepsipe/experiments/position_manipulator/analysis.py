@@ -41,7 +41,7 @@ AT_BOUND = 1e-3
 # VAF (%) of the torque below which a model does not describe the joint; and frequency (Hz) of the slowest
 # calf muscle: a slower response is no reflex, but voluntary torque
 LEAST_VAF, SLOWEST_MUSCLE_HZ = 50.0, 1.9
-MUSCLE_UNITS = {"reflex_gain": "Nms/rad", "reflex_frequency": "Hz", "reflex_damping": "1"}
+MUSCLE_QUANTITIES = ("reflex_gain", "reflex_frequency", "reflex_damping")
 
 
 @dataclass(frozen=True)
@@ -235,28 +235,28 @@ def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCas
     """
     names = (experiment, condition, PATHWAY, REFLEX_ESTIMATOR)
 
-    def drawn(quantity: str, unit: str, value: float, draws: np.ndarray) -> Estimate:
-        return _drawn(names, quantity, unit, value, draws, fit.blocks)
+    def drawn(quantity: str, value: float, draws: np.ndarray) -> Estimate:
+        return _drawn(names, quantity, value, draws, fit.blocks)
 
     rows = [
-        drawn(quantity, UNITS[quantity], fit.impedance[k], fit.impedance_bootstrap[:, k])
+        drawn(quantity, fit.impedance[k], fit.impedance_bootstrap[:, k])
         for k, quantity in enumerate(PARAMETERS)
     ]
     # a reflex earlier than those that are tried is in the intrinsic response, as inertia and damping
     rows = [*flagged(rows[:2], *_beyond(fit)), *rows[2:]]
     short = fit.short_range
     rows += [
-        drawn("K_working", "Nm/rad", fit.working_stiffness, fit.working_stiffness_bootstrap),
-        drawn("K_short_range", "Nm/rad", short.stiffness, short.stiffness_bootstrap),
+        drawn("K_working", fit.working_stiffness, fit.working_stiffness_bootstrap),
+        drawn("K_short_range", short.stiffness, short.stiffness_bootstrap),
     ]
     if np.isfinite(short.yield_angle_rad):
-        rows.append(drawn("yield_angle", "rad", short.yield_angle_rad, short.yield_angle_bootstrap))
+        rows.append(drawn("yield_angle", short.yield_angle_rad, short.yield_angle_bootstrap))
     relaxing = fit.relaxing
     if np.isfinite(relaxing.time_s):
-        rows.append(drawn("K_relaxing", "Nm/rad", relaxing.stiffness, relaxing.stiffness_bootstrap))
-        rows.append(drawn("relaxation_time", "s", relaxing.time_s, relaxing.time_bootstrap))
+        rows.append(drawn("K_relaxing", relaxing.stiffness, relaxing.stiffness_bootstrap))
+        rows.append(drawn("relaxation_time", relaxing.time_s, relaxing.time_bootstrap))
     if fit.structure.stiffening:
-        rows.append(drawn("K_growth", "Nm/rad2", fit.stiffening, fit.stiffening_bootstrap))
+        rows.append(drawn("K_growth", fit.stiffening, fit.stiffening_bootstrap))
     if fit.structure.relaxing:
         depends = ("I", "B", "K_short_range", "K_relaxing", "relaxation_time")
         rows = [flagged([r], *["relaxation-assumed"] * (r.quantity in depends))[0] for r in rows]
@@ -272,13 +272,13 @@ def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCas
     return recommended(rows, PATHWAY, REFLEX_ESTIMATOR)
 
 
-def _drawn(names, quantity: str, unit: str, value: float, draws: np.ndarray, blocks: int) -> Estimate:
+def _drawn(names, quantity: str, value: float, draws: np.ndarray, blocks: int) -> Estimate:
     """A row with the expanded interval of its bootstrap; draws without a value are left out."""
     draws = draws[np.isfinite(draws)]
     tail = expanded_tail(0.95, blocks)
     low, high = np.percentile(draws, [tail, 100.0 - tail]) if draws.size else (np.nan, np.nan)
     spread = float(draws.std(ddof=1)) if draws.size > 1 else np.nan
-    return Estimate(*names, quantity, unit, float(value), spread, float(low), float(high))
+    return Estimate(*names, quantity, UNITS[quantity], float(value), spread, float(low), float(high))
 
 
 def _reflex_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> list[Estimate]:
@@ -287,18 +287,14 @@ def _reflex_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> l
     Delay and threshold are flagged where the record does not determine them, and where it prefers others than
     were searched; then the gain is flagged, too, and where the muscle is too slow.
     """
-    rows = [_drawn(names, "reflex_gain", "Nms/rad", fit.gain, fit.gain_bootstrap, fit.blocks)]
+    rows = [_drawn(names, "reflex_gain", fit.gain, fit.gain_bootstrap, fit.blocks)]
     if fit.muscle is None:
         return rows
     if fit.structure.gain_slope:
-        rows.append(
-            _drawn(
-                names, "reflex_gain_slope", "Nms/rad2", fit.gain_slope, fit.gain_slope_bootstrap, fit.blocks
-            )
-        )
+        rows.append(_drawn(names, "reflex_gain_slope", fit.gain_slope, fit.gain_slope_bootstrap, fit.blocks))
     if fit.structure.unloading:
         draws = fit.unloading_gain_bootstrap
-        rows.append(_drawn(names, "unloading_gain", "Nms/rad", fit.unloading_gain, draws, fit.blocks))
+        rows.append(_drawn(names, "unloading_gain", fit.unloading_gain, draws, fit.blocks))
     rows = flagged(rows, *_beyond(fit), *_slow(fit))
     for choice in fit.assumptions:
         rows_of_choice = [
@@ -333,8 +329,8 @@ def _muscle_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> l
         for k, bounds in enumerate(MUSCLE_BOUNDS)
     )
     rows = [
-        _drawn(names, quantity, unit, muscle.constants[k], muscle.bootstrap[:, k], fit.blocks)
-        for k, (quantity, unit) in enumerate(MUSCLE_UNITS.items())
+        _drawn(names, quantity, muscle.constants[k], muscle.bootstrap[:, k], fit.blocks)
+        for k, quantity in enumerate(MUSCLE_QUANTITIES)
     ]
     rows.append(Estimate(*names, "reflex_delay", "s", fit.structure.delay_s))
     checks = (*["at-bound"] * at_bound, *_slow(fit), *_misfit(muscle.vaf.training))

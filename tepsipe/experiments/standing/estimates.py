@@ -8,9 +8,8 @@ import numpy as np
 import scipy
 
 from tepsipe.io.estimates import Estimate, flagged
+from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
 from tepsipe.statistics.uncertainty import Budget
-
-UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
 
 
 @dataclass(frozen=True)
@@ -91,7 +90,7 @@ def standing_estimates(
         return flagged([estimate], *fit.flags)[0]
 
     for name in fit.names:
-        if name in UNITS:
+        if name in PARAMETERS:
             rows.append(row(name, UNITS[name], name, 1.0))
         if name == "K":
             rows.append(row("K_over_mgh", "1", name, 1.0 / critical_stiffness))

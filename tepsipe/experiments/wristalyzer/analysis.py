@@ -34,7 +34,7 @@ from tepsipe.identification.admittance_fit import (
 from tepsipe.io.estimates import Contribution, Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, simulate_angle
+from tepsipe.mechanics.impedance_model import PARAMETER_UNITS, PARAMETERS, UNITS, simulate_angle
 from tepsipe.signals.response import FrequencyResponse
 from tepsipe.statistics.uncertainty import Budget, Source
 
@@ -290,18 +290,17 @@ def wristalyzer_result(analysis: WristalyzerAnalysis) -> Result:
         keep(f"{estimator}/frequency", fitted.spectrum.frequency_hz, "Hz")
         keep(f"{estimator}/response", fitted.spectrum.response, "rad/Nm")
         keep(f"{estimator}/coherence", fitted.spectrum.coherence, "1")
-        keep(f"{estimator}/parameters", fitted.parameters, "Nms2/rad, Nms/rad, Nm/rad")
+        keep(f"{estimator}/parameters", fitted.parameters, PARAMETER_UNITS)
     keep("tapered/frequency", analysis.tapered.frequency_hz, "Hz")
     keep("tapered/response", analysis.tapered.response, "rad/Nm")
     keep("tapered/coherence", analysis.tapered.coherence, "1")
     keep("profile/stiffness", analysis.profile.stiffness, "Nm/rad")
     keep("profile/cost", analysis.profile.cost, "1")
     keep("tried/stiffness", [k for k, _, _ in analysis.tried], "Nm/rad")
-    three = "Nms2/rad, Nms/rad, Nm/rad"
-    keep("tried/smooth", [smooth.parameters for _, smooth, _ in analysis.tried], three)
-    keep("tried/modulus", [modulus.parameters for _, _, modulus in analysis.tried], three)
-    keep("many_starts/start", [f.start for f in analysis.many_starts], three)
-    keep("many_starts/parameters", [f.parameters for f in analysis.many_starts], three)
+    keep("tried/smooth", [smooth.parameters for _, smooth, _ in analysis.tried], PARAMETER_UNITS)
+    keep("tried/modulus", [modulus.parameters for _, _, modulus in analysis.tried], PARAMETER_UNITS)
+    keep("many_starts/start", [f.start for f in analysis.many_starts], PARAMETER_UNITS)
+    keep("many_starts/parameters", [f.parameters for f in analysis.many_starts], PARAMETER_UNITS)
     spread = np.ptp([f.parameters[2] for f in analysis.many_starts if f.converged])
     facts = {
         "rate_hz": prepared.rate_hz,

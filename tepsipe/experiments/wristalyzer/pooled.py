@@ -8,10 +8,11 @@ from tepsipe.experiments.budgets import contributions_of, with_budget
 from tepsipe.experiments.wristalyzer.names import PATHWAY, POOLED
 from tepsipe.experiments.wristalyzer.record import timed
 from tepsipe.identification.budgets.manipulator import pooled_budget
-from tepsipe.identification.regression.pooled import UNITS, PerturbedRecord, PooledFit, fit_pooled
+from tepsipe.identification.regression.pooled import PerturbedRecord, PooledFit, fit_pooled
 from tepsipe.io.estimates import Contribution, Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
+from tepsipe.mechanics.impedance_model import PARAMETER_UNITS, UNITS
 from tepsipe.statistics.uncertainty import Source
 
 CONDITION = "pooled"
@@ -76,7 +77,7 @@ def pooled_result(conditions: list[str], fit: PooledFit) -> Result:
     units = {"rms_angle": "rad"}
     for name, share in fit.shares.items():
         arrays[f"shares/{name}"] = share
-        units[f"shares/{name}"] = "Nms2/rad, Nms/rad, Nm/rad"
+        units[f"shares/{name}"] = PARAMETER_UNITS
     facts = {
         "conditions": conditions,
         "systematic_torque_Nm": fit.systematic_Nm,

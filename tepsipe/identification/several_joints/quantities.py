@@ -34,6 +34,7 @@ from tepsipe.identification.several_joints.closed_loop import (
     minimise,
     scaled_products,
 )
+from tepsipe.mechanics.impedance_model import UNITS
 
 # rise of chi2 that excludes a value at 95 %
 EXCLUDED = 3.84
@@ -83,7 +84,6 @@ class Profile:
 
 
 NAMES = {"K": "K", "B": "B", "D": "K_reflex", "E": "B_reflex"}
-UNITS = {"K": "Nm/rad", "D": "Nm/rad", "B": "Nms/rad", "E": "Nms/rad"}
 # an undetermined direction involves a parameter with this part of its largest effect on the torque
 INVOLVED = 0.3
 # rise of chi2 above its minimum within which 95 % of the delays lie
@@ -162,18 +162,18 @@ def joint_quantities(
     weakly = _open_delay(fit) or (weak and fit.delay_s is not None)
     judge = _Judge(fit, labels, amplitude, largest_share, Profile(fit, spectra, joint, weakly))
     quantities = [
-        judge(label, UNITS[kind], np.eye(len(fit.terms))[k], amplitude[k])
+        judge(label, UNITS[NAMES[kind]], np.eye(len(fit.terms))[k], amplitude[k])
         for k, (label, (kind, _)) in enumerate(zip(labels, fit.terms, strict=True))
     ]
     for j, name in enumerate(names):
         if ("D", j) in fit.terms:
             static = np.array([float(kind in "KD" and i == j) for kind, i in fit.terms])
             label = f"K_static_{names[joint]}_{name}"
-            quantities.append(judge(label, "Nm/rad", static, angle[j] / driven))
+            quantities.append(judge(label, UNITS["K"], static, angle[j] / driven))
     mode = slow_mode(spectra, mode_below_hz)
     along = np.array([mode[j] if kind in "KD" else 0.0 for kind, j in fit.terms])
     mode_amplitude = np.sqrt(max(float(mode @ drive[0].sum(axis=0) @ mode), 0.0)) / (mode @ mode)
-    quantities.append(judge(f"K_mode_{names[joint]}", "Nm/rad", along, mode_amplitude / driven))
+    quantities.append(judge(f"K_mode_{names[joint]}", UNITS["K"], along, mode_amplitude / driven))
     if fit.delay_s is not None:
         reflex = any(
             one.identified for one, (kind, _) in zip(quantities, fit.terms, strict=False) if kind in "DE"

@@ -13,7 +13,6 @@ import numpy as np
 
 from tepsipe.experiments.budgets import contributions_of
 from tepsipe.experiments.standing.epochs import EpochOptions, StandingEpochs
-from tepsipe.experiments.standing.estimates import UNITS
 from tepsipe.experiments.standing.free_reflex.broadband import (
     GROUPS,
     BroadbandEpochs,
@@ -28,6 +27,7 @@ from tepsipe.experiments.standing.joint_torque import StandingTrial, by_belt
 from tepsipe.experiments.standing.options import BOTH, OTHER_BELT, StandingEstimator, StandingOptions
 from tepsipe.io.estimates import Contribution, Estimate, flagged
 from tepsipe.io.result import Result
+from tepsipe.mechanics.impedance_model import UNITS
 from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.held_out import HeldOut
 from tepsipe.treadmill.registry import FittedModel

@@ -32,7 +32,7 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.budgets import contributions_of
-from tepsipe.experiments.standing.estimates import UNITS, Fits, StandingFit, generator
+from tepsipe.experiments.standing.estimates import Fits, StandingFit, generator
 from tepsipe.experiments.standing.free_reflex.broadband import FAR_M, BroadbandEpochs, by_recording, is_steady
 from tepsipe.experiments.standing.free_reflex.fit import (
     DISCREPANCY,
@@ -53,6 +53,7 @@ from tepsipe.experiments.standing.thesis.latency import MuscleLatency
 from tepsipe.identification.regression.generalised import Record, generalised_least_squares
 from tepsipe.io.estimates import Contribution, Estimate, flagged, recommended
 from tepsipe.io.result import Result
+from tepsipe.mechanics.impedance_model import UNITS
 from tepsipe.statistics.uncertainty import Budget, Source, coverage_factor, sources_of
 from tepsipe.treadmill.held_out import BEYOND, UNKNOWN, clearly_wrong
 
