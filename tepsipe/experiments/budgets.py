@@ -1,13 +1,26 @@
-"""Uncertainty budgets in rows of estimates: combined intervals, and a row per source."""
+"""Quantities and their uncertainty budgets as rows: of estimates with intervals, and of sources."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from tepsipe.identification.result import Quantity
 from tepsipe.io.estimates import SCATTER, Contribution, Estimate
+from tepsipe.mechanics.impedance_model import UNITS
 from tepsipe.statistics.uncertainty import Budget
+
+
+def rows_of(names: tuple[str, str, str, str], quantities: Mapping[str, Quantity]) -> list[Estimate]:
+    """Rows of quantities with intervals, by their names in `UNITS`.
+
+    names: experiment, condition, pathway and estimator.
+    """
+    return [
+        Estimate(*names, name, UNITS[name], q.value, q.standard_error, q.low, q.high)
+        for name, q in quantities.items()
+    ]
 
 
 def with_budget(rows: Sequence[Estimate], budget: Budget, quantities: Sequence[str]) -> list[Estimate]:

@@ -492,7 +492,7 @@ def fit_parallel_cascade(
     >>> fit = fit_parallel_cascade(
     ...     ankle.time[half], ankle.angle[half], ankle.torque[half], bootstrap_draws=100
     ... )
-    >>> print(f"K = {fit.K:.1f}, reflex gain = {fit.quantities['reflex gain'].value:.1f}")
+    >>> print(f"K = {fit.K:.1f}, reflex gain = {fit.quantities['reflex_gain'].value:.1f}")
     K = 79.8, reflex gain = 5.0
     """
     from tepsipe.identification.cascade.parallel_cascade import identify_cascade
@@ -697,40 +697,23 @@ def _cascade_quantities(
     assumed : tuple of str
         Sentences on values that the record does not determine.
     """
-
-    def drawn(value: float, unit: str, draws: np.ndarray) -> Quantity:
-        return Quantity.drawn(value, unit, draws, confidence, fit.blocks)
-
-    short, structure = fit.short_range, fit.structure
-    quantities = {
-        name: drawn(fit.impedance[k], symbol_of(name), fit.impedance_bootstrap[:, k])
-        for k, name in enumerate(PARAMETERS)
-    }
-    quantities["K working"] = drawn(fit.working_stiffness, "N·m/rad", fit.working_stiffness_bootstrap)
-    quantities["K short range"] = drawn(short.stiffness, "N·m/rad", short.stiffness_bootstrap)
-    yields = short.yield_angle_bootstrap[np.isfinite(short.yield_angle_bootstrap)]
-    if np.isfinite(short.yield_angle_rad) and yields.size > 1:
-        quantities["yield angle"] = drawn(short.yield_angle_rad, "rad", yields)
-    relaxing = fit.relaxing
-    times = relaxing.time_bootstrap[np.isfinite(relaxing.time_bootstrap)]
-    if np.isfinite(relaxing.time_s) and times.size > 1:
-        quantities["K relaxing"] = drawn(relaxing.stiffness, "N·m/rad", relaxing.stiffness_bootstrap)
-        quantities["relaxation time"] = drawn(relaxing.time_s, "s", times)
-    if structure.stiffening:
-        quantities["dK/dtheta"] = drawn(fit.stiffening, "N·m/rad²", fit.stiffening_bootstrap)
+    quantities, structure = fit.quantities(confidence), fit.structure
+    # without draws that yield or relax there is no interval
+    for name, with_it in (("yield_angle", ()), ("relaxation_time", ("K_relaxing",))):
+        if name in quantities and not np.isfinite(quantities[name].standard_error):
+            quantities = {key: q for key, q in quantities.items() if key not in (name, *with_it)}
     slow = (
         f"With the slow torque, predicted {fit.slow.horizon_s:g} s ahead from past residuals, the held-out "
         f"VAF is {fit.slow.vaf.held_out:.1f} %."
     )
     if not structure.direction:
+        del quantities["reflex_gain"]
         return quantities, ("Cross-validation found no reflex.", slow), ()
-    quantities["reflex gain"] = drawn(fit.gain, "N·m·s/rad", fit.gain_bootstrap)
-    if structure.gain_slope:
-        quantities["dG/dtheta"] = drawn(fit.gain_slope, "N·m·s/rad²", fit.gain_slope_bootstrap)
-    if structure.unloading:
-        quantities["unloading gain"] = drawn(fit.unloading_gain, "N·m·s/rad", fit.unloading_gain_bootstrap)
-    quantities["reflex delay"] = Quantity(structure.delay_s, "s")
-    quantities["reflex threshold"] = Quantity(structure.threshold_rad_per_s, "rad/s")
+    for name, value in (
+        ("reflex_delay", structure.delay_s),
+        ("reflex_threshold", structure.threshold_rad_per_s),
+    ):
+        quantities[name] = Quantity(value, symbol_of(name))
     close, assumed = [], []
     for choice in fit.assumptions:
         if not choice.determined:

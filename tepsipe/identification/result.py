@@ -40,10 +40,13 @@ class Quantity:
         """An estimate with the spread and the quantiles of bootstrapped ones (``unit``), shape (draws,).
 
         With the number of blocks from which they are drawn, the quantiles are expanded (`expanded_tail`).
+        Draws without a value are left out; without any other there is no interval.
         """
+        draws = draws[np.isfinite(draws)]
         tail = expanded_tail(confidence, blocks) if blocks else 50.0 * (1.0 - confidence)
-        low, high = np.percentile(draws, [tail, 100.0 - tail])
-        return cls(float(value), unit, float(np.std(draws, ddof=1)), float(low), float(high))
+        low, high = np.percentile(draws, [tail, 100.0 - tail]) if draws.size else (np.nan, np.nan)
+        spread = float(draws.std(ddof=1)) if draws.size > 1 else np.nan
+        return cls(float(value), unit, spread, float(low), float(high))
 
     @classmethod
     def scaled(
