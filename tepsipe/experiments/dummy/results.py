@@ -1,18 +1,17 @@
 """Results of one trial of the ankle dummy: rows of budgets, arrays, facts, and cross-validation."""
 
 import zlib
-from collections.abc import Sequence
 from typing import Annotated
 
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.budgets import contributions_of
 from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck
 from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis
+from tepsipe.experiments.fitted import FittedBudget
 from tepsipe.identification.likelihood.result import LikelihoodEstimates
 from tepsipe.identification.regression.windows import WindowedFits
-from tepsipe.io.estimates import Contribution, Estimate
+from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.mechanics.impedance_model import PARAMETER_UNITS, PARAMETERS, impedance_torque
 from tepsipe.statistics.bootstrap import Interval, bootstrap_mean
@@ -40,12 +39,11 @@ def bootstrap_pathways(analysis: DummyAnalysis, draws: int, seed: int) -> dict[s
     }
 
 
-def dummy_contributions(rows: Sequence[Estimate], analysis: DummyAnalysis) -> list[Contribution]:
-    """Uncertainty of I, B, K of ``rows``, from `dummy_estimates`, source by source."""
+def dummy_budgets(analysis: DummyAnalysis) -> list[FittedBudget]:
+    """Uncertainty of I, B, K of every pathway."""
     return [
-        part
+        FittedBudget(name, analysis.pathways[name].estimator, PARAMETERS, budget)
         for name, budget in analysis.budgets.items()
-        for part in contributions_of([row for row in rows if row.pathway == name], budget, PARAMETERS)
     ]
 
 

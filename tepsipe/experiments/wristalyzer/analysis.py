@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.budgets import contributions_of, with_budget
+from tepsipe.experiments.budgets import with_budget
 from tepsipe.experiments.wristalyzer.names import AS_PRINTED, MODULUS, PATHWAY, PERIODS, REGRESSION
 from tepsipe.experiments.wristalyzer.record import (
     PreparedTrial,
@@ -31,7 +31,7 @@ from tepsipe.identification.admittance_fit import (
     fit_scaled,
     profile_stiffness,
 )
-from tepsipe.io.estimates import Contribution, Estimate, flagged, recommended
+from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETER_UNITS, PARAMETERS, UNITS, simulate_angle
@@ -256,20 +256,6 @@ def wristalyzer_estimates(condition: str, analysis: WristalyzerAnalysis) -> list
         rows += flagged(estimates, *fit.flags, *analysis.flags, *misfit)
     quoted = next(name for name in RECOMMENDED if name in analysis.fitted)
     return recommended(rows, PATHWAY, quoted)
-
-
-def wristalyzer_contributions(rows: list[Estimate], budgets: Mapping[str, Budget]) -> list[Contribution]:
-    """Rows of the table of budgets, for the rows of `wristalyzer_estimates`.
-
-    ``budgets`` come from the analysis: estimator -> uncertainty of I, B, K.
-    """
-    return [
-        contribution
-        for estimator, budget in budgets.items()
-        for contribution in contributions_of(
-            [row for row in rows if row.estimator == estimator], budget, PARAMETERS
-        )
-    ]
 
 
 def wristalyzer_result(analysis: WristalyzerAnalysis) -> Result:

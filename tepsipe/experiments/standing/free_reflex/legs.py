@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tepsipe.experiments.budgets import contributions_of
+from tepsipe.experiments.fitted import FittedBudget
 from tepsipe.experiments.standing.epochs import EpochOptions, StandingEpochs
 from tepsipe.experiments.standing.free_reflex.broadband import (
     GROUPS,
@@ -25,7 +25,7 @@ from tepsipe.experiments.standing.free_reflex.fit import QUANTITIES
 from tepsipe.experiments.standing.free_reflex.results import FreeReflexChoices, fit_free
 from tepsipe.experiments.standing.joint_torque import StandingTrial, by_belt
 from tepsipe.experiments.standing.options import BOTH, OTHER_BELT, StandingEstimator, StandingOptions
-from tepsipe.io.estimates import Contribution, Estimate, flagged
+from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.result import Result
 from tepsipe.mechanics.impedance_model import UNITS
 from tepsipe.signals.filters import Lowpass
@@ -113,7 +113,7 @@ def leg_rows(
     choices: FreeReflexChoices,
     perturbations: int,
     reflex_onset_s: float | None = None,
-) -> tuple[list[Estimate], list[Contribution]]:
+) -> tuple[list[Estimate], list[FittedBudget]]:
     """B and K of each leg, and its part of the weight, as rows beside those of both legs.
 
     condition: trial or task.
@@ -123,10 +123,10 @@ def leg_rows(
     Returns:
         rows: ``B_left`` (N·m·s/rad), ``K_left`` (N·m/rad), ``weight_share_left`` and the same of the right
         leg.
-        contributions: their budgets.
+        budgets: their uncertainty.
     """
     rows: list[Estimate] = []
-    contributions: list[Contribution] = []
+    budgets: list[FittedBudget] = []
     mass_kg = {leg: float(np.mean([trial.carried_kg for trial in of_leg])) for leg, of_leg in legs.items()}
     for leg, of_leg in legs.items():
         fits = fit_free(of_leg, name, estimators, choices, perturbations, reflex_onset_s)
@@ -142,11 +142,11 @@ def leg_rows(
                 )
                 for k, quantity in enumerate(QUANTITIES)
             ]
-            contributions += contributions_of(found, fit.budget, names)
+            budgets.append(FittedBudget(pathway, estimator, names, fit.budget))
             share = mass_kg[leg] / sum(mass_kg.values())
             rows += flagged(found, *fit.flags)
             rows.append(Estimate(*about, f"weight_share_{leg}", "1", share, n_perturbations=fit.responses))
-    return rows, contributions
+    return rows, budgets
 
 
 def _group(group: str, belt: str) -> str:
