@@ -151,6 +151,7 @@ UNIT_SYMBOLS = {
     "Nm/rad/kg": "N·m/rad/kg",
     "Nms/rad/kg": "N·m·s/rad/kg",
 }
+_PLAIN = str.maketrans({"·": "", "²": "2", "³": "3"})
 
 
 def limit_in_words(name: str, limit: float, value: object) -> str:
@@ -162,6 +163,11 @@ def unit_of(name: str) -> str:
     """Unit at the end of a name; empty without one."""
     ends = [end for end in UNITS if name.endswith(end)]
     return UNITS[max(ends, key=len)] if ends else ""
+
+
+def plain_unit(symbol: str) -> str:
+    """A unit as tables and files write it, from its symbol; for example Nms2/rad for N·m·s²/rad."""
+    return symbol.translate(_PLAIN)
 
 
 def unit_symbol(unit: str) -> str:

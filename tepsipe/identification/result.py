@@ -11,7 +11,7 @@ from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
 from tepsipe.quantities import unit_symbol
 from tepsipe.signals.notebook_display import as_html, new_axes
 from tepsipe.statistics.bootstrap import expanded_tail
-from tepsipe.statistics.uncertainty import Budget, Source
+from tepsipe.statistics.uncertainty import CONFIDENCE, Budget, Source
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -32,6 +32,10 @@ class Quantity:
     low: float = np.nan
     high: float = np.nan
     """Ends of its interval (``unit``); NaN where there is none."""
+    u_type_a: float | None = None
+    u_type_b: float | None = None
+    """Standard uncertainties from the scatter and from everything else (``unit``); None where they were not
+    evaluated."""
 
     @classmethod
     def drawn(
@@ -46,7 +50,7 @@ class Quantity:
         tail = expanded_tail(confidence, blocks) if blocks else 50.0 * (1.0 - confidence)
         low, high = np.percentile(draws, [tail, 100.0 - tail]) if draws.size else (np.nan, np.nan)
         spread = float(draws.std(ddof=1)) if draws.size > 1 else np.nan
-        return cls(float(value), unit, spread, float(low), float(high))
+        return cls(float(value), unit, spread, float(low), float(high), spread)
 
     @classmethod
     def scaled(
@@ -236,7 +240,8 @@ class ImpedanceFit:
         """The estimates as a pandas table: value, unit, standard_error, low, high by name."""
         import pandas as pd
 
-        rows = {name: vars(q) for name, q in self.quantities.items()}
+        columns = ("value", "unit", "standard_error", "low", "high")
+        rows = {name: {key: getattr(q, key) for key in columns} for name, q in self.quantities.items()}
         return pd.DataFrame.from_dict(rows, orient="index").rename_axis("quantity")
 
     def to_xarray(self) -> "xr.Dataset":
@@ -309,7 +314,9 @@ def symbol_of(name: str) -> str:
     return unit_symbol(UNITS[name])
 
 
-def quantities_of(values: Mapping[str, float], budget: Budget, confidence: float) -> dict[str, Quantity]:
+def quantities_of(
+    values: Mapping[str, float], budget: Budget, confidence: float = CONFIDENCE
+) -> dict[str, Quantity]:
     """Estimates with the combined standard uncertainties and intervals of a budget.
 
     values: estimates by name in `UNITS`, in the order of the budget.
@@ -317,8 +324,12 @@ def quantities_of(values: Mapping[str, float], budget: Budget, confidence: float
     Returns: by the same names.
     """
     low, high = budget.interval(np.array(list(values.values()), dtype=float), confidence)
-    ends = zip(values.items(), budget.combined, low, high, strict=True)
-    return {name: Quantity(float(x), symbol_of(name), *map(float, more)) for (name, x), *more in ends}
+    of_b = budget.type_b.tolist() if budget.contributions else [None] * len(values)
+    columns = (budget.combined.tolist(), low.tolist(), high.tolist(), budget.type_a.tolist(), of_b)
+    return {
+        name: Quantity(float(x), symbol_of(name), *numbers)
+        for (name, x), *numbers in zip(values.items(), *columns, strict=True)
+    }
 
 
 def parts_of(names: Sequence[str], budget: Budget) -> dict[str, dict[str, float]]:

@@ -14,8 +14,9 @@ import numpy as np
 import scipy
 
 PARAMETERS = ("I", "B", "K")
-# quantities of joints, as tables and results name them -> unit, as files write it
+# quantities, as tables and results name them -> unit, as files write it
 UNITS = {
+    "mass": "kg",
     "I": "Nms2/rad",
     "B": "Nms/rad",
     "K": "Nm/rad",

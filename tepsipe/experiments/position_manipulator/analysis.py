@@ -6,7 +6,7 @@ is fitted by linear regression to the first part of a trial and tested on the re
 model, intrinsic stiffness and stretch reflex, is fitted to the same filtered torque (`parallel_cascade`).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
@@ -204,10 +204,7 @@ def position_manipulator_estimates(
         name: Quantity.drawn(fit.parameters[k], symbol_of(name), draws[k], 0.95, blocks)
         for k, name in enumerate(PARAMETERS)
     }
-    rows = [
-        replace(row, sem_as_printed=float(sem))
-        for row, sem in zip(rows_of(names, quantities), fit.sem_as_printed, strict=False)
-    ]
+    rows = rows_of(names, quantities, printed=fit.sem_as_printed.tolist())
     return flagged(rows + _vaf_rows(names, analysis.vaf), *_misfit(analysis.vaf.training))
 
 

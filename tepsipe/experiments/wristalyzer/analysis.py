@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.budgets import with_budget
+from tepsipe.experiments.budgets import rows_of
 from tepsipe.experiments.wristalyzer.names import AS_PRINTED, MODULUS, PATHWAY, PERIODS, REGRESSION
 from tepsipe.experiments.wristalyzer.record import (
     PreparedTrial,
@@ -31,10 +31,11 @@ from tepsipe.identification.admittance_fit import (
     fit_scaled,
     profile_stiffness,
 )
+from tepsipe.identification.result import Quantity, quantities_of, symbol_of
 from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.impedance_model import PARAMETER_UNITS, PARAMETERS, UNITS, simulate_angle
+from tepsipe.mechanics.impedance_model import PARAMETER_UNITS, PARAMETERS, simulate_angle
 from tepsipe.signals.response import FrequencyResponse
 from tepsipe.statistics.uncertainty import Budget, Source
 
@@ -241,13 +242,13 @@ def wristalyzer_estimates(condition: str, analysis: WristalyzerAnalysis) -> list
     rows = []
     for estimator, fit in analysis.fitted.items():
         names, search = ("wristalyzer", condition, PATHWAY, estimator), fit.search
+        values = dict(zip(PARAMETERS, fit.parameters.tolist(), strict=True))
+        if fit.budget is None:
+            quantities = {name: Quantity(value, symbol_of(name)) for name, value in values.items()}
+        else:
+            quantities = quantities_of(values, fit.budget)
         printed = [None] * 3 if search is None else search.sem_as_printed.tolist()
-        estimates = [
-            Estimate(*names, q, UNITS[q], float(value), sem_as_printed=sem)
-            for q, value, sem in zip(PARAMETERS, fit.parameters, printed, strict=True)
-        ]
-        if fit.budget is not None:
-            estimates = with_budget(estimates, fit.budget, PARAMETERS)
+        estimates = rows_of(names, quantities, printed=printed)
         if search is not None:
             estimates.append(Estimate(*names, "error", "1", search.cost))
         score = analysis.prepared.prediction_vaf(fit.parameters)
