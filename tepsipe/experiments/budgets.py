@@ -26,7 +26,8 @@ def rows_of(
         uncertain = q.u_type_a is not None or not math.isnan(q.standard_error)
         interval = (q.standard_error, q.low, q.high) if uncertain else (None, None, None)
         head = (*names, name, plain_unit(q.unit), q.value)
-        rows.append(Estimate(*head, *interval, sem, n_perturbations, q.u_type_a, q.u_type_b))
+        types, flags = (q.u_type_a, q.u_type_b), "" if q.identified else "not-identified"
+        rows.append(Estimate(*head, *interval, sem, n_perturbations, *types, flags=flags))
     return rows
 
 

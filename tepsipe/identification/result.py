@@ -36,6 +36,18 @@ class Quantity:
     u_type_b: float | None = None
     """Standard uncertainties from the scatter and from everything else (``unit``); None where they were not
     evaluated."""
+    refusal: str = ""
+    """Sentence that says why the record does not determine the number; empty where it does."""
+
+    @property
+    def identified(self) -> bool:
+        """True if there is a number."""
+        return not self.refusal
+
+    @classmethod
+    def refused(cls, unit: str, refusal: str) -> "Quantity":
+        """A quantity without a number (``unit``)."""
+        return cls(np.nan, unit, refusal=refusal)
 
     @classmethod
     def drawn(
