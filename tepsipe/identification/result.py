@@ -1,7 +1,7 @@
 """Result of every estimator of impedance: I, B, K, their intervals, and the VAF of the prediction."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
@@ -77,6 +77,11 @@ class Quantity:
         tail = expanded_tail(confidence, freedom + 1.0)
         low, high = np.percentile(deviations, [tail, 100.0 - tail]) * np.sqrt(freedom / (freedom + 1.0))
         return cls(float(value), unit, float(error), float(value + low), float(value + high))
+
+    def times(self, factor: float, unit: str) -> "Quantity":
+        """The quantity times a positive constant, in another unit."""
+        numbers = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("unit", "refusal")}
+        return replace(self, unit=unit, **{k: None if x is None else factor * x for k, x in numbers.items()})
 
     def cells(self) -> tuple[str, str, str]:
         """Value, standard error and interval as text (``unit``), rounded by the standard error."""

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from tepsipe.experiments.budgets import rows_of
 from tepsipe.experiments.fitted import FittedBudget
 from tepsipe.experiments.standing.epochs import EpochOptions, StandingEpochs
 from tepsipe.experiments.standing.free_reflex.broadband import (
@@ -27,7 +28,6 @@ from tepsipe.experiments.standing.joint_torque import StandingTrial, by_belt
 from tepsipe.experiments.standing.options import BOTH, OTHER_BELT, StandingEstimator, StandingOptions
 from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.result import Result
-from tepsipe.mechanics.impedance_model import UNITS
 from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.held_out import HeldOut
 from tepsipe.treadmill.registry import FittedModel
@@ -132,19 +132,10 @@ def leg_rows(
         fits = fit_free(of_leg, name, estimators, choices, perturbations, reflex_onset_s)
         for (pathway, estimator), fit in fits.items():
             about = ("standing", condition, pathway, estimator)
-            names = [f"{quantity}_{leg}" for quantity in QUANTITIES]
-            found = [
-                Estimate(
-                    *(*about, f"{quantity}_{leg}", UNITS[quantity], *fit.interval(quantity)),
-                    n_perturbations=fit.responses,
-                    u_type_a=float(fit.budget.type_a[k]),
-                    u_type_b=float(fit.budget.type_b[k]),
-                )
-                for k, quantity in enumerate(QUANTITIES)
-            ]
-            budgets.append(FittedBudget(pathway, estimator, names, fit.budget))
+            quantities = {f"{quantity}_{leg}": fit.quantity(quantity) for quantity in QUANTITIES}
+            budgets.append(FittedBudget(pathway, estimator, list(quantities), fit.budget))
             share = mass_kg[leg] / sum(mass_kg.values())
-            rows += flagged(found, *fit.flags)
+            rows += flagged(rows_of(about, quantities, fit.responses), *fit.flags)
             rows.append(Estimate(*about, f"weight_share_{leg}", "1", share, n_perturbations=fit.responses))
     return rows, budgets
 
