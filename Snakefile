@@ -33,7 +33,7 @@ else:
     # chapter 2: the rigs, where no recordings exist
     include: "workflow/rules/virtual_lab.smk"
     # raw files of any origin to one HDF5 file per trial
-    include: "workflow/rules/ingest.smk"
+    include: "workflow/rules/experiments.smk"
     # sections 3-1-1 and 4-1-1: the joint in the torque-controlled manipulator
     include: "workflow/rules/wristalyzer.smk"
     # sections 3-1-2 and 4-1-2: TEP-SIPE on the ankle dummy
@@ -71,6 +71,7 @@ include: "workflow/rules/web_report.smk"
 
 
 rule all:
+    """Make the whole study."""
     default_target: True
     input:
         OUTPUTS,

@@ -18,7 +18,7 @@ from tepsipe.experiments.dummy.leg_pathways import DummyOptions
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
-from tepsipe.reporting.true_motion import TrueMotion, linear_truth
+from tepsipe.reporting.recovery import TrueMotion, linear_truth
 from tepsipe.signals.perturbations import WindowOptions
 from tepsipe.virtual_lab.belt import DriveTruth
 from tepsipe.virtual_lab.dummy import DummyTruth, move_dummy

@@ -46,7 +46,7 @@ from tepsipe.experiments.standing.thesis.impedance import fit_standing  # noqa: 
 from tepsipe.experiments.standing.thesis.latency import muscle_latency  # noqa: E402
 from tepsipe.ingest.plate_treadmill import TreadmillOptions  # noqa: E402
 from tepsipe.ingest.standing import ingest_standing_files  # noqa: E402
-from tepsipe.reporting.true_motion import linear_truth_standing, read_true_motion  # noqa: E402
+from tepsipe.reporting.recovery import linear_truth_standing, read_true_motion  # noqa: E402
 from tepsipe.signals.filters import Lowpass  # noqa: E402
 from tepsipe.signals.onsets import OnsetOptions  # noqa: E402
 from tepsipe.statistics.uncertainty import sources_of  # noqa: E402

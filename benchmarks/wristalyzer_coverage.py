@@ -26,8 +26,11 @@ from tepsipe.experiments.wristalyzer.pooled import fit_wristalyzer_together, poo
 from tepsipe.experiments.wristalyzer.record import WristalyzerOptions  # noqa: E402
 from tepsipe.ingest.manipulators import ManipulatorOptions, ingest_torque_manipulator  # noqa: E402
 from tepsipe.io.readers.text_table import read_text_table  # noqa: E402
-from tepsipe.reporting.recovery import true_parameters  # noqa: E402
-from tepsipe.reporting.true_motion import linear_truth, read_true_motion  # noqa: E402
+from tepsipe.reporting.recovery import (  # noqa: E402
+    linear_truth,
+    read_true_motion,
+    true_parameters,
+)
 from tepsipe.statistics.uncertainty import sources_of  # noqa: E402
 from tepsipe.virtual_lab.drawn_laboratories import draw_laboratory  # noqa: E402
 from tepsipe.virtual_lab.wristalyzer_trial import make_wristalyzer_trial  # noqa: E402
@@ -48,10 +51,11 @@ def rows_of(seed: int, constants: dict, settings: dict, folder: Path) -> list[tu
     section, options = settings["wristalyzer"], quick_options(settings["wristalyzer"]["analysis"])
     sources = sources_of(settings["uncertainty"]["wristalyzer"])
     log, command, motion_file = folder / "log.txt", folder / "command.txt", folder / "motion.h5"
+    files = {"log": log, "command": command, "motion": motion_file}
     ingest = ManipulatorOptions(angle_unit=section["files"]["angle_unit"], **section["ingest"])
     rows_of_trials, trials = [], []
     for factor in FACTORS:
-        make_wristalyzer_trial(truth, factor, float(factor), DURATION_S, log, command, motion_file)
+        make_wristalyzer_trial(truth, factor, float(factor), DURATION_S, files)
         tables = [
             read_text_table(path, section["files"][columns], "\t")
             for path, columns in ((log, "log_columns"), (command, "command_columns"))

@@ -120,7 +120,7 @@ def _make(experiment: str, place: Path, truth: dict, name: str, amplitude: float
     elif experiment == "standing":
         make_standing_trial(truth, name, "relax", Protocol("sine", amplitude, (2.0, 2.2), lasts), files)
     elif experiment == "wristalyzer":
-        make_wristalyzer_trial(truth, name, 0.4 * amplitude, lasts, **files)
+        make_wristalyzer_trial(truth, name, 0.4 * amplitude, lasts, files)
     elif experiment == "position_manipulator":
         torque, angle = multisine_record(
             (0.01, 0.5, 100.0), lasts / 10.0 + 0.2, rate_hz=500.0, seed=len(name)

@@ -98,7 +98,7 @@ def short_truth(shipped_truth):
 def wristalyzer_files(short_truth, tmp_path_factory):
     folder = tmp_path_factory.mktemp("wristalyzer")
     files = {"log": folder / "log.txt", "command": folder / "command.txt"}
-    make_wristalyzer_trial(short_truth, "0.16", 0.16, WRISTALYZER_DURATION_S, **files)
+    make_wristalyzer_trial(short_truth, "0.16", 0.16, WRISTALYZER_DURATION_S, files)
     return files
 
 
@@ -122,7 +122,7 @@ def true_joint(dummy_files, shipped_config):
     """I, B, K of the linear joint that is nearest to the true one in the perturbations of `dummy_files`."""
     from tepsipe import find_perturbations
     from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
-    from tepsipe.reporting.true_motion import linear_truth, read_true_motion
+    from tepsipe.reporting.recovery import linear_truth, read_true_motion
 
     dummy, rate = shipped_config["dummy"], shipped_config["plate_treadmill"]["resample_rate_hz"]
     options = TreadmillOptions(**dummy["ingest"], resample_rate_hz=rate)

@@ -18,7 +18,7 @@ import yaml
 from warm_snakemake import WarmSnakemake
 
 from tepsipe.io.result import read_result
-from tepsipe.reporting.true_motion import linear_truth, read_true_motion
+from tepsipe.reporting.recovery import linear_truth, read_true_motion
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS
 
 ROOT = Path(__file__).parents[1]

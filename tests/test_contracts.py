@@ -13,7 +13,10 @@ import pytest
 from syntax import imports, nodes, syntax
 
 import tepsipe
-from workflow.support.experiments import EXPERIMENTS
+from tepsipe.experiments.registry import EXPERIMENTS
+from tepsipe.io.formats import MODULES as READERS
+from tepsipe.io.formats import modules_for
+from tepsipe.virtual_lab.registry import RIGS
 from workflow.support.imported_files import reached_by
 
 ROOT = Path(__file__).parents[1]
@@ -92,12 +95,6 @@ def test_what_the_library_imports_is_what_it_declares(root):
     optional = named(extras["notebook"]) | named(extras["completion"])
     assert foreign == named(project["dependencies"]) | engines | optional
     assert engines == {"pybullet", "mujoco"}
-
-
-@pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)
-def test_only_the_scripts_that_make_trials_reach_the_laboratory(path):
-    reached = reached_by(str(path.relative_to(ROOT)), str(ROOT))
-    assert any("tepsipe/virtual_lab" in name for name in reached) == path.stem.startswith("make_")
 
 
 # ---- docstrings --------------------------------------------------------------------------------
@@ -311,7 +308,7 @@ def rules():
             block = re.split(r"^(?=\S)", block, flags=re.MULTILINE)[1]
             parts = re.split(r"^    (\w+):\n", block, flags=re.MULTILINE)
             found[name] = found.get(base, {}) | dict(zip(parts[1::2], parts[2::2], strict=True))
-    return found | rules_of_pages()
+    return found | rules_of_pages() | LOOPED
 
 
 def rules_of_pages():
@@ -339,6 +336,54 @@ def rules_of_pages():
     return found
 
 
+def loop_of(file, script):
+    """The rule with a script that a loop makes, as it stands there."""
+    text = (ROOT / "workflow/rules" / file).read_text(encoding="utf-8")
+    blocks = re.findall(r"^    rule:\n((?:        .*\n|\n)+)", text, re.MULTILINE)
+    (block,) = (textwrap.dedent(block) for block in blocks if f"scripts/{script}.py" in block)
+    return block
+
+
+def written_out(block, names, lines):
+    """Sections of a rule in a loop for one experiment.
+
+    names: variable of the loop -> its value. lines: begin of a line that gives several names -> these.
+    """
+    for begin, given in lines.items():
+        (line,) = re.findall(rf"^    {re.escape(begin)}.*\n", block, re.MULTILINE)
+        path = re.search(r'f("<results>.*?")', line)
+        block = block.replace(line, "".join(f"    {name}={path[1] if path else ...},\n" for name in given))
+    for variable, value in names.items():
+        block = block.replace(f"{{{variable}}}", value)
+        block = re.sub(rf"(?<![\w{{]){re.escape(variable)}(?!\w)", f'"{value}"', block)
+    block = re.sub(r'\*files_of\("([\w.]+)"\)', lambda m: f'"{m[1].replace(".", "/")}.py"', block)
+    parts = re.split(r"^(\w+):\n", block.replace('f"', '"'), flags=re.MULTILINE)
+    return {k: textwrap.indent(v, "    ") for k, v in zip(parts[1::2], parts[2::2], strict=True)}
+
+
+def looped():
+    """Rules that loops over the experiments, and over the rigs of the laboratory, make."""
+    found, blocks = {}, {script: loop_of("experiments.smk", script) for script in ("ingest", "fit")}
+    for name, known in EXPERIMENTS.items():
+        names = {f'_experiment.module("{part}")': known.module(part) for part in blocks} | {"_name": name}
+        takes = set(known.fit_takes)
+        several = {
+            "**{key: files": sorted(takes & {"models", "calibrations"}),
+            "**{key: f": known.further,
+            "**{table: f": ["estimates", *(takes & {"uncertainty"})],
+        }
+        if known.ingest_reads:
+            found[f"ingest_{name}"] = written_out(blocks["ingest"], names, {})
+        if known.fitted:
+            found[f"fit_{name}"] = written_out(blocks["fit"], names, several)
+    for name, rig in RIGS.items():
+        several = {"**{kind: f": EXPERIMENTS[name].raw_files, "**_motion": ["motion"] if rig.motion else []}
+        block = loop_of("virtual_lab.smk", "make_trial")
+        found[f"make_{name}_trial"] = written_out(block, {"_rig.module": rig.module, "_name": name}, several)
+    return found
+
+
+LOOPED = looped()
 RULES = rules()
 
 
@@ -387,7 +432,7 @@ def used(path, kind):
             owner = node.value
             if not of_snakemake(owner) and not (isinstance(owner, ast.Name) and owner.id in own_names):
                 continue
-            if isinstance(node, ast.Attribute) and node.attr == "get":
+            if isinstance(node, ast.Attribute) and node.attr in ("get", "items"):
                 computed = True
             elif isinstance(node, ast.Attribute):
                 names.add(node.attr)
@@ -398,16 +443,26 @@ def used(path, kind):
     return names, computed
 
 
-# of the scripts that many rules share: param that names the module and the function of a rule
-LOADED = {"plot": "drawn_by", "write_pages": "composed_by"}
+# of the scripts that many rules share: param that names the module of a rule, some with its function, and
+# where the module is
+LOADED = {
+    "plot": ("drawn_by", "tepsipe/{}.py"),
+    "write_pages": ("composed_by", "tepsipe/{}.py"),
+    "ingest": ("module", "{}.py"),
+    "fit": ("module", "{}.py"),
+    "make_trial": ("made_by", "tepsipe/virtual_lab/{}.py"),
+}
+# whose functions take inputs and params of the rule themselves
+DRAWING = ("plot", "write_pages")
 
 
 def loaded_by(rule, path):
     """Module and function that a script loads because a param of the rule names them, if it does."""
     if path.stem not in LOADED:
         return None, None
-    module, function = re.search(rf'{LOADED[path.stem]}="([\w.]+):(\w+)"', RULES[rule]["params"]).groups()
-    return f"tepsipe/{module.replace('.', '/')}.py", function
+    param, place = LOADED[path.stem]
+    module, function = re.search(rf'{param}="([\w.]+):?(\w*)"', RULES[rule]["params"]).groups()
+    return place.format(module.replace(".", "/")), function or None
 
 
 def part_with(module, function):
@@ -423,11 +478,17 @@ def part_with(module, function):
     return [node for function in found.values() for node in ast.walk(function)]
 
 
+def reached(rule, path):
+    """Files that the script of a rule reaches, itself or by the module that it loads."""
+    starts = [str(path.relative_to(ROOT)), *filter(None, loaded_by(rule, path)[:1])]
+    return {*starts[1:], *(file for start in starts for file in reached_by(start, str(ROOT)))}
+
+
 def read_by(rule, path, kind):
     """Names that the script of a rule reads, itself or by the module that it loads; whether by subscript."""
     names, computed = used(path, kind)
-    module, function = loaded_by(rule, path)
-    if module:
+    if path.stem in DRAWING:
+        module, function = loaded_by(rule, path)
         of = {"input": "files", "params": "chosen"}[kind]
         found = [node for node in part_with(module, function) if isinstance(node, ast.Attribute)]
         names = names | {node.attr for node in found if getattr(node.value, "id", "") == of}
@@ -456,14 +517,17 @@ def test_every_script_belongs_to_the_rule_of_its_name():
         for path in RULE_FILES
         for base, name in re.findall(r"^use rule (\w+) as (\w+) with:", path.read_text(), re.MULTILINE)
     }
-    used_again["write_empty_pages"] = "write_weight_pages"
+    used_again |= {"write_empty_pages": "write_weight_pages", "fit_foot": "fit"}
+    # one rule per experiment, or rig
+    for name in LOOPED:
+        used_again[name] = re.sub(r"^(make)_\w+(_trial)$|^(ingest|fit)_\w+$", r"\1\2\3", name)
     for name, path in scripted():
         wanted = used_again.get(name, name)
         if path.stem == "write_report":
             wanted = re.sub(r"^write_\w+$", "write_report", wanted)
             main = re.search(r'main="(\w+)\.typ"', RULES[name]["params"])
             assert main[1] == used_again.get(name, name).removeprefix("write_")
-        if path.stem in LOADED:
+        if path.stem in DRAWING:
             wanted = re.sub(r"^plot_\w+", "plot", re.sub(r"^write_\w+_pages$", "write_pages", wanted))
             module, function = loaded_by(name, path)
             own = Path(module).parent.name if function == "page" else function.removeprefix("draw_")
@@ -501,30 +565,36 @@ def overlap(path, other):
 
 
 def picked_sections():
-    """(rule, paths of its section, module of the library that takes the section)."""
+    """(paths of a section, module of the library that takes it): of every ingest and every fit."""
+    declared: dict[str, list[str]] = {}
+    for known in EXPERIMENTS.values():
+        for part, paths in (("ingest", known.ingest_reads), ("fit", known.fit_reads)):
+            declared.setdefault(known.module(part), []).extend(paths)
     for name, path in scripted():
         given = re.search(r"^ {8}section=(.*?)(?=^ {8}\w+=|\Z)", RULES[name].get("params", ""), re.M | re.S)
         call = given and re.match(r"(?:lambda w: )?(section_of|pick)\([^,]+,(.*)", given[1], re.S)
-        if call:
-            (module,) = (n for n in imported(path) if re.fullmatch(r"tepsipe\.experiments\.\w+\.fit\w*", n))
-            paths = re.findall(r'"([^"]+)"', call[2])
-            yield pytest.param(paths, ROOT / f"{module.replace('.', '/')}.py", id=name)
+        if call and name not in LOOPED:
+            own = filter(None, loaded_by(name, path)[:1])
+            modules = {*(n for n in imported(path)), *(m.removesuffix(".py").replace("/", ".") for m in own)}
+            (module,) = (n for n in modules if re.fullmatch(r"tepsipe\.experiments\.\w+\.fit\w*", n))
+            declared.setdefault(module, []).extend(re.findall(r'"([^"]+)"', call[2]))
+    for module, paths in declared.items():
+        if paths:
+            yield pytest.param(paths, ROOT / f"{module.replace('.', '/')}.py", id=module)
 
 
 SECTIONS = list(picked_sections())
 
 
-def test_every_fit_is_given_a_section():
-    fits = {path for path in MODULES if re.fullmatch(r"fit(_foot|_task)?", path.stem)}
-    of_experiments = {
-        path for path in fits if "experiments" in path.parts and "free_reflex" not in path.parts
-    }
+def test_every_ingest_and_every_fit_is_given_a_section():
+    parts = {path for path in MODULES if re.fullmatch(r"ingest|fit(_foot|_task)?", path.stem)}
+    of_experiments = {path for path in parts if path.parent.parent == ROOT / "tepsipe/experiments"}
     walking = ROOT / "tepsipe/experiments/walking/fit.py"
     assert {case.values[1] for case in SECTIONS} == of_experiments - {walking}
 
 
 @pytest.mark.parametrize(("paths", "module"), SECTIONS)
-def test_fit_reads_exactly_the_settings_that_its_rule_picks(paths, module):
+def test_ingest_and_fit_read_exactly_the_settings_that_their_rules_pick(paths, module):
     read = keys_of_section(module)
     left_out = {path[1:] for path in paths if path.startswith("-")}
     picked = {path for path in paths if not path.startswith("-")}
@@ -537,8 +607,9 @@ def test_fit_reads_exactly_the_settings_that_its_rule_picks(paths, module):
 def test_script_reads_only_inputs_that_its_rule_names(rule, path):
     names, computed = read_by(rule, path, "input")
     named = names_in(RULES[rule]["input"])
-    assert names <= named
+    assert {name for name in names if not name.endswith("?")} <= named
     assert not computed
+    names = {name.removesuffix("?") for name in names}
     # what is not read is there to re-run the rule: raw files are named by a param
     assert named - names <= {"library", "raw", "source", "config", "outputs"}
 
@@ -551,6 +622,16 @@ def test_script_writes_exactly_the_outputs_that_its_rule_names(rule, path):
         assert "**" in section
         assert computed
         assert names_in(section) == names == set()
+    elif path.stem == "make_trial":
+        experiment = rule.removeprefix("make_").removesuffix("_trial")
+        assert computed
+        assert names_in(section) - {"motion"} == set(EXPERIMENTS[experiment].raw_files)
+    elif path.stem == "fit":
+        known = EXPERIMENTS.get(rule.removeprefix("fit_"))
+        assert computed
+        assert {name for name in names if not name.endswith("?")} <= names_in(section)
+        further = names_in(section) - {name.removesuffix("?") for name in names}
+        assert further == set(known.further if known else ())
     else:
         optional = {name.removesuffix("?") for name in names if name.endswith("?")}
         certain = {name for name in names if not name.endswith("?")}
@@ -561,9 +642,43 @@ def test_script_writes_exactly_the_outputs_that_its_rule_names(rule, path):
 @pytest.mark.parametrize(("rule", "path"), CASES)
 def test_rule_is_run_again_when_a_module_that_its_script_reaches_changes(rule, path):
     module, _ = loaded_by(rule, path)
-    modules = rf', "{module}"\)' if module else "[),]"
+    modules = rf', "{module}"[),]' if module else "[),]"
     assert re.search(rf'library=library_of\("{path.stem}"{modules}', RULES[rule]["input"])
     assert path.is_file() and (module is None or (ROOT / module).is_file())
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_parts_of_an_experiment_take_what_a_rule_gives_them(name):
+    known = EXPERIMENTS[name]
+
+    def arguments(part):
+        file = ROOT / f"{known.module(part).replace('.', '/')}.py"
+        (function,) = (n for n in syntax(file).body if isinstance(n, ast.FunctionDef) and n.name == part)
+        return [argument.arg for argument in function.args.args]
+
+    if known.ingest_reads:
+        given = ["files", "section", "duration_s", "named_by", "limits", "rig"]
+        assert arguments("ingest") == given
+    if known.fitted:
+        assert arguments("fit") == ["trial", "section", "condition", *known.fit_takes]
+        # the script reads models for it by a module that the fit itself must reach
+        library = reached(f"fit_{name}", ROOT / "workflow/scripts/fit.py")
+        assert "models" not in known.fit_takes or "tepsipe/treadmill/registry.py" in library
+
+
+@pytest.mark.parametrize("name", [name for name in EXPERIMENTS if f"ingest_{name}" in RULES])
+def test_an_ingest_depends_on_the_readers_of_its_raw_files_and_on_no_others(name):
+    assert "*readers_of(_experiment)" in RULES[f"ingest_{name}"]["input"]
+    own = [f"{module.replace('.', '/')}.py" for module in modules_for(*EXPERIMENTS[name].purposes)]
+    others = {f"{module.replace('.', '/')}.py" for module, kinds in READERS.items() if kinds} - {*own}
+    library = reached(f"ingest_{name}", ROOT / "workflow/scripts/ingest.py")
+    assert not library.union(*(reached_by(reader, str(ROOT)) for reader in own)) & others
+
+
+@pytest.mark.parametrize(("rule", "path"), CASES)
+def test_only_the_rules_that_make_trials_reach_the_laboratory(rule, path):
+    library = reached(rule, path)
+    assert any("tepsipe/virtual_lab" in name for name in library) == rule.startswith("make_")
 
 
 @pytest.mark.parametrize(("rule", "path"), CASES)
@@ -612,7 +727,8 @@ def test_only_the_laboratory_and_the_comparison_are_given_the_truth():
         assert len(re.findall(r"truth_of\(", "".join(RULES[name].values()))) == 1
         assert "truth" in names_in(RULES[name]["params"])
     # nobody else takes it in the rule's stead: it is called nowhere but in those rules
-    in_rules = sum(text.count("truth_of") for sections in RULES.values() for text in sections.values())
+    by_hand = [text for name in RULES.keys() - LOOPED.keys() for text in RULES[name].values()]
+    in_rules = sum(text.count("truth_of") for text in [*by_hand, loop_of("virtual_lab.smk", "make_trial")])
     shared = [path for path in [*RULE_FILES, ROOT / "Snakefile"] if path.name != "common.smk"]
     assert sum(path.read_text(encoding="utf-8").count("truth_of(") for path in shared) == in_rules
     assert not any("sections_of" in path.read_text(encoding="utf-8") for path in shared)
@@ -625,19 +741,39 @@ def test_only_the_laboratory_and_the_comparison_are_given_the_truth():
 
 def test_a_rule_that_makes_trials_is_given_the_constants_of_its_own_experiment():
     own = {name for name, experiment in EXPERIMENTS.items() if experiment.profiles}
+    assert {name.removeprefix("make_").removesuffix("_trial") for name in MAKERS} == own
     for name in MAKERS:
-        experiment = name.removeprefix("make_").removesuffix("_trial")
-        assert experiment in own
-        text = RULES[name]["params"]
+        experiment, text = name.removeprefix("make_").removesuffix("_trial"), RULES[name]["params"]
+        if experiment in RIGS:
+            assert f'truth=of_trial(lambda e, c: truth_of(*constants_of(e, c)), "{experiment}"),' in text
+            constants = [path.replace("{weight}", "heavy_weight") for path in RIGS[experiment].constants]
+        else:
+            constants = re.findall(r'"([\w.]+)"', re.search(r"truth=truth_of\((.*)\)", text)[1])
+        assert "seed" in constants
         for other in own - {experiment}:
             # but for the rubber, which is the dummy's in both rigs
-            given = re.search(r"truth=.*", text).group().replace('"dummy.rubber"', "")
-            assert f'"{other}' not in given, name
-        assert ('"treadmill"' in text) == (experiment not in ("wristalyzer", "walking"))
+            given = {path.removeprefix("heavy_") for path in constants} - {"dummy.rubber"}
+            assert not [path for path in given if path.startswith(other)], name
+        assert ("treadmill" in constants) == (experiment not in ("wristalyzer", "walking"))
+    # of the person's tasks, the one of the trial
+    assert [path for path in RIGS["standing"].constants if "tasks" in path] == ["standing.tasks.{task}"]
+
+
+def test_constants_of_a_trial_are_those_that_its_rig_lists():
+    text = (ROOT / "workflow/rules/virtual_lab.smk").read_text(encoding="utf-8")
+    function = re.search(r"^def constants_of.*?^(?=\S)", text, re.M | re.S).group()
+    (returned,) = re.findall(r"^    return (.*)$", function, re.MULTILINE)
+    assert returned == "[path.format(weight=weight, task=row.task) for path in RIGS[experiment].constants]"
 
 
 def test_the_file_of_the_truth_is_an_input_of_the_provenance_alone():
-    assert rules_with("virtual_lab") == {"record_provenance"}
+    # the file, not a module of the laboratory that makes trials
+    named = {
+        name
+        for name, sections in RULES.items()
+        if "virtual_lab" in "".join(sections.values()).replace("tepsipe/virtual_lab/", "")
+    }
+    assert named == {"record_provenance"}
     text = "".join(path.read_text(encoding="utf-8") for path in RULE_FILES if path.name != "common.smk")
     assert len(re.findall(r"study\W+virtual_lab", text)) == len(
         re.findall(r"study\W+virtual_lab", "".join(RULES["record_provenance"].values()))

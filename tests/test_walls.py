@@ -1,6 +1,8 @@
 """Who may import whom: packages as rooms, one direction, and what only some rooms may know."""
 
 import ast
+import subprocess
+import sys
 from collections import defaultdict
 from functools import cache
 from pathlib import Path
@@ -8,6 +10,7 @@ from pathlib import Path
 import pytest
 from syntax import imports
 
+from tepsipe.experiments.registry import EXPERIMENTS
 from workflow.support.imported_files import reached_by
 
 ROOT = Path(__file__).parents[1]
@@ -90,6 +93,72 @@ def test_no_circle():
 
     for name in NAMES:
         visit(name, [])
+
+
+# ---- the parts of an experiment ------------------------------------------------------------------
+
+OBJECTS = ("tepsipe.experiments.experiment", "tepsipe.experiments.registry")
+FOLDERS = {f"tepsipe.experiments.{known.folder or name}" for name, known in EXPERIMENTS.items()}
+# what makes numbers, and what shows them
+MAKING, SHOWING = ("ingest", "fit"), ("figures", "page")
+
+
+def reached_from(name):
+    """Modules that one of the library imports, itself or through others."""
+    found, waiting = set(), [name]
+    while waiting:
+        new = arrows(waiting.pop()) - {"tepsipe"} - found
+        found |= new
+        waiting += new
+    return found
+
+
+def parts(*kinds):
+    return [name for name in NAMES if name.rpartition(".")[0] in FOLDERS and part_of(name) in kinds]
+
+
+def part_of(name):
+    """Kind of a part: fit of fit_foot."""
+    return name.rpartition(".")[2].partition("_")[0]
+
+
+def test_what_an_experiment_declares_is_known_without_numpy_or_any_part():
+    code = "import sys; from tepsipe.experiments.registry import EXPERIMENTS; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = done.stdout.split()
+    assert not {"numpy", "scipy", "h5py", "pandas", "matplotlib"} & set(loaded)
+    own = {name for name in loaded if name.partition(".")[0] == "tepsipe"}
+    assert own == {"tepsipe", "tepsipe.experiments", *OBJECTS, *FOLDERS}
+
+
+def test_only_the_object_of_an_experiment_knows_the_class_and_no_module_of_the_library_the_registry():
+    for name in NAMES:
+        knows = arrows(name) & set(OBJECTS)
+        assert knows == (set(OBJECTS[:1]) if name in {*FOLDERS, OBJECTS[1]} else set()), name
+        # whose modules are reached by name, never through the package
+        named = {other for other in imported(NAMES[name]) if other in FOLDERS}
+        assert not named, f"{name} imports from {named}"
+
+
+def test_every_experiment_has_the_parts_that_its_object_promises():
+    for name, known in EXPERIMENTS.items():
+        promised = {"ingest"} if known.ingest_reads else set()
+        promised |= {"fit"} if known.fitted else set()
+        assert {known.module(part) for part in promised} <= NAMES.keys(), name
+
+
+@pytest.mark.parametrize("name", parts(*MAKING))
+def test_ingest_and_fit_reach_no_figure_no_page_and_no_laboratory(name):
+    found = reached_from(name)
+    assert not [other for other in found if room(other) in ("reporting", "drawing", "virtual_lab")]
+    assert not found & set(parts(*SHOWING))
+
+
+@pytest.mark.parametrize("name", parts("ingest"))
+def test_ingest_reaches_no_analysis(name):
+    found = reached_from(name) - {name}
+    assert not [other for other in found if room(other) in ("identification", "mechanics", "treadmill")]
+    assert not [other for other in found if other.startswith("tepsipe.experiments.")]
 
 
 @pytest.mark.parametrize("package", ["signals", "mechanics", "identification"])

@@ -7,6 +7,7 @@ import math
 import sys
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.registry import EXPERIMENTS
 from workflow.support import job_outputs
 from workflow.support.checked_study import (
     checked_sections,
@@ -15,7 +16,6 @@ from workflow.support.checked_study import (
     shipped,
     with_its_file,
 )
-from workflow.support.experiments import EXPERIMENTS
 from workflow.support.recordings import refused_recordings
 
 # usual ranges of settings; beyond them, the user is asked

@@ -13,8 +13,8 @@ from tepsipe.errors import InputError, listed, quoted
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
 from tepsipe.ingest.whole_trial import RecordingOptions, ingest_recording, read_recording_files
 from tepsipe.io.formats import read_emg
-from tepsipe.io.readers.edf import UV_PER_UNIT, EmgRecording
-from tepsipe.io.readers.recording import Recording
+from tepsipe.io.readers.edf import UV_PER_UNIT
+from tepsipe.io.readers.recording import EmgRecording, Recording
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.signals.resampling import BAND_PER_RATE, refuse_short, regular_time, resample, rising_edge
 

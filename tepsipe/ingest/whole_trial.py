@@ -19,15 +19,19 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Ge
 
+from tepsipe.arguments import options_of
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.ingest.dflow import read_dflow_files
+from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.plate_treadmill import (
     MarkerSignals,
     TreadmillOptions,
     TreadmillSignals,
+    ingest_treadmill_files,
     marker_signals,
     treadmill_trial,
 )
+from tepsipe.ingest.plausibility import plausible_trial
 from tepsipe.io.formats import read_all_markers, read_recording, recognised
 from tepsipe.io.readers import dflow
 from tepsipe.io.readers.recording import DIRECTIONS, Channel, ForcePlate, Markers, Recording, select_markers
@@ -230,6 +234,30 @@ def ingest_recording_files(
     """
     recording = read_recording_files(files, use.belt_velocity.markers)
     return ingest_recording(recording, marker_labels, options, use, duration_s)
+
+
+def ingest_on_plate(
+    files: dict[str, str],
+    marker_labels: list[str] | None,
+    rates: dict,
+    recording: dict | None,
+    duration_s: float,
+    limits: Limits,
+    rig: Rig,
+) -> tuple[Trial, dict]:
+    """A plausible trial on the plate treadmill, of several files or of one, and the options used.
+
+    rates: fields of `TreadmillOptions`.
+    recording: fields of `RecordingOptions` for a trial in one file; None for trials of several files.
+    """
+    options = TreadmillOptions(**rates)
+    if "calibration" in files:
+        trial = ingest_treadmill_files(files, marker_labels, options, duration_s)
+    else:
+        use = options_of(RecordingOptions, recording or {})
+        trial = ingest_recording_files(files, marker_labels, options, use, duration_s)
+    used = vars(options) | ({} if recording is None else {"recording": recording})
+    return plausible_trial(trial, limits, rig, files), used
 
 
 def ingest_recording(

@@ -147,7 +147,9 @@ def ending_of(path: str | Path) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Format:
-    """A format of files; its module declares it as ``FORMAT``, and `tepsipe.io.formats` lists the module."""
+    """A format of files; its module declares it as ``FORMAT``, and `tepsipe.io.formats` lists the module with
+    the purposes of its readers.
+    """
 
     name: str
     """Its name in messages."""

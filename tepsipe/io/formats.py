@@ -1,11 +1,13 @@
 """Registry of the formats of files, and the readers of a file of any format.
 
 A format is recognised by the beginning of a file, plain or compressed with gzip. What the file is called
-matters only where that is not enough.
+matters only where that is not enough. Modules of readers are imported by name: who reads markers depends on
+those that read markers. The others are at most asked whether a file is theirs.
 """
 
 from collections.abc import Callable
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,38 +15,53 @@ from tepsipe.errors import InputError, quoted
 from tepsipe.io.file_format import Contents, Format, Head, ending_of
 
 if TYPE_CHECKING:
-    from tepsipe.io.readers.edf import EmgRecording
-    from tepsipe.io.readers.recording import Markers, Recording
+    from tepsipe.io.readers.recording import EmgRecording, Markers, Recording
+
+
+# module that declares formats -> purposes of the files that its readers read: a whole trial, markers, emg
+MODULES: dict[str, tuple[str, ...]] = {
+    "tepsipe.io.readers.c3d": ("whole trial", "markers"),
+    "tepsipe.io.readers.edf": ("emg",),
+    "tepsipe.io.readers.mat_file": (),
+    "tepsipe.io.stored": (),
+    "tepsipe.io.readers.trc": ("markers",),
+    "tepsipe.io.readers.any_table": ("whole trial", "markers"),
+    "tepsipe.io.readers.dflow": ("whole trial",),
+    "tepsipe.io.readers.emg_table": ("emg",),
+}
+PURPOSES = {"read_recording": "whole trial", "read_markers": "markers", "read_emg": "emg"}
+
+
+def modules_for(*purposes: str) -> list[str]:
+    """Names of the modules whose readers read files for one of these purposes."""
+    return [name for name, own in MODULES.items() if set(own) & set(purposes)]
 
 
 @cache
-def formats() -> tuple[Format, ...]:
-    """All formats, in the order in which messages list them."""
-    from tepsipe.io import stored
-    from tepsipe.io.readers import any_table, c3d, dflow, edf, emg_table, mat_file, trc
-
-    return (
-        c3d.FORMAT,
-        edf.FORMAT,
-        mat_file.FORMAT,
-        *stored.FORMATS,
-        trc.FORMAT,
-        any_table.FORMAT,
-        dflow.FORMAT,
-        emg_table.FORMAT,
-    )
+def formats(purpose: str | None = None) -> tuple[Format, ...]:
+    """All formats, or those with a reader for a purpose, in the order in which messages list them."""
+    names = MODULES if purpose is None else modules_for(purpose)
+    declared = [vars(import_module(name)) for name in names]
+    return tuple(known for each in declared for known in each.get("FORMATS") or (each["FORMAT"],))
 
 
 @cache
-def _certain_first() -> list[Format]:
-    """All formats; those whose files need the ending of their name come last."""
-    return sorted(formats(), key=lambda known: known.needs_ending)
+def _certain_first(purpose: str | None = None) -> list[Format]:
+    """The same; those whose files need the ending of their name come last."""
+    return sorted(formats(purpose), key=lambda known: known.needs_ending)
 
 
 def recognised(path: str | Path) -> Format | None:
     """Format of a file by its beginning alone; None if it is unknown."""
     head = Head.of(path)
     return next((known for known in _certain_first() if known.fits(head)), None)
+
+
+def _recognised_for(purpose: str, path: str | Path) -> Format | None:
+    """The same; formats for a purpose are asked first, all others only if none of these is certain."""
+    head = Head.of(path)
+    certain = (known for known in formats(purpose) if not known.needs_ending and known.fits(head))
+    return next(certain, None) or recognised(path)
 
 
 def format_of(path: str | Path) -> Format:
@@ -87,7 +104,7 @@ def _of_whole_trials(path: str | Path) -> list[Format]:
     """Formats of whole trials whose names end like this one."""
     if not ending_of(path):
         return []
-    return [f for f in _certain_first() if f.read_recording and ending_of(path) in f.endings]
+    return [known for known in _certain_first("whole trial") if ending_of(path) in known.endings]
 
 
 def read_recording(path: str | Path) -> "Recording":
@@ -98,9 +115,9 @@ def read_recording(path: str | Path) -> "Recording":
     """
     known = _of_whole_trials(path)
     if not known:
-        those = [other for other in _certain_first() if other.read_recording]
+        those = ", ".join(_endings(_certain_first("whole trial")))
         raise InputError(
-            f"{path}: expected a file that holds a whole trial ({', '.join(_endings(those))}), found "
+            f"{path}: expected a file that holds a whole trial ({those}), found "
             f"{quoted(ending_of(path))}: name such a file as log, or a log with its calibration and markers"
         )
     head = Head.of(path)
@@ -113,9 +130,9 @@ def read_all_markers(path: str | Path) -> "Markers":
     path: the file, plain or, if it is text, compressed with gzip; its format follows from its content.
     Returns: rate (Hz), labels and positions (m), NaN while a marker was hidden.
     """
-    known = recognised(path)
+    known = _recognised_for("markers", path)
     if known is not None and known.text and known.read_markers is None:
-        *others, last = [other.name for other in formats() if other.read_markers]
+        *others, last = [other.name for other in formats("markers")]
         raise InputError(
             f"{path}: expected markers as {', '.join(others)} or {last}, found {quoted(known.name)}: name "
             "D-Flow's mocap file beside its record file, and other files by their own column"
@@ -138,7 +155,7 @@ def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str | No
     trigger_label: label of the trigger's channel; None if the recorder was started by the trigger.
     Returns: rate (Hz), electromyograms and their limits (uV), trigger (V, or as recorded).
     """
-    return _reader("read_emg", recognised(path))(path, channels, trigger_label)
+    return _reader("read_emg", _recognised_for("emg", path))(path, channels, trigger_label)
 
 
 def _reader(name: str, known: Format | None) -> Callable:
@@ -146,7 +163,7 @@ def _reader(name: str, known: Format | None) -> Callable:
     if known is not None and getattr(known, name) is not None:
         return getattr(known, name)
     text = known is not None and known.text
-    return next(read for other in formats() if other.text == text and (read := getattr(other, name)))
+    return next(getattr(other, name) for other in formats(PURPOSES[name]) if other.text == text)
 
 
 def _endings(known: list[Format] | tuple[Format, ...]) -> list[str]:

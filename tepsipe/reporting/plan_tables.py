@@ -13,7 +13,7 @@ from tepsipe.experiments.planning.optimal_pulse import best_of
 from tepsipe.experiments.planning.plan import Plan, plan_experiment
 from tepsipe.experiments.planning.pulses import STEP_S, Limits, peaks_of
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
-from tepsipe.reporting.true_motion import TrueMotion, linear_truth
+from tepsipe.reporting.recovery import TrueMotion, linear_truth
 from tepsipe.signals.filters import Lowpass
 
 ALIKE, TORQUE_ONLY, MOTION_ONLY = "alike", "torque only", "motion only"

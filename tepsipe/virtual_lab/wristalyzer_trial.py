@@ -225,31 +225,29 @@ def write_torque_command(path: Path, recording: ManipulatorRecording) -> None:
 def make_wristalyzer_trial(
     truth: dict,
     condition: str,
-    factor: float,
+    amplitude: float,
     duration_s: float,
-    log: Path,
-    command: Path,
-    motion_file: Path | None = None,
+    files: dict[str, Path],
 ) -> None:
     """Make one trial of the Wristalyzer experiment.
 
     truth: the laboratory's constants, as its configuration file holds them.
     condition: name of the condition: it seeds the trial's noise.
-    factor: scale factor of the perturbation.
+    amplitude: scale factor of the perturbation.
     duration_s: length of the perturbation.
-    log, command: files to write: manipulator log and torque command.
-    motion_file: file for the hidden motion of the handle.
+    files: files to write: ``log`` and ``command``, the torque, and ``motion``, the hidden motion of the
+    handle, if it is wanted.
     """
     seed = truth["seed"]
     recording = record_manipulator(
         ManipulatorTruth(**truth["wristalyzer"]["manipulator"]),
         Rubber(**truth["dummy"]["rubber"]),
-        factor,
+        amplitude,
         duration_s,
         generator(seed, "wristalyzer", "multisine"),
         generator(seed, "wristalyzer", condition),
     )
-    write_dflow_log(log, recording)
-    write_torque_command(command, recording)
-    if motion_file is not None:
-        write_true_motion(motion_file, recording.motion)
+    write_dflow_log(files["log"], recording)
+    write_torque_command(files["command"], recording)
+    if "motion" in files:
+        write_true_motion(files["motion"], recording.motion)

@@ -35,8 +35,8 @@ from tepsipe.reporting.plan_tables import (
     simulated_filters,
     window_rows,
 )
+from tepsipe.reporting.recovery import TrueMotion
 from tepsipe.reporting.run import Run, report_content
-from tepsipe.reporting.true_motion import TrueMotion
 from tepsipe.signals.filters import Lowpass
 from tests.experiments.test_planning import design, plan
 

@@ -20,6 +20,7 @@ from tepsipe.experiments.platform.analysis import (
     platform_estimates,
     platform_result,
 )
+from tepsipe.experiments.platform.fit import begin, fit
 from tepsipe.experiments.platform.page import platform_page
 from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.platform import PlatformTableOptions, ingest_platform
@@ -68,6 +69,15 @@ def trial(table):
 @pytest.fixture(scope="module")
 def analysis(trial):
     return analyse_platform(trial, OPTIONS)
+
+
+def test_fit_takes_the_section_of_the_configuration(trial, analysis):
+    section = {"analysis": vars(OPTIONS)}
+    fitted = fit(trial, section, "a")
+    assert str(fitted.estimates) == str(platform_estimates("platform", "a", analysis, OPTIONS))  # NaN
+    assert fitted.contributions == []
+    whole, *_ = begin(trial, section, "platform/a")
+    assert np.array_equal(whole.frequency_hz, analysis.spectra.frequency_hz)
 
 
 @pytest.fixture(scope="module")

@@ -7,16 +7,15 @@ import numpy as np
 import pytest
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs
-from tepsipe.experiments.standing.free_reflex.fit import FreeReflexOptions
-from tepsipe.experiments.standing.free_reflex.legs import cut_with_legs, leg_rows, legs_of, legs_results
-from tepsipe.experiments.standing.free_reflex.results import FreeReflexChoices, fit_free
+from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs, epochs_of
+from tepsipe.experiments.standing.fit import Plates, begin, fit
+from tepsipe.experiments.standing.fit_task import fit as fit_task
+from tepsipe.experiments.standing.free_reflex.legs import cut_with_legs, legs_of, legs_results
 from tepsipe.experiments.standing.joint_torque import process_standing
-from tepsipe.experiments.standing.options import BOTH, StandingEstimator, StandingOptions, TorquePathway
+from tepsipe.experiments.standing.options import BOTH, StandingOptions, TorquePathway
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
 from tepsipe.io.result import joined
 from tepsipe.signals.filters import Lowpass
-from tepsipe.statistics.uncertainty import sources_of
 from tepsipe.virtual_lab.person_mechanisms import without
 from tepsipe.virtual_lab.standing_trial import make_standing_trial
 from tepsipe.virtual_lab.treadmill_trial import Protocol
@@ -28,7 +27,6 @@ pytestmark = pytest.mark.slow
 RIGHT_TORQUE, LEFT_WEIGHT = 0.6, 0.55
 DURATION_S = 36.0
 PATHWAY = {"ankle": TorquePathway("ankle", None)}
-ESTIMATORS = {"free": StandingEstimator(0.06, False, "free")}
 
 
 @pytest.fixture(scope="module")
@@ -75,41 +73,72 @@ def trials(truth, section, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def stored(trials, section, options):
-    """Both trials as the files of a study hold them."""
-    analysis = section["analysis"]
-    cutting = EpochOptions.from_settings(analysis, section["emg"], section["ingest"]["max_gap_s"])
-    found = []
-    for name, trial in trials.items():
-        standing = process_standing(trial, name, options, PATHWAY, {})
-        assert standing.fault is None
-        epochs = cut_standing_epochs(standing, cutting)
-        lowpass = Lowpass(60.0, analysis["lowpass_order"], True)
-        cut = cut_with_legs(standing, epochs, options, cutting, lowpass, {}, {}, 0.06)
-        found.append(joined(*legs_results([cut])))
-    return found
+def alone(section):
+    """The section of a study with one pathway, one estimator and no treadmill model."""
+    changed = {
+        "belt": BOTH,
+        "analysis": section["analysis"] | {"bootstrap_draws": 100},
+        "pathways": {"ankle": {"torque": "ankle", "treadmill_model": None}},
+        "estimators": {"free": {"window_s": 0.06, "inertia": False, "active": "free"}},
+        "recommended": {"pathway": "ankle", "estimator": "free"},
+        "as_printed": "ankle",
+    }
+    return section | changed
 
 
 @pytest.fixture(scope="module")
-def rows(stored, section, shipped_config):
+def fitted(trials, alone, shipped_config):
+    """Fit of each trial."""
+    sources = shipped_config["uncertainty"]["standing"]
+    return {name: fit(trial, alone, name, 1, sources) for name, trial in trials.items()}
+
+
+@pytest.fixture(scope="module")
+def stored(fitted):
+    """Responses of both trials, as the files of a study hold them."""
+    return [of_trial.further["responses"] for of_trial in fitted.values()]
+
+
+@pytest.fixture(scope="module")
+def task(stored, alone, shipped_config):
+    return fit_task(stored, alone, "relax", 1, shipped_config["uncertainty"]["standing"])
+
+
+@pytest.fixture(scope="module")
+def rows(task):
     """Quantity -> row of the task, of both legs and of each."""
-    choices = FreeReflexChoices(
-        "ankle",
-        FreeReflexOptions(**section["free_reflex"]),
-        sources_of(shipped_config["uncertainty"]["standing"]),
-        100,
-        1,
-    )
-    whole, legs = legs_of(stored)
-    fit = fit_free(whole, "relax", ESTIMATORS, choices, 14)["ankle", "free"]
-    found, budgets = leg_rows("relax", legs, "relax", ESTIMATORS, choices, 14)
-    assert {quantity for of_leg in budgets for quantity in of_leg.quantities} == {
-        "B_left",
-        "K_left",
-        "B_right",
-        "K_right",
-    }
-    return {row.quantity: row for row in found}, {name: fit.interval(name) for name in ("B", "K")}
+    of_joint = {"B", "K"}
+    legs = {f"{quantity}_{leg}" for quantity in of_joint for leg in ("left", "right")}
+    assert {row.quantity for row in task.contributions} == of_joint | legs
+    found = {row.quantity: row for row in task.estimates}
+    return found, {name: [found[name].value] for name in ("B", "K")}
+
+
+def test_fits_of_trial_and_task_without_a_treadmill_model_quote_nothing(fitted, task):
+    for of_trial in fitted.values():
+        assert of_trial.result.facts["responses"] == epochs_of(of_trial.further["responses"]).count > 3
+        assert not any(row.recommended for row in of_trial.estimates)
+    assert task.result.facts["trials"] == 2
+    assert {row.flags for row in task.estimates if row.quantity == "K"} == {"uncompensated"}
+
+
+def test_beginning_without_plates_has_responses_and_no_torque(trials, alone):
+    standing, responses = begin(trials["sine"], alone, "sine")
+    assert standing.torque == {}
+    again, same = begin(trials["sine"], alone, "sine", Plates())
+    assert set(again.torque) == {"ankle"}
+    assert same.onsets_s.tolist() == responses.onsets_s.tolist()
+
+
+def test_plates_take_two_models_of_every_belt():
+    fy, mx = ({"ideal": f"{load} of one", "other": 0} for load in ("Fy", "Mx"))
+    assert Plates.of_belts(("left", "right"), [], []).named("ideal") == {"left": {}, "right": {}}
+    plates = Plates.of_belts(("left", "right"), [fy, mx, fy, mx], [])
+    of_belt = {"Fy": "Fy of one", "Mx": "Mx of one"}
+    assert plates.named("ideal") == {"left": of_belt, "right": of_belt}
+    assert plates.named(None) == {"left": {}, "right": {}}
+    with pytest.raises(InputError, match="expected a treadmill model named 'none'"):
+        plates.named("none")
 
 
 def test_torque_of_both_legs_is_that_of_their_sum(truth, rows):

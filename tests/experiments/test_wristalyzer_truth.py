@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tepsipe.identification.regression.periods import fit_periods, without_transient
-from tepsipe.reporting.true_motion import linear_truth
+from tepsipe.reporting.recovery import linear_truth
 from tepsipe.signals.resampling import BAND_PER_RATE, resample
 from tepsipe.virtual_lab.rubber import Rubber
 from tepsipe.virtual_lab.wristalyzer_trial import ManipulatorTruth, record_manipulator

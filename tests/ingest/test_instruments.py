@@ -26,8 +26,7 @@ from tepsipe.ingest.manipulators import (
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill
 from tepsipe.ingest.standing import with_emg
 from tepsipe.io.formats import read_markers
-from tepsipe.io.readers.edf import EmgRecording
-from tepsipe.io.readers.recording import Markers
+from tepsipe.io.readers.recording import EmgRecording, Markers
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.io.readers.treadmill_log import (
     CalibrationMatrix,
@@ -201,7 +200,7 @@ def test_ingested_angle_of_a_linear_laboratory_is_the_motion_that_the_torque_mak
     truth["dummy"]["rubber"] |= {"softening": 0.0, "softened_damping_Nms_per_rad": 0.0}
     rubber = truth["dummy"]["rubber"]
     files = {"log": tmp_path / "log.txt", "command": tmp_path / "command.txt"}
-    make_wristalyzer_trial(truth, "0.16", 0.16, 6.0, **files)
+    make_wristalyzer_trial(truth, "0.16", 0.16, 6.0, files)
     log, command = read_manipulator(files, config)
     trial = ingest_torque_manipulator(log, command, MANIPULATOR, 6.0, "log", "command")
     joint = ([1.0], [0.015, rubber["damping_Nms_per_rad"], rubber["stiffness_Nm_per_rad"]])

@@ -23,7 +23,7 @@ from tepsipe.ingest.whole_trial import (
     ingest_recording_files,
 )
 from tepsipe.io.formats import contents_of, read_markers
-from tepsipe.io.readers.edf import EmgRecording
+from tepsipe.io.readers.recording import EmgRecording
 from tepsipe.io.readers.treadmill_log import read_treadmill_log
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.new_study.study import new_study

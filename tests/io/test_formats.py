@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from tepsipe.io.file_format import ending_of
-from tepsipe.io.formats import recognised
+from tepsipe.io.formats import MODULES, PURPOSES, formats, modules_for, recognised
 
 EDF_HEAD = b"0       " + b" " * 244 + b"1   "
 HEADS = [
@@ -63,3 +63,21 @@ def test_registry_imports_none_of_the_libraries_that_parse():
     code = "import sys; from tepsipe.io.formats import formats; formats(); print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert not {"ezc3d", "edfio", "h5py", "scipy.io"} & set(loaded.split())
+
+
+def test_registry_lists_each_module_with_the_purposes_of_its_readers():
+    assert {known.contents.__module__ for known in formats()} == set(MODULES)
+    for reader, purpose in PURPOSES.items():
+        reading = {known.contents.__module__ for known in formats() if getattr(known, reader)}
+        assert reading == set(modules_for(purpose))
+        assert all(getattr(known, reader) for known in formats(purpose))
+
+
+def test_reading_markers_of_a_c3d_imports_no_reader_of_electromyograms(tmp_path):
+    path = tmp_path / "markers.c3d"
+    path.write_bytes(b"\x02\x50" + bytes(510))
+    code = f"import sys; from tepsipe.io import formats; formats._recognised_for('markers', {str(path)!r})"
+    code += "; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert "tepsipe.io.readers.c3d" in loaded.split()
+    assert not {"tepsipe.io.readers.edf", "tepsipe.io.readers.emg_table"} & set(loaded.split())

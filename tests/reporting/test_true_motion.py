@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tepsipe.errors import InputError
-from tepsipe.reporting.true_motion import TrueMotion, linear_truth, read_true_motion
+from tepsipe.reporting.recovery import TrueMotion, linear_truth, read_true_motion
 from tepsipe.virtual_lab import truth_file
 
 

@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import lsim
 
 from tepsipe.errors import InputError
-from tepsipe.reporting.true_motion import TrueMotion, linear_truth_standing
+from tepsipe.reporting.recovery import TrueMotion, linear_truth_standing
 from tepsipe.virtual_lab.belt import DriveTruth, velocity_command
 from tepsipe.virtual_lab.person import feet_of, move_person, segments, true_ankles
 from tepsipe.virtual_lab.person_constants import (

@@ -496,10 +496,10 @@ def test_same_trial_is_made_of_the_same_bytes_and_another_of_others(shortest_tru
 
 
 def wristalyzer_texts(truth, condition, folder):
-    paths = [folder / "log.txt", folder / "command.txt"]
+    files = {"log": folder / "log.txt", "command": folder / "command.txt"}
     folder.mkdir()
-    make_wristalyzer_trial(truth, condition, 0.1, 1.0, *paths)
-    return [path.read_bytes() for path in paths]
+    make_wristalyzer_trial(truth, condition, 0.1, 1.0, files)
+    return [path.read_bytes() for path in files.values()]
 
 
 def test_trials_in_the_manipulator_share_the_multisine_and_nothing_else(shipped_truth, tmp_path):

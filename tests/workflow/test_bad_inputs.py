@@ -5,8 +5,8 @@ All of them go through real runs in `benchmarks/soak/bad_inputs.py`.
 
 import copy
 import shutil
+from collections.abc import Mapping
 from functools import partial
-from types import SimpleNamespace
 
 import pytest
 import yaml
@@ -17,7 +17,7 @@ from study_builders import write_sheet
 from tepsipe.errors import InputError
 from tepsipe.mechanics.engines import resolved_engine
 from workflow.support.checked_study import checked_sections, checked_study, merged_settings, with_its_file
-from workflow.support.recordings import _of_tables, refused_recordings
+from workflow.support.recordings import refused_recordings
 from workflow.support.study import Study
 from workflow.support.trial_sheet import read_trial_sheet
 
@@ -48,12 +48,6 @@ def test_every_bad_input_has_a_name_of_its_own():
     }
 
 
-def test_an_experiment_that_check_cannot_read_is_not_taken_for_another():
-    study = SimpleNamespace(trials={("new", "a"): SimpleNamespace(duration_s=1.0)})
-    with pytest.raises(NotImplementedError, match="new: `tepsipe check` cannot read its recordings"):
-        _of_tables(study, "new", "a", {}, {"files": {}})
-
-
 @pytest.fixture(scope="module")
 def good(tmp_path_factory, shipped_truth):
     folder = tmp_path_factory.mktemp("good")
@@ -68,6 +62,48 @@ def test_good_trials_are_ingested(experiment, good, shipped_config):
         assert ingest(experiment, good / experiment / name, shipped_config).time.size > 1000
     if experiment == "dummy":
         assert ingest(experiment, good / "dummy/good", shipped_config, True).time.size > 1000
+
+
+class Reads(Mapping):
+    """Settings that remember which of them were read, as paths."""
+
+    def __init__(self, content, read, path=""):
+        self.content, self.read, self.path = content, read, path
+
+    def __getitem__(self, key):
+        value, path = self.content[key], f"{self.path}{key}"
+        if isinstance(value, dict):
+            return Reads(value, self.read, f"{path}.")
+        self.read.add(path)
+        return value
+
+    def __iter__(self):
+        return iter(self.content)
+
+    def __len__(self):
+        return len(self.content)
+
+
+def leaves(content, path=""):
+    for key, value in content.items():
+        yield from leaves(value, f"{path}{key}.") if isinstance(value, dict) else [f"{path}{key}"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("experiment", "whole"), [*((name, False) for name in RAW), ("dummy", True)])
+def test_ingest_reads_exactly_the_settings_that_its_experiment_declares(
+    experiment, whole, good, shipped_config, monkeypatch
+):
+    """Others it does not have; it would stop at a missing one."""
+    given, read, for_ingest = {}, set(), Study.for_ingest
+
+    def recorded(*row):
+        given.update(for_ingest(*row))
+        return Reads(given, read)
+
+    monkeypatch.setattr(Study, "for_ingest", recorded)
+    ingest(experiment, good / experiment / "good", shipped_config, whole)
+    assert read == set(leaves(given))
 
 
 @pytest.mark.slow

@@ -8,6 +8,7 @@ import yaml
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.registry import EXPERIMENTS
 from tepsipe.experiments.standing.muscle_torque import ACTIVE
 from tepsipe.reporting.claims import MEASURES, Findings, check_claims, findings_of_cells
 from tepsipe.reporting.ledger import null_cells, tolerances_of
@@ -17,7 +18,6 @@ from workflow.settings.config import Config, check_config
 from workflow.settings.reported import Reported
 from workflow.settings.virtual_lab import VirtualLab
 from workflow.support.checked_study import check_one_treadmill, check_plate_models, checked_constants
-from workflow.support.experiments import EXPERIMENTS
 from workflow.support.imported_files import reached_by
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, check_sources, read_trial_sheet
 from workflow.support.version import code_version
@@ -1034,8 +1034,9 @@ def test_modules_are_followed_through_imports_and_no_further(tmp_path):
 
 
 def test_ingest_reaches_its_readers_and_no_estimator(root):
-    reached = reached_by("workflow/scripts/ingest_plate_treadmill.py", str(root))
-    for name in ("ingest/plate_treadmill", "signals/resampling", "io/readers/c3d", "io/trial", "errors"):
+    scripts = ("workflow/scripts/ingest.py", "tepsipe/experiments/dummy/ingest.py")
+    reached = {path for script in scripts for path in reached_by(script, str(root))}
+    for name in ("ingest/plate_treadmill", "signals/resampling", "io/formats", "io/trial", "errors"):
         assert f"tepsipe/{name}.py" in reached
     assert "workflow/scripts/job.py" in reached
     for name in ("identification/admittance_fit", "identification/window_regression", "reporting/claims"):
@@ -1044,7 +1045,8 @@ def test_ingest_reaches_its_readers_and_no_estimator(root):
 
 
 def test_fit_reaches_what_its_modules_import(root):
-    reached = reached_by("workflow/scripts/fit_wristalyzer.py", str(root))
+    scripts = ("workflow/scripts/fit.py", "tepsipe/experiments/wristalyzer/fit.py")
+    reached = {path for script in scripts for path in reached_by(script, str(root))}
     for name in (
         "experiments/wristalyzer/analysis",
         "identification/admittance_fit",

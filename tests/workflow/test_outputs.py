@@ -7,6 +7,7 @@ import pytest
 
 from tepsipe.experiments.dummy import foot_pathways, leg_pathways
 from tepsipe.experiments.noise import filtered_noise
+from tepsipe.experiments.registry import EXPERIMENTS
 from tepsipe.experiments.standing import joint_torque
 from tepsipe.experiments.standing.muscle_torque import ACTIVE
 from tepsipe.identification.estimators import ESTIMATORS
@@ -20,9 +21,9 @@ from workflow.settings.config import Config
 from workflow.settings.dummy import ABOUT_ESTIMATORS
 from workflow.support import outputs, report_params
 from workflow.support.captions import captions_of, read_captions
-from workflow.support.experiments import APPENDIX, EXPERIMENTS, OF_APPENDIX, PARTS
 from workflow.support.lookups.thesis import table_experiment
 from workflow.support.origins import Sources, function_of
+from workflow.support.parts import APPENDIX, OF_APPENDIX, PARTS
 from workflow.support.study import Study, any_of
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, TrialRow, read_trial_sheet
 

@@ -8,9 +8,9 @@ import pytest
 import yaml
 
 from tepsipe.cli import _parser
+from tepsipe.experiments.registry import EXPERIMENTS
 from workflow.settings.config import check_config
 from workflow.support.checked_study import merged_settings
-from workflow.support.experiments import EXPERIMENTS
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs/recordings").glob("*.md"))

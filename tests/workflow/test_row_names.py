@@ -3,8 +3,8 @@
 import pytest
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.registry import EXPERIMENTS
 from workflow.settings.complete import pick, settings_of
-from workflow.support.experiments import EXPERIMENTS
 from workflow.support.row_names import NAME_COLUMNS, check_names
 from workflow.support.study import Study
 from workflow.support.trial_sheet import COLUMNS, read_trial_sheet
@@ -58,8 +58,8 @@ def test_each_row_has_its_own_names_and_those_of_the_configuration_elsewhere(stu
         "torque": "Torque (Nm)",
     }
     assert (files["angle_unit"], files["torque_sign"]) == ("deg", 1)
-    assert study.named_by("position_manipulator", "a", "columns") == {}
-    assert study.named_by("position_manipulator", "b", "columns") == {
+    assert study.named_by("position_manipulator", "a")["columns"] == {}
+    assert study.named_by("position_manipulator", "b")["columns"] == {
         "angle": "angle_column of the trial sheet",
         "torque": "torque_column of the trial sheet",
     }
@@ -73,7 +73,7 @@ def test_log_and_command_of_a_manipulator_are_named_separately(study_of):
     files = study.of_trial("wristalyzer", "0.1")["files"]
     assert files["log_columns"] == {"time": "t", "angle": "MotorAngle", "trigger_time": "start"}
     assert files["command_columns"] == {"time": "t", "torque": "tau"}
-    by = study.named_by("wristalyzer", "0.1", "command_columns")
+    by = study.named_by("wristalyzer", "0.1")["command_columns"]
     assert by == {
         "time": "command_time_column of the trial sheet",
         "torque": "torque_column of the trial sheet",
@@ -126,8 +126,8 @@ def test_channels_of_a_whole_trial_are_named_row_by_row(study_of):
         whole | {"condition": "b", "velocity_column": "Belt L", "trigger_column": "Sync"},
     )
     section = study.settings["dummy"]["recording"]
-    assert study.recording("dummy", "a") == section
-    assert study.recording("dummy", "b") == section | {
+    assert study.for_ingest("dummy", "a")["recording"] == section
+    assert study.for_ingest("dummy", "b")["recording"] == section | {
         "belt_velocity": section["belt_velocity"] | {"channel": "Belt L"},
         "trigger": "Sync",
     }

@@ -121,7 +121,7 @@ def test_another_kind_of_processor_gives_the_same_numbers(study, own_study):
     if own is None or core_type(other) != others[0]:
         pytest.skip("this OpenBLAS cannot be told its core type")
     trials = ("wristalyzer/0.12", "dummy/sine-0.5", "weight/minjerk-0.4", "standing/relax-neg-0.5")
-    rules = ("ingest_wristalyzer", "ingest_plate_treadmill", "ingest_standing")
+    rules = [f"ingest_{trial.split('/')[0]}" for trial in trials]
     run = users_snakemake(
         own_study, *(f"results/estimates/{trial}.csv" for trial in trials), "--forcerun", *rules, env=other
     )

@@ -47,10 +47,7 @@ def test_a_laboratory_that_fails_is_a_row_with_its_sentence(covered):
     first, second = rows(covered, "laboratories")
     assert (first["set"], first["failed"]) == ("assumed", "")
     assert second["set"] == "hidden"
-    assert (
-        second["failed"].startswith("ingest_plate_treadmill/dummy/sine-0.5: ")
-        and "expected" in second["failed"]
-    )
+    assert second["failed"].startswith("ingest_dummy/sine-0.5: ") and "expected" in second["failed"]
     with open(covered / "laboratories/2/estimates.csv", encoding="utf-8") as file:
         assert len(file.readlines()) == 1
 

@@ -1,5 +1,7 @@
 """What an edit plans in a tiny study that has run: rule -> number of jobs, all of them."""
 
+import re
+
 import pytest
 from study_builders import OVERRIDES, jobs, snakemake, write_config
 
@@ -92,7 +94,7 @@ def test_an_edit_of_the_rubber_makes_the_trials_of_both_rigs_again_and_no_others
         "make_wristalyzer_trial": 2,
         "ingest_wristalyzer": 2,
         "make_dummy_trial": 2,
-        "ingest_plate_treadmill": 2,
+        "ingest_dummy": 2,
         **AFTER_DUMMY_TRIALS,
         **AFTER_WRISTALYZER_TRIALS,
         "compare_with_truth": 4,
@@ -111,9 +113,12 @@ def test_an_edit_of_the_force_plate_makes_all_trials_on_the_treadmill_again(own_
         "make_weight_trial": 2,
         "make_empty_trial": 2,
         "make_standing_trial": 2,
-        "ingest_plate_treadmill": 6,
+        "ingest_dummy": 2,
+        "ingest_weight": 2,
+        "ingest_empty": 2,
         "ingest_standing": 2,
-        "fit_weight": 4,
+        "fit_weight": 2,
+        "fit_empty": 2,
         "calibrate_plate": 1,
         "collect_treadmill_models": 1,
         "plot_weight": 1,
@@ -214,12 +219,20 @@ def test_an_edit_of_a_module_reruns_what_uses_it_and_nothing_else(own_study):
     assert planned == AFTER_WRISTALYZER_TRIALS
 
 
+def test_an_edit_of_a_reader_reruns_the_ingest_of_the_files_that_it_reads_and_no_other(own_study):
+    planned = planned_after_an_edit(own_study, "tepsipe/io/readers/edf.py")
+    assert {name for name in planned if name.startswith("ingest_")} == {"ingest_standing"}
+
+
+def test_an_edit_of_what_an_experiment_declares_reruns_no_job_of_a_trial(own_study):
+    planned = planned_after_an_edit(own_study, "tepsipe/experiments/dummy/__init__.py")
+    assert not [name for name in planned if re.match("make|ingest|fit|write_.*_pages", name)]
+
+
 def test_an_edit_of_the_simulation_reruns_simulations_and_no_fit(own_study):
     planned = planned_after_an_edit(own_study, "tepsipe/mechanics/forward_dynamics.py")
     assert planned["simulate_dummy"] == planned["simulate_without_noise"] == 2
-    assert not {"fit_dummy", "fit_foot", "fit_wristalyzer", "ingest_plate_treadmill", "plot_dummy"} & set(
-        planned
-    )
+    assert not {"fit_dummy", "fit_foot", "fit_wristalyzer", "ingest_dummy", "plot_dummy"} & set(planned)
 
 
 def test_an_edit_of_a_reported_value_lays_its_own_table_out_again(own_study):
@@ -232,6 +245,11 @@ def test_an_edit_of_a_reported_value_lays_its_own_table_out_again(own_study):
 def test_an_edit_of_a_module_of_pages_reruns_pages_and_nothing_else(own_study):
     planned = planned_after_an_edit(own_study, "tepsipe/experiments/dummy/page.py")
     assert planned == {"write_dummy_pages": 2, "write_index": 1, "all": 1}
+
+
+def test_an_edit_of_a_module_of_figures_draws_again_and_runs_nothing_else(own_study):
+    planned = planned_after_an_edit(own_study, "tepsipe/experiments/dummy/figures.py")
+    assert planned == {"plot_dummy": 1, "plot_foot": 1, **REPORTS}
 
 
 def test_a_page_asked_for_by_name_is_that_of_the_whole_study_if_this_has_run(own_study):
@@ -262,7 +280,7 @@ def test_one_condition_alone_touches_nothing_else(own_study):
 def test_one_condition_reaches_its_page_and_its_figures_alone(project):
     foot = {"make_weight_trial": 2, "make_empty_trial": 2, "calibrate_plate": 1, "fit_foot": 1}
     own = {"make_dummy_trial": 1, "fit_dummy": 1, "compare_with_truth": 1, "write_dummy_pages": 1}
-    expected = foot | own | {"ingest_plate_treadmill": 5}
+    expected = foot | own | {"ingest_dummy": 1, "ingest_weight": 2, "ingest_empty": 2}
     assert jobs(snakemake(project, "-n", "results/report/trials/dummy/sine-0.5.html")) == expected
     of_manipulator = {
         f"{kind}_wristalyzer{end}": 2 for kind, end in (("make", "_trial"), ("ingest", ""), ("fit", ""))

@@ -59,7 +59,7 @@ def test_bad_recordings_stop_their_own_jobs_with_one_sentence_each(project, stud
         assert not (project / f"results/bad/estimates/dummy/{condition}.csv").exists()
         (log,) = [
             text
-            for rule in ("ingest_plate_treadmill/dummy", "fit_dummy")
+            for rule in ("ingest_dummy", "fit_dummy")
             for path in [project / f"results/bad/logs/{rule}/{condition}.log"]
             if path.exists() and (text := path.read_text())
         ]

@@ -102,7 +102,7 @@ def test_trials_of_several_files_need_no_recording(config, root, sheet):
     trials = read_trial_sheet(sheet("dummy a recorded - - - 70 a.mat - plate.csv a.c3d"), ".")
     config = configured(config, root, plates={"left": [1], "right": [1]})
     check_recordings(settings_of(config), trials, "my-study")
-    assert Study(config, trials).recording("dummy", "a") is None
+    assert Study(config, trials).for_ingest("dummy", "a")["recording"] is None
 
 
 def test_an_experiment_may_have_other_channels(config, root, sheet):
@@ -119,9 +119,10 @@ def test_an_experiment_may_have_other_channels(config, root, sheet):
     study = Study(config, trials)
     check_recordings(study.settings, trials, "my-study")
     check_one_treadmill(config, ["dummy", "standing", "weight", "empty"], "my-study")
-    assert study.recording("dummy", "a")["belt_velocity"] == VELOCITY
-    assert study.recording("standing", "a")["belt_velocity"] == other
-    assert study.recording("standing", "a")["plates"] == study.recording("dummy", "a")["plates"]
+    of_dummy, of_standing = (study.for_ingest(e, "a")["recording"] for e in ("dummy", "standing"))
+    assert of_dummy["belt_velocity"] == VELOCITY
+    assert of_standing["belt_velocity"] == other
+    assert of_standing["plates"] == of_dummy["plates"]
     assert study.settings["empty"]["recording"]["force_sign"] == -1
 
 

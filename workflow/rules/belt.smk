@@ -2,6 +2,7 @@
 
 
 rule calibrate_belt:
+    """Fit models of the belt-induced load to the recordings of a treadmill, and evaluate them."""
     input:
         trials=STUDY.of_trials("<results>/trials/belt/{condition}.h5", "belt"),
         library=library_of("calibrate_belt"),
@@ -21,6 +22,7 @@ rule calibrate_belt:
 
 
 rule plot_belt:
+    """Draw the figures of a recorded treadmill."""
     input:
         fit="<results>/fits/belt.h5",
         scores="<results>/treadmill_models/belt.csv",

@@ -7,13 +7,16 @@ from functools import partial
 from itertools import chain
 from pathlib import Path
 
+from tepsipe.experiments.registry import EXPERIMENTS, OBJECTS
+from tepsipe.io.formats import modules_for
 from tepsipe.mechanics.engines import resolved_engine
+from tepsipe.virtual_lab.registry import RIGS
 from workflow.support import groups, outputs, report_params
-from workflow.support.experiments import APPENDIX, EXPERIMENTS
+from workflow.support.parts import APPENDIX
 from workflow.support.folders import check_checkout
 from workflow.support.imported_files import reached_by
 from workflow.support.rigs import RIG_KEYS, rig_of
-from workflow.settings.complete import pick, without
+from workflow.settings.complete import only, pick, without
 from workflow.support.checked_study import checked_sections, checked_study, with_its_file
 from workflow.support.lookups.thesis import table_experiment
 from workflow.support.study import any_of
@@ -58,6 +61,12 @@ ABOUT_STUDY = {
 }
 
 
+DECLARATIONS = {
+    "tepsipe/experiments/experiment.py",
+    *(f"tepsipe/experiments/{folder}/__init__.py" for folder in OBJECTS),
+}
+
+
 wildcard_constraints:
     condition=any_of(condition for _, condition in STUDY.trials),
     task=any_of(STUDY.tasks.names()),
@@ -73,34 +82,19 @@ def sheet(column, experiment=None):
     return lambda w: getattr(STUDY.trials[experiment or w.experiment, w.condition], column)
 
 
-def files_setting(experiment, key):
-    """Param function: a setting of the experiment's files, with the names that the trial's row gives."""
-    return lambda w: STUDY.of_trial(experiment, w.condition)["files"][key]
+def of_trial(function, experiment):
+    """Param function: what a function of experiment and condition finds for the trial."""
+    return lambda w: function(experiment, w.condition)
 
 
 def section_of(experiment, *paths):
     """Param function: what the fit of a trial reads of the section of its experiment; paths as for `pick`."""
-    return lambda w: pick(STUDY.of_trial(experiment or w.experiment, w.condition), *paths)
-
-
-def protocol(experiment):
-    """Param function: what the belt is to do in a trial that is made."""
-    return lambda w: STUDY.protocol(experiment, w.condition)
-
-
-def weight_section(w):
-    """Constants of the weight of a trial: a row that names a mass has the heavy one."""
-    return "weight" if STUDY.trials["weight", w.condition].mass_kg is None else "heavy_weight"
+    return lambda w: pick(STUDY.of_trial(experiment, w.condition), *paths)
 
 
 def raw_files(experiment=None):
     """Param function: kind -> path of the trial's raw files, recorded or simulated."""
     return lambda w: STUDY.raw_files(experiment or w.experiment, w.condition, config["pathvars"]["results"])
-
-
-def recording_of(experiment=None):
-    """Param function: what the plates and channels of a whole trial's file are; None for other trials."""
-    return lambda w: STUDY.recording(experiment or w.experiment, w.condition)
 
 
 def raw_inputs(experiment=None):
@@ -136,11 +130,22 @@ def printed_joints(w):
     return {**simulations["every_condition"], "thesis-tep": tep}
 
 
+def files_of(*modules):
+    """Files of modules of the library by their names."""
+    return [f"{name.replace('.', '/')}.py" for name in modules]
+
+
+def readers_of(experiment):
+    """Files of the readers of an experiment's raw files."""
+    return files_of(*modules_for(*experiment.purposes))
+
+
 def library_of(script, *modules):
     """The modules that a script reaches, and those that it loads by name: an edit of one re-runs the rule."""
     starts = (f"workflow/scripts/{script}.py", *modules)
     found = {path for start in starts for path in reached_by(start, str(CHECKOUT))}
-    return [here(path) for path in sorted(found.union(modules))]
+    # what an experiment declares reaches a job by its rule alone
+    return [here(path) for path in sorted(found.union(modules) - DECLARATIONS)]
 
 
 def chapter_modules(names):

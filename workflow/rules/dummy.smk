@@ -7,30 +7,6 @@ DUMMY_ANALYSIS = without(DUMMY["analysis"], "bootstrap_draws")
 SPECIFIED = STUDY.shown("dummy", DUMMY["specification"]["condition"])
 
 
-rule fit_dummy:
-    input:
-        trial="<results>/trials/dummy/{condition}.h5",
-        library=library_of("fit_dummy"),
-    output:
-        fit="<results>/fits/dummy/{condition}.h5",
-        estimates="<results>/estimates/dummy/{condition}.csv",
-        uncertainty="<results>/uncertainty/dummy/{condition}.csv",
-    log:
-        "<logs>/fit_dummy/{condition}.log",
-    conda:
-        "../envs/tepsipe.yaml"
-    params:
-        section=section_of(
-            "dummy",
-            *("geometry", "analysis", "foot.belt_fixed_labels"),
-            *("pathways", "recommended", "quoted", "checks"),
-        ),
-        uncertainty=SETTINGS["uncertainty"]["dummy"],
-        seed=SEED,
-    script:
-        "../scripts/fit_dummy.py"
-
-
 rule check_rig:
     """Pool the checks of all trials of the dummy, which share a rig."""
     input:
@@ -49,6 +25,7 @@ rule check_rig:
 
 
 rule cross_validate_dummy:
+    """Predict every trial of the dummy with the parameters of every trial."""
     input:
         fits=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
         library=library_of("cross_validate_dummy"),
@@ -66,6 +43,7 @@ rule cross_validate_dummy:
 
 
 rule specify_dummy:
+    """Analyse one trial of the dummy with every combination of choices."""
     input:
         trial=f"<results>/trials/dummy/{SPECIFIED}.h5",
         library=library_of("specify_dummy"),
@@ -89,6 +67,7 @@ rule specify_dummy:
 
 
 rule plot_dummy:
+    """Draw the figures of the dummy."""
     input:
         fits=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
         specification="<results>/tables/specification.csv",
@@ -113,11 +92,12 @@ rule plot_dummy:
 
 
 rule fit_foot:
+    """Fit a trial of the dummy with the torque from the foot and the force plate."""
     input:
         trial="<results>/trials/dummy/{condition}.h5",
         models=lambda w: outputs.plate_models(STUDY, "dummy", w.condition),
-        held_out=lambda w: outputs.held_out(STUDY, "dummy", w.condition),
-        library=library_of("fit_foot"),
+        calibrations=lambda w: outputs.held_out(STUDY, "dummy", w.condition),
+        library=library_of("fit", "tepsipe/experiments/dummy/fit_foot.py"),
     output:
         fit="<results>/fits/foot/{condition}.h5",
         estimates="<results>/estimates/foot/{condition}.csv",
@@ -127,14 +107,15 @@ rule fit_foot:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        module="tepsipe.experiments.dummy.fit_foot",
         section=section_of("dummy", "geometry", "analysis", "foot", "belt"),
-        uncertainty=SETTINGS["uncertainty"]["dummy"],
-        seed=SEED,
+        given=as_it_is({"seed": SEED, "uncertainty": SETTINGS["uncertainty"]["dummy"]}),
     script:
-        "../scripts/fit_foot.py"
+        "../scripts/fit.py"
 
 
 rule plot_foot:
+    """Draw the comparison of the torques from leg and foot."""
     input:
         leg=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
         foot=STUDY.of_trials("<results>/fits/foot/{condition}.h5", "dummy"),
@@ -156,6 +137,7 @@ rule plot_foot:
 
 
 rule fit_thesis_dummy:
+    """Find the dummy that the printed tables describe."""
     input:
         trials=STUDY.of_trials("<results>/trials/dummy/{condition}.h5", "dummy"),
         library=library_of("fit_thesis_dummy"),
@@ -183,6 +165,7 @@ rule fit_thesis_dummy:
 
 
 rule plan_dummy:
+    """Predict the uncertainty of the thesis's experiments on the dummy."""
     input:
         library=library_of("plan_dummy"),
     output:
@@ -200,6 +183,7 @@ rule plan_dummy:
 
 
 rule plot_thesis_dummy:
+    """Draw the dummy that the printed tables describe."""
     input:
         table="<results>/tables/thesis_dummy.csv",
         fit="<results>/fits/thesis_dummy.h5",

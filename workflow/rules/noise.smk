@@ -4,6 +4,7 @@ NOISE = SETTINGS["noise"]
 
 
 rule simulate_without_noise:
+    """Simulate the noise-free signals of a trial for the noise study."""
     input:
         trial="<results>/trials/dummy/{condition}.h5",
         library=library_of("simulate_without_noise"),
@@ -24,6 +25,7 @@ rule simulate_without_noise:
 
 
 rule sweep_noise:
+    """Estimate the parameters of one cell of the noise study."""
     input:
         fits=lambda w: [f"<results>/fits/without_noise/{c}.h5" for c in STUDY.noise.same_profile(w.condition)],
         library=library_of("sweep_noise"),
@@ -44,6 +46,7 @@ rule sweep_noise:
 
 
 rule collect_noise:
+    """Join the cells of the noise study, and lay out Table 4-4."""
     input:
         noise=[f"<results>/noise/{c}.csv" for c in STUDY.noise.conditions()],
         library=library_of("collect_noise"),
@@ -64,6 +67,7 @@ rule collect_noise:
 
 
 rule plot_noise:
+    """Draw the figures of the noise study."""
     input:
         noise=[f"<results>/noise/{c}.csv" for c in STUDY.noise.conditions()],
         drawings=[here("report/drawings.typ"), here("report/format.typ")],

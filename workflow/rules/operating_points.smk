@@ -2,6 +2,7 @@
 
 
 rule tabulate_operating_points:
+    """List the operating points, and fit lines through them."""
     input:
         estimates=[
             f"<results>/estimates/position_manipulator/{c}.csv"
@@ -23,6 +24,7 @@ rule tabulate_operating_points:
 
 
 rule plot_operating_points:
+    """Draw stiffness and damping against the operating point."""
     input:
         points="<results>/tables/operating_points.csv",
         relations="<results>/tables/operating_relations.csv",
@@ -40,6 +42,7 @@ rule plot_operating_points:
 
 
 rule vary_position_manipulator:
+    """Estimate the impedance that changes within a trial."""
     input:
         trial="<results>/trials/position_manipulator/{condition}.h5",
         fit="<results>/fits/position_manipulator/{condition}.h5",
@@ -58,6 +61,7 @@ rule vary_position_manipulator:
 
 
 rule tabulate_time_varying:
+    """List the impedance that changes within trials."""
     input:
         rows=STUDY.of_trials(
             "<results>/time_varying/position_manipulator/{condition}.csv", "position_manipulator"
@@ -74,6 +78,7 @@ rule tabulate_time_varying:
 
 
 rule plot_time_varying:
+    """Draw the impedance that changes within trials."""
     input:
         table="<results>/tables/time_varying.csv",
         library=library_of("plot", "tepsipe/experiments/position_manipulator/figures.py"),

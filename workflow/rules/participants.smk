@@ -2,6 +2,7 @@
 
 
 rule tabulate_participants:
+    """List the values of every participant, and means over participants."""
     input:
         estimates="<results>/tables/estimates.csv",
         uncertainty="<results>/tables/uncertainty.csv",
@@ -22,6 +23,7 @@ rule tabulate_participants:
 
 
 rule plot_participants:
+    """Draw the values of every participant."""
     input:
         participants="<results>/tables/participants.csv",
         group="<results>/tables/group.csv",

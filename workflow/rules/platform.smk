@@ -1,24 +1,8 @@
 # A person on a platform that moves forwards and backwards: recordings of your own.
 
 
-rule fit_platform:
-    input:
-        trial="<results>/trials/platform/{condition}.h5",
-        library=library_of("fit_platform"),
-    output:
-        fit="<results>/fits/platform/{condition}.h5",
-        estimates="<results>/estimates/platform/{condition}.csv",
-    log:
-        "<logs>/fit_platform/{condition}.log",
-    conda:
-        "../envs/tepsipe.yaml"
-    params:
-        section=section_of("platform", "analysis"),
-    script:
-        "../scripts/fit_platform.py"
-
-
 rule plot_platform:
+    """Draw the figures of the moving platform."""
     input:
         fits=STUDY.of_trials("<results>/fits/platform/{condition}.h5", "platform"),
         estimates=STUDY.of_trials("<results>/estimates/platform/{condition}.csv", "platform"),

@@ -1,25 +1,8 @@
 # A human joint in a position-controlled manipulator: recordings of your own.
 
 
-rule fit_position_manipulator:
-    input:
-        trial="<results>/trials/position_manipulator/{condition}.h5",
-        library=library_of("fit_position_manipulator"),
-    output:
-        fit="<results>/fits/position_manipulator/{condition}.h5",
-        estimates="<results>/estimates/position_manipulator/{condition}.csv",
-    log:
-        "<logs>/fit_position_manipulator/{condition}.log",
-    conda:
-        "../envs/tepsipe.yaml"
-    params:
-        section=section_of("position_manipulator", "analysis"),
-        seed=SEED,
-    script:
-        "../scripts/fit_position_manipulator.py"
-
-
 rule plot_position_manipulator:
+    """Draw the figures of the position-controlled manipulator."""
     input:
         fits=STUDY.of_trials("<results>/fits/position_manipulator/{condition}.h5", "position_manipulator"),
         library=library_of("plot", "tepsipe/experiments/position_manipulator/figures.py"),

@@ -11,6 +11,7 @@ if not (
 
 
 rule record_provenance:
+    """Record versions, seeds and checksums of the run."""
     input:
         trials=outputs.trials(STUDY),
         trial_sheet=config["study"]["trial_sheet"],
@@ -36,6 +37,7 @@ rule record_provenance:
 
 
 rule write_report:
+    """Typeset the report as a PDF."""
     input:
         source=report_sources(),
         figures=outputs.figures(STUDY),

@@ -2,6 +2,7 @@
 
 
 rule plot_rigs:
+    """Draw the rigs, flow charts and time lines."""
     input:
         trials=[f"<results>/trials/{e}/{c}.h5" for e, c in STUDY.examples()],
         fits=[f"<results>/fits/{e}/{c}.h5" for e in ("dummy", "weight", "empty") for c in STUDY.conditions(e)],

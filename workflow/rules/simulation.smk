@@ -5,6 +5,7 @@ NUMBERED = {f.rpartition("_")[2]: c for f, c in zip(APPENDIX, STUDY.conditions("
 
 
 rule simulate_dummy:
+    """Simulate a trial of the dummy with every parameter set."""
     input:
         trial="<results>/trials/dummy/{condition}.h5",
         estimates="<results>/estimates/dummy/{condition}.csv",
@@ -33,6 +34,7 @@ rule simulate_dummy:
 
 
 rule collect_forward:
+    """Join the scores of the forward simulations in one table."""
     input:
         forward=STUDY.of_trials("<results>/forward/{condition}.csv", "dummy"),
         library=library_of("collect_forward"),
@@ -47,6 +49,7 @@ rule collect_forward:
 
 
 rule plot_simulation:
+    """Draw the comparison of the parameter sets in forward simulations."""
     input:
         fits=STUDY.of_trials("<results>/fits/simulation/{condition}.h5", "dummy"),
         forward="<results>/tables/forward.csv",

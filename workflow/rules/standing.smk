@@ -3,35 +3,8 @@
 STANDING = SETTINGS["standing"]
 
 
-rule fit_standing:
-    input:
-        trial="<results>/trials/standing/{condition}.h5",
-        models=lambda w: outputs.plate_models(STUDY, "standing", w.condition),
-        held_out=lambda w: outputs.held_out(STUDY, "standing", w.condition),
-        library=library_of("fit_standing"),
-    output:
-        responses="<results>/epochs/standing/{condition}.h5",
-        fit="<results>/fits/standing/{condition}.h5",
-        estimates="<results>/estimates/standing/{condition}.csv",
-        uncertainty="<results>/uncertainty/standing/{condition}.csv",
-    log:
-        "<logs>/fit_standing/{condition}.log",
-    conda:
-        "../envs/tepsipe.yaml"
-    params:
-        section=section_of(
-            "standing",
-            *("person", "belt", "stance", "emg", "ingest.max_gap_s"),
-            *("analysis", "-analysis.tried_windows_s", "pathways", "as_printed", "recommended"),
-            *("estimators", "active", "muscles.*.ankle_action", "free_reflex"),
-        ),
-        uncertainty=SETTINGS["uncertainty"]["standing"],
-        seed=SEED,
-    script:
-        "../scripts/fit_standing.py"
-
-
 rule fit_standing_task:
+    """Fit all trials of one task of a standing person together."""
     input:
         responses=lambda w: STUDY.tasks.of_trials("<results>/epochs/standing/{condition}.h5", w.task),
         library=library_of("fit_standing_task"),
@@ -57,6 +30,7 @@ rule fit_standing_task:
 
 
 rule compare_standing_tasks:
+    """Estimate the difference in impedance between two tasks of a person."""
     input:
         more=lambda w: f"<results>/fits/standing_tasks/{STUDY.tasks.pairs()[w.pair][0]}.h5",
         less=lambda w: f"<results>/fits/standing_tasks/{STUDY.tasks.pairs()[w.pair][1]}.h5",
@@ -94,6 +68,7 @@ rule plot_standing_trials:
 
 
 rule plot_standing:
+    """Draw the figures of the standing person."""
     input:
         example=f"<results>/epochs/standing/{STUDY.shown('standing', STANDING['example_condition'])}.h5",
         trials=[f"<results>/fits/standing/{c}.h5" for c in STUDY.tasks.shown_trials()],

@@ -4,6 +4,7 @@ COMPARED = outputs.compared(STUDY)
 
 
 rule collect_estimates:
+    """Join the estimates and the uncertainty budgets of all trials in two tables."""
     input:
         estimates=outputs.estimates(STUDY),
         budgets=outputs.budgets(STUDY),
@@ -23,6 +24,7 @@ rule collect_estimates:
 
 
 rule plot_budgets:
+    """Draw the uncertainty budgets."""
     input:
         estimates="<results>/tables/estimates.csv",
         uncertainty="<results>/tables/uncertainty.csv",
@@ -42,6 +44,7 @@ rule plot_budgets:
 
 
 rule collect_treadmill_models:
+    """Join the scores of all treadmill models in one table."""
     input:
         scores=outputs.model_scores(STUDY),
         library=library_of("collect_treadmill_models"),
@@ -58,6 +61,7 @@ rule collect_treadmill_models:
 
 
 rule lay_out_table:
+    """Lay out a table of the thesis beside the printed values."""
     input:
         estimates=lambda w: outputs.estimates_of(STUDY, table_experiment(w.table)),
         fits=lambda w: outputs.fits_of_table(STUDY, w.table),
@@ -136,6 +140,7 @@ rule tabulate_laboratory:
 
 
 rule judge_cells:
+    """Compare every printed cell of the thesis's tables with the run."""
     input:
         tables=outputs.thesis_tables(STUDY),
         noise=outputs.noise(STUDY),
@@ -158,6 +163,7 @@ rule judge_cells:
 
 
 rule check_claims:
+    """Compare the claims of the thesis with the numbers of the run."""
     input:
         estimates="<results>/tables/estimates.csv",
         fits=outputs.fits(STUDY),

@@ -1,109 +1,44 @@
 # The virtual laboratory writes the instruments' own files. Each rule is given those of its constants that it
-# reads; only these rules, and the comparison of estimates with the truth in tables.smk, are given any.
-
-# the person's constants, but for those of a task
-PERSON = [f"standing.{part}" for part in ("person", "muscles", "nerves", "markers", "skin", "emg")]
+# reads; only these rules, and the comparison of estimates with the truth in tables.smk, are given any. One rule
+# per rig, all alike: what differs is declared in tepsipe/virtual_lab/registry.py.
 
 
-rule make_wristalyzer_trial:
-    input:
-        library=library_of("make_wristalyzer_trial"),
-    output:
-        log="<results>/raw/wristalyzer/{condition}/log.txt",
-        command="<results>/raw/wristalyzer/{condition}/command.txt",
-        motion="<results>/truth/wristalyzer/{condition}.h5",
-    log:
-        "<logs>/make_wristalyzer_trial/{condition}.log",
-    wildcard_constraints:
-        condition=any_of(STUDY.made("wristalyzer")),
-    conda:
-        "../envs/tepsipe.yaml"
-    params:
-        truth=truth_of("seed", "wristalyzer", "dummy.rubber"),
-        factor=sheet("amplitude", "wristalyzer"),
-        duration_s=sheet("duration_s", "wristalyzer"),
-    script:
-        "../scripts/make_wristalyzer_trial.py"
+def constants_of(experiment, condition):
+    """Paths of the constants that a trial is made from; a row that names a mass has the heavy weight."""
+    row = STUDY.trials[experiment, condition]
+    weight = "weight" if row.mass_kg is None else "heavy_weight"
+    return [path.format(weight=weight, task=row.task) for path in RIGS[experiment].constants]
 
 
-rule make_dummy_trial:
-    input:
-        library=library_of("make_dummy_trial"),
-    output:
-        log="<results>/raw/dummy/{condition}/log.mat",
-        calibration="<results>/raw/dummy/{condition}/calibration.csv",
-        markers="<results>/raw/dummy/{condition}/markers.c3d",
-        motion="<results>/truth/dummy/{condition}.h5",
-    log:
-        "<logs>/make_dummy_trial/{condition}.log",
-    wildcard_constraints:
-        condition=any_of(STUDY.made("dummy")),
-    conda:
-        "../envs/tepsipe.yaml"
-    params:
-        truth=truth_of("seed", "treadmill", "dummy"),
-        protocol=protocol("dummy"),
-    script:
-        "../scripts/make_dummy_trial.py"
+def told_of(experiment, condition):
+    """What a rig is told of a trial by its row of the sheet."""
+    row, belt = STUDY.trials[experiment, condition], STUDY.treadmill.belt_of(experiment, condition)
+    told = {"amplitude": row.amplitude, "duration_s": row.duration_s, "task": row.task, "belt": belt}
+    return only(told | {"protocol": STUDY.protocol(experiment, condition)}, *RIGS[experiment].told)
 
 
-rule make_weight_trial:
-    input:
-        library=library_of("make_weight_trial"),
-    output:
-        log="<results>/raw/weight/{condition}/log.mat",
-        calibration="<results>/raw/weight/{condition}/calibration.csv",
-        markers="<results>/raw/weight/{condition}/markers.c3d",
-    log:
-        "<logs>/make_weight_trial/{condition}.log",
-    wildcard_constraints:
-        condition=any_of(STUDY.made("weight")),
-    conda:
-        "../envs/tepsipe.yaml"
-    params:
-        truth=lambda w: truth_of("seed", "treadmill", weight_section(w)),
-        protocol=protocol("weight"),
-        belt=lambda w: STUDY.treadmill.belt_of("weight", w.condition),
-    script:
-        "../scripts/make_weight_trial.py"
+for _name, _rig in RIGS.items():
+    _raw = EXPERIMENTS[_name].raw_files.items()
+    _motion = {"motion": f"<results>/truth/{_name}/{{condition}}.h5"} if _rig.motion else {}
 
-
-# the same with nothing on the belt
-use rule make_weight_trial as make_empty_trial with:
-    output:
-        log="<results>/raw/empty/{condition}/log.mat",
-        calibration="<results>/raw/empty/{condition}/calibration.csv",
-    log:
-        "<logs>/make_empty_trial/{condition}.log",
-    wildcard_constraints:
-        condition=any_of(STUDY.made("empty")),
-    params:
-        truth=truth_of("seed", "treadmill"),
-        protocol=protocol("empty"),
-        belt=lambda w: STUDY.treadmill.belt_of("empty", w.condition),
-
-
-rule make_standing_trial:
-    input:
-        library=library_of("make_standing_trial"),
-    output:
-        log="<results>/raw/standing/{condition}/log.mat",
-        calibration="<results>/raw/standing/{condition}/calibration.csv",
-        markers="<results>/raw/standing/{condition}/markers.c3d",
-        emg="<results>/raw/standing/{condition}/emg.edf",
-        motion="<results>/truth/standing/{condition}.h5",
-    log:
-        "<logs>/make_standing_trial/{condition}.log",
-    wildcard_constraints:
-        condition=any_of(STUDY.made("standing")),
-    conda:
-        "../envs/tepsipe.yaml"
-    params:
-        truth=lambda w: truth_of(
-            "seed", "treadmill", *PERSON, f"standing.tasks.{sheet('task', 'standing')(w)}"
-        ),
-        task=sheet("task", "standing"),
-        protocol=protocol("standing"),
-        belt=lambda w: STUDY.treadmill.belt_of("standing", w.condition),
-    script:
-        "../scripts/make_standing_trial.py"
+    rule:
+        """Make the raw files of a simulated trial."""
+        name:
+            f"make_{_name}_trial"
+        input:
+            library=library_of("make_trial", f"tepsipe/virtual_lab/{_rig.module}.py"),
+        output:
+            **{kind: f"<results>/raw/{_name}/{{condition}}/{file}" for kind, file in _raw},
+            **_motion,
+        log:
+            f"<logs>/make_{_name}_trial/{{condition}}.log",
+        wildcard_constraints:
+            condition=any_of(STUDY.made(_name)),
+        conda:
+            "../envs/tepsipe.yaml"
+        params:
+            made_by=_rig.module,
+            truth=of_trial(lambda e, c: truth_of(*constants_of(e, c)), _name),
+            told=of_trial(told_of, _name),
+        script:
+            "../scripts/make_trial.py"

@@ -20,6 +20,7 @@ CAPTIONS = read_captions(CHECKOUT / "report/captions.yaml")
 
 
 rule write_index:
+    """Write the report as a page for a browser."""
     input:
         data=REPORT.output.data,
         tables=REPORT.input.tables,

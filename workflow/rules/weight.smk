@@ -3,28 +3,8 @@
 WEIGHT = SETTINGS["weight"]
 
 
-rule fit_weight:
-    input:
-        trial="<results>/trials/{experiment}/{condition}.h5",
-        library=library_of("fit_weight"),
-    output:
-        fit="<results>/fits/{experiment}/{condition}.h5",
-        estimates="<results>/estimates/{experiment}/{condition}.csv",
-        uncertainty="<results>/uncertainty/{experiment}/{condition}.csv",
-    log:
-        "<logs>/fit_weight/{experiment}/{condition}.log",
-    wildcard_constraints:
-        experiment="weight|empty",
-    conda:
-        "../envs/tepsipe.yaml"
-    params:
-        section=section_of(None, "weight", "belt", "analysis"),
-        uncertainty=SETTINGS["uncertainty"]["weight"],
-    script:
-        "../scripts/fit_weight.py"
-
-
 rule calibrate_plate:
+    """Fit models of the force plate's belt-induced load to all trials of a belt."""
     input:
         trials=lambda w: [
             f"<results>/trials/{e}/{c}.h5"
@@ -59,6 +39,7 @@ rule calibrate_plate:
 
 
 rule plot_weight:
+    """Draw the belt-induced force and its models."""
     input:
         weight=[f"<results>/fits/weight/{c}.h5" for c in STUDY.treadmill.usual_weight()],
         empty=STUDY.of_trials("<results>/fits/empty/{condition}.h5", "empty"),

@@ -1,27 +1,8 @@
 # SIPE in the torque-controlled manipulator: thesis sections 3-1-1 and 4-1-1.
 
 
-rule fit_wristalyzer:
-    input:
-        trial="<results>/trials/wristalyzer/{condition}.h5",
-        library=library_of("fit_wristalyzer"),
-    output:
-        fit="<results>/fits/wristalyzer/{condition}.h5",
-        estimates="<results>/estimates/wristalyzer/{condition}.csv",
-        uncertainty="<results>/uncertainty/wristalyzer/{condition}.csv",
-    log:
-        "<logs>/fit_wristalyzer/{condition}.log",
-    conda:
-        "../envs/tepsipe.yaml"
-    params:
-        section=section_of("wristalyzer", "analysis", "-analysis.swept_bins"),
-        uncertainty=SETTINGS["uncertainty"]["wristalyzer"],
-        seed=SEED,
-    script:
-        "../scripts/fit_wristalyzer.py"
-
-
 rule sweep_averaging:
+    """Fit the Wristalyzer trials with different numbers of averaged frequencies."""
     input:
         trials=STUDY.of_trials("<results>/trials/wristalyzer/{condition}.h5", "wristalyzer"),
         library=library_of("sweep_averaging"),
@@ -40,6 +21,7 @@ rule sweep_averaging:
 
 
 rule cross_validate_wristalyzer:
+    """Predict every Wristalyzer trial with the parameters of every trial."""
     input:
         fits=STUDY.of_trials("<results>/fits/wristalyzer/{condition}.h5", "wristalyzer"),
         library=library_of("cross_validate_wristalyzer"),
@@ -57,6 +39,7 @@ rule cross_validate_wristalyzer:
 
 
 rule pool_wristalyzer:
+    """Fit all Wristalyzer trials together."""
     input:
         trials=STUDY.of_trials("<results>/trials/wristalyzer/{condition}.h5", "wristalyzer"),
         library=library_of("pool_wristalyzer"),
@@ -77,6 +60,7 @@ rule pool_wristalyzer:
 
 
 rule plot_wristalyzer_pooled:
+    """Draw the fit to all Wristalyzer trials together."""
     input:
         pooled="<results>/fits/wristalyzer_pooled.h5",
         estimates=STUDY.of_trials("<results>/estimates/wristalyzer/{condition}.csv", "wristalyzer"),
@@ -95,6 +79,7 @@ rule plot_wristalyzer_pooled:
 
 
 rule plot_wristalyzer:
+    """Draw the figures of the Wristalyzer."""
     input:
         fits=STUDY.of_trials("<results>/fits/wristalyzer/{condition}.h5", "wristalyzer"),
         matrix="<results>/cross_validation/wristalyzer.h5",

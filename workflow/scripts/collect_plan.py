@@ -10,7 +10,7 @@ from tepsipe.experiments.planning.design import Design
 from tepsipe.experiments.planning.filtering import lowpasses
 from tepsipe.io.tables import write_records
 from tepsipe.reporting.plan_tables import predicted_filters, simulated_filters
-from tepsipe.reporting.true_motion import read_true_motion
+from tepsipe.reporting.recovery import read_true_motion
 
 designs = [pd.read_csv(path) for path in snakemake.input.designs]
 pd.concat(designs).to_csv(snakemake.output.plan, index=False, float_format="%.10g", lineterminator="\n")

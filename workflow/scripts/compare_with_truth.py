@@ -6,8 +6,13 @@ job.start(snakemake)
 
 from tepsipe.io.estimates import ESTIMATES, RECOVERIES
 from tepsipe.io.result import read_result
-from tepsipe.reporting.recovery import compare_with_truth, true_parameters
-from tepsipe.reporting.true_motion import linear_truth, linear_truth_standing, read_true_motion
+from tepsipe.reporting.recovery import (
+    compare_with_truth,
+    linear_truth,
+    linear_truth_standing,
+    read_true_motion,
+    true_parameters,
+)
 
 params, windows = snakemake.params, snakemake.params.windows
 motions = [read_true_motion(path) for path in snakemake.input.motions]

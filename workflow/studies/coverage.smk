@@ -17,6 +17,7 @@ localrules:
 
 
 rule run_laboratory:
+    """Run the study of one drawn laboratory."""
     input:
         source=laboratory_sources(),
         library=library_of("run_laboratory"),
@@ -43,6 +44,7 @@ rule run_laboratory:
 
 
 rule collect_coverage:
+    """Count how often the intervals hold the truth."""
     input:
         laboratories=LABORATORIES.all("laboratory.json"),
         estimates=LABORATORIES.all("estimates.csv"),
@@ -69,6 +71,7 @@ rule collect_coverage:
 
 
 rule plot_coverage:
+    """Draw the figures of the coverage study."""
     input:
         coverage="<results>/tables/coverage.csv",
         outcomes="<results>/tables/outcomes.csv",
@@ -87,6 +90,7 @@ rule plot_coverage:
 
 
 rule write_coverage:
+    """Typeset the report on coverage."""
     input:
         source=report_sources(),
         figures=[

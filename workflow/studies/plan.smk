@@ -13,12 +13,13 @@ OUTPUTS = [*(f"<results>/tables/{name}.csv" for name in SHOWN_TABLES), "<results
 
 
 include: "../rules/virtual_lab.smk"
-include: "../rules/ingest.smk"
+include: "../rules/experiments.smk"
 include: "../rules/dummy.smk"
 include: "../rules/weight.smk"
 
 
 rule plan_design:
+    """Predict the uncertainty of one design, and check it by simulation."""
     input:
         library=library_of("plan_design"),
     output:
@@ -38,6 +39,7 @@ rule plan_design:
 
 
 rule optimise_pulses:
+    """Find the pulse with the least uncertainty."""
     input:
         library=library_of("optimise_pulses"),
     output:
@@ -56,6 +58,7 @@ rule optimise_pulses:
 
 
 rule sweep_filters:
+    """Predict noise and bias behind every filter."""
     input:
         trial="<results>/trials/dummy/{condition}.h5",
         models=lambda w: outputs.plate_models(STUDY, "dummy", w.condition),
@@ -78,6 +81,7 @@ rule sweep_filters:
 
 
 rule make_several_joints:
+    """Simulate the responses of a person with three joints."""
     input:
         library=library_of("make_several_joints"),
     output:
@@ -95,6 +99,7 @@ rule make_several_joints:
 
 
 rule plan_several_joints:
+    """Predict which matrices of stiffness and damping a set of perturbations determines."""
     input:
         trials="<results>/trials/several_joints.h5",
         library=library_of("plan_several_joints"),
@@ -114,6 +119,7 @@ rule plan_several_joints:
 
 
 rule collect_plan:
+    """Join the predictions of all designs."""
     input:
         designs=[f"<results>/designs/{name}.csv" for name in PLAN["designs"]],
         windows=STUDY.of_trials("<results>/filters/{condition}.csv", "dummy"),
@@ -136,6 +142,7 @@ rule collect_plan:
 
 
 rule plot_planning:
+    """Draw the figures of the plan."""
     input:
         plan="<results>/tables/plan.csv",
         shapes="<results>/tables/pulse_shapes.csv",
@@ -154,6 +161,7 @@ rule plot_planning:
 
 
 rule plot_several_joints:
+    """Draw the prediction for several joints."""
     input:
         sets="<results>/tables/several_joints.csv",
         elements="<results>/tables/several_joints_elements.csv",
@@ -172,6 +180,7 @@ rule plot_several_joints:
 
 
 rule write_plan:
+    """Typeset the report of the plan."""
     input:
         source=report_sources(),
         figures=[f"<results>/figures/figure_{name}.svg" for name in PLAN_FIGURES],

@@ -8,9 +8,10 @@ OUTPUTS = [*(f"<results>/tables/{name}.csv" for name in TABLES), "<results>/repo
 
 
 rule fit_walking:
+    """Fit one trial of walking."""
     input:
         raw=raw_inputs("walking"),
-        library=library_of("fit_walking"),
+        library=library_of("fit_walking", *readers_of(EXPERIMENTS["walking"])),
     output:
         estimates="<results>/estimates/walking/{condition}.csv",
         budgets="<results>/uncertainty/walking/{condition}.csv",
@@ -34,6 +35,7 @@ rule fit_walking:
 
 
 rule collect_walking:
+    """Join the estimates of all trials of walking."""
     input:
         estimates=STUDY.of_trials("<results>/estimates/walking/{condition}.csv", "walking"),
         budgets=STUDY.of_trials("<results>/uncertainty/walking/{condition}.csv", "walking"),
@@ -54,6 +56,7 @@ rule collect_walking:
 
 
 rule compare_walking_with_truth:
+    """Compare the estimates of walking with the truth."""
     input:
         estimates="<results>/tables/estimates.csv",
         truth=[f"<results>/truth/walking/{condition}.csv" for condition in MADE_WALKS],
@@ -71,6 +74,7 @@ rule compare_walking_with_truth:
 
 
 rule plot_walking:
+    """Draw the figures of walking."""
     input:
         rows="<results>/tables/walking.csv",
         needed="<results>/tables/needed.csv",
@@ -90,6 +94,7 @@ rule plot_walking:
 
 
 rule write_walking:
+    """Typeset the report on walking."""
     input:
         source=report_sources(),
         figures=["<results>/figures/figure_walking.svg"],
@@ -118,6 +123,7 @@ rule write_walking:
 
 
 rule make_walking_trial:
+    """Make the raw files of a simulated walk."""
     input:
         raw=lambda w: [
             path
@@ -126,7 +132,7 @@ rule make_walking_trial:
             ).values()
             if os.path.exists(path)
         ],
-        library=library_of("make_walking_trial"),
+        library=library_of("make_walking_trial", *readers_of(EXPERIMENTS["walking"])),
     output:
         c3d="<results>/raw/walking/{condition}/log.c3d",
         text="<results>/raw/walking/{condition}/log.txt",
@@ -142,7 +148,7 @@ rule make_walking_trial:
         truth=truth_of("seed", "walking"),
         base=lambda w: STUDY.raw_files("walking", WALKING["simulated"]["of"], config["pathvars"]["results"]),
         settings=without(WALKING, "simulated", "analysis", "planned", "uncertainty"),
-        protocol=protocol("walking"),
+        protocol=of_trial(STUDY.protocol, "walking"),
         chosen=lambda w: STUDY.simulated_walk(w.condition),
     script:
         "../scripts/make_walking_trial.py"

@@ -1,6 +1,6 @@
 """Who did which trial, for the tables of participants and groups."""
 
-from workflow.support.experiments import EXPERIMENTS
+from tepsipe.experiments.registry import EXPERIMENTS
 from workflow.support.study import Study
 
 

@@ -2,8 +2,9 @@
 
 from dataclasses import dataclass
 
+from tepsipe.experiments.registry import EXPERIMENTS
 from workflow.support.captions import captions_of
-from workflow.support.experiments import APPENDIX, EXPERIMENTS, OF_APPENDIX, PARTS
+from workflow.support.parts import APPENDIX, OF_APPENDIX, PARTS
 from workflow.support.study import Study
 
 

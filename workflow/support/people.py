@@ -6,8 +6,8 @@ import math
 from pathlib import Path
 
 from tepsipe.errors import InputError, quoted
+from tepsipe.experiments.registry import EXPERIMENTS
 from tepsipe.io.readers.plain_file import read_text
-from workflow.support.experiments import EXPERIMENTS
 from workflow.support.names import check_distinct, check_name
 from workflow.support.placeholders import refuse_placeholder_cells
 

@@ -1,8 +1,9 @@
 """Facts of a study that its pages, its report and the table of the laboratory are given."""
 
+from tepsipe.experiments.registry import EXPERIMENTS
 from tepsipe.reporting.laboratory import INFERRED_CONSTANTS, MECHANISMS
 from workflow.settings.complete import pick
-from workflow.support.experiments import EXPERIMENTS, PARTS
+from workflow.support.parts import PARTS
 from workflow.support.study import Study
 
 

@@ -1,5 +1,7 @@
 """What the trials of each experiment hold, as ingest compares it with their signals."""
 
+from tepsipe.experiments.registry import EXPERIMENTS
+
 # keys of the section `plausible` that describe rigs, not signals
 RIG_KEYS = ("mass_fraction", "plate_offset_kg")
 # where the mass of a weight is stated
@@ -9,11 +11,13 @@ OF_WEIGHTS = (
 
 
 def rig_of(settings: dict, experiment: str) -> dict:
-    """Arguments of `tepsipe.ingest.plausibility.Rig` for an experiment on the treadmill.
+    """Arguments of `tepsipe.ingest.limits.Rig` for an experiment; none if it is not on the plate treadmill.
 
     The belt of `empty` carries less than half of the weight. The analysis compares the mass of a person,
     because it knows when the person stands still.
     """
+    if not EXPERIMENTS[experiment].on_plate:
+        return {}
     section, limits = settings[experiment], settings["plausible"]
     if experiment == "empty":
         half = 0.5 * settings["weight"]["weight"]["mass_kg"]

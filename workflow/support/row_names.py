@@ -1,16 +1,16 @@
 """Names that a row of the trial sheet gives in place of the configuration's: columns, channels, unit, sign.
 
-Which experiment takes which is in the table of the experiments (`EXPERIMENTS[...].names`).
+Each experiment declares those that it takes (`Experiment.names`).
 """
 
 from collections.abc import Iterable
 
 from tepsipe.errors import InputError, quoted
+from tepsipe.experiments.registry import EXPERIMENTS
 from tepsipe.io.formats import holds_whole_trial
-from workflow.support.experiments import EXPERIMENTS, TABLE_OF_A_BELT
 
 NAME_COLUMNS = tuple(
-    dict.fromkeys((*TABLE_OF_A_BELT, *(name for known in EXPERIMENTS.values() for name in known.names)))
+    dict.fromkeys(name for known in (EXPERIMENTS["belt"], *EXPERIMENTS.values()) for name in known.names)
 )
 # cells that are no names
 VALUES: dict[str, dict[str, str | int]] = {

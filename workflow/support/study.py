@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from workflow.settings.complete import settings_of
-from workflow.support.experiments import EXPERIMENTS, PARTS
+from tepsipe.experiments.registry import EXPERIMENTS
+from workflow.settings.complete import pick, settings_of
 from workflow.support.lookups.estimators import Estimators
 from workflow.support.lookups.manipulators import Manipulators
 from workflow.support.lookups.noise import NoiseTrials
@@ -11,6 +11,7 @@ from workflow.support.lookups.sheet import Sheet, last_unless
 from workflow.support.lookups.tasks import Tasks
 from workflow.support.lookups.thesis import ThesisTables
 from workflow.support.lookups.treadmill import Treadmill
+from workflow.support.parts import PARTS
 from workflow.support.people import check_people, person_of
 from workflow.support.row_names import check_names, with_names
 from workflow.support.trial_sheet import TrialRow
@@ -102,6 +103,13 @@ class Study(Sheet):
             section["analysis"] = self.settings["weight"]["analysis"]
         return section
 
+    def for_ingest(self, experiment: str, condition: str) -> dict:
+        """Settings of a trial that its ingest reads; those of a whole recording only if it is one."""
+        section = self.of_trial(experiment, condition)
+        if "recording" in section and not self.is_one_file(experiment, condition):
+            section["recording"] = None
+        return pick(section, *EXPERIMENTS[experiment].ingest_reads)
+
     def settings_of(self, experiment: str, condition: str) -> dict:
         """All settings, with those of one trial for its experiment."""
         return self.settings | {experiment: self.of_trial(experiment, condition)}
@@ -127,11 +135,10 @@ class Study(Sheet):
         paths = self.raw_files(experiment, condition, results).values()
         return [path for path in paths if made or Path(path).is_file()]
 
-    def recording(self, experiment: str, condition: str) -> dict | None:
-        """Plates and channels of a trial that is one file; None for trials of several files."""
-        alone = self.trials[experiment, condition].source == "recorded"
-        alone = alone and "calibration" not in self.trials[experiment, condition].files
-        return self.of_trial(experiment, condition)["recording"] if alone else None
+    def is_one_file(self, experiment: str, condition: str) -> bool:
+        """Whether a trial on the plate treadmill is one recording, without a calibration of its own."""
+        row = self.trials[experiment, condition]
+        return row.source == "recorded" and "calibration" not in row.files
 
     def simulated_walk(self, condition: str) -> dict:
         """Pulses and kind of file of a simulated trial of walking."""

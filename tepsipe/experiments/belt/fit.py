@@ -41,7 +41,7 @@ def fit(trials: Mapping[str, Trial], section: dict, roles: Mapping[str, str]) ->
     options = options_of(FamilyOptions, choices)
     recordings = {name: begin(trial, section, name) for name, trial in trials.items()}
     names = [condition for condition, role in roles.items() if role == "calibrate"]
-    train, scores, shown = "+".join(names), [], []
+    train, scores = "+".join(names), []
     for cutoff in sorted({*analysis["cutoffs_hz"], shown_hz}):
         lowpass = Lowpass(cutoff, analysis["lowpass_order"], analysis["zero_lag"])
         filtered = {condition: recording.filtered(lowpass) for condition, recording in recordings.items()}
@@ -54,5 +54,5 @@ def fit(trials: Mapping[str, Trial], section: dict, roles: Mapping[str, str]) ->
             ingested = {name: trial.attributes for name, trial in trials.items()}
             result = table_result(fitted, [filtered[name] for name in testing], ingested)
             result.facts.update(table_facts(fitted, training, filtered, family, options))
-            shown = [fitted, result]
-    return BeltCalibration(*shown, scores)
+            shown = fitted
+    return BeltCalibration(shown, result, scores)

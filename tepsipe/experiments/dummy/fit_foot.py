@@ -35,14 +35,15 @@ def fit(
     seed: int,
     uncertainty: dict,
     models: Sequence[dict[str, FittedModel]],
-    calibration: Result,
+    calibrations: Sequence[Result],
 ) -> Fitted:
     """I, B, K by every pathway with the force plate.
 
     uncertainty: sources, as `sources_of` takes them.
     models: name -> treadmill model, of Fy and of Mx.
-    calibration: check of the plate, and residuals of trials that the models have not seen.
+    calibrations: check of the plate, and residuals of trials that the models have not seen, alone in a list.
     """
+    (calibration,) = calibrations
     geometry, foot, belt = section["geometry"], section["foot"], section["belt"]
     found = analyse_foot(
         PlateCheck.from_result(calibration).corrected(trial, belt),

@@ -100,8 +100,9 @@ def calibrate_plate(
     choices = dict(models)
     family, draws = choices.pop("family"), choices.pop("calibration_draws")
     options, joint = FamilyOptions(**choices), None
-    kept, scores, results = {}, [], []
-    for lowpass in plate_filters(analysis):
+    scores: list[ModelScore] = []
+    filters = plate_filters(analysis)
+    for lowpass in filters:
         grouped = [_grouped(trial, belt, analysis, lowpass, usual_kg) for trial in trials]
         calibrating, validating = (
             [recordings for _, own, recordings in grouped if own == role]
@@ -111,19 +112,23 @@ def calibrate_plate(
             joint = fit_bristle_frame(calibrating, draws, np.random.default_rng(seed), joint)
         found, fitted = _fit_loads(grouped, family, replace(options, joint=joint))
         scores += found
-        if not results:
-            kept = fitted
-            testing = plate_groups([(*labels, found["Fy"]) for *labels, found in grouped])[1]
+        if lowpass == filters[0]:
+            kept, testing = fitted, _groups(grouped, "Fy")[1]
+            responses = mean_responses(kept["Fy"], testing["weight"])
             left = held_out_residuals(joint, calibrating, validating, _below_limit(found, testing))
             left.facts["plate"] = check.facts
-            results = [mean_responses(kept["Fy"], testing["weight"]), left]
-    return PlateCalibration(kept, *results, scores)
+    return PlateCalibration(kept, responses, left, scores)
 
 
 def _grouped(trial: PlateTrial, belt: str, analysis: dict, lowpass: Lowpass, usual_kg: float) -> Grouped:
     recordings = trial.recordings(belt, analysis, lowpass)
     zeroed = {load: zeroed_per_pulse(recording) for load, recording in recordings.items()}
     return group_of(trial.experiment, zeroed["Fy"].carried_kg, usual_kg), trial.role, zeroed
+
+
+def _groups(grouped: list[Grouped], load: str) -> tuple[dict[str, list[BeltRecording]], ...]:
+    """Groups of the recordings of one component, to train on and to test on."""
+    return plate_groups([(group, role, recordings[load]) for group, role, recordings in grouped])
 
 
 def _fit_loads(
@@ -135,7 +140,7 @@ def _fit_loads(
     """
     scores, kept, frame = [], {}, None
     for load in COMPONENTS:
-        training, testing = plate_groups([(*labels, found[load]) for *labels, found in grouped])
+        training, testing = _groups(grouped, load)
         plan = plate_plan(family, list(testing))
         found, fitted = calibrate(plan, training, testing, load, replace(options, frame=frame))
         scores += found

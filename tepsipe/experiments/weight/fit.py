@@ -26,14 +26,13 @@ def begin(trial: Trial, section: dict, name: str) -> BeltRecording:
     return _recording(trial, section, name, next(iter(_options(section).values())))
 
 
-def fit(trial: Trial, section: dict, name: str, uncertainty: dict) -> Fitted:
-    """Mass of the weight, and belt-induced force.
+def fit(trial: Trial, section: dict, condition: str, uncertainty: dict) -> Fitted:
+    """Mass of the weight, and belt-induced force; without a ``weight`` in the section, of the empty belt.
 
-    name: experiment and condition, weight/... or empty/...
     uncertainty: sources, as `sources_of` takes them.
     """
-    experiment, _, condition = name.partition("/")
-    choices = _options(section)
+    experiment = "empty" if section["weight"] is None else "weight"
+    name, choices = f"{experiment}/{condition}", _options(section)
     recordings = {label: _recording(trial, section, name, options) for label, options in choices.items()}
     lag = None if section["weight"] is None else marker_lag(trial, name, choices["belt"])
     found = analyse_weight(recordings, sources_of(uncertainty), lag)

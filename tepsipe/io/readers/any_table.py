@@ -8,7 +8,6 @@ import numpy as np
 from tepsipe.arguments import unit_in
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.io.file_format import Channel, Contents, Format
-from tepsipe.io.readers.emg_table import read_emg_table
 from tepsipe.io.readers.plain_file import read_text
 from tepsipe.io.readers.plain_table import DELIMITERS, column_names
 from tepsipe.io.readers.recording import Markers
@@ -92,5 +91,4 @@ FORMAT = Format(
     page="tables.md",
     read_recording=read_table_recording,
     read_markers=table_markers,
-    read_emg=read_emg_table,
 )

@@ -9,15 +9,15 @@ import contextlib
 import io
 import warnings
 from collections.abc import Collection
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.io.file_format import Channel, Contents, Format, Head
 from tepsipe.io.readers.plain_file import is_gzip, plain_bytes
+from tepsipe.io.readers.recording import EmgRecording
 
 # spelling of a physical dimension, at most 8 characters -> uV
 UV_PER_UNIT = {
@@ -32,24 +32,6 @@ BDF = b"\xffBIOSEMI"
 STATUS, TRIGGER_BITS = "Status", 0xFFFF
 # fields of a signal in the header and their lengths (bytes), up to the number of samples in a record
 BYTES_BEFORE_SAMPLES = 16 + 80 + 8 + 8 + 8 + 8 + 8 + 80
-
-
-@dataclass(frozen=True)
-class EmgRecording:
-    """Electromyograms as the recorder wrote them, on the clock of the recorder."""
-
-    rate_hz: float
-    """Sampling rate of every channel."""
-    muscles: tuple[str, ...]
-    """Muscles whose channel is in the file, in the wanted order."""
-    signals: Annotated[np.ndarray, "(n, muscles)"]
-    """Raw electromyograms (uV)."""
-    trigger: np.ndarray | None
-    """Trigger line (V if its unit is a voltage, otherwise as recorded); None if it started the recorder."""
-    limits: Annotated[np.ndarray, "(muscles, 2)"]
-    """Lowest and highest value that each channel can hold (uV)."""
-    missing: tuple[str, ...]
-    """Wanted muscles whose channel is not in the file."""
 
 
 def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str | None) -> EmgRecording:

@@ -15,8 +15,9 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed
 from tepsipe.io.file_format import Channel, Contents, Format, Head
-from tepsipe.io.readers.edf import UV_PER_UNIT, EmgRecording, muscles_found
+from tepsipe.io.readers.edf import UV_PER_UNIT, muscles_found
 from tepsipe.io.readers.plain_table import PlainTable, read_plain_table
+from tepsipe.io.readers.recording import EmgRecording
 from tepsipe.io.readers.signal_table import SECONDS, TIME, split_unit
 
 DELSYS_HEADER = re.compile(r'^"?X ?\[s\]"?[,;\t]', re.MULTILINE)

@@ -93,6 +93,24 @@ class Recording:
     """Upward direction in the axes of the file, ``+x`` to ``-z``, as far as the file shows it."""
 
 
+@dataclass(frozen=True)
+class EmgRecording:
+    """Electromyograms as the recorder wrote them, on the clock of the recorder."""
+
+    rate_hz: float
+    """Sampling rate of every channel."""
+    muscles: tuple[str, ...]
+    """Muscles whose channel is in the file, in the wanted order."""
+    signals: Annotated[np.ndarray, "(n, muscles)"]
+    """Raw electromyograms (uV)."""
+    trigger: np.ndarray | None
+    """Trigger line (V if its unit is a voltage, otherwise as recorded); None if it started the recorder."""
+    limits: Annotated[np.ndarray, "(muscles, 2)"]
+    """Lowest and highest value that each channel can hold (uV)."""
+    missing: tuple[str, ...]
+    """Wanted muscles whose channel is not in the file."""
+
+
 def select_markers(markers: Markers, labels: list[str], name: str | Path) -> Markers:
     """Select markers of a file (m), in the wanted order.
 

@@ -1,6 +1,6 @@
 """Trials of a study: which there are, and their rows."""
 
-from workflow.support.experiments import EXPERIMENTS
+from tepsipe.experiments.registry import EXPERIMENTS
 from workflow.support.row_names import named_by
 from workflow.support.trial_sheet import TrialRow
 
@@ -103,9 +103,12 @@ class Sheet:
         row = self.trials[experiment, condition]
         return {key: getattr(row, key) for key in ("participant", "belt") if getattr(row, key)}
 
-    def named_by(self, experiment: str, condition: str, table: str) -> dict[str, str]:
-        """Key of a table's columns -> column of the trial sheet that names it, for messages."""
-        return named_by(experiment, self.trials[experiment, condition].names, f"files.{table}")
+    def named_by(self, experiment: str, condition: str) -> dict[str, dict[str, str]]:
+        """Table of columns -> its key -> column of the trial sheet that names it, for messages."""
+        names = self.trials[experiment, condition].names
+        return {
+            table: named_by(experiment, names, f"files.{table}") for table in EXPERIMENTS[experiment].tables
+        }
 
     def participants(self, experiment: str) -> list[str]:
         """Participants of an experiment, in the order of their names."""

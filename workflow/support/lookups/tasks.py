@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from itertools import permutations
 
 from tepsipe.errors import InputError
-from workflow.support.experiments import EXPERIMENTS
+from tepsipe.experiments.registry import EXPERIMENTS
 from workflow.support.lookups.sheet import Sheet, last_unless
 from workflow.support.lookups.treadmill import Treadmill
 from workflow.support.names import check_distinct, check_name

@@ -1,8 +1,8 @@
 """Tables of the thesis that a study can be compared with."""
 
+from tepsipe.experiments.registry import EXPERIMENTS
 from tepsipe.experiments.wristalyzer.analysis import ESTIMATORS as OF_MANIPULATOR
 from tepsipe.experiments.wristalyzer.names import PATHWAY
-from workflow.support.experiments import EXPERIMENTS
 from workflow.support.lookups.sheet import Sheet
 
 

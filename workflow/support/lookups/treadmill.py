@@ -1,8 +1,8 @@
 """Belts of the plate treadmill, their calibrations, and the weights on them."""
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.registry import EXPERIMENTS
 from workflow.settings.complete import plate_treadmill
-from workflow.support.experiments import EXPERIMENTS
 from workflow.support.lookups.sheet import Sheet
 from workflow.support.people import BELTS
 from workflow.support.trial_sheet import check_roles
