@@ -52,9 +52,6 @@ else:
     include: "workflow/rules/participants.smk"
     # a treadmill of your own
     include: "workflow/rules/belt.smk"
-    # a human joint in a position-controlled manipulator
-    include: "workflow/rules/position_manipulator.smk"
-    include: "workflow/rules/platform.smk"
     include: "workflow/rules/operating_points.smk"
     # tables across experiments, and where truth meets estimate
     include: "workflow/rules/tables.smk"

@@ -24,6 +24,8 @@ from tepsipe.virtual_lab.wristalyzer_trial import make_wristalyzer_trial
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))  # for `workflow`, which is not installed
+# what test_recipes.py adds to a copy of the project
+collect_ignore = ["recipes"]
 
 
 def pytest_collection_modifyitems(config, items):

@@ -315,16 +315,14 @@ def rules_of_pages():
     """The rules that a loop makes of the table of pages, written out."""
     text = (ROOT / "workflow/rules/pages.smk").read_text(encoding="utf-8")
     table, loop = re.search(r"^PAGES = (\{\n.*?^\})\n.*?^    rule:\n(.*?)^(?=\S)", text, re.M | re.S).groups()
-    found = {}
-    for key, row in zip(
-        *(getattr(ast.parse(table, mode="eval").body, part) for part in ("keys", "values")), strict=True
-    ):
-        experiment, (_, files, params) = key.value, row.elts
+    found, table = {}, ast.parse(table, mode="eval").body
+    rows = {key.value: row.elts[1:] for key, row in zip(table.keys, table.values, strict=True)}
+    assert rows.keys() <= EXPERIMENTS.keys()
+    for experiment in (name for name, known in EXPERIMENTS.items() if known.ingest_reads):
+        further = [[k.value for k in part.keys] for part in rows.get(experiment, ())] or [[], []]
         fitted = ["fit", "estimates"] if EXPERIMENTS[experiment].fitted else []
-        names = {"_files": [k.value for k in files.keys], "_params": [k.value for k in params.keys]}
-        block = textwrap.dedent(loop).replace(
-            "**(_fitted if EXPERIMENTS[_name].fitted else {}),", "**_fitted,"
-        )
+        names = dict(zip(("_files", "_params"), further, strict=True))
+        block = textwrap.dedent(loop).replace("**(_fitted if _experiment.fitted else {}),", "**_fitted,")
         for table_of, given in (names | {"_fitted": fitted}).items():
             assert f"**{table_of}," in block
             block = block.replace(f"    **{table_of},\n", "".join(f"    {name}=...,\n" for name in given))
@@ -361,11 +359,15 @@ def written_out(block, names, lines):
     return {k: textwrap.indent(v, "    ") for k, v in zip(parts[1::2], parts[2::2], strict=True)}
 
 
+# what loops make of an experiment, each by a module of its folder
+PARTS = ("ingest", "fit", "figures")
+
+
 def looped():
     """Rules that loops over the experiments, and over the rigs of the laboratory, make."""
-    found, blocks = {}, {script: loop_of("experiments.smk", script) for script in ("ingest", "fit")}
+    found, blocks = {}, {script: loop_of("experiments.smk", script) for script in ("ingest", "fit", "plot")}
     for name, known in EXPERIMENTS.items():
-        names = {f'_experiment.module("{part}")': known.module(part) for part in blocks} | {"_name": name}
+        names = {f'_experiment.module("{part}")': known.module(part) for part in PARTS} | {"_name": name}
         takes = set(known.fit_takes)
         several = {
             "**{key: files": sorted(takes & {"models", "calibrations"}),
@@ -376,6 +378,8 @@ def looped():
             found[f"ingest_{name}"] = written_out(blocks["ingest"], names, {})
         if known.fitted:
             found[f"fit_{name}"] = written_out(blocks["fit"], names, several)
+        if known.drawn_of:
+            found[f"plot_{name}"] = written_out(blocks["plot"], names, {"**pick(_results": known.drawn_of})
     for name, rig in RIGS.items():
         several = {"**{kind: f": EXPERIMENTS[name].raw_files, "**_motion": ["motion"] if rig.motion else []}
         block = loop_of("virtual_lab.smk", "make_trial")

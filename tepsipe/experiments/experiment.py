@@ -24,6 +24,9 @@ class Experiment:
     """Kinds of raw file that a recorded trial may lack."""
     purposes: tuple[str, ...] = ()
     """Purposes of raw files whose format follows from their contents (`tepsipe.io.formats.MODULES`)."""
+    settings: str = ""
+    """Dataclass of its settings in a module of its folder, such as ``fit.Settings``; empty where
+    `workflow/settings` has the model of its section."""
     ingest_reads: tuple[str, ...] = ()
     """Settings that its ingest reads, as paths in its section: ``*`` stands for every key, and a path after
     ``-`` is left out."""
@@ -33,6 +36,9 @@ class Experiment:
     """Further arguments of the fit: seed, uncertainty (sources), models and calibrations of the plates."""
     further: tuple[str, ...] = ()
     """Further results of the fit, beside estimates and, if it takes its sources, uncertainty."""
+    drawn_of: tuple[str, ...] = ()
+    """Results of its trials of which its figures are drawn: fits, estimates; none where a rule of its own
+    draws them."""
     profiles: tuple[str, ...] = ()
     """Perturbation profiles of simulated trials."""
     pulsed: bool = True
@@ -72,6 +78,12 @@ class Experiment:
     def part(self, part: str) -> ModuleType:
         """The module of one of its parts, imported when it is asked for."""
         return import_module(self.module(part))
+
+    @property
+    def options(self) -> type:
+        """The dataclass of its settings, imported when it is asked for."""
+        module, name = self.settings.split(".")
+        return getattr(self.part(module), name)
 
     @property
     def tables(self) -> tuple[str, ...]:

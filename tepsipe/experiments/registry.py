@@ -4,30 +4,20 @@ No experiment and no job of one imports this module, so that a further experimen
 """
 
 from importlib import import_module
+from pathlib import Path
 
 from tepsipe.experiments.experiment import Experiment
 
-# folder -> names of its objects, in the order in which messages and reports list the experiments
-OBJECTS = {
-    "wristalyzer": ("EXPERIMENT",),
-    "dummy": ("EXPERIMENT",),
-    "weight": ("WEIGHT", "EMPTY"),
-    "standing": ("EXPERIMENT",),
-    "belt": ("EXPERIMENT",),
-    "position_manipulator": ("EXPERIMENT",),
-    "platform": ("EXPERIMENT",),
-    "walking": ("EXPERIMENT",),
-}
+# folders in the order in which messages and reports list their experiments; further ones follow
+FIRST = ("wristalyzer", "dummy", "weight", "standing", "belt", "position_manipulator", "platform", "walking")
 
 
 def _all() -> dict[str, Experiment]:
-    known = {}
-    for folder, names in OBJECTS.items():
-        module = import_module(f"tepsipe.experiments.{folder}")
-        for name in names:
-            experiment = getattr(module, name)
-            known[experiment.name] = experiment
-    return known
+    """Name -> experiment, of every folder with an ingest, and of those that have none."""
+    found = sorted(path.parent.name for path in Path(__file__).parent.glob("*/ingest.py"))
+    modules = [import_module(f"tepsipe.experiments.{name}") for name in dict.fromkeys((*FIRST, *found))]
+    declared = [known for module in modules for known in vars(module).values()]
+    return {known.name: known for known in declared if isinstance(known, Experiment)}
 
 
 EXPERIMENTS = _all()

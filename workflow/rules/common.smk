@@ -7,7 +7,7 @@ from functools import partial
 from itertools import chain
 from pathlib import Path
 
-from tepsipe.experiments.registry import EXPERIMENTS, OBJECTS
+from tepsipe.experiments.registry import EXPERIMENTS
 from tepsipe.io.formats import modules_for
 from tepsipe.mechanics.engines import resolved_engine
 from tepsipe.virtual_lab.registry import RIGS
@@ -63,7 +63,7 @@ ABOUT_STUDY = {
 
 DECLARATIONS = {
     "tepsipe/experiments/experiment.py",
-    *(f"tepsipe/experiments/{folder}/__init__.py" for folder in OBJECTS),
+    *(f"tepsipe/experiments/{known.folder or name}/__init__.py" for name, known in EXPERIMENTS.items()),
 }
 
 

@@ -73,3 +73,32 @@ for _experiment in EXPERIMENTS.values():
             given=as_it_is({key: value for key, value in _given.items() if key in _takes}),
         script:
             "../scripts/fit.py"
+
+
+for _experiment in EXPERIMENTS.values():
+    if not _experiment.drawn_of:
+        continue
+    _name = _experiment.name
+    _results = {
+        "fits": STUDY.of_trials(f"<results>/fits/{_name}/{{condition}}.h5", _name),
+        "estimates": STUDY.of_trials(f"<results>/estimates/{_name}/{{condition}}.csv", _name),
+    }
+
+    rule:
+        """Draw the figures of an experiment from the results of all its trials."""
+        name:
+            f"plot_{_name}"
+        input:
+            **pick(_results, *_experiment.drawn_of),
+            library=library_of("plot", *files_of(_experiment.module("figures"))),
+        output:
+            **figure_files(_name),
+        log:
+            f"<logs>/plot_{_name}.log",
+        conda:
+            "../envs/tepsipe.yaml"
+        params:
+            drawn_by=f"experiments.{_name}.figures:draw_{_name}",
+            conditions=STUDY.conditions(_name),
+        script:
+            "../scripts/plot.py"

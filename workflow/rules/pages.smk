@@ -24,9 +24,8 @@ def of_page(function, experiment):
     return lambda w: function(STUDY, experiment, w.condition)
 
 
-# experiment -> chapter of the report, further inputs, and params of its pages
+# experiment -> chapter of the report, further inputs, and params of its pages; others have the chapter of their name
 PAGES = {
-    "wristalyzer": ("wristalyzer", {}, {}),
     "dummy": (
         "dummy",
         {
@@ -42,13 +41,14 @@ PAGES = {
         {"epochs": "<results>/epochs/standing/{condition}.h5"},
         {"recommended": STANDING["recommended"]},
     ),
-    "position_manipulator": ("position-manipulator", {}, {}),
-    "platform": ("platform", {}, {}),
     "belt": ("treadmill", {"fit": "<results>/fits/belt.h5"}, {"model": SETTINGS["belt"]["chosen"]}),
 }
 
-for _name, (_chapter, _files, _params) in PAGES.items():
-    _module = "weight" if _name == "empty" else _name
+for _name, _experiment in EXPERIMENTS.items():
+    if not _experiment.ingest_reads:
+        continue
+    _chapter, _files, _params = PAGES.get(_name, (_name.replace("_", "-"), {}, {}))
+    _module = _experiment.folder or _name
     _estimates = of_page(outputs.estimates_of_trial, _name)
     _fitted = {"fit": f"<results>/fits/{_name}/{{condition}}.h5", "estimates": _estimates}
 
@@ -57,7 +57,7 @@ for _name, (_chapter, _files, _params) in PAGES.items():
         name:
             f"write_{_name}_pages"
         input:
-            **(_fitted if EXPERIMENTS[_name].fitted else {}),
+            **(_fitted if _experiment.fitted else {}),
             **_files,
             trial=f"<results>/trials/{_name}/{{condition}}.h5",
             truth=of_page(outputs.comparison_of, _name),

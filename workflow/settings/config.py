@@ -1,6 +1,9 @@
 """The whole configuration, and checks that compare its sections."""
 
+from pydantic import create_model
+
 from tepsipe.errors import InputError
+from tepsipe.experiments.registry import EXPERIMENTS
 from tepsipe.mechanics.engines import installed_engines
 from workflow.settings.check import check_content
 from workflow.settings.complete import plate_key, settings_of
@@ -10,7 +13,7 @@ from workflow.settings.plate_treadmill import PlateTreadmill
 from workflow.settings.platform import Platform
 from workflow.settings.plausible import Plausible
 from workflow.settings.position_manipulator import PositionManipulator
-from workflow.settings.section import Section, UnfitError, refuse_unknown, setting
+from workflow.settings.section import Section, UnfitError, made_from, refuse_unknown, setting
 from workflow.settings.standing import Standing
 from workflow.settings.study import Coverage, Pathvars, Study
 from workflow.settings.uncertainty import Uncertainty
@@ -18,8 +21,14 @@ from workflow.settings.walking import Walking
 from workflow.settings.weight import Belt, Empty, Weight
 from workflow.settings.wristalyzer import Wristalyzer
 
+# sections of experiments whose folder has the dataclass of their settings
+OF_FOLDERS = {name: made_from(known.options) for name, known in EXPERIMENTS.items() if known.settings}
+Folders = create_model(
+    "Folders", __base__=Section, **{name: (kind, ...) for name, kind in OF_FOLDERS.items()}
+)
 
-class Config(Section):
+
+class Config(Folders):
     """The configuration of a study."""
 
     study: Study

@@ -16,7 +16,7 @@ from pydantic.fields import FieldInfo
 
 from tepsipe.quantities import Meanings
 from workflow.settings.check import entries_of, names_of, section_of, unit_of, unwrapped
-from workflow.settings.config import Config
+from workflow.settings.config import OF_FOLDERS, Config
 from workflow.settings.dummy import PROCESSINGS
 from workflow.settings.reported import Reported
 from workflow.settings.section import Section, meaning_of
@@ -28,12 +28,18 @@ from workflow.support.yaml_file import read_settings
 ROOT = Path(__file__).parents[2]
 README = ROOT / "config" / "README.md"
 MARK = re.compile(r"(<!-- settings: ([\w ]+) -->\n).*?(<!-- end -->)", re.DOTALL)
+# before it stand further experiments
+FURTHER = "### noise\n"
 ABSENT = object()
 MOST_SHOWN = 6
 
 
 def updated(text: str) -> str:
-    """The page with its tables as the model has them."""
+    """The page with its tables as the model has them, and with a table for every experiment."""
+    for name, section in OF_FOLDERS.items():
+        if f"<!-- settings: {name} -->" not in text:
+            added = f"### {name}\n\n{section.__doc__}\n\n<!-- settings: {name} -->\n<!-- end -->\n\n"
+            text = text.replace(FURTHER, f"{added}{FURTHER}")
     return MARK.sub(lambda found: f"{found[1]}\n{TABLES[found[2]]()}\n{found[3]}", text)
 
 

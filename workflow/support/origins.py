@@ -8,7 +8,7 @@ import ast
 import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from tepsipe.reporting.report_page import Origin
 from workflow.support.captions import caption_of, group_of
 
 RULE = re.compile(r"^(?:use )?rule (\w+)(?: as (\w+) with)?:\n((?:[ \t#].*\n|\n)*)", re.MULTILINE)
+LOOPED = re.compile(r"^    rule:\n((?:        .*\n|\n)*)", re.MULTILINE)
 READS = re.compile(r'\b(?:where|rows-of|column|thesis-blocks)\(\s*"(\w+)"')
 OF_ESTIMATES = re.compile(r"\b(estimates|recovery)\(")
 FACTS = re.compile(r"\b(numbers-of|holds|data\.facts|data\.choices|data\.study)\b")
@@ -49,6 +50,7 @@ class Sources:
         if kind:
             files.insert(0, self.root / f"workflow/studies/{kind}.smk")
         self.rules = [rule for path in files for rule in self._rules_of(path)]
+        self.looped = self._looped(self.root / "workflow/rules/experiments.smk")
 
     def _rules_of(self, path: Path) -> list[Rule]:
         content = path.read_text(encoding="utf-8")
@@ -61,12 +63,26 @@ class Sources:
             found.append(Rule(name, place, where, match[3]))
         return found
 
+    def _looped(self, path: Path) -> Rule | None:
+        """The plotting rule that a loop over experiments makes, with ``{_name}`` for theirs."""
+        content = path.read_text(encoding="utf-8") if path.is_file() else ""
+        for match in LOOPED.finditer(content):
+            if "plot_{_name}" in match[1]:
+                line = content.count("\n", 0, match.start()) + 1
+                place = f"{path.relative_to(self.root).as_posix()}:{line}"
+                return Rule("plot_{_name}", place, "workflow/scripts/plot.py", match[1].replace('f"', '"'))
+        return None
+
     def rule_of_figure(self, figure: str) -> Rule | None:
         """The rule that draws a figure: it names the figure, or the experiment or part with its caption."""
         for wanted in (f'"{figure}"', f'"{caption_of(figure)}"', f'figure_files("{group_of(figure)}")'):
             for rule in self.rules:
                 if wanted in rule.text:
                     return rule
+        name = group_of(figure)
+        if self.looped and (self.root / f"tepsipe/experiments/{name}/figures.py").is_file():
+            filled = [text.replace("{_name}", name) for text in (self.looped.name, self.looped.text)]
+            return replace(self.looped, name=filled[0], text=filled[1])
         return None
 
     def rule_of_table(self, table: str) -> Rule | None:

@@ -25,4 +25,5 @@ EXPERIMENT = Experiment(
     ),
     ingest_reads=("files", "ingest"),
     fit_reads=("analysis",),
+    drawn_of=("fits", "estimates"),
 )

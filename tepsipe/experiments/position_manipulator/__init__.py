@@ -32,6 +32,7 @@ EXPERIMENT = Experiment(
         "time_varying.piece_s",
     ),
     ingest_reads=("files", "ingest"),
+    drawn_of=("fits",),
     fit_reads=("analysis",),
     fit_takes=("seed",),
 )
