@@ -92,11 +92,11 @@ def scored(seed: int, joint: dict) -> dict:
     time, angle, torque, working = make_joint(seed, **joint)
     fit = fit_parallel_cascade(time, angle, torque, bootstrap_draws=DRAWS, seed=seed)
     structure = fit.details.structure
-    truth = {"I": INERTIA, "B": DAMPING, "K": STIFFNESS, "K working": working, "reflex gain": joint["gain"]}
+    truth = {"I": INERTIA, "B": DAMPING, "K": STIFFNESS, "K_working": working, "reflex_gain": joint["gain"]}
     # a Dahl element is stiffer after a reversal than from rest: no single true value
     short = {None: 0.0, "maxwell": SHORT_RANGE}.get(joint["short_range"])
     if short is not None:
-        truth["K short range"] = STIFFNESS + short
+        truth["K_short_range"] = STIFFNESS + short
     rows = {}
     for name, value in truth.items():
         quantity = fit.quantities.get(name)

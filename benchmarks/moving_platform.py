@@ -73,10 +73,11 @@ def one_seed(person: PlatformPerson, push: float, model: str, seed: int) -> dict
     scores = {}
     for joint in range(2):
         fit = fit_row(spectra, joint, model, OPTIONS)
-        for k, quantity in enumerate(joint_quantities(fit, spectra, joint, JOINTS, 0.1, 0.5)):
+        quantities = joint_quantities(fit, spectra, joint, JOINTS, 0.1, 0.5)
+        for k, (name, quantity) in enumerate(quantities.items()):
             direct = fit.direct[k] if k < len(fit.terms) else np.nan
-            scores[quantity.name] = (
-                truth[quantity.name],
+            scores[name] = (
+                truth[name],
                 quantity.value,
                 quantity.low,
                 quantity.high,

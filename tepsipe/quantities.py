@@ -139,6 +139,19 @@ UNITS = {
     "_m": "m",
     "_s": "s",
 }
+# units as tables and files write them -> as text and figures show them
+UNIT_SYMBOLS = {
+    "Nms2/rad": "N·m·s²/rad",
+    "Nms/rad": "N·m·s/rad",
+    "Nm/rad": "N·m/rad",
+    "Nms/rad2": "N·m·s/rad²",
+    "Nm/rad2": "N·m/rad²",
+    "Nm/rad3": "N·m/rad³",
+    "Nm": "N·m",
+    "Nm/rad/kg": "N·m/rad/kg",
+    "Nms/rad/kg": "N·m·s/rad/kg",
+}
+_PLAIN = str.maketrans({"·": "", "²": "2", "³": "3"})
 
 
 def limit_in_words(name: str, limit: float, value: object) -> str:
@@ -150,3 +163,13 @@ def unit_of(name: str) -> str:
     """Unit at the end of a name; empty without one."""
     ends = [end for end in UNITS if name.endswith(end)]
     return UNITS[max(ends, key=len)] if ends else ""
+
+
+def plain_unit(symbol: str) -> str:
+    """A unit as tables and files write it, from its symbol; for example Nms2/rad for N·m·s²/rad."""
+    return symbol.translate(_PLAIN)
+
+
+def unit_symbol(unit: str) -> str:
+    """A unit as text and figures show it, for example N·m·s²/rad for Nms2/rad."""
+    return UNIT_SYMBOLS.get(unit, unit)

@@ -672,18 +672,11 @@ def test_parts_of_an_experiment_take_what_a_rule_gives_them(name):
 
 @pytest.mark.parametrize("name", [name for name in EXPERIMENTS if f"ingest_{name}" in RULES])
 def test_an_ingest_depends_on_the_readers_of_its_raw_files_and_on_no_others(name):
-    rule, purposes = f"ingest_{name}", EXPERIMENTS[name].purposes
-    assert "*readers_of(_experiment)" in RULES[rule]["input"]
-    found = {f"{module.replace('.', '/')}.py": module for module, own in READERS.items() if own}
-    library = reached(rule, ROOT / "workflow/scripts/ingest.py")
-    library |= {
-        file for start in map(file_of, modules_for(*purposes)) for file in reached_by(start, str(ROOT))
-    }
-    assert {found[file] for file in library & found.keys()} <= set(modules_for(*purposes))
-
-
-def file_of(module):
-    return f"{module.replace('.', '/')}.py"
+    assert "*readers_of(_experiment)" in RULES[f"ingest_{name}"]["input"]
+    own = [f"{module.replace('.', '/')}.py" for module in modules_for(*EXPERIMENTS[name].purposes)]
+    others = {f"{module.replace('.', '/')}.py" for module, kinds in READERS.items() if kinds} - {*own}
+    library = reached(f"ingest_{name}", ROOT / "workflow/scripts/ingest.py")
+    assert not library.union(*(reached_by(reader, str(ROOT)) for reader in own)) & others
 
 
 @pytest.mark.parametrize(("rule", "path"), CASES)

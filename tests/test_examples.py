@@ -54,7 +54,7 @@ def test_human_joint(root, tmp_path):
     text = run(root, tmp_path, "human_joint")
     ((value, _, _),) = stiffness(text)
     assert value == pytest.approx(80.0, rel=0.03)
-    gain = float(re.search(r"^reflex gain +([\d.]+)", text, re.MULTILINE).group(1))
+    gain = float(re.search(r"^reflex_gain +([\d.]+)", text, re.MULTILINE).group(1))
     assert gain == pytest.approx(5.0, rel=0.1)
 
 

@@ -14,7 +14,7 @@ SAID = {
         r"5 of 15500 missing",
     ],
     "vaf": [r"I: predicted change \+0\.0540, found \+0\.0540", r"K: predicted change -3\.5\d+, found -3\.5"],
-    "human_ankle": [r"reflex gain +[45]\.\d+", r"The reflex delay of [\d.]+ s is assumed"],
+    "human_ankle": [r"reflex_gain +[45]\.\d+", r"The reflex delay of [\d.]+ s is assumed"],
     "gallery": [r"Figure"],
     "treadmill_person": [
         r"fill in what my-person/MISSING.md lists",

@@ -5,10 +5,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import PurePath
 from types import MappingProxyType
 
-from tepsipe.drawing.names import by_uncertainty, number, unit_symbol, words
+from tepsipe.drawing.names import by_uncertainty, number, words
 from tepsipe.drawing.trial_page import table, text
 from tepsipe.io.estimates import FLAGS, RECOVERIES, Estimate
 from tepsipe.io.trial import Trial
+from tepsipe.quantities import unit_symbol
 
 # quantities in the first table; all others are in the second, which opens on demand
 FIRST = (

@@ -22,18 +22,6 @@ THESIS_SETS = {
 }
 PARAMETER_SETS = ESTIMATED_SETS | THESIS_SETS
 COMPARED_SETS = ("thesis-wristalyzer", "thesis-tep", "joint-likelihood")
-# units as tables and files write them -> as text and figures show them
-UNIT_SYMBOLS = {
-    "Nms2/rad": "N·m·s²/rad",
-    "Nms/rad": "N·m·s/rad",
-    "Nm/rad": "N·m/rad",
-    "Nms/rad2": "N·m·s/rad²",
-    "Nm/rad2": "N·m/rad²",
-    "Nm/rad3": "N·m/rad³",
-    "Nm": "N·m",
-    "Nm/rad/kg": "N·m/rad/kg",
-    "Nms/rad/kg": "N·m·s/rad/kg",
-}
 # names in configurations and files -> words in figures, where hyphens do not simply become spaces
 WORDS = {
     "leg-thesis-aligned": "leg, thesis equation, aligned markers",
@@ -77,11 +65,6 @@ def words(name: str) -> str:
         if name.startswith(kind):
             return label + name.removeprefix(kind)
     return name.replace("-thesis", ", thesis equation").replace("-", " ")
-
-
-def unit_symbol(unit: str) -> str:
-    """A unit as text and figures show it, for example N·m·s²/rad for N·m·s²/rad."""
-    return UNIT_SYMBOLS.get(unit, unit)
 
 
 def compared_sets(known: Iterable[str]) -> list[str]:

@@ -1,40 +1,34 @@
-"""Uncertainty budgets in rows of estimates: combined intervals, and a row per source."""
+"""Quantities and their uncertainty budgets as rows: of estimates with intervals, and of sources."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import repeat
 
-import numpy as np
-
+from tepsipe.identification.result import Quantity
 from tepsipe.io.estimates import SCATTER, Contribution, Estimate
+from tepsipe.quantities import plain_unit
 from tepsipe.statistics.uncertainty import Budget
 
 
-def with_budget(rows: Sequence[Estimate], budget: Budget, quantities: Sequence[str]) -> list[Estimate]:
-    """Rows with the combined standard error and 95 % interval of a budget.
+def rows_of(
+    names: tuple[str, str, str, str],
+    quantities: Mapping[str, Quantity],
+    n_perturbations: int | None = None,
+    printed: Iterable[float | None] = repeat(None),
+) -> list[Estimate]:
+    """Rows of the table of estimates for the quantities of one trial, pathway and estimator.
 
-    rows: estimates of one trial, pathway and estimator.
-    budget: uncertainty of ``quantities``. Without contributions Type B was not evaluated, and its cell is
-    empty.
-    quantities: names of its p estimates, in their order. Rows of other quantities are returned unchanged.
-    Returns: in the order of ``rows``.
+    names: experiment, condition, pathway and estimator.
+    printed: standard errors by thesis eq (3-2) as printed, in the order of the quantities.
     """
-    low, high = budget.interval(np.zeros(len(quantities)))
-    evaluated = bool(budget.contributions)
-    joined = []
-    for row in rows:
-        if row.quantity in quantities:
-            k = list(quantities).index(row.quantity)
-            row = replace(
-                row,
-                standard_error=float(budget.combined[k]),
-                ci_low=row.value + float(low[k]),
-                ci_high=row.value + float(high[k]),
-                u_type_a=float(budget.type_a[k]),
-                u_type_b=float(budget.type_b[k]) if evaluated else None,
-            )
-        joined.append(row)
-    return joined
+    rows = []
+    for (name, q), sem in zip(quantities.items(), printed, strict=False):
+        uncertain = q.u_type_a is not None or not math.isnan(q.standard_error)
+        interval = (q.standard_error, q.low, q.high) if uncertain else (None, None, None)
+        head = (*names, name, plain_unit(q.unit), q.value)
+        types, flags = (q.u_type_a, q.u_type_b), "" if q.identified else "not-identified"
+        rows.append(Estimate(*head, *interval, sem, n_perturbations, *types, flags=flags))
+    return rows
 
 
 def contributions_of(
@@ -42,8 +36,9 @@ def contributions_of(
 ) -> list[Contribution]:
     """Rows of the table of budgets for the estimates of one trial, pathway and estimator.
 
-    Takes the arguments of `with_budget`. Type A comes first; contributions that are not finite,
-    as with a single perturbation, are left out.
+    quantities: names of the budget's estimates, in their order. Rows of other quantities are passed over.
+    Returns: Type A comes first; contributions that are not finite, as with a single perturbation, are left
+    out.
     """
     contributions = []
     for row in rows:

@@ -41,12 +41,12 @@ from tepsipe.identification.budgets.manipulator import (
 from tepsipe.identification.cascade.fit import ParallelCascadeFit, ParallelCascadeOptions
 from tepsipe.identification.result import (
     PARAMETERS,
-    UNITS,
     Curve,
     ImpedanceFit,
     Quantity,
     parts_of,
     quantities_of,
+    symbol_of,
     with_scales,
 )
 from tepsipe.signals.array_types import Samples
@@ -275,7 +275,7 @@ def fit_output_error(
     budget = leg_budget(result, None, LegUncertainty(leg, None, sources, motion))
     fit = ImpedanceFit(
         estimator=OUTPUT_ERROR,
-        quantities=quantities_of(_of_joint(result.mean), UNITS, budget, confidence)
+        quantities=quantities_of(_of_joint(result.mean), budget, confidence)
         | {"delay": Quantity(result.delay_s, "s")},
         vaf=result.vaf_angle,
         vaf_of="the angle over the trial, from rest",
@@ -394,9 +394,9 @@ def fit_admittance(
     estimates = _of_joint(result.parameters)
     budget = None if thesis else spectral_budget(result, band, bounds, sources)
     if budget is None:
-        quantities = {name: Quantity(float(x), UNITS[name]) for name, x in estimates.items()}
+        quantities = {name: Quantity(float(x), symbol_of(name)) for name, x in estimates.items()}
     else:
-        quantities = quantities_of(estimates, UNITS, budget, confidence)
+        quantities = quantities_of(estimates, budget, confidence)
     model = admittance(result.parameters, band.frequency_hz)
     residual = np.abs(band.response - model) ** 2
     found = notes.of_response(band)
@@ -492,7 +492,7 @@ def fit_parallel_cascade(
     >>> fit = fit_parallel_cascade(
     ...     ankle.time[half], ankle.angle[half], ankle.torque[half], bootstrap_draws=100
     ... )
-    >>> print(f"K = {fit.K:.1f}, reflex gain = {fit.quantities['reflex gain'].value:.1f}")
+    >>> print(f"K = {fit.K:.1f}, reflex gain = {fit.quantities['reflex_gain'].value:.1f}")
     K = 79.8, reflex gain = 5.0
     """
     from tepsipe.identification.cascade.parallel_cascade import identify_cascade
@@ -589,7 +589,7 @@ def _fit_windows(motion, torque, perturbations, rest, thesis, confidence, uncert
     budget, sources = windows_budget(result, name, record, uncertainty)
     return ImpedanceFit(
         estimator=name,
-        quantities=quantities_of(_of_joint(result.mean), UNITS, budget, confidence),
+        quantities=quantities_of(_of_joint(result.mean), budget, confidence),
         vaf=float(result.vaf_per_perturbation.mean()),
         vaf_of="the torque, mean over the perturbations",
         confidence=confidence,
@@ -637,8 +637,10 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng, uncert
     )
     quantities, budget = with_scales(
         {
-            name: Quantity.scaled(result.parameters[k], unit, drawn[:, k], confidence, errors[k], freedom[k])
-            for k, (name, unit) in enumerate((UNITS | {"offset": "N·m"}).items())
+            name: Quantity.scaled(
+                result.parameters[k], symbol_of(name), drawn[:, k], confidence, errors[k], freedom[k]
+            )
+            for k, name in enumerate((*PARAMETERS, "offset"))
         },
         sources,
         confidence,
@@ -695,40 +697,23 @@ def _cascade_quantities(
     assumed : tuple of str
         Sentences on values that the record does not determine.
     """
-
-    def drawn(value: float, unit: str, draws: np.ndarray) -> Quantity:
-        return Quantity.drawn(value, unit, draws, confidence, fit.blocks)
-
-    short, structure = fit.short_range, fit.structure
-    quantities = {
-        name: drawn(fit.impedance[k], UNITS[name], fit.impedance_bootstrap[:, k])
-        for k, name in enumerate(PARAMETERS)
-    }
-    quantities["K working"] = drawn(fit.working_stiffness, "N·m/rad", fit.working_stiffness_bootstrap)
-    quantities["K short range"] = drawn(short.stiffness, "N·m/rad", short.stiffness_bootstrap)
-    yields = short.yield_angle_bootstrap[np.isfinite(short.yield_angle_bootstrap)]
-    if np.isfinite(short.yield_angle_rad) and yields.size > 1:
-        quantities["yield angle"] = drawn(short.yield_angle_rad, "rad", yields)
-    relaxing = fit.relaxing
-    times = relaxing.time_bootstrap[np.isfinite(relaxing.time_bootstrap)]
-    if np.isfinite(relaxing.time_s) and times.size > 1:
-        quantities["K relaxing"] = drawn(relaxing.stiffness, "N·m/rad", relaxing.stiffness_bootstrap)
-        quantities["relaxation time"] = drawn(relaxing.time_s, "s", times)
-    if structure.stiffening:
-        quantities["dK/dtheta"] = drawn(fit.stiffening, "N·m/rad²", fit.stiffening_bootstrap)
+    quantities, structure = fit.quantities(confidence), fit.structure
+    # without draws that yield or relax there is no interval
+    for name, with_it in (("yield_angle", ()), ("relaxation_time", ("K_relaxing",))):
+        if name in quantities and not np.isfinite(quantities[name].standard_error):
+            quantities = {key: q for key, q in quantities.items() if key not in (name, *with_it)}
     slow = (
         f"With the slow torque, predicted {fit.slow.horizon_s:g} s ahead from past residuals, the held-out "
         f"VAF is {fit.slow.vaf.held_out:.1f} %."
     )
     if not structure.direction:
+        del quantities["reflex_gain"]
         return quantities, ("Cross-validation found no reflex.", slow), ()
-    quantities["reflex gain"] = drawn(fit.gain, "N·m·s/rad", fit.gain_bootstrap)
-    if structure.gain_slope:
-        quantities["dG/dtheta"] = drawn(fit.gain_slope, "N·m·s/rad²", fit.gain_slope_bootstrap)
-    if structure.unloading:
-        quantities["unloading gain"] = drawn(fit.unloading_gain, "N·m·s/rad", fit.unloading_gain_bootstrap)
-    quantities["reflex delay"] = Quantity(structure.delay_s, "s")
-    quantities["reflex threshold"] = Quantity(structure.threshold_rad_per_s, "rad/s")
+    for name, value in (
+        ("reflex_delay", structure.delay_s),
+        ("reflex_threshold", structure.threshold_rad_per_s),
+    ):
+        quantities[name] = Quantity(value, symbol_of(name))
     close, assumed = [], []
     for choice in fit.assumptions:
         if not choice.determined:

@@ -12,7 +12,6 @@ from tepsipe.identification.arguments import as_perturbations, samples_at_rest, 
 from tepsipe.identification.budgets.leg import KNOWN_OF_LEGS, LegUncertainty, leg_budget, small_budget
 from tepsipe.identification.result import (
     PARAMETERS,
-    UNITS,
     Curve,
     ImpedanceFit,
     Quantity,
@@ -146,8 +145,8 @@ def fit_joint_likelihood(
     small = small_budget(result, leg, sources, of_small)
     names = [f"{name}_small" for name in PARAMETERS]
     values = dict(zip(PARAMETERS, result.mean, strict=True)), dict(zip(names, result.small, strict=True))
-    quantities = quantities_of(values[0], UNITS, budget, confidence)
-    quantities |= quantities_of(values[1], dict(zip(names, UNITS.values(), strict=True)), small, confidence)
+    quantities = quantities_of(values[0], budget, confidence)
+    quantities |= quantities_of(values[1], small, confidence)
     error = result.fit.standard_error("delay")
     half = float(coverage_factor(np.inf, confidence)) * error
     quantities["delay"] = Quantity(result.delay_s, "s", error, result.delay_s - half, result.delay_s + half)

@@ -12,7 +12,7 @@ import numpy as np
 from tepsipe.arguments import SPELLINGS, unit_by_name, unit_in, unit_of
 from tepsipe.errors import InputError
 from tepsipe.identification.cascade.fit import Assumption
-from tepsipe.identification.result import UNITS, ImpedanceFit, Quantity
+from tepsipe.identification.result import ImpedanceFit, Quantity
 from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.segment_kinematics import JointMotion
 from tepsipe.signals.differentiation import derivative
@@ -113,7 +113,7 @@ def of_signs(quantities: Mapping[str, Quantity], shares: Mapping[str, float]) ->
             below.append(name)
     if not below:
         return ()
-    values = ", ".join(f"{name} = {quantities[name].value:.3g} {UNITS[name]}" for name in below)
+    values = ", ".join(f"{name} = {quantities[name].value:.3g} {quantities[name].unit}" for name in below)
     if below == ["B"]:
         advice = (
             "a passive joint dissipates energy. Check the synchronisation of angle and torque, and that the "

@@ -1,24 +1,23 @@
 """Result of every estimator of impedance: I, B, K, their intervals, and the VAF of the prediction."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.mechanics.impedance_model import PARAMETERS
+from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
+from tepsipe.quantities import unit_symbol
 from tepsipe.signals.notebook_display import as_html, new_axes
 from tepsipe.statistics.bootstrap import expanded_tail
-from tepsipe.statistics.uncertainty import Budget, Source
+from tepsipe.statistics.uncertainty import CONFIDENCE, Budget, Source
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-UNITS = {"I": "N·m·s²/rad", "B": "N·m·s/rad", "K": "N·m/rad"}
 
 
 @dataclass(frozen=True, repr=False)
@@ -33,6 +32,22 @@ class Quantity:
     low: float = np.nan
     high: float = np.nan
     """Ends of its interval (``unit``); NaN where there is none."""
+    u_type_a: float | None = None
+    u_type_b: float | None = None
+    """Standard uncertainties from the scatter and from everything else (``unit``); None where they were not
+    evaluated."""
+    refusal: str = ""
+    """Sentence that says why the record does not determine the number; empty where it does."""
+
+    @property
+    def identified(self) -> bool:
+        """True if there is a number."""
+        return not self.refusal
+
+    @classmethod
+    def refused(cls, unit: str, refusal: str) -> "Quantity":
+        """A quantity without a number (``unit``)."""
+        return cls(np.nan, unit, refusal=refusal)
 
     @classmethod
     def drawn(
@@ -41,10 +56,13 @@ class Quantity:
         """An estimate with the spread and the quantiles of bootstrapped ones (``unit``), shape (draws,).
 
         With the number of blocks from which they are drawn, the quantiles are expanded (`expanded_tail`).
+        Draws without a value are left out; without any other there is no interval.
         """
+        draws = draws[np.isfinite(draws)]
         tail = expanded_tail(confidence, blocks) if blocks else 50.0 * (1.0 - confidence)
-        low, high = np.percentile(draws, [tail, 100.0 - tail])
-        return cls(float(value), unit, float(np.std(draws, ddof=1)), float(low), float(high))
+        low, high = np.percentile(draws, [tail, 100.0 - tail]) if draws.size else (np.nan, np.nan)
+        spread = float(draws.std(ddof=1)) if draws.size > 1 else np.nan
+        return cls(float(value), unit, spread, float(low), float(high), spread)
 
     @classmethod
     def scaled(
@@ -59,6 +77,11 @@ class Quantity:
         tail = expanded_tail(confidence, freedom + 1.0)
         low, high = np.percentile(deviations, [tail, 100.0 - tail]) * np.sqrt(freedom / (freedom + 1.0))
         return cls(float(value), unit, float(error), float(value + low), float(value + high))
+
+    def times(self, factor: float, unit: str) -> "Quantity":
+        """The quantity times a positive constant, in another unit."""
+        numbers = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("unit", "refusal")}
+        return replace(self, unit=unit, **{k: None if x is None else factor * x for k, x in numbers.items()})
 
     def cells(self) -> tuple[str, str, str]:
         """Value, standard error and interval as text (``unit``), rounded by the standard error."""
@@ -234,7 +257,8 @@ class ImpedanceFit:
         """The estimates as a pandas table: value, unit, standard_error, low, high by name."""
         import pandas as pd
 
-        rows = {name: vars(q) for name, q in self.quantities.items()}
+        columns = ("value", "unit", "standard_error", "low", "high")
+        rows = {name: {key: getattr(q, key) for key in columns} for name, q in self.quantities.items()}
         return pd.DataFrame.from_dict(rows, orient="index").rename_axis("quantity")
 
     def to_xarray(self) -> "xr.Dataset":
@@ -302,19 +326,27 @@ class ImpedanceFit:
         (_draw_response if self._panels == 2 else _draw_signal)(np.ravel(axes), self.curve)
 
 
+def symbol_of(name: str) -> str:
+    """Unit of a quantity, by its name in `UNITS`, as text shows it."""
+    return unit_symbol(UNITS[name])
+
+
 def quantities_of(
-    values: Mapping[str, float], units: Mapping[str, str], budget: Budget, confidence: float
+    values: Mapping[str, float], budget: Budget, confidence: float = CONFIDENCE
 ) -> dict[str, Quantity]:
     """Estimates with the combined standard uncertainties and intervals of a budget.
 
-    values: estimates by name, in the order of the budget.
-    units: their units by the same names.
+    values: estimates by name in `UNITS`, in the order of the budget.
     confidence: probability of the intervals.
     Returns: by the same names.
     """
     low, high = budget.interval(np.array(list(values.values()), dtype=float), confidence)
-    ends = zip(values.items(), budget.combined, low, high, strict=True)
-    return {name: Quantity(float(x), units[name], *map(float, more)) for (name, x), *more in ends}
+    of_b = budget.type_b.tolist() if budget.contributions else [None] * len(values)
+    columns = (budget.combined.tolist(), low.tolist(), high.tolist(), budget.type_a.tolist(), of_b)
+    return {
+        name: Quantity(float(x), symbol_of(name), *numbers)
+        for (name, x), *numbers in zip(values.items(), *columns, strict=True)
+    }
 
 
 def parts_of(names: Sequence[str], budget: Budget) -> dict[str, dict[str, float]]:

@@ -14,7 +14,43 @@ import numpy as np
 import scipy
 
 PARAMETERS = ("I", "B", "K")
-UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
+# quantities, as tables and results name them -> unit, as files write it
+UNITS = {
+    "mass": "kg",
+    "I": "Nms2/rad",
+    "B": "Nms/rad",
+    "K": "Nm/rad",
+    # part of the torque that does not depend on the motion, and time by which the angle is late
+    "offset": "Nm",
+    "delay": "s",
+    # a joint that softens, hardens or rubs
+    "I_small": "Nms2/rad",
+    "B_small": "Nms/rad",
+    "K_small": "Nm/rad",
+    "K_softened": "Nm/rad",
+    "B_softened": "Nms/rad",
+    "softening_angle": "rad",
+    "K_cubic": "Nm/rad3",
+    "friction": "Nm",
+    # a joint with muscles
+    "K_working": "Nm/rad",
+    "K_short_range": "Nm/rad",
+    "yield_angle": "rad",
+    "K_relaxing": "Nm/rad",
+    "relaxation_time": "s",
+    "K_growth": "Nm/rad2",
+    "K_reflex": "Nm/rad",
+    "B_reflex": "Nms/rad",
+    "reflex_gain": "Nms/rad",
+    "reflex_gain_slope": "Nms/rad2",
+    "unloading_gain": "Nms/rad",
+    "reflex_delay": "s",
+    "reflex_threshold": "rad/s",
+    "reflex_frequency": "Hz",
+    "reflex_damping": "1",
+}
+# units of an array of I, B, K
+PARAMETER_UNITS = ", ".join(UNITS[name] for name in PARAMETERS)
 
 
 def admittance(

@@ -14,11 +14,12 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tepsipe.drawing.names import short_name, unit_symbol, words
+from tepsipe.drawing.names import short_name, words
 from tepsipe.drawing.style import COLOURS, SMALLEST_PT, Drawing, in_style, new_figure
 from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES, SCATTER
 from tepsipe.io.result import read_result
 from tepsipe.io.trial import Trial, read_trial
+from tepsipe.quantities import unit_symbol
 from tepsipe.reporting.budgets import SHOWN as OF_BUDGETS
 from tepsipe.reporting.budgets import RelativeBudget, budgeted, relative_budgets, source_words
 from tepsipe.reporting.coverage import SHIFTED

@@ -11,11 +11,12 @@ from dataclasses import asdict, dataclass
 from typing import Annotated
 from urllib.parse import quote
 
-from tepsipe.drawing.names import PARAMETER_SETS, by_uncertainty, number, short_name, unit_symbol, words
+from tepsipe.drawing.names import PARAMETER_SETS, by_uncertainty, number, short_name, words
 from tepsipe.drawing.trial_page import pack, text
 from tepsipe.experiments.dummy.specification_curve import CHOICES, SPECIFICATIONS
 from tepsipe.io.estimates import FLAGS, Estimate, Recovery
 from tepsipe.io.result import Result
+from tepsipe.quantities import unit_symbol
 from tepsipe.reporting.ledger import IMPLIED, VERDICTS, CellVerdict
 
 # VAF of a trial: the first of these that an estimator has

@@ -10,9 +10,9 @@ import pandas as pd
 from tepsipe.experiments.planning.design import FOOT, JOINT_LIKELIHOOD_LINEAR, LEG, Design
 from tepsipe.experiments.planning.filtering import FilteredEstimates, mismatch_bias
 from tepsipe.experiments.planning.optimal_pulse import best_of
-from tepsipe.experiments.planning.plan import UNITS, Plan, plan_experiment
+from tepsipe.experiments.planning.plan import Plan, plan_experiment
 from tepsipe.experiments.planning.pulses import STEP_S, Limits, peaks_of
-from tepsipe.mechanics.impedance_model import PARAMETERS
+from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
 from tepsipe.reporting.recovery import TrueMotion, linear_truth
 from tepsipe.signals.filters import Lowpass
 

@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 from tepsipe.experiments.planning.design import FOOT, JOINT_LIKELIHOOD, LEG, Design, Protocol, Rig
 from tepsipe.experiments.planning.filtering import mismatch_bias
 from tepsipe.experiments.planning.optimal_pulse import best_of
-from tepsipe.experiments.planning.plan import UNITS, Plan, plan_experiment
+from tepsipe.experiments.planning.plan import Plan, plan_experiment
 from tepsipe.experiments.planning.pulses import peaks_of, pulse_of
 from tepsipe.io.tables import Table
 from tepsipe.mechanics.engines.interface import Joint
-from tepsipe.mechanics.impedance_model import PARAMETERS
+from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.signals.filters import Lowpass
 from tepsipe.statistics.uncertainty import Source

@@ -8,8 +8,9 @@ from types import ModuleType
 import numpy as np
 import pandas as pd
 
-from tepsipe.drawing.names import UNIT_SYMBOLS, short_name, words
+from tepsipe.drawing.names import short_name, words
 from tepsipe.io.result import Result
+from tepsipe.quantities import UNIT_SYMBOLS
 
 
 @dataclass(frozen=True)

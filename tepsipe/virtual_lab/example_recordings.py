@@ -119,7 +119,7 @@ def dummy() -> tuple[dict[str, np.ndarray], dict]:
 
 # ---- a human ankle -------------------------------------------------------------------------------
 
-ANKLE_TRUTH = {"I": 0.015, "B": 2.0, "K": 80.0, "reflex gain": 5.0, "reflex delay": 0.04}
+ANKLE_TRUTH = {"I": 0.015, "B": 2.0, "K": 80.0, "reflex_gain": 5.0, "reflex_delay": 0.04}
 ANKLE_DURATION_S = 60.0
 
 
@@ -139,9 +139,9 @@ def ankle() -> tuple[dict[str, np.ndarray], dict]:
     course = scipy.interpolate.CubicSpline(time, angle)
     rate, acceleration = course(time, 1), course(time, 2)
     torque = ANKLE_TRUTH["I"] * acceleration + ANKLE_TRUTH["B"] * rate + ANKLE_TRUTH["K"] * angle
-    late = np.interp(time - ANKLE_TRUTH["reflex delay"], time, np.maximum(rate, 0.0))
+    late = np.interp(time - ANKLE_TRUTH["reflex_delay"], time, np.maximum(rate, 0.0))
     twitch = np.exp(-0.5 * ((np.arange(0.0, 0.3, step) - 0.1) / 0.03) ** 2)
-    torque += ANKLE_TRUTH["reflex gain"] * scipy.signal.fftconvolve(late, twitch / twitch.sum())[:count]
+    torque += ANKLE_TRUTH["reflex_gain"] * scipy.signal.fftconvolve(late, twitch / twitch.sum())[:count]
     frames = round(ANKLE_DURATION_S * RATE_HZ)
     signals = {
         "angle_rad": angle[::FINER] + 0.00002 * rng.standard_normal(frames),

@@ -8,15 +8,17 @@ import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.budgets import contributions_of, with_budget
+from tepsipe.experiments.budgets import contributions_of, rows_of
+from tepsipe.identification.result import Quantity, quantities_of
 from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES, Contribution, Estimate, recommended
 from tepsipe.statistics.uncertainty import Budget, sources_of
 from workflow.settings.config import check_config
 
+NAMES = ("dummy", "sine-0.3", "leg", "windowed-least-squares")
 ROWS = [
-    Estimate("dummy", "sine-0.3", "leg", "windowed-least-squares", "B", "Nms/rad", 0.1),
-    Estimate("dummy", "sine-0.3", "leg", "windowed-least-squares", "K", "Nm/rad", 10.0),
-    Estimate("dummy", "sine-0.3", "leg", "windowed-least-squares", "VAF_trial", "%", 99.0),
+    Estimate(*NAMES, "B", "Nms/rad", 0.1),
+    Estimate(*NAMES, "K", "Nm/rad", 10.0),
+    Estimate(*NAMES, "VAF_trial", "%", 99.0),
 ]
 BUDGET = Budget(
     np.array([0.03, 0.003]),
@@ -26,7 +28,8 @@ BUDGET = Budget(
 
 
 def test_rows_hold_the_combined_interval_and_its_parts():
-    damping, stiffness, vaf = with_budget(ROWS, BUDGET, ("K", "B"))
+    stiffness, damping = rows_of(NAMES, quantities_of({"K": 10.0, "B": 0.1}, BUDGET))
+    assert (stiffness.unit, damping.unit) == ("Nm/rad", "Nms/rad")
     type_b = math.sqrt(0.2**2 + 0.1**2 + 0.1**2)
     assert stiffness.u_type_a == 0.03 and stiffness.u_type_b == pytest.approx(type_b)
     assert stiffness.standard_error == pytest.approx(math.hypot(0.03, type_b))
@@ -39,11 +42,18 @@ def test_rows_hold_the_combined_interval_and_its_parts():
     freedom = combined**4 / (0.003**4 / 4.0)
     assert 9.0 < freedom < 10.0
     assert 2.2 < (damping.ci_high - 0.1) / combined < 2.3
-    assert vaf == ROWS[2]
+
+
+def test_a_lost_uncertainty_is_told_from_one_that_there_never_was():
+    quantities = {"K": Quantity(10.0, "N·m/rad"), "B": Quantity.drawn(0.1, "N·m·s/rad", np.array([]), 0.95)}
+    never, lost = rows_of(NAMES, quantities, 7, [0.2, None])
+    assert (never.standard_error, never.ci_low, never.u_type_a) == (None, None, None)
+    assert (never.sem_as_printed, never.n_perturbations) == (0.2, 7)
+    assert np.isnan([lost.standard_error, lost.ci_low, lost.ci_high, lost.u_type_a]).all()
 
 
 def test_without_sources_type_b_is_not_evaluated_and_the_interval_is_students():
-    (row,) = with_budget(ROWS[1:2], Budget(np.array([0.5]), 13.0), ("K",))
+    (row,) = rows_of(NAMES, quantities_of({"K": 10.0}, Budget(np.array([0.5]), 13.0)))
     assert row.u_type_b is None
     assert row.ci_high - 10.0 == pytest.approx(2.1604 * 0.5, rel=1e-4)
 
@@ -55,8 +65,8 @@ def test_every_source_has_a_row_and_the_rows_add_up(tmp_path):
         ("B", "leg_mass_kg", "B"),
         ("B", "offset_m", "B"),
     ]
-    joined = {row.quantity: row for row in with_budget(ROWS, BUDGET, ("K", "B"))}
-    for quantity in ("K", "B"):
+    joined = quantities_of({"K": 10.0, "B": 0.1}, BUDGET)
+    for quantity in joined:
         total = math.sqrt(sum(row.u**2 for row in rows if row.quantity == quantity))
         assert total == pytest.approx(joined[quantity].standard_error)
     CONTRIBUTIONS.write(tmp_path / "budget.csv", rows)

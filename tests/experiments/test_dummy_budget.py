@@ -10,7 +10,8 @@ from scipy.interpolate import CubicSpline
 from tepsipe.experiments.dummy.foot_budget import FOOT_SOURCES
 from tepsipe.experiments.dummy.foot_pathways import analyse_foot
 from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy, dummy_estimates
-from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_contributions
+from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_budgets, dummy_result
+from tepsipe.experiments.fitted import Fitted
 from tepsipe.identification.budgets.leg import (
     LEG_SOURCES,
     LIKELIHOOD_SOURCES,
@@ -257,7 +258,7 @@ def test_the_thesis_has_type_a_only_and_no_sources_no_type_b(trial, found):
     assert rows["leg-thesis", "K"].u_type_b is None and rows["leg", "K"].u_type_b > 0.05
     thesis = found.regressions["leg-thesis"].parameters[:, 2]
     assert rows["leg-thesis", "K"].standard_error == pytest.approx(thesis.std(ddof=1) / np.sqrt(thesis.size))
-    parts = dummy_contributions(list(rows.values()), found)
+    parts = Fitted(dummy_result(found), list(rows.values()), dummy_budgets(found)).contributions
     assert {part.source for part in parts if part.pathway == "leg"} == {"scatter", *LEG_SOURCES}
     assert {part.source for part in parts if part.pathway == "leg-thesis"} == {"scatter"}
     assert not any(b.contributions for b in analyse_dummy(trial, BARE, PATHWAYS).budgets.values())

@@ -55,7 +55,7 @@ def test_beginning_refuses_by_the_sentence_of_the_fit(module, name, seconds, sen
 def test_a_weight_has_one_more_recording_than_filters(of_plate, settings):
     filters = [f"{lowpass.cutoff_hz:g} Hz" for lowpass in plate_filters(of_plate["analysis"])]
     trial, uncertainty = plate_trial(WEIGHT.mass_kg, lag_s=0.002), settings["uncertainty"]["weight"]
-    fitted = weight.fit(trial, of_plate, "weight/a", uncertainty)
+    fitted = weight.fit(trial, of_plate, "a", uncertainty)
     assert fitted.result.facts["filters"] == [*filters, "belt"]
     assert fitted.result.facts["marker_lag_s"] == pytest.approx(0.002, abs=1e-4)
     assert {(row.experiment, row.condition) for row in fitted.estimates} == {("weight", "a")}
@@ -67,7 +67,7 @@ def test_a_weight_has_one_more_recording_than_filters(of_plate, settings):
 
 def test_an_empty_belt_has_a_recording_of_each_filter_and_no_mass(of_plate, settings):
     section, uncertainty = of_plate | {"weight": None}, settings["uncertainty"]["weight"]
-    fitted = weight.fit(plate_trial(0.0), section, "empty/a", uncertainty)
+    fitted = weight.fit(plate_trial(0.0), section, "a", uncertainty)
     assert len(fitted.result.facts["filters"]) == len(of_plate["analysis"]["cutoffs_hz"])
     assert fitted.result.facts["marker_lag_s"] is None
     assert [row.quantity for row in fitted.estimates] == ["added_force_peak"]

@@ -254,7 +254,7 @@ def test_public_recording_rejects_simple_models():
     )
     assert found.chosen == "all-reflex"
     assert not found.models["all-reflex"].rejected(0.01)
-    quantities = [one for of in found.models["all-reflex"].quantities for one in of]
+    quantities = [one for of in found.models["all-reflex"].quantities for one in of.values()]
     assert sum(one.identified for one in quantities) < 6
     # ordinary regression predicts as well as the first tries on this recording
     assert min(vaf.held_out for vaf in found.models["all-reflex"].direct_vaf) > 90.0

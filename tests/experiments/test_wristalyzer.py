@@ -8,20 +8,22 @@ from builders import assert_one_sentence, multisine_record, trial_of
 from scipy import stats
 
 from tepsipe.errors import InputError
+from tepsipe.experiments import fitted
 from tepsipe.experiments.wristalyzer.analysis import (
     ESTIMATORS,
+    PATHWAY,
     RECOMMENDED,
     Estimator,
     Fitted,
     analyse_wristalyzer,
     cross_validate_wristalyzer,
     cross_validation_estimates,
-    wristalyzer_contributions,
     wristalyzer_estimates,
     wristalyzer_result,
 )
 from tepsipe.experiments.wristalyzer.averaging import sweep_averaging
 from tepsipe.experiments.wristalyzer.record import Impedance, WristalyzerOptions, prepare
+from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.statistics.uncertainty import Budget, Source
 
 JOINT = np.array([0.015, 0.1, 8.0])
@@ -232,10 +234,17 @@ def test_regression_over_periods_is_recommended_and_the_spectral_fit_without_a_p
     assert told == {("spectral-fit", q) for q in "IBK"}
 
 
+def sources_of_rows(rows, found):
+    budgets = [
+        fitted.FittedBudget(PATHWAY, name, PARAMETERS, budget) for name, budget in found.budgets.items()
+    ]
+    return fitted.Fitted(wristalyzer_result(found), rows, budgets).contributions
+
+
 def test_budget_rows_hold_scatter_and_every_source_of_every_estimator():
     found = analyse_wristalyzer(trial_with(noise_rad=0.003), QUICK, np.random.default_rng(1), SOURCES)
     rows = wristalyzer_estimates("0.16", found)
-    table = wristalyzer_contributions(rows, found.budgets)
+    table = sources_of_rows(rows, found)
     of = {e: {c.source for c in table if c.estimator == e} for e in found.budgets}
     assert of["spectral-fit"] == {"scatter", "frequency_resolution", *SOURCES}
     assert of["spectral-fit-periods"] == {"scatter", "fit_criterion", *SOURCES}
@@ -262,7 +271,7 @@ def test_estimator_in_the_registry_is_fitted_and_becomes_rows_with_its_budget(mo
     # half of the joint does not predict the angle either
     assert {row.flags for row in rows.values()} == {"not-converged;lack-of-fit"}
     assert not any(row.recommended for row in rows.values())
-    table = wristalyzer_contributions(list(rows.values()), found.budgets)
+    table = sources_of_rows(list(rows.values()), found)
     assert {row.source for row in table} == {"scatter"} and rows["K"].u_type_a == pytest.approx(
         0.05 * JOINT[2]
     )

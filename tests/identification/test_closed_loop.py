@@ -53,7 +53,7 @@ def truth(person, joint, model):
 
 def told(found, joint, model):
     fit = fit_row(found, joint, model, OPTIONS)
-    return {q.name: q for q in joint_quantities(fit, found, joint, JOINTS, 0.1, 0.5)}
+    return joint_quantities(fit, found, joint, JOINTS, 0.1, 0.5)
 
 
 def errors(fit, true):
@@ -109,10 +109,11 @@ def test_one_perturbation_does_not_identify_reflexes_of_all_angles(record):
         q = told(found, joint, "all-reflex")
         for kind in ("K", "K_reflex"):
             for other in JOINTS:
-                one = q[f"{kind}_{name}_{other}"]
+                label = f"{kind}_{name}_{other}"
+                one = q[label]
                 assert not one.identified
                 assert np.isnan([one.value, one.standard_error, one.low, one.high]).all()
-                assert one.refusal.startswith(f"{one.name} is not identified: ")
+                assert one.refusal.startswith(f"{label} is not identified: ")
         # the combination that the platform moves slowly is near the truth, if it is quoted
         along = q[f"K_mode_{name}"]
         if along.identified:

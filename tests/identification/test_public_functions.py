@@ -336,7 +336,7 @@ def test_parallel_cascade_of_a_joint_without_reflex_finds_none():
     torque += 0.02 * torque.std() * rng.standard_normal(time.size)
     fit = fit_parallel_cascade(time, angle, torque, bootstrap_draws=100)
     assert pytest.approx(60.0, rel=0.03) == fit.K
-    assert "reflex gain" not in fit.quantities
+    assert "reflex_gain" not in fit.quantities
     assert any("no reflex" in finding for finding in fit.findings)
     refused(lambda: fit_parallel_cascade(time, angle, -torque, bootstrap_draws=100), "resists", "reverse")
     refused(

@@ -3,7 +3,8 @@
 import pytest
 from typst_builders import evaluated, typeset_words
 
-from tepsipe.drawing.names import short_name, unit_symbol, words
+from tepsipe.drawing.names import short_name, words
+from tepsipe.quantities import unit_symbol
 
 MINUS = "\N{MINUS SIGN}"
 

@@ -5,9 +5,10 @@ from collections.abc import Iterator
 import numpy as np
 from matplotlib.figure import Figure
 
-from tepsipe.drawing.names import unit_symbol, words
+from tepsipe.drawing.names import words
 from tepsipe.drawing.style import COLOURS, MODEL_COLOURS, in_style, new_figure
 from tepsipe.io.result import Result, read_result
+from tepsipe.quantities import unit_symbol
 from tepsipe.treadmill.calibration import MODEL_SCORES, ModelScore
 
 # length of the calibration that is drawn (s), and points of a curve with narrow lines

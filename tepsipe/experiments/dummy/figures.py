@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tepsipe.drawing.names import PROFILES, short_name, unit_symbol, words
+from tepsipe.drawing.names import PROFILES, short_name, words
 from tepsipe.drawing.style import COLOURS, CYCLE, in_style, legend_above, new_figure, plot_matrix
 from tepsipe.experiments.dummy.specification_curve import (
     AS_PRINTED,
@@ -30,6 +30,7 @@ from tepsipe.identification.estimators import ESTIMATORS, JOINT_LIKELIHOOD, OUTP
 from tepsipe.io.estimates import RECOVERIES
 from tepsipe.io.result import Result, read_result
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
+from tepsipe.quantities import unit_symbol
 
 COMMAND = {"color": COLOURS["command"], "linewidth": 0.8, "linestyle": "--", "zorder": 1}
 

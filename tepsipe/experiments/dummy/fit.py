@@ -15,7 +15,7 @@ from tepsipe.experiments.dummy.leg_pathways import (
     leg_motion,
     prepare_dummy,
 )
-from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_contributions, dummy_result
+from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_budgets, dummy_result
 from tepsipe.experiments.fitted import Fitted
 from tepsipe.io.trial import Trial
 from tepsipe.treadmill.prepared import PreparedTrial
@@ -54,4 +54,4 @@ def fit(trial: Trial, section: dict, condition: str, seed: int, uncertainty: dic
     result = dummy_result(found)
     result.facts.update(check_facts(verdict))
     quoted = quoted_rows(flag_rows(rows, verdict), verdict)
-    return Fitted(result, quoted, dummy_contributions(rows, found))
+    return Fitted(result, quoted, dummy_budgets(found))

@@ -9,7 +9,7 @@ from tepsipe.experiments.dummy.foot_pathways import (
     windows_from_onset,
 )
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, dummy_estimates
-from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_contributions, dummy_result
+from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_budgets, dummy_result
 from tepsipe.experiments.fitted import Fitted
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
@@ -55,4 +55,4 @@ def fit(
     )
     intervals = bootstrap_pathways(found, section["analysis"]["bootstrap_draws"], seed)
     rows = dummy_estimates(condition, found, intervals)
-    return Fitted(dummy_result(found), rows, dummy_contributions(rows, found))
+    return Fitted(dummy_result(found), rows, dummy_budgets(found))

@@ -10,7 +10,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 
 from tepsipe.errors import InputError, listed
-from tepsipe.experiments.budgets import with_budget
+from tepsipe.experiments.budgets import rows_of
 from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck
 from tepsipe.identification.budgets.leg import LegUncertainty, leg_budget, small_budget
 from tepsipe.identification.budgets.markers import LikelihoodData, marker_contributions
@@ -19,6 +19,7 @@ from tepsipe.identification.likelihood.channels import DummyMarkers, dummy_marke
 from tepsipe.identification.likelihood.result import LikelihoodEstimates
 from tepsipe.identification.regression.output_error import OutputError
 from tepsipe.identification.regression.windows import WindowedFits, damping_per_skew
+from tepsipe.identification.result import quantities_of
 from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
@@ -52,21 +53,14 @@ def joint_estimates(
     count: number of perturbations.
     Returns: those of delay and softening have Wald intervals.
     """
-    rows = with_budget(
-        [
-            Estimate(*names, name, UNITS[quantity], float(fit.small[k]), n_perturbations=count)
-            for k, (name, quantity) in enumerate(SMALL.items())
-        ],
-        budget,
-        tuple(SMALL),
-    )
-    wanted = [("delay", "s", "delay")]
+    rows = rows_of(names, quantities_of(dict(zip(SMALL, fit.small, strict=True)), budget), count)
+    wanted = [("delay", "delay")]
     if fit.fit.softens:
-        wanted += [("K_softened", "Nm/rad", "C"), ("B_softened", "Nms/rad", "B_s")]
-    for quantity, unit, name in wanted:
+        wanted += [("K_softened", "C"), ("B_softened", "B_s")]
+    for quantity, name in wanted:
         value, error = fit.fit.value(name), fit.fit.standard_error(name)
         ends = (value - 1.96 * error, value + 1.96 * error)
-        rows.append(Estimate(*names, quantity, unit, value, error, *ends, n_perturbations=count))
+        rows.append(Estimate(*names, quantity, UNITS[quantity], value, error, *ends, n_perturbations=count))
     return rows
 
 
@@ -310,19 +304,10 @@ def dummy_estimates(
         interval, mean = intervals[name], regression.mean
         printed = np.mean([fit.sem_as_printed for fit in regression.fits], axis=0)
         count = len(regression.fits)
-        of_joint = [
-            Estimate(
-                *names,
-                quantity,
-                UNITS[quantity],
-                float(mean[k]),
-                sem_as_printed=float(printed[k]) if np.isfinite(printed[k]) else None,
-                n_perturbations=count,
-            )
-            for k, quantity in enumerate(PARAMETERS)
-        ]
+        printed = [x if np.isfinite(x) else None for x in printed.tolist()]
+        quantities = quantities_of(dict(zip(PARAMETERS, mean, strict=True)), analysis.budgets[name])
         failed = (*analysis.flags, *(analysis.checks[name].flags if name in analysis.checks else ()))
-        rows += flagged(with_budget(of_joint, analysis.budgets[name], PARAMETERS), *failed)
+        rows += flagged(rows_of(names, quantities, count, printed), *failed)
         rows.append(
             Estimate(
                 *names,

@@ -1,20 +1,19 @@
 """Results of one trial of the ankle dummy: rows of budgets, arrays, facts, and cross-validation."""
 
 import zlib
-from collections.abc import Sequence
 from typing import Annotated
 
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.budgets import contributions_of
 from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck
 from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis
+from tepsipe.experiments.fitted import FittedBudget
 from tepsipe.identification.likelihood.result import LikelihoodEstimates
 from tepsipe.identification.regression.windows import WindowedFits
-from tepsipe.io.estimates import Contribution, Estimate
+from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
-from tepsipe.mechanics.impedance_model import PARAMETERS, impedance_torque
+from tepsipe.mechanics.impedance_model import PARAMETER_UNITS, PARAMETERS, impedance_torque
 from tepsipe.statistics.bootstrap import Interval, bootstrap_mean
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.uncertainty import Budget
@@ -40,12 +39,11 @@ def bootstrap_pathways(analysis: DummyAnalysis, draws: int, seed: int) -> dict[s
     }
 
 
-def dummy_contributions(rows: Sequence[Estimate], analysis: DummyAnalysis) -> list[Contribution]:
-    """Uncertainty of I, B, K of ``rows``, from `dummy_estimates`, source by source."""
+def dummy_budgets(analysis: DummyAnalysis) -> list[FittedBudget]:
+    """Uncertainty of I, B, K of every pathway."""
     return [
-        part
+        FittedBudget(name, analysis.pathways[name].estimator, PARAMETERS, budget)
         for name, budget in analysis.budgets.items()
-        for part in contributions_of([row for row in rows if row.pathway == name], budget, PARAMETERS)
     ]
 
 
@@ -63,10 +61,10 @@ def dummy_result(analysis: DummyAnalysis) -> Result:
             ("torque", regression.torque, "Nm"),
             ("predicted_torque", regression.predicted, "Nm"),
             ("regressors", regression.regressors, "rad/s2, rad/s, rad"),
-            ("parameters", regression.parameters, "Nms2/rad, Nms/rad, Nm/rad"),
+            ("parameters", regression.parameters, PARAMETER_UNITS),
             ("mean_and_interval", _mean_and_interval(regression, analysis.budgets[name]), "as parameters"),
             ("vaf_per_perturbation", regression.vaf_per_perturbation, "%"),
-            ("standard_errors", _standard_errors(regression), "Nms2/rad, Nms/rad, Nm/rad"),
+            ("standard_errors", _standard_errors(regression), PARAMETER_UNITS),
         ):
             arrays[f"{name}/{key}"], units[f"{name}/{key}"] = values, unit
     for name, output_error in analysis.simulating_fits.items():

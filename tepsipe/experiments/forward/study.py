@@ -23,7 +23,7 @@ from tepsipe.mechanics.forward_dynamics import (
     resting,
     simulate_dummy,
 )
-from tepsipe.mechanics.impedance_model import PARAMETERS
+from tepsipe.mechanics.impedance_model import PARAMETER_UNITS, PARAMETERS
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, Foot
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.perturbations import Perturbation
@@ -228,7 +228,7 @@ def simulation_result(simulated: SimulatedCondition) -> Result:
         arrays[f"{name}/parameters"] = np.array(
             [joint.inertia_Nms2_per_rad, joint.damping_Nms_per_rad, joint.stiffness_Nm_per_rad]
         )
-        units[f"{name}/parameters"] = "Nms2/rad, Nms/rad, Nm/rad"
+        units[f"{name}/parameters"] = PARAMETER_UNITS
     facts = {
         "parameter_sets": list(simulated.simulations),
         "standing_rad": simulated.standing_rad,

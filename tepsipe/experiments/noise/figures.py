@@ -6,10 +6,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tepsipe.drawing.names import short_name, unit_symbol, words
+from tepsipe.drawing.names import short_name, words
 from tepsipe.drawing.style import COLOURS, Drawing, in_style, new_figure
 from tepsipe.experiments.noise.rows import NOISE_ROWS, NoiseRow
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
+from tepsipe.quantities import unit_symbol
 
 TARGETS = {"tau": r"noise on $\tau$", "theta": r"noise on $\theta$", "both": "noise on both"}
 PROCESSINGS = {

@@ -6,6 +6,7 @@ from typing import Annotated
 import numpy as np
 
 from tepsipe.io.result import Result
+from tepsipe.mechanics.impedance_model import PARAMETER_UNITS
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, Foot, Leg, foot_torque, foot_torque_as_printed
 
 TORQUES = ("foot-thesis", "foot", *TORQUE_PATHWAYS)
@@ -108,7 +109,7 @@ def simulated_result(trials: dict[str, SimulatedTrial]) -> Result:
         for name, unit in SIGNALS.items():
             arrays[f"{key}/{name}"], units[f"{key}/{name}"] = getattr(trial, name), unit
         arrays[f"{key}/windows"], units[f"{key}/windows"] = trial.windows, "samples"
-        arrays[f"{key}/truth"], units[f"{key}/truth"] = trial.truth, "Nms2/rad, Nms/rad, Nm/rad"
+        arrays[f"{key}/truth"], units[f"{key}/truth"] = trial.truth, PARAMETER_UNITS
     return Result(arrays, units, {"simulations": list(trials)})
 
 

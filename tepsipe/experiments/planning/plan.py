@@ -39,7 +39,7 @@ from tepsipe.identification.likelihood.likelihood import ExpectedFit, expected_f
 from tepsipe.identification.likelihood.result import working_covariance
 from tepsipe.identification.likelihood_fit import fit_joint_likelihood
 from tepsipe.identification.regression.windows import WindowedFits, regress_torque
-from tepsipe.mechanics.impedance_model import PARAMETERS
+from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
 from tepsipe.mechanics.inverse_dynamics import Leg, foot_torque, leg_torque
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
 from tepsipe.signals.differentiation import derivative
@@ -47,7 +47,6 @@ from tepsipe.statistics.uncertainty import Budget, Source
 
 # two-sided 95 % of a normal distribution
 COVERAGE = 1.959964
-UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,8 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.budgets import rows_of
+from tepsipe.identification.result import Quantity
 from tepsipe.identification.several_joints.closed_loop import (
     MODELS,
     MultiJointOptions,
@@ -25,8 +27,6 @@ from tepsipe.identification.several_joints.closed_loop import (
 )
 from tepsipe.identification.several_joints.quantities import (
     NAMES,
-    UNITS,
-    Quantity,
     driven_products,
     joint_quantities,
     slow_mode,
@@ -34,6 +34,7 @@ from tepsipe.identification.several_joints.quantities import (
 from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
+from tepsipe.mechanics.impedance_model import UNITS
 from tepsipe.quantities import Different, Fraction, Frequency, InnerFraction, Meanings, Positive
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
@@ -69,8 +70,8 @@ class ModelFit:
 
     rows: tuple[RowFit, ...]
     """Torque of each joint, fitted to the whole trial."""
-    quantities: tuple[tuple[Quantity, ...], ...]
-    """Quantities of each joint."""
+    quantities: tuple[dict[str, Quantity], ...]
+    """Quantities of each joint by name."""
     vaf: tuple[HeldOutVaf, ...]
     direct_vaf: tuple[HeldOutVaf, ...]
     """VAF of each joint, by the instrument and by ordinary regression of the first part (%)."""
@@ -138,11 +139,7 @@ def analyse_platform(trial: Trial, options: PlatformOptions) -> PlatformAnalysis
         models[name] = ModelFit(
             rows,
             tuple(
-                tuple(
-                    joint_quantities(
-                        row, spectra, joint, joints, options.largest_share, options.mode_below_hz
-                    )
-                )
+                joint_quantities(row, spectra, joint, joints, options.largest_share, options.mode_below_hz)
                 for joint, row in enumerate(rows)
             ),
             vaf(by_instrument),
@@ -251,9 +248,9 @@ def platform_estimates(
         for joint, label in enumerate(analysis.joints):
             row = model.rows[joint]
             names = (experiment, condition, PATHWAY, f"iv-{name}")
-            rows = [
-                _estimate(names, quantity, name == analysis.chosen) for quantity in model.quantities[joint]
-            ]
+            rows = rows_of(names, model.quantities[joint])
+            if name == analysis.chosen:
+                rows = [replace(row, recommended=not row.flags) for row in rows]
             if row.p_value < options.rejected_below:
                 rows = flagged(rows, "coherent-residual")
             rows.append(Estimate(*names, f"p_value_{label}", "1", row.p_value))
@@ -262,27 +259,15 @@ def platform_estimates(
             names = (experiment, condition, PATHWAY, f"direct-{name}")
             rows += [
                 Estimate(
-                    *names, f"{NAMES[kind]}_{label}_{analysis.joints[j]}", UNITS[kind], float(row.direct[k])
+                    *names,
+                    f"{NAMES[kind]}_{label}_{analysis.joints[j]}",
+                    UNITS[NAMES[kind]],
+                    float(row.direct[k]),
                 )
                 for k, (kind, j) in enumerate(row.terms)
             ]
             estimates += rows + _vaf_rows(names, label, model.direct_vaf[joint])
     return estimates
-
-
-def _estimate(names: tuple[str, ...], quantity: Quantity, quoted: bool) -> Estimate:
-    if not quantity.identified:
-        return Estimate(*names, quantity.name, quantity.unit, float("nan"), flags="not-identified")
-    return Estimate(
-        *names,
-        quantity.name,
-        quantity.unit,
-        quantity.value,
-        quantity.standard_error,
-        quantity.low,
-        quantity.high,
-        recommended=quoted,
-    )
 
 
 def _vaf_rows(names: tuple[str, ...], joint: str, vaf: HeldOutVaf) -> list[Estimate]:
@@ -332,7 +317,10 @@ def platform_result(analysis: PlatformAnalysis, options: PlatformOptions, unit: 
                 "chi2": [row.chi2 for row in model.rows],
                 "freedom": [row.freedom for row in model.rows],
                 "refusals": [
-                    quantity.refusal for of in model.quantities for quantity in of if not quantity.identified
+                    quantity.refusal
+                    for of in model.quantities
+                    for quantity in of.values()
+                    if not quantity.identified
                 ],
                 "converged": all(row.converged for row in model.rows),
             }

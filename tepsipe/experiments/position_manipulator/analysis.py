@@ -12,21 +12,23 @@ from typing import Annotated
 import numpy as np
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.budgets import rows_of
 from tepsipe.identification.cascade.fit import ParallelCascadeFit, ParallelCascadeOptions
 from tepsipe.identification.cascade.muscle import MUSCLE_BOUNDS
 from tepsipe.identification.cascade.parallel_cascade import identify_cascade
 from tepsipe.identification.cascade.record import CascadeRecord, make_record
+from tepsipe.identification.result import Quantity, symbol_of
 from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, admittance
+from tepsipe.mechanics.impedance_model import PARAMETERS, admittance
 from tepsipe.quantities import Bins, Draws, FilterOrder, Frequency, InnerFraction, Pause, Time
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.resampling import BAND_PER_RATE
 from tepsipe.signals.response import FrequencyResponse
 from tepsipe.signals.spectra import frequency_averaged
-from tepsipe.statistics.bootstrap import bootstrap_blocks, expanded_tail
+from tepsipe.statistics.bootstrap import bootstrap_blocks
 from tepsipe.statistics.goodness_of_fit import HeldOutVaf, evaluate_held_out
 from tepsipe.statistics.least_squares import LinearFit, least_squares_line
 
@@ -41,7 +43,8 @@ AT_BOUND = 1e-3
 # VAF (%) of the torque below which a model does not describe the joint; and frequency (Hz) of the slowest
 # calf muscle: a slower response is no reflex, but voluntary torque
 LEAST_VAF, SLOWEST_MUSCLE_HZ = 50.0, 1.9
-MUSCLE_UNITS = {"reflex_gain": "Nms/rad", "reflex_frequency": "Hz", "reflex_damping": "1"}
+REFLEX_QUANTITIES = ("reflex_gain", "reflex_gain_slope", "unloading_gain")
+MUSCLE_QUANTITIES = ("reflex_gain", "reflex_frequency", "reflex_damping")
 
 
 @dataclass(frozen=True)
@@ -196,21 +199,12 @@ def position_manipulator_estimates(
 ) -> list[Estimate]:
     """Tidy rows of one trial: I, B, K and VAF (%) of the fitted and the held-out part."""
     names = (experiment, condition, PATHWAY, ESTIMATOR)
-    tail = expanded_tail(0.95, analysis.blocks)
-    low, high = np.percentile(analysis.bootstrap, [tail, 100.0 - tail], axis=0)
-    rows = [
-        Estimate(
-            *names,
-            quantity,
-            UNITS[quantity],
-            float(analysis.fit.parameters[k]),
-            float(analysis.bootstrap[:, k].std(ddof=1)),
-            float(low[k]),
-            float(high[k]),
-            float(analysis.fit.sem_as_printed[k]),
-        )
-        for k, quantity in enumerate(PARAMETERS)
-    ]
+    fit, draws, blocks = analysis.fit, analysis.bootstrap.T, analysis.blocks
+    quantities = {
+        name: Quantity.drawn(fit.parameters[k], symbol_of(name), draws[k], 0.95, blocks)
+        for k, name in enumerate(PARAMETERS)
+    }
+    rows = rows_of(names, quantities, printed=fit.sem_as_printed.tolist())
     return flagged(rows + _vaf_rows(names, analysis.vaf), *_misfit(analysis.vaf.training))
 
 
@@ -234,33 +228,15 @@ def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCas
     reflex gain of 0 N·m·s/rad.
     """
     names = (experiment, condition, PATHWAY, REFLEX_ESTIMATOR)
-
-    def drawn(quantity: str, unit: str, value: float, draws: np.ndarray) -> Estimate:
-        return _drawn(names, quantity, unit, value, draws, fit.blocks)
-
-    rows = [
-        drawn(quantity, UNITS[quantity], fit.impedance[k], fit.impedance_bootstrap[:, k])
-        for k, quantity in enumerate(PARAMETERS)
-    ]
+    quantities = fit.quantities()
+    of_reflex = {name: q for name, q in quantities.items() if name in REFLEX_QUANTITIES}
+    rows = rows_of(names, {name: q for name, q in quantities.items() if name not in of_reflex})
     # a reflex earlier than those that are tried is in the intrinsic response, as inertia and damping
     rows = [*flagged(rows[:2], *_beyond(fit)), *rows[2:]]
-    short = fit.short_range
-    rows += [
-        drawn("K_working", "Nm/rad", fit.working_stiffness, fit.working_stiffness_bootstrap),
-        drawn("K_short_range", "Nm/rad", short.stiffness, short.stiffness_bootstrap),
-    ]
-    if np.isfinite(short.yield_angle_rad):
-        rows.append(drawn("yield_angle", "rad", short.yield_angle_rad, short.yield_angle_bootstrap))
-    relaxing = fit.relaxing
-    if np.isfinite(relaxing.time_s):
-        rows.append(drawn("K_relaxing", "Nm/rad", relaxing.stiffness, relaxing.stiffness_bootstrap))
-        rows.append(drawn("relaxation_time", "s", relaxing.time_s, relaxing.time_bootstrap))
-    if fit.structure.stiffening:
-        rows.append(drawn("K_growth", "Nm/rad2", fit.stiffening, fit.stiffening_bootstrap))
     if fit.structure.relaxing:
         depends = ("I", "B", "K_short_range", "K_relaxing", "relaxation_time")
         rows = [flagged([r], *["relaxation-assumed"] * (r.quantity in depends))[0] for r in rows]
-    rows += _reflex_rows(names, fit)
+    rows += _reflex_rows(names, rows_of(names, of_reflex), fit)
     rows.append(Estimate(*names, "reflex_share", "%", fit.reflex_share))
     rows.append(Estimate(*names, "slow_torque_sd", "Nm", fit.slow.sd_Nm))
     rows.append(Estimate(*names, "VAF_cross_validated", "%", fit.vaf_cross_validated))
@@ -272,33 +248,14 @@ def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCas
     return recommended(rows, PATHWAY, REFLEX_ESTIMATOR)
 
 
-def _drawn(names, quantity: str, unit: str, value: float, draws: np.ndarray, blocks: int) -> Estimate:
-    """A row with the expanded interval of its bootstrap; draws without a value are left out."""
-    draws = draws[np.isfinite(draws)]
-    tail = expanded_tail(0.95, blocks)
-    low, high = np.percentile(draws, [tail, 100.0 - tail]) if draws.size else (np.nan, np.nan)
-    spread = float(draws.std(ddof=1)) if draws.size > 1 else np.nan
-    return Estimate(*names, quantity, unit, float(value), spread, float(low), float(high))
-
-
-def _reflex_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> list[Estimate]:
+def _reflex_rows(names, rows: list[Estimate], fit: ParallelCascadeFit) -> list[Estimate]:
     """Gain, terms and times of the reflex, with flags.
 
     Delay and threshold are flagged where the record does not determine them, and where it prefers others than
     were searched; then the gain is flagged, too, and where the muscle is too slow.
     """
-    rows = [_drawn(names, "reflex_gain", "Nms/rad", fit.gain, fit.gain_bootstrap, fit.blocks)]
     if fit.muscle is None:
         return rows
-    if fit.structure.gain_slope:
-        rows.append(
-            _drawn(
-                names, "reflex_gain_slope", "Nms/rad2", fit.gain_slope, fit.gain_slope_bootstrap, fit.blocks
-            )
-        )
-    if fit.structure.unloading:
-        draws = fit.unloading_gain_bootstrap
-        rows.append(_drawn(names, "unloading_gain", "Nms/rad", fit.unloading_gain, draws, fit.blocks))
     rows = flagged(rows, *_beyond(fit), *_slow(fit))
     for choice in fit.assumptions:
         rows_of_choice = [
@@ -332,10 +289,11 @@ def _muscle_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> l
         np.isclose(muscle.constants[1 + k], bounds, rtol=AT_BOUND).any()
         for k, bounds in enumerate(MUSCLE_BOUNDS)
     )
-    rows = [
-        _drawn(names, quantity, unit, muscle.constants[k], muscle.bootstrap[:, k], fit.blocks)
-        for k, (quantity, unit) in enumerate(MUSCLE_UNITS.items())
-    ]
+    quantities = {
+        name: Quantity.drawn(muscle.constants[k], symbol_of(name), muscle.bootstrap[:, k], 0.95, fit.blocks)
+        for k, name in enumerate(MUSCLE_QUANTITIES)
+    }
+    rows = rows_of(names, quantities)
     rows.append(Estimate(*names, "reflex_delay", "s", fit.structure.delay_s))
     checks = (*["at-bound"] * at_bound, *_slow(fit), *_misfit(muscle.vaf.training))
     return flagged(rows + _vaf_rows(names, muscle.vaf), *checks)

@@ -12,12 +12,12 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from tepsipe.drawing.names import unit_symbol
 from tepsipe.drawing.style import COLOURS, CYCLE, PHASE_TICKS, in_style, new_figure
 from tepsipe.experiments.position_manipulator.diagnostics import SHOWN_TRIALS
 from tepsipe.experiments.position_manipulator.operating_points import LITERATURE_SLOPE, STIFFNESS
 from tepsipe.experiments.position_manipulator.time_varying import VARYING_ROWS, VaryingRow
 from tepsipe.io.result import Result, read_result
+from tepsipe.quantities import unit_symbol
 
 # group of the diagnostics in a result
 OWN = "diagnostics/"

@@ -1,16 +1,17 @@
 """Fits to the responses of a standing person by any estimator, and their rows in the table of estimates."""
 
 import zlib
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Annotated
 
 import numpy as np
 import scipy
 
+from tepsipe.experiments.budgets import rows_of
+from tepsipe.identification.result import Quantity, symbol_of
 from tepsipe.io.estimates import Estimate, flagged
+from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.statistics.uncertainty import Budget
-
-UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,15 @@ class StandingFit:
         value = float(draws[0])
         return value, float(deviations.std()), value + float(low), value + float(high)
 
+    def quantity(self, name: str) -> Quantity:
+        """I, B or K with its uncertainty, which is of Type A without a budget."""
+        value, error, low, high = self.interval(name)
+        types: tuple[float, ...] = (error,)
+        if self.budget is not None:
+            k = self.names.index(name)
+            types = float(self.budget.type_a[k]), float(self.budget.type_b[k])
+        return Quantity(value, symbol_of(name), error, low, high, *types)
+
 
 # (pathway, estimator) -> fit
 Fits = dict[tuple[str, str], StandingFit]
@@ -79,22 +89,9 @@ def standing_estimates(
     about = ("standing", condition, pathway, estimator)
     n = fit.responses
     names = {"T": "twitch_time", "L": "reflex_delay", "D": "balance_delay"}
-    rows = []
-
-    def row(quantity: str, unit: str, name: str, scale: float) -> Estimate:
-        value, error, low, high = (scale * x for x in fit.interval(name))
-        estimate = Estimate(*about, quantity, unit, value, error, low, high, n_perturbations=n)
-        if fit.budget is not None:
-            k = fit.names.index(name)
-            u_a, u_b = scale * float(fit.budget.type_a[k]), scale * float(fit.budget.type_b[k])
-            estimate = replace(estimate, u_type_a=u_a, u_type_b=u_b)
-        return flagged([estimate], *fit.flags)[0]
-
-    for name in fit.names:
-        if name in UNITS:
-            rows.append(row(name, UNITS[name], name, 1.0))
-        if name == "K":
-            rows.append(row("K_over_mgh", "1", name, 1.0 / critical_stiffness))
+    quantities = {name: fit.quantity(name) for name in fit.names if name in PARAMETERS}
+    quantities["K_over_mgh"] = quantities["K"].times(1.0 / critical_stiffness, "1")
+    rows = flagged(rows_of(about, quantities, n), *fit.flags)
     plain = {
         "rotation": ("rad", fit.rotation_rad),
         "VAF_response": ("%", fit.vaf),

@@ -13,7 +13,7 @@ from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
 from tepsipe.experiments.standing.free_reflex.legs import cut_with_legs, leg_rows, legs_results
 from tepsipe.experiments.standing.free_reflex.results import (
     FreeReflexChoices,
-    budget_rows,
+    budgets_of,
     fit_free,
     with_budgets,
 )
@@ -124,7 +124,7 @@ def fit(
     return Fitted(
         with_budgets(result, fits),
         [*rows, *of_legs],
-        [*budget_rows(rows, fits), *budgets_of_legs],
+        [*budgets_of(fits), *budgets_of_legs],
         {"responses": joined(epochs, *legs_results(cut))},
     )
 

@@ -8,7 +8,7 @@ from tepsipe.experiments.standing.estimates import generator
 from tepsipe.experiments.standing.free_reflex.legs import leg_rows, legs_of
 from tepsipe.experiments.standing.free_reflex.results import (
     FreeReflexChoices,
-    budget_rows,
+    budgets_of,
     centre_facts,
     fit_free,
     quoted,
@@ -68,7 +68,7 @@ def fit(responses: Sequence[Result], section: dict, task: str, seed: int, uncert
     return Fitted(
         with_budgets(result, fits),
         quoted([*rows, *of_legs], broadband, fits, section["recommended"], pathway),
-        [*budget_rows(rows, fits), *budgets_of_legs],
+        [*budgets_of(fits), *budgets_of_legs],
     )
 
 

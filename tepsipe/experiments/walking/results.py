@@ -4,10 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tepsipe.experiments.budgets import contributions_of
+from tepsipe.experiments.budgets import rows_of
+from tepsipe.experiments.fitted import FittedBudget
 from tepsipe.experiments.walking.analysis import WalkingImpedance
 from tepsipe.experiments.walking.impedance import QUANTITIES, PhaseImpedance
-from tepsipe.io.estimates import Contribution, Estimate, flagged, recommended
+from tepsipe.identification.result import Quantity, symbol_of
+from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.tables import Table
 from tepsipe.mechanics.impedance_model import UNITS
 
@@ -82,8 +84,8 @@ def phase_pathway(phase: float) -> str:
 
 def walking_estimates(
     condition: str, impedance: WalkingImpedance
-) -> tuple[list[Estimate], list[Contribution]]:
-    """Rows of one trial for the tables of estimates and of uncertainty.
+) -> tuple[list[Estimate], list[FittedBudget]]:
+    """Rows of one trial for the table of estimates, and their uncertainty.
 
     The pathway is the phase of the onset. K belongs to the quantity ``phase`` of the same pathway (%). Where
     the angle does not respond, or the foot is in the air, there is no value: flags ``not-identified`` and the
@@ -93,7 +95,7 @@ def walking_estimates(
     for phase, fit in impedance.phases.items():
         rows_of_phase = _of_phase(condition, phase, fit)
         if not fit.flags:
-            budgets += contributions_of(rows_of_phase, fit.budget, list(QUANTITIES))
+            budgets.append(FittedBudget(phase_pathway(phase), ESTIMATOR, QUANTITIES, fit.budget))
             head = (EXPERIMENT, condition, phase_pathway(phase), ESTIMATOR)
             rows_of_phase.append(Estimate(*head, "phase", "%", float(impedance.at_percent[phase])))
             rows_of_phase = recommended(rows_of_phase, phase_pathway(phase), ESTIMATOR)
@@ -109,17 +111,11 @@ def _of_phase(condition: str, phase: float, fit: PhaseImpedance) -> list[Estimat
             Estimate(*head, q, UNITS[q], float("nan"), n_perturbations=fit.perturbed) for q in QUANTITIES
         ]
         return flagged(nothing, "not-identified", fit.flags)
-    budget = fit.budget
-    numbers = np.stack([fit.values, budget.combined, fit.low, fit.high])
-    known = budget.type_a[0] == 0.0  # I was not estimated
-    return [
-        Estimate(
-            *(*head, quantity, UNITS[quantity]),
-            *numbers[:, k].tolist(),
-            n_perturbations=fit.perturbed,
-            u_type_a=float(budget.type_a[k]),
-            u_type_b=float(budget.type_b[k]),
-            flags="assumed" if known and quantity == "I" else "",
-        )
-        for k, quantity in enumerate(QUANTITIES)
-    ]
+    columns = (fit.values, fit.budget.combined, fit.low, fit.high, fit.budget.type_a, fit.budget.type_b)
+    quantities = {
+        name: Quantity(value, symbol_of(name), *numbers)
+        for name, value, *numbers in zip(QUANTITIES, *map(np.ndarray.tolist, columns), strict=True)
+    }
+    rows = rows_of(head, quantities, fit.perturbed)
+    known = fit.budget.type_a[0] == 0.0  # I was not estimated
+    return [*flagged(rows[:1], *["assumed"] * bool(known)), *rows[1:]]

@@ -16,7 +16,8 @@ from typing import Annotated
 
 import numpy as np
 
-from tepsipe.experiments.budgets import with_budget
+from tepsipe.experiments.budgets import rows_of
+from tepsipe.identification.result import quantities_of
 from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.statistics.uncertainty import Budget, Source, scatter
@@ -109,8 +110,7 @@ def weight_estimates(experiment: str, condition: str, analysis: WeightAnalysis) 
     count = added.shape[0]
     rows = []
     if analysis.budget is not None:
-        mass = Estimate(*names, "mass", "kg", float(analysis.masses.mean()), n_perturbations=count)
-        (mass,) = with_budget([mass], analysis.budget, QUANTITIES)
+        (mass,) = rows_of(names, quantities_of({"mass": analysis.masses.mean()}, analysis.budget), count)
         differs = not mass.ci_low <= recording.carried_kg <= mass.ci_high
         rows = [
             *recommended(flagged([mass], *["mass-differs"] * differs), PATHWAY, ESTIMATOR),

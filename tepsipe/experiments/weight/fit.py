@@ -1,8 +1,14 @@
 """Fit of one trial with a weight, or with the empty belt."""
 
-from tepsipe.experiments.budgets import contributions_of
-from tepsipe.experiments.fitted import Fitted
-from tepsipe.experiments.weight.analysis import QUANTITIES, analyse_weight, weight_estimates, weight_result
+from tepsipe.experiments.fitted import Fitted, FittedBudget
+from tepsipe.experiments.weight.analysis import (
+    ESTIMATOR,
+    PATHWAY,
+    QUANTITIES,
+    analyse_weight,
+    weight_estimates,
+    weight_result,
+)
 from tepsipe.io.trial import Trial
 from tepsipe.statistics.uncertainty import sources_of
 from tepsipe.treadmill.recording import BeltRecording
@@ -31,7 +37,8 @@ def fit(trial: Trial, section: dict, condition: str, uncertainty: dict) -> Fitte
     lag = None if section["weight"] is None else marker_lag(trial, name, choices["belt"])
     found = analyse_weight(recordings, sources_of(uncertainty), lag)
     rows = weight_estimates(experiment, condition, found)
-    budgets = [] if found.budget is None else contributions_of(rows, found.budget, QUANTITIES)
+    known = found.budget is not None
+    budgets = [FittedBudget(PATHWAY, ESTIMATOR, QUANTITIES, found.budget)] if known else []
     return Fitted(weight_result(found), rows, budgets)
 
 

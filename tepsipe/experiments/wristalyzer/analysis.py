@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.budgets import contributions_of, with_budget
+from tepsipe.experiments.budgets import rows_of
 from tepsipe.experiments.wristalyzer.names import AS_PRINTED, MODULUS, PATHWAY, PERIODS, REGRESSION
 from tepsipe.experiments.wristalyzer.record import (
     PreparedTrial,
@@ -31,10 +31,11 @@ from tepsipe.identification.admittance_fit import (
     fit_scaled,
     profile_stiffness,
 )
-from tepsipe.io.estimates import Contribution, Estimate, flagged, recommended
+from tepsipe.identification.result import Quantity, quantities_of, symbol_of
+from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, simulate_angle
+from tepsipe.mechanics.impedance_model import PARAMETER_UNITS, PARAMETERS, simulate_angle
 from tepsipe.signals.response import FrequencyResponse
 from tepsipe.statistics.uncertainty import Budget, Source
 
@@ -241,13 +242,13 @@ def wristalyzer_estimates(condition: str, analysis: WristalyzerAnalysis) -> list
     rows = []
     for estimator, fit in analysis.fitted.items():
         names, search = ("wristalyzer", condition, PATHWAY, estimator), fit.search
+        values = dict(zip(PARAMETERS, fit.parameters.tolist(), strict=True))
+        if fit.budget is None:
+            quantities = {name: Quantity(value, symbol_of(name)) for name, value in values.items()}
+        else:
+            quantities = quantities_of(values, fit.budget)
         printed = [None] * 3 if search is None else search.sem_as_printed.tolist()
-        estimates = [
-            Estimate(*names, q, UNITS[q], float(value), sem_as_printed=sem)
-            for q, value, sem in zip(PARAMETERS, fit.parameters, printed, strict=True)
-        ]
-        if fit.budget is not None:
-            estimates = with_budget(estimates, fit.budget, PARAMETERS)
+        estimates = rows_of(names, quantities, printed=printed)
         if search is not None:
             estimates.append(Estimate(*names, "error", "1", search.cost))
         score = analysis.prepared.prediction_vaf(fit.parameters)
@@ -256,20 +257,6 @@ def wristalyzer_estimates(condition: str, analysis: WristalyzerAnalysis) -> list
         rows += flagged(estimates, *fit.flags, *analysis.flags, *misfit)
     quoted = next(name for name in RECOMMENDED if name in analysis.fitted)
     return recommended(rows, PATHWAY, quoted)
-
-
-def wristalyzer_contributions(rows: list[Estimate], budgets: Mapping[str, Budget]) -> list[Contribution]:
-    """Rows of the table of budgets, for the rows of `wristalyzer_estimates`.
-
-    ``budgets`` come from the analysis: estimator -> uncertainty of I, B, K.
-    """
-    return [
-        contribution
-        for estimator, budget in budgets.items()
-        for contribution in contributions_of(
-            [row for row in rows if row.estimator == estimator], budget, PARAMETERS
-        )
-    ]
 
 
 def wristalyzer_result(analysis: WristalyzerAnalysis) -> Result:
@@ -290,18 +277,17 @@ def wristalyzer_result(analysis: WristalyzerAnalysis) -> Result:
         keep(f"{estimator}/frequency", fitted.spectrum.frequency_hz, "Hz")
         keep(f"{estimator}/response", fitted.spectrum.response, "rad/Nm")
         keep(f"{estimator}/coherence", fitted.spectrum.coherence, "1")
-        keep(f"{estimator}/parameters", fitted.parameters, "Nms2/rad, Nms/rad, Nm/rad")
+        keep(f"{estimator}/parameters", fitted.parameters, PARAMETER_UNITS)
     keep("tapered/frequency", analysis.tapered.frequency_hz, "Hz")
     keep("tapered/response", analysis.tapered.response, "rad/Nm")
     keep("tapered/coherence", analysis.tapered.coherence, "1")
     keep("profile/stiffness", analysis.profile.stiffness, "Nm/rad")
     keep("profile/cost", analysis.profile.cost, "1")
     keep("tried/stiffness", [k for k, _, _ in analysis.tried], "Nm/rad")
-    three = "Nms2/rad, Nms/rad, Nm/rad"
-    keep("tried/smooth", [smooth.parameters for _, smooth, _ in analysis.tried], three)
-    keep("tried/modulus", [modulus.parameters for _, _, modulus in analysis.tried], three)
-    keep("many_starts/start", [f.start for f in analysis.many_starts], three)
-    keep("many_starts/parameters", [f.parameters for f in analysis.many_starts], three)
+    keep("tried/smooth", [smooth.parameters for _, smooth, _ in analysis.tried], PARAMETER_UNITS)
+    keep("tried/modulus", [modulus.parameters for _, _, modulus in analysis.tried], PARAMETER_UNITS)
+    keep("many_starts/start", [f.start for f in analysis.many_starts], PARAMETER_UNITS)
+    keep("many_starts/parameters", [f.parameters for f in analysis.many_starts], PARAMETER_UNITS)
     spread = np.ptp([f.parameters[2] for f in analysis.many_starts if f.converged])
     facts = {
         "rate_hz": prepared.rate_hz,

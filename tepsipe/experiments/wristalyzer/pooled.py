@@ -4,14 +4,16 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from tepsipe.experiments.budgets import contributions_of, with_budget
+from tepsipe.experiments.budgets import contributions_of, rows_of
 from tepsipe.experiments.wristalyzer.names import PATHWAY, POOLED
 from tepsipe.experiments.wristalyzer.record import timed
 from tepsipe.identification.budgets.manipulator import pooled_budget
-from tepsipe.identification.regression.pooled import UNITS, PerturbedRecord, PooledFit, fit_pooled
+from tepsipe.identification.regression.pooled import PerturbedRecord, PooledFit, fit_pooled
+from tepsipe.identification.result import quantities_of
 from tepsipe.io.estimates import Contribution, Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
+from tepsipe.mechanics.impedance_model import PARAMETER_UNITS
 from tepsipe.statistics.uncertainty import Source
 
 CONDITION = "pooled"
@@ -61,12 +63,9 @@ def pooled_estimates(
         contributions: their budgets, source by source.
     """
     budget, quantities = pooled_budget(fit, sources), list(fit.values)
-    rows = [
-        Estimate("wristalyzer", CONDITION, PATHWAY, POOLED, quantity, UNITS[quantity], value)
-        for quantity, value in fit.values.items()
-        if quantity not in NUISANCE
-    ]
-    rows = flagged(recommended(with_budget(rows, budget, quantities), PATHWAY, POOLED), *flags)
+    told = {name: q for name, q in quantities_of(fit.values, budget).items() if name not in NUISANCE}
+    rows = rows_of(("wristalyzer", CONDITION, PATHWAY, POOLED), told)
+    rows = flagged(recommended(rows, PATHWAY, POOLED), *flags)
     return rows, contributions_of(rows, budget, quantities)
 
 
@@ -76,7 +75,7 @@ def pooled_result(conditions: list[str], fit: PooledFit) -> Result:
     units = {"rms_angle": "rad"}
     for name, share in fit.shares.items():
         arrays[f"shares/{name}"] = share
-        units[f"shares/{name}"] = "Nms2/rad, Nms/rad, Nm/rad"
+        units[f"shares/{name}"] = PARAMETER_UNITS
     facts = {
         "conditions": conditions,
         "systematic_torque_Nm": fit.systematic_Nm,

@@ -24,6 +24,8 @@ import numpy as np
 import scipy
 from annotated_types import Ge, Gt, Le
 
+from tepsipe.identification.result import Quantity, symbol_of
+from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.quantities import DIFFERENT, Delay, Different, Latency, NotNegative, Pair, Positive, Some, Time
 from tepsipe.statistics.goodness_of_fit import HeldOutVaf
 
@@ -352,3 +354,29 @@ class ParallelCascadeFit:
     """Choices of the reflex that the record determines weakly or not at all; empty without a reflex."""
     models: tuple[ModelScore, ...]
     """Models that were compared, the simplest first."""
+
+    def quantities(self, confidence: float = 0.95) -> dict[str, Quantity]:
+        """Constants of the terms that were selected, by their names in `UNITS`; a reflex gain of 0 without
+        a reflex.
+        """
+        short, relaxing, chosen = self.short_range, self.relaxing, self.structure
+        of_joint = zip(PARAMETERS, self.impedance, self.impedance_bootstrap.T, strict=True)
+        found = {name: (value, draws) for name, value, draws in of_joint}
+        found["K_working"] = self.working_stiffness, self.working_stiffness_bootstrap
+        found["K_short_range"] = short.stiffness, short.stiffness_bootstrap
+        if np.isfinite(short.yield_angle_rad):
+            found["yield_angle"] = short.yield_angle_rad, short.yield_angle_bootstrap
+        if np.isfinite(relaxing.time_s):
+            found["K_relaxing"] = relaxing.stiffness, relaxing.stiffness_bootstrap
+            found["relaxation_time"] = relaxing.time_s, relaxing.time_bootstrap
+        if chosen.stiffening:
+            found["K_growth"] = self.stiffening, self.stiffening_bootstrap
+        found["reflex_gain"] = self.gain, self.gain_bootstrap
+        if chosen.direction and chosen.gain_slope:
+            found["reflex_gain_slope"] = self.gain_slope, self.gain_slope_bootstrap
+        if chosen.direction and chosen.unloading:
+            found["unloading_gain"] = self.unloading_gain, self.unloading_gain_bootstrap
+        return {
+            name: Quantity.drawn(value, symbol_of(name), draws, confidence, self.blocks)
+            for name, (value, draws) in found.items()
+        }

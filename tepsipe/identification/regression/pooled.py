@@ -26,6 +26,7 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
+from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.signals.filters import butterworth_lowpass
 
 # rate at which the smooth sign of friction is nearly one (rad/s)
@@ -36,17 +37,7 @@ SMOOTHING_PER_CUTOFF = 2.0
 SOFTENING_RANGE = (0.2, 8.0)
 # standard errors from 0 of the lost stiffness above which the joint is taken to soften
 SOFTENING_T = 4.0
-UNITS = {
-    "I": "Nms2/rad",
-    "B": "Nms/rad",
-    "K": "Nm/rad",
-    "friction": "Nm",
-    "K_cubic": "Nm/rad3",
-    "delay": "s",
-    "K_softened": "Nm/rad",
-    "B_softened": "Nms/rad",
-    "softening_angle": "rad",
-}
+TERMS = (*PARAMETERS, "friction", "K_cubic", "delay", "K_softened", "B_softened", "softening_angle")
 LINEAR = 6  # terms without softening
 # groups of terms: their contribution to the linear joint nearest to the whole (columns)
 GROUPS = {"small": (0, 1, 2), "friction": (3,), "hardening": (4,), "softening": (6, 7)}
@@ -71,7 +62,7 @@ class PooledFit:
     standard_error: dict[str, float]
     low: dict[str, float]
     high: dict[str, float]
-    """Quantity -> estimate, standard error and ends of the 95 % interval, units in `UNITS`; without
+    """Quantity -> estimate, standard error and ends of the 95 % interval, units in `UNITS` of joints; without
     softening if the data do not require it."""
     freedom: float
     """Degrees of freedom of the standard errors."""
@@ -176,7 +167,7 @@ def fit_pooled(
     records: trials of the same joint with the same perturbation at several amplitudes.
     period_s: period of the perturbation.
     lowpass_hz, order: zero-lag Butterworth filter of torque and regressors.
-    Returns: constants with 95 % intervals (units in `UNITS`).
+    Returns: constants with 95 % intervals (units in `UNITS` of joints).
     """
     _refuse(records, round(period_s * rate_hz))
     pool = _Pool(records, rate_hz, period_s, lowpass_hz, order)
@@ -184,11 +175,11 @@ def fit_pooled(
     parameters, cost = _solve(plain)
     without = cost
     error, freedom = _standard_error(plain, parameters)
-    names, phi = list(UNITS)[:LINEAR], None
+    names, phi = list(TERMS)[:LINEAR], None
     softened = _softening(pool)
     if softened is not None:
         phi, parameters, cost, error, freedom = softened
-        names = list(UNITS)
+        names = list(TERMS)
     half = scipy.stats.t.ppf(0.975, freedom) * error
     pairs = pool.pairs(plain)
     return PooledFit(
@@ -211,9 +202,9 @@ def _refuse(records, length):
             f"expected at least 2 whole periods of the perturbation in every trial, found {min(periods)}: "
             "cut less at both ends, or record longer"
         )
-    if sum(periods) < len(UNITS) + 3:
+    if sum(periods) < len(TERMS) + 3:
         raise InputError(
-            f"expected at least {len(UNITS) + 3} periods in all trials together, found {sum(periods)}: "
+            f"expected at least {len(TERMS) + 3} periods in all trials together, found {sum(periods)}: "
             "record more trials, or longer ones"
         )
     if not all(np.ptp(r.angle[r.kept]) > 0.0 and np.ptp(r.torque[r.kept]) > 0.0 for r in records):

@@ -27,6 +27,7 @@ from typing import Annotated
 import numpy as np
 import scipy
 
+from tepsipe.identification.result import Quantity, symbol_of
 from tepsipe.identification.several_joints.closed_loop import (
     RowFit,
     Spectra,
@@ -83,32 +84,10 @@ class Profile:
 
 
 NAMES = {"K": "K", "B": "B", "D": "K_reflex", "E": "B_reflex"}
-UNITS = {"K": "Nm/rad", "D": "Nm/rad", "B": "Nms/rad", "E": "Nms/rad"}
 # an undetermined direction involves a parameter with this part of its largest effect on the torque
 INVOLVED = 0.3
 # rise of chi2 above its minimum within which 95 % of the delays lie
 DELAY_CHI2 = 3.84
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """A stiffness, damping or delay, or the reason why it is not identified."""
-
-    name: str
-    unit: str
-    """For example K_ankle_hip (torque of the ankle per angle of the hip) in Nm/rad."""
-    value: float
-    standard_error: float
-    low: float
-    high: float
-    """Estimate and 95 % interval (``unit``); NaN if it is refused."""
-    refusal: str = ""
-    """Empty, or one sentence."""
-
-    @property
-    def identified(self) -> bool:
-        """True if there is a number."""
-        return not self.refusal
 
 
 def driven_products(
@@ -144,8 +123,8 @@ def joint_quantities(
     names: Sequence[str],
     largest_share: float,
     mode_below_hz: float,
-) -> list[Quantity]:
-    """All quantities of one joint's torque.
+) -> dict[str, Quantity]:
+    """All quantities of one joint's torque by name, for example K_ankle_hip (torque per angle of the hip).
 
     fit: parameters and what the record determines.
     joint: whose torque.
@@ -161,24 +140,28 @@ def joint_quantities(
     weak = bool((fit.directions.strength < fit.directions.limit).any())
     weakly = _open_delay(fit) or (weak and fit.delay_s is not None)
     judge = _Judge(fit, labels, amplitude, largest_share, Profile(fit, spectra, joint, weakly))
-    quantities = [
-        judge(label, UNITS[kind], np.eye(len(fit.terms))[k], amplitude[k])
+    quantities = {
+        label: judge(label, NAMES[kind], np.eye(len(fit.terms))[k], amplitude[k])
         for k, (label, (kind, _)) in enumerate(zip(labels, fit.terms, strict=True))
-    ]
+    }
     for j, name in enumerate(names):
         if ("D", j) in fit.terms:
             static = np.array([float(kind in "KD" and i == j) for kind, i in fit.terms])
             label = f"K_static_{names[joint]}_{name}"
-            quantities.append(judge(label, "Nm/rad", static, angle[j] / driven))
+            quantities[label] = judge(label, "K", static, angle[j] / driven)
     mode = slow_mode(spectra, mode_below_hz)
     along = np.array([mode[j] if kind in "KD" else 0.0 for kind, j in fit.terms])
     mode_amplitude = np.sqrt(max(float(mode @ drive[0].sum(axis=0) @ mode), 0.0)) / (mode @ mode)
-    quantities.append(judge(f"K_mode_{names[joint]}", "Nm/rad", along, mode_amplitude / driven))
+    label = f"K_mode_{names[joint]}"
+    quantities[label] = judge(label, "K", along, mode_amplitude / driven)
     if fit.delay_s is not None:
         reflex = any(
-            one.identified for one, (kind, _) in zip(quantities, fit.terms, strict=False) if kind in "DE"
+            one.identified
+            for one, (kind, _) in zip(quantities.values(), fit.terms, strict=False)
+            if kind in "DE"
         )
-        quantities.append(_delay(fit, names[joint], reflex))
+        label = f"delay_{names[joint]}"
+        quantities[label] = _delay(fit, label, reflex)
     return quantities
 
 
@@ -192,19 +175,19 @@ class _Judge:
     largest_share: float
     profile: Profile
 
-    def __call__(self, name: str, unit: str, combination: np.ndarray, amplitude: float) -> Quantity:
-        fit = self.fit
+    def __call__(self, name: str, kind: str, combination: np.ndarray, amplitude: float) -> Quantity:
+        fit, unit = self.fit, symbol_of(kind)
         padded = np.zeros(fit.directions.strength.size)
         padded[: combination.size] = combination
         u = fit.directions.standard_error(padded)
         if not np.isfinite(amplitude) or u * amplitude > self.largest_share:
-            return refused(name, unit, self._refusal(name, padded, combination, u * amplitude))
+            return Quantity.refused(unit, self._refusal(name, padded, combination, u * amplitude))
         far = 2.0 * self.largest_share / max(amplitude, 1e-12)
         reason = f"{name} is not identified: values far from the best explain the record as well"
         value, half = float(combination @ fit.parameters), u * _quantile(fit.freedom)
         if not all(self.profile.excludes(combination, value + step) for step in (-far, far)):
-            return refused(name, unit, reason)
-        return Quantity(name, unit, value, u, value - half, value + half)
+            return Quantity.refused(unit, reason)
+        return Quantity(value, unit, u, value - half, value + half)
 
     def _refusal(self, name: str, padded: np.ndarray, combination: np.ndarray, share: float) -> str:
         partners = self.fit.directions.weak_partners(padded)[: len(self.labels)] * self.amplitude
@@ -225,30 +208,22 @@ class _Judge:
         )
 
 
-def refused(name: str, unit: str, refusal: str) -> Quantity:
-    """A quantity without a number (unit as given)."""
-    nan = float("nan")
-    return Quantity(name, unit, nan, nan, nan, nan, refusal)
-
-
-def _delay(fit: RowFit, joint: str, reflex: bool) -> Quantity:
+def _delay(fit: RowFit, name: str, reflex: bool) -> Quantity:
     """Delay of the reflex (s), if the reflex is identified and its delay is inside the range tried."""
-    name = f"delay_{joint}"
     inside = np.flatnonzero(fit.delay_chi2 <= fit.delay_chi2.min() + DELAY_CHI2)
     if _open_delay(fit):
         ends = f"{fit.delays_s[inside[0]]:g} to {fit.delays_s[inside[-1]]:g} s"
-        return refused(
-            name,
+        return Quantity.refused(
             "s",
             f"{name} is not identified: the record does not exclude {ends}, at an end of those tried",
         )
     if not reflex:
-        return refused(
-            name, "s", f"{name} is not identified: neither is any stiffness or damping of the reflex"
+        return Quantity.refused(
+            "s", f"{name} is not identified: neither is any stiffness or damping of the reflex"
         )
     u = fit.directions.standard_error(np.eye(fit.directions.strength.size)[-1])
     half = u * _quantile(fit.freedom)
-    return Quantity(name, "s", fit.delay_s, u, fit.delay_s - half, fit.delay_s + half)
+    return Quantity(fit.delay_s, "s", u, fit.delay_s - half, fit.delay_s + half)
 
 
 def _open_delay(fit: RowFit) -> bool:

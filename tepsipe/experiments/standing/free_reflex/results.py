@@ -32,7 +32,8 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.budgets import contributions_of
-from tepsipe.experiments.standing.estimates import UNITS, Fits, StandingFit, generator
+from tepsipe.experiments.fitted import FittedBudget
+from tepsipe.experiments.standing.estimates import Fits, StandingFit, generator
 from tepsipe.experiments.standing.free_reflex.broadband import FAR_M, BroadbandEpochs, by_recording, is_steady
 from tepsipe.experiments.standing.free_reflex.fit import (
     DISCREPANCY,
@@ -53,6 +54,7 @@ from tepsipe.experiments.standing.thesis.latency import MuscleLatency
 from tepsipe.identification.regression.generalised import Record, generalised_least_squares
 from tepsipe.io.estimates import Contribution, Estimate, flagged, recommended
 from tepsipe.io.result import Result
+from tepsipe.mechanics.impedance_model import UNITS
 from tepsipe.statistics.uncertainty import Budget, Source, coverage_factor, sources_of
 from tepsipe.treadmill.held_out import BEYOND, UNKNOWN, clearly_wrong
 
@@ -405,14 +407,9 @@ def _of(row: Estimate, pathway: str) -> bool:
     return row.pathway == pathway and row.quantity in OF_JOINT
 
 
-def budget_rows(rows: list[Estimate], fits: Fits) -> list[Contribution]:
-    """Rows of the table of budgets for the estimates of a trial or task."""
-    contributions = []
-    for (pathway, estimator), fit in fits.items():
-        if fit.budget is not None:
-            of_fit = [r for r in rows if (r.pathway, r.estimator) == (pathway, estimator)]
-            contributions += contributions_of(of_fit, fit.budget, list(fit.names))
-    return contributions
+def budgets_of(fits: Fits) -> list[FittedBudget]:
+    """Uncertainty of the parameters of a trial's or task's fits, as far as it is known."""
+    return [FittedBudget(*key, fit.names, fit.budget) for key, fit in fits.items() if fit.budget is not None]
 
 
 def budget_arrays(fits: Fits) -> tuple[dict[str, np.ndarray], dict]:
