@@ -47,7 +47,6 @@ from tepsipe.identification.result import (
     parts_of,
     quantities_of,
     symbol_of,
-    with_scales,
 )
 from tepsipe.signals.array_types import Samples
 from tepsipe.statistics.uncertainty import Source, stated_sources
@@ -548,6 +547,8 @@ def fit_parallel_cascade(
             f"and a stiffness of {result.working_stiffness:.3g} N·m/rad: reverse the sign of the torque"
         )
     quantities, findings, assumed = _cascade_quantities(result, confidence)
+    from tepsipe.identification.budgets.windows import with_scales
+
     quantities, budget = with_scales(quantities, sources, confidence)
     measured = lowpass(torque, rate_hz)[kept]
     motion = joint_motion(time[kept], lowpass(angle, rate_hz)[kept])
@@ -635,6 +636,8 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng, uncert
     late = delay_contributions(
         lambda x: np.linalg.lstsq(regressors, x)[0], derivative(motion.time, torque), sources
     )
+    from tepsipe.identification.budgets.windows import with_scales
+
     quantities, budget = with_scales(
         {
             name: Quantity.scaled(

@@ -11,7 +11,7 @@ from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
 from tepsipe.quantities import unit_symbol
 from tepsipe.signals.notebook_display import as_html, new_axes
 from tepsipe.statistics.bootstrap import expanded_tail
-from tepsipe.statistics.uncertainty import CONFIDENCE, Budget, Source
+from tepsipe.statistics.uncertainty import CONFIDENCE, Budget
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -356,56 +356,6 @@ def parts_of(names: Sequence[str], budget: Budget) -> dict[str, dict[str, float]
         name: {source: float(np.broadcast_to(u, len(names))[k]) for source, u in sources.items()}
         for k, name in enumerate(names)
     }
-
-
-def with_scales(
-    quantities: Mapping[str, Quantity],
-    sources: Mapping[str, Source],
-    confidence: float,
-    further: Mapping[str, np.ndarray] | None = None,
-) -> tuple[dict[str, Quantity], dict[str, dict[str, float]]]:
-    """Bootstrapped quantities with Type B of the scales of torque and angle.
-
-    Each end of an interval moves outwards by the half width of Type B, in quadrature, because bootstrapped
-    intervals are not symmetric.
-
-    quantities: p estimates of Type A by name.
-    sources: torque_scale and angle_scale, as far as they are known.
-    confidence: probability of the intervals.
-    further: contributions of other sources, as in `Budget.contributions`.
-
-    Returns:
-        quantities: by the same names.
-        parts: quantity -> source -> standard uncertainty.
-    """
-    from tepsipe.identification.budgets.manipulator import scale_contributions
-
-    powers = {name: _powers(q.unit) for name, q in quantities.items()}
-    values = {name: q.value for name, q in quantities.items()}
-    type_a = np.array([q.standard_error for q in quantities.values()])
-    contributions = scale_contributions(values, sources, powers) | dict(further or {})
-    freedom = {name: sources[name].freedom for name in contributions}
-    budget = Budget(type_a, np.inf, contributions, freedom)
-    of_b = Budget(np.zeros_like(type_a), np.inf, contributions, freedom)
-    half = of_b.interval(np.zeros_like(type_a), confidence)[1]
-    wider = {
-        name: replace(
-            q,
-            standard_error=float(budget.combined[k]),
-            low=q.value - float(np.hypot(q.value - q.low, half[k])),
-            high=q.value + float(np.hypot(q.high - q.value, half[k])),
-        )
-        for k, (name, q) in enumerate(quantities.items())
-    }
-    return (wider if contributions else dict(quantities)), parts_of(list(quantities), budget)
-
-
-def _powers(unit: str) -> tuple[int, int]:
-    """Powers of the torque and of the angle in a unit such as N·m·s/rad."""
-    torque = int("N·m" in unit)
-    if "/rad" not in unit:
-        return torque, int(unit.startswith("rad"))
-    return torque, -2 if unit.endswith("rad²") else -1
 
 
 def _digits(x: float, error: float | None) -> str:

@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 
 from tepsipe.experiments.planning.design import FOOT, JOINT_LIKELIHOOD_LINEAR, LEG, Design
-from tepsipe.experiments.planning.filtering import FilteredEstimates, mismatch_bias
+from tepsipe.experiments.planning.filter_trials import FilteredEstimates
+from tepsipe.experiments.planning.filtering import mismatch_bias
 from tepsipe.experiments.planning.optimal_pulse import best_of
 from tepsipe.experiments.planning.plan import Plan, plan_experiment
 from tepsipe.experiments.planning.pulses import STEP_S, Limits, peaks_of

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.errors import InputError, quoted
-from tepsipe.experiments.noise.rows import NoiseRow
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.readers.plain_file import read_text
 from tepsipe.io.result import Result
@@ -24,6 +23,7 @@ ROWS = {
     "table_4_2": [*PARAMETER_ROWS, "VAF_perturbation", "VAF_trial"],
     "table_4_3": [*PARAMETER_ROWS, "VAF_perturbation", "VAF_trial"],
 }
+TABLE_COLUMNS = ("none", "tau", "theta", "both")
 EXPERIMENT = {"table_4_1": "wristalyzer", "table_4_2": "dummy", "table_4_3": "dummy"}
 
 
@@ -130,57 +130,3 @@ def read_table(path: str | Path) -> tuple[list[str], list[TableRow]]:
             f"{path}: expected a table of the thesis, found a damaged row ({quoted(error)}): make it again"
         ) from error
     return header[4::2], rows
-
-
-TABLE_4_4 = (
-    "I",
-    "B",
-    "K",
-    "SEM_I",
-    "SEM_B",
-    "SEM_K",
-    "VAF_perturbation",
-    "VAF_trial",
-    "VAF_cross_validated",
-    "VAF_theta_perturbation",
-    "VAF_theta_trial",
-)
-# rows of the noise study that a row of the table shows: the ordinary standard error, not that of eq (3-2)
-SHOWN = {"SEM_I": "SE_I", "SEM_B": "SE_B", "SEM_K": "SE_K"}
-TABLE_COLUMNS = ("none", "tau", "theta", "both")
-
-
-def table_4_4(
-    rows: list[NoiseRow], reported: dict[str, dict[str, float]], conditions: list[str], snr_db: float
-) -> list[TableRow]:
-    """Thesis Table 4-4: means over conditions, for every processing and simulated stiffness.
-
-    reported: quantity -> noise target -> value in the thesis (unit of the quantity).
-    conditions: trials that are averaged.
-    snr_db: signal power over noise power of the table (dB); noise-free results are included.
-    Returns: one per processing, stiffness and quantity, with the columns of TABLE_COLUMNS.
-    """
-    found: dict[tuple, list[NoiseRow]] = {}
-    for row in rows:
-        if row.condition in conditions and (row.noise_on == "none" or row.snr_db == snr_db):
-            key = (row.estimator, row.stiffness_Nm_per_rad, row.quantity, row.noise_on)
-            found.setdefault(key, []).append(row)
-    laid_out = []
-    for estimator, stiffness in dict.fromkeys((e, k) for e, k, _, _ in found):
-        for quantity in TABLE_4_4:
-            shown = SHOWN.get(quantity, quantity)
-            cells = [found.get((estimator, stiffness, shown, target)) for target in TABLE_COLUMNS]
-            if not any(cells):
-                continue
-            unit = next(group[0].unit for group in cells if group)
-            laid_out.append(
-                TableRow(
-                    estimator,
-                    f"K = {stiffness:g} Nm/rad",
-                    quantity,
-                    unit,
-                    [None if group is None else float(np.mean([r.mean for r in group])) for group in cells],
-                    [reported.get(quantity, {}).get(target) for target in TABLE_COLUMNS],
-                )
-            )
-    return laid_out

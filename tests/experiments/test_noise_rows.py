@@ -20,8 +20,9 @@ from tepsipe.io.result import read_result, write_result
 from tepsipe.mechanics.inverse_dynamics import Foot
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.reporting.chapters import noise
+from tepsipe.reporting.noise_table import TABLE_4_4, table_4_4
 from tepsipe.reporting.run import Run, report_content
-from tepsipe.reporting.thesis_tables import TABLE_4_4, TABLE_COLUMNS, read_table, table_4_4, write_table
+from tepsipe.reporting.thesis_tables import TABLE_COLUMNS, read_table, write_table
 from tepsipe.signals.perturbations import WindowOptions
 
 FOOT = Foot(mass_kg=2.1, height_m=0.055)

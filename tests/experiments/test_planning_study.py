@@ -16,8 +16,8 @@ from tepsipe.experiments.planning.figures import (
     plot_pulses,
     plot_treadmill_filters,
 )
+from tepsipe.experiments.planning.filter_trials import FilteredEstimates
 from tepsipe.experiments.planning.filtering import (
-    FilteredEstimates,
     delay_samples,
     filtered,
     filtered_motion,

@@ -5,7 +5,8 @@ import job
 job.start(snakemake)
 
 from tepsipe.experiments.noise.rows import NOISE_ROWS
-from tepsipe.reporting.thesis_tables import TABLE_COLUMNS, table_4_4, write_table
+from tepsipe.reporting.noise_table import table_4_4
+from tepsipe.reporting.thesis_tables import TABLE_COLUMNS, write_table
 
 params = snakemake.params
 rows = NOISE_ROWS.read(*snakemake.input.noise)

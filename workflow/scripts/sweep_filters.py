@@ -6,7 +6,8 @@ job.start(snakemake)
 
 from tepsipe.experiments.dummy.foot_pathways import FootOptions
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
-from tepsipe.experiments.planning.filtering import filter_estimates, lowpasses
+from tepsipe.experiments.planning.filter_trials import filter_estimates
+from tepsipe.experiments.planning.filtering import lowpasses
 from tepsipe.io.tables import write_records
 from tepsipe.io.trial import read_trial
 from tepsipe.reporting.plan_tables import window_rows
