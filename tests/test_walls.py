@@ -98,7 +98,7 @@ def test_no_circle():
 # ---- the parts of an experiment ------------------------------------------------------------------
 
 OBJECTS = ("tepsipe.experiments.experiment", "tepsipe.experiments.registry")
-FOLDERS = {f"tepsipe.experiments.{known.folder or name}" for name, known in EXPERIMENTS.items()}
+FOLDERS = {f"tepsipe.experiments.{known.folder}" for known in EXPERIMENTS.values()}
 # what makes numbers, and what shows them
 MAKING, SHOWING = ("ingest", "fit"), ("figures", "page")
 

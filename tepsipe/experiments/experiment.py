@@ -71,9 +71,13 @@ class Experiment:
     true: tuple[str, ...] = ()
     """Constants of the laboratory, as the truth of the estimates."""
 
+    def __post_init__(self):
+        """Name the folder."""
+        object.__setattr__(self, "folder", self.folder or self.name)
+
     def module(self, part: str) -> str:
         """Name of the module of one of its parts, such as ``ingest``."""
-        return f"{__package__}.{self.folder or self.name}.{part}"
+        return f"{__package__}.{self.folder}.{part}"
 
     def part(self, part: str) -> ModuleType:
         """The module of one of its parts, imported when it is asked for."""

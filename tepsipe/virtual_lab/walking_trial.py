@@ -15,7 +15,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import ezc3d
 import numpy as np
 
 from tepsipe.quantities import Height, Length, NotNegative, Point
@@ -153,6 +152,8 @@ def _write_dflow(path: Path, rate_hz, labels, positions, plates, body, rng) -> N
 
 
 def _write_c3d(path: Path, rate_hz, labels, positions, plates, body, rng) -> None:
+    import ezc3d  # loads a compiled library, which only makers of files need
+
     n = len(positions)
     if n > MOST_FRAMES:
         raise ValueError(f"expected at most {MOST_FRAMES} frames in a C3D, found {n}")
@@ -187,6 +188,8 @@ def _write_c3d(path: Path, rate_hz, labels, positions, plates, body, rng) -> Non
 
 
 def _add_plates(file, count: int) -> None:
+    import ezc3d
+
     signs = np.array([[1.0, -1.0, 0.0], [-1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [1.0, 1.0, 0.0]])
     half = np.array([HALF_WIDTH_M, HALF_LENGTH_M, 0.0])
     corners = [1000.0 * (np.array([x, 0.0, 0.0]) + signs * half).T for x in LATERAL_M[:count]]

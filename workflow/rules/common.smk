@@ -61,10 +61,13 @@ ABOUT_STUDY = {
 }
 
 
+# what an experiment declares reaches a job by the params of its rule: an edit re-runs those whose params change
 DECLARATIONS = {
     "tepsipe/experiments/experiment.py",
-    *(f"tepsipe/experiments/{known.folder or name}/__init__.py" for name, known in EXPERIMENTS.items()),
+    *(f"tepsipe/experiments/{known.folder}/__init__.py" for known in EXPERIMENTS.values()),
 }
+# sources of schematics and flow charts
+DRAWINGS = [here(f"report/{name}.typ") for name in ("drawings", "format")]
 
 
 wildcard_constraints:
@@ -77,9 +80,9 @@ def as_it_is(value):
     return lambda w: value
 
 
-def sheet(column, experiment=None):
-    """Param function: a column of the trial's row. The experiment is a wildcard where none is given."""
-    return lambda w: getattr(STUDY.trials[experiment or w.experiment, w.condition], column)
+def sheet(column, experiment):
+    """Param function: a column of the trial's row."""
+    return lambda w: getattr(STUDY.trials[experiment, w.condition], column)
 
 
 def of_trial(function, experiment):
@@ -92,14 +95,14 @@ def section_of(experiment, *paths):
     return lambda w: pick(STUDY.of_trial(experiment, w.condition), *paths)
 
 
-def raw_files(experiment=None):
+def raw_files(experiment):
     """Param function: kind -> path of the trial's raw files, recorded or simulated."""
-    return lambda w: STUDY.raw_files(experiment or w.experiment, w.condition, config["pathvars"]["results"])
+    return lambda w: STUDY.raw_files(experiment, w.condition, config["pathvars"]["results"])
 
 
-def raw_inputs(experiment=None):
+def raw_inputs(experiment):
     """Input function: the same, without recorded ones that are missing."""
-    return lambda w: STUDY.raw_inputs(experiment or w.experiment, w.condition, config["pathvars"]["results"])
+    return lambda w: STUDY.raw_inputs(experiment, w.condition, config["pathvars"]["results"])
 
 
 def reported_table(name):
@@ -144,7 +147,6 @@ def library_of(script, *modules):
     """The modules that a script reaches, and those that it loads by name: an edit of one re-runs the rule."""
     starts = (f"workflow/scripts/{script}.py", *modules)
     found = {path for start in starts for path in reached_by(start, str(CHECKOUT))}
-    # what an experiment declares reaches a job by its rule alone
     return [here(path) for path in sorted(found.union(modules) - DECLARATIONS)]
 
 

@@ -44,7 +44,7 @@ for _experiment in EXPERIMENTS.values():
     if not _experiment.fitted:
         continue
     _name, _takes = _experiment.name, _experiment.fit_takes
-    _given = {"seed": SEED, "uncertainty": SETTINGS["uncertainty"].get(_experiment.folder or _name)}
+    _given = {"seed": SEED, "uncertainty": SETTINGS["uncertainty"].get(_experiment.folder)}
     _models = {
         "models": of_trial(partial(outputs.plate_models, STUDY), _name),
         "calibrations": of_trial(partial(outputs.held_out, STUDY), _name),

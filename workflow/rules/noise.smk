@@ -70,7 +70,7 @@ rule plot_noise:
     """Draw the figures of the noise study."""
     input:
         noise=[f"<results>/noise/{c}.csv" for c in STUDY.noise.conditions()],
-        drawings=[here("report/drawings.typ"), here("report/format.typ")],
+        drawings=DRAWINGS,
         library=library_of("plot", "tepsipe/experiments/noise/figures.py"),
     output:
         **figure_files("noise"),

@@ -19,11 +19,6 @@ def of_plate(w):
     return [f"<results>/fits/{STUDY.treadmill.plate_of(belt)}.h5"] if models else []
 
 
-def of_page(function, experiment):
-    """Function of the page's wildcards from one of a study, an experiment and a condition."""
-    return lambda w: function(STUDY, experiment, w.condition)
-
-
 # experiment -> chapter of the report, further inputs, and params of its pages; others have the chapter of their name
 PAGES = {
     "dummy": (
@@ -48,8 +43,8 @@ for _name, _experiment in EXPERIMENTS.items():
     if not _experiment.ingest_reads:
         continue
     _chapter, _files, _params = PAGES.get(_name, (_name.replace("_", "-"), {}, {}))
-    _module = _experiment.folder or _name
-    _estimates = of_page(outputs.estimates_of_trial, _name)
+    _module = _experiment.folder
+    _estimates = of_trial(partial(outputs.estimates_of_trial, STUDY), _name)
     _fitted = {"fit": f"<results>/fits/{_name}/{{condition}}.h5", "estimates": _estimates}
 
     rule:
@@ -60,7 +55,7 @@ for _name, _experiment in EXPERIMENTS.items():
             **(_fitted if _experiment.fitted else {}),
             **_files,
             trial=f"<results>/trials/{_name}/{{condition}}.h5",
-            truth=of_page(outputs.comparison_of, _name),
+            truth=of_trial(partial(outputs.comparison_of, STUDY), _name),
             source=PAGE_SOURCE,
             library=library_of("write_pages", f"tepsipe/experiments/{_module}/page.py"),
         output:
@@ -77,8 +72,8 @@ for _name, _experiment in EXPERIMENTS.items():
             composed_by=f"experiments.{_module}.page:page",
             chapter=_chapter,
             title=as_it_is(config["study"]["title"]),
-            trial=of_page(report_params.described, _name),
-            neighbours=of_page(report_params.neighbours, _name),
+            trial=of_trial(partial(report_params.described, STUDY), _name),
+            neighbours=of_trial(partial(report_params.neighbours, STUDY), _name),
         script:
             "../scripts/write_pages.py"
 

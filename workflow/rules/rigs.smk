@@ -7,7 +7,7 @@ rule plot_rigs:
         trials=[f"<results>/trials/{e}/{c}.h5" for e, c in STUDY.examples()],
         fits=[f"<results>/fits/{e}/{c}.h5" for e in ("dummy", "weight", "empty") for c in STUDY.conditions(e)],
         epochs=STUDY.of_trials("<results>/epochs/standing/{condition}.h5", "standing"),
-        drawings=[here("report/drawings.typ"), here("report/format.typ")],
+        drawings=DRAWINGS,
         library=library_of("plot", "tepsipe/reporting/figures.py"),
     output:
         **figure_files("rigs"),

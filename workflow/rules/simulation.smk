@@ -53,7 +53,7 @@ rule plot_simulation:
     input:
         fits=STUDY.of_trials("<results>/fits/simulation/{condition}.h5", "dummy"),
         forward="<results>/tables/forward.csv",
-        drawings=[here("report/drawings.typ"), here("report/format.typ")],
+        drawings=DRAWINGS,
         library=library_of("plot", "tepsipe/experiments/forward/figures.py"),
     output:
         **figure_files("simulation"),

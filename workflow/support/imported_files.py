@@ -15,7 +15,7 @@ def reached_by(script: str, root: str = ".") -> list[str]:
     found: set[str] = set()
     waiting = [start]
     while waiting:
-        new = _needed(waiting.pop(), root, start.rpartition("/")[0]) - found
+        new = _needed(waiting.pop(), root) - found
         found |= new
         waiting += new
     return sorted(path.removeprefix(f"{root}/") for path in found)
@@ -23,9 +23,12 @@ def reached_by(script: str, root: str = ".") -> list[str]:
 
 # files and folders are looked up once, not once for every rule: that takes longer than all else at the start
 @cache
-def _needed(file: str, base: str, script_folder: str) -> set[str]:
+def _needed(file: str, base: str) -> set[str]:
     """Files of this project that one file imports directly."""
-    return {found for module in _imported(file) for found in _files_of(module, base, script_folder)}
+    folder = file.rpartition("/")[0]
+    # a script, which is in no package, imports those beside it by their bare names
+    places = (base,) if _file_of(folder) else (base, folder)
+    return {found for module in _imported(file) for found in _files_of(module, places)}
 
 
 # by their text, in a fifth of the time of a syntax tree; prose that looks like an import names no file
@@ -46,11 +49,11 @@ def _imported(file: str) -> set[str]:
 
 
 @cache
-def _files_of(module: str, base: str, script_folder: str) -> list[str]:
+def _files_of(module: str, places: tuple[str, ...]) -> list[str]:
     """The module's own file and those of the packages around it, if they are this project's."""
     parts = module.split(".")
     files = []
-    for start in (base, script_folder):
+    for start in places:
         for depth in range(1, len(parts) + 1):
             path = _file_of("/".join((start, *parts[:depth])))
             if path:

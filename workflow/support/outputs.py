@@ -137,11 +137,6 @@ def held_out(study: Study, experiment: str, condition: str) -> list[str]:
     return [f"<results>/treadmill_models/{plate}_held_out.h5" for plate in plates]
 
 
-def plate_fits(study: Study) -> list[str]:
-    """Responses of every calibration of the force plate, one per belt."""
-    return [f"<results>/fits/{name}.h5" for name in study.treadmill.plates()] if study.has("weight") else []
-
-
 def model_files(study: Study, experiment: str) -> list[str]:
     """Responses and scores of a calibration of treadmill models, for the report."""
     if not study.has(experiment):
