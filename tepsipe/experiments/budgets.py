@@ -1,52 +1,42 @@
-"""Quantities and their uncertainty budgets as rows: of estimates with intervals, and of sources."""
+"""Quantities as rows: of estimates with intervals, and of the sources of their uncertainty."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from itertools import repeat
+from collections.abc import Mapping
 
 from tepsipe.identification.result import Quantity
-from tepsipe.io.estimates import SCATTER, Contribution, Estimate
+from tepsipe.io.estimates import Contribution, Estimate
 from tepsipe.quantities import plain_unit
-from tepsipe.statistics.uncertainty import Budget
+from tepsipe.statistics.uncertainty import SCATTER
+
+# experiment, condition, pathway and estimator
+Names = tuple[str, str, str, str]
 
 
 def rows_of(
-    names: tuple[str, str, str, str],
-    quantities: Mapping[str, Quantity],
-    n_perturbations: int | None = None,
-    printed: Iterable[float | None] = repeat(None),
+    names: Names, quantities: Mapping[str, Quantity], n_perturbations: int | None = None
 ) -> list[Estimate]:
     """Rows of the table of estimates for the quantities of one trial, pathway and estimator.
 
-    names: experiment, condition, pathway and estimator.
-    printed: standard errors by thesis eq (3-2) as printed, in the order of the quantities.
+    An uncertainty that is NaN has no cell, but that of a quantity with a Type A uncertainty was lost.
     """
     rows = []
-    for (name, q), sem in zip(quantities.items(), printed, strict=False):
-        uncertain = q.u_type_a is not None or not math.isnan(q.standard_error)
-        interval = (q.standard_error, q.low, q.high) if uncertain else (None, None, None)
-        head = (*names, name, plain_unit(q.unit), q.value)
-        types, flags = (q.u_type_a, q.u_type_b), "" if q.identified else "not-identified"
-        rows.append(Estimate(*head, *interval, sem, n_perturbations, *types, flags=flags))
+    for name, q in quantities.items():
+        numbers = (q.standard_error, q.low, q.high)
+        interval = (None if q.u_type_a is None and math.isnan(x) else x for x in numbers)
+        flags = q.flags if q.identified else ("not-identified", *q.flags)
+        row = (*names, name, plain_unit(q.unit), q.value, *interval, q.as_printed, n_perturbations)
+        rows.append(Estimate(*row, q.u_type_a, q.u_type_b, flags=";".join(flags)))
     return rows
 
 
-def contributions_of(
-    rows: Sequence[Estimate], budget: Budget, quantities: Sequence[str]
-) -> list[Contribution]:
-    """Rows of the table of budgets for the estimates of one trial, pathway and estimator.
+def contributions_of(names: Names, quantities: Mapping[str, Quantity]) -> list[Contribution]:
+    """Rows of the table of budgets for the same quantities, as far as they have a budget.
 
-    quantities: names of the budget's estimates, in their order. Rows of other quantities are passed over.
-    Returns: Type A comes first; contributions that are not finite, as with a single perturbation, are left
-    out.
+    Type A comes first. Contributions that are not finite, as with a single perturbation, are left out.
     """
-    contributions = []
-    for row in rows:
-        if row.quantity not in quantities:
-            continue
-        k = list(quantities).index(row.quantity)
-        parts = [(SCATTER, "A", float(budget.type_a[k]))]
-        parts += [(name, "B", float(budget.of_source(name)[k])) for name in budget.contributions]
-        names = (row.experiment, row.condition, row.pathway, row.estimator, row.quantity, row.unit)
-        contributions += [Contribution(*names, *part) for part in parts if math.isfinite(part[2])]
-    return contributions
+    return [
+        Contribution(*names, name, plain_unit(q.unit), source, "A" if source == SCATTER else "B", u)
+        for name, q in quantities.items()
+        for source, u in q.parts.items()
+        if math.isfinite(u)
+    ]

@@ -44,7 +44,6 @@ from tepsipe.identification.result import (
     Curve,
     ImpedanceFit,
     Quantity,
-    parts_of,
     quantities_of,
     symbol_of,
 )
@@ -283,7 +282,6 @@ def fit_output_error(
         details=result,
         windows=result.parameters,
         type_b=tuple(sources),
-        budget=parts_of(PARAMETERS, budget),
     )
     inertia = fit.I + leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2
     follows += notes.of_delay(result.delay_s) + notes.of_rest(time, windows, inertia, fit.B)
@@ -415,7 +413,6 @@ def fit_admittance(
         details=result,
         notes=found + notes.of_vaf(explained, "the response"),
         type_b=tuple(sources),
-        budget=parts_of(PARAMETERS, budget) if budget else {},
     )
 
 
@@ -549,7 +546,7 @@ def fit_parallel_cascade(
     quantities, findings, assumed = _cascade_quantities(result, confidence)
     from tepsipe.identification.budgets.windows import with_scales
 
-    quantities, budget = with_scales(quantities, sources, confidence)
+    quantities = with_scales(quantities, sources, confidence)
     measured = lowpass(torque, rate_hz)[kept]
     motion = joint_motion(time[kept], lowpass(angle, rate_hz)[kept])
     fitted = np.array([[time[kept][0], time[kept][training - 1]]])
@@ -563,7 +560,6 @@ def fit_parallel_cascade(
         details=result,
         findings=findings,
         type_b=tuple(sources),
-        budget=budget,
     )
     found = notes.of_impedance(fit, motion, measured) + notes.of_filter(rate_hz, cutoff_hz)
     return replace(fit, notes=(*named, *assumed, *found))
@@ -601,7 +597,6 @@ def _fit_windows(motion, torque, perturbations, rest, thesis, confidence, uncert
         windows=result.parameters,
         notes=("One perturbation has no interval: record more.",) if len(windows) == 1 else (),
         type_b=sources,
-        budget=parts_of(PARAMETERS, budget),
     )
 
 
@@ -638,7 +633,7 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng, uncert
     )
     from tepsipe.identification.budgets.windows import with_scales
 
-    quantities, budget = with_scales(
+    quantities = with_scales(
         {
             name: Quantity.scaled(
                 result.parameters[k], symbol_of(name), drawn[:, k], confidence, errors[k], freedom[k]
@@ -658,7 +653,6 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng, uncert
         curve=Curve(motion.time, torque, regressors @ result.parameters, "Torque (N·m)"),
         details=result,
         type_b=tuple(sources),
-        budget=budget,
     )
 
 

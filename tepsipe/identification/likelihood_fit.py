@@ -15,7 +15,6 @@ from tepsipe.identification.result import (
     Curve,
     ImpedanceFit,
     Quantity,
-    parts_of,
     quantities_of,
 )
 from tepsipe.mechanics.inverse_dynamics import Leg
@@ -160,7 +159,6 @@ def fit_joint_likelihood(
         details=result,
         windows=result.parameters,
         type_b=tuple(sources),
-        budget=parts_of(PARAMETERS, budget) | parts_of(names, small),
     )
     found = notes.of_impedance(fit, motion) + notes.of_delay(result.delay_s)
     return replace(fit, notes=(*named, *follows, *found))

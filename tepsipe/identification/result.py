@@ -11,7 +11,7 @@ from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
 from tepsipe.quantities import unit_symbol
 from tepsipe.signals.notebook_display import as_html, new_axes
 from tepsipe.statistics.bootstrap import expanded_tail
-from tepsipe.statistics.uncertainty import CONFIDENCE, Budget
+from tepsipe.statistics.uncertainty import CONFIDENCE, SCATTER, Budget
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -36,6 +36,12 @@ class Quantity:
     u_type_b: float | None = None
     """Standard uncertainties from the scatter and from everything else (``unit``); None where they were not
     evaluated."""
+    parts: Mapping[str, float] = field(default_factory=dict)
+    """Source -> its standard uncertainty (``unit``), `SCATTER` for Type A; empty without a budget."""
+    as_printed: float | None = None
+    """Standard error by thesis eq (3-2) as printed (``unit``); None where there is none."""
+    flags: tuple[str, ...] = ()
+    """Checks that the number failed (`tepsipe.io.estimates.FLAGS`)."""
     refusal: str = ""
     """Sentence that says why the record does not determine the number; empty where it does."""
 
@@ -80,8 +86,11 @@ class Quantity:
 
     def times(self, factor: float, unit: str) -> "Quantity":
         """The quantity times a positive constant, in another unit."""
-        numbers = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("unit", "refusal")}
-        return replace(self, unit=unit, **{k: None if x is None else factor * x for k, x in numbers.items()})
+        others = ("unit", "parts", "flags", "refusal")
+        numbers = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in others}
+        parts = {source: factor * u for source, u in self.parts.items()}
+        numbers = {k: None if x is None else factor * x for k, x in numbers.items()}
+        return replace(self, unit=unit, parts=parts, **numbers)
 
     def cells(self) -> tuple[str, str, str]:
         """Value, standard error and interval as text (``unit``), rounded by the standard error."""
@@ -150,8 +159,6 @@ class ImpedanceFit:
         Sources of Type B that were given as ``uncertainty``. Without any, standard errors and intervals are
         of Type A: they include the scatter within the record, but no errors of masses, lengths, calibrations
         and delays, which all records of the rig share.
-    budget : mapping of str to mapping of str to float
-        Quantity -> source -> its standard uncertainty (unit of the quantity), ``scatter`` for Type A.
 
     Examples
     --------
@@ -178,7 +185,6 @@ class ImpedanceFit:
     notes: tuple[str, ...] = ()
     findings: tuple[str, ...] = ()
     type_b: tuple[str, ...] = ()
-    budget: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     @property
     def I(self) -> float:  # noqa: E743, N802  the symbol of the thesis
@@ -209,6 +215,11 @@ class ImpedanceFit:
     def standard_errors(self) -> dict[str, float]:
         """Name -> standard error (unit of the quantity)."""
         return {name: q.standard_error for name, q in self.quantities.items()}
+
+    @property
+    def budget(self) -> dict[str, Mapping[str, float]]:
+        """Quantity -> source -> standard uncertainty (unit of the quantity), ``scatter`` for Type A."""
+        return {name: q.parts for name, q in self.quantities.items() if q.parts}
 
     @property
     def interval_type(self) -> str:
@@ -344,18 +355,18 @@ def quantities_of(
     of_b = budget.type_b.tolist() if budget.contributions else [None] * len(values)
     columns = (budget.combined.tolist(), low.tolist(), high.tolist(), budget.type_a.tolist(), of_b)
     return {
-        name: Quantity(float(x), symbol_of(name), *numbers)
-        for (name, x), *numbers in zip(values.items(), *columns, strict=True)
+        name: Quantity(float(x), symbol_of(name), *numbers, parts=parts)
+        for (name, x), parts, *numbers in zip(values.items(), parts_of(budget), *columns, strict=True)
     }
 
 
-def parts_of(names: Sequence[str], budget: Budget) -> dict[str, dict[str, float]]:
-    """Quantity -> source -> standard uncertainty (unit of the quantity); ``names`` in the budget's order."""
-    sources = {"scatter": budget.type_a} | {name: budget.of_source(name) for name in budget.contributions}
-    return {
-        name: {source: float(np.broadcast_to(u, len(names))[k]) for source, u in sources.items()}
-        for k, name in enumerate(names)
-    }
+def parts_of(budget: Budget) -> list[dict[str, float]]:
+    """For each quantity of a budget: source -> standard uncertainty (unit of the quantity)."""
+    sources = {SCATTER: budget.type_a} | {name: budget.of_source(name) for name in budget.contributions}
+    return [
+        {source: float(np.broadcast_to(u, budget.type_a.shape)[k]) for source, u in sources.items()}
+        for k in range(budget.type_a.size)
+    ]
 
 
 def _digits(x: float, error: float | None) -> str:

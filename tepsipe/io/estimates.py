@@ -84,7 +84,6 @@ QUOTED = ("I", "B", "K", "mass")
 # a VAF below this belongs to a diverging prediction (%)
 DIVERGED_VAF = -1e6
 TYPES = ("A", "B")
-SCATTER = "scatter"  # the source of Type A
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tepsipe.io.estimates import QUOTED, SCATTER, Contribution, Estimate
-from tepsipe.statistics.uncertainty import coverage_factor
+from tepsipe.io.estimates import QUOTED, Contribution, Estimate
+from tepsipe.statistics.uncertainty import SCATTER, coverage_factor
 
 # name of a source -> what a reader understands by it
 SOURCES = {

@@ -16,13 +16,14 @@ from matplotlib.figure import Figure
 
 from tepsipe.drawing.names import short_name, words
 from tepsipe.drawing.style import COLOURS, SMALLEST_PT, Drawing, in_style, new_figure
-from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES, SCATTER
+from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES
 from tepsipe.io.result import read_result
 from tepsipe.io.trial import Trial, read_trial
 from tepsipe.quantities import unit_symbol
 from tepsipe.reporting.budgets import SHOWN as OF_BUDGETS
 from tepsipe.reporting.budgets import RelativeBudget, budgeted, relative_budgets, source_words
 from tepsipe.reporting.coverage import SHIFTED
+from tepsipe.statistics.uncertainty import SCATTER
 
 # beginning of a trial, before the first perturbation, over which markers are averaged (s)
 REST_S = 2.0

@@ -31,6 +31,7 @@ from tepsipe.errors import InputError, listed, quoted
 from tepsipe.quantities import Distribution, NotNegative, Positive
 
 CONFIDENCE = 0.95
+SCATTER = "scatter"  # the source of Type A
 
 
 @dataclass(frozen=True)

@@ -83,7 +83,7 @@ def with_scales(
     sources: Mapping[str, Source],
     confidence: float,
     further: Mapping[str, np.ndarray] | None = None,
-) -> tuple[dict[str, Quantity], dict[str, dict[str, float]]]:
+) -> dict[str, Quantity]:
     """Bootstrapped quantities with Type B of the scales of torque and angle.
 
     Each end of an interval moves outwards by the half width of Type B, in quadrature, because bootstrapped
@@ -93,10 +93,7 @@ def with_scales(
     sources: torque_scale and angle_scale, as far as they are known.
     confidence: probability of the intervals.
     further: contributions of other sources, as in `Budget.contributions`.
-
-    Returns:
-        quantities: by the same names.
-        parts: quantity -> source -> standard uncertainty.
+    Returns: by the same names.
     """
     powers = {name: _powers(q.unit) for name, q in quantities.items()}
     values = {name: q.value for name, q in quantities.items()}
@@ -115,7 +112,11 @@ def with_scales(
         )
         for k, (name, q) in enumerate(quantities.items())
     }
-    return (wider if contributions else dict(quantities)), parts_of(list(quantities), budget)
+    widened = wider if contributions else quantities
+    return {
+        name: replace(q, parts=parts)
+        for (name, q), parts in zip(widened.items(), parts_of(budget), strict=True)
+    }
 
 
 def _powers(unit: str) -> tuple[int, int]:

@@ -3,10 +3,9 @@
 import numpy as np
 import pandas as pd
 
-from tepsipe.io.estimates import SCATTER
 from tepsipe.reporting.budgets import SHOWN, RelativeBudget, budgeted, relative_budgets, source_words
 from tepsipe.reporting.run import Run
-from tepsipe.statistics.uncertainty import coverage_factor
+from tepsipe.statistics.uncertainty import SCATTER, coverage_factor
 
 MORE = 4  # times as many perturbations, in the sentence on repetition
 

@@ -7,10 +7,11 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 import pandas as pd
 
-from tepsipe.io.estimates import FLAGS, SCATTER
+from tepsipe.io.estimates import FLAGS
 from tepsipe.reporting.budgets import SOURCES
 from tepsipe.reporting.recovery import AT_WORK
 from tepsipe.reporting.run import Run
+from tepsipe.statistics.uncertainty import SCATTER
 
 KEYS = ["experiment", "condition", "pathway", "estimator", "quantity"]
 # source of a budget -> drawn constant of the laboratory, where their names differ
