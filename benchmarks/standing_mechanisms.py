@@ -140,8 +140,6 @@ class Analysis:
             section["recommended"]["pathway"],
             FreeReflexOptions(**section["free_reflex"]),
             sources_of(settings_of(config)["uncertainty"]["standing"]),
-            analysis["bootstrap_draws"],
-            1,
         )
 
     def responses(self, files: dict[str, Path], name: str):
@@ -217,11 +215,11 @@ def quoted(job: tuple[str, dict, str, int]) -> dict:
     window_s = analysis.estimators[analysis.section["recommended"]["estimator"]].window_s
     onsets = [e.onsets_s for e in epochs]
     true = linear_truth_standing(motions, onsets, window_s, False, analysis.cutting.baseline_s)
-    low, high = fit.budget.interval(fit.parameters[0])
-    scores = {"flags": fit.flags}
-    for k, key in enumerate("BK"):
-        scores[key] = 100.0 * (fit.parameters[0, k] / true[key] - 1.0)
-        scores[f"{key}_half"] = 50.0 * (high[k] - low[k]) / true[key]
+    scores = {"flags": fit.quantities["K"].flags}
+    for key in "BK":
+        found = fit.quantities[key]
+        scores[key] = 100.0 * (found.value / true[key] - 1.0)
+        scores[f"{key}_half"] = 50.0 * (found.high - found.low) / true[key]
     return scores
 
 
@@ -246,7 +244,7 @@ def measured(job: tuple[str, dict, str, int]) -> dict:
         fit = fit_standing(epochs, "ankle", estimator, analysis.active, 10, np.random.default_rng(1))
         for key in "KB":
             scores[f"{key}_true", window_s] = true[key]
-            scores[key, window_s] = 100.0 * (fit.interval(key)[0] / true[key] - 1.0)
+            scores[key, window_s] = 100.0 * (fit.quantities[key].value / true[key] - 1.0)
     return scores
 
 

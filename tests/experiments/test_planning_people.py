@@ -84,8 +84,8 @@ def draw_standing_estimates(plan, rng, draws, quiet_s=1.12):
             apparent=None,
             skin_m=0.0,
         )
-        fit = fit_free_reflex([epochs], WINDOW_S, design.options, [], 2, rng)
-        found[k] = fit.parameters[0]
+        fit = fit_free_reflex([epochs], WINDOW_S, design.options, [])
+        found[k] = fit.parameters
     return found
 
 

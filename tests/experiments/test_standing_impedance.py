@@ -10,10 +10,12 @@ from emg_builders import ramp_burst
 from standing_builders import RESPONSE_TIME, SIZES, bent, responses_with, twitched
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.standing.estimates import StandingFit, standing_estimates
+from tepsipe.experiments.standing.estimates import fit_rows
 from tepsipe.experiments.standing.muscle_torque import ACTIVE, ActiveOptions, MuscleTorque, twitch
 from tepsipe.experiments.standing.options import StandingEstimator
-from tepsipe.experiments.standing.thesis.impedance import fit_all, fit_standing
+from tepsipe.experiments.standing.thesis.impedance import DELAYS as NAMES
+from tepsipe.experiments.standing.thesis.impedance import fit_all, fit_standing, of_draws
+from tepsipe.mechanics.impedance_model import PARAMETERS
 
 K, B, INERTIA = 370.0, 6.0, 0.05
 ANGLE, RATE, ACCELERATION = bent(RESPONSE_TIME)
@@ -47,7 +49,40 @@ def fit(trials, estimator=SHORT, options=OPTIONS, draws=50, seed=1):
 
 def found(result):
     """Name -> value of a fit."""
-    return dict(zip(result.names, result.parameters[0].tolist(), strict=True))
+    joint = {name: result.quantities[name].value for name in PARAMETERS if name in result.quantities}
+    return joint | result.gains
+
+
+def values(result):
+    """I, B, K and gains of a fit."""
+    return list(found(result).values())
+
+
+def numbers(result, name):
+    """Value, standard error, and both ends of the interval of a quantity."""
+    q = result.quantities[name]
+    return q.value, q.standard_error, q.low, q.high
+
+
+def delays(result):
+    """T, L, D of a fit."""
+    return {key: result.quantities[name] for key, name in NAMES.items() if name in result.quantities}
+
+
+def values_of_delays(result):
+    return {key: delay.value for key, delay in delays(result).items()}
+
+
+def ranges(result):
+    return {key: (delay.low, delay.high) for key, delay in delays(result).items()}
+
+
+def at_bound(result):
+    return [key for key, delay in delays(result).items() if delay.flags == ("at-bound",)]
+
+
+def rows_of(result):
+    return fit_rows("relax", {("ankle", "fit"): result}, 555.0)[0]
 
 
 def within(window_s):
@@ -80,13 +115,12 @@ def by_muscles():
 @pytest.mark.parametrize("estimator", [SHORT, LONG])
 def test_stiffness_and_damping_come_back_exactly(estimator):
     result = fit(responses_with(INTRINSIC), estimator)
-    assert result.names == ("B", "K")
-    assert result.parameters[0] == pytest.approx([B, K], rel=1e-9)
-    assert result.vaf == pytest.approx(100.0)
-    assert result.active_peak == 0.0
+    assert found(result) == pytest.approx({"B": B, "K": K}, rel=1e-9)
+    assert result.quantities["VAF_response"].value == pytest.approx(100.0)
+    assert (result.curves[0]["active"] == 0.0).all()
     assert result.responses == len(SIZES)
     for name, value in (("B", B), ("K", K)):
-        assert result.interval(name) == pytest.approx((value, 0.0, value, value), rel=1e-9, abs=1e-9)
+        assert numbers(result, name) == pytest.approx((value, 0.0, value, value), rel=1e-9, abs=1e-9)
 
 
 def test_inertia_comes_back_where_it_is_asked_for():
@@ -99,7 +133,7 @@ def test_inertia_comes_back_where_it_is_asked_for():
 def test_what_unperturbed_standing_shows_too_is_no_response():
     beside = 3.0 * np.sin(2.0 * np.pi * 2.0 * RESPONSE_TIME)
     result = fit(responses_with(INTRINSIC, beside=beside), LONG)
-    assert result.parameters[0] == pytest.approx([B, K], rel=1e-9)
+    assert values(result) == pytest.approx([B, K], rel=1e-9)
     kept = responses_with(INTRINSIC, beside=beside)
     kept.unperturbed["torque/ankle"][:] = 0.0
     assert abs(found(fit(kept, LONG))["K"] - K) > 10.0
@@ -109,15 +143,18 @@ def test_what_unperturbed_standing_shows_too_is_no_response():
 def test_torque_three_times_as_large_has_three_times_the_parameters(estimator):
     torque = INTRINSIC + by_reflexes()
     once, thrice = fit(responses_with(torque), estimator), fit(responses_with(3.0 * torque), estimator)
-    assert thrice.delays == once.delays
-    assert thrice.parameters == pytest.approx(3.0 * once.parameters, rel=1e-6)
-    assert thrice.vaf == pytest.approx(once.vaf)
+    assert delays(thrice) == delays(once)
+    assert values(thrice) == pytest.approx(3.0 * np.array(values(once)), rel=1e-6)
+    for name in set(PARAMETERS) & once.quantities.keys():
+        assert numbers(thrice, name) == pytest.approx(3.0 * np.array(numbers(once, name)), rel=1e-6)
+    explained = [result.quantities["VAF_response"].value for result in (once, thrice)]
+    assert explained[1] == pytest.approx(explained[0])
 
 
 def test_delay_that_all_signals_share_changes_nothing():
     angle, rate, _ = bent(RESPONSE_TIME, 0.012)
     late = fit(responses_with(K * angle + B * rate, start_s=0.012))
-    assert late.parameters[0] == pytest.approx([B, K], rel=1e-9)
+    assert values(late) == pytest.approx([B, K], rel=1e-9)
     # a delay of the torque alone does change something
     skewed = found(fit(responses_with(K * angle + B * rate)))
     assert abs(skewed["K"] - K) > 30.0
@@ -126,13 +163,13 @@ def test_delay_that_all_signals_share_changes_nothing():
 def test_instant_of_the_perturbations_does_not_matter():
     responses = responses_with(INTRINSIC + by_reflexes())
     later = replace(responses, onsets_s=responses.onsets_s + 100.0)
-    assert (fit(later).parameters == fit(responses).parameters).all()
+    assert fit(later).quantities == fit(responses).quantities
 
 
 def test_rotation_is_that_of_the_mean_response_in_the_window():
     inside = within(0.06)
     result = fit(responses_with(INTRINSIC))
-    assert result.rotation_rad == pytest.approx(np.mean(SIZES) * np.ptp(ANGLE[inside]))
+    assert result.quantities["rotation"].value == pytest.approx(np.mean(SIZES) * np.ptp(ANGLE[inside]))
     (curve,) = result.curves
     assert curve["time"][[0, -1]] == pytest.approx([-0.028, 0.06])
     assert curve["torque"] == pytest.approx(np.mean(SIZES) * INTRINSIC[inside])
@@ -163,7 +200,7 @@ def test_window_before_the_reflex_is_blind_to_it_and_a_longer_one_is_not():
     assert np.abs(late).max() > 3.0
     assert not late[RESPONSE_TIME <= 0.06].any()
     responses = responses_with(INTRINSIC + late)
-    assert fit(responses).parameters[0] == pytest.approx([B, K], rel=1e-9)
+    assert values(fit(responses)) == pytest.approx([B, K], rel=1e-9)
     assert abs(found(fit(responses, LONG))["K"] - K) > 0.15 * K
 
 
@@ -176,22 +213,22 @@ def test_reflex_of_44_ms_changes_the_short_window_by_little():
 @pytest.mark.parametrize("window_s", [0.2, 0.3, 0.5])
 def test_reflexes_and_balance_are_told_from_intrinsic_impedance(window_s):
     result = fit(responses_with(INTRINSIC + by_reflexes()), replace(VELOCITY, window_s=window_s))
-    assert result.delays == DELAYS
+    assert values_of_delays(result) == DELAYS
     parameters = found(result)
     assert parameters["K"] == pytest.approx(K, rel=2e-3)
     assert parameters["B"] == pytest.approx(B, rel=2e-3)
     # samples of 4 ms and a model in steps of them: a few per cent of what is left for the gains
     assert [parameters[name] for name in GAINS] == pytest.approx(list(GAINS.values()), rel=0.05)
-    assert result.vaf > 99.999
+    assert result.quantities["VAF_response"].value > 99.999
     inside = within(window_s)
     share = np.abs(by_reflexes()[inside]).max() / np.abs(INTRINSIC[inside]).max()
-    assert result.active_peak == pytest.approx(share, rel=0.01)
+    assert result.quantities["active_torque_share"].value == pytest.approx(share, rel=0.01)
     assert result.curves[0]["active"] == pytest.approx(np.mean(SIZES) * by_reflexes()[inside], abs=0.05)
 
 
 def test_muscles_forces_are_told_from_intrinsic_impedance():
     result = fit(responses_with(INTRINSIC + by_muscles(), DRIVE), EMG)
-    assert result.delays == {"T": 0.04}
+    assert values_of_delays(result) == {"T": 0.04}
     parameters = found(result)
     assert parameters["K"] == pytest.approx(K, rel=2e-3)
     assert parameters["B"] == pytest.approx(B, rel=5e-3)
@@ -205,23 +242,23 @@ def test_delays_that_are_not_tried_cannot_be_found_but_the_nearest_is(estimator)
     torque = by_reflexes() if estimator is VELOCITY else by_muscles()
     result = fit(responses_with(INTRINSIC + torque, DRIVE), estimator, options)
     nearest = {"T": 0.036} if estimator is EMG else {"T": 0.036, "L": 0.04, "D": 0.112}
-    assert result.delays == nearest
+    assert values_of_delays(result) == nearest
     # 4 ms too early cost 5 %
     assert found(result)["K"] == pytest.approx(K, rel=0.06)
 
 
 def test_profile_holds_the_delays_and_says_which_the_responses_determine(rng):
     clean = fit(responses_with(INTRINSIC + by_reflexes()), VELOCITY)
-    assert clean.delay_ranges == {key: (s, s) for key, s in clean.delays.items()}
-    assert clean.delays_at_bound == ()
+    assert ranges(clean) == {key: (s, s) for key, s in values_of_delays(clean).items()}
+    assert at_bound(clean) == []
     # outside of what is tried: the nearest value, and all others rejected
     early = replace(OPTIONS, twitch_s=(0.01, 0.02, 0.036))
-    assert fit(responses_with(INTRINSIC + by_muscles(), DRIVE), EMG, early).delays_at_bound == ("T",)
+    assert at_bound(fit(responses_with(INTRINSIC + by_muscles(), DRIVE), EMG, early)) == ["T"]
     # without a reflex nothing is said of its delays, wherever the best of them lies
     undetermined = fit(responses_with(INTRINSIC + 0.05 * rng.standard_normal(INTRINSIC.size)), VELOCITY)
     tried = {"T": OPTIONS.twitch_s, "L": OPTIONS.reflex_delay_s, "D": OPTIONS.balance_delay_s}
-    assert undetermined.delay_ranges == {key: (min(s), max(s)) for key, s in tried.items()}
-    assert undetermined.delays_at_bound == ()
+    assert ranges(undetermined) == {key: (min(s), max(s)) for key, s in tried.items()}
+    assert at_bound(undetermined) == []
 
 
 def test_estimate_without_a_muscle_that_acts_at_the_ankle_is_flagged():
@@ -230,15 +267,17 @@ def test_estimate_without_a_muscle_that_acts_at_the_ankle_is_flagged():
     lacking = fit(responses_with(torque, {m: DRIVE[m] for m in ("TA", "GAS")}), EMG)
     assert abs(found(lacking)["K"] - K) > 0.02 * K
     for result, flags in ((whole, ""), (lacking, "muscle-left-out")):
-        rows = standing_estimates("relax", "ankle", "emg-driven", result, 555.0)
-        assert {row.quantity: row.flags for row in rows if row.quantity in "BK"} == {"B": flags, "K": flags}
+        assert {row.quantity: row.flags for row in rows_of(result) if row.quantity in "BK"} == {
+            "B": flags,
+            "K": flags,
+        }
 
 
 def test_muscles_cannot_push():
     # torque that only a pushing soleus could explain, beside a pulling tibialis
     pushed = INTRINSIC - 0.3 * twitched(BURSTS["TA"], 0.04) - 0.4 * twitched(BURSTS["SOL"], 0.04)
     result = fit(responses_with(pushed, DRIVE), EMG)
-    assert "F_SOL" not in result.names
+    assert "F_SOL" not in result.gains
     assert all(value > 0.0 for name, value in found(result).items() if name.startswith("F_"))
     # with the action that it has the other way round, it pulls
     turned = replace(OPTIONS, action={"TA": -1.0, "SOL": -1.0})
@@ -246,8 +285,8 @@ def test_muscles_cannot_push():
 
 
 def test_muscle_that_does_not_act_at_the_ankle_is_not_fitted():
-    names = fit(responses_with(INTRINSIC + by_muscles(), DRIVE | {"RF": DRIVE["SOL"]}), EMG).names
-    assert names == ("B", "K", "F_TA", "F_SOL", "F_GAS")
+    result = fit(responses_with(INTRINSIC + by_muscles(), DRIVE | {"RF": DRIVE["SOL"]}), EMG)
+    assert list(found(result)) == ["B", "K", "F_TA", "F_SOL", "F_GAS"]
 
 
 def test_fit_without_a_usable_muscle_is_a_sentence():
@@ -264,7 +303,7 @@ def test_fit_without_a_usable_muscle_is_a_sentence():
 
 def test_muscle_that_one_trial_lacks_is_fitted_in_none():
     trials = [responses_with(INTRINSIC, DRIVE), responses_with(INTRINSIC, {"TA": DRIVE["TA"]})]
-    assert set(fit(trials, EMG).names) <= {"B", "K", "F_TA"}
+    assert set(found(fit(trials, EMG))) <= {"B", "K", "F_TA"}
 
 
 @pytest.mark.parametrize("group", ["drive", "unperturbed_drive"])
@@ -276,7 +315,7 @@ def test_clipped_electromyogram_is_not_averaged_in(group):
     spoilt[2, :, 1] = 1e6
     marked = fit(replace(good, **{usable: marks}), EMG)
     other = fit(replace(good, **{usable: marks, group: spoilt}), EMG)
-    assert other.parameters == pytest.approx(marked.parameters, rel=1e-9)  # numpy before 2.3 rounds otherwise
+    assert values(other) == pytest.approx(values(marked), rel=1e-9)  # numpy before 2.3 rounds otherwise
     # the mean of the other five is 0.98 of that of all six, so that as much torque needs more per uV
     force = found(fit(good, EMG))["F_SOL"] / (0.98 if group == "drive" else 1.0)
     assert found(marked)["F_SOL"] == pytest.approx(force, rel=1e-6)
@@ -314,15 +353,15 @@ def test_trials_share_their_parameters(rng):
         responses_with(INTRINSIC, sizes=[2.0, 1.8]),
     ]
     result = fit(trials, LONG)
-    assert result.parameters[0] == pytest.approx([B, K], rel=1e-9)
+    assert values(result) == pytest.approx([B, K], rel=1e-9)
     assert result.responses == 14
     assert len(result.curves) == 3
     peaks = [np.abs(curve["torque"]).max() for curve in result.curves]
     assert peaks == pytest.approx(np.array([1.0, 0.5, 1.9]) * np.abs(INTRINSIC).max())
-    assert result.rotation_rad == pytest.approx(np.ptp(ANGLE) * (1.0 + 0.5 + 1.9) / 3.0)
+    assert result.quantities["rotation"].value == pytest.approx(np.ptp(ANGLE) * (1.0 + 0.5 + 1.9) / 3.0)
     many = noisy_trials(rng, 6, 6)
-    apart = [fit(trial).interval("K")[1] for trial in many]
-    assert fit(many).interval("K")[1] == pytest.approx(np.mean(apart) / np.sqrt(6.0), rel=0.4)
+    apart = [numbers(fit(trial), "K")[1] for trial in many]
+    assert numbers(fit(many), "K")[1] == pytest.approx(np.mean(apart) / np.sqrt(6.0), rel=0.4)
 
 
 @pytest.mark.parametrize(
@@ -331,20 +370,12 @@ def test_trials_share_their_parameters(rng):
     [(1, 8, 1.069045, 2.364624), (3, 15, 1.118034, 2.178813)],
 )
 def test_interval_is_widened_for_few_responses(trials, responses, wider, quantile):
-    made = fit(responses_with(INTRINSIC))
     draws = np.tile([9.0, 11.0], 50)
-    result = replace(
-        made,
-        names=("K",),
-        parameters=np.concatenate([[10.0], draws])[:, None],
-        curves=trials * made.curves,
-        responses=responses,
-    )
-    value, error, low, high = result.interval("K")
-    assert value == 10.0
-    assert error == pytest.approx(wider, rel=1e-6)
+    q = of_draws(np.concatenate([[10.0], draws]), "N·m/rad", responses, responses - trials)
+    assert q.value == 10.0
+    assert q.standard_error == q.u_type_a == pytest.approx(wider, rel=1e-6)
     half = wider * quantile / 1.959964
-    assert (low, high) == pytest.approx((10.0 - half, 10.0 + half), rel=1e-6)
+    assert (q.low, q.high) == pytest.approx((10.0 - half, 10.0 + half), rel=1e-6)
 
 
 @pytest.mark.slow
@@ -355,7 +386,7 @@ def test_intervals_cover_the_stiffness(trials, responses):
     for seed in range(60):
         rng = np.random.default_rng(seed)
         result = fit(noisy_trials(rng, trials, responses), draws=200, seed=seed)
-        value, error, low, high = result.interval("K")
+        value, error, low, high = numbers(result, "K")
         covered += low <= K <= high
         values.append(value)
         errors.append(error)
@@ -377,14 +408,17 @@ def test_same_seed_gives_the_same_numbers_and_other_fits_change_none(rng):
     beside = fits(["other", "ankle"], {"long": LONG, "pre-reflex-window": SHORT})
     assert set(beside) == {(p, e) for p in ("other", "ankle") for e in ("long", "pre-reflex-window")}
     key = ("ankle", "pre-reflex-window")
-    assert (beside[key].parameters == alone[key].parameters).all()
+    assert beside[key].quantities == alone[key].quantities
     other_seed = fits(["ankle"], {"pre-reflex-window": SHORT}, seed=8)[key]
-    assert (other_seed.parameters[0] == alone[key].parameters[0]).all()
-    assert (other_seed.parameters[1:] != alone[key].parameters[1:]).all()
+    assert found(other_seed) == found(alone[key])
+    own = {name: numbers(alone[key], name) for name in "BK"}
+    assert all(
+        x != y for name in "BK" for x, y in zip(numbers(other_seed, name)[1:], own[name][1:], strict=True)
+    )
     # torque 1.1 times as large, redrawn on its own
     scaled = beside["other", "pre-reflex-window"]
-    assert scaled.parameters[0] == pytest.approx(1.1 * alone[key].parameters[0])
-    assert (scaled.parameters[1:] != 1.1 * alone[key].parameters[1:]).any()
+    assert values(scaled) == pytest.approx(1.1 * np.array(values(alone[key])))
+    assert numbers(scaled, "K")[1] != pytest.approx(1.1 * own["K"][1], rel=1e-6)
 
 
 def test_trials_without_responses_do_not_count():
@@ -401,7 +435,7 @@ def test_trials_without_responses_do_not_count():
 
 def test_rows_hold_parameters_their_share_of_toppling_and_delays():
     result = fit(responses_with(INTRINSIC + by_reflexes()), VELOCITY)
-    rows = {row.quantity: row for row in standing_estimates("relax", "ankle", "delayed", result, 555.0)}
+    rows = {row.quantity: row for row in rows_of(result)}
     assert set(rows) == {
         "B",
         "K",
@@ -419,18 +453,14 @@ def test_rows_hold_parameters_their_share_of_toppling_and_delays():
     assert (rows["twitch_time"].value, rows["reflex_delay"].value) == (0.04, 0.044)
     assert (rows["twitch_time"].ci_low, rows["twitch_time"].ci_high) == (0.04, 0.04)
     assert not any(row.flags for row in rows.values())
+    one = replace(OPTIONS, reflex_delay_s=(0.044, 0.5))
     (late,) = (
-        row
-        for row in standing_estimates("relax", "ankle", "d", replace(result, delays_at_bound=("L",)), 555.0)
-        if row.flags
+        row for row in rows_of(fit(responses_with(INTRINSIC + by_reflexes()), VELOCITY, one)) if row.flags
     )
     assert (late.quantity, late.flags) == ("reflex_delay", "at-bound")
     assert {row.n_perturbations for row in rows.values()} == {len(SIZES)}
-    plain = {
-        row.quantity for row in standing_estimates("relax", "ankle", "s", fit(responses_with(INTRINSIC)), 555)
-    }
+    plain = {row.quantity for row in rows_of(fit(responses_with(INTRINSIC)))}
     assert plain == {"B", "K", "K_over_mgh", "rotation", "VAF_response"}
-    assert isinstance(result, StandingFit)
 
 
 FITTED = ", ".join(name for name, model in ACTIVE.items() if model.regressors is not None)
@@ -455,11 +485,11 @@ def test_model_in_the_registry_is_fitted_with_its_delays_and_gains(monkeypatch):
     assert model.separates and model.grid(OPTIONS) == [{"L": 0.036}, {"L": 0.044}, {"L": 0.052}]
     torque = INTRINSIC + 40.0 * np.maximum(RESPONSE_TIME - 0.044, 0.0)
     trials = [responses_with(torque)]
-    found = fit_standing(
+    result = fit_standing(
         trials, "ankle", StandingEstimator(0.3, False, "ramp"), OPTIONS, 20, np.random.default_rng(1)
     )
-    assert found.names == ("B", "K", "ramp") and found.delays == {"L": 0.044}
-    assert found.parameters[0] == pytest.approx([B, K, 40.0 * np.mean(SIZES)], rel=1e-6)
+    expected = {"B": B, "K": K, "ramp": 40.0 * np.mean(SIZES)}
+    assert found(result) == pytest.approx(expected, rel=1e-6) and values_of_delays(result) == {"L": 0.044}
 
 
 # ---- pulses of both directions in one trial ------------------------------------------------------

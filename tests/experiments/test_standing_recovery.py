@@ -112,11 +112,12 @@ TASKS = ("relax", "stiff")
 def test_stiffness_before_the_reflex_is_the_persons(task, fits, truth):
     constants = truth["standing"]["tasks"][task]
     fit = fits[task]["ankle", "pre-reflex-window"]
-    value, error, low, high = fit.interval("K")
+    stiffness = fit.quantities["K"]
+    value, error, low, high = stiffness.value, stiffness.standard_error, stiffness.low, stiffness.high
     assert value == pytest.approx(constants["stiffness_Nm_per_rad"][0], rel=0.1)
     assert low < value < high
     assert 0.0 < error < 0.05 * value
-    damping = fit.interval("B")[0]
+    damping = fit.quantities["B"].value
     assert damping == pytest.approx(constants["damping_Nms_per_rad"][0], rel=0.1)
 
 
@@ -124,7 +125,7 @@ def test_stiffness_before_the_reflex_is_the_persons(task, fits, truth):
 @pytest.mark.parametrize("estimator", ["delayed-reflex", "emg-driven"])
 def test_muscles_torque_that_is_told_apart_leaves_the_same_stiffness(estimator, task, fits, truth):
     stiffness = truth["standing"]["tasks"][task]["stiffness_Nm_per_rad"][0]
-    assert fits[task]["ankle", estimator].interval("K")[0] == pytest.approx(stiffness, rel=0.15)
+    assert fits[task]["ankle", estimator].quantities["K"].value == pytest.approx(stiffness, rel=0.15)
 
 
 @pytest.mark.parametrize("task", TASKS)
@@ -136,7 +137,7 @@ def test_other_ways_miss_the_stiffness(task, fits, truth):
         ("ankle-thesis", "pre-reflex-window"),
         ("single-joint", "pre-reflex-window"),
     ):
-        value = fits[task][pathway, estimator].interval("K")[0]
+        value = fits[task][pathway, estimator].quantities["K"].value
         assert abs(value - stiffness) > 0.2 * stiffness, (pathway, estimator, value)
 
 
@@ -169,16 +170,16 @@ def test_stiffness_does_not_depend_on_another_seed_or_pathway(responses, choices
     short = {"pre-reflex-window": estimators["pre-reflex-window"]}
     again = fit_all(responses["relax"], "relax", ["ankle"], short, active, 200, 1)[0]
     key = ("ankle", "pre-reflex-window")
-    assert (again[key].parameters == fits["relax"][key].parameters).all()
+    assert again[key].quantities == fits["relax"][key].quantities
     other = fit_all(responses["relax"], "relax", ["ankle"], short, active, 200, 2)[0]
-    assert other[key].interval("K")[0] == fits["relax"][key].interval("K")[0]
+    assert other[key].quantities["K"].value == fits["relax"][key].quantities["K"].value
 
 
 def test_trials_one_by_one_agree_with_all_together(responses, choices, fits):
     *_, estimators, active = choices
     short = {"pre-reflex-window": replace(estimators["pre-reflex-window"])}
-    together = fits["stiff"]["ankle", "pre-reflex-window"].interval("K")[0]
+    together = fits["stiff"]["ankle", "pre-reflex-window"].quantities["K"].value
     for trial in responses["stiff"]:
         alone = fit_all([trial], "one", ["ankle"], short, active, 200, 1)[0]["ankle", "pre-reflex-window"]
-        value, error, *_ = alone.interval("K")
-        assert value == pytest.approx(together, abs=4.0 * error)
+        q = alone.quantities["K"]
+        assert q.value == pytest.approx(together, abs=4.0 * q.standard_error)

@@ -14,18 +14,17 @@ from standing_builders import (
 )
 
 from tepsipe.experiments.standing.epochs import cut_standing_epochs, epochs_of
+from tepsipe.experiments.standing.estimates import fit_rows, generator
 from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.muscle_torque import ActiveOptions
 from tepsipe.experiments.standing.options import StandingEstimator, TorquePathway
 from tepsipe.experiments.standing.thesis.impedance import (
     fit_all,
-    fit_estimates,
-    generator,
     standing_result,
     stiffness_by_window,
     trial_epochs_result,
 )
-from tepsipe.experiments.standing.thesis.latency import MuscleLatency
+from tepsipe.experiments.standing.thesis.latency import MuscleLatency, latency_estimates
 from tepsipe.io.result import read_result, write_result
 from tepsipe.signals.onsets import DETECTORS, Onset
 
@@ -112,7 +111,10 @@ def test_result_of_a_task_holds_its_trials_fits_and_latencies(trials, fits, tmp_
 
 
 def test_rows_of_a_task_are_those_of_its_fits_and_of_the_latencies_that_were_found(fits):
-    rows = fit_estimates("relax", fits, 555.0, [LATENCY])
+    rows, contributions = fit_rows("relax", fits, 555.0)
+    # no budget of an estimate whose scatter alone is known
+    assert contributions == []
+    rows += latency_estimates("relax", LATENCY)
     values = {(row.pathway, row.estimator, row.quantity): row.value for row in rows}
     assert len(values) == len(rows)
     assert values["other", "long", "K"] == pytest.approx(740.0)
@@ -139,7 +141,7 @@ def test_result_without_a_usable_trial_is_empty_and_can_be_written(trials, tmp_p
     read = read_result(tmp_path / "none.h5")
     assert read.arrays == {}
     assert read.facts == {"left_out": ["all"], "latencies": {}}
-    assert fit_estimates("relax", {}, 555.0, []) == []
+    assert fit_rows("relax", {}, 555.0) == ([], [])
 
 
 def test_result_of_a_trial_holds_responses_and_what_figure_4_13_shows(tmp_path):

@@ -9,20 +9,15 @@ from typing import Self
 
 from tepsipe.experiments.fitted import Fitted
 from tepsipe.experiments.standing.epochs import EpochOptions, StandingEpochs, cut_standing_epochs
+from tepsipe.experiments.standing.estimates import fit_rows
 from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
 from tepsipe.experiments.standing.free_reflex.legs import cut_with_legs, leg_rows, legs_results
-from tepsipe.experiments.standing.free_reflex.results import (
-    FreeReflexChoices,
-    budgets_of,
-    fit_free,
-    with_budgets,
-)
+from tepsipe.experiments.standing.free_reflex.results import FreeReflexChoices, fit_free, with_budgets
 from tepsipe.experiments.standing.joint_torque import StandingTrial, process_standing
 from tepsipe.experiments.standing.muscle_torque import ActiveOptions
 from tepsipe.experiments.standing.options import BOTH, StandingEstimator, StandingOptions, TorquePathway
 from tepsipe.experiments.standing.thesis.impedance import (
     fit_all,
-    fit_estimates,
     over_sway,
     standing_result,
     trial_epochs_result,
@@ -110,21 +105,21 @@ def fit(
     pathways = list(section["pathways"])
     fits, notes = fit_all(directions, name, pathways, estimators, active, draws, seed)
     choices = FreeReflexChoices.from_settings(
-        section["recommended"]["pathway"], section["free_reflex"], uncertainty, draws, seed
+        section["recommended"]["pathway"], section["free_reflex"], uncertainty
     )
     cut, perturbations = _broadband(standing, directions, section, plates), int(standing.onsets_s.size)
     fits |= fit_free(_of(BOTH, cut), name, estimators, choices, perturbations)
     facts = _facts(standing, responses, choices.pathway, notes, options)
     result = standing_result(directions, fits, choices.pathway, [], facts)
-    rows = fit_estimates(condition, fits, options.person.body.critical_stiffness, [])
+    rows, contributions = fit_rows(condition, fits, options.person.body.critical_stiffness)
     legs = {leg: of_leg for leg in options.belts if (of_leg := _of(leg, cut))}
-    of_legs, budgets_of_legs = leg_rows(condition, legs, name, estimators, choices, perturbations)
+    rows_of_legs, more = leg_rows(condition, legs, name, estimators, choices, perturbations)
     torques = {"as_printed": section["as_printed"], "recommended": choices.pathway}
     epochs = trial_epochs_result(standing, responses, torques)
     return Fitted(
         with_budgets(result, fits),
-        [*rows, *of_legs],
-        [*budgets_of(fits), *budgets_of_legs],
+        [*rows, *rows_of_legs],
+        [*contributions, *more],
         {"responses": joined(epochs, *legs_results(cut))},
     )
 

@@ -4,11 +4,10 @@ from collections.abc import Sequence
 
 from tepsipe.experiments.fitted import Fitted
 from tepsipe.experiments.standing.epochs import StandingEpochs, epochs_of
-from tepsipe.experiments.standing.estimates import generator
+from tepsipe.experiments.standing.estimates import fit_rows, generator
 from tepsipe.experiments.standing.free_reflex.legs import leg_rows, legs_of
 from tepsipe.experiments.standing.free_reflex.results import (
     FreeReflexChoices,
-    budgets_of,
     centre_facts,
     fit_free,
     quoted,
@@ -19,11 +18,10 @@ from tepsipe.experiments.standing.muscle_torque import ActiveOptions
 from tepsipe.experiments.standing.options import Person, StandingEstimator, TorquePathway
 from tepsipe.experiments.standing.thesis.impedance import (
     fit_all,
-    fit_estimates,
     standing_result,
     stiffness_by_window,
 )
-from tepsipe.experiments.standing.thesis.latency import MuscleLatency, muscle_latency
+from tepsipe.experiments.standing.thesis.latency import MuscleLatency, latency_estimates, muscle_latency
 from tepsipe.io.result import Result
 from tepsipe.signals.onsets import OnsetOptions
 
@@ -45,7 +43,7 @@ def fit(responses: Sequence[Result], section: dict, task: str, seed: int, uncert
     fits, notes = fit_all(trials, name, pathways, estimators, active, draws, seed)
     latencies, silent = _latencies(trials, section, name, seed)
     choices = FreeReflexChoices.from_settings(
-        section["recommended"]["pathway"], section["free_reflex"], uncertainty, draws, seed
+        section["recommended"]["pathway"], section["free_reflex"], uncertainty
     )
     onset = reflex_onset(latencies, active.action, section["latency"]["detector"], choices.options)
     broadband, legs = legs_of(list(responses))
@@ -62,13 +60,15 @@ def fit(responses: Sequence[Result], section: dict, task: str, seed: int, uncert
     windows_s, rng = section["analysis"]["tried_windows_s"], generator(seed, name, "windows")
     windows = stiffness_by_window(trials, choices.pathway, windows_s, active, draws, rng)
     result = standing_result(trials, fits, choices.pathway, latencies, facts, windows)
-    rows = fit_estimates(task, fits, critical_stiffness, latencies, choices.sources.get("latency_s"))
-    of_legs, budgets_of_legs = leg_rows(task, legs, name, estimators, choices, perturbations, onset)
+    rows, contributions = fit_rows(task, fits, critical_stiffness)
+    for latency in latencies:
+        rows += latency_estimates(task, latency, choices.sources.get("latency_s"))
+    rows_of_legs, more = leg_rows(task, legs, name, estimators, choices, perturbations, onset)
     pathway = TorquePathway(**section["pathways"][choices.pathway])
     return Fitted(
         with_budgets(result, fits),
-        quoted([*rows, *of_legs], broadband, fits, section["recommended"], pathway),
-        [*budgets_of(fits), *budgets_of_legs],
+        quoted([*rows, *rows_of_legs], broadband, fits, section["recommended"], pathway),
+        [*contributions, *more],
     )
 
 

@@ -29,7 +29,7 @@ Effects are of first order, with the weights of the fit kept. Signs, draws and s
 well, so that errors common to two fits of the same trials cancel in their difference.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated
 
@@ -233,8 +233,8 @@ class FreeReflexOptions:
 class FreeReflexFit:
     """B and K of one trial or of several together."""
 
-    parameters: Annotated[np.ndarray, "(1 + draws, 2)"]
-    """B (N·m·s/rad) and K (N·m/rad); further rows from resampled responses."""
+    parameters: Annotated[np.ndarray, "(2,)"]
+    """B (N·m·s/rad) and K (N·m/rad)."""
     budget: Budget
     """Uncertainty of B and K."""
     errors: FitErrors
@@ -258,15 +258,12 @@ def fit_free_reflex(
     window_s: float,
     options: FreeReflexOptions,
     sources: list[Source],
-    draws: int,
-    rng: np.random.Generator,
     reflex_onset_s: float | None = None,
 ) -> FreeReflexFit:
     """Fit the responses of one trial, or of several trials with common parameters.
 
     window_s: length of the fitted window from the onset.
     sources: uncertain constants (unit in the name); sources that move no signal of the trials are ignored.
-    draws: number of resampled sets of responses.
     reflex_onset_s: t_r (s); from the options if left out.
     Returns: B, K and their budget.
     """
@@ -279,7 +276,6 @@ def fit_free_reflex(
     onset = options.reflex_onset_s if reflex_onset_s is None else reflex_onset_s
     fit, records, errors = fit_with_errors(trials, window_s, onset, options, sources)
     inside = inside_window(time, window_s)
-    resampled = _resampled(trials, records, inside, draws, rng)
     by_source = {source.name: source.standard_uncertainty for source in sources}
     contributions = dict(errors.contributions)
     tried, chance, contributions[WINDOW] = _windows(trials, errors, options, sources, onset)
@@ -293,7 +289,7 @@ def fit_free_reflex(
     curves = [_curve(record, fit.parameters, time[inside]) for record in records]
     before = time[inside] <= onset
     return FreeReflexFit(
-        parameters=np.vstack([fit.parameters, resampled]),
+        parameters=fit.parameters,
         budget=budget,
         errors=errors,
         window_s=window_s,
@@ -448,26 +444,6 @@ def _windows(
     beyond = np.sqrt(np.maximum(0.0, 1.0 - expected / seen))
     tried = np.array([[w, *errors.parameters] for w, errors in zip(lengths, by_length, strict=True)])
     return tried, np.sqrt(variances), differences * beyond / np.sqrt(len(lengths))
-
-
-def _resampled(
-    trials: list[BroadbandEpochs],
-    records: list[Record],
-    inside: np.ndarray,
-    draws: int,
-    rng: np.random.Generator,
-) -> np.ndarray:
-    """Parameters from responses drawn again within every trial, shape (draws, 2)."""
-    drawn = []
-    for trial, record in zip(trials, records, strict=True):
-        n = trial.count
-        weights = rng.multinomial(n, np.full(n, 1.0 / n), draws) / n
-        means = np.einsum("dr,rnc->dnc", weights, trial.perturbed[:, inside])
-        # resampling adds as much noise to the mean as it already has
-        twice = tuple(2.0 * moments for moments in record.noise)
-        changed = {"target": means[..., TORQUE], "regressors": means[..., REGRESSORS], "noise": twice}
-        drawn.append(replace(record, **changed))
-    return generalised_least_squares(drawn).parameters
 
 
 def _scatter(

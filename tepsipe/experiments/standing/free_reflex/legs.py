@@ -11,8 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tepsipe.experiments.budgets import rows_of
-from tepsipe.experiments.fitted import FittedBudget
+from tepsipe.experiments.budgets import contributions_of, rows_of
 from tepsipe.experiments.standing.epochs import EpochOptions, StandingEpochs
 from tepsipe.experiments.standing.free_reflex.broadband import (
     GROUPS,
@@ -26,7 +25,8 @@ from tepsipe.experiments.standing.free_reflex.fit import QUANTITIES
 from tepsipe.experiments.standing.free_reflex.results import FreeReflexChoices, fit_free
 from tepsipe.experiments.standing.joint_torque import StandingTrial, by_belt
 from tepsipe.experiments.standing.options import BOTH, OTHER_BELT, StandingEstimator, StandingOptions
-from tepsipe.io.estimates import Estimate, flagged
+from tepsipe.identification.result import Quantity
+from tepsipe.io.estimates import Contribution, Estimate
 from tepsipe.io.result import Result
 from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.held_out import HeldOut
@@ -113,7 +113,7 @@ def leg_rows(
     choices: FreeReflexChoices,
     perturbations: int,
     reflex_onset_s: float | None = None,
-) -> tuple[list[Estimate], list[FittedBudget]]:
+) -> tuple[list[Estimate], list[Contribution]]:
     """B and K of each leg, and its part of the weight, as rows beside those of both legs.
 
     condition: trial or task.
@@ -123,21 +123,19 @@ def leg_rows(
     Returns:
         rows: ``B_left`` (N·m·s/rad), ``K_left`` (N·m/rad), ``weight_share_left`` and the same of the right
         leg.
-        budgets: their uncertainty.
+        contributions: their uncertainty.
     """
-    rows: list[Estimate] = []
-    budgets: list[FittedBudget] = []
+    rows, contributions = [], []
     mass_kg = {leg: float(np.mean([trial.carried_kg for trial in of_leg])) for leg, of_leg in legs.items()}
     for leg, of_leg in legs.items():
         fits = fit_free(of_leg, name, estimators, choices, perturbations, reflex_onset_s)
-        for (pathway, estimator), fit in fits.items():
-            about = ("standing", condition, pathway, estimator)
-            quantities = {f"{quantity}_{leg}": fit.quantity(quantity) for quantity in QUANTITIES}
-            budgets.append(FittedBudget(pathway, estimator, list(quantities), fit.budget))
-            share = mass_kg[leg] / sum(mass_kg.values())
-            rows += flagged(rows_of(about, quantities, fit.responses), *fit.flags)
-            rows.append(Estimate(*about, f"weight_share_{leg}", "1", share, n_perturbations=fit.responses))
-    return rows, budgets
+        for key, fit in fits.items():
+            names = ("standing", condition, *key)
+            quantities = {f"{quantity}_{leg}": fit.quantities[quantity] for quantity in QUANTITIES}
+            share = {f"weight_share_{leg}": Quantity(mass_kg[leg] / sum(mass_kg.values()), "1")}
+            rows += rows_of(names, quantities | share, fit.responses)
+            contributions += contributions_of(names, quantities)
+    return rows, contributions
 
 
 def _group(group: str, belt: str) -> str:

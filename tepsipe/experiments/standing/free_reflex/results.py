@@ -25,15 +25,15 @@ slopes.
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Annotated, Self
 
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.budgets import contributions_of
-from tepsipe.experiments.fitted import FittedBudget
-from tepsipe.experiments.standing.estimates import Fits, StandingFit, generator
+from tepsipe.experiments.budgets import contributions_of, rows_of
+from tepsipe.experiments.standing.estimates import Fits, StandingFit, of_responses, with_share
 from tepsipe.experiments.standing.free_reflex.broadband import FAR_M, BroadbandEpochs, by_recording, is_steady
 from tepsipe.experiments.standing.free_reflex.fit import (
     DISCREPANCY,
@@ -52,9 +52,9 @@ from tepsipe.experiments.standing.muscle_torque import FREE, NONE
 from tepsipe.experiments.standing.options import StandingEstimator, TorquePathway
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency
 from tepsipe.identification.regression.generalised import Record, generalised_least_squares
+from tepsipe.identification.result import Quantity, quantities_of
 from tepsipe.io.estimates import Contribution, Estimate, flagged, recommended
 from tepsipe.io.result import Result
-from tepsipe.mechanics.impedance_model import UNITS
 from tepsipe.statistics.uncertainty import Budget, Source, coverage_factor, sources_of
 from tepsipe.treadmill.held_out import BEYOND, UNKNOWN, clearly_wrong
 
@@ -85,7 +85,7 @@ def failed_checks(
     pre_reflex: B and K of the pre-reflex window less B and K of ``fit``, and the budget of the difference;
     None without such an estimate.
     """
-    stiffness = float(fit.parameters[0, 1])
+    stiffness = float(fit.parameters[1])
     failed = []
     if pre_reflex is not None:
         difference, budget = pre_reflex
@@ -261,14 +261,11 @@ class FreeReflexChoices:
     """Options of the analysis."""
     sources: dict[str, Source]
     """Uncertain constants."""
-    draws: int
-    seed: int
-    """Number of resampled sets of responses, and seed of the study."""
 
     @classmethod
-    def from_settings(cls, pathway: str, free_reflex: dict, uncertainty: dict, draws: int, seed: int) -> Self:
+    def from_settings(cls, pathway: str, free_reflex: dict, uncertainty: dict) -> Self:
         """Choices of a study; ``uncertainty`` has the sources, as `sources_of` takes them."""
-        return cls(pathway, FreeReflexOptions(**free_reflex), sources_of(uncertainty), draws, seed)
+        return cls(pathway, FreeReflexOptions(**free_reflex), sources_of(uncertainty))
 
 
 def fit_free(
@@ -282,7 +279,7 @@ def fit_free(
     """Fit every estimator with a free reflex torque, and check it against the pre-reflex window.
 
     trials: trials that share their parameters.
-    name: name of the trial or task: seed of the resampling, and name in messages.
+    name: name of the trial or task in messages.
     estimators: name -> estimator; those with another active torque are passed over.
     perturbations: number of perturbations in the trials, usable or not.
     reflex_onset_s: earliest instant of a reflex torque (s); from the options if left out.
@@ -297,10 +294,7 @@ def fit_free(
                 f"{name}: expected no inertia with a free reflex torque, found inertia: true for {key}: set "
                 "it to false in standing.estimators"
             )
-        rng = generator(choices.seed, name, choices.pathway, key)
-        fit = fit_free_reflex(
-            trials, estimator.window_s, choices.options, sources, choices.draws, rng, reflex_onset_s
-        )
+        fit = fit_free_reflex(trials, estimator.window_s, choices.options, sources, reflex_onset_s)
         check = _pre_reflex(trials, fit, estimators, choices.options, sources)
         flags = failed_checks(fit, trials, perturbations, check)
         fits[choices.pathway, key] = _as_fit(fit, trials, flags)
@@ -332,20 +326,19 @@ def _pre_reflex(
 
 
 def _as_fit(fit: FreeReflexFit, trials: list[BroadbandEpochs], flags: tuple[str, ...]) -> StandingFit:
-    peaks = [float(np.abs(c["active"]).max() / np.abs(c["intrinsic"]).max()) for c in fit.curves]
+    values = dict(zip(QUANTITIES, fit.parameters.tolist(), strict=True))
+    quantities = _flagged(quantities_of(values, fit.budget), flags)
     return StandingFit(
-        names=QUANTITIES,
-        parameters=fit.parameters,
-        delays={},
-        vaf=fit.vaf,
-        rotation_rad=float(np.mean([np.ptp(curve["ankle"]) for curve in fit.curves])),
-        active_peak=max(peaks),
-        curves=fit.curves,
-        responses=sum(trial.count for trial in trials),
+        quantities | of_responses(fit.curves, fit.vaf),
+        fit.curves,
+        sum(trial.count for trial in trials),
         budget=fit.budget,
-        flags=flags,
         windows=fit.windows,
     )
+
+
+def _flagged(quantities: dict[str, Quantity], flags: Iterable[str]) -> dict[str, Quantity]:
+    return {name: replace(quantity, flags=tuple(flags)) for name, quantity in quantities.items()}
 
 
 def reflex_onset(
@@ -398,7 +391,7 @@ def quoted(
         return [*(flagged([row], "uncompensated")[0] if _of(row, chosen["pathway"]) else row for row in rows)]
     fit = fits.get((chosen["pathway"], chosen["estimator"]))
     known = fit is not None and fit.budget is not None
-    if known and not quotable(trials, float(fit.parameters[0, fit.names.index("K")])):
+    if known and not quotable(trials, fit.quantities["K"].value):
         return rows
     return recommended(rows, **chosen)
 
@@ -407,38 +400,24 @@ def _of(row: Estimate, pathway: str) -> bool:
     return row.pathway == pathway and row.quantity in OF_JOINT
 
 
-def budgets_of(fits: Fits) -> list[FittedBudget]:
-    """Uncertainty of the parameters of a trial's or task's fits, as far as it is known."""
-    return [FittedBudget(*key, fit.names, fit.budget) for key, fit in fits.items() if fit.budget is not None]
-
-
-def budget_arrays(fits: Fits) -> tuple[dict[str, np.ndarray], dict]:
-    """Budgets as arrays below ``budget/<estimator>/`` (units of B and K), and their degrees of freedom."""
+def with_budgets(result: Result, fits: Fits) -> Result:
+    """The result of a trial or task with the budgets of its fits, below ``budget/<estimator>/``."""
     arrays, facts = {}, {}
     for (pathway, estimator), fit in fits.items():
         if fit.budget is None:
             continue
-        b = fit.budget
-        arrays[f"budget/{estimator}/values"] = fit.parameters[0]
-        arrays[f"budget/{estimator}/type_a"] = b.type_a
-        for source, rows in b.contributions.items():
-            arrays[f"budget/{estimator}/sources/{source}"] = rows
-        if fit.windows is not None:
-            arrays[f"budget/{estimator}/windows"] = fit.windows
-        finite = {name: x for name, x in b.freedom.items() if math.isfinite(x)}
+        b, start = fit.budget, f"budget/{estimator}"
+        arrays[f"{start}/values"] = np.array([fit.quantities[name].value for name in QUANTITIES])
+        arrays[f"{start}/type_a"] = b.type_a
+        arrays |= {f"{start}/sources/{source}": rows for source, rows in b.contributions.items()}
+        arrays[f"{start}/windows"] = fit.windows
         facts[estimator] = {
             "pathway": pathway,
             "freedom_a": b.freedom_a,
-            "freedom": finite,
+            "freedom": {name: x for name, x in b.freedom.items() if math.isfinite(x)},
             "responses": fit.responses,
-            "flags": list(fit.flags),
+            "flags": list(fit.quantities["K"].flags),
         }
-    return arrays, facts
-
-
-def with_budgets(result: Result, fits: Fits) -> Result:
-    """The result of a trial or task with the budgets of its fits (units of B and K)."""
-    arrays, facts = budget_arrays(fits)
     units = dict.fromkeys(arrays, "Nms/rad, Nm/rad")
     return Result(result.arrays | arrays, result.units | units, {**result.facts, "budgets": facts})
 
@@ -474,21 +453,13 @@ def task_difference(
             continue
         values = more.arrays[f"budget/{estimator}/values"] - less.arrays[f"budget/{estimator}/values"]
         budget = _shared(_budget_from_result(more, estimator), _budget_from_result(less, estimator))
-        low, high = budget.interval(values)
         flags = dict.fromkeys([*of_more[estimator]["flags"], *of_less[estimator]["flags"]])
-        estimates = [
-            Estimate(
-                *("standing", name, of_more[estimator]["pathway"], estimator, quantity, UNITS[quantity]),
-                *(float(x[k]) for x in (values, budget.combined, low, high)),
-                n_perturbations=of_more[estimator]["responses"] + of_less[estimator]["responses"],
-                u_type_a=float(budget.type_a[k]),
-                u_type_b=float(budget.type_b[k]),
-            )
-            for k, quantity in enumerate(QUANTITIES)
-        ]
-        contributions += contributions_of(estimates, budget, list(QUANTITIES))
-        estimates.append(_over_critical(estimates[QUANTITIES.index("K")], critical_stiffness))
-        rows += flagged(estimates, *flags)
+        named = dict(zip(QUANTITIES, values.tolist(), strict=True))
+        quantities = _flagged(quantities_of(named, budget), flags)
+        names = ("standing", name, of_more[estimator]["pathway"], estimator)
+        responses = of_more[estimator]["responses"] + of_less[estimator]["responses"]
+        rows += rows_of(names, with_share(quantities, critical_stiffness), responses)
+        contributions += contributions_of(names, quantities)
     return rows, contributions
 
 
@@ -499,17 +470,4 @@ def _shared(more: Budget, less: Budget) -> Budget:
         mine[name] = np.vstack([mine[name], theirs.pop(name)])
     return Budget(more.type_a, more.freedom_a, mine, more.freedom).minus(
         Budget(less.type_a, less.freedom_a, theirs, less.freedom)
-    )
-
-
-def _over_critical(row: Estimate, critical_stiffness: float) -> Estimate:
-    """K in units of m g h."""
-    scaled = {
-        key: None if (x := getattr(row, key)) is None else x / critical_stiffness
-        for key in ("value", "standard_error", "ci_low", "ci_high", "u_type_a", "u_type_b")
-    }
-    return Estimate(
-        *(row.experiment, row.condition, row.pathway, row.estimator, "K_over_mgh", "1"),
-        **scaled,
-        n_perturbations=row.n_perturbations,
     )

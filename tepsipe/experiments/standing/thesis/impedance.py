@@ -15,7 +15,7 @@ Every fit has its own random generator, seeded by the study, the trial and the n
 pathway or estimator does not change the others.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
@@ -23,7 +23,7 @@ import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.epochs import StandingEpochs, epochs_result
-from tepsipe.experiments.standing.estimates import Fits, StandingFit, generator, standing_estimates
+from tepsipe.experiments.standing.estimates import Fits, StandingFit, generator, of_responses
 from tepsipe.experiments.standing.joint_torque import StandingTrial
 from tepsipe.experiments.standing.muscle_torque import (
     ACTIVE,
@@ -35,14 +35,15 @@ from tepsipe.experiments.standing.muscle_torque import (
     MuscleTorque,
 )
 from tepsipe.experiments.standing.options import StandingEstimator
-from tepsipe.experiments.standing.thesis.latency import MuscleLatency, latency_estimates
-from tepsipe.io.estimates import Estimate
+from tepsipe.experiments.standing.thesis.latency import MuscleLatency
+from tepsipe.identification.result import Quantity, symbol_of
 from tepsipe.io.result import Result
 from tepsipe.signals.epochs import ensemble
-from tepsipe.statistics.uncertainty import Source
 
 # signal of the epochs that each linear parameter multiplies
 MOTION = {"I": "ankle_dd", "B": "ankle_d", "K": "ankle"}
+# delay -> name of its estimate
+DELAYS = {"T": "twitch_time", "L": "reflex_delay", "D": "balance_delay"}
 
 
 def _means(
@@ -133,19 +134,34 @@ def fit_standing(
     predicted = regressors[0] @ parameters[0]
     intrinsic = regressors[0][:, : len(linear)] @ parameters[0][: len(linear)]
     curves = regression.curves(intrinsic, predicted)
-    return StandingFit(
-        names=(*linear, *model.gain_names(muscles)),
-        parameters=parameters,
-        delays=delays,
-        vaf=100.0 * (1.0 - float(np.sum((torque[0] - predicted) ** 2) / np.sum(torque[0] ** 2))),
-        rotation_rad=float(np.mean([np.ptp(curve["ankle"]) for curve in curves])),
-        active_peak=float(np.abs(predicted - intrinsic).max() / np.abs(intrinsic).max()),
-        curves=curves,
-        responses=sum(responses.count for responses in trials),
-        delay_ranges=ranges,
-        delays_at_bound=_at_bound(ranges, options),
-        flags=flags,
-    )
+    count = sum(responses.count for responses in trials)
+    freedom = count - len(trials)
+    quantities = {
+        name: replace(of_draws(parameters[:, k], symbol_of(name), count, freedom), flags=flags)
+        for k, name in enumerate(linear)
+    }
+    vaf = 100.0 * (1.0 - float(np.sum((torque[0] - predicted) ** 2) / np.sum(torque[0] ** 2)))
+    quantities |= of_responses(curves, vaf)
+    if delays:
+        share = float(np.abs(predicted - intrinsic).max() / np.abs(intrinsic).max())
+        quantities["active_torque_share"] = Quantity(share, "1")
+        quantities |= _of_delays(delays, ranges, options)
+    gains = parameters[0, len(linear) :].tolist()
+    return StandingFit(quantities, curves, count, dict(zip(model.gain_names(muscles), gains, strict=True)))
+
+
+def of_draws(
+    draws: Annotated[np.ndarray, "(1 + draws,)"], unit: str, responses: int, freedom: int
+) -> Quantity:
+    """An estimate, the first of ``draws`` (``unit``), with the scatter of resampled ones.
+
+    Resampling n responses within each trial underestimates their spread and the tails.
+    """
+    deviations = np.sqrt(responses / freedom) * (draws[1:] - draws[0])
+    tails = scipy.stats.t.ppf(0.975, freedom) / scipy.stats.norm.ppf(0.975)
+    low, high = tails * np.percentile(deviations, [2.5, 97.5])
+    value, error = float(draws[0]), float(deviations.std())
+    return Quantity(value, unit, error, value + float(low), value + float(high), error)
 
 
 def _check(estimator: StandingEstimator, longest_s: float) -> None:
@@ -244,14 +260,16 @@ def _selected_delays(
     }
 
 
-def _at_bound(ranges: dict[str, tuple[float, float]], options: ActiveOptions) -> tuple[str, ...]:
-    """Parameters among T, L and D of whose values only the first or only the last is not rejected."""
-    tried = options.tried
-    return tuple(
-        key
-        for key, (low, high) in ranges.items()
-        if len(tried[key]) > 1 and low == high and low in (min(tried[key]), max(tried[key]))
-    )
+def _of_delays(
+    delays: dict[str, float], ranges: dict[str, tuple[float, float]], options: ActiveOptions
+) -> dict[str, Quantity]:
+    """Delays with their ranges; at a bound if only the first or only the last of several is not rejected."""
+    found = {}
+    for key, value in delays.items():
+        (low, high), tried = ranges[key], options.tried[key]
+        bound = len(tried) > 1 and low == high and low in (min(tried), max(tried))
+        found[DELAYS[key]] = Quantity(value, "s", low=low, high=high, flags=("at-bound",) * bound)
+    return found
 
 
 def _solve(j: np.ndarray, torque: np.ndarray, linear: int, pulling: bool) -> np.ndarray:
@@ -319,27 +337,6 @@ def fit_all(
     return fits, notes
 
 
-def fit_estimates(
-    name: str,
-    fits: Fits,
-    critical_stiffness: Annotated[float, "N·m/rad"],
-    latencies: list[MuscleLatency],
-    stretch: Source | None = None,
-) -> list[Estimate]:
-    """Tidy rows of a trial or task.
-
-    fits: (pathway, estimator) -> fit.
-    latencies: latencies of the muscles with a response.
-    stretch: type B of the latencies.
-    """
-    rows = []
-    for (pathway, estimator), fit in fits.items():
-        rows += standing_estimates(name, pathway, estimator, fit, critical_stiffness)
-    for latency in latencies:
-        rows += latency_estimates(name, latency, stretch)
-    return rows
-
-
 def stiffness_by_window(
     trials: list[StandingEpochs],
     pathway: str,
@@ -361,8 +358,8 @@ def stiffness_by_window(
     rows = []
     for window in windows_s if usable else []:
         fit = fit_standing(usable, pathway, StandingEstimator(window, False, NONE), options, draws, rng)
-        value, _, low, high = fit.interval("K")
-        rows.append([window, value, low, high])
+        stiffness = fit.quantities["K"]
+        rows.append([window, stiffness.value, stiffness.low, stiffness.high])
     return np.array(rows).reshape(-1, 4)
 
 
@@ -439,9 +436,10 @@ def standing_result(
             activity = ensemble(usable[0].drive[usable[0].usable[:, k]][..., k])
             keep(f"activity/{muscle}", np.array([activity.mean, activity.sd]), "uV")
     for (pathway, estimator), fit in fits.items():
-        value, _, low, high = fit.interval("K")
-        keep(f"K/{pathway}/{estimator}", np.array([value, low, high]), "Nm/rad")
-        keep(f"rotation/{pathway}/{estimator}", np.array(fit.rotation_rad), "rad")
+        stiffness, rotation = fit.quantities["K"], fit.quantities["rotation"]
+        ends = [stiffness.value, stiffness.low, stiffness.high]
+        keep(f"K/{pathway}/{estimator}", np.array(ends), "Nm/rad")
+        keep(f"rotation/{pathway}/{estimator}", np.array(rotation.value), "rad")
         if pathway == recommended:
             for part in ("torque", "intrinsic", "active", "ankle"):
                 unit = "rad" if part == "ankle" else "Nm"

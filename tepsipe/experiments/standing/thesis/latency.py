@@ -15,8 +15,10 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.budgets import rows_of
 from tepsipe.experiments.standing.epochs import StandingEpochs
-from tepsipe.io.estimates import Estimate, flagged
+from tepsipe.identification.result import Quantity
+from tepsipe.io.estimates import Estimate
 from tepsipe.signals.epochs import without_artefact
 from tepsipe.signals.onsets import DETECTORS, Onset, OnsetOptions, detect_onset
 from tepsipe.statistics.uncertainty import Budget, Source
@@ -122,36 +124,31 @@ def latency_estimates(condition: str, latency: MuscleLatency, source: Source | N
     source: uncertainty of the start of a perceptible stretch: Type B of every latency.
     Returns: an onset at an end of the searched time has no value, and the flag ``edge-of-search``.
     """
-    rows = []
+    rows, n = [], latency.responses
     for detector, onset in latency.onsets.items():
-        about = ("standing", condition, "emg", detector, f"latency_{latency.muscle}", "s")
-        n = latency.responses
-        if onset.at_edge:
-            rows += flagged([Estimate(*about, math.nan, n_perturbations=n)], "edge-of-search")
-        elif onset.latency_s is not None:
-            rows.append(_row(about, onset, n, source))
+        if onset.at_edge or onset.latency_s is not None:
+            quantity = _quantity(onset, n, source)
+            rows += rows_of(
+                ("standing", condition, "emg", detector), {f"latency_{latency.muscle}": quantity}, n
+            )
     return rows
 
 
-def _row(about: tuple, onset: Onset, responses: int, source: Source | None) -> Estimate:
+def _quantity(onset: Onset, responses: int, source: Source | None) -> Quantity:
     """A latency with the interval of the resampled ensembles, widened by Type B on both sides."""
-    if onset.standard_error_s is None or onset.interval_s is None or source is None:
-        low, high = onset.interval_s or (None, None)
-        error = onset.standard_error_s
-        return Estimate(*about, onset.latency_s, error, low, high, n_perturbations=responses)
+    value, error, ends = onset.latency_s, onset.standard_error_s, onset.interval_s
+    if value is None:
+        return Quantity(math.nan, "s", flags=("edge-of-search",))
+    if error is None or ends is None:
+        return Quantity(value, "s")
+    if source is None:
+        return Quantity(value, "s", error, *ends, error)
     u_b = source.standard_uncertainty
-    budget = Budget(np.array([onset.standard_error_s]), responses - 1.0, {source.name: np.array([[u_b]])})
-    below, above = (abs(end - onset.latency_s) for end in onset.interval_s)
+    budget = Budget(np.array([error]), responses - 1.0, {source.name: np.array([[u_b]])})
+    below, above = (abs(end - value) for end in ends)
     half = float(budget.interval(np.zeros(1))[1][0]) - float(
         Budget(budget.type_a, budget.freedom_a).interval(np.zeros(1))[1][0]
     )
-    return Estimate(
-        *about,
-        onset.latency_s,
-        float(budget.combined[0]),
-        onset.latency_s - below - half,
-        onset.latency_s + above + half,
-        n_perturbations=responses,
-        u_type_a=onset.standard_error_s,
-        u_type_b=u_b,
+    return Quantity(
+        value, "s", float(budget.combined[0]), value - below - half, value + above + half, error, u_b
     )
