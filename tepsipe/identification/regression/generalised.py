@@ -53,9 +53,9 @@ def squared_exponential(time: np.ndarray, length_s: float) -> np.ndarray:
 class Record:
     """One record of the fit."""
 
-    target: Annotated[np.ndarray, "(..., n)"]
-    """y; leading axes are resampled versions of the record."""
-    regressors: Annotated[np.ndarray, "(..., n, p)"]
+    target: Annotated[np.ndarray, "(n,)"]
+    """y."""
+    regressors: Annotated[np.ndarray, "(n, p)"]
     """X (unit of the target over the parameter's unit)."""
     covariance: Annotated[np.ndarray, "(n, n)"]
     """C (unit of the target squared), positive definite."""
@@ -80,10 +80,10 @@ class Record:
 class GeneralisedFit:
     """Parameters, and the matrices of their sensitivity to the data."""
 
-    parameters: Annotated[np.ndarray, "(..., p)"]
-    information: Annotated[np.ndarray, "(records, ..., p, p)"]
+    parameters: Annotated[np.ndarray, "(p,)"]
+    information: Annotated[np.ndarray, "(records, p, p)"]
     """X' H X of every record, less that of the noise (1 over the units of the parameters squared)."""
-    moments: Annotated[np.ndarray, "(records, ..., p)"]
+    moments: Annotated[np.ndarray, "(records, p)"]
     """X' H y of every record, less that of the noise (1 over the units of the parameters)."""
     weights: list[np.ndarray]
     """H of every record (1 over the unit of the target squared), shape (n, n)."""
@@ -99,7 +99,7 @@ class GeneralisedFit:
         return float(shares.real.max())
 
     def without_each(self, groups: Sequence[Sequence[int]] | None = None) -> np.ndarray:
-        """Parameters without one record after the other, or one group of them, shape (groups, ..., p)."""
+        """Parameters without one record after the other, or one group of them, shape (groups, p)."""
         chosen = [[k] for k in range(len(self.information))] if groups is None else groups
         left = (
             np.stack([x.sum(axis=0) - x[list(own)].sum(axis=0) for own in chosen])
@@ -112,7 +112,7 @@ class GeneralisedFit:
 def generalised_least_squares(records: list[Record]) -> GeneralisedFit:
     """Fit records with common parameters.
 
-    records: with the same leading axes and number of parameters.
+    records: with the same number of parameters.
     """
     weights = [r.weight for r in records]
     weighted = [np.swapaxes(r.regressors, -1, -2) @ w for r, w in zip(records, weights, strict=True)]
@@ -145,8 +145,8 @@ def sensitivity(
 
         db = N^-1 sum_j [ X_j' H_j (dy_j - dX_j b) + dX_j' H_j (y_j - X_j b) ]
 
-    fit: fit of ``records`` without leading axes.
-    target_slopes: dy of every record (unit of the target, per unit of what changes).
+    fit: fit of ``records``.
+    target_slopes: dy of every record (unit of the target, per unit of what changes); leading axes: changes.
     regressor_slopes: dX of every record; 0 if left out.
     Returns: db (units of the parameters, per unit of what changes).
     """
