@@ -94,10 +94,9 @@ def walking_estimates(
     for phase, fit in impedance.phases.items():
         names = (EXPERIMENT, condition, phase_pathway(phase), ESTIMATOR)
         if fit.flags:
-            refused = {q: Quantity.refused(symbol_of(q), FLAGS[fit.flags]) for q in QUANTITIES}
-            rows += rows_of(
-                names, {name: replace(q, flags=(fit.flags,)) for name, q in refused.items()}, fit.perturbed
-            )
+            why = {"flags": (fit.flags,), "refusal": FLAGS[fit.flags]}
+            refused = {name: Quantity(np.nan, symbol_of(name), **why) for name in QUANTITIES}
+            rows += rows_of(names, refused, fit.perturbed)
             continue
         quantities = quantities_of(dict(zip(QUANTITIES, fit.values, strict=True)), fit.budget)
         if fit.budget.type_a[0] == 0.0:  # I was not estimated
