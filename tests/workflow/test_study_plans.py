@@ -219,6 +219,21 @@ def test_an_edit_of_a_module_reruns_what_uses_it_and_nothing_else(own_study):
     assert planned == AFTER_WRISTALYZER_TRIALS
 
 
+def test_a_module_that_is_touched_or_changed_back_reruns_nothing(own_study):
+    module = own_study / "tepsipe/signals/filters.py"
+    before = module.read_text(encoding="utf-8")
+    module.write_text(before + "# edited\n", encoding="utf-8")
+    assert jobs(snakemake(own_study, "-n"))
+    module.write_text(before, encoding="utf-8")
+    assert not jobs(snakemake(own_study, "-n"))
+
+
+def test_results_whose_records_are_lost_are_made_again(own_study):
+    whole = jobs(snakemake(own_study, "-n", "--forceall"))
+    shutil.rmtree(own_study / ".snakemake")
+    assert jobs(snakemake(own_study, "-n")) == whole
+
+
 def test_an_edit_of_a_reader_reruns_the_ingest_of_the_files_that_it_reads_and_no_other(own_study):
     planned = planned_after_an_edit(own_study, "tepsipe/io/readers/edf.py")
     assert {name for name in planned if name.startswith("ingest_")} == {"ingest_standing"}
