@@ -1,6 +1,7 @@
 """What an edit plans in a tiny study that has run: rule -> number of jobs, all of them."""
 
 import re
+import shutil
 
 import pytest
 from study_builders import OVERRIDES, jobs, snakemake, write_config
