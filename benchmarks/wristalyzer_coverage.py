@@ -65,7 +65,7 @@ def rows_of(seed: int, constants: dict, settings: dict, folder: Path) -> list[tu
         kept = analysis.prepared.kept
         window = (kept.start / trials[-1].rate_hz, kept.stop / trials[-1].rate_hz)
         true = linear_truth(read_true_motion(motion_file), [window], about_mean=True)
-        rows = [r for r in wristalyzer_estimates(factor, analysis)[0] if r.quantity in true]
+        rows = [r for r in wristalyzer_estimates(factor, analysis) if r.quantity in true]
         rows_of_trials += [
             (r.estimator, r.quantity, true[r.quantity], r) for r in rows if r.ci_low is not None
         ]

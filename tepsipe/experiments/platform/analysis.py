@@ -16,7 +16,7 @@ import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.budgets import rows_of
-from tepsipe.identification.result import Quantity, symbol_of
+from tepsipe.identification.result import Quantity
 from tepsipe.identification.several_joints.closed_loop import (
     MODELS,
     MultiJointOptions,
@@ -34,6 +34,7 @@ from tepsipe.identification.several_joints.quantities import (
 from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
+from tepsipe.mechanics.impedance_model import UNITS
 from tepsipe.quantities import Different, Fraction, Frequency, InnerFraction, Meanings, Positive
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
@@ -252,27 +253,28 @@ def platform_estimates(
                 rows = [replace(row, recommended=not row.flags) for row in rows]
             if row.p_value < options.rejected_below:
                 rows = flagged(rows, "coherent-residual")
-            tests = {
-                f"p_value_{label}": Quantity(row.p_value, "1"),
-                f"VAF_driven_held_out_{label}": Quantity(model.driven_vaf[joint], "%"),
-                **_vafs(label, model.vaf[joint]),
-            }
-            direct = {
-                f"{NAMES[kind]}_{label}_{analysis.joints[j]}": Quantity(
-                    float(row.direct[k]), symbol_of(NAMES[kind])
+            rows.append(Estimate(*names, f"p_value_{label}", "1", row.p_value))
+            rows.append(Estimate(*names, f"VAF_driven_held_out_{label}", "%", model.driven_vaf[joint]))
+            rows += _vaf_rows(names, label, model.vaf[joint])
+            names = (experiment, condition, PATHWAY, f"direct-{name}")
+            rows += [
+                Estimate(
+                    *names,
+                    f"{NAMES[kind]}_{label}_{analysis.joints[j]}",
+                    UNITS[NAMES[kind]],
+                    float(row.direct[k]),
                 )
                 for k, (kind, j) in enumerate(row.terms)
-            } | _vafs(label, model.direct_vaf[joint])
-            estimates += rows + rows_of(names, tests)
-            estimates += rows_of((experiment, condition, PATHWAY, f"direct-{name}"), direct)
+            ]
+            estimates += rows + _vaf_rows(names, label, model.direct_vaf[joint])
     return estimates
 
 
-def _vafs(joint: str, vaf: HeldOutVaf) -> dict[str, Quantity]:
-    return {
-        f"VAF_training_{joint}": Quantity(vaf.training, "%"),
-        f"VAF_held_out_{joint}": Quantity(vaf.held_out, "%"),
-    }
+def _vaf_rows(names: tuple[str, ...], joint: str, vaf: HeldOutVaf) -> list[Estimate]:
+    return [
+        Estimate(*names, f"VAF_training_{joint}", "%", vaf.training),
+        Estimate(*names, f"VAF_held_out_{joint}", "%", vaf.held_out),
+    ]
 
 
 def platform_result(analysis: PlatformAnalysis, options: PlatformOptions, unit: str) -> Result:

@@ -6,7 +6,7 @@ is fitted by linear regression to the first part of a trial and tested on the re
 model, intrinsic stiffness and stretch reflex, is fitted to the same filtered torque (`parallel_cascade`).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
@@ -22,7 +22,7 @@ from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, admittance
-from tepsipe.quantities import Bins, Draws, FilterOrder, Frequency, InnerFraction, Pause, Time, unit_symbol
+from tepsipe.quantities import Bins, Draws, FilterOrder, Frequency, InnerFraction, Pause, Time
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.resampling import BAND_PER_RATE
@@ -201,24 +201,24 @@ def position_manipulator_estimates(
     names = (experiment, condition, PATHWAY, ESTIMATOR)
     fit, draws, blocks = analysis.fit, analysis.bootstrap.T, analysis.blocks
     quantities = {
-        name: replace(
-            Quantity.drawn(fit.parameters[k], symbol_of(name), draws[k], 0.95, blocks),
-            as_printed=float(fit.sem_as_printed[k]),
-        )
+        name: Quantity.drawn(fit.parameters[k], symbol_of(name), draws[k], 0.95, blocks)
         for k, name in enumerate(PARAMETERS)
     }
-    return flagged(rows_of(names, quantities | _vafs(analysis.vaf)), *_misfit(analysis.vaf.training))
+    rows = rows_of(names, quantities, printed=fit.sem_as_printed.tolist())
+    return flagged(rows + _vaf_rows(names, analysis.vaf), *_misfit(analysis.vaf.training))
 
 
 def _misfit(vaf: float) -> tuple[str, ...]:
     return () if vaf >= LEAST_VAF else ("lack-of-fit",)
 
 
-def _vafs(vaf: HeldOutVaf) -> dict[str, Quantity]:
-    return {
-        f"VAF_{name}": Quantity(getattr(vaf, name), "%")
-        for name in ("training", "held_out", "held_out_any_offset", "held_out_as_printed")
-    }
+def _vaf_rows(names: tuple[str, str, str, str], vaf: HeldOutVaf) -> list[Estimate]:
+    return [
+        Estimate(*names, "VAF_training", "%", vaf.training),
+        Estimate(*names, "VAF_held_out", "%", vaf.held_out),
+        Estimate(*names, "VAF_held_out_any_offset", "%", vaf.held_out_any_offset),
+        Estimate(*names, "VAF_held_out_as_printed", "%", vaf.held_out_as_printed),
+    ]
 
 
 def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCascadeFit) -> list[Estimate]:
@@ -227,46 +227,49 @@ def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCas
     A structure without angle-dependent stiffness or reflex has no rows for their parameters, except for a
     reflex gain of 0 N·m·s/rad.
     """
+    names = (experiment, condition, PATHWAY, REFLEX_ESTIMATOR)
     quantities = fit.quantities()
     of_reflex = {name: q for name, q in quantities.items() if name in REFLEX_QUANTITIES}
-    intrinsic = {name: q for name, q in quantities.items() if name not in of_reflex}
+    rows = rows_of(names, {name: q for name, q in quantities.items() if name not in of_reflex})
     # a reflex earlier than those that are tried is in the intrinsic response, as inertia and damping
-    failed = dict.fromkeys(list(intrinsic)[:2], _beyond(fit))
+    rows = [*flagged(rows[:2], *_beyond(fit)), *rows[2:]]
     if fit.structure.relaxing:
-        for name in intrinsic.keys() & {"I", "B", "K_short_range", "K_relaxing", "relaxation_time"}:
-            failed[name] = (*failed.get(name, ()), "relaxation-assumed")
-    intrinsic = {name: replace(q, flags=failed.get(name, ())) for name, q in intrinsic.items()}
-    others = {
-        "reflex_share": Quantity(fit.reflex_share, "%"),
-        "slow_torque_sd": Quantity(fit.slow.sd_Nm, symbol_of("offset")),
-        "VAF_cross_validated": Quantity(fit.vaf_cross_validated, "%"),
-        **_vafs(fit.vaf),
-        "VAF_held_out_with_slow_torque": Quantity(fit.slow.vaf.held_out, "%"),
-    }
-    told = intrinsic | (of_reflex if fit.muscle is None else _of_reflex(of_reflex, fit)) | others
-    rows = flagged(
-        rows_of((experiment, condition, PATHWAY, REFLEX_ESTIMATOR), told), *_misfit(fit.vaf_cross_validated)
-    )
+        depends = ("I", "B", "K_short_range", "K_relaxing", "relaxation_time")
+        rows = [flagged([r], *["relaxation-assumed"] * (r.quantity in depends))[0] for r in rows]
+    rows += _reflex_rows(names, rows_of(names, of_reflex), fit)
+    rows.append(Estimate(*names, "reflex_share", "%", fit.reflex_share))
+    rows.append(Estimate(*names, "slow_torque_sd", "Nm", fit.slow.sd_Nm))
+    rows.append(Estimate(*names, "VAF_cross_validated", "%", fit.vaf_cross_validated))
+    rows += _vaf_rows(names, fit.vaf)
+    rows.append(Estimate(*names, "VAF_held_out_with_slow_torque", "%", fit.slow.vaf.held_out))
+    rows = flagged(rows, *_misfit(fit.vaf_cross_validated))
     if fit.muscle is not None:
         rows += _muscle_rows((experiment, condition, PATHWAY, MUSCLE_ESTIMATOR), fit)
     return recommended(rows, PATHWAY, REFLEX_ESTIMATOR)
 
 
-def _of_reflex(quantities: dict[str, Quantity], fit: ParallelCascadeFit) -> dict[str, Quantity]:
+def _reflex_rows(names, rows: list[Estimate], fit: ParallelCascadeFit) -> list[Estimate]:
     """Gain, terms and times of the reflex, with flags.
 
     Delay and threshold are flagged where the record does not determine them, and where it prefers others than
     were searched; then the gain is flagged, too, and where the muscle is too slow.
     """
-    failed = (*_beyond(fit), *_slow(fit))
-    found = {name: replace(q, flags=failed) for name, q in quantities.items()}
+    if fit.muscle is None:
+        return rows
+    rows = flagged(rows, *_beyond(fit), *_slow(fit))
     for choice in fit.assumptions:
+        rows_of_choice = [
+            Estimate(*names, choice.quantity, choice.unit, choice.value),
+            Estimate(*names, f"{choice.quantity}_low", choice.unit, choice.low),
+            Estimate(*names, f"{choice.quantity}_high", choice.unit, choice.high),
+        ]
         why = "assumed" if choice.low <= choice.value <= choice.high else "edge-of-search"
-        flags = () if choice.determined else (why,)
-        for end, value in (("", choice.value), ("_low", choice.low), ("_high", choice.high)):
-            found[f"{choice.quantity}{end}"] = Quantity(value, unit_symbol(choice.unit), flags=flags)
-    times = {"reflex_peak": fit.reflex_peak_s, "reflex_duration": fit.reflex_duration_s}
-    return found | {name: Quantity(value, "s") for name, value in times.items()}
+        rows += flagged(rows_of_choice, *[why] * (not choice.determined))
+    return [
+        *rows,
+        Estimate(*names, "reflex_peak", "s", fit.reflex_peak_s),
+        Estimate(*names, "reflex_duration", "s", fit.reflex_duration_s),
+    ]
 
 
 def _beyond(fit: ParallelCascadeFit) -> tuple[str, ...]:
@@ -290,9 +293,10 @@ def _muscle_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> l
         name: Quantity.drawn(muscle.constants[k], symbol_of(name), muscle.bootstrap[:, k], 0.95, fit.blocks)
         for k, name in enumerate(MUSCLE_QUANTITIES)
     }
-    quantities |= {"reflex_delay": Quantity(fit.structure.delay_s, "s"), **_vafs(muscle.vaf)}
+    rows = rows_of(names, quantities)
+    rows.append(Estimate(*names, "reflex_delay", "s", fit.structure.delay_s))
     checks = (*["at-bound"] * at_bound, *_slow(fit), *_misfit(muscle.vaf.training))
-    return flagged(rows_of(names, quantities), *checks)
+    return flagged(rows + _vaf_rows(names, muscle.vaf), *checks)
 
 
 def position_manipulator_result(analysis: PositionManipulatorAnalysis, fit: ParallelCascadeFit) -> Result:

@@ -2,18 +2,18 @@
 
 Registry of the estimators of one trial in the torque-controlled manipulator.
 
-To add one, write a function from a `WristalyzerRecord` to a `JointFit`, and enter it in `ESTIMATORS`. Tables,
+To add one, write a function from a `WristalyzerRecord` to a `Fitted`, and enter it in `ESTIMATORS`. Tables,
 budgets, the comparison with the truth and the pages then show it.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.budgets import contributions_of, rows_of
+from tepsipe.experiments.budgets import rows_of
 from tepsipe.experiments.wristalyzer.names import AS_PRINTED, MODULUS, PATHWAY, PERIODS, REGRESSION
 from tepsipe.experiments.wristalyzer.record import (
     PreparedTrial,
@@ -32,7 +32,7 @@ from tepsipe.identification.admittance_fit import (
     profile_stiffness,
 )
 from tepsipe.identification.result import Quantity, quantities_of, symbol_of
-from tepsipe.io.estimates import Contribution, Estimate, flagged, recommended
+from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETER_UNITS, PARAMETERS, simulate_angle
@@ -50,7 +50,7 @@ RECOMMENDED = (REGRESSION, AS_PRINTED)
 
 
 @dataclass(frozen=True)
-class JointFit:
+class Fitted:
     """Result of an estimator of one trial."""
 
     parameters: Annotated[np.ndarray, "(3,)"]
@@ -64,20 +64,6 @@ class JointFit:
     flags: tuple[str, ...] = ()
     """Failed checks, names in `tepsipe.io.estimates.FLAGS`."""
 
-    @property
-    def quantities(self) -> dict[str, Quantity]:
-        """I, B, K, and the error of a search."""
-        values = dict(zip(PARAMETERS, self.parameters.tolist(), strict=True))
-        if self.budget is None:
-            found = {name: Quantity(value, symbol_of(name)) for name, value in values.items()}
-        else:
-            found = quantities_of(values, self.budget)
-        if self.search is None:
-            return found
-        printed = zip(found.items(), self.search.sem_as_printed.tolist(), strict=True)
-        found = {name: replace(q, as_printed=error) for (name, q), error in printed}
-        return found | {"error": Quantity(self.search.cost, "1")}
-
 
 @dataclass(frozen=True)
 class Estimator:
@@ -85,8 +71,8 @@ class Estimator:
 
     meaning: str
     """Description in a few words."""
-    function: "Callable[[WristalyzerRecord], JointFit]"
-    """From a `WristalyzerRecord` to a `JointFit`."""
+    function: "Callable[[WristalyzerRecord], Fitted]"
+    """From a `WristalyzerRecord` to `Fitted`."""
     needs_period: bool = False
     """True if the perturbation must be periodic; other trials do without the estimator."""
     in_table: bool = False
@@ -95,13 +81,13 @@ class Estimator:
 
 def _searched(
     search: "AdmittanceFit", spectrum: "FrequencyResponse", budget: "Budget | None" = None
-) -> JointFit:
+) -> Fitted:
     flags = ("at-bound",) * search.at_bound + ("not-converged",) * (not search.converged)
-    return JointFit(search.parameters, budget, spectrum, search, flags)
+    return Fitted(search.parameters, budget, spectrum, search, flags)
 
 
 # modules are imported when their estimator runs, to keep the start of a run short
-def _spectral_fit(record: "WristalyzerRecord") -> JointFit:
+def _spectral_fit(record: "WristalyzerRecord") -> Fitted:
     from tepsipe.identification.admittance_fit import fit_scaled
     from tepsipe.identification.budgets.manipulator import spectral_budget
 
@@ -111,7 +97,7 @@ def _spectral_fit(record: "WristalyzerRecord") -> JointFit:
     return _searched(search, record.averaged, budget)
 
 
-def _modulus(record: "WristalyzerRecord") -> JointFit:
+def _modulus(record: "WristalyzerRecord") -> Fitted:
     from tepsipe.identification.admittance_fit import fit_as_printed
 
     # no budget: the sum of squares tells nothing about the scatter of a fit that ends where it began
@@ -119,7 +105,7 @@ def _modulus(record: "WristalyzerRecord") -> JointFit:
     return _searched(search, record.averaged)
 
 
-def _over_periods(record: "WristalyzerRecord") -> JointFit:
+def _over_periods(record: "WristalyzerRecord") -> Fitted:
     from tepsipe.identification.admittance_fit import fit_scaled
     from tepsipe.identification.budgets.manipulator import spectral_budget
 
@@ -129,14 +115,14 @@ def _over_periods(record: "WristalyzerRecord") -> JointFit:
     return _searched(search, record.periodic, budget)
 
 
-def _regression(record: "WristalyzerRecord") -> JointFit:
+def _regression(record: "WristalyzerRecord") -> Fitted:
     from tepsipe.identification.budgets.manipulator import period_budget
     from tepsipe.identification.regression.periods import fit_periods
 
     # not filtered: its lines are far below half the rate
     signals = (record.recorded("torque"), record.recorded("angle"), record.trial.rate_hz)
     fit = fit_periods(*signals, record.options.perturbation_period_s, record.options.excited_band_hz)
-    return JointFit(fit.parameters, period_budget(fit, record.sources))
+    return Fitted(fit.parameters, period_budget(fit, record.sources))
 
 
 ESTIMATORS = {
@@ -169,7 +155,7 @@ class WristalyzerAnalysis:
 
     prepared: PreparedTrial
     """Filtered signals (N·m, rad)."""
-    fitted: dict[str, JointFit]
+    fitted: dict[str, Fitted]
     """Estimator -> its result."""
     tapered: FrequencyResponse
     """The averaged estimate of the tapered record, for frequencies above the perturbation's band."""
@@ -251,20 +237,26 @@ def wristalyzer_record(
     return record, flags
 
 
-def wristalyzer_estimates(
-    condition: str, analysis: WristalyzerAnalysis
-) -> tuple[list[Estimate], list[Contribution]]:
-    """Tidy rows of one trial: I, B, K, VAF over the trial (%), the error of a search; and their budgets."""
-    rows, contributions = [], []
+def wristalyzer_estimates(condition: str, analysis: WristalyzerAnalysis) -> list[Estimate]:
+    """Tidy rows of one trial: I, B, K, VAF over the trial (%), the error of a search, and flags."""
+    rows = []
     for estimator, fit in analysis.fitted.items():
-        names = ("wristalyzer", condition, PATHWAY, estimator)
+        names, search = ("wristalyzer", condition, PATHWAY, estimator), fit.search
+        values = dict(zip(PARAMETERS, fit.parameters.tolist(), strict=True))
+        if fit.budget is None:
+            quantities = {name: Quantity(value, symbol_of(name)) for name, value in values.items()}
+        else:
+            quantities = quantities_of(values, fit.budget)
+        printed = [None] * 3 if search is None else search.sem_as_printed.tolist()
+        estimates = rows_of(names, quantities, printed=printed)
+        if search is not None:
+            estimates.append(Estimate(*names, "error", "1", search.cost))
         score = analysis.prepared.prediction_vaf(fit.parameters)
-        quantities = fit.quantities | {"VAF_trial": Quantity(score, "%")}
+        estimates.append(Estimate(*names, "VAF_trial", "%", score))
         misfit = () if score >= LEAST_VAF else ("lack-of-fit",)
-        rows += flagged(rows_of(names, quantities), *fit.flags, *analysis.flags, *misfit)
-        contributions += contributions_of(names, quantities)
+        rows += flagged(estimates, *fit.flags, *analysis.flags, *misfit)
     quoted = next(name for name in RECOMMENDED if name in analysis.fitted)
-    return recommended(rows, PATHWAY, quoted), contributions
+    return recommended(rows, PATHWAY, quoted)
 
 
 def wristalyzer_result(analysis: WristalyzerAnalysis) -> Result:
@@ -336,3 +328,22 @@ def cross_validate_wristalyzer(
             for result in results.values()
         ]
     )
+
+
+def cross_validation_estimates(conditions: list[str], matrix: np.ndarray) -> list[Estimate]:
+    """Mean VAF (%) of each condition's parameters on the other conditions."""
+    if len(conditions) < 2:
+        return []
+    others = ~np.eye(len(conditions), dtype=bool)
+    return [
+        Estimate(
+            "wristalyzer",
+            condition,
+            PATHWAY,
+            AS_PRINTED,
+            "VAF_cross_validated",
+            "%",
+            float(matrix[k][others[k]].mean()),
+        )
+        for k, condition in enumerate(conditions)
+    ]

@@ -62,11 +62,11 @@ def pooled_estimates(
         estimates: I, B, K are recommended.
         contributions: their budgets, source by source.
     """
-    names = ("wristalyzer", CONDITION, PATHWAY, POOLED)
-    told = quantities_of(fit.values, pooled_budget(fit, sources))
-    told = {name: q for name, q in told.items() if name not in NUISANCE}
-    rows = flagged(recommended(rows_of(names, told), PATHWAY, POOLED), *flags)
-    return rows, contributions_of(names, told)
+    budget, quantities = pooled_budget(fit, sources), list(fit.values)
+    told = {name: q for name, q in quantities_of(fit.values, budget).items() if name not in NUISANCE}
+    rows = rows_of(("wristalyzer", CONDITION, PATHWAY, POOLED), told)
+    rows = flagged(recommended(rows, PATHWAY, POOLED), *flags)
+    return rows, contributions_of(rows, budget, quantities)
 
 
 def pooled_result(conditions: list[str], fit: PooledFit) -> Result:
