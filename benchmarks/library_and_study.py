@@ -181,7 +181,7 @@ def wristalyzer_differences(trial: Trial, options: WristalyzerOptions, sources: 
             uncertainty=sources,
         )
         of_study = ESTIMATORS[name].function(record)
-        ends = of_study.budget.interval(of_study.parameters)
+        ends = np.array([(q.low, q.high) for q in of_study.quantities.values()]).T
         result[name] = differences(fit, of_study.parameters, ends)
     return result
 
