@@ -66,7 +66,14 @@ class BeltModel(ABC):
         return recording.load - self.predict(recording)
 
     def added_per_kg(self, recording: BeltRecording) -> np.ndarray:
-        """Load that another kg on the belt would add, before the frame's response (N or N·m), shape (n,)."""
+        """Friction of another kg on the belt, before the frame's response (N or N·m), shape (n,)."""
+        return np.zeros(recording.load.size)
+
+    def frame_acceleration(self, recording: BeltRecording) -> np.ndarray:
+        """Acceleration of the frame (m/s²), shape (n,), from a recording of the fore-aft force.
+
+        0 for models that know no frame.
+        """
         return np.zeros(recording.load.size)
 
     def shared_friction(self, other: "BeltModel", recording: BeltRecording) -> np.ndarray | None:

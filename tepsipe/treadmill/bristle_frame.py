@@ -6,6 +6,11 @@
     d = d_0 + d_1 M,    e = e_0 + e_1 M
     S(s) = 1 - k t s / (1 + t s)
 
+R_M is the response to a weight of the mass M, whose load is known as M times the acceleration of the belt,
+and which moves with the frame. The force that a person or a dummy exerts on the belt is itself the input of
+the frame, which is then empty: R_0. The friction f_0 + f_1 M grows with all that presses on the belt. What stands
+on it accelerates with belt and frame, at a - e_1 (1 + p (r^2 - 1)) s^2 F_y.
+
 Symbols as in `tepsipe.treadmill.mass_models`; further z, the deflection of the bristles between belt and
 deck (`tepsipe.treadmill.pulse_windows`), with the pre-sliding distance d_z, the excess of friction at rest u
 and its speed v_s; p the share of a second mode of the frame, p_F of the force and p_M of the moment, r times
@@ -134,16 +139,16 @@ class BristleFrame(BeltModel):
         return replace(self, constants=self.constants + step)
 
     def resonance_hz(self, carried_kg: float) -> float:
-        """Natural frequency of the frame (Hz) with a mass on the belt (kg)."""
+        """Natural frequency of the frame (Hz) with a weight on the belt (kg)."""
         slowness = self.named.slowness_s2 + carried_kg * self.named.slowness_s2_per_kg
         return float(1.0 / (2.0 * np.pi * np.sqrt(slowness))) if slowness > 0.0 else float("inf")
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
         """L (unit of the load), shape (n,), relative to its value before each pulse.
 
-        The known load carried moves with the belt: its force is its mass times the belt's acceleration.
+        The force of a weight is its mass times the belt's acceleration.
         """
-        carried_force = recording.carried_kg * recording.acceleration
+        carried_force = recording.rigid_kg * recording.acceleration
         load = recording.carried + self.added(recording, carried_force)
         predicted = self._through(recording, _spectrum(load), inverse=False) - recording.carried
         predicted = predicted + self._free(recording)
@@ -190,10 +195,18 @@ class BristleFrame(BeltModel):
         return added + c.lever_m * friction if needed else added
 
     def added_per_kg(self, recording: BeltRecording) -> np.ndarray:
-        """Load that another kg on the belt would add, before the frame's response (N or N·m), shape (n,)."""
+        """Friction of another kg on the belt, before the frame's response (N or N·m), shape (n,)."""
         force = np.zeros(recording.load.size)
         heavier = replace(recording, carried_kg=recording.carried_kg + 1.0)
         return self.added(heavier, force) - self.added(recording, force)
+
+    def frame_acceleration(self, recording: BeltRecording) -> np.ndarray:
+        """Acceleration of the frame (m/s²), shape (n,), from the measured fore-aft force."""
+        c = self.named
+        compliance = c.slowness_s2_per_kg * (1.0 + c.second_mode * (c.second_slowness**2 - 1.0))
+        measured, line = _spectrum(recording.load + recording.carried)
+        s = 2j * np.pi * np.fft.rfftfreq(line.size, 1.0 / recording.rate_hz)
+        return np.fft.irfft(-compliance * s**2 * measured, line.size)
 
     def shared_friction(self, other: BeltModel, recording: BeltRecording) -> np.ndarray | None:
         """Output of `friction` (N), shape (n,), if ``other`` has the same constants; else None."""
@@ -236,7 +249,7 @@ class BristleFrame(BeltModel):
         """A signal, as `_spectrum`, filtered by the response to a force or a moment, or by its inverse."""
         spectrum, line = x
         s = 2j * np.pi * np.fft.rfftfreq(line.size, 1.0 / recording.rate_hz)
-        response = frame_response(self.named, s, recording.carried_kg, self.component)
+        response = frame_response(self.named, s, recording.rigid_kg, self.component)
         if self.component == "Fy":
             response = response * mount_response(self.named, s)
         return np.fft.irfft(spectrum * (1.0 / response if inverse else response), line.size) + line
@@ -252,11 +265,11 @@ def _spectrum(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def frame_response(
-    constants: Constants, s: np.ndarray, carried_kg: float | np.ndarray, component: str
+    constants: Constants, s: np.ndarray, rigid_kg: float | np.ndarray, component: str
 ) -> np.ndarray:
-    """R_M at s (rad/s), for a mass on the belt (kg), and Fy (N) or Mx (N·m)."""
-    slowness = (constants.slowness_s2 + constants.slowness_s2_per_kg * carried_kg) * s**2
-    damping = (constants.damping_s + constants.damping_s_per_kg * carried_kg) * s
+    """R_M at s (rad/s), for a weight on the belt (kg), and Fy (N) or Mx (N·m)."""
+    slowness = (constants.slowness_s2 + constants.slowness_s2_per_kg * rigid_kg) * s**2
+    damping = (constants.damping_s + constants.damping_s_per_kg * rigid_kg) * s
     share = constants.second_mode if component == "Fy" else constants.second_mode_moment
     ratio = constants.second_slowness
     first = 1.0 / (1.0 + damping + slowness)

@@ -300,7 +300,7 @@ def _torque_errors(held_out: HeldOut, k: int, subject: Subject, delay: float) ->
 
 
 def model_flags(model: BristleFrame, mass_kg: float) -> list[str]:
-    """Flags of estimates that a model compensates at a mass on the belt (kg): names in `FLAGS`.
+    """Flags of estimates that a model compensates for a subject of some mass (kg): names in `FLAGS`.
 
     ``beyond-calibrated-mass`` where the mass exceeds the heaviest weight by more than a tenth,
     where a constant is outside the plausible range of a treadmill ``treadmill-model``, or
@@ -315,13 +315,12 @@ def model_flags(model: BristleFrame, mass_kg: float) -> list[str]:
 
 
 def _physical(model: BristleFrame, mass_kg: float) -> bool:
-    """Test for a resonance, mounts, friction and lag that a treadmill can have at a mass (kg)."""
+    """Test for a resonance, mounts, friction under a mass (kg), and lag that an empty treadmill can have."""
     c, (low, high) = model.named, MOUNT_SHARES
-    slowness = c.slowness_s2 + mass_kg * c.slowness_s2_per_kg
     sliding = (c.friction + mass_kg * c.friction_per_kg) + (c.bristle + mass_kg * c.bristle_per_kg)
     return bool(
         np.isfinite(model.constants).all()
-        and 0.0 <= slowness <= (1.0 / (2.0 * np.pi * LOWEST_HZ)) ** 2
+        and 0.0 <= c.slowness_s2 <= (1.0 / (2.0 * np.pi * LOWEST_HZ)) ** 2
         and low <= c.mount_share <= high
         and abs(c.lag_s) <= LONGEST_LAG_S
         and sliding + 0.5 * c.force_viscous >= 0.0

@@ -7,8 +7,9 @@ Response to the acceleration of the belt for every calibrated mass, without phys
 Here a is the acceleration of the belt, h_j are hats over the time since it acted, and c_Mj follow by least
 squares from the trials with the mass M on the belt. Between two masses of the calibration the response is
 interpolated, beyond them the nearest one counts. It describes any linear, time-invariant treadmill under a
-rigid weight. Which part of the change with M is caused by a subject who does not ride rigidly on the belt is
-unknown; the constant ``response_share`` of the model carries this.
+rigid weight. A change with M is friction, which grows with a subject's mass, or the frame's response to the
+load of the weight, which does not; without physics the two cannot be told apart, so M is the whole mass, and
+the constant ``response_share`` of the model carries the doubt.
 
 The simplest models: subtraction of the mean of the empty belt, and mass, damper and spring.
 
@@ -20,8 +21,8 @@ Physical model of the belt-induced load: a frame that carries the load, belt fri
 Symbols: M mass on the belt (kg); v, a velocity (m/s) and acceleration (m/s²) of the belt under the load;
 w velocity of the belt at the friction surface, which leads by the time T because the belt stretches.
 
-- R_M: resonance of the frame on its stiff supports. Its frequency decreases with the mass carried;
-  e_0 + e_1 M is moving mass over stiffness.
+- R_M: resonance of the frame on its stiff supports. Its frequency decreases with the mass of a weight, which
+  moves with it; e_0 + e_1 M is moving mass over stiffness. The force of a person passes through R_0.
 - S: mounts between the deck and the floor, which take the fraction k of a fast force and relax with the time
   constant t. A static calibration does not detect them.
 - Forces in phase with acceleration come from moving parts, m. Forces in phase with velocity come from
@@ -256,7 +257,7 @@ class LoadedFrame(BeltModel):
         )
 
     def resonance_hz(self, carried_kg: float) -> float:
-        """Natural frequency of the frame (Hz) with a mass on the belt (kg)."""
+        """Natural frequency of the frame (Hz) with a weight on the belt (kg)."""
         slowness = self.frame[1] + self.frame[2] * carried_kg
         return float(1.0 / (2.0 * np.pi * np.sqrt(slowness))) if slowness > 0.0 else float("inf")
 
@@ -266,14 +267,14 @@ class LoadedFrame(BeltModel):
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
         """L (unit of the load), shape (n,), from the belt's motion and the known load carried."""
-        response = self._response(recording.carried_kg)
+        response = self._response(recording.rigid_kg)
         return (
             _filtered(recording.carried + self.added(recording), recording.rate_hz, response)
             - recording.carried
         )
 
     def added_per_kg(self, recording: BeltRecording) -> np.ndarray:
-        """Load added by another kg on the belt, before the frame's response (N or N·m), shape (n,)."""
+        """Friction of another kg on the belt, before the frame's response (N or N·m), shape (n,)."""
         heavier = replace(recording, carried_kg=recording.carried_kg + 1.0)
         return self.added(heavier) - self.added(recording)
 
@@ -284,14 +285,19 @@ class LoadedFrame(BeltModel):
 
         Shape (n,), unit of the load; ``force`` and ``friction`` (N) are not needed.
         """
-        response = self._response(recording.carried_kg)
+        response = self._response(recording.rigid_kg)
         measured = recording.load + recording.carried
         before = _filtered(measured, recording.rate_hz, lambda s: 1.0 / response(s))
         return before - self.added(recording) - recording.carried
 
-    def _response(self, carried_kg: float):
+    def frame_acceleration(self, recording: BeltRecording) -> np.ndarray:
+        """Acceleration of the frame (m/s²), shape (n,), from the measured fore-aft force."""
+        measured = recording.load + recording.carried
+        return _filtered(measured, recording.rate_hz, lambda s: -self.frame[2] * s**2)
+
+    def _response(self, rigid_kg: float):
         def response(s: np.ndarray) -> np.ndarray:
-            frame = _frame_response(s, self.frame, carried_kg)
+            frame = _frame_response(s, self.frame, rigid_kg)
             return frame * _mount_response(s, self.mount_share, self.mount_time_s)
 
         return response
@@ -334,7 +340,7 @@ def fit_loaded_frame(
         for k, r in enumerate(recordings):
             columns = motion(k, trial.lag_s, trial.friction_speed_m_per_s)
             inputs = np.column_stack([columns[:, : 2 if frame is None else 4], r.carried])
-            responses = _filtered(inputs, r.rate_hz, trial._response(r.carried_kg))[r.evaluated]
+            responses = _filtered(inputs, r.rate_hz, trial._response(r.rigid_kg))[r.evaluated]
             rows.append(responses[:, :-1])
             rest.append(responses[:, -1])
         stacked, remaining = np.concatenate(rows), target - np.concatenate(rest)
@@ -362,8 +368,8 @@ def _motion(recording: BeltRecording, lag_s: float, friction_speed_m_per_s: floa
     return np.column_stack([recording.acceleration, sliding, rubbing, recording.carried_kg * rubbing])
 
 
-def _frame_response(s: np.ndarray, frame: np.ndarray, carried_kg: float) -> np.ndarray:
-    return 1.0 / (1.0 + frame[0] * s + (frame[1] + frame[2] * carried_kg) * s**2)
+def _frame_response(s: np.ndarray, frame: np.ndarray, rigid_kg: float) -> np.ndarray:
+    return 1.0 / (1.0 + frame[0] * s + (frame[1] + frame[2] * rigid_kg) * s**2)
 
 
 def _mount_response(s: np.ndarray, share: float, time_s: float) -> np.ndarray:

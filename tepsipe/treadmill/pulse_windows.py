@@ -67,7 +67,7 @@ class PulseWindows:
     """Recordings, in the order of the rows."""
     kg: Annotated[np.ndarray, "(trials,)"]
     count: Annotated[np.ndarray, "(trials,)"]
-    """Mass on the belt (kg) and number of pulses."""
+    """Mass of the weight (kg) and number of pulses."""
     velocity: Annotated[np.ndarray, "(trials, n)", "m/s"]
     acceleration: Annotated[np.ndarray, "(trials, n)", "m/s²"]
     """Filtered mean motion of the belt."""

@@ -37,7 +37,10 @@ class BeltRecording:
     carried : ndarray, shape (n,)
         Load carried, known from its own motion (``unit``); zero for an empty belt.
     carried_kg : float
-        Mass on the belt (kg).
+        Mass that presses on the belt (kg), by which its friction grows.
+    rigid_kg : float
+        Mass of a weight, whose load is ``carried`` and which moves with the frame (kg); 0 under anyone else,
+        whose force itself drives the empty frame.
     unit : str
         Unit of the load, N or Nm.
     evaluated : ndarray of bool, shape (n,)
@@ -61,6 +64,7 @@ class BeltRecording:
     evaluated: np.ndarray
     onsets: tuple[int, ...] = ()
     lowpass: Lowpass | None = None
+    rigid_kg: float = 0.0
 
     def __repr__(self) -> str:
         filtered = "not filtered" if self.lowpass is None else f"low-pass {self.lowpass.cutoff_hz:g} Hz"

@@ -106,10 +106,16 @@ def plate_recordings(
         carried["Fy"] = inertia
         carried["Mx"] = weight.mass_kg * weight.gravity_m_per_s2 * y - weight.com_height_m * inertia
     induced = {component: measured[component] - carried[component] for component in COMPONENTS}
-    recordings = recordings_of_loads(prepared, induced, 0.0 if weight is None else weight.mass_kg)
+    mass_kg = 0.0 if weight is None else weight.mass_kg
     return {
-        component: replace(recording, condition=condition, carried=carried[component], evaluated=evaluated)
-        for component, recording in recordings.items()
+        component: replace(
+            recording,
+            condition=condition,
+            carried=carried[component],
+            rigid_kg=mass_kg,
+            evaluated=evaluated,
+        )
+        for component, recording in recordings_of_loads(prepared, induced, mass_kg).items()
     }
 
 
@@ -141,8 +147,8 @@ def recordings_of_loads(
 
     prepared: the trial with the filter of the loads.
     loads: component -> belt-induced load, or load of a subject and belt (N, N·m).
-    carried_kg: mass on the belt.
-    Returns: component -> recording (N, N·m), evaluated throughout, without a load carried.
+    carried_kg: mass that presses on the belt.
+    Returns: component -> recording (N, N·m), evaluated throughout, without a known load.
     """
     velocity = prepared.from_rest(prepared.belt_velocity)
     acceleration = derivative(prepared.time, velocity, degree_at(prepared.rate_hz))

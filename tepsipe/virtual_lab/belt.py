@@ -56,16 +56,35 @@ class DriveTruth:
 
 @dataclass(frozen=True)
 class BeltMotion:
-    """Exact motion of the belt, and what its load asks of the plate."""
+    """Exact motion of belt and frame, and what the load asks of the plate."""
 
     time: Annotated[np.ndarray, "(n,)", "s"]
     """Grid of the integration."""
     belt_position: Annotated[np.ndarray, "(n,)", "m"]
     belt_velocity: Annotated[np.ndarray, "(n,)", "m/s"]
     belt_acceleration: Annotated[np.ndarray, "(n,)", "m/s²"]
-    """Motion of the belt along y."""
+    """Motion of the belt along y on its frame, as its encoder sees it."""
+    frame_position: Annotated[np.ndarray, "(n,)", "m"]
+    frame_velocity: Annotated[np.ndarray, "(n,)", "m/s"]
+    frame_acceleration: Annotated[np.ndarray, "(n,)", "m/s²"]
+    """Motion of the frame along y."""
     reaction: Annotated[np.ndarray, "(n, 6)"]
     """Wrench of the plate on the load about the plate's origin: Fx, Fy, Fz (N), Mx, My, Mz (N·m)."""
+
+    @property
+    def position(self) -> Annotated[np.ndarray, "(n,)", "m"]:
+        """Displacement of what stands on the belt."""
+        return self.belt_position + self.frame_position
+
+    @property
+    def velocity(self) -> Annotated[np.ndarray, "(n,)", "m/s"]:
+        """Its velocity."""
+        return self.belt_velocity + self.frame_velocity
+
+    @property
+    def acceleration(self) -> Annotated[np.ndarray, "(n,)", "m/s²"]:
+        """Its acceleration."""
+        return self.belt_acceleration + self.frame_acceleration
 
     @property
     def rate_hz(self) -> float:

@@ -1,9 +1,11 @@
 """The ankle dummy standing on the belt, from the Lagrangian of belt, foot and leg.
 
-Generalised coordinates: y belt position (m), th leg angle from the vertical, positive when the leg
-tips towards +y (rad). The foot is taped to the belt; where the tape gives, see below, else:
+Generalised coordinates: y position of the belt in the room (m), which moves on its frame and with it, th leg
+angle from the vertical, positive when the leg tips towards +y (rad). Me and P are the mass and the push of
+belt, drive and frame together (`tepsipe.virtual_lab.moving_belt`). The foot is taped to the belt; where the
+tape gives, see below, else:
 
-    [ Mb + mf + m   m r cos th ] [ y'' ]   [ u - c y' + m r sin th th'^2      ]
+    [ Me + mf + m   m r cos th ] [ y'' ]   [ P + m r sin th th'^2             ]
     [ m r cos th    Il + m r^2 ] [ th'']  =  [ m g r sin th - rubber(th-th0, th') ]
 
 The reaction on the plate is the rate of the load's linear and angular momentum, differentiated
@@ -17,14 +19,14 @@ the ankle from where it rests, positive towards +y (rad). Kinematics are linear 
 inertia about it, a = mf c + m h, k and d stiffness and damping of the support, R moment of the rubber, which
 bends by th - ph:
 
-    (Mb + mf + m) y''  + m r cos th th''   + a ph''              = u - c y' + m r sin th th'^2
+    (Me + mf + m) y''  + m r cos th th''   + a ph''              = P + m r sin th th'^2
     m r cos th y''     + (Il + m r^2) th'' + m h r cos th ph''   = m g r sin th - R
     a y'' + m h r cos th th'' + (If + mf (b^2 + c^2) + m h^2) ph'' = R - R_rest + a g ph - k ph - d ph'
                                                                      + h m r sin th th'^2
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -34,7 +36,9 @@ from annotated_types import Gt, Le
 
 from tepsipe.quantities import Angle, Gravity, Inertia, Length, Mass, NotNegative, Offset, Point, Some
 from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
+from tepsipe.virtual_lab.force_plate import Frame
 from tepsipe.virtual_lab.integrate import integrate
+from tepsipe.virtual_lab.moving_belt import MovingBelt
 from tepsipe.virtual_lab.rubber import Relaxation, Rubber
 from tepsipe.virtual_lab.treadmill_trial import MarkerPath
 
@@ -52,26 +56,25 @@ class FootTilt:
 
 
 def tilting_derivative(
-    dummy, moment: Callable, drive, tilt: FootTilt, command, neutral: float, rest: float
+    dummy, moment: Callable, belt: MovingBelt, tilt: FootTilt, neutral: float, rest: float
 ) -> Callable:
-    """Derivative of (y, y', servo, th, th', ph, ph').
+    """Derivative of (y, v, servo, th, th', ph, ph') and the frame's states, with y and v of belt on frame.
 
     moment: moment of the rubber at a bending and its rate.
     tilt: the foot's support, with a compliance above 0.
-    command: commanded belt velocity (m/s) at t (s).
     neutral, rest: angle at which the rubber is straight (rad), and its moment at rest (N·m).
     """
     m, r, h = dummy.leg_mass_kg, dummy.leg_com_m, dummy.foot_height_m + dummy.joint_offset_m[1]
     forward, up = dummy.foot_com_m
     g, mf = dummy.gravity_m_per_s2, dummy.foot_mass_kg
-    moving = drive.belt_mass_kg + mf + m
+    moving = belt.moving_kg + mf + m
     about_joint = dummy.leg_inertia_kgm2 + dummy.joint_inertia_kgm2 + m * r * r
     carried = mf * up + m * h
     about_belt = tilt.foot_inertia_kgm2 + mf * (forward * forward + up * up) + m * h * h
     stiffness = 1.0 / tilt.compliance_rad_per_Nm
     damping = 2.0 * tilt.damping_ratio * math.sqrt(stiffness * about_belt)
     upright = stiffness - carried * g
-    force, viscous, delay = drive.servo(), drive.viscous_Ns_per_m, drive.delay_s
+    pushed, rates = belt.pushed, belt.rates
     sin, cos, mr, mgr = math.sin, math.cos, m * r, m * g * r
     # belt and foot without the leg's angle: the inverse of their 2 x 2 matrix does not change
     both = moving * about_belt - carried * carried
@@ -79,12 +82,12 @@ def tilting_derivative(
     y_by_leg, p_by_leg = i_yy + i_yp * h, i_yp + i_pp * h
 
     def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
-        _, v, q, th, w, ph, x = state
-        u, q_rate = force(command(t - delay) - v, q)
+        _, v, q, th, w, ph, x, *frame = state
+        belt_alone = pushed(t, v, q, frame)
         s, coupling = sin(th), mr * cos(th)
         bent = moment(th - ph - neutral, w - x)
         swing = mr * s * w * w
-        push = u - viscous * v + swing
+        push = belt_alone[0] + swing
         turn = mgr * s - bent
         lean = bent - rest - upright * ph - damping * x + h * swing
         e = coupling * y_by_leg
@@ -92,7 +95,8 @@ def tilting_derivative(
         w_rate = (turn - e * push - f * lean) / (about_joint - coupling * (e + f * h))
         push -= coupling * w_rate
         lean -= coupling * h * w_rate
-        return v, i_yy * push + i_yp * lean, q_rate, w, w_rate, x, i_yp * push + i_pp * lean
+        v_rate, q_rate, *frame_rates = rates(belt_alone, i_yy * push + i_yp * lean)
+        return v, v_rate, q_rate, w, w_rate, x, i_yp * push + i_pp * lean, *frame_rates
 
     return derivative
 
@@ -167,37 +171,42 @@ def move_dummy(
     duration_s: float,
     rate_hz: float,
     foot: FootTilt | None = None,
+    frames: Sequence[Frame] = (),
 ) -> DummyMotion:
-    """Integrate belt and dummy together.
+    """Integrate belt, frame and dummy together.
 
     dummy, rubber, drive: constants of subject, joint and belt drive.
     command: commanded belt velocity (m/s) at t (s).
     duration_s, rate_hz: length of the run (s) and steps per second (Hz).
     foot: compliance of the foot; without it, or with none, the foot does not tilt.
+    frames: of the belt; rigid ground without one.
     Returns: motion and reaction on the grid of the integration.
     """
-    time, states, resisting = _integrated(dummy, rubber, drive, command, duration_s, rate_hz, foot)
-    y, v, _, th, w, tilt, tilt_rate = states.T
+    load = (dummy.foot_mass_kg + dummy.leg_mass_kg) * dummy.gravity_m_per_s2
+    belt = MovingBelt(drive, command, load, rate_hz, frames)
+    time, states, resisting = _integrated(dummy, rubber, belt, duration_s, rate_hz, foot)
+    th, w, tilt, tilt_rate = states.T[3:7]
+    motion, *along = belt.motion(time, states[:, 0], states[:, 1], states[:, 7:])
     inertial = dummy.joint_inertia_kgm2 * scipy.interpolate.CubicSpline(time, w)(time, 1)
     return DummyMotion(
-        time=time,
-        belt_position=y,
-        belt_velocity=v,
-        belt_acceleration=scipy.interpolate.CubicSpline(time, v)(time, 1),
+        **motion,
         angle=th,
         angle_rate=w,
         tilt=tilt,
         tilt_rate=tilt_rate,
         joint_torque=resisting + inertial,
-        reaction=_reaction(dummy, foot, time, states, tilt, tilt_rate),
+        reaction=_reaction(dummy, foot, time, (*along, th, w, tilt, tilt_rate)),
     )
 
 
-def _integrated(dummy, rubber, drive, command, duration_s, rate_hz, foot) -> tuple[np.ndarray, ...]:
-    """Instants, states (with a tilt of 0 where the foot does not tilt), and moment of the rubber."""
+def _integrated(dummy, rubber, belt: MovingBelt, duration_s, rate_hz, foot) -> tuple[np.ndarray, ...]:
+    """Instants, states (with a tilt of 0 where the foot does not tilt), and moment of the rubber.
+
+    The states are y and v of the belt on its frame, the servo's, th, th', ph, ph' and those of the frame.
+    """
     m, r = dummy.leg_mass_kg, dummy.leg_com_m
     g = dummy.gravity_m_per_s2
-    moving = drive.belt_mass_kg + dummy.foot_mass_kg + m
+    moving = belt.moving_kg + dummy.foot_mass_kg + m
     about_pivot = dummy.leg_inertia_kgm2 + dummy.joint_inertia_kgm2 + m * r * r
     gravity_moment = m * g * r * math.sin(dummy.rest_angle_rad)
     bending_at_rest = scipy.optimize.brentq(
@@ -205,47 +214,56 @@ def _integrated(dummy, rubber, drive, command, duration_s, rate_hz, foot) -> tup
     )
     neutral = dummy.rest_angle_rad - bending_at_rest
 
-    force, viscous, delay = drive.servo(), drive.viscous_Ns_per_m, drive.delay_s
+    pushed, rates = belt.pushed, belt.rates
     relaxation = Relaxation(rubber) if rubber.relaxation_share else None
     moment = rubber.moment if relaxation is None else relaxation.moment
     sin, cos, mr, mgr = math.sin, math.cos, m * r, m * g * r
 
     def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
-        _, v, q, th, w = state
-        u, q_rate = force(command(t - delay) - v, q)
+        _, v, q, th, w, *frame = state
+        belt_alone = pushed(t, v, q, frame)
         s, c = sin(th), cos(th)
         coupling = mr * c
-        push = u - viscous * v + mr * s * w * w
+        push = belt_alone[0] + mr * s * w * w
         turn = mgr * s - moment(th - neutral, w)
         determinant = moving * about_pivot - coupling * coupling
-        v_rate = (about_pivot * push - coupling * turn) / determinant
-        return v, v_rate, q_rate, w, (moving * turn - coupling * push) / determinant
+        surface = (about_pivot * push - coupling * turn) / determinant
+        v_rate, q_rate, *frame_rates = rates(belt_alone, surface)
+        return v, v_rate, q_rate, w, (moving * turn - coupling * push) / determinant, *frame_rates
 
     start: tuple[float, ...] = (0.0, 0.0, 0.0, dummy.rest_angle_rad, 0.0)
     tilting = foot is not None and foot.compliance_rad_per_Nm > 0.0
     if tilting:
-        derivative = tilting_derivative(dummy, moment, drive, foot, command, neutral, gravity_moment)
+        derivative = tilting_derivative(dummy, moment, belt, foot, neutral, gravity_moment)
         start = (*start, 0.0, 0.0)
+    start = (*start, *belt.start)
     slack = 0.0
+
+    def begin(k: int, state: tuple[float, ...]) -> None:
+        belt.begin(k, state[1])
+
     if relaxation is not None:
         derivative = relaxation.with_slack(
             derivative, lambda state: state[3] - neutral - (state[5] if tilting else 0.0)
         )
-        time, states = integrate(derivative, (*start, bending_at_rest), duration_s, rate_hz)
+        time, states = integrate(derivative, (*start, bending_at_rest), duration_s, rate_hz, begin)
         states, slack = states[:, :-1], states[:, -1]
     else:
-        time, states = integrate(derivative, start, duration_s, rate_hz)
+        time, states = integrate(derivative, start, duration_s, rate_hz, begin)
     if not tilting:
-        states = np.column_stack([states, np.zeros((time.size, 2))])
-    _, _, _, th, w, tilt, tilt_rate = states.T
+        states = np.column_stack([states[:, :5], np.zeros((time.size, 2)), states[:, 5:]])
+    th, w, tilt, tilt_rate = states.T[3:7]
     bent, rate = th - tilt - neutral, w - tilt_rate
     resisting = np.array([rubber.moment(a, b) for a, b in zip(bent.tolist(), rate.tolist(), strict=True)])
     return time, states, resisting if relaxation is None else resisting + relaxation.relaxing(bent, slack)
 
 
-def _reaction(dummy: DummyTruth, foot: FootTilt | None, time, states, tilt, tilt_rate) -> np.ndarray:
-    """Wrench on foot and leg about the plate's origin, from the rates of their momenta."""
-    y, v, _, th, w = states.T[:5]
+def _reaction(dummy: DummyTruth, foot: FootTilt | None, time, motion: tuple) -> np.ndarray:
+    """Wrench on foot and leg about the plate's origin, from the rates of their momenta.
+
+    ``motion`` is that of the foot along y (m, m/s), of the leg's angle and of the tilt (rad, rad/s).
+    """
+    y, v, th, w, tilt, tilt_rate = motion
     m, r = dummy.leg_mass_kg, dummy.leg_com_m
     turning = dummy.leg_inertia_kgm2 + dummy.joint_inertia_kgm2
     forward, above = dummy.joint_offset_m
@@ -277,7 +295,7 @@ def dummy_marker_paths(markers: DummyMarkers, dummy: DummyTruth, motion: DummyMo
     motion: exact motion of the rig.
     Returns: each gives x, y, z, shape (n, 3), at instants, shape (n,).
     """
-    belt = scipy.interpolate.CubicSpline(motion.time, motion.belt_position)
+    belt = scipy.interpolate.CubicSpline(motion.time, motion.position)
     angle = scipy.interpolate.CubicSpline(motion.time, motion.angle)
     still = not motion.tilt.any()
     tilt = np.zeros_like if still else scipy.interpolate.CubicSpline(motion.time, motion.tilt)

@@ -22,12 +22,14 @@ from tepsipe.virtual_lab.dummy import (
     dummy_marker_paths,
     move_dummy,
 )
+from tepsipe.virtual_lab.force_plate import Loaded
 from tepsipe.virtual_lab.rubber import Rubber
 from tepsipe.virtual_lab.seeds import generator
 from tepsipe.virtual_lab.treadmill_trial import (
     INTEGRATION_RATE_HZ,
     MarkerPath,
     Protocol,
+    frames_below,
     record_capture,
     record_log,
     schedule_trial,
@@ -121,6 +123,7 @@ def make_dummy_trial(truth: dict, condition: str, protocol: Protocol, files: dic
     of_slip = generator(seed, "dummy", condition, "slip")
     rest_after_s = rig["protocol"]["rest_after_s"]
     schedule = schedule_trial(rig, protocol, rest_after_s, rng)
+    frames = frames_below(rig, schedule, INTEGRATION_RATE_HZ, {"right": 1.0}, rng)
     motion = move_dummy(
         dummy,
         Rubber(**truth["dummy"]["rubber"]),
@@ -129,9 +132,9 @@ def make_dummy_trial(truth: dict, condition: str, protocol: Protocol, files: dic
         schedule.ends_s,
         INTEGRATION_RATE_HZ,
         FootTilt(**truth["dummy"]["foot_tilt"]),
+        list(frames.values()),
     )
-    load_kg = dummy.foot_mass_kg + dummy.leg_mass_kg
-    record_log(rig, seed, schedule, {"right": (motion, load_kg)}, rng, files)
+    record_log(rig, seed, schedule, {"right": Loaded(frames["right"], motion)}, rng, files)
     paths = _marker_paths(truth["dummy"], dummy, motion, schedule.onsets_s, of_slip)
     record_capture(rig, schedule, MARKERS, paths, rng, files["markers"])
     if "motion" in files:
@@ -150,7 +153,7 @@ def _marker_paths(truth: dict, dummy: DummyTruth, motion: DummyMotion, onsets_s,
     wobble, slip = Wobble(**truth["wobble"]), Slip(**truth["slip"])
     foot = len(layout.foot_m)
     if wobble.common or wobble.growing_per_m:
-        lag = wobbling(wobble, motion.time, motion.belt_acceleration)
+        lag = wobbling(wobble, motion.time, motion.acceleration)
         lags = scipy.interpolate.CubicSpline(motion.time, lag)
         for k, (_, along) in enumerate([layout.ankle_m, *layout.leg_m], start=foot):
             part = wobble.common + wobble.growing_per_m * along

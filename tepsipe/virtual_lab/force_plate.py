@@ -27,10 +27,11 @@ The transducers do not measure the reaction on the load alone. In the order of t
    frame, act as a pitch moment -(I / r) v'.
 2. Floor. The building vibrates near its natural frequency and shakes the frame, whose mass lies about at
    the height of the belt: a fore-aft force that is independent of the perturbations.
-3. Frame. It sways fore and aft, Fy and Mx, on the transducer's stiffness and with the mass of frame
-   and load: a second-order resonance, lower under a heavier load. Its gain below the resonance makes
-   a load seem heavier at higher frequencies. A share of Fy, and another of Mx, passes through a second
-   mode, the frame's pitch, with its own moving mass: H = (1 - s) H_1 + s H_2, with a static gain of 1.
+3. Frame. It sways fore and aft on the transducers, and tips on them, in two modes: each takes a share of Fy
+   and another of Mx, has a mass on a spring and a damper, and the transducers show the forces of both. The
+   load stands on belt plus frame (`tepsipe.virtual_lab.moving_belt`), so its force holds its own inertia in
+   that motion, and passes through the empty frame. A weight thus lowers the resonance, a body on springy
+   legs hardly does.
 4. Mounts. Rubber seals bridge the gap between the deck and the floor around it, at the height of the
    belt. They are stiff under a quick force and pass a share s of it to the floor; within T_m the rubber
    relaxes (a Maxwell element), so a static calibration does not detect it:
@@ -51,7 +52,7 @@ Corporation TOR-0158(3107-18)-1; C. Canudas de Wit et al. (1995), IEEE Transacti
 from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, NamedTuple, Self
 
 import numpy as np
 import scipy
@@ -91,6 +92,17 @@ def bristle_deflection(displacement: np.ndarray, breakaway_m: float) -> np.ndarr
 BELTS = ("left", "right")
 TRANSDUCERS = ("z_front_left", "z_front_right", "z_rear_left", "z_rear_right", "x_front", "x_rear", "y")
 COMPONENTS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+
+
+class Mode(NamedTuple):
+    """One mode of the frame."""
+
+    shares: Pair[float]
+    """Fractions of [F_y, M_x] that it takes."""
+    mass_kg: float
+    damping_per_s: float
+    stiffness_per_s2: float
+    """Its mass, and damping and stiffness over this mass."""
 
 
 @dataclass(frozen=True)
@@ -179,6 +191,25 @@ class PlateTruth:
     rate_hz: Rate
     """Rate of the log."""
 
+    @property
+    def modes(self) -> tuple[Mode, Mode]:
+        """Modes of the empty frame."""
+        force, moment = self.second_share
+
+        def mode(shares: Pair[float], mass_kg: float, hz: float, damping: float) -> Mode:
+            natural = 2.0 * np.pi * hz
+            return Mode(shares, mass_kg, 2.0 * damping * natural, natural**2)
+
+        return (
+            mode(
+                (1.0 - force, 1.0 - moment),
+                self.resonance_mass_kg,
+                self.resonance_hz,
+                self.resonance_damping,
+            ),
+            mode((force, moment), self.second_mass_kg, self.second_hz, self.second_damping),
+        )
+
 
 def lines_of_action(truth: PlateTruth) -> np.ndarray:
     """Wrench about the belt's centre of a unit force in every transducer, shape (6, 7) (N/N, N·m/N)."""
@@ -248,6 +279,18 @@ def floor_tremor(
     return truth.floor_m_per_s2 * np.sqrt(2.0 * rate_hz / width) * swing
 
 
+def belt_friction(truth: PlateTruth, load: np.ndarray, at_rollers: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Friction of the belt (N).
+
+    load: vertical force of the load on the belt (N).
+    at_rollers: velocity of the rollers (m/s).
+    z: deflection of the bristles, relative to the largest.
+    """
+    sliding = np.tanh(at_rollers / truth.friction_speed_m_per_s)
+    rubbing = truth.friction_N + truth.friction_coefficient * load
+    return rubbing * (sliding + truth.bristle_share * (z - sliding)) + truth.friction_Ns_per_m * at_rollers
+
+
 def belt_wrench(
     truth: PlateTruth,
     load: Annotated[np.ndarray, "(n,)", "N"],
@@ -266,13 +309,9 @@ def belt_wrench(
     rollers.
     """
     at_rollers = belt_velocity + belt_lag * belt_acceleration
-    rubbing = truth.friction_N + truth.friction_coefficient * load
-    friction = rubbing * np.tanh(at_rollers / truth.friction_speed_m_per_s)
-    if truth.bristle_share:
-        path = np.cumsum(at_rollers) / rate_hz
-        remembered = rubbing * bristle_deflection(path, truth.bristle_m)
-        friction += truth.bristle_share * (remembered - friction)
-    friction += truth.friction_Ns_per_m * at_rollers
+    path = np.cumsum(at_rollers) / rate_hz
+    z = bristle_deflection(path, truth.bristle_m) if truth.bristle_share else np.zeros_like(path)
+    friction = belt_friction(truth, load, at_rollers, z)
     wrench = np.zeros((belt_velocity.size, 6))
     wrench[:, 1] = friction + truth.felt_belt_mass_kg * belt_acceleration
     # the rollers' upper side moves towards +y: they spin up the other way round x
@@ -281,32 +320,37 @@ def belt_wrench(
 
 
 @dataclass(frozen=True)
+class Frame:
+    """The frame of one belt in one trial."""
+
+    plate: PlateTruth
+    """Constants of frame and force plate."""
+    lag: Annotated[np.ndarray, "(n,)", "s"]
+    """Time by which the load follows the rollers, on the grid of the integration."""
+    tremor: Annotated[np.ndarray, "(n,)", "m/s²"]
+    """Acceleration of the floor."""
+    part: Fraction = 1.0
+    """Of the load's weight and of its fore-aft force."""
+
+    @classmethod
+    def drawn(
+        cls, plate: PlateTruth, n: int, rate_hz: float, rng: np.random.Generator, part: float = 1.0
+    ) -> Self:
+        """Frame of a trial with n points of the grid, with its random lag and tremor."""
+        of_lag, of_floor = rng.spawn(2)  # leaves what `rng` itself draws as it is
+        lag = wandering_lag(plate, n, rate_hz, of_lag)
+        return cls(plate, lag, floor_tremor(plate, n, rate_hz, of_floor), part)
+
+
+@dataclass(frozen=True)
 class Loaded:
     """What one belt carries."""
 
-    plate: PlateTruth
-    """Constants of the force plate below it."""
+    frame: Frame
+    """The frame below it."""
     motion: BeltMotion
     """Motion of the belt (m/s, m/s²), and wrench of the plate on the load about the belt's centre (N,
     N·m)."""
-    load_kg: float
-    """Mass on the belt."""
-
-
-def plate_voltages(
-    truth: PlateTruth,
-    volts_per_newton: np.ndarray,
-    motion: BeltMotion,
-    load_kg: float,
-    sample: np.ndarray,
-    rng: np.random.Generator,
-) -> np.ndarray:
-    """Voltages of the 14 channels with the load on the right belt.
-
-    Takes the constants of the plate and of `Loaded`, and the arguments of `voltages_of_belts`.
-    """
-    loaded = {"right": Loaded(truth, motion, load_kg)}
-    return voltages_of_belts(loaded, volts_per_newton, sample, rng)
 
 
 def voltages_of_belts(
@@ -323,35 +367,31 @@ def voltages_of_belts(
     Returns: voltages (V), left belt first.
     """
     parts = [
-        _transducer_forces(loaded[belt], sample, rng) if belt in loaded else np.zeros((sample.size, 7))
+        _transducer_forces(loaded[belt], sample) if belt in loaded else np.zeros((sample.size, 7))
         for belt in BELTS
     ]
-    forces, truth = np.concatenate(parts, axis=1), next(iter(loaded.values())).plate
+    forces, truth = np.concatenate(parts, axis=1), next(iter(loaded.values())).frame.plate
     drift = truth.drift_V_per_s * rng.standard_normal(forces.shape[1])
     elapsed = np.arange(sample.size)[:, None] / truth.rate_hz
     noise = truth.noise_V * rng.standard_normal(forces.shape)
     return forces @ volts_per_newton.T + drift * elapsed + noise
 
 
-def _transducer_forces(loaded: Loaded, sample: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+def _transducer_forces(loaded: Loaded, sample: np.ndarray) -> np.ndarray:
     """Forces of the 7 transducers of one belt (N), shape (k, 7)."""
-    truth, motion, load_kg = loaded.plate, loaded.motion, loaded.load_kg
-    of_lag, of_floor = rng.spawn(2)  # leaves what `rng` itself draws as it is
-    n, grid_rate_hz = motion.time.size, motion.rate_hz
-    lag, load = wandering_lag(truth, n, grid_rate_hz, of_lag), motion.reaction[:, 2]
+    frame, motion = loaded.frame, loaded.motion
+    truth, grid_rate_hz = frame.plate, motion.rate_hz
     wrench = motion.reaction + belt_wrench(
-        truth, load, motion.belt_velocity, motion.belt_acceleration, lag, grid_rate_hz
+        truth,
+        motion.reaction[:, 2],
+        motion.belt_velocity,
+        motion.belt_acceleration,
+        frame.lag,
+        grid_rate_hz,
     )
-    tremor = floor_tremor(truth, n, grid_rate_hz, of_floor)
-    wrench[:, 1] += truth.resonance_mass_kg * tremor
-    first = _mode(truth.resonance_hz, truth.resonance_damping, truth.resonance_mass_kg, load_kg)
-    second = _mode(truth.second_hz, truth.second_damping, truth.second_mass_kg, load_kg)
-    for column, share in zip((1, 3), truth.second_share, strict=True):
-        start = wrench[0, column]
-        felt = _filtered(first, wrench[:, column] - start, grid_rate_hz)
-        if share:
-            felt += share * (_filtered(second, wrench[:, column] - start, grid_rate_hz) - felt)
-        wrench[:, column] = start + felt
+    wrench[:, 1] += truth.resonance_mass_kg * frame.tremor
+    for k, column in enumerate((1, 3)):
+        wrench[:, column] = _through_frame(truth, k, wrench[:, column], grid_rate_hz)
     relaxing = ([truth.mount_relaxation_s, 0.0], [truth.mount_relaxation_s, 1.0])
     taken = truth.mount_share * _filtered(relaxing, wrench[:, 1] - wrench[0, 1], grid_rate_hz)
     wrench[:, 1] -= taken
@@ -364,13 +404,26 @@ def _transducer_forces(loaded: Loaded, sample: np.ndarray, rng: np.random.Genera
     return found
 
 
-def _mode(hz: float, damping: float, mass_kg: float, load_kg: float) -> tuple[list, list]:
-    """Transfer function of a mode of the frame, whose frequency falls as the load adds to its mass."""
-    natural = 2.0 * np.pi * (hz * np.sqrt(mass_kg / (mass_kg + load_kg)))
-    return [natural**2], [1.0, 2.0 * damping * natural, natural**2]
+def _through_frame(truth: PlateTruth, k: int, load: np.ndarray, rate_hz: float) -> np.ndarray:
+    """Forces of springs and dampers under a load that the empty frame bears at rest at first.
+
+        m_i p_i'' + c_i p_i' + k_i p_i = L,    sum_i s_i (c_i p_i' + k_i p_i)
+
+    k: 0 for F_y (N), 1 for M_x (N·m).
+    """
+    change, felt = load - load[0], np.full_like(load, load[0])
+    for mode in truth.modes:
+        if share := mode.shares[k]:
+            damping, stiffness = mode.damping_per_s, mode.stiffness_per_s2
+            transfer = ([damping, stiffness], [1.0, damping, stiffness])
+            # exact for a load that changes linearly between two points of the grid
+            felt += share * _filtered(transfer, change, rate_hz, "foh")
+    return felt
 
 
-def _filtered(transfer: tuple[list, list], x: np.ndarray, rate_hz: float) -> np.ndarray:
+def _filtered(
+    transfer: tuple[list, list], x: np.ndarray, rate_hz: float, method: str = "bilinear"
+) -> np.ndarray:
     """Output of a linear system (numerator, denominator in s) that starts at rest."""
-    numerator, denominator, _ = scipy.signal.cont2discrete(transfer, 1.0 / rate_hz, method="bilinear")
+    numerator, denominator, _ = scipy.signal.cont2discrete(transfer, 1.0 / rate_hz, method=method)
     return scipy.signal.lfilter(np.ravel(numerator), denominator, x)

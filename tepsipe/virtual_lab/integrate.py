@@ -18,6 +18,7 @@ def integrate(
     initial: State,
     duration_s: float,
     rate_hz: float,
+    begin: Callable[[int, State], None] = lambda k, state: None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Integrate with the classical fourth-order Runge-Kutta rule.
 
@@ -26,6 +27,7 @@ def integrate(
     initial: state at t = 0.
     duration_s: length of the run.
     rate_hz: steps per second.
+    begin: called with the number and the state of each step at its start.
 
     Returns:
         time: grid 0, 1/rate, 2/rate, ... (s), the last point at or just after ``duration_s``.
@@ -37,6 +39,7 @@ def integrate(
     step = stepper(len(x))
     states = array("d", x)
     for k in range(steps):
+        begin(k, x)
         x = step(derivative, k * h, x, h)
         states.extend(x)
     states = np.array(states).reshape(steps + 1, len(x))

@@ -1,14 +1,15 @@
 """A person standing with both feet on the belt: feet, three rigid segments, five muscles, delayed loops.
 
-Generalised coordinates: y belt position (m); th_1, th_2, th_3 angles of shanks, thighs and upper body from
-the vertical, positive when they tip towards +y (rad), both legs as one; psi tilt of the feet on their soft
-heels and arches about the ankles, which move with the belt. With m_i mass, r_i centre of mass from the lower
-joint, l_i length, I_i inertia of segment i, and a_ij lever of angle j on the centre of mass of segment i (l_j
-below it, r_i in it, 0 above it):
+Generalised coordinates: y position of the belt in the room (m), which moves on its frame and with it; th_1,
+th_2, th_3 angles of shanks, thighs and upper body from the vertical, positive when they tip towards +y (rad),
+both legs as one; psi tilt of the feet on their soft heels and arches about the ankles, which move with the
+belt. With M_e and P mass and push of belt, drive and frame together (`tepsipe.virtual_lab.moving_belt`), m_i
+mass, r_i centre of mass from the lower joint, l_i length, I_i inertia of segment i, and a_ij lever of angle j
+on the centre of mass of segment i (l_j below it, r_i in it, 0 above it):
 
-    H_jk = sum_i m_i a_ij a_ik + I_j (j = k),     p_j = sum_i m_i a_ij,     M = belt, feet and segments
+    H_jk = sum_i m_i a_ij a_ik + I_j (j = k),     p_j = sum_i m_i a_ij,     M = M_e, feet and segments
 
-    M y'' + sum_j p_j (cos th_j th_j'' - sin th_j th_j'^2)                                  = u - c y'
+    M y'' + sum_j p_j (cos th_j th_j'' - sin th_j th_j'^2)                                  = P
     p_j cos th_j y'' + sum_k H_jk (cos(th_j - th_k) th_k'' + sin(th_j - th_k) th_k'^2)
                                                                 = p_j g sin th_j + Q_j
     J psi'' = tau_ankle - tau_0 - K_f psi - B_f psi' + m_f h_f y''
@@ -16,7 +17,7 @@ below it, r_i in it, 0 above it):
     Q_1 = -tau_ankle + tau_knee,    Q_2 = -tau_knee + tau_hip,    Q_3 = -tau_hip
 
 with m_f and J mass and moment of inertia about the ankles of the feet, whose centre of mass is h_f below
-them. The drive does not feel the tilt of the feet: u stands for its force less m_f h_f psi''.
+them. Drive and frame do not feel the tilt of the feet: P stands for the push less m_f h_f psi''.
 
 A joint's torque resists its angle phi (ankle th_1 - psi, knee th_2 - th_1, hip th_3 - th_2) and has two
 parts, at the ankle three:
@@ -47,7 +48,7 @@ damped if both are the same:
 
 import math
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated
 
@@ -55,7 +56,9 @@ import numpy as np
 import scipy
 
 from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
+from tepsipe.virtual_lab.force_plate import Frame
 from tepsipe.virtual_lab.integrate import stepper
+from tepsipe.virtual_lab.moving_belt import MovingBelt
 from tepsipe.virtual_lab.person_constants import (
     FOOT,
     MUSCLES,
@@ -135,7 +138,7 @@ class Nerves:
         def step(state: tuple[float, ...]) -> tuple[list[float], list[float]]:
             nonlocal k
             k += 1
-            _, _, _, th1, th2, th3, w1, w2, w3, _, foot, _ = state
+            th1, th2, th3, w1, w2, w3, _, foot = state[3:11]
             if k:
                 lean = f1 * (th1 - s1) + f2 * (th2 - s2) + f3 * (th3 - s3)
                 rate = f1 * w1 + f2 * w2 + f3 * w3
@@ -207,7 +210,7 @@ def _steps(latency: float) -> tuple[int, float]:
 
 @dataclass(frozen=True)
 class PersonMotion(BeltMotion):
-    """Exact motion of the rig; the feet move with the belt."""
+    """Exact motion of the rig; the feet move with belt and frame."""
 
     angles: Annotated[np.ndarray, "(n, 3)"]
     rates: Annotated[np.ndarray, "(n, 3)"]
@@ -262,21 +265,24 @@ def move_person(
     duration_s: float,
     rate_hz: float,
     rng: np.random.Generator,
+    frames: Sequence[Frame] = (),
 ) -> PersonMotion:
-    """Integrate belt, body and nerves together.
+    """Integrate belt, frame, body and nerves together.
 
     subject: constants of body, muscles, task and nerves.
     command: commanded belt velocity (m/s) at t (s).
     duration_s, rate_hz: length of the run (s) and steps per second (Hz).
+    frames: of the belts below the feet; rigid ground without one.
     Returns: motion, drive, parts of the ankles' torque and reaction on the grid of the integration.
     """
     person, task = subject.person, subject.task
-    body = _body(person, drive)
+    belt = MovingBelt(drive, command, person.mass_kg * person.gravity_m_per_s2, rate_hz, frames)
+    body = _body(person, belt.moving_kg)
     # torques of the muscles at the start of the step, their changes in it, and its start
     active = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
-    derivative = _derivative(person, task, drive, body, command, rate_hz, active)
+    derivative = _derivative(person, task, belt, body, rate_hz, active)
     steps = math.ceil(duration_s * rate_hz)
-    state = (0.0, 0.0, 0.0, *person.stance_rad, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    state = (0.0, 0.0, 0.0, *person.stance_rad, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, *belt.start)
     step, h = stepper(len(state)), 1.0 / rate_hz
     nerves_step = Nerves(subject, body.levers, steps, rate_hz, rng).stepper()
     driven, torques = nerves_step(state)
@@ -289,19 +295,17 @@ def move_person(
         active[6] = k / rate_hz
         torques = ahead
         at_ankles.append(ahead[0])
+        belt.begin(k, state[1])
         state = step(derivative, k / rate_hz, state, h)
         states.extend(state)
         if not (-0.7 < state[3] < 0.7 and -0.7 < state[4] < 0.7 and -0.7 < state[5] < 0.7):
             raise FloatingPointError("the virtual person falls: check stiffness, damping and balance")
     states = np.array(states).reshape(steps + 1, -1)
     time = np.arange(steps + 1) / rate_hz
-    y, v = states[:, 0], states[:, 1]
+    motion, y, v = belt.motion(time, states[:, 0], states[:, 1], states[:, 12:])
     return PersonMotion(
-        time=time,
-        belt_position=y,
-        belt_velocity=v,
-        belt_acceleration=scipy.interpolate.CubicSpline(time, v)(time, 1),
-        reaction=_reaction(person, time, states),
+        **motion,
+        reaction=_reaction(person, time, y, v, states),
         angles=states[:, 3:6],
         rates=states[:, 6:9],
         drive=np.array(drives).reshape(steps + 1, -1),
@@ -322,7 +326,7 @@ class _Body:
     moving_kg: float
 
 
-def _body(person: PersonTruth, drive: DriveTruth) -> _Body:
+def _body(person: PersonTruth, belt_kg: float) -> _Body:
     chain = segments(person)
     mass = np.array([segment.mass_kg for segment in chain])
     a = _carried(chain)
@@ -331,7 +335,7 @@ def _body(person: PersonTruth, drive: DriveTruth) -> _Body:
         inertia=np.einsum("i,ij,ik->jk", mass, a, a) + np.diag([segment.inertia_kgm2 for segment in chain]),
         levers=levers,
         weights=[p * person.gravity_m_per_s2 for p in levers],
-        moving_kg=drive.belt_mass_kg + feet_of(person).mass_kg + float(mass.sum()),
+        moving_kg=belt_kg + feet_of(person).mass_kg + float(mass.sum()),
     )
 
 
@@ -342,16 +346,15 @@ def _body(person: PersonTruth, drive: DriveTruth) -> _Body:
 def _derivative(
     person: PersonTruth,
     task: TaskTruth,
-    drive: DriveTruth,
+    belt: MovingBelt,
     body: _Body,
-    command: Callable[[float], float],
     rate_hz: float,
     active: list[float],
 ) -> Callable[[float, tuple[float, ...]], tuple[float, ...]]:
-    """Rate of change of the state: y, y', the servo's, th, th', psi, psi' and z."""
+    """Rate of change of the state: y and v on the frame, the servo's, th, th', psi, psi', z, the frame's."""
     torques = _joint_torques(person, task, body, rate_hz, active)
     accelerations = _accelerations(body)
-    force, viscous, delay = drive.servo(), drive.viscous_Ns_per_m, drive.delay_s
+    pushed, rates = belt.pushed, belt.rates
     yielding = 1.0 / person.short_range_rad if person.short_range_rad else 0.0
     both_feet = feet_of(person)
     k_f, b_f = person.foot_stiffness_Nm_per_rad, person.foot_damping_Nms_per_rad
@@ -361,13 +364,15 @@ def _derivative(
     from_belt = both_feet.mass_kg * depth
 
     def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
-        _, v, q, _, _, _, w1, w2, w3, tilt, w_f, z = state
-        u, q_rate = force(command(t - delay) - v, q)
+        _, v, q, _, _, _, w1, w2, w3, tilt, w_f, z, *frame = state
+        belt_alone = pushed(t, v, q, frame)
         over, tau_a, tau_k, tau_h = torques(t, state)
-        belt, d1, d2, d3 = accelerations(u - viscous * v, state, tau_a, tau_k, tau_h)
-        d_f = to_foot * (over - k_f * tilt - b_f * w_f + from_belt * belt)
+        surface, d1, d2, d3 = accelerations(belt_alone[0], state, tau_a, tau_k, tau_h)
+        d_f = to_foot * (over - k_f * tilt - b_f * w_f + from_belt * surface)
         w_a = w1 - w_f
-        return (v, belt, q_rate, w1, w2, w3, d1, d2, d3, w_f, d_f, w_a - abs(w_a) * z * yielding)
+        z_rate = w_a - abs(w_a) * z * yielding
+        v_rate, q_rate, *frame_rates = rates(belt_alone, surface)
+        return (v, v_rate, q_rate, w1, w2, w3, d1, d2, d3, w_f, d_f, z_rate, *frame_rates)
 
     return derivative
 
@@ -387,7 +392,7 @@ def _joint_torques(
     rest_a = rest_k + load[0]
 
     def torques(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
-        _, _, _, th1, th2, th3, w1, w2, w3, tilt, w_f, z = state
+        th1, th2, th3, w1, w2, w3, tilt, w_f, z = state[3:12]
         now_a, now_k, now_h, more_a, more_k, more_h, began = active
         late = (t - began) * rate_hz
         over = k_a * (th1 - tilt - s1) + b_a * (w1 - w_f) + k_r * z + now_a + late * more_a
@@ -410,7 +415,7 @@ def _accelerations(body: _Body) -> Callable[..., tuple[float, float, float, floa
     def accelerations(
         forced: float, state: tuple[float, ...], tau_a: float, tau_k: float, tau_h: float
     ) -> tuple[float, float, float, float]:
-        _, _, _, th1, th2, th3, w1, w2, w3, _, _, _ = state
+        th1, th2, th3, w1, w2, w3 = state[3:9]
         q1, q2, q3 = w1 * w1, w2 * w2, w3 * w3
         n1, n2, n3 = sin(th1), sin(th2), sin(th3)
         c1, c2, c3 = cos(th1), cos(th2), cos(th3)
@@ -459,16 +464,14 @@ def _feet_com(
     return foot_y, foot_z, foot_vy, foot_vz
 
 
-def loads_of_legs(person: PersonTruth, motion: PersonMotion) -> dict[str, tuple[BeltMotion, float]]:
-    """Motion with the reaction of each leg's own plate (N, N·m), and mass on it (kg): left, right.
+def loads_of_legs(person: PersonTruth, motion: PersonMotion) -> dict[str, BeltMotion]:
+    """Motion with the reaction of each leg's own plate (N, N·m): left, right.
 
     The feet are equal. The forces of the legs on them are shared as the weight is, their torques as
     `PersonTruth.marked_share` says of the right leg. Both ankles are at the same place along the belt.
     """
-    feet, y = feet_of(person), motion.belt_position
-    foot_y, foot_z, foot_vy, foot_vz = _feet_com(
-        person, y, motion.belt_velocity, motion.foot, motion.foot_rate
-    )
+    feet, y = feet_of(person), motion.position
+    foot_y, foot_z, foot_vy, foot_vz = _feet_com(person, y, motion.velocity, motion.foot, motion.foot_rate)
     spin = feet.mass_kg * (foot_y * foot_vz - foot_z * foot_vy) - feet.inertia_kgm2 * motion.foot_rate
     momenta = np.column_stack([feet.mass_kg * foot_vy, feet.mass_kg * foot_vz, spin])
     rate = scipy.interpolate.CubicSpline(motion.time, momenta)(motion.time, 1)
@@ -487,18 +490,22 @@ def loads_of_legs(person: PersonTruth, motion: PersonMotion) -> dict[str, tuple[
     for belt, (of_force, of_torque) in shares.items():
         reaction = of_force * legs + 0.5 * of_feet
         reaction[:, 3] += (of_torque - of_force) * torque
-        mass_kg = of_force * (person.mass_kg - feet.mass_kg) + 0.5 * feet.mass_kg
-        loads[belt] = replace(motion, reaction=reaction), mass_kg
+        loads[belt] = replace(motion, reaction=reaction)
     return loads
 
 
-def _reaction(person: PersonTruth, time: np.ndarray, states: np.ndarray) -> np.ndarray:
-    """Wrench on the person about the plate's origin, from the rates of its momenta."""
+def _reaction(
+    person: PersonTruth, time: np.ndarray, y: np.ndarray, v: np.ndarray, states: np.ndarray
+) -> np.ndarray:
+    """Wrench on the person about the plate's origin, from the rates of its momenta.
+
+    ``y`` and ``v`` are the motion of the ankles along the belt (m, m/s).
+    """
     chain = segments(person)
     a = _carried(chain)
     mass = np.array([segment.mass_kg for segment in chain])
     inertia = np.array([segment.inertia_kgm2 for segment in chain])
-    y, v, th, w = states[:, 0], states[:, 1], states[:, 3:6], states[:, 6:9]
+    th, w = states[:, 3:6], states[:, 6:9]
     tilt, w_f = states[:, 9], states[:, 10]
     both_feet = feet_of(person)
     foot_kg = both_feet.mass_kg

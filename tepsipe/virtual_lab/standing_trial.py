@@ -20,6 +20,7 @@ import scipy
 
 from tepsipe.virtual_lab.belt import DriveTruth
 from tepsipe.virtual_lab.electromyography import CHANNELS, EmgTruth, record_emg, sample_trigger, write_emg
+from tepsipe.virtual_lab.force_plate import Loaded
 from tepsipe.virtual_lab.person import (
     PersonMotion,
     loads_of_legs,
@@ -45,6 +46,7 @@ from tepsipe.virtual_lab.seeds import generator
 from tepsipe.virtual_lab.treadmill_trial import (
     MarkerPath,
     Protocol,
+    frames_below,
     record_capture,
     record_log,
     schedule_at_random,
@@ -60,7 +62,7 @@ def person_marker_paths(
     motion: exact motion of the rig.
     Returns: each gives x, y, z, shape (n, 3), at instants, shape (n,).
     """
-    belt = scipy.interpolate.CubicSpline(motion.time, motion.belt_position)
+    belt = scipy.interpolate.CubicSpline(motion.time, motion.position)
     x = person.position_x_m + markers.lateral_m
 
     def path(displacement: np.ndarray) -> MarkerPath:
@@ -133,7 +135,7 @@ def wobble(
     step_s = float(motion.time[1] - motion.time[0])
     acceleration = np.zeros_like(bone)
     acceleration[1:-1] = (bone[2:] - 2.0 * bone[1:-1] + bone[:-2]) / step_s**2
-    acceleration[:, 0] += motion.belt_acceleration
+    acceleration[:, 0] += motion.acceleration
     w = 2.0 * math.pi * skin.frequency_hz
     oscillator = ([-1.0], [1.0, 2.0 * skin.damping * w, w**2])
     numerator, denominator, _ = scipy.signal.cont2discrete(oscillator, step_s, method="foh")
@@ -162,6 +164,10 @@ def make_standing_trial(
     schedule = schedule_at_random(rig, protocol, rng)
     person, doing = PersonTruth(**standing["person"]), TaskTruth(**standing["tasks"][task])
     muscles = {name: MuscleTruth(**standing["muscles"][name]) for name in MUSCLES}
+    parts = {"right": 1.0}
+    if belt == "both":
+        parts = {"left": person.left_share, "right": 1.0 - person.left_share}
+    frames = frames_below(rig, schedule, INTEGRATION_RATE_HZ, parts, rng)
     motion = move_person(
         Subject(person, muscles, doing, NervesTruth(**standing["nerves"])),
         DriveTruth(**rig["drive"]),
@@ -169,15 +175,17 @@ def make_standing_trial(
         schedule.ends_s,
         INTEGRATION_RATE_HZ,
         of_nerves,
+        list(frames.values()),
     )
-    loads = loads_of_legs(person, motion) if belt == "both" else {"right": (motion, person.mass_kg)}
-    record_log(rig, seed, schedule, loads, rng, files)
+    loads = loads_of_legs(person, motion) if belt == "both" else {"right": motion}
+    loaded = {side: Loaded(frames[side], load) for side, load in loads.items()}
+    record_log(rig, seed, schedule, loaded, rng, files)
     skin = SkinTruth(**standing["skin"])
     paths = person_marker_paths(PersonMarkers(**standing["markers"]), person, skin, motion)
     record_capture(rig, schedule, MARKERS, paths, rng, files["markers"])
     recorder = EmgTruth(**standing["emg"])
     voltages, instants = record_emg(
-        recorder, motion.time, motion.drive, motion.belt_acceleration, schedule.ends_s, of_emg
+        recorder, motion.time, motion.drive, motion.acceleration, schedule.ends_s, of_emg
     )
     trigger = sample_trigger(instants, schedule.trigger_s, schedule.duration_s)
     write_emg(files["emg"], CHANNELS, voltages, trigger, recorder.rate_hz, recorder.limit_uV)

@@ -6,8 +6,9 @@ Active markers, strobed one after another, as the motion capture system records 
 """
 
 import errno
+import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -17,11 +18,12 @@ import scipy
 from annotated_types import Ge, Gt, Le
 
 from tepsipe.quantities import Angle, Height, NotNegative, Pause, Rate
-from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth, velocity_command
+from tepsipe.virtual_lab.belt import DriveTruth, velocity_command
 from tepsipe.virtual_lab.force_plate import (
     BELTS,
     COMPONENTS,
     TRANSDUCERS,
+    Frame,
     Loaded,
     PlateTruth,
     plate_electronics,
@@ -227,11 +229,28 @@ def _schedule(rig: dict, protocol: Protocol, onsets: np.ndarray, trigger_s: floa
     return Schedule(trigger_s, lasts_s, trigger_s + lasts_s + usual["tail_s"], onsets, command)
 
 
+def frames_below(
+    rig: dict, schedule: Schedule, rate_hz: float, parts: Mapping[str, float], rng: np.random.Generator
+) -> dict[str, Frame]:
+    """Frames of the belts that carry a load, with their random numbers for one trial.
+
+    rig: the treadmill's constants, as the laboratory's configuration holds them.
+    rate_hz: steps of the integration per second.
+    parts: belt, left or right -> part of the load that it carries.
+    """
+    plates = {
+        "left": PlateTruth(**rig["plate"] | rig.get("left_plate", {})),
+        "right": PlateTruth(**rig["plate"]),
+    }
+    n = math.ceil(schedule.ends_s * rate_hz) + 1
+    return {belt: Frame.drawn(plates[belt], n, rate_hz, rng, parts[belt]) for belt in BELTS if belt in parts}
+
+
 def record_log(
     rig: dict,
     seed: int,
     schedule: Schedule,
-    loads: dict[str, tuple[BeltMotion, float]],
+    loaded: dict[str, Loaded],
     rng: np.random.Generator,
     files: dict[str, Path],
 ) -> None:
@@ -239,16 +258,13 @@ def record_log(
 
     rig: the treadmill's constants, as the laboratory's configuration holds them.
     seed: seed of the laboratory: every trial has the same plate.
-    loads: belt, left or right -> motion and reaction on the grid of the integration (s, m, N, N·m), and
-    mass on the belt (kg). Two belts move alike.
+    loaded: belt, left or right -> its frame, motion and reaction. Two belts move alike.
     files: files to write: ``log`` and ``calibration``.
     """
     plate, drive = PlateTruth(**rig["plate"]), DriveTruth(**rig["drive"])
-    plates = {"left": PlateTruth(**rig["plate"] | rig.get("left_plate", {})), "right": plate}
-    motion = next(iter(loads.values()))[0]
+    motion = next(iter(loaded.values())).motion
     sample = np.arange(0, motion.time.size, round(motion.rate_hz / plate.rate_hz))
     volts_per_newton, matrix = plate_electronics(plate, generator(seed, "plate"))
-    loaded = {belt: Loaded(plates[belt], *load) for belt, load in loads.items()}
     voltages = voltages_of_belts(loaded, volts_per_newton, sample, rng)
     time = motion.time[sample]
     noisy = motion.belt_velocity[sample] + drive.velocity_noise_m_per_s * rng.standard_normal(sample.size)

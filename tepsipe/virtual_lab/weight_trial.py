@@ -2,12 +2,15 @@
 
 A rigid weight taped to the belt, or nothing at all, from Newton's law along the belt.
 
-    (Mb + m) y'' = u - c y'
+    F = m (v' + x'')
 
-The weight moves with the belt: it neither slips nor tips. The reaction on the plate is the rate of
-its linear and angular momentum, differentiated numerically: no free-body equation is used here.
+with v velocity of the belt on its frame and x displacement of the frame
+(`tepsipe.virtual_lab.moving_belt`). The weight moves with the belt: it neither slips nor tips. The reaction
+on the plate is the rate of its linear and angular momentum, differentiated numerically: no free-body
+equation is used here.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -17,12 +20,15 @@ import scipy
 
 from tepsipe.quantities import Gravity, Height, Length, Mass, Offset
 from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
+from tepsipe.virtual_lab.force_plate import Frame, Loaded
 from tepsipe.virtual_lab.integrate import integrate
+from tepsipe.virtual_lab.moving_belt import MovingBelt
 from tepsipe.virtual_lab.seeds import generator
 from tepsipe.virtual_lab.treadmill_trial import (
     INTEGRATION_RATE_HZ,
     MarkerPath,
     Protocol,
+    frames_below,
     record_capture,
     record_log,
     schedule_trial,
@@ -58,32 +64,38 @@ class WeightTruth:
 
 
 def move_weight(
-    weight: WeightTruth | None, drive: DriveTruth, command, duration_s: float, rate_hz: float
+    weight: WeightTruth | None,
+    drive: DriveTruth,
+    command,
+    duration_s: float,
+    rate_hz: float,
+    frames: Sequence[Frame] = (),
 ) -> BeltMotion:
     """Integrate the belt with a weight, or empty.
 
     weight: constants of the weight; None if nothing is on the belt.
     command: commanded belt velocity (m/s) at t (s).
     duration_s, rate_hz: length of the run (s) and steps per second (Hz).
+    frames: of the belt; rigid ground without one.
     Returns: motion and reaction on the grid of the integration.
     """
-    moving = drive.belt_mass_kg + (0.0 if weight is None else weight.mass_kg)
-    force, viscous, delay = drive.servo(), drive.viscous_Ns_per_m, drive.delay_s
+    mass_kg = 0.0 if weight is None else weight.mass_kg
+    load = 0.0 if weight is None else mass_kg * weight.gravity_m_per_s2
+    belt = MovingBelt(drive, command, load, rate_hz, frames)
+    moving = belt.moving_kg + mass_kg
 
     def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
-        _, v, q = state
-        u, q_rate = force(command(t - delay) - v, q)
-        return v, (u - viscous * v) / moving, q_rate
+        _, v, q, *frame = state
+        pushed = belt.pushed(t, v, q, frame)
+        return v, *belt.rates(pushed, pushed[0] / moving)
 
-    time, states = integrate(derivative, (0.0, 0.0, 0.0), duration_s, rate_hz)
-    y, v, _ = states.T
-    return BeltMotion(
-        time=time,
-        belt_position=y,
-        belt_velocity=v,
-        belt_acceleration=scipy.interpolate.CubicSpline(time, v)(time, 1),
-        reaction=np.zeros((time.size, 6)) if weight is None else weight_reaction(weight, time, y, v),
-    )
+    def begin(k: int, state: tuple[float, ...]) -> None:
+        belt.begin(k, state[1])
+
+    time, states = integrate(derivative, (0.0, 0.0, 0.0, *belt.start), duration_s, rate_hz, begin)
+    motion, y, v = belt.motion(time, states[:, 0], states[:, 1], states[:, 3:])
+    reaction = np.zeros((time.size, 6)) if weight is None else weight_reaction(weight, time, y, v)
+    return BeltMotion(**motion, reaction=reaction)
 
 
 def weight_reaction(
@@ -91,7 +103,7 @@ def weight_reaction(
 ) -> Annotated[np.ndarray, "(n, 6)"]:
     """Wrench on the weight about the plate's origin, from the rates of its momenta.
 
-    time, y, v: instants (s), belt position (m) and velocity (m/s).
+    time, y, v: instants (s), displacement (m) and velocity (m/s) of the weight.
     Returns: fx, Fy, Fz (N), Mx, My, Mz (N·m).
     """
     momentum_y = weight.mass_kg * v
@@ -112,7 +124,7 @@ def weight_marker_paths(weight: WeightTruth, motion: BeltMotion) -> list[MarkerP
     motion: exact motion of the belt.
     Returns: each gives x, y, z, shape (n, 3), at instants, shape (n,).
     """
-    belt = scipy.interpolate.CubicSpline(motion.time, motion.belt_position)
+    belt = scipy.interpolate.CubicSpline(motion.time, motion.position)
 
     def corner(right: float, forward: float) -> MarkerPath:
         x = weight.position_x_m + 0.5 * right * weight.width_m
@@ -147,8 +159,9 @@ def make_weight_trial(
     rest_after_s = rig["protocol"]["rest_after_weight_s"]
     schedule = schedule_trial(rig, protocol, rest_after_s, rng)
     drive = DriveTruth(**rig["drive"])
-    motion = move_weight(weight, drive, schedule.command, schedule.ends_s, INTEGRATION_RATE_HZ)
-    load_kg = 0.0 if weight is None else weight.mass_kg
-    record_log(rig, seed, schedule, {belt: (motion, load_kg)}, rng, files)
+    frames = frames_below(rig, schedule, INTEGRATION_RATE_HZ, {belt: 1.0}, rng)
+    below = list(frames.values())
+    motion = move_weight(weight, drive, schedule.command, schedule.ends_s, INTEGRATION_RATE_HZ, below)
+    record_log(rig, seed, schedule, {belt: Loaded(frames[belt], motion)}, rng, files)
     if weight is not None:
         record_capture(rig, schedule, MARKERS, weight_marker_paths(weight, motion), rng, files["markers"])

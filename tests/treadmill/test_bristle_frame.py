@@ -70,7 +70,7 @@ def treadmill(kg, peak, rng, *, memory, lever_m=0.0, extra=None, zeroed=True):
         measured = framed(load, RATE_HZ * DENSE, DAMPING_S, (MOVED_KG + kg) / SPRING_N_PER_M)
         noisy = (measured - carried)[::DENSE] + NOISE[c] * rng.standard_normal(moving.size)
         r = belt_recording(v[::DENSE], a[::DENSE], noisy, rate_hz=RATE_HZ, carried=carried[::DENSE])
-        r = replace(r, carried_kg=kg, unit=unit, name=f"{kg:g} kg {peak:g}", raw_velocity=moving)
+        r = replace(r, carried_kg=kg, rigid_kg=kg, unit=unit, name=f"{kg:g} kg {peak:g}", raw_velocity=moving)
         evaluated = pulsed_evaluated(r.load.size, onsets, 75)
         found[c] = replace(r.filtered(LOWPASS), onsets=onsets, evaluated=evaluated)
         if zeroed:

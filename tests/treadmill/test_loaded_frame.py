@@ -58,6 +58,7 @@ def trial(kg, v, a, load, carried, unit, share):
         rate_hz=RATE_HZ,
         carried=carried[::DENSE],
         carried_kg=kg,
+        rigid_kg=kg,
         unit=unit,
         name=f"{kg:g} kg",
     )

@@ -314,7 +314,9 @@ def every_model():
         r = restless_belt(lambda v, a: 3.0 * a + 0.1 * rng.standard_normal(a.size), rng)
         ripple = 2.0 * np.cos(2.0 * np.pi * 1.7 * r.position)
         carried = kg * 0.1 * r.acceleration
-        r = replace(r, load=r.load + ripple, carried=carried, carried_kg=kg, name=f"with {kg:g} kg")
+        r = replace(
+            r, load=r.load + ripple, carried=carried, carried_kg=kg, rigid_kg=kg, name=f"with {kg:g} kg"
+        )
         recordings.append(r.filtered(lowpass))
     pulsed = [
         replace(r, onsets=onsets, evaluated=pulsed_evaluated(r.load.size, onsets, 250), condition=r.name)

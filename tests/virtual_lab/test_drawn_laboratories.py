@@ -8,14 +8,15 @@ import ezc3d
 import h5py
 import numpy as np
 import pytest
+from plate_builders import plate_voltages, pressed
 from scipy import stats
 
 from tepsipe.errors import InputError
-from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
+from tepsipe.virtual_lab.belt import DriveTruth
 from tepsipe.virtual_lab.drawn_laboratories import draw_laboratory, drawn_numbers
 from tepsipe.virtual_lab.dummy import DummyMarkers, DummyTruth, dummy_marker_paths, move_dummy
 from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
-from tepsipe.virtual_lab.force_plate import PlateTruth, plate_electronics, plate_voltages
+from tepsipe.virtual_lab.force_plate import PlateTruth, plate_electronics
 from tepsipe.virtual_lab.rubber import Rubber
 from tepsipe.virtual_lab.seeds import generator
 from tepsipe.virtual_lab.treadmill_trial import CaptureTruth, Protocol, record_markers
@@ -189,7 +190,7 @@ def test_markers_turn_about_the_joint_and_not_about_the_point_they_are_measured_
     layout = shipped_truth["dummy"]["markers"]
     motion = type("Motion", (), {})()
     motion.time = np.linspace(0.0, 1.0, 50)
-    motion.belt_position, motion.tilt, motion.angle = np.zeros(50), np.zeros(50), 0.2 * motion.time
+    motion.position, motion.tilt, motion.angle = np.zeros(50), np.zeros(50), 0.2 * motion.time
     paths = dummy_marker_paths(DummyMarkers(**layout), subject, motion)
     # upright, every marker is where it was measured
     upright = np.array([path(np.array([0.0]))[0, 1:] for path in paths])
@@ -237,11 +238,11 @@ def test_plate_that_has_drifted_from_its_calibration_shows_it(shipped_truth, cha
     off = ("sensitivity_spread", "cross_talk", "calibration_error", "noise_V", "drift_V_per_s", "mount_share")
     quiet = shipped_truth["treadmill"]["plate"] | dict.fromkeys((*off, "floor_m_per_s2"), 0.0)
     plate = PlateTruth(**quiet | changes)
-    still, n = np.zeros(400), 400
+    n = 400
     reaction = np.tile([0.0, 10.0, 200.0, 6.0, 0.0, 0.0], (n, 1))
     volts, matrix = plate_electronics(plate, generator(1, "plate"))
-    motion = BeltMotion(np.arange(n) / 2000.0, still, still, still, reaction)
-    seen = plate_voltages(plate, volts, motion, 0.0, np.arange(0, n, 2), generator(1, "trial"))
+    motion = pressed(reaction, 2000.0)
+    seen = plate_voltages(plate, volts, motion, np.arange(0, n, 2), generator(1, "trial"))
     assert (seen @ matrix.T)[-1, 6:10] == pytest.approx(expected, abs=1e-9)
 
 

@@ -845,8 +845,7 @@ def test_markers_at_given_angles_by_hand():
     motion = PersonMotion(
         time,
         at_rest + 0.1,
-        at_rest,
-        at_rest,
+        *[at_rest] * 5,
         np.zeros((11, 6)),
         angles,
         0.0 * angles,

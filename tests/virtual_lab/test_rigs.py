@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from builders import bend_at_rest, second_order_response
+from plate_builders import plate_voltages, pressed
 
-from tepsipe.virtual_lab.belt import PULSES, BeltMotion, DriveTruth, velocity_command
+from tepsipe.virtual_lab.belt import PULSES, DriveTruth, velocity_command
 from tepsipe.virtual_lab.dummy import DummyMarkers, DummyTruth, dummy_marker_paths, move_dummy
 from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
-from tepsipe.virtual_lab.force_plate import PlateTruth, lines_of_action, plate_electronics, plate_voltages
+from tepsipe.virtual_lab.force_plate import PlateTruth, lines_of_action, plate_electronics
 from tepsipe.virtual_lab.integrate import integrate
 from tepsipe.virtual_lab.rubber import Rubber
 from tepsipe.virtual_lab.seeds import generator
@@ -233,17 +234,9 @@ def silent_plate(truth):
 
 
 def voltages_of(plate, volts_per_newton, reaction, velocity=None, acceleration=None):
-    still = np.zeros(len(reaction))
-    velocity = still if velocity is None else velocity
-    acceleration = still if acceleration is None else acceleration
-    return plate_voltages(
-        plate,
-        volts_per_newton,
-        BeltMotion(np.arange(len(reaction)) / RATE_HZ, still, velocity, acceleration, reaction),
-        2.5,
-        np.arange(0, len(reaction), 2),
-        generator(1, "noise"),
-    )
+    motion = pressed(reaction, RATE_HZ, velocity, acceleration)
+    sample = np.arange(0, len(reaction), 2)
+    return plate_voltages(plate, volts_per_newton, motion, sample, generator(1, "noise"))
 
 
 def test_calibrated_voltages_are_the_wrench_on_the_right_belt(shipped_truth, rng):
@@ -276,8 +269,9 @@ def test_frame_rings_at_its_resonance_when_the_force_jumps(shipped_truth, rng):
     assert fy[-1] == pytest.approx(10.0, abs=0.01)
     ringing = np.abs(np.fft.rfft((fy - 10.0)[100:] * np.hanning(fy.size - 100)))
     frequency = np.fft.rfftfreq(fy.size - 100, 1e-3)[np.argmax(ringing)]
-    loaded = plate.resonance_hz * math.sqrt(plate.resonance_mass_kg / (plate.resonance_mass_kg + 2.5))
-    assert frequency == pytest.approx(loaded * math.sqrt(1.0 - plate.resonance_damping**2), abs=0.6)
+    assert frequency == pytest.approx(
+        plate.resonance_hz * math.sqrt(1.0 - plate.resonance_damping**2), abs=0.6
+    )
 
 
 def test_empty_belt_shows_its_inertia_and_its_friction(shipped_truth, rng):

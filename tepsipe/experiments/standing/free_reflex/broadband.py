@@ -173,7 +173,7 @@ def cut_broadband(
         zero = (pieces.time >= cutting.baseline_s[0] - 1e-9) & (pieces.time <= cutting.baseline_s[1] + 1e-9)
         return pieces.time, pieces.values - pieces.values[:, zero].mean(axis=1, keepdims=True)
 
-    apparent, skins_m = _pulses(standing, epochs.onsets_s, options, lowpass, body.belt_dd, centre)
+    apparent, skins_m = _pulses(standing, epochs.onsets_s, options, lowpass, body.surface_dd, centre)
     body = replace(body, skins_m=skins_m)
     best = body.signals()
     quiet_time, quiet = cut(best, quiet_onsets(standing, cutting), cutting.after_s)
@@ -296,7 +296,7 @@ def _pulses(
     onsets_s: np.ndarray,
     options: StandingOptions,
     lowpass: Lowpass,
-    belt_dd: np.ndarray,
+    surface_dd: np.ndarray,
     centre: JointCentre | None,
 ) -> tuple[JointCentre | None, tuple[float, float, float]]:
     """Apparent centre of the joint while the belt moves, and motion of the soft tissue at 0.5 m/s (m).
@@ -324,7 +324,7 @@ def _pulses(
 
     def skin_m(tissue_hz: float) -> float:
         wobbling = positions.copy()
-        motion = tissue_motion(positions, labels, person, belt_dd, peak, rate, tissue_hz)
+        motion = tissue_motion(positions, labels, person, surface_dd, peak, rate, tissue_hz)
         wobbling[..., 0] += STEP * motion
         pattern = cut((relative_motion(wobbling, labels, person, exclusive=True) - by_shank) / STEP)
         return tissue_from_pulses(responses - first, pattern, centre.own_m, at_rest)

@@ -2,9 +2,9 @@
 
 The estimator with a free reflex torque uses the first milliseconds of a response, where inertia and
 friction of the belt dominate. All signals are low-pass filtered alike at a higher cutoff, and two terms of
-the torque are computed in another way than at 20 Hz. The acceleration of the feet comes from the belt's
-encoder, because noise grows with frequency. The friction of the belt follows the vertical force at each
-instant instead of the weight.
+the torque are computed in another way than at 20 Hz. The acceleration of the feet is that of the belt by its
+encoder and of the frame below it by the force that moves it, because noise grows with frequency. The friction
+of the belt follows the vertical force at each instant instead of the weight.
 
 Centre of the ankle joint from the motion of the shank over the foot.
 
@@ -26,7 +26,7 @@ noise of the cameras is independent.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated
+from typing import Annotated, Self
 
 import numpy as np
 import scipy
@@ -316,8 +316,8 @@ class FreeBody:
     centre: np.ndarray
     foot_com: np.ndarray
     """Angles, shape (n,) (rad), and positions, shape (n, 2) (m)."""
-    belt_dd: Annotated[np.ndarray, "(n,)", "m/s²"]
-    """Acceleration of the belt."""
+    surface_dd: Annotated[np.ndarray, "(n,)", "m/s²"]
+    """Acceleration of the belt's surface: of the belt by its log, and of the frame below it."""
     tissue: Annotated[np.ndarray, "(n, 3)"]
     """Change of the shank's angle (rad/m) and of the centre per metre of motion of the soft tissue."""
     near: tuple[np.ndarray, np.ndarray]
@@ -357,8 +357,8 @@ class FreeBody:
         shift = np.column_stack([across * cosine + along * sine, along * cosine - across * sine])
         feet = self.person.feet
         scale = 1.0 + off["foot_mass"]
-        # the feet move with the belt: their other accelerations are noise at this cutoff
-        acceleration = np.column_stack([self.belt_dd, np.zeros_like(self.belt_dd)])
+        # the feet move with belt and frame: their other accelerations are noise at this cutoff
+        acceleration = np.column_stack([self.surface_dd, np.zeros_like(self.surface_dd)])
         torque = standing_torque(
             Feet(scale * feet.mass_kg, scale * feet.inertia_kgm2),
             self.person.body.gravity_m_per_s2,
@@ -366,7 +366,7 @@ class FreeBody:
             self.centre + shift + wobble[:, 1:],
             self.foot_com,
             acceleration,
-            np.zeros_like(self.belt_dd),
+            np.zeros_like(self.surface_dd),
         )
         # a foot is not rigid: its markers follow part of the rotation below the ankle
         foot = (1.0 + off["foot_rotation"]) * self.foot
@@ -399,24 +399,25 @@ def free_body(
     }
     # from where the belt starts: a detected start precedes it by the width of the filter
     onsets = tuple(np.searchsorted(time, standing.onsets_s).tolist())
-    degree = degree_at(rate)
+    degree, gravity = degree_at(rate), person.body.gravity_m_per_s2
+    of_plates = by_belt(models, options)
+    plates = {
+        belt: _Plate.of(prepared, belt, onsets, gravity, of_plates.get(belt, {})) for belt in options.belts
+    }
     belt_dd = derivative(time, prepared.from_rest(prepared.belt_velocity), degree)
+    # each foot on the frame below it
+    surface_dd = belt_dd + np.mean([plate.frame_dd for plate in plates.values()], axis=0)
     peak = float(np.abs(standing.belt_velocity).max())
     tissues = []
     for hz in tissue_frequencies():
         shifted = positions.copy()
-        shifted[..., 0] += STEP_M * tissue_motion(positions, labels, person, belt_dd, peak, rate, hz)
+        shifted[..., 0] += STEP_M * tissue_motion(positions, labels, person, surface_dd, peak, rate, hz)
         shifted_poses = segment_poses(shifted, labels, person, origin)
         changed = [shifted_poses[key] - poses[key] for key in ("shank", "ankle_point")]
         tissues.append(advanced(time, np.column_stack(changed) / STEP_M, standing.delay_s))
     poses = {key: advanced(time, x, standing.delay_s) for key, x in poses.items()}
-    height, gravity = poses["ankle_point"][:, 1], person.body.gravity_m_per_s2
-    of_plates = by_belt(models, options)
-    parts = [
-        _plate(prepared, belt, onsets, height, gravity, of_plates.get(belt, {})) for belt in options.belts
-    ]
-    table = sum(part[0] for part in parts)
-    draws = sum(part[1] for part in parts)
+    table = sum(plate.loads for plate in plates.values())
+    draws = sum(plate.torque_draws(poses["ankle_point"][:, 1]) for plate in plates.values())
     return FreeBody(
         person=person,
         time=time,
@@ -426,29 +427,39 @@ def free_body(
         foot=poses["foot"],
         centre=poses["ankle_point"],
         foot_com=poses["foot_com"],
-        belt_dd=belt_dd,
+        surface_dd=surface_dd,
         tissue=tissues[0],
         near=(tissues[1], tissues[2]),
         draws=draws,
     )
 
 
-def _plate(
-    prepared: PreparedTrial,
-    belt: str,
-    onsets: tuple[int, ...],
-    height: np.ndarray,
-    gravity_m_per_s2: float,
-    models: dict[str, FittedModel],
-) -> tuple[np.ndarray, np.ndarray]:
-    """Load of the plate of one belt, and torque by every draw of its model relative to the best one.
+@dataclass(frozen=True)
+class _Plate:
+    """Load of the plate of one belt."""
 
-    ``onsets`` are samples, ``height`` that of the ankle (m). The loads Fy, Fz (N) and Mx (N·m) have the shape
-    (n, 3), the torques (draws, n) (N·m).
-    """
-    loads, still = prepared.load(belt), prepared.at_rest
-    used, draws = {c: loads[c] for c in COMPONENTS}, np.empty((0, prepared.time.size))
-    if models:
+    loads: Annotated[np.ndarray, "(n, 3)"]
+    """Compensated F_y, F_z (N) and M_x (N·m)."""
+    draws: dict[str, np.ndarray]
+    """F_y (N) and M_x (N·m) by every draw of the treadmill model, relative to the best one, (draws, n)."""
+    frame_dd: Annotated[np.ndarray, "(n,)", "m/s²"]
+    """Acceleration of the frame."""
+
+    @classmethod
+    def of(
+        cls,
+        prepared: PreparedTrial,
+        belt: str,
+        onsets: tuple[int, ...],
+        gravity_m_per_s2: float,
+        models: dict[str, FittedModel],
+    ) -> Self:
+        """Loads of a trial, less the belt-induced ones by its models; ``onsets`` are samples."""
+        loads, still, n = prepared.load(belt), prepared.at_rest, prepared.time.size
+        used = {c: loads[c] for c in COMPONENTS}
+        if not models:
+            table = np.column_stack([used["Fy"], loads["Fz"], used["Mx"]])
+            return cls(table, dict.fromkeys(COMPONENTS, np.empty((0, n))), np.zeros(n))
         recordings = {
             component: replace(recording, onsets=onsets)
             for component, recording in recordings_above_rest(prepared, loads, gravity_m_per_s2).items()
@@ -457,11 +468,18 @@ def _plate(
         models = {c: replace(m, lowpass=prepared.lowpass) for c, m in models.items()}
         compensated = compensated_loads(models, recordings)
         by_draw = compensated_draws(models, recordings)
-        draws = (by_draw["Mx"] - compensated["Mx"]) + height * (by_draw["Fy"] - compensated["Fy"])
         pressed = loads["Fz"] / gravity_m_per_s2 - recordings["Fy"].carried_kg
         per_kg = added_per_kg(models, recordings)
         used = {c: compensated[c] - pressed * per_kg[c] + loads[c][still].mean() for c in COMPONENTS}
-    return np.column_stack([used["Fy"], loads["Fz"], used["Mx"]]), draws
+        return cls(
+            np.column_stack([used["Fy"], loads["Fz"], used["Mx"]]),
+            {c: by_draw[c] - compensated[c] for c in COMPONENTS},
+            models["Fy"].model.frame_acceleration(recordings["Fy"]),
+        )
+
+    def torque_draws(self, height: Annotated[np.ndarray, "(n,)", "m"]) -> np.ndarray:
+        """Torque at a height by every draw, relative to the best one (N·m), shape (draws, n)."""
+        return self.draws["Mx"] + height * self.draws["Fy"]
 
 
 def tissue_frequencies() -> tuple[float, float, float]:
@@ -473,7 +491,7 @@ def tissue_motion(
     positions: Annotated[np.ndarray, "(n, markers, 2)", "m"],
     labels: list[str],
     person: Person,
-    belt_dd: Annotated[np.ndarray, "(n,)", "m/s²"],
+    surface_dd: Annotated[np.ndarray, "(n,)", "m/s²"],
     peak_m_per_s: float,
     rate_hz: float,
     tissue_hz: float = TISSUE_HZ,
@@ -481,11 +499,11 @@ def tissue_motion(
     """Motion of the soft tissue along the belt below the shank's own markers, shape (n, markers).
 
     The tissue is a mass on a spring over the bone, which accelerates like the marker: less near the knee than
-    near the ankle. Tissue that accelerates like the belt moves by 1 at `TISSUE_SPEED`. Other markers do not
-    move.
+    near the ankle. Tissue that accelerates like the belt's surface moves by 1 at `TISSUE_SPEED`. Other
+    markers do not move.
 
     positions: y, z, low-pass filtered.
-    belt_dd: acceleration of the belt.
+    surface_dd: acceleration of the belt's surface.
     peak_m_per_s, rate_hz, tissue_hz: largest speed of the belt (m/s), sampling rate, and frequency of the
     soft tissue (Hz).
     """
@@ -494,8 +512,8 @@ def tissue_motion(
         ([-1.0], [1.0, 2.0 * TISSUE_DAMPING * width, width**2]), 1.0 / rate_hz, method="bilinear"
     )
     columns = [labels.index(x) for x in person.shank.labels if x not in person.foot.labels]
-    time = np.arange(len(belt_dd)) / rate_hz
-    driven = np.column_stack([belt_dd, derivative(time, derivative(time, positions[:, columns, 0]))])
+    time = np.arange(len(surface_dd)) / rate_hz
+    driven = np.column_stack([surface_dd, derivative(time, derivative(time, positions[:, columns, 0]))])
     motion = scipy.signal.lfilter(np.ravel(numerator), denominator, driven, axis=0)
     motion *= peak_m_per_s / TISSUE_SPEED / max(float(np.abs(motion[:, 0]).max()), 1e-300)
     by_marker = np.zeros(positions.shape[:2])
