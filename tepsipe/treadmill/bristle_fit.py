@@ -77,7 +77,6 @@ class Search(NamedTuple):
 # the first constants of `Constants` are searched for; the others follow by least squares
 SEARCHES = {
     "damping_s": Search(1e-3, 0.5, -5.0, 20.0),
-    "damping_s_per_kg": Search(1e-5, 0.0, -10.0, 10.0),
     "slowness_s2": Search(STIFF_S2, 1.0, 0.0, 50.0),
     "slowness_s2_per_kg": Search(STIFF_S2 / 20.0, 0.1, 0.0, 50.0),
     "second_mode": Search(0.1, 0.5, -5.0, 6.0),
@@ -95,6 +94,8 @@ SEARCHED = len(SEARCHES)
 SCALE, START, LOW, HIGH = np.array(list(SEARCHES.values())).T
 # pre-sliding distances (m) and ratios of the second mode from which the search may start
 TRIED = {"bristles": ("bristle_m", (5e-5, 2e-4, 8e-4, 3e-3)), "second-mode": ("second_slowness", (0.6, 1.6))}
+# natural frequencies of the empty frame from which the search may start (Hz)
+FRAMES_HZ = (30.0, 50.0, 80.0)
 # standard deviations of weak priors about 0 (units of the constants)
 PRIOR = {"second_mode": 0.2, "second_mode_moment": 0.2, "lever_m": 0.2, "cross_talk_m": 0.02}
 COMPONENTS = ("Fy", "Mx")
@@ -293,7 +294,7 @@ def _best_start(
     return min(tried, key=lambda x: float(np.sum(_solve(signals, x, terms, weights)[1] ** 2)))
 
 
-def residuals(windows: PulseWindows, constants: Annotated[np.ndarray, "(25,)"]) -> dict[str, np.ndarray]:
+def residuals(windows: PulseWindows, constants: Annotated[np.ndarray, "(24,)"]) -> dict[str, np.ndarray]:
     """Measured less modelled mean pulses.
 
     constants: those of `tepsipe.treadmill.bristle_frame.Constants` in their order.
@@ -472,6 +473,16 @@ def _combinations() -> list[tuple[str, ...]]:
     return [c for c in found if all(TERMS[term][1] in (None, *c) for term in c)]
 
 
+def _usual() -> list[np.ndarray]:
+    """Usual constants, each with another frame."""
+    frame, found = [AT["slowness_s2"], AT["slowness_s2_per_kg"]], []
+    for hz in FRAMES_HZ:
+        constants = START * SCALE
+        constants[frame] *= (50.0 / hz) ** 2
+        found.append(constants)
+    return found
+
+
 def _chosen(
     windows: PulseWindows, weights: dict[str, float]
 ) -> tuple[Fit, tuple[str, ...], dict[str, float]]:
@@ -480,7 +491,7 @@ def _chosen(
     signals = Signals(windows)
     for terms in _combinations():
         smaller = [fits[c] for c in fits if len(c) + 1 == len(terms) and set(c) < set(terms)]
-        usual, known = [START * SCALE], [fit.constants[:SEARCHED] for fit in smaller]
+        usual, known = _usual(), [fit.constants[:SEARCHED] for fit in smaller]
         found = [search(signals, weights, terms, known or usual)]
         other = search(signals, weights, terms, usual, BRIEF)
         if other.cost < found[0].cost:

@@ -2,14 +2,15 @@
 
     F_y = R_M S [ true + m a + c w + (f_0 + f_1 M) w / sqrt(v_0^2 + w^2) + (b_0 + b_1 M) z ],   w = v + T a
     M_x = R_M [ true + m_x a + c_x v + lever F_friction + x F_true ]
-    R_M(s) = (1 - p) / (1 + d s + e s^2) + p / (1 + r d s + r^2 e s^2)
-    d = d_0 + d_1 M,    e = e_0 + e_1 M
+    R_M(s) = (1 - p) (1 + d s) / (1 + d s + e s^2) + p (1 + r d s) / (1 + r d s + r^2 e s^2)
+    e = e_0 + e_1 M
     S(s) = 1 - k t s / (1 + t s)
 
 R_M is the response to a weight of the mass M, whose load is known as M times the acceleration of the belt,
-and which moves with the frame. The force that a person or a dummy exerts on the belt is itself the input of
-the frame, which is then empty: R_0. The friction f_0 + f_1 M grows with all that presses on the belt. What stands
-on it accelerates with belt and frame, at a - e_1 (1 + p (r^2 - 1)) s^2 F_y.
+and which moves with the frame; the transducers measure the force of its springs and dampers. The force that
+a person or a dummy exerts on the belt is itself the input of the frame, which is then empty: R_0. The
+friction f_0 + f_1 M grows with all that presses on the belt. What stands on it accelerates with belt and
+frame, at a - e_1 (1 + p (r^2 - 1)) s^2 F_y.
 
 Symbols as in `tepsipe.treadmill.mass_models`; further z, the deflection of the bristles between belt and
 deck (`tepsipe.treadmill.pulse_windows`), with the pre-sliding distance d_z, the excess of friction at rest u
@@ -39,10 +40,9 @@ class Constants(NamedTuple):
     """
 
     damping_s: float
-    damping_s_per_kg: float
     slowness_s2: float
     slowness_s2_per_kg: float
-    """Frame: d_0 (s), d_1 (s/kg), e_0 (s²), e_1 (s²/kg)."""
+    """Frame: d (s), e_0 (s²), e_1 (s²/kg)."""
     second_mode: float
     second_mode_moment: float
     second_slowness: float
@@ -82,7 +82,7 @@ CONSTANTS = Constants._fields
 AT = {name: k for k, name in enumerate(CONSTANTS)}
 # constants with which neither frame nor friction does anything
 IDLE = Constants(
-    *[0.0] * 7,
+    *[0.0] * 6,
     lag_s=0.0,
     friction_speed_m_per_s=1.0,
     mount_share=0.0,
@@ -92,7 +92,7 @@ IDLE = Constants(
     stribeck_speed_m_per_s=1.0,
 )
 # constants on which the response of the frame, the friction and the state of the bristles depend
-OF_FRAME = (*CONSTANTS[:7], "mount_share", "mount_time_s")
+OF_FRAME = (*CONSTANTS[:6], "mount_share", "mount_time_s")
 OF_BRISTLES = ("lag_s", "bristle_m", "stribeck", "stribeck_speed_m_per_s")
 # factors of the terms of friction: viscous, smooth and of the bristles, each with its share per kilogram
 RUBBING = ("force_viscous", "friction", "friction_per_kg", "bristle", "bristle_per_kg")
@@ -105,7 +105,7 @@ class BristleFrame(BeltModel):
 
     component: str
     """{"Fy", "Mx"}: The load that it predicts."""
-    constants: Annotated[np.ndarray, "(25,)"]
+    constants: Annotated[np.ndarray, "(24,)"]
     """Those of `Constants` in their order."""
     terms: tuple[str, ...]
     """Parts beyond the loaded frame that cross-validation kept, of
@@ -135,7 +135,7 @@ class BristleFrame(BeltModel):
         return Constants(*self.constants.tolist())
 
     def moved(self, step: np.ndarray) -> "BristleFrame":
-        """The model with a step, shape (25,), added to its ``constants``."""
+        """The model with a step, shape (24,), added to its ``constants``."""
         return replace(self, constants=self.constants + step)
 
     def resonance_hz(self, carried_kg: float) -> float:
@@ -269,13 +269,14 @@ def frame_response(
 ) -> np.ndarray:
     """R_M at s (rad/s), for a weight on the belt (kg), and Fy (N) or Mx (N·m)."""
     slowness = (constants.slowness_s2 + constants.slowness_s2_per_kg * rigid_kg) * s**2
-    damping = (constants.damping_s + constants.damping_s_per_kg * rigid_kg) * s
+    damping = constants.damping_s * s
     share = constants.second_mode if component == "Fy" else constants.second_mode_moment
     ratio = constants.second_slowness
-    first = 1.0 / (1.0 + damping + slowness)
+    first = (1.0 + damping) / (1.0 + damping + slowness)
     if share == 0.0:
         return first
-    return (1.0 - share) * first + share / (1.0 + ratio * damping + ratio**2 * slowness)
+    slower = (1.0 + ratio * damping) / (1.0 + ratio * damping + ratio**2 * slowness)
+    return (1.0 - share) * first + share * slower
 
 
 def mount_response(constants: Constants, s: np.ndarray) -> np.ndarray:
