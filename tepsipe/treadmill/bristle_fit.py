@@ -181,10 +181,14 @@ class Signals:
 
 
 def _responses(windows: PulseWindows, constants: Constants) -> dict[str, np.ndarray]:
-    """Component -> response of frame and mounts, shape (trials, n // 2 + 1)."""
+    """Component -> response of frame and mounts, shape (trials, n // 2 + 1).
+
+    ``pull`` is that of the moment to the force on a weight and its belt.
+    """
     s, kg = windows.s[None, :], windows.kg[:, None]
-    force, moment = (frame_response(constants, s, kg, component) for component in COMPONENTS)
-    return {"Fy": force * mount_response(constants, s), "Mx": moment}
+    empty, under = (frame_response(constants, s, mass, "Mx") for mass in (0.0, kg))
+    force = frame_response(constants, s, kg, "Fy") * mount_response(constants, s)
+    return {"Fy": force, "Mx": empty + 0.0 * kg, "pull": windows.height_m[:, None] * (empty - under)}
 
 
 def _solve(
@@ -195,8 +199,11 @@ def _solve(
     rubbing = signals.rubbing(named, "bristles" in terms)
     responses = _responses(windows, named)
 
-    def least_squares(component: str, columns: list[np.ndarray], priors: dict[int, float]):
+    def least_squares(
+        component: str, columns: list[np.ndarray], priors: dict[int, float], known: np.ndarray | float = 0.0
+    ):
         spectra = np.array([*columns, signals.carried[component]]) * responses[component]
+        spectra[-1] += known
         seen = centred(windows, np.fft.irfft(spectra, windows.samples, axis=2)) / weights[component]
         rows = seen[:-1].T
         total = centred(windows, windows.load[component] + windows.carried[component]) / weights[component]
@@ -213,7 +220,9 @@ def _solve(
         friction = sum(b * x for b, x in zip(force[1:], rubbing, strict=True))
         columns += [friction, signals.carried["Fy"]]
         priors = {2: PRIOR["lever_m"], 3: PRIOR["cross_talk_m"]}
-    moment, left_moment = least_squares("Mx", columns, priors)
+    own = sum(b * x for b, x in zip(force, [signals.acceleration, *rubbing], strict=True))
+    pull = responses["pull"] * (signals.carried["Fy"] + own)
+    moment, left_moment = least_squares("Mx", columns, priors, pull)
     constants = np.zeros(len(CONSTANTS))
     constants[:SEARCHED] = searched
     constants[SEARCHED : SEARCHED + force.size] = force
@@ -316,9 +325,11 @@ def modelled_residuals(signals: Signals, constants: np.ndarray) -> dict[str, np.
         + named.lever_m * friction
         + named.cross_talk_m * signals.carried["Fy"],
     }
-    residual = {}
-    for c, response in _responses(windows, named).items():
-        modelled = np.fft.irfft((signals.carried[c] + added[c]) * response, windows.samples, axis=1)
+    residual, responses = {}, _responses(windows, named)
+    known = {"Fy": 0.0, "Mx": responses["pull"] * (signals.carried["Fy"] + added["Fy"])}
+    for c in COMPONENTS:
+        spectrum = (signals.carried[c] + added[c]) * responses[c] + known[c]
+        modelled = np.fft.irfft(spectrum, windows.samples, axis=1)
         residual[c] = windows.load[c] + windows.carried[c] - modelled
     return residual
 

@@ -1,15 +1,17 @@
 """Model of the belt-induced load with friction that remembers: the loaded frame, bristles and a lever.
 
     F_y = R_M S [ true + m a + c w + (f_0 + f_1 M) w / sqrt(v_0^2 + w^2) + (b_0 + b_1 M) z ],   w = v + T a
-    M_x = R_M [ true + m_x a + c_x v + lever F_friction + x F_true ]
+    M_x = R_0 [ true + m_x a + c_x v + lever F_friction + x F_true ]
+          + h (R_0 - R_M) [ F_true + m a + F_friction ]
     R_M(s) = (1 - p) (1 + d s) / (1 + d s + e s^2) + p (1 + r d s) / (1 + r d s + r^2 e s^2)
     e = e_0 + e_1 M
     S(s) = 1 - k t s / (1 + t s)
 
 R_M is the response to a weight of the mass M, whose load is known as M times the acceleration of the belt,
 and which moves with the frame; the transducers measure the force of its springs and dampers. The force that
-a person or a dummy exerts on the belt is itself the input of the frame, which is then empty: R_0. The
-friction f_0 + f_1 M grows with all that presses on the belt. What stands on it accelerates with belt and
+a person or a dummy exerts on the belt is itself the input of the frame, which is then empty: R_0. The moment
+always passes through the empty frame; that of a weight at the height h is known from its own acceleration, of
+which the frame's is a part. The friction f_0 + f_1 M grows with all that presses on the belt. What stands on it accelerates with belt and
 frame, at a - e_1 (1 + p (r^2 - 1)) s^2 F_y.
 
 Symbols as in `tepsipe.treadmill.mass_models`; further z, the deflection of the bristles between belt and
@@ -150,8 +152,8 @@ class BristleFrame(BeltModel):
         """
         carried_force = recording.rigid_kg * recording.acceleration
         load = recording.carried + self.added(recording, carried_force)
-        predicted = self._through(recording, _spectrum(load), inverse=False) - recording.carried
-        predicted = predicted + self._free(recording)
+        predicted = self._through(recording, _spectrum(load)) - recording.carried
+        predicted = predicted + self._pull(recording) + self._free(recording)
         return _from_each_pulse(recording, predicted)
 
     def compensate(
@@ -171,6 +173,8 @@ class BristleFrame(BeltModel):
         whole = recording.once(key, lambda: _spectrum(measured - self._free(recording)))
         key = ("before", self.component, *self._constants((*OF_FRAME, *self._of_response)))
         before = recording.once(key, lambda: self._through(recording, whole, inverse=True))
+        if self.component == "Mx" and recording.rigid_kg:
+            before = before - self._through(recording, _spectrum(self._pull(recording)), inverse=True)
         added = self.added(recording, np.zeros_like(before) if force is None else force, friction)
         return before - added - recording.carried
 
@@ -243,15 +247,26 @@ class BristleFrame(BeltModel):
     def _constants(self, names: tuple[str, ...]) -> list[float]:
         return [getattr(self.named, name) for name in names]
 
+    def _pull(self, recording: BeltRecording) -> np.ndarray | float:
+        """Moment (N·m), shape (n,), by which the frame's motion under a weight changes M_x: the term with h."""
+        if self.component == "Fy" or not recording.rigid_kg:
+            return 0.0
+        kg = recording.rigid_kg + self.named.force_mass
+        spectrum, line = _spectrum(kg * recording.acceleration + self.friction(recording))
+        s = 2j * np.pi * np.fft.rfftfreq(line.size, 1.0 / recording.rate_hz)
+        empty, under = (frame_response(self.named, s, mass, "Mx") for mass in (0.0, recording.rigid_kg))
+        return recording.rigid_height_m * np.fft.irfft((empty - under) * spectrum, line.size)
+
     def _through(
-        self, recording: BeltRecording, x: tuple[np.ndarray, np.ndarray], *, inverse: bool
+        self, recording: BeltRecording, x: tuple[np.ndarray, np.ndarray], *, inverse: bool = False
     ) -> np.ndarray:
         """A signal, as `_spectrum`, filtered by the response to a force or a moment, or by its inverse."""
         spectrum, line = x
         s = 2j * np.pi * np.fft.rfftfreq(line.size, 1.0 / recording.rate_hz)
-        response = frame_response(self.named, s, recording.rigid_kg, self.component)
         if self.component == "Fy":
-            response = response * mount_response(self.named, s)
+            response = frame_response(self.named, s, recording.rigid_kg, "Fy") * mount_response(self.named, s)
+        else:
+            response = frame_response(self.named, s, 0.0, "Mx")
         return np.fft.irfft(spectrum * (1.0 / response if inverse else response), line.size) + line
 
 

@@ -68,6 +68,8 @@ class PulseWindows:
     kg: Annotated[np.ndarray, "(trials,)"]
     count: Annotated[np.ndarray, "(trials,)"]
     """Mass of the weight (kg) and number of pulses."""
+    height_m: Annotated[np.ndarray, "(trials,)"]
+    """Height of the weight's centre of mass above the belt."""
     velocity: Annotated[np.ndarray, "(trials, n)", "m/s"]
     acceleration: Annotated[np.ndarray, "(trials, n)", "m/s²"]
     """Filtered mean motion of the belt."""
@@ -141,6 +143,7 @@ def pulse_windows(trials: list[dict[str, BeltRecording]], *, whole: bool = False
         names=tuple(t["Fy"].name for t in trials),
         kg=np.array([t["Fy"].carried_kg for t in trials]),
         count=np.array([float(len(t["Fy"].onsets)) for t in trials]),
+        height_m=np.array([t["Fy"].rigid_height_m for t in trials]),
         velocity=np.array(rows["velocity"]),
         acceleration=np.array(rows["acceleration"]),
         fine_velocity=np.concatenate([v for v, _ in fine]),

@@ -41,6 +41,8 @@ class BeltRecording:
     rigid_kg : float
         Mass of a weight, whose load is ``carried`` and which moves with the frame (kg); 0 under anyone else,
         whose force itself drives the empty frame.
+    rigid_height_m : float
+        Height of the weight's centre of mass above the belt (m).
     unit : str
         Unit of the load, N or Nm.
     evaluated : ndarray of bool, shape (n,)
@@ -65,6 +67,7 @@ class BeltRecording:
     onsets: tuple[int, ...] = ()
     lowpass: Lowpass | None = None
     rigid_kg: float = 0.0
+    rigid_height_m: float = 0.0
 
     def __repr__(self) -> str:
         filtered = "not filtered" if self.lowpass is None else f"low-pass {self.lowpass.cutoff_hz:g} Hz"

@@ -106,13 +106,14 @@ def plate_recordings(
         carried["Fy"] = inertia
         carried["Mx"] = weight.mass_kg * weight.gravity_m_per_s2 * y - weight.com_height_m * inertia
     induced = {component: measured[component] - carried[component] for component in COMPONENTS}
-    mass_kg = 0.0 if weight is None else weight.mass_kg
+    mass_kg, height_m = (0.0, 0.0) if weight is None else (weight.mass_kg, weight.com_height_m)
     return {
         component: replace(
             recording,
             condition=condition,
             carried=carried[component],
             rigid_kg=mass_kg,
+            rigid_height_m=height_m,
             evaluated=evaluated,
         )
         for component, recording in recordings_of_loads(prepared, induced, mass_kg).items()
