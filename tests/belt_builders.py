@@ -71,17 +71,17 @@ def pulsed_evaluated(samples, onsets, length):
     return evaluated
 
 
-def framed(force, rate_hz, damping_s, slowness_s2, share=0.0, mount_s=1.0):
-    """What a frame on springs measures of a force from rest, both at ``rate_hz`` (unit of the force).
+def framed(force, rate_hz, damping_s, slowness_s2, share=0.0, mount_s=1.0, damper=False):
+    """Force of a frame's springs under a force from rest, both at ``rate_hz`` (unit of the force).
 
     The mount passes F - k (F - q), where q follows F within the time t: t q' + q = F. The frame then answers
-    with x: e x'' + d x' + x = what the mount passes. Both are integrated exactly for a force that is straight
-    between its samples, so it should be sampled densely.
+    with x: e x'' + d x' + x = what the mount passes; springs and damper together hold x + d x'. All are
+    integrated exactly for a force that is straight between its samples, so it should be sampled densely.
     """
 
-    def answer(denominator, x):
-        b, f, _ = signal.cont2discrete(([1.0], denominator), 1.0 / rate_hz, "foh")
+    def answer(denominator, x, numerator=(1.0,)):
+        b, f, _ = signal.cont2discrete((list(numerator), denominator), 1.0 / rate_hz, "foh")
         return signal.lfilter(b.ravel(), f, x)
 
     passed = force - share * (force - answer([mount_s, 1.0], force))
-    return answer([slowness_s2, damping_s, 1.0], passed)
+    return answer([slowness_s2, damping_s, 1.0], passed, (damping_s, 1.0) if damper else (1.0,))

@@ -9,10 +9,10 @@
 
 R_M is the response to a weight of the mass M, whose load is known as M times the acceleration of the belt,
 and which moves with the frame; the transducers measure the force of its springs and dampers. The force that
-a person or a dummy exerts on the belt is itself the input of the frame, which is then empty: R_0. The moment
+a person or a dummy exerts on the belt is itself the input of the frame, which is then empty: R_0. A moment
 always passes through the empty frame; that of a weight at the height h is known from its own acceleration, of
-which the frame's is a part. The friction f_0 + f_1 M grows with all that presses on the belt. What stands on it accelerates with belt and
-frame, at a - e_1 (1 + p (r^2 - 1)) s^2 F_y.
+which the frame's is a part. The friction f_0 + f_1 M grows with all that presses on the belt. What stands on
+it accelerates with belt and frame, at a - e_1 (1 + p (r^2 - 1)) s^2 F_y.
 
 Symbols as in `tepsipe.treadmill.mass_models`; further z, the deflection of the bristles between belt and
 deck (`tepsipe.treadmill.pulse_windows`), with the pre-sliding distance d_z, the excess of friction at rest u
@@ -248,7 +248,7 @@ class BristleFrame(BeltModel):
         return [getattr(self.named, name) for name in names]
 
     def _pull(self, recording: BeltRecording) -> np.ndarray | float:
-        """Moment (N·m), shape (n,), by which the frame's motion under a weight changes M_x: the term with h."""
+        """Moment (N·m), shape (n,), by which the frame's motion under a weight changes M_x."""
         if self.component == "Fy" or not recording.rigid_kg:
             return 0.0
         kg = recording.rigid_kg + self.named.force_mass

@@ -58,19 +58,24 @@ def treadmill(kg, peak, rng, *, memory, lever_m=0.0, extra=None, zeroed=True):
     y = np.cumsum(v) / (RATE_HZ * DENSE)
     friction = (15.0 + 0.8 * kg) * (stops(y) if memory else np.tanh(v / 0.1)) + 20.0 * v
     true = kg * a + (0.0 if extra is None else extra(time))
+    # the weight moves with the frame; its moment passes through the empty frame
+    under = (RATE_HZ * DENSE, DAMPING_S, (MOVED_KG + kg) / SPRING_N_PER_M)
+    force = true + 0.5 * a + friction
+    back = np.gradient(np.gradient(framed(force, *under) / SPRING_N_PER_M, time), time)
+    moment = 9.81 * kg * y - HEIGHT_M * (true - kg * back) - 0.02 * a + lever_m * friction
+    empty = (RATE_HZ * DENSE, DAMPING_S, MOVED_KG / SPRING_N_PER_M)
     loads = {
-        "Fy": (true + 0.5 * a + friction, kg * a, "N"),
-        "Mx": (9.81 * kg * y - HEIGHT_M * true - 0.02 * a + lever_m * friction, None, "Nm"),
+        "Fy": (framed(force, *under, damper=True), kg * a, "N"),
+        "Mx": (framed(moment, *empty, damper=True), 9.81 * kg * y - HEIGHT_M * kg * a, "Nm"),
     }
-    loads["Mx"] = (loads["Mx"][0], 9.81 * kg * y - HEIGHT_M * kg * a, "Nm")
     found = {}
     onsets = tuple(np.round(ONSETS_S * RATE_HZ).astype(int).tolist())
     moving = v[::DENSE] + 2e-4 * rng.standard_normal(v[::DENSE].size)
-    for c, (load, carried, unit) in loads.items():
-        measured = framed(load, RATE_HZ * DENSE, DAMPING_S, (MOVED_KG + kg) / SPRING_N_PER_M)
+    for c, (measured, carried, unit) in loads.items():
         noisy = (measured - carried)[::DENSE] + NOISE[c] * rng.standard_normal(moving.size)
         r = belt_recording(v[::DENSE], a[::DENSE], noisy, rate_hz=RATE_HZ, carried=carried[::DENSE])
-        r = replace(r, carried_kg=kg, rigid_kg=kg, unit=unit, name=f"{kg:g} kg {peak:g}", raw_velocity=moving)
+        r = replace(r, carried_kg=kg, rigid_kg=kg, rigid_height_m=HEIGHT_M, unit=unit, raw_velocity=moving)
+        r = replace(r, name=f"{kg:g} kg {peak:g}")
         evaluated = pulsed_evaluated(r.load.size, onsets, 75)
         found[c] = replace(r.filtered(LOWPASS), onsets=onsets, evaluated=evaluated)
         if zeroed:
