@@ -75,6 +75,9 @@ FLAGS = {
     "negative": "B or K is negative, which no joint has. Check signs, clocks and delays of the recording",
     "uncompensated": "no weight was recorded on the treadmill, so the belt-induced load is part of the "
     "torque. Record the empty belt, and a weight near the subject's mass",
+    "frame-resonance": "the frame of the treadmill resonates lower under the person than when empty, as it "
+    "does under a weight, although a person's force passes through the empty frame. Record a weight of the "
+    "person's mass with the same pulses",
     "beyond-calibrated-mass": "the subject is heavier than the weights of the treadmill's calibration. "
     "Record a weight near the subject's mass",
 }

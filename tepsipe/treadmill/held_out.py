@@ -23,6 +23,7 @@ from tepsipe.errors import InputError
 from tepsipe.io.result import Result
 from tepsipe.treadmill.bristle_fit import COMPONENTS, Calibrated, left_out_in_turn, residuals
 from tepsipe.treadmill.bristle_frame import BristleFrame
+from tepsipe.treadmill.frame_peak import FramePeak
 from tepsipe.treadmill.mass_models import MassResponse
 from tepsipe.treadmill.plate_check import PlateCheck
 from tepsipe.treadmill.pulse_windows import (
@@ -74,6 +75,8 @@ class HeldOut:
     """Whether the search for the model's constants converged inside its bounds."""
     plate_flags: tuple[str, ...] = ()
     """Names, in `tepsipe.io.estimates.FLAGS`, of faults of the plate that resting weights show."""
+    empty_frame: FramePeak | None = None
+    """Resonance of the empty belt."""
 
     @property
     def failed(self) -> str:
@@ -199,6 +202,7 @@ def read_held_out(result: Result) -> HeldOut | None:
         below_limit_kg=tuple(result.facts["below_limit_kg"]),
         converged=bool(result.facts["converged"]),
         plate_flags=PlateCheck.from_result(result).flags,
+        empty_frame=FramePeak(*result.facts["empty_frame"]) if "empty_frame" in result.facts else None,
     )
 
 

@@ -41,6 +41,7 @@ from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.statistics.uncertainty import Budget, Source
+from tepsipe.treadmill.frame_peak import FramePeak
 from tepsipe.treadmill.held_out import UNKNOWN
 
 K, B = 370.0, 8.0
@@ -387,6 +388,9 @@ def test_inertia_is_refused():
             "treadmill-not-converged",
         ),
         ({"plate_flags": ("plate-transducer",)}, "plate-transducer"),
+        ({"frame": FramePeak(29.0, 60.0), "empty_frame": FramePeak(35.0, 60.0)}, "frame-resonance"),
+        ({"frame": FramePeak(34.0, 60.0), "empty_frame": FramePeak(35.0, 60.0)}, None),
+        ({"frame": FramePeak(29.0, 60.0), "empty_frame": FramePeak(None, 40.0)}, None),
     ],
 )
 def test_what_the_trials_show_is_flagged(changes, flag):

@@ -41,12 +41,12 @@ UNITS = {"Fy": "N", "Mx": "Nm"}
 
 
 class Laboratory:
-    """Trials of the shipped treadmill on a frame of one mode, with friction without memory, on a still floor."""
+    """Trials of the shipped treadmill without noise, on a frame of one mode, with friction without memory."""
 
     def __init__(self, truth, hz):
         self.truth = truth
         own = {"resonance_hz": hz, "second_share": [0.0, 0.0], "bristle_share": 0.0}
-        own |= {"floor_m_per_s2": 0.0, "belt_lag_wander": 0.0}
+        own |= dict.fromkeys(("floor_m_per_s2", "belt_lag_wander", "noise_V", "drift_V_per_s"), 0.0)
         self.plate = PlateTruth(**truth["treadmill"]["plate"] | own)
         self.drive = DriveTruth(**truth["treadmill"]["drive"])
         self.electronics = plate_electronics(self.plate, generator(1, "plate"))

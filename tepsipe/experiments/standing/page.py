@@ -22,6 +22,7 @@ from tepsipe.drawing.trial_page import (
 from tepsipe.io.estimates import ESTIMATES, Estimate
 from tepsipe.io.result import Result, read_result
 from tepsipe.io.trial import Trial, read_trial
+from tepsipe.treadmill.frame_peak import FramePeak, resonance_sentence
 
 # origin of the ankle's centre if quiet sway does not determine it
 NOT_SEEN = "palpated, because quiet sway does not determine it; the intervals include its uncertainty"
@@ -55,8 +56,13 @@ def standing_page(
         ("Critical stiffness m g h", f"{critical:.4g} N·m/rad"),
     ]
     if "broadband" in epochs.facts:
-        seen = epochs.facts["broadband"]["centre_used"]
+        broadband = epochs.facts["broadband"]
+        seen = broadband["centre_used"]
         facts.append(("Centre of the ankle", "estimated from quiet sway" if seen else NOT_SEEN))
+        under, empty = (
+            None if broadband[key] is None else FramePeak(*broadband[key]) for key in ("frame", "empty_frame")
+        )
+        facts.append(("Resonance of the frame", resonance_sentence([] if under is None else [under], empty)))
     reasons = [*([epochs.facts["fault"]] if epochs.facts.get("fault") else []), *fit.facts["left_out"]]
     reasons = list(dict.fromkeys([*reasons, *hidden_sentences(trial)]))
     flags = header.flagged(estimates)

@@ -18,9 +18,10 @@ from tepsipe.treadmill.calibration import (
     plate_groups,
     plate_plan,
 )
+from tepsipe.treadmill.frame_peak import frame_peak
 from tepsipe.treadmill.held_out import below_limit, held_out_residuals
 from tepsipe.treadmill.plate_check import Resting, check_plate, resting
-from tepsipe.treadmill.prepared import prepare_trial
+from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FamilyOptions, FittedModel
 from tepsipe.treadmill.trial_recordings import (
@@ -50,11 +51,14 @@ class PlateTrial:
         """Name for messages."""
         return f"{self.experiment}/{self.condition}"
 
+    def prepared(self, analysis: dict) -> PreparedTrial:
+        """The trial with its perturbations and rest, behind the first filter."""
+        window = WindowOptions(**analysis["window"])
+        return prepare_trial(self.trial, self.name, plate_filters(analysis)[0], window)
+
     def at_rest(self, belt: str, analysis: dict) -> Resting:
         """Loads and places at rest (N, N·m, m)."""
-        window = WindowOptions(**analysis["window"])
-        prepared = prepare_trial(self.trial, self.name, plate_filters(analysis)[0], window)
-        return resting(prepared, belt, self.weight)
+        return resting(self.prepared(analysis), belt, self.weight)
 
     def recordings(self, belt: str, analysis: dict, lowpass: Lowpass) -> dict[str, BeltRecording]:
         """Component of the load, Fy or Mx -> recording behind a filter (N, N·m)."""
@@ -117,6 +121,8 @@ def calibrate_plate(
             responses = mean_responses(kept["Fy"], testing["weight"])
             left = held_out_residuals(joint, calibrating, validating, _below_limit(found, testing))
             left.facts["plate"] = check.facts
+            empty = [trial.prepared(analysis) for trial in trials if trial.weight is None]
+            left.facts["empty_frame"] = frame_peak(empty, belt)
     return PlateCalibration(kept, responses, left, scores)
 
 

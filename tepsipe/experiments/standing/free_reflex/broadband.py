@@ -26,10 +26,11 @@ from tepsipe.experiments.standing.free_reflex.free_body import (
     tissue_motion,
 )
 from tepsipe.experiments.standing.joint_torque import StandingTrial, by_belt
-from tepsipe.experiments.standing.options import StandingOptions
+from tepsipe.experiments.standing.options import BOTH, StandingOptions
 from tepsipe.io.result import Result
 from tepsipe.signals.epochs import cut_epochs
 from tepsipe.signals.filters import Lowpass
+from tepsipe.treadmill.frame_peak import FramePeak, frame_peak
 from tepsipe.treadmill.held_out import HeldOut, Subject, predicted_error
 from tepsipe.treadmill.registry import FittedModel
 
@@ -95,6 +96,10 @@ class BroadbandEpochs:
     """Whether weights showed the origin of the force plate along the belt."""
     plate_flags: tuple[str, ...] = ()
     """Names of faults of the plate, in `tepsipe.io.estimates.FLAGS`."""
+    frame: FramePeak | None = None
+    empty_frame: FramePeak | None = None
+    """Resonance of the frame below the person in all pulses of the trial, and of the empty belt; None for a
+    person on two belts, or where it is not known."""
     recording: str = ""
     """Name of the trial, which the epochs of both directions of its perturbations share; empty for epochs
     that share nothing with others."""
@@ -205,6 +210,7 @@ def cut_broadband(
         skin_m=skins_m[0],
         origin_known=standing.plate.origin_known,
         plate_flags=standing.plate_flags,
+        frame=None if options.belt == BOTH else frame_peak([standing.prepared], options.belt),
         recording=standing.prepared.name,
     )
 
@@ -232,7 +238,7 @@ def with_treadmill_error(
     ankle_height_m: float,
     window_s: float,
 ) -> BroadbandEpochs:
-    """Epochs with the error of K predicted by held-out trials of the treadmill (N·m/rad).
+    """Epochs with the error of K predicted by held-out trials of the treadmill (N·m/rad), and its resonance.
 
     broadband, epochs: the same responses with both filters.
     held_out: residuals of trials that the treadmill model has not seen.
@@ -253,7 +259,12 @@ def with_treadmill_error(
     )
     error = predicted_error(held_out, subject)
     found = float(error.parameters[-1]), float(error.standard_error[-1])
-    return replace(broadband, treadmill_error=found, treadmill_flag=held_out.failed)
+    return replace(
+        broadband,
+        treadmill_error=found,
+        treadmill_flag=held_out.failed,
+        empty_frame=held_out.empty_frame,
+    )
 
 
 def is_steady(centre: JointCentre) -> bool:
@@ -348,7 +359,7 @@ UNITS = {
 PLAIN = (
     *("baseline_s", "cutoff_hz", "order"),
     *("peak_m_per_s", "carried_kg", "calibrated_kg", "centre_used", "skin_m"),
-    *("treadmill_error", "treadmill_flag", "origin_known", "recording"),
+    *("treadmill_error", "treadmill_flag", "origin_known", "frame", "empty_frame", "recording"),
 )
 
 
@@ -377,6 +388,8 @@ def broadband_of(result: Result, group: str = GROUPS[0]) -> BroadbandEpochs | No
         return None
     facts = dict(result.facts[group])
     facts["plate_flags"] = tuple(facts["plate_flags"])
+    for key in ("frame", "empty_frame"):
+        facts[key] = None if facts[key] is None else FramePeak(*facts[key])
     for key in ("centre", "apparent"):
         if facts[key] is not None:
             arrays = {

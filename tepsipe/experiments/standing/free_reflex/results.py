@@ -56,6 +56,7 @@ from tepsipe.identification.result import Quantity, quantities_of
 from tepsipe.io.estimates import Contribution, Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.statistics.uncertainty import Budget, Source, coverage_factor, sources_of
+from tepsipe.treadmill.frame_peak import FramePeak, moves_with_frame, resonance_sentence
 from tepsipe.treadmill.held_out import BEYOND, UNKNOWN, clearly_wrong
 
 # false-alarm probability of each check
@@ -101,6 +102,8 @@ def failed_checks(
         failed.append("skin-motion")
     if any(t.calibrated_kg is not None and t.carried_kg > BEYOND * t.calibrated_kg for t in trials):
         failed.append("beyond-calibrated-mass")
+    if moves_with_frame(*_frames(trials)):
+        failed.append("frame-resonance")
     error = _treadmill_error(trials)
     if error is not None and clearly_wrong(*error, stiffness):
         failed += dict.fromkeys(t.treadmill_flag for t in trials if t.treadmill_error is not None)
@@ -108,6 +111,12 @@ def failed_checks(
     if sum(trial.count for trial in trials) < USABLE * perturbations:
         failed.append("few-perturbations")
     return tuple(failed)
+
+
+def _frames(trials: list[BroadbandEpochs]) -> tuple[list[FramePeak], FramePeak | None]:
+    """Resonances of the frame below the person, trial by trial, and of the empty belt."""
+    empty = next((trial.empty_frame for trial in trials if trial.empty_frame is not None), None)
+    return [trial.frame for trial in trials if trial.frame is not None], empty
 
 
 def quotable(trials: list[BroadbandEpochs], stiffness: float) -> bool:
@@ -361,13 +370,15 @@ def reflex_onset(
 def centre_facts(trials: list[BroadbandEpochs], sources: dict[str, Source]) -> dict:
     """Facts on the joint's centre: its offset (m), whether it is from sway, motion of soft tissue (m).
 
-    ``broadband_cutoff_hz`` is the cutoff of the low-pass (Hz), which slow cameras lower.
+    ``broadband_cutoff_hz`` is the cutoff of the low-pass (Hz), which slow cameras lower, ``frame_resonance``
+    a sentence on the frame below the person.
     """
     centre = common_centre(trials, sources)
     return {
         "broadband_cutoff_hz": min((trial.cutoff_hz for trial in trials), default=None),
         "joint_centre_m": centre.offset_m.tolist() if trials else None,
         "centre_used": centre.from_sway,
+        "frame_resonance": resonance_sentence(*_frames(trials)),
         "skin_m": float(np.sqrt(np.mean([trial.skin_m**2 for trial in trials]))) if trials else 0.0,
     }
 
