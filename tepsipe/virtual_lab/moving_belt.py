@@ -35,6 +35,10 @@ from tepsipe.virtual_lab.belt import DriveTruth
 from tepsipe.virtual_lab.force_plate import Frame, belt_friction
 
 
+# largest phase of a mode in one step of the integration (rad)
+FASTEST = 1.0
+
+
 @dataclass(frozen=True)
 class _Mode:
     """Coefficients of a mode's equation of motion."""
@@ -51,12 +55,13 @@ class _Mode:
     """c_i / m_i (1/s) and k_i / m_i (1/s²)."""
 
 
-def _modes(frames: Sequence[Frame]) -> list[_Mode]:
+def _modes(frames: Sequence[Frame], rate_hz: float) -> list[_Mode]:
+    """Modes that move the load; those that a step of the integration cannot follow are stiff enough not to."""
     modes = []
     for belt, frame in enumerate(frames):
         for mode in frame.plate.modes:
             share = mode.shares[0]
-            if share:
+            if share and math.sqrt(mode.stiffness_per_s2) < FASTEST * rate_hz:
                 own = frame.part * share, frame.part / mode.mass_kg, 1.0 / mode.mass_kg
                 modes.append(_Mode(belt, *own, mode.damping_per_s, mode.stiffness_per_s2))
     return modes
@@ -80,7 +85,7 @@ class MovingBelt:
         rate_hz: float,
         frames: Sequence[Frame] = (),
     ):
-        modes = self._modes = _modes(frames)
+        modes = self._modes = _modes(frames, rate_hz)
         by_load = sum(mode.share * mode.by_load for mode in modes)
         self.moving_kg = drive.belt_mass_kg / (1.0 + drive.belt_mass_kg * by_load)
         """Mass M_e."""

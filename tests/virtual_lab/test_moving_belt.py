@@ -264,6 +264,17 @@ def test_the_resonance_falls_under_a_weight_and_hardly_under_a_person(shipped_tr
     assert 33.0 < found["person"] <= found["empty"]
 
 
+def test_a_mode_too_fast_for_the_steps_moves_nothing(shipped_truth):
+    plate, drive = (
+        plate_of(shipped_truth, resonance_hz=3000.0, second_share=[0.0, 0.0]),
+        drive_of(shipped_truth),
+    )
+    rigid = move_weight(weight_of(60.0), drive, PULSE, SECONDS, RATE_HZ)
+    stiff = move_weight(weight_of(60.0), drive, PULSE, SECONDS, RATE_HZ, [frame_of(plate)])
+    assert np.array_equal(stiff.position, rigid.position)
+    assert not stiff.frame_position.any()
+
+
 def test_two_frames_share_a_load_and_move_it_by_their_parts(shipped_truth):
     """Two equal frames with half of the load each are one frame of twice the mass and stiffness."""
     plate, drive = plate_of(shipped_truth, **WITHOUT_BELT, resonance_hz=35.0), drive_of(shipped_truth)
