@@ -60,7 +60,7 @@ def motion(peak_m_per_s):
     """Instants (s), angle (rad), position (m), velocity (m/s) and acceleration (m/s²) of the belt."""
     halves = np.arange(2 * round(DURATION_S * RATE_HZ) - 1) / (2.0 * RATE_HZ)
     position, velocity, acceleration = belt_pulses(halves, ONSETS_S, peak_m_per_s)
-    theta = swing(LEG, [RUBBER], acceleration[None], 1.0 / RATE_HZ)[0, 0]
+    theta = swing(LEG, [RUBBER], acceleration[None], 1.0 / RATE_HZ)[0][0, 0]
     return halves[::2], theta, position[::2], velocity[::2], acceleration[::2]
 
 

@@ -227,7 +227,7 @@ def rubber_trial():
     onsets, peak, parts = (2.0, 4.0, 6.0), 0.3, 4
     half_steps = np.arange(2 * parts * round(10.0 * RATE_HZ) - 1) / (2.0 * parts * RATE_HZ)
     pushed = belt_pulses(half_steps, onsets, peak)[2]
-    theta = rubber_swing(LEG, [RUBBER], pushed[None], 1.0 / (parts * RATE_HZ))[0, 0, ::parts]
+    theta = rubber_swing(LEG, [RUBBER], pushed[None], 1.0 / (parts * RATE_HZ))[0][0, 0, ::parts]
     position, velocity, _ = belt_pulses(np.arange(theta.size) / RATE_HZ, onsets, peak)
     motion = SimpleNamespace(theta=theta)
     return recorded(SimpleNamespace(motion=motion, belt_position=position, belt_velocity=velocity))
