@@ -108,7 +108,11 @@ class Simulation(Section):
             "equations": "Runge-Kutta method of this project, always available",
             "auto": "the first of these that is installed ([decision 42](../docs/decisions/0042-engines.md))",
         }
-    ) = setting("engine of the forward simulation and the noise study", thesis="2-1-3: SimMechanics")
+    ) = setting(
+        "engine of the noise study, and of the forward simulation with the parameters that the thesis "
+        "compares; `equations` moves the dummy with all others",
+        thesis="2-1-3: SimMechanics",
+    )
     step_s: number(above=0, most=1) = setting(
         "step of the simulation: an integer fraction of the sampling interval", thesis="2-1-3: 0.004"
     )
