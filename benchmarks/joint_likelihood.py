@@ -16,6 +16,7 @@ import dummy_trials as lab
 import numpy as np
 
 from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy
+from tepsipe.mechanics.impedance_model import SMALL
 
 CONDITIONS = ("sine-0.1", "sine-0.3", "sine-0.5", "minjerk-0.3")
 NOISES_M = (0.0000065, 0.0001)
@@ -83,7 +84,8 @@ def draws(motion: lab.Motion, instruments: lab.Instruments, seeds: range, pathwa
             small = getattr(fit, "small", fit.mean)
             errors = analysis.budgets[name].type_a
             estimates[name][0].append([*fit.mean, *small])
-            of_small = analysis.small_budgets[name].type_a if name in analysis.small_budgets else errors
+            own = analysis.quantities[name]
+            of_small = [own[q].u_type_a for q in SMALL] if SMALL[0] in own else errors
             estimates[name][1].append([*errors, *of_small])
         if truth is None:
             truth = np.array([*motion.at_work(fit.perturbations), *motion.small])

@@ -37,10 +37,10 @@ from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analys
 from tepsipe.experiments.wristalyzer.analysis import ESTIMATORS
 from tepsipe.experiments.wristalyzer.record import WristalyzerOptions, WristalyzerRecord, prepare, timed
 from tepsipe.identification.budgets.leg import KNOWN_OF_LEGS
+from tepsipe.mechanics.impedance_model import PARAMETERS, SMALL
 from tepsipe.signals.perturbations import rest_samples
 from tepsipe.statistics.uncertainty import sources_of
 
-PARAMETERS = ("I", "B", "K")
 LEG_PATHWAYS = ("leg", "leg-thesis", "leg-output-error", "leg-joint-likelihood")
 # setting of the Wristalyzer that another function receives
 ELSEWHERE = ("swept_bins",)
@@ -124,9 +124,11 @@ def dummy_differences(trial: Trial, options: DummyOptions, pathways: Mapping[str
     for name, fit in found.items():
         of_study = study.regressions[name].mean
         result[name] = differences(fit, of_study, study.budgets[name].interval(of_study))
-    small, name = study.regressions["leg-joint-likelihood"].small, "leg-joint-likelihood"
+    name = "leg-joint-likelihood"
+    small = [study.quantities[name][q] for q in SMALL]
+    interval = np.array([[q.low, q.high] for q in small]).T
     result[f"{name}, small movements"] = differences(
-        found[name], small, study.small_budgets[name].interval(small), [f"{p}_small" for p in PARAMETERS]
+        found[name], np.array([q.value for q in small]), interval, SMALL
     )
     return result
 
@@ -179,7 +181,7 @@ def wristalyzer_differences(trial: Trial, options: WristalyzerOptions, sources: 
             uncertainty=sources,
         )
         of_study = ESTIMATORS[name].function(record)
-        ends = of_study.budget.interval(of_study.parameters)
+        ends = np.array([(q.low, q.high) for q in of_study.quantities.values()]).T
         result[name] = differences(fit, of_study.parameters, ends)
     return result
 

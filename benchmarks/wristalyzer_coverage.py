@@ -20,9 +20,9 @@ sys.path.insert(0, str(ROOT))
 from tepsipe.arguments import options_of  # noqa: E402
 from tepsipe.experiments.wristalyzer.analysis import (  # noqa: E402
     analyse_wristalyzer,
-    wristalyzer_estimates,
+    wristalyzer_rows,
 )
-from tepsipe.experiments.wristalyzer.pooled import fit_wristalyzer_together, pooled_estimates  # noqa: E402
+from tepsipe.experiments.wristalyzer.pooled import fit_together  # noqa: E402
 from tepsipe.experiments.wristalyzer.record import WristalyzerOptions  # noqa: E402
 from tepsipe.ingest.manipulators import ManipulatorOptions, ingest_torque_manipulator  # noqa: E402
 from tepsipe.io.readers.text_table import read_text_table  # noqa: E402
@@ -53,28 +53,29 @@ def rows_of(seed: int, constants: dict, settings: dict, folder: Path) -> list[tu
     log, command, motion_file = folder / "log.txt", folder / "command.txt", folder / "motion.h5"
     files = {"log": log, "command": command, "motion": motion_file}
     ingest = ManipulatorOptions(angle_unit=section["files"]["angle_unit"], **section["ingest"])
-    rows_of_trials, trials = [], []
+    rows_of_trials, trials = [], {}
     for factor in FACTORS:
         make_wristalyzer_trial(truth, factor, float(factor), DURATION_S, files)
         tables = [
             read_text_table(path, section["files"][columns], "\t")
             for path, columns in ((log, "log_columns"), (command, "command_columns"))
         ]
-        trials.append(ingest_torque_manipulator(*tables, ingest, DURATION_S, "log", "command"))
-        analysis = analyse_wristalyzer(trials[-1], options, np.random.default_rng(1), sources)
+        trial = ingest_torque_manipulator(*tables, ingest, DURATION_S, "log", "command")
+        trials[factor] = trial
+        analysis = analyse_wristalyzer(trial, options, np.random.default_rng(1), sources)
         kept = analysis.prepared.kept
-        window = (kept.start / trials[-1].rate_hz, kept.stop / trials[-1].rate_hz)
+        window = (kept.start / trial.rate_hz, kept.stop / trial.rate_hz)
         true = linear_truth(read_true_motion(motion_file), [window], about_mean=True)
-        rows = [r for r in wristalyzer_estimates(factor, analysis) if r.quantity in true]
+        rows = [r for r in wristalyzer_rows(factor, analysis)[0] if r.quantity in true]
         rows_of_trials += [
             (r.estimator, r.quantity, true[r.quantity], r) for r in rows if r.ci_low is not None
         ]
-    choices = {name: section["analysis"][name] for name in ("lowpass_cutoff_hz", "lowpass_order", "cut_s")}
-    pooled = fit_wristalyzer_together(trials, section["analysis"]["perturbation_period_s"], **choices)
+    names = ("lowpass_cutoff_hz", "lowpass_order", "cut_s", "excited_band_hz")
+    choices = {name: section["analysis"][name] for name in names}
+    period_s = section["analysis"]["perturbation_period_s"]
+    pooled = fit_together(trials, sources, period_s=period_s, **choices)
     true = true_parameters(constants)["wristalyzer/pooled"]
-    return rows_of_trials + [
-        (r.estimator, r.quantity, true[r.quantity], r) for r in pooled_estimates(pooled, sources)[0]
-    ]
+    return rows_of_trials + [(r.estimator, r.quantity, true[r.quantity], r) for r in pooled.estimates]
 
 
 def main() -> None:

@@ -647,7 +647,7 @@ def test_script_writes_exactly_the_outputs_that_its_rule_names(rule, path):
 def test_rule_is_run_again_when_a_module_that_its_script_reaches_changes(rule, path):
     module, _ = loaded_by(rule, path)
     modules = rf', "{module}"[),]' if module else "[),]"
-    assert re.search(rf'library=library_of\("{path.stem}"{modules}', RULES[rule]["input"])
+    assert re.search(rf'library=library_of\(\s*"{path.stem}"{modules}', RULES[rule]["input"])
     assert path.is_file() and (module is None or (ROOT / module).is_file())
 
 

@@ -1,7 +1,10 @@
 """Quantities as rows: of estimates with intervals, and of the sources of their uncertainty."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Annotated
+
+import numpy as np
 
 from tepsipe.identification.result import Quantity
 from tepsipe.io.estimates import Contribution, Estimate
@@ -27,6 +30,24 @@ def rows_of(
         row = (*names, name, plain_unit(q.unit), q.value, *interval, q.as_printed, n_perturbations)
         rows.append(Estimate(*row, q.u_type_a, q.u_type_b, flags=";".join(flags)))
     return rows
+
+
+def cross_validation_rows(
+    names: Sequence[Names], matrix: Annotated[np.ndarray, "(trials, trials)", "%"]
+) -> list[Estimate]:
+    """Mean VAF of each trial's parameters on the other trials; no rows of a single trial.
+
+    names: of the trials, in the order of the matrix.
+    matrix: VAF by the parameters of the row's trial, of the signals of the column's.
+    """
+    if len(names) < 2:
+        return []
+    others = [float(np.delete(vafs, k).mean()) for k, vafs in enumerate(matrix)]
+    return [
+        row
+        for trial, vaf in zip(names, others, strict=True)
+        for row in rows_of(trial, {"VAF_cross_validated": Quantity(vaf, "%")})
+    ]
 
 
 def contributions_of(names: Names, quantities: Mapping[str, Quantity]) -> list[Contribution]:

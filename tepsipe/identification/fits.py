@@ -36,7 +36,7 @@ from tepsipe.identification.budgets.manipulator import (
     MANIPULATOR_SOURCES,
     SCALES,
     delay_contributions,
-    spectral_budget,
+    fit_response,
 )
 from tepsipe.identification.cascade.fit import ParallelCascadeFit, ParallelCascadeOptions
 from tepsipe.identification.result import (
@@ -348,8 +348,6 @@ def fit_admittance(
     from tepsipe.identification.admittance_fit import (
         TABLE_3_2,
         Bounds,
-        fit_as_printed,
-        fit_scaled,
         starting_values,
     )
     from tepsipe.mechanics.impedance_model import admittance
@@ -387,13 +385,7 @@ def fit_admittance(
             f"start: expected I, B, K of a joint that resists, found {bounds.start.tolist()}: give others, "
             "or leave start out"
         )
-    result = (fit_as_printed if thesis else fit_scaled)(band, bounds)
-    estimates = _of_joint(result.parameters)
-    budget = None if thesis else spectral_budget(result, band, bounds, sources)
-    if budget is None:
-        quantities = {name: Quantity(float(x), symbol_of(name)) for name, x in estimates.items()}
-    else:
-        quantities = quantities_of(estimates, budget, confidence)
+    result, quantities = fit_response(band, bounds, sources, thesis, confidence)
     model = admittance(result.parameters, band.frequency_hz)
     residual = np.abs(band.response - model) ** 2
     found = notes.of_response(band)

@@ -9,14 +9,8 @@ from tepsipe.arguments import checked, regular_rate, same_length, samples, texts
 from tepsipe.errors import InputError, refuse_other_kind
 from tepsipe.identification import notes
 from tepsipe.identification.arguments import as_perturbations, samples_at_rest, shaded
-from tepsipe.identification.budgets.leg import KNOWN_OF_LEGS, LegUncertainty, leg_budget, small_budget
-from tepsipe.identification.result import (
-    PARAMETERS,
-    Curve,
-    ImpedanceFit,
-    Quantity,
-    quantities_of,
-)
+from tepsipe.identification.budgets.leg import KNOWN_OF_LEGS, LegUncertainty
+from tepsipe.identification.result import Curve, ImpedanceFit
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, marker_samples, segment_motion
 from tepsipe.signals.array_types import Samples
@@ -79,7 +73,8 @@ def fit_joint_likelihood(
     ImpedanceFit
         I (N·m·s²/rad, without the leg's own), B (N·m·s/rad), K (N·m/rad) at the amplitude of the
         perturbations, and I_small, B_small, K_small for small movements; delay of the angle after the foot
-        (s); VAF of the angle (%).
+        (s); with ``softening``, K_softened (N·m/rad) and B_softened (N·m·s/rad), the stiffness lost and the
+        damping gained at large angles; VAF of the angle (%).
 
     Raises
     ------
@@ -104,7 +99,7 @@ def fit_joint_likelihood(
     >>> print(f"I = {fit.I:.4f}, B = {fit.B:.3f}, K = {fit.K:.2f}")
     I = 0.0200, B = 0.150, K = 10.00
     """
-    from tepsipe.identification.budgets.markers import LikelihoodData, marker_contributions
+    from tepsipe.identification.budgets.markers import LikelihoodData, likelihood_quantities
     from tepsipe.identification.estimators import JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, Record, estimate
     from tepsipe.identification.likelihood.channels import dummy_markers
 
@@ -139,16 +134,9 @@ def fit_joint_likelihood(
     wanted = {*belt_fixed, *markers.labels}
     places = np.array([place for place, label in enumerate(labels) if label in wanted])
     data = LikelihoodData(time, record.markers, places, log, record.at_rest, windows)
-    of_working, of_small = marker_contributions(result, data, sources)
-    budget = leg_budget(result, None, LegUncertainty(leg, markers, sources, motion), of_working)
-    small = small_budget(result, leg, sources, of_small)
-    names = [f"{name}_small" for name in PARAMETERS]
-    values = dict(zip(PARAMETERS, result.mean, strict=True)), dict(zip(names, result.small, strict=True))
-    quantities = quantities_of(values[0], budget, confidence)
-    quantities |= quantities_of(values[1], small, confidence)
-    error = result.fit.standard_error("delay")
-    half = float(coverage_factor(np.inf, confidence)) * error
-    quantities["delay"] = Quantity(result.delay_s, "s", error, result.delay_s - half, result.delay_s + half)
+    known = LegUncertainty(leg, markers, sources, motion)
+    factor = float(coverage_factor(np.inf, confidence))
+    quantities, _ = likelihood_quantities(result, data, known, confidence, factor)
     fit = ImpedanceFit(
         estimator=name,
         quantities=quantities,

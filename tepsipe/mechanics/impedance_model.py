@@ -14,6 +14,8 @@ import numpy as np
 import scipy
 
 PARAMETERS = ("I", "B", "K")
+# the same of small movements
+SMALL = tuple(f"{name}_small" for name in PARAMETERS)
 # quantities, as tables and results name them -> unit, as files write it
 UNITS = {
     "mass": "kg",

@@ -8,7 +8,7 @@ import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.budgets import contributions_of, rows_of
+from tepsipe.experiments.budgets import contributions_of, cross_validation_rows, rows_of
 from tepsipe.identification.result import Quantity, quantities_of
 from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES, Contribution, Estimate, recommended
 from tepsipe.statistics.uncertainty import Budget, sources_of
@@ -45,10 +45,11 @@ def test_rows_hold_the_combined_interval_and_its_parts():
 
 
 def test_a_lost_uncertainty_is_told_from_one_that_there_never_was():
-    quantities = {"K": Quantity(10.0, "N·m/rad"), "B": Quantity.drawn(0.1, "N·m·s/rad", np.array([]), 0.95)}
-    never, lost = rows_of(NAMES, quantities, 7, [0.2, None])
+    stiffness = Quantity(10.0, "N·m/rad", as_printed=0.2, flags=("assumed", "at-bound"))
+    lost = Quantity.drawn(0.1, "N·m·s/rad", np.array([]), 0.95)
+    never, lost = rows_of(NAMES, {"K": stiffness, "B": lost}, 7)
     assert (never.standard_error, never.ci_low, never.u_type_a) == (None, None, None)
-    assert (never.sem_as_printed, never.n_perturbations) == (0.2, 7)
+    assert (never.sem_as_printed, never.n_perturbations, never.flags) == (0.2, 7, "assumed;at-bound")
     assert np.isnan([lost.standard_error, lost.ci_low, lost.ci_high, lost.u_type_a]).all()
 
 
@@ -59,13 +60,14 @@ def test_without_sources_type_b_is_not_evaluated_and_the_interval_is_students():
 
 
 def test_every_source_has_a_row_and_the_rows_add_up(tmp_path):
-    rows = contributions_of(ROWS, BUDGET, ("K", "B"))
+    joined = quantities_of({"K": 10.0, "B": 0.1}, BUDGET)
+    rows = contributions_of(NAMES, {"VAF_trial": Quantity(99.0, "%"), "B": joined["B"], "K": joined["K"]})
+    assert len(rows) == 6 and rows[0].unit == "Nms/rad"
     assert [(r.quantity, r.source, r.type) for r in rows[:3]] == [
         ("B", "scatter", "A"),
         ("B", "leg_mass_kg", "B"),
         ("B", "offset_m", "B"),
     ]
-    joined = quantities_of({"K": 10.0, "B": 0.1}, BUDGET)
     for quantity in joined:
         total = math.sqrt(sum(row.u**2 for row in rows if row.quantity == quantity))
         assert total == pytest.approx(joined[quantity].standard_error)
@@ -74,7 +76,20 @@ def test_every_source_has_a_row_and_the_rows_add_up(tmp_path):
     assert [replace(r, u=0.0) for r in again] == [replace(r, u=0.0) for r in rows]
     assert [r.u for r in again] == pytest.approx([r.u for r in rows], rel=1e-9)
     single = Budget(np.array([np.inf, np.inf]), 1.0, BUDGET.contributions)
-    assert {row.source for row in contributions_of(ROWS, single, ("K", "B"))} == set(BUDGET.contributions)
+    one = contributions_of(NAMES, quantities_of({"K": 10.0, "B": 0.1}, single))
+    assert {row.source for row in one} == set(BUDGET.contributions)
+
+
+def test_cross_validation_is_the_mean_over_the_other_trials():
+    names = [("dummy", condition, "leg", "windowed-least-squares") for condition in "abc"]
+    vafs = np.array([[99.0, 80.0, 60.0], [70.0, 98.0, 50.0], [40.0, 20.0, 97.0]])
+    rows = cross_validation_rows(names, vafs)
+    assert [(row.condition, row.quantity, row.unit, row.value) for row in rows] == [
+        ("a", "VAF_cross_validated", "%", 70.0),
+        ("b", "VAF_cross_validated", "%", 60.0),
+        ("c", "VAF_cross_validated", "%", 30.0),
+    ]
+    assert cross_validation_rows(names[:1], vafs[:1, :1]) == []
 
 
 @pytest.mark.parametrize(("u", "kind"), [("-1", "B"), ("nan", "B"), ("1", "C")])

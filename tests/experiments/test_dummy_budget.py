@@ -9,9 +9,8 @@ from scipy.interpolate import CubicSpline
 
 from tepsipe.experiments.dummy.foot_budget import FOOT_SOURCES
 from tepsipe.experiments.dummy.foot_pathways import analyse_foot
-from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy, dummy_estimates
-from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_budgets, dummy_result
-from tepsipe.experiments.fitted import Fitted
+from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy
+from tepsipe.experiments.dummy.results import fitted_dummy
 from tepsipe.identification.budgets.leg import (
     LEG_SOURCES,
     LIKELIHOOD_SOURCES,
@@ -251,14 +250,12 @@ def test_a_clock_and_a_longer_time_between_markers_contribute_alike_in_both_meth
 
 
 def test_the_thesis_has_type_a_only_and_no_sources_no_type_b(trial, found):
-    rows = {
-        (row.pathway, row.quantity): row
-        for row in dummy_estimates("sine-0.3", found, bootstrap_pathways(found, 100, 1))
-    }
+    fitted = fitted_dummy("sine-0.3", found, 100, 1)
+    rows = {(row.pathway, row.quantity): row for row in fitted.estimates}
     assert rows["leg-thesis", "K"].u_type_b is None and rows["leg", "K"].u_type_b > 0.05
     thesis = found.regressions["leg-thesis"].parameters[:, 2]
     assert rows["leg-thesis", "K"].standard_error == pytest.approx(thesis.std(ddof=1) / np.sqrt(thesis.size))
-    parts = Fitted(dummy_result(found), list(rows.values()), dummy_budgets(found)).contributions
+    parts = fitted.contributions
     assert {part.source for part in parts if part.pathway == "leg"} == {"scatter", *LEG_SOURCES}
     assert {part.source for part in parts if part.pathway == "leg-thesis"} == {"scatter"}
     assert not any(b.contributions for b in analyse_dummy(trial, BARE, PATHWAYS).budgets.values())

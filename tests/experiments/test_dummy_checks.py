@@ -19,8 +19,8 @@ from tepsipe.experiments.dummy.checks import (
     noise_bias,
     quoted_rows,
 )
-from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy, dummy_estimates
-from tepsipe.experiments.dummy.results import bootstrap_pathways
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy
+from tepsipe.experiments.dummy.results import fitted_dummy
 from tepsipe.experiments.dummy.rig import RIG_FLAGS, flag_rig, rig_flags, shared_faults
 from tepsipe.identification.regression import windows
 from tepsipe.io.trial import Signal, Trial
@@ -102,7 +102,7 @@ def test_clean_trials_raise_hardly_any_alarm_and_quote_the_joint_likelihood(rng)
         assert verdict.quoted == "leg-joint-likelihood"
         alarms += any(verdict.flags.values())
     assert alarms <= 1
-    rows = dummy_estimates("c", analysis, bootstrap_pathways(analysis, 100, 1))
+    rows = fitted_dummy("c", analysis, 100, 1).estimates
     quoted = [row for row in quoted_rows(rows, verdict) if row.recommended]
     assert [(row.pathway, row.quantity) for row in quoted] == [
         ("leg-joint-likelihood", quantity) for quantity in "IBK"
@@ -149,7 +149,7 @@ def test_what_is_broken_has_a_name_on_the_pathways_that_use_it(rng, broken, flag
     analysis, verdict = checked(trial(rng, broken=broken))
     assert flag in verdict.flags["leg-joint-likelihood"]
     assert (flag in verdict.flags["leg"]) == of_leg
-    rows = flag_rows(dummy_estimates("c", analysis, bootstrap_pathways(analysis, 100, 1)), verdict)
+    rows = flag_rows(fitted_dummy("c", analysis, 100, 1).estimates, verdict)
     flagged = {(row.pathway, row.quantity) for row in rows if flag in row.flags.split(";")}
     assert {("leg-joint-likelihood", q) for q in ("I", "B", "K", "K_small")} <= flagged
     assert not any(pathway == "leg-thesis" for pathway, _ in flagged)
@@ -244,7 +244,7 @@ def of_rig(peaks, broken):
     for k, peak in enumerate(peaks):
         analysis, verdict = checked(trial(np.random.default_rng(k), peak, broken=broken))
         name = f"sine-{peak}"
-        found = dummy_estimates(name, analysis, bootstrap_pathways(analysis, 50, 1))
+        found = fitted_dummy(name, analysis, 50, 1).estimates
         rows += flag_rows(found, verdict)
         facts[name] = json.loads(json.dumps(check_facts(verdict)))
     return rows, facts
@@ -329,7 +329,7 @@ def test_hysteresis_is_a_lack_of_fit_and_no_delay_of_markers(elements, noise_m, 
     assert "lack-of-fit" in verdict.flags["leg-joint-likelihood"]
     assert analysis.likelihood_estimates["leg-joint-likelihood"].delay_s > 1e-4
     assert not any("foot-leg-delay" in flags for flags in verdict.flags.values())
-    rows = flag_rows(dummy_estimates("c", analysis, bootstrap_pathways(analysis, 50, 1)), verdict)
+    rows = flag_rows(fitted_dummy("c", analysis, 50, 1).estimates, verdict)
     assert all("lack-of-fit" in row.flags for row in rows if row.pathway == "leg-joint-likelihood")
 
 
@@ -359,7 +359,7 @@ def test_late_log_of_the_belt_is_measured_corrected_and_flagged(late_s):
     for name in PATHWAYS:
         right, late = (analysis.regressions[name].mean for analysis in both)
         assert late == pytest.approx(right, rel=1e-3)
-    rows = dummy_estimates("c", both[1], bootstrap_pathways(both[1], 50, 1))
+    rows = fitted_dummy("c", both[1], 50, 1).estimates
     assert all("log-delay" in row.flags for row in rows if row.quantity in "IBK")
 
 

@@ -10,7 +10,8 @@ from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy, fitte
 from tepsipe.identification.budgets import markers as moves
 from tepsipe.identification.budgets.leg import LIKELIHOOD_SOURCES
 from tepsipe.identification.likelihood.likelihood import maximise_likelihood
-from tepsipe.statistics.uncertainty import Source
+from tepsipe.mechanics.impedance_model import SMALL
+from tepsipe.statistics.uncertainty import SCATTER, Source
 from tests.experiments.test_dummy_budget import KNOWN
 from tests.experiments.test_dummy_leg_pathways import trial_of_swing
 
@@ -99,6 +100,7 @@ def test_instants_of_all_markers_alike_are_a_delay_and_nothing_else(data, found)
 
 def test_a_softening_joint_has_contributions_for_small_movements_too(trial):
     both = analyse_dummy(trial, OPTIONS, {"likelihood": Pathway("leg", "aligned", "joint-likelihood")})
-    working, small = both.budgets["likelihood"], both.small_budgets["likelihood"]
-    assert set(working.contributions) == set(small.contributions) == set(U)
-    assert all(np.isfinite(small.of_source(name)).all() for name in U)
+    assert set(both.budgets["likelihood"].contributions) == set(U)
+    small = [both.quantities["likelihood"][name].parts for name in SMALL]
+    assert all(set(parts) == {SCATTER, *U} for parts in small)
+    assert all(np.isfinite(list(parts.values())).all() for parts in small)

@@ -75,7 +75,7 @@ def test_fit_takes_the_section_of_the_configuration(trial, analysis):
     section = {"analysis": vars(OPTIONS)}
     fitted = fit(trial, section, "a")
     assert str(fitted.estimates) == str(platform_estimates("platform", "a", analysis, OPTIONS))  # NaN
-    assert fitted.contributions == []
+    assert not fitted.contributions
     whole, *_ = begin(trial, section, "platform/a")
     assert np.array_equal(whole.frequency_hz, analysis.spectra.frequency_hz)
 

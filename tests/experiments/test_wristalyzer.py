@@ -8,22 +8,22 @@ from builders import assert_one_sentence, multisine_record, trial_of
 from scipy import stats
 
 from tepsipe.errors import InputError
-from tepsipe.experiments import fitted
 from tepsipe.experiments.wristalyzer.analysis import (
     ESTIMATORS,
-    PATHWAY,
     RECOMMENDED,
     Estimator,
-    Fitted,
+    JointFit,
     analyse_wristalyzer,
     cross_validate_wristalyzer,
-    cross_validation_estimates,
-    wristalyzer_estimates,
+    wristalyzer_record,
     wristalyzer_result,
+    wristalyzer_rows,
 )
 from tepsipe.experiments.wristalyzer.averaging import sweep_averaging
 from tepsipe.experiments.wristalyzer.record import Impedance, WristalyzerOptions, prepare
-from tepsipe.mechanics.impedance_model import PARAMETERS
+from tepsipe.identification.budgets.manipulator import period_budget, spectral_budget
+from tepsipe.identification.regression.periods import fit_periods
+from tepsipe.identification.result import quantities_of
 from tepsipe.statistics.uncertainty import Budget, Source
 
 JOINT = np.array([0.015, 0.1, 8.0])
@@ -56,6 +56,19 @@ def analyse(trial, options=OPTIONS):
     return analyse_wristalyzer(trial, options, np.random.default_rng(1))
 
 
+def budget_of(analysis, estimator, sources=None):
+    """Budget of a spectral fit, whose contributions have signs."""
+    fit = analysis.fitted[estimator]
+    band = fit.spectrum.band(*OPTIONS.fit_band_hz)
+    return spectral_budget(fit.search, band, OPTIONS.bounds, sources or {})
+
+
+def budget_of_periods(trial, sources):
+    record = wristalyzer_record(trial, QUICK)[0]
+    signals = (record.recorded("torque"), record.recorded("angle"), trial.rate_hz)
+    return period_budget(fit_periods(*signals, QUICK.perturbation_period_s, QUICK.excited_band_hz), sources)
+
+
 @pytest.fixture(scope="module")
 def noisy():
     return analyse(trial_with(noise_rad=0.003))
@@ -67,7 +80,7 @@ def exact():
 
 
 def rows_of(analysis, estimator):
-    rows = wristalyzer_estimates("0.16", analysis)
+    rows = wristalyzer_rows("0.16", analysis)[0]
     return {row.quantity: row for row in rows if row.estimator == estimator}
 
 
@@ -85,7 +98,7 @@ def test_averaged_bins_recover_inertia_and_stiffness_and_bias_damping(exact):
 
 @pytest.mark.slow
 def test_rows_hold_every_quantity_of_every_estimator(noisy):
-    rows = wristalyzer_estimates("0.16", noisy)
+    rows = wristalyzer_rows("0.16", noisy)[0]
     assert list(noisy.fitted) == list(ESTIMATORS)
     searched = [name for name, found in noisy.fitted.items() if found.search is not None]
     assert {"spectral-fit", "spectral-fit-modulus", "spectral-fit-periods"} <= set(searched)
@@ -98,10 +111,11 @@ def test_rows_hold_every_quantity_of_every_estimator(noisy):
 @pytest.mark.parametrize("estimator", ["spectral-fit", "spectral-fit-periods"])
 def test_intervals_have_the_freedom_of_the_frequencies_that_determine_a_parameter(estimator, noisy):
     fitted = noisy.fitted[estimator].spectrum.band(*OPTIONS.fit_band_hz).frequency_hz.size
-    freedom = noisy.budgets[estimator].freedom_a
+    budget = budget_of(noisy, estimator)
+    freedom = budget.freedom_a
     assert (freedom > 2.0).all()
     assert (freedom <= 2 * fitted - 3).all()
-    quantile = stats.t.ppf(0.975, noisy.budgets[estimator].effective_freedom[1])
+    quantile = stats.t.ppf(0.975, budget.effective_freedom[1])
     row = rows_of(noisy, estimator)["B"]
     assert (row.ci_high - row.ci_low) / 2.0 == pytest.approx(quantile * row.standard_error, rel=1e-6)
 
@@ -164,19 +178,12 @@ def test_cross_validation_predicts_every_trial_with_every_trials_parameters():
     assert matrix[0, 1] == pytest.approx(crossed)
 
 
-def test_cross_validated_vaf_leaves_a_trials_own_data_out():
-    matrix = np.array([[99.0, 80.0, 70.0], [60.0, 98.0, 50.0], [40.0, 30.0, 97.0]])
-    rows = cross_validation_estimates(["a", "b", "c"], matrix)
-    assert [(row.condition, row.value) for row in rows] == [("a", 75.0), ("b", 55.0), ("c", 35.0)]
-    assert cross_validation_estimates(["a"], matrix[:1, :1]) == []
-
-
 def test_fit_at_a_bound_flags_its_rows_and_no_others(exact):
     narrow = replace(OPTIONS, upper=Impedance(10.0, 10.0, 6.5), start=Impedance(*START))
     found = analyse(trial_with(), replace(narrow, tried_stiffness_Nm_per_rad=(5.0,)))
-    flags = {row.flags for row in wristalyzer_estimates("0.16", found) if row.estimator == "spectral-fit"}
+    flags = {row.flags for row in wristalyzer_rows("0.16", found)[0] if row.estimator == "spectral-fit"}
     assert flags == {"at-bound"}
-    free = [row for row in wristalyzer_estimates("0.16", exact) if "modulus" not in row.estimator]
+    free = [row for row in wristalyzer_rows("0.16", exact)[0] if "modulus" not in row.estimator]
     assert {row.flags for row in free} == {""}
 
 
@@ -212,40 +219,39 @@ def of_estimator(analysis, estimator):
 @pytest.mark.parametrize("name", SOURCES)
 def test_contribution_of_a_source_is_what_the_whole_analysis_returns_with_it(name):
     trial, u = trial_with(noise_rad=1e-4), SOURCES[name].standard_uncertainty
-    budgets = analyse_wristalyzer(trial, QUICK, np.random.default_rng(1), SOURCES).budgets
+    analysis = analyse_wristalyzer(trial, QUICK, np.random.default_rng(1), SOURCES)
+    budgets = {e: budget_of(analysis, e, SOURCES) for e in ("spectral-fit", "spectral-fit-periods")}
+    budgets["period-regression"] = budget_of_periods(trial, SOURCES)
     key, nominal = ("delay_s", 0.0) if name == "torque_delay_s" else (name, 1.0)
     above, below = (analyse(shifted(trial, **{key: nominal + sign * u}), QUICK) for sign in (1.0, -1.0))
-    for estimator in ("spectral-fit", "spectral-fit-periods", "period-regression"):
+    for estimator, budget in budgets.items():
+        quantities = analysis.fitted[estimator].quantities
+        values = {q: quantities[q].value for q in "IBK"}
+        for q, stated in quantities_of(values, budget).items():
+            assert quantities[q] == replace(stated, as_printed=quantities[q].as_printed)
         found = 0.5 * (of_estimator(above, estimator) - of_estimator(below, estimator))
         if estimator == "period-regression" and name == "torque_delay_s":
-            assert name not in budgets[estimator].contributions
+            assert name not in budget.contributions
             assert np.abs(found / JOINT).max() < 2e-3
         else:
-            stated = budgets[estimator].contributions[name][0]
+            stated = budget.contributions[name][0]
             assert (np.abs(stated - found) < 1e-4 * JOINT + 0.03 * np.abs(found)).all()
 
 
 @pytest.mark.slow
 def test_regression_over_periods_is_recommended_and_the_spectral_fit_without_a_period(noisy):
-    told = {(r.estimator, r.quantity) for r in wristalyzer_estimates("0.16", noisy) if r.recommended}
+    told = {(r.estimator, r.quantity) for r in wristalyzer_rows("0.16", noisy)[0] if r.recommended}
     assert told == {("period-regression", q) for q in "IBK"}
     alone = analyse(trial_with(), replace(QUICK, perturbation_period_s=None))
-    told = {(r.estimator, r.quantity) for r in wristalyzer_estimates("0.16", alone) if r.recommended}
+    told = {(r.estimator, r.quantity) for r in wristalyzer_rows("0.16", alone)[0] if r.recommended}
     assert told == {("spectral-fit", q) for q in "IBK"}
-
-
-def sources_of_rows(rows, found):
-    budgets = [
-        fitted.FittedBudget(PATHWAY, name, PARAMETERS, budget) for name, budget in found.budgets.items()
-    ]
-    return fitted.Fitted(wristalyzer_result(found), rows, budgets).contributions
 
 
 def test_budget_rows_hold_scatter_and_every_source_of_every_estimator():
     found = analyse_wristalyzer(trial_with(noise_rad=0.003), QUICK, np.random.default_rng(1), SOURCES)
-    rows = wristalyzer_estimates("0.16", found)
-    table = sources_of_rows(rows, found)
-    of = {e: {c.source for c in table if c.estimator == e} for e in found.budgets}
+    rows, table = wristalyzer_rows("0.16", found)
+    of = {e: {c.source for c in table if c.estimator == e} for e in found.fitted}
+    assert of["spectral-fit-modulus"] == set()
     assert of["spectral-fit"] == {"scatter", "frequency_resolution", *SOURCES}
     assert of["spectral-fit-periods"] == {"scatter", "fit_criterion", *SOURCES}
     assert of["period-regression"] == {"scatter", "fitted_band", "torque_scale", "angle_scale"}
@@ -260,8 +266,8 @@ def test_estimator_in_the_registry_is_fitted_and_becomes_rows_with_its_budget(mo
 
     def function(record):
         assert record.recorded("torque").size == record.prepared.kept.stop - record.prepared.kept.start
-        scatter = 0.1 * half
-        return Fitted(half, Budget(scatter, 10.0, {}), flags=("not-converged",))
+        budget = Budget(0.1 * half, 10.0, {})
+        return JointFit(quantities_of(dict(zip("IBK", half, strict=True)), budget), ("not-converged",))
 
     monkeypatch.setitem(ESTIMATORS, "half", Estimator("half of the joint", function))
     found = analyse(trial_with(), QUICK)
@@ -271,7 +277,7 @@ def test_estimator_in_the_registry_is_fitted_and_becomes_rows_with_its_budget(mo
     # half of the joint does not predict the angle either
     assert {row.flags for row in rows.values()} == {"not-converged;lack-of-fit"}
     assert not any(row.recommended for row in rows.values())
-    table = sources_of_rows(list(rows.values()), found)
+    table = [c for c in wristalyzer_rows("0.16", found)[1] if c.estimator == "half"]
     assert {row.source for row in table} == {"scatter"} and rows["K"].u_type_a == pytest.approx(
         0.05 * JOINT[2]
     )
@@ -347,11 +353,11 @@ def test_angle_without_a_response_is_never_quoted_without_a_flag():
     trial = trial_with()
     noise = 0.01 * np.random.default_rng(4).standard_normal(trial.time.size)
     trial = replace(trial, signals=trial.signals | {"angle": replace(trial.signals["angle"], values=noise)})
-    for row in wristalyzer_estimates("0.16", analyse(trial)):
+    for row in wristalyzer_rows("0.16", analyse(trial))[0]:
         assert "lack-of-fit" in row.flags
 
 
 @pytest.mark.slow
 def test_errors_of_the_stamps_that_ingest_measured_flag_every_estimate():
     trial = replace(trial_with(noise_rad=0.001), attributes={"stamp_jitter_s": 0.002})
-    assert all("stamp-jitter" in row.flags for row in wristalyzer_estimates("0.16", analyse(trial)))
+    assert all("stamp-jitter" in row.flags for row in wristalyzer_rows("0.16", analyse(trial))[0])

@@ -274,6 +274,7 @@ def test_public_function_gives_both_amplitudes(rng):
     assert found.parameters == pytest.approx(at_work, rel=0.01)
     assert found.quantities["K_small"].value == pytest.approx(10.0, rel=0.01)
     assert found.quantities["delay"].standard_error < 1e-4
+    assert found.quantities["K_softened"].low > 0.0
     assert "K" in found.summary()
 
 

@@ -11,10 +11,9 @@ from tepsipe.errors import InputError
 from tepsipe.experiments.weight.analysis import (
     analyse_weight,
     estimate_masses,
+    fitted_weight,
     shapes,
     speed_at_peak,
-    weight_estimates,
-    weight_result,
 )
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Signal, Trial
@@ -152,7 +151,8 @@ def test_estimated_mass_is_exact_for_an_exact_mass_and_ignores_what_is_uncorrela
 def test_rows_and_arrays_of_the_weight_experiment():
     wide, narrow = (recordings_of(20.0, lowpass=Lowpass(hz, 4, True))["Fy"] for hz in (20.0, 10.0))
     found = analyse_weight({"20 Hz": wide, "10 Hz": narrow}, SOURCES)
-    rows = {row.quantity: row for row in weight_estimates("weight", "sine-0.4", found)}
+    fitted = fitted_weight("weight", "sine-0.4", found)
+    rows = {row.quantity: row for row in fitted.estimates}
     assert list(rows) == ["mass", "mass_sd", "added_force_peak"]
     mass = rows["mass"]
     assert mass.value == pytest.approx(found.masses.mean())
@@ -167,12 +167,16 @@ def test_rows_and_arrays_of_the_weight_experiment():
     assert rows["mass_sd"].value == pytest.approx(found.masses.std(ddof=1))
     a = LOWPASS(belt_pulses(TIME, ONSETS_S, 0.4)[2], RATE_HZ)
     assert rows["added_force_peak"].value == pytest.approx(ADDED_KG * np.abs(a).max(), rel=0.15)
-    result = weight_result(found)
+    assert [(row.quantity, row.source) for row in fitted.contributions] == [
+        ("mass", source) for source in ("scatter", *SOURCES)
+    ]
+    result = fitted.result
     assert result.arrays["10 Hz/added_force"].shape == (3, 75)
     assert np.array_equal(result.arrays["20 Hz/added_force"], wide.segments(wide.load))
     empty = analyse_weight({"20 Hz": recordings_of(0.0)["Fy"]}, SOURCES)
-    assert empty.budget is None
-    assert [row.quantity for row in weight_estimates("empty", "sine-0.4", empty)] == ["added_force_peak"]
+    fitted = fitted_weight("empty", "sine-0.4", empty)
+    assert [row.quantity for row in fitted.estimates] == ["added_force_peak"]
+    assert not fitted.contributions
 
 
 def test_mass_is_flagged_where_its_interval_does_not_hold_that_of_the_trial_sheet():
@@ -181,9 +185,8 @@ def test_mass_is_flagged_where_its_interval_does_not_hold_that_of_the_trial_shee
     r = belt_recording(a, a, 0.0 * a, carried=20.0 * a, carried_kg=20.0, onsets=(100, 300), unit="N")
     r = replace(r, evaluated=pulsed_evaluated(600, r.onsets, 75))
     for added_kg, flags in ((0.0, ""), (0.5, ""), (-0.5, ""), (0.7, "mass-differs"), (-0.7, "mass-differs")):
-        mass, *others = weight_estimates(
-            "weight", "sine", analyse_weight({"20 Hz": replace(r, load=added_kg * a)}, SOURCES)
-        )
+        found = analyse_weight({"20 Hz": replace(r, load=added_kg * a)}, SOURCES)
+        mass, *others = fitted_weight("weight", "sine", found).estimates
         assert mass.value == pytest.approx(20.0 + added_kg)
         assert mass.recommended and mass.flags == flags, added_kg
         assert not any(row.flags for row in others)

@@ -1,6 +1,7 @@
 """What an edit plans in a tiny study that has run: rule -> number of jobs, all of them."""
 
 import re
+import shutil
 
 import pytest
 from study_builders import OVERRIDES, jobs, snakemake, write_config
@@ -217,6 +218,21 @@ def test_a_changed_setting_reruns_what_depends_on_it_and_nothing_else(own_study,
 def test_an_edit_of_a_module_reruns_what_uses_it_and_nothing_else(own_study):
     planned = planned_after_an_edit(own_study, "tepsipe/identification/admittance_fit.py")
     assert planned == AFTER_WRISTALYZER_TRIALS
+
+
+def test_a_module_that_is_touched_or_changed_back_reruns_nothing(own_study):
+    module = own_study / "tepsipe/signals/filters.py"
+    before = module.read_text(encoding="utf-8")
+    module.write_text(before + "# edited\n", encoding="utf-8")
+    assert jobs(snakemake(own_study, "-n"))
+    module.write_text(before, encoding="utf-8")
+    assert not jobs(snakemake(own_study, "-n"))
+
+
+def test_results_whose_records_are_lost_are_made_again(own_study):
+    whole = jobs(snakemake(own_study, "-n", "--forceall"))
+    shutil.rmtree(own_study / ".snakemake")
+    assert jobs(snakemake(own_study, "-n")) == whole
 
 
 def test_an_edit_of_a_reader_reruns_the_ingest_of_the_files_that_it_reads_and_no_other(own_study):

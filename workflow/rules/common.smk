@@ -4,6 +4,7 @@ import compileall
 import os
 import sys
 from functools import partial
+from hashlib import sha256
 from itertools import chain
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from tepsipe.virtual_lab.registry import RIGS
 from workflow.support import groups, outputs, report_params
 from workflow.support.parts import APPENDIX
 from workflow.support.folders import check_checkout
-from workflow.support.imported_files import reached_by
+from workflow.support.imported_files import listed_in, reached_by
 from workflow.support.rigs import RIG_KEYS, rig_of
 from workflow.settings.complete import only, pick, without
 from workflow.support.checked_study import checked_sections, checked_study, with_its_file
@@ -143,11 +144,24 @@ def readers_of(experiment):
     return files_of(*modules_for(*experiment.purposes))
 
 
-def library_of(script, *modules):
-    """The modules that a script reaches, and those that it loads by name: an edit of one re-runs the rule."""
-    starts = (f"workflow/scripts/{script}.py", *modules)
+def library_of(script, *loaded):
+    """What stands for the modules that a script reaches, and for modules and other files that it loads by name.
+
+    An edit of one of them re-runs the rule."""
+    starts = (f"workflow/scripts/{script}.py", *(path for path in loaded if path.endswith(".py")))
     found = {path for start in starts for path in reached_by(start, str(CHECKOUT))}
-    return [here(path) for path in sorted(found.union(modules) - DECLARATIONS)]
+    name = "+".join((script, *(path.removesuffix(".py").replace("/", ".") for path in loaded)))
+    return source_list(name, found.union(loaded) - DECLARATIONS)
+
+
+def source_list(name, files):
+    """The file that lists sources with their digests."""
+    # a name of more than 100 characters, as of all chapters of a report, ends with its digest
+    short = name if len(name) <= 100 else f"{name[:80]}-{sha256(name.encode()).hexdigest()[:16]}"
+    try:
+        return listed_in(short, sorted(files), str(CHECKOUT))
+    except InputError as error:
+        sys.exit(f"tepsipe: {error}")
 
 
 def chapter_modules(names):
@@ -160,7 +174,7 @@ def laboratory_sources():
     sources = [(CHECKOUT / "workflow").rglob("*"), (CHECKOUT / "tepsipe").rglob("*.py")]
     files = [CHECKOUT / "Snakefile", *chain.from_iterable(sources)]
     kept = [path for path in files if path.suffix in ("", ".py", ".smk", ".yaml") and path.is_file()]
-    return sorted(here(path) for path in kept)
+    return source_list("laboratory", (path.relative_to(CHECKOUT).as_posix() for path in kept))
 
 
 def report_sources():

@@ -32,18 +32,20 @@ rule write_index:
         decisions=sorted(here(path) for path in CHECKOUT.glob("docs/decisions/0*.md")),
         citation=here("CITATION.cff"),
         outputs=PAGES,
-        library=library_of("write_index")
-        + [
-            here(f"tepsipe/drawing/web/{name}")
-            for name in (
-                "report.css",
-                "report-math.woff2",
-                "report.js",
-                "swing.js",
-                "explore.js",
-                "theme.js",
-            )
-        ],
+        library=library_of(
+            "write_index",
+            *(
+                f"tepsipe/drawing/web/{name}"
+                for name in (
+                    "report.css",
+                    "report-math.woff2",
+                    "report.js",
+                    "swing.js",
+                    "explore.js",
+                    "theme.js",
+                )
+            ),
+        ),
     output:
         html="<results>/report/index.html",
     log:

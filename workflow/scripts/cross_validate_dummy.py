@@ -4,7 +4,8 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.experiments.dummy.results import cross_validate_dummy, cross_validation_estimates
+from tepsipe.experiments.budgets import cross_validation_rows
+from tepsipe.experiments.dummy.results import cross_validate_dummy
 from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import Result, read_result, write_result
 
@@ -16,7 +17,7 @@ facts = next(iter(results.values())).facts
 matrices = {name: cross_validate_dummy(results, name) for name in facts["pathways"]}
 rows = []
 for name, matrix in matrices.items():
-    rows += cross_validation_estimates(conditions, matrix, name, facts["estimators"][name])
+    rows += cross_validation_rows([("dummy", c, name, facts["estimators"][name]) for c in conditions], matrix)
 write_result(
     snakemake.output.matrices,
     Result(matrices, dict.fromkeys(matrices, "%"), {"conditions": conditions}),

@@ -4,7 +4,8 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.experiments.wristalyzer.analysis import cross_validate_wristalyzer, cross_validation_estimates
+from tepsipe.experiments.budgets import cross_validation_rows
+from tepsipe.experiments.wristalyzer.analysis import AS_PRINTED, PATHWAY, cross_validate_wristalyzer
 from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import Result, read_result, write_result
 
@@ -17,4 +18,5 @@ write_result(
     snakemake.output.matrix,
     Result({"vaf": matrix}, {"vaf": "%"}, {"conditions": conditions}),
 )
-ESTIMATES.write(snakemake.output.estimates, cross_validation_estimates(conditions, matrix))
+names = [("wristalyzer", condition, PATHWAY, AS_PRINTED) for condition in conditions]
+ESTIMATES.write(snakemake.output.estimates, cross_validation_rows(names, matrix))

@@ -4,16 +4,15 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.experiments.wristalyzer.pooled import fit_wristalyzer_together, pooled_estimates, pooled_result
+from tepsipe.experiments.wristalyzer.pooled import fit_together
 from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.statistics.uncertainty import sources_of
 
-params = snakemake.params
-trials = [read_trial(path) for path in snakemake.input.trials]
-found, flags = fit_wristalyzer_together(trials, **params.analysis)
-write_result(snakemake.output.fit, pooled_result(list(params.conditions), found))
-rows, contributions = pooled_estimates(found, sources_of(params.uncertainty), flags)
-ESTIMATES.write(snakemake.output.estimates, rows)
-CONTRIBUTIONS.write(snakemake.output.uncertainty, contributions)
+params, output = snakemake.params, snakemake.output
+trials = {c: read_trial(path) for c, path in zip(params.conditions, snakemake.input.trials, strict=True)}
+fitted = fit_together(trials, sources_of(params.uncertainty), **params.analysis)
+write_result(output.fit, fitted.result)
+ESTIMATES.write(output.estimates, fitted.estimates)
+CONTRIBUTIONS.write(output.uncertainty, fitted.contributions)

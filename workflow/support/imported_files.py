@@ -1,11 +1,48 @@
-"""Modules that a script imports, so that rules can name them as inputs.
+"""Modules that a script imports, as one input of its rule.
 
-Snakemake sees edits of a rule's inputs and of its script, but not of what the script imports.
+Snakemake sees edits of a rule's inputs and of its script, but not of what the script imports. If every module
+were an input of every job, most of the time in which a run finds out that it has nothing to do would go into
+looking at the same files again and again. So a rule has one input, a file with the digests of its modules.
 """
 
+import hashlib
+import os
 import re
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
+
+from tepsipe.errors import InputError, quoted
+
+# beside Snakemake's records of the run: where these are lost, the files are new, and the results made again
+FOLDER = ".snakemake/tepsipe/library"
+
+
+def listed_in(name: str, files: Iterable[str], root: str) -> str:
+    """File with the digests of other files, below `FOLDER`; written only if one of them has changed.
+
+    name: of the file.
+    files: below ``root``.
+    """
+    path = Path(FOLDER) / name
+    content = "".join(f"{_digest(f'{root}/{file}')}  {file}\n" for file in files)
+    try:
+        if not path.is_file() or path.read_text(encoding="utf-8") != content:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            new = path.with_name(f"{name}.{os.getpid()}")
+            new.write_text(content, encoding="utf-8")
+            new.replace(path)
+    except OSError as error:
+        raise InputError(
+            f"{path}: expected a file that can be written, found that the system refuses it "
+            f"({quoted(error)}): free space or change its permissions, then run again"
+        ) from error
+    return path.as_posix()
+
+
+@cache
+def _digest(path: str) -> str:
+    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
 @cache

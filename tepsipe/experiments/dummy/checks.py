@@ -60,7 +60,7 @@ from tepsipe.identification.likelihood.result import (
 from tepsipe.identification.regression.windows import WindowedFits, regress_perturbations
 from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.impedance_model import PARAMETERS
+from tepsipe.mechanics.impedance_model import PARAMETERS, SMALL
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, motion_of_markers
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.perturbations import Perturbation, rest_samples
@@ -400,7 +400,8 @@ def check_dummy(
         return Verdict([], {}, first)
     name, fit = next(iter(fits.items()))
     of_leg = analysis.regressions.get(recommended) if _windowed(analysis, recommended) else None
-    relevant = [analysis.budgets[name].combined[2], analysis.small_budgets[name].type_b[0]]
+    own = analysis.quantities[name]
+    relevant = [own["K"].standard_error, own["I_small"].u_type_b or 0.0]
     if of_leg is not None:
         relevant.append(analysis.budgets[recommended].minus(analysis.budgets[name]).type_b[2])
     checks = _checks(trial, options, fit, of_leg, relevant, joint_inertia)
@@ -421,12 +422,11 @@ def check_dummy(
 
 def flag_rows(rows: Sequence[Estimate], verdict: Verdict) -> list[Estimate]:
     """Rows of I, B, K, also of small movements, with the flags of their pathway; of a misfit all rows."""
-    joint = {*PARAMETERS, *(f"{quantity}_small" for quantity in PARAMETERS)}
     out = []
     for row in rows:
         flags = verdict.flags.get(row.pathway, ())
         others = [name for name in flags if name == LACK_OF_FIT]
-        out += flagged([row], *(flags if row.quantity in joint else others))
+        out += flagged([row], *(flags if row.quantity in (*PARAMETERS, *SMALL) else others))
     return out
 
 

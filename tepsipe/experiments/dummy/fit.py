@@ -1,5 +1,7 @@
 """Fit of one trial of the ankle dummy, by the torque of the leg's equation of motion."""
 
+from dataclasses import replace
+
 from tepsipe.experiments.dummy.checks import (
     check_dummy,
     check_facts,
@@ -11,11 +13,10 @@ from tepsipe.experiments.dummy.leg_pathways import (
     DummyOptions,
     Pathway,
     analyse_dummy,
-    dummy_estimates,
     leg_motion,
     prepare_dummy,
 )
-from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_budgets, dummy_result
+from tepsipe.experiments.dummy.results import fitted_dummy
 from tepsipe.experiments.fitted import Fitted
 from tepsipe.io.trial import Trial
 from tepsipe.treadmill.prepared import PreparedTrial
@@ -49,9 +50,6 @@ def fit(trial: Trial, section: dict, condition: str, seed: int, uncertainty: dic
         (section["quoted"], section["recommended"]),
         known_inertia(section["checks"]),
     )
-    intervals = bootstrap_pathways(found, section["analysis"]["bootstrap_draws"], seed)
-    rows = dummy_estimates(condition, found, intervals)
-    result = dummy_result(found)
-    result.facts.update(check_facts(verdict))
-    quoted = quoted_rows(flag_rows(rows, verdict), verdict)
-    return Fitted(result, quoted, dummy_budgets(found))
+    fitted = fitted_dummy(condition, found, section["analysis"]["bootstrap_draws"], seed)
+    fitted.result.facts.update(check_facts(verdict))
+    return replace(fitted, estimates=quoted_rows(flag_rows(fitted.estimates, verdict), verdict))

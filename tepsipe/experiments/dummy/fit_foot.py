@@ -8,8 +8,8 @@ from tepsipe.experiments.dummy.foot_pathways import (
     analyse_foot,
     windows_from_onset,
 )
-from tepsipe.experiments.dummy.leg_pathways import DummyOptions, dummy_estimates
-from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_budgets, dummy_result
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions
+from tepsipe.experiments.dummy.results import fitted_dummy
 from tepsipe.experiments.fitted import Fitted
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
@@ -53,6 +53,4 @@ def fit(
         {name: FootPathway(**pathway) for name, pathway in foot["pathways"].items()},
         dict(zip(("Fy", "Mx"), models, strict=True)),
     )
-    intervals = bootstrap_pathways(found, section["analysis"]["bootstrap_draws"], seed)
-    rows = dummy_estimates(condition, found, intervals)
-    return Fitted(dummy_result(found), rows, dummy_budgets(found))
+    return fitted_dummy(condition, found, section["analysis"]["bootstrap_draws"], seed)

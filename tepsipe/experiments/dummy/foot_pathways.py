@@ -11,7 +11,9 @@ from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck, check_tread
 from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis, DummyOptions, leg_motion
 from tepsipe.identification.estimators import LEAST_SQUARES_OWN_ZERO, Record, estimate
 from tepsipe.identification.regression.windows import WindowedFits
+from tepsipe.identification.result import quantities_of
 from tepsipe.io.trial import Trial
+from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg, foot_torque, foot_torque_as_printed
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
 from tepsipe.quantities import Meanings, Time
@@ -134,7 +136,10 @@ def analyse_foot(
         regressions=regressions,
         pathways=pathways,
         budgets=budgets,
-        small_budgets={},
+        quantities={
+            key: quantities_of(dict(zip(PARAMETERS, fit.mean, strict=True)), budgets[key])
+            for key, fit in regressions.items()
+        },
         damping_per_skew={},
         marker_residual_rms_m=side.motion.marker_residual_rms_m,
         marker_noise_m=0.0,

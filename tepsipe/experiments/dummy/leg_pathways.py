@@ -1,7 +1,4 @@
-"""TEP-SIPE on the ankle dummy, from one trial to its estimates by every pathway (thesis section 3-1-2).
-
-Rows of the joint likelihood of small movements, with their budget.
-"""
+"""TEP-SIPE on the ankle dummy, from one trial to its estimates by every pathway (thesis section 3-1-2)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -10,19 +7,17 @@ from typing import Annotated, Literal, Self
 import numpy as np
 
 from tepsipe.errors import InputError, listed
-from tepsipe.experiments.budgets import rows_of
 from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck
-from tepsipe.identification.budgets.leg import LegUncertainty, leg_budget, small_budget
-from tepsipe.identification.budgets.markers import LikelihoodData, marker_contributions
+from tepsipe.identification.budgets.leg import LegUncertainty, leg_budget
+from tepsipe.identification.budgets.markers import LikelihoodData, likelihood_quantities
 from tepsipe.identification.estimators import LEAST_SQUARES_THESIS, Record, estimate, find_estimator
 from tepsipe.identification.likelihood.channels import DummyMarkers, dummy_markers
 from tepsipe.identification.likelihood.result import LikelihoodEstimates
 from tepsipe.identification.regression.output_error import OutputError
 from tepsipe.identification.regression.windows import WindowedFits, damping_per_skew
-from tepsipe.identification.result import quantities_of
-from tepsipe.io.estimates import Estimate, flagged
+from tepsipe.identification.result import Quantity, quantities_of
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
+from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg, leg_pathway_torque
 from tepsipe.mechanics.segment_kinematics import (
     SegmentMarkers,
@@ -35,34 +30,8 @@ from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
 from tepsipe.signals.time_alignment import advanced, common_signal_delay
-from tepsipe.statistics.bootstrap import Interval
 from tepsipe.statistics.uncertainty import Budget, Source, sources_of
 from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
-
-# quantities of small movements: name in the rows -> name at the working amplitude
-SMALL = {f"{quantity}_small": quantity for quantity in PARAMETERS}
-
-
-def joint_estimates(
-    names: tuple[str, str, str, str], fit: LikelihoodEstimates, budget: Budget, count: int
-) -> list[Estimate]:
-    """I, B, K of small movements, delay (s) of the angle after the foot, and softening if present.
-
-    names: experiment, condition, pathway and estimator.
-    budget: uncertainty of I, B, K of small movements.
-    count: number of perturbations.
-    Returns: those of delay and softening have Wald intervals.
-    """
-    rows = rows_of(names, quantities_of(dict(zip(SMALL, fit.small, strict=True)), budget), count)
-    wanted = [("delay", "delay")]
-    if fit.fit.softens:
-        wanted += [("K_softened", "C"), ("B_softened", "B_s")]
-    for quantity, name in wanted:
-        value, error = fit.fit.value(name), fit.fit.standard_error(name)
-        ends = (value - 1.96 * error, value + 1.96 * error)
-        rows.append(Estimate(*names, quantity, UNITS[quantity], value, error, *ends, n_perturbations=count))
-    return rows
-
 
 # attribute of a trial whose belt velocity was derived from markers
 MARKED_BELT = "belt_velocity_from"
@@ -165,8 +134,9 @@ class DummyAnalysis:
     """Definition of each pathway."""
     budgets: dict[str, Budget]
     """Pathway -> uncertainty of the means of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
-    small_budgets: dict[str, Budget]
-    """The same of small movements, where the joint likelihood was the estimator."""
+    quantities: dict[str, dict[str, Quantity]]
+    """Pathway -> these means with their intervals, and those of `likelihood_quantities` where the joint
+    likelihood was the estimator."""
     damping_per_skew: dict[str, float]
     """Pathway -> change of B per delay of the leg's position relative to its angle (N·m·s/rad per s)."""
     marker_residual_rms_m: float
@@ -207,7 +177,7 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         instants: leg_motion(prepared, options, instants)
         for instants in sorted({pathway.marker_instants for pathway in pathways.values()})
     }
-    regressions, budgets, small, skews = {}, {}, {}, {}
+    regressions, budgets, quantities, skews = {}, {}, {}, {}
     for name, pathway in pathways.items():
         motion, estimator = motions[pathway.marker_instants], find_estimator(pathway.estimator)
         fields = {
@@ -230,13 +200,14 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         if "markers" in estimator.needs:
             fields["markers"] = trial_markers(trial, options, pathway.marker_instants)
         fit = regressions[name] = estimate(pathway.estimator, Record(**fields))
-        known, further = leg_knowledge(prepared, options, pathway, motion), {}
+        known = leg_knowledge(prepared, options, pathway, motion)
         if isinstance(fit, LikelihoodEstimates):
             data = fitted_data(trial, options, pathway.marker_instants, fields)
-            further, of_small = marker_contributions(fit, data, known.sources)
-            small[name] = small_budget(fit, options.leg, known.sources, of_small)
-        reestimate = reestimator(pathway, fields) if "torque" in fields else None
-        budgets[name] = leg_budget(fit, reestimate, known, further)
+            quantities[name], budgets[name] = likelihood_quantities(fit, data, known)
+        else:
+            reestimate = reestimator(pathway, fields) if "torque" in fields else None
+            budgets[name] = leg_budget(fit, reestimate, known)
+            quantities[name] = quantities_of(dict(zip(PARAMETERS, fit.mean, strict=True)), budgets[name])
     return DummyAnalysis(
         time=prepared.time,
         belt_velocity=prepared.belt_velocity,
@@ -244,7 +215,7 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         regressions=regressions,
         pathways=pathways,
         budgets=budgets,
-        small_budgets=small,
+        quantities=quantities,
         damping_per_skew=skews,
         marker_residual_rms_m=max(motion.marker_residual_rms_m for motion in motions.values()),
         marker_noise_m=_noise_at_rest(prepared, options),
@@ -283,51 +254,6 @@ def belt_in_time(trial: Trial, options: DummyOptions) -> tuple[Trial, tuple[str,
         processing=(*belt.processing, f"moved by {-1e3 * delay:.3g} ms to the belt-fixed markers"),
     )
     return replace(trial, signals=trial.signals | {"belt_velocity": moved}), ("log-delay",)
-
-
-def dummy_estimates(
-    condition: str, analysis: DummyAnalysis, intervals: dict[str, Interval]
-) -> list[Estimate]:
-    """Tidy rows of one trial: I, B, K, and VAF (%) per perturbation and over the trial.
-
-    Output error and joint likelihood add the VAF (%) of the angle, VAF_theta_trial; the joint likelihood also
-    adds I, B, K of small movements.
-
-    analysis: output of `analyse_dummy`.
-    intervals: from `tepsipe.experiments.dummy.results.bootstrap_pathways`.
-    Returns: values are means over perturbations, with the intervals of their budgets; the interval of the
-    VAF is bootstrapped. The output error has no SEM as printed.
-    """
-    rows = []
-    for name, regression in analysis.regressions.items():
-        names = ("dummy", condition, name, analysis.pathways[name].estimator)
-        interval, mean = intervals[name], regression.mean
-        printed = np.mean([fit.sem_as_printed for fit in regression.fits], axis=0)
-        count = len(regression.fits)
-        printed = [x if np.isfinite(x) else None for x in printed.tolist()]
-        quantities = quantities_of(dict(zip(PARAMETERS, mean, strict=True)), analysis.budgets[name])
-        failed = (*analysis.flags, *(analysis.checks[name].flags if name in analysis.checks else ()))
-        rows += flagged(rows_of(names, quantities, count, printed), *failed)
-        rows.append(
-            Estimate(
-                *names,
-                "VAF_perturbation",
-                "%",
-                float(regression.vaf_per_perturbation.mean()),
-                float(interval.standard_error[0]),
-                float(interval.low[0]),
-                float(interval.high[0]),
-                n_perturbations=count,
-            )
-        )
-        rows.append(Estimate(*names, "VAF_trial", "%", regression.vaf_trial, n_perturbations=count))
-        if name in analysis.likelihood_estimates:
-            likelihood_fit = analysis.likelihood_estimates[name]
-            rows += joint_estimates(names, likelihood_fit, analysis.small_budgets[name], count)
-        if name in analysis.simulating_fits:
-            of_angle = analysis.simulating_fits[name].vaf_angle
-            rows.append(Estimate(*names, "VAF_theta_trial", "%", of_angle, n_perturbations=count))
-    return rows
 
 
 def leg_motion(prepared: PreparedTrial, options: DummyOptions, instants: str) -> SegmentMotion:

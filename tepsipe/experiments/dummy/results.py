@@ -1,50 +1,60 @@
-"""Results of one trial of the ankle dummy: rows of budgets, arrays, facts, and cross-validation."""
+"""Results of one trial of the ankle dummy: rows, arrays, facts, and cross-validation."""
 
 import zlib
+from dataclasses import astuple, replace
 from typing import Annotated
 
 import numpy as np
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.budgets import contributions_of, rows_of
 from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck
 from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis
-from tepsipe.experiments.fitted import FittedBudget
+from tepsipe.experiments.fitted import Fitted
 from tepsipe.identification.likelihood.result import LikelihoodEstimates
 from tepsipe.identification.regression.windows import WindowedFits
-from tepsipe.io.estimates import Estimate
+from tepsipe.identification.result import Quantity
 from tepsipe.io.result import Result
 from tepsipe.mechanics.impedance_model import PARAMETER_UNITS, PARAMETERS, impedance_torque
-from tepsipe.statistics.bootstrap import Interval, bootstrap_mean
+from tepsipe.statistics.bootstrap import bootstrap_mean
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.uncertainty import Budget
 
 LOAD_UNITS = {"Fy": "N", "Mx": "Nm"}
 
 
-def bootstrap_pathways(analysis: DummyAnalysis, draws: int, seed: int) -> dict[str, Interval]:
-    """Intervals of the mean VAF (%) of every pathway; VAF ends at 100 % and is not symmetric.
+def fitted_dummy(condition: str, analysis: DummyAnalysis, draws: int, seed: int) -> Fitted:
+    """I, B, K, and VAF (%) per perturbation and over the trial, by every pathway.
 
-    analysis: output of `analyse_dummy`.
+    Output error and joint likelihood add the VAF (%) of the angle, VAF_theta_trial; the joint likelihood also
+    adds its other quantities. The output error has no SEM as printed.
+
+    draws: bootstrapped mean VAFs of a pathway; VAF ends at 100 % and its interval is not symmetric.
     seed: seed of the generators that draw perturbations, one per pathway: intervals do not depend on the
     other pathways.
-    Returns: pathway -> standard errors and intervals, each of shape (1,).
     """
-    return {
-        name: bootstrap_mean(
-            regression.vaf_per_perturbation[:, None],
-            draws,
-            np.random.default_rng([seed, zlib.crc32(name.encode())]),
-        )
-        for name, regression in analysis.regressions.items()
-    }
-
-
-def dummy_budgets(analysis: DummyAnalysis) -> list[FittedBudget]:
-    """Uncertainty of I, B, K of every pathway."""
-    return [
-        FittedBudget(name, analysis.pathways[name].estimator, PARAMETERS, budget)
-        for name, budget in analysis.budgets.items()
-    ]
+    rows, contributions = [], []
+    for name, regression in analysis.regressions.items():
+        names = ("dummy", condition, name, analysis.pathways[name].estimator)
+        printed = np.mean([fit.sem_as_printed for fit in regression.fits], axis=0)
+        failed = (*analysis.flags, *(analysis.checks[name].flags if name in analysis.checks else ()))
+        further = dict(analysis.quantities[name])
+        joint = {
+            p: replace(further.pop(p), as_printed=sem if np.isfinite(sem) else None, flags=failed)
+            for p, sem in zip(PARAMETERS, printed.tolist(), strict=True)
+        }
+        vafs = regression.vaf_per_perturbation
+        rng = np.random.default_rng([seed, zlib.crc32(name.encode())])
+        error, low, high = (float(x[0]) for x in astuple(bootstrap_mean(vafs[:, None], draws, rng)))
+        explained = {
+            "VAF_perturbation": Quantity(float(vafs.mean()), "%", error, low, high, error),
+            "VAF_trial": Quantity(regression.vaf_trial, "%"),
+        }
+        if name in analysis.simulating_fits:
+            further["VAF_theta_trial"] = Quantity(analysis.simulating_fits[name].vaf_angle, "%")
+        rows += rows_of(names, joint | explained | further, len(regression.fits))
+        contributions += contributions_of(names, joint)
+    return Fitted(dummy_result(analysis), rows, contributions)
 
 
 def dummy_result(analysis: DummyAnalysis) -> Result:
@@ -159,24 +169,3 @@ def cross_validate_dummy(
             predicted = impedance_torque(mean, theta, theta_d, theta_dd)
             matrix[i, j] = vaf(trial.arrays[f"{pathway}/torque"], predicted)
     return matrix
-
-
-def cross_validation_estimates(
-    conditions: list[str], matrix: np.ndarray, pathway: str, estimator: str
-) -> list[Estimate]:
-    """Mean VAF (%) of each condition's parameters on the other conditions."""
-    if len(conditions) < 2:
-        return []
-    others = ~np.eye(len(conditions), dtype=bool)
-    return [
-        Estimate(
-            "dummy",
-            condition,
-            pathway,
-            estimator,
-            "VAF_cross_validated",
-            "%",
-            float(matrix[k][others[k]].mean()),
-        )
-        for k, condition in enumerate(conditions)
-    ]

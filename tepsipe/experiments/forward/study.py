@@ -12,7 +12,7 @@ from typing import Annotated
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.dummy.leg_pathways import SMALL, DummyOptions, belt_fixed_position, leg_motion
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, belt_fixed_position, leg_motion
 from tepsipe.experiments.forward.scores import ForwardScore
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
@@ -24,7 +24,7 @@ from tepsipe.mechanics.forward_dynamics import (
     resting,
     simulate_dummy,
 )
-from tepsipe.mechanics.impedance_model import PARAMETER_UNITS, PARAMETERS
+from tepsipe.mechanics.impedance_model import PARAMETER_UNITS, PARAMETERS, SMALL
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, Foot
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.perturbations import Perturbation
@@ -82,7 +82,7 @@ def likelihood_joint(estimates: Iterable[Estimate], fit: Result, pathway: str) -
     facts = fit.facts["joint_likelihood"].get(pathway)
     if facts is None:
         return None
-    joint = mean_joint(estimates, pathway, quantities=tuple(SMALL))
+    joint = mean_joint(estimates, pathway, quantities=SMALL)
     if "half_softening_rad" not in facts:
         return joint
     return replace(

@@ -16,7 +16,7 @@ import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.budgets import rows_of
-from tepsipe.identification.result import Quantity
+from tepsipe.identification.result import Quantity, symbol_of
 from tepsipe.identification.several_joints.closed_loop import (
     MODELS,
     MultiJointOptions,
@@ -31,10 +31,9 @@ from tepsipe.identification.several_joints.quantities import (
     joint_quantities,
     slow_mode,
 )
-from tepsipe.io.estimates import Estimate, flagged
+from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.impedance_model import UNITS
 from tepsipe.quantities import Different, Fraction, Frequency, InnerFraction, Meanings, Positive
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
@@ -246,35 +245,31 @@ def platform_estimates(
     estimates = []
     for name, model in analysis.models.items():
         for joint, label in enumerate(analysis.joints):
-            row = model.rows[joint]
-            names = (experiment, condition, PATHWAY, f"iv-{name}")
-            rows = rows_of(names, model.quantities[joint])
-            if name == analysis.chosen:
-                rows = [replace(row, recommended=not row.flags) for row in rows]
-            if row.p_value < options.rejected_below:
-                rows = flagged(rows, "coherent-residual")
-            rows.append(Estimate(*names, f"p_value_{label}", "1", row.p_value))
-            rows.append(Estimate(*names, f"VAF_driven_held_out_{label}", "%", model.driven_vaf[joint]))
-            rows += _vaf_rows(names, label, model.vaf[joint])
-            names = (experiment, condition, PATHWAY, f"direct-{name}")
-            rows += [
-                Estimate(
-                    *names,
-                    f"{NAMES[kind]}_{label}_{analysis.joints[j]}",
-                    UNITS[NAMES[kind]],
-                    float(row.direct[k]),
-                )
-                for k, (kind, j) in enumerate(row.terms)
+            row, of_joint = model.rows[joint], model.quantities[joint]
+            coherent = ("coherent-residual",) * (row.p_value < options.rejected_below)
+            quantities = {key: replace(q, flags=coherent) for key, q in of_joint.items()}
+            quantities[f"p_value_{label}"] = Quantity(row.p_value, "1")
+            quantities[f"VAF_driven_held_out_{label}"] = Quantity(model.driven_vaf[joint], "%")
+            quantities |= _vafs(label, model.vaf[joint])
+            quoted = {key for key, q in of_joint.items() if q.identified and name == analysis.chosen}
+            estimates += [
+                replace(estimate, recommended=estimate.quantity in quoted)
+                for estimate in rows_of((experiment, condition, PATHWAY, f"iv-{name}"), quantities)
             ]
-            estimates += rows + _vaf_rows(names, label, model.direct_vaf[joint])
+            direct = {
+                f"{NAMES[kind]}_{label}_{analysis.joints[j]}": Quantity(value, symbol_of(NAMES[kind]))
+                for (kind, j), value in zip(row.terms, row.direct.tolist(), strict=True)
+            }
+            names = (experiment, condition, PATHWAY, f"direct-{name}")
+            estimates += rows_of(names, direct | _vafs(label, model.direct_vaf[joint]))
     return estimates
 
 
-def _vaf_rows(names: tuple[str, ...], joint: str, vaf: HeldOutVaf) -> list[Estimate]:
-    return [
-        Estimate(*names, f"VAF_training_{joint}", "%", vaf.training),
-        Estimate(*names, f"VAF_held_out_{joint}", "%", vaf.held_out),
-    ]
+def _vafs(joint: str, vaf: HeldOutVaf) -> dict[str, Quantity]:
+    return {
+        f"VAF_training_{joint}": Quantity(vaf.training, "%"),
+        f"VAF_held_out_{joint}": Quantity(vaf.held_out, "%"),
+    }
 
 
 def platform_result(analysis: PlatformAnalysis, options: PlatformOptions, unit: str) -> Result:

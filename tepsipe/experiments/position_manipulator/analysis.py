@@ -6,7 +6,7 @@ is fitted by linear regression to the first part of a trial and tested on the re
 model, intrinsic stiffness and stretch reflex, is fitted to the same filtered torque (`parallel_cascade`).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
@@ -44,6 +44,8 @@ AT_BOUND = 1e-3
 # calf muscle: a slower response is no reflex, but voluntary torque
 LEAST_VAF, SLOWEST_MUSCLE_HZ = 50.0, 1.9
 REFLEX_QUANTITIES = ("reflex_gain", "reflex_gain_slope", "unloading_gain")
+# what depends on the assumed time constants of a stiffness that relaxes
+RELAXING_QUANTITIES = ("I", "B", "K_short_range", "K_relaxing", "relaxation_time")
 MUSCLE_QUANTITIES = ("reflex_gain", "reflex_frequency", "reflex_damping")
 
 
@@ -201,102 +203,80 @@ def position_manipulator_estimates(
     names = (experiment, condition, PATHWAY, ESTIMATOR)
     fit, draws, blocks = analysis.fit, analysis.bootstrap.T, analysis.blocks
     quantities = {
-        name: Quantity.drawn(fit.parameters[k], symbol_of(name), draws[k], 0.95, blocks)
+        name: replace(
+            Quantity.drawn(fit.parameters[k], symbol_of(name), draws[k], 0.95, blocks),
+            as_printed=float(fit.sem_as_printed[k]),
+        )
         for k, name in enumerate(PARAMETERS)
     }
-    rows = rows_of(names, quantities, printed=fit.sem_as_printed.tolist())
-    return flagged(rows + _vaf_rows(names, analysis.vaf), *_misfit(analysis.vaf.training))
+    return flagged(rows_of(names, quantities | _vafs(analysis.vaf)), *_misfit(analysis.vaf.training))
 
 
 def _misfit(vaf: float) -> tuple[str, ...]:
     return () if vaf >= LEAST_VAF else ("lack-of-fit",)
 
 
-def _vaf_rows(names: tuple[str, str, str, str], vaf: HeldOutVaf) -> list[Estimate]:
-    return [
-        Estimate(*names, "VAF_training", "%", vaf.training),
-        Estimate(*names, "VAF_held_out", "%", vaf.held_out),
-        Estimate(*names, "VAF_held_out_any_offset", "%", vaf.held_out_any_offset),
-        Estimate(*names, "VAF_held_out_as_printed", "%", vaf.held_out_as_printed),
-    ]
+def _vafs(vaf: HeldOutVaf) -> dict[str, Quantity]:
+    return {
+        "VAF_training": Quantity(vaf.training, "%"),
+        "VAF_held_out": Quantity(vaf.held_out, "%"),
+        "VAF_held_out_any_offset": Quantity(vaf.held_out_any_offset, "%"),
+        "VAF_held_out_as_printed": Quantity(vaf.held_out_as_printed, "%"),
+    }
 
 
 def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCascadeFit) -> list[Estimate]:
     """Tidy rows of one trial: intrinsic I, B, K, the reflex, VAF (%), and the muscle model.
 
     A structure without angle-dependent stiffness or reflex has no rows for their parameters, except for a
-    reflex gain of 0 N·m·s/rad.
+    reflex gain of 0 N·m·s/rad. Delay and threshold of a reflex are flagged where the record does not
+    determine them, and where it prefers others than were searched; then the gain is flagged, too, and where
+    the muscle is too slow.
     """
-    names = (experiment, condition, PATHWAY, REFLEX_ESTIMATOR)
-    quantities = fit.quantities()
-    of_reflex = {name: q for name, q in quantities.items() if name in REFLEX_QUANTITIES}
-    rows = rows_of(names, {name: q for name, q in quantities.items() if name not in of_reflex})
     # a reflex earlier than those that are tried is in the intrinsic response, as inertia and damping
-    rows = [*flagged(rows[:2], *_beyond(fit)), *rows[2:]]
+    outside = any(not choice.low <= choice.value <= choice.high for choice in fit.assumptions)
+    beyond = ("edge-of-search",) * outside
+    too_slow = fit.muscle is not None and fit.muscle.constants[1] < SLOWEST_MUSCLE_HZ
+    slow = ("slow-reflex",) if too_slow else ()
+    flags = dict.fromkeys(("I", "B"), beyond) | dict.fromkeys(REFLEX_QUANTITIES, beyond + slow)
     if fit.structure.relaxing:
-        depends = ("I", "B", "K_short_range", "K_relaxing", "relaxation_time")
-        rows = [flagged([r], *["relaxation-assumed"] * (r.quantity in depends))[0] for r in rows]
-    rows += _reflex_rows(names, rows_of(names, of_reflex), fit)
-    rows.append(Estimate(*names, "reflex_share", "%", fit.reflex_share))
-    rows.append(Estimate(*names, "slow_torque_sd", "Nm", fit.slow.sd_Nm))
-    rows.append(Estimate(*names, "VAF_cross_validated", "%", fit.vaf_cross_validated))
-    rows += _vaf_rows(names, fit.vaf)
-    rows.append(Estimate(*names, "VAF_held_out_with_slow_torque", "%", fit.slow.vaf.held_out))
+        flags |= {name: (*flags.get(name, ()), "relaxation-assumed") for name in RELAXING_QUANTITIES}
+    quantities = {name: replace(q, flags=flags.get(name, ())) for name, q in fit.quantities().items()}
+    for choice in fit.assumptions:
+        why = "assumed" if choice.low <= choice.value <= choice.high else "edge-of-search"
+        for end, value in (("", choice.value), ("_low", choice.low), ("_high", choice.high)):
+            quantities[choice.quantity + end] = Quantity(
+                value, choice.unit, flags=(why,) * (not choice.determined)
+            )
+    if fit.muscle is not None:
+        quantities["reflex_peak"] = Quantity(fit.reflex_peak_s, "s")
+        quantities["reflex_duration"] = Quantity(fit.reflex_duration_s, "s")
+    quantities["reflex_share"] = Quantity(fit.reflex_share, "%")
+    quantities["slow_torque_sd"] = Quantity(fit.slow.sd_Nm, "N·m")
+    quantities["VAF_cross_validated"] = Quantity(fit.vaf_cross_validated, "%")
+    quantities |= _vafs(fit.vaf)
+    quantities["VAF_held_out_with_slow_torque"] = Quantity(fit.slow.vaf.held_out, "%")
+    rows = rows_of((experiment, condition, PATHWAY, REFLEX_ESTIMATOR), quantities)
     rows = flagged(rows, *_misfit(fit.vaf_cross_validated))
     if fit.muscle is not None:
-        rows += _muscle_rows((experiment, condition, PATHWAY, MUSCLE_ESTIMATOR), fit)
+        of_muscle = rows_of((experiment, condition, PATHWAY, MUSCLE_ESTIMATOR), _muscle_quantities(fit))
+        at_bound = any(
+            np.isclose(constant, bounds, rtol=AT_BOUND).any()
+            for constant, bounds in zip(fit.muscle.constants[1:], MUSCLE_BOUNDS, strict=True)
+        )
+        checks = (*("at-bound",) * at_bound, *slow, *_misfit(fit.muscle.vaf.training))
+        rows += flagged(of_muscle, *checks)
     return recommended(rows, PATHWAY, REFLEX_ESTIMATOR)
 
 
-def _reflex_rows(names, rows: list[Estimate], fit: ParallelCascadeFit) -> list[Estimate]:
-    """Gain, terms and times of the reflex, with flags.
-
-    Delay and threshold are flagged where the record does not determine them, and where it prefers others than
-    were searched; then the gain is flagged, too, and where the muscle is too slow.
-    """
-    if fit.muscle is None:
-        return rows
-    rows = flagged(rows, *_beyond(fit), *_slow(fit))
-    for choice in fit.assumptions:
-        rows_of_choice = [
-            Estimate(*names, choice.quantity, choice.unit, choice.value),
-            Estimate(*names, f"{choice.quantity}_low", choice.unit, choice.low),
-            Estimate(*names, f"{choice.quantity}_high", choice.unit, choice.high),
-        ]
-        why = "assumed" if choice.low <= choice.value <= choice.high else "edge-of-search"
-        rows += flagged(rows_of_choice, *[why] * (not choice.determined))
-    return [
-        *rows,
-        Estimate(*names, "reflex_peak", "s", fit.reflex_peak_s),
-        Estimate(*names, "reflex_duration", "s", fit.reflex_duration_s),
-    ]
-
-
-def _beyond(fit: ParallelCascadeFit) -> tuple[str, ...]:
-    outside = any(not choice.low <= choice.value <= choice.high for choice in fit.assumptions)
-    return ("edge-of-search",) if outside else ()
-
-
-def _slow(fit: ParallelCascadeFit) -> tuple[str, ...]:
-    slow = fit.muscle is not None and fit.muscle.constants[1] < SLOWEST_MUSCLE_HZ
-    return ("slow-reflex",) if slow else ()
-
-
-def _muscle_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> list[Estimate]:
-    """Gain, frequency, damping and VAFs of the muscle model."""
+def _muscle_quantities(fit: ParallelCascadeFit) -> dict[str, Quantity]:
+    """Gain, frequency, damping, delay and VAFs of the muscle model."""
     muscle = fit.muscle
-    at_bound = any(
-        np.isclose(muscle.constants[1 + k], bounds, rtol=AT_BOUND).any()
-        for k, bounds in enumerate(MUSCLE_BOUNDS)
-    )
     quantities = {
         name: Quantity.drawn(muscle.constants[k], symbol_of(name), muscle.bootstrap[:, k], 0.95, fit.blocks)
         for k, name in enumerate(MUSCLE_QUANTITIES)
     }
-    rows = rows_of(names, quantities)
-    rows.append(Estimate(*names, "reflex_delay", "s", fit.structure.delay_s))
-    checks = (*["at-bound"] * at_bound, *_slow(fit), *_misfit(muscle.vaf.training))
-    return flagged(rows + _vaf_rows(names, muscle.vaf), *checks)
+    return quantities | {"reflex_delay": Quantity(fit.structure.delay_s, "s")} | _vafs(muscle.vaf)
 
 
 def position_manipulator_result(analysis: PositionManipulatorAnalysis, fit: ParallelCascadeFit) -> Result:

@@ -52,7 +52,7 @@ def fit(walk: Walk, section: dict, condition: str, seed: int, lasts_s: float | N
     onsets, options = begin(walk, section, seed, lasts_s)
     found = analyse_walking(recording, strides, onsets, options, sources_of(section["uncertainty"]))
     pulsed = events["pulse"].size > 0
-    estimates, budgets = walking_estimates(condition, found)
+    estimates, contributions = walking_estimates(condition, found)
     quiet = strides.taken(found.quiet) if pulsed else strides
     planned, choices = ExpectedPulse(**section["planned"]), WalkingOptions(**section["analysis"])
     supplied = recording.supplied_moment
@@ -72,4 +72,4 @@ def fit(walk: Walk, section: dict, condition: str, seed: int, lasts_s: float | N
         "rows": walking_rows(condition, "recorded" if pulsed else "none", found),
         "needed": needed_strides(condition, recording, quiet, planned, choices),
     }
-    return Fitted(Result({}, {}, facts), estimates, budgets, further)
+    return Fitted(Result({}, {}, facts), estimates, contributions, further)

@@ -1,15 +1,14 @@
 """Rows of the tables of a walking study."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tepsipe.experiments.budgets import rows_of
-from tepsipe.experiments.fitted import FittedBudget
+from tepsipe.experiments.budgets import contributions_of, rows_of
 from tepsipe.experiments.walking.analysis import WalkingImpedance
-from tepsipe.experiments.walking.impedance import QUANTITIES, PhaseImpedance
-from tepsipe.identification.result import Quantity, symbol_of
-from tepsipe.io.estimates import Estimate, flagged, recommended
+from tepsipe.experiments.walking.impedance import QUANTITIES
+from tepsipe.identification.result import Quantity, quantities_of, symbol_of
+from tepsipe.io.estimates import FLAGS, Contribution, Estimate, recommended
 from tepsipe.io.tables import Table
 from tepsipe.mechanics.impedance_model import UNITS
 
@@ -84,38 +83,25 @@ def phase_pathway(phase: float) -> str:
 
 def walking_estimates(
     condition: str, impedance: WalkingImpedance
-) -> tuple[list[Estimate], list[FittedBudget]]:
-    """Rows of one trial for the table of estimates, and their uncertainty.
+) -> tuple[list[Estimate], list[Contribution]]:
+    """Rows of one trial for the tables of estimates and of uncertainty.
 
     The pathway is the phase of the onset. K belongs to the quantity ``phase`` of the same pathway (%). Where
     the angle does not respond, or the foot is in the air, there is no value: flags ``not-identified`` and the
     reason.
     """
-    rows, budgets = [], []
+    rows, contributions = [], []
     for phase, fit in impedance.phases.items():
-        rows_of_phase = _of_phase(condition, phase, fit)
-        if not fit.flags:
-            budgets.append(FittedBudget(phase_pathway(phase), ESTIMATOR, QUANTITIES, fit.budget))
-            head = (EXPERIMENT, condition, phase_pathway(phase), ESTIMATOR)
-            rows_of_phase.append(Estimate(*head, "phase", "%", float(impedance.at_percent[phase])))
-            rows_of_phase = recommended(rows_of_phase, phase_pathway(phase), ESTIMATOR)
-        rows += rows_of_phase
-    return rows, budgets
-
-
-def _of_phase(condition: str, phase: float, fit: PhaseImpedance) -> list[Estimate]:
-    """I, B and K of one phase; without values where they are undetermined."""
-    head = (EXPERIMENT, condition, phase_pathway(phase), ESTIMATOR)
-    if fit.flags:
-        nothing = [
-            Estimate(*head, q, UNITS[q], float("nan"), n_perturbations=fit.perturbed) for q in QUANTITIES
-        ]
-        return flagged(nothing, "not-identified", fit.flags)
-    columns = (fit.values, fit.budget.combined, fit.low, fit.high, fit.budget.type_a, fit.budget.type_b)
-    quantities = {
-        name: Quantity(value, symbol_of(name), *numbers)
-        for name, value, *numbers in zip(QUANTITIES, *map(np.ndarray.tolist, columns), strict=True)
-    }
-    rows = rows_of(head, quantities, fit.perturbed)
-    known = fit.budget.type_a[0] == 0.0  # I was not estimated
-    return [*flagged(rows[:1], *["assumed"] * bool(known)), *rows[1:]]
+        names = (EXPERIMENT, condition, phase_pathway(phase), ESTIMATOR)
+        if fit.flags:
+            why = {"flags": (fit.flags,), "refusal": FLAGS[fit.flags]}
+            refused = {name: Quantity(np.nan, symbol_of(name), **why) for name in QUANTITIES}
+            rows += rows_of(names, refused, fit.perturbed)
+            continue
+        quantities = quantities_of(dict(zip(QUANTITIES, fit.values, strict=True)), fit.budget)
+        if fit.budget.type_a[0] == 0.0:  # I was not estimated
+            quantities["I"] = replace(quantities["I"], flags=("assumed",))
+        rows += recommended(rows_of(names, quantities, fit.perturbed), phase_pathway(phase), ESTIMATOR)
+        rows += rows_of(names, {"phase": Quantity(float(impedance.at_percent[phase]), "%")})
+        contributions += contributions_of(names, quantities)
+    return rows, contributions

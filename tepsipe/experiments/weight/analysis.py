@@ -11,21 +11,21 @@ If the dynamics of the treadmill did not depend on the load carried, Delta F wou
 an interval of m_hat that excludes it indicates a belt-induced force larger than its budget allows.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
 
-from tepsipe.experiments.budgets import rows_of
-from tepsipe.identification.result import quantities_of
-from tepsipe.io.estimates import Estimate, flagged, recommended
+from tepsipe.experiments.budgets import contributions_of, rows_of
+from tepsipe.experiments.fitted import Fitted
+from tepsipe.identification.result import Quantity, quantities_of
+from tepsipe.io.estimates import recommended
 from tepsipe.io.result import Result
 from tepsipe.statistics.uncertainty import Budget, Source, scatter
 from tepsipe.treadmill.recording import BeltRecording
 
 PATHWAY = "force"
 ESTIMATOR = "least-squares"
-QUANTITIES = ("mass",)
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,9 @@ class WeightAnalysis:
     """Name of a filter -> fore-aft force with it (N)."""
     masses: Annotated[np.ndarray, "(perturbations,)"]
     """m_hat of every perturbation (kg); empty for the empty belt."""
-    budget: Budget | None
-    """Uncertainty of the mean of m_hat (kg)."""
+    quantities: dict[str, Quantity]
+    """Mean of m_hat and its SD over perturbations, ``mass`` and ``mass_sd`` (kg; none of the empty belt), and
+    the peak of the mean belt-induced force, ``added_force_peak`` (N)."""
     marker_lag_s: float | None = None
     """Time by which the weight's markers lag behind the belt (s); None for the empty belt."""
 
@@ -93,35 +94,28 @@ def analyse_weight(
     Returns: masses and their uncertainty; none for an empty belt.
     """
     first = next(iter(recordings.values()))
+    peak = float(np.abs(first.segments(first.load).mean(axis=0)).max())
+    force = {"added_force_peak": Quantity(peak, "N")}
     if first.carried_kg == 0.0:
-        return WeightAnalysis(recordings, np.empty(0), None)
+        return WeightAnalysis(recordings, np.empty(0), force)
     masses = estimate_masses(first)
-    return WeightAnalysis(recordings, masses, mass_budget(masses, sources), marker_lag_s)
+    return WeightAnalysis(recordings, masses, _mass(first, masses, sources) | force, marker_lag_s)
 
 
-def weight_estimates(experiment: str, condition: str, analysis: WeightAnalysis) -> list[Estimate]:
-    """Tidy rows of one trial: mass (kg), its SD over perturbations, and peak belt-induced force (N).
+def _mass(recording: BeltRecording, masses: np.ndarray, sources: dict[str, Source]) -> dict[str, Quantity]:
+    """Mean of m_hat and its SD over perturbations (kg); the mean is flagged far from the recording's mass."""
+    mass = quantities_of({"mass": masses.mean()}, mass_budget(masses, sources))["mass"]
+    flags = () if mass.low <= recording.carried_kg <= mass.high else ("mass-differs",)
+    spread = float(masses.std(ddof=1)) if masses.size > 1 else 0.0
+    return {"mass": replace(mass, flags=flags), "mass_sd": Quantity(spread, "kg")}
 
-    The mass is flagged if its interval does not include the recording's mass.
-    """
+
+def fitted_weight(experiment: str, condition: str, analysis: WeightAnalysis) -> Fitted:
+    """Result and rows of one trial."""
     names = (experiment, condition, PATHWAY, ESTIMATOR)
-    recording = next(iter(analysis.recordings.values()))
-    added = recording.segments(recording.load)
-    count = added.shape[0]
-    rows = []
-    if analysis.budget is not None:
-        (mass,) = rows_of(names, quantities_of({"mass": analysis.masses.mean()}, analysis.budget), count)
-        differs = not mass.ci_low <= recording.carried_kg <= mass.ci_high
-        rows = [
-            *recommended(flagged([mass], *["mass-differs"] * differs), PATHWAY, ESTIMATOR),
-            Estimate(*names, "mass_sd", "kg", _spread(analysis.masses), n_perturbations=count),
-        ]
-    peak = float(np.abs(added.mean(axis=0)).max())
-    return [*rows, Estimate(*names, "added_force_peak", "N", peak, n_perturbations=count)]
-
-
-def _spread(x: np.ndarray) -> float:
-    return float(x.std(ddof=1)) if x.size > 1 else 0.0
+    first = next(iter(analysis.recordings.values()))
+    rows = recommended(rows_of(names, analysis.quantities, len(first.onsets)), PATHWAY, ESTIMATOR)
+    return Fitted(weight_result(analysis), rows, contributions_of(names, analysis.quantities))
 
 
 def weight_result(analysis: WeightAnalysis) -> Result:

@@ -1,14 +1,7 @@
 """Fit of one trial with a weight, or with the empty belt."""
 
-from tepsipe.experiments.fitted import Fitted, FittedBudget
-from tepsipe.experiments.weight.analysis import (
-    ESTIMATOR,
-    PATHWAY,
-    QUANTITIES,
-    analyse_weight,
-    weight_estimates,
-    weight_result,
-)
+from tepsipe.experiments.fitted import Fitted
+from tepsipe.experiments.weight.analysis import analyse_weight, fitted_weight
 from tepsipe.io.trial import Trial
 from tepsipe.statistics.uncertainty import sources_of
 from tepsipe.treadmill.recording import BeltRecording
@@ -35,11 +28,7 @@ def fit(trial: Trial, section: dict, condition: str, uncertainty: dict) -> Fitte
     name, choices = f"{experiment}/{condition}", _options(section)
     recordings = {label: _recording(trial, section, name, options) for label, options in choices.items()}
     lag = None if section["weight"] is None else marker_lag(trial, name, choices["belt"])
-    found = analyse_weight(recordings, sources_of(uncertainty), lag)
-    rows = weight_estimates(experiment, condition, found)
-    known = found.budget is not None
-    budgets = [FittedBudget(PATHWAY, ESTIMATOR, QUANTITIES, found.budget)] if known else []
-    return Fitted(weight_result(found), rows, budgets)
+    return fitted_weight(experiment, condition, analyse_weight(recordings, sources_of(uncertainty), lag))
 
 
 def _recording(trial: Trial, section: dict, name: str, options: PlateOptions) -> BeltRecording:

@@ -2,18 +2,18 @@
 
 Registry of the estimators of one trial in the torque-controlled manipulator.
 
-To add one, write a function from a `WristalyzerRecord` to a `Fitted`, and enter it in `ESTIMATORS`. Tables,
+To add one, write a function from a `WristalyzerRecord` to a `JointFit`, and enter it in `ESTIMATORS`. Tables,
 budgets, the comparison with the truth and the pages then show it.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.budgets import rows_of
+from tepsipe.experiments.budgets import contributions_of, rows_of
 from tepsipe.experiments.wristalyzer.names import AS_PRINTED, MODULUS, PATHWAY, PERIODS, REGRESSION
 from tepsipe.experiments.wristalyzer.record import (
     PreparedTrial,
@@ -31,38 +31,37 @@ from tepsipe.identification.admittance_fit import (
     fit_scaled,
     profile_stiffness,
 )
-from tepsipe.identification.result import Quantity, quantities_of, symbol_of
-from tepsipe.io.estimates import Estimate, flagged, recommended
+from tepsipe.identification.budgets.manipulator import fit_response, period_budget
+from tepsipe.identification.regression.periods import fit_periods
+from tepsipe.identification.result import Quantity, quantities_of
+from tepsipe.io.estimates import Contribution, Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETER_UNITS, PARAMETERS, simulate_angle
 from tepsipe.signals.response import FrequencyResponse
-from tepsipe.statistics.uncertainty import Budget, Source
-
-if TYPE_CHECKING:
-    from tepsipe.experiments.wristalyzer.record import WristalyzerRecord
-    from tepsipe.identification.admittance_fit import AdmittanceFit
-    from tepsipe.signals.response import FrequencyResponse
-    from tepsipe.statistics.uncertainty import Budget
+from tepsipe.statistics.uncertainty import Source
 
 # the first of these that a trial allows is recommended
 RECOMMENDED = (REGRESSION, AS_PRINTED)
 
 
 @dataclass(frozen=True)
-class Fitted:
-    """Result of an estimator of one trial."""
+class JointFit:
+    """What an estimator finds in one trial."""
 
-    parameters: Annotated[np.ndarray, "(3,)"]
-    """I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
-    budget: "Budget | None" = None
-    """Their uncertainty (same units); None without intervals."""
-    spectrum: "FrequencyResponse | None" = None
-    """Response that was fitted, over all frequencies (Hz, rad/(N·m))."""
-    search: "AdmittanceFit | None" = None
-    """Search for the parameters (same units); its error and its SEM as printed become rows."""
+    quantities: dict[str, Quantity]
+    """I, B, K."""
     flags: tuple[str, ...] = ()
     """Failed checks, names in `tepsipe.io.estimates.FLAGS`."""
+    spectrum: FrequencyResponse | None = None
+    """Response that was fitted, over all frequencies (Hz, rad/(N·m))."""
+    search: AdmittanceFit | None = None
+    """Search for the parameters; its error becomes a row."""
+
+    @property
+    def parameters(self) -> Annotated[np.ndarray, "(3,)"]:
+        """I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
+        return np.array([self.quantities[name].value for name in PARAMETERS])
 
 
 @dataclass(frozen=True)
@@ -71,71 +70,44 @@ class Estimator:
 
     meaning: str
     """Description in a few words."""
-    function: "Callable[[WristalyzerRecord], Fitted]"
-    """From a `WristalyzerRecord` to `Fitted`."""
+    function: Callable[[WristalyzerRecord], JointFit]
     needs_period: bool = False
     """True if the perturbation must be periodic; other trials do without the estimator."""
     in_table: bool = False
     """True for a block of rows in Table 4-1."""
 
 
-def _searched(
-    search: "AdmittanceFit", spectrum: "FrequencyResponse", budget: "Budget | None" = None
-) -> Fitted:
+def _searched(record: WristalyzerRecord, spectrum: FrequencyResponse, as_printed: bool = False) -> JointFit:
+    options = record.options
+    band = spectrum.band(*options.fit_band_hz)
+    search, quantities = fit_response(band, options.bounds, record.sources, as_printed)
     flags = ("at-bound",) * search.at_bound + ("not-converged",) * (not search.converged)
-    return Fitted(search.parameters, budget, spectrum, search, flags)
+    return JointFit(quantities, flags, spectrum, search)
 
 
-# modules are imported when their estimator runs, to keep the start of a run short
-def _spectral_fit(record: "WristalyzerRecord") -> Fitted:
-    from tepsipe.identification.admittance_fit import fit_scaled
-    from tepsipe.identification.budgets.manipulator import spectral_budget
-
-    band, bounds = record.averaged.band(*record.options.fit_band_hz), record.options.bounds
-    search = fit_scaled(band, bounds)
-    budget = spectral_budget(search, band, bounds, record.sources)
-    return _searched(search, record.averaged, budget)
-
-
-def _modulus(record: "WristalyzerRecord") -> Fitted:
-    from tepsipe.identification.admittance_fit import fit_as_printed
-
-    # no budget: the sum of squares tells nothing about the scatter of a fit that ends where it began
-    search = fit_as_printed(record.averaged.band(*record.options.fit_band_hz), record.options.bounds)
-    return _searched(search, record.averaged)
-
-
-def _over_periods(record: "WristalyzerRecord") -> Fitted:
-    from tepsipe.identification.admittance_fit import fit_scaled
-    from tepsipe.identification.budgets.manipulator import spectral_budget
-
-    band, bounds = record.periodic.band(*record.options.fit_band_hz), record.options.bounds
-    search = fit_scaled(band, bounds)
-    budget = spectral_budget(search, band, bounds, record.sources)
-    return _searched(search, record.periodic, budget)
-
-
-def _regression(record: "WristalyzerRecord") -> Fitted:
-    from tepsipe.identification.budgets.manipulator import period_budget
-    from tepsipe.identification.regression.periods import fit_periods
-
+def _regression(record: WristalyzerRecord) -> JointFit:
     # not filtered: its lines are far below half the rate
     signals = (record.recorded("torque"), record.recorded("angle"), record.trial.rate_hz)
     fit = fit_periods(*signals, record.options.perturbation_period_s, record.options.excited_band_hz)
-    return Fitted(fit.parameters, period_budget(fit, record.sources))
+    values = dict(zip(PARAMETERS, fit.parameters, strict=True))
+    return JointFit(quantities_of(values, period_budget(fit, record.sources)))
 
 
 ESTIMATORS = {
     AS_PRINTED: Estimator(
         "raw spectra averaged over neighbouring frequencies, smallest criterion (3-6)",
-        _spectral_fit,
+        lambda record: _searched(record, record.averaged),
         in_table=True,
     ),
     MODULUS: Estimator(
-        "the same with the modulus of the log ratio as residual, as (3-6) is printed", _modulus
+        "the same with the modulus of the log ratio as residual, as (3-6) is printed",
+        lambda record: _searched(record, record.averaged, as_printed=True),
     ),
     PERIODS: Estimator(
-        "spectra averaged over whole periods, same criterion", _over_periods, needs_period=True, in_table=True
+        "spectra averaged over whole periods, same criterion",
+        lambda record: _searched(record, record.periodic),
+        needs_period=True,
+        in_table=True,
     ),
     REGRESSION: Estimator(
         "linear joint nearest to the torque at the lines of the perturbation, other periods as instruments",
@@ -155,7 +127,7 @@ class WristalyzerAnalysis:
 
     prepared: PreparedTrial
     """Filtered signals (N·m, rad)."""
-    fitted: dict[str, Fitted]
+    fitted: dict[str, JointFit]
     """Estimator -> its result."""
     tapered: FrequencyResponse
     """The averaged estimate of the tapered record, for frequencies above the perturbation's band."""
@@ -167,11 +139,6 @@ class WristalyzerAnalysis:
     """Starting K (N·m/rad), fit with complex residuals, fit with the modulus."""
     flags: tuple[str, ...]
     """Failed checks of the trial, names in `tepsipe.io.estimates.FLAGS`."""
-
-    @property
-    def budgets(self) -> dict[str, Budget]:
-        """Estimator -> uncertainty of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad), where there is one."""
-        return {name: fit.budget for name, fit in self.fitted.items() if fit.budget is not None}
 
 
 def analyse_wristalyzer(
@@ -237,26 +204,28 @@ def wristalyzer_record(
     return record, flags
 
 
-def wristalyzer_estimates(condition: str, analysis: WristalyzerAnalysis) -> list[Estimate]:
-    """Tidy rows of one trial: I, B, K, VAF over the trial (%), the error of a search, and flags."""
-    rows = []
+def wristalyzer_rows(
+    condition: str, analysis: WristalyzerAnalysis
+) -> tuple[list[Estimate], list[Contribution]]:
+    """Tidy rows of one trial.
+
+    Returns:
+        estimates: I, B, K, the error of a search, and VAF over the trial (%), with flags.
+        contributions: budgets of I, B, K, source by source.
+    """
+    rows: list[Estimate] = []
+    contributions: list[Contribution] = []
     for estimator, fit in analysis.fitted.items():
-        names, search = ("wristalyzer", condition, PATHWAY, estimator), fit.search
-        values = dict(zip(PARAMETERS, fit.parameters.tolist(), strict=True))
-        if fit.budget is None:
-            quantities = {name: Quantity(value, symbol_of(name)) for name, value in values.items()}
-        else:
-            quantities = quantities_of(values, fit.budget)
-        printed = [None] * 3 if search is None else search.sem_as_printed.tolist()
-        estimates = rows_of(names, quantities, printed=printed)
-        if search is not None:
-            estimates.append(Estimate(*names, "error", "1", search.cost))
+        names, quantities = ("wristalyzer", condition, PATHWAY, estimator), dict(fit.quantities)
+        if fit.search is not None:
+            quantities["error"] = Quantity(fit.search.cost, "1")
         score = analysis.prepared.prediction_vaf(fit.parameters)
-        estimates.append(Estimate(*names, "VAF_trial", "%", score))
+        quantities["VAF_trial"] = Quantity(score, "%")
         misfit = () if score >= LEAST_VAF else ("lack-of-fit",)
-        rows += flagged(estimates, *fit.flags, *analysis.flags, *misfit)
+        rows += flagged(rows_of(names, quantities), *fit.flags, *analysis.flags, *misfit)
+        contributions += contributions_of(names, quantities)
     quoted = next(name for name in RECOMMENDED if name in analysis.fitted)
-    return recommended(rows, PATHWAY, quoted)
+    return recommended(rows, PATHWAY, quoted), contributions
 
 
 def wristalyzer_result(analysis: WristalyzerAnalysis) -> Result:
@@ -328,22 +297,3 @@ def cross_validate_wristalyzer(
             for result in results.values()
         ]
     )
-
-
-def cross_validation_estimates(conditions: list[str], matrix: np.ndarray) -> list[Estimate]:
-    """Mean VAF (%) of each condition's parameters on the other conditions."""
-    if len(conditions) < 2:
-        return []
-    others = ~np.eye(len(conditions), dtype=bool)
-    return [
-        Estimate(
-            "wristalyzer",
-            condition,
-            PATHWAY,
-            AS_PRINTED,
-            "VAF_cross_validated",
-            "%",
-            float(matrix[k][others[k]].mean()),
-        )
-        for k, condition in enumerate(conditions)
-    ]

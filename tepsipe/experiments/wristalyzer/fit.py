@@ -3,17 +3,15 @@
 import numpy as np
 
 from tepsipe.arguments import options_of
-from tepsipe.experiments.fitted import Fitted, FittedBudget
+from tepsipe.experiments.fitted import Fitted
 from tepsipe.experiments.wristalyzer.analysis import (
-    PATHWAY,
     analyse_wristalyzer,
-    wristalyzer_estimates,
     wristalyzer_record,
     wristalyzer_result,
+    wristalyzer_rows,
 )
 from tepsipe.experiments.wristalyzer.record import WristalyzerOptions, WristalyzerRecord
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.statistics.uncertainty import sources_of
 
 
@@ -34,5 +32,4 @@ def fit(trial: Trial, section: dict, condition: str, seed: int, uncertainty: dic
     """
     rng = np.random.default_rng(seed)
     found = analyse_wristalyzer(trial, _options(section), rng, sources_of(uncertainty))
-    budgets = [FittedBudget(PATHWAY, name, PARAMETERS, budget) for name, budget in found.budgets.items()]
-    return Fitted(wristalyzer_result(found), wristalyzer_estimates(condition, found), budgets)
+    return Fitted(wristalyzer_result(found), *wristalyzer_rows(condition, found))

@@ -17,12 +17,14 @@ from tepsipe.identification.admittance_fit import (
     change_by_smearing,
     distance_to_other_criterion,
     error_of_misfit,
+    fit_as_printed,
     fit_scaled,
 )
 from tepsipe.identification.regression.periods import PeriodFit
 from tepsipe.identification.regression.pooled import PooledFit
+from tepsipe.identification.result import Quantity, quantities_of, symbol_of
 from tepsipe.signals.response import FrequencyResponse
-from tepsipe.statistics.uncertainty import Budget, Source
+from tepsipe.statistics.uncertainty import CONFIDENCE, Budget, Source
 
 # sources evaluated from the trial itself: choices that would not matter for a linear joint, and the width of
 # the bands over which a response is averaged
@@ -78,6 +80,31 @@ def _of_joint(parameters: np.ndarray) -> dict[str, float]:
 
 def _freedom(sources: Mapping[str, Source]) -> dict[str, float]:
     return {name: source.freedom for name, source in sources.items()}
+
+
+def fit_response(
+    estimate: FrequencyResponse,
+    bounds: Bounds,
+    sources: Mapping[str, Source],
+    as_printed: bool = False,
+    confidence: float = CONFIDENCE,
+) -> tuple[AdmittanceFit, dict[str, Quantity]]:
+    """Search for I, B, K, and what it finds, with standard errors by thesis eq (3-2) as printed.
+
+    estimate: the n frequencies to fit.
+    sources: torque_scale, angle_scale and torque_delay_s, as far as they are known.
+    as_printed: the search is `fit_as_printed`. It has no intervals, because the sum of squares tells nothing
+    about the scatter of a fit that ends where it began.
+    confidence: probability of the intervals.
+    """
+    fit = (fit_as_printed if as_printed else fit_scaled)(estimate, bounds)
+    values = _of_joint(fit.parameters)
+    if as_printed:
+        quantities = {name: Quantity(float(x), symbol_of(name)) for name, x in values.items()}
+    else:
+        quantities = quantities_of(values, spectral_budget(fit, estimate, bounds, sources), confidence)
+    printed = zip(quantities.items(), fit.sem_as_printed.tolist(), strict=True)
+    return fit, {name: replace(q, as_printed=sem) for (name, q), sem in printed}
 
 
 def spectral_budget(

@@ -1,4 +1,4 @@
-"""Uncertainty of the joint likelihood due to displaced markers.
+"""Quantities of the joint likelihood, and their uncertainty due to displaced markers.
 
 The other sources scale the equation of motion (`tepsipe.identification.budgets.leg`). These change the
 channels of the likelihood. Each is propagated to first order: markers are displaced by one standard
@@ -18,10 +18,13 @@ from typing import Annotated
 
 import numpy as np
 
+from tepsipe.identification.budgets.leg import LegUncertainty, leg_budget, small_budget
 from tepsipe.identification.likelihood.channels import DummyMarkers, levelled, make_channels
 from tepsipe.identification.likelihood.result import LikelihoodEstimates, first_order_changes
+from tepsipe.identification.result import Quantity, quantities_of, symbol_of
+from tepsipe.mechanics.impedance_model import PARAMETERS, SMALL
 from tepsipe.signals.perturbations import Perturbation
-from tepsipe.statistics.uncertainty import Source
+from tepsipe.statistics.uncertainty import CONFIDENCE, Budget, Source
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,37 @@ class LikelihoodData:
     """Samples at rest."""
     perturbations: list[Perturbation]
     """Windows (samples)."""
+
+
+def likelihood_quantities(
+    fit: LikelihoodEstimates,
+    data: LikelihoodData,
+    known: LegUncertainty,
+    confidence: float = CONFIDENCE,
+    factor: float = 1.96,
+) -> tuple[dict[str, Quantity], Budget]:
+    """I, B, K, those of small movements, delay of the angle after the foot, and softening if present.
+
+    data: data that they were fitted to.
+    known: assumed leg, with its uncertainty.
+    confidence: probability of the intervals of budgets.
+    factor: half width of Wald's intervals, of delay and softening, in standard errors.
+
+    Returns:
+        quantities: by name.
+        budget: uncertainty of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    """
+    of_working, of_small = marker_contributions(fit, data, known.sources)
+    budget = leg_budget(fit, None, known, of_working)
+    small = small_budget(fit, known.leg, known.sources, of_small)
+    quantities = quantities_of(dict(zip(PARAMETERS, fit.mean, strict=True)), budget, confidence)
+    quantities |= quantities_of(dict(zip(SMALL, fit.small, strict=True)), small, confidence)
+    softening = {"K_softened": "C", "B_softened": "B_s"} if fit.fit.softens else {}
+    for name, of_law in {"delay": "delay", **softening}.items():
+        value, error = fit.fit.value(of_law), fit.fit.standard_error(of_law)
+        ends = (value - factor * error, value + factor * error)
+        quantities[name] = Quantity(value, symbol_of(name), error, *ends, error)
+    return quantities, budget
 
 
 def marker_contributions(

@@ -2,9 +2,11 @@
 
 import numpy as np
 
+from tepsipe.experiments.budgets import rows_of
 from tepsipe.experiments.fitted import Fitted
 from tepsipe.experiments.toy.ingest import FitOptions
-from tepsipe.io.estimates import Estimate
+from tepsipe.identification.result import Quantity, symbol_of
+from tepsipe.io.estimates import recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.statistics.least_squares import least_squares_line
@@ -23,6 +25,7 @@ def fit(trial: Trial, section: dict, condition: str) -> Fitted:
     line = least_squares_line(angle, torque)
     stiffness, u = float(line.parameters[0]), float(line.standard_error[0])
     ends = (stiffness - 1.96 * u, stiffness + 1.96 * u)
-    row = Estimate("toy", condition, "spring", "line", "K", "Nm/rad", stiffness, u, *ends, recommended=True)
+    quantities = {"K": Quantity(stiffness, symbol_of("K"), u, *ends)}
+    rows = recommended(rows_of(("toy", condition, "spring", "line"), quantities), "spring")
     arrays = {"angle": angle[:, 0], "torque": torque}
-    return Fitted(Result(arrays, {"angle": "rad", "torque": "Nm"}, {"samples": len(torque)}), [row])
+    return Fitted(Result(arrays, {"angle": "rad", "torque": "Nm"}, {"samples": len(torque)}), rows)
