@@ -140,7 +140,7 @@ def test_delay_that_is_a_whole_number_of_samples_but_for_rounding_is_exact():
 
 def test_lagged_columns_are_the_signal_earlier_and_later(rng):
     x = rng.standard_normal(20)
-    columns = lagged(x, np.arange(-2, 3))
+    columns = lagged(x, np.arange(-2, 3), slice(0, x.size))
     for column, lag in zip(columns.T, range(-2, 3), strict=True):
         assert column == pytest.approx(delayed(x, lag / RATE, RATE))
 

@@ -101,7 +101,7 @@ def test_bounded_solution_is_that_of_all_combinations_of_zeros(rng):
 def test_sums_of_blocks_give_folds_and_draws(rng):
     x, y = rng.standard_normal((40, 3)), rng.standard_normal(40)
     blocks = [slice(10 * k, 10 * k + 10) for k in range(4)]
-    sums, none = block_sums(x, y, blocks), np.zeros(3, dtype=bool)
+    sums, none = block_sums(x.__getitem__, y, blocks), np.zeros(3, dtype=bool)
     without = solve_without_each(sums, np.zeros((3, 3)), none)[1]
     rest = np.r_[0:10, 20:40]
     assert without == pytest.approx(np.linalg.lstsq(x[rest], y[rest], rcond=None)[0])

@@ -53,11 +53,19 @@ class SlowModel:
 
     def whiten(self, x: np.ndarray, rate_hz: float) -> np.ndarray:
         """Innovation of signals (their unit) along axis 0; the first sample is held before the start."""
+        return self.whiten_part(x, rate_hz)[0]
+
+    def whiten_part(self, x: np.ndarray, rate_hz: float, state: np.ndarray | None = None) -> tuple:
+        """Innovation of a part of signals, and the state after it, with which the next part goes on.
+
+        state: state after the part before; None for the first part.
+        """
         if self.crossover_hz == 0.0:
-            return x
+            return x, None
         phi, rho = self.poles(rate_hz)
-        state = (rho - phi) / (1.0 - rho) * x[:1]
-        return scipy.signal.lfilter([1.0, -phi], [1.0, -rho], x, axis=0, zi=state)[0]
+        if state is None:
+            state = (rho - phi) / (1.0 - rho) * x[:1]
+        return scipy.signal.lfilter([1.0, -phi], [1.0, -rho], x, axis=0, zi=state)
 
     def predict(self, residual: np.ndarray, rate_hz: float, horizon: int) -> np.ndarray:
         """Slow torque from the residual (same unit) at least ``horizon`` samples before, 0 at the start."""
