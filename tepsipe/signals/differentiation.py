@@ -5,6 +5,8 @@ from typing import Annotated
 import numpy as np
 import scipy
 
+from tepsipe.signals.splines import pieces, slopes
+
 # at lower rates a cubic spline is not enough for the signals of a treadmill (Hz)
 FAST_HZ, SLOW_DEGREE = 200.0, 7
 
@@ -31,6 +33,7 @@ def derivative(time: Annotated[np.ndarray, "(n,)", "s"], x: np.ndarray, degree: 
     """
     if degree != 3:
         return scipy.interpolate.make_interp_spline(time, x, degree).derivative()(time)
-    spline = scipy.interpolate.CubicSpline(time, x)
-    # at its knots the derivative is a coefficient and needs evaluation at the last one only
-    return np.concatenate([spline.c[2] + 0.0, spline(time[-1:], 1)])
+    slope = slopes(time, x)
+    # the last one as the last piece has it, which rounds differently
+    last = pieces(time[-2:], x[-2:], slope[-2:])(time[-1:], 1)
+    return np.concatenate([slope[:-1] + 0.0, last])

@@ -30,6 +30,7 @@ from annotated_types import Ge, Gt, Le
 
 from tepsipe.errors import InputError
 from tepsipe.quantities import Draws, Fraction, Pair, Pause, Positive, Thesis, Time
+from tepsipe.signals.splines import cubic_spline
 
 DETECTORS = ("threshold", "teager-kaiser", "changepoint")
 # smallest number of draws for an uncertainty
@@ -187,7 +188,7 @@ def ramp_onset(
     falls = np.flatnonzero(np.diff(motion[first:]) <= 0.0)
     top = first + (int(falls[0]) if falls.size else motion.size - 1 - first)
     fine = np.linspace(time[0], time[top], 10 * top + 1)
-    z = scipy.interpolate.CubicSpline(time, motion)(fine)
+    z = cubic_spline(time, motion)(fine)
     last = int(np.flatnonzero(z < rise_fraction * motion[top])[-1])
     t, z = fine[: last + 1], z[: last + 1]
     low, high = max(baseline_until_s, t[0]), t[-1] - 0.5 * step

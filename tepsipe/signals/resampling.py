@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
+from tepsipe.signals.splines import cubic_spline
 
 # a passband of 0.4 times the new rate keeps the analysed band and removes what would alias into it
 BAND_PER_RATE = 0.4
@@ -172,7 +173,7 @@ def resample(
         )
     if band_hz is not None:
         x = _band_limit(x, rate_hz or (time.size - 1) / (time[-1] - time[0]), band_hz)
-    return scipy.interpolate.CubicSpline(time, x)(new_time)
+    return cubic_spline(time, x)(new_time)
 
 
 def _band_limit(x: np.ndarray, rate_hz: float, band_hz: float) -> np.ndarray:
@@ -255,9 +256,7 @@ def align_sequential_samples(
     frame_time = np.arange(frames) / rate_hz
     aligned = np.empty((frames - 1, markers, positions.shape[2]))
     for k in range(markers):
-        aligned[:, k] = scipy.interpolate.CubicSpline(frame_time + k / marker_sampling_hz, positions[:, k])(
-            frame_time[1:]
-        )
+        aligned[:, k] = cubic_spline(frame_time + k / marker_sampling_hz, positions[:, k])(frame_time[1:])
     return frame_time[1:], aligned
 
 

@@ -12,10 +12,10 @@ random deviate from their neighbours in proportion to the rate of the signal (`s
 from typing import Annotated
 
 import numpy as np
-import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.splines import cubic_spline
 
 LONGEST_S = 0.02
 # the belt moves above this part of its largest velocity, and a little before and after (s)
@@ -45,7 +45,7 @@ def marker_delay(
             f"{what}: expected a marker and a belt that move, found one that stands still: check the "
             "belt-fixed markers, and that the belt was perturbed"
         )
-    spline = scipy.interpolate.CubicSpline(time, velocity)
+    spline = cubic_spline(time, velocity)
     for _ in range(6):
         shifted = np.clip(time + delay, time[0], time[-1])
         difference, slope = spline(shifted) - belt_velocity, spline(shifted, 1)
@@ -68,7 +68,7 @@ def marker_delay(
 
 def advanced(time: np.ndarray, x: np.ndarray, delay_s: float) -> np.ndarray:
     """``x`` advanced by a delay (s), shape (n, ...), at the instants ``time`` (s); ends are held."""
-    return scipy.interpolate.CubicSpline(time, x)(np.clip(time + delay_s, time[0], time[-1]))
+    return cubic_spline(time, x)(np.clip(time + delay_s, time[0], time[-1]))
 
 
 def common_signal_delay(

@@ -21,6 +21,7 @@ import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.signals.perturbations import same_direction
+from tepsipe.signals.splines import cubic_spline
 from tepsipe.treadmill.recording import BeltRecording
 
 BEFORE_S, AFTER_S, BACK_S = 0.2, 0.8, 0.4  # window of a pulse, and the ramp back that makes it periodic
@@ -317,6 +318,6 @@ def _fine(velocity: np.ndarray, rate_hz: float, moving_s: float) -> tuple[np.nda
     moves = np.zeros(n)
     moves[onset - 2 * few : onset + round(moving_s * rate_hz)] = 1.0
     moves = np.convolve(moves, np.ones(few) / few, "same")
-    spline = scipy.interpolate.CubicSpline(np.arange(n) / rate_hz, (velocity * moves).T)
+    spline = cubic_spline(np.arange(n) / rate_hz, (velocity * moves).T)
     time = np.arange(n * FINER) / (rate_hz * FINER)
     return spline(time).T, spline(time, 1).T

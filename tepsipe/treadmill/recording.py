@@ -9,10 +9,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.signals.filters import Lowpass
+from tepsipe.signals.splines import cubic_spline
 
 
 @dataclass(frozen=True, repr=False)
@@ -76,7 +76,7 @@ class BeltRecording:
     def raw_acceleration(self) -> np.ndarray:
         """Derivative of ``raw_velocity`` (m/s²), shape (n,), by a cubic spline."""
         time = np.arange(self.raw_velocity.size) / self.rate_hz
-        return scipy.interpolate.CubicSpline(time, self.raw_velocity).derivative()(time)
+        return cubic_spline(time, self.raw_velocity).derivative()(time)
 
     @cached_property
     def _known(self) -> dict[Hashable, Any]:

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Self
 
 import numpy as np
-import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.io.trial import Trial
@@ -17,6 +16,7 @@ from tepsipe.quantities import Gravity, Length, Mass, Offset, Thesis
 from tepsipe.signals.differentiation import degree_at, derivative
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
+from tepsipe.signals.splines import cubic_spline
 from tepsipe.signals.time_alignment import marker_delay
 from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
 from tepsipe.treadmill.recording import BeltRecording
@@ -172,7 +172,7 @@ def _weight_position(prepared: PreparedTrial, weight_motion: str) -> np.ndarray:
     if weight_motion == "markers":
         return _marker_position(prepared)
     velocity = prepared.from_rest(prepared.belt_velocity)
-    return scipy.interpolate.CubicSpline(prepared.time, velocity).antiderivative()(prepared.time)
+    return cubic_spline(prepared.time, velocity).antiderivative()(prepared.time)
 
 
 def _marker_position(prepared: PreparedTrial) -> np.ndarray:

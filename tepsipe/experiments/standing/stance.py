@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-import scipy
 
 from tepsipe.experiments.standing.options import OTHER_BELT, Person, StandingOptions
 from tepsipe.signals.resampling import runs_of
+from tepsipe.signals.splines import cubic_spline
 from tepsipe.treadmill.prepared import PreparedTrial
 
 # a marker bridges a gap: its position near the gap is not trusted either (s)
@@ -104,7 +104,7 @@ def stance_fault(prepared: PreparedTrial, stance: Stance, options: StandingOptio
 
 def _step(prepared: PreparedTrial, stance: Stance, options: StandingOptions) -> str | None:
     time, rate, limits, person = prepared.time, prepared.rate_hz, options.limits, options.person
-    travelled = scipy.interpolate.CubicSpline(time, stance.belt_velocity).antiderivative()(time)
+    travelled = cubic_spline(time, stance.belt_velocity).antiderivative()(time)
     for label in person.foot.labels:
         y, z = stance.positions[:, prepared.markers.index(label)].T
         seen = _visible(stance.hidden[:, person.labels.index(label)], rate)

@@ -56,6 +56,7 @@ from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.perturbations import Perturbation
+from tepsipe.signals.splines import cubic_spline
 from tepsipe.signals.time_alignment import LONGEST_S
 from tepsipe.statistics.goodness_of_fit import explained
 from tepsipe.statistics.least_squares import LinearFit
@@ -129,9 +130,7 @@ def simulate_leg(
     # the same equation, differentiated with respect to J, B, K, C and B_s
     forces = [-phi_dd, -phi_d, -phi, *forces]
     responses = [phi, phi_d, *(simulate_angle(motion, force, rate) for force in forces)]
-    late = scipy.interpolate.CubicSpline(time, np.column_stack(responses))(
-        np.clip(time - delay, time[0], time[-1])
-    )
+    late = cubic_spline(time, np.column_stack(responses))(np.clip(time - delay, time[0], time[-1]))
     sensitivities = np.column_stack([late[:, 2:5], np.ones(time.size), -late[:, 1], late[:, 5:]])
     return rest + late[:, 0], sensitivities
 
@@ -163,9 +162,9 @@ def match_angle(
     motion as instrument), or least squares with the motion of the markers or of the belt alone.
     """
     time = motion.time
-    belt_position = scipy.interpolate.CubicSpline(time, belt_velocity).antiderivative()(time)
+    belt_position = cubic_spline(time, belt_velocity).antiderivative()(time)
     accelerations = {
-        name: scipy.interpolate.CubicSpline(time, position)(time, 2)
+        name: cubic_spline(time, position)(time, 2)
         for name, position in (("markers", foot_position), ("belt", belt_position))
     }
     for name, acceleration in accelerations.items():

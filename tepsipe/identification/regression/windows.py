@@ -28,13 +28,13 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 import numpy as np
-import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.mechanics.impedance_model import PARAMETERS, impedance_torque
 from tepsipe.mechanics.inverse_dynamics import Leg, leg_pathway_torque
 from tepsipe.mechanics.segment_kinematics import JointMotion, SegmentMotion
 from tepsipe.signals.perturbations import Perturbation
+from tepsipe.signals.splines import cubic_spline
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.least_squares import LinearFit, least_squares_line
 from tepsipe.statistics.uncertainty import error_of_mean, in_quadrature, scatter
@@ -248,8 +248,8 @@ def damping_per_skew(
     Returns: change of B per delay (N·m·s/rad per s).
     """
     instants = np.clip(motion.time[:, None] + [-SKEW_S, SKEW_S], motion.time[0], motion.time[-1])
-    y_dd = scipy.interpolate.CubicSpline(motion.time, motion.y_dd)(instants)
-    z_dd = scipy.interpolate.CubicSpline(motion.time, motion.z_dd)(instants)
+    y_dd = cubic_spline(motion.time, motion.y_dd)(instants)
+    z_dd = cubic_spline(motion.time, motion.z_dd)(instants)
     damping = [
         regress_perturbations(
             replace(motion, y_dd=y_dd[:, k], z_dd=z_dd[:, k]),
