@@ -207,7 +207,8 @@ class LegModel:
         """Spectra of `softening_forces` for phi_h and b_0 (rad)."""
         if (half, rest) not in self._forces:
             forces = softening_forces(self.motion.phi, self.motion.phi_d, rest, half)
-            self._forces[half, rest] = {name: self._spectrum(f) for name, f in forces.items()}
+            spectra = scipy.fft.rfft(np.array(list(forces.values())), axis=1)[:, self.bins]
+            self._forces[half, rest] = dict(zip(forces, spectra, strict=True))
         return self._forces[half, rest]
 
     def spectra(self, point: Point) -> Spectra:
@@ -360,6 +361,7 @@ class _Likelihood:
 
     def __init__(self, channels: Channels, model: LegModel):
         self.channels, self.model = channels, model
+        self._predicted: tuple[Point, Spectra] | None = None
         signals = [channels.foot, channels.angle, *([] if channels.log is None else [channels.log])]
         self.measured = scipy.fft.rfft(np.array(signals), axis=1)[:, model.bins]
         self.log_noise = None
@@ -403,7 +405,10 @@ class _Likelihood:
 
     def residuals(self, point: Point) -> Residuals:
         """Residuals at a point."""
-        predicted: Spectra = self.model.spectra(point)
+        # the model does not depend on the noise of the log, which changes while the point does not
+        if self._predicted is None or self._predicted[0] is not point:
+            self._predicted = point, self.model.spectra(point)
+        predicted = self._predicted[1]
         c, w = len(self.measured), self.whitening()
         # W is the same at all frequencies
         h, z = w @ predicted.response[:c], w @ (self.measured - predicted.independent[:c])
