@@ -358,9 +358,11 @@ def _emg_responses(
     def cut(x: np.ndarray, at: np.ndarray) -> np.ndarray:
         return cut_epochs(x, rate, at, options.before_s, options.after_s, start).values
 
+    # one spline for both: these signals have most samples
+    drive = _from_baseline(cut(smooth, np.concatenate([onsets, quiet]))[:, ::step], zero)
     return {
-        "drive": _from_baseline(cut(smooth, onsets)[:, ::step], zero),
-        "unperturbed_drive": _from_baseline(cut(smooth, quiet)[:, ::step], zero),
+        "drive": drive[: onsets.size],
+        "unperturbed_drive": drive[onsets.size :],
         "envelope": cut(processed.envelope, onsets)[:, ::step],
         "emg_time": emg_time,
         "emg": cut(processed.band_passed, onsets),
