@@ -33,8 +33,8 @@ import scipy
 from annotated_types import Gt, Le
 
 from tepsipe.quantities import Angle, Gravity, Inertia, Length, Mass, NotNegative, Offset, Point, Some
-from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
-from tepsipe.virtual_lab.integrate import integrate
+from tepsipe.virtual_lab.belt import BeltMotion, Command, DriveTruth, stage_commands
+from tepsipe.virtual_lab.integrate import Derivative, integrate
 from tepsipe.virtual_lab.rubber import Relaxation, Rubber
 from tepsipe.virtual_lab.treadmill_trial import MarkerPath
 
@@ -52,13 +52,12 @@ class FootTilt:
 
 
 def tilting_derivative(
-    dummy, moment: Callable, drive, tilt: FootTilt, command, neutral: float, rest: float
-) -> Callable:
+    dummy, moment: Callable, drive, tilt: FootTilt, neutral: float, rest: float
+) -> Derivative:
     """Derivative of (y, y', servo, th, th', ph, ph').
 
     moment: moment of the rubber at a bending and its rate.
     tilt: the foot's support, with a compliance above 0.
-    command: commanded belt velocity (m/s) at t (s).
     neutral, rest: angle at which the rubber is straight (rad), and its moment at rest (N·m).
     """
     m, r, h = dummy.leg_mass_kg, dummy.leg_com_m, dummy.foot_height_m + dummy.joint_offset_m[1]
@@ -71,16 +70,16 @@ def tilting_derivative(
     stiffness = 1.0 / tilt.compliance_rad_per_Nm
     damping = 2.0 * tilt.damping_ratio * math.sqrt(stiffness * about_belt)
     upright = stiffness - carried * g
-    force, viscous, delay = drive.servo(), drive.viscous_Ns_per_m, drive.delay_s
+    force, viscous = drive.servo(), drive.viscous_Ns_per_m
     sin, cos, mr, mgr = math.sin, math.cos, m * r, m * g * r
     # belt and foot without the leg's angle: the inverse of their 2 x 2 matrix does not change
     both = moving * about_belt - carried * carried
     i_yy, i_yp, i_pp = about_belt / both, -carried / both, moving / both
     y_by_leg, p_by_leg = i_yy + i_yp * h, i_yp + i_pp * h
 
-    def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
+    def derivative(commanded: float, state: tuple[float, ...]) -> tuple[float, ...]:
         _, v, q, th, w, ph, x = state
-        u, q_rate = force(command(t - delay) - v, q)
+        u, q_rate = force(commanded - v, q)
         s, coupling = sin(th), mr * cos(th)
         bent = moment(th - ph - neutral, w - x)
         swing = mr * s * w * w
@@ -163,7 +162,7 @@ def move_dummy(
     dummy: DummyTruth,
     rubber: Rubber,
     drive: DriveTruth,
-    command,
+    command: Command,
     duration_s: float,
     rate_hz: float,
     foot: FootTilt | None = None,
@@ -205,14 +204,14 @@ def _integrated(dummy, rubber, drive, command, duration_s, rate_hz, foot) -> tup
     )
     neutral = dummy.rest_angle_rad - bending_at_rest
 
-    force, viscous, delay = drive.servo(), drive.viscous_Ns_per_m, drive.delay_s
+    force, viscous = drive.servo(), drive.viscous_Ns_per_m
     relaxation = Relaxation(rubber) if rubber.relaxation_share else None
     moment = rubber.moment if relaxation is None else relaxation.moment
     sin, cos, mr, mgr = math.sin, math.cos, m * r, m * g * r
 
-    def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
+    def derivative(commanded: float, state: tuple[float, ...]) -> tuple[float, ...]:
         _, v, q, th, w = state
-        u, q_rate = force(command(t - delay) - v, q)
+        u, q_rate = force(commanded - v, q)
         s, c = sin(th), cos(th)
         coupling = mr * c
         push = u - viscous * v + mr * s * w * w
@@ -224,22 +223,23 @@ def _integrated(dummy, rubber, drive, command, duration_s, rate_hz, foot) -> tup
     start: tuple[float, ...] = (0.0, 0.0, 0.0, dummy.rest_angle_rad, 0.0)
     tilting = foot is not None and foot.compliance_rad_per_Nm > 0.0
     if tilting:
-        derivative = tilting_derivative(dummy, moment, drive, foot, command, neutral, gravity_moment)
+        derivative = tilting_derivative(dummy, moment, drive, foot, neutral, gravity_moment)
         start = (*start, 0.0, 0.0)
+    commands = stage_commands(command, drive.delay_s, duration_s, rate_hz)
     slack = 0.0
     if relaxation is not None:
         derivative = relaxation.with_slack(
             derivative, lambda state: state[3] - neutral - (state[5] if tilting else 0.0)
         )
-        time, states = integrate(derivative, (*start, bending_at_rest), duration_s, rate_hz)
+        time, states = integrate(derivative, (*start, bending_at_rest), commands, rate_hz)
         states, slack = states[:, :-1], states[:, -1]
     else:
-        time, states = integrate(derivative, start, duration_s, rate_hz)
+        time, states = integrate(derivative, start, commands, rate_hz)
     if not tilting:
         states = np.column_stack([states, np.zeros((time.size, 2))])
     _, _, _, th, w, tilt, tilt_rate = states.T
     bent, rate = th - tilt - neutral, w - tilt_rate
-    resisting = np.array([rubber.moment(a, b) for a, b in zip(bent.tolist(), rate.tolist(), strict=True)])
+    resisting = rubber.moment(bent, rate)
     return time, states, resisting if relaxation is None else resisting + relaxation.relaxing(bent, slack)
 
 

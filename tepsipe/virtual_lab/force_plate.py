@@ -48,7 +48,6 @@ Corporation TOR-0158(3107-18)-1; C. Canudas de Wit et al. (1995), IEEE Transacti
 419-425.
 """
 
-from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
@@ -81,9 +80,9 @@ def bristle_deflection(displacement: np.ndarray, breakaway_m: float) -> np.ndarr
     """
     steps = np.diff(displacement)
     kept = np.exp(-np.abs(steps) / breakaway_m).tolist()
-    z, deflection = 0.0, array("d", [0.0])
+    z, deflection = 0.0, [0.0]
     for sign, part in zip(np.sign(steps).tolist(), kept, strict=True):
-        z = sign + (z - sign) * part if sign else z
+        z = sign + (z - sign) * part
         deflection.append(z)
     return np.array(deflection)
 

@@ -17,7 +17,7 @@ import scipy
 from annotated_types import Ge, Gt, Le
 
 from tepsipe.quantities import Angle, Height, NotNegative, Pause, Rate
-from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth, velocity_command
+from tepsipe.virtual_lab.belt import BeltMotion, Command, DriveTruth, velocity_command
 from tepsipe.virtual_lab.force_plate import (
     BELTS,
     COMPONENTS,
@@ -54,7 +54,7 @@ def write_treadmill_log(
         "command_m_per_s": command.astype(np.float32)[:, None],
         "trigger_V": trigger.astype(np.float32)[:, None],
     }
-    scipy.io.savemat(path, content, do_compression=True)
+    scipy.io.savemat(path, content)
     # the header holds the date of writing: the same study must give the same bytes
     with open(path, "r+b") as file:
         file.write(b"MATLAB 5.0 MAT-file, instrumented treadmill log".ljust(116))
@@ -188,7 +188,7 @@ class Schedule:
     """End of the recording."""
     onsets_s: Annotated[np.ndarray, "(k,)"]
     """Commanded onsets of the perturbations."""
-    command: Callable[[float], float]
+    command: Command
     """Commanded belt velocity (m/s) at t (s)."""
 
 
@@ -254,7 +254,7 @@ def record_log(
     noisy = motion.belt_velocity[sample] + drive.velocity_noise_m_per_s * rng.standard_normal(sample.size)
     velocity = drive.velocity_step_m_per_s * np.round(noisy / drive.velocity_step_m_per_s)
     running = (time >= schedule.trigger_s) & (time < schedule.trigger_s + schedule.duration_s)
-    commanded = np.array([schedule.command(t) for t in time.tolist()])
+    commanded = schedule.command(time)
     trigger = np.where(running, 5.0, 0.0)
     write_treadmill_log(files["log"], plate.rate_hz, voltages, velocity, commanded, trigger)
     write_calibration(files["calibration"], matrix)

@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 
 from tepsipe.quantities import Gravity, Height, Length, Mass, Offset
-from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
+from tepsipe.virtual_lab.belt import BeltMotion, Command, DriveTruth, stage_commands
 from tepsipe.virtual_lab.integrate import integrate
 from tepsipe.virtual_lab.seeds import generator
 from tepsipe.virtual_lab.treadmill_trial import (
@@ -58,7 +58,7 @@ class WeightTruth:
 
 
 def move_weight(
-    weight: WeightTruth | None, drive: DriveTruth, command, duration_s: float, rate_hz: float
+    weight: WeightTruth | None, drive: DriveTruth, command: Command, duration_s: float, rate_hz: float
 ) -> BeltMotion:
     """Integrate the belt with a weight, or empty.
 
@@ -68,14 +68,15 @@ def move_weight(
     Returns: motion and reaction on the grid of the integration.
     """
     moving = drive.belt_mass_kg + (0.0 if weight is None else weight.mass_kg)
-    force, viscous, delay = drive.servo(), drive.viscous_Ns_per_m, drive.delay_s
+    force, viscous = drive.servo(), drive.viscous_Ns_per_m
 
-    def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
+    def derivative(commanded: float, state: tuple[float, ...]) -> tuple[float, ...]:
         _, v, q = state
-        u, q_rate = force(command(t - delay) - v, q)
+        u, q_rate = force(commanded - v, q)
         return v, (u - viscous * v) / moving, q_rate
 
-    time, states = integrate(derivative, (0.0, 0.0, 0.0), duration_s, rate_hz)
+    commands = stage_commands(command, drive.delay_s, duration_s, rate_hz)
+    time, states = integrate(derivative, (0.0, 0.0, 0.0), commands, rate_hz)
     y, v, _ = states.T
     return BeltMotion(
         time=time,

@@ -217,7 +217,7 @@ def loose_drive(**changes):
 
 
 def push(t):
-    return 1e30 if t < 0.1 else 0.0
+    return np.where(t < 0.1, 1e30, 0.0)
 
 
 @pytest.fixture(scope="module")
