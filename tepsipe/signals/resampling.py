@@ -263,7 +263,9 @@ def align_sequential_samples(
     frame_time = np.arange(frames) / rate_hz
     aligned = np.empty((frames - 1, markers, positions.shape[2]))
     for k in range(markers):
-        aligned[:, k] = cubic_spline(frame_time + k / marker_sampling_hz, positions[:, k])(frame_time[1:])
+        aligned[:, k] = scipy.interpolate.CubicSpline(frame_time + k / marker_sampling_hz, positions[:, k])(
+            frame_time[1:]
+        )
     return frame_time[1:], aligned
 
 
