@@ -30,8 +30,7 @@ rule simulate_dummy:
         step_s=DUMMY["simulation"]["step_s"],
         engine=ENGINE,
         # one trial is simulated by both engines
-        compared=lambda w: w.condition
-        == STUDY.shown("dummy", DUMMY["simulation"]["figure_4_7_condition"]),
+        compared=lambda w: w.condition == STUDY.shown("dummy", DUMMY["simulation"]["figure_4_7_condition"]),
     script:
         "../scripts/simulate_dummy.py"
 
