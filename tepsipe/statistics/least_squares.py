@@ -57,8 +57,9 @@ def least_squares_line(
     )
 
 
-def spans(rows: slice, longest: int = SPAN) -> Iterator[slice]:
-    """Parts of a range of samples, in their order, each of at most ``longest`` samples."""
+def spans(rows: slice, longest: int | None = None) -> Iterator[slice]:
+    """Parts of a range of samples, in their order, each of at most ``longest`` samples, by default `SPAN`."""
+    longest = longest or SPAN
     for start in range(rows.start, rows.stop, longest):
         yield slice(start, min(start + longest, rows.stop))
 

@@ -5,7 +5,7 @@ the same matrices, computed once. Coefficients that must not be negative are fou
 squares (Lawson & Hanson 1974) after the others are eliminated.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -18,6 +18,11 @@ from tepsipe.statistics.least_squares import spans
 BATCH = 200
 # samples whose regressors are made at a time, fewer than of signals because there are many regressors
 SPAN = 2**16
+
+
+def row_spans(rows: slice) -> Iterator[slice]:
+    """Parts of a range of samples, in their order, of which regressors are made at a time."""
+    return spans(rows, SPAN)
 
 
 @dataclass(frozen=True)
@@ -73,7 +78,7 @@ def block_sums(x: Callable[[slice], np.ndarray], y: np.ndarray, blocks: list[sli
 def _sums(x: Callable[[slice], np.ndarray], y: np.ndarray, block: slice) -> tuple:
     """X'X, X'y and y'y of one block, added up in the order of time."""
     normal = right = power = 0.0
-    for part in spans(block, SPAN):
+    for part in row_spans(block):
         of_x, of_y = x(part), y[part]
         normal, right, power = normal + of_x.T @ of_x, right + of_x.T @ of_y, power + of_y @ of_y
     return normal, right, power

@@ -49,7 +49,7 @@ from tepsipe.identification.cascade.fit import (
     Structure,
 )
 from tepsipe.identification.cascade.muscle import fit_muscle
-from tepsipe.identification.cascade.normal_equations import SPAN, block_sums, solve_drawn
+from tepsipe.identification.cascade.normal_equations import block_sums, row_spans, solve_drawn
 from tepsipe.identification.cascade.record import (
     REFLEX_GROUPS,
     CascadeRecord,
@@ -70,7 +70,6 @@ from tepsipe.identification.cascade.selection import (
 from tepsipe.signals.differentiation import derivative
 from tepsipe.statistics.bootstrap import expanded_tail
 from tepsipe.statistics.goodness_of_fit import evaluate_held_out
-from tepsipe.statistics.least_squares import spans
 
 # fraction of the area of a response that counts as its duration
 LASTING = 0.95
@@ -251,7 +250,7 @@ def _motion_map(record: CascadeRecord) -> dict[str, np.ndarray]:
     basis, triangle = np.linalg.qr(motion / scale)
     mapped = dict.fromkeys(sizes, np.empty((3, 0)))
     for name in (name for name, size in sizes.items() if size):
-        parts = spans(slice(0, record.training), SPAN)
+        parts = row_spans(slice(0, record.training))
         along = sum(basis[part].T @ record.regressors(name, bare, part) for part in parts)
         mapped[name] = (np.linalg.lstsq(triangle, along, rcond=None)[0] / scale[:, None])[:3]
     return mapped

@@ -9,7 +9,7 @@ import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.identification.cascade.fit import ParallelCascadeOptions, SlowModel, Structure
-from tepsipe.identification.cascade.normal_equations import SPAN
+from tepsipe.identification.cascade.normal_equations import row_spans
 from tepsipe.identification.cascade.pathways import (
     delayed,
     knot_responses,
@@ -20,7 +20,6 @@ from tepsipe.identification.cascade.pathways import (
     stop_deflection,
 )
 from tepsipe.signals.differentiation import derivative
-from tepsipe.statistics.least_squares import spans
 
 # part of the angle's range within which an element must be able to yield both ways
 REACHED = 0.6
@@ -123,7 +122,7 @@ class CascadeRecord:
     def _whitened(self, name: str, structure: Structure) -> np.ndarray:
         """Innovations of one group without the delay of the reflex, up to the end of the fitted part."""
         stop, white, state = self.fitted.stop, None, None
-        for part in spans(slice(0, self.angle.size), SPAN):
+        for part in row_spans(slice(0, self.angle.size)):
             if part.start < stop:
                 x, state = self.slow.whiten_part(self._compute(name, structure, part), self.rate_hz, state)
                 white = np.empty((stop, x.shape[1])) if white is None else white
@@ -262,7 +261,7 @@ class Design:
         torque = np.zeros(size)
         for name in names or column_groups(self.structure):
             if self.groups[name].stop > self.groups[name].start:
-                for part in spans(slice(0, size), SPAN):
+                for part in row_spans(slice(0, size)):
                     torque[part] += self._group(name, part) @ coefficients[self.groups[name]]
         return torque
 
@@ -323,7 +322,7 @@ def make_design(
     sizes, counts = [], []
     for name in column_groups(structure):
         power = count = 0
-        for part in spans(slice(0, record.training), SPAN):
+        for part in row_spans(slice(0, record.training)):
             x = design._white_group(name, part)
             power, count = power + np.vdot(x, x), count + x.size
         # one scale for all columns of a group, so that the penalty does not distort a response
