@@ -38,7 +38,8 @@ from tepsipe.identification.budgets.manipulator import (
     delay_contributions,
     fit_response,
 )
-from tepsipe.identification.cascade.fit import ParallelCascadeFit, ParallelCascadeOptions
+from tepsipe.identification.cascade.fit import ParallelCascadeFit
+from tepsipe.identification.cascade.options import ParallelCascadeOptions
 from tepsipe.identification.one_thread import one_thread
 from tepsipe.identification.result import (
     PARAMETERS,

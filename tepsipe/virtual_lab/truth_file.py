@@ -6,8 +6,6 @@ from typing import Annotated
 
 import numpy as np
 
-from tepsipe.io.result import new_hdf5
-
 RATE_HZ = 500.0
 
 
@@ -39,6 +37,8 @@ class StandingMotion(TrueMotion):
 
 def write_true_motion(path: str | Path, motion: TrueMotion) -> None:
     """Write the motion as HDF5 at `RATE_HZ` (s, rad, N·m), from the trigger on."""
+    from tepsipe.io.result import new_hdf5  # loads HDF5, which only who writes needs
+
     every = max(1, round((1.0 / RATE_HZ) / (motion.time[1] - motion.time[0])))
     kept = np.flatnonzero(motion.time >= 0.0)[::every]
     with new_hdf5(path) as file:

@@ -9,7 +9,8 @@ from scipy.interpolate import CubicSpline
 
 from tepsipe.experiments.dummy.foot_budget import FOOT_SOURCES
 from tepsipe.experiments.dummy.foot_pathways import analyse_foot
-from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy
+from tepsipe.experiments.dummy.leg_pathways import analyse_dummy
+from tepsipe.experiments.dummy.options import Pathway
 from tepsipe.experiments.dummy.results import fitted_dummy
 from tepsipe.identification.budgets.leg import (
     LEG_SOURCES,

@@ -19,7 +19,8 @@ from tepsipe.experiments.dummy.checks import (
     noise_bias,
     quoted_rows,
 )
-from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, analyse_dummy
+from tepsipe.experiments.dummy.options import Pathway
 from tepsipe.experiments.dummy.results import fitted_dummy
 from tepsipe.experiments.dummy.rig import RIG_FLAGS, flag_rig, rig_flags, shared_faults
 from tepsipe.identification.regression import windows

@@ -11,14 +11,14 @@ from scipy.special import erf
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.position_manipulator.analysis import (
-    PositionManipulatorOptions,
     analyse_parallel_cascade,
     analyse_position_manipulator,
     parallel_cascade_estimates,
     position_manipulator_estimates,
     position_manipulator_result,
 )
-from tepsipe.identification.cascade.fit import ParallelCascadeOptions
+from tepsipe.experiments.position_manipulator.options import PositionManipulatorOptions
+from tepsipe.identification.cascade.options import ParallelCascadeOptions
 from tepsipe.identification.cascade.pathways import (
     delayed,
     knot_responses,
@@ -26,7 +26,8 @@ from tepsipe.identification.cascade.pathways import (
     muscle_response,
     rectified,
 )
-from tepsipe.ingest.manipulators import TableOptions, ingest_position_manipulator
+from tepsipe.ingest.manipulator_options import TableOptions
+from tepsipe.ingest.manipulators import ingest_position_manipulator
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.signals.differentiation import derivative
 

@@ -4,18 +4,14 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from tepsipe.identification.cascade.fit import (
-    ParallelCascadeOptions,
-    SlowModel,
-    Structure,
-    estimate_slow_model,
-)
+from tepsipe.identification.cascade.fit import SlowModel, Structure, estimate_slow_model
 from tepsipe.identification.cascade.normal_equations import (
     block_sums,
     solve_bounded,
     solve_drawn,
     solve_without_each,
 )
+from tepsipe.identification.cascade.options import ParallelCascadeOptions
 from tepsipe.identification.cascade.parallel_cascade import identify_cascade
 from tepsipe.identification.cascade.pathways import laguerre_responses, stop_deflection
 from tepsipe.identification.cascade.record import make_record

@@ -10,15 +10,16 @@ from builders import assert_one_sentence
 from scipy.signal import welch
 
 from tepsipe.errors import InputError
-from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill
+from tepsipe.ingest.plate_treadmill import ingest_treadmill
+from tepsipe.ingest.treadmill_options import TreadmillOptions
 from tepsipe.io.formats import read_markers
 from tepsipe.io.readers.treadmill_log import read_calibration_matrix, read_treadmill_log
 from tepsipe.io.trial import read_trial, write_trial
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
+from tepsipe.treadmill.options import Weight
 from tepsipe.treadmill.plate_check import check_plate, resting
 from tepsipe.treadmill.prepared import prepare_trial
-from tepsipe.treadmill.trial_recordings import Weight
 from tepsipe.virtual_lab.belt import DriveTruth, velocity_command
 from tepsipe.virtual_lab.force_plate import (
     PlateTruth,

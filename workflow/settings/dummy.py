@@ -5,9 +5,7 @@ from typing import Any, Literal
 from pydantic import model_validator
 
 from tepsipe.errors import InputError, quoted
-from tepsipe.experiments.dummy.foot_pathways import FootPathway
-from tepsipe.experiments.dummy.leg_pathways import Pathway
-from tepsipe.experiments.dummy.specification_curve import SpecificationOptions
+from tepsipe.experiments.dummy.options import FootPathway, Pathway, SpecificationOptions
 from tepsipe.identification.estimators import ESTIMATORS, JOINT_LIKELIHOOD, OUTPUT_ERROR
 from tepsipe.quantities import Draws, Gravity, Inertia, Length, PartMass, Stiffness, Time
 from workflow.settings.plate_treadmill import MarkerLabels, PlacedMarkers, TreadmillIngest, Window

@@ -19,6 +19,7 @@ from tepsipe.treadmill.calibration import (
     plate_plan,
 )
 from tepsipe.treadmill.held_out import below_limit, held_out_residuals
+from tepsipe.treadmill.options import Weight
 from tepsipe.treadmill.plate_check import Resting, check_plate, resting
 from tepsipe.treadmill.prepared import prepare_trial
 from tepsipe.treadmill.recording import BeltRecording
@@ -26,7 +27,6 @@ from tepsipe.treadmill.registry import FamilyOptions, FittedModel
 from tepsipe.treadmill.trial_recordings import (
     COMPONENTS,
     PlateOptions,
-    Weight,
     plate_filters,
     plate_recordings,
     zeroed_per_pulse,

@@ -8,8 +8,9 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
-from tepsipe.identification.cascade.fit import ParallelCascadeOptions, SlowModel, Structure
+from tepsipe.identification.cascade.fit import SlowModel, Structure
 from tepsipe.identification.cascade.normal_equations import row_spans
+from tepsipe.identification.cascade.options import ParallelCascadeOptions
 from tepsipe.identification.cascade.pathways import (
     delayed,
     knot_responses,

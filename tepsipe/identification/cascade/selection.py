@@ -16,7 +16,6 @@ import numpy as np
 from tepsipe.identification.cascade.fit import (
     Assumption,
     ModelScore,
-    ParallelCascadeOptions,
     SlowModel,
     Structure,
     estimate_slow_model,
@@ -28,6 +27,7 @@ from tepsipe.identification.cascade.normal_equations import (
     solve_drawn,
     solve_without_each,
 )
+from tepsipe.identification.cascade.options import ParallelCascadeOptions
 from tepsipe.identification.cascade.record import CascadeRecord, Design, make_design
 
 # standard errors by which a reflex must lower the cross-validated error
