@@ -8,11 +8,9 @@ directly; any other file is read in a child process.
 import hashlib
 import json
 import os
-from collections import UserDict
-from collections.abc import Callable, Iterator, MutableMapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import h5py
@@ -64,12 +62,10 @@ def read_hdf5(
     expected: str,
     actual: str = "one that cannot be read",
     advice: str = "make it again",
-    sealed: Callable | None = None,
 ):
     """Read an HDF5 file with ``read``: directly if its seal fits, or else in a child process (`guarded`).
 
     read: takes the path; its result can be pickled.
-    sealed: reads a file whose seal fits, if ``read`` does not.
     expected, actual, advice: parts of the message: what the file should be, what one is that cannot be
     read, what to do about it.
 
@@ -79,7 +75,7 @@ def read_hdf5(
         The function's result.
     """
     try:
-        return (sealed or read)(path) if _is_sealed(path) else guarded(read, path, what=path)
+        return read(path) if _is_sealed(path) else guarded(read, path, what=path)
     except InputError:
         raise
     except Exception as error:  # h5py raises many kinds on damaged files
@@ -92,9 +88,9 @@ def read_hdf5(
 class Result:
     """Named arrays and facts."""
 
-    arrays: MutableMapping[str, np.ndarray]
+    arrays: dict[str, np.ndarray]
     """Name, with ``/`` between groups, -> values (units in ``units``)."""
-    units: MutableMapping[str, str]
+    units: dict[str, str]
     """Name -> unit."""
     facts: dict
     """Anything that JSON can represent."""
@@ -129,7 +125,7 @@ def joined(*results: Result) -> Result:
 
 def read_result(path: str | Path) -> Result:
     """Read a file written by `write_result` (arrays in the units that it names)."""
-    return read_hdf5(_read, path, "a result's HDF5 file", sealed=_on_demand)
+    return read_hdf5(_read, path, "a result's HDF5 file")
 
 
 def read_facts(path: str | Path) -> dict:
@@ -158,35 +154,6 @@ def _read(path: str | Path) -> Result:
             if not isinstance(units[name], str):
                 raise ValueError(f"a unit of {name!r} that is no text")
         return Result(arrays, units, _facts(file))
-
-
-class _OnDemand(UserDict):
-    """Contents by name, each read when it is first asked for: most jobs use a few of a file's many arrays."""
-
-    def __getitem__(self, name):
-        content = self.data[name]
-        if isinstance(content, partial):
-            content = self.data[name] = content()
-        return content
-
-
-def _on_demand(path: str | Path) -> Result:
-    with h5py.File(path, "r") as file:
-        names, facts = [name for name, _ in _datasets(file)], _facts(file)
-    arrays, units = (
-        _OnDemand({name: partial(read, path, name) for name in names}) for read in (_array, _unit)
-    )
-    return Result(arrays, units, facts)
-
-
-def _array(path: str | Path, name: str) -> np.ndarray:
-    with h5py.File(path, "r") as file:
-        return file[name][...]
-
-
-def _unit(path: str | Path, name: str) -> str:
-    with h5py.File(path, "r") as file:
-        return file[name].attrs["units"]
 
 
 def _datasets(group: h5py.Group, before: str = "") -> Iterator[tuple[str, h5py.Dataset]]:
