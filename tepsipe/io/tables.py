@@ -123,7 +123,8 @@ class Table(Generic[Row]):
     def _row(self, cells: list[str], length: int, columns: dict[str, Callable[[str], Any]]) -> Row:
         if len(cells) != length:
             raise ValueError("too many or too few cells")
-        row = self.row(**{name: read(cell) for (name, read), cell in zip(columns.items(), cells, strict=False)})
+        named = zip(columns.items(), cells, strict=False)  # further columns are not read
+        row = self.row(**{name: read(cell) for (name, read), cell in named})
         if self.check is not None:
             self.check(row)
         return row
