@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
+import h5py
 import numpy as np
-
-from tepsipe.io.result import new_hdf5
 
 RATE_HZ = 500.0
 
@@ -41,6 +40,6 @@ def write_true_motion(path: str | Path, motion: TrueMotion) -> None:
     """Write the motion as HDF5 at `RATE_HZ` (s, rad, N·m), from the trigger on."""
     every = max(1, round((1.0 / RATE_HZ) / (motion.time[1] - motion.time[0])))
     kept = np.flatnonzero(motion.time >= 0.0)[::every]
-    with new_hdf5(path) as file:
+    with h5py.File(path, "w") as file:
         for name, values in vars(motion).items():
             file.create_dataset(name, data=values[kept], compression="gzip", compression_opts=1, shuffle=True)

@@ -35,10 +35,7 @@ def _budgeted(run: Run) -> dict:
 
 
 def _relative(run: Run, estimates: list) -> dict[str, RelativeBudget]:
-    if not estimates:
-        return {}
-    contributions = run.rows("uncertainty", experiment=estimates[0].experiment)
-    return relative_budgets(contributions.itertuples(), estimates, SHOWN)
+    return relative_budgets(run.tables["uncertainty"].itertuples(), estimates, SHOWN)
 
 
 def _parts(budget: RelativeBudget, estimates: list) -> dict:
