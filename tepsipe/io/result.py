@@ -30,12 +30,17 @@ def new_hdf5(path: str | Path) -> Iterator[h5py.File]:
     """A new HDF5 file to write to, which is sealed when it is closed."""
     with h5py.File(path, "w") as file:
         yield file
-    with open(path, "rb+") as written:
-        written.write(SEAL + hashlib.sha256(written.read()).digest())
+    seal(path)
+
+
+def seal(path: str | Path) -> None:
+    """Seal a file that has just been written."""
+    with open(path, "rb+") as file:
+        file.write(SEAL + hashlib.sha256(file.read()).digest())
 
 
 def _is_sealed(path: str | Path) -> bool:
-    """Whether every byte of a file is as `new_hdf5` has written it."""
+    """Whether every byte of a file is as it was when it was sealed."""
     with suppress(OSError):  # the reader refuses it
         if Path(path).is_file():  # no pipe, which could make it wait
             with open(path, "rb") as file:
