@@ -254,7 +254,7 @@ def test_standing_person_from_one_file(short_truth, shipped_config, tmp_path):
     estimator = {"short": StandingEstimator(0.06, False, "none")}
     fits = [fit_all([r], "t", ["a"], estimator, ActiveOptions((), (), (), {}), 20, 1)[0] for r in responses]
     for name in "BK":
-        several, one = (found["a", "short"].interval(name)[0] for found in fits)
+        several, one = (found["a", "short"].quantities[name].value for found in fits)
         assert one == pytest.approx(several, rel=0.01)
     search = OnsetOptions(**section["latency"])
     compared = 0
