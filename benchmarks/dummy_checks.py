@@ -20,7 +20,8 @@ from joint_likelihood import row
 from scipy.signal import lfilter
 
 from tepsipe.experiments.dummy.checks import check_dummy
-from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy
+from tepsipe.experiments.dummy.leg_pathways import analyse_dummy
+from tepsipe.experiments.dummy.options import Pathway
 from tepsipe.statistics.uncertainty import sources_of
 
 PATHWAYS = {

@@ -7,10 +7,19 @@ approaches its limit exponentially, or a Maxwell element, whose force relaxes; t
 second-order muscle, integrated at 1 kHz, behind a delay of 43 ms and a velocity threshold of 0.15 rad/s that
 are on no grid; slow torque is an Ornstein-Uhlenbeck process; angle and torque have white noise. Prints a
 table.
+
+    .venv/bin/python benchmarks/human_joint_coverage.py --cost 6 60
+
+prints what a fit costs instead: CPU time without its limit of one thread over that with it, for a record of
+a minute, and CPU time and memory for records of 6 and 60 minutes.
 """
 
 import argparse
+import inspect
+import multiprocessing
+import resource
 import sys
+import time as clock
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +35,7 @@ INERTIA, DAMPING, STIFFNESS = 0.014, 0.7, 60.0
 SHORT_RANGE, LIMIT_RAD, RELAXATION_S = 25.0, 0.005, 0.07
 GAIN, DELAY_S, THRESHOLD, FREQUENCY_HZ, ZETA = 10.0, 0.043, 0.15, 2.2, 0.9
 DRAWS = 300
+TURNS = 5
 SLOW_SD, SLOW_S, TORQUE_NOISE, ANGLE_NOISE = 0.25, 1.0, 0.05, 2e-5
 JOINTS = {
     "no short-range stiffness": {"short_range": None, "gain": GAIN},
@@ -36,10 +46,10 @@ JOINTS = {
 }
 
 
-def imposed_angle(rng: np.random.Generator, amplitude: float = 0.03) -> np.ndarray:
+def imposed_angle(rng: np.random.Generator, amplitude: float = 0.03, seconds=SECONDS) -> np.ndarray:
     """Random steps every 0.1 to 0.4 s as an actuator of 18 Hz follows them (rad), shape (n,)."""
-    count = int(SECONDS * RATE)
-    holds = rng.uniform(0.1, 0.4, int(SECONDS / 0.1))
+    count = int(seconds * RATE)
+    holds = rng.uniform(0.1, 0.4, int(seconds / 0.1))
     at = np.searchsorted(np.cumsum(holds), np.arange(count) / RATE)
     levels = amplitude * rng.uniform(-1.0, 1.0, holds.size + 1)
     w = 2.0 * np.pi * 18.0
@@ -63,10 +73,12 @@ def short_range_torque(angle: np.ndarray, kind: str | None) -> np.ndarray:
     return SHORT_RANGE * np.array(deflections)
 
 
-def make_joint(seed: int, short_range: str | None, gain: float, slow_sd: float = SLOW_SD, amplitude=0.03):
+def make_joint(
+    seed: int, short_range: str | None, gain: float, slow_sd: float = SLOW_SD, amplitude=0.03, seconds=SECONDS
+):
     """Time (s), angle (rad) and torque (N·m) of one record, and its working stiffness (N·m/rad)."""
     rng = np.random.default_rng(seed)
-    angle = imposed_angle(rng, amplitude)
+    angle = imposed_angle(rng, amplitude, seconds)
     time = np.arange(angle.size) / RATE
     # central differences would make the acceleration 0.4 % too small, and so the inertia
     path = scipy.interpolate.make_interp_spline(time, angle, 5)
@@ -112,13 +124,45 @@ def scored(seed: int, joint: dict) -> dict:
     }
 
 
+def cpu_s(fit, record) -> float:
+    """CPU time of a fit (s)."""
+    start = clock.process_time()
+    fit(*record)
+    return clock.process_time() - start
+
+
+def print_cost(minutes: list[int]) -> None:
+    """Print ratios of CPU times, and CPU time (s) and most memory (MB) of records of some lengths (min)."""
+    joint = JOINTS["short-range stiffness (Dahl)"]
+    record = make_joint(1, **joint)[:3]
+    ways = inspect.unwrap(fit_parallel_cascade), fit_parallel_cascade
+    # in turns, so that other work of the computer slows both; the first loads what a fit needs
+    turns = [[cpu_s(fit, record) for fit in ways] for _ in range(TURNS + 1)][1:]
+    ratio = np.median([without / limited for without, limited in turns])
+    print(f"{SECONDS:g} s: {ratio:.1f} times the CPU time without the limit of one thread", flush=True)
+    last = None
+    for length in sorted(minutes):
+        # the record is made by another process, whose memory does not count
+        with multiprocessing.get_context("spawn").Pool(1) as other:
+            record = other.apply(make_joint, (1,), {**joint, "seconds": 60.0 * length})[:3]
+        taken = cpu_s(fit_parallel_cascade, record)
+        most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+        times = f", {taken / last[1]:.1f} times that of {last[0]} min" if last else ""
+        print(f"{length} min: {most:.0f} MB, {taken:.1f} CPU-s{times}", flush=True)
+        last = length, taken
+
+
 def main() -> None:
     """Fit all joints and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=200)
     parser.add_argument("--first", type=int, default=1)
     parser.add_argument("--joint", choices=JOINTS, action="append")
+    parser.add_argument("--cost", type=int, nargs="+", metavar="MINUTES")
     chosen = parser.parse_args()
+    if chosen.cost:
+        print_cost(chosen.cost)
+        return
     print("# Human joint: bias and coverage\n")
     print(
         f"{chosen.seeds} records of {SECONDS:g} s per joint, half of each fitted. Slow torque:\n"

@@ -15,7 +15,8 @@ import time
 import dummy_trials as lab
 import numpy as np
 
-from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy
+from tepsipe.experiments.dummy.leg_pathways import analyse_dummy
+from tepsipe.experiments.dummy.options import Pathway
 from tepsipe.mechanics.impedance_model import SMALL
 
 CONDITIONS = ("sine-0.1", "sine-0.3", "sine-0.5", "minjerk-0.3")

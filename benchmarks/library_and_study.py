@@ -33,9 +33,11 @@ from tepsipe import (
     segment_motion,
 )
 from tepsipe.arguments import options_of
-from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, analyse_dummy
+from tepsipe.experiments.dummy.options import Pathway
 from tepsipe.experiments.wristalyzer.analysis import ESTIMATORS
-from tepsipe.experiments.wristalyzer.record import WristalyzerOptions, WristalyzerRecord, prepare, timed
+from tepsipe.experiments.wristalyzer.options import WristalyzerOptions
+from tepsipe.experiments.wristalyzer.record import WristalyzerRecord, prepare, timed
 from tepsipe.identification.budgets.leg import KNOWN_OF_LEGS
 from tepsipe.mechanics.impedance_model import PARAMETERS, SMALL
 from tepsipe.signals.perturbations import rest_samples

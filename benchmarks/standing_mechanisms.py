@@ -27,9 +27,8 @@ import yaml  # noqa: E402
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs  # noqa: E402
+from tepsipe.experiments.standing.epochs import cut_standing_epochs  # noqa: E402
 from tepsipe.experiments.standing.free_reflex.broadband import cut_broadband  # noqa: E402
-from tepsipe.experiments.standing.free_reflex.fit import FreeReflexOptions  # noqa: E402
 from tepsipe.experiments.standing.free_reflex.results import (  # noqa: E402
     FreeReflexChoices,
     fit_free,
@@ -38,14 +37,16 @@ from tepsipe.experiments.standing.free_reflex.results import (  # noqa: E402
 from tepsipe.experiments.standing.joint_torque import process_standing  # noqa: E402
 from tepsipe.experiments.standing.muscle_torque import ActiveOptions  # noqa: E402
 from tepsipe.experiments.standing.options import (  # noqa: E402
+    EpochOptions,
+    FreeReflexOptions,
     StandingEstimator,
     StandingOptions,
     TorquePathway,
 )
 from tepsipe.experiments.standing.thesis.impedance import fit_standing  # noqa: E402
 from tepsipe.experiments.standing.thesis.latency import muscle_latency  # noqa: E402
-from tepsipe.ingest.plate_treadmill import TreadmillOptions  # noqa: E402
 from tepsipe.ingest.standing import ingest_standing_files  # noqa: E402
+from tepsipe.ingest.treadmill_options import TreadmillOptions  # noqa: E402
 from tepsipe.reporting.recovery import linear_truth_standing, read_true_motion  # noqa: E402
 from tepsipe.signals.filters import Lowpass  # noqa: E402
 from tepsipe.signals.onsets import OnsetOptions  # noqa: E402

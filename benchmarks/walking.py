@@ -17,7 +17,7 @@ import numpy as np
 
 from tepsipe.experiments.walking.analysis import analyse_walking
 from tepsipe.experiments.walking.files import read_events, read_recording
-from tepsipe.experiments.walking.impedance import WalkingOptions
+from tepsipe.experiments.walking.options import WalkingOptions
 from tepsipe.experiments.walking.strides import agreement, ankle_moment, bandwidth_hz, segment_strides
 from tepsipe.virtual_lab.walker import Joint, Walk, perturb, resample_walk
 

@@ -22,9 +22,10 @@ from tepsipe.experiments.wristalyzer.analysis import (  # noqa: E402
     analyse_wristalyzer,
     wristalyzer_rows,
 )
+from tepsipe.experiments.wristalyzer.options import WristalyzerOptions  # noqa: E402
 from tepsipe.experiments.wristalyzer.pooled import fit_together  # noqa: E402
-from tepsipe.experiments.wristalyzer.record import WristalyzerOptions  # noqa: E402
-from tepsipe.ingest.manipulators import ManipulatorOptions, ingest_torque_manipulator  # noqa: E402
+from tepsipe.ingest.manipulator_options import ManipulatorOptions  # noqa: E402
+from tepsipe.ingest.manipulators import ingest_torque_manipulator  # noqa: E402
 from tepsipe.io.readers.text_table import read_text_table  # noqa: E402
 from tepsipe.reporting.recovery import (  # noqa: E402
     linear_truth,

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import signal
 
-from tepsipe.treadmill.black_box_models import RippleOptions
+from tepsipe.treadmill.options import RippleOptions
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FamilyOptions
 

@@ -123,7 +123,8 @@ def dummy_files(short_truth, tmp_path_factory):
 def true_joint(dummy_files, shipped_config):
     """I, B, K of the linear joint that is nearest to the true one in the perturbations of `dummy_files`."""
     from tepsipe import find_perturbations
-    from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
+    from tepsipe.ingest.plate_treadmill import ingest_treadmill_files
+    from tepsipe.ingest.treadmill_options import TreadmillOptions
     from tepsipe.reporting.recovery import linear_truth, read_true_motion
 
     dummy, rate = shipped_config["dummy"], shipped_config["plate_treadmill"]["resample_rate_hz"]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from tepsipe.virtual_lab.belt import BeltMotion
-from tepsipe.virtual_lab.force_plate import Frame, Loaded, voltages_of_belts
+from tepsipe.virtual_lab.force_plate import Loaded, voltages_of_belts
 
 
 def pressed(reaction, rate_hz, velocity=None, acceleration=None):
@@ -17,5 +17,4 @@ def pressed(reaction, rate_hz, velocity=None, acceleration=None):
 
 def plate_voltages(plate, volts_per_newton, motion, sample, rng):
     """Voltages (V) of the 14 channels with the load on the right belt."""
-    frame = Frame.drawn(plate, motion.time.size, motion.rate_hz, rng)
-    return voltages_of_belts({"right": Loaded(frame, motion)}, volts_per_newton, sample, rng)
+    return voltages_of_belts({"right": Loaded(plate, motion)}, volts_per_newton, sample, rng)

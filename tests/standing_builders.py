@@ -13,8 +13,8 @@ import numpy as np
 from emg_builders import EMG_RATE_HZ, emg, ramp_burst
 from scipy.integrate import solve_ivp
 
-from tepsipe.experiments.standing.epochs import EpochOptions, StandingEpochs
-from tepsipe.experiments.standing.options import Person, StanceLimits, StandingOptions
+from tepsipe.experiments.standing.epochs import StandingEpochs
+from tepsipe.experiments.standing.options import EpochOptions, Person, StanceLimits, StandingOptions
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.mechanics.anthropometry import both_feet, standing_body
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers

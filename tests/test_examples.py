@@ -7,7 +7,8 @@ import sys
 
 import pytest
 
-from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
+from tepsipe.ingest.plate_treadmill import ingest_treadmill_files
+from tepsipe.ingest.treadmill_options import TreadmillOptions
 from tepsipe.ingest.whole_trial import read_recording_files
 from tepsipe.io.trial import write_trial
 

@@ -17,6 +17,7 @@ from pypdf import PdfReader
 from study_builders import estimates, plain_laboratory, snakemake, table, write_config, write_sheet
 
 from tepsipe.io.formats import read_all_markers
+from tepsipe.io.result import read_result
 from tepsipe.io.trial import read_trial
 from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
 from tepsipe.virtual_lab.treadmill_trial import Protocol
@@ -91,18 +92,24 @@ def plot_toy(results: Mapping[str, Result]) -> Figure:
         "report/chapters/dummy.typ": {'#shown("2_9")\n': '\n#shown("toy")\n'},
     },
     "setting": {
-        "tepsipe/experiments/dummy/specification_curve.py": {
+        "tepsipe/signals/perturbations.py": {
             "from typing import Annotated\n": "\nfrom annotated_types import Ge, Le\n",
-            '    """Time before the onset that counts as rest of a perturbation."""\n': '''\
-    toy_rows: Annotated[int, Ge(1), Le(100)]
-    """Rows of the table that are kept by a toy."""
+            '    """Closer runs of belt motion are one perturbation."""\n': '''\
+    toy_most: Annotated[int, Ge(1), Le(100)] = 100
+    """Number of perturbations that are kept by a toy."""
 ''',
-            "        for choices, fits in fits_by_choice\n    ]\n": "    rows = rows[: options.toy_rows]\n",
+            "        options.merge_s,\n        what,\n    )": "[: options.toy_most]",
         },
         "config/config.yaml": {
-            "    before_segment_s: 0.1 # rest of a single perturbation, before its onset\n": """\
-    toy_rows: 7
-"""
+            "    merge_s: 0.06 # closer runs are one perturbation, in which the belt reverses\n": """\
+    toy_most: 3
+""",
+            "# search for perturbations and rest, as for the dummy\n      rest_before_s: 6.0\n": """\
+      toy_most: 100
+""",
+            "# search for perturbations and rest, as for the dummy\n      rest_before_s: 4.0\n": """\
+      toy_most: 100
+""",
         },
     },
     "experiment": {
@@ -269,11 +276,11 @@ def test_toy_figure_is_in_the_report(ran):
 
 def test_toy_setting_is_documented_limited_and_used(ran):
     text = (ran / README.relative_to(ROOT)).read_text(encoding="utf-8")
-    assert "| `specification.toy_rows` | | whole number, 1 to 100 | 7 | rows of the table" in text
-    assert len(table(ran, "specification")) == 7
-    write_config(ran, STUDY | {"dummy": {"specification": {"toy_rows": 0}}}, "refused")
+    assert "| `analysis.toy_most` | | whole number, 1 to 100 | 3 | number of perturbations" in text
+    assert len(read_result(ran / "results/fits/dummy/sine-0.5.h5").arrays["windows"]) == 3
+    write_config(ran, STUDY | {"dummy": {"analysis": {"toy_most": 0}}}, "refused")
     run = snakemake(ran, "-n", config="refused")
-    assert run.returncode and "dummy.specification.toy_rows" in run.stdout + run.stderr
+    assert run.returncode and "dummy.analysis.toy_most" in run.stdout + run.stderr
 
 
 def test_toy_experiment_has_estimates_figure_page_and_chapter(ran):

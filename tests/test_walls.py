@@ -131,6 +131,19 @@ def test_what_an_experiment_declares_is_known_without_numpy_or_any_part():
     assert own == {"tepsipe", "tepsipe.experiments", *OBJECTS, *FOLDERS}
 
 
+def test_a_configuration_is_read_without_the_analyses_that_it_sets():
+    code = "import sys; import workflow.support.checked_study; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    loaded = set(done.stdout.split())
+    packages = {f"scipy.{name}" for name in ("optimize", "signal", "interpolate", "linalg", "stats")}
+    assert not loaded & ({"h5py", "pandas", "matplotlib", "ezc3d"} | packages)
+    # options stand apart from the modules that fit, ingest and calibrate
+    parts = {
+        name for name in loaded & NAMES.keys() if is_named(name, "analysis", "fit", "record", "registry")
+    }
+    assert parts == set(OBJECTS[1:])
+
+
 def test_only_the_object_of_an_experiment_knows_the_class_and_no_module_of_the_library_the_registry():
     for name in NAMES:
         knows = arrows(name) & set(OBJECTS)

@@ -22,12 +22,13 @@ import yaml
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.position_manipulator.analysis import (
-    PositionManipulatorOptions,
     analyse_parallel_cascade,
     analyse_position_manipulator,
 )
-from tepsipe.identification.cascade.fit import ParallelCascadeOptions
-from tepsipe.ingest.manipulators import TableOptions, ingest_position_manipulator
+from tepsipe.experiments.position_manipulator.options import PositionManipulatorOptions
+from tepsipe.identification.cascade.options import ParallelCascadeOptions
+from tepsipe.ingest.manipulator_options import TableOptions
+from tepsipe.ingest.manipulators import ingest_position_manipulator
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.io.trial import Trial
 from tepsipe.signals.filters import butterworth_lowpass

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
+from tepsipe.identification.one_thread import one_thread
 
 if TYPE_CHECKING:
     from tepsipe.identification.likelihood.channels import DummyMarkers
@@ -171,6 +172,7 @@ def find_estimator(name: str) -> Estimator:
     return ESTIMATORS[name]
 
 
+@one_thread()
 def estimate(name: str, record: Record) -> "WindowedFits":
     """Estimate I, B, K of a record by the named estimator.
 

@@ -38,7 +38,9 @@ from tepsipe.identification.budgets.manipulator import (
     delay_contributions,
     fit_response,
 )
-from tepsipe.identification.cascade.fit import ParallelCascadeFit, ParallelCascadeOptions
+from tepsipe.identification.cascade.fit import ParallelCascadeFit
+from tepsipe.identification.cascade.options import ParallelCascadeOptions
+from tepsipe.identification.one_thread import one_thread
 from tepsipe.identification.result import (
     PARAMETERS,
     Curve,
@@ -56,6 +58,7 @@ if TYPE_CHECKING:
     from tepsipe.signals.response import FrequencyResponse
 
 
+@one_thread()
 def fit_impedance(
     time: "Samples",
     angle: "Samples",
@@ -167,6 +170,7 @@ def fit_impedance(
     return replace(fit, notes=(*named, *fit.notes, *notes.of_impedance(fit, motion, torque), *filtered))
 
 
+@one_thread()
 def fit_output_error(
     motion: "SegmentMotion",
     foot_position: "Samples",
@@ -289,6 +293,7 @@ def fit_output_error(
     return replace(fit, notes=(*named, *fit.notes, *notes.of_impedance(fit, motion), *follows, *filtered))
 
 
+@one_thread()
 def fit_admittance(
     response: "FrequencyResponse",
     *,
@@ -408,6 +413,7 @@ def fit_admittance(
     )
 
 
+@one_thread()
 def fit_parallel_cascade(
     time: "Samples",
     angle: "Samples",
@@ -596,7 +602,7 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng, uncert
     """One regression with an offset over the whole record, intervals over blocks."""
     from tepsipe.signals.differentiation import derivative
     from tepsipe.statistics.clusters import errors_over_blocks
-    from tepsipe.statistics.goodness_of_fit import vaf
+    from tepsipe.statistics.goodness_of_fit import explained
     from tepsipe.statistics.least_squares import least_squares_line
 
     sources = stated_sources(uncertainty, MANIPULATOR_SOURCES, "fit_impedance without perturbations")
@@ -619,7 +625,7 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng, uncert
         rng.standard_normal((draws, len(part))) @ part
         for part in np.array_split(shares, 1 + len(shares) // 1000)
     )
-    mean = torque.mean()
+    predicted, mean = regressors @ result.parameters, torque.mean()
     late = delay_contributions(
         lambda x: np.linalg.lstsq(regressors, x)[0], derivative(motion.time, torque), sources
     )
@@ -639,10 +645,10 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng, uncert
     return ImpedanceFit(
         estimator="regression",
         quantities=quantities,
-        vaf=vaf(torque - mean, regressors @ result.parameters - mean),
+        vaf=explained(torque - mean, predicted - mean),
         vaf_of="the torque about its mean",
         confidence=confidence,
-        curve=Curve(motion.time, torque, regressors @ result.parameters, "Torque (N·m)"),
+        curve=Curve(motion.time, torque, predicted, "Torque (N·m)"),
         details=result,
         type_b=tuple(sources),
     )

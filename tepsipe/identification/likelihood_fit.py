@@ -10,6 +10,7 @@ from tepsipe.errors import InputError, refuse_other_kind
 from tepsipe.identification import notes
 from tepsipe.identification.arguments import as_perturbations, samples_at_rest, shaded
 from tepsipe.identification.budgets.leg import KNOWN_OF_LEGS, LegUncertainty
+from tepsipe.identification.one_thread import one_thread
 from tepsipe.identification.result import Curve, ImpedanceFit
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, marker_samples, segment_motion
@@ -19,6 +20,7 @@ from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.statistics.uncertainty import Source, coverage_factor, stated_sources
 
 
+@one_thread()
 def fit_joint_likelihood(
     time: "Samples",
     positions: "Samples",

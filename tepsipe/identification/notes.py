@@ -18,6 +18,7 @@ from tepsipe.mechanics.segment_kinematics import JointMotion
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.signals.response import FrequencyResponse
+from tepsipe.statistics.least_squares import column_lengths, triangle
 
 # below this VAF (%) the residual has more than half the standard deviation of the signal
 LEAST_VAF = 75.0
@@ -151,10 +152,12 @@ def of_exchange(
 
 def _unexplained(columns: np.ndarray, y: np.ndarray) -> float:
     """Part of the variance of ``y`` that a regression on columns and a constant leaves."""
-    scale = np.linalg.norm(columns, axis=0)
-    x = np.column_stack([columns / np.where(scale > 0.0, scale, 1.0), np.ones(y.size)])
-    residual = y - x @ np.linalg.lstsq(x, y, rcond=None)[0]
-    return float(np.sum(residual**2) / np.sum((y - y.mean()) ** 2))
+    x = np.column_stack([columns, np.ones(y.size)])
+    scale = column_lengths(x)
+    scale = np.where(scale > 0.0, scale, 1.0)
+    rows, right = triangle(x, y, scale)
+    solution = np.linalg.lstsq(rows, right, rcond=None)[0] / scale
+    return float(np.sum((y - x @ solution) ** 2) / np.sum((y - y.mean()) ** 2))
 
 
 def of_swing(angle: np.ndarray, rate: np.ndarray) -> tuple[str, ...]:
@@ -322,15 +325,15 @@ def of_impedance(fit: ImpedanceFit, motion: JointMotion, torque: np.ndarray | No
     torque: torque (N·m), filtered.
     Returns: one sentence per caveat.
     """
-    rows = np.column_stack([motion.theta_dd, motion.theta_d, motion.theta])
+    rows = motion.theta_dd, motion.theta_d, motion.theta
     found = of_swing(motion.theta, motion.theta_d) + of_vaf(fit.vaf, fit.vaf_of)
-    found += of_signs(fit.quantities, shares(fit.parameters, rows.std(axis=0)))
+    found += of_signs(fit.quantities, shares(fit.parameters, np.array([x.std() for x in rows])))
     if torque is None:
         return found
     if fit.B < 0.0:
         rate = derivative(motion.time, torque)
         exchanged = np.column_stack([derivative(motion.time, rate), rate, torque])
-        found += of_exchange(rows, exchanged)
+        found += of_exchange(np.column_stack(rows), exchanged)
     return found + of_torque(torque) + of_proportion(motion.theta, torque)
 
 

@@ -27,6 +27,7 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
+from tepsipe.identification.one_thread import one_thread
 from tepsipe.signals.differentiation import derivative
 
 NAMES = ("I", "B", "K", "reflex_gain_ratio")
@@ -89,6 +90,7 @@ class VaryingImpedance:
     """VAF (%) of the torque of the segments about their levels, trends and ensemble mean."""
 
 
+@one_thread()
 def impedance_in_windows(
     joint: MovedJoint,
     *,
@@ -142,6 +144,7 @@ def impedance_in_windows(
     return _result("time", centre, names, np.array(values), deviations, means, np.ones(starts.size), vafs)
 
 
+@one_thread()
 def impedance_of_ensemble(
     joint: MovedJoint,
     starts: Annotated[np.ndarray, "(r,)"],
@@ -205,6 +208,7 @@ def impedance_of_ensemble(
     )
 
 
+@one_thread()
 def impedance_by_schedule(
     joint: MovedJoint,
     schedule: np.ndarray,

@@ -7,14 +7,16 @@ excluded, is 39 ms.
 """
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from annotated_types import Ge, Le
 
-from tepsipe.io.trial import Trial
 from tepsipe.quantities import ASCENDING, Band, Fraction, Pair, Positive, Time
 from tepsipe.signals.resampling import runs_of
+
+if TYPE_CHECKING:
+    from tepsipe.io.trial import Trial
 
 Limit = Annotated[Pair[float], ASCENDING]
 # a channel is quantised if the median of its steps is at most this many times the smallest
@@ -96,7 +98,7 @@ def source(files: dict[str, str], *kinds: str) -> str:
     )
 
 
-def used_belt(trial: Trial, rig: Rig) -> int | None:
+def used_belt(trial: "Trial", rig: Rig) -> int | None:
     """Index of the belt in use on the axis of the trial's plates, or None."""
     if rig.belt is None or "force" not in trial.signals:
         return None

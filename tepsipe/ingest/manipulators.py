@@ -10,8 +10,8 @@ from typing import Annotated
 import numpy as np
 
 from tepsipe.errors import InputError
+from tepsipe.ingest.manipulator_options import ManipulatorOptions, TableOptions
 from tepsipe.io.trial import Signal, Trial
-from tepsipe.quantities import AngleUnit, Rate, Sign, Thesis, Time
 from tepsipe.signals.resampling import (
     BAND_PER_RATE,
     RepairedTime,
@@ -133,23 +133,6 @@ def refuse_slow(recorded_hz: float, rate_hz: float, setting: str, name: str) -> 
         )
 
 
-@dataclass(frozen=True)
-class ManipulatorOptions:
-    """Options for a manipulator's recording."""
-
-    resample_rate_hz: Annotated[Rate, Thesis("3-1-1")]
-    """Rate of the trial."""
-    max_gap_s: Time
-    """Longest step between samples."""
-    angle_unit: AngleUnit
-    """Unit of the logged angle."""
-
-    @property
-    def units(self) -> dict[str, str]:
-        """Units in which the columns of log and command are read."""
-        return {"time": "s", "trigger_time": "s", "angle": self.angle_unit, "torque": "Nm"}
-
-
 def ingest_torque_manipulator(
     log: dict[str, np.ndarray],
     command: dict[str, np.ndarray],
@@ -260,25 +243,6 @@ def _refuse_broken_command(
     repair_time_stamps(command["time"], options.max_gap_s, name)
     if not np.isfinite(command["torque"]).all():
         raise InputError(f"{name}: expected a torque on every line, found a gap: export the command again")
-
-
-@dataclass(frozen=True)
-class TableOptions:
-    """Options for a table of a position-controlled manipulator."""
-
-    resample_rate_hz: Rate
-    """Rate of the trial, not above that of the recording."""
-    max_gap_s: Time
-    """Longest gap that is filled."""
-    angle_unit: AngleUnit
-    """Unit of the angle."""
-    torque_sign: Sign
-    """−1 if a torque that resists a positive angle is recorded as negative, otherwise 1."""
-
-    @property
-    def units(self) -> dict[str, str]:
-        """Units in which the columns are read."""
-        return {"time": "s", "angle": self.angle_unit, "torque": "Nm"}
 
 
 def ingest_position_manipulator(

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from annotated_types import Ge, Le
 
 from tepsipe.errors import InputError
 from tepsipe.ingest.plausibility import refuse_dead_channels
+from tepsipe.ingest.treadmill_options import TreadmillOptions
 from tepsipe.io.formats import read_markers
 from tepsipe.io.readers.recording import Markers
 from tepsipe.io.readers.treadmill_log import (
@@ -21,7 +21,6 @@ from tepsipe.io.readers.treadmill_log import (
     read_treadmill_log,
 )
 from tepsipe.io.trial import Signal, Trial
-from tepsipe.quantities import Rate, Time
 from tepsipe.signals.resampling import (
     BAND_PER_RATE,
     align_sequential_samples,
@@ -34,20 +33,6 @@ from tepsipe.signals.resampling import (
 )
 
 BELTS = ("left", "right")
-
-
-@dataclass(frozen=True)
-class TreadmillOptions:
-    """Options for a treadmill's recording."""
-
-    resample_rate_hz: Rate
-    """Rate of the trial, set by the motion capture."""
-    max_gap_s: Time | None  # None where there are no markers
-    """Longest time for which a marker may be hidden."""
-    marker_sampling_hz: Rate | None
-    """Rate of sequential marker sampling within a frame; null if all markers are sampled simultaneously."""
-    trigger_threshold_V: Annotated[float, Ge(-100), Le(100)]
-    """Voltage above which the trigger line of the log is high."""
 
 
 @dataclass(frozen=True)

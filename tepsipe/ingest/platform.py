@@ -1,41 +1,13 @@
 """From a table of a person on a moving platform to one trial on one regular clock."""
 
-from dataclasses import dataclass
-from typing import Literal
-
 import numpy as np
 
 from tepsipe.errors import InputError
+from tepsipe.ingest.manipulator_options import JOINTS, PlatformTableOptions
 from tepsipe.ingest.manipulators import RADIANS_PER_UNIT, recorded_columns, refuse_exchanged, refuse_slow
 from tepsipe.io.trial import Signal, Trial
-from tepsipe.quantities import AngleUnit, Rate, Sign, Time
 
-JOINTS = ("ankle", "hip")
 PERTURBATIONS = ("platform", "second_perturbation")
-
-
-@dataclass(frozen=True)
-class PlatformTableOptions:
-    """Options for a table of a person on a moving platform."""
-
-    resample_rate_hz: Rate
-    """Rate of the trial, not above that of the recording."""
-    max_gap_s: Time
-    """Longest gap that is filled."""
-    angle_unit: AngleUnit
-    """Unit of the angles."""
-    torque_sign: Sign
-    """−1 if a torque that resists a positive angle is recorded as negative, otherwise 1."""
-    platform_unit: Literal["m", "m/s", "m/s2"]
-    """Position, velocity or acceleration of the platform; estimates do not depend on which."""
-
-    @property
-    def units(self) -> dict[str, str]:
-        """Units in which the columns are read."""
-        of_joint = {"angle": self.angle_unit, "torque": "Nm"}
-        return {"time": "s"} | {
-            f"{joint}_{what}": unit for joint in JOINTS for what, unit in of_joint.items()
-        }
 
 
 def ingest_platform(

@@ -10,8 +10,9 @@ from dataclasses import replace
 import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
-from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
-from tepsipe.ingest.whole_trial import RecordingOptions, ingest_recording, read_recording_files
+from tepsipe.ingest.plate_treadmill import ingest_treadmill_files
+from tepsipe.ingest.treadmill_options import RecordingOptions, TreadmillOptions
+from tepsipe.ingest.whole_trial import ingest_recording, read_recording_files
 from tepsipe.io.formats import read_emg
 from tepsipe.io.readers.edf import UV_PER_UNIT
 from tepsipe.io.readers.recording import EmgRecording, Recording

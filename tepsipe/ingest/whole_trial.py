@@ -11,13 +11,10 @@ with the rows of A the three directions in the axes of the laboratory, and c the
 (zero where the file gives none).
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
-from annotated_types import Ge
 
 from tepsipe.arguments import options_of
 from tepsipe.errors import InputError, listed, quoted
@@ -25,18 +22,17 @@ from tepsipe.ingest.dflow import read_dflow_files
 from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.plate_treadmill import (
     MarkerSignals,
-    TreadmillOptions,
     TreadmillSignals,
     ingest_treadmill_files,
     marker_signals,
     treadmill_trial,
 )
 from tepsipe.ingest.plausibility import plausible_trial
+from tepsipe.ingest.treadmill_options import RecordingOptions, ScaledChannel, TreadmillOptions
 from tepsipe.io.formats import read_all_markers, read_recording, recognised
 from tepsipe.io.readers import dflow
 from tepsipe.io.readers.recording import DIRECTIONS, Channel, ForcePlate, Markers, Recording, select_markers
 from tepsipe.io.trial import Trial
-from tepsipe.quantities import DIFFERENT, Direction, Offset, Scale, Sign, Three
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.resampling import BAND_PER_RATE, refuse_short, regular_time, resample, rising_edge
 
@@ -91,95 +87,6 @@ def read_recording_files(files: dict[str, str], belt_fixed_labels: tuple[str, ..
             f"{frames_s:.2f} s: the two must begin and end together, cut them, or correct the trial sheet"
         )
     return replace(recording, markers=markers)
-
-
-Plates = Annotated[Sequence[Annotated[int, Ge(1)]], DIFFERENT]
-
-
-@dataclass(frozen=True)
-class Axes:
-    """Directions in the file."""
-
-    forward: Direction = "+y"
-    """Direction in the file in which a positive belt velocity moves the belt."""
-    up: Direction = "+z"
-    """Upward direction in the file."""
-
-
-@dataclass(frozen=True)
-class PlateNumbers:
-    """Force plates under each belt."""
-
-    left: Plates = ()
-    """Numbers of the force plates under the left belt, from 1; loads of several are added. A belt may have
-    none."""
-    right: Plates = ()
-    """The same of the right belt."""
-
-
-@dataclass(frozen=True)
-class LoadCell:
-    """Load cell of a belt that is not among the force plates of the file."""
-
-    channel: str
-    """Label of the channel."""
-    newton_per_unit: Scale
-    """Reaction on the body per unit of the channel."""
-    direction: Direction
-    """Direction in the axes of the file."""
-    position_m: Three[Offset]
-    """Point of application in the axes of the file."""
-
-
-@dataclass(frozen=True)
-class LoadCells:
-    """Load cells of each belt."""
-
-    left: Sequence[LoadCell] = ()
-    """Load cells of the left belt that are not among the force plates of the file; their forces and moments
-    are added to those of the plates."""
-    right: Sequence[LoadCell] = ()
-    """The same of the right belt."""
-
-
-@dataclass(frozen=True)
-class ScaledChannel:
-    """Channel of a velocity of the belt: (value - offset) times ``m_per_s_per_unit``."""
-
-    channel: str | None = None
-    """Label of the channel; null without one."""
-    m_per_s_per_unit: Scale | None = None
-    """Velocity per unit of it; null takes it from the channel's unit."""
-    offset: float = 0.0
-    """Its value at rest, in its unit."""
-
-
-@dataclass(frozen=True)
-class BeltVelocity(ScaledChannel):
-    """Velocity of the belt, from a channel or from belt-fixed markers."""
-
-    markers: Annotated[Sequence[str], DIFFERENT] = ()
-    """Belt-fixed markers, whose mean velocity is used if there is no channel, and which align D-Flow's
-    record file."""
-
-
-@dataclass(frozen=True)
-class RecordingOptions:
-    """Trials whose log is one file that holds everything."""
-
-    axes: Axes = Axes()
-    plates: PlateNumbers = PlateNumbers()
-    load_cells: LoadCells = LoadCells()
-    force_sign: Sign = 1
-    """−1 if the plates give the force on the plate instead of the reaction on the body."""
-    reverse_origin: bool = False
-    """True if `ORIGIN` of the plates points from the surface to the plate's origin although its z is not
-    positive, as some software stores the plates of treadmills with a z of 0."""
-    belt_velocity: BeltVelocity = BeltVelocity()
-    belt_command: ScaledChannel = ScaledChannel()
-    trigger: str | None = None
-    """Channel whose rising edge (`ingest.trigger_threshold_V`) is time 0; what is later than `duration_s` is
-    omitted. Null: time 0 is the first frame, and the whole file is used."""
 
 
 def refuse_other_vertical(plates: dict[int, ForcePlate], up: str, name: str, key: str) -> None:

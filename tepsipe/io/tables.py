@@ -15,6 +15,7 @@ import io
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, Generic, TypeVar, get_args, get_origin, get_type_hints
@@ -97,17 +98,17 @@ class Table(Generic[Row]):
         return [row for path in paths for row in self._rows(path)]
 
     def _rows(self, path: str | Path) -> list[Row]:
-        reader = csv.DictReader(io.StringIO(read_text(path, self.what, ended=True)), strict=True)
+        reader = csv.reader(io.StringIO(read_text(path, self.what, ended=True)), strict=True)
         try:
-            names = tuple(reader.fieldnames or ())
+            names = tuple(next(reader, ()))
             end = len(self.columns)
             if names[:end] != self.columns or not set(names[end:]) <= set(self.further):
                 raise InputError(
                     f"{path}: expected the columns {', '.join(self.columns)}, found {listed(names)}: make "
                     "the file again"
                 )
-            types = self._types()
-            return [self._row(cells, types) for cells in reader]
+            columns = {name: _reading(kind, name) for name, kind in self._types().items()}
+            return [self._row(cells, len(names), columns) for cells in reader if cells]
         except InputError:
             raise
         except (ValueError, csv.Error) as error:
@@ -119,26 +120,32 @@ class Table(Generic[Row]):
         hints = get_type_hints(self.row, include_extras=True)
         return {name: hints[name] for name in self.columns}
 
-    def _row(self, cells: dict, types: dict[str, Any]) -> Row:
-        if None in cells or None in cells.values():
+    def _row(self, cells: list[str], length: int, columns: dict[str, Callable[[str], Any]]) -> Row:
+        if len(cells) != length:
             raise ValueError("too many or too few cells")
-        row = self.row(**{name: _value(cells[name], name, kind) for name, kind in types.items()})
+        named = zip(columns.items(), cells, strict=False)  # further columns are not read
+        row = self.row(**{name: read(cell) for (name, read), cell in named})
         if self.check is not None:
             self.check(row)
         return row
 
 
-def _value(cell: str, column: str, kind: Any):
-    """Value of a cell."""
+def _reading(kind: Any, column: str) -> Callable[[str], Any]:
+    """What makes a value of a cell; chosen once for a column, because tables have many cells."""
     if kind is Undefinable:
-        return float(cell) if cell else math.nan
+        return lambda cell: float(cell) if cell else math.nan
     if get_origin(kind) is Annotated:  # a unit
-        return _value(cell, column, get_args(kind)[0])
+        return _reading(get_args(kind)[0], column)
     kinds = get_args(kind)
     if type(None) in kinds:
-        return _value(cell, column, kinds[0]) if cell else None
+        read = _reading(kinds[0], column)
+        return lambda cell: read(cell) if cell else None
     if kind is bool:
-        if cell not in ("true", "false"):
-            raise ValueError(f"{cell!r} in the column {column}")
-        return cell == "true"
-    return tuple(map(float, cell.split())) if kinds else kind(cell)
+        return partial(_truth, column)
+    return (lambda cell: tuple(map(float, cell.split()))) if kinds else kind
+
+
+def _truth(column: str, cell: str) -> bool:
+    if cell not in ("true", "false"):
+        raise ValueError(f"{cell!r} in the column {column}")
+    return cell == "true"

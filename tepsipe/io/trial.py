@@ -15,7 +15,7 @@ import numpy as np
 
 from tepsipe.arguments import FACTORS, OPTIONS, described, number, path_of
 from tepsipe.errors import InputError, listed
-from tepsipe.io.result import read_hdf5, write_array
+from tepsipe.io.result import new_hdf5, read_hdf5, write_array
 
 # units that a signal can have
 UNITS = {"1", "Hz", "kg", "m/s2", *(unit for pair in FACTORS for unit in pair)}
@@ -172,7 +172,7 @@ def write_trial(
     sources: kind of each source file -> the file; their SHA-256 is recorded.
     options: processing options, recorded as they are.
     """
-    with h5py.File(path, "w") as file:
+    with new_hdf5(path) as file:
         file.attrs["experiment"] = experiment
         file.attrs["condition"] = condition
         file.attrs["rate_hz"] = trial.rate_hz

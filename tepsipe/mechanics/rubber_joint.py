@@ -63,70 +63,80 @@ def swing(
     leg: Leg,
     joints: list[RubberJoint],
     foot_acceleration: Annotated[np.ndarray, "(feet, 2 n + 1)", "m/s²"],
-    step_s: float,
-) -> Annotated[np.ndarray, "(k, feet, n + 1)"]:
-    """Angle of the leg on several joints and several moving feet, by the classical Runge-Kutta method.
+    step_s: float | np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Swing of the leg on several joints and several moving feet, by the classical Runge-Kutta method.
 
-        (J + I) theta'' = m g r sin(theta) - m r y_f'' cos(theta) - (tau - I theta''),   J = I_l + m r^2
+        (J + I) theta'' = m r G sin(theta - phi) - (tau - I theta''),   J = I_l + m r^2
+
+    where G = hypot(g, y_f'') and phi = atan2(y_f'', g) are size and tilt of the apparent gravity.
 
     leg: the leg, upright and at rest at the start.
     joints: joints to try, k of them.
     foot_acceleration: y_f'' at whole and half steps.
-    Returns: theta at whole steps (rad), positive when the leg tips towards +y.
+    step_s: length of all steps, or of each step of each foot, shape (feet, n).
+    Returns: theta (rad) and theta' (rad/s) at whole steps, both shape (k, feet, n + 1); positive when the
+    leg tips towards +y.
     """
     constants = np.array([astuple(joint) for joint in joints]).T[:, :, None]
     lanes = (len(joints), foot_acceleration.shape[0])
+
+    def by_lane(x: np.ndarray) -> np.ndarray:
+        """Rows of a number per joint and foot, ``x`` of shape (rows, feet), as shape (rows, lanes)."""
+        return np.tile(x, (1, len(joints)))
+
     # one lane per joint and foot, contiguous, and results in place: with this few lanes numpy's own
-    # bookkeeping costs more than the arithmetic
+    # bookkeeping costs more than the arithmetic, so the loop calls as few functions as it can
     stiffness, half, damping, added, inertia = (np.broadcast_to(c, lanes).ravel() for c in constants)
     coupling = leg.mass_kg * leg.com_m
-    weight = coupling * leg.gravity_m_per_s2
-    inverse = 1.0 / (leg.inertia_kgm2 + coupling * leg.com_m + inertia)
-    half_squared = half**2
-    add, subtract, multiply, divide, sin, cos = np.add, np.subtract, np.multiply, np.divide, np.sin, np.cos
-    share, moment, part = np.empty((3, half.size))
-    # factors as arrays as well: a number would be converted every time
-    one, two, softening, h, halved, sixth = (
-        np.full(half.size, x) for x in (1.0, 2.0, SOFTENING, step_s, 0.5 * step_s, step_s / 6.0)
-    )
+    about_ankle = leg.inertia_kgm2 + coupling * leg.com_m + inertia
+    k, b, d = stiffness / about_ankle, damping / about_ankle, added / about_ankle
+    c, half_squared = SOFTENING * k, half**2
+    push = foot_acceleration.T
+    pull = by_lane(coupling * np.hypot(leg.gravity_m_per_s2, push)) / about_ankle
+    lean = by_lane(np.arctan2(push, leg.gravity_m_per_s2))
+    steps = (push.shape[0] - 1) // 2
+    h = np.tile(np.broadcast_to(step_s, (lanes[1], steps)).T, (1, 2 * len(joints)))
+    halved, sixth = 0.5 * h, h / 6.0
+    add, subtract, multiply, divide, sin = np.add, np.subtract, np.multiply, np.divide, np.sin
+    share, part = np.empty((2, half.size))
 
-    def acceleration(theta, rate, pushed, out):
-        """Write theta'' into ``out``; ``pushed`` is m r y_f''."""
+    def accelerate(theta, rate, pulled, leant, out):
+        """Write theta'' into ``out``; ``pulled`` is m r G / (J + I), ``leant`` is phi."""
         multiply(theta, theta, share)
         divide(share, add(share, half_squared, part), share)
-        subtract(one, multiply(softening, share, part), part)
-        multiply(multiply(stiffness, theta, moment), part, moment)
-        add(damping, multiply(added, share, part), part)
-        add(moment, multiply(part, rate, part), moment)
-        multiply(weight, sin(theta, out), out)
-        subtract(out, multiply(pushed, cos(theta, part), part), out)
-        return multiply(subtract(out, moment, out), inverse, out)
+        subtract(theta, leant, out)
+        multiply(pulled, sin(out, out), out)
+        subtract(k, multiply(c, share, part), part)
+        subtract(out, multiply(theta, part, part), out)
+        add(b, multiply(d, share, part), part)
+        subtract(out, multiply(rate, part, part), out)
 
-    pushes = coupling * np.tile(foot_acceleration.T, (1, len(joints)))
-    steps = (pushes.shape[0] - 1) // 2
-    theta, rate, rate_half, r2, r3, r4, a1, a2, a3, a4 = np.zeros((10, half.size))
-    path = np.zeros((steps + 1, half.size))
+    # theta and theta' one after the other: at the step's start, at a stage, and their derivatives at stages
+    size = half.size
+    state, stage, change, *slopes = np.zeros((7, 2 * size))
+    angle_now, rate_now, angle_then, rate_then = state[:size], state[size:], stage[:size], stage[size:]
+    slopes = [(slope, slope[:size], slope[size:]) for slope in slopes]
+    (first, *_), (second, *_), (third, *_), (fourth, *_) = slopes
+    two = np.full(2 * size, 2.0)  # a number would be converted every time
+    path = np.zeros((steps + 1, 2 * size))
 
-    def onwards(x, by, slope, out):
-        return add(x, multiply(by, slope, part), out)
-
-    def whole_step(x, first, second, third, fourth):
-        """Add h / 6 (first + 2 second + 2 third + fourth) to x."""
-        add(first, multiply(two, second, part), rate_half)
-        add(rate_half, multiply(two, third, part), rate_half)
-        add(rate_half, fourth, rate_half)
-        add(x, multiply(sixth, rate_half, rate_half), x)
-
-    for k in range(steps):
-        start, middle, end = pushes[2 * k : 2 * k + 3]
-        acceleration(theta, rate, start, a1)
-        onwards(rate, halved, a1, r2)
-        acceleration(onwards(theta, halved, rate, rate_half), r2, middle, a2)
-        onwards(rate, halved, a2, r3)
-        acceleration(onwards(theta, halved, r2, rate_half), r3, middle, a3)
-        onwards(rate, h, a3, r4)
-        acceleration(onwards(theta, h, r3, rate_half), r4, end, a4)
-        whole_step(theta, rate, r2, r3, r4)
-        whole_step(rate, a1, a2, a3, a4)
-        path[k + 1] = theta
-    return path.reshape(steps + 1, *lanes).transpose(1, 2, 0)
+    for i in range(steps):
+        start, middle, end = 2 * i, 2 * i + 1, 2 * i + 2
+        _, angle_slope, rate_slope = slopes[0]
+        angle_slope[:] = rate_now
+        accelerate(angle_now, rate_now, pull[start], lean[start], rate_slope)
+        for (before, *_), (_, angle_slope, rate_slope), by, at in (
+            (*slopes[0:2], halved[i], middle),
+            (*slopes[1:3], halved[i], middle),
+            (*slopes[2:4], h[i], end),
+        ):
+            add(state, multiply(by, before, stage), stage)
+            angle_slope[:] = rate_then
+            accelerate(angle_then, rate_then, pull[at], lean[at], rate_slope)
+        multiply(two, add(second, third, change), change)
+        add(add(change, first, change), fourth, change)
+        add(state, multiply(sixth[i], change, change), state)
+        path[i + 1] = state
+    theta, rate = path.reshape(steps + 1, 2, *lanes).transpose(1, 2, 3, 0)
+    return theta, rate

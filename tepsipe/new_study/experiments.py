@@ -4,7 +4,7 @@ from collections import Counter
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.analysis import FEWEST_UNPERTURBED, FEWEST_WITHOUT_PULSES
-from tepsipe.experiments.walking.impedance import WalkingOptions
+from tepsipe.experiments.walking.options import WalkingOptions
 from tepsipe.ingest.dflow import read_dflow_files
 from tepsipe.new_study.files import Found, events_of
 from tepsipe.new_study.measures import pulses_of

@@ -2,7 +2,7 @@
 
 import re
 
-from tepsipe.experiments.walking.impedance import WalkingOptions
+from tepsipe.experiments.walking.options import WalkingOptions
 from tepsipe.new_study.files import EVENTS, Found, events_of
 from tepsipe.new_study.pairing import Group
 from tepsipe.new_study.plan import Missing, Plan

@@ -1,5 +1,6 @@
 """Time derivatives of sampled signals."""
 
+from collections.abc import Iterator
 from typing import Annotated
 
 import numpy as np
@@ -7,6 +8,9 @@ import scipy
 
 # at lower rates a cubic spline is not enough for the signals of a treadmill (Hz)
 FAST_HZ, SLOW_DEGREE = 200.0, 7
+# samples of a spline that are solved at a time, which bounds the memory of long records, and samples beside
+# them: those beyond change the spline by less than rounding does (degree 7: 0.54^100)
+PIECE, BESIDE = 2**18, 100
 
 
 def degree_at(rate_hz: float) -> int:
@@ -29,6 +33,25 @@ def derivative(time: Annotated[np.ndarray, "(n,)", "s"], x: np.ndarray, degree: 
     degree: {3, 5, 7}: Degree of the spline.
     Returns: derivative (unit of ``x`` per s).
     """
+    found = []
+    for around, within in spline_pieces(time.size):
+        slopes = _slopes(time[around], x[around], degree)
+        found.append(slopes[within.start - around.start : within.stop - around.start])
+    return np.concatenate(found)
+
+
+def spline_pieces(count: int) -> Iterator[tuple[slice, slice]]:
+    """Pieces of a record: samples through which a spline is put, and those among them for which it is used.
+
+    count: samples of the record; up to ``PIECE`` are one piece.
+    """
+    for start in range(0, count, PIECE):
+        stop = min(start + PIECE, count)
+        yield slice(max(0, start - BESIDE), min(stop + BESIDE, count)), slice(start, stop)
+
+
+def _slopes(time: np.ndarray, x: np.ndarray, degree: int) -> np.ndarray:
+    """As `derivative`, for one piece."""
     if degree != 3:
         return scipy.interpolate.make_interp_spline(time, x, degree).derivative()(time)
     spline = scipy.interpolate.CubicSpline(time, x)

@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
+from tepsipe.signals.differentiation import spline_pieces
 
 # a passband of 0.4 times the new rate keeps the analysed band and removes what would alias into it
 BAND_PER_RATE = 0.4
@@ -157,7 +158,7 @@ def resample(
 
     time: instants of the samples (s), increasing.
     x: Samples.
-    new_time: instants wanted (s), within the recorded ones.
+    new_time: instants wanted (s), increasing, within the recorded ones.
     band_hz: cutoff (Hz) of a linear-phase low-pass that is applied first. Needed where the new rate is
     lower than the old one; requires regular ``time``.
     rate_hz: rate of regular ``time`` (Hz), exact where it is known: the length of the filter follows from
@@ -172,7 +173,14 @@ def resample(
         )
     if band_hz is not None:
         x = _band_limit(x, rate_hz or (time.size - 1) / (time[-1] - time[0]), band_hz)
-    return scipy.interpolate.CubicSpline(time, x)(new_time)
+    pieces = list(spline_pieces(time.size))
+    wanted = np.split(new_time, np.searchsorted(new_time, [time[within.start] for _, within in pieces[1:]]))
+    return np.concatenate(
+        [
+            scipy.interpolate.CubicSpline(time[around], x[around])(instants)
+            for (around, _), instants in zip(pieces, wanted, strict=True)
+        ]
+    )
 
 
 def _band_limit(x: np.ndarray, rate_hz: float, band_hz: float) -> np.ndarray:

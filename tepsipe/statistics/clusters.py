@@ -5,6 +5,8 @@ from typing import Annotated
 import numpy as np
 import scipy
 
+from tepsipe.statistics.least_squares import column_lengths, spans
+
 # smallest share of a combination of parameters that other clusters must determine
 ALONE = 1e-6
 # sets of borders between blocks
@@ -61,15 +63,16 @@ def errors_over_blocks(
         shares: shares of the blocks in the error (units of ``errors``), for the last set of borders. Shape
         (blocks, p).
     """
-    scale = np.linalg.norm(regressors, axis=0)
-    scaled = regressors / scale
-    normal = scaled.T @ scaled
+    scale = column_lengths(regressors)
+    scaled = (regressors[part] / scale for part in spans(slice(0, residuals.size)))
+    normal = sum(x.T @ x for x in scaled)
     inverse = np.linalg.inv(normal)
     squares, freedoms = [], []
     for first in np.round(block * np.arange(1, SHIFTS + 1) / SHIFTS).astype(int):
         borders = np.arange(first, residuals.size, block)
-        parts = zip(np.split(scaled, borders), np.split(residuals, borders), strict=True)
-        clusters = [(x.T @ x, x.T @ rest) for x, rest in parts if len(rest)]
+        parts = zip(np.split(regressors, borders), np.split(residuals, borders), strict=True)
+        scaled = ((x / scale, rest) for x, rest in parts if len(rest))
+        clusters = [(x.T @ x, x.T @ rest) for x, rest in scaled]
         shares = [bias_reduced_share(normal, *cluster) for cluster in clusters]
         squares.append(np.sum(np.square(shares), axis=0))
         added = np.einsum("ij,bjk,ki->bi", inverse, np.array([x for x, _ in clusters]), inverse)

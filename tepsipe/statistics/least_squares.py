@@ -1,9 +1,13 @@
 """Linear least squares with the thesis's SEM and the standard error (thesis eqs 3-2 and 3-9)."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
+
+# samples that are worked on at a time, which bounds the memory of long records
+SPAN = 2**18
 
 
 @dataclass(frozen=True)
@@ -34,14 +38,15 @@ def least_squares_line(
     jacobian: regressors, one column per parameter.
     y: signal to explain.
     """
-    scale = np.linalg.norm(jacobian, axis=0)
+    scale = column_lengths(jacobian)
     if not (scale > 0.0).all():
         raise np.linalg.LinAlgError("a regressor is zero throughout")
-    scaled = jacobian / scale
-    solution, _, rank, singular = np.linalg.lstsq(scaled, y, rcond=1e-12)
+    parts = list(spans(slice(0, y.size)))
+    scaled, right = (jacobian / scale, y) if len(parts) == 1 else triangle(jacobian, y, scale)
+    solution, _, rank, singular = np.linalg.lstsq(scaled, right, rcond=1e-12)
     if rank < jacobian.shape[1]:
         raise np.linalg.LinAlgError("the regressors are linearly dependent")
-    residuals = y - scaled @ solution
+    residuals = np.concatenate([y[part] - (jacobian[part] / scale) @ solution for part in parts])
     inverse = np.diag(np.linalg.inv(scaled.T @ scaled)) / scale**2
     return LinearFit(
         parameters=solution / scale,
@@ -50,6 +55,32 @@ def least_squares_line(
         standard_error=standard_error(residuals, inverse),
         condition_number=float(singular[0] / singular[-1]),
     )
+
+
+def spans(rows: slice, longest: int | None = None) -> Iterator[slice]:
+    """Parts of a range of samples, in their order, each of at most ``longest`` samples, by default `SPAN`."""
+    longest = longest or SPAN
+    for start in range(rows.start, rows.stop, longest):
+        yield slice(start, min(start + longest, rows.stop))
+
+
+def column_lengths(x: Annotated[np.ndarray, "(N, p)"]) -> Annotated[np.ndarray, "(p,)"]:
+    """Euclidean length of every column (its unit)."""
+    return np.sqrt(sum(np.add.reduce(np.square(x[part]), axis=0) for part in spans(slice(0, len(x)))))
+
+
+def triangle(
+    x: Annotated[np.ndarray, "(N, p)"], y: Annotated[np.ndarray, "(N,)"], scale: np.ndarray
+) -> tuple[Annotated[np.ndarray, "(p, p)"], Annotated[np.ndarray, "(p,)"]]:
+    """R and Q'y with the least-squares solution and the singular values of a long record, x / scale = QR.
+
+    scale: divisor of every column.
+    """
+    stacked = np.empty((0, x.shape[1] + 1))
+    for part in spans(slice(0, y.size)):
+        rows = np.column_stack([x[part] / scale, y[part]])
+        stacked = np.linalg.qr(np.concatenate([stacked, rows]), mode="r")
+    return stacked[: x.shape[1], :-1], stacked[: x.shape[1], -1]
 
 
 def sem_as_printed(

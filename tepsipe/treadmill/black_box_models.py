@@ -31,10 +31,9 @@ from typing import Annotated
 
 import numpy as np
 import scipy
-from annotated_types import Ge, Gt
 
 from tepsipe.errors import InputError
-from tepsipe.quantities import Time
+from tepsipe.treadmill.options import RippleOptions
 from tepsipe.treadmill.recording import BeltRecording
 
 
@@ -285,19 +284,6 @@ def _delayed(x: np.ndarray, samples: int) -> np.ndarray:
 BLOCK_S = 0.1
 MEDIAN_LINES = 101
 SHORTEST_M = 10.0
-
-
-@dataclass(frozen=True)
-class RippleOptions:
-    """Options of the detection and tracking of ripple."""
-
-    most_orders: Annotated[int, Ge(0)] = 12
-    """Largest number of tracked lines."""
-    line_to_floor: Annotated[float, Gt(1)] = 30.0
-    """Power of a line over the running median of the spectrum around it."""
-    # a shorter memory follows faster, but mistakes more of the signal near the ripple for ripple
-    memory_s: Time = 20.0  # T
-    """Memory of the tracked amplitudes."""
 
 
 @dataclass(frozen=True)

@@ -141,11 +141,13 @@ def centred(windows: PulseWindows, x: np.ndarray) -> np.ndarray:
     """Evaluated samples less their mean per trial, times the root of the number of pulses, shape (..., m)."""
     mask = windows.evaluated
     mean = np.sum(x * mask, axis=-1) / mask.sum(axis=1)
-    return ((x - mean[..., None]) * np.sqrt(windows.count)[:, None])[..., mask]
+    centred = (x - mean[..., None]) * np.sqrt(windows.count)[:, None]
+    # the same as [..., mask], which is slow
+    return centred.reshape(*x.shape[:-2], -1)[..., np.flatnonzero(mask)]
 
 
 class Signals:
-    """Spectra of the trials' signals, each of shape (trials, n // 2 + 1).
+    """Spectra of the trials' signals, each of shape (trials, n // 2 + 1), and measured load, `centred`.
 
     The spectra of friction are kept: most steps of a search leave them as they are.
     """
@@ -156,6 +158,7 @@ class Signals:
             np.fft.rfft(x, axis=1) for x in (windows.acceleration, windows.velocity)
         )
         self.carried = {c: np.fft.rfft(x, axis=1) for c, x in windows.carried.items()}
+        self.total = {c: centred(windows, x + windows.carried[c]) for c, x in windows.load.items()}
         self._smooth = lru_cache(KEPT)(self._smooth)
         self._bent = lru_cache(KEPT)(self._bent)
 
@@ -206,8 +209,7 @@ def _solve(
         spectra[-1] += known
         seen = centred(windows, np.fft.irfft(spectra, windows.samples, axis=2)) / weights[component]
         rows = seen[:-1].T
-        total = centred(windows, windows.load[component] + windows.carried[component]) / weights[component]
-        target = total - seen[-1]
+        target = signals.total[component] / weights[component] - seen[-1]
         size = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
         held = np.array([1.0 / priors[k] if k in priors else 0.0 for k in range(size.size)]) / size
         stacked = np.concatenate([rows / size, np.diag(held)])

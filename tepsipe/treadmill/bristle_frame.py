@@ -3,8 +3,8 @@
     F_y = R_M S [ true + m a + c w + (f_0 + f_1 M) w / sqrt(v_0^2 + w^2) + (b_0 + b_1 M) z ],   w = v + T a
     M_x = R_0 [ true + m_x a + c_x v + lever F_friction + x F_true ]
           + h (R_0 - R_M) [ F_true + m a + F_friction ]
-    R_M(s) = (1 - p) (1 + d s) / (1 + d s + e s^2) + p (1 + r d s) / (1 + r d s + r^2 e s^2)
-    e = e_0 + e_1 M
+    R_0(s) = (1 - p) (1 + d s) / D_0 + p (1 + r d s) / (1 + r d s + r^2 e_0 s^2)
+    R_M(s) = R_0 D_0 / D_M,    D_M(s) = 1 + d s + (e_0 + e_1 M) s^2
     S(s) = 1 - k t s / (1 + t s)
 
 R_M is the response to a weight of the mass M, whose load is known as M times the acceleration of the belt,
@@ -12,7 +12,7 @@ and which moves with the frame; the transducers measure the force of its springs
 a person or a dummy exerts on the belt is itself the input of the frame, which is then empty: R_0. A moment
 always passes through the empty frame; that of a weight at the height h is known from its own acceleration, of
 which the frame's is a part. The friction f_0 + f_1 M grows with all that presses on the belt. What stands on
-it accelerates with belt and frame, at a - e_1 (1 + p (r^2 - 1)) s^2 F_y.
+it moves with the belt and the first mode of the frame, which adds -e_1 s^2 F_y / (R_0 S D_0) to a.
 
 Symbols as in `tepsipe.treadmill.mass_models`; further z, the deflection of the bristles between belt and
 deck (`tepsipe.treadmill.pulse_windows`), with the pre-sliding distance d_z, the excess of friction at rest u
@@ -207,10 +207,10 @@ class BristleFrame(BeltModel):
     def frame_acceleration(self, recording: BeltRecording) -> np.ndarray:
         """Acceleration of the frame (m/s²), shape (n,), from the measured fore-aft force."""
         c = self.named
-        compliance = c.slowness_s2_per_kg * (1.0 + c.second_mode * (c.second_slowness**2 - 1.0))
         measured, line = _spectrum(recording.load + recording.carried)
         s = 2j * np.pi * np.fft.rfftfreq(line.size, 1.0 / recording.rate_hz)
-        return np.fft.irfft(-compliance * s**2 * measured, line.size)
+        before = measured / (frame_response(c, s, 0.0, "Fy") * mount_response(c, s))
+        return np.fft.irfft(-c.slowness_s2_per_kg * s**2 * before / _first_mode(c, s, 0.0), line.size)
 
     def shared_friction(self, other: BeltModel, recording: BeltRecording) -> np.ndarray | None:
         """Output of `friction` (N), shape (n,), if ``other`` has the same constants; else None."""
@@ -283,15 +283,20 @@ def frame_response(
     constants: Constants, s: np.ndarray, rigid_kg: float | np.ndarray, component: str
 ) -> np.ndarray:
     """R_M at s (rad/s), for a weight on the belt (kg), and Fy (N) or Mx (N·m)."""
-    slowness = (constants.slowness_s2 + constants.slowness_s2_per_kg * rigid_kg) * s**2
-    damping = constants.damping_s * s
     share = constants.second_mode if component == "Fy" else constants.second_mode_moment
-    ratio = constants.second_slowness
-    first = (1.0 + damping) / (1.0 + damping + slowness)
-    if share == 0.0:
-        return first
-    slower = (1.0 + ratio * damping) / (1.0 + ratio * damping + ratio**2 * slowness)
-    return (1.0 - share) * first + share * slower
+    damping, ratio = constants.damping_s * s, constants.second_slowness
+    empty = (1.0 - share) * (1.0 + damping)
+    if share != 0.0:
+        first, damping = _first_mode(constants, s, 0.0), ratio * damping
+        second = 1.0 + damping + ratio**2 * constants.slowness_s2 * s**2
+        empty = empty + share * first * (1.0 + damping) / second
+    return empty / _first_mode(constants, s, rigid_kg)
+
+
+def _first_mode(constants: Constants, s: np.ndarray, rigid_kg: float | np.ndarray) -> np.ndarray:
+    """D_M at s (rad/s), for a weight (kg)."""
+    slowness = constants.slowness_s2 + constants.slowness_s2_per_kg * rigid_kg
+    return 1.0 + constants.damping_s * s + slowness * s**2
 
 
 def mount_response(constants: Constants, s: np.ndarray) -> np.ndarray:

@@ -73,8 +73,7 @@ def compensated_draws(
     groups, deviations = _groups(models)
     if not groups:
         return {component: np.empty((0, x.size)) for component, x in best.items()}
-    draws = {component: np.tile(x, (deviations[0].shape[0], 1)) for component, x in best.items()}
-    change = np.empty_like(next(iter(draws.values())))
+    slopes: list[tuple[np.ndarray, dict[str, np.ndarray]]] = []  # errors of a constant, derivatives by it
     for k, members in enumerate(groups):
         for constant in np.flatnonzero(deviations[k].std(axis=0) > 0.0):
             step = np.zeros(deviations[k].shape[1])
@@ -85,10 +84,15 @@ def compensated_draws(
                 else m
                 for component, m in models.items()
             }
-            for component, x in compensated_loads(shifted, recordings).items():
-                slope = (x - best[component]) / step[constant]
-                np.multiply(deviations[k][:, constant, None], slope, out=change)
-                draws[component] += change
+            changed = compensated_loads(shifted, recordings).items()
+            by_constant = {component: (x - best[component]) / step[constant] for component, x in changed}
+            slopes.append((deviations[k][:, constant], by_constant))
+    draws = {component: np.tile(x, (deviations[0].shape[0], 1)) for component, x in best.items()}
+    for component, rows in draws.items():
+        change = np.empty_like(best[component])
+        for draw, row in enumerate(rows):  # one draw after the other stays in the processor's cache
+            for errors, by_constant in slopes:
+                row += np.multiply(errors[draw], by_constant[component], out=change)
     return draws
 
 

@@ -331,16 +331,19 @@ def fit_loaded_frame(
 
     # of a gradient's evaluations only some move lag and friction
     @lru_cache(maxsize=4 * len(recordings))
-    def motion(k: int, lag_s: float, friction_speed_m_per_s: float) -> np.ndarray:
-        return _motion(recordings[k], lag_s, friction_speed_m_per_s)
+    def spectra(k: int, lag_s: float, friction_speed_m_per_s: float) -> tuple[np.ndarray, np.ndarray, int]:
+        columns = _motion(recordings[k], lag_s, friction_speed_m_per_s)[:, : 2 if frame is None else 4]
+        return _spectra(np.column_stack([columns, recordings[k].carried]), recordings[k].rate_hz)
 
     def solve(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         trial = model(x, np.zeros(4))
-        rows, rest = [], []
+        rows, rest, known = [], [], {}
         for k, r in enumerate(recordings):
-            columns = motion(k, trial.lag_s, trial.friction_speed_m_per_s)
-            inputs = np.column_stack([columns[:, : 2 if frame is None else 4], r.carried])
-            responses = _filtered(inputs, r.rate_hz, trial._response(r.rigid_kg))[r.evaluated]
+            inputs, s, padded = spectra(k, trial.lag_s, trial.friction_speed_m_per_s)
+            alike = r.rigid_kg, padded
+            if alike not in known:
+                known[alike] = trial._response(r.rigid_kg)(s)
+            responses = scipy.fft.irfft(known[alike] * inputs, padded, axis=0)[: r.load.size][r.evaluated]
             rows.append(responses[:, :-1])
             rest.append(responses[:, -1])
         stacked, remaining = np.concatenate(rows), target - np.concatenate(rest)
@@ -378,8 +381,12 @@ def _mount_response(s: np.ndarray, share: float, time_s: float) -> np.ndarray:
 
 def _filtered(x: np.ndarray, rate_hz: float, response) -> np.ndarray:
     """``x``, shape (n,) or (n, c), filtered by a response given over s; ``x`` begins and ends at rest."""
-    columns = x.reshape(x.shape[0], -1)
+    spectra, s, padded = _spectra(x.reshape(x.shape[0], -1), rate_hz)
+    return scipy.fft.irfft(response(s) * spectra, padded, axis=0)[: x.shape[0]].reshape(x.shape)
+
+
+def _spectra(x: np.ndarray, rate_hz: float) -> tuple[np.ndarray, np.ndarray, int]:
+    """Spectra of the columns of ``x``, followed by a second of rest, their s (rad/s) and length (samples)."""
     padded = scipy.fft.next_fast_len(x.shape[0] + round(rate_hz), real=True)
-    s = 2j * np.pi * np.fft.rfftfreq(padded, 1.0 / rate_hz)[:, None]
-    out = np.fft.irfft(response(s) * np.fft.rfft(columns, padded, axis=0), padded, axis=0)
-    return out[: x.shape[0]].reshape(x.shape)
+    s = 2j * np.pi * scipy.fft.rfftfreq(padded, 1.0 / rate_hz)[:, None]
+    return scipy.fft.rfft(x, padded, axis=0), s, padded

@@ -21,8 +21,9 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
+from tepsipe.treadmill.options import Weight
 from tepsipe.treadmill.prepared import PreparedTrial
-from tepsipe.treadmill.trial_recordings import ZERO_BEFORE_S, ZERO_GAP_S, Weight
+from tepsipe.treadmill.trial_recordings import ZERO_BEFORE_S, ZERO_GAP_S
 
 # standard uncertainty of a stated centre of mass relative to the markers (m)
 CENTRE_KNOWN_M = 0.002

@@ -3,22 +3,19 @@
 import json
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-from annotated_types import Ge, Gt, Le
 
 from tepsipe.arguments import path_of
 from tepsipe.errors import InputError, listed, quoted
-from tepsipe.quantities import Time
 from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.black_box_models import (
     BeltModel,
     DiscreteTransfer,
     ImpulseResponse,
-    RippleOptions,
     RippleTracker,
     fit_discrete_output_error,
     fit_finite_response,
@@ -37,6 +34,7 @@ from tepsipe.treadmill.mass_models import (
     fit_mass_spring_damper,
     fit_mean_subtraction,
 )
+from tepsipe.treadmill.options import ModelOptions
 from tepsipe.treadmill.recording import BeltRecording, Score, check_recordings, score
 
 MODEL_MEANINGS = {
@@ -74,25 +72,9 @@ KINDS = (
 
 
 @dataclass(frozen=True)
-class FamilyOptions:
-    """Options of the fits."""
+class FamilyOptions(ModelOptions):
+    """Choices of the fits, and what other fits have found."""
 
-    shortest_s: Time = 15.0
-    """Shortest total time of the evaluated samples of all recordings to which a model is fitted or on which
-    it is evaluated."""
-    hnat2014_evaluations: Annotated[int, Ge(1)] = 100
-    """Number of evaluations after which the optimisation of `hnat2014` ends."""
-    output_error_order: Annotated[int, Ge(1), Le(12)] = 3
-    """Poles of `output-error`."""
-    fir_lead_s: Annotated[float, Ge(0), Le(60)] = 0.1
-    """Lead of `fir`; `fir-causal` has none."""
-    fir_lag_s: Annotated[float, Gt(0), Le(60)] = 0.4
-    """Memory of `fir` and `fir-causal`."""
-    spectral_segment_s: Time = 2.56
-    """Length of the segments of `spectral`, half of which is a lead, and, for tables, of the coherence
-    limit."""
-    ripple: RippleOptions | None = field(default_factory=RippleOptions)
-    # None where it is not tracked: only a belt that travels has ripple
     frame: Annotated[np.ndarray, "(3,)"] | None = None
     """The loaded frame's d (s), e_0 (s2), e_1 (s2/kg), if identified from another load."""
     joint: Calibrated | None = None

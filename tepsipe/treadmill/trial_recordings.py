@@ -6,18 +6,18 @@ the first and after the last perturbation is subtracted.
 """
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Self
+from typing import Self
 
 import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.io.trial import Trial
-from tepsipe.quantities import Gravity, Length, Mass, Offset, Thesis
 from tepsipe.signals.differentiation import degree_at, derivative
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
 from tepsipe.signals.time_alignment import marker_delay
+from tepsipe.treadmill.options import Weight
 from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
 from tepsipe.treadmill.recording import BeltRecording
 
@@ -26,21 +26,6 @@ COMPONENTS = {"Mx": "Nm", "Fy": "N"}
 # the zero of a pulse is the mean load over this time, but at most over half the time since the last pulse,
 # until so long before the pulse (s)
 ZERO_BEFORE_S, ZERO_GAP_S = 1.0, 0.04
-
-
-@dataclass(frozen=True, kw_only=True)
-class Weight:
-    """The weight on the belt."""
-
-    mass_kg: Annotated[Mass, Thesis("2-1-2")]
-    """Mass of the weight, as weighed."""
-    com_height_m: Length  # h
-    """Height of its centre of mass above the belt."""
-    com_forward_of_markers_m: Offset | None = None
-    """Distance along the belt from the mean of its markers forward to its centre of mass; null if unknown:
-    then the weight does not show the origin of the plate."""
-    gravity_m_per_s2: Gravity  # g
-    """Gravity."""
 
 
 @dataclass(frozen=True)

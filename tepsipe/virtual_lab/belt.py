@@ -6,7 +6,6 @@ Symbols: v belt velocity (m/s), q integral of the velocity error (m), u drive fo
 """
 
 import math
-from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated
@@ -92,28 +91,29 @@ class BeltMotion:
         return float(round((self.time.size - 1) / self.time[-1]))
 
 
-def sine_pulse(s: float) -> float:
+def sine_pulse(s: np.ndarray) -> np.ndarray:
     """One full sine period in normalised time ``s`` in 0..1, with peaks +1 and -1."""
-    return math.sin(2.0 * math.pi * s)
+    return np.sin(2.0 * np.pi * s)
 
 
-def minimum_jerk_pulse(s: float) -> float:
+def minimum_jerk_pulse(s: np.ndarray) -> np.ndarray:
     """A minimum-jerk movement out and one back in normalised time ``s`` in 0..1: peaks +1, -1."""
-    half, sign = (2.0 * s, 1.0) if s < 0.5 else (2.0 * s - 1.0, -1.0)
-    return sign * 16.0 * half**2 * (1.0 - half) ** 2
+    half = 2.0 * s % 1.0
+    return np.where(s < 0.5, 16.0, -16.0) * half**2 * (1.0 - half) ** 2
 
 
-def negative_sine_pulse(s: float) -> float:
+def negative_sine_pulse(s: np.ndarray) -> np.ndarray:
     """`sine_pulse` with its sign reversed, for ``s`` in 0..1."""
     return -sine_pulse(s)
 
 
 PULSES = {"sine": sine_pulse, "negative-sine": negative_sine_pulse, "minjerk": minimum_jerk_pulse}
 
+# commanded belt velocity (m/s) at instants (s), of any shape
+Command = Callable[[np.ndarray], np.ndarray]
 
-def velocity_command(
-    profile: str, amplitude_m_per_s: float, onsets_s: np.ndarray, pulse_s: float
-) -> Callable[[float], float]:
+
+def velocity_command(profile: str, amplitude_m_per_s: float, onsets_s: np.ndarray, pulse_s: float) -> Command:
     """Commanded belt velocity as a function of time.
 
     profile: {"sine", "negative-sine", "minjerk"}: Shape of one pulse.
@@ -122,21 +122,27 @@ def velocity_command(
     pulse_s: length of a pulse.
     Returns: ``command(t)`` gives m/s at t (s).
     """
-    pulse = PULSES[profile]
-    onsets = onsets_s.tolist()
-    # between two pulses, where most calls are made, the belt is still
-    since, until = -math.inf, min(onsets, default=math.inf)
+    since = np.concatenate([[-np.inf], onsets_s])
 
-    def command(t: float) -> float:
-        nonlocal since, until
-        if since <= t < until:
-            return 0.0
-        index = bisect_right(onsets, t) - 1
-        s = (t - onsets[index]) / pulse_s if index >= 0 else 1.0
-        if s < 1.0:
-            return amplitude_m_per_s * pulse(s)
-        since = t if index >= 0 else -math.inf
-        until = onsets[index + 1] if index + 1 < len(onsets) else math.inf
-        return 0.0
+    def command(t: np.ndarray) -> np.ndarray:
+        s = np.asarray((t - since[np.searchsorted(onsets_s, t, side="right")]) / pulse_s)
+        moving = s < 1.0
+        velocity = np.zeros(s.shape)
+        velocity[moving] = amplitude_m_per_s * PULSES[profile](s[moving])
+        return velocity
 
     return command
+
+
+def stage_commands(
+    command: Command, delay_s: float, duration_s: float, rate_hz: float
+) -> Annotated[np.ndarray, "(n, 3)", "m/s"]:
+    """Commands that the servo has received at start, middle and end of every step of a run.
+
+    command: commanded belt velocity (m/s) at t (s).
+    delay_s: delay of the drive.
+    duration_s, rate_hz: length of the run (s), and steps per second (Hz).
+    """
+    h = 1.0 / rate_hz
+    start = np.arange(math.ceil(duration_s * rate_hz)) * h
+    return command(np.column_stack([start, start + 0.5 * h, start + h]) - delay_s)

@@ -26,7 +26,7 @@ bends by th - ph:
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -35,10 +35,9 @@ import scipy
 from annotated_types import Gt, Le
 
 from tepsipe.quantities import Angle, Gravity, Inertia, Length, Mass, NotNegative, Offset, Point, Some
-from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
-from tepsipe.virtual_lab.force_plate import Frame
-from tepsipe.virtual_lab.integrate import integrate
-from tepsipe.virtual_lab.moving_belt import MovingBelt
+from tepsipe.virtual_lab.belt import BeltMotion, Command, DriveTruth, stage_commands
+from tepsipe.virtual_lab.integrate import Derivative, integrate
+from tepsipe.virtual_lab.moving_belt import Below, MovingBelt, motion_of_belt
 from tepsipe.virtual_lab.rubber import Relaxation, Rubber
 from tepsipe.virtual_lab.treadmill_trial import MarkerPath
 
@@ -57,8 +56,8 @@ class FootTilt:
 
 def tilting_derivative(
     dummy, moment: Callable, belt: MovingBelt, tilt: FootTilt, neutral: float, rest: float
-) -> Callable:
-    """Derivative of (y, v, servo, th, th', ph, ph') and the frame's states, with y and v of belt on frame.
+) -> Derivative:
+    """Derivative of (y, y', servo, th, th', ph, ph', x, x').
 
     moment: moment of the rubber at a bending and its rate.
     tilt: the foot's support, with a compliance above 0.
@@ -74,20 +73,20 @@ def tilting_derivative(
     stiffness = 1.0 / tilt.compliance_rad_per_Nm
     damping = 2.0 * tilt.damping_ratio * math.sqrt(stiffness * about_belt)
     upright = stiffness - carried * g
-    pushed, rates = belt.pushed, belt.rates
+    pushed, swaying = belt.pushed, belt.swaying
     sin, cos, mr, mgr = math.sin, math.cos, m * r, m * g * r
     # belt and foot without the leg's angle: the inverse of their 2 x 2 matrix does not change
     both = moving * about_belt - carried * carried
     i_yy, i_yp, i_pp = about_belt / both, -carried / both, moving / both
     y_by_leg, p_by_leg = i_yy + i_yp * h, i_yp + i_pp * h
 
-    def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
-        _, v, q, th, w, ph, x, *frame = state
-        belt_alone = pushed(t, v, q, frame)
+    def derivative(commanded: float, state: tuple[float, ...]) -> tuple[float, ...]:
+        _, v, q, th, w, ph, x, sway, sway_rate = state
+        belt_push, q_rate, sway_free = pushed(commanded, v, q, sway, sway_rate)
         s, coupling = sin(th), mr * cos(th)
         bent = moment(th - ph - neutral, w - x)
         swing = mr * s * w * w
-        push = belt_alone[0] + swing
+        push = belt_push + swing
         turn = mgr * s - bent
         lean = bent - rest - upright * ph - damping * x + h * swing
         e = coupling * y_by_leg
@@ -95,8 +94,8 @@ def tilting_derivative(
         w_rate = (turn - e * push - f * lean) / (about_joint - coupling * (e + f * h))
         push -= coupling * w_rate
         lean -= coupling * h * w_rate
-        v_rate, q_rate, *frame_rates = rates(belt_alone, i_yy * push + i_yp * lean)
-        return v, v_rate, q_rate, w, w_rate, x, i_yp * push + i_pp * lean, *frame_rates
+        v_rate, x_rate = i_yy * push + i_yp * lean, i_yp * push + i_pp * lean
+        return v, v_rate, q_rate, w, w_rate, x, x_rate, sway_rate, swaying * v_rate + sway_free
 
     return derivative
 
@@ -167,11 +166,11 @@ def move_dummy(
     dummy: DummyTruth,
     rubber: Rubber,
     drive: DriveTruth,
-    command,
+    command: Command,
     duration_s: float,
     rate_hz: float,
     foot: FootTilt | None = None,
-    frames: Sequence[Frame] = (),
+    below: Below = (),
 ) -> DummyMotion:
     """Integrate belt, frame and dummy together.
 
@@ -179,30 +178,32 @@ def move_dummy(
     command: commanded belt velocity (m/s) at t (s).
     duration_s, rate_hz: length of the run (s) and steps per second (Hz).
     foot: compliance of the foot; without it, or with none, the foot does not tilt.
-    frames: of the belt; rigid ground without one.
+    below: plate of the belt.
     Returns: motion and reaction on the grid of the integration.
     """
     load = (dummy.foot_mass_kg + dummy.leg_mass_kg) * dummy.gravity_m_per_s2
-    belt = MovingBelt(drive, command, load, rate_hz, frames)
-    time, states, resisting = _integrated(dummy, rubber, belt, duration_s, rate_hz, foot)
-    th, w, tilt, tilt_rate = states.T[3:7]
-    motion, *along = belt.motion(time, states[:, 0], states[:, 1], states[:, 7:])
+    belt = MovingBelt(drive, load, rate_hz, below)
+    commands = stage_commands(command, drive.delay_s, duration_s, rate_hz)
+    time, states, resisting = _integrated(dummy, rubber, belt, commands, rate_hz, foot)
+    y, v, _, th, w, tilt, tilt_rate, *frame = states.T
     inertial = dummy.joint_inertia_kgm2 * scipy.interpolate.CubicSpline(time, w)(time, 1)
     return DummyMotion(
-        **motion,
+        **motion_of_belt(time, y, v, *frame),
         angle=th,
         angle_rate=w,
         tilt=tilt,
         tilt_rate=tilt_rate,
         joint_torque=resisting + inertial,
-        reaction=_reaction(dummy, foot, time, (*along, th, w, tilt, tilt_rate)),
+        reaction=_reaction(dummy, foot, time, (y, v, th, w, tilt, tilt_rate)),
     )
 
 
-def _integrated(dummy, rubber, belt: MovingBelt, duration_s, rate_hz, foot) -> tuple[np.ndarray, ...]:
+def _integrated(
+    dummy, rubber, belt: MovingBelt, commands, rate_hz, foot
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Instants, states (with a tilt of 0 where the foot does not tilt), and moment of the rubber.
 
-    The states are y and v of the belt on its frame, the servo's, th, th', ph, ph' and those of the frame.
+    The states are y, y', the servo's, th, th', ph, ph', and x and x' of the frame.
     """
     m, r = dummy.leg_mass_kg, dummy.leg_com_m
     g = dummy.gravity_m_per_s2
@@ -214,47 +215,47 @@ def _integrated(dummy, rubber, belt: MovingBelt, duration_s, rate_hz, foot) -> t
     )
     neutral = dummy.rest_angle_rad - bending_at_rest
 
-    pushed, rates = belt.pushed, belt.rates
+    pushed, swaying = belt.pushed, belt.swaying
     relaxation = Relaxation(rubber) if rubber.relaxation_share else None
     moment = rubber.moment if relaxation is None else relaxation.moment
     sin, cos, mr, mgr = math.sin, math.cos, m * r, m * g * r
 
-    def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
-        _, v, q, th, w, *frame = state
-        belt_alone = pushed(t, v, q, frame)
+    def derivative(commanded: float, state: tuple[float, ...]) -> tuple[float, ...]:
+        _, v, q, th, w, sway, sway_rate = state
+        belt_push, q_rate, sway_free = pushed(commanded, v, q, sway, sway_rate)
         s, c = sin(th), cos(th)
         coupling = mr * c
-        push = belt_alone[0] + mr * s * w * w
+        push = belt_push + mr * s * w * w
         turn = mgr * s - moment(th - neutral, w)
         determinant = moving * about_pivot - coupling * coupling
-        surface = (about_pivot * push - coupling * turn) / determinant
-        v_rate, q_rate, *frame_rates = rates(belt_alone, surface)
-        return v, v_rate, q_rate, w, (moving * turn - coupling * push) / determinant, *frame_rates
+        v_rate = (about_pivot * push - coupling * turn) / determinant
+        w_rate = (moving * turn - coupling * push) / determinant
+        return v, v_rate, q_rate, w, w_rate, sway_rate, swaying * v_rate + sway_free
 
     start: tuple[float, ...] = (0.0, 0.0, 0.0, dummy.rest_angle_rad, 0.0)
     tilting = foot is not None and foot.compliance_rad_per_Nm > 0.0
     if tilting:
         derivative = tilting_derivative(dummy, moment, belt, foot, neutral, gravity_moment)
         start = (*start, 0.0, 0.0)
-    start = (*start, *belt.start)
+    start, frame_rate = (*start, 0.0, 0.0), len(start) + 1
     slack = 0.0
 
-    def begin(k: int, state: tuple[float, ...]) -> None:
-        belt.begin(k, state[1])
+    def begin_step(k: int, state: tuple[float, ...]) -> None:
+        belt.begin_step(k, state[1] - state[frame_rate])
 
     if relaxation is not None:
         derivative = relaxation.with_slack(
             derivative, lambda state: state[3] - neutral - (state[5] if tilting else 0.0)
         )
-        time, states = integrate(derivative, (*start, bending_at_rest), duration_s, rate_hz, begin)
+        time, states = integrate(derivative, (*start, bending_at_rest), commands, rate_hz, begin_step)
         states, slack = states[:, :-1], states[:, -1]
     else:
-        time, states = integrate(derivative, start, duration_s, rate_hz, begin)
+        time, states = integrate(derivative, start, commands, rate_hz, begin_step)
     if not tilting:
         states = np.column_stack([states[:, :5], np.zeros((time.size, 2)), states[:, 5:]])
     th, w, tilt, tilt_rate = states.T[3:7]
     bent, rate = th - tilt - neutral, w - tilt_rate
-    resisting = np.array([rubber.moment(a, b) for a, b in zip(bent.tolist(), rate.tolist(), strict=True)])
+    resisting = rubber.moment(bent, rate)
     return time, states, resisting if relaxation is None else resisting + relaxation.relaxing(bent, slack)
 
 

@@ -22,14 +22,13 @@ from tepsipe.virtual_lab.dummy import (
     dummy_marker_paths,
     move_dummy,
 )
-from tepsipe.virtual_lab.force_plate import Loaded
 from tepsipe.virtual_lab.rubber import Rubber
 from tepsipe.virtual_lab.seeds import generator
 from tepsipe.virtual_lab.treadmill_trial import (
     INTEGRATION_RATE_HZ,
     MarkerPath,
     Protocol,
-    frames_below,
+    plates_of,
     record_capture,
     record_log,
     schedule_trial,
@@ -123,7 +122,6 @@ def make_dummy_trial(truth: dict, condition: str, protocol: Protocol, files: dic
     of_slip = generator(seed, "dummy", condition, "slip")
     rest_after_s = rig["protocol"]["rest_after_s"]
     schedule = schedule_trial(rig, protocol, rest_after_s, rng)
-    frames = frames_below(rig, schedule, INTEGRATION_RATE_HZ, {"right": 1.0}, rng)
     motion = move_dummy(
         dummy,
         Rubber(**truth["dummy"]["rubber"]),
@@ -132,9 +130,9 @@ def make_dummy_trial(truth: dict, condition: str, protocol: Protocol, files: dic
         schedule.ends_s,
         INTEGRATION_RATE_HZ,
         FootTilt(**truth["dummy"]["foot_tilt"]),
-        list(frames.values()),
+        [(plates_of(rig)["right"], 1.0)],
     )
-    record_log(rig, seed, schedule, {"right": Loaded(frames["right"], motion)}, rng, files)
+    record_log(rig, seed, schedule, {"right": motion}, rng, files)
     paths = _marker_paths(truth["dummy"], dummy, motion, schedule.onsets_s, of_slip)
     record_capture(rig, schedule, MARKERS, paths, rng, files["markers"])
     if "motion" in files:

@@ -49,10 +49,9 @@ Corporation TOR-0158(3107-18)-1; C. Canudas de Wit et al. (1995), IEEE Transacti
 419-425.
 """
 
-from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, NamedTuple, Self
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import scipy
@@ -82,9 +81,9 @@ def bristle_deflection(displacement: np.ndarray, breakaway_m: float) -> np.ndarr
     """
     steps = np.diff(displacement)
     kept = np.exp(-np.abs(steps) / breakaway_m).tolist()
-    z, deflection = 0.0, array("d", [0.0])
+    z, deflection = 0.0, [0.0]
     for sign, part in zip(np.sign(steps).tolist(), kept, strict=True):
-        z = sign + (z - sign) * part if sign else z
+        z = sign + (z - sign) * part
         deflection.append(z)
     return np.array(deflection)
 
@@ -99,10 +98,9 @@ class Mode(NamedTuple):
 
     shares: Pair[float]
     """Fractions of [F_y, M_x] that it takes."""
-    mass_kg: float
     damping_per_s: float
     stiffness_per_s2: float
-    """Its mass, and damping and stiffness over this mass."""
+    """Damping and stiffness over its mass."""
 
 
 @dataclass(frozen=True)
@@ -182,8 +180,6 @@ class PlateTruth:
     """Its frequency."""
     second_damping: Positive
     """Its damping ratio."""
-    second_mass_kg: Annotated[float, Gt(0), Le(10000)]
-    """Its moving mass."""
     mount_share: Annotated[float, Ge(0), Lt(1)]  # s
     """Fraction of a fast fore-aft force that rubber mounts at the height of the belt take."""
     mount_relaxation_s: Time  # T_m
@@ -195,19 +191,10 @@ class PlateTruth:
     def modes(self) -> tuple[Mode, Mode]:
         """Modes of the empty frame."""
         force, moment = self.second_share
-
-        def mode(shares: Pair[float], mass_kg: float, hz: float, damping: float) -> Mode:
-            natural = 2.0 * np.pi * hz
-            return Mode(shares, mass_kg, 2.0 * damping * natural, natural**2)
-
+        first, second = 2.0 * np.pi * self.resonance_hz, 2.0 * np.pi * self.second_hz
         return (
-            mode(
-                (1.0 - force, 1.0 - moment),
-                self.resonance_mass_kg,
-                self.resonance_hz,
-                self.resonance_damping,
-            ),
-            mode((force, moment), self.second_mass_kg, self.second_hz, self.second_damping),
+            Mode((1.0 - force, 1.0 - moment), 2.0 * self.resonance_damping * first, first**2),
+            Mode((force, moment), 2.0 * self.second_damping * second, second**2),
         )
 
 
@@ -279,18 +266,6 @@ def floor_tremor(
     return truth.floor_m_per_s2 * np.sqrt(2.0 * rate_hz / width) * swing
 
 
-def belt_friction(truth: PlateTruth, load: np.ndarray, at_rollers: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Friction of the belt (N).
-
-    load: vertical force of the load on the belt (N).
-    at_rollers: velocity of the rollers (m/s).
-    z: deflection of the bristles, relative to the largest.
-    """
-    sliding = np.tanh(at_rollers / truth.friction_speed_m_per_s)
-    rubbing = truth.friction_N + truth.friction_coefficient * load
-    return rubbing * (sliding + truth.bristle_share * (z - sliding)) + truth.friction_Ns_per_m * at_rollers
-
-
 def belt_wrench(
     truth: PlateTruth,
     load: Annotated[np.ndarray, "(n,)", "N"],
@@ -309,9 +284,13 @@ def belt_wrench(
     rollers.
     """
     at_rollers = belt_velocity + belt_lag * belt_acceleration
-    path = np.cumsum(at_rollers) / rate_hz
-    z = bristle_deflection(path, truth.bristle_m) if truth.bristle_share else np.zeros_like(path)
-    friction = belt_friction(truth, load, at_rollers, z)
+    rubbing = truth.friction_N + truth.friction_coefficient * load
+    friction = rubbing * np.tanh(at_rollers / truth.friction_speed_m_per_s)
+    if truth.bristle_share:
+        path = np.cumsum(at_rollers) / rate_hz
+        remembered = rubbing * bristle_deflection(path, truth.bristle_m)
+        friction += truth.bristle_share * (remembered - friction)
+    friction += truth.friction_Ns_per_m * at_rollers
     wrench = np.zeros((belt_velocity.size, 6))
     wrench[:, 1] = friction + truth.felt_belt_mass_kg * belt_acceleration
     # the rollers' upper side moves towards +y: they spin up the other way round x
@@ -320,34 +299,11 @@ def belt_wrench(
 
 
 @dataclass(frozen=True)
-class Frame:
-    """The frame of one belt in one trial."""
-
-    plate: PlateTruth
-    """Constants of frame and force plate."""
-    lag: Annotated[np.ndarray, "(n,)", "s"]
-    """Time by which the load follows the rollers, on the grid of the integration."""
-    tremor: Annotated[np.ndarray, "(n,)", "m/s²"]
-    """Acceleration of the floor."""
-    part: Fraction = 1.0
-    """Of the load's weight and of its fore-aft force."""
-
-    @classmethod
-    def drawn(
-        cls, plate: PlateTruth, n: int, rate_hz: float, rng: np.random.Generator, part: float = 1.0
-    ) -> Self:
-        """Frame of a trial with n points of the grid, with its random lag and tremor."""
-        of_lag, of_floor = rng.spawn(2)  # leaves what `rng` itself draws as it is
-        lag = wandering_lag(plate, n, rate_hz, of_lag)
-        return cls(plate, lag, floor_tremor(plate, n, rate_hz, of_floor), part)
-
-
-@dataclass(frozen=True)
 class Loaded:
     """What one belt carries."""
 
-    frame: Frame
-    """The frame below it."""
+    plate: PlateTruth
+    """Constants of the force plate below it."""
     motion: BeltMotion
     """Motion of the belt (m/s, m/s²), and wrench of the plate on the load about the belt's centre (N,
     N·m)."""
@@ -367,29 +323,26 @@ def voltages_of_belts(
     Returns: voltages (V), left belt first.
     """
     parts = [
-        _transducer_forces(loaded[belt], sample) if belt in loaded else np.zeros((sample.size, 7))
+        _transducer_forces(loaded[belt], sample, rng) if belt in loaded else np.zeros((sample.size, 7))
         for belt in BELTS
     ]
-    forces, truth = np.concatenate(parts, axis=1), next(iter(loaded.values())).frame.plate
+    forces, truth = np.concatenate(parts, axis=1), next(iter(loaded.values())).plate
     drift = truth.drift_V_per_s * rng.standard_normal(forces.shape[1])
     elapsed = np.arange(sample.size)[:, None] / truth.rate_hz
     noise = truth.noise_V * rng.standard_normal(forces.shape)
     return forces @ volts_per_newton.T + drift * elapsed + noise
 
 
-def _transducer_forces(loaded: Loaded, sample: np.ndarray) -> np.ndarray:
+def _transducer_forces(loaded: Loaded, sample: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Forces of the 7 transducers of one belt (N), shape (k, 7)."""
-    frame, motion = loaded.frame, loaded.motion
-    truth, grid_rate_hz = frame.plate, motion.rate_hz
+    truth, motion = loaded.plate, loaded.motion
+    of_lag, of_floor = rng.spawn(2)  # leaves what `rng` itself draws as it is
+    n, grid_rate_hz = motion.time.size, motion.rate_hz
+    lag, load = wandering_lag(truth, n, grid_rate_hz, of_lag), motion.reaction[:, 2]
     wrench = motion.reaction + belt_wrench(
-        truth,
-        motion.reaction[:, 2],
-        motion.belt_velocity,
-        motion.belt_acceleration,
-        frame.lag,
-        grid_rate_hz,
+        truth, load, motion.belt_velocity, motion.belt_acceleration, lag, grid_rate_hz
     )
-    wrench[:, 1] += truth.resonance_mass_kg * frame.tremor
+    wrench[:, 1] += truth.resonance_mass_kg * floor_tremor(truth, n, grid_rate_hz, of_floor)
     for k, column in enumerate((1, 3)):
         wrench[:, column] = _through_frame(truth, k, wrench[:, column], grid_rate_hz)
     relaxing = ([truth.mount_relaxation_s, 0.0], [truth.mount_relaxation_s, 1.0])
@@ -407,7 +360,7 @@ def _transducer_forces(loaded: Loaded, sample: np.ndarray) -> np.ndarray:
 def _through_frame(truth: PlateTruth, k: int, load: np.ndarray, rate_hz: float) -> np.ndarray:
     """Forces of springs and dampers under a load that the empty frame bears at rest at first.
 
-        m_i p_i'' + c_i p_i' + k_i p_i = L,    sum_i s_i (c_i p_i' + k_i p_i)
+        p_i'' + c_i p_i' + k_i p_i = L,    sum_i s_i (c_i p_i' + k_i p_i)
 
     k: 0 for F_y (N), 1 for M_x (N·m).
     """

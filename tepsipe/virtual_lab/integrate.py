@@ -1,79 +1,139 @@
-"""Fixed-step integration of the rigs' equations of motion.
+"""Integration of the rigs' equations of motion.
 
 Plain floats and tuples: for a handful of states this is several times faster than arrays,
 and every run gives the same bits.
+
+Steps are of one length. Only while the input rests, and once all fast motion has decayed, one step takes the
+place of `LONG`; the states between its ends x_0 and x_1 lie on the cubic p that has their values and slopes
+f_0 and f_1. Such a step of length H counts if p fulfils the equations in its middle:
+
+    |p' - f(p)| < `DEFECT` in every state,    p = (x_0 + x_1) / 2 + H (f_0 - f_1) / 8
+                                              p' = 3 (x_1 - x_0) / (2 H) - (f_0 + f_1) / 4
+
+In a trial of the dummy this changes no state by more than a hundredth of what halving all steps changes.
 """
 
+import math
 from array import array
 from collections.abc import Callable
 from functools import cache
+from typing import Annotated, Any
 
 import numpy as np
 
 State = tuple[float, ...]
+Derivative = Callable[[Any, State], State]
+
+LONG = 8
+DEFECT = 3e-5  # in units of SI
 
 
 def integrate(
-    derivative: Callable[[float, State], State],
+    derivative: Derivative,
     initial: State,
-    duration_s: float,
+    inputs: Annotated[np.ndarray, "(n, 3)"],
     rate_hz: float,
-    begin: Callable[[int, State], None] = lambda k, state: None,
+    begin_step: Callable[[int, State], None] = lambda k, state: None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Integrate with the classical fourth-order Runge-Kutta rule.
 
-    derivative: ``derivative(t, state)`` returns the time derivative of every state (unit of the state per
-    s).
+    derivative: ``derivative(u, state)`` returns the time derivative of every state (unit of the state per
+    s) under the input u.
     initial: state at t = 0.
-    duration_s: length of the run.
+    inputs: input at start, middle and end of every step.
     rate_hz: steps per second.
-    begin: called with the number and the state of each step at its start.
+    begin_step: called with the number and the state of each step at its start.
 
     Returns:
-        time: grid 0, 1/rate, 2/rate, ... (s), the last point at or just after ``duration_s``.
-        states: one row per grid point (units of the states). Shape (n, len(initial)).
+        time: grid 0, 1/rate, 2/rate, ... (s), up to the end of the last step.
+        states: one row per grid point (units of the states). Shape (n + 1, len(initial)).
     """
-    steps = int(np.ceil(duration_s * rate_hz))
-    h = 1.0 / rate_hz
+    h, rests = 1.0 / rate_hz, _rests(inputs).tolist()
+    begin, middle, end = inputs.T.tolist()
     x = tuple(float(value) for value in initial)
-    step = stepper(len(x))
-    states = array("d", x)
-    for k in range(steps):
-        begin(k, x)
-        x = step(derivative, k * h, x, h)
+    step, steps = stepper(len(x)), len(inputs)
+    # grid points and their states, and what the long steps begin and end with
+    grid, states, ends = array("q", [0]), array("d", x), array("d")
+    k = retry = 0
+    while k < steps:
+        begin_step(k, x)
+        u = begin[k]
+        slope = derivative(u, x)
+        taken, after = 1, x
+        if k >= retry and rests[k]:
+            after = step(derivative, slope, u, u, x, LONG * h)
+            last_slope = derivative(u, after)
+            if _defect(derivative, u, x, after, slope, last_slope, LONG * h) < DEFECT:
+                taken = LONG
+                ends.extend(x + after + slope + last_slope)
+            else:
+                retry = k + LONG
+        x = after if taken > 1 else step(derivative, slope, middle[k], end[k], x, h)
+        k += taken
+        grid.append(k)
         states.extend(x)
-    states = np.array(states).reshape(steps + 1, len(x))
-    if not np.isfinite(states[-1]).all():
+    if not all(map(math.isfinite, x)):
         raise FloatingPointError("the integration of the rig diverged: check the rig's constants")
-    return np.arange(steps + 1) * h, states
+    nodes = np.reshape(states, (-1, len(x)))
+    return np.arange(steps + 1) * h, _filled(grid, nodes, np.reshape(ends, (-1, 4, len(x))), LONG * h)
+
+
+def _rests(inputs: Annotated[np.ndarray, "(n, 3)"]) -> Annotated[np.ndarray, "(n,)"]:
+    """Whether the input does not change in the `LONG` steps that begin with a step."""
+    changes = np.cumsum(np.diff(inputs.ravel(), prepend=0.0) != 0.0)
+    rests, free = np.zeros(len(inputs), dtype=bool), max(len(inputs) + 1 - LONG, 0)
+    rests[:free] = changes[::3][:free] == changes[3 * LONG - 1 :: 3]
+    return rests
+
+
+def _defect(f: Derivative, u, x: State, after: State, slope: State, last_slope: State, h: float) -> float:
+    """Largest defect in the middle of a step of length ``h`` (s) under the input ``u``, see above."""
+    ends = list(zip(x, after, slope, last_slope, strict=True))
+    middle = tuple([0.5 * (x0 + x1) + 0.125 * h * (f0 - f1) for x0, x1, f0, f1 in ends])
+    rates = [1.5 * (x1 - x0) / h - 0.25 * (f0 + f1) for x0, x1, f0, f1 in ends]
+    return max([abs(rate - given) for rate, given in zip(rates, f(u, middle), strict=True)])
+
+
+def _filled(grid: array, states: np.ndarray, ends: np.ndarray, h: float) -> np.ndarray:
+    """States at all grid points: those within steps of length ``h`` (s) lie on cubics."""
+    filled = np.empty((grid[-1] + 1, states.shape[1]))
+    filled[grid] = states
+    start = np.array(grid[:-1])[np.diff(grid) > 1]
+    x0, x1, f0, f1 = ends.swapaxes(0, 1)
+    for k in range(1, LONG):
+        s = k / LONG
+        by_slopes = h * s * (1.0 - s) * ((1.0 - s) * f0 - s * f1)
+        filled[start + k] = x0 + s**2 * (3.0 - 2.0 * s) * (x1 - x0) + by_slopes
+    return filled
 
 
 @cache
-def stepper(n: int) -> Callable[[Callable[[float, State], State], float, State, float], State]:
+def stepper(n: int) -> Callable[[Derivative, State, Any, Any, State, float], State]:
     """One step of the classical fourth-order rule for ``n`` states, written out state by state.
 
-        k_1 = f(t, x),                  k_2 = f(t + h/2, x + h/2 k_1)
-        k_3 = f(t + h/2, x + h/2 k_2),  k_4 = f(t + h, x + h k_3)
+        k_1 = f(u(t), x),                  k_2 = f(u(t + h/2), x + h/2 k_1)
+        k_3 = f(u(t + h/2), x + h/2 k_2),  k_4 = f(u(t + h), x + h k_3)
         x(t + h) = x + h/6 (k_1 + 2 (k_2 + k_3) + k_4)
 
     A loop over the states takes longer than the sums in it, and a trial has 100,000 steps. The function is
     therefore generated from text, once for every number of states.
 
-    Returns: ``step(f, t, x, h)`` is the state a step ``h`` (s) after the state ``x`` at ``t`` (s); ``f`` is
-    as the ``derivative`` of `integrate` (unit of the state per s).
+    Returns: ``step(f, k_1, middle, end, x, h)`` is the state a step ``h`` (s) after the state ``x``, with the
+    input in its middle and at its end; ``f`` is as the ``derivative`` of `integrate` (unit of the state per
+    s).
     """
 
     def listed(form: str) -> str:
         return ", ".join(form.format(k) for k in range(n)) + ","
 
     text = f"""
-def step(f, t, x, h):
+def step(f, a, middle, end, x, h):
     half, sixth = 0.5 * h, h / 6.0
     {listed("x{0}")} = x
-    {listed("a{0}")} = f(t, x)
-    {listed("b{0}")} = f(t + half, ({listed("x{0} + half * a{0}")}))
-    {listed("c{0}")} = f(t + half, ({listed("x{0} + half * b{0}")}))
-    {listed("d{0}")} = f(t + h, ({listed("x{0} + h * c{0}")}))
+    {listed("a{0}")} = a
+    {listed("b{0}")} = f(middle, ({listed("x{0} + half * a{0}")}))
+    {listed("c{0}")} = f(middle, ({listed("x{0} + half * b{0}")}))
+    {listed("d{0}")} = f(end, ({listed("x{0} + h * c{0}")}))
     return ({listed("x{0} + sixth * (a{0} + 2.0 * (b{0} + c{0}) + d{0})")})
 """
     names: dict = {}

@@ -1,188 +1,139 @@
 """Belt, drive and frame below a load, integrated together with it.
 
-The frame sways fore and aft on its transducers, in modes. Mode i has a mass m_i on a spring and a damper, and
-takes the share s_i of all fore-aft forces; the transducers show the forces of springs and dampers:
+The frame sways fore and aft on its transducers, in modes (`tepsipe.virtual_lab.force_plate`). The load stands
+on the belt, and moves with the belt and the first mode. With x the displacement of the frame, v the velocity
+of the belt on it, and the moving mass m of the first mode over its share of fore-aft forces:
 
-    m_i p_i'' + c_i p_i' + k_i p_i = F + f,    x = -sum_i s_i p_i
-    F_transducers = sum_i s_i (c_i p_i' + k_i p_i)
+    m (x'' + c x' + k x) = -(F + f_r + m_b v')
+    M_b v' = u - d v - F
 
-F is the force of the belt on the load, f the force that the belt itself needs (`belt_wrench`) and that of the
-trembling floor, x the displacement of the frame. The load stands on the belt, and so moves at v + x'. The
-drive turns the rollers against the frame, with the mass M_b of belt and drive:
+F is the force of the belt on the load, f_r the belt's friction, m_b the mass of the belt that the transducers
+feel, u the force of the servo with the friction d of the drive, which turns the rollers against the frame,
+and M_b the mass of belt and drive. F follows from the load's own equations of motion, which contain its
+acceleration y'' = v' + x''. Together they are those of a load on a belt of the mass M_e, pushed by P:
 
-    M_b v' = u - c v - F
+    M_e y'' = P - F,    1 / M_e = (1 - m_b / m) / M_b + 1 / m
+    P = M_e [(1 - m_b / m) (u - d v) / M_b - f_r / m - c x' - k x]
 
-F follows from the load's own equations of motion, which contain v' + x''. Together they are those of a load
-on a belt of the mass M_e that is pushed by P:
-
-    M_e (v' + x'') = P - F,    1 / M_e = 1 / M_b + sum_i s_i / m_i
-    P = M_e [(u - c v) / M_b - sum_i s_i (f - c_i p_i' - k_i p_i) / m_i]
-
-A load on two belts rests on both frames by its parts, and moves with them by the same parts. A moment M_x
-tips the frame on its transducers in modes of the same kind, but the frame is so long that its rotation does
-not move the load. The friction that moves the frame is that under the load at rest.
+Rigid ground is a frame of infinite mass. A load on two belts ties their frames together, side by side. A
+moment M_x tips the frame on its transducers, but the frame is so long that its rotation does not move the
+load, nor do second mode and tremor of the floor. The friction that moves the frame is that under the load at
+rest.
 """
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Annotated
 
 import numpy as np
 import scipy
 
 from tepsipe.virtual_lab.belt import DriveTruth
-from tepsipe.virtual_lab.force_plate import Frame, belt_friction
+from tepsipe.virtual_lab.force_plate import PlateTruth
 
+# plates of the belts below a load, and the part of its weight on each; without any the ground is rigid
+Below = Sequence[tuple[PlateTruth, float]]
 
-# largest phase of a mode in one step of the integration (rad)
+# largest phase of a mode in one step of the integration (rad): a faster one is rigid
 FASTEST = 1.0
-
-
-@dataclass(frozen=True)
-class _Mode:
-    """Coefficients of a mode's equation of motion."""
-
-    belt: int
-    """Number of its frame."""
-    share: float
-    """s_i times the frame's part of the load."""
-    by_load: float
-    by_belt: float
-    """p_i'' of F and of f (1/kg)."""
-    damping: float
-    stiffness: float
-    """c_i / m_i (1/s) and k_i / m_i (1/s²)."""
-
-
-def _modes(frames: Sequence[Frame], rate_hz: float) -> list[_Mode]:
-    """Modes that move the load; those that a step of the integration cannot follow are stiff enough not to."""
-    modes = []
-    for belt, frame in enumerate(frames):
-        for mode in frame.plate.modes:
-            share = mode.shares[0]
-            if share and math.sqrt(mode.stiffness_per_s2) < FASTEST * rate_hz:
-                own = frame.part * share, frame.part / mode.mass_kg, 1.0 / mode.mass_kg
-                modes.append(_Mode(belt, *own, mode.damping_per_s, mode.stiffness_per_s2))
-    return modes
 
 
 class MovingBelt:
     """Equations of belt, drive and frame, to be completed by those of a load.
 
-    Its states are v (m/s), the servo's (m), and p_i (m), p_i' (m/s) of every mode of the frames.
-
     load: vertical force of the load at rest (N).
-    command: commanded belt velocity (m/s) at t (s).
-    frames: of the belts below the load; without any the ground is rigid.
+    rate_hz: steps of the integration per second.
+    below: plates of the belts that carry the load.
     """
 
-    def __init__(
-        self,
-        drive: DriveTruth,
-        command: Callable[[float], float],
-        load: float,
-        rate_hz: float,
-        frames: Sequence[Frame] = (),
-    ):
-        modes = self._modes = _modes(frames, rate_hz)
-        by_load = sum(mode.share * mode.by_load for mode in modes)
-        self.moving_kg = drive.belt_mass_kg / (1.0 + drive.belt_mass_kg * by_load)
-        """Mass M_e."""
-        self.start = (0.0, 0.0) * len(modes)
-        """States of the frame at rest."""
-        # of every frame: the force f at the start of a step, and its rate
-        self._own = [[0.0, 0.0] for _ in frames]
-        self._began, self._acceleration = 0.0, 0.0
-        self._own_force = [_own_force(frame, frame.part * load, rate_hz) for frame in frames]
-        self._rate_hz = rate_hz
-        self.pushed, self.rates = self._equations(drive, command, by_load)
-
-    def _equations(self, drive: DriveTruth, command, by_load: float) -> tuple[Callable, Callable]:
-        """Functions of numbers, which the integration calls some thousand times for each second of a trial.
-
-        pushed: ``pushed(t, v, q, frame)`` gives P (N) and what `rates` needs; ``frame`` are its states.
-        rates: ``rates(pushed, b)`` gives v', the servo's rate and those of the frame's states, from what
-        `pushed` gave and v' + x'' (m/s²).
-        """
-        force, viscous, delay = drive.servo(), drive.viscous_Ns_per_m, drive.delay_s
-        moving_kg, own_forces = self.moving_kg, self._own
-        of_pull = moving_kg / drive.belt_mass_kg
-        modes = [
-            (mode.belt, mode.share, mode.by_load, mode.by_belt, mode.damping, mode.stiffness)
-            for mode in self._modes
+    def __init__(self, drive: DriveTruth, load: float, rate_hz: float, below: Below = ()):
+        moving = [
+            (plate.resonance_mass_kg / mode.shares[0], mode.damping_per_s, mode.stiffness_per_s2, plate, part)
+            for plate, part in below
+            for mode in plate.modes[:1]
+            if math.sqrt(mode.stiffness_per_s2) < FASTEST * rate_hz
         ]
+        kg = sum(mass for mass, *_ in moving)
+        self._per_kg = 1.0 / kg if moving else 0.0
+        self._damping = self._per_kg * sum(mass * damping for mass, damping, *_ in moving)
+        self._stiffness = self._per_kg * sum(mass * stiffness for mass, _, stiffness, *_ in moving)
+        self._frictions = [_friction(plate, part * load, rate_hz) for *_, plate, part in moving]
+        self._friction = [0.0, 0.0]
+        """At the start of a step, and in its middle (N)."""
+        not_felt = 1.0 - self._per_kg * sum(plate.felt_belt_mass_kg for *_, plate, _ in moving)
+        self.moving_kg = drive.belt_mass_kg / (not_felt + drive.belt_mass_kg * self._per_kg)
+        """Mass M_e."""
+        self.swaying = 1.0 - self.moving_kg / drive.belt_mass_kg
+        """Acceleration x'' of the frame per y''."""
+        self.pushed = self._equations(drive, not_felt * self.moving_kg / drive.belt_mass_kg)
 
-        def pushed(t: float, v: float, q: float, frame: Sequence[float]) -> tuple:
-            u, q_rate = force(command(t - delay) - v, q)
-            late, swaying, free = t - self._began, 0.0, []
-            for k, (belt, share, _, by_belt, damping, stiffness) in enumerate(modes):
-                now, rate = own_forces[belt]
-                p, p_rate = frame[2 * k], frame[2 * k + 1]
-                p_rate_rate = by_belt * (now + late * rate) - damping * p_rate - stiffness * p
-                swaying -= share * p_rate_rate
-                free.append((p_rate, p_rate_rate))
-            return of_pull * (u - viscous * v) + moving_kg * swaying, q_rate, swaying, free
+    def _equations(self, drive: DriveTruth, of_pull: float) -> Callable[..., tuple[float, float, float]]:
+        """Function of numbers, which the integration calls some thousand times for each second of a trial.
 
-        def rates(pushed: tuple, b: float) -> tuple[float, ...]:
-            push, q_rate, swaying, free = pushed
-            load = push - moving_kg * b
-            v_rate = self._acceleration = b - swaying + by_load * load
-            found = [v_rate, q_rate]
-            for (_, _, by_load_i, _, _, _), (p_rate, p_rate_rate) in zip(modes, free, strict=True):
-                found += (p_rate, p_rate_rate + by_load_i * load)
-            return tuple(found)
-
-        return pushed, rates
-
-    def begin(self, k: int, v: float) -> None:
-        """Take the belt's own forces (N) from the velocity (m/s) at the start of step k.
-
-        Within the step they change as in the step before.
+        ``pushed(command, y', q, x, x')`` (m/s, m) gives P (N), the servo's rate, and the acceleration of the
+        frame (m/s²) without y''.
         """
-        for own, force in zip(self._own, self._own_force, strict=True):
-            before, now = own[0], force(k, v, self._acceleration)
-            own[:] = now, (now - before) * self._rate_hz if k else 0.0
-        self._began = k / self._rate_hz
+        force, viscous, friction = drive.servo(), drive.viscous_Ns_per_m, self._friction
+        by_friction, damping, stiffness = (
+            self.moving_kg * a for a in (self._per_kg, self._damping, self._stiffness)
+        )
+        by_kg = 1.0 / drive.belt_mass_kg
 
-    def motion(
-        self,
-        time: np.ndarray,
-        position: np.ndarray,
-        velocity: np.ndarray,
-        frame: Annotated[np.ndarray, "(n, 2 modes)"],
-    ) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
-        """Fields of `BeltMotion` but the reaction, and displacement (m) and velocity (m/s) of the load.
+        def pushed(commanded: float, rate: float, q: float, x: float, x_rate: float) -> tuple:
+            v = rate - x_rate
+            u, q_rate = force(commanded - v, q)
+            pull = u - viscous * v
+            push = of_pull * pull - by_friction * friction[1] - damping * x_rate - stiffness * x
+            return push, q_rate, by_kg * (push - pull)
 
-        position, velocity: of the belt on its frame (m, m/s).
-        frame: states of the frame.
-        """
-        shares = np.array([mode.share for mode in self._modes])
-        x, x_rate = -frame[:, ::2] @ shares, -frame[:, 1::2] @ shares
-        fields = {
-            "time": time,
-            "belt_position": position,
-            "belt_velocity": velocity,
-            "belt_acceleration": scipy.interpolate.CubicSpline(time, velocity)(time, 1),
-            "frame_position": x,
-            "frame_velocity": x_rate,
-            "frame_acceleration": scipy.interpolate.CubicSpline(time, x_rate)(time, 1),
-        }
-        return fields, position + x, velocity + x_rate
+        return pushed
+
+    def begin_step(self, k: int, v: float) -> None:
+        """Take the friction at the start of step k from the belt's velocity on its frame (m/s)."""
+        before, now = self._friction[0], 0.0
+        for friction in self._frictions:
+            now += friction(k, v)
+        self._friction[:] = now, now + 0.5 * (now - before)
 
 
-def _own_force(frame: Frame, load: float, rate_hz: float) -> Callable[[int, float, float], float]:
-    """``force(k, v, a)``: f (N) at point k of the grid, from velocity and acceleration of the belt."""
-    plate, lag, tremor = frame.plate, frame.lag.tolist(), frame.tremor.tolist()
-    z = 0.0
+def _friction(plate: PlateTruth, load: float, rate_hz: float) -> Callable[[int, float], float]:
+    """``friction(k, v)``: friction (N) at point k of the grid, as `belt_wrench` with the mean lag."""
+    speed, viscous, share = plate.friction_speed_m_per_s, plate.friction_Ns_per_m, plate.bristle_share
+    rubbing = plate.friction_N + plate.friction_coefficient * load
+    lag, tanh, exp = plate.belt_lag_s * rate_hz, math.tanh, math.exp
+    z, before, faster, at = 0.0, 0.0, 0.0, -1
 
-    def force(k: int, velocity: float, acceleration: float) -> float:
-        nonlocal z
-        at_rollers = velocity + lag[k] * acceleration
-        if plate.bristle_share and at_rollers:
-            sign = math.copysign(1.0, at_rollers)
-            z = sign + (z - sign) * math.exp(-abs(at_rollers) / rate_hz / plate.bristle_m)
-        friction = belt_friction(plate, load, at_rollers, z)
-        return float(friction) + plate.felt_belt_mass_kg * acceleration + plate.resonance_mass_kg * tremor[k]
+    def friction(k: int, v: float) -> float:
+        nonlocal z, before, faster, at
+        since = k - at
+        # change of the velocity in a step, taken on from the middle of the last one
+        slower, faster = faster, (v - before) / since
+        rollers = v + lag * (1.5 * faster - 0.5 * slower)
+        before, at = v, k
+        sliding = tanh(rollers / speed)
+        if share and rollers:
+            sign = 1.0 if rollers > 0.0 else -1.0
+            z = sign + (z - sign) * exp(-abs(rollers) * since / rate_hz / plate.bristle_m)
+        return rubbing * (sliding + share * (z - sliding)) + viscous * rollers
 
-    return force
+    return friction
+
+
+def motion_of_belt(
+    time: np.ndarray, y: np.ndarray, v: np.ndarray, x: np.ndarray, x_rate: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Fields of `BeltMotion` but the reaction.
+
+    time: grid of the integration (s).
+    y, v, x, x_rate: motion of the load and of the frame below it (m, m/s).
+    """
+    rates = np.column_stack([v - x_rate, x_rate])
+    belt, frame = scipy.interpolate.CubicSpline(time, rates)(time, 1).T
+    return {
+        "time": time,
+        "belt_position": y - x,
+        "belt_velocity": rates[:, 0],
+        "belt_acceleration": belt,
+        "frame_position": x,
+        "frame_velocity": x_rate,
+        "frame_acceleration": frame,
+    }

@@ -47,18 +47,15 @@ damped if both are the same:
 """
 
 import math
-from array import array
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
 import scipy
 
-from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
-from tepsipe.virtual_lab.force_plate import Frame
-from tepsipe.virtual_lab.integrate import stepper
-from tepsipe.virtual_lab.moving_belt import MovingBelt
+from tepsipe.virtual_lab.belt import BeltMotion, Command, DriveTruth, stage_commands
+from tepsipe.virtual_lab.integrate import Derivative, stepper
+from tepsipe.virtual_lab.moving_belt import Below, MovingBelt, motion_of_belt
 from tepsipe.virtual_lab.person_constants import (
     FOOT,
     MUSCLES,
@@ -82,124 +79,83 @@ def wander(nerves: NervesTruth, n: int, rate_hz: float, rng: np.random.Generator
     """Random torque of balance (N·m), shape (n,): an Ornstein-Uhlenbeck process."""
     kept = math.exp(-1.0 / (nerves.wander_s * rate_hz))
     steps = rng.standard_normal(n) * math.sqrt(1.0 - kept**2)
-    state, out = float(rng.standard_normal()), np.empty(n)
-    for k, step in enumerate(steps.tolist()):
-        state = kept * state + step
-        out[k] = state
-    return nerves.wander_Nm * out
+    before = kept * rng.standard_normal(1)
+    return nerves.wander_Nm * scipy.signal.lfilter([1.0], [1.0, -kept], steps, zi=before)[0]
 
 
 class Nerves:
-    """Drive and active torque (N·m), step by step, from what was sensed a latency ago."""
+    """Drive and active torque (N·m) from what was sensed a latency ago, `ahead` steps at a time."""
 
     def __init__(
         self, subject: Subject, levers: list[float], steps: int, rate_hz: float, rng: np.random.Generator
     ):
         task, nerves = subject.task, subject.nerves
-        self._nerves = nerves
-        self._weights = [lever / sum(levers) for lever in levers]
-        self._stance = subject.person.stance_rad
-        self._wander = wander(nerves, steps + 2, rate_hz, rng).tolist()
-        self._balance_late = _steps(nerves.balance_delay_s * rate_hz)
         muscles = [subject.muscles[name] for name in MUSCLES]
-        # latencies in steps; the drive one step ahead is known, because every latency is longer than a step
-        self._constants = [
-            (
-                tone,
-                muscle.balance_per_Nm,
-                gain,
-                *_steps(muscle.latency_s * rate_hz),
-                medium,
-                *_steps(muscle.medium_latency_s * rate_hz),
-                tuple(muscle.force_Nm),
-                tuple(muscle.stretch),
-            )
-            for muscle, tone, gain, medium in zip(
-                muscles, task.tone, task.reflex_s_per_rad, task.medium_reflex_s_per_rad, strict=True
-            )
-        ]
-        self._to_x, self._to_v = _twitch(nerves, 1.0 / rate_hz)
+        self._nerves, self._stance = nerves, np.array(subject.person.stance_rad)
+        self._weights = np.array(levers) / sum(levers)
+        self._wander = wander(nerves, steps + 2, rate_hz, rng)
+        self._tone, self._force = np.array(task.tone), np.array([muscle.force_Nm for muscle in muscles])
+        self._balance = np.array([muscle.balance_per_Nm for muscle in muscles]).T
+        self._stretch = np.array([muscle.stretch for muscle in muscles]).T
+        # short-latency reflexes of all muscles, medium-latency reflexes, balance
+        self._gains = np.array([*task.reflex_s_per_rad, *task.medium_reflex_s_per_rad])
+        latencies = [m.latency_s for m in muscles] + [m.medium_latency_s or m.latency_s for m in muscles]
+        whole, part = zip(*[_steps(s * rate_hz) for s in (*latencies, nerves.balance_delay_s)], strict=True)
+        self._late, self._part = np.array(whole), np.array(part)
+        self.ahead = max(1, min(whole) - 1)
+        """Steps whose drive is known from the states so far, because every latency is longer."""
+        n = len(muscles)
+        self._of = np.r_[:n, :n, n]
+        # stretch of the muscles and what balance senses, from the longest latency before the start on: there
+        # all is at rest
+        self._sensed = np.zeros((max(whole) + steps + 1, n + 1))
+        self._start = self._known = max(whole)
+        self._twitch = _twitch(nerves, 1.0 / rate_hz)
+        self._tension = np.outer(scipy.signal.lfilter_zi(*self._twitch), self._tone)
+        self.drive = self._driven(np.array([0]))[0]
+        """Drive at the latest step (here the first)."""
 
-    def stepper(self) -> Callable[[tuple[float, ...]], tuple[list[float], list[float]]]:
-        """``step(state)``: drive and active torque at ankle, knee and hip (N·m) one step after ``state``.
+    def next_steps(self, states: Annotated[np.ndarray, "(n, 14)"]) -> tuple[np.ndarray, np.ndarray]:
+        """Drives, shape (m, 5), and torques of ankle, knee and hip (N·m), shape (m, 3), of the next steps.
 
-        The first call, with the first state, returns the values at that state itself.
+        states: states since the last call, the first included.
         """
-        (f1, f2, f3), (s1, s2, s3) = self._weights, self._stance
-        nerves, wandered, (balance_late, balance_part) = self._nerves, self._wander, self._balance_late
-        by_angle, by_rate = nerves.balance_Nm_per_rad, nerves.balance_Nms_per_rad
-        threshold = nerves.reflex_threshold_rad_per_s
-        (xx, xv), (vx, vv) = self._to_x, self._to_v
-        # for every muscle: constants, its stretch, and drive and twitch at the last step
-        muscles = [(constants, [], [constants[0], constants[0], 0.0]) for constants in self._constants]
-        leaned: list[float] = []
-        k = -1
+        known = self._known + len(states)
+        rates = states[:, 6:9]
+        joints = rates - np.column_stack([states[:, 10], rates[:, :2]])
+        lean = self._nerves.balance_Nm_per_rad * (states[:, 3:6] - self._stance)
+        self._sensed[self._known : known, :-1] = joints @ self._stretch
+        self._sensed[self._known : known, -1] = (
+            lean + self._nerves.balance_Nms_per_rad * rates
+        ) @ self._weights
+        self._known = known
+        steps = np.arange(known, min(known + self.ahead, len(self._sensed))) - self._start
+        drives = self._driven(steps)
+        held = 0.5 * (drives + np.vstack([self.drive, drives[:-1]]))
+        tension, self._tension = scipy.signal.lfilter(*self._twitch, held, axis=0, zi=self._tension)
+        self.drive = drives[-1]
+        return drives, (tension - self._tone) @ self._force
 
-        def step(state: tuple[float, ...]) -> tuple[list[float], list[float]]:
-            nonlocal k
-            k += 1
-            th1, th2, th3, w1, w2, w3, _, foot = state[3:11]
-            if k:
-                lean = f1 * (th1 - s1) + f2 * (th2 - s2) + f3 * (th3 - s3)
-                rate = f1 * w1 + f2 * w2 + f3 * w3
-                leaned.append(by_angle * lean + by_rate * rate)
-            wanted = wandered[k]
-            if k >= balance_late:
-                before = leaned[k - balance_late]
-                wanted += before + balance_part * (leaned[k - balance_late + 1] - before)
-            side = 0 if wanted >= 0.0 else 1
-            ankle, knee, hip = w1 - foot, w2 - w1, w3 - w2
-            drives, ankle_Nm, knee_Nm, hip_Nm = [], 0.0, 0.0, 0.0
-            for (
-                (tone, balance, gain, late, part, medium, later, rest, (on_a, on_k, on_h), (a, b, c)),
-                history,
-                held,
-            ) in muscles:
-                if k:
-                    history.append(a * ankle + b * knee + c * hip)
-                e = tone + balance[side] * wanted
-                if k >= late:
-                    before = history[k - late]
-                    stretch = before + part * (history[k - late + 1] - before) - threshold
-                    if stretch > 0.0:
-                        e += gain * stretch
-                    if medium and k >= later:
-                        before = history[k - later]
-                        stretch = before + rest * (history[k - later + 1] - before) - threshold
-                        if stretch > 0.0:
-                            e += medium * stretch
-                if e < 0.0:
-                    e = 0.0
-                drive, x, v = held
-                if k:
-                    drive = 0.5 * (drive + e)
-                    over = x - drive
-                    x, v = drive + xx * over + xv * v, vx * over + vv * v
-                held[:] = e, x, v
-                drives.append(e)
-                over = x - tone
-                ankle_Nm += on_a * over
-                knee_Nm += on_k * over
-                hip_Nm += on_h * over
-            return drives, [ankle_Nm, knee_Nm, hip_Nm]
-
-        return step
+    def _driven(self, steps: Annotated[np.ndarray, "(m,)"]) -> Annotated[np.ndarray, "(m, 5)"]:
+        """Drives at the numbers of some steps."""
+        at = steps[:, None] + (self._start - self._late)
+        before = self._sensed[at, self._of]
+        sensed = before + self._part * (self._sensed[at + 1, self._of] - before)
+        wanted = (self._wander[steps] + sensed[:, -1])[:, None]
+        drive = self._tone + np.where(wanted >= 0.0, *self._balance) * wanted
+        stretch = np.maximum(sensed[:, :-1] - self._nerves.reflex_threshold_rad_per_s, 0.0)
+        reflexes, n = self._gains * stretch, self._tone.size
+        return np.maximum(drive + reflexes[:, :n] + reflexes[:, n:], 0.0)
 
 
-def _twitch(nerves: NervesTruth, step_s: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Exact solution for a constant drive e: x - e and T x' after a step, each from both before it."""
-    rise_s, fall_s = nerves.twitch_s, nerves.relaxation_s or nerves.twitch_s
-    if rise_s == fall_s:
-        step = step_s / rise_s
-        decay = math.exp(-step)
-        return (decay * (1.0 + step), decay * step), (-decay * step, decay * (1.0 - step))
-    a, b = 1.0 / rise_s, 1.0 / fall_s
-    rising, falling = math.exp(-a * step_s), math.exp(-b * step_s)
-    between = rising - falling
-    return (
-        ((b * rising - a * falling) / (b - a), a * between / (b - a)),
-        (-b * between / (b - a), (b * falling - a * rising) / (b - a)),
-    )
+def _twitch(nerves: NervesTruth, step_s: float) -> tuple[list[float], list[float]]:
+    """Numerator and denominator in 1/z of the twitch, exact for a drive that is constant in a step."""
+    rise, fall = step_s / nerves.twitch_s, step_s / (nerves.relaxation_s or nerves.twitch_s)
+    rising, falling = math.exp(-rise), math.exp(-fall)
+    # what is left of a deviation x - e after a step, from x' = 0
+    left = rising * (1.0 + rise) if rise == fall else (fall * rising - rise * falling) / (fall - rise)
+    denominator = [1.0, -rising - falling, rising * falling]
+    return [1.0 - left, sum(denominator) - 1.0 + left], denominator
 
 
 def _steps(latency: float) -> tuple[int, float]:
@@ -261,58 +217,64 @@ def critical_stiffness(person: PersonTruth) -> float:
 def move_person(
     subject: Subject,
     drive: DriveTruth,
-    command: Callable[[float], float],
+    command: Command,
     duration_s: float,
     rate_hz: float,
     rng: np.random.Generator,
-    frames: Sequence[Frame] = (),
+    below: Below = (),
 ) -> PersonMotion:
     """Integrate belt, frame, body and nerves together.
 
     subject: constants of body, muscles, task and nerves.
     command: commanded belt velocity (m/s) at t (s).
     duration_s, rate_hz: length of the run (s) and steps per second (Hz).
-    frames: of the belts below the feet; rigid ground without one.
+    below: plates of the belts below the feet.
     Returns: motion, drive, parts of the ankles' torque and reaction on the grid of the integration.
     """
-    person, task = subject.person, subject.task
-    belt = MovingBelt(drive, command, person.mass_kg * person.gravity_m_per_s2, rate_hz, frames)
+    person = subject.person
+    belt = MovingBelt(drive, person.mass_kg * person.gravity_m_per_s2, rate_hz, below)
     body = _body(person, belt.moving_kg)
-    # torques of the muscles at the start of the step, their changes in it, and its start
-    active = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
-    derivative = _derivative(person, task, belt, body, rate_hz, active)
-    steps = math.ceil(duration_s * rate_hz)
-    state = (0.0, 0.0, 0.0, *person.stance_rad, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, *belt.start)
-    step, h = stepper(len(state)), 1.0 / rate_hz
-    nerves_step = Nerves(subject, body.levers, steps, rate_hz, rng).stepper()
-    driven, torques = nerves_step(state)
-    states, drives, at_ankles = array("d", state), array("d", driven), array("d", torques[:1])
-    for k in range(steps):
-        driven, ahead = nerves_step(state)
-        drives.extend(driven)
-        active[:3] = torques
-        active[3:6] = [after - before for before, after in zip(torques, ahead, strict=True)]
-        active[6] = k / rate_hz
-        torques = ahead
-        at_ankles.append(ahead[0])
-        belt.begin(k, state[1])
-        state = step(derivative, k / rate_hz, state, h)
-        states.extend(state)
-        if not (-0.7 < state[3] < 0.7 and -0.7 < state[4] < 0.7 and -0.7 < state[5] < 0.7):
-            raise FloatingPointError("the virtual person falls: check stiffness, damping and balance")
-    states = np.array(states).reshape(steps + 1, -1)
+    derivative = _derivative(person, subject.task, belt, body)
+    commands = stage_commands(command, drive.delay_s, duration_s, rate_hz)
+    steps = len(commands)
+    nerves = Nerves(subject, body.levers, steps, rate_hz, rng)
+    x = (0.0, 0.0, 0.0, *person.stance_rad, *(0.0,) * 8)
+    step, h = stepper(len(x)), 1.0 / rate_hz
+    states, drives = np.empty((steps + 1, len(x))), np.empty((steps + 1, len(MUSCLES)))
+    torques = np.zeros((steps + 1, 3))
+    states[0], drives[0] = x, nerves.drive
+    at_zero = _standing(person, body) - subject.task.stiffness_Nm_per_rad * np.diff(
+        person.stance_rad, prepend=0.0
+    )
+    commanded, begin_step = commands.T.tolist(), belt.begin_step
+    for k in range(0, steps, nerves.ahead):
+        now, ahead = slice(k, min(k + nerves.ahead, steps)), slice(k + 1, k + 1 + nerves.ahead)
+        drives[ahead], torques[ahead] = nerves.next_steps(states[max(0, k + 1 - nerves.ahead) : k + 1])
+        begin, end = at_zero + torques[now], at_zero + torques[ahead]
+        inputs = [
+            zip(u[now], torque.tolist(), strict=True)
+            for u, torque in zip(commanded, (begin, 0.5 * (begin + end), end), strict=True)
+        ]
+        moved = []
+        for i, (before, middle, after) in enumerate(zip(*inputs, strict=True), start=k):
+            begin_step(i, x[1] - x[13])
+            x = step(derivative, derivative(before, x), middle, after, x, h)
+            moved.append(x)
+            if not (-0.7 < x[3] < 0.7 and -0.7 < x[4] < 0.7 and -0.7 < x[5] < 0.7):
+                raise FloatingPointError("the virtual person falls: check stiffness, damping and balance")
+        states[ahead] = moved
     time = np.arange(steps + 1) / rate_hz
-    motion, y, v = belt.motion(time, states[:, 0], states[:, 1], states[:, 12:])
+    y, v = states[:, 0], states[:, 1]
     return PersonMotion(
-        **motion,
-        reaction=_reaction(person, time, y, v, states),
+        **motion_of_belt(time, y, v, states[:, 12], states[:, 13]),
+        reaction=_reaction(person, time, states),
         angles=states[:, 3:6],
         rates=states[:, 6:9],
-        drive=np.array(drives).reshape(steps + 1, -1),
+        drive=drives,
         foot=states[:, 9],
         foot_rate=states[:, 10],
         short_range=states[:, 11],
-        active=np.array(at_ankles),
+        active=torques[:, 0],
     )
 
 
@@ -339,117 +301,75 @@ def _body(person: PersonTruth, belt_kg: float) -> _Body:
     )
 
 
-# These functions return functions of numbers, not of arrays: the integration calls them 4000 times for each
-# second of a trial.
+def _derivative(person: PersonTruth, task: TaskTruth, belt: MovingBelt, body: _Body) -> Derivative:
+    """Rate of change of the state: y, y', the servo's, th, th', psi, psi', z, x and x'.
 
-
-def _derivative(
-    person: PersonTruth,
-    task: TaskTruth,
-    belt: MovingBelt,
-    body: _Body,
-    rate_hz: float,
-    active: list[float],
-) -> Callable[[float, tuple[float, ...]], tuple[float, ...]]:
-    """Rate of change of the state: y and v on the frame, the servo's, th, th', psi, psi', z, the frame's."""
-    torques = _joint_torques(person, task, body, rate_hz, active)
-    accelerations = _accelerations(body)
-    pushed, rates = belt.pushed, belt.rates
+    Its input is the command (m/s), and the torques of ankle, knee and hip (N·m) at angles of 0.
+    """
+    k_a, k_k, k_h = task.stiffness_Nm_per_rad
+    b_a, b_k, b_h = task.damping_Nms_per_rad
+    k_r = task.short_range_Nm_per_rad
     yielding = 1.0 / person.short_range_rad if person.short_range_rad else 0.0
+    # over the root of all that moves
+    root = math.sqrt(body.moving_kg)
+    p1, p2, p3 = (lever / root for lever in body.levers)
+    weight1, weight2, weight3 = body.weights
+    h11, h22, h33 = np.diag(body.inertia).tolist()
+    h12, h13, h23 = float(body.inertia[0, 1]), float(body.inertia[0, 2]), float(body.inertia[1, 2])
+    pushed, swaying = belt.pushed, belt.swaying
     both_feet = feet_of(person)
     k_f, b_f = person.foot_stiffness_Nm_per_rad, person.foot_damping_Nms_per_rad
     depth = 0.5 * person.ankle_height_m
     to_foot = both_feet.inertia_kgm2 + both_feet.mass_kg * (person.foot_com_m**2 + depth**2)
     to_foot = 1.0 / to_foot if k_f else 0.0
     from_belt = both_feet.mass_kg * depth
+    at_rest = float(_standing(person, body)[0])
+    sin, cos = math.sin, math.cos
 
-    def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
-        _, v, q, _, _, _, w1, w2, w3, tilt, w_f, z, *frame = state
-        belt_alone = pushed(t, v, q, frame)
-        over, tau_a, tau_k, tau_h = torques(t, state)
-        surface, d1, d2, d3 = accelerations(belt_alone[0], state, tau_a, tau_k, tau_h)
-        d_f = to_foot * (over - k_f * tilt - b_f * w_f + from_belt * surface)
+    # one function of numbers, not of arrays: the integration calls it 4000 times for each second of a trial
+    def derivative(inputs: tuple[float, list[float]], state: tuple[float, ...]) -> tuple[float, ...]:
+        commanded, (rest_a, rest_k, rest_h) = inputs
+        _, v, q, th1, th2, th3, w1, w2, w3, tilt, w_f, z, sway, sway_rate = state
+        push, q_rate, sway_free = pushed(commanded, v, q, sway, sway_rate)
+        # torques of the joints
         w_a = w1 - w_f
-        z_rate = w_a - abs(w_a) * z * yielding
-        v_rate, q_rate, *frame_rates = rates(belt_alone, surface)
-        return (v, v_rate, q_rate, w1, w2, w3, d1, d2, d3, w_f, d_f, z_rate, *frame_rates)
+        tau_a = k_a * (th1 - tilt) + b_a * w_a + k_r * z + rest_a
+        tau_k = k_k * (th2 - th1) + b_k * (w2 - w1) + rest_k
+        tau_h = k_h * (th3 - th2) + b_h * (w3 - w2) + rest_h
+        # accelerations
+        q1, q2, q3 = w1 * w1, w2 * w2, w3 * w3
+        n1, n2, n3 = sin(th1), sin(th2), sin(th3)
+        c1, c2, c3 = cos(th1), cos(th2), cos(th3)
+        m12, m13, m23 = h12 * (n1 * c2 - c1 * n2), h13 * (n1 * c3 - c1 * n3), h23 * (n2 * c3 - c2 * n3)
+        e1, e2, e3 = p1 * c1, p2 * c2, p3 * c3
+        push = push / root + p1 * n1 * q1 + p2 * n2 * q2 + p3 * n3 * q3
+        # without the belt: its row is solved for y'' and put into the others
+        f1 = weight1 * n1 - tau_a + tau_k - m12 * q2 - m13 * q3 - e1 * push
+        a11, a12, a13 = (
+            h11 - e1 * e1,
+            h12 * (c1 * c2 + n1 * n2) - e1 * e2,
+            h13 * (c1 * c3 + n1 * n3) - e1 * e3,
+        )
+        # Gauss's elimination of a symmetric matrix
+        g2, g3 = a12 / a11, a13 / a11
+        f2 = weight2 * n2 - tau_k + tau_h + m12 * q1 - m23 * q3 - e2 * push - g2 * f1
+        a22, a23 = h22 - e2 * e2 - g2 * a12, h23 * (c2 * c3 + n2 * n3) - e2 * e3 - g2 * a13
+        g23 = a23 / a22
+        f3 = weight3 * n3 - tau_h + m13 * q1 + m23 * q2 - e3 * push - g3 * f1 - g23 * f2
+        d3 = f3 / (h33 - e3 * e3 - g3 * a13 - g23 * a23)
+        d2 = (f2 - a23 * d3) / a22
+        d1 = (f1 - a12 * d2 - a13 * d3) / a11
+        v_rate = (push - e1 * d1 - e2 * d2 - e3 * d3) / root
+        d_f = to_foot * (tau_a - at_rest - k_f * tilt - b_f * w_f + from_belt * v_rate)
+        z_rate, sway_rate_rate = w_a - abs(w_a) * z * yielding, swaying * v_rate + sway_free
+        return v, v_rate, q_rate, w1, w2, w3, d1, d2, d3, w_f, d_f, z_rate, sway_rate, sway_rate_rate
 
     return derivative
 
 
-def _joint_torques(
-    person: PersonTruth, task: TaskTruth, body: _Body, rate_hz: float, active: list[float]
-) -> Callable[[float, tuple[float, ...]], tuple[float, ...]]:
-    """Torque of the ankle beyond quiet standing, and torques of ankle, knee and hip (N·m)."""
-    k_a, k_k, k_h = task.stiffness_Nm_per_rad
-    b_a, b_k, b_h = task.damping_Nms_per_rad
-    k_r = task.short_range_Nm_per_rad
-    # quiet standing is an equilibrium: each joint bears the weight above it
-    s1, s2, s3 = person.stance_rad
-    load = [weight * math.sin(s) for weight, s in zip(body.weights, person.stance_rad, strict=True)]
-    rest_h = load[2]
-    rest_k = rest_h + load[1]
-    rest_a = rest_k + load[0]
-
-    def torques(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
-        th1, th2, th3, w1, w2, w3, tilt, w_f, z = state[3:12]
-        now_a, now_k, now_h, more_a, more_k, more_h, began = active
-        late = (t - began) * rate_hz
-        over = k_a * (th1 - tilt - s1) + b_a * (w1 - w_f) + k_r * z + now_a + late * more_a
-        tau_k = rest_k + k_k * (th2 - th1 - s2 + s1) + b_k * (w2 - w1) + now_k + late * more_k
-        tau_h = rest_h + k_h * (th3 - th2 - s3 + s2) + b_h * (w3 - w2) + now_h + late * more_h
-        return over, rest_a + over, tau_k, tau_h
-
-    return torques
-
-
-def _accelerations(body: _Body) -> Callable[..., tuple[float, float, float, float]]:
-    """Accelerations of the belt (m/s²) and of the segments (rad/s²) by the equations of motion."""
-    p1, p2, p3 = body.levers
-    weight1, weight2, weight3 = body.weights
-    h11, h22, h33 = np.diag(body.inertia).tolist()
-    h12, h13, h23 = float(body.inertia[0, 1]), float(body.inertia[0, 2]), float(body.inertia[1, 2])
-    moving = body.moving_kg
-    sin, cos = math.sin, math.cos
-
-    def accelerations(
-        forced: float, state: tuple[float, ...], tau_a: float, tau_k: float, tau_h: float
-    ) -> tuple[float, float, float, float]:
-        th1, th2, th3, w1, w2, w3 = state[3:9]
-        q1, q2, q3 = w1 * w1, w2 * w2, w3 * w3
-        n1, n2, n3 = sin(th1), sin(th2), sin(th3)
-        c1, c2, c3 = cos(th1), cos(th2), cos(th3)
-        c12, n12 = c1 * c2 + n1 * n2, n1 * c2 - c1 * n2
-        c13, n13 = c1 * c3 + n1 * n3, n1 * c3 - c1 * n3
-        c23, n23 = c2 * c3 + n2 * n3, n2 * c3 - c2 * n3
-        m12, m13, m23 = h12 * n12, h13 * n13, h23 * n23
-        e1, e2, e3 = p1 * c1, p2 * c2, p3 * c3
-        push = forced + p1 * n1 * q1 + p2 * n2 * q2 + p3 * n3 * q3
-        f1 = weight1 * n1 - tau_a + tau_k - m12 * q2 - m13 * q3
-        f2 = weight2 * n2 - tau_k + tau_h + m12 * q1 - m23 * q3
-        f3 = weight3 * n3 - tau_h + m13 * q1 + m23 * q2
-        # without the belt: its row is solved for y'' and put into the others
-        r1, r2, r3 = e1 / moving, e2 / moving, e3 / moving
-        a11, a12, a13 = h11 - r1 * e1, h12 * c12 - r1 * e2, h13 * c13 - r1 * e3
-        a22, a23, a33 = h22 - r2 * e2, h23 * c23 - r2 * e3, h33 - r3 * e3
-        f1 -= r1 * push
-        f2 -= r2 * push
-        f3 -= r3 * push
-        # Gauss's elimination of a symmetric matrix
-        g2, g3 = a12 / a11, a13 / a11
-        a22 -= g2 * a12
-        a23 -= g2 * a13
-        a33 -= g3 * a13
-        f2 -= g2 * f1
-        f3 -= g3 * f1
-        g3 = a23 / a22
-        d3 = (f3 - g3 * f2) / (a33 - g3 * a23)
-        d2 = (f2 - a23 * d3) / a22
-        d1 = (f1 - a12 * d2 - a13 * d3) / a11
-        belt = (push - e1 * d1 - e2 * d2 - e3 * d3) / moving
-        return belt, d1, d2, d3
-
-    return accelerations
+def _standing(person: PersonTruth, body: _Body) -> np.ndarray:
+    """Torques of ankle, knee and hip in quiet standing (N·m): each joint bears what is above it."""
+    return np.cumsum((body.weights * np.sin(person.stance_rad))[::-1])[::-1]
 
 
 def _feet_com(
@@ -494,18 +414,13 @@ def loads_of_legs(person: PersonTruth, motion: PersonMotion) -> dict[str, BeltMo
     return loads
 
 
-def _reaction(
-    person: PersonTruth, time: np.ndarray, y: np.ndarray, v: np.ndarray, states: np.ndarray
-) -> np.ndarray:
-    """Wrench on the person about the plate's origin, from the rates of its momenta.
-
-    ``y`` and ``v`` are the motion of the ankles along the belt (m, m/s).
-    """
+def _reaction(person: PersonTruth, time: np.ndarray, states: np.ndarray) -> np.ndarray:
+    """Wrench on the person about the plate's origin, from the rates of its momenta."""
     chain = segments(person)
     a = _carried(chain)
     mass = np.array([segment.mass_kg for segment in chain])
     inertia = np.array([segment.inertia_kgm2 for segment in chain])
-    th, w = states[:, 3:6], states[:, 6:9]
+    y, v, th, w = states[:, 0], states[:, 1], states[:, 3:6], states[:, 6:9]
     tilt, w_f = states[:, 9], states[:, 10]
     both_feet = feet_of(person)
     foot_kg = both_feet.mass_kg

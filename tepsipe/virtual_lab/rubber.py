@@ -72,12 +72,12 @@ class Relaxation:
     def with_slack(self, derivative: Callable, bending: Callable) -> Callable:
         """Derivative of a rig's states and the slack (units of the states per s).
 
-        ``derivative(t, state)`` is the rig's, with this moment; ``bending(state)`` is in rad.
+        ``derivative(u, state)`` is the rig's, with this moment; ``bending(state)`` is in rad.
         """
 
-        def of_both(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
+        def of_both(u: float, state: tuple[float, ...]) -> tuple[float, ...]:
             rig, self._slack = state[:-1], state[-1]
-            return (*derivative(t, rig), (bending(rig) - state[-1]) / self._time_s)
+            return (*derivative(u, rig), (bending(rig) - state[-1]) / self._time_s)
 
         return of_both
 

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
-import h5py
 import numpy as np
 from annotated_types import Ge, Gt, Le
 
@@ -276,6 +275,8 @@ def write_chain_trials(
     seed: seed of all draws.
     persons: number of recordings.
     """
+    import h5py  # only who writes a file needs it
+
     with h5py.File(path, "w") as file:
         for k in range(persons):
             record = record_chain(person, protocol, generator(seed, "several-joints", str(k)))

@@ -20,7 +20,6 @@ import scipy
 
 from tepsipe.virtual_lab.belt import DriveTruth
 from tepsipe.virtual_lab.electromyography import CHANNELS, EmgTruth, record_emg, sample_trigger, write_emg
-from tepsipe.virtual_lab.force_plate import Loaded
 from tepsipe.virtual_lab.person import (
     PersonMotion,
     loads_of_legs,
@@ -46,7 +45,7 @@ from tepsipe.virtual_lab.seeds import generator
 from tepsipe.virtual_lab.treadmill_trial import (
     MarkerPath,
     Protocol,
-    frames_below,
+    plates_of,
     record_capture,
     record_log,
     schedule_at_random,
@@ -164,10 +163,8 @@ def make_standing_trial(
     schedule = schedule_at_random(rig, protocol, rng)
     person, doing = PersonTruth(**standing["person"]), TaskTruth(**standing["tasks"][task])
     muscles = {name: MuscleTruth(**standing["muscles"][name]) for name in MUSCLES}
-    parts = {"right": 1.0}
-    if belt == "both":
-        parts = {"left": person.left_share, "right": 1.0 - person.left_share}
-    frames = frames_below(rig, schedule, INTEGRATION_RATE_HZ, parts, rng)
+    plates, left = plates_of(rig), person.left_share if belt == "both" else 0.0
+    below = [(plates["right"], 1.0 - left)] + ([(plates["left"], left)] if left else [])
     motion = move_person(
         Subject(person, muscles, doing, NervesTruth(**standing["nerves"])),
         DriveTruth(**rig["drive"]),
@@ -175,11 +172,10 @@ def make_standing_trial(
         schedule.ends_s,
         INTEGRATION_RATE_HZ,
         of_nerves,
-        list(frames.values()),
+        below,
     )
     loads = loads_of_legs(person, motion) if belt == "both" else {"right": motion}
-    loaded = {side: Loaded(frames[side], load) for side, load in loads.items()}
-    record_log(rig, seed, schedule, loaded, rng, files)
+    record_log(rig, seed, schedule, loads, rng, files)
     skin = SkinTruth(**standing["skin"])
     paths = person_marker_paths(PersonMarkers(**standing["markers"]), person, skin, motion)
     record_capture(rig, schedule, MARKERS, paths, rng, files["markers"])

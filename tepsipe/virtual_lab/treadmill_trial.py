@@ -6,9 +6,8 @@ Active markers, strobed one after another, as the motion capture system records 
 """
 
 import errno
-import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -18,12 +17,11 @@ import scipy
 from annotated_types import Ge, Gt, Le
 
 from tepsipe.quantities import Angle, Height, NotNegative, Pause, Rate
-from tepsipe.virtual_lab.belt import DriveTruth, velocity_command
+from tepsipe.virtual_lab.belt import BeltMotion, Command, DriveTruth, velocity_command
 from tepsipe.virtual_lab.force_plate import (
     BELTS,
     COMPONENTS,
     TRANSDUCERS,
-    Frame,
     Loaded,
     PlateTruth,
     plate_electronics,
@@ -56,7 +54,7 @@ def write_treadmill_log(
         "command_m_per_s": command.astype(np.float32)[:, None],
         "trigger_V": trigger.astype(np.float32)[:, None],
     }
-    scipy.io.savemat(path, content, do_compression=True)
+    scipy.io.savemat(path, content)
     # the header holds the date of writing: the same study must give the same bytes
     with open(path, "r+b") as file:
         file.write(b"MATLAB 5.0 MAT-file, instrumented treadmill log".ljust(116))
@@ -190,7 +188,7 @@ class Schedule:
     """End of the recording."""
     onsets_s: Annotated[np.ndarray, "(k,)"]
     """Commanded onsets of the perturbations."""
-    command: Callable[[float], float]
+    command: Command
     """Commanded belt velocity (m/s) at t (s)."""
 
 
@@ -229,28 +227,17 @@ def _schedule(rig: dict, protocol: Protocol, onsets: np.ndarray, trigger_s: floa
     return Schedule(trigger_s, lasts_s, trigger_s + lasts_s + usual["tail_s"], onsets, command)
 
 
-def frames_below(
-    rig: dict, schedule: Schedule, rate_hz: float, parts: Mapping[str, float], rng: np.random.Generator
-) -> dict[str, Frame]:
-    """Frames of the belts that carry a load, with their random numbers for one trial.
-
-    rig: the treadmill's constants, as the laboratory's configuration holds them.
-    rate_hz: steps of the integration per second.
-    parts: belt, left or right -> part of the load that it carries.
-    """
-    plates = {
-        "left": PlateTruth(**rig["plate"] | rig.get("left_plate", {})),
-        "right": PlateTruth(**rig["plate"]),
-    }
-    n = math.ceil(schedule.ends_s * rate_hz) + 1
-    return {belt: Frame.drawn(plates[belt], n, rate_hz, rng, parts[belt]) for belt in BELTS if belt in parts}
+def plates_of(rig: dict) -> dict[str, PlateTruth]:
+    """Force plates below the left and the right belt, from the treadmill's constants ``rig``."""
+    right = rig["plate"]
+    return {"left": PlateTruth(**right | rig.get("left_plate", {})), "right": PlateTruth(**right)}
 
 
 def record_log(
     rig: dict,
     seed: int,
     schedule: Schedule,
-    loaded: dict[str, Loaded],
+    loads: dict[str, BeltMotion],
     rng: np.random.Generator,
     files: dict[str, Path],
 ) -> None:
@@ -258,19 +245,21 @@ def record_log(
 
     rig: the treadmill's constants, as the laboratory's configuration holds them.
     seed: seed of the laboratory: every trial has the same plate.
-    loaded: belt, left or right -> its frame, motion and reaction. Two belts move alike.
+    loads: belt, left or right -> motion and reaction on the grid of the integration (s, m, N, N·m). Two
+    belts move alike.
     files: files to write: ``log`` and ``calibration``.
     """
-    plate, drive = PlateTruth(**rig["plate"]), DriveTruth(**rig["drive"])
-    motion = next(iter(loaded.values())).motion
+    plates, drive = plates_of(rig), DriveTruth(**rig["drive"])
+    plate, motion = plates["right"], next(iter(loads.values()))
     sample = np.arange(0, motion.time.size, round(motion.rate_hz / plate.rate_hz))
     volts_per_newton, matrix = plate_electronics(plate, generator(seed, "plate"))
+    loaded = {belt: Loaded(plates[belt], load) for belt, load in loads.items()}
     voltages = voltages_of_belts(loaded, volts_per_newton, sample, rng)
     time = motion.time[sample]
     noisy = motion.belt_velocity[sample] + drive.velocity_noise_m_per_s * rng.standard_normal(sample.size)
     velocity = drive.velocity_step_m_per_s * np.round(noisy / drive.velocity_step_m_per_s)
     running = (time >= schedule.trigger_s) & (time < schedule.trigger_s + schedule.duration_s)
-    commanded = np.array([schedule.command(t) for t in time.tolist()])
+    commanded = schedule.command(time)
     trigger = np.where(running, 5.0, 0.0)
     write_treadmill_log(files["log"], plate.rate_hz, voltages, velocity, commanded, trigger)
     write_calibration(files["calibration"], matrix)

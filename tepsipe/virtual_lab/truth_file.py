@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import h5py
 import numpy as np
 
 RATE_HZ = 500.0
@@ -38,6 +37,8 @@ class StandingMotion(TrueMotion):
 
 def write_true_motion(path: str | Path, motion: TrueMotion) -> None:
     """Write the motion as HDF5 at `RATE_HZ` (s, rad, N·m), from the trigger on."""
+    import h5py  # here, because the settings read the options of this package
+
     every = max(1, round((1.0 / RATE_HZ) / (motion.time[1] - motion.time[0])))
     kept = np.flatnonzero(motion.time >= 0.0)[::every]
     with h5py.File(path, "w") as file:

@@ -10,7 +10,6 @@ on the plate is the rate of its linear and angular momentum, differentiated nume
 equation is used here.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -19,16 +18,15 @@ import numpy as np
 import scipy
 
 from tepsipe.quantities import Gravity, Height, Length, Mass, Offset
-from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
-from tepsipe.virtual_lab.force_plate import Frame, Loaded
+from tepsipe.virtual_lab.belt import BeltMotion, Command, DriveTruth, stage_commands
 from tepsipe.virtual_lab.integrate import integrate
-from tepsipe.virtual_lab.moving_belt import MovingBelt
+from tepsipe.virtual_lab.moving_belt import Below, MovingBelt, motion_of_belt
 from tepsipe.virtual_lab.seeds import generator
 from tepsipe.virtual_lab.treadmill_trial import (
     INTEGRATION_RATE_HZ,
     MarkerPath,
     Protocol,
-    frames_below,
+    plates_of,
     record_capture,
     record_log,
     schedule_trial,
@@ -66,36 +64,39 @@ class WeightTruth:
 def move_weight(
     weight: WeightTruth | None,
     drive: DriveTruth,
-    command,
+    command: Command,
     duration_s: float,
     rate_hz: float,
-    frames: Sequence[Frame] = (),
+    below: Below = (),
 ) -> BeltMotion:
     """Integrate the belt with a weight, or empty.
 
     weight: constants of the weight; None if nothing is on the belt.
     command: commanded belt velocity (m/s) at t (s).
     duration_s, rate_hz: length of the run (s) and steps per second (Hz).
-    frames: of the belt; rigid ground without one.
+    below: plate of the belt.
     Returns: motion and reaction on the grid of the integration.
     """
     mass_kg = 0.0 if weight is None else weight.mass_kg
     load = 0.0 if weight is None else mass_kg * weight.gravity_m_per_s2
-    belt = MovingBelt(drive, command, load, rate_hz, frames)
+    belt = MovingBelt(drive, load, rate_hz, below)
+    pushed, swaying = belt.pushed, belt.swaying
     moving = belt.moving_kg + mass_kg
 
-    def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
-        _, v, q, *frame = state
-        pushed = belt.pushed(t, v, q, frame)
-        return v, *belt.rates(pushed, pushed[0] / moving)
+    def derivative(commanded: float, state: tuple[float, ...]) -> tuple[float, ...]:
+        _, v, q, x, x_rate = state
+        push, q_rate, sway = pushed(commanded, v, q, x, x_rate)
+        acceleration = push / moving
+        return v, acceleration, q_rate, x_rate, swaying * acceleration + sway
 
-    def begin(k: int, state: tuple[float, ...]) -> None:
-        belt.begin(k, state[1])
+    def begin_step(k: int, state: tuple[float, ...]) -> None:
+        belt.begin_step(k, state[1] - state[4])
 
-    time, states = integrate(derivative, (0.0, 0.0, 0.0, *belt.start), duration_s, rate_hz, begin)
-    motion, y, v = belt.motion(time, states[:, 0], states[:, 1], states[:, 3:])
+    commands = stage_commands(command, drive.delay_s, duration_s, rate_hz)
+    time, states = integrate(derivative, (0.0,) * 5, commands, rate_hz, begin_step)
+    y, v, _, *frame = states.T
     reaction = np.zeros((time.size, 6)) if weight is None else weight_reaction(weight, time, y, v)
-    return BeltMotion(**motion, reaction=reaction)
+    return BeltMotion(**motion_of_belt(time, y, v, *frame), reaction=reaction)
 
 
 def weight_reaction(
@@ -159,9 +160,8 @@ def make_weight_trial(
     rest_after_s = rig["protocol"]["rest_after_weight_s"]
     schedule = schedule_trial(rig, protocol, rest_after_s, rng)
     drive = DriveTruth(**rig["drive"])
-    frames = frames_below(rig, schedule, INTEGRATION_RATE_HZ, {belt: 1.0}, rng)
-    below = list(frames.values())
+    below = [(plates_of(rig)[belt], 1.0)]
     motion = move_weight(weight, drive, schedule.command, schedule.ends_s, INTEGRATION_RATE_HZ, below)
-    record_log(rig, seed, schedule, {belt: Loaded(frames[belt], motion)}, rng, files)
+    record_log(rig, seed, schedule, {belt: motion}, rng, files)
     if weight is not None:
         record_capture(rig, schedule, MARKERS, weight_marker_paths(weight, motion), rng, files["markers"])

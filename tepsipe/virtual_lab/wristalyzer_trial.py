@@ -139,8 +139,7 @@ def record_manipulator(
     ripple = scipy.signal.sosfilt(
         scipy.signal.butter(1, truth.ripple_bandwidth_hz, fs=rate, output="sos"), white
     )
-    applied = (applied + truth.ripple_Nm * ripple / ripple.std()).tolist()
-    last = len(applied) - 1
+    applied = applied + truth.ripple_Nm * ripple / ripple.std()
 
     relaxation = Relaxation(rubber) if rubber.relaxation_share else None
     moment = rubber.moment if relaxation is None else relaxation.moment
@@ -148,22 +147,23 @@ def record_manipulator(
     inertia, contact = truth.inertia_kgm2, truth.contact_Nm_per_rad3
     coulomb, slow, tanh = truth.friction_Nm, truth.friction_rate_rad_per_s, math.tanh
 
-    def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
+    def derivative(pushing: float, state: tuple[float, ...]) -> tuple[float, ...]:
         th, w = state
-        now = int(t * rate + 1e-6)
-        added = contact * th**3 + coulomb * tanh(w / slow)
-        return w, (applied[now if now < last else last] - (moment(th, w) + added)) / inertia
+        added = contact * th * th * th + coulomb * tanh(w / slow)
+        return w, (pushing - (moment(th, w) + added)) / inertia
 
-    total_s = truth.lead_s + duration_s + truth.tail_s
+    steps = math.ceil((truth.lead_s + duration_s + truth.tail_s) * rate)
+    # each torque is held until the next
+    held = applied[np.minimum(np.arange(steps + 1), applied.size - 1)]
+    inputs = np.column_stack([held[:-1], held[:-1], held[1:]])
     if relaxation is None:
-        time, states = integrate(derivative, (0.0, 0.0), total_s, rate)
+        time, states = integrate(derivative, (0.0, 0.0), inputs, rate)
     else:
         with_slack = relaxation.with_slack(derivative, lambda state: state[0])
-        time, states = integrate(with_slack, (0.0, 0.0, 0.0), total_s, rate)
+        time, states = integrate(with_slack, (0.0, 0.0, 0.0), inputs, rate)
     th, w = states[:, :2].T
-    held = np.array(applied)[np.minimum(np.arange(time.size), last)]
-    # a torque is held from its instant to the next, but the last stage of a Runge-Kutta step, which counts
-    # one sixth, is at the next instant; the torque of an instant is the mean of the steps around it
+    # the last stage of a Runge-Kutta step, which counts one sixth, is at the next instant; the torque of an
+    # instant is the mean of the steps around it
     acting = (5.0 * held + np.concatenate([held[1:], held[-1:]])) / 6.0
     torque = 0.5 * (acting + np.concatenate([acting[:1], acting[:-1]]))
     motion = TrueMotion(time - truth.lead_s, th, w, np.gradient(w, time), torque)

@@ -9,7 +9,7 @@ import pytest
 from builders import Joint, assert_one_sentence
 
 from tepsipe import InputError, fit_impedance
-from tepsipe.experiments.dummy.leg_pathways import Pathway
+from tepsipe.experiments.dummy.options import Pathway
 from tepsipe.mechanics.inverse_dynamics import Foot
 from tests.experiments.test_dummy_budget import KNOWN
 from tests.experiments.test_dummy_leg_pathways import trial_of_swing

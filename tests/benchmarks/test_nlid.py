@@ -9,7 +9,7 @@ from builders import assert_one_sentence, trial_of
 
 from benchmarks.nlid import run
 from tepsipe.errors import InputError
-from tepsipe.experiments.position_manipulator.analysis import PositionManipulatorOptions
+from tepsipe.experiments.position_manipulator.options import PositionManipulatorOptions
 from tepsipe.statistics.goodness_of_fit import HeldOutVaf
 
 RATE = 250.0

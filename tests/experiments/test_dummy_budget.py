@@ -9,7 +9,8 @@ from scipy.interpolate import CubicSpline
 
 from tepsipe.experiments.dummy.foot_budget import FOOT_SOURCES
 from tepsipe.experiments.dummy.foot_pathways import analyse_foot
-from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy
+from tepsipe.experiments.dummy.leg_pathways import analyse_dummy
+from tepsipe.experiments.dummy.options import Pathway
 from tepsipe.experiments.dummy.results import fitted_dummy
 from tepsipe.identification.budgets.leg import (
     LEG_SOURCES,
@@ -399,7 +400,7 @@ def test_tilt_that_the_inertia_of_the_foot_drives_raises_the_damping(shipped_tru
     rubber = Rubber(9.0, 0.075, 0.0, 0.05, 0.0)
 
     def pulse(t):
-        return 0.3 * np.sin(2.0 * np.pi * (t - 0.2) / 0.1) if 0.2 <= t < 0.3 else 0.0
+        return np.where((t >= 0.2) & (t < 0.3), 0.3 * np.sin(2.0 * np.pi * (t - 0.2) / 0.1), 0.0)
 
     window = [Perturbation(int(0.2 * rate), int(0.36 * rate), 0.3)]
     fits = {}

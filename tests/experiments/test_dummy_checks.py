@@ -19,7 +19,8 @@ from tepsipe.experiments.dummy.checks import (
     noise_bias,
     quoted_rows,
 )
-from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, analyse_dummy
+from tepsipe.experiments.dummy.options import Pathway
 from tepsipe.experiments.dummy.results import fitted_dummy
 from tepsipe.experiments.dummy.rig import RIG_FLAGS, flag_rig, rig_flags, shared_faults
 from tepsipe.identification.regression import windows
@@ -60,7 +61,7 @@ def motion(peak_m_per_s):
     """Instants (s), angle (rad), position (m), velocity (m/s) and acceleration (m/s²) of the belt."""
     halves = np.arange(2 * round(DURATION_S * RATE_HZ) - 1) / (2.0 * RATE_HZ)
     position, velocity, acceleration = belt_pulses(halves, ONSETS_S, peak_m_per_s)
-    theta = swing(LEG, [RUBBER], acceleration[None], 1.0 / RATE_HZ)[0, 0]
+    theta = swing(LEG, [RUBBER], acceleration[None], 1.0 / RATE_HZ)[0][0, 0]
     return halves[::2], theta, position[::2], velocity[::2], acceleration[::2]
 
 

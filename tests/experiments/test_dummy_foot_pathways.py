@@ -9,8 +9,9 @@ from builders import LEG, RATE_HZ, Joint, assert_one_sentence, swing
 from scipy.interpolate import CubicSpline
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.dummy.foot_pathways import FootOptions, FootPathway, analyse_foot
+from tepsipe.experiments.dummy.foot_pathways import FootOptions, analyse_foot
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
+from tepsipe.experiments.dummy.options import FootPathway
 from tepsipe.identification.estimators import Record, estimate
 from tepsipe.identification.regression.windows import regress_torque
 from tepsipe.io.trial import Signal, Trial

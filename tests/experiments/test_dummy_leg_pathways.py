@@ -8,7 +8,8 @@ from builders import LEG, RATE_HZ, Joint, assert_one_sentence, swing
 from scipy.interpolate import CubicSpline
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, analyse_dummy
+from tepsipe.experiments.dummy.options import Pathway
 from tepsipe.experiments.dummy.results import cross_validate_dummy, dummy_result, fitted_dummy
 from tepsipe.identification.estimators import ESTIMATORS, Estimator, Record
 from tepsipe.io.trial import Signal, Trial

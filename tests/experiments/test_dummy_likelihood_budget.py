@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from builders import Joint
 
-from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy, fitted_data, trial_markers
+from tepsipe.experiments.dummy.leg_pathways import analyse_dummy, fitted_data, trial_markers
+from tepsipe.experiments.dummy.options import Pathway
 from tepsipe.identification.budgets import markers as moves
 from tepsipe.identification.budgets.leg import LIKELIHOOD_SOURCES
 from tepsipe.identification.likelihood.likelihood import maximise_likelihood

@@ -11,13 +11,13 @@ from typst_builders import findings_of
 from tepsipe.drawing.names import words
 from tepsipe.experiments.dummy.figures import plot_specification
 from tepsipe.experiments.dummy.foot_pathways import FootOptions
-from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy
+from tepsipe.experiments.dummy.leg_pathways import analyse_dummy
+from tepsipe.experiments.dummy.options import Pathway, SpecificationOptions
 from tepsipe.experiments.dummy.specification_curve import (
     FILTERED,
     REFERENCES,
     SPECIFICATIONS,
     WINDOWS,
-    SpecificationOptions,
     filters,
     specify_dummy,
 )

@@ -11,10 +11,12 @@ from builders import LEG, RATE_HZ, assert_one_sentence, belt_pulses, swing, tria
 from builders import Joint as ExactJoint
 from typst_builders import STUDY, chapter_words
 
+from tepsipe.drawing.names import PARAMETER_SETS
 from tepsipe.errors import InputError
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
-from tepsipe.experiments.forward.scores import FORWARD_SCORES, ForwardScore
+from tepsipe.experiments.forward.scores import FORWARD_SCORES, ForwardScore, engine_of
 from tepsipe.experiments.forward.study import (
+    engine_differences,
     forward_scores,
     likelihood_joint,
     mean_joint,
@@ -65,7 +67,7 @@ JOINTS = {
     ),  # what theta towards +y makes of eq (3-8)
     "soft": Joint(0.015, 0.1, 0.9),  # less than m g r
 }
-STEP_S, ENGINE = 0.001, "auto"
+STEP_S, ENGINES = 0.001, dict.fromkeys([*JOINTS, "light", "law", "8.0", "9.0", "10.0"], "auto")
 
 
 def recorded(moved):
@@ -92,7 +94,7 @@ def trial():
 
 @pytest.fixture(scope="module")
 def simulated(trial):
-    return simulate_condition(trial, OPTIONS, FOOT, JOINTS, STEP_S, ENGINE)
+    return simulate_condition(trial, OPTIONS, FOOT, JOINTS, STEP_S, ENGINES)
 
 
 @pytest.fixture(scope="module")
@@ -138,7 +140,7 @@ def test_offset_of_the_belts_sensor_does_not_matter(trial, scores):
     belt = trial.signals["belt_velocity"]
     shifted = replace(belt, values=belt.values + 0.02)
     moved = replace(trial, signals=trial.signals | {"belt_velocity": shifted})
-    again = simulate_condition(moved, OPTIONS, FOOT, {"truth": TRUTH}, STEP_S, ENGINE)
+    again = simulate_condition(moved, OPTIONS, FOOT, {"truth": TRUTH}, STEP_S, ENGINES)
     theta = forward_scores("sine-0.3", again)[0]
     assert theta.vaf_trial == pytest.approx(scores["truth", "theta"].vaf_trial, abs=1e-6)
 
@@ -185,9 +187,33 @@ def test_result_holds_what_figures_show(simulated, tmp_path):
     assert all(np.abs(result.arrays["theta"][w]).max() > 0.01 for w in windows)
 
 
+def test_differences_between_engines_are_small_and_those_between_joints_are_not(trial):
+    def moved(engine, joint=TRUTH):
+        return simulate_condition(trial, OPTIONS, FOOT, {"law": joint}, STEP_S, {"law": engine})
+
+    of_engine = [moved(engine) for engine in installed_engines()]
+    exact = of_engine[-1]
+    assert [one.engines["law"] for one in of_engine] == installed_engines()
+    assert engine_differences(exact, exact) == {"theta_percent": 0.0, "tau_percent": 0.0, "vaf_points": 0.0}
+    for other in of_engine[:-1]:
+        found = engine_differences(other, exact)
+        assert 0.0 < found["theta_percent"] < 0.05 and 0.0 < found["tau_percent"] < 0.05
+        assert found["vaf_points"] < 0.01
+    stiffer = engine_differences(exact, moved("equations", JOINTS["stiff"]))
+    assert stiffer["theta_percent"] > 10.0 and stiffer["vaf_points"] > 10.0
+    written = simulation_result(exact, stiffer).facts
+    assert written["engine_differences"] == stiffer and written["engines"] == {"law": "equations"}
+
+
+def test_sets_that_the_thesis_compares_are_moved_by_the_engine_and_all_others_by_the_equations():
+    assert engine_of("tep", "pybullet") == engine_of("thesis-wristalyzer", "pybullet") == "pybullet"
+    assert {engine_of(name, "mujoco") for name in ("corrected", "joint-likelihood")} == {"equations"}
+    assert {engine_of(name, "mujoco") for name in PARAMETER_SETS} == {"mujoco", "equations"}
+
+
 def test_trial_that_cannot_be_simulated_is_refused(trial):
     with pytest.raises(InputError) as caught:
-        simulate_condition(trial, OPTIONS, FOOT, {"light": Joint(-0.2, 0.1, 10.0)}, STEP_S, ENGINE)
+        simulate_condition(trial, OPTIONS, FOOT, {"light": Joint(-0.2, 0.1, 10.0)}, STEP_S, ENGINES)
     assert_one_sentence(caught.value, "inertia of the joint", "-0.2")
     still = replace(trial.signals["belt_velocity"], values=np.zeros(trial.time.size))
     with pytest.raises(InputError) as caught:
@@ -197,7 +223,7 @@ def test_trial_that_cannot_be_simulated_is_refused(trial):
             FOOT,
             {},
             STEP_S,
-            ENGINE,
+            ENGINES,
         )
     assert_one_sentence(caught.value, "belt velocity", "perturbations")
 
@@ -227,7 +253,7 @@ def rubber_trial():
     onsets, peak, parts = (2.0, 4.0, 6.0), 0.3, 4
     half_steps = np.arange(2 * parts * round(10.0 * RATE_HZ) - 1) / (2.0 * parts * RATE_HZ)
     pushed = belt_pulses(half_steps, onsets, peak)[2]
-    theta = rubber_swing(LEG, [RUBBER], pushed[None], 1.0 / (parts * RATE_HZ))[0, 0, ::parts]
+    theta = rubber_swing(LEG, [RUBBER], pushed[None], 1.0 / (parts * RATE_HZ))[0][0, 0, ::parts]
     position, velocity, _ = belt_pulses(np.arange(theta.size) / RATE_HZ, onsets, peak)
     motion = SimpleNamespace(theta=theta)
     return recorded(SimpleNamespace(motion=motion, belt_position=position, belt_velocity=velocity))
@@ -237,7 +263,7 @@ def rubber_trial():
 def test_law_of_a_joint_that_softens_follows_its_leg_and_no_linear_joint_does(rubber_trial, labels):
     linear = {str(k): Joint(0.007, 0.05, k) for k in (8.0, 9.0, 10.0)}
     options = replace(OPTIONS, belt_fixed_labels=labels)
-    found = simulate_condition(rubber_trial, options, FOOT, {"law": LAW, **linear}, STEP_S, ENGINE)
+    found = simulate_condition(rubber_trial, options, FOOT, {"law": LAW, **linear}, STEP_S, ENGINES)
     assert np.abs(found.theta).max() > 0.012
     angle = {s.parameter_set: s.vaf_trial for s in forward_scores("s", found) if s.quantity == "theta"}
     # the recorded angle is low-passed
@@ -364,8 +390,8 @@ def test_parameters_that_were_not_estimated_are_refused(pathway, estimator):
 # ---- files -------------------------------------------------------------------------------------
 
 SCORES = [
-    ForwardScore("0.20", "tep", "theta", 87.123456789012, -1234.5, "settles", 1.25),
-    ForwardScore("sine-0.5", "corrected", "tau_consistent", 99.9, 0.0, "falls", math.inf),
+    ForwardScore("0.20", "tep", "pybullet", "theta", 87.123456789012, -1234.5, "settles", 1.25),
+    ForwardScore("sine-0.5", "corrected", "equations", "tau_consistent", 99.9, 0.0, "falls", math.inf),
 ]
 
 
@@ -408,7 +434,7 @@ def test_damaged_scores_are_refused(old, new, words, tmp_path):
 
 def test_report_tells_spans_of_vaf_and_which_legs_do_not_settle():
     rows = [
-        ForwardScore(condition, name, quantity, low, high, state, 1.0)
+        ForwardScore(condition, name, engine_of(name, "mujoco"), quantity, low, high, state, 1.0)
         for condition, name, low, high, state in (
             ("sine-0.1", "tep", 10.0, -5000.0, "falls"),
             ("sine-0.2", "tep", 20.0, 30.0, "settles"),
@@ -424,6 +450,6 @@ def test_report_tells_spans_of_vaf_and_which_legs_do_not_settle():
     # angle, printed and consistent torque: perturbations, then full dataset
     assert "| TEP-SIPE as printed " + 3 * "| 10 to 20 | < \N{MINUS SIGN}1000 to 30 " in words
     assert "| TEP-SIPE, consistent " + 3 * "| 100 | 100 " in words
-    assert "all 2 conditions with the multi-body engine MuJoCo and a step of 1.0 ms." in words
+    assert "all 2 conditions with a step of 1.0 ms. The multi-body engine MuJoCo moves" in words
     assert "With the parameters of TEP-SIPE as printed, the swing ends in a fall in S1" in words
     assert words.count(" in a fall ") == 1 and "S1, S2" not in words

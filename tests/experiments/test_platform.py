@@ -14,16 +14,13 @@ from typst_builders import typeset_words
 from tepsipe.drawing.trial_page import render
 from tepsipe.errors import InputError
 from tepsipe.experiments.platform import figures
-from tepsipe.experiments.platform.analysis import (
-    PlatformOptions,
-    analyse_platform,
-    platform_estimates,
-    platform_result,
-)
+from tepsipe.experiments.platform.analysis import analyse_platform, platform_estimates, platform_result
 from tepsipe.experiments.platform.fit import begin, fit
+from tepsipe.experiments.platform.options import PlatformOptions
 from tepsipe.experiments.platform.page import platform_page
 from tepsipe.ingest.limits import Limits, Rig
-from tepsipe.ingest.platform import PlatformTableOptions, ingest_platform
+from tepsipe.ingest.manipulator_options import PlatformTableOptions
+from tepsipe.ingest.platform import ingest_platform
 from tepsipe.ingest.plausibility import plausible_trial
 from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.readers.text_table import read_text_table

@@ -8,11 +8,12 @@ from builders import assert_one_sentence, trial_of
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.position_manipulator.analysis import (
-    PositionManipulatorOptions,
     analyse_position_manipulator,
     position_manipulator_estimates,
 )
-from tepsipe.ingest.manipulators import TableOptions, ingest_position_manipulator
+from tepsipe.experiments.position_manipulator.options import PositionManipulatorOptions
+from tepsipe.ingest.manipulator_options import TableOptions
+from tepsipe.ingest.manipulators import ingest_position_manipulator
 from tepsipe.io.readers.text_table import read_text_table
 
 JOINT = np.array([0.015, 0.8, 60.0])

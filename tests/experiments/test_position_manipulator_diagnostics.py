@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 from builders import trial_of
 
-from tepsipe.experiments.position_manipulator.analysis import (
-    PositionManipulatorOptions,
-    analyse_position_manipulator,
-)
+from tepsipe.experiments.position_manipulator.analysis import analyse_position_manipulator
 from tepsipe.experiments.position_manipulator.diagnostics import diagnose
+from tepsipe.experiments.position_manipulator.options import PositionManipulatorOptions
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
 

@@ -7,11 +7,10 @@ from scipy.interpolate import make_interp_spline
 
 from tepsipe import fit_parallel_cascade
 from tepsipe.errors import InputError
-from tepsipe.experiments.position_manipulator.analysis import (
-    PositionManipulatorOptions,
-    analyse_position_manipulator,
-)
-from tepsipe.ingest.manipulators import TableOptions, ingest_position_manipulator
+from tepsipe.experiments.position_manipulator.analysis import analyse_position_manipulator
+from tepsipe.experiments.position_manipulator.options import PositionManipulatorOptions
+from tepsipe.ingest.manipulator_options import TableOptions
+from tepsipe.ingest.manipulators import ingest_position_manipulator
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.new_study.measures import driving_sign, resisting_sign
 from tepsipe.new_study.study import new_study

@@ -12,7 +12,6 @@ from tepsipe.experiments.standing.free_reflex.fit import (
     REFLEX_ONSET,
     TREADMILL,
     WINDOW,
-    FreeReflexOptions,
     fit_free_reflex,
     inside_window,
     sway_moments,
@@ -29,7 +28,7 @@ from tepsipe.experiments.standing.free_reflex.results import (
     with_budgets,
     with_common_centre,
 )
-from tepsipe.experiments.standing.options import StandingEstimator, TorquePathway
+from tepsipe.experiments.standing.options import FreeReflexOptions, StandingEstimator, TorquePathway
 from tepsipe.identification.regression.generalised import (
     Record,
     generalised_least_squares,

@@ -20,7 +20,7 @@ from standing_builders import (
 
 from tepsipe.experiments.standing.epochs import cut_standing_epochs
 from tepsipe.experiments.standing.free_reflex.broadband import broadband_of, broadband_result, cut_broadband
-from tepsipe.experiments.standing.free_reflex.fit import FreeReflexOptions, fit_free_reflex
+from tepsipe.experiments.standing.free_reflex.fit import fit_free_reflex
 from tepsipe.experiments.standing.free_reflex.free_body import (
     FOREFOOT_SHARE,
     SOURCES,
@@ -31,7 +31,7 @@ from tepsipe.experiments.standing.free_reflex.free_body import (
     tissue_motion,
 )
 from tepsipe.experiments.standing.joint_torque import process_standing
-from tepsipe.experiments.standing.options import TorquePathway
+from tepsipe.experiments.standing.options import FreeReflexOptions, TorquePathway
 from tepsipe.io.result import joined, read_result, write_result
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.signals.filters import Lowpass

@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs, epochs_of
+from tepsipe.experiments.standing.epochs import cut_standing_epochs, epochs_of
 from tepsipe.experiments.standing.fit import Plates, begin, fit
 from tepsipe.experiments.standing.fit_task import fit as fit_task
 from tepsipe.experiments.standing.free_reflex.legs import cut_with_legs, legs_of, legs_results
 from tepsipe.experiments.standing.joint_torque import process_standing
-from tepsipe.experiments.standing.options import BOTH, StandingOptions, TorquePathway
-from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
+from tepsipe.experiments.standing.options import BOTH, EpochOptions, StandingOptions, TorquePathway
+from tepsipe.ingest.plate_treadmill import ingest_treadmill_files
+from tepsipe.ingest.treadmill_options import TreadmillOptions
 from tepsipe.io.result import joined
 from tepsipe.signals.filters import Lowpass
 from tepsipe.virtual_lab.person_mechanisms import without

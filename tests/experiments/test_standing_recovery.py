@@ -9,14 +9,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs
+from tepsipe.experiments.standing.epochs import cut_standing_epochs
 from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.muscle_torque import ActiveOptions
-from tepsipe.experiments.standing.options import StandingEstimator, StandingOptions, TorquePathway
+from tepsipe.experiments.standing.options import (
+    EpochOptions,
+    StandingEstimator,
+    StandingOptions,
+    TorquePathway,
+)
 from tepsipe.experiments.standing.thesis.impedance import fit_all
 from tepsipe.experiments.standing.thesis.latency import muscle_latency
-from tepsipe.ingest.plate_treadmill import TreadmillOptions
 from tepsipe.ingest.standing import ingest_standing_files
+from tepsipe.ingest.treadmill_options import TreadmillOptions
 from tepsipe.signals.onsets import OnsetOptions
 from tepsipe.virtual_lab.person_mechanisms import without
 from tepsipe.virtual_lab.standing_trial import make_standing_trial

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.thesis_dummy.fit import STEP_AT_REST
 from tepsipe.experiments.thesis_dummy.inverse import (
     JOINTS,
     SCATTER,
@@ -18,6 +19,7 @@ from tepsipe.experiments.thesis_dummy.inverse import (
     fit_tables,
     printed_and_predicted,
     printed_fits,
+    printed_means,
     printed_quantities,
     swings,
 )
@@ -78,23 +80,46 @@ def belts():
     return {name: belt_motion(trial(peak), path()) for name, peak in PEAKS.items()}
 
 
+def angles_of(joint, belts, own=None):
+    """Angle at every frame (rad) by condition."""
+    swung = swings(own or path(), [joint], belts)
+    return {name: swung[name](belt.time)[:, 0] for name, belt in belts.items()}
+
+
 def printed_by(joint, belts, noise=0.0, seed=0):
-    angles, rng = swings(path(), [joint], belts), np.random.default_rng(seed)
-    found = {
-        n: printed_quantities(printed_fits(path(), b, angles[n][0], noise, rng)) for n, b in belts.items()
-    }
+    angles, rng = angles_of(joint, belts), np.random.default_rng(seed)
+    found = {n: printed_quantities(printed_fits(path(), b, angles[n], noise, rng)) for n, b in belts.items()}
     return {q: {name: row[q] for name, row in found.items()} for q in next(iter(found.values()))}
 
 
 def test_the_belt_is_its_mean_pulse_without_noise(belts):
     belt = belts["high"]
     assert len(belt.perturbations) == 3
-    assert np.ptp([belt.velocity[p.start : p.start + 40] for p in belt.perturbations], axis=0).max() < 1e-6
-    assert belt.velocity.max() == pytest.approx(0.5, rel=0.1)
+    velocity = belt.position(belt.time, 1)
+    assert np.ptp([velocity[p.start : p.start + 40] for p in belt.perturbations], axis=0).max() < 1e-6
+    assert velocity.max() == pytest.approx(0.5, rel=0.1)
     assert belt.acceleration.size == 2 * belt.time.size - 1
     fewer = belt_motion(trial(0.5), path(), longest_s=4.0)
     assert len(fewer.perturbations) == 1
     assert fewer.time.size < belt.time.size
+
+
+def test_means_around_the_windows_are_those_of_whole_records(belts):
+    """Of several joints and lags at once, and with longer steps while the belt rests."""
+    own, lags = path(4e-4), np.array([0.0, 1e-4])
+    joints = [TRUE, replace(TRUE, stiffness_Nm_per_rad=12.0, half_softening_rad=np.inf)]
+    scatter = np.array(list(SCATTER.values()))
+    for name, peak in (("low", 0.1), ("high", 0.5)):
+        belt, longer = belts[name], belt_motion(trial(peak), own, at_rest=STEP_AT_REST)
+        assert longer.clock.size < 0.5 * belt.clock.size == 0.5 * belt.time.size
+        exact, swung = (swings(own, joints, {name: b})[name] for b in (belt, longer))
+        whole = [
+            printed_fits(own, belt, exact(belt.time)[:, k], lag_s=lag).mean for k, lag in enumerate(lags)
+        ]
+        assert np.abs(whole[0] - whole[1])[1] > 4.0 * SCATTER["B"]
+        for of, angle in ((belt, exact), (longer, swung)):
+            found = printed_means(own, of, angle, lags)
+            assert np.abs((found - whole) / scatter).max() < 0.002
 
 
 def test_a_linear_joint_is_printed_as_the_signs_of_the_equation_demand(belts):
@@ -107,7 +132,7 @@ def test_a_linear_joint_is_printed_as_the_signs_of_the_equation_demand(belts):
 
 
 def test_sequential_sampling_lowers_the_printed_damping(belts):
-    angles = swings(path(), [TRUE], {"low": belts["low"]})["low"][0]
+    angles = angles_of(TRUE, {"low": belts["low"]})["low"]
     at_once, later = (
         printed_fits(path(after), belts["low"], angles).mean[1] for after in (0.0, 1.0 / 2500.0)
     )
@@ -132,7 +157,7 @@ def test_known_constants_are_found_again_and_other_conditions_predicted():
 
 def test_marker_noise_is_found_from_the_printed_vaf(belts):
     printed = printed_by(TRUE, belts, noise=2e-5, seed=5)
-    angles = {name: angle[0] for name, angle in swings(path(), [TRUE], belts).items()}
+    angles = angles_of(TRUE, belts)
     noise = fit_marker_noise(path(), belts, angles, printed["VAF_trial"], ["low", "middle"], seed=1)
     assert noise == pytest.approx(2e-5, rel=0.1)
     cells = printed_and_predicted(path(), belts, angles, printed, ["low", "middle"], noise, 2, seed=1)
@@ -186,7 +211,7 @@ def test_shift_of_the_damping_in_closed_form_is_that_of_simulated_markers(layout
         markers=SegmentMarkers(tuple("abcde"[: len(offsets)]), offsets),
         sampled_after_s=slots / 2500.0,
     )
-    angles = swings(own, [TRUE], {"low": belts["low"]})["low"][0]
+    angles = angles_of(TRUE, {"low": belts["low"]}, own)["low"]
     at_once = replace(own, sampled_after_s=np.zeros(len(offsets)))
     later, exact = (printed_fits(way, belts["low"], angles) for way in (own, at_once))
     shift = later.mean[1] - exact.mean[1]
@@ -199,8 +224,8 @@ def test_lag_of_the_translation_is_found_as_damping(belts):
     """Numbers printed with a lag are returned by the true joint with it, and by another B without."""
     names, lag = ["low", "middle"], 1e-4
     own = {name: belts[name] for name in names}
-    angles = swings(path(), [TRUE], own)
-    found = {n: printed_fits(path(), b, angles[n][0], lag_s=lag).mean for n, b in own.items()}
+    angles = angles_of(TRUE, own)
+    found = {n: printed_fits(path(), b, angles[n], lag_s=lag).mean for n, b in own.items()}
     printed = {q: {n: found[n][k] for n in names} for k, q in enumerate("IBK")}
     fit = fit_joint(path(), own, printed, names, JOINTS["softening"])
     facts = timing_facts(path(), own, printed, fit, FOLLOWED)

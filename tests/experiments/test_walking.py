@@ -8,7 +8,7 @@ import pytest
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.analysis import analyse_walking
 from tepsipe.experiments.walking.deviations import fit_matching, left_out_residuals
-from tepsipe.experiments.walking.impedance import WalkingOptions
+from tepsipe.experiments.walking.options import WalkingOptions
 from tepsipe.experiments.walking.strides import (
     WalkingRecording,
     agreement,

@@ -8,16 +8,9 @@ import pytest
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.analysis import analyse_walking
 from tepsipe.experiments.walking.files import read_events
-from tepsipe.experiments.walking.impedance import WalkingOptions
-from tepsipe.experiments.walking.instruments import (
-    WalkingAxes,
-    WalkingFiles,
-    WalkingPlates,
-    is_of_instruments,
-    read_instruments,
-    walking_recording,
-)
+from tepsipe.experiments.walking.instruments import is_of_instruments, read_instruments, walking_recording
 from tepsipe.experiments.walking.needed_strides import allocation
+from tepsipe.experiments.walking.options import WalkingAxes, WalkingFiles, WalkingOptions, WalkingPlates
 from tepsipe.experiments.walking.results import walking_estimates
 from tepsipe.experiments.walking.strides import detect_events, segment_strides
 from tepsipe.io.estimates import ESTIMATES

@@ -14,8 +14,9 @@ from tepsipe.experiments.walking.analysis import analyse_walking
 from tepsipe.experiments.walking.deviations import Deviations
 from tepsipe.experiments.walking.figures import plot_walking
 from tepsipe.experiments.walking.files import read_events, read_recording
-from tepsipe.experiments.walking.impedance import WalkingOptions, predicted_uncertainty
-from tepsipe.experiments.walking.needed_strides import ExpectedPulse, needed_strides
+from tepsipe.experiments.walking.impedance import predicted_uncertainty
+from tepsipe.experiments.walking.needed_strides import needed_strides
+from tepsipe.experiments.walking.options import ExpectedPulse, WalkingOptions
 from tepsipe.experiments.walking.results import walking_rows
 from tepsipe.experiments.walking.strides import (
     agreement,

@@ -194,7 +194,7 @@ def rubber_motion(joint, peak_m_per_s):
     """Instants (s), angle (rad), position (m) and velocity (m/s) of the belt."""
     halves = np.arange(2 * round(28.0 * RATE_HZ) - 1) / (2.0 * RATE_HZ)
     position, velocity, acceleration = belt_pulses(halves, MANY_S, peak_m_per_s)
-    theta = rubber_swing(LEG, [joint], acceleration[None], 1.0 / RATE_HZ)[0, 0]
+    theta = rubber_swing(LEG, [joint], acceleration[None], 1.0 / RATE_HZ)[0][0, 0]
     return halves[::2], theta, position[::2], velocity[::2]
 
 

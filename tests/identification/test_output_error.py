@@ -189,7 +189,7 @@ def softening_swing(joint, peak_m_per_s, onsets_s=(2.0, 4.0, 6.0), duration_s=10
     linear = swing(Joint(), onsets_s, peak_m_per_s, duration_s)
     halves = np.arange(2 * linear.motion.time.size - 1) / (2.0 * RATE_HZ)
     push = CubicSpline(linear.motion.time, linear.belt_acceleration)(halves)
-    theta = rubber_swing(LEG, [joint], push[None], 1.0 / RATE_HZ)[0, 0]
+    theta = rubber_swing(LEG, [joint], push[None], 1.0 / RATE_HZ)[0][0, 0]
     return linear, replace(linear.motion, theta=theta)
 
 

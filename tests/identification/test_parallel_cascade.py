@@ -11,14 +11,14 @@ from scipy.special import erf
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.position_manipulator.analysis import (
-    PositionManipulatorOptions,
     analyse_parallel_cascade,
     analyse_position_manipulator,
     parallel_cascade_estimates,
     position_manipulator_estimates,
     position_manipulator_result,
 )
-from tepsipe.identification.cascade.fit import ParallelCascadeOptions
+from tepsipe.experiments.position_manipulator.options import PositionManipulatorOptions
+from tepsipe.identification.cascade.options import ParallelCascadeOptions
 from tepsipe.identification.cascade.pathways import (
     delayed,
     knot_responses,
@@ -26,7 +26,8 @@ from tepsipe.identification.cascade.pathways import (
     muscle_response,
     rectified,
 )
-from tepsipe.ingest.manipulators import TableOptions, ingest_position_manipulator
+from tepsipe.ingest.manipulator_options import TableOptions
+from tepsipe.ingest.manipulators import ingest_position_manipulator
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.signals.differentiation import derivative
 
@@ -140,7 +141,7 @@ def test_delay_that_is_a_whole_number_of_samples_but_for_rounding_is_exact():
 
 def test_lagged_columns_are_the_signal_earlier_and_later(rng):
     x = rng.standard_normal(20)
-    columns = lagged(x, np.arange(-2, 3))
+    columns = lagged(x, np.arange(-2, 3), slice(0, x.size))
     for column, lag in zip(columns.T, range(-2, 3), strict=True):
         assert column == pytest.approx(delayed(x, lag / RATE, RATE))
 

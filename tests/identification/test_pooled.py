@@ -27,15 +27,15 @@ def trial(rms, seed, friction=0.0, cubic=0.0, softening=0.0, ripple=0.01, period
     applied = torque + ripple * np.repeat(rng.standard_normal(torque.size // 16), 16)
     step, state, angle, h = stepper(2), (0.0, 0.0), [], 1.0 / (fine * RATE)
 
-    def motion(t, x):
+    def motion(load, x):
         th, w = x
         part = th * th / (th * th + 0.02**2)
         resisting = STIFFNESS * th * (1.0 - softening * part) + DAMPING * w + cubic * th**3
         return w, (load - resisting - friction * np.tanh(w / 0.01)) / INERTIA
 
-    for load in applied.tolist():  # noqa: B007
+    for load in applied.tolist():
         angle.append(state[0])
-        state = step(motion, 0.0, state, h)
+        state = step(motion, motion(load, state), load, load, state, h)
     angle = np.array(angle)[::fine] + 1e-5 * rng.standard_normal(torque.size // fine)
     # the torque is held for a step: half of it later than its sample
     return PerturbedRecord(torque[::fine], angle, slice(n, None))

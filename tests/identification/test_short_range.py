@@ -4,18 +4,14 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from tepsipe.identification.cascade.fit import (
-    ParallelCascadeOptions,
-    SlowModel,
-    Structure,
-    estimate_slow_model,
-)
+from tepsipe.identification.cascade.fit import SlowModel, Structure, estimate_slow_model
 from tepsipe.identification.cascade.normal_equations import (
     block_sums,
     solve_bounded,
     solve_drawn,
     solve_without_each,
 )
+from tepsipe.identification.cascade.options import ParallelCascadeOptions
 from tepsipe.identification.cascade.parallel_cascade import identify_cascade
 from tepsipe.identification.cascade.pathways import laguerre_responses, stop_deflection
 from tepsipe.identification.cascade.record import make_record
@@ -101,7 +97,7 @@ def test_bounded_solution_is_that_of_all_combinations_of_zeros(rng):
 def test_sums_of_blocks_give_folds_and_draws(rng):
     x, y = rng.standard_normal((40, 3)), rng.standard_normal(40)
     blocks = [slice(10 * k, 10 * k + 10) for k in range(4)]
-    sums, none = block_sums(x, y, blocks), np.zeros(3, dtype=bool)
+    sums, none = block_sums(x.__getitem__, y, blocks), np.zeros(3, dtype=bool)
     without = solve_without_each(sums, np.zeros((3, 3)), none)[1]
     rest = np.r_[0:10, 20:40]
     assert without == pytest.approx(np.linalg.lstsq(x[rest], y[rest], rcond=None)[0])

@@ -17,14 +17,11 @@ from builders import (
 from scipy import signal
 
 from tepsipe.errors import InputError
-from tepsipe.ingest.manipulators import (
-    ManipulatorOptions,
-    TableOptions,
-    ingest_position_manipulator,
-    ingest_torque_manipulator,
-)
-from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill
+from tepsipe.ingest.manipulator_options import ManipulatorOptions, TableOptions
+from tepsipe.ingest.manipulators import ingest_position_manipulator, ingest_torque_manipulator
+from tepsipe.ingest.plate_treadmill import ingest_treadmill
 from tepsipe.ingest.standing import with_emg
+from tepsipe.ingest.treadmill_options import TreadmillOptions
 from tepsipe.io.formats import read_markers
 from tepsipe.io.readers.recording import EmgRecording, Markers
 from tepsipe.io.readers.text_table import read_text_table

@@ -10,8 +10,9 @@ from builders import DUMMY_DURATION_S, RATE_HZ, assert_one_sentence, multisine_r
 from tepsipe.errors import InputError
 from tepsipe.ingest.agreement import belt_fixed_motion
 from tepsipe.ingest.limits import Limits, Rig, frozen_stretch, held_while_moving
-from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
+from tepsipe.ingest.plate_treadmill import ingest_treadmill_files
 from tepsipe.ingest.plausibility import plausible_trial
+from tepsipe.ingest.treadmill_options import TreadmillOptions
 from workflow.settings.complete import settings_of, without
 from workflow.support.rigs import RIG_KEYS, rig_of
 

@@ -13,15 +13,16 @@ from dflow_builders import write_mocap, write_record
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.dummy.leg_pathways import analyse_dummy
-from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
+from tepsipe.ingest.plate_treadmill import ingest_treadmill_files
 from tepsipe.ingest.standing import with_emg
-from tepsipe.ingest.whole_trial import (
+from tepsipe.ingest.treadmill_options import (
     Axes,
     BeltVelocity,
     PlateNumbers,
     RecordingOptions,
-    ingest_recording_files,
+    TreadmillOptions,
 )
+from tepsipe.ingest.whole_trial import ingest_recording_files
 from tepsipe.io.formats import contents_of, read_markers
 from tepsipe.io.readers.recording import EmgRecording
 from tepsipe.io.readers.treadmill_log import read_treadmill_log

@@ -11,8 +11,9 @@ from standing_builders import CUTTING, OPTIONS
 
 from tepsipe.arguments import options_of
 from tepsipe.errors import InputError
-from tepsipe.experiments.dummy.foot_pathways import FootOptions, FootPathway, analyse_foot
-from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy
+from tepsipe.experiments.dummy.foot_pathways import FootOptions, analyse_foot
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, analyse_dummy
+from tepsipe.experiments.dummy.options import FootPathway, Pathway
 from tepsipe.experiments.standing.epochs import cut_standing_epochs
 from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.muscle_torque import ActiveOptions
@@ -20,9 +21,9 @@ from tepsipe.experiments.standing.options import StandingEstimator, TorquePathwa
 from tepsipe.experiments.standing.thesis.impedance import fit_all
 from tepsipe.experiments.standing.thesis.latency import muscle_latency
 from tepsipe.experiments.weight.analysis import estimate_masses
-from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
+from tepsipe.ingest.plate_treadmill import ingest_treadmill_files
 from tepsipe.ingest.standing import ingest_standing_files, with_recorded_emg
-from tepsipe.ingest.whole_trial import (
+from tepsipe.ingest.treadmill_options import (
     Axes,
     BeltVelocity,
     LoadCell,
@@ -30,17 +31,18 @@ from tepsipe.ingest.whole_trial import (
     PlateNumbers,
     RecordingOptions,
     ScaledChannel,
-    ingest_recording,
-    ingest_recording_files,
+    TreadmillOptions,
 )
+from tepsipe.ingest.whole_trial import ingest_recording, ingest_recording_files
 from tepsipe.io.formats import read_recording
 from tepsipe.io.readers.recording import Channel, ForcePlate
 from tepsipe.mechanics.inverse_dynamics import Foot
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.onsets import OnsetOptions
 from tepsipe.signals.perturbations import WindowOptions
+from tepsipe.treadmill.options import Weight
 from tepsipe.treadmill.registry import FamilyOptions, fit_model
-from tepsipe.treadmill.trial_recordings import PlateOptions, Weight, plate_recordings
+from tepsipe.treadmill.trial_recordings import PlateOptions, plate_recordings
 from tepsipe.virtual_lab.standing_trial import make_standing_trial
 from tepsipe.virtual_lab.treadmill_trial import Protocol
 from tepsipe.virtual_lab.weight_trial import make_weight_trial
@@ -252,7 +254,7 @@ def test_standing_person_from_one_file(short_truth, shipped_config, tmp_path):
     estimator = {"short": StandingEstimator(0.06, False, "none")}
     fits = [fit_all([r], "t", ["a"], estimator, ActiveOptions((), (), (), {}), 20, 1)[0] for r in responses]
     for name in "BK":
-        several, one = (found["a", "short"].interval(name)[0] for found in fits)
+        several, one = (found["a", "short"].quantities[name].value for found in fits)
         assert one == pytest.approx(several, rel=0.01)
     search = OnsetOptions(**section["latency"])
     compared = 0

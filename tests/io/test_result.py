@@ -1,12 +1,15 @@
 """Results of an analysis survive their file, and a damaged file is refused."""
 
+import os
+
 import h5py
 import numpy as np
 import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from tepsipe.io.result import Result, read_result, write_result
+from tepsipe.io.readers.guarded import FORKS
+from tepsipe.io.result import Result, read_hdf5, read_result, write_result
 
 
 def test_result_comes_back_from_its_file_with_units_and_facts(tmp_path, rng):
@@ -41,3 +44,39 @@ def test_result_file_that_is_damaged_is_refused(tmp_path):
         with pytest.raises(InputError) as caught:
             read_result(tmp_path / "cut.h5")
         assert_one_sentence(caught.value, tmp_path / "cut.h5")
+
+
+def flipped(path, place):
+    content = bytearray(path.read_bytes())
+    content[place] ^= 1
+    path.write_bytes(content)
+
+
+def copied(path):
+    with h5py.File(path) as old, h5py.File(path.with_name("new.h5"), "w") as new:
+        old.copy("x", new)
+    path.with_name("new.h5").replace(path)
+
+
+def marked(path):
+    with h5py.File(path, "a") as file:
+        file.attrs["facts"] = "[]"
+
+
+@pytest.mark.skipif(not FORKS, reason="files are read directly on this system")
+@pytest.mark.parametrize(
+    "change",
+    [
+        *(lambda path, place=place: flipped(path, place) for place in (0, 2000, -49, -48, -32, -1)),
+        *(lambda path, end=end: path.write_bytes(path.read_bytes()[:end]) for end in (0, 20, -48, -1)),
+        lambda path: path.write_bytes(path.read_bytes() + b"\0"),
+        copied,
+        marked,
+    ],
+)
+def test_only_a_file_that_is_as_it_was_written_is_read_in_this_process(tmp_path, change):
+    path = tmp_path / "r.h5"
+    write_result(path, Result({"x": np.ones(500)}, {"x": "s"}, {}))
+    for wanted in (True, False):
+        assert (read_hdf5(lambda path: os.getpid(), path, "a file") == os.getpid()) is wanted
+        change(path)

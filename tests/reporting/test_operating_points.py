@@ -20,9 +20,9 @@ from tepsipe.experiments.position_manipulator.operating_points import (
     operating_points,
     relations,
 )
+from tepsipe.experiments.position_manipulator.options import TimeVaryingOptions
 from tepsipe.experiments.position_manipulator.time_varying import (
     VARYING_ROWS,
-    TimeVaryingOptions,
     analyse_time_varying,
     varying_rows,
 )

@@ -1,5 +1,6 @@
 """Chapters on forward simulation and noise: conditions, numbers, and the sentences that they choose."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,7 @@ import pandas as pd
 import pytest
 from typst_builders import STUDY, chapter_words, evaluated, findings_of
 
+from tepsipe.experiments.forward.scores import engine_of
 from tepsipe.io.result import Result
 from tepsipe.reporting.chapters import noise, simulation
 from tepsipe.reporting.run import Run, report_content
@@ -33,6 +35,7 @@ def simulated(scores, conditions=("sine-0.1", "sine-0.5-8s"), **study):
         for name, (angle, torque, state) in scores.items():
             for quantity, vaf in (("theta", angle), ("tau", torque), ("tau_consistent", angle)):
                 row = {"condition": condition, "parameter_set": name, "quantity": quantity, "state": state}
+                row["engine"] = engine_of(name, "mujoco")
                 row["growth"] = GROWTH.get((name, condition), 1.0)
                 rows.append(row | {"vaf_trial": vaf, "vaf_perturbation": vaf})
     study = STUDY | {"simulated": SHOWN, "step_s": 0.001, "engine": "mujoco", **study}
@@ -122,6 +125,7 @@ def of_thesis(scores):
     fits = {}
     for condition, interval, pulses in (("sine-0.1", 4.0, 14), ("sine-0.5-8s", 8.0, 7)):
         facts = {"periods_s": {"thesis-tep": 1.363}, "pulse_interval_s": interval, "measured_growth": 1.0}
+        facts["engine_differences"] = None
         fits[condition] = Result({"windows": np.zeros((pulses, 2))}, {}, facts)
     return replace(run, fits={"simulation": fits})
 
@@ -162,6 +166,28 @@ def test_growth_is_explained_by_near_resonance():
     assert "near-resonance" in told and "This is not reproduced" not in told
     (found,) = findings_of(["figure_b"], *content(run, simulation=simulation)).values()
     assert "the swing grows to 4.2 times the first one in S1, and to 1.6 times in S52" in found
+
+
+def test_chapter_names_the_engine_of_every_set_and_how_much_engines_differ():
+    run = of_thesis(OF_THESIS)
+    told = chapter_words("simulation", *content(run, simulation=simulation))
+    assert "The multi-body engine MuJoCo moves the dummy with the sets of parameters that the" in told
+    assert "in both ways" not in told
+    run.fits["simulation"]["sine-0.5-8s"].facts["engine_differences"] = {
+        "theta_percent": 0.0123,
+        "tau_percent": 0.25,
+        "vaf_points": 0.0071,
+    }
+    data, tables = content(run, simulation=simulation)
+    told = chapter_words("simulation", data, tables, cells=" | ")
+    assert "In S52 we simulated every set in both ways: they differ by at most 0.012 %" in told
+    assert "0.25 % of its largest torque, and 0.0071 percentage points" in told
+    for label, engine in (("TEP-SIPE (thesis)", "MuJoCo"), ("joint likelihood", "equations")):
+        assert re.search(rf"\| {re.escape(label)} \|[^|]*\| {engine}\b", told), label
+    run.tables["forward"]["engine"] = "equations"
+    told = chapter_words("simulation", *content(run, simulation=simulation))
+    assert "A Runge-Kutta method for its equations of motion moves the dummy." in told
+    assert "MuJoCo" not in told
 
 
 def test_pulses_in_resonance_add_up_to_their_number():

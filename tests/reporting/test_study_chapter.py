@@ -271,7 +271,11 @@ def test_flagged_estimates_are_counted():
 @pytest.mark.parametrize(
     ("engine", "shown"),
     [
-        ({"name": "mujoco", "version": "4.0.0"}, ["mujoco 4.0.0"]),
+        ({"name": "equations", "version": "1.0.0", "by_equations": []}, ["equations 1.0.0"]),
+        (
+            {"name": "mujoco", "version": "4.0.0", "by_equations": ["corrected", "joint-likelihood"]},
+            ["mujoco 4.0.0; by the equations of motion: corrected, joint-likelihood"],
+        ),
         (None, []),  # a study without simulations
     ],
 )

@@ -35,7 +35,7 @@ class Noisy(Laboratory):
 class MassOnFrame(Noisy):
     """The laboratory as it was: the person stands on rigid ground, and the frame carries her mass."""
 
-    def person(self, command, frames):
+    def person(self, command, below):
         return super().person(command, [])
 
     def peak(self, name, move):

@@ -12,8 +12,8 @@ from builders import assert_one_sentence
 from tepsipe.errors import InputError
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Signal, Trial
+from tepsipe.treadmill.options import Weight
 from tepsipe.treadmill.plate_check import PlateCheck, Resting, check_plate
-from tepsipe.treadmill.trial_recordings import Weight
 
 G, X_M, LENGTH_M, WIDTH_M = 9.81, 0.25, 1.6, 0.5
 PLACES_M = np.array([0.02, 0.05, 0.09, 0.12])

@@ -20,14 +20,9 @@ from tepsipe.io.trial import Signal, Trial
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
 from tepsipe.statistics.uncertainty import Source
+from tepsipe.treadmill.options import Weight
 from tepsipe.treadmill.prepared import zero_line
-from tepsipe.treadmill.trial_recordings import (
-    PlateOptions,
-    Weight,
-    marker_lag,
-    plate_recordings,
-    table_recording,
-)
+from tepsipe.treadmill.trial_recordings import PlateOptions, marker_lag, plate_recordings, table_recording
 
 RATE_HZ = 250.0
 TIME = np.arange(3000) / RATE_HZ

@@ -174,7 +174,7 @@ def test_rod_with_a_centre_of_mass_of_its_own_swings_as_such(shipped_truth):
     heavy = replace(stiff_belt, force_limit_N=1e9, bandwidth_hz=1e-12, integral_time_s=1e12, delay_s=0.0)
     rubber = Rubber(10.0, 0.0, 0.0, 0.05, 0.0)
     start = DummyTruth(**subject)
-    motion = move_dummy(start, rubber, heavy, lambda t: 1e30 if t < 0.05 else 0.0, 4.0, 2000.0)
+    motion = move_dummy(start, rubber, heavy, lambda t: np.where(t < 0.05, 1e30, 0.0), 4.0, 2000.0)
     after = motion.time > 0.1
     time, swing = motion.time[after], motion.angle[after] - start.rest_angle_rad
     up = np.flatnonzero((swing[:-1] < 0.0) & (swing[1:] >= 0.0))
@@ -217,7 +217,7 @@ def test_offset_joint_loads_the_plate_where_the_leg_stands(shipped_truth):
     subject = DummyTruth(**shipped_truth["dummy"]["subject"] | own)
     drive = DriveTruth(**shipped_truth["treadmill"]["drive"])
     rubber = Rubber(**shipped_truth["dummy"]["rubber"])
-    motion = move_dummy(subject, rubber, drive, lambda t: 0.0, 0.05, 2000.0)
+    motion = move_dummy(subject, rubber, drive, np.zeros_like, 0.05, 2000.0)
     _, _, fz, mx, _, _ = motion.reaction[0]
     assert fz == pytest.approx(2.5 * 9.81)
     assert mx / fz == pytest.approx(0.05 + (0.4 * 0.004 - 2.1 * 0.01) / 2.5, abs=1e-9)

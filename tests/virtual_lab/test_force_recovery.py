@@ -18,7 +18,7 @@ from tepsipe.treadmill.trial_recordings import (
     zeroed_per_pulse,
 )
 from tepsipe.virtual_lab.belt import DriveTruth, velocity_command
-from tepsipe.virtual_lab.force_plate import Frame, Loaded, PlateTruth, plate_electronics, voltages_of_belts
+from tepsipe.virtual_lab.force_plate import Loaded, PlateTruth, plate_electronics, voltages_of_belts
 from tepsipe.virtual_lab.person import move_person
 from tepsipe.virtual_lab.person_constants import (
     MUSCLES,
@@ -55,11 +55,10 @@ class Laboratory:
         """Trial of what ``move`` puts on the belt, and the motion behind it."""
         command = velocity_command(profile, peak, ONSETS_S, 0.1)
         rng = generator(1, name, str(peak))
-        frame = Frame.drawn(self.plate, round(SECONDS * RATE_HZ) + 1, RATE_HZ, rng)
-        motion = move(command, [frame])
+        motion = move(command, [(self.plate, 1.0)])
         volts, matrix = self.electronics
         sample = np.arange(0, motion.time.size, EVERY)
-        wrench = voltages_of_belts({"right": Loaded(frame, motion)}, volts, sample, rng) @ matrix.T
+        wrench = voltages_of_belts({"right": Loaded(self.plate, motion)}, volts, sample, rng) @ matrix.T
         wrench = wrench.reshape(sample.size, 2, 6)
         rate = RATE_HZ / EVERY
         signals = {
@@ -71,11 +70,11 @@ class Laboratory:
         return Trial(rate, axes, signals), motion
 
     def weight(self, kg):
-        """Motion of the empty belt or a weight by command and frames."""
+        """Motion of the empty belt or a weight by command and plate."""
         weight = WeightTruth(kg, 0.2, 0.2, 0.2, 0.1, 0.25, 0.02, 9.81) if kg else None
-        return lambda command, frames: move_weight(weight, self.drive, command, SECONDS, RATE_HZ, frames)
+        return lambda command, below: move_weight(weight, self.drive, command, SECONDS, RATE_HZ, below)
 
-    def person(self, command, frames):
+    def person(self, command, below):
         """Motion of the shipped person, relaxed."""
         standing = self.truth["standing"]
         subject = Subject(
@@ -84,7 +83,7 @@ class Laboratory:
             TaskTruth(**standing["tasks"]["relax"]),
             NervesTruth(**standing["nerves"]),
         )
-        return move_person(subject, self.drive, command, SECONDS, RATE_HZ, generator(1, "p"), frames)
+        return move_person(subject, self.drive, command, SECONDS, RATE_HZ, generator(1, "p"), below)
 
     def models(self):
         """Model of the treadmill from the empty belt and two weights, in pulses of both directions."""

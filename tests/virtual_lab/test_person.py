@@ -132,7 +132,7 @@ TO_JOINTS = np.array([[1.0, 0.0, 0.0], [-1.0, 1.0, 0.0], [0.0, -1.0, 1.0]])
 
 def push(t):
     """A command that a weak drive can never reach, then none."""
-    return 1e30 if t < PUSH_S else 0.0
+    return np.where(t < PUSH_S, 1e30, 0.0)
 
 
 def moved(
@@ -140,7 +140,7 @@ def moved(
     task=PASSIVE,
     nerves=NO_NERVES,
     drive=LINEAR,
-    command=lambda t: 0.0,
+    command=np.zeros_like,
     seconds=1.0,
     rate_hz=RATE_HZ,
 ):
@@ -737,7 +737,7 @@ def pulsed(shipped_truth):
 
 @pytest.fixture(scope="module")
 def quiet(shipped_truth):
-    return {task: shipped(shipped_truth, task, lambda t: 0.0, 20.0) for task in TASKS}
+    return {task: shipped(shipped_truth, task, np.zeros_like, 20.0) for task in TASKS}
 
 
 @pytest.mark.slow
@@ -821,8 +821,8 @@ def test_balance_is_what_keeps_the_relaxed_person_up(shipped_truth):
     ankles = standing["tasks"]["relax"]["stiffness_Nm_per_rad"][0]
     assert ankles < critical_stiffness(PersonTruth(**standing["person"]))
     with pytest.raises(FloatingPointError, match="falls"):
-        shipped(shipped_truth, "relax", lambda t: 0.0, 10.0, **NO_BALANCE)
-    standing = shipped(shipped_truth, "relax", lambda t: 0.0, 10.0)
+        shipped(shipped_truth, "relax", np.zeros_like, 10.0, **NO_BALANCE)
+    standing = shipped(shipped_truth, "relax", np.zeros_like, 10.0)
     assert np.abs(standing.angles - stance(shipped_truth)).max() < 0.05
 
 
@@ -905,7 +905,7 @@ def test_markers_of_a_segment_keep_their_distances(perturbed):
 def onsets_of(schedule, amplitude, pulse_s=0.1):
     """When the pulses of a sinusoidal command start (s), from the command itself."""
     time = np.arange(0.0, schedule.ends_s, 0.002)
-    commanded = np.array([schedule.command(t) for t in time.tolist()])
+    commanded = schedule.command(time)
     first = np.flatnonzero((commanded[1:] != 0.0) & (commanded[:-1] == 0.0)) + 1
     past = np.arcsin(commanded[first] / amplitude) * pulse_s / (2.0 * math.pi)
     return time[first] - past

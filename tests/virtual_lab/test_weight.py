@@ -10,15 +10,16 @@ from plate_builders import plate_voltages
 from scipy.signal import welch
 
 from tepsipe.errors import InputError
-from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill
+from tepsipe.ingest.plate_treadmill import ingest_treadmill
+from tepsipe.ingest.treadmill_options import TreadmillOptions
 from tepsipe.io.formats import read_markers
 from tepsipe.io.readers.treadmill_log import read_calibration_matrix, read_treadmill_log
 from tepsipe.io.trial import read_trial, write_trial
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
+from tepsipe.treadmill.options import Weight
 from tepsipe.treadmill.plate_check import check_plate, resting
 from tepsipe.treadmill.prepared import prepare_trial
-from tepsipe.treadmill.trial_recordings import Weight
 from tepsipe.virtual_lab.belt import DriveTruth, velocity_command
 from tepsipe.virtual_lab.force_plate import (
     PlateTruth,
@@ -102,8 +103,8 @@ def test_drive_pushes_belt_and_weight(shipped_truth):
         drive_of(shipped_truth), bandwidth_hz=1e-12, integral_time_s=1e12, force_limit_N=130.0, delay_s=0.0
     )
     drive = replace(drive, belt_mass_kg=45.0, viscous_Ns_per_m=0.0)
-    loaded = move_weight(WEIGHT, drive, lambda t: 1e30, 0.2, RATE_HZ)
-    empty = move_weight(None, drive, lambda t: 1e30, 0.2, RATE_HZ)
+    loaded = move_weight(WEIGHT, drive, lambda t: np.full_like(t, 1e30), 0.2, RATE_HZ)
+    empty = move_weight(None, drive, lambda t: np.full_like(t, 1e30), 0.2, RATE_HZ)
     assert loaded.belt_acceleration == pytest.approx(np.full(loaded.time.size, 130.0 / 65.0))
     assert empty.belt_acceleration == pytest.approx(np.full(empty.time.size, 130.0 / 45.0))
     assert loaded.reaction[:, FY] == pytest.approx(np.full(loaded.time.size, 40.0))
@@ -154,7 +155,7 @@ def artefact(truth, motion, **changes):
 
 
 def test_belt_at_rest_adds_nothing(shipped_truth):
-    motion = move_weight(WEIGHT, drive_of(shipped_truth), lambda t: 0.0, 0.1, RATE_HZ)
+    motion = move_weight(WEIGHT, drive_of(shipped_truth), np.zeros_like, 0.1, RATE_HZ)
     force, moment = artefact(shipped_truth, motion)
     assert np.abs(force).max() == np.abs(moment).max() == 0.0
 
@@ -225,7 +226,7 @@ def calibrated(truth, motion, **changes):
 
 
 def test_mounts_take_their_share_of_a_quick_force_and_let_go_of_it(shipped_truth):
-    motion = move_weight(None, drive_of(shipped_truth), lambda t: 0.0, 1.0, RATE_HZ)
+    motion = move_weight(None, drive_of(shipped_truth), np.zeros_like, 1.0, RATE_HZ)
     motion.reaction[400:, FY] = 100.0
     rigid = {"resonance_hz": 300.0, "resonance_damping": 1.0}
     share = calibrated(shipped_truth, motion, mount_share=0.2, mount_relaxation_s=0.05, **rigid)

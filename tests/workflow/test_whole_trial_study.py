@@ -12,7 +12,7 @@ from study_builders import OVERRIDES, snakemake, write_config, write_sheet
 
 from tepsipe.arguments import options_of
 from tepsipe.errors import InputError
-from tepsipe.ingest.whole_trial import RecordingOptions
+from tepsipe.ingest.treadmill_options import RecordingOptions
 from workflow.settings.complete import settings_of
 from workflow.settings.config import check_config
 from workflow.support.checked_study import check_one_treadmill, check_recordings

@@ -29,6 +29,8 @@ rule simulate_dummy:
         printed=printed_joints,
         step_s=DUMMY["simulation"]["step_s"],
         engine=ENGINE,
+        # one trial is simulated by both engines
+        compared=lambda w: w.condition == STUDY.shown("dummy", DUMMY["simulation"]["figure_4_7_condition"]),
     script:
         "../scripts/simulate_dummy.py"
 

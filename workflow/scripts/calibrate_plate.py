@@ -8,8 +8,8 @@ from tepsipe.experiments.weight.calibrate import PlateTrial, calibrate_plate
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.treadmill.calibration import MODEL_SCORES
+from tepsipe.treadmill.options import Weight
 from tepsipe.treadmill.registry import save_models
-from tepsipe.treadmill.trial_recordings import Weight
 
 params, output = snakemake.params, snakemake.output
 weights = [None if weight is None else Weight(**weight) for weight in params.weights]

@@ -7,6 +7,8 @@ job.start(snakemake)
 from importlib import import_module
 from pathlib import Path
 
+from tepsipe.io.result import seal
+
 params, told = snakemake.params, dict(snakemake.params.told)
 module = import_module(f"tepsipe.virtual_lab.{params.made_by}")
 if "protocol" in told:
@@ -14,3 +16,5 @@ if "protocol" in told:
 files = {kind: Path(path) for kind, path in snakemake.output.items()}
 make = getattr(module, f"make_{params.made_by}")
 make(truth=params.truth, condition=snakemake.wildcards.condition, files=files, **told)
+if "motion" in files:  # unlike the raw files, no file of an instrument
+    seal(files["motion"])

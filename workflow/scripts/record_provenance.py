@@ -11,6 +11,8 @@ from importlib.metadata import version
 
 import yaml
 
+from tepsipe.drawing.names import PARAMETER_SETS
+from tepsipe.experiments.forward.scores import engine_of
 from tepsipe.io.trial import checksum, read_sources
 from tepsipe.mechanics.engines import engine_version
 
@@ -33,7 +35,10 @@ files = {
     if path
 }
 name = snakemake.params.engine
-engine = None if name is None else {"name": name, "version": engine_version(name)}
+engine = None
+if name is not None:
+    others = [one for one in PARAMETER_SETS if engine_of(one, name) != name]
+    engine = {"name": name, "version": engine_version(name), "by_equations": others}
 canonical = json.dumps(config, sort_keys=True).encode()
 with open(snakemake.output.provenance, "w", encoding="utf-8") as file:
     json.dump(

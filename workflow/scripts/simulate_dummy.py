@@ -5,8 +5,10 @@ import job
 job.start(snakemake)
 
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
-from tepsipe.experiments.forward.scores import FORWARD_SCORES
+from tepsipe.experiments.forward.scores import EQUATIONS, FORWARD_SCORES, engine_of
 from tepsipe.experiments.forward.study import (
+    SimulatedCondition,
+    engine_differences,
     forward_scores,
     likelihood_joint,
     mean_joint,
@@ -34,13 +36,20 @@ joints |= {name: Joint(*(printed[key] for key in PARAMETERS)) for name, printed 
 likelihood = likelihood_joint(on_belt, read_result(snakemake.input.fit), params.quoted)
 if likelihood is not None:
     joints["joint-likelihood"] = likelihood
-simulated = simulate_condition(
-    read_trial(snakemake.input.trial),
-    DummyOptions.from_settings(geometry, params.analysis, params.belt_fixed_labels),
-    Foot.from_settings(geometry),
-    joints,
-    params.step_s,
-    params.engine,
-)
-write_result(snakemake.output.fit, simulation_result(simulated))
+trial = read_trial(snakemake.input.trial)
+options = DummyOptions.from_settings(geometry, params.analysis, params.belt_fixed_labels)
+
+
+def simulate(engines: dict[str, str]) -> SimulatedCondition:
+    """Simulate the trial with every set of parameters by its engine."""
+    return simulate_condition(trial, options, Foot.from_settings(geometry), joints, params.step_s, engines)
+
+
+engines = {name: engine_of(name, params.engine) for name in joints}
+simulated, differences = simulate(engines), None
+if params.compared and params.engine != EQUATIONS:
+    # each set once more, by the engine that did not move it
+    exchanged = {name: params.engine if own == EQUATIONS else EQUATIONS for name, own in engines.items()}
+    differences = engine_differences(simulated, simulate(exchanged))
+write_result(snakemake.output.fit, simulation_result(simulated, differences))
 FORWARD_SCORES.write(snakemake.output.forward, forward_scores(condition, simulated))

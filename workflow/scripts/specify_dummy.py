@@ -5,8 +5,9 @@ import job
 job.start(snakemake)
 
 from tepsipe.experiments.dummy.foot_pathways import FootOptions
-from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway
-from tepsipe.experiments.dummy.specification_curve import SPECIFICATIONS, SpecificationOptions, specify_dummy
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions
+from tepsipe.experiments.dummy.options import Pathway, SpecificationOptions
+from tepsipe.experiments.dummy.specification_curve import SPECIFICATIONS, specify_dummy
 from tepsipe.io.trial import read_trial
 
 geometry, foot = snakemake.params.geometry, snakemake.params.foot

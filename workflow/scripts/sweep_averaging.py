@@ -6,7 +6,7 @@ job.start(snakemake)
 
 from tepsipe.arguments import options_of
 from tepsipe.experiments.wristalyzer.averaging import AVERAGED_FITS, sweep_averaging
-from tepsipe.experiments.wristalyzer.record import WristalyzerOptions
+from tepsipe.experiments.wristalyzer.options import WristalyzerOptions
 from tepsipe.io.trial import read_trial
 
 options = options_of(WristalyzerOptions, snakemake.params.analysis)

@@ -6,9 +6,9 @@ job.start(snakemake)
 
 import numpy as np
 
+from tepsipe.experiments.position_manipulator.options import TimeVaryingOptions
 from tepsipe.experiments.position_manipulator.time_varying import (
     VARYING_ROWS,
-    TimeVaryingOptions,
     analyse_time_varying,
     varying_rows,
 )

@@ -5,9 +5,7 @@ from typing import Any, Literal
 from pydantic import model_validator
 
 from tepsipe.errors import InputError, quoted
-from tepsipe.experiments.dummy.foot_pathways import FootPathway
-from tepsipe.experiments.dummy.leg_pathways import Pathway
-from tepsipe.experiments.dummy.specification_curve import SpecificationOptions
+from tepsipe.experiments.dummy.options import FootPathway, Pathway, SpecificationOptions
 from tepsipe.identification.estimators import ESTIMATORS, JOINT_LIKELIHOOD, OUTPUT_ERROR
 from tepsipe.quantities import Draws, Gravity, Inertia, Length, PartMass, Stiffness, Time
 from workflow.settings.plate_treadmill import MarkerLabels, PlacedMarkers, TreadmillIngest, Window
@@ -108,7 +106,11 @@ class Simulation(Section):
             "equations": "Runge-Kutta method of this project, always available",
             "auto": "the first of these that is installed ([decision 42](../docs/decisions/0042-engines.md))",
         }
-    ) = setting("engine of the forward simulation and the noise study", thesis="2-1-3: SimMechanics")
+    ) = setting(
+        "engine of the noise study, and of the forward simulation with the parameters that the thesis "
+        "compares; `equations` moves the dummy with all others",
+        thesis="2-1-3: SimMechanics",
+    )
     step_s: number(above=0, most=1) = setting(
         "step of the simulation: an integer fraction of the sampling interval", thesis="2-1-3: 0.004"
     )

@@ -1,7 +1,6 @@
 """Settings of the instrumented treadmill with a force plate, whatever is on its belt."""
 
-from tepsipe.ingest.plate_treadmill import TreadmillOptions
-from tepsipe.ingest.whole_trial import RecordingOptions
+from tepsipe.ingest.treadmill_options import RecordingOptions, TreadmillOptions
 from tepsipe.quantities import FilterOrder, Frequency, Offset, Rate, Side
 from tepsipe.signals.perturbations import WindowOptions
 from workflow.settings.section import (

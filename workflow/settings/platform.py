@@ -1,7 +1,7 @@
 """Settings of a person on a platform that moves forwards and backwards, from recordings."""
 
-from tepsipe.experiments.platform.analysis import PlatformOptions
-from tepsipe.ingest.platform import PlatformTableOptions
+from tepsipe.experiments.platform.options import PlatformOptions
+from tepsipe.ingest.manipulator_options import PlatformTableOptions
 from workflow.settings.position_manipulator import Table, TableIngest
 from workflow.settings.section import Section, made_from, setting
 

@@ -4,10 +4,9 @@ from typing import Any
 
 from pydantic import model_validator
 
-from tepsipe.experiments.position_manipulator.analysis import PositionManipulatorOptions
-from tepsipe.experiments.position_manipulator.time_varying import TimeVaryingOptions
-from tepsipe.identification.cascade.fit import ParallelCascadeOptions
-from tepsipe.ingest.manipulators import TableOptions
+from tepsipe.experiments.position_manipulator.options import PositionManipulatorOptions, TimeVaryingOptions
+from tepsipe.identification.cascade.options import ParallelCascadeOptions
+from tepsipe.ingest.manipulator_options import TableOptions
 from tepsipe.quantities import Delimiter
 from workflow.settings.section import Section, UnfitError, made_from, setting
 

@@ -6,10 +6,14 @@ from pydantic import model_validator
 
 from tepsipe.errors import quoted
 from tepsipe.experiments.standing import options
-from tepsipe.experiments.standing.epochs import EpochOptions
-from tepsipe.experiments.standing.free_reflex.fit import FreeReflexOptions
 from tepsipe.experiments.standing.muscle_torque import ACTIVE, FREE, ActiveOptions
-from tepsipe.experiments.standing.options import StanceLimits, StandingOptions, TorquePathway
+from tepsipe.experiments.standing.options import (
+    EpochOptions,
+    FreeReflexOptions,
+    StanceLimits,
+    StandingOptions,
+    TorquePathway,
+)
 from tepsipe.quantities import Gravity, InnerFraction, Mass, Stature, Time
 from tepsipe.signals.emg import EmgOptions
 from tepsipe.signals.onsets import OnsetOptions

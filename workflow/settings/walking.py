@@ -5,15 +5,14 @@ from typing import Any, Literal
 from pydantic import ConfigDict, model_validator
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.walking import instruments
-from tepsipe.experiments.walking.impedance import WalkingOptions
-from tepsipe.experiments.walking.needed_strides import ExpectedPulse
+from tepsipe.experiments.walking import options
+from tepsipe.experiments.walking.options import ExpectedPulse, WalkingOptions
 from tepsipe.quantities import Pause, Rate, Time
 from tepsipe.statistics.uncertainty import Source
 from workflow.settings.section import Section, UnfitError, made_from, optional, setting, some
 
 
-class WalkingAxes(made_from(instruments.WalkingAxes)):
+class WalkingAxes(made_from(options.WalkingAxes)):
     """Directions in a C3D or in D-Flow's text."""
 
     @model_validator(mode="after")
@@ -24,7 +23,7 @@ class WalkingAxes(made_from(instruments.WalkingAxes)):
         return self
 
 
-class WalkingPlates(made_from(instruments.WalkingPlates)):
+class WalkingPlates(made_from(options.WalkingPlates)):
     """Force plates under the feet."""
 
     @model_validator(mode="after")
@@ -47,7 +46,7 @@ class WalkingMarkers(Section):
     toe: str = setting("on the toe. Further keys name markers whose positions may foretell a stride")
 
 
-class WalkingRecording(made_from(instruments.WalkingFiles)):
+class WalkingRecording(made_from(options.WalkingFiles)):
     """Recordings of instruments."""
 
     axes: WalkingAxes

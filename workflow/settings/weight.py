@@ -6,8 +6,8 @@ from pydantic import model_validator
 
 from tepsipe.errors import InputError
 from tepsipe.quantities import Delimiter, Frequency, Pause, Time
-from tepsipe.treadmill.registry import FamilyOptions
-from tepsipe.treadmill.trial_recordings import Weight as KnownWeight
+from tepsipe.treadmill.options import ModelOptions
+from tepsipe.treadmill.options import Weight as KnownWeight
 from workflow.settings.plate_treadmill import MarkerLabels, TreadmillIngest, TriggerIngest, Window
 from workflow.settings.section import Section, UnfitError, different, made_from, refuse_unknown, setting, some
 
@@ -62,7 +62,7 @@ class FittedModels(Section):
     family: different(Family) = setting("models to fit, see [Models of a treadmill](#models-of-a-treadmill)")
 
 
-class PlateModels(made_from(FamilyOptions, without=("ripple", "frame", "joint")), FittedModels):
+class PlateModels(made_from(ModelOptions, without=("ripple",)), FittedModels):
     """Models of the load on the force plate."""
 
     calibration_draws: int = setting(
@@ -174,7 +174,7 @@ class BeltAnalysis(Section):
         return self
 
 
-class BeltModels(made_from(FamilyOptions, without=("frame", "joint"), needed=("ripple",)), FittedModels):
+class BeltModels(made_from(ModelOptions, needed=("ripple",)), FittedModels):
     """Models of the load of a recorded treadmill."""
 
 

@@ -4,8 +4,8 @@ from typing import Any
 
 from pydantic import model_validator
 
-from tepsipe.experiments.wristalyzer.record import WristalyzerOptions
-from tepsipe.ingest.manipulators import ManipulatorOptions
+from tepsipe.experiments.wristalyzer.options import WristalyzerOptions
+from tepsipe.ingest.manipulator_options import ManipulatorOptions
 from tepsipe.quantities import AngleUnit
 from workflow.settings.section import Section, UnfitError, made_from, setting
 

@@ -265,16 +265,22 @@ def _statement(text: str, start: int) -> str:
 def _reads(part: str, definitions: dict[str, str]) -> list[str]:
     waiting, seen, found = [part], set(), {}
     while waiting:
-        own = waiting.pop(0)
-        found |= dict.fromkeys(READS.findall(own))
-        found |= dict.fromkeys(OF_ESTIMATES.findall(own))
-        if FACTS.search(own):
-            found["report"] = None
-        for whole, first in re.findall(r"(([A-Za-z_][\w-]*)(?:\.[\w-]+)?)", own):
-            for name in {whole, first} & definitions.keys() - seen:
+        tables, names = _used(waiting.pop(0))
+        found |= tables
+        for both in names:
+            for name in both & definitions.keys() - seen:
                 seen.add(name)
                 waiting.append(definitions[name])
     return list(found)
+
+
+@cache
+def _used(text: str) -> tuple[dict[str, None], list[set[str]]]:
+    """Tables that a text reads, and its names, each also without what follows its dot."""
+    tables = dict.fromkeys(READS.findall(text) + OF_ESTIMATES.findall(text))
+    if FACTS.search(text):
+        tables["report"] = None
+    return tables, [set(pair) for pair in re.findall(r"(([A-Za-z_][\w-]*)(?:\.[\w-]+)?)", text)]
 
 
 def chapters_of(folder: str | Path, names: Iterable[str], main: str) -> list[Chapter]:

@@ -25,5 +25,8 @@ OF_THE_STUDY = (found.name for found in pkgutil.walk_packages(tepsipe.__path__, 
 for name in (*OTHERS, *(name for name in OF_THE_STUDY if not name.startswith(ENGINES))):
     with suppress(Exception):
         importlib.import_module(name)
+# what reads the formulas in figures, which the first formula of a process makes
+with suppress(Exception):
+    importlib.import_module("matplotlib.mathtext").MathTextParser("agg").parse("$x$")
 # a garbage collection in a fork would copy every page that it shares with this process
 gc.freeze()

@@ -10,9 +10,10 @@ from tepsipe.experiments.weight.calibrate import PlateTrial
 from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.io.trial import Trial
 from tepsipe.treadmill.calibration import group_of, plate_groups
+from tepsipe.treadmill.options import Weight
 from tepsipe.treadmill.plate_check import Resting, check_plate
 from tepsipe.treadmill.recording import BeltRecording, check_recordings
-from tepsipe.treadmill.trial_recordings import Weight, plate_filters
+from tepsipe.treadmill.trial_recordings import plate_filters
 from workflow.settings.complete import without
 from workflow.support.rigs import RIG_KEYS, rig_of
 from workflow.support.study import Study

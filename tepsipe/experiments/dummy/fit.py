@@ -9,13 +9,8 @@ from tepsipe.experiments.dummy.checks import (
     known_inertia,
     quoted_rows,
 )
-from tepsipe.experiments.dummy.leg_pathways import (
-    DummyOptions,
-    Pathway,
-    analyse_dummy,
-    leg_motion,
-    prepare_dummy,
-)
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, analyse_dummy, leg_motion, prepare_dummy
+from tepsipe.experiments.dummy.options import Pathway
 from tepsipe.experiments.dummy.results import fitted_dummy
 from tepsipe.experiments.fitted import Fitted
 from tepsipe.io.trial import Trial

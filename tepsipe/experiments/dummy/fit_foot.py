@@ -2,13 +2,9 @@
 
 from collections.abc import Sequence
 
-from tepsipe.experiments.dummy.foot_pathways import (
-    FootOptions,
-    FootPathway,
-    analyse_foot,
-    windows_from_onset,
-)
+from tepsipe.experiments.dummy.foot_pathways import FootOptions, analyse_foot, windows_from_onset
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
+from tepsipe.experiments.dummy.options import FootPathway
 from tepsipe.experiments.dummy.results import fitted_dummy
 from tepsipe.experiments.fitted import Fitted
 from tepsipe.io.result import Result

@@ -1,7 +1,7 @@
 """TEP-SIPE with the torque from the foot: force plate, ankle marker and treadmill models."""
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Literal, Self
+from typing import Self
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from tepsipe.errors import InputError, listed
 from tepsipe.experiments.dummy.foot_budget import FootKnowledge, foot_budget
 from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck, check_treadmill
 from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis, DummyOptions, leg_motion
+from tepsipe.experiments.dummy.options import FootPathway
 from tepsipe.identification.estimators import LEAST_SQUARES_OWN_ZERO, Record, estimate
 from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.identification.result import quantities_of
@@ -16,7 +17,6 @@ from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg, foot_torque, foot_torque_as_printed
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
-from tepsipe.quantities import Meanings, Time
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.signals.time_alignment import advanced, marker_delay
@@ -30,46 +30,6 @@ from tepsipe.treadmill.trial_recordings import recordings_of_loads
 
 MEASURED = "measured"
 FOOT_TORQUES = ("foot-thesis", "foot")
-
-
-@dataclass(frozen=True)
-class FootPathway:
-    """One way from raw signals to parameters, by the torque from the force plate."""
-
-    torque: Annotated[
-        Literal["foot", "foot-thesis"],
-        Meanings(
-            {
-                "foot": "balance of moments about the ankle, M_x − y_A F_z + l_f F_y − m_f y_A'' l_f / 2",
-                "foot-thesis": "from F_y and the acceleration of the leg, thesis eq (3-7) and section 3-1-3; "
-                "without the moment of the vertical force",
-            }
-        ),
-    ]
-    """Torque of the joint."""
-    treadmill_model: Annotated[
-        str | None,
-        Meanings(
-            {
-                "null": "F_y and M_x as measured",
-                "a model of `weight.models.family`": "the predicted load is subtracted from both",
-            }
-        ),
-    ]
-    """Belt-induced load."""
-    # a longer window includes the swing of the leg on the resting belt, without belt-induced load
-    window_s: Annotated[
-        Time | None,
-        Meanings(
-            {
-                "null": "the perturbation",
-                "a time": "begins with the perturbation and lasts this long, at most to the next one",
-            }
-        ),
-    ]
-    """Fitted window."""
-    estimator: str
-    """One of the estimators of `pathways` that fit a torque in windows."""
 
 
 @dataclass(frozen=True)

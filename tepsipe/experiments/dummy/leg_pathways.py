@@ -2,12 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Literal, Self
+from typing import Annotated, Self
 
 import numpy as np
 
 from tepsipe.errors import InputError, listed
 from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck
+from tepsipe.experiments.dummy.options import Pathway
 from tepsipe.identification.budgets.leg import LegUncertainty, leg_budget
 from tepsipe.identification.budgets.markers import LikelihoodData, likelihood_quantities
 from tepsipe.identification.estimators import LEAST_SQUARES_THESIS, Record, estimate, find_estimator
@@ -25,7 +26,6 @@ from tepsipe.mechanics.segment_kinematics import (
     marker_positions,
     motion_of_markers,
 )
-from tepsipe.quantities import Meanings
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
@@ -39,36 +39,6 @@ MARKED_BELT = "belt_velocity_from"
 # searched (s), and the least correlation of both velocities for a delay to be measured
 LOG_DELAY_S, LONGEST_LOG_DELAY_S, LEAST_CORRELATION = 6e-3, 0.2, 0.9
 MARKER_SIGNALS = {"aligned": "marker_position", "as-sampled": "marker_position_as_sampled"}
-
-
-@dataclass(frozen=True)
-class Pathway:
-    """One way from raw signals to parameters, by the motion of the leg only."""
-
-    torque: Annotated[
-        Literal["leg", "leg-thesis"],
-        Meanings(
-            {
-                "leg": "free body of the leg with consistent signs",
-                "leg-thesis": "thesis eq (3-8) as printed, angle towards +y",
-            }
-        ),
-    ]
-    """Torque of the joint."""
-    marker_instants: Annotated[
-        Literal["aligned", "as-sampled"],
-        Meanings(
-            {
-                "aligned": "markers interpolated at common instants",
-                "as-sampled": "markers at their own sampling instants, as the thesis must have used them "
-                "([decision 5](../docs/decisions/0005-sequential-marker-sampling.md))",
-            }
-        ),
-    ]
-    """Instants of the markers."""
-    estimator: str
-    """Estimator of the parameters (`tepsipe.identification.estimators`); output error and the joint
-    likelihood do not use the torque."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,6 @@ All estimates come from the functions that the pathways of the study use.
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Annotated
 
 import numpy as np
 
@@ -27,12 +26,8 @@ from tepsipe.experiments.dummy.foot_pathways import (
     foot_side,
     windows_from_onset,
 )
-from tepsipe.experiments.dummy.leg_pathways import (
-    DummyOptions,
-    Pathway,
-    belt_fixed_position,
-    leg_motion,
-)
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, belt_fixed_position, leg_motion
+from tepsipe.experiments.dummy.options import Pathway, SpecificationOptions
 from tepsipe.identification.estimators import (
     LEAST_SQUARES,
     LEAST_SQUARES_THESIS,
@@ -45,7 +40,6 @@ from tepsipe.io.tables import Table
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
-from tepsipe.quantities import Frequency, Thesis, Time
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.treadmill.prepared import Filter, PreparedTrial, prepare_trial
@@ -57,20 +51,6 @@ REFERENCES = ("first and last rest", "per segment")
 WINDOWS = ("command length", "actual length", "longer")
 NONE, WHOLE_TRIAL = "none", "whole trial"
 AS_PRINTED, RECOMMENDED, OTHER = "as printed", "recommended", ""
-
-
-@dataclass(frozen=True)
-class SpecificationOptions:
-    """Options of the combinations, in addition to the study's."""
-
-    other_cutoff_hz: Annotated[Frequency, Thesis("Appendix A")]
-    """Cutoff in addition to `plate_treadmill.lowpass_cutoff_hz`."""
-    command_s: Annotated[Time, Thesis("2-1-2")]
-    """Window with the length of the command, from the onset."""
-    longer_s: Time
-    """Window longer than the perturbation, from the onset, at most to the next one."""
-    before_segment_s: Time
-    """Time before the onset that counts as rest of a perturbation."""
 
 
 @dataclass(frozen=True)

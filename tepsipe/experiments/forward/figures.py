@@ -27,7 +27,7 @@ from tepsipe.drawing.style import (
     in_style,
     new_figure,
 )
-from tepsipe.experiments.forward.scores import FORWARD_SCORES, ForwardScore
+from tepsipe.experiments.forward.scores import EQUATIONS, FORWARD_SCORES, ForwardScore
 from tepsipe.io.result import Result, read_result
 
 LINES = {
@@ -76,10 +76,15 @@ def _around(result: Result, seconds: float) -> slice:
     return slice(max(0, start - round(0.2 * rate)), start + round(seconds * rate))
 
 
+def _marked(name: str, engine: str) -> str:
+    """A set of parameters as figures name it (no unit), with an asterisk if the equations moved the leg."""
+    return PARAMETER_SETS[name] + ("*" if engine == EQUATIONS else "")
+
+
 def _label(result: Result, name: str) -> str:
     i, b, k = result.arrays[f"{name}/parameters"]
     softens = ", softens" if name in result.facts["softens"] else ""
-    text = f"{PARAMETER_SETS[name]}: I {i:.3f}, B {b:.3g}, K {k:.2f}{softens}"
+    text = f"{_marked(name, result.facts['engines'][name])}: I {i:.3f}, B {b:.3g}, K {k:.2f}{softens}"
     return text.replace("-0", "\N{MINUS SIGN}0")
 
 
@@ -175,12 +180,14 @@ def plot_scores(scores: list[ForwardScore], conditions: list[str], key: str) -> 
     height_in = 0.7 + 0.17 * len(QUANTITIES) * (len(names) + 1.6)
     figure, axes = new_figure(len(QUANTITIES), 1, height_in, sharex=True)
     found = {(s.quantity, s.parameter_set, s.condition): getattr(s, key) for s in scores}
+    engines = {s.parameter_set: s.engine for s in scores}
+    labels = [_marked(name, engines[name]) for name in names]
     of_run = sum(name in ESTIMATED_SETS for name in names)
     for axis, (quantity, title) in zip(axes, QUANTITIES.items(), strict=True):
         vafs = [[found.get((quantity, name, c), np.nan) for c in conditions] for name in names]
         draw_vafs(axis, np.array(vafs, dtype=float))
         axis.set_title(f"VAF of the {title} (%)")
-        axis.set_yticks(range(len(names)), [PARAMETER_SETS[name] for name in names], fontsize=8.0)
+        axis.set_yticks(range(len(names)), labels, fontsize=8.0)
         axis.axhline(of_run - 0.5, color="white", linewidth=3.0)
         axis.spines[:].set_visible(False)
     axes[-1].set_xticks(range(len(conditions)), [short_name(name) for name in conditions])

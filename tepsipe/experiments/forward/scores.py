@@ -5,6 +5,15 @@ from typing import Annotated
 
 from tepsipe.io.tables import Table, Undefinable
 
+EQUATIONS = "equations"
+# sets of parameters that the thesis compares: an engine moves them that shares no equation with the analysis
+COMPARED_BY_THESIS = ("wristalyzer", "tep", "thesis-wristalyzer", "thesis-tep")
+
+
+def engine_of(parameter_set: str, engine: str) -> str:
+    """Engine that moves the dummy with a set of parameters; ``engine`` is the study's."""
+    return engine if parameter_set in COMPARED_BY_THESIS else EQUATIONS
+
 
 @dataclass(frozen=True)
 class ForwardScore:
@@ -12,6 +21,8 @@ class ForwardScore:
 
     condition: str
     parameter_set: str
+    engine: str
+    """Engine that moved the leg."""
     quantity: str
     """{"theta", "tau", "tau_consistent"}: The angle, or a torque by inverse dynamics."""
     vaf_perturbation: Annotated[float, "%"]

@@ -1,7 +1,8 @@
 """Validation of parameters by forward simulation (thesis section 4-1-3).
 
 Every trial of the ankle dummy is simulated with several sets of parameters, driven by its recorded belt
-motion, and compared with the recorded angle and with the torque by inverse dynamics.
+motion, and compared with the recorded angle and with the torque by inverse dynamics. A physics engine moves
+the leg with the sets that the thesis compares; the others need only the equations of motion.
 """
 
 from collections.abc import Iterable
@@ -51,6 +52,8 @@ class SimulatedCondition:
     """Windows (samples)."""
     joints: dict[str, Joint]
     """Parameter set -> the joint that was simulated (units in it)."""
+    engines: dict[str, str]
+    """Parameter set -> the engine that moved the leg."""
     simulations: dict[str, ForwardSimulation]
     """Parameter set -> simulation, on the recorded instants."""
 
@@ -96,7 +99,7 @@ def simulate_condition(
     foot: Foot,
     joints: dict[str, Joint],
     step_s: float,
-    engine: str,
+    engines: dict[str, str],
 ) -> SimulatedCondition:
     """Simulate a recorded trial with every set of parameters.
 
@@ -104,7 +107,7 @@ def simulate_condition(
     little damping swings with the noise of the belt's log; without them the log does.
     joints: parameter set -> joint (units in it); its rest angle follows from the leg's angle at rest.
     step_s: step of the simulation.
-    engine: {"pybullet", "mujoco", "equations", "auto"}: Physics engine that moves the dummy.
+    engines: parameter set -> the engine that moves the leg.
     Returns: recording and simulations on one clock. The simulation ends where the leg falls.
     """
     prepared = prepare_trial(trial, "belt velocity", options.lowpass, options.window)
@@ -118,18 +121,19 @@ def simulate_condition(
         torques[name] = torque - torque[at_rest].mean()
     standing = float(motion.theta[at_rest].mean())
     velocity = velocity - np.median(velocity[at_rest])
-    simulations = {}
-    for name, joint in joints.items():
-        simulations[name] = simulate_dummy(
+    simulations = {
+        name: simulate_dummy(
             time,
             velocity,
             options.leg,
             foot,
             resting(options.leg, joint, standing),
             step_s,
-            engine,
+            engines[name],
             Start(standing, 0.0),
         )
+        for name, joint in joints.items()
+    }
     return SimulatedCondition(
         time=time,
         theta=motion.theta - standing,
@@ -138,6 +142,7 @@ def simulate_condition(
         torques=torques,
         perturbations=prepared.perturbations,
         joints=joints,
+        engines=engines,
         simulations=simulations,
     )
 
@@ -200,6 +205,7 @@ def forward_scores(condition: str, simulated: SimulatedCondition) -> list[Forwar
                 ForwardScore(
                     condition,
                     name,
+                    simulated.engines[name],
                     quantity,
                     float(np.mean([explained(measured[w], predicted[w]) for w in windows])),
                     explained(measured, predicted),
@@ -210,8 +216,30 @@ def forward_scores(condition: str, simulated: SimulatedCondition) -> list[Forwar
     return scores
 
 
-def simulation_result(simulated: SimulatedCondition) -> Result:
-    """Arrays and facts of one trial, for figures and the page of the report."""
+def engine_differences(simulated: SimulatedCondition, other: SimulatedCondition) -> dict[str, float]:
+    """Largest differences between simulations of one trial by different engines, over all sets.
+
+    Returns: those of angle and torque, in percent of the largest of the set, and of any VAF, in percentage
+    points.
+    """
+    found = dict.fromkeys(("theta_percent", "tau_percent"), 0.0)
+    for name in simulated.simulations:
+        signals, others = (simulated_signals(one, name) for one in (simulated, other))
+        for key, signal in signals.items():
+            difference = np.nanmax(np.abs(signal - others[key])) / np.nanmax(np.abs(signal))
+            found[f"{key}_percent"] = max(found[f"{key}_percent"], 100.0 * float(difference))
+    scores, others = (
+        np.array([(s.vaf_perturbation, s.vaf_trial) for s in forward_scores("", one)])
+        for one in (simulated, other)
+    )
+    return found | {"vaf_points": float(np.abs(scores - others).max())}
+
+
+def simulation_result(simulated: SimulatedCondition, differences: dict[str, float] | None = None) -> Result:
+    """Arrays and facts of one trial, for figures and the page of the report.
+
+    differences: those of `engine_differences`, where other engines simulated the trial as well.
+    """
     arrays: dict[str, np.ndarray] = {
         "time": simulated.time,
         "theta": simulated.theta,
@@ -231,6 +259,8 @@ def simulation_result(simulated: SimulatedCondition) -> Result:
         units[f"{name}/parameters"] = PARAMETER_UNITS
     facts = {
         "parameter_sets": list(simulated.simulations),
+        "engines": simulated.engines,
+        "engine_differences": differences,
         "standing_rad": simulated.standing_rad,
         "joints": {name: _constants(joint) for name, joint in simulated.joints.items()},
         "softens": [name for name, joint in simulated.joints.items() if joint.softens],

@@ -33,12 +33,8 @@ from annotated_types import Ge, Lt
 from tepsipe.arguments import check_options
 from tepsipe.experiments.planning.plan import COVERAGE, quantity_row
 from tepsipe.experiments.planning.pulses import STEP_S, Drive, Pulse, pulse_of
-from tepsipe.experiments.standing.free_reflex.fit import (
-    QUANTITIES,
-    FreeReflexOptions,
-    inside_window,
-    reflex_covariance,
-)
+from tepsipe.experiments.standing.free_reflex.fit import QUANTITIES, inside_window, reflex_covariance
+from tepsipe.experiments.standing.options import FreeReflexOptions
 from tepsipe.identification.regression.generalised import Record, squared_exponential
 from tepsipe.quantities import NotNegative, Positive
 from tepsipe.signals.differentiation import derivative

@@ -9,16 +9,16 @@ feedback biases.
 """
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.budgets import rows_of
+from tepsipe.experiments.platform.options import PlatformOptions
 from tepsipe.identification.result import Quantity, symbol_of
 from tepsipe.identification.several_joints.closed_loop import (
-    MODELS,
     MultiJointOptions,
     RowFit,
     Spectra,
@@ -34,7 +34,6 @@ from tepsipe.identification.several_joints.quantities import (
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
-from tepsipe.quantities import Different, Fraction, Frequency, InnerFraction, Meanings, Positive
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.statistics.goodness_of_fit import HeldOutVaf, evaluate_held_out
@@ -43,24 +42,6 @@ PATHWAY = "closed-loop"
 # ends of the record that a prediction cannot use (s)
 CUT_S = 1.0
 FILTER_ORDER = 4
-
-
-@dataclass(frozen=True, kw_only=True)
-class PlatformOptions(MultiJointOptions):
-    """Choices of the analysis."""
-
-    models: Different[Annotated[Literal[tuple(MODELS)], Meanings(MODELS)]]
-    """Models from the least free to the most."""
-    largest_share: Positive
-    """Largest standard error of a quoted quantity, times the angle that the platform drives, over the torque
-    that it drives."""
-    mode_below_hz: Frequency
-    """Below this frequency motion is slow; its direction is that of `K_mode`."""
-    rejected_below: Fraction
-    """A model is rejected if the torque that it leaves is coherent with the platform with a smaller
-    probability."""
-    training_fraction: InnerFraction
-    """First part of the trial, fitted for the held-out validation; estimates are of the whole trial."""
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,12 @@
 
 from tepsipe.experiments.fitted import Fitted
 from tepsipe.experiments.platform.analysis import (
-    PlatformOptions,
     analyse_platform,
     platform_estimates,
     platform_result,
     platform_spectra,
 )
+from tepsipe.experiments.platform.options import PlatformOptions
 from tepsipe.identification.several_joints.closed_loop import Spectra
 from tepsipe.io.trial import Trial
 

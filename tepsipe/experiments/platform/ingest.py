@@ -1,7 +1,8 @@
 """Raw file of a person on a moving platform to a trial."""
 
 from tepsipe.ingest.limits import Limits, Rig
-from tepsipe.ingest.platform import PlatformTableOptions, ingest_platform
+from tepsipe.ingest.manipulator_options import PlatformTableOptions
+from tepsipe.ingest.platform import ingest_platform
 from tepsipe.ingest.plausibility import plausible_trial
 from tepsipe.io.readers.plain_table import DELIMITERS
 from tepsipe.io.readers.text_table import read_text_table

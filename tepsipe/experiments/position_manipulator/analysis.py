@@ -13,8 +13,10 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.budgets import rows_of
-from tepsipe.identification.cascade.fit import ParallelCascadeFit, ParallelCascadeOptions
+from tepsipe.experiments.position_manipulator.options import PositionManipulatorOptions
+from tepsipe.identification.cascade.fit import ParallelCascadeFit
 from tepsipe.identification.cascade.muscle import MUSCLE_BOUNDS
+from tepsipe.identification.cascade.options import ParallelCascadeOptions
 from tepsipe.identification.cascade.parallel_cascade import identify_cascade
 from tepsipe.identification.cascade.record import CascadeRecord, make_record
 from tepsipe.identification.result import Quantity, symbol_of
@@ -22,7 +24,6 @@ from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, admittance
-from tepsipe.quantities import Bins, Draws, FilterOrder, Frequency, InnerFraction, Pause, Time
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.resampling import BAND_PER_RATE
@@ -47,26 +48,6 @@ REFLEX_QUANTITIES = ("reflex_gain", "reflex_gain_slope", "unloading_gain")
 # what depends on the assumed time constants of a stiffness that relaxes
 RELAXING_QUANTITIES = ("I", "B", "K_short_range", "K_relaxing", "relaxation_time")
 MUSCLE_QUANTITIES = ("reflex_gain", "reflex_frequency", "reflex_damping")
-
-
-@dataclass(frozen=True)
-class PositionManipulatorOptions:
-    """Choices of the analysis."""
-
-    lowpass_cutoff_hz: Frequency
-    """Butterworth low-pass of angle and torque before the regression."""
-    lowpass_order: FilterOrder
-    """Order of both passes together."""
-    cut_s: Pause
-    """Time cut at both ends."""
-    training_fraction: InnerFraction
-    """First part of the trial, which is fitted; the rest is held out for validation."""
-    averaged_bins: Bins
-    """Raw frequencies averaged into one."""
-    block_s: Time
-    """Length of the bootstrapped blocks."""
-    bootstrap_draws: Draws
-    """Bootstrap samples."""
 
 
 @dataclass(frozen=True)

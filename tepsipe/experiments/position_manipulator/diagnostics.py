@@ -13,10 +13,8 @@ from typing import Annotated
 import numpy as np
 import scipy
 
-from tepsipe.experiments.position_manipulator.analysis import (
-    PositionManipulatorAnalysis,
-    PositionManipulatorOptions,
-)
+from tepsipe.experiments.position_manipulator.analysis import PositionManipulatorAnalysis
+from tepsipe.experiments.position_manipulator.options import PositionManipulatorOptions
 from tepsipe.identification.cascade.fit import ParallelCascadeFit
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial

@@ -4,7 +4,6 @@ import numpy as np
 
 from tepsipe.experiments.fitted import Fitted
 from tepsipe.experiments.position_manipulator.analysis import (
-    PositionManipulatorOptions,
     analyse_parallel_cascade,
     analyse_position_manipulator,
     cascade_record,
@@ -13,7 +12,8 @@ from tepsipe.experiments.position_manipulator.analysis import (
     position_manipulator_result,
 )
 from tepsipe.experiments.position_manipulator.diagnostics import diagnose
-from tepsipe.identification.cascade.fit import ParallelCascadeOptions
+from tepsipe.experiments.position_manipulator.options import PositionManipulatorOptions
+from tepsipe.identification.cascade.options import ParallelCascadeOptions
 from tepsipe.identification.cascade.record import CascadeRecord
 from tepsipe.io.result import joined
 from tepsipe.io.trial import Trial

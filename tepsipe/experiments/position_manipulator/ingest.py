@@ -1,7 +1,8 @@
 """Raw file of a position-controlled manipulator to a trial."""
 
 from tepsipe.ingest.limits import Limits, Rig
-from tepsipe.ingest.manipulators import TableOptions, ingest_position_manipulator
+from tepsipe.ingest.manipulator_options import TableOptions
+from tepsipe.ingest.manipulators import ingest_position_manipulator
 from tepsipe.ingest.plausibility import plausible_trial
 from tepsipe.io.readers.plain_table import DELIMITERS
 from tepsipe.io.readers.text_table import read_text_table

@@ -6,12 +6,11 @@ reflex torque come from the fit of the whole trial, filtered and cut.
 """
 
 from dataclasses import dataclass
-from typing import Annotated
 
 import numpy as np
-from annotated_types import Ge
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.position_manipulator.options import TimeVaryingOptions
 from tepsipe.identification.time_varying import (
     MovedJoint,
     VaryingImpedance,
@@ -23,33 +22,6 @@ from tepsipe.io.result import Result
 from tepsipe.io.tables import Table
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import UNITS
-from tepsipe.quantities import Draws, Time
-
-
-@dataclass(frozen=True)
-class TimeVaryingOptions:
-    """Choices of the analysis."""
-
-    window_s: Time
-    """Length of the sliding windows of trials with neither trigger nor schedule."""
-    window_step_s: Time
-    """Distance of the windows."""
-    block_s: Time
-    """Length of the blocks of residuals that are bootstrapped in windows, longer than the residuals are
-    correlated."""
-    realisation_s: Time | None
-    """Length of a realisation after a trigger; null for the shortest time between triggers."""
-    segment_s: Time
-    """Length of the short segments of all realisations that are fitted together."""
-    segment_step_s: Time
-    """Distance of the segments."""
-    bins: Annotated[int, Ge(2)]
-    """Number of equal bins of a schedule."""
-    piece_s: Time
-    """Longest piece of the record within a bin that has a level and a trend of its own; pieces shorter than a
-    quarter of it are left out."""
-    bootstrap_draws: Draws
-    """Bootstrap samples."""
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,13 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Self
 
 import numpy as np
-from annotated_types import Ge, Le
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.joint_torque import StandingTrial
+from tepsipe.experiments.standing.options import EpochOptions
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
-from tepsipe.quantities import FilterOrder, Frequency, Pair, Time
-from tepsipe.signals.emg import EmgOptions, channel_fault, clipped_perturbations, process_emg
+from tepsipe.signals.emg import channel_fault, clipped_perturbations, process_emg
 from tepsipe.signals.epochs import cut_epochs, unperturbed_onsets
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.perturbations import same_direction
@@ -33,35 +32,6 @@ UNITS = {
     "f_y": "N",
     "belt_velocity": "m/s",
 }
-
-
-@dataclass(frozen=True)
-class EpochOptions:
-    """Options of the epochs."""
-
-    before_s: Time
-    """Length of an epoch before its onset."""
-    after_s: Time
-    """Length of an epoch after its onset."""
-    baseline_s: Pair[Annotated[float, Le(0)]]
-    """Baseline of an epoch, from the onset."""
-    least_perturbations: Annotated[int, Ge(2)]
-    """A trial with fewer usable perturbations is omitted."""
-    line_hz: Frequency
-    """Mains frequency, whose hum indicates a loose electrode; to remove hum, use `emg.mains_hz`."""
-    max_gap_s: Time
-    """Longest time for which a marker may be hidden within a response."""
-    lowpass_cutoff_hz: Frequency
-    lowpass_order: FilterOrder
-    """Filter of the rectified electromyograms that drive the active torque, the same as for all signals."""
-    emg: EmgOptions
-    """Processing of the electromyograms."""
-
-    @classmethod
-    def from_settings(cls, analysis: dict, emg: dict, max_gap_s: float) -> Self:
-        """Options of a study: windows (s), filters (Hz) also of the electromyograms, longest gap (s)."""
-        own = {key: analysis[key] for key in cls.__dataclass_fields__ if key in analysis}
-        return cls(**own, max_gap_s=max_gap_s, emg=EmgOptions(**emg))
 
 
 @dataclass(frozen=True)
@@ -358,9 +328,11 @@ def _emg_responses(
     def cut(x: np.ndarray, at: np.ndarray) -> np.ndarray:
         return cut_epochs(x, rate, at, options.before_s, options.after_s, start).values
 
+    # one spline for both: these signals have most samples
+    drive = _from_baseline(cut(smooth, np.concatenate([onsets, quiet]))[:, ::step], zero)
     return {
-        "drive": _from_baseline(cut(smooth, onsets)[:, ::step], zero),
-        "unperturbed_drive": _from_baseline(cut(smooth, quiet)[:, ::step], zero),
+        "drive": drive[: onsets.size],
+        "unperturbed_drive": drive[onsets.size :],
         "envelope": cut(processed.envelope, onsets)[:, ::step],
         "emg_time": emg_time,
         "emg": cut(processed.band_passed, onsets),

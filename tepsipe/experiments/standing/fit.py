@@ -8,14 +8,20 @@ from dataclasses import dataclass, field
 from typing import Self
 
 from tepsipe.experiments.fitted import Fitted
-from tepsipe.experiments.standing.epochs import EpochOptions, StandingEpochs, cut_standing_epochs
+from tepsipe.experiments.standing.epochs import StandingEpochs, cut_standing_epochs
 from tepsipe.experiments.standing.estimates import fit_rows
 from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
 from tepsipe.experiments.standing.free_reflex.legs import cut_with_legs, leg_rows, legs_results
 from tepsipe.experiments.standing.free_reflex.results import FreeReflexChoices, fit_free, with_budgets
 from tepsipe.experiments.standing.joint_torque import StandingTrial, process_standing
 from tepsipe.experiments.standing.muscle_torque import ActiveOptions
-from tepsipe.experiments.standing.options import BOTH, StandingEstimator, StandingOptions, TorquePathway
+from tepsipe.experiments.standing.options import (
+    BOTH,
+    EpochOptions,
+    StandingEstimator,
+    StandingOptions,
+    TorquePathway,
+)
 from tepsipe.experiments.standing.thesis.impedance import (
     fit_all,
     over_sway,

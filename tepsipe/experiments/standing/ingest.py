@@ -2,10 +2,9 @@
 
 from tepsipe.arguments import options_of
 from tepsipe.ingest.limits import Limits, Rig
-from tepsipe.ingest.plate_treadmill import TreadmillOptions
 from tepsipe.ingest.plausibility import plausible_trial
 from tepsipe.ingest.standing import ingest_standing_files
-from tepsipe.ingest.whole_trial import RecordingOptions
+from tepsipe.ingest.treadmill_options import RecordingOptions, TreadmillOptions
 from tepsipe.io.trial import Trial
 
 

@@ -16,8 +16,9 @@ An estimator of the study is a window, with or without inertia, and one of these
 a function that returns its regressors, and enter it in `ACTIVE`.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 from typing import Annotated, Self
 
@@ -76,6 +77,29 @@ class MeanResponses:
             {key: x[rows] for key, x in self.signals.items()},
             {key: x[rows] for key, x in self.drive.items()},
         )
+
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        """Responses of several trials at the same times, below one another."""
+        first = parts[0]
+        return cls(
+            first.time,
+            {key: np.concatenate([part.signals[key] for part in parts]) for key in first.signals},
+            {key: np.concatenate([part.drive[key] for part in parts]) for key in first.drive},
+        )
+
+    @cached_property
+    def _known(self) -> dict[Hashable, np.ndarray]:
+        return {}
+
+    def once(self, key: Hashable, compute: Callable[[], np.ndarray]) -> np.ndarray:
+        """Result of ``compute``, cached for these responses and a key that names its other inputs.
+
+        Of the delays that are tried, a regressor depends on some only.
+        """
+        if key not in self._known:
+            self._known[key] = compute()
+        return self._known[key]
 
 
 @dataclass(frozen=True)
@@ -140,15 +164,21 @@ def _velocity(
     means: MeanResponses, delays: dict[str, float], options: ActiveOptions, muscles: tuple[str, ...]
 ) -> list[np.ndarray]:
     step, answered = float(means.time[1] - means.time[0]), _answered(means)
-    angle, velocity = (means.signals[key] * answered for key in ("ankle", "ankle_d"))
+    twitch_s, reflex_s, balance_s = (delays[key] for key in ("T", "L", "D"))
 
-    def late(x: np.ndarray, delay_s: float) -> np.ndarray:
-        return delayed(x.T, delay_s, 1.0 / step).T
+    def late(key: str, delay_s: float) -> np.ndarray:
+        return delayed((means.signals[key] * answered).T, delay_s, 1.0 / step).T
 
-    stretch = late(velocity, delays["L"])
-    columns = [np.maximum(stretch, 0.0), np.minimum(stretch, 0.0)]
-    columns += [late(x, delays["D"]) for x in (angle, velocity)]
-    return [twitch(column, step, delays["T"]) for column in columns]
+    def reflex(rectify: Callable) -> np.ndarray:
+        def compute():
+            return twitch(rectify(late("ankle_d", reflex_s), 0.0), step, twitch_s)
+
+        return means.once((rectify, reflex_s, twitch_s), compute)
+
+    def balance(key: str) -> np.ndarray:
+        return means.once((key, balance_s, twitch_s), lambda: twitch(late(key, balance_s), step, twitch_s))
+
+    return [reflex(np.maximum), reflex(np.minimum), balance("ankle"), balance("ankle_d")]
 
 
 def _emg(

@@ -3,11 +3,24 @@
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal, Self
 
-from annotated_types import Gt, Le
+from annotated_types import Ge, Gt, Le
 
 from tepsipe.mechanics.anthropometry import Feet, StandingBody, both_feet, standing_body
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
-from tepsipe.quantities import Frequency, Meanings, Pause, Positive, Time
+from tepsipe.quantities import (
+    Delay,
+    FilterOrder,
+    Frequency,
+    Latency,
+    Meanings,
+    Pair,
+    Pause,
+    Positive,
+    Time,
+    Torque,
+    Velocity,
+)
+from tepsipe.signals.emg import EmgOptions
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
 
@@ -165,3 +178,59 @@ class StandingEstimator:
     """True if I is estimated in addition to B and K. The torque contains no inertia, so false is correct."""
     active: str
     """Active torque of the muscles."""
+
+
+@dataclass(frozen=True)
+class EpochOptions:
+    """Options of the epochs."""
+
+    before_s: Time
+    """Length of an epoch before its onset."""
+    after_s: Time
+    """Length of an epoch after its onset."""
+    baseline_s: Pair[Annotated[float, Le(0)]]
+    """Baseline of an epoch, from the onset."""
+    least_perturbations: Annotated[int, Ge(2)]
+    """A trial with fewer usable perturbations is omitted."""
+    line_hz: Frequency
+    """Mains frequency, whose hum indicates a loose electrode; to remove hum, use `emg.mains_hz`."""
+    max_gap_s: Time
+    """Longest time for which a marker may be hidden within a response."""
+    lowpass_cutoff_hz: Frequency
+    lowpass_order: FilterOrder
+    """Filter of the rectified electromyograms that drive the active torque, the same as for all signals."""
+    emg: EmgOptions
+    """Processing of the electromyograms."""
+
+    @classmethod
+    def from_settings(cls, analysis: dict, emg: dict, max_gap_s: float) -> Self:
+        """Options of a study: windows (s), filters (Hz) also of the electromyograms, longest gap (s)."""
+        own = {key: analysis[key] for key in cls.__dataclass_fields__ if key in analysis}
+        return cls(**own, max_gap_s=max_gap_s, emg=EmgOptions(**emg))
+
+
+@dataclass(frozen=True)
+class FreeReflexOptions:
+    """Choices of the estimator."""
+
+    lowpass_cutoff_hz: Frequency
+    """Low-pass of all signals for estimators with `active: free`, at most 0.3 of the rate; order as in
+    `plate_treadmill`."""
+    discrepancy: Positive
+    """What the model of the rig leaves: standard deviation as a share of the largest torque."""
+    discrepancy_s: Time
+    """Its length."""
+    reflex_Nm: Torque
+    """Standard deviation of the reflex torque `reflex_after_s` after its earliest instant, at
+    `reflex_speed_m_per_s` of the belt, in proportion to the speed."""
+    reflex_after_s: Latency
+    """This time."""
+    reflex_speed_m_per_s: Velocity
+    """This speed."""
+    reflex_onset_s: Latency
+    """Earliest instant of the reflex torque for single trials, and where no latency of an ankle muscle is
+    known."""
+    electromechanical_delay_s: Delay
+    """From the first latency of an ankle muscle to that instant."""
+    windows_s: Pair[Time]
+    """The spread of K and B over these windows is a source of their uncertainty."""

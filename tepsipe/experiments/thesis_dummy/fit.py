@@ -23,6 +23,10 @@ from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS
 
+# frames per step of the search while the belt rests: means change by at most 0.0013 of their scatter from
+# those of steps of one frame
+STEP_AT_REST = 8
+
 
 def fit(
     trials: Mapping[str, Trial],
@@ -44,11 +48,12 @@ def fit(
     searched_s, draws = (section["thesis_dummy"][key] for key in ("searched_s", "draws"))
     belts = {name: belt_motion(trial, path) for name, trial in trials.items()}
     # the search needs not all pulses
-    shorter = {name: belt_motion(trial, path, searched_s) for name, trial in trials.items()}
+    shorter = {name: belt_motion(trial, path, searched_s, STEP_AT_REST) for name, trial in trials.items()}
     fitted = [name for table in tables for name in table]
     fits = {law: fit_tables(path, shorter, printed, tables, fixed) for law, fixed in JOINTS.items()}
     full = list(fits.values())[-1]
-    angles = {name: angle[0] for name, angle in swings(path, [full.joint], belts).items()}
+    swung = swings(path, [full.joint], belts)
+    angles = {name: swung[name](belt.time)[:, 0] for name, belt in belts.items()}
     noise = fit_marker_noise(path, belts, angles, printed["VAF_trial"], fitted, seed)
     cells = printed_and_predicted(path, belts, angles, printed, fitted, noise, draws, seed)
     joints = tuple(

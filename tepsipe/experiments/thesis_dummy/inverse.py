@@ -15,7 +15,6 @@ Rows of the inverse problem: printed numbers beside the fitted dummy's, and its 
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import cached_property
 from typing import Annotated
 
 import numpy as np
@@ -27,13 +26,16 @@ from tepsipe.io.result import Result
 from tepsipe.io.tables import Table
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
-from tepsipe.mechanics.inverse_dynamics import Leg, leg_pathway_torque
+from tepsipe.mechanics.inverse_dynamics import Leg, leg_pathway_torque, leg_torque_as_printed
 from tepsipe.mechanics.rubber_joint import CONSTANTS, RubberJoint, swing
-from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers, fit_rigid_segment, segment_motion
+from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import Lowpass, butterworth_lowpass
 from tepsipe.signals.perturbations import Perturbation, WindowOptions, rest_samples
 from tepsipe.treadmill.prepared import prepare_trial
 
+MEMORY = 2.0  # of the low-pass: periods of its cutoff after which it has forgotten the end of a record
+RIPPLE = 8  # frames over which the spline through the belt's velocity rings after the end of a pulse
 BEFORE_S, AFTER_S = 0.1, 0.3  # of the pulse that is averaged, around its onset and after its end
 
 
@@ -62,33 +64,22 @@ class BeltMotion:
 
     time: Annotated[np.ndarray, "(n,)", "s"]
     """Frames."""
-    velocity: Annotated[np.ndarray, "(n,)", "m/s"]
     position: "scipy.interpolate.PPoly"
-    """Motion of the foot (m/s, m)."""
-    acceleration: Annotated[np.ndarray, "(2 n - 1,)", "m/s²"]
-    """At frames and halfway between them."""
+    """Motion of the foot (m)."""
+    clock: Annotated[np.ndarray, "(k + 1,)", "s"]
+    """Frames between which the leg is simulated in one step."""
+    acceleration: Annotated[np.ndarray, "(2 k + 1,)", "m/s²"]
+    """At these frames and halfway between them."""
     perturbations: list[Perturbation]
     """Windows (samples)."""
 
-    @cached_property
-    def _known(self) -> dict[float, np.ndarray]:
-        return {}
 
-    def position_after(self, late_s: float) -> np.ndarray:
-        """Position of the foot (m), shape (n - 2,), a time after all frames but the first and the last.
-
-        It is evaluated once and cached, because a search needs it hundreds of times.
-        """
-        if late_s not in self._known:
-            self._known[late_s] = self.position(self.time[1:-1] + late_s)
-        return self._known[late_s]
-
-
-def belt_motion(trial: Trial, path: PrintedPath, longest_s: float = np.inf) -> BeltMotion:
+def belt_motion(trial: Trial, path: PrintedPath, longest_s: float = np.inf, at_rest: int = 1) -> BeltMotion:
     """The mean pulse of a trial at each of its onsets; the belt rests in between.
 
     longest_s: pulses that begin later are left out, and the trial ends with their rest (s): mean parameters
     change little, and less is to be simulated.
+    at_rest: frames per step of the simulation while the belt rests; while it moves, a step is a frame.
     Returns: with as many pulses as the trial, or as begin early enough.
     """
     rate, recorded = trial.rate_hz, trial.values("belt_velocity").astype(float)
@@ -102,28 +93,39 @@ def belt_motion(trial: Trial, path: PrintedPath, longest_s: float = np.inf) -> B
     perturbations = [p for p in perturbations if p.start < longest_s * rate] or perturbations[:1]
     last = perturbations[-1].start - before + length + int(path.window.rest_after_s * rate)
     velocity = np.zeros(min(recorded.size, last))
+    stepped = np.arange(velocity.size) % at_rest == 0
+    stepped[-1] = True
     for p in perturbations:
         velocity[p.start - before : p.start - before + length] = pulse
+        stepped[p.start - before - RIPPLE : p.start - before + length + RIPPLE] = True
     time = np.arange(velocity.size) / rate
-    spline = scipy.interpolate.CubicSpline(time, velocity)
-    halves = np.arange(2 * velocity.size - 1) / (2.0 * rate)
+    spline, clock = scipy.interpolate.CubicSpline(time, velocity), time[stepped]
+    halves = np.interp(np.arange(2 * clock.size - 1), np.arange(0, 2 * clock.size, 2), clock)
     return BeltMotion(
         time=time,
-        velocity=butterworth_lowpass(velocity, rate, path.cutoff_hz, path.order),
         position=spline.antiderivative(),
+        clock=clock,
         acceleration=spline(halves, 1),
         perturbations=perturbations,
     )
 
 
-def swings(path: PrintedPath, joints: list[RubberJoint], belts: dict[str, BeltMotion]) -> dict:
-    """Angle (rad) of the leg by condition, shape (joints, frames); trials may differ in length."""
-    longest = max(belt.acceleration.size for belt in belts.values())
-    pushes = np.array(
-        [np.pad(belt.acceleration, (0, longest - belt.acceleration.size)) for belt in belts.values()]
-    )
-    angles = swing(path.leg, joints, pushes, 1.0 / path.rate_hz)
-    return {name: angles[:, k, : belt.time.size] for k, (name, belt) in enumerate(belts.items())}
+def swings(
+    path: PrintedPath, joints: list[RubberJoint], belts: dict[str, BeltMotion]
+) -> dict[str, "scipy.interpolate.PPoly"]:
+    """Angle (rad) of the leg on every joint by condition, as a function of time (s), shape (joints,)."""
+    longest = max(belt.clock.size for belt in belts.values())
+    # trials may differ in length: a shorter one ends with steps of no length
+    spare = {name: longest - belt.clock.size for name, belt in belts.items()}
+    pushes = np.array([np.pad(belt.acceleration, (0, 2 * spare[name])) for name, belt in belts.items()])
+    steps = np.array([np.pad(np.diff(belt.clock), (0, spare[name])) for name, belt in belts.items()])
+    theta, rate = swing(path.leg, joints, pushes, steps)
+    return {
+        name: scipy.interpolate.CubicHermiteSpline(
+            belt.clock, *(x[:, k, : belt.clock.size].T for x in (theta, rate))
+        )
+        for k, (name, belt) in enumerate(belts.items())
+    }
 
 
 def printed_fits(
@@ -149,9 +151,7 @@ def printed_fits(
     ):
         th = angle(frames + after)
         cosine, sine = np.cos(th), np.sin(th)
-        positions[:, k, 0] = (
-            belt.position_after(float(after) + lag_s) + anterior * cosine + longitudinal * sine
-        )
+        positions[:, k, 0] = belt.position(frames + after + lag_s) + anterior * cosine + longitudinal * sine
         positions[:, k, 1] = longitudinal * cosine - anterior * sine
     if marker_noise_m:
         positions += marker_noise_m * rng.standard_normal(positions.shape)
@@ -161,6 +161,58 @@ def printed_fits(
     torque = leg_pathway_torque("leg-thesis", path.leg, motion)
     windows = [Perturbation(p.start - 1, p.stop - 1, p.peak_m_per_s) for p in belt.perturbations]
     return regress_torque(motion, torque, windows, rest_samples(frames, path.window), thesis=True)
+
+
+def printed_means(
+    path: PrintedPath,
+    belt: BeltMotion,
+    angle: "scipy.interpolate.PPoly",
+    lags_s: Annotated[np.ndarray, "(joints,) or (1,)"],
+) -> Annotated[np.ndarray, "(joints, 3)"]:
+    """Mean I, B, K by the thesis's method (their units), as `printed_fits`, of several joints.
+
+    Only motion around the windows is evaluated, as far as the filter remembers, and the angle at rest.
+
+    angle: angle of the leg on every joint (rad), of `swings`.
+    lags_s: lag of the translation for every joint, or for all.
+    """
+    leg, rate = path.leg, path.rate_hz
+    margin = math.ceil(MEMORY * rate / path.cutoff_hz)
+    sizes = np.array([p.stop - p.start for p in belt.perturbations])
+    onsets = np.array([p.start for p in belt.perturbations])
+    local = np.arange(-margin, sizes.max() + margin) / rate
+    frames = local[:, None] + onsets / rate
+    joints = angle.c.shape[-1]
+    positions = np.empty((*frames.shape, joints, len(path.markers.labels), 2))
+    for k, (after, (anterior, longitudinal)) in enumerate(
+        zip(path.sampled_after_s, path.markers.layout_m, strict=True)
+    ):
+        th = angle(frames + after)
+        cosine, sine = np.cos(th), np.sin(th)
+        along_belt = belt.position(frames[..., None] + after + lags_s)
+        positions[..., k, 0] = along_belt + anterior * cosine + longitudinal * sine
+        positions[..., k, 1] = longitudinal * cosine - anterior * sine
+    filtered = butterworth_lowpass(positions, rate, path.cutoff_hz, path.order)
+    pose = fit_rigid_segment(
+        filtered.reshape(-1, *filtered.shape[-2:]), path.markers.layout_m, np.array([0.0, leg.com_m])
+    )
+    theta = pose.angle.reshape(filtered.shape[:-2])
+    theta_d = derivative(local, theta)
+    theta_dd = derivative(local, theta_d)
+    acceleration = derivative(local, derivative(local, pose.point.reshape(*theta.shape, 2)))
+    torque = leg_torque_as_printed(leg, theta, theta_dd, acceleration[..., 0], acceleration[..., 1])
+    within = belt.time[1:-1]
+    resting = within[rest_samples(within, path.window)]
+    at_rest = angle(resting + path.sampled_after_s.mean()).mean(axis=0)
+    # normal equations in units of each regressor's size; windows may differ by a frame
+    part = slice(margin, margin + sizes.max())
+    inside = np.arange(sizes.max())[:, None, None, None] < sizes[:, None, None]
+    rows = np.stack([theta_dd, theta_d, theta - at_rest], axis=-1)[part] * inside
+    products = np.einsum("npja,npjb->pjab", rows, rows)
+    explained = np.einsum("npja,npj->pja", rows, torque[part])
+    size = np.sqrt(np.diagonal(products, axis1=-2, axis2=-1))
+    scaled = products / (size[..., None] * size[..., None, :])
+    return (np.linalg.solve(scaled, (explained / size)[..., None])[..., 0] / size).mean(axis=0)
 
 
 # the printed numbers scatter by about the standard errors that the tables print; I is rounded
@@ -216,7 +268,7 @@ class JointFit:
 def deviations(
     path: PrintedPath,
     belts: dict[str, BeltMotion],
-    angles: dict[str, np.ndarray],
+    angles: dict[str, "scipy.interpolate.PPoly"],
     printed: dict[str, dict[str, float]],
     names: list[str],
     lags_s: Sequence[float],
@@ -224,17 +276,19 @@ def deviations(
     """(value - printed) / scatter of I, B, K of several joints, shape (joints, 3 conditions).
 
     path, belts: as `fit_joint`.
-    angles: condition -> angle of the leg on every joint (rad). Shape (joints, n).
+    angles: condition -> angle of the leg on every joint (rad), of `swings`.
     printed: as `fit_joint`.
-    lags_s: lag of the translation for every joint.
+    lags_s: lag of the translation for every joint, or for all.
     """
     scatter = np.array([SCATTER[q] for q in PARAMETERS])
-    targets = {name: np.array([printed[q][name] for q in PARAMETERS]) for name in names}
-    rows = [
-        [(printed_fits(path, belts[n], angles[n][k], lag_s=lag).mean - targets[n]) / scatter for n in names]
-        for k, lag in enumerate(map(float, lags_s))
-    ]
-    return np.array(rows).reshape(len(rows), -1)
+    lags = np.asarray(lags_s, dtype=float)
+    return np.concatenate(
+        [
+            (printed_means(path, belts[n], angles[n], lags) - [printed[q][n] for q in PARAMETERS]) / scatter
+            for n in names
+        ],
+        axis=1,
+    )
 
 
 def fit_joint(
@@ -266,7 +320,7 @@ def fit_joint(
 
     def deviations_of(joints: list[RubberJoint], names: list[str]) -> np.ndarray:
         angles = swings(path, joints, {name: belts[name] for name in names})
-        return deviations(path, belts, angles, printed, names, np.zeros(len(joints)))
+        return deviations(path, belts, angles, printed, names, [0.0])
 
     step = 1e-3  # of the logarithm
 

@@ -18,6 +18,7 @@ close to -w^2 theta', B shifts by
 If the translation of the leg is read a time t later than its rotation, E changes by -l t.
 """
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Annotated
 
@@ -118,10 +119,11 @@ def timing_facts(
     all markers sampled at once, mean over the conditions.
     """
     inertia = fit.joint.inertia_Nms2_per_rad
-    angles = swings(path, [fit.joint], belts)
+    swung = swings(path, [fit.joint], belts)
+    angles = {name: swung[name](belt.time)[:, 0] for name, belt in belts.items()}
     at_once = replace(path, sampled_after_s=np.zeros_like(path.sampled_after_s))
     pairs = [
-        [printed_fits(own, belt, angles[name][0]) for own in (path, at_once)] for name, belt in belts.items()
+        [printed_fits(own, belt, angles[name]) for own in (path, at_once)] for name, belt in belts.items()
     ]
     b = PARAMETERS.index("B")
     squared_rate = float(np.mean([exact.squared_rate for _, exact in pairs]))
@@ -168,21 +170,23 @@ def lag_fits(
     def joint_at(x: np.ndarray) -> RubberJoint:
         return RubberJoint(**vars(fit.joint) | dict(zip(fit.free, map(float, x * fitted), strict=True)))
 
-    def residuals(points: np.ndarray, lags) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        joints = [joint_at(x) for x in points]
-        angles = swings(path, joints, belts)
-        return deviations(path, belts, angles, printed, names, lags), angles
+    def residuals(points: np.ndarray, lags: Sequence[float]) -> tuple[np.ndarray, dict]:
+        swung = swings(path, [joint_at(x) for x in points], belts)
+        return deviations(path, belts, swung, printed, names, lags), swung
 
     start = np.ones(fitted.size)
     nearby = np.vstack([start, start + step * np.eye(start.size)])
-    moved, _ = residuals(nearby, np.zeros(len(nearby)))
+    moved, _ = residuals(nearby, [0.0])
     solve = np.linalg.pinv((moved[1:] - moved[0]).T / step)
     points = np.tile(start, (len(lags_s), 1))
-    found, angles = residuals(points, lags_s)
+    found, swung = residuals(points, lags_s)
     for _ in range(STEPS):
         points = points - found @ solve.T
-        found, angles = residuals(points, lags_s)
-    simulated = swings(path, list(followed), belts)
+        found, swung = residuals(points, lags_s)
+    followed_by = swings(path, list(followed), belts)
+    angles, simulated = (
+        {name: angle(belts[name].time).T for name, angle in both.items()} for both in (swung, followed_by)
+    )
     b = PARAMETERS.index("B")
     rows = []
     for k, lag in enumerate(lags_s):

@@ -7,12 +7,8 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.deviations import Deviations, filter_walk, subtract_unperturbed
-from tepsipe.experiments.walking.impedance import (
-    PhaseImpedance,
-    WalkingOptions,
-    estimate_impedance,
-    without_contact,
-)
+from tepsipe.experiments.walking.impedance import PhaseImpedance, estimate_impedance, without_contact
+from tepsipe.experiments.walking.options import WalkingOptions
 from tepsipe.experiments.walking.plausible import refuse_other_units
 from tepsipe.experiments.walking.strides import (
     CONTACT_N,

@@ -8,8 +8,8 @@ import numpy as np
 
 from tepsipe.experiments.fitted import Fitted
 from tepsipe.experiments.walking.analysis import analyse_walking, place_pulses, without_pulses
-from tepsipe.experiments.walking.impedance import WalkingOptions
-from tepsipe.experiments.walking.needed_strides import ExpectedPulse, needed_strides
+from tepsipe.experiments.walking.needed_strides import needed_strides
+from tepsipe.experiments.walking.options import ExpectedPulse, WalkingOptions
 from tepsipe.experiments.walking.results import walking_estimates, walking_rows
 from tepsipe.experiments.walking.strides import (
     Strides,

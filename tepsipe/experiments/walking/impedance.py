@@ -26,12 +26,11 @@ Lee, Krebs & Hogan (2016). IEEE Trans. Neural Syst. Rehabil. Eng.
 Shorter & Rouse (2018). IEEE Trans. Neural Syst. Rehabil. Eng. 26(1), 135-143.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
-from annotated_types import Ge, Le, MultipleOf
 
 from tepsipe.experiments.walking.deviations import (
     ACCELERATION,
@@ -44,6 +43,7 @@ from tepsipe.experiments.walking.deviations import (
     VERTICAL,
     Deviations,
 )
+from tepsipe.experiments.walking.options import WalkingOptions
 from tepsipe.identification.regression.generalised import (
     GeneralisedFit,
     Record,
@@ -51,7 +51,6 @@ from tepsipe.identification.regression.generalised import (
     integrated_wiener,
     sensitivity,
 )
-from tepsipe.quantities import Frequency, Height, Inertia, NotNegative, Pause, Positive, Some, Time
 from tepsipe.statistics.uncertainty import Budget, Source
 
 QUANTITIES = ("I", "B", "K")
@@ -59,49 +58,6 @@ REGRESSORS = (ACCELERATION, RATE, ANGLE)
 DISCREPANCY = 0.02  # of the response, what the model lacks
 MOST_SCATTER = 0.8  # share of the mean response that is natural scatter; beyond it, none is subtracted
 LEAST_RESPONSE = 5.0  # of the angle, in standard deviations of its chance; below there is no interval
-
-
-@dataclass(frozen=True)
-class WalkingOptions:
-    """Choices of the analysis."""
-
-    phases_percent: Some[Annotated[float, Ge(0), Le(100)]] = (20.0, 40.0, 60.0, 80.0)
-    """Phases of stance at which pulses begin."""
-    phase_tolerance_percent: Positive = 5.0
-    """Largest distance of a pulse from its phase."""
-    control_percent: Sequence[Annotated[float, Ge(100), Le(1000)]] = ()
-    """Further onsets, in swing (above 100), that serve as a control."""
-    lowpass_cutoff_hz: Frequency = 20.0
-    """Zero-lag low-pass of all signals."""
-    lowpass_order: Annotated[int, Ge(2), MultipleOf(2)] = 4
-    """Order of both passes together."""
-    window_s: Time = 0.1
-    """Window after the onset."""
-    reflex_from_s: Pause = 0.05
-    """Earliest reflex moment."""
-    reflex_Nm: NotNegative = 1.6
-    """Its standard deviation 20 ms later."""
-    matched_by: Sequence[str] | None = None
-    """Signals from whose state unperturbed behaviour is predicted (null: all; `[]`: plain mean)."""
-    ridge: Positive = 1.0
-    """Penalty of the prediction, relative to the number of strides."""
-    state_before_s: Pause = 0.04
-    """The state is that so long before the onset."""
-    inertia_kgm2: Inertia | None = 0.012
-    """*I* as known; null to estimate it."""
-    foot_mass_kg: Annotated[float, Ge(0), Le(50)] = 1.15
-    """Mass of the foot."""
-    foot_depth_m: Height = 0.06
-    """Its centre of mass below the ankle."""
-    fewest_strides: Annotated[int, Ge(3)] = 6
-    """Fewest perturbed strides of a phase."""
-    recovery_strides: Annotated[int, Ge(0)] = 1
-    """Strides after a perturbed one that are not used."""
-
-    @property
-    def onsets_percent(self) -> tuple[float, ...]:
-        """Phases and controls (% of stance)."""
-        return (*self.phases_percent, *self.control_percent)
 
 
 @dataclass(frozen=True)

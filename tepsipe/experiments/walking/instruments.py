@@ -9,61 +9,20 @@ shank from ankle to knee, foot from heel to toe, both in the plane of e_1 and e_
 plantarflexion is positive, and zero where the shank is at a right angle to the foot.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
 import scipy
-from annotated_types import Ge, Le
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.walking.options import ANKLE, HEEL, KNEE, TOE, WalkingFiles
 from tepsipe.experiments.walking.strides import CONTACT_N, WalkingRecording
 from tepsipe.ingest.whole_trial import refuse_other_vertical
 from tepsipe.io.formats import read_recording, recognised
 from tepsipe.io.readers.recording import DIRECTIONS, ForcePlate, Recording, select_markers
-from tepsipe.quantities import Direction, Sign
 from tepsipe.signals.resampling import BAND_PER_RATE, resample
 
-ANKLE, KNEE, HEEL, TOE = "ankle", "knee", "heel", "toe"
 NEEDED = (ANKLE, KNEE, HEEL, TOE)
-
-
-@dataclass(frozen=True)
-class WalkingAxes:
-    """Directions in a C3D or in D-Flow's text."""
-
-    forward: Direction
-    """Direction of walking in the file."""
-    up: Direction
-    """Upward direction in the file."""
-
-
-@dataclass(frozen=True)
-class WalkingPlates:
-    """Force plates under the feet."""
-
-    own: Annotated[int, Ge(1)]
-    """Number of the force plate under the perturbed foot."""
-    other: Annotated[int, Ge(1)]
-    """Number of that under the other foot."""
-
-
-@dataclass(frozen=True)
-class WalkingFiles:
-    """Axes, plates, markers and channels in the files of a laboratory."""
-
-    axes: WalkingAxes
-    plates: WalkingPlates
-    force_sign: Sign = 1
-    """−1 if the plates give the force *on the plate*."""
-    surface_m: Annotated[float, Ge(-10), Le(10)] = 0.0
-    """Height of the belt in the axes of the file."""
-    markers: Mapping[str, str] = field(
-        default_factory=lambda: {ANKLE: "LMAL", KNEE: "LKNE", HEEL: "LHEE", TOE: "LTOE"}
-    )
-    """ankle, knee, heel, toe, and any others whose position may foretell a stride -> label in the file."""
 
 
 def is_of_instruments(path: str | Path) -> bool:

@@ -7,39 +7,21 @@ w_K' cov(e) w_K, and n strides reach a standard uncertainty u with n = w_K' cov(
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
 
 import numpy as np
-from annotated_types import Ge, Gt, Le
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.analysis import FEWEST_UNPERTURBED
 from tepsipe.experiments.walking.deviations import filter_walk, subtract_unperturbed
-from tepsipe.experiments.walking.impedance import WalkingOptions, predicted_uncertainty
+from tepsipe.experiments.walking.impedance import predicted_uncertainty
+from tepsipe.experiments.walking.options import ExpectedPulse, WalkingOptions
 from tepsipe.experiments.walking.plausible import refuse_other_units
 from tepsipe.experiments.walking.strides import Strides, WalkingRecording, refuse_swapped_belts
 from tepsipe.io.tables import Table
-from tepsipe.quantities import Damping, Stiffness, Time
 from tepsipe.signals.filters import butterworth_lowpass
 
 FINE_HZ = 1000.0
 FEWEST_PLANNED = 10  # strides of a phase
-
-
-@dataclass(frozen=True)
-class ExpectedPulse:
-    """A planned pulse, and the joint that it perturbs."""
-
-    amplitude_deg: Annotated[float, Gt(0), Le(90)]
-    """Rotation of the ankle."""
-    duration_s: Time
-    """Length of the ramp."""
-    stiffness_Nm_per_rad: Sequence[Stiffness]
-    """Expected *K* at each phase."""
-    damping_Nms_per_rad: Damping
-    """Expected *B*."""
-    strides: Annotated[int, Ge(1)] = 150
-    """All perturbed strides, which `tables/needed.csv` divides among the phases."""
 
 
 @dataclass(frozen=True)

@@ -2,13 +2,8 @@
 
 from tepsipe.arguments import options_of
 from tepsipe.experiments.walking.files import read_events, read_recording
-from tepsipe.experiments.walking.instruments import (
-    WalkingAxes,
-    WalkingFiles,
-    WalkingPlates,
-    is_of_instruments,
-    read_instruments,
-)
+from tepsipe.experiments.walking.instruments import is_of_instruments, read_instruments
+from tepsipe.experiments.walking.options import WalkingAxes, WalkingFiles, WalkingPlates
 from tepsipe.experiments.walking.strides import Strides, WalkingRecording, detect_events, segment_strides
 
 # of files that were simulated

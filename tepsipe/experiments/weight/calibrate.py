@@ -20,6 +20,7 @@ from tepsipe.treadmill.calibration import (
 )
 from tepsipe.treadmill.frame_peak import frame_peak
 from tepsipe.treadmill.held_out import below_limit, held_out_residuals
+from tepsipe.treadmill.options import Weight
 from tepsipe.treadmill.plate_check import Resting, check_plate, resting
 from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
 from tepsipe.treadmill.recording import BeltRecording
@@ -27,7 +28,6 @@ from tepsipe.treadmill.registry import FamilyOptions, FittedModel
 from tepsipe.treadmill.trial_recordings import (
     COMPONENTS,
     PlateOptions,
-    Weight,
     plate_filters,
     plate_recordings,
     zeroed_per_pulse,

@@ -4,14 +4,9 @@ from tepsipe.experiments.fitted import Fitted
 from tepsipe.experiments.weight.analysis import analyse_weight, fitted_weight
 from tepsipe.io.trial import Trial
 from tepsipe.statistics.uncertainty import sources_of
+from tepsipe.treadmill.options import Weight
 from tepsipe.treadmill.recording import BeltRecording
-from tepsipe.treadmill.trial_recordings import (
-    PlateOptions,
-    Weight,
-    marker_lag,
-    plate_filters,
-    plate_recordings,
-)
+from tepsipe.treadmill.trial_recordings import PlateOptions, marker_lag, plate_filters, plate_recordings
 
 
 def begin(trial: Trial, section: dict, name: str) -> BeltRecording:

@@ -15,13 +15,8 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.experiments.budgets import contributions_of, rows_of
 from tepsipe.experiments.wristalyzer.names import AS_PRINTED, MODULUS, PATHWAY, PERIODS, REGRESSION
-from tepsipe.experiments.wristalyzer.record import (
-    PreparedTrial,
-    WristalyzerOptions,
-    WristalyzerRecord,
-    prepare,
-    timed,
-)
+from tepsipe.experiments.wristalyzer.options import WristalyzerOptions
+from tepsipe.experiments.wristalyzer.record import PreparedTrial, WristalyzerRecord, prepare, timed
 from tepsipe.identification.admittance_fit import (
     AdmittanceFit,
     Bounds,
@@ -73,8 +68,6 @@ class Estimator:
     function: Callable[[WristalyzerRecord], JointFit]
     needs_period: bool = False
     """True if the perturbation must be periodic; other trials do without the estimator."""
-    in_table: bool = False
-    """True for a block of rows in Table 4-1."""
 
 
 def _searched(record: WristalyzerRecord, spectrum: FrequencyResponse, as_printed: bool = False) -> JointFit:
@@ -97,7 +90,6 @@ ESTIMATORS = {
     AS_PRINTED: Estimator(
         "raw spectra averaged over neighbouring frequencies, smallest criterion (3-6)",
         lambda record: _searched(record, record.averaged),
-        in_table=True,
     ),
     MODULUS: Estimator(
         "the same with the modulus of the log ratio as residual, as (3-6) is printed",
@@ -107,7 +99,6 @@ ESTIMATORS = {
         "spectra averaged over whole periods, same criterion",
         lambda record: _searched(record, record.periodic),
         needs_period=True,
-        in_table=True,
     ),
     REGRESSION: Estimator(
         "linear joint nearest to the torque at the lines of the perturbation, other periods as instruments",

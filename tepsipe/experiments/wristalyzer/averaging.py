@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.wristalyzer.record import WristalyzerOptions, prepare
+from tepsipe.experiments.wristalyzer.options import WristalyzerOptions
+from tepsipe.experiments.wristalyzer.record import prepare
 from tepsipe.identification.admittance_fit import fit_scaled
 from tepsipe.io.tables import Table, Undefinable
 from tepsipe.io.trial import Trial

@@ -10,7 +10,8 @@ from tepsipe.experiments.wristalyzer.analysis import (
     wristalyzer_result,
     wristalyzer_rows,
 )
-from tepsipe.experiments.wristalyzer.record import WristalyzerOptions, WristalyzerRecord
+from tepsipe.experiments.wristalyzer.options import WristalyzerOptions
+from tepsipe.experiments.wristalyzer.record import WristalyzerRecord
 from tepsipe.io.trial import Trial
 from tepsipe.statistics.uncertainty import sources_of
 

@@ -1,7 +1,8 @@
 """Raw files of a torque-controlled manipulator to a trial."""
 
 from tepsipe.ingest.limits import Limits, Rig
-from tepsipe.ingest.manipulators import ManipulatorOptions, ingest_torque_manipulator
+from tepsipe.ingest.manipulator_options import ManipulatorOptions
+from tepsipe.ingest.manipulators import ingest_torque_manipulator
 from tepsipe.ingest.plausibility import plausible_trial
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.io.trial import Trial

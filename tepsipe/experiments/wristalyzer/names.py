@@ -6,3 +6,5 @@ MODULUS = "spectral-fit-modulus"
 PERIODS = "spectral-fit-periods"
 REGRESSION = "period-regression"
 POOLED = "time-domain-pooled"
+# those with a block of rows in Table 4-1
+IN_TABLE = (AS_PRINTED, PERIODS)

@@ -6,7 +6,7 @@ Frequency and damping minimise the weighted error, the rest is linear; the pathw
 share frequency and damping.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
@@ -53,9 +53,9 @@ def fit_muscle(
     pathways = _Pathways(record, structure, drive)
     logarithms = _best_muscle(pathways)
     design = pathways.design(pathways.responses(logarithms))
-    solution = fit_once(record, design, structure)
-    predicted = design.columns @ solution
-    gains = np.array([(solution / design.scale)[design.groups[name].start] for name in drive])
+    coefficients = fit_once(record, design, structure)
+    predicted = design.torque(coefficients, record.used.size)
+    gains = np.array([coefficients[design.groups[name].start] for name in drive])
     frequency, damping = np.exp(logarithms)
     w = 2.0 * np.pi * frequency
     muscle = ([w**2], [1.0, 2.0 * damping * w, w**2])
@@ -92,14 +92,13 @@ class _Pathways:
 def _best_muscle(pathways: _Pathways) -> np.ndarray:
     """Logarithms of frequency and damping with the smallest weighted error of the fitted part, shape (2,)."""
     record, count = pathways.record, len(pathways.drive)
-    rest = pathways.design(np.column_stack([x[record.kept] for x in pathways.drive.values()]))
+    joint = replace(pathways.structure, direction=0, gain_slope=False, unloading=False)
+    rest = make_design(record, joint)
     training = slice(0, record.training)
-    target = record.white_torque[training]
-    fixed = np.setdiff1d(np.arange(rest.scale.size), [rest.groups[name].start for name in pathways.drive])
-    x = rest.white[training][:, fixed]
+    target, x = record.white_torque, rest.white(training)
     normal, right = x.T @ x, x.T @ target
-    penalty = pathways.structure.penalty * record.training * rest.penalty[np.ix_(fixed, fixed)]
-    bounded = np.concatenate([rest.bounded[fixed], np.zeros(count, dtype=bool)])
+    penalty = pathways.structure.penalty * record.training * rest.penalty
+    bounded = np.concatenate([rest.bounded, np.zeros(count, dtype=bool)])
 
     def error(logarithms: np.ndarray) -> float:
         through = record.whiten(pathways.responses(logarithms))[training]
@@ -137,7 +136,7 @@ def _bootstrap(
     ]
     slopes = record.whiten(np.column_stack(steps) / (2.0 * SLOPE))
     drawn = solve_drawn(
-        block_sums(np.hstack([design.white, slopes]), record.white_torque, blocks),
+        block_sums(lambda rows: np.hstack([design.white(rows), slopes[rows]]), record.white_torque, blocks),
         times,
         np.pad(structure.penalty * design.penalty, (0, 2)),
         np.concatenate([design.bounded, [False, False]]),

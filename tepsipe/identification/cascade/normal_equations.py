@@ -5,14 +5,24 @@ the same matrices, computed once. Coefficients that must not be negative are fou
 squares (Lawson & Hanson 1974) after the others are eliminated.
 """
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
 import scipy
 
+from tepsipe.statistics.least_squares import spans
+
 # number of draws solved together, which bounds the memory
 BATCH = 200
+# samples whose regressors are made at a time, fewer than of signals because there are many regressors
+SPAN = 2**16
+
+
+def row_spans(rows: slice) -> Iterator[slice]:
+    """Parts of a range of samples, in their order, of which regressors are made at a time."""
+    return spans(rows, SPAN)
 
 
 @dataclass(frozen=True)
@@ -39,20 +49,39 @@ class BlockSums:
         product = np.einsum("fi,fij,fj->f", solutions, self.normal, solutions)
         return (self.power + product - 2.0 * np.einsum("fi,fi->f", solutions, self.right)) / self.size
 
+    def levelled(self, solutions: Annotated[np.ndarray, "(k, p)"], times: np.ndarray) -> np.ndarray:
+        """Solutions, each with the last coefficient, of a constant column, that removes the mean residual.
 
-def block_sums(x: Annotated[np.ndarray, "(n, p)"], y: np.ndarray, blocks: list[slice]) -> BlockSums:
+        times: multiplicity of each block in this mean, shape (k, blocks).
+        """
+        left = self.right[:, -1] - solutions @ self.normal[:, -1].T
+        constant = np.sum(times * left, axis=1) / (times @ self.normal[:, -1, -1])
+        return np.column_stack([solutions[:, :-1], solutions[:, -1] + constant])
+
+    def vaf(self, solutions: np.ndarray) -> Annotated[float, "%"]:
+        """VAF (%) of all blocks, each with its own solution."""
+        return float(100.0 * (1.0 - self.errors(solutions) @ self.size / self.power.sum()))
+
+
+def block_sums(x: Callable[[slice], np.ndarray], y: np.ndarray, blocks: list[slice]) -> BlockSums:
     """Normal equations of every block.
 
-    x: scaled regressors.
+    x: makes scaled regressors of a range of samples, shape (n, p).
     y: signal to explain.
     blocks: samples of each block.
     """
-    return BlockSums(
-        normal=np.array([x[block].T @ x[block] for block in blocks]),
-        right=np.array([x[block].T @ y[block] for block in blocks]),
-        power=np.array([y[block] @ y[block] for block in blocks]),
-        size=np.array([y[block].size for block in blocks], dtype=float),
-    )
+    normal, right, power = zip(*(_sums(x, y, block) for block in blocks), strict=True)
+    size = np.array([block.stop - block.start for block in blocks], dtype=float)
+    return BlockSums(np.array(normal), np.array(right), np.array(power), size)
+
+
+def _sums(x: Callable[[slice], np.ndarray], y: np.ndarray, block: slice) -> tuple:
+    """X'X, X'y and y'y of one block, added up in the order of time."""
+    normal = right = power = 0.0
+    for part in row_spans(block):
+        of_x, of_y = x(part), y[part]
+        normal, right, power = normal + of_x.T @ of_x, right + of_x.T @ of_y, power + of_y @ of_y
+    return normal, right, power
 
 
 def solve_bounded(

@@ -49,7 +49,7 @@ from tepsipe.identification.cascade.fit import (
     Structure,
 )
 from tepsipe.identification.cascade.muscle import fit_muscle
-from tepsipe.identification.cascade.normal_equations import block_sums, solve_drawn
+from tepsipe.identification.cascade.normal_equations import block_sums, row_spans, solve_drawn
 from tepsipe.identification.cascade.record import (
     REFLEX_GROUPS,
     CascadeRecord,
@@ -90,12 +90,8 @@ class _Drawn:
         return value, self.bootstrap[name] @ matrix.T
 
     def torque(self, *names: str) -> np.ndarray:
-        """Torque of groups of columns over the part that is used (N·m)."""
-        torque = np.zeros(self.design.columns.shape[0])
-        for name in names:
-            columns = self.design.groups[name]
-            torque += self.design.columns[:, columns] @ (self.design.scale[columns] * self.solution[columns])
-        return torque
+        """Torque of groups of columns, all if left out, over the part that is used (N·m)."""
+        return self.design.torque(self.solution, self.design.record.used.size, *names)
 
 
 def identify_cascade(
@@ -112,7 +108,7 @@ def identify_cascade(
     drawn_blocks = rng.integers(0, len(blocks), (draws, len(blocks)))
     times = np.array([np.bincount(draw, minlength=len(blocks)) for draw in drawn_blocks], dtype=float)
     estimate = _draw(selection, blocks, times, rng)
-    predicted = estimate.torque(*estimate.design.groups)
+    predicted = estimate.torque()
     motion = _motion_map(record)
     impedance, impedance_drawn = estimate.mapped("intrinsic", motion["intrinsic"])
     relaxing = _relaxing(record, estimate)
@@ -169,7 +165,7 @@ def _draw(selection: Selection, blocks: list[slice], times: np.ndarray, rng) -> 
     errors = np.array(list(selection.variants.values()) or [np.ones(table.shape[1])])
     variants = np.argmin(errors[:, folds].mean(axis=2), axis=0)
     variants[~reflex[terms]] = -1
-    lags = record.group("intrinsic", structure)[0].shape[1]
+    lags = record.regressors("intrinsic", structure, slice(0, 1)).shape[1]
     sizes = {"intrinsic": lags, "stops": len(record.radii), "stiffening": 1, "response": _samples(selection)}
     sizes["relaxing"] = len(record.options.relaxation_times_s)
     drawn = {name: np.zeros((times.shape[0], size)) for name, size in sizes.items()}
@@ -178,7 +174,7 @@ def _draw(selection: Selection, blocks: list[slice], times: np.ndarray, rng) -> 
         shape = shapes[variant] if variant >= 0 else structure
         rows = np.unique(terms[variants == variant])
         used = {row: _at(candidates[row], structure, shape) for row in rows}
-        design = make_design(record, _union(list(used.values())), fitted_only=True)
+        design = make_design(record, _union(list(used.values())))
         sums = block_sums(design.white, record.white_torque, blocks)
         for row, each in used.items():
             taken = np.flatnonzero((variants == variant) & (terms == row))
@@ -190,7 +186,7 @@ def _draw(selection: Selection, blocks: list[slice], times: np.ndarray, rng) -> 
             )
             _keep(drawn, taken, design, solutions / design.scale, each, record)
     design = make_design(record, structure)
-    return _Drawn(design, fit_once(record, design, structure) / design.scale, drawn)
+    return _Drawn(design, fit_once(record, design, structure), drawn)
 
 
 def _keep(
@@ -251,13 +247,13 @@ def _motion_map(record: CascadeRecord) -> dict[str, np.ndarray]:
     scale = np.linalg.norm(motion, axis=0)
     bare = Structure(0, False, 0.0, 0.0)
     sizes = {"intrinsic": 1, "stops": len(record.radii), "relaxing": len(record.options.relaxation_times_s)}
-    torque = {name: record.group(name, bare)[0][: record.training] for name, size in sizes.items() if size}
-    mapped = np.linalg.lstsq(motion / scale, np.hstack(list(torque.values())), rcond=None)[0]
-    mapped = (mapped / scale[:, None])[:3]
-    ends = np.cumsum([columns.shape[1] for columns in torque.values()])
-    return dict.fromkeys(sizes, np.empty((3, 0))) | dict(
-        zip(torque, np.split(mapped, ends[:-1], axis=1), strict=True)
-    )
+    basis, triangle = np.linalg.qr(motion / scale)
+    mapped = dict.fromkeys(sizes, np.empty((3, 0)))
+    for name in (name for name, size in sizes.items() if size):
+        parts = row_spans(slice(0, record.training))
+        along = sum(basis[part].T @ record.regressors(name, bare, part) for part in parts)
+        mapped[name] = (np.linalg.lstsq(triangle, along, rcond=None)[0] / scale[:, None])[:3]
+    return mapped
 
 
 def _relaxing(record: CascadeRecord, estimate: _Drawn) -> Relaxing:

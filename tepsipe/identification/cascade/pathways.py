@@ -45,23 +45,29 @@ def relaxing_deflection(angle: np.ndarray, time_s: float, rate_hz: float) -> np.
     return scipy.signal.lfilter([held], [1.0, -np.exp(-late)], steps)
 
 
-def delayed(x: Annotated[np.ndarray, "(n, ...)"], delay_s: float, rate_hz: float) -> np.ndarray:
+def delayed(
+    x: Annotated[np.ndarray, "(n, ...)"], delay_s: float, rate_hz: float, rows: slice | None = None
+) -> np.ndarray:
     """A delayed signal, linear between samples; the first sample is held before the start.
 
     delay_s: delay (s); negative for a lead, with the last sample held after the end.
+    rows: samples that are wanted; all if left out. A view where they are samples of the signal.
     Returns: x(t - delay) (unit of ``x``).
     """
+    rows = rows or slice(0, x.shape[0])
     samples = round(delay_s * rate_hz, 6)
     whole = int(np.floor(samples))
     part = samples - whole
-    at = np.arange(x.shape[0]) - whole
+    if part == 0.0 and rows.start >= whole and rows.stop - whole <= x.shape[0]:
+        return x[rows.start - whole : rows.stop - whole]
+    at = np.arange(rows.start, rows.stop) - whole
     held = x[np.clip(at, 0, x.shape[0] - 1)]
     return held if part == 0.0 else (1.0 - part) * held + part * x[np.clip(at - 1, 0, x.shape[0] - 1)]
 
 
-def lagged(x: np.ndarray, lags: np.ndarray) -> np.ndarray:
-    """Regressors of a response to ``x`` at ``lags`` (samples), shape (n, lags); ends are held."""
-    at = np.arange(x.size)[:, None] - np.asarray(lags)
+def lagged(x: np.ndarray, lags: np.ndarray, rows: slice) -> np.ndarray:
+    """Regressors of a response to ``x`` at ``lags`` (samples), shape (rows, lags); ends are held."""
+    at = np.arange(rows.start, rows.stop)[:, None] - np.asarray(lags)
     return x[np.clip(at, 0, x.size - 1)]
 
 

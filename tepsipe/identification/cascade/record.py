@@ -8,7 +8,9 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
-from tepsipe.identification.cascade.fit import ParallelCascadeOptions, SlowModel, Structure
+from tepsipe.identification.cascade.fit import SlowModel, Structure
+from tepsipe.identification.cascade.normal_equations import row_spans
+from tepsipe.identification.cascade.options import ParallelCascadeOptions
 from tepsipe.identification.cascade.pathways import (
     delayed,
     knot_responses,
@@ -51,7 +53,7 @@ class CascadeRecord:
     slow: SlowModel
     """Spectrum of the slow torque against which the regression is weighted (Hz)."""
     made: dict = field(default_factory=dict, repr=False)
-    """Cache of computed regressors, by name and choice."""
+    """What was computed for the latest choice, by its name."""
 
     @property
     def used(self) -> np.ndarray:
@@ -60,11 +62,10 @@ class CascadeRecord:
 
     @property
     def white_torque(self) -> np.ndarray:
-        """Innovation of the torque of the part in use (N·m)."""
-        key = ("torque", self.slow)
-        if key not in self.made:
-            self.made[key] = self.whiten(self.torque)[self.kept]
-        return self.made[key]
+        """Innovation of the torque of the fitted part (N·m)."""
+        return self._latest("torque", self.slow, lambda: self.whiten(self.torque[: self.fitted.stop]))[
+            self.kept.start :
+        ]
 
     @property
     def fitted(self) -> slice:
@@ -79,30 +80,25 @@ class CascadeRecord:
         """Innovation of signals (their unit) along axis 0."""
         return self.slow.whiten(x, self.rate_hz)
 
-    def group(self, name: str, structure: Structure) -> tuple[np.ndarray, np.ndarray]:
-        """Regressors of one group of a structure over the part that is used, and their innovations.
+    def regressors(self, name: str, structure: Structure, rows: slice) -> np.ndarray:
+        """Regressors of one group of a structure for samples of the part in use.
 
-        Each of shape (n, columns), computed once per group and choice; units of angle, velocity, and
-        products of them.
+        Shape (rows, columns); units of angle, velocity, and products of them.
         """
-        key = (name,)
-        if name in ("reflex", "gain_slope", "unloading"):
-            shape = (structure.direction, structure.threshold_rad_per_s, structure.pole_per_s)
-            key = (name, *shape)
-        if key not in self.made:
-            self.made[key] = self._compute(name, structure)
-        white = (*key, self.slow)
-        if white not in self.made:
-            self.made[white] = self.whiten(self.made[key])
-        pair = self.made[key], self.made[white]
-        return tuple(self._late(x, structure.delay_s if len(key) > 1 else 0.0) for x in pair)
+        delay_s = _delay_s(name, structure)
+        late = round(delay_s * self.rate_hz, 6)
+        first, last = self.kept.start + rows.start, self.kept.start + rows.stop
+        start = max(0, first - int(np.ceil(late)))
+        x = self._compute(name, structure, slice(start, max(start + 1, last - int(np.floor(late)))))
+        return delayed(x, delay_s, self.rate_hz, slice(first - start, last - start))
 
-    def _late(self, x: np.ndarray, delay_s: float) -> np.ndarray:
-        """Part in use of a delayed signal; a view where the delay is a whole number of samples."""
-        samples = round(delay_s * self.rate_hz, 6)
-        if samples == int(samples) and int(samples) <= self.kept.start:
-            return x[self.kept.start - int(samples) : self.kept.stop - int(samples)]
-        return delayed(x, delay_s, self.rate_hz)[self.kept]
+    def innovations(self, name: str, structure: Structure, rows: slice) -> np.ndarray:
+        """Innovations of the same regressors for samples of the fitted part, shape (rows, columns)."""
+        choice = (_choice(name, structure), self.slow)
+        white = self._latest(f"white {name}", choice, lambda: self._whitened(name, structure))
+        first = self.kept.start
+        rows = slice(first + rows.start, first + rows.stop)
+        return delayed(white, _delay_s(name, structure), self.rate_hz, rows)
 
     def reflex_input(self, name: str, structure: Structure) -> np.ndarray:
         """Filtered input of a reflex pathway without its delay over the whole record, shape (n,).
@@ -117,23 +113,60 @@ class CascadeRecord:
         velocity = rectified(self.made["velocity"], direction, threshold)
         return self.lowpass(velocity * self.angle if name == "gain_slope" else velocity)
 
-    def _compute(self, name: str, structure: Structure) -> np.ndarray:
+    def _latest(self, name: str, choice: object, make: Callable[[], np.ndarray]) -> np.ndarray:
+        """What ``make`` returns for a choice, kept until the next: all choices would fill the memory."""
+        if name not in self.made or self.made[name][0] != choice:
+            self.made.pop(name, None)
+            self.made[name] = choice, make()
+        return self.made[name][1]
+
+    def _whitened(self, name: str, structure: Structure) -> np.ndarray:
+        """Innovations of one group without the delay of the reflex, up to the end of the fitted part."""
+        stop, white, state = self.fitted.stop, None, None
+        for part in row_spans(slice(0, self.angle.size)):
+            if part.start < stop:
+                x, state = self.slow.whiten_part(self._compute(name, structure, part), self.rate_hz, state)
+                white = np.empty((stop, x.shape[1])) if white is None else white
+                white[part] = x[: stop - part.start]
+        return white
+
+    def _compute(self, name: str, structure: Structure, rows: slice) -> np.ndarray:
+        """Regressors of one group without the delay of the reflex for samples of the whole record."""
         if name == "intrinsic":
             reach = max(1, round(self.options.intrinsic_lag_s * self.rate_hz))
-            return lagged(self.angle, np.arange(-reach, reach + 1))
+            return lagged(self.angle, np.arange(-reach, reach + 1), rows)
+        if name == "offset":
+            return np.ones((rows.stop - rows.start, 1))
+        if name not in REFLEX_GROUPS:
+            return self._latest(name, None, lambda: self._elements(name))[rows]
+        responses = kernel_responses(structure.pole_per_s, self.options, self.rate_hz)
+        u = self._latest(name, _choice(name, structure), lambda: self.reflex_input(name, structure))
+        first = max(0, rows.start - len(responses) + 1)
+        through = scipy.signal.oaconvolve(u[first : rows.stop, None], responses, axes=0)
+        return through[rows.start - first : rows.stop - first] / self.rate_hz
+
+    def _elements(self, name: str) -> np.ndarray:
+        """Regressors of a group of elements over the whole record, shape (n, elements)."""
         if name == "stops":
             springs = [stop_deflection(self.turned, radius) for radius in self.radii]
             return self.lowpass(np.column_stack(springs))
         if name == "relaxing":
             times = self.options.relaxation_times_s
             return np.column_stack([relaxing_deflection(self.angle, t, self.rate_hz) for t in times])
-        if name == "stiffening":
-            return self.lowpass(self.turned**2)[:, None]
-        if name == "offset":
-            return np.ones((self.angle.size, 1))
-        responses = kernel_responses(structure.pole_per_s, self.options, self.rate_hz)
-        u = self.reflex_input(name, structure)
-        return scipy.signal.oaconvolve(u[:, None], responses, axes=0)[: u.size] / self.rate_hz
+        return self.lowpass(self.turned**2)[:, None]
+
+
+def _choice(name: str, structure: Structure) -> tuple:
+    """What the regressors of a group depend on, without their delay."""
+    if name not in REFLEX_GROUPS:
+        return ()
+    threshold = 0.0 if name == "unloading" else structure.threshold_rad_per_s
+    return structure.direction, threshold, structure.pole_per_s
+
+
+def _delay_s(name: str, structure: Structure) -> float:
+    """Delay of a group (s): that of the reflex, 0 for the joint."""
+    return structure.delay_s if name in REFLEX_GROUPS else 0.0
 
 
 def kernel_responses(
@@ -198,18 +231,57 @@ def _refuse_one_frequency(angle: np.ndarray, rate_hz: float) -> None:
 
 @dataclass(frozen=True)
 class Design:
-    """Regressors of a structure over the part that is used."""
+    """Regressors of a structure, made for a range of samples at a time."""
 
-    columns: Annotated[np.ndarray, "(n, p)"]
-    """Scaled regressors."""
-    white: Annotated[np.ndarray, "(n, p)"]
-    """Their innovations, which are fitted."""
+    record: CascadeRecord
+    structure: Structure
+    given: dict[str, tuple[np.ndarray, np.ndarray]]
+    """Groups of one's own over the part in use, and their innovations, in place of those of the record."""
     scale: Annotated[np.ndarray, "(p,)"]
     """Divisor of each regressor."""
     groups: dict[str, slice]
     """Columns of each group."""
     penalty: Annotated[np.ndarray, "(p, p)"]
     """Penalty without lambda."""
+
+    def columns(self, rows: slice) -> Annotated[np.ndarray, "(rows, p)"]:
+        """Scaled regressors for samples of the part in use."""
+        return self._scaled(self._group, rows)
+
+    def white(self, rows: slice) -> Annotated[np.ndarray, "(rows, p)"]:
+        """Their innovations, which are fitted, for samples of the fitted part."""
+        return self._scaled(self._white_group, rows)
+
+    def torque(self, coefficients: np.ndarray, size: int, *names: str) -> Annotated[np.ndarray, "(size,)"]:
+        """Torque of the first samples of the part in use (N·m).
+
+        coefficients: torque over the unit of the regressors, not scaled. Shape (p,).
+        size: number of samples.
+        names: groups that act; all if left out.
+        """
+        torque = np.zeros(size)
+        for name in names or column_groups(self.structure):
+            if self.groups[name].stop > self.groups[name].start:
+                for part in row_spans(slice(0, size)):
+                    torque[part] += self._group(name, part) @ coefficients[self.groups[name]]
+        return torque
+
+    def _scaled(self, group: Callable[[str, slice], np.ndarray], rows: slice) -> np.ndarray:
+        columns = np.empty((rows.stop - rows.start, self.scale.size))
+        for name in column_groups(self.structure):
+            at = self.groups[name]
+            np.divide(group(name, rows), self.scale[at.start], out=columns[:, at])
+        return columns
+
+    def _group(self, name: str, rows: slice) -> np.ndarray:
+        if name in self.given:
+            return self.given[name][0][rows]
+        return self.record.regressors(name, self.structure, rows)
+
+    def _white_group(self, name: str, rows: slice) -> np.ndarray:
+        if name in self.given:
+            return self.given[name][1][rows]
+        return self.record.innovations(name, self.structure, rows)
 
     @property
     def bounded(self) -> np.ndarray:
@@ -240,38 +312,29 @@ def column_groups(structure: Structure) -> list[str]:
 
 
 def make_design(
-    record: CascadeRecord,
-    structure: Structure,
-    given: dict[str, np.ndarray] | None = None,
-    fitted_only: bool = False,
+    record: CascadeRecord, structure: Structure, given: dict[str, np.ndarray] | None = None
 ) -> Design:
     """Regressors of a structure.
 
-    given: groups that replace groups of the record (units of the torque's regressors).
-    fitted_only: whether only the innovations of the fitted part are wanted, which is quicker.
+    given: groups over the part in use that replace groups of the record (units of the torque's regressors).
     """
-    given = given or {}
-    names = column_groups(structure)
-    pairs = [
-        (given[name], record.whiten(given[name])) if name in given else record.group(name, structure)
-        for name in names
-    ]
-    rows = slice(0, record.training if fitted_only else None)
-    fitted = [white[: record.training] for _, white in pairs]
-    # one scale for all columns of a group, so that the penalty does not distort a response
-    sizes = [np.sqrt(np.vdot(part, part) / part.size) or 1.0 for part in fitted]
-    ends = np.cumsum([part.shape[1] for part in fitted])
-    groups = {
-        name: slice(int(end) - part.shape[1], int(end))
-        for name, part, end in zip(names, fitted, ends, strict=True)
-    }
-    groups |= {name: slice(0, 0) for name in GROUPS if name not in groups}
-    white = np.concatenate([x[rows] / size for (_, x), size in zip(pairs, sizes, strict=True)], axis=1)
-    columns = white[:0]
-    if not fitted_only:
-        columns = np.concatenate([x / size for (x, _), size in zip(pairs, sizes, strict=True)], axis=1)
-    scale = np.repeat(sizes, [part.shape[1] for part in fitted])
-    return Design(columns, white, scale, groups, _penalty(groups, structure, given))
+    pairs = {name: (x, record.whiten(x)) for name, x in (given or {}).items()}
+    design = Design(record, structure, pairs, np.empty(0), {}, np.empty((0, 0)))
+    sizes, counts = [], []
+    for name in column_groups(structure):
+        power = count = 0
+        for part in row_spans(slice(0, record.training)):
+            x = design._white_group(name, part)
+            power, count = power + np.vdot(x, x), count + x.size
+        # one scale for all columns of a group, so that the penalty does not distort a response
+        sizes.append(np.sqrt(power / count) or 1.0)
+        counts.append(x.shape[1])
+    groups = dict.fromkeys(GROUPS, slice(0, 0))
+    ends = np.cumsum(counts).tolist()
+    for name, count, end in zip(column_groups(structure), counts, ends, strict=True):
+        groups[name] = slice(end - count, end)
+    scale = np.repeat(sizes, counts)
+    return replace(design, scale=scale, groups=groups, penalty=_penalty(groups, structure, pairs))
 
 
 def _penalty(groups: dict[str, slice], structure: Structure, given: dict) -> np.ndarray:

@@ -16,7 +16,6 @@ import numpy as np
 from tepsipe.identification.cascade.fit import (
     Assumption,
     ModelScore,
-    ParallelCascadeOptions,
     SlowModel,
     Structure,
     estimate_slow_model,
@@ -28,8 +27,8 @@ from tepsipe.identification.cascade.normal_equations import (
     solve_drawn,
     solve_without_each,
 )
+from tepsipe.identification.cascade.options import ParallelCascadeOptions
 from tepsipe.identification.cascade.record import CascadeRecord, Design, make_design
-from tepsipe.statistics.goodness_of_fit import evaluate_held_out
 
 # standard errors by which a reflex must lower the cross-validated error
 SEPARATED = 2.0
@@ -156,35 +155,27 @@ def cross_validated(record: CascadeRecord, structure: Structure) -> Annotated[fl
     folds = fold_slices(record)
     sums = block_sums(design.white, record.white_torque, folds)
     solutions = solve_without_each(sums, structure.penalty * design.penalty, design.bounded)
-    return _vaf_of_folds(record, design.columns[: record.training], solutions, folds)
+    return _vaf_of_folds(block_sums(design.columns, _about_mean(record), folds), solutions)
 
 
-def _vaf_of_folds(
-    record: CascadeRecord, columns: np.ndarray, solutions: np.ndarray, folds: list[slice]
-) -> float:
+def _about_mean(record: CascadeRecord) -> np.ndarray:
+    """Torque of the part in use about the mean of the fitted part (N·m)."""
+    return record.used - record.used[: record.training].mean()
+
+
+def _vaf_of_folds(sums: BlockSums, solutions: np.ndarray) -> float:
     """VAF (%) of every block by the solution without it, with the offset of the other blocks."""
-    y = record.used[: record.training]
-    residuals = y[:, None] - columns @ solutions.T
-    totals = residuals.sum(axis=0)
-    squares = 0.0
-    for k, fold in enumerate(folds):
-        held_out = residuals[fold, k]
-        level = (totals[k] - held_out.sum()) / (y.size - held_out.size)
-        squares += np.sum((held_out - level) ** 2)
-    return float(100.0 * (1.0 - squares / np.sum((y - y.mean()) ** 2)))
+    return sums.vaf(sums.levelled(solutions, 1.0 - np.eye(sums.size.size)))
 
 
-def fit_once(
-    record: CascadeRecord, design: Design, structure: Structure
-) -> Annotated[np.ndarray, "(p,)", "N·m"]:
-    """Coefficients of the scaled columns (N·m); the offset is the mean of the residual of the others."""
-    sums = block_sums(design.white, record.white_torque, [slice(0, record.training)])
-    weight = structure.penalty * record.training * design.penalty
-    solution = solve_bounded(sums.normal + weight, sums.right, design.bounded)[0]
-    at = design.groups["offset"]
-    residual = (record.used - design.columns @ solution)[: record.training]
-    solution[at] += residual.mean() * design.scale[at]
-    return solution
+def fit_once(record: CascadeRecord, design: Design, structure: Structure) -> Annotated[np.ndarray, "(p,)"]:
+    """Coefficients of the columns (N·m over their unit); the offset is the mean residual of the others."""
+    size = record.training
+    sums = block_sums(design.white, record.white_torque, [slice(0, size)])
+    weight = structure.penalty * size * design.penalty
+    coefficients = solve_bounded(sums.normal + weight, sums.right, design.bounded)[0] / design.scale
+    coefficients[-1] += np.mean(record.used[:size] - design.torque(coefficients, size))
+    return coefficients
 
 
 def assumptions(selection: Selection) -> tuple[Assumption, ...]:
@@ -230,24 +221,26 @@ def scores(selection: Selection) -> tuple[ModelScore, ...]:
     best = min(selection.errors.values(), key=np.mean)
     design = make_design(record, selection.full)
     sums = block_sums(design.white, record.white_torque, folds)
+    torque = _about_mean(record)
+    fitted = block_sums(design.columns, torque, folds)
+    held_out = block_sums(design.columns, torque, [slice(record.training, torque.size)])
     models = []
     for structure, error in selection.errors.items():
         columns = design.of(structure)
         fold_sums, bounded = sums.of(columns), design.bounded[columns]
         penalty = structure.penalty * design.penalty[np.ix_(columns, columns)]
-        x = design.columns[:, columns]
         without = solve_without_each(fold_sums, penalty, bounded)
-        every = solve_drawn(fold_sums, np.ones((1, len(folds))), penalty, bounded)[0]
-        predicted = x @ every
-        predicted += (record.used - predicted)[: record.training].mean()
+        each_once = np.ones((1, len(folds)))
+        every = solve_drawn(fold_sums, each_once, penalty, bounded)
+        every = fitted.of(columns).levelled(every, each_once)
         more = 100.0 * (error - best) / best.mean()
         models.append(
             ModelScore(
                 structure,
                 float(more.mean()),
                 float(more.std(ddof=1) / np.sqrt(more.size)),
-                _vaf_of_folds(record, x[: record.training], without, folds),
-                evaluate_held_out(record.used, predicted, record.training).held_out,
+                _vaf_of_folds(fitted.of(columns), without),
+                held_out.of(columns).vaf(every),
                 len(columns),
             )
         )
@@ -303,8 +296,8 @@ def _at_kernel(errors: dict[Structure, np.ndarray], structure: Structure) -> Str
 def _slow_model(record: CascadeRecord, structure: Structure) -> SlowModel:
     """Slow torque in the residual of ordinary least squares with all terms."""
     design = make_design(record, structure)
-    residual = record.used - design.columns @ fit_once(record, design, structure)
-    return estimate_slow_model(residual[: record.training], record.rate_hz)
+    predicted = design.torque(fit_once(record, design, structure), record.training)
+    return estimate_slow_model(record.used[: record.training] - predicted, record.rate_hz)
 
 
 def _fold_errors(
@@ -320,7 +313,7 @@ def _fold_errors(
 
 def _errors(record: CascadeRecord, structure: Structure) -> tuple[Structure, np.ndarray]:
     """The structure with its best penalty, and the errors of the blocks."""
-    design = make_design(record, structure, fitted_only=True)
+    design = make_design(record, structure)
     sums = block_sums(design.white, record.white_torque, fold_slices(record))
     return _with_penalty(
         record, structure, _fold_errors(sums, design, design.of(structure), record.options.penalties)
@@ -339,7 +332,7 @@ def _best(record: CascadeRecord, structures: list[Structure]) -> tuple[Structure
 
 def _errors_of_terms(record: CascadeRecord, full: Structure) -> dict[Structure, np.ndarray]:
     """Errors of all sets of terms within a full structure, the simplest first."""
-    design = make_design(record, full, fitted_only=True)
+    design = make_design(record, full)
     sums = block_sums(design.white, record.white_torque, fold_slices(record))
     candidates = []
     of_joint, of_reflex = ("stops", "relaxing", "stiffening"), ("gain_slope", "unloading")

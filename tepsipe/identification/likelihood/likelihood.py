@@ -60,8 +60,9 @@ Symbols: J inertia of leg and joint about the ankle (kg·m²), B (N·m·s/rad), 
 lag of the log after the markers (s); gain of the log.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import scipy
@@ -123,20 +124,25 @@ class Point:
 def softening_forces(
     phi: np.ndarray, phi_d: np.ndarray, rest: Annotated[float, "rad"], half: Annotated[float, "rad"]
 ) -> dict[str, np.ndarray]:
-    """Torque of softening in n per unit of C and B_s, and its derivatives with respect to log(phi_h), b_0.
+    """Torque of softening in n per unit of C and B_s.
 
     phi, phi_d: angle from rest (rad) and its rate (rad/s).
     rest: b_0.
-    Returns: ``C`` (rad), ``B_s`` (rad/s), ``C_half``, ``B_s_half`` (the same), ``C_rest``, ``B_s_rest``
-    (1/s).
+    Returns: ``C`` (rad), ``B_s`` (rad/s).
     """
+    bent = phi + rest
+    share = bent**2 / (bent**2 + half**2)
+    at_rest = rest**2 / (rest**2 + half**2)
+    return {"C": share * bent - at_rest * rest, "B_s": -share * phi_d}
+
+
+def softening_slopes(phi: np.ndarray, phi_d: np.ndarray, rest: float, half: float) -> dict[str, np.ndarray]:
+    """Derivatives of `softening_forces`, ``_half`` by log(phi_h) (their units), ``_rest`` by b_0 (1, 1/s)."""
     bent = phi + rest
     share = bent**2 / (bent**2 + half**2)
     at_rest = rest**2 / (rest**2 + half**2)
     slope = -2.0 * share * (1.0 - share)
     return {
-        "C": share * bent - at_rest * rest,
-        "B_s": -share * phi_d,
         "C_half": slope * bent + 2.0 * at_rest * (1.0 - at_rest) * rest,
         "B_s_half": -slope * phi_d,
         "C_rest": share * (3.0 - 2.0 * share) - at_rest * (3.0 - 2.0 * at_rest),
@@ -157,13 +163,30 @@ class Spectra:
     """Their derivatives with respect to the fitted parameters."""
 
 
+class _Parts(NamedTuple):
+    """What the model and its derivatives share at one point, in the symbols of the module's head."""
+
+    elastic: float
+    inverse: np.ndarray
+    late: np.ndarray
+    later: np.ndarray
+    swings: np.ndarray
+    free: np.ndarray
+    free_d: np.ndarray
+    forces: dict[str, np.ndarray]
+    """Spectra of `softening_forces`; none of a linear joint."""
+    forced: np.ndarray
+    response: np.ndarray
+    independent: np.ndarray
+    """As in `Spectra`."""
+
+
 class LegModel:
     """The equations for one trial, its measured motion (rad, m/s²) and one leg (kg, m)."""
 
     def __init__(self, channels: Channels, leg: Leg):
         """Keep what does not change (units in `Channels` and `Leg`)."""
         self.channels, self.leg = channels, leg
-        self._forces: dict = {}
         self.s, self.bins = channels.s, channels.bins
         self.coupling = leg.mass_kg * leg.com_m * np.cos(channels.theta_0_rad)
         self.weight = leg.mass_kg * leg.com_m * leg.gravity_m_per_s2
@@ -178,7 +201,9 @@ class LegModel:
 
     def observe(self, motion: Motion) -> None:
         """Take the measured motion (rad, m/s²) for the terms that are not linear."""
-        self.motion, self._forces = motion, {None: self._geometric(motion)}
+        self.motion, self._force = motion, self._geometric(motion)
+        self._forces: dict[tuple, dict[str, np.ndarray]] = {}
+        self._last: tuple[Point, _Parts] | None = None
         samples = motion.y_dd.size
         since = (np.arange(samples) - 0.5 * (samples - 1)) / self.channels.rate_hz
         self._drift = -self._spectrum(since * motion.y_dd)
@@ -191,9 +216,8 @@ class LegModel:
         pushed = self.coupling / np.cos(rest) * motion.y_dd * (np.cos(theta) - np.cos(rest))
         return self._spectrum(bent - pushed - self.coupling * self.channels.ramp)
 
-    def free_swings(self, point: Point) -> tuple[np.ndarray, np.ndarray]:
+    def free_swings(self, v: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
         """Spectra of the two free swings and of their rates, shape (2, m) (rad, rad/s times samples)."""
-        v = point.values
         elastic = v["K"] - self.weight * np.cos(self.channels.theta_0_rad)
         poles = np.roots([v["J"], v["B"], elastic]).astype(complex)
         step, samples = 1.0 / self.channels.rate_hz, self.channels.foot.size
@@ -203,61 +227,80 @@ class LegModel:
         mix = np.array([[0.5, 0.5], [-0.5j, 0.5j]]) if swings else np.eye(2, dtype=complex)
         return mix @ each, mix @ (poles[:, None] * each)
 
-    def _softening(self, half: float, rest: float) -> dict[str, np.ndarray]:
-        """Spectra of `softening_forces` for phi_h and b_0 (rad)."""
-        if (half, rest) not in self._forces:
-            forces = softening_forces(self.motion.phi, self.motion.phi_d, rest, half)
-            self._forces[half, rest] = {name: self._spectrum(f) for name, f in forces.items()}
-        return self._forces[half, rest]
+    def _softening(self, v: dict[str, float], forces: Callable) -> dict[str, np.ndarray]:
+        """Spectra of `softening_forces` or `softening_slopes` at a point."""
+        of = forces, float(np.exp(v["log_phi_h"])), v["b_0"]
+        if of not in self._forces:
+            found = forces(self.motion.phi, self.motion.phi_d, v["b_0"], of[1])
+            spectra = scipy.fft.rfft(np.array(list(found.values())), axis=1)[:, self.bins]
+            self._forces[of] = dict(zip(found, spectra, strict=True))
+        return self._forces[of]
 
-    def spectra(self, point: Point) -> Spectra:
-        """Model and derivatives at a point (units in `Spectra`)."""
-        v, s, names = point.values, self.s, point.names
+    def _parts(self, point: Point) -> _Parts:
+        if self._last is None or self._last[0] is not point:
+            self._last = point, self._parts_at(point.values)
+        return self._last[1]
+
+    def _parts_at(self, v: dict[str, float]) -> _Parts:
+        s = self.s
         elastic = v["K"] - self.weight * np.cos(self.channels.theta_0_rad)
         inverse = 1.0 / (v["J"] * s**2 + v["B"] * s + elastic)
         late, later = np.exp(-s * v["delay"]), np.exp(-s * v["lag"])
-        swings, rates = self.free_swings(point)
+        swings, rates = self.free_swings(v)
         free, free_d = v["c_1"] * swings[0] + v["c_2"] * swings[1], v["c_1"] * rates[0] + v["c_2"] * rates[1]
-        free_dd = -(v["B"] * free_d + elastic * free) / v["J"]
-        force, forces = self._forces[None], {}
+        force, forces = self._force, {}
         if "log_phi_h" in v:
-            forces = self._softening(float(np.exp(v["log_phi_h"])), v["b_0"])
+            forces = self._softening(v, softening_forces)
             force = force + v["C"] * forces["C"] + v["B_s"] * forces["B_s"]
         gain, forced = -self.coupling * s**2 * inverse, force * inverse
         one, none = np.ones_like(s), np.zeros_like(s)
+        response = np.array([one, late * gain, v["gain"] * later * s])
+        independent = np.array([none, late * (forced + free), v["jump"] * one + v["drift"] * self._drift])
+        return _Parts(
+            elastic, inverse, late, later, swings, free, free_d, forces, forced, response, independent
+        )
+
+    def predicted(self, point: Point) -> tuple[np.ndarray, np.ndarray]:
+        """Response and independent part at a point, as in `Spectra`, without derivatives."""
+        parts = self._parts(point)
+        return parts.response, parts.independent
+
+    def spectra(self, point: Point) -> Spectra:
+        """Model and derivatives at a point (units in `Spectra`)."""
+        v, s, names, parts = point.values, self.s, point.names, self._parts(point)
+        inverse, forced, free, forces = parts.inverse, parts.forced, parts.free, parts.forces
+        free_dd = -(v["B"] * parts.free_d + parts.elastic * free) / v["J"]
+        gain, none = -self.coupling * s**2 * inverse, np.zeros_like(s)
         # derivatives of both parts; the angle's derivatives by J, B, K are -phi'', -phi', -phi over D
         of_angle = {
             "J": (-(s**2) * inverse * gain, -inverse * (s**2 * forced + free_dd)),
-            "B": (-s * inverse * gain, -inverse * (s * forced + free_d)),
+            "B": (-s * inverse * gain, -inverse * (s * forced + parts.free_d)),
             "K": (-inverse * gain, -inverse * (forced + free)),
             "delay": (-s * gain, -s * (forced + free)),
-            "c_1": (none, swings[0]),
-            "c_2": (none, swings[1]),
+            "c_1": (none, parts.swings[0]),
+            "c_2": (none, parts.swings[1]),
         }
         if forces:
-            half_slope = v["C"] * forces["C_half"] + v["B_s"] * forces["B_s_half"]
-            of_angle |= {"C": (none, forces["C"] * inverse), "B_s": (none, forces["B_s"] * inverse)}
-            rest_slope = v["C"] * forces["C_rest"] + v["B_s"] * forces["B_s_rest"]
+            of_angle |= {name: (none, forces[name] * inverse) for name in ("C", "B_s")}
+        if {"log_phi_h", "b_0"} & set(names):
+            by = self._softening(v, softening_slopes)
+            half_slope = v["C"] * by["C_half"] + v["B_s"] * by["B_s_half"]
+            rest_slope = v["C"] * by["C_rest"] + v["B_s"] * by["B_s_rest"]
             of_angle |= {"log_phi_h": (none, half_slope * inverse), "b_0": (none, rest_slope * inverse)}
-        logged = v["gain"] * later * s
         of_log = {
-            "lag": (-s * logged, none),
-            "gain": (later * s, none),
-            "jump": (none, one),
+            "lag": (-s * parts.response[2], none),
+            "gain": (parts.later * s, none),
+            "jump": (none, np.ones_like(s)),
             "drift": (none, self._drift),
         }
         slopes = np.zeros((2, len(names), 3, s.size), dtype=complex)
         for k, name in enumerate(names):
             for part in (0, 1):
                 if name in of_angle:
-                    slopes[part, k, 1] = late * of_angle[name][part]
+                    slopes[part, k, 1] = parts.late * of_angle[name][part]
                 else:
                     slopes[part, k, 2] = of_log[name][part]
-        return Spectra(
-            np.array([one, late * gain, logged]),
-            np.array([none, late * (forced + free), v["jump"] * one + v["drift"] * self._drift]),
-            *slopes,
-        )
+        return Spectra(parts.response, parts.independent, *slopes)
 
 
 # chi-square of C and B_s above which phi_h is fitted to the trial
@@ -288,7 +331,7 @@ class Residuals:
     @property
     def deviance(self) -> float:
         """Twice the sum of squares."""
-        return 2.0 * float(np.sum(np.abs(self.whitened) ** 2))
+        return _deviance(self.whitened)
 
     @property
     def information(self) -> np.ndarray:
@@ -306,6 +349,15 @@ class Residuals:
         residual = self.whitened.ravel()
         columns = self.columns.reshape(len(self.columns), -1)
         return 2.0 * (columns.real @ residual.real + columns.imag @ residual.imag)
+
+
+def _deviance(whitened: np.ndarray) -> float:
+    return 2.0 * float(np.sum(np.abs(whitened) ** 2))
+
+
+def _project(x: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """Part of ``x``, shape (..., c, m), that the motion of the foot does not explain."""
+    return x - direction * np.sum(direction.conj() * x, axis=-2)[..., None, :]
 
 
 def _products(columns: np.ndarray) -> np.ndarray:
@@ -360,6 +412,7 @@ class _Likelihood:
 
     def __init__(self, channels: Channels, model: LegModel):
         self.channels, self.model = channels, model
+        self._predicted: tuple[Point, Spectra] | None = None
         signals = [channels.foot, channels.angle, *([] if channels.log is None else [channels.log])]
         self.measured = scipy.fft.rfft(np.array(signals), axis=1)[:, model.bins]
         self.log_noise = None
@@ -403,21 +456,30 @@ class _Likelihood:
 
     def residuals(self, point: Point) -> Residuals:
         """Residuals at a point."""
-        predicted: Spectra = self.model.spectra(point)
+        # the model does not depend on the noise of the log, which changes while the point does not
+        if self._predicted is None or self._predicted[0] is not point:
+            self._predicted = point, self.model.spectra(point)
+        predicted = self._predicted[1]
+        w, h, z, size, direction = self._whitened(predicted.response, predicted.independent)
+        c, foot = len(self.measured), np.sum(h.conj() * z, axis=0) / size
+
+        of_response = _project(w @ predicted.response_slopes[:, :c], direction)
+        columns = of_response * foot + _project(w @ predicted.independent_slopes[:, :c], direction)
+        scaled = of_response / np.sqrt(size)
+        return Residuals(foot, _project(z, direction), columns, scaled, direction)
+
+    def deviance(self, point: Point) -> float:
+        """`Residuals.deviance` at a point, without derivatives."""
+        _, _, z, _, direction = self._whitened(*self.model.predicted(point))
+        return _deviance(_project(z, direction))
+
+    def _whitened(self, response: np.ndarray, independent: np.ndarray) -> tuple[np.ndarray, ...]:
+        """W, W h, W (z - m), |W h|^2 and W h / |W h|."""
         c, w = len(self.measured), self.whitening()
         # W is the same at all frequencies
-        h, z = w @ predicted.response[:c], w @ (self.measured - predicted.independent[:c])
+        h, z = w @ response[:c], w @ (self.measured - independent[:c])
         size = np.sum(np.abs(h) ** 2, axis=0)
-        direction = h / np.sqrt(size)
-        foot = np.sum(h.conj() * z, axis=0) / size
-
-        def project(x: np.ndarray) -> np.ndarray:
-            return x - direction * np.sum(direction.conj() * x, axis=-2)[..., None, :]
-
-        of_response = project(w @ predicted.response_slopes[:, :c])
-        columns = of_response * foot + project(w @ predicted.independent_slopes[:, :c])
-        scaled = of_response / np.sqrt(size)
-        return Residuals(foot, project(z), columns, scaled, direction)
+        return w, h, z, size, h / np.sqrt(size)
 
     def update_log_noise(self, current: Residuals) -> None:
         """One scoring step of the restricted likelihood for sigma_v."""
@@ -490,15 +552,15 @@ def _gauss_newton(
             likelihood.update_log_noise(current)
             current = likelihood.residuals(point)
         step, errors = _step_and_errors(current)
+        limit = current.deviance * (1.0 + 1e-12)
         for _ in range(12):
             trial = _within(point.moved(step), limits)
-            if _is_feasible(likelihood, trial):
-                tried = likelihood.residuals(trial)
-                if tried.deviance <= current.deviance * (1.0 + 1e-12):
-                    break
+            if _is_feasible(likelihood, trial) and likelihood.deviance(trial) <= limit:
+                break
             step = 0.5 * step
         else:
             break
+        tried = likelihood.residuals(trial)
         change, gained = np.abs(step) / errors, current.deviance - tried.deviance
         point, current = trial, tried
         ended = count > _NOISE_STEPS and gained < 1e-8 * current.deviance

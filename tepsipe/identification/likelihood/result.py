@@ -17,7 +17,13 @@ import numpy as np
 import scipy
 
 from tepsipe.identification.likelihood.channels import Channels
-from tepsipe.identification.likelihood.likelihood import SOFTENING, LikelihoodFit, softening_forces, step_to
+from tepsipe.identification.likelihood.likelihood import (
+    SOFTENING,
+    LikelihoodFit,
+    softening_forces,
+    softening_slopes,
+    step_to,
+)
 from tepsipe.identification.regression.output_error import intervals_as_windows, sums_by_interval
 from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.mechanics.impedance_model import PARAMETERS
@@ -160,9 +166,9 @@ def _law_forces(fit: LikelihoodFit) -> dict[str, np.ndarray]:
     """Torque of the law per unit of C and B_s, and its derivatives by log(phi_h) and b_0, shape (n,)."""
     motion = fit.model.motion
     rest, half = fit.value("b_0"), float(np.exp(fit.value("log_phi_h")))
-    forces = softening_forces(motion.phi, motion.phi_d, rest, half)
+    forces, by = (f(motion.phi, motion.phi_d, rest, half) for f in (softening_forces, softening_slopes))
     slopes = {
-        name: -fit.value("C") * forces[f"C_{key}"] - fit.value("B_s") * forces[f"B_s_{key}"]
+        name: -fit.value("C") * by[f"C_{key}"] - fit.value("B_s") * by[f"B_s_{key}"]
         for name, key in (("log_phi_h", "half"), ("b_0", "rest"))
     }
     return {"C": -forces["C"], "B_s": -forces["B_s"], **slopes}

@@ -44,6 +44,7 @@ theta_ref neutral angle of the joint (rad); delta delay of the angle after the f
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Annotated
 
 import numpy as np
@@ -178,11 +179,16 @@ def match_angle(
     other = accelerations["belt" if source == "instruments" else source]
     task = _Task(motion, leg, accelerations["belt"], used, other, source == "instruments", perturbations)
     x, low, high = _start(motion, leg, at_rest)
-    # the belt velocity gives a less noisy acceleration, and so a better starting point
+
+    @lru_cache(maxsize=1)  # the search asks for the sensitivities where it has just asked for the angle
+    def simulated(*x: float) -> tuple[np.ndarray, np.ndarray]:
+        # the belt velocity gives a less noisy acceleration, and so a better starting point
+        return simulate_leg(np.array(x), leg, time, motion.theta, accelerations["belt"])
+
     solution = scipy.optimize.least_squares(
-        lambda x: simulate_leg(x, leg, time, motion.theta, accelerations["belt"])[0] - motion.theta,
+        lambda x: simulated(*x)[0] - motion.theta,
         x,
-        jac=lambda x: simulate_leg(x, leg, time, motion.theta, accelerations["belt"])[1],
+        jac=lambda x: simulated(*x)[1],
         bounds=(low, high),
         x_scale=[0.1 * x[0], x[1], 0.1 * x[2], 1e-3, 1e-3],
     )
@@ -337,9 +343,9 @@ def intervals_as_windows(
     regression = regress_perturbations(motion, leg, perturbations, at_rest, "leg")
     theta_dd, theta_d, theta = regression.regressors.T
     predicted = impedance_torque(each.mean(axis=0), theta, theta_d, theta_dd)
-    unknown = np.full(3, np.nan)
+    residual, unknown = regression.torque - predicted, np.full(3, np.nan)
     fits = [
-        LinearFit(values, (regression.torque - predicted)[p.start : p.stop], unknown, unknown, conditioning)
+        LinearFit(values, residual[p.start : p.stop], unknown, unknown, conditioning)
         for values, p in zip(each, perturbations, strict=True)
     ]
     return WindowedFits(

@@ -48,6 +48,7 @@ import scipy
 from annotated_types import Ge, Gt, Le
 
 from tepsipe.errors import InputError
+from tepsipe.identification.one_thread import one_thread
 from tepsipe.quantities import ASCENDING, Frequency, Latency, Pair
 
 # signal-to-noise ratio assumed for a direction that is too weak
@@ -408,6 +409,7 @@ def scaled_products(spectra: Spectra, joint: int, terms, delay_s: float | None):
     return _scaled(*cross_products(spectra.perturbation, _columns(spectra, joint, terms, delay_s)))
 
 
+@one_thread()
 def fit_row(spectra: Spectra, joint: int, model: str, options: MultiJointOptions) -> RowFit:
     """Parameters of one joint's torque by the perturbation as instrument.
 

@@ -42,6 +42,7 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
+from tepsipe.identification.one_thread import one_thread
 from tepsipe.mechanics.segment_chain import LinearChain
 from tepsipe.quantities import Positive
 
@@ -279,6 +280,7 @@ def information(setting: Setting, p: np.ndarray, perturbations: Sequence[Perturb
     return total
 
 
+@one_thread()
 def fit_matrices(setting: Setting, perturbations: Sequence[Perturbation]) -> MatrixFit:
     """Estimate K and B, and the inertia if it is not known.
 

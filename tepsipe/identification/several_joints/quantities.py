@@ -27,6 +27,7 @@ from typing import Annotated
 import numpy as np
 import scipy
 
+from tepsipe.identification.one_thread import one_thread
 from tepsipe.identification.result import Quantity, symbol_of
 from tepsipe.identification.several_joints.closed_loop import (
     RowFit,
@@ -116,6 +117,7 @@ def slow_mode(spectra: Spectra, below_hz: float) -> np.ndarray:
     return mode / mode[np.abs(mode).argmax()]
 
 
+@one_thread()
 def joint_quantities(
     fit: RowFit,
     spectra: Spectra,

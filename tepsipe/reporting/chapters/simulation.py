@@ -14,10 +14,23 @@ OF_THE_RUN = ("wristalyzer", "tep", "corrected")
 
 
 def numbers(run: Run) -> dict:
-    """Labels of the sets of parameters, sets in figures of few, and swings between pulses (see `_swings`)."""
+    """Labels of the sets of parameters, sets in figures of few, swings (see `_swings`), engines compared."""
     known = _known(run)
     labels = {name: label for name, label in PARAMETER_SETS.items() if name in known}
-    return {"parameter_sets": labels, "compared": compared_sets(labels), "swings": _swings(run)}
+    return {
+        "parameter_sets": labels,
+        "compared": compared_sets(labels),
+        "swings": _swings(run),
+        "both": _both(run),
+    }
+
+
+def _both(run: Run) -> dict | None:
+    """Trial that two engines simulated, and by how much they differ; None without one."""
+    for condition, fit in run.fits.get("simulation", {}).items():
+        if fit.facts["engine_differences"] is not None:
+            return {"condition": condition} | fit.facts["engine_differences"]
+    return None
 
 
 def _known(run: Run) -> set[str]:

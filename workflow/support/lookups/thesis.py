@@ -1,8 +1,7 @@
 """Tables of the thesis that a study can be compared with."""
 
 from tepsipe.experiments.registry import EXPERIMENTS
-from tepsipe.experiments.wristalyzer.analysis import ESTIMATORS as OF_MANIPULATOR
-from tepsipe.experiments.wristalyzer.names import PATHWAY
+from tepsipe.experiments.wristalyzer.names import IN_TABLE, PATHWAY
 from workflow.support.lookups.sheet import Sheet
 
 
@@ -26,7 +25,7 @@ class ThesisTables:
     def pathways(self, table: str) -> list[list]:
         """[pathway, estimator or None] of the thesis as printed, and as recommended."""
         if table_experiment(table) == "wristalyzer":
-            return [[PATHWAY, name] for name, estimator in OF_MANIPULATOR.items() if estimator.in_table]
+            return [[PATHWAY, name] for name in IN_TABLE]
         return [[self.settings["dummy"][key], None] for key in ("as_printed", "recommended")]
 
 

@@ -12,7 +12,7 @@ from typing import Annotated
 import numpy as np
 import scipy
 
-from tepsipe.experiments.standing.epochs import EpochOptions, StandingEpochs, quiet_onsets
+from tepsipe.experiments.standing.epochs import StandingEpochs, quiet_onsets
 from tepsipe.experiments.standing.free_reflex.free_body import (
     SOURCES,
     FreeBody,
@@ -26,7 +26,7 @@ from tepsipe.experiments.standing.free_reflex.free_body import (
     tissue_motion,
 )
 from tepsipe.experiments.standing.joint_torque import StandingTrial, by_belt
-from tepsipe.experiments.standing.options import BOTH, StandingOptions
+from tepsipe.experiments.standing.options import BOTH, EpochOptions, StandingOptions
 from tepsipe.io.result import Result
 from tepsipe.signals.epochs import cut_epochs
 from tepsipe.signals.filters import Lowpass

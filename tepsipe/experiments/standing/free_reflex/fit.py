@@ -37,6 +37,7 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs, by_recording
+from tepsipe.experiments.standing.options import FreeReflexOptions
 from tepsipe.identification.regression.generalised import (
     GeneralisedFit,
     Record,
@@ -45,7 +46,6 @@ from tepsipe.identification.regression.generalised import (
     sensitivity,
     squared_exponential,
 )
-from tepsipe.quantities import Delay, Frequency, Latency, Pair, Positive, Time, Torque, Velocity
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.statistics.uncertainty import Budget, Source, root_of_draws
 
@@ -200,33 +200,6 @@ BEYOND_S = 0.1
 FEWEST_TRIALS = 4
 # sources that this module adds to the sources of the signals
 WINDOW, REFLEX_ONSET, DISCREPANCY = "window_s", "reflex_onset_s", "model_discrepancy"
-
-
-@dataclass(frozen=True)
-class FreeReflexOptions:
-    """Choices of the estimator."""
-
-    lowpass_cutoff_hz: Frequency
-    """Low-pass of all signals for estimators with `active: free`, at most 0.3 of the rate; order as in
-    `plate_treadmill`."""
-    discrepancy: Positive
-    """What the model of the rig leaves: standard deviation as a share of the largest torque."""
-    discrepancy_s: Time
-    """Its length."""
-    reflex_Nm: Torque
-    """Standard deviation of the reflex torque `reflex_after_s` after its earliest instant, at
-    `reflex_speed_m_per_s` of the belt, in proportion to the speed."""
-    reflex_after_s: Latency
-    """This time."""
-    reflex_speed_m_per_s: Velocity
-    """This speed."""
-    reflex_onset_s: Latency
-    """Earliest instant of the reflex torque for single trials, and where no latency of an ankle muscle is
-    known."""
-    electromechanical_delay_s: Delay
-    """From the first latency of an ankle muscle to that instant."""
-    windows_s: Pair[Time]
-    """The spread of K and B over these windows is a source of their uncertainty."""
 
 
 @dataclass(frozen=True)

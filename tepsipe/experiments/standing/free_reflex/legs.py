@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from tepsipe.experiments.budgets import contributions_of, rows_of
-from tepsipe.experiments.standing.epochs import EpochOptions, StandingEpochs
+from tepsipe.experiments.standing.epochs import StandingEpochs
 from tepsipe.experiments.standing.free_reflex.broadband import (
     GROUPS,
     BroadbandEpochs,
@@ -24,7 +24,13 @@ from tepsipe.experiments.standing.free_reflex.broadband import (
 from tepsipe.experiments.standing.free_reflex.fit import QUANTITIES
 from tepsipe.experiments.standing.free_reflex.results import FreeReflexChoices, fit_free
 from tepsipe.experiments.standing.joint_torque import StandingTrial, by_belt
-from tepsipe.experiments.standing.options import BOTH, OTHER_BELT, StandingEstimator, StandingOptions
+from tepsipe.experiments.standing.options import (
+    BOTH,
+    OTHER_BELT,
+    EpochOptions,
+    StandingEstimator,
+    StandingOptions,
+)
 from tepsipe.identification.result import Quantity
 from tepsipe.io.estimates import Contribution, Estimate
 from tepsipe.io.result import Result

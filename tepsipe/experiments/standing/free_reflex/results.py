@@ -41,7 +41,6 @@ from tepsipe.experiments.standing.free_reflex.fit import (
     REGRESSORS,
     TORQUE,
     FreeReflexFit,
-    FreeReflexOptions,
     fit_errors,
     fit_free_reflex,
     inside_window,
@@ -49,7 +48,7 @@ from tepsipe.experiments.standing.free_reflex.fit import (
     sway_moments,
 )
 from tepsipe.experiments.standing.muscle_torque import FREE, NONE
-from tepsipe.experiments.standing.options import StandingEstimator, TorquePathway
+from tepsipe.experiments.standing.options import FreeReflexOptions, StandingEstimator, TorquePathway
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency
 from tepsipe.identification.regression.generalised import Record, generalised_least_squares
 from tepsipe.identification.result import Quantity, quantities_of

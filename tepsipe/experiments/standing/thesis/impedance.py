@@ -16,6 +16,7 @@ pathway or estimator does not change the others.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Annotated
 
 import numpy as np
@@ -54,19 +55,18 @@ def _means(
     weights = np.vstack([np.ones(count), rng.multinomial(count, np.full(count, 1.0 / count), draws)])
     beside = np.vstack([np.ones(quiet), rng.multinomial(quiet, np.full(quiet, 1.0 / quiet), draws)])
 
-    def parts(drawn: np.ndarray, usable: np.ndarray | float) -> np.ndarray:
+    def parts(drawn: np.ndarray, usable: np.ndarray | float = 1.0) -> np.ndarray:
         counted = drawn * usable
         # a resampling without any usable response uses all responses
         counted = np.where(counted.sum(axis=1, keepdims=True) > 0.0, counted, counted[:1])
         return counted / counted.sum(axis=1, keepdims=True)
 
+    of_all = parts(weights), parts(beside)
+
     def mean(
-        perturbed: np.ndarray,
-        unperturbed: np.ndarray,
-        usable: np.ndarray | float = 1.0,
-        unperturbed_usable: np.ndarray | float = 1.0,
+        perturbed: np.ndarray, unperturbed: np.ndarray, shares: tuple[np.ndarray, np.ndarray] = of_all
     ) -> np.ndarray:
-        return parts(weights, usable) @ perturbed - parts(beside, unperturbed_usable) @ unperturbed
+        return shares[0] @ perturbed - shares[1] @ unperturbed
 
     wanted = [*MOTION.values(), f"torque/{pathway}"]
     return MeanResponses(
@@ -76,8 +76,7 @@ def _means(
             muscle: mean(
                 responses.drive[..., k],
                 responses.unperturbed_drive[..., k],
-                responses.usable[:, k],
-                responses.unperturbed_usable[:, k],
+                (parts(weights, responses.usable[:, k]), parts(beside, responses.unperturbed_usable[:, k])),
             )
             for k, muscle in enumerate(responses.muscles)
             if muscle in muscles
@@ -119,7 +118,7 @@ def fit_standing(
     regression = _Regression(means, inside, torque, linear, model, options)
     delays, ranges = _selected_delays(regression, muscles)
     if model.by_muscle:
-        gains = regression.best(delays, muscles)[len(linear) :]
+        gains = regression.best(delays, muscles)[0][len(linear) :]
         # gains at their bound of 0 remain there
         muscles = tuple(m for m, gain in zip(muscles, gains, strict=True) if gain > 0.0)
     regressors = regression.regressors(delays, muscles)
@@ -194,26 +193,29 @@ class _Regression:
     options: ActiveOptions
 
     def regressors(
-        self, delays: dict[str, float], muscles: tuple[str, ...], rows: slice = slice(None)
-    ) -> np.ndarray:
-        """Regressors of the torque, shape (rows, samples of all trials, p)."""
-        parts = []
-        for means in self.means:
-            part = means.of(rows)
-            columns = [part.signals[MOTION[name]] for name in self.linear]
-            columns += self.model.regressors(part, delays, self.options, muscles)
-            parts.append(np.stack(columns, axis=-1)[:, self.inside])
-        return np.concatenate(parts, axis=1)
+        self, delays: dict[str, float], muscles: tuple[str, ...]
+    ) -> Annotated[np.ndarray, "(1 + draws, samples of all trials, p)"]:
+        """Regressors of the torque."""
+        return np.concatenate([self._of(means, delays, muscles) for means in self.means], axis=1)
 
-    def best(self, delays: dict[str, float], muscles: tuple[str, ...]) -> np.ndarray:
-        """Parameters of the responses themselves, without resampling, shape (p,)."""
-        regressors = self.regressors(delays, muscles, slice(0, 1))[0]
-        return _solve(regressors, self.torque[0], len(self.linear), self.model.by_muscle)
+    def best(
+        self, delays: dict[str, float], muscles: tuple[str, ...]
+    ) -> tuple[Annotated[np.ndarray, "(p,)"], Annotated[np.ndarray, "(samples of all trials,)", "N·m"]]:
+        """Parameters of the responses themselves, without resampling, and their residual torque."""
+        columns = self._of(self._themselves, delays, muscles)
+        regressors = columns.reshape(-1, columns.shape[-1])
+        found = _solve(regressors, self.torque[0], len(self.linear), self.model.by_muscle)
+        return found, self.torque[0] - regressors @ found
 
-    def residual(self, delays: dict[str, float], muscles: tuple[str, ...]) -> np.ndarray:
-        """Residual torque of the responses themselves (N·m), shape (samples of all trials,)."""
-        regressors = self.regressors(delays, muscles, slice(0, 1))[0]
-        return self.torque[0] - regressors @ self.best(delays, muscles)
+    def _of(self, means: MeanResponses, delays: dict[str, float], muscles: tuple[str, ...]) -> np.ndarray:
+        columns = [means.signals[MOTION[name]] for name in self.linear]
+        columns += self.model.regressors(means, delays, self.options, muscles)
+        return np.stack([column[:, self.inside] for column in columns], axis=-1)
+
+    @cached_property
+    def _themselves(self) -> MeanResponses:
+        """The responses themselves, a row for each trial: all delays are tried on them."""
+        return MeanResponses.joined([means.of(slice(0, 1)) for means in self.means])
 
     def curves(self, intrinsic: np.ndarray, predicted: np.ndarray) -> list[dict[str, np.ndarray]]:
         """Torque, its intrinsic and its active part (N·m), and ankle angle (rad), trial by trial."""
@@ -242,7 +244,7 @@ def _selected_delays(
     of filtered signals, and of model errors, are not independent.
     """
     grid = regression.model.grid(regression.options)
-    residuals = [regression.residual(delays, muscles) for delays in grid]
+    residuals = [regression.best(delays, muscles)[1] for delays in grid]
     squares = np.array([residual @ residual for residual in residuals])
     best = int(squares.argmin())
     if not grid[best]:
