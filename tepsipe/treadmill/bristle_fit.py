@@ -391,9 +391,9 @@ class Calibrated:
 
     models: dict[str, BristleFrame]
     """Component -> model."""
-    deviations: Annotated[np.ndarray, "(draws, 25)"]
+    deviations: Annotated[np.ndarray, "(draws, 24)"]
     """Draws of the errors of the constants."""
-    without_trial: Annotated[np.ndarray, "(trials, 25)"]
+    without_trial: Annotated[np.ndarray, "(trials, 24)"]
     """Change of the constants if a trial is left out."""
     left_out: dict[str, float]
     """Terms joined by ``+``, for every variant that was fitted -> root mean square error of left-out trials
