@@ -37,21 +37,6 @@ class DriveTruth:
     velocity_noise_m_per_s: NotNegative
     """Noise of the logged belt velocity."""
 
-    def servo(self) -> Callable[[float, float], tuple[float, float]]:
-        """Force (N) and rate of the integral (m/s) as a function of velocity error (m/s) and integral (m)."""
-        gain = 2.0 * math.pi * self.bandwidth_hz * self.belt_mass_kg
-        period, most, least = self.integral_time_s, self.force_limit_N, -self.force_limit_N
-
-        def force(error: float, integral: float) -> tuple[float, float]:
-            wanted = gain * (error + integral / period)
-            if wanted > most:
-                return most, 0.0
-            if wanted < least:
-                return least, 0.0
-            return wanted, error
-
-        return force
-
 
 @dataclass(frozen=True)
 class BeltMotion:

@@ -186,15 +186,15 @@ def move_dummy(
     commands = stage_commands(command, drive.delay_s, duration_s, rate_hz)
     time, states, resisting = _integrated(dummy, rubber, belt, commands, rate_hz, foot)
     y, v, _, th, w, tilt, tilt_rate, *frame = states.T
-    inertial = dummy.joint_inertia_kgm2 * scipy.interpolate.CubicSpline(time, w)(time, 1)
+    reaction, w_rate = _reaction(dummy, foot, time, (y, v, th, w, tilt, tilt_rate))
     return DummyMotion(
         **motion_of_belt(time, y, v, *frame),
         angle=th,
         angle_rate=w,
         tilt=tilt,
         tilt_rate=tilt_rate,
-        joint_torque=resisting + inertial,
-        reaction=_reaction(dummy, foot, time, (y, v, th, w, tilt, tilt_rate)),
+        joint_torque=resisting + dummy.joint_inertia_kgm2 * w_rate,
+        reaction=reaction,
     )
 
 
@@ -259,8 +259,8 @@ def _integrated(
     return time, states, resisting if relaxation is None else resisting + relaxation.relaxing(bent, slack)
 
 
-def _reaction(dummy: DummyTruth, foot: FootTilt | None, time, motion: tuple) -> np.ndarray:
-    """Wrench on foot and leg about the plate's origin, from the rates of their momenta.
+def _reaction(dummy: DummyTruth, foot: FootTilt | None, time, motion: tuple) -> tuple[np.ndarray, np.ndarray]:
+    """Wrench on foot and leg about the plate's origin, from the rates of their momenta, and th'' (rad/s²).
 
     ``motion`` is that of the foot along y (m, m/s), of the leg's angle and of the tilt (rad, rad/s).
     """
@@ -280,14 +280,14 @@ def _reaction(dummy: DummyTruth, foot: FootTilt | None, time, motion: tuple) -> 
     spin_x = m * (leg_y * leg_vz - leg_z * leg_vy) - dummy.foot_mass_kg * foot_z * foot_vy - turning * w
     if foot is not None and foot.compliance_rad_per_Nm > 0.0:
         spin_x += dummy.foot_mass_kg * foot_y * foot_vz - foot.foot_inertia_kgm2 * tilt_rate
-    rate = scipy.interpolate.CubicSpline(time, np.column_stack([momentum_y, momentum_z, spin_x]))(time, 1)
+    rate = scipy.interpolate.CubicSpline(time, np.column_stack([momentum_y, momentum_z, spin_x, w]))(time, 1)
     g = dummy.gravity_m_per_s2
     fy = rate[:, 0]
     fz = rate[:, 1] + (dummy.foot_mass_kg + m) * g
     mx = rate[:, 2] + g * (dummy.foot_mass_kg * foot_y + m * leg_y) + dummy.position_y_m * fz
     my = -dummy.position_x_m * fz
     mz = dummy.position_x_m * fy
-    return np.column_stack([np.zeros_like(fy), fy, fz, mx, my, mz])
+    return np.column_stack([np.zeros_like(fy), fy, fz, mx, my, mz]), rate[:, 3]
 
 
 def dummy_marker_paths(markers: DummyMarkers, dummy: DummyTruth, motion: DummyMotion) -> list[MarkerPath]:

@@ -343,8 +343,7 @@ def _transducer_forces(loaded: Loaded, sample: np.ndarray, rng: np.random.Genera
         truth, load, motion.belt_velocity, motion.belt_acceleration, lag, grid_rate_hz
     )
     wrench[:, 1] += truth.resonance_mass_kg * floor_tremor(truth, n, grid_rate_hz, of_floor)
-    for k, column in enumerate((1, 3)):
-        wrench[:, column] = _through_frame(truth, k, wrench[:, column], grid_rate_hz)
+    wrench[:, [1, 3]] = _through_frame(truth, wrench[:, [1, 3]], grid_rate_hz)
     relaxing = ([truth.mount_relaxation_s, 0.0], [truth.mount_relaxation_s, 1.0])
     taken = truth.mount_share * _filtered(relaxing, wrench[:, 1] - wrench[0, 1], grid_rate_hz)
     wrench[:, 1] -= taken
@@ -357,20 +356,16 @@ def _transducer_forces(loaded: Loaded, sample: np.ndarray, rng: np.random.Genera
     return found
 
 
-def _through_frame(truth: PlateTruth, k: int, load: np.ndarray, rate_hz: float) -> np.ndarray:
-    """Forces of springs and dampers under a load that the empty frame bears at rest at first.
+def _through_frame(truth: PlateTruth, load: np.ndarray, rate_hz: float) -> np.ndarray:
+    """Forces of springs and dampers (N, N·m), shape (n, 2), under F_y and M_x that begin at rest.
 
-        p_i'' + c_i p_i' + k_i p_i = L,    sum_i s_i (c_i p_i' + k_i p_i)
-
-    k: 0 for F_y (N), 1 for M_x (N·m).
+    p_i'' + c_i p_i' + k_i p_i = load,    sum_i s_i (c_i p_i' + k_i p_i)
     """
-    change, felt = load - load[0], np.full_like(load, load[0])
-    for mode in truth.modes:
-        if share := mode.shares[k]:
-            damping, stiffness = mode.damping_per_s, mode.stiffness_per_s2
-            transfer = ([damping, stiffness], [1.0, damping, stiffness])
-            # exact for a load that changes linearly between two points of the grid
-            felt += share * _filtered(transfer, change, rate_hz, "foh")
+    change, felt = load - load[0], np.tile(load[0], (len(load), 1))
+    for shares, damping, stiffness in truth.modes:
+        transfer = ([damping, stiffness], [1.0, damping, stiffness])
+        # exact for a load that changes linearly between two points of the grid
+        felt += _filtered(transfer, change, rate_hz, "foh") * shares
     return felt
 
 
@@ -379,4 +374,4 @@ def _filtered(
 ) -> np.ndarray:
     """Output of a linear system (numerator, denominator in s) that starts at rest."""
     numerator, denominator, _ = scipy.signal.cont2discrete(transfer, 1.0 / rate_hz, method=method)
-    return scipy.signal.lfilter(np.ravel(numerator), denominator, x)
+    return scipy.signal.lfilter(np.ravel(numerator), denominator, x, axis=0)

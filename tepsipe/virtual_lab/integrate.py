@@ -42,7 +42,7 @@ def integrate(
     initial: state at t = 0.
     inputs: input at start, middle and end of every step.
     rate_hz: steps per second.
-    begin_step: called with the number and the state of each step at its start.
+    begin_step: called with number and state at the start of a step; not while the input rests.
 
     Returns:
         time: grid 0, 1/rate, 2/rate, ... (s), up to the end of the last step.
@@ -56,7 +56,8 @@ def integrate(
     grid, states, ends = array("q", [0]), array("d", x), array("d")
     k = retry = 0
     while k < steps:
-        begin_step(k, x)
+        if k < retry or not rests[k]:
+            begin_step(k, x)
         u = begin[k]
         slope = derivative(u, x)
         taken, after = 1, x

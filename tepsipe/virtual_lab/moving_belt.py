@@ -72,7 +72,9 @@ class MovingBelt:
         ``pushed(command, y', q, x, x')`` (m/s, m) gives P (N), the servo's rate, and the acceleration of the
         frame (m/s²) without y''.
         """
-        force, viscous, friction = drive.servo(), drive.viscous_Ns_per_m, self._friction
+        gain = 2.0 * math.pi * drive.bandwidth_hz * drive.belt_mass_kg
+        period, most, least = drive.integral_time_s, drive.force_limit_N, -drive.force_limit_N
+        viscous, friction = drive.viscous_Ns_per_m, self._friction
         by_friction, damping, stiffness = (
             self.moving_kg * a for a in (self._per_kg, self._damping, self._stiffness)
         )
@@ -80,7 +82,12 @@ class MovingBelt:
 
         def pushed(commanded: float, rate: float, q: float, x: float, x_rate: float) -> tuple:
             v = rate - x_rate
-            u, q_rate = force(commanded - v, q)
+            q_rate = commanded - v
+            u = gain * (q_rate + q / period)
+            if u > most:
+                u, q_rate = most, 0.0
+            elif u < least:
+                u, q_rate = least, 0.0
             pull = u - viscous * v
             push = of_pull * pull - by_friction * friction[1] - damping * x_rate - stiffness * x
             return push, q_rate, by_kg * (push - pull)

@@ -6,11 +6,10 @@ A rigid weight taped to the belt, or nothing at all, from Newton's law along the
 
 with v velocity of the belt on its frame and x displacement of the frame
 (`tepsipe.virtual_lab.moving_belt`). The weight moves with the belt: it neither slips nor tips. The reaction
-on the plate is the rate of its linear and angular momentum, differentiated numerically: no free-body
-equation is used here.
+on the plate is the rate of its linear and angular momentum.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -95,25 +94,24 @@ def move_weight(
     commands = stage_commands(command, drive.delay_s, duration_s, rate_hz)
     time, states = integrate(derivative, (0.0,) * 5, commands, rate_hz, begin_step)
     y, v, _, *frame = states.T
-    reaction = np.zeros((time.size, 6)) if weight is None else weight_reaction(weight, time, y, v)
-    return BeltMotion(**motion_of_belt(time, y, v, *frame), reaction=reaction)
+    motion = BeltMotion(**motion_of_belt(time, y, v, *frame), reaction=np.zeros((time.size, 6)))
+    if weight is None:
+        return motion
+    return replace(motion, reaction=weight_reaction(weight, y, motion.acceleration))
 
 
 def weight_reaction(
-    weight: WeightTruth, time: np.ndarray, y: np.ndarray, v: np.ndarray
+    weight: WeightTruth, y: np.ndarray, acceleration: np.ndarray
 ) -> Annotated[np.ndarray, "(n, 6)"]:
     """Wrench on the weight about the plate's origin, from the rates of its momenta.
 
-    time, y, v: instants (s), displacement (m) and velocity (m/s) of the weight.
+    y, acceleration: displacement (m) and acceleration (m/s²) of the weight.
     Returns: fx, Fy, Fz (N), Mx, My, Mz (N·m).
     """
-    momentum_y = weight.mass_kg * v
-    # about x, right-handed (positive turns y towards z)
-    spin_x = -weight.com_height_m * momentum_y
-    rate = scipy.interpolate.CubicSpline(time, np.column_stack([momentum_y, spin_x]))(time, 1)
-    fy = rate[:, 0]
+    fy = weight.mass_kg * acceleration
     fz = np.full_like(fy, weight.mass_kg * weight.gravity_m_per_s2)
-    mx = rate[:, 1] + (weight.position_y_m + y) * fz
+    # about x, right-handed (positive turns y towards z)
+    mx = -weight.com_height_m * fy + (weight.position_y_m + y) * fz
     my = -weight.position_x_m * fz
     mz = weight.position_x_m * fy
     return np.column_stack([np.zeros_like(fy), fy, fz, mx, my, mz])

@@ -452,11 +452,13 @@ def test_long_steps_change_less_than_a_hundredth_of_what_smaller_steps_do(shippe
     truth = shipped_truth["dummy"]
     rig = DummyTruth(**truth["subject"]), Rubber(**truth["rubber"])
     rig += (DriveTruth(**shipped_truth["treadmill"]["drive"]),)
+    below = [(PlateTruth(**shipped_truth["treadmill"]["plate"]), 1.0)]
     command = velocity_command("sine", 0.5, np.array([0.5]), 0.1)
 
     def states(rate):
-        motion = move_dummy(*rig, command, 3.0, rate, FootTilt(**truth["foot_tilt"]))
+        motion = move_dummy(*rig, command, 3.0, rate, FootTilt(**truth["foot_tilt"]), below)
         names = ("belt_position", "belt_velocity", "angle", "angle_rate", "tilt", "tilt_rate")
+        names += ("frame_position", "frame_velocity")
         return np.column_stack([getattr(motion, name) for name in names])
 
     found = states(RATE_HZ)
