@@ -363,15 +363,13 @@ def _through_frame(truth: PlateTruth, load: np.ndarray, rate_hz: float) -> np.nd
     """
     change, felt = load - load[0], np.tile(load[0], (len(load), 1))
     for shares, damping, stiffness in truth.modes:
-        transfer = ([damping, stiffness], [1.0, damping, stiffness])
+        transfer = [damping, stiffness], [1.0, damping, stiffness]
         # exact for a load that changes linearly between two points of the grid
-        felt += _filtered(transfer, change, rate_hz, "foh") * shares
+        numerator, denominator, _ = scipy.signal.cont2discrete(transfer, 1.0 / rate_hz, method="foh")
+        felt += scipy.signal.lfilter(numerator[0], denominator, change, axis=0) * shares
     return felt
 
 
-def _filtered(
-    transfer: tuple[list, list], x: np.ndarray, rate_hz: float, method: str = "bilinear"
-) -> np.ndarray:
-    """Output of a linear system (numerator, denominator in s) that starts at rest."""
-    numerator, denominator, _ = scipy.signal.cont2discrete(transfer, 1.0 / rate_hz, method=method)
-    return scipy.signal.lfilter(np.ravel(numerator), denominator, x, axis=0)
+def _filtered(transfer: tuple[list, list], x: np.ndarray, rate_hz: float) -> np.ndarray:
+    """Output of a linear system (numerator, denominator in s) that starts at rest, by Tustin's rule."""
+    return scipy.signal.lfilter(*scipy.signal.bilinear(*transfer, rate_hz), x)

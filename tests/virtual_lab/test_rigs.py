@@ -448,11 +448,16 @@ def test_integration_is_of_fourth_order():
     assert errors[0] / errors[1] == pytest.approx(16.0, rel=0.1)
 
 
-def test_long_steps_change_less_than_a_hundredth_of_what_smaller_steps_do(shipped_truth, monkeypatch):
+# changes by long steps over those by smaller ones: of belt, leg and foot, and of the frame, which sways by
+# some micrometres and rings longest
+@pytest.mark.parametrize(("on_frame", "most", "of_frame"), [(False, 0.01, 0.0), (True, 0.05, 0.25)])
+def test_long_steps_change_little_of_what_smaller_steps_do(
+    on_frame, most, of_frame, shipped_truth, monkeypatch
+):
     truth = shipped_truth["dummy"]
     rig = DummyTruth(**truth["subject"]), Rubber(**truth["rubber"])
     rig += (DriveTruth(**shipped_truth["treadmill"]["drive"]),)
-    below = [(PlateTruth(**shipped_truth["treadmill"]["plate"]), 1.0)]
+    below = [(PlateTruth(**shipped_truth["treadmill"]["plate"]), 1.0)] if on_frame else []
     command = velocity_command("sine", 0.5, np.array([0.5]), 0.1)
 
     def states(rate):
@@ -465,7 +470,8 @@ def test_long_steps_change_less_than_a_hundredth_of_what_smaller_steps_do(shippe
     monkeypatch.setattr(integration, "DEFECT", 0.0)
     exact, finer = states(RATE_HZ), states(2.0 * RATE_HZ)[::2]
     assert (found != exact).any()
-    assert (np.abs(found - exact).max(axis=0) < 0.01 * np.abs(exact - finer).max(axis=0)).all()
+    shares = np.array([most] * 6 + [of_frame] * 2)
+    assert (np.abs(found - exact).max(axis=0) <= shares * np.abs(exact - finer).max(axis=0)).all()
 
 
 def test_fast_motion_and_a_moving_input_are_integrated_by_short_steps():
