@@ -34,6 +34,7 @@ common_settings = CommonSettings(
 FORKS = sys.platform == "linux"
 PRELOADED = ("snakemake.cli", __name__, "workflow.support.preload")
 FAILED = 1
+USUAL_LIMIT = (100, 1.0)  # Snakemake's jobs per seconds
 SERVER_ENDED = 255  # exit code that multiprocessing gives to a job whose fork server was killed
 LONGEST_END_S = 2.0
 
@@ -55,6 +56,7 @@ class Executor(RealExecutor):
     def run_job(self, job):
         """Start the process of a job, and a thread that waits for it."""
         info = SubmittedJobInfo(job=job)
+        self._without_limit()
         asyncio.run(job.prepare())
         self.report_job_submission(info)
         if job.is_norun:  # the rule of all outputs has no script
@@ -73,6 +75,19 @@ class Executor(RealExecutor):
         thread = threading.Thread(target=self._wait_for, args=(info, process), daemon=True)
         self.at_work[thread] = process
         thread.start()
+
+    def _without_limit(self):
+        """Drop Snakemake's limit to 100 new jobs a second, which no run here reaches.
+
+        With it, Snakemake looks at all waiting jobs again a second after every look, and every job that ends
+        adds one: after 300 jobs it looks 300 times a second, which takes a fifth of a core. A limit that a
+        user has set stays.
+        """
+        scheduler = self.workflow.scheduler
+        limiter = scheduler.job_rate_limiter
+        if limiter is not None and (limiter.max_jobs, limiter.timespan) == USUAL_LIMIT:
+            scheduler.job_rate_limiter = None
+            scheduler.resources["_job_count"] = sys.maxsize  # as where there is no limit
 
     def _wait_for(self, info, process):
         """Wait until a job has ended, record why if it failed, and tell Snakemake."""

@@ -61,6 +61,8 @@ if name == "refused":
     raise InputError("a.mat: expected b, found c: do d")
 if name in signal.__dict__:
     os.kill(os.getpid(), signal.Signals[name])
+if name.startswith("slow"):
+    time.sleep(1.5)
 if name == "waits":
     Path("pid").write_text(str(os.getpid()))
     time.sleep(60)
@@ -94,8 +96,8 @@ def project(tmp_path, root):
     return write
 
 
-def started(folder, executor):
-    command = [sys.executable, "-m", "snakemake", "-c2", "--keep-going", "--executor", executor]
+def started(folder, executor, *options):
+    command = [sys.executable, "-m", "snakemake", "-c2", "--keep-going", "--executor", executor, *options]
     with open(folder / "said.txt", "w") as said:
         # Ctrl-C is not heard by a run whose shell started the tests in the background
         heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
@@ -120,6 +122,15 @@ def job_at_work(folder):
 
 def has_ended(process, within_s=10.0):
     return psutil.wait_procs([process], within_s)[1] == []
+
+
+@pytest.mark.parametrize("limit", [(), ("--max-jobs-per-timespan", "99/1s")])
+def test_snakemake_looks_for_a_job_when_one_has_ended_and_in_between_only_if_told(project, limit):
+    names = [f"slow{k}" for k in range(6)]
+    folder = project(*names)
+    said = ended(started(folder, "tepsipe", "--verbose", *limit), folder)
+    assert all((folder / f"out/{name}.txt").is_file() for name in names)
+    assert (said.count("Ready jobs: ") > len(names) + 1) == bool(limit)
 
 
 @pytest.mark.parametrize("executor", ["tepsipe", "local"])
