@@ -114,7 +114,7 @@ def numbers(path):
 
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="core types of other processors")
 def test_another_kind_of_processor_gives_the_same_numbers(study, own_study):
-    """OpenBLAS sums in another order there: tables are equal to 1e-6, signals and curves to 1e-5 relative."""
+    """OpenBLAS sums in another order: tables are equal to 1e-6, HDF5 files to 1e-4 of their largest value."""
     own = core_type(dict(os.environ))
     others = [name for name in ("Nehalem", "Haswell") if name != own]
     other = dict(os.environ, OPENBLAS_CORETYPE=others[0])
@@ -139,5 +139,5 @@ def test_another_kind_of_processor_gives_the_same_numbers(study, own_study):
                 worst[kind] = max(worst[kind], float(difference / size) if size else float(difference))
     print(f"{own}, {others[0]}: at most {worst} relative")
     assert worst[".csv"] < 1e-6
-    assert worst[".h5"] < 1e-5
+    assert worst[".h5"] < 1e-4  # shares of a budget: docs/architecture.md
     assert worst[".h5"] > 0.0  # another core type was at work
