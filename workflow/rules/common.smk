@@ -150,7 +150,7 @@ def library_of(script, *loaded):
     An edit of one of them re-runs the rule."""
     starts = (f"workflow/scripts/{script}.py", *(path for path in loaded if path.endswith(".py")))
     found = {path for start in starts for path in reached_by(start, str(CHECKOUT))}
-    name = "+".join((script, *(path.removesuffix(".py").replace("/", ".") for path in loaded)))
+    name = "+".join((script, *(".".join(Path(path).parts).removesuffix(".py") for path in loaded)))
     return source_list(name, found.union(loaded) - DECLARATIONS)
 
 
