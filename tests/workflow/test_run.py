@@ -5,9 +5,12 @@ import shutil
 import subprocess
 import sys
 from functools import partial
+from pathlib import Path
 
 import pytest
 from builders import assert_one_sentence
+from snakemake import persistence
+from snakemake.persistence.file import FilePersistence
 from study_builders import ROOT
 
 from snakemake_executor_plugin_tepsipe import Executor
@@ -173,6 +176,22 @@ def test_an_interpreter_that_a_shell_would_not_find_is_refused(executable, monke
     assert_one_sentence(caught.value, executable)
     monkeypatch.setattr(Executor, "in_use", True)
     runs.refuse_interpreter()
+
+
+def test_a_param_is_compared_as_a_table_only_where_pandas_is_loaded(monkeypatch):
+    table = pytest.importorskip("pandas").DataFrame({"a": [1]})
+    kind = persistence.PersistenceBase
+    monkeypatch.setattr(kind, "_serialize_param", kind._serialize_param)
+    as_snakemake = partial(kind._serialize_param_pandas, FilePersistence.__new__(FilePersistence))
+    runs.spare_pandas()
+    records = FilePersistence.__new__(FilePersistence)
+    params = [None, 1, 0.5, "a", ["b"], {"c": 2}, Path("d"), table]
+    found = [records._serialize_param(value) for value in params]
+    assert found == [as_snakemake(value) for value in params]
+    assert isinstance(found[-1], str)  # by its contents
+    monkeypatch.delitem(sys.modules, "pandas")
+    assert [records._serialize_param(value) for value in params[:-1]] == found[:-1]
+    assert "pandas" not in sys.modules
 
 
 def test_run_on_another_computer_is_left_alone(place, started, capsys):

@@ -19,6 +19,7 @@ CONFIGFILES = [
     *(Path(os.path.relpath(path)) for path in workflow.overwrite_configfiles),
 ]
 
+runs.spare_pandas()
 
 try:
     for path in CONFIGFILES:

@@ -4,7 +4,7 @@ import re
 from functools import cache
 from pathlib import Path
 
-import yaml
+from workflow.support.yaml_file import read_settings
 
 OF_PROJECT = Path(__file__).parents[2] / "report" / "captions.yaml"
 
@@ -32,4 +32,4 @@ def group_of(figure: str) -> str | None:
 @cache
 def _groups(path: Path) -> dict[str, dict[str, str]]:
     """Experiment or part -> name of a figure -> its caption; ``tables`` has those of tables."""
-    return yaml.safe_load(path.read_text(encoding="utf-8"))
+    return read_settings(path)
