@@ -1,23 +1,34 @@
 """Snakemake for the tests: forks of one process that has imported it, as the command line would run it.
 
-A start of Python and the imports take half of the time of a dry run. Each call is a fork of its own, in the
-folder of its study, whose code it imports; nothing remains of it in this process.
+A start of Python and the imports take half of the time of a dry run, and as long again where jobs run, whose
+fork server is such a fork, too. Each call is a fork of its own, in the folder of its study, whose code it
+imports; nothing remains of it in this process.
 """
 
 import gc
 import importlib
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
 import traceback
+from functools import partial
+from multiprocessing import util
 from pathlib import Path
 
 # of others: what a study imports of this project belongs to the study's own copy
 PACKAGES = ("snakemake.cli", "snakemake.report.html_reporter", "pydantic", "yaml")
 # what Snakemake imports only when it has read a study
 LATER = ("pandas", "jinja2", "requests", "smart_open")
+# what jobs import, as in workflow/support/preload.py
+OF_JOBS = (
+    *("edfio", "ezc3d", "h5py"),
+    *("matplotlib.figure", "matplotlib.backends.backend_svg", "matplotlib.backends.backend_agg"),
+    *(f"scipy.{name}" for name in ("fft", "interpolate", "io", "linalg", "ndimage", "optimize", "signal")),
+    *("scipy.special", "scipy.stats"),
+)
 
 
 class WarmSnakemake:
@@ -42,7 +53,7 @@ class WarmSnakemake:
 
 def serve():
     """Answer every line of the standard input with an exit status."""
-    for package in (*PACKAGES, *LATER):
+    for package in (*PACKAGES, *LATER, *OF_JOBS):
         importlib.import_module(package)
     gc.freeze()  # a collection in a fork would copy every page that it shares with this process
     for line in sys.stdin:
@@ -53,6 +64,30 @@ def serve():
         print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
 
 
+def fork_server(otherwise, path, arguments, kept):
+    """Start the server of jobs as a fork of this process instead of a new Python; other programs as usual.
+
+    kept: numbers of the files that it takes over.
+    """
+    if "multiprocessing.forkserver" not in arguments[-1]:
+        return otherwise(path, arguments, kept)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    child = os.fork()
+    if child == 0:
+        try:
+            for number in (signal.SIGTERM, signal.SIGHUP):  # which Snakemake handles
+                signal.signal(number, signal.SIG_DFL)
+            nothing = os.open(os.devnull, os.O_RDWR)
+            opened = {int(link.name) for link in Path("/proc/self/fd").iterdir()}
+            for number in opened - {0, 1, 2, nothing, *kept}:
+                os.dup2(nothing, number)  # closed, and its number not given to another file
+            exec(arguments[-1], {})
+        finally:
+            os._exit(0)
+    return child
+
+
 def run(arguments, folder, said):
     """Exit status of Snakemake in a folder; what it says goes to two files."""
     from snakemake.cli import main
@@ -61,6 +96,7 @@ def run(arguments, folder, said):
     os.dup2(nothing, 0)
     for stream, path in zip((1, 2), said, strict=True):
         os.dup2(os.open(path, os.O_WRONLY | os.O_CREAT), stream)
+    util.spawnv_passfds = partial(fork_server, util.spawnv_passfds)
     os.chdir(folder)
     sys.path[0] = folder
     sys.argv = [str(Path(sys.modules["snakemake"].__file__).with_name("__main__.py")), *arguments]

@@ -39,25 +39,24 @@
 # %%
 import json
 import subprocess
+from functools import cache
 
 import pandas as pd
 
 
-def planned(*options, quantity="K"):
-    """Row of a quantity from `tepsipe plan`."""
-    command = ["tepsipe", "plan", "--json", *map(str, options)]
-    found = json.loads(
-        subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    )
-    return next(row for row in found["plan"] if row["quantity"] == quantity)
+@cache
+def plan(noise_m, amplitude, pathway):
+    """Rows of `tepsipe plan` by their quantities."""
+    options = {"marker-noise": noise_m, "amplitude": amplitude, "pathway": pathway}
+    command = ["tepsipe", "plan", "--json", *(f"--{k}={v}" for k, v in options.items())]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    return {row["quantity"]: row for row in json.loads(done.stdout)["plan"]}
 
 
 rows = []
 for noise_m in (1e-5, 2e-4):
     for pathway in ("leg", "joint-likelihood"):
-        row = planned(
-            "--amplitude", 0.1, "--marker-noise", noise_m, "--pathway", pathway
-        )
+        row = plan(noise_m, 0.1, pathway)["K"]
         rows.append(
             {
                 "noise (mm)": 1e3 * noise_m,
@@ -86,22 +85,8 @@ import matplotlib.pyplot as plt
 
 figure, ax = plt.subplots(figsize=(6, 3), layout="constrained")
 amplitudes = [0.1, 0.2, 0.4]
-for label, options in (
-    ("cameras of 0.01 mm", ("1e-5",)),
-    ("cameras of 0.2 mm", ("2e-4",)),
-):
-    widths = [
-        planned(
-            "--marker-noise",
-            *options,
-            "--amplitude",
-            a,
-            "--pathway",
-            "leg",
-            quantity="B",
-        )["half_width_percent"]
-        for a in amplitudes
-    ]
+for label, noise_m in (("cameras of 0.01 mm", 1e-5), ("cameras of 0.2 mm", 2e-4)):
+    widths = [plan(noise_m, a, "leg")["B"]["half_width_percent"] for a in amplitudes]
     ax.semilogy(amplitudes, widths, "o-", label=label)
 ax.set(xlabel="peak velocity of the pulse (m/s)", ylabel="95 % interval of B (± %)")
 ax.legend()
