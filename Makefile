@@ -29,9 +29,8 @@ study: environment
 	@$(BIN)/python -m workflow.run -c$(CORES) $(ENGINE) $(if $(value CONFIG),--configfile $(call quoted,$(value CONFIG)))
 
 # processes share the files of tests, because those of one file may change the same study; files that run a study
-# start first. Bytecode is kept where an environment keeps Python from writing it, too: without it, every process
-# rewrites the assertions of all files before the first test
-PYTEST = PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder
+# start first
+PYTEST = $(BIN)/python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder
 
 test: environment
 	$(PYTEST)

@@ -11,6 +11,10 @@ from pathlib import Path
 # one thread for every process, and for those that it starts: the number is fixed when numpy is imported
 for library in ("OMP", "OPENBLAS", "MKL"):
     os.environ[f"{library}_NUM_THREADS"] = "1"
+# bytecode is kept where an environment keeps Python from writing it, too: without it, every process rewrites
+# the assertions of all files before the first test
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 import numpy as np
 import pytest

@@ -16,7 +16,7 @@ from study_builders import ROOT
 from snakemake_executor_plugin_tepsipe import Executor
 from tepsipe import cli
 from tepsipe.errors import InputError
-from workflow import run
+from workflow import check, run
 from workflow.support import runs
 
 PRETEND = "import sys, time; print('here', flush=True); time.sleep(60)"
@@ -227,19 +227,19 @@ def test_check_names_the_file_and_the_line(place, root, monkeypatch, capfd):
     monkeypatch.chdir(root)
     assert cli.main(["check", str(place / "own.yaml")]) == 2
     assert "own.yaml: expected YAML, found a mistake on line 3" in capfd.readouterr().err
-    assert cli.main(["check", str(place / "far.yaml")]) == 2
+    assert check.main([str(place / "far.yaml")]) == 2
     said = capfd.readouterr().err
     assert said.startswith(f"tepsipe: {place / 'far.yaml'}: expected pathvars.results in the folder")
     assert "set study.outside to true" in said
     (place / "odd.yaml").write_text("pilott: 1\n")
-    assert cli.main(["check", str(place / "good.yaml"), str(place / "odd.yaml")]) == 2
+    assert check.main([str(place / "good.yaml"), str(place / "odd.yaml")]) == 2
     assert f"{place / 'odd.yaml'}: unknown key 'pilott'" in capfd.readouterr().err
-    assert cli.main(["check", str(place / "good.yaml")]) == 0
+    assert check.main([str(place / "good.yaml")]) == 0
     assert "good.yaml: 56 trials (5 of wristalyzer" in capfd.readouterr().out
     rows = (root / "config/trials.tsv").read_text().splitlines(keepends=True)
     (place / "one.tsv").write_text(rows[0] + next(row for row in rows if row.startswith("wristalyzer")))
     (place / "one.yaml").write_text(f"study: {{trial_sheet: {place / 'one.tsv'}}}\n")
-    assert cli.main(["check", str(place / "one.yaml")]) == 0
+    assert check.main([str(place / "one.yaml")]) == 0
     assert "one.yaml: 1 trial (1 of wristalyzer)" in capfd.readouterr().out
 
 
