@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -296,6 +297,7 @@ def test_toy_experiment_has_estimates_figure_page_and_chapter(ran):
     assert "### toy\n\nA spring that is bent.\n" in text and "| `analysis.cut_s` | s |" in text
 
 
+@cache
 def words(project):
     """Text of the report."""
     pages = PdfReader(project / "results/report/thesis.pdf").pages

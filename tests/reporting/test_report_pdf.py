@@ -2,7 +2,9 @@
 
 import json
 import re
+import unicodedata
 from dataclasses import dataclass
+from html import unescape
 
 import numpy as np
 import pytest
@@ -38,8 +40,14 @@ def document(study):
 
 
 @pytest.fixture(scope="module")
-def pages(document):
-    return [_pieces(page) for page in document.pages]
+def read(document):
+    """Text and pieces of every page."""
+    return [_read(page) for page in document.pages]
+
+
+@pytest.fixture(scope="module")
+def pages(read):
+    return [pieces for _, pieces in read]
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +55,7 @@ def words(pages):
     return re.sub(r"\s+", " ", " ".join(piece.text for page in pages for piece in page))
 
 
-def _pieces(page):
+def _read(page):
     found = []
 
     def visit(text, matrix, text_matrix, font, size):
@@ -56,8 +64,7 @@ def _pieces(page):
             scale = abs(matrix[3] * text_matrix[3])
             found.append(Piece(text, name, matrix[5] + matrix[3] * text_matrix[5], scale * size))
 
-    page.extract_text(visitor_text=visit)
-    return found
+    return page.extract_text(visitor_text=visit), found
 
 
 def _tagged(element, kind):
@@ -172,3 +179,21 @@ def test_the_document_names_itself_and_can_be_archived(document, study):
     figures = list(_tagged(document.trailer["/Root"]["/StructTreeRoot"], "/Figure"))
     assert len(figures) > 40
     assert all(len(figure["/Alt"]) > 20 for figure in figures)
+
+
+def test_report_page_has_the_numbers_of_the_pdf(study, read):
+    def numbers(words):
+        words = unicodedata.normalize("NFKC", words).replace("\u2060", "").replace("\u2212", "-")
+        return set(re.findall(r"(?<![\w.])\d+\.\d{2,}", words))
+
+    html = re.sub(
+        r"(?s)<details class=.origin.*?</details>|<div class=.printed-cells.*?</dl>"
+        r"|<script.*?</script>|<style.*?</style>",
+        "",
+        (study / "results/report/index.html").read_text(encoding="utf-8"),
+    )
+    shown = numbers(unescape(re.sub(r"<[^>]+>", " ", html.partition('<h2 id="trials"')[0])))
+    printed = numbers(" ".join(text for text, _ in read))
+    assert len(shown) > 500
+    assert shown - printed == set()
+    assert len(printed - shown) < 0.01 * len(printed)
