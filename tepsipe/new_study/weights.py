@@ -63,23 +63,24 @@ def without_calibration(groups: list[Group], seen: dict[str, Seen]) -> dict[str,
 
 
 def _on_another_belt(groups: list[Group], seen: dict[str, Seen]) -> str:
-    """Why the weights do not calibrate the belt of a person or dummy; empty if they do."""
-    members = {"weight": [], "dummy": [], "standing": []}
+    """Why the weights calibrate no belt that carries a person or dummy; empty if they do.
+
+    Of several belts, `tepsipe check` states what one lacks.
+    """
+    belts = belts_of(groups, seen)
+    used: dict[str, dict[str, str]] = {"weight": {}, "dummy": {}, "standing": {}}
     for group in groups:
-        if group.experiment in members and group.first.kind == "whole trial":
-            members[group.experiment].append(group.first.name)
-    belts = belts_of({name: seen[name] for names in members.values() for name in names})
-    calibrated = {belts.get(name) for name in members["weight"]} - {None}
-    for experiment in ("dummy", "standing"):
-        for name in members[experiment] if calibrated else ():
-            own = {"both": {"left", "right"}}.get(belts.get(name), {belts.get(name)} - {None})
-            if own - calibrated:
-                return (
-                    "models of the treadmill are those of one belt, the weight was on the "
-                    f"{' and '.join(sorted(calibrated))} belt, and {name} is on the "
-                    f"{(own - calibrated).pop()} one: record weight and empty belt there, too"
-                )
-    return ""
+        if group.experiment in used and group.first.name in belts:
+            used[group.experiment][group.first.name] = belts[group.first.name]
+    calibrated = set(used["weight"].values())
+    carrying = used["dummy"] | used["standing"]
+    if not calibrated or not carrying or calibrated & set(carrying.values()) or "both" in carrying.values():
+        return ""
+    name, belt = next(iter(carrying.items()))
+    return (
+        f"models of the treadmill are those of one belt, the weight was on the {calibrated.pop()} belt, and "
+        f"{name} is on the {belt} one: record weight and empty belt there, too"
+    )
 
 
 def name_conditions(groups: list[Group], seen: dict[str, Seen]) -> None:
