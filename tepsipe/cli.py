@@ -134,6 +134,7 @@ PLAN_OPTIONS = (
     ("pathway", str, "NAME", "estimator: joint-likelihood (default), joint-likelihood-linear, leg or foot"),
     ("marker-noise", float, "m", "noise of a marker in each direction; default 6.5e-06"),
     ("camera-rate", float, "Hz", "rate of the cameras; default 250"),
+    ("frame", float, "Hz", "fore-aft resonance of the empty treadmill under a standing person; default 52"),
     ("needed", str, "TABLE", "tables/needed.csv of a walking study, for --experiment walking"),
 )
 
