@@ -385,7 +385,8 @@ def _plan_segment(plan: Plan, key: str, labels: list[str], joint: str | None, tr
         Missing(
             key,
             f"place of each marker (m): anterior_offset_m from {axis}, longitudinal_offset_m along it",
-            "with a ruler, or on a photograph from the side; take out markers that are not on it",
+            "with a ruler, or on a photograph from the side; heights of markers on heel and toe to 1 mm; "
+            "take out markers that are not on it",
         )
     )
 

@@ -121,12 +121,16 @@ def plan_weights(plan: Plan, groups: list[Group], seen: dict[str, Seen]) -> None
         "weigh it",
         f"the plate shows {kg:.1f} kg: {names}",
     )
-    plan.ask("weight.weight.com_height_m", "height of its centre of mass above the belt (m)", "measure it")
+    plan.ask(
+        "weight.weight.com_height_m",
+        "height of its centre of mass above the belt (m)",
+        "measure it to 1 mm, which is 4 % of K of a standing person",
+    )
     plan.assume(
         "weight.weight.com_forward_of_markers_m",
         None,
         "the place of the plate's origin is then not checked, which can be most of the uncertainty of K",
-        "distance of its centre of mass forward of the mean of its markers (m), by a ruler",
+        "distance of its centre of mass forward of the mean of its markers (m), to 1 mm",
     )
     if further:
         keys = {"mass_kg": PLACEHOLDER, "com_height_m": PLACEHOLDER, "com_forward_of_markers_m": None}
