@@ -134,6 +134,7 @@ PLAN_OPTIONS = (
     ("pathway", str, "NAME", "estimator: joint-likelihood (default), joint-likelihood-linear, leg or foot"),
     ("marker-noise", float, "m", "noise of a marker in each direction; default 6.5e-06"),
     ("camera-rate", float, "Hz", "rate of the cameras; default 250"),
+    ("frame", float, "Hz", "fore-aft resonance of the empty treadmill under a standing person; default 52"),
     ("needed", str, "TABLE", "tables/needed.csv of a walking study, for --experiment walking"),
 )
 
@@ -344,7 +345,8 @@ def _add_check(commands: argparse._SubParsersAction) -> None:
         description="Check configuration files and the trial sheet that they name, without running anything "
         "from them. Repeated and unknown keys, values, names and folders that cannot be used are reported "
         "with file and line. Then every recording is read as the study will read it: columns, rates, "
-        "markers, plates, perturbations, masses. Run it in the folder of the study.",
+        'markers, plates, perturbations, masses. Lines with "to be recorded" list what K of a standing '
+        "person still needs. Run it in the folder of the study.",
     )
     check.add_argument(
         "files", nargs="*", metavar="CONFIG", help="configuration files, as for snakemake --configfile"

@@ -63,17 +63,19 @@ def _trial(make, truth, path, name, *protocol, emg=(), **options):
         return single_c3d(files, path, [f"EMG {muscle}" for muscle in emg], duration_s=length)
 
 
-def weights(folder, truth, heavy=False):
-    """Trials of a weight and the empty belt, and of a heavy weight."""
+def weights(folder, truth, heavy=False, belts=("right",)):
+    """Trials of a weight and the empty belt, and of a heavy weight, on one belt or on each of two."""
     kinds = {"weight20kg" if heavy else "weight": "weight", "empty": None}
     kinds |= {"weight60kg": "heavy_weight"} if heavy else {}
     for name, section in kinds.items():
         own = {key: value for key, value in truth.items() if key not in ("weight", "heavy_weight")}
         if section is not None:
             own["weight"] = truth[section]
-        for number, profile in (("01", "sine"), ("02", "minjerk")):
-            protocol = Protocol(profile, 0.4, 2.0, 22.0)
-            _trial(make_weight_trial, own, folder / f"{name}_{number}.c3d", f"{name}-{number}", protocol)
+        for belt in belts:
+            on = f"_{belt}" if len(belts) > 1 else ""
+            for number, profile in (("01", "sine"), ("02", "minjerk")):
+                path, protocol = folder / f"{name}{on}_{number}.c3d", Protocol(profile, 0.4, 2.0, 22.0)
+                _trial(make_weight_trial, own, path, f"{name}-{number}", protocol, belt=belt)
     usual = {"mass_kg": 20.0, "com_height_m": 0.1, "com_forward_of_markers_m": None}
     answers = {"weight": {"ingest": {"marker_sampling_hz": None}, "weight": usual}}
     if heavy:
@@ -135,8 +137,9 @@ def _relabel(path):
 
 
 def split_belt_at_100_hz(folder, truth):
-    """A foot on each of two belts, cameras of 100 Hz."""
-    return person(folder, laboratory(truth, 100.0), "both"), {}
+    """A foot on each of two belts, a weight and the empty belt on both, cameras of 100 Hz."""
+    truth = laboratory(truth, 100.0)
+    return weights(folder, truth, belts=("left", "right")) | person(folder, truth, "both"), {}
 
 
 def two_weights(folder, truth):

@@ -17,6 +17,7 @@ from workflow.support.checked_study import (
     with_its_file,
 )
 from workflow.support.recordings import refused_recordings
+from workflow.support.to_record import Read, to_record
 
 # usual ranges of settings; beyond them, the user is asked
 # radius of gyration of the leg about its centre of mass, per distance of that centre from the ankle
@@ -40,13 +41,16 @@ def main(files: list[str]) -> int:
     except InputError as error:
         print(f"tepsipe: {with_its_file(error, config, configfiles)}", file=sys.stderr)
         return 2
-    refused = refused_recordings(study)
+    read = Read()
+    refused = refused_recordings(study, read)
     for sentence in refused:
         print(f"tepsipe: {sentence}", file=sys.stderr)
     if refused:
         return 2
     for question in odd_settings(study):
         print(f"to be confirmed: {question}")
+    for wanted in to_record(study, read):
+        print(f"to be recorded: {wanted}")
     counts = ", ".join(f"{len(study.conditions(name))} of {name}" for name in study.experiments)
     trials = "1 trial" if len(study.trials) == 1 else f"{len(study.trials)} trials"
     print(f"{files[-1] if files else shipped()}: {trials} ({counts})")

@@ -55,6 +55,9 @@ FLAGS = {
     "Do not quote its parameters",
     "edge-of-search": "an onset or delay lies at an end of its search range, or the data prefer one beyond "
     "it. Widen the range",
+    "stretch-threshold": "the latency may be more than 5 ms shorter: responses begin later after smaller "
+    "pulses, or the pulses cannot tell whether the reflex needs a fast stretch. Record pulses of several "
+    "amplitudes",
     "slow-reflex": "the fitted muscle is slower than 1.9 Hz, so the response is more than a reflex. Do not "
     "quote its gain",
     "mass-differs": "the mass estimated from the fore-aft force differs from the trial sheet. Check the "

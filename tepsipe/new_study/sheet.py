@@ -9,7 +9,7 @@ from tepsipe.new_study.measures import pulses_of
 from tepsipe.new_study.pairing import Group, after_trigger
 from tepsipe.new_study.plan import PLACEHOLDER, Missing
 from tepsipe.new_study.table_plan import load_role, named_in_rows
-from tepsipe.new_study.treadmill_plan import belts_of
+from tepsipe.new_study.treadmill_plan import BELTS, ON_PLATES, belts_of
 from tepsipe.new_study.treadmill_trials import BeltChannel, Seen, usual_belt
 from tepsipe.new_study.weights import weights_of
 
@@ -40,8 +40,8 @@ def rows_of(
     """
     weights = weights_of(groups, seen)
     further = {g.first.name for _, own in weights[1:] for g in own}
-    roles = _roles(groups, weights)
-    belts = belts_of({name: s for name, s in seen.items() if name in _on_plates(groups)})
+    belts = belts_of(groups, seen)
+    roles = _roles(groups, weights, belts)
     named = named_in_rows(groups)
     usual = usual_belt(s for name, s in seen.items() if name in _on_plates(groups))
     _name_unlike_tasks(groups, people)
@@ -76,8 +76,8 @@ def rows_of(
             row["load_column"] = names[load_role(names)]
         if group.first.name in _on_plates(groups) and "record" not in group.partners:
             row["velocity_column"] = _own_channel(seen[group.first.name], usual)
-        if belts and group.first.name in _on_plates(groups):
-            row["belt"] = belts.get(group.first.name) or _named_belt(group)
+        if belts and group.experiment in ON_PLATES:
+            row["belt"] = belts.get(group.first.name, PLACEHOLDER)
         if group.first.name in further:
             row["mass_kg"] = PLACEHOLDER
         for kind in _needed(group):
@@ -94,19 +94,12 @@ def rows_of(
 
 def _on_plates(groups: list[Group]) -> set[str]:
     """First files of trials of one file whose experiment is on the belts of a treadmill."""
-    on_plates = ("dummy", "weight", "empty", "standing")
-    return {g.first.name for g in groups if g.experiment in on_plates and g.first.kind == "whole trial"}
+    return {g.first.name for g in groups if g.experiment in ON_PLATES and g.first.kind == "whole trial"}
 
 
 def _own_channel(seen: Seen, usual: BeltChannel | None) -> str:
     """Channel of the belt's velocity in a trial, if it is another one than usual."""
     return EMPTY if seen.belt is None or usual is None or seen.belt.name == usual.name else seen.belt.name
-
-
-def _named_belt(group: Group) -> str:
-    """Belt of a trial by its name, for a belt that carries nothing."""
-    words = re.split(r"[^a-z]+", group.first.name.lower())
-    return next((word for word in reversed(words) if word in ("left", "right")), PLACEHOLDER)
 
 
 def _name_unlike_tasks(groups: list[Group], people: dict[str, str]) -> None:
@@ -159,23 +152,37 @@ def _task(group: Group) -> str:
     return next((word for word in reversed(words) if word in TASKS), PLACEHOLDER)
 
 
-def _roles(groups: list[Group], weights: list[tuple[float, list[Group]]]) -> dict[str, str]:
-    """First file of each trial of weight, empty or belt -> its role; each weight has trials of both roles."""
+def _roles(
+    groups: list[Group], weights: list[tuple[float, list[Group]]], belts: dict[str, str]
+) -> dict[str, str]:
+    """First file of each trial of weight, empty or belt -> its role.
+
+    Each weight has trials of both roles, and so has the empty belt, on every belt of the treadmill.
+
+    belts: first file -> belt of the treadmill.
+    """
     roles = {}
     others = [[g for g in groups if g.experiment == experiment] for experiment in ("empty", "belt")]
-    for members in (*(own for _, own in weights), *others):
-        members = [g for g in groups if g in members]
-        kinds = [re.split(r"[-_\d]", g.condition.lower())[0] for g in members]
-        for k, group in enumerate(members):
-            if "val" in kinds[k] or "test" in kinds[k]:
-                role = "validate"
-            elif len(set(kinds)) > 1:  # another motion of the belt validates
-                role = "calibrate" if kinds[k] == kinds[0] else "validate"
-            else:
-                role = "validate" if k == len(members) - 1 and k else "calibrate"
-            roles[group.first.name] = role
-            group.notes.append(f"role {role} by the order of the names")
+    for alike in (*(own for _, own in weights), *others):
+        for belt in dict.fromkeys(belts.get(g.first.name) for g in alike):
+            members = [g for g in groups if g in alike and belts.get(g.first.name) == belt]
+            kinds = [_motion(g.condition) for g in members]
+            for k, group in enumerate(members):
+                if "val" in kinds[k] or "test" in kinds[k]:
+                    role = "validate"
+                elif len(set(kinds)) > 1:  # another motion of the belt validates
+                    role = "calibrate" if kinds[k] == kinds[0] else "validate"
+                else:
+                    role = "validate" if k == len(members) - 1 and k else "calibrate"
+                roles[group.first.name] = role
+                group.notes.append(f"role {role} by the order of the names")
     return roles
+
+
+def _motion(condition: str) -> str:
+    """First word of a condition that is not the belt's."""
+    words = [word for word in re.split(r"[-_\d]", condition.lower()) if word not in BELTS]
+    return words[0] if words else ""
 
 
 def sheet_text(rows: list[dict[str, str]], groups: list[Group]) -> str:

@@ -38,6 +38,8 @@ LOW = "low markers that move together"
 TOES, HEELS = r"toe|fm\d|mt\d", r"hee|fcc|calc"
 CARRIED_N = 50.0  # load of a belt that carries something
 BOTH = 0.2  # load of the other belt, as a share, from which a foot stands on it
+BELTS = ("left", "right")
+ON_PLATES = ("dummy", "weight", "empty", "standing")
 ALONG = 0.8  # least component of a foot along an axis of the file that it shows
 
 
@@ -71,7 +73,7 @@ def plan_treadmill(plan: Plan, trials: list[tuple[Group, Seen]]) -> None:
         _plan_recording(plan, whole)
         _plan_other_markers(plan, whole)
     else:
-        loads = {b: max(abs(s.loads_N.get(b, 0.0)) for s in every) for b in ("left", "right")}
+        loads = {b: max(abs(s.loads_N.get(b, 0.0)) for s in every) for b in BELTS}
         belt = max(loads, key=loads.get)
         if loads[belt] > LOAD_N:
             plan.put("plate_treadmill.belt", belt, f"it carries up to {loads[belt]:.0f} N, by the logs")
@@ -383,7 +385,8 @@ def _plan_segment(plan: Plan, key: str, labels: list[str], joint: str | None, tr
         Missing(
             key,
             f"place of each marker (m): anterior_offset_m from {axis}, longitudinal_offset_m along it",
-            "with a ruler, or on a photograph from the side; take out markers that are not on it",
+            "with a ruler, or on a photograph from the side; heights of markers on heel and toe to 1 mm; "
+            "take out markers that are not on it",
         )
     )
 
@@ -509,24 +512,48 @@ def plates_of_belts(trials: Sequence[Seen], forward: str) -> list[str]:
     return chosen
 
 
-def belts_of(trials: dict[str, Seen]) -> dict[str, str]:
-    """Name of a trial -> the belt that carries it: left, right or both; empty if it is the same for all.
+def belts_of(groups: Sequence[Group], seen: dict[str, Seen]) -> dict[str, str]:
+    """Name of a trial's first file -> its belt: left, right or both; empty if it is the same for all.
 
-    trials: name -> trial of one file.
+    Loads show the belt, and names that of an empty one. A trial without its belt carries nothing, and neither
+    its name nor its channel of the velocity tells which belt moves.
+
+    seen: name of the first file -> what it shows (SI units).
     """
-    if not trials:
+    belts, empty = {}, {}
+    for kind in ("whole trial", "treadmill log"):
+        own = [g for g in groups if g.experiment in ON_PLATES and g.first.kind == kind]
+        belts |= _loaded_belts({g.first.name: seen[g.first.name] for g in own})
+        empty |= {g.first.name: seen[g.first.name].belt for g in own if g.first.name not in belts}
+    named = {name: _belt_named(name) for name in empty}
+    carrying = set(belts.values())
+    if len(carrying) < 2 and "both" not in carrying and not set(BELTS) <= set(named.values()):
         return {}
+    for name, channel in empty.items():
+        belt = named[name] or (None if channel is None else _belt_named(channel.name))
+        belts |= {} if belt is None else {name: belt}
+    return belts
+
+
+def _loaded_belts(trials: dict[str, Seen]) -> dict[str, str]:
+    """Name of a trial -> the belt that carries it: left, right or both."""
     every = list(trials.values())
-    plates = plates_of_belts(every, forward_of(every)[0])
-    if len(plates) < 2:
-        return {}
+    plates: Sequence[str] = BELTS  # of logs, whose loads are those of the belts
+    if not all(set(seen.loads_N) <= set(BELTS) for seen in every):
+        plates = plates_of_belts(every, forward_of(every)[0])
     belts = {}
-    for name, seen in trials.items():
+    for name, seen in trials.items() if len(plates) == 2 else ():
         loads = np.abs([seen.loads_N.get(number, 0.0) for number in plates])
         if loads.max() > CARRIED_N:
             both = loads.min() > BOTH * loads.max()
-            belts[name] = "both" if both else ("left", "right")[int(np.argmax(loads))]
-    return belts if len(set(belts.values())) > 1 or "both" in belts.values() else {}
+            belts[name] = "both" if both else BELTS[int(np.argmax(loads))]
+    return belts
+
+
+def _belt_named(name: str) -> str | None:
+    """Belt named by a file and its folders, or by a channel; None if none is."""
+    words = re.split(r"[^a-z]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower())
+    return next((word for word in reversed(words) if word in BELTS), None)
 
 
 def across(seen: Seen, number: str, forward: str) -> float | None:

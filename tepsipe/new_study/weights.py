@@ -63,23 +63,24 @@ def without_calibration(groups: list[Group], seen: dict[str, Seen]) -> dict[str,
 
 
 def _on_another_belt(groups: list[Group], seen: dict[str, Seen]) -> str:
-    """Why the weights do not calibrate the belt of a person or dummy; empty if they do."""
-    members = {"weight": [], "dummy": [], "standing": []}
+    """Why the weights calibrate no belt that carries a person or dummy; empty if they do.
+
+    Of several belts, `tepsipe check` states what one lacks.
+    """
+    belts = belts_of(groups, seen)
+    used: dict[str, dict[str, str]] = {"weight": {}, "dummy": {}, "standing": {}}
     for group in groups:
-        if group.experiment in members and group.first.kind == "whole trial":
-            members[group.experiment].append(group.first.name)
-    belts = belts_of({name: seen[name] for names in members.values() for name in names})
-    calibrated = {belts.get(name) for name in members["weight"]} - {None}
-    for experiment in ("dummy", "standing"):
-        for name in members[experiment] if calibrated else ():
-            own = {"both": {"left", "right"}}.get(belts.get(name), {belts.get(name)} - {None})
-            if own - calibrated:
-                return (
-                    "models of the treadmill are those of one belt, the weight was on the "
-                    f"{' and '.join(sorted(calibrated))} belt, and {name} is on the "
-                    f"{(own - calibrated).pop()} one: record weight and empty belt there, too"
-                )
-    return ""
+        if group.experiment in used and group.first.name in belts:
+            used[group.experiment][group.first.name] = belts[group.first.name]
+    calibrated = set(used["weight"].values())
+    carrying = used["dummy"] | used["standing"]
+    if not calibrated or not carrying or calibrated & set(carrying.values()) or "both" in carrying.values():
+        return ""
+    name, belt = next(iter(carrying.items()))
+    return (
+        f"models of the treadmill are those of one belt, the weight was on the {calibrated.pop()} belt, and "
+        f"{name} is on the {belt} one: record weight and empty belt there, too"
+    )
 
 
 def name_conditions(groups: list[Group], seen: dict[str, Seen]) -> None:
@@ -120,12 +121,16 @@ def plan_weights(plan: Plan, groups: list[Group], seen: dict[str, Seen]) -> None
         "weigh it",
         f"the plate shows {kg:.1f} kg: {names}",
     )
-    plan.ask("weight.weight.com_height_m", "height of its centre of mass above the belt (m)", "measure it")
+    plan.ask(
+        "weight.weight.com_height_m",
+        "height of its centre of mass above the belt (m)",
+        "measure it to 1 mm, which is 4 % of K of a standing person",
+    )
     plan.assume(
         "weight.weight.com_forward_of_markers_m",
         None,
         "the place of the plate's origin is then not checked, which can be most of the uncertainty of K",
-        "distance of its centre of mass forward of the mean of its markers (m), by a ruler",
+        "distance of its centre of mass forward of the mean of its markers (m), to 1 mm",
     )
     if further:
         keys = {"mass_kg": PLACEHOLDER, "com_height_m": PLACEHOLDER, "com_forward_of_markers_m": None}

@@ -76,6 +76,7 @@ OPTIONS = {
         "duration": "duration_s",
         "marker_noise": "marker_noise_m",
         "camera_rate": "camera_rate_hz",
+        "frame": "frame_hz",
     },
     "walking": {"number": "number", "needed": "needed"},
 }
@@ -275,7 +276,10 @@ def standing_summary(plan: StandingPlan) -> str:
         numbers = (row[key] for key in ("value", "predicted_u", "u_type_b", "u_combined"))
         cells = " ".join(f"{x:9.4g}" for x in numbers)
         lines.append(f"{row['quantity']:2} ({row['unit']}) {cells}  +-{row['half_width_percent']:.1f} %")
-    lines.append(f"\n{plan.design.number} responses of both ankles, free-reflex-gls; I of the feet is known")
+    lines.append(
+        f"\n{plan.design.number} responses of both ankles on a frame of {plan.design.frame_hz:g} Hz, "
+        "free-reflex-gls; I of the feet is known"
+    )
     for percent in (5, 10, 20):
         needed = rows[1][f"n_for_{percent}_percent"]
         text = "no number, Type B alone exceeds it" if needed is None else str(needed)

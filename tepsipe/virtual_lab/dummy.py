@@ -185,7 +185,7 @@ def move_dummy(
     belt = MovingBelt(drive, load, rate_hz, below)
     commands = stage_commands(command, drive.delay_s, duration_s, rate_hz)
     time, states, resisting = _integrated(dummy, rubber, belt, commands, rate_hz, foot)
-    y, v, _, th, w, tilt, tilt_rate, *frame = states.T
+    y, v, _, th, w, tilt, tilt_rate, *frame = states.T[:9]
     reaction, w_rate = _reaction(dummy, foot, time, (y, v, th, w, tilt, tilt_rate))
     return DummyMotion(
         **motion_of_belt(time, y, v, *frame),
@@ -237,8 +237,8 @@ def _integrated(
     if tilting:
         derivative = tilting_derivative(dummy, moment, belt, foot, neutral, gravity_moment)
         start = (*start, 0.0, 0.0)
-    start, frame_rate = (*start, 0.0, 0.0), len(start) + 1
-    slack = 0.0
+    frame_rate, slack = len(start) + 1, 0.0
+    derivative, start = belt.with_pitch(derivative, (*start, 0.0, 0.0))
 
     def begin_step(k: int, state: tuple[float, ...]) -> None:
         belt.begin_step(k, state[1] - state[frame_rate])

@@ -31,12 +31,14 @@ The transducers do not measure the reaction on the load alone. In the order of t
    and another of Mx, has a mass on a spring and a damper, and the transducers show the forces of both. The
    load stands on belt plus frame (`tepsipe.virtual_lab.moving_belt`), so its force holds its own inertia in
    that motion, and passes through the empty frame. A weight thus lowers the resonance, a body on springy
-   legs hardly does.
+   legs hardly does. The second mode, a pitch of the frame, moves the load only if it has a mass.
 4. Mounts. Rubber seals bridge the gap between the deck and the floor around it, at the height of the
    belt. They are stiff under a quick force and pass a share s of it to the floor; within T_m the rubber
    relaxes (a Maxwell element), so a static calibration does not detect it:
 
        F_transducer = F - s (T_m d/dt) / (1 + T_m d/dt) F
+
+5. Amplifier. Forces and moments are logged a time after the belt velocity of the same instant.
 
 Bristles bend before they slide (Dahl's model; LuGre without Stribeck effect). A displacement x of the belt
 over deck and bearings first bends bristles, which slide once they are bent by d:
@@ -58,6 +60,7 @@ import scipy
 from annotated_types import Ge, Gt, Le, Len, Lt
 
 from tepsipe.quantities import (
+    Delay,
     Fraction,
     Frequency,
     Height,
@@ -186,6 +189,10 @@ class PlateTruth:
     """Their relaxation time."""
     rate_hz: Rate
     """Rate of the log."""
+    second_mass_kg: Annotated[float, Ge(0), Le(10000)] = 0.0
+    """Moving mass of the second mode at the belt's surface (0: it moves no load)."""
+    force_delay_s: Delay = 0.0
+    """Time by which the logged forces and moments are later than the logged belt velocity."""
 
     @property
     def modes(self) -> tuple[Mode, Mode]:
@@ -349,7 +356,11 @@ def _transducer_forces(loaded: Loaded, sample: np.ndarray, rng: np.random.Genera
     wrench[:, 1] -= taken
     wrench[:, 3] += truth.origin_height_m * wrench[:, 1] - truth.origin_forward_m * wrench[:, 2]
     wrench[:, 3] *= truth.moment_scale
-    found = wrench[sample] @ np.linalg.pinv(lines_of_action(truth)).T
+    logged = wrench[sample]
+    if truth.force_delay_s:
+        instants = np.maximum(motion.time[sample] - truth.force_delay_s, motion.time[0])
+        logged = scipy.interpolate.CubicSpline(motion.time, wrench)(instants)
+    found = logged @ np.linalg.pinv(lines_of_action(truth)).T
     vertical = found[:, :4].sum(axis=1)
     found[:, 6] = truth.force_scale[0] * found[:, 6] + truth.vertical_leak * vertical
     found[:, :4] *= truth.force_scale[1] * np.asarray(truth.transducer_gain)

@@ -234,11 +234,11 @@ def move_person(
     person = subject.person
     belt = MovingBelt(drive, person.mass_kg * person.gravity_m_per_s2, rate_hz, below)
     body = _body(person, belt.moving_kg)
-    derivative = _derivative(person, subject.task, belt, body)
+    start = (0.0, 0.0, 0.0, *person.stance_rad, *(0.0,) * 8)
+    derivative, x = belt.with_pitch(_derivative(person, subject.task, belt, body), start)
     commands = stage_commands(command, drive.delay_s, duration_s, rate_hz)
     steps = len(commands)
     nerves = Nerves(subject, body.levers, steps, rate_hz, rng)
-    x = (0.0, 0.0, 0.0, *person.stance_rad, *(0.0,) * 8)
     step, h = stepper(len(x)), 1.0 / rate_hz
     states, drives = np.empty((steps + 1, len(x))), np.empty((steps + 1, len(MUSCLES)))
     torques = np.zeros((steps + 1, 3))

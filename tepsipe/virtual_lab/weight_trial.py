@@ -92,9 +92,9 @@ def move_weight(
         belt.begin_step(k, state[1] - state[4])
 
     commands = stage_commands(command, drive.delay_s, duration_s, rate_hz)
-    time, states = integrate(derivative, (0.0,) * 5, commands, rate_hz, begin_step)
-    y, v, _, *frame = states.T
-    motion = BeltMotion(**motion_of_belt(time, y, v, *frame), reaction=np.zeros((time.size, 6)))
+    time, states = integrate(*belt.with_pitch(derivative, (0.0,) * 5), commands, rate_hz, begin_step)
+    y, v, _, x, x_rate = states.T[:5]
+    motion = BeltMotion(**motion_of_belt(time, y, v, x, x_rate), reaction=np.zeros((time.size, 6)))
     if weight is None:
         return motion
     return replace(motion, reaction=weight_reaction(weight, y, motion.acceleration))

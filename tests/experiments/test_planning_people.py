@@ -17,6 +17,7 @@ from tepsipe.experiments.planning.standing_plan import (
     StandingDesign,
     baseline_samples,
     epoch_time,
+    frame_effect,
     plan_standing,
     stationary_covariance,
 )
@@ -124,10 +125,34 @@ def test_number_is_the_smallest_that_is_enough():
         StandingDesign(sway_s=0.0)
 
 
+def test_half_width_grows_as_the_frame_softens():
+    stiff, shipped, soft = (
+        plan_standing(StandingDesign(frame_hz=hz)).rows()[1] for hz in (2000.0, 52.0, 30.0)
+    )
+    others = np.hypot(stiff["predicted_u"], 0.072 * 400.0)
+    assert stiff["u_combined"] == pytest.approx(others, rel=0.001)
+    assert stiff["half_width_percent"] < shipped["half_width_percent"] < soft["half_width_percent"]
+    # without a model of the treadmill the frame alone is worth more than everything else
+    bare = plan_standing(StandingDesign(frame_hz=30.0, frame_left=1.0, type_b=0.0))
+    assert bare.type_b[2] > 0.072 * 400.0
+    assert bare.type_a[2] == pytest.approx(stiff["predicted_u"])
+
+
+def test_slow_torque_passes_the_frame_as_its_acceleration_over_the_squared_frequency():
+    time = np.arange(2000) / 1000.0
+    slowly, w = 2.0 * np.pi * 2.0, 2.0 * np.pi * 50.0
+    torque = 1.0 - np.cos(slowly * time)
+    slow = frame_effect(torque, 50.0, 0.1)[500:]
+    assert slow == pytest.approx(-((slowly / w) ** 2) * np.cos(slowly * time[500:]), abs=5e-5)
+
+
 def test_commands_for_people(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["plan", "--experiment", "standing", "--number", "20"]) in (0, None)
     assert "20 responses of both ankles" in capsys.readouterr().out
+    assert main(["plan", "--experiment", "standing", "--frame", "25"]) in (0, None)
+    said = capsys.readouterr().out
+    assert float(said.split("+-")[2].split()[0]) > 20.0 and "frame of 25 Hz" in said
     assert (tmp_path / "plan.csv").read_text().splitlines()[1].startswith("standing-sine,B,")
     counts = {20.0: 180.0, 40.0: 24.0, 60.0: 13.0, 80.0: 10.0}
     rows = [

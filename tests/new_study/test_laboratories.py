@@ -4,7 +4,7 @@ import ezc3d
 import numpy as np
 import pytest
 from c3d_builders import plate_channels, plate_of, write_c3d
-from laboratory_folders import Y_UP, mark
+from laboratory_folders import Y_UP, laboratory, mark
 
 from tepsipe.errors import InputError
 from tepsipe.io.formats import contents_of
@@ -12,6 +12,8 @@ from tepsipe.io.readers.c3d import read_c3d_recording
 from tepsipe.io.readers.recording import Markers, select_markers
 from tepsipe.new_study.study import new_study
 from tepsipe.new_study.treadmill_trials import contacts_of, leg_of, loaded_mean, muscles_of, side_of
+from tepsipe.virtual_lab.treadmill_trial import Protocol
+from tepsipe.virtual_lab.weight_trial import make_weight_trial
 from workflow.support.yaml_file import read_settings
 
 RATE_HZ, SECONDS = 100.0, 20.0
@@ -31,6 +33,7 @@ def person(
     facing=1.0,
     belts=("right",),
     subject="",
+    on=("right",),
 ):
     """A C3D of a person on the right belt, as plug-in-gait labels markers; ``axes`` are those of the file."""
     axes, n = np.eye(3) if axes is None else axes, round(RATE_HZ * SECONDS)
@@ -49,7 +52,7 @@ def person(
     for belt in belts:
         plate = plate_of(belt)
         force = rng.standard_normal((4 * n, 3))
-        force[:, 2] += load * (belt == "right")
+        force[:, 2] += load / len(on) * (belt in on)
         channels |= plate_channels(plate, force, np.zeros_like(force))
         plates.append(type(plate)(plate.corners_m @ axes.T, plate.channels, plate.kind, plate.origin_m))
     channels |= {label: (1e-3 * rng.standard_normal(4 * n), "V") for label in emg}
@@ -334,7 +337,42 @@ def test_belts_are_named_where_trials_are_on_both(tmp_path, monkeypatch):
             loaded_belt(tmp_path / f"lab/weight_{belt}_{number}.c3d", 20.0, belt)
             loaded_belt(tmp_path / f"lab/empty_{belt}_{number}.c3d", 0.0, belt, markers=())
     new_study("lab", output="s")
-    assert [row["belt"] for row in sheet_of(tmp_path / "s")] == ["left", "left", "right", "right"] * 2
+    rows = sheet_of(tmp_path / "s")
+    assert [row["belt"] for row in rows] == ["left", "left", "right", "right"] * 2
+    # each belt is calibrated and validated, whatever the names of the files begin with
+    assert [row["role"] for row in rows] == ["calibrate", "validate"] * 4
+
+
+def test_weights_of_one_belt_are_kept_for_a_person_on_both(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    for number in ("01", "02"):
+        loaded_belt(tmp_path / f"lab/weight_{number}.c3d", 20.0, "left")
+        loaded_belt(tmp_path / f"lab/empty_left_{number}.c3d", 0.0, "left", markers=())
+    person(tmp_path / "lab/relax_01.c3d", belts=("left", "right"), on=("left", "right"))
+    assert new_study("lab", output="s").trials == {"weight": 2, "empty": 2, "standing": 1}
+    assert [row["belt"] for row in sheet_of(tmp_path / "s")] == ["left"] * 4 + ["both"]
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_belts_of_logs_are_told_by_loads_and_names(named, shipped_truth, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for belt in ("left", "right"):
+        for number in ("1", "2"):
+            for name in ("weight", "empty"):
+                folder = tmp_path / "lab" / f"{name}-{belt if named else belt[0]}{number}"
+                folder.mkdir(parents=True)
+                files = {"log": folder / "log.mat", "calibration": folder / "calibration.csv"}
+                files |= {"markers": folder / "markers.c3d"} if name == "weight" else {}
+                truth = laboratory(shipped_truth)
+                make_weight_trial(truth, folder.name, Protocol("sine", 0.4, 2.0, 10.0), files, belt)
+    assert new_study("lab", output="s").trials == {"weight": 4, "empty": 4}
+    rows = sheet_of(tmp_path / "s")
+    assert [row["belt"] for row in rows[:4]] == ["left", "left", "right", "right"]
+    assert [row["role"] for row in rows[:4]] == ["calibrate", "validate"] * 2
+    assert [row["belt"] for row in rows[4:]] == (
+        ["left", "left", "right", "right"] if named else ["MISSING"] * 4
+    )
 
 
 def test_forward_is_where_the_toes_of_a_person_are_though_a_weight_comes_first(tmp_path, monkeypatch):

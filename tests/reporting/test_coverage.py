@@ -320,6 +320,13 @@ def test_a_set_changes_distributions_and_constants():
     found = constants_of(constants, COVERAGE | {"sets": stronger}, 2)
     assert found["weight"] == {"mass_kg": 5.0, "sides_m": [2.0, 4.0]}
     assert found["seed"] == seed_of(COVERAGE, 2)
+    own = {"weight.mass_kg": {"one_of": [1.0, 2.0]}}
+    one_set = COVERAGE | {
+        "sets": {"a": {}, "b": {"drawn": own}},
+        "drawn": {"weight.mass_kg": {"normal": 9.0}},
+    }
+    assert constants_of(constants, one_set, 2)["drawn"] == constants["drawn"] | own
+    assert constants_of(constants, one_set, 1)["drawn"]["weight.mass_kg"] == {"normal": 9.0}
     assert json.dumps(constants) == kept
     with pytest.raises(InputError, match=r"coverage\.sets\.b to name constants .*found 'weight\.mass'"):
         constants_of(constants, COVERAGE | {"sets": {"a": {}, "b": {"factors": {"weight.mass": 2.0}}}}, 2)

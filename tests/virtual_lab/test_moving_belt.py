@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 from tepsipe.virtual_lab.belt import DriveTruth, velocity_command
-from tepsipe.virtual_lab.dummy import DummyTruth, move_dummy
+from tepsipe.virtual_lab.dummy import DummyTruth, FootTilt, move_dummy
 from tepsipe.virtual_lab.force_plate import Loaded, PlateTruth, plate_electronics, voltages_of_belts
 from tepsipe.virtual_lab.person import feet_of, move_person, segments
 from tepsipe.virtual_lab.person_constants import (
@@ -62,12 +62,12 @@ def felt(plate, motion):
 def mode_constants(plate):
     """Mass (kg), damping (N·s/m) and stiffness (N/m) of both modes, from frequencies and damping ratios.
 
-    The mass of the second is that of the first: what the transducers show of a mode does not depend on it.
+    What the transducers show of a mode does not depend on its mass. A second one that moves no load has that
+    of the first.
     """
-    mass = plate.resonance_mass_kg
-    for hz, ratio in (
-        (plate.resonance_hz, plate.resonance_damping),
-        (plate.second_hz, plate.second_damping),
+    for mass, hz, ratio in (
+        (plate.resonance_mass_kg, plate.resonance_hz, plate.resonance_damping),
+        (plate.second_mass_kg or plate.resonance_mass_kg, plate.second_hz, plate.second_damping),
     ):
         stiffness = mass * (2.0 * np.pi * hz) ** 2
         yield mass, 2.0 * ratio * np.sqrt(stiffness * mass), stiffness
@@ -112,7 +112,7 @@ def by_hand(plate, drive, kg, time):
     gain = 2.0 * np.pi * drive.bandwidth_hz * drive.belt_mass_kg
     (m_1, c_1, k_1), (m_2, c_2, k_2) = mode_constants(plate)
     s_1, s_2 = 1.0 - plate.second_share[0], plate.second_share[0]
-    own_kg = drive.belt_mass_kg
+    own_kg, pitch = drive.belt_mass_kg, s_2 if plate.second_mass_kg else 0.0
 
     def forces(t, x):
         _, v, q, p_1, w_1, p_2, w_2 = x
@@ -126,8 +126,8 @@ def by_hand(plate, drive, kg, time):
                 rollers / plate.friction_speed_m_per_s
             )
             own += plate.friction_Ns_per_m * rollers + plate.felt_belt_mass_kg * a
-            free = u / own_kg - s_1 * (own - r_1) / m_1
-            load = kg * free / (1.0 + kg / own_kg + kg * s_1 / m_1)
+            free = u / own_kg - s_1 * (own - r_1) / m_1 - pitch * (own - r_2) / m_2
+            load = kg * free / (1.0 + kg * (1.0 / own_kg + s_1 / m_1 + pitch / m_2))
             a = (u - load) / own_kg
         return error, a, (load + own - r_1) / m_1, (load + own - r_2) / m_2, s_1 * r_1 + s_2 * r_2
 
@@ -139,14 +139,20 @@ def by_hand(plate, drive, kg, time):
     x = solve_ivp(rates, (0.0, time[-1]), start, t_eval=time, rtol=1e-7, atol=1e-11, max_step=1e-3).y
     return (
         x[0],
-        -s_1 * x[3],
+        -s_1 * x[3] - pitch * x[5],
         np.array([forces(t, y)[-1] for t, y in zip(time, x.T, strict=True)]),
     )
 
 
-@pytest.mark.parametrize(("kg", "hz"), [(0.0, 52.0), (60.0, 52.0), (60.0, 30.0)])
-def test_weight_belt_drive_and_frame_move_together(kg, hz, shipped_truth):
-    plate, drive = plate_of(shipped_truth, resonance_hz=hz, bristle_share=0.0), drive_of(shipped_truth)
+PITCH = {"second_hz": 60.0, "second_share": [0.25, 0.6], "second_mass_kg": 50.0}
+
+
+@pytest.mark.parametrize(
+    ("kg", "hz", "second"), [(0.0, 52.0, {}), (60.0, 52.0, {}), (60.0, 30.0, {}), (60.0, 35.0, PITCH)]
+)
+def test_weight_belt_drive_and_frame_move_together(kg, hz, second, shipped_truth):
+    plate = plate_of(shipped_truth, resonance_hz=hz, bristle_share=0.0, **second)
+    drive = drive_of(shipped_truth)
     weight = weight_of(kg) if kg else None
     motion = move_weight(weight, drive, PULSE, SECONDS, RATE_HZ, [(plate, 1.0)])
     on_frame, of_frame, force = by_hand(plate, drive, kg, motion.time)
@@ -276,6 +282,39 @@ def test_two_frames_share_a_load_and_move_it_by_their_parts(shipped_truth):
     on_one = move_weight(weight_of(60.0), drive, PULSE, SECONDS, RATE_HZ, [(double, 1.0)])
     assert on_two.position == pytest.approx(on_one.position, abs=1e-9)
     assert on_two.reaction == pytest.approx(on_one.reaction, abs=1e-5)
+
+
+@pytest.mark.parametrize("load", ["weight", "dummy", "person"])
+def test_a_pitch_like_the_first_mode_is_a_part_of_it(load, shipped_truth):
+    """Two modes of the same frequency, damping and mass, which share the force, are one."""
+    drive = drive_of(shipped_truth)
+
+    def moved(**changes):
+        plate = plate_of(shipped_truth, resonance_hz=35.0, **changes)
+        task = drive, PULSE, SECONDS, RATE_HZ
+        if load == "weight":
+            return move_weight(weight_of(60.0), *task, [(plate, 1.0)])
+        if load == "person":
+            return move_person(person_of(shipped_truth), *task, generator(1, "p"), [(plate, 1.0)])
+        dummy = shipped_truth["dummy"]
+        rubber = Rubber(**dummy["rubber"] | {"relaxation_share": 0.2})
+        foot = FootTilt(**dummy["foot_tilt"])
+        return move_dummy(DummyTruth(**dummy["subject"]), rubber, *task, foot, [(plate, 1.0)])
+
+    one = moved(second_share=[0.0, 0.0])
+    same = {"second_hz": 35.0, "second_damping": 0.04, "second_mass_kg": 150.0}
+    both = moved(second_share=[0.4, 0.0], **same)
+    assert both.frame_position == pytest.approx(one.frame_position, abs=1e-6 * np.ptp(one.frame_position))
+    assert both.position == pytest.approx(one.position, abs=1e-8)
+    alone = moved(second_share=[0.4, 0.0], **same | {"second_mass_kg": 0.0})
+    assert np.ptp(alone.frame_position) < 0.8 * np.ptp(one.frame_position)
+
+
+def test_forces_are_logged_later_than_the_velocity(shipped_truth):
+    motion = move_weight(weight_of(60.0), drive_of(shipped_truth), PULSE, SECONDS, RATE_HZ)
+    at_once, late = (felt(plate_of(shipped_truth, force_delay_s=s), motion) for s in (0.0, 0.0015))
+    assert late[3:] == pytest.approx(at_once[:-3], abs=1e-6 * np.abs(at_once).max())
+    assert np.abs(late - at_once)[:, FY].max() > 10.0
 
 
 def test_the_dummy_stands_on_belt_plus_frame(shipped_truth):

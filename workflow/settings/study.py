@@ -70,6 +70,9 @@ class LaboratorySet(Section):
     )
     factors: dict[str, float] = optional("path of a constant: factor")
     constants: dict = optional("path of a constant: value")
+    drawn: dict[str, Distribution] = optional(
+        "constants that this set draws in addition, or in another way, as `drawn` of virtual_lab.yaml does"
+    )
 
 
 class Coverage(Section):

@@ -49,9 +49,10 @@ def constants_of(constants: dict, coverage: dict, number: int) -> dict:
         _replace(found, path, lambda _, value=value: value, name)
     for path, factor in chosen.get("factors", {}).items():
         _replace(found, path, lambda old, factor=factor: _times(old, factor), name)
-    if found["drawn"] is not None or coverage.get("drawn"):
+    own = coverage.get("drawn", {}) | chosen.get("drawn", {})
+    if found["drawn"] is not None or own:
         drawn = {path: _changed(entry, chosen) for path, entry in (found["drawn"] or {}).items()}
-        found["drawn"] = drawn | coverage.get("drawn", {})
+        found["drawn"] = drawn | own
     return found
 
 

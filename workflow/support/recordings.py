@@ -17,10 +17,14 @@ from tepsipe.treadmill.trial_recordings import plate_filters
 from workflow.settings.complete import without
 from workflow.support.rigs import RIG_KEYS, rig_of
 from workflow.support.study import Study
+from workflow.support.to_record import Read
 
 
-def refused_recordings(study: Study) -> list[str]:
-    """Read all recorded trials; one sentence for every one that would stop its job, or the calibration."""
+def refused_recordings(study: Study, read: Read | None = None) -> list[str]:
+    """Read all recorded trials; one sentence for every one that would stop its job, or the calibration.
+
+    read: what the recordings show, which is added.
+    """
     refused, of_plates, of_belts = _copies(study), {}, {}
     for (experiment, condition), row in study.trials.items():
         if row.source != "recorded":
@@ -40,9 +44,14 @@ def refused_recordings(study: Study) -> list[str]:
                 section = study.of_trial(experiment, condition)
                 with_foot = experiment == "dummy" and study.has("foot")
                 for part in ("fit", "fit_foot") if with_foot else ("fit",):
-                    EXPERIMENTS[experiment].part(part).begin(trial, section, name)
+                    begun = EXPERIMENTS[experiment].part(part).begin(trial, section, name)
+                if experiment == "standing" and read is not None:
+                    quiet_s = float(begun[0].unperturbed.sum()) / trial.rate_hz
+                    read.quiet_s[row.participant] = read.quiet_s.get(row.participant, 0.0) + quiet_s
         except InputError as error:
             refused.append(str(error) if str(error).startswith(f"{name}: ") else f"{name}: {error}")
+    if read is not None:
+        read.plates |= {trial: recording for trial, (recording, _) in of_plates.items()}
     return refused + _refused_calibrations(study, of_plates) + _refused_belt(study, of_belts)
 
 

@@ -19,8 +19,16 @@ regressors are subtracted (errors in variables), but chance remains: with a, b =
     V_ab = tr(H S H M_ab) + tr(H M_ua H M_ub)
 
 Where the model of rig and reflex limits C, C does not fall with n, and u_A does not fall as 1 / sqrt(n).
-Type B is a share of B and K due to treadmill model, joint centre and mass of the feet. I is not estimated,
-because the inertia of the feet is known.
+Type B is a share of B and K due to joint centre, mass of the feet and rig, and what the calibration leaves of
+the effect of the treadmill's frame. The person's force passes through the empty frame, which shows
+
+    G tau,     G(s) = (2 z w s + w^2) / (s^2 + 2 z w s + w^2)
+
+of the torque, with w its fore-aft resonance and z its damping ratio. A share e of (G - 1) tau remains after
+the treadmill model. As any error of the torque, it changes B and K by N^-1 X' H e (G - 1) tau, in the same
+direction in every response. The frame rings, and whether the end of the window meets a crest depends on w to
+a few per cent; the root mean square over frequencies around w is taken. I is not estimated, because the
+inertia of the feet is known.
 """
 
 from dataclasses import dataclass, field
@@ -28,7 +36,8 @@ from functools import cached_property
 from typing import Annotated
 
 import numpy as np
-from annotated_types import Ge, Lt
+import scipy
+from annotated_types import Ge, Gt, Lt
 
 from tepsipe.arguments import check_options
 from tepsipe.experiments.planning.plan import COVERAGE, quantity_row
@@ -36,7 +45,7 @@ from tepsipe.experiments.planning.pulses import STEP_S, Drive, Pulse, pulse_of
 from tepsipe.experiments.standing.free_reflex.fit import QUANTITIES, inside_window, reflex_covariance
 from tepsipe.experiments.standing.options import FreeReflexOptions
 from tepsipe.identification.regression.generalised import Record, squared_exponential
-from tepsipe.quantities import NotNegative, Positive
+from tepsipe.quantities import Fraction, Frequency, NotNegative, Positive
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import WIDEST, butterworth_lowpass
 
@@ -49,6 +58,7 @@ MOST_RESPONSES = 100_000
 ORDER = 4  # of the low-pass
 MARGIN = 40  # samples on both sides, beyond which the low-pass has no effect
 WINDOW_S = 0.08  # length of the fitted window
+NEAR = np.linspace(0.85, 1.15, 7)  # resonances of the frame over which its effect is averaged, over its own
 # shipped choices of the estimator; a test compares them with the configuration
 OPTIONS = FreeReflexOptions(
     lowpass_cutoff_hz=60.0,
@@ -89,8 +99,15 @@ class StandingDesign:
     """Usable responses."""
     drive: Drive = field(default_factory=Drive)
     """The belt's drive (Hz, s, m/s²)."""
-    type_b: Annotated[float, Ge(0), Lt(1)] = 0.075
-    """Standard uncertainty of B and K from everything but sway, over their values."""
+    type_b: Annotated[float, Ge(0), Lt(1)] = 0.072
+    """Standard uncertainty of B and K from everything but sway and frame, over their values."""
+    frame_hz: Frequency = 52.0
+    """Fore-aft resonance of the treadmill's frame, empty."""
+    frame_damping: Annotated[float, Gt(0), Lt(1)] = 0.04
+    """Its damping ratio."""
+    frame_left: Fraction = 0.5
+    """Share e of the frame's effect that the treadmill model leaves (standard uncertainty); the default gives
+    the uncertainty of K by the treadmill model in the shipped study, 1 that of no model."""
     options: FreeReflexOptions = OPTIONS
     """Choices of the estimator."""
 
@@ -128,7 +145,10 @@ class StandingPlan:
 
     @cached_property
     def response(self) -> np.ndarray:
-        """Torque (N·m), angle (rad) and rate (rad/s) of the epoch, baseline-corrected, shape (n, 3)."""
+        """Torque (N·m), angle (rad) and rate (rad/s), and effects of the frame on the torque (N·m).
+
+        Baseline-corrected epoch, shape (n, 3 + k) for k frequencies around the frame's.
+        """
         design, time = self.design, epoch_time()
         pulse = self.motion.pulse_velocity
         onset = int(np.argmax(np.abs(pulse) > ONSET_SHARE * self.peak_m_per_s))
@@ -137,7 +157,8 @@ class StandingPlan:
         rate = -velocity / design.lever_m
         angle = np.cumsum(rate) * STEP_S
         torque = design.damping_Nms_per_rad * rate + design.stiffness_Nm_per_rad * angle
-        signals = np.column_stack([torque, angle, rate])
+        of_frame = [frame_effect(torque, hz, design.frame_damping) for hz in NEAR * design.frame_hz]
+        signals = np.column_stack([torque, angle, rate, *of_frame])
         filtered = butterworth_lowpass(signals, 1.0 / STEP_S, design.cutoff_hz, ORDER)
         epoch = np.column_stack([np.interp(time, fine, column) for column in filtered.T])
         return epoch - epoch[baseline_samples(time)].mean(axis=0)
@@ -149,6 +170,10 @@ class StandingPlan:
 
     def type_a_with(self, number: int) -> np.ndarray:
         """Type A of I (NaN), B, K, shape (3,), after a number of responses."""
+        return self._with(number)[0]
+
+    def _with(self, number: int) -> tuple[np.ndarray, np.ndarray]:
+        """Type A, and the error if no model corrects the frame, of I (NaN), B, K after so many responses."""
         time, design = epoch_time(), self.design
         inside = inside_window(time, WINDOW_S)
         response, options = self.response[inside], design.options
@@ -173,7 +198,11 @@ class StandingPlan:
         chance = np.einsum("st,abts->ab", weighted, of_noise) + np.einsum("ast,bts->ab", crossed, crossed)
         spread = x.T @ weighted @ x / number + chance / number**2
         inverse = np.linalg.inv(x.T @ weight @ x)
-        return np.concatenate([[np.nan], np.sqrt(np.diag(inverse @ spread @ inverse))])
+        wrong = np.sqrt(np.mean((inverse @ x.T @ weight @ response[:, 3:]) ** 2, axis=1))
+        return tuple(
+            np.concatenate([[np.nan], found])
+            for found in (np.sqrt(np.diag(inverse @ spread @ inverse)), wrong)
+        )
 
     @property
     def type_a(self) -> np.ndarray:
@@ -182,12 +211,17 @@ class StandingPlan:
 
     @property
     def type_b(self) -> np.ndarray:
-        """Type B of I (NaN), B, K, shape (3,)."""
-        return self.design.type_b * self.design.parameters
+        """Type B of I (NaN), B, K, shape (3,), with the planned number of responses."""
+        return self._type_b(self._with(self.design.number)[1])
+
+    def _type_b(self, of_frame: np.ndarray) -> np.ndarray:
+        design = self.design
+        return np.hypot(design.type_b * design.parameters, design.frame_left * of_frame)
 
     def with_number(self, number: int) -> np.ndarray:
         """Combined standard uncertainty of I (NaN), B, K, shape (3,), after a number of responses."""
-        return np.hypot(self.type_a_with(number), self.type_b)
+        type_a, of_frame = self._with(number)
+        return np.hypot(type_a, self._type_b(of_frame))
 
     def number_for(self, relative: float, quantity: str) -> int | None:
         """Number of responses for a 95 % interval of B or K within +- ``relative`` of it, or None."""
@@ -220,6 +254,14 @@ class StandingPlan:
 def plan_standing(design: StandingDesign) -> StandingPlan:
     """Plan an experiment with a standing person (units in `StandingPlan`)."""
     return StandingPlan(design, BeltPulse(design.drive.follow(design.pulse.velocity_m_per_s)))
+
+
+def frame_effect(torque: np.ndarray, hz: float, damping: float) -> np.ndarray:
+    """(G - 1) tau of a torque every millisecond (N·m) that begins at rest, shape (n,)."""
+    w = 2.0 * np.pi * hz
+    frame = ([2.0 * damping * w, w**2], [1.0, 2.0 * damping * w, w**2])
+    numerator, denominator, _ = scipy.signal.cont2discrete(frame, STEP_S, method="foh")
+    return scipy.signal.lfilter(np.ravel(numerator), denominator, torque) - torque
 
 
 def epoch_time() -> np.ndarray:
