@@ -150,7 +150,7 @@ def test_equal_modes_are_one(shipped_truth):
 # ---- the rubber that relaxes -------------------------------------------------------------------------
 
 
-RELAXING = replace(STEEL, relaxation_share=0.2, relaxation_s=0.05)
+RELAXING = replace(STEEL, relaxation_share=0.2, relaxation_s=(0.05,))
 
 
 def swing(subject, rubber, duration_s=1.0, foot=None):
@@ -159,7 +159,7 @@ def swing(subject, rubber, duration_s=1.0, foot=None):
 
 
 def test_relaxing_rubber_is_stiffer_when_quick_and_its_old_self_when_slow(subject):
-    slow, quick = (replace(RELAXING, relaxation_s=time_s) for time_s in (1e4, 1e-3))
+    slow, quick = (replace(RELAXING, relaxation_s=(time_s,)) for time_s in (1e4, 1e-3))
     rest = 0.4 * 9.81 * 0.4485 * math.sin(0.02)
     # quicker than the slack: a stiffer spring that was as bent at rest
     stiffer = replace(STEEL, stiffness_Nm_per_rad=12.0)
@@ -195,7 +195,7 @@ def test_manipulator_feels_the_rubber_relax(shipped_truth):
     own = dict.fromkeys(("contact_Nm_per_rad3", "friction_Nm", "ripple_Nm"), 0.0)
     rig = shipped_truth["wristalyzer"]["manipulator"] | own | {"torque_scale": 1.0}
     rig |= {"band_low_hz": 2.0, "band_high_hz": 2.0, "period_s": 0.5, "lead_s": 0.0, "tail_s": 0.0}
-    rubber = Rubber(10.0, 0.1, 0.0, 0.05, 0.0, relaxation_share=0.2, relaxation_s=0.05)
+    rubber = Rubber(10.0, 0.1, 0.0, 0.05, 0.0, relaxation_share=0.2, relaxation_s=(0.05,))
     rngs = generator(1, "a"), generator(1, "b")
     motion = record_manipulator(ManipulatorTruth(**rig), rubber, 0.1, 8.0, *rngs).motion
     late = (motion.time > 6.0) & (motion.time <= 8.0)
