@@ -61,7 +61,7 @@ class Rubber:
 
     @cached_property
     def moment(self) -> Callable[[float, float], float]:
-        """``moment(bending, rate)`` (N·m) opposes a bending (rad) that grows at a rate (rad/s), without memory."""
+        """``moment(bending, rate)`` (N·m) opposes a bending (rad) that grows at a rate (rad/s)."""
         stiffness, softening, square_angle = (
             self.stiffness_Nm_per_rad,
             self.softening,

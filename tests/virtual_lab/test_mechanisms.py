@@ -190,6 +190,17 @@ def test_energy_of_a_relaxing_rubber_is_what_its_dashpot_takes(subject, foot):
     assert work == pytest.approx(stored + lost, abs=2e-3 * lost)
 
 
+@pytest.mark.parametrize("foot", [None, TILTING])
+def test_friction_of_the_rubber_follows_the_bending_of_the_joint(subject, foot):
+    """The torque beyond the spring is that of bristles along the path of leg and foot."""
+    motion = swing(subject, replace(STEEL, bristle_Nm_per_rad=3.0, bristle_rad=0.01), 0.6, foot)
+    neutral = 0.02 - 0.4 * 9.81 * 0.4485 * math.sin(0.02) / 10.0
+    bent = motion.angle - motion.tilt - neutral
+    expected = 3.0 * 0.01 * bristle_deflection(bent - bent[0], 0.01)
+    assert np.ptp(expected) > 0.01
+    assert motion.joint_torque - 10.0 * bent == pytest.approx(expected, abs=1e-3 * np.ptp(expected))
+
+
 def test_manipulator_feels_the_rubber_relax(shipped_truth):
     """The mean torque over the mean angle of a joint that is pushed slowly and quickly, by hand."""
     own = dict.fromkeys(("contact_Nm_per_rad3", "friction_Nm", "ripple_Nm"), 0.0)

@@ -200,8 +200,22 @@ rule plot_thesis_dummy:
         "../scripts/plot.py"
 
 
-# trials with other laws of the joint, by the same rules; no figure needs further pathways than these
+# trials under other laws of the joint, by the same rules; only the pathways that are quoted are needed
 if OTHER_LAWS:
+
+    use rule make_dummy_trial as make_trial_of_law with:
+        output:
+            **{
+                kind: f"<results>/raw/other_laws/{{law}}/{{condition}}/{file}"
+                for kind, file in EXPERIMENTS["dummy"].raw_files.items()
+            },
+            motion="<results>/truth/other_laws/{law}/{condition}.h5",
+        log:
+            "<logs>/make_trial_of_law/{law}/{condition}.log",
+        wildcard_constraints:
+            law=any_of(OTHER_LAWS),
+        params:
+            truth=lambda w: under_law(truth_of(*RIGS["dummy"].constants), w.law),
 
     use rule ingest_dummy as ingest_trial_of_law with:
         input:
@@ -232,6 +246,6 @@ if OTHER_LAWS:
         params:
             section=lambda w: pick(
                 STUDY.of_trial("dummy", w.condition),
-                *without(dict.fromkeys(EXPERIMENTS["dummy"].fit_reads), "pathways"),
+                *(name for name in EXPERIMENTS["dummy"].fit_reads if name != "pathways"),
                 *(f"pathways.{DUMMY[role]}" for role in ("recommended", "quoted")),
             ),

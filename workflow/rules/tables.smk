@@ -110,9 +110,9 @@ if OTHER_LAWS:
 
     use rule compare_with_truth as compare_law_with_truth with:
         input:
-            estimates="<results>/estimates/other_laws/{law}/{condition}.csv",
-            motions="<results>/truth/other_laws/{law}/{condition}.h5",
-            fits="<results>/fits/other_laws/{law}/{condition}.h5",
+            estimates=["<results>/estimates/other_laws/{law}/{condition}.csv"],
+            motions=["<results>/truth/other_laws/{law}/{condition}.h5"],
+            fits=["<results>/fits/other_laws/{law}/{condition}.h5"],
             library=library_of("compare_with_truth"),
         output:
             rows="<results>/recovery/other_laws/{law}/{condition}.csv",

@@ -53,20 +53,3 @@ def under_law(constants, law):
     """The laboratory's constants with another law of the dummy's joint."""
     rubber = constants["dummy"]["rubber"] | OTHER_LAWS[law]
     return constants | {"dummy": constants["dummy"] | {"rubber": rubber}}
-
-
-if OTHER_LAWS:
-
-    use rule make_dummy_trial as make_trial_of_law with:
-        output:
-            **{
-                kind: f"<results>/raw/other_laws/{{law}}/{{condition}}/{file}"
-                for kind, file in EXPERIMENTS["dummy"].raw_files.items()
-            },
-            motion="<results>/truth/other_laws/{law}/{condition}.h5",
-        log:
-            "<logs>/make_trial_of_law/{law}/{condition}.log",
-        wildcard_constraints:
-            law=any_of(OTHER_LAWS),
-        params:
-            truth=lambda w: under_law(truth_of(*RIGS["dummy"].constants), w.law),

@@ -36,6 +36,9 @@ class DummyLab(Section):
         Rubber,
         """Joint of the dummy, the same on the treadmill and in the Wristalyzer.
 
+        `dummy.other_laws` names [other laws](../docs/virtual-laboratory.md#other-laws-of-the-dummys-joint)
+        of the joint, each by its constants that differ; null: none.
+
         [Decision 46](../docs/decisions/0046-dummy-of-the-thesis.md).
         """,
     )
