@@ -159,11 +159,12 @@ rule collect_recovery:
 
 
 rule tabulate_laboratory:
-    """List the mechanisms and the drawn constants of the virtual laboratory."""
+    """List the mechanisms and constants of the virtual laboratory, and what it shares with the analysis."""
     input:
         library=library_of("tabulate_laboratory"),
     output:
         table="<results>/tables/laboratory.csv",
+        shared="<results>/tables/shared.csv",
     log:
         "<logs>/tabulate_laboratory.log",
     conda:
@@ -171,6 +172,8 @@ rule tabulate_laboratory:
     params:
         truth=truth_of(*report_params.mechanisms(STUDY)),
         experiments=[experiment for experiment, names in STUDY.all_made().items() if names],
+        sections=report_params.sections(STUDY),
+        other_laws=len(OTHER_LAWS),
     script:
         "../scripts/tabulate_laboratory.py"
 

@@ -285,10 +285,10 @@ def compared(study: Study) -> dict[str, Compared]:
 
 
 def recovery(study: Study) -> list[str]:
-    """The comparison with the truth, if there is one, and what the laboratory is like."""
+    """The comparison with the truth, if there is one, what the laboratory is like and what it shares."""
     if study.config["study"]["virtual_lab"] is None:
         return []
-    return ["<results>/tables/recovery.csv", "<results>/tables/laboratory.csv"]
+    return [f"<results>/tables/{name}.csv" for name in ("recovery", "laboratory", "shared")]
 
 
 def other_laws(study: Study) -> list[str]:
