@@ -37,6 +37,8 @@ MECHANISMS = (
     Mechanism("treadmill", "treadmill.plate.mount_share", "compliant mounts"),
     Mechanism("treadmill", "treadmill.plate.floor_m_per_s2", "vibration of the floor"),
     Mechanism("dummy", "dummy.rubber.softening", "softening of the rubber"),
+    Mechanism("dummy", "dummy.rubber.softening_power", "softening of the rubber with a power of its bending"),
+    Mechanism("dummy", "dummy.rubber.bristle_Nm_per_rad", "friction within the rubber"),
     Mechanism("dummy", "dummy.rubber.relaxation_share", "relaxation of the rubber"),
     Mechanism("dummy", "dummy.foot_tilt.compliance_rad_per_Nm", "tilt of the foot on its tape"),
     Mechanism("dummy", "dummy.wobble.growing_per_m", "bending of the rod"),

@@ -38,7 +38,7 @@ from tepsipe.quantities import Angle, Gravity, Inertia, Length, Mass, NotNegativ
 from tepsipe.virtual_lab.belt import BeltMotion, Command, DriveTruth, stage_commands
 from tepsipe.virtual_lab.integrate import Derivative, integrate
 from tepsipe.virtual_lab.moving_belt import Below, MovingBelt, motion_of_belt
-from tepsipe.virtual_lab.rubber import Relaxation, Rubber
+from tepsipe.virtual_lab.rubber import Memory, Rubber
 from tepsipe.virtual_lab.treadmill_trial import MarkerPath
 
 
@@ -216,8 +216,8 @@ def _integrated(
     neutral = dummy.rest_angle_rad - bending_at_rest
 
     pushed, swaying = belt.pushed, belt.swaying
-    relaxation = Relaxation(rubber) if rubber.relaxation_share else None
-    moment = rubber.moment if relaxation is None else relaxation.moment
+    memory = Memory(rubber)
+    moment = memory.moment if memory.states else rubber.moment
     sin, cos, mr, mgr = math.sin, math.cos, m * r, m * g * r
 
     def derivative(commanded: float, state: tuple[float, ...]) -> tuple[float, ...]:
@@ -237,26 +237,28 @@ def _integrated(
     if tilting:
         derivative = tilting_derivative(dummy, moment, belt, foot, neutral, gravity_moment)
         start = (*start, 0.0, 0.0)
-    frame_rate, slack = len(start) + 1, 0.0
+    frame_rate = len(start) + 1
     derivative, start = belt.with_pitch(derivative, (*start, 0.0, 0.0))
 
     def begin_step(k: int, state: tuple[float, ...]) -> None:
         belt.begin_step(k, state[1] - state[frame_rate])
 
-    if relaxation is not None:
-        derivative = relaxation.with_slack(
-            derivative, lambda state: state[3] - neutral - (state[5] if tilting else 0.0)
-        )
-        time, states = integrate(derivative, (*start, bending_at_rest), commands, rate_hz, begin_step)
-        states, slack = states[:, :-1], states[:, -1]
-    else:
-        time, states = integrate(derivative, start, commands, rate_hz, begin_step)
+    if memory.states:
+
+        def bending(state: tuple[float, ...]) -> tuple[float, float]:
+            tilt, tilt_rate = state[5:7] if tilting else (0.0, 0.0)
+            return state[3] - neutral - tilt, state[4] - tilt_rate
+
+        derivative = memory.with_states(derivative, bending)
+        start = (*start, *memory.at_rest(bending_at_rest))
+    time, states = integrate(derivative, start, commands, rate_hz, begin_step)
+    states, remembered = np.split(states, [len(start) - memory.states], axis=1)
     if not tilting:
         states = np.column_stack([states[:, :5], np.zeros((time.size, 2)), states[:, 5:]])
     th, w, tilt, tilt_rate = states.T[3:7]
     bent, rate = th - tilt - neutral, w - tilt_rate
     resisting = rubber.moment(bent, rate)
-    return time, states, resisting if relaxation is None else resisting + relaxation.relaxing(bent, slack)
+    return time, states, resisting + memory.remembered(bent, remembered) if memory.states else resisting
 
 
 def _reaction(dummy: DummyTruth, foot: FootTilt | None, time, motion: tuple) -> tuple[np.ndarray, np.ndarray]:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+DUMMY = tuple(f"dummy.{part}" for part in ("rubber", "subject", "markers", "foot_tilt", "wobble", "slip"))
 # the person's constants, but for those of a task
 PERSON = tuple(f"standing.{part}" for part in ("person", "muscles", "nerves", "markers", "skin", "emg"))
 
@@ -24,7 +25,7 @@ RIGS = {
     "wristalyzer": Rig(
         "wristalyzer_trial", ("seed", "wristalyzer", "dummy.rubber"), ("amplitude", "duration_s"), True
     ),
-    "dummy": Rig("dummy_trial", ("seed", "treadmill", "dummy"), ("protocol",), True),
+    "dummy": Rig("dummy_trial", ("seed", "treadmill", *DUMMY), ("protocol",), True),
     "weight": Rig("weight_trial", ("seed", "treadmill", "{weight}"), ("protocol", "belt")),
     "empty": Rig("weight_trial", ("seed", "treadmill"), ("protocol", "belt")),
     "standing": Rig(

@@ -19,7 +19,7 @@ from annotated_types import Ge, Gt, Le
 
 from tepsipe.quantities import Angle, Frequency, NotNegative, Pause, Positive, Rate, Time
 from tepsipe.virtual_lab.integrate import integrate
-from tepsipe.virtual_lab.rubber import Relaxation, Rubber
+from tepsipe.virtual_lab.rubber import Memory, Rubber
 from tepsipe.virtual_lab.seeds import generator
 from tepsipe.virtual_lab.truth_file import TrueMotion, write_true_motion
 
@@ -141,8 +141,8 @@ def record_manipulator(
     )
     applied = applied + truth.ripple_Nm * ripple / ripple.std()
 
-    relaxation = Relaxation(rubber) if rubber.relaxation_share else None
-    moment = rubber.moment if relaxation is None else relaxation.moment
+    memory = Memory(rubber)
+    moment = memory.moment if memory.states else rubber.moment
 
     inertia, contact = truth.inertia_kgm2, truth.contact_Nm_per_rad3
     coulomb, slow, tanh = truth.friction_Nm, truth.friction_rate_rad_per_s, math.tanh
@@ -156,11 +156,9 @@ def record_manipulator(
     # each torque is held until the next
     held = applied[np.minimum(np.arange(steps + 1), applied.size - 1)]
     inputs = np.column_stack([held[:-1], held[:-1], held[1:]])
-    if relaxation is None:
-        time, states = integrate(derivative, (0.0, 0.0), inputs, rate)
-    else:
-        with_slack = relaxation.with_slack(derivative, lambda state: state[0])
-        time, states = integrate(with_slack, (0.0, 0.0, 0.0), inputs, rate)
+    if memory.states:
+        derivative = memory.with_states(derivative, lambda state: state)
+    time, states = integrate(derivative, (0.0, 0.0, *memory.at_rest(0.0)), inputs, rate)
     th, w = states[:, :2].T
     # the last stage of a Runge-Kutta step, which counts one sixth, is at the next instant; the torque of an
     # instant is the mean of the steps around it

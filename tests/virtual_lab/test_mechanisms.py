@@ -150,7 +150,7 @@ def test_equal_modes_are_one(shipped_truth):
 # ---- the rubber that relaxes -------------------------------------------------------------------------
 
 
-RELAXING = replace(STEEL, relaxation_share=0.2, relaxation_s=0.05)
+RELAXING = replace(STEEL, relaxation_share=0.2, relaxation_s=(0.05,))
 
 
 def swing(subject, rubber, duration_s=1.0, foot=None):
@@ -159,7 +159,7 @@ def swing(subject, rubber, duration_s=1.0, foot=None):
 
 
 def test_relaxing_rubber_is_stiffer_when_quick_and_its_old_self_when_slow(subject):
-    slow, quick = (replace(RELAXING, relaxation_s=time_s) for time_s in (1e4, 1e-3))
+    slow, quick = (replace(RELAXING, relaxation_s=(time_s,)) for time_s in (1e4, 1e-3))
     rest = 0.4 * 9.81 * 0.4485 * math.sin(0.02)
     # quicker than the slack: a stiffer spring that was as bent at rest
     stiffer = replace(STEEL, stiffness_Nm_per_rad=12.0)
@@ -190,12 +190,23 @@ def test_energy_of_a_relaxing_rubber_is_what_its_dashpot_takes(subject, foot):
     assert work == pytest.approx(stored + lost, abs=2e-3 * lost)
 
 
+@pytest.mark.parametrize("foot", [None, TILTING])
+def test_friction_of_the_rubber_follows_the_bending_of_the_joint(subject, foot):
+    """The torque beyond the spring is that of bristles along the path of leg and foot."""
+    motion = swing(subject, replace(STEEL, bristle_Nm_per_rad=3.0, bristle_rad=0.01), 0.6, foot)
+    neutral = 0.02 - 0.4 * 9.81 * 0.4485 * math.sin(0.02) / 10.0
+    bent = motion.angle - motion.tilt - neutral
+    expected = 3.0 * 0.01 * bristle_deflection(bent - bent[0], 0.01)
+    assert np.ptp(expected) > 0.01
+    assert motion.joint_torque - 10.0 * bent == pytest.approx(expected, abs=1e-3 * np.ptp(expected))
+
+
 def test_manipulator_feels_the_rubber_relax(shipped_truth):
     """The mean torque over the mean angle of a joint that is pushed slowly and quickly, by hand."""
     own = dict.fromkeys(("contact_Nm_per_rad3", "friction_Nm", "ripple_Nm"), 0.0)
     rig = shipped_truth["wristalyzer"]["manipulator"] | own | {"torque_scale": 1.0}
     rig |= {"band_low_hz": 2.0, "band_high_hz": 2.0, "period_s": 0.5, "lead_s": 0.0, "tail_s": 0.0}
-    rubber = Rubber(10.0, 0.1, 0.0, 0.05, 0.0, relaxation_share=0.2, relaxation_s=0.05)
+    rubber = Rubber(10.0, 0.1, 0.0, 0.05, 0.0, relaxation_share=0.2, relaxation_s=(0.05,))
     rngs = generator(1, "a"), generator(1, "b")
     motion = record_manipulator(ManipulatorTruth(**rig), rubber, 0.1, 8.0, *rngs).motion
     late = (motion.time > 6.0) & (motion.time <= 8.0)

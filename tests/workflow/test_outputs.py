@@ -197,6 +197,16 @@ def test_protocols_have_durations_intervals_and_amplitudes_of_the_trial_sheet(sh
     assert timing["wristalyzer"]["intervals_s"] == []
 
 
+def test_other_laws_are_simulated_for_the_smallest_and_the_largest_pulses(shipped, study_of):
+    assert shipped.extremes("dummy") == ["sine-0.1", "sine-0.5"]
+    assert outputs.other_laws(shipped) == ["<results>/tables/other_laws.csv"]
+    assert "<results>/tables/other_laws.csv" in outputs.everything(shipped)
+    made = [row("dummy", name, "virtual_lab", "sine", size) for name, size in (("b", 0.2), ("a", 0.2))]
+    assert study_of(*made, row("dummy", "c", amplitude=0.1)).extremes("dummy") == ["b"]
+    recorded = study_of(row("dummy", "c", amplitude=0.1))
+    assert recorded.extremes("dummy") == outputs.other_laws(recorded) == []
+
+
 # ---- other studies ---------------------------------------------------------------------------------
 
 

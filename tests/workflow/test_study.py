@@ -11,6 +11,7 @@ import yaml
 from study_builders import PEOPLE, estimates, joint_in_windows, table, value
 from typst_builders import evaluated, tables_of
 
+from tepsipe.io.trial import read_trial
 from tepsipe.mechanics.engines import engine_version, resolved_engine
 
 pytestmark = pytest.mark.study
@@ -49,6 +50,7 @@ def test_the_study_writes_every_output_of_its_contract(study):
         "tables/noise.csv",
         "tables/specification.csv",
         "tables/recovery.csv",
+        "tables/other_laws.csv",
         "tables/claims.csv",
         "tables/cells.csv",
         "tables/treadmill_models.csv",
@@ -188,6 +190,27 @@ def test_the_treadmill_taken_out_of_the_force_leaves_the_joint(study):
         assert abs(error["foot-compensated", "K"]) < 0.1 * joint_in_windows(study / "results", condition)["K"]
     mass = value(rows, experiment="weight", condition="minjerk-0.4", quantity="mass")
     assert mass == pytest.approx(20.0, abs=0.8)
+
+
+def test_another_law_of_the_joint_is_simulated_and_analysed_like_the_rubber(study):
+    rows = table(study, "other_laws")
+    assert {(row["law"], row["condition"]) for row in rows} == {("relaxation", "sine-0.5")}
+    assert [(row["pathway"], row["quantity"]) for row in rows] == [
+        (pathway, quantity) for pathway in ("leg", "leg-joint-likelihood") for quantity in "IBK"
+    ]
+    truth = joint_in_windows(study / "results", "sine-0.5", "other_laws/relaxation")
+    shared = joint_in_windows(study / "results", "sine-0.5")
+    for row in rows:
+        assert float(row["truth"]) == pytest.approx(truth[row["quantity"]], rel=1e-6)
+        error = (float(row["value"]) - float(row["truth"])) / float(row["truth"])
+        assert float(row["relative_error"]) == pytest.approx(error, rel=1e-6)
+    assert abs(truth["K"] / shared["K"] - 1.0) > 0.05
+    # the same noise on another motion of the same belt
+    ours, theirs = (
+        read_trial(study / f"results/trials/{name}/sine-0.5.h5").values("belt_velocity")
+        for name in ("dummy", "other_laws/relaxation")
+    )
+    assert 0.0 < np.abs(ours - theirs).max() < 0.02
 
 
 def test_a_standing_persons_ankles_and_latencies_are_recovered(study):

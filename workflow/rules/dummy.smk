@@ -198,3 +198,54 @@ rule plot_thesis_dummy:
         drawn_by="experiments.thesis_dummy.figures:draw_thesis_dummy",
     script:
         "../scripts/plot.py"
+
+
+# trials under other laws of the joint, by the same rules; only the pathways that are quoted are needed
+if OTHER_LAWS:
+
+    use rule make_dummy_trial as make_trial_of_law with:
+        output:
+            **{
+                kind: f"<results>/raw/other_laws/{{law}}/{{condition}}/{file}"
+                for kind, file in EXPERIMENTS["dummy"].raw_files.items()
+            },
+            motion="<results>/truth/other_laws/{law}/{condition}.h5",
+        log:
+            "<logs>/make_trial_of_law/{law}/{condition}.log",
+        wildcard_constraints:
+            law=any_of(OTHER_LAWS),
+        params:
+            truth=lambda w: under_law(truth_of(*RIGS["dummy"].constants), w.law),
+
+    use rule ingest_dummy as ingest_trial_of_law with:
+        input:
+            raw=[
+                f"<results>/raw/other_laws/{{law}}/{{condition}}/{file}"
+                for file in EXPERIMENTS["dummy"].raw_files.values()
+            ],
+            library=library_of(
+                "ingest", *files_of(EXPERIMENTS["dummy"].module("ingest")), *readers_of(EXPERIMENTS["dummy"])
+            ),
+        output:
+            trial="<results>/trials/other_laws/{law}/{condition}.h5",
+        log:
+            "<logs>/ingest_trial_of_law/{law}/{condition}.log",
+        params:
+            files=lambda w, input: dict(zip(EXPERIMENTS["dummy"].raw_files, input.raw)),
+
+    use rule fit_dummy as fit_trial_of_law with:
+        input:
+            trial="<results>/trials/other_laws/{law}/{condition}.h5",
+            library=library_of("fit", *files_of(EXPERIMENTS["dummy"].module("fit"))),
+        output:
+            estimates="<results>/estimates/other_laws/{law}/{condition}.csv",
+            uncertainty="<results>/uncertainty/other_laws/{law}/{condition}.csv",
+            fit="<results>/fits/other_laws/{law}/{condition}.h5",
+        log:
+            "<logs>/fit_trial_of_law/{law}/{condition}.log",
+        params:
+            section=lambda w: pick(
+                STUDY.of_trial("dummy", w.condition),
+                *(name for name in EXPERIMENTS["dummy"].fit_reads if name != "pathways"),
+                *(f"pathways.{DUMMY[role]}" for role in ("recommended", "quoted")),
+            ),

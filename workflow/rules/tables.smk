@@ -106,6 +106,42 @@ rule compare_with_truth:
         "../scripts/compare_with_truth.py"
 
 
+if OTHER_LAWS:
+
+    use rule compare_with_truth as compare_law_with_truth with:
+        input:
+            estimates=["<results>/estimates/other_laws/{law}/{condition}.csv"],
+            motions=["<results>/truth/other_laws/{law}/{condition}.h5"],
+            fits=["<results>/fits/other_laws/{law}/{condition}.h5"],
+            library=library_of("compare_with_truth"),
+        output:
+            rows="<results>/recovery/other_laws/{law}/{condition}.csv",
+        log:
+            "<logs>/compare_law_with_truth/{law}/{condition}.log",
+        params:
+            experiment="dummy",
+            constants="dummy",
+            truth=lambda w: under_law(truth_of(*EXPERIMENTS["dummy"].true), w.law),
+            windows=STUDY.estimators.true_windows("dummy"),
+
+
+rule collect_other_laws:
+    """Join the comparisons with the truth under other laws of the dummy's joint."""
+    input:
+        rows=[f"<results>/recovery/other_laws/{name}.csv" for name in OF_LAWS],
+        library=library_of("collect_other_laws"),
+    output:
+        table="<results>/tables/other_laws.csv",
+    log:
+        "<logs>/collect_other_laws.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        laws=[name.partition("/")[0] for name in OF_LAWS],
+    script:
+        "../scripts/collect_other_laws.py"
+
+
 rule collect_recovery:
     """Join the comparisons with the truth in one table."""
     input:
@@ -123,11 +159,12 @@ rule collect_recovery:
 
 
 rule tabulate_laboratory:
-    """List the mechanisms and the drawn constants of the virtual laboratory."""
+    """List the mechanisms and constants of the virtual laboratory, and what it shares with the analysis."""
     input:
         library=library_of("tabulate_laboratory"),
     output:
         table="<results>/tables/laboratory.csv",
+        shared="<results>/tables/shared.csv",
     log:
         "<logs>/tabulate_laboratory.log",
     conda:
@@ -135,6 +172,8 @@ rule tabulate_laboratory:
     params:
         truth=truth_of(*report_params.mechanisms(STUDY)),
         experiments=[experiment for experiment, names in STUDY.all_made().items() if names],
+        sections=report_params.sections(STUDY),
+        other_laws=len(OTHER_LAWS),
     script:
         "../scripts/tabulate_laboratory.py"
 

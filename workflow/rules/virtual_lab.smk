@@ -42,3 +42,14 @@ for _name, _rig in RIGS.items():
             told=of_trial(told_of, _name),
         script:
             "../scripts/make_trial.py"
+
+
+# the dummy under other laws of its joint, to which the same analysis is applied: names of laws, and conditions
+OTHER_LAWS = truth_of("dummy.other_laws")["dummy"]["other_laws"] or {} if STUDY.made("dummy") else {}
+OF_LAWS = [f"{law}/{condition}" for law in OTHER_LAWS for condition in STUDY.extremes("dummy")]
+
+
+def under_law(constants, law):
+    """The laboratory's constants with another law of the dummy's joint."""
+    rubber = constants["dummy"]["rubber"] | OTHER_LAWS[law]
+    return constants | {"dummy": constants["dummy"] | {"rubber": rubber}}

@@ -20,7 +20,7 @@ from tepsipe.virtual_lab.walker import Joint
 from tepsipe.virtual_lab.walking_trial import WalkerBody
 from tepsipe.virtual_lab.weight_trial import WeightTruth
 from tepsipe.virtual_lab.wristalyzer_trial import ManipulatorTruth
-from workflow.settings.section import Section, fixed, made_from, optional, partial, setting
+from workflow.settings.section import Section, fixed, made_from, named, optional, partial, setting
 
 
 class WristalyzerLab(Section):
@@ -36,8 +36,14 @@ class DummyLab(Section):
         Rubber,
         """Joint of the dummy, the same on the treadmill and in the Wristalyzer.
 
+        `dummy.other_laws` names [other laws](../docs/virtual-laboratory.md#other-laws-of-the-dummys-joint)
+        of the joint, each by its constants that differ; null: none.
+
         [Decision 46](../docs/decisions/0046-dummy-of-the-thesis.md).
         """,
+    )
+    other_laws: named(partial(made_from(Rubber)), "^[a-z0-9][a-z0-9-]*$") | None = setting(
+        "name of another law of the joint: its constants that differ from `rubber`; null: none"
     )
     subject: made_from(DummyTruth)
     markers: made_from(DummyMarkers)

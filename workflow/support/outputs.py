@@ -285,10 +285,15 @@ def compared(study: Study) -> dict[str, Compared]:
 
 
 def recovery(study: Study) -> list[str]:
-    """The comparison with the truth, if there is one, and what the laboratory is like."""
+    """The comparison with the truth, if there is one, what the laboratory is like and what it shares."""
     if study.config["study"]["virtual_lab"] is None:
         return []
-    return ["<results>/tables/recovery.csv", "<results>/tables/laboratory.csv"]
+    return [f"<results>/tables/{name}.csv" for name in ("recovery", "laboratory", "shared")]
+
+
+def other_laws(study: Study) -> list[str]:
+    """Comparison with the truth under other laws of the dummy's joint, if the dummy is simulated."""
+    return ["<results>/tables/other_laws.csv"] if study.made("dummy") else []
 
 
 def claims(study: Study) -> list[str]:
@@ -304,7 +309,7 @@ def cells(study: Study) -> list[str]:
 def tables(study: Study) -> dict[str, str]:
     """Name of a table of the run -> its caption."""
     others = (models, averaging, forward, noise, specification, participants, operating_points, time_varying)
-    others += (planned, recovery, claims, cells)
+    others += (planned, recovery, other_laws, claims, cells)
     found = dict.fromkeys(map(_stem, thesis_tables(study)), "thesis_table")
     found |= {name: name for name in ("estimates", "uncertainty")}
     found |= {name: name for files in others for name in map(_stem, files(study))}
@@ -416,6 +421,7 @@ def everything(study: Study) -> list[str]:
         *operating_points(study),
         *time_varying(study),
         *recovery(study),
+        *other_laws(study),
         *claims(study),
         *cells(study),
         *figures(study),

@@ -35,11 +35,16 @@ def printed(study: Study) -> dict[str, dict]:
     return {name: pick(study.settings[name], *paths) for name, paths in named.items()}
 
 
+def sections(study: Study) -> list[str]:
+    """Experiments with simulated trials, and the treadmill if one of them is on it."""
+    made = [experiment for experiment, names in study.all_made().items() if names]
+    on_plate = any(EXPERIMENTS[experiment].on_plate for experiment in made)
+    return [*made, "treadmill"] if on_plate else made
+
+
 def mechanisms(study: Study) -> list[str]:
     """Constants that say what the laboratory is like: mechanisms, what was inferred, and what was drawn."""
-    made = [experiment for experiment, names in study.all_made().items() if names]
-    if any(EXPERIMENTS[experiment].on_plate for experiment in made):
-        made.append("treadmill")
+    made = sections(study)
     paths = [mechanism.key for mechanism in MECHANISMS if mechanism.section in made]
     if "dummy" in made:
         paths += [path for path in INFERRED_CONSTANTS if path.partition(".")[0] in made]

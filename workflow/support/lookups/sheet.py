@@ -60,6 +60,12 @@ class Sheet:
         """Condition -> velocity amplitude (m/s), None where the sheet has none."""
         return {c: self.trials[experiment, c].amplitude for c in self.conditions(experiment)}
 
+    def extremes(self, experiment: str) -> list[str]:
+        """First simulated condition with the smallest velocity amplitude, and first with the largest."""
+        made, amplitudes = self.made(experiment), self.amplitudes(experiment)
+        found = [choose(made, key=lambda c: amplitudes[c] or 0.0) for choose in (min, max)] if made else []
+        return list(dict.fromkeys(found))
+
     def time_lines(self) -> dict[str, list[list]]:
         """Experiment -> [condition, duration (s), velocity amplitude (m/s)] of its trials.
 
