@@ -116,6 +116,7 @@ def standing_results(trial, left_out):
     arrays = {"time": time, "onsets_s": np.array([4.0]), "processed/onsets_s": np.array([4.0, 8.0])}
     for key in ("ankle", "ankle_d", "y_cop", "torque_recommended", "torque_as_printed"):
         arrays[f"processed/{key}"] = rng.normal(size=size).astype(np.float32)
+    arrays["processed/torque_as_printed"] = arrays["processed/torque_as_printed"][None]
     for key in ("belt_velocity", "ankle", "f_y", "shank", "thigh", "knee"):
         arrays[f"perturbed/{key}"] = rng.normal(size=(1, time.size))
     arrays["envelope"] = rng.normal(size=(1, time.size, 1))
@@ -125,7 +126,7 @@ def standing_results(trial, left_out):
         {
             "left_out": left_out,
             "fault": None,
-            "torques": {"recommended": "ankle-compensated", "as_printed": "ankle-thesis"},
+            "torques": {"recommended": "ankle-compensated", "as_printed": ["ankle-thesis"]},
         },
     )
     curve = {

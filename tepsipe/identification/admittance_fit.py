@@ -2,7 +2,8 @@
 
     e(f) = sqrt(Gamma(f) / f) |log( H_estimate(f) / H_model(f) )|,    minimise sum of e^2
 
-log is the complex logarithm, so e weighs gain and phase alike.
+log is the complex logarithm, so e weighs gain and phase alike. The thesis's text above the equation has
+sqrt(1 / f) Gamma instead, which is the same for a squared coherence.
 """
 
 from dataclasses import dataclass, replace

@@ -223,8 +223,9 @@ def standing_torque(
 ) -> np.ndarray:
     """Torque of both ankles of a standing person, from the balance of moments of the feet about the ankles.
 
-    This is thesis eq (3-14), derived consistently. The wrench of the plate and the weight of the feet act
-    about the ankle; the moment that does not accelerate the feet is transmitted by the joint:
+    This is thesis eq (3-14) with an angular acceleration, and with the sign of a torque on the body. The
+    wrench of the plate and the weight of the feet act about the ankle; the moment that does not accelerate
+    the feet is transmitted by the joint:
 
         tau = M_x - y_A F_z + z_A F_y - (y_f - y_A) m_f (g + z_f'') + (z_f - z_A) m_f y_f'' + I_f phi_f''
 
@@ -249,24 +250,42 @@ def standing_torque_as_printed(
     ankle: np.ndarray,
     foot_com: np.ndarray,
     foot_com_dd: np.ndarray,
+    vectors: bool,
 ) -> np.ndarray:
     """Torque of both ankles by thesis eq (3-14) as printed, with y_CoP = M_x / F_z (eq 3-13).
 
-        tau = (y_A - y_CoP) F_y - (y_A - y_f) m_f y_f'' - (y_A - y_f) m_f g - I_f + m_f r_Af
+        tau = (y_A - y_CoP) x F_y - (y_A - y_f) x (m_f y_f'') - (y_A - y_f) x (m_f g) - I_f + m_f r_Af
 
-    The units of its terms differ: the centre of pressure is a lever arm of F_z, not of F_y, I_f lacks an
-    angular acceleration, and m_f r_Af is the term of the parallel-axis theorem without the square. The
-    lever arm of the horizontal force, the height of the ankle, is missing. Takes the arguments of
-    `standing_torque`.
+    No other equation of the thesis contains a cross. Bold letters and crosses can be read in two ways:
 
-    Returns: tau (the numbers of N·m, kg·m² and kg m added).
+    - Vector products in the plane y, z: y_A, y_CoP, y_f are points, the last two and F_y, y_f'' have their
+      second component, and g points up. tau is then the torque of the joints on the feet, positive about the
+      x axis, as tau_A in eq (3-7). If the feet do not turn, the products add up to minus `standing_torque`.
+    - Products of scalars: y_A and y_f are y-positions, as the text below the equation states. The centre of
+      pressure is then a lever arm of F_y instead of F_z, and the height of the ankle is missing.
+
+    In both readings I_f lacks an angular acceleration, and m_f r_Af lacks it and a square (parallel axes).
+    These terms do not vary unless the feet deform. Takes the arguments of `standing_torque`, and whether the
+    products are of ``vectors``.
+
+    Returns: tau as printed (the numbers of N·m, kg·m² and kg m added), positive when it resists a body that
+    tips towards -y.
     """
     m_f = feet.mass_kg
-    y_a, y_f = ankle[:, 0], foot_com[:, 0]
-    r_af = np.hypot(*(foot_com - ankle).T)
-    y_cop = load.m_x / load.f_z
-    torque = (y_a - y_cop) * load.f_y - (y_a - y_f) * m_f * foot_com_dd[:, 0]
-    return torque - (y_a - y_f) * m_f * gravity_m_per_s2 - feet.inertia_kgm2 + m_f * r_af
+    pressure = load.m_x / load.f_z
+    from_com, from_pressure = ankle - foot_com, ankle - np.column_stack([pressure, np.zeros_like(pressure)])
+    if vectors:
+        weighed = m_f * (foot_com_dd + np.array([0.0, gravity_m_per_s2]))
+        products = _cross(from_pressure, np.column_stack([load.f_y, load.f_z])) - _cross(from_com, weighed)
+    else:
+        weighed = m_f * (foot_com_dd[:, 0] + gravity_m_per_s2)
+        products = from_pressure[:, 0] * load.f_y - from_com[:, 0] * weighed
+    return products - feet.inertia_kgm2 + m_f * np.hypot(*from_com.T)
+
+
+def _cross(lever: Annotated[np.ndarray, "(n, 2)"], force: Annotated[np.ndarray, "(n, 2)"]) -> np.ndarray:
+    """X component of the vector product of two vectors (y, z)."""
+    return lever[:, 0] * force[:, 1] - lever[:, 1] * force[:, 0]
 
 
 def single_joint_torque(

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+import scipy
 from builders import Joint
 from typst_builders import findings_of
 
@@ -57,7 +58,7 @@ def rows(trial):
 @pytest.mark.slow
 def test_every_combination_is_there_once_sorted_by_stiffness(rows):
     # torque, filters and what they filter or none at all, rest, window, estimator; output error by filter
-    assert len(rows) == 4 * (3 * 3 + 1) * 2 * 3 * 2 + 4
+    assert len(rows) == 4 * (4 * 3 + 1) * 2 * 3 * 2 + 5
     assert len({row.choices for row in rows}) == len(rows)
     stiffness = [row.K_Nm_per_rad for row in rows]
     assert stiffness == sorted(stiffness)
@@ -92,6 +93,22 @@ def test_one_filter_for_all_keeps_the_joint_and_a_filter_for_one_moves_its_dampi
         assert abs(damping(filtered, names[1]) - 0.1) > 0.05
 
 
+def test_an_order_in_each_pass_is_twice_the_order_of_both(rng):
+    known = list(filters(DUMMY, CHOSEN).items())
+    assert [name for name, _ in known] == [
+        "bidirectional 20 Hz",
+        "unidirectional 20 Hz",
+        "bidirectional 10 Hz",
+        "bidirectional 20 Hz, order 8",
+        "none",
+    ]
+    noise = rng.standard_normal(2000)
+    for (_, lowpass), order in ((known[0], 2), (known[3], 4)):
+        sections = scipy.signal.butter(order, 20.0, fs=250.0, output="sos")
+        twice = scipy.signal.sosfiltfilt(sections, noise)
+        assert lowpass(noise, 250.0)[300:-300] == pytest.approx(twice[300:-300], abs=1e-6)
+
+
 @pytest.mark.slow
 def test_pathway_with_other_instants_has_no_column(trial):
     strobed = replace(PRINTED, marker_instants="as-sampled")
@@ -121,7 +138,7 @@ def test_numbers_of_the_report_are_those_of_the_rows(rows, tmp_path):
     recommended = next(row.K_Nm_per_rad for row in rows if row.role == "recommended")
     near = [abs(row.K_Nm_per_rad / recommended - 1.0) < 0.05 for row in rows]
     (caption,) = told(rows).values()
-    assert caption.endswith(f" in {100.0 * np.mean(near):.0f} % of the 484 combinations of choices.")
+    assert caption.endswith(f" in {100.0 * np.mean(near):.0f} % of the 629 combinations of choices.")
     assert told([row for row in rows if not row.role]) == {}
 
 
@@ -130,4 +147,4 @@ def test_figure_has_a_row_for_every_value_of_every_choice(rows):
     labels = [label.get_text() for label in figure.axes[2].get_yticklabels()]
     for row in rows:
         assert {words(choice) for choice in row.choices if choice != "none"} <= set(labels)
-    assert len(labels) == 4 + 4 + 3 + 2 + 4 + 3
+    assert len(labels) == 4 + 5 + 3 + 2 + 4 + 3

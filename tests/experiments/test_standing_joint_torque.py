@@ -31,12 +31,12 @@ from standing_builders import (
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.joint_torque import process_standing
-from tepsipe.experiments.standing.options import TorquePathway
+from tepsipe.experiments.standing.options import TORQUES, TorquePathway
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.treadmill.plate_check import PlateCheck
 from tepsipe.treadmill.registry import fit_model
 
-PATHWAYS = {name: TorquePathway(name, None) for name in ("ankle-thesis", "ankle", "single-joint")}
+PATHWAYS = {name: TorquePathway(name, None) for name in TORQUES}
 FOOT = [LABELS.index(label) for label in PERSON.foot.labels]
 LEG = [k for k in range(len(LABELS)) if k not in FOOT]
 SMOOTH = OPTIONS.lowpass
@@ -105,9 +105,13 @@ def test_both_free_bodies_give_the_ankles_torque():
     assert standing.torque["ankle"] == pytest.approx(torque, abs=0.25)
     middle = slice(200, -200)
     assert standing.torque["single-joint"][middle] == pytest.approx(torque[middle], abs=0.25)
-    # eq (3-14) at rest: m_f (g 0.05 + r_Af) - I_f, whatever holds the body
+    # eq (3-14), on the feet: by vectors the same but for m_f r_Af - I_f, as the feet do not turn
     feet = PERSON.feet
-    at_rest = feet.mass_kg * (G * 0.05 + np.hypot(0.05, 0.04)) - feet.inertia_kgm2
+    garbled = feet.mass_kg * np.hypot(0.05, 0.04) - feet.inertia_kgm2
+    vectors = standing.torque["ankle-thesis-vector"]
+    assert vectors == pytest.approx(standing.torque["ankle"] - garbled, abs=1e-3)
+    # by scalars at rest: m_f g 0.05 and the same, whatever holds the body
+    at_rest = -feet.mass_kg * G * 0.05 - garbled
     assert standing.torque["ankle-thesis"][:1000] == pytest.approx(np.full(1000, at_rest), abs=1e-4)
     assert torque[:1000].mean() == pytest.approx(27.7, abs=0.1)
 

@@ -17,7 +17,7 @@ from tepsipe.experiments.standing.epochs import cut_standing_epochs, epochs_of
 from tepsipe.experiments.standing.estimates import fit_rows, generator
 from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.muscle_torque import ActiveOptions
-from tepsipe.experiments.standing.options import StandingEstimator, TorquePathway
+from tepsipe.experiments.standing.options import AS_PRINTED, StandingEstimator, TorquePathway
 from tepsipe.experiments.standing.thesis.impedance import (
     fit_all,
     standing_result,
@@ -146,16 +146,17 @@ def test_result_without_a_usable_trial_is_empty_and_can_be_written(trials, tmp_p
 
 def test_result_of_a_trial_holds_responses_and_what_figure_4_13_shows(tmp_path):
     trial = standing_trial()
-    pathways = {name: TorquePathway(name, None) for name in ("ankle", "ankle-thesis")}
+    pathways = {name: TorquePathway(name, None) for name in ("ankle", *AS_PRINTED)}
     standing = process_standing(trial, "standing/x", OPTIONS, pathways, {})
     responses = cut_standing_epochs(standing, CUTTING)
-    torques = {"as_printed": "ankle-thesis", "recommended": "ankle"}
+    torques = {"as_printed": list(AS_PRINTED), "recommended": "ankle"}
     write_result(tmp_path / "trial.h5", trial_epochs_result(standing, responses, torques))
     read = read_result(tmp_path / "trial.h5")
     assert read.arrays["processed/time"] == pytest.approx(standing.time)
     assert read.arrays["processed/onsets_s"] == pytest.approx(ONSETS_S, abs=5e-4)
     assert read.arrays["processed/torque_recommended"] == pytest.approx(standing.torque["ankle"], rel=1e-6)
-    printed = standing.torque["ankle-thesis"]
+    printed = np.array([standing.torque[name] for name in AS_PRINTED])
+    assert np.ptp(printed, axis=0).max() > 1.0  # two readings, two torques
     assert read.arrays["processed/torque_as_printed"] == pytest.approx(printed, rel=1e-6, abs=1e-6)
     assert read.units["processed/torque_as_printed"] == "Nm"
     assert read.units["processed/y_cop"] == "m"

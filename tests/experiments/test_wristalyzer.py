@@ -26,6 +26,7 @@ from tepsipe.experiments.wristalyzer.record import prepare
 from tepsipe.identification.budgets.manipulator import period_budget, spectral_budget
 from tepsipe.identification.regression.periods import fit_periods
 from tepsipe.identification.result import quantities_of
+from tepsipe.mechanics.impedance_model import admittance
 from tepsipe.statistics.uncertainty import Budget, Source
 
 JOINT = np.array([0.015, 0.1, 8.0])
@@ -142,6 +143,20 @@ def test_angle_is_predicted_from_the_torque_alone():
     assert prepared.prediction_vaf(JOINT) > 99.9
     assert prepared.prediction_vaf(JOINT * [1.0, 1.0, 0.5]) < 50.0
     assert prepared.kept == slice(1024, 8448 - 1024)
+
+
+def test_coherence_outside_the_root_weights_the_criterion_by_its_square(noisy):
+    outside = analyse(trial_with(noise_rad=0.003), replace(OPTIONS, coherence_outside_root=True))
+    inside, found = (analysis.fitted["spectral-fit"] for analysis in (noisy, outside))
+    # the coherence itself is the same
+    assert found.spectrum.coherence == pytest.approx(inside.spectrum.coherence)
+    band = found.spectrum.band(*OPTIONS.fit_band_hz)
+    ratio = np.log(band.response / admittance(found.parameters, band.frequency_hz))
+    errors = np.sqrt(1.0 / band.frequency_hz) * band.coherence * np.abs(ratio)
+    assert found.search.cost == pytest.approx(np.sum(errors**2))
+    assert 0.0 < found.search.cost < inside.search.cost
+    assert found.parameters != pytest.approx(inside.parameters, rel=1e-6)
+    assert found.parameters == pytest.approx(inside.parameters, rel=0.1)
 
 
 def test_trial_without_a_period_is_fitted_from_averaged_bins_only():

@@ -128,13 +128,37 @@ def test_feet_of_the_dummy_have_the_torque_of_the_dummys_foot(rng):
 # ---- eq (3-14) as printed ----------------------------------------------------------------------
 
 
-def printed(plate, com_dd=(0.0, 0.0), feet=FEET, gravity=G, metre=1.0):
+def printed(plate, com_dd=(0.0, 0.0), feet=FEET, gravity=G, metre=1.0, vectors=False):
     """The printed torque of feet with their centre at (0.17, 0.05) m, in a unit of so many metres."""
     ankle, com = np.array([[Y_A, Z_ANKLE]]) / metre, np.array([[Y_F, 0.05]]) / metre
-    return standing_torque_as_printed(feet, gravity, plate, ankle, com, np.array([com_dd]))
+    return standing_torque_as_printed(feet, gravity, plate, ankle, com, np.array([com_dd]), vectors)
 
 
-def test_printed_torque_is_the_sum_of_its_terms():
+def test_vector_products_are_minus_the_torque_on_the_body_if_the_feet_do_not_turn(rng):
+    f_y, f_z, m_x, y_a, z_a, y_f, z_f, y_dd, z_dd = rng.standard_normal((9, 50))
+    motion = (*(np.column_stack(x) for x in ((y_a, z_a), (y_f, z_f), (y_dd, z_dd))),)
+    plate, flat = PlateLoad(f_y, f_z + 10.0, m_x), np.zeros(50)
+    consistent = standing_torque(FEET, G, plate, *motion, flat)
+    garbled = -FEET.inertia_kgm2 + FEET.mass_kg * np.hypot(y_f - y_a, z_f - z_a)
+    vectors = standing_torque_as_printed(FEET, G, plate, *motion, True)
+    assert vectors == pytest.approx(-consistent + garbled, rel=1e-12, abs=1e-12)
+    scalars = standing_torque_as_printed(FEET, G, plate, *motion, False)
+    assert np.abs(scalars - vectors).max() > 10.0
+    # the feet's own turn is the one thing that the vectors miss
+    turned = standing_torque(FEET, G, plate, *motion, flat + 7.0)
+    assert vectors + turned - garbled == pytest.approx(7.0 * FEET.inertia_kgm2, abs=1e-12)
+
+
+def test_vector_products_have_the_sign_of_the_torque_on_the_feet_in_eq_3_7():
+    # eq (3-7) of the dummy's foot, m_f y'' = 0: F_y l_f / 2 - F_Ay l_f / 2 + tau_A = 0 with F_Ay = -F_y
+    flat, plate = np.array([[0.0, Z_ANKLE]]), load(10.0, WEIGHT, 0.0)
+    middle = np.array([[0.0, 0.5 * Z_ANKLE]])
+    nothing = Feet(FEET.mass_kg, FEET.mass_kg * 0.5 * Z_ANKLE)  # whose garbled terms cancel
+    found = standing_torque_as_printed(nothing, G, plate, flat, middle, np.zeros((1, 2)), True)
+    assert found == pytest.approx(-10.0 * Z_ANKLE)
+
+
+def test_torque_of_scalars_is_the_sum_of_its_terms():
     terms = (
         (0.12 - 90.0 / 600.0) * 20.0,  # (y_A - y_CoP) F_y = -0.6
         -(0.12 - 0.17) * 2.0 * 3.0,  # -(y_A - y_f) m_f y_f'' = 0.3
@@ -146,14 +170,18 @@ def test_printed_torque_is_the_sum_of_its_terms():
     assert printed(load(20.0, 600.0, 90.0), (3.0, 0.0)) == pytest.approx(sum(terms), rel=1e-6)
 
 
-def test_printed_torque_does_not_see_how_far_a_body_leans():
+def test_only_vectors_see_how_far_a_body_leans():
     upright = printed(load(0.0, 62.0 * G, (60.0 * Y_A + 2.0 * Y_F) * G))
     leaning = printed(load(0.0, 62.0 * G, (60.0 * (Y_A + 0.05) + 2.0 * Y_F) * G))
     assert leaning == pytest.approx(upright)
+    leans = (60.0 * (Y_A + 0.05) + 2.0 * Y_F) * G
+    by_vectors = [printed(load(0.0, 62.0 * G, m), vectors=True) for m in (leans, leans - 3.0 * G)]
+    assert by_vectors[0] - by_vectors[1] == pytest.approx(-3.0 * G)
     assert by_feet(load(0.0, 62.0 * G, (60.0 * (Y_A + 0.05) + 2.0 * Y_F) * G)) == pytest.approx(3.0 * G)
 
 
-def test_derived_torque_has_one_unit_and_the_printed_one_does_not():
+@pytest.mark.parametrize("vectors", [True, False])
+def test_derived_torque_has_one_unit_and_the_printed_last_terms_do_not(vectors):
     # in centimetres: forces in kg cm/s2, moments of inertia in kg cm2, torque in kg cm2/s2
     plate, com_dd = (20.0, 600.0, 90.0), (3.0, 1.0)
     in_cm = load(2e3, 6e4, 9e5)
@@ -163,8 +191,11 @@ def test_derived_torque_has_one_unit_and_the_printed_one_does_not():
     cm_dd = (300.0, 100.0)
     found = standing_torque(feet_cm, 981.0, in_cm, 100.0 * ankle, 100.0 * com, np.array([cm_dd]), one(2.0))
     assert found == pytest.approx(1e4 * metres)
-    wrong = printed(in_cm, cm_dd, feet_cm, 981.0, 0.01)
-    assert np.abs(wrong - 1e4 * printed(load(*plate), com_dd)) > 0.1 * np.abs(wrong)
+    # garbled: I_f in kg cm2 is 1e4 times that in kg m2, as a torque; m_f r_Af in kg cm only 100 times
+    arm = FEET.mass_kg * np.hypot(0.05, 0.03)
+    in_metres = printed(load(*plate), com_dd, vectors=vectors)
+    wrong = printed(in_cm, cm_dd, feet_cm, 981.0, 0.01, vectors)
+    assert wrong - 1e4 * in_metres == pytest.approx((1e2 - 1e4) * arm)
 
 
 # ---- the body as one pendulum ------------------------------------------------------------------

@@ -18,6 +18,7 @@ ESTIMATORS = {
     "twitch": {"active": "emg", "inertia": False, "window_s": 0.3},
 }
 PATHWAYS = {
+    "vectors": {"torque": "ankle-thesis-vector", "treadmill_model": None},
     "printed": {"torque": "ankle-thesis", "treadmill_model": None},
     "plain": {"torque": "ankle", "treadmill_model": None},
     "best": {"torque": "ankle", "treadmill_model": "frame"},
@@ -41,6 +42,7 @@ ESTIMATES = (
     ("calm", "best", "twitch", "VAF_response", 97.04),
     ("tense", "best", "twitch", "VAF_response", None),
     ("a", "best", "gls", "K", 420.0),
+    ("calm", "vectors", "short", "K", 345.0),
 )
 WINDOWS = np.array([[0.04, 8.0, 398.0], [0.06, 8.2, 402.0], [0.08, 8.0, 400.0]])
 TIME = np.array([-0.1, 0.0, 0.1, 0.2])
@@ -168,9 +170,11 @@ def test_printed_torque_has_little_stiffness_only_if_it_has(stiffness, holds):
 def test_shares_of_torques_and_the_change_by_window_are_those_of_the_run():
     found = standing.numbers(run_of())
     assert found["pre_reflex"] == "short"
-    assert found["share_percent"] == {"printed": [-5.0], "plain": [70.0], "best": [100.0]}
+    shares = {"vectors": [69.0], "printed": [-5.0], "plain": [70.0], "best": [100.0]}
+    assert found["share_percent"] == shares
     words = chapter(run_of())
     assert "yields almost no stiffness: −5.0 % of the K of best" in words
+    assert "no belt-induced load is subtracted, yields 69 % of the K of best" in words
     # of the windows of 50 and 60 ms; that of 30 ms is too far from 60 ms
     assert "shorter or longer changes the K of short by up to 8 %" in words
     assert (

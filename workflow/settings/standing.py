@@ -176,7 +176,10 @@ class Standing(Section):
     active: made_from(ActiveOptions, without=("action",))
     free_reflex: made_from(FreeReflexOptions)
     latency: made_from(OnsetOptions)
-    as_printed: str = setting("one of `pathways`: shown in Figure 4-13", thesis="3-2")
+    as_printed: str = setting(
+        "one of `pathways`: shown in Figure 4-13, with every other reading of eq (3-14) in `pathways`",
+        thesis="3-2",
+    )
     recommended: Recommended
     example_condition: str = setting(
         "condition of Figures 4-13 and 4-14; the last of the sheet if the study does not contain it",

@@ -3,7 +3,7 @@
 A specification is one combination of choices for the estimation of I, B, K:
 
     torque      equation of the torque: leg-thesis, leg, foot-thesis, foot (`inverse_dynamics`)
-    filter      low-pass: as in the study, forwards only, with another cutoff, none
+    filter      low-pass: as in the study, forwards only, other cutoff, order counted in each pass, none
     filtered    filtered signals: all; the torque only; the motion only, from which the regressors follow
     reference   angle and torque at rest: from the first and last rest, or from just before each perturbation
     window      the length of the command, the actual length, or longer
@@ -100,12 +100,16 @@ class Forwards:
 
 
 def filters(dummy: DummyOptions, options: SpecificationOptions) -> dict[str, Filter]:
-    """Name -> filter, the study's first (cutoffs in Hz)."""
+    """Name -> filter, the study's first (cutoffs in Hz).
+
+    "4th order bidirectional" may count both passes, as in the study, or each of them: twice the order.
+    """
     cutoff, order = dummy.lowpass_cutoff_hz, dummy.lowpass_order
     return {
         f"bidirectional {cutoff:g} Hz": dummy.lowpass,
         f"unidirectional {cutoff:g} Hz": Forwards(Lowpass(cutoff, order, False)),
         f"bidirectional {options.other_cutoff_hz:g} Hz": Lowpass(options.other_cutoff_hz, order, True),
+        f"bidirectional {cutoff:g} Hz, order {2 * order}": Lowpass(cutoff, 2 * order, True),
         NONE: unfiltered,
     }
 

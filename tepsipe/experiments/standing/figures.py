@@ -56,14 +56,15 @@ def plot_processed(result: Result) -> Figure:
     for axis, (key, label) in zip(axes, rows, strict=False):
         axis.plot(time, arrays[f"processed/{key}"], color=COLOURS["measured"], linewidth=0.6, rasterized=True)
         axis.set(ylabel=label)
-    for role, colour, label in (
-        ("as_printed", COLOURS["as printed"], "eq (3-14) as printed"),
-        ("recommended", COLOURS["recommended"], "derived consistently"),
-    ):
-        torque = arrays[f"processed/torque_{role}"]
+    torques = result.facts["torques"]
+    printed = zip(torques["as_printed"], arrays["processed/torque_as_printed"], strict=True)
+    for (pathway, torque), colour in zip(printed, (COLOURS["as printed"], COLOURS["other"]), strict=False):
+        label = words(pathway)
         axes[3].plot(time, torque, color=colour, linewidth=0.6, label=label, rasterized=True)
+    recommended, label = arrays["processed/torque_recommended"], words(torques["recommended"])
+    axes[3].plot(time, recommended, color=COLOURS["recommended"], linewidth=0.6, label=label, rasterized=True)
     axes[3].set(ylabel=r"$\tau_A$ (N·m)", xlabel="Time (s)")
-    axes[3].legend(loc="lower center", bbox_to_anchor=(0.5, 0.97), ncols=2)
+    axes[3].legend(loc="lower center", bbox_to_anchor=(0.5, 0.97), ncols=3)
     for axis in axes:
         axis.margins(x=0.0)
     figure.align_ylabels()

@@ -16,6 +16,7 @@ from tepsipe.experiments.standing.free_reflex.results import FreeReflexChoices, 
 from tepsipe.experiments.standing.joint_torque import StandingTrial, process_standing
 from tepsipe.experiments.standing.muscle_torque import ActiveOptions
 from tepsipe.experiments.standing.options import (
+    AS_PRINTED,
     BOTH,
     EpochOptions,
     StandingEstimator,
@@ -120,7 +121,9 @@ def fit(
     rows, contributions = fit_rows(condition, fits, options.person.body.critical_stiffness)
     legs = {leg: of_leg for leg in options.belts if (of_leg := _of(leg, cut))}
     rows_of_legs, more = leg_rows(condition, legs, name, estimators, choices, perturbations)
-    torques = {"as_printed": section["as_printed"], "recommended": choices.pathway}
+    readings = [name for name, choice in section["pathways"].items() if choice["torque"] in AS_PRINTED]
+    printed = list(dict.fromkeys([section["as_printed"], *readings]))
+    torques = {"as_printed": printed, "recommended": choices.pathway}
     epochs = trial_epochs_result(standing, responses, torques)
     return Fitted(
         with_budgets(result, fits),

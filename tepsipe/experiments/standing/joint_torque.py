@@ -12,7 +12,15 @@ from typing import Annotated
 import numpy as np
 
 from tepsipe.errors import InputError, listed
-from tepsipe.experiments.standing.options import BOTH, TORQUES, Person, StandingOptions, TorquePathway
+from tepsipe.experiments.standing.options import (
+    AS_PRINTED,
+    BOTH,
+    TORQUES,
+    VECTORS,
+    Person,
+    StandingOptions,
+    TorquePathway,
+)
 from tepsipe.experiments.standing.stance import (
     PlateBalance,
     Stance,
@@ -313,8 +321,9 @@ def _torque(
     feet = (person.feet, person.body.gravity_m_per_s2, plate, poses["ankle_point"], poses["foot_com"])
     if kind == "ankle":
         return standing_torque(*feet, acceleration("foot_com"), acceleration("foot"))
-    if kind == "ankle-thesis":
-        return standing_torque_as_printed(*feet, acceleration("foot_com"))
+    if kind in AS_PRINTED:
+        # eq (3-14) is the torque on the feet (standing_torque_as_printed)
+        return -standing_torque_as_printed(*feet, acceleration("foot_com"), kind == VECTORS)
     if kind == "single-joint":
         shank_dd, ankle_dd = acceleration("shank"), acceleration("ankle_point")
         return single_joint_torque(person.body, poses["shank"], shank_dd, ankle_dd)

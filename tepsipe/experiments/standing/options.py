@@ -24,8 +24,11 @@ from tepsipe.signals.emg import EmgOptions
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
 
+# readings of thesis eq (3-14): its crosses as products of vectors, or of scalars
+AS_PRINTED = VECTORS, SCALARS = ("ankle-thesis-vector", "ankle-thesis")
 TORQUES = {
-    "ankle-thesis": "thesis eq (3-14) as printed",
+    VECTORS: "thesis eq (3-14) as printed, its crosses read as vector products",
+    SCALARS: "thesis eq (3-14) as printed, its crosses read as products of scalars",
     "ankle": "balance of moments of the feet about the ankles, derived consistently",
     "single-joint": "the body above the ankles as one inverted pendulum, from markers only; included to show "
     "that this model fails",

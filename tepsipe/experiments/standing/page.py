@@ -116,7 +116,12 @@ def _processed_panels(epochs: Result, clock: Clock, bands: list[Band]) -> list[P
     velocity = Trace("ankle", arrays["ankle_d"], clock)
     torque = (
         Trace(words(torques["recommended"]), arrays["torque_recommended"], clock, "blue"),
-        Trace(words(torques["as_printed"]), arrays["torque_as_printed"], clock, "vermilion", "5 3"),
+        *(
+            Trace(words(name), values, clock, colour, "5 3")
+            for name, values, colour in zip(
+                torques["as_printed"], arrays["torque_as_printed"], ("vermilion", "purple"), strict=False
+            )
+        ),
     )
     pressure = Trace("along the belt", 1e3 * arrays["y_cop"].astype(float), clock)
     return [

@@ -25,6 +25,7 @@ EXPERIMENT = Experiment(
         "analysis.cut_s",
         "analysis.averaged_bins",
         "analysis.fit_band_hz",
+        "analysis.coherence_outside_root",
         "analysis.perturbation_period_s",
         "analysis.excited_band_hz",
         "analysis.start",

@@ -16,7 +16,13 @@ from tepsipe.errors import InputError
 from tepsipe.experiments.budgets import contributions_of, rows_of
 from tepsipe.experiments.wristalyzer.names import AS_PRINTED, MODULUS, PATHWAY, PERIODS, REGRESSION
 from tepsipe.experiments.wristalyzer.options import WristalyzerOptions
-from tepsipe.experiments.wristalyzer.record import PreparedTrial, WristalyzerRecord, prepare, timed
+from tepsipe.experiments.wristalyzer.record import (
+    PreparedTrial,
+    WristalyzerRecord,
+    fitted_band,
+    prepare,
+    timed,
+)
 from tepsipe.identification.admittance_fit import (
     AdmittanceFit,
     Bounds,
@@ -71,9 +77,8 @@ class Estimator:
 
 
 def _searched(record: WristalyzerRecord, spectrum: FrequencyResponse, as_printed: bool = False) -> JointFit:
-    options = record.options
-    band = spectrum.band(*options.fit_band_hz)
-    search, quantities = fit_response(band, options.bounds, record.sources, as_printed)
+    band = fitted_band(spectrum, record.options)
+    search, quantities = fit_response(band, record.options.bounds, record.sources, as_printed)
     flags = ("at-bound",) * search.at_bound + ("not-converged",) * (not search.converged)
     return JointFit(quantities, flags, spectrum, search)
 
@@ -151,7 +156,7 @@ def analyse_wristalyzer(
         for name, estimator in ESTIMATORS.items()
         if options.perturbation_period_s is not None or not estimator.needs_period
     }
-    band, tried = record.averaged.band(*options.fit_band_hz), []
+    band, tried = fitted_band(record.averaged, options), []
     for stiffness in options.tried_stiffness_Nm_per_rad:
         start = Bounds(np.array([*bounds.start[:2], stiffness]), bounds.lower, bounds.upper)
         tried.append((stiffness, fit_scaled(band, start), fit_as_printed(band, start)))
@@ -162,7 +167,7 @@ def analyse_wristalyzer(
         fitted=fitted,
         tapered=record.tapered,
         profile=profile_stiffness(
-            best.spectrum.band(*options.fit_band_hz), bounds, best.search, np.linspace(low, high, points)
+            fitted_band(best.spectrum, options), bounds, best.search, np.linspace(low, high, points)
         ),
         many_starts=fit_from_many_starts(band, bounds, options.random_starts, rng),
         tried=tried,

@@ -13,7 +13,7 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.wristalyzer.options import WristalyzerOptions
-from tepsipe.experiments.wristalyzer.record import prepare
+from tepsipe.experiments.wristalyzer.record import fitted_band, prepare
 from tepsipe.identification.admittance_fit import fit_scaled
 from tepsipe.io.tables import Table, Undefinable
 from tepsipe.io.trial import Trial
@@ -68,7 +68,7 @@ def sweep_averaging(
             band = spectrum.band(*options.fit_band_hz)
         except InputError:  # too few frequencies are left
             continue
-        fit = fit_scaled(band, options.bounds)
+        fit = fit_scaled(fitted_band(spectrum, options), options.bounds)
         linear = simulate_angle(fit.parameters, prepared.torque, prepared.rate_hz)[prepared.kept]
         of_linear = frequency_averaged(torque, linear, prepared.rate_hz, bins).band(*options.fit_band_hz)
         lowest = int(np.argmin(band.coherence))

@@ -43,6 +43,9 @@ class WristalyzerOptions:
     """Other numbers of averaged frequencies that are tried."""
     fit_band_hz: Annotated[Band, Thesis("3-1-1")]
     """Fitted frequencies."""
+    coherence_outside_root: Annotated[bool, Thesis("3-1-1")] = False
+    """True: the coherence of criterion (3-6) stands outside the root, as in the text above the equation.
+    False: inside, as in the equation."""
     perturbation_period_s: Time | None
     """Period of the multisine, a whole number of samples; null if the perturbation is not periodic."""
     excited_band_hz: Annotated[Band, Thesis("2-1-1")]

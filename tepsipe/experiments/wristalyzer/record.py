@@ -99,6 +99,15 @@ def prepare(trial: Trial, options: WristalyzerOptions) -> PreparedTrial:
     )
 
 
+def fitted_band(spectrum: FrequencyResponse, options: WristalyzerOptions) -> FrequencyResponse:
+    """Frequencies of a spectrum that are fitted, with the coherence by which criterion (3-6) weights them.
+
+    The equation prints sqrt(Gamma / f), and the text above it sqrt(1 / f) Gamma = sqrt(Gamma^2 / f).
+    """
+    band = spectrum.band(*options.fit_band_hz)
+    return replace(band, coherence=band.coherence**2) if options.coherence_outside_root else band
+
+
 @dataclass(frozen=True)
 class WristalyzerRecord:
     """Signals of a trial, and their known uncertainties."""

@@ -3,6 +3,7 @@
 import numpy as np
 
 from tepsipe.experiments.standing.muscle_torque import FREE, NONE
+from tepsipe.experiments.standing.options import SCALARS
 from tepsipe.io.estimates import FLAGS
 from tepsipe.io.result import Result
 from tepsipe.reporting.budgets import source_words
@@ -110,9 +111,9 @@ def free_reflex(run: Run) -> bool:
 
 
 def printed_little(run: Run) -> bool:
-    """By the printed torque, K of every task is below a fifth of K by the recommended one."""
+    """By eq (3-14), read as scalars, K of every task is below a fifth of K by the recommended torque."""
     pathways = run.settings["standing"]["pathways"]
-    found = [x for p, own in _shares(run).items() if pathways[p]["torque"] == "ankle-thesis" for x in own]
+    found = [x for p, own in _shares(run).items() if pathways[p]["torque"] == SCALARS for x in own]
     return bool(found) and max(map(abs, found)) < LITTLE_PERCENT
 
 

@@ -388,7 +388,8 @@ def over_sway(responses: StandingEpochs, pathway: str) -> dict[str, float]:
 def trial_epochs_result(standing: StandingTrial, responses: StandingEpochs, torques: dict) -> Result:
     """Responses and post-processed signals of one trial.
 
-    torques: role -> pathway, for the torques that Figure 4-13 shows: as_printed and recommended.
+    torques: for the torques that Figure 4-13 shows: as_printed, the pathways of the readings of eq (3-14),
+    and recommended, one pathway.
     Returns: arrays of `epochs_result` and the group ``processed`` (in their units).
     """
     result = epochs_result(responses)
@@ -396,8 +397,10 @@ def trial_epochs_result(standing: StandingTrial, responses: StandingEpochs, torq
     for key, unit in PROCESSED.items():
         arrays[f"processed/{key}"] = getattr(standing, key).astype(np.float32 if key != "time" else float)
         units[f"processed/{key}"] = unit
-    for role, pathway in torques.items():
-        arrays[f"processed/torque_{role}"] = standing.torque[pathway].astype(np.float32)
+    shown = {"recommended": standing.torque[torques["recommended"]]}
+    shown["as_printed"] = np.array([standing.torque[pathway] for pathway in torques["as_printed"]])
+    for role, torque in shown.items():
+        arrays[f"processed/torque_{role}"] = torque.astype(np.float32)
         units[f"processed/torque_{role}"] = "Nm"
     return Result(arrays, units, {**result.facts, "torques": torques, "fault": standing.fault})
 
