@@ -14,7 +14,7 @@ import scipy
 
 from tepsipe.mechanics.impedance_model import admittance
 from tepsipe.signals.response import FrequencyResponse
-from tepsipe.statistics.least_squares import sem_as_printed, standard_error
+from tepsipe.statistics.least_squares import sems
 
 # typical magnitude of I, B, K for the scaled solver (N·m·s²/rad, N·m·s/rad, N·m/rad)
 TYPICAL = np.array([0.01, 0.1, 10.0])
@@ -41,15 +41,24 @@ class AdmittanceFit:
     """Estimate and starting values: I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad)."""
     cost: float
     """Sum of e^2; the thesis calls it error."""
-    sem_as_printed: Annotated[np.ndarray, "(3,)"]
-    standard_error: Annotated[np.ndarray, "(3,)"]
-    """Thesis eq (3-2) as printed, and the standard error (units of the parameters)."""
+    sem: Annotated[np.ndarray, "(3, 3)"]
+    """SEM of I, B, K, one row per reading of thesis eq (3-2) (`sems`)."""
     degrees_of_freedom: int
     """Number of residuals less three parameters."""
     converged: bool
     """Whether the solver met its tolerances."""
     at_bound: bool
     """Whether an estimate lies at one of its bounds."""
+
+    @property
+    def sem_as_printed(self) -> Annotated[np.ndarray, "(3,)"]:
+        """Thesis eq (3-2) with the Euclidean norm."""
+        return self.sem[0]
+
+    @property
+    def standard_error(self) -> Annotated[np.ndarray, "(3,)"]:
+        """Standard error for white residuals (units of the parameters)."""
+        return self.sem[2]
 
 
 def starting_values(estimate: FrequencyResponse) -> Annotated[np.ndarray, "(3,)"]:
@@ -138,8 +147,7 @@ def _fit(function, estimate, bounds, start, scale, tolerance) -> AdmittanceFit:
         parameters=solution.x,
         start=np.array(start, dtype=float),
         cost=float(2.0 * solution.cost),
-        sem_as_printed=sem_as_printed(solution.fun, inverse),
-        standard_error=standard_error(solution.fun, inverse),
+        sem=sems(float(np.linalg.norm(solution.fun)), solution.fun.size, inverse),
         degrees_of_freedom=solution.fun.size - solution.x.size,
         converged=bool(solution.success),
         at_bound=bool((distance < 1e-6 * np.where(np.isfinite(width), width, TYPICAL)).any()),

@@ -269,7 +269,7 @@ def _minima(f: Findings) -> float:
     The equation is linear in I, B and K, so its sum of squares is a paraboloid with one minimum, unless the
     regressors depend on each other. In that case a standard error is not finite.
     """
-    errors = [fit.arrays[f"{f.as_printed}/standard_errors"] for fit in f.fits["dummy"].values()]
+    errors = [fit.arrays[f"{f.as_printed}/sem"][:, -1] for fit in f.fits["dummy"].values()]
     return float(sum((~np.isfinite(one).all(axis=1)).sum() for one in errors)) if errors else np.nan
 
 

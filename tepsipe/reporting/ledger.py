@@ -2,13 +2,16 @@
 
 import math
 from dataclasses import dataclass, field, replace
+from itertools import product
 from typing import Annotated
 
 import numpy as np
 
 from tepsipe.errors import InputError, quoted
 from tepsipe.io.tables import Table
-from tepsipe.reporting.thesis_tables import TABLE_COLUMNS, TableRow
+from tepsipe.mechanics.impedance_model import PARAMETERS
+from tepsipe.reporting.thesis_tables import TABLE_COLUMNS, TableRow, printed_row
+from tepsipe.statistics.least_squares import SEM_READINGS
 
 IMPLIED, FITTED, PREDICTED, PATTERN = "implied", "fitted", "predicted", "pattern"
 INTERPRETATION, EXPLAINED, NOT_REPRODUCED = "interpretation", "explained", "not reproduced"
@@ -20,6 +23,7 @@ NOISE_TABLE, WITHOUT_NOISE = "table_4_4", "none"
 TABULATED, CONSISTENT = "as-tabulated", "recommended-regression"
 MISPLACED_POINT = 10.0  # a decimal point one place too far to the right
 ROW_MEAN = "mean of the printed row"  # the null of a table; otherwise that of another table's column
+ALL_TABLES = "all"
 RECORDED = "recorded trials, to which no constant was fitted"
 
 Cells = dict[tuple[str, str, str], float]  # (table, row, column) -> value, in the unit of the row
@@ -188,6 +192,61 @@ def noise_cells(rows: list[TableRow], reading: str) -> Cells:
     return cells_of_table(NOISE_TABLE, [row for row in rows if row.pathway == reading], list(TABLE_COLUMNS))
 
 
+@dataclass(frozen=True)
+class SemReading:
+    """Distance of the run's SEMs from the printed ones by one reading of eq (3-2)."""
+
+    reading: str
+    """One of `SEM_READINGS`."""
+    table: str
+    """A table of the thesis, or `ALL_TABLES`."""
+    cells: int
+    """Number of printed SEMs above 0 that the run has, too."""
+    rms_log_ratio: float
+    """Root mean square of the natural logarithm of the ratio of the run's to the printed SEM."""
+    median_ratio: float
+    """Median of this ratio."""
+
+
+def sem_distances(values: Cells, reported: dict[str, dict[str, dict[str, float]]]) -> list[SemReading]:
+    """Distance by every reading of eq (3-2), by table and over all tables.
+
+    values: (table, row, column) -> number of this run, with rows SEM_<reading>_<quantity>.
+    reported: table -> row -> column -> printed number.
+    """
+    found = []
+    for reading in SEM_READINGS:
+        logs: dict[str, list[float]] = {}
+        for table, quantity in product(reported, PARAMETERS):
+            for column, printed in reported[table].get(f"SEM_{quantity}", {}).items():
+                value = values.get((table, f"SEM_{reading}_{quantity}", column), math.nan)
+                if printed > 0.0 and 0.0 < value < math.inf:
+                    for name in (table, ALL_TABLES):
+                        logs.setdefault(name, []).append(math.log(value / printed))
+        found += [
+            SemReading(
+                reading, name, len(own), float(np.sqrt(np.mean(np.square(own)))), math.exp(np.median(own))
+            )
+            for name, own in logs.items()
+        ]
+    return found
+
+
+def best_sem_reading(distances: list[SemReading]) -> str:
+    """Reading of eq (3-2) that is nearest to the printed SEMs over all tables; without any, the number N."""
+    over_all = [one for one in distances if one.table == ALL_TABLES]
+    return min(over_all, key=lambda one: one.rms_log_ratio).reading if over_all else "count"
+
+
+def with_sem_reading(values: Cells, reading: str) -> Cells:
+    """Cells whose rows SEM_<quantity> are by one reading of eq (3-2), without those by other readings."""
+    return {
+        (table, printed_row(row), column): number
+        for (table, row, column), number in values.items()
+        if printed_row(row) == row or row.startswith(f"SEM_{reading}_")
+    }
+
+
 def printed_cells(reported: dict[str, dict[str, dict[str, float]]], slips: list[dict]) -> Cells:
     """Printed numbers (unit of each row), evident misprints corrected.
 
@@ -232,14 +291,14 @@ def null_cells(
     return found | without
 
 
-def explanations_of(values: Cells, slips: list[dict], noise: list[TableRow]) -> Explanations:
+def explanations_of(values: Cells, slips: list[dict], consistent: Cells) -> Explanations:
     """Numbers that explanations predict (unit of each row).
 
     A misprint: the decimal point is misplaced, so the printed number is ten times that of the run. The column
     of Table 4-4 without noise: it holds what the consistent torque returns, not the printed one.
 
     slips: Misprints: table, quantity, condition, printed, meant.
-    noise: rows of Table 4-4.
+    consistent: Table 4-4 by the consistent torque.
     Returns: for cells to which one applies.
     """
     found = Explanations()
@@ -249,7 +308,7 @@ def explanations_of(values: Cells, slips: list[dict], noise: list[TableRow]) -> 
             found.values[key] = MISPLACED_POINT * values[key]
             found.factors[key] = MISPLACED_POINT
             found.texts[key] = "misprint, a misplaced decimal point: ten times this run's number"
-    for key, value in noise_cells(noise, CONSISTENT).items():
+    for key, value in consistent.items():
         if key[2] == "none":
             found.values[key] = value
             found.texts[key] = "without noise the table shows what the consistent torque returns"

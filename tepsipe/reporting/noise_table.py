@@ -3,23 +3,16 @@
 import numpy as np
 
 from tepsipe.experiments.noise.rows import NoiseRow
-from tepsipe.reporting.thesis_tables import TABLE_COLUMNS, TableRow
+from tepsipe.reporting.thesis_tables import PARAMETER_ROWS, TABLE_COLUMNS, TableRow, printed_row
 
 TABLE_4_4 = (
-    "I",
-    "B",
-    "K",
-    "SEM_I",
-    "SEM_B",
-    "SEM_K",
+    *PARAMETER_ROWS,
     "VAF_perturbation",
     "VAF_trial",
     "VAF_cross_validated",
     "VAF_theta_perturbation",
     "VAF_theta_trial",
 )
-# rows of the noise study that a row of the table shows: the ordinary standard error, not that of eq (3-2)
-SHOWN = {"SEM_I": "SE_I", "SEM_B": "SE_B", "SEM_K": "SE_K"}
 
 
 def table_4_4(
@@ -40,8 +33,7 @@ def table_4_4(
     laid_out = []
     for estimator, stiffness in dict.fromkeys((e, k) for e, k, _, _ in found):
         for quantity in TABLE_4_4:
-            shown = SHOWN.get(quantity, quantity)
-            cells = [found.get((estimator, stiffness, shown, target)) for target in TABLE_COLUMNS]
+            cells = [found.get((estimator, stiffness, quantity, target)) for target in TABLE_COLUMNS]
             if not any(cells):
                 continue
             unit = next(group[0].unit for group in cells if group)
@@ -52,7 +44,7 @@ def table_4_4(
                     quantity,
                     unit,
                     [None if group is None else float(np.mean([r.mean for r in group])) for group in cells],
-                    [reported.get(quantity, {}).get(target) for target in TABLE_COLUMNS],
+                    [reported.get(printed_row(quantity), {}).get(target) for target in TABLE_COLUMNS],
                 )
             )
     return laid_out

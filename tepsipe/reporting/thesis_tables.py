@@ -14,16 +14,20 @@ from tepsipe.io.readers.plain_file import read_text
 from tepsipe.io.result import Result
 from tepsipe.io.tables import write_cells
 from tepsipe.mechanics.impedance_model import PARAMETERS
+from tepsipe.statistics.least_squares import SEM_READINGS
 
-# SEM_x is the ordinary standard error of one perturbation, the rule by which SEMs are printed and judged (the
-# value of eq (3-2) is in estimates.csv), SE_x that of the value itself, over all perturbations
-PARAMETER_ROWS = ["I", "B", "K", "SEM_I", "SEM_B", "SEM_K", "SE_I", "SE_B", "SE_K"]
+# SEM_<reading>_x is the SEM of one perturbation by a reading of eq (3-2), SE_x the standard error of the mean
+# over all perturbations
+SEM_ROWS = [f"SEM_{reading}_{quantity}" for reading in SEM_READINGS for quantity in PARAMETERS]
+PARAMETER_ROWS = [*PARAMETERS, *SEM_ROWS]
+MEANS = [*PARAMETER_ROWS, *(f"SE_{quantity}" for quantity in PARAMETERS), "VAF_perturbation", "VAF_trial"]
 ROWS = {
-    "table_4_1": [*PARAMETER_ROWS[:6], "error", "VAF_trial", "VAF_cross_validated"],
-    "table_4_2": [*PARAMETER_ROWS, "VAF_perturbation", "VAF_trial"],
-    "table_4_3": [*PARAMETER_ROWS, "VAF_perturbation", "VAF_trial"],
+    "table_4_1": [*PARAMETER_ROWS, "error", "VAF_trial", "VAF_cross_validated"],
+    "table_4_2": MEANS,
+    "table_4_3": MEANS,
 }
 TABLE_COLUMNS = ("none", "tau", "theta", "both")
+AS_SEM = "as printed"  # unit of an SEM by the Euclidean norm
 EXPERIMENT = {"table_4_1": "wristalyzer", "table_4_2": "dummy", "table_4_3": "dummy"}
 
 
@@ -56,8 +60,7 @@ def lay_out_table(
     reported: quantity -> condition -> value in the thesis (unit of the quantity); may be empty.
     conditions: Columns.
     blocks: one block of rows each; None selects the estimator of the pathway.
-    fits: condition -> fit of the dummy, with a standard error for each perturbation. A value of Table 4-1
-    comes from one fit, whose standard error is both.
+    fits: condition -> fit, with SEMs for each perturbation, or of Table 4-1 by each estimator.
     Returns: rows in the thesis's order, block by block.
     """
     rows = []
@@ -75,7 +78,7 @@ def lay_out_table(
             unit = next((e.unit for (q, _), e in found.items() if q == quantity), None)
             if unit is None:
                 continue
-            values = []
+            reading, values = prefix.removeprefix("SEM_"), []
             for condition in conditions:
                 estimate = found.get((quantity, condition))
                 if estimate is None:
@@ -83,20 +86,31 @@ def lay_out_table(
                         f"expected an estimate of {quantity} for {condition} by {pathway}, found none: "
                         "make the estimates again"
                     )
-                error = estimate.standard_error if estimate.u_type_a is None else estimate.u_type_a
-                one = _of_one_perturbation((fits or {}).get(condition), pathway, quantity)
-                values.append({"": estimate.value, "SEM": error if one is None else one, "SE": error}[prefix])
-            printed = [reported.get(name, {}).get(condition) for condition in conditions]
+                if reading in SEM_READINGS:
+                    fitted = pathway if EXPERIMENT[table] == "dummy" else estimator
+                    values.append(_sem((fits or {}).get(condition), fitted, reading, quantity))
+                elif prefix == "SE":
+                    type_a = estimate.u_type_a
+                    values.append(estimate.standard_error if type_a is None else type_a)
+                else:
+                    values.append(estimate.value)
+            printed = [reported.get(printed_row(name), {}).get(condition) for condition in conditions]
+            unit = AS_SEM if reading == "norm" else unit
             rows.append(TableRow(pathway, estimator, name, unit, values, printed))
     return rows
 
 
-def _of_one_perturbation(fit: Result | None, pathway: str, quantity: str) -> float | None:
-    """Ordinary standard error of one perturbation, the mean over perturbations (unit of I, B or K)."""
-    errors = None if fit is None else fit.arrays.get(f"{pathway}/standard_errors")
-    if errors is None or quantity not in PARAMETERS:
+def printed_row(quantity: str) -> str:
+    """Row of the thesis beside which a row is shown: SEM_K for SEM_count_K."""
+    return f"SEM_{quantity.rpartition('_')[2]}" if quantity in SEM_ROWS else quantity
+
+
+def _sem(fit: Result | None, fitted: str, reading: str, quantity: str) -> float | None:
+    """SEM of I, B or K of one perturbation by a reading of eq (3-2), the mean over perturbations."""
+    found = None if fit is None else fit.arrays.get(f"{fitted}/sem")
+    if found is None:
         return None
-    return float(np.mean(errors[:, PARAMETERS.index(quantity)]))
+    return float(np.mean(found[:, list(SEM_READINGS).index(reading), PARAMETERS.index(quantity)]))
 
 
 def write_table(path: str | Path, rows: list[TableRow], conditions: list[str]) -> None:

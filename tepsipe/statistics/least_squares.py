@@ -1,4 +1,4 @@
-"""Linear least squares with the thesis's SEM and the standard error (thesis eqs 3-2 and 3-9)."""
+"""Linear least squares with the standard error and the SEM of the thesis in three readings (eqs 3-2, 3-9)."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -8,6 +8,12 @@ import numpy as np
 
 # samples that are worked on at a time, which bounds the memory of long records
 SPAN = 2**18
+# readings of ||R|| in thesis eq (3-2)
+SEM_READINGS = {
+    "norm": "the Euclidean norm of the residuals",
+    "count": "the number of residuals",
+    "freedom": "the number of residuals less the number of parameters",
+}
 
 
 @dataclass(frozen=True)
@@ -21,13 +27,20 @@ class LinearFit:
     """Solution (units of y over units of J's columns)."""
     residuals: Annotated[np.ndarray, "(N,)"]
     """y - J p (unit of y)."""
-    sem_as_printed: Annotated[np.ndarray, "(p,)"]
-    """sqrt(R'R diag((J'J)^-1) / ||R||), thesis eq (3-2). It is neither dimensionless nor a standard error:
-    R'R / ||R|| = ||R||."""
-    standard_error: Annotated[np.ndarray, "(p,)"]
-    """sqrt(R'R / (N - p) diag((J'J)^-1)), valid for white residuals only."""
+    sem: Annotated[np.ndarray, "(3, p)"]
+    """`sems`, one row per reading."""
     condition_number: float
     """Ratio of the largest to the smallest singular value of J after scaling its columns to unit length."""
+
+    @property
+    def sem_as_printed(self) -> Annotated[np.ndarray, "(p,)"]:
+        """Thesis eq (3-2) with the Euclidean norm."""
+        return self.sem[0]
+
+    @property
+    def standard_error(self) -> Annotated[np.ndarray, "(p,)"]:
+        """sqrt(R'R / (N - p) diag((J'J)^-1)), valid for white residuals only."""
+        return self.sem[2]
 
 
 def least_squares_line(
@@ -51,8 +64,7 @@ def least_squares_line(
     return LinearFit(
         parameters=solution / scale,
         residuals=residuals,
-        sem_as_printed=sem_as_printed(residuals, inverse),
-        standard_error=standard_error(residuals, inverse),
+        sem=sems(float(np.linalg.norm(residuals)), residuals.size, inverse),
         condition_number=float(singular[0] / singular[-1]),
     )
 
@@ -83,26 +95,24 @@ def triangle(
     return stacked[: x.shape[1], :-1], stacked[: x.shape[1], -1]
 
 
-def sem_as_printed(
-    residuals: Annotated[np.ndarray, "(N,)"], inverse_diagonal: Annotated[np.ndarray, "(p,)"]
-) -> Annotated[np.ndarray, "(p,)"]:
-    """Thesis eq (3-2) as printed, sqrt(R'R (J'J)^-1 / ||R||).
+def sems(
+    norm: float | Annotated[np.ndarray, "(...)"],
+    count: int,
+    inverse_diagonal: Annotated[np.ndarray, "(..., p)"],
+) -> Annotated[np.ndarray, "(..., 3, p)"]:
+    """Thesis eq (3-2), sqrt(R'R (J'J)^-1 / ||R||), by the three `SEM_READINGS` of its ||R||.
 
+    With the Euclidean norm R'R / ||R|| = ||R||: this is no standard error, and its unit is that of the
+    parameter over the square root of the unit of R. With the number N of residuals, or with N - p, it is the
+    standard error for white residuals, with the variance of R divided by N or unbiased.
+
+    norm: Euclidean norm of the residuals.
+    count: N.
     inverse_diagonal: diagonal of (J'J)^-1.
-    Returns: as printed; its unit is the parameter's over the square root of the signal's.
+    Returns: SEM of every parameter by every reading; the last one is infinite if N <= p.
     """
-    return np.sqrt(np.linalg.norm(residuals) * inverse_diagonal)
-
-
-def standard_error(
-    residuals: Annotated[np.ndarray, "(N,)"], inverse_diagonal: Annotated[np.ndarray, "(p,)"]
-) -> Annotated[np.ndarray, "(p,)"]:
-    """Standard error for white residuals, sqrt(R'R / (N - p) diag((J'J)^-1)).
-
-    inverse_diagonal: diagonal of (J'J)^-1.
-    Returns: standard errors (units of the parameters); infinite if N <= p.
-    """
-    freedom = residuals.size - inverse_diagonal.size
-    if freedom <= 0:
-        return np.full(inverse_diagonal.size, np.inf)
-    return np.sqrt(residuals @ residuals / freedom * inverse_diagonal)
+    norm = np.asarray(norm)[..., None]
+    freedom = count - inverse_diagonal.shape[-1]
+    squares = norm**2 * inverse_diagonal
+    unbiased = squares / freedom if freedom > 0 else np.full_like(squares, np.inf)
+    return np.sqrt(np.stack([norm * inverse_diagonal, squares / count, unbiased], axis=-2))

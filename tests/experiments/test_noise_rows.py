@@ -272,7 +272,7 @@ def test_file_that_was_cut_short_is_refused(kept, rows, tmp_path):
 
 
 def row(condition, noise_on, mean, quantity="K", snr_db=20.0, estimator="recommended", stiffness=10.0):
-    unit = {"K": "Nm/rad", "SEM_K": "-", "SE_K": "Nm/rad"}.get(quantity, "%")
+    unit = {"K": "Nm/rad", "SEM_norm_K": "-", "SEM_count_K": "Nm/rad"}.get(quantity, "%")
     head = (condition, noise_on, snr_db, estimator, quantity)
     return NoiseRow(*head, mean, 0.1, None, 5, unit, stiffness, None, None)
 
@@ -297,7 +297,7 @@ def test_table_averages_over_its_conditions_at_its_level():
 
 
 def test_table_has_a_block_for_every_processing_and_stiffness_beside_what_was_printed(tmp_path):
-    quantities = ("VAF_trial", "SEM_K", "SE_K", "unstable_fraction", "K")
+    quantities = ("VAF_trial", "SEM_count_K", "SEM_norm_K", "unstable_fraction", "K")
     rows = [
         row("sine-0.1", noise_on, 1.0, quantity, estimator=estimator, stiffness=stiffness)
         for estimator in ESTIMATORS
@@ -311,10 +311,11 @@ def test_table_has_a_block_for_every_processing_and_stiffness_beside_what_was_pr
     assert list(dict.fromkeys(blocks)) == [
         (e, f"K = {k} Nm/rad") for e in ("as-printed", "recommended") for k in (10, 15)
     ]
-    for start in range(0, 12, 3):
-        stiffness, sem, vaf = table[start : start + 3]  # in the thesis's order
-        assert (stiffness.quantity, sem.quantity, vaf.quantity) == ("K", "SEM_K", "VAF_trial")
-        assert (stiffness.unit, sem.unit, vaf.unit) == ("Nm/rad", "Nm/rad", "%")
+    for start in range(0, 16, 4):
+        stiffness, norm, sem, vaf = block = table[start : start + 4]  # in the thesis's order
+        assert [r.quantity for r in block] == ["K", "SEM_norm_K", "SEM_count_K", "VAF_trial"]
+        assert [r.unit for r in block] == ["Nm/rad", "-", "Nm/rad", "%"]
+        assert norm.reported == sem.reported
         assert stiffness.reported == [10.0, 2.963, 0.028, 0.011]
         assert sem.reported == [None, None, 0.039, None]
         assert vaf.reported == [None] * 4

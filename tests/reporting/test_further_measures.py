@@ -150,7 +150,8 @@ def test_angle_matches_by_the_median_over_conditions():
 
 def test_linear_equation_has_one_minimum_unless_its_regressors_depend_on_each_other():
     def fit(errors):
-        return {"dummy": {"a": Result({"leg-thesis/standard_errors": np.array(errors)}, {}, {})}}
+        sems = np.repeat(np.array(errors)[:, None], 3, axis=1)
+        return {"dummy": {"a": Result({"leg-thesis/sem": sems}, {}, {})}}
 
     assert measured("printed_minima", fits=fit([[1e-4, 4e-3, 0.2], [3e-4, 6e-3, 0.4]])) == 0.0
     assert measured("printed_minima", fits=fit([[1e-4, 4e-3, 0.2], [np.inf, np.inf, 0.4]])) == 1.0

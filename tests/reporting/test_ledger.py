@@ -9,6 +9,7 @@ import pytest
 from tepsipe.errors import InputError
 from tepsipe.reporting.ledger import (
     CELL_VERDICTS,
+    CONSISTENT,
     EXPLAINED,
     FITTED,
     IMPLIED,
@@ -19,13 +20,16 @@ from tepsipe.reporting.ledger import (
     UNKNOWN,
     Explanations,
     Tolerance,
+    best_sem_reading,
     cells_of_table,
     explanations_of,
     ledger,
     noise_cells,
     null_cells,
     printed_cells,
+    sem_distances,
     tolerances_of,
+    with_sem_reading,
 )
 from tepsipe.reporting.thesis_tables import TableRow
 from workflow.support.yaml_file import read_settings
@@ -107,7 +111,7 @@ def test_misprint_is_compared_as_it_was_meant():
     entry = {"tables": ["table_4_2"], "rows": ["I"], "reason": "r", "verdict": FITTED, "used": "joint"}
     tolerances = tolerances_of([entry | {"absolute": 6e-4}], BASES)
     for value, verdict in ((0.0617, EXPLAINED), (0.0622, NOT_REPRODUCED)):
-        reasons = explanations_of({key: value}, [slip], [])
+        reasons = explanations_of({key: value}, [slip], {})
         (row,) = ledger({"table_4_2": {"I": {"a": 0.614}}}, tolerances, {key: value}, reasons)
         assert row.verdict == verdict
 
@@ -181,7 +185,7 @@ def noise_rows():
     return [
         row("as-printed", "I", [0.04, 0.04, 0.05, 0.04]),
         row("as-tabulated", "I", [0.039, 0.039, 0.040, 0.041]),
-        row("as-tabulated", "SEM_I", [6e-4, 9e-4, 5e-4, None]),
+        row("as-tabulated", "SEM_count_I", [6e-4, 9e-4, 5e-4, None]),
         row("as-tabulated", "I", [0.1, 0.1, 0.1, 0.1], "K = 15 Nm/rad"),
         row("recommended-regression", "I", [0.015, 0.015, 0.015, 0.015]),
     ]
@@ -190,20 +194,53 @@ def noise_rows():
 def test_table_4_4_is_read_by_one_reading_and_its_first_stiffness():
     found = noise_cells(noise_rows(), "as-tabulated")
     assert found["table_4_4", "I", "both"] == 0.041
-    assert found["table_4_4", "SEM_I", "tau"] == 9e-4
-    assert ("table_4_4", "SEM_I", "both") not in found
+    assert found["table_4_4", "SEM_count_I", "tau"] == 9e-4
+    assert ("table_4_4", "SEM_count_I", "both") not in found
     assert noise_cells([], "as-tabulated") == {}
 
 
 def test_misprint_and_column_without_noise_are_explained_by_numbers():
     values = {("table_4_2", "I", "sine-0.3"): 0.0611}
     slip = {"table": "table_4_2", "quantity": "I", "condition": "sine-0.3", "printed": 0.614, "meant": 0.061}
-    found = explanations_of(values, [slip, slip | {"condition": "sine-0.4"}], noise_rows())
+    consistent = noise_cells(noise_rows(), CONSISTENT)
+    found = explanations_of(values, [slip, slip | {"condition": "sine-0.4"}], consistent)
     assert found.values == {
         ("table_4_2", "I", "sine-0.3"): pytest.approx(0.611),
         ("table_4_4", "I", "none"): 0.015,
     }
     assert set(found.texts) == set(found.values)
+
+
+def test_sems_are_compared_by_the_reading_that_is_nearest_over_all_tables():
+    printed = {"table_4_1": {"SEM_K": {"a": 8.0}}, "table_4_2": {"SEM_K": {"b": 0.2, "c": 0.4, "d": 0.0}}}
+
+    def run(norm, count):
+        """SEMs of the run: a factor of each reading, one for each table."""
+        return {
+            (table, f"SEM_{reading}_K", column): factor * (number or 1.0)
+            for reading, factors in (("norm", norm), ("count", count))
+            for (table, rows), factor in zip(printed.items(), factors, strict=True)
+            for column, number in rows["SEM_K"].items()
+        } | {("table_4_2", "K", "b"): 6.0}
+
+    # the norm fits Table 4-1, the number of residuals the two cells of Table 4-2; a printed 0 has no ratio
+    values = run(norm=(1.1, 20.0), count=(0.5, 1.1))
+    distances = sem_distances(values, printed)
+    of = {(one.reading, one.table): one for one in distances}
+    assert set(of) == {(r, t) for r in ("norm", "count") for t in ("table_4_1", "table_4_2", "all")}
+    assert of["norm", "table_4_1"].rms_log_ratio == pytest.approx(np.log(1.1))
+    assert of["norm", "all"].cells == 3
+    assert of["norm", "all"].rms_log_ratio == pytest.approx(
+        np.sqrt((np.log(1.1) ** 2 + 2.0 * np.log(20.0) ** 2) / 3.0)
+    )
+    assert of["count", "all"].median_ratio == pytest.approx(1.1)
+    assert best_sem_reading(distances) == "count"
+    assert best_sem_reading(sem_distances(run(norm=(1.1, 1.1), count=(0.5, 1.1)), printed)) == "norm"
+    assert best_sem_reading(sem_distances({}, printed)) == "count"
+    cells = with_sem_reading(values, "norm")
+    assert cells["table_4_2", "SEM_K", "b"] == pytest.approx(4.0)
+    assert cells["table_4_2", "K", "b"] == 6.0
+    assert {row for _, row, _ in cells} == {"K", "SEM_K"}
 
 
 def test_numbers_come_from_the_block_as_printed():

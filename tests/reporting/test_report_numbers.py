@@ -11,7 +11,8 @@ MINUS = "\N{MINUS SIGN}"
 
 TABLE = """pathway,estimator,quantity,unit,a,a_reported,b,b_reported
 leg,regression,K,Nm/rad,6.4801,6.722,,
-leg,regression,SEM_K,as printed,0.0123,,2.0e-4,0.342
+leg,regression,SEM_norm_K,as printed,9.9,,9.9,0.342
+leg,regression,SEM_count_K,as printed,0.0123,,2.0e-4,0.342
 leg,regression,SE_K,Nm/rad,0.1,,0.2,
 foot,regression,VAF_trial,%,99.4321,99.8,71.26,
 foot,regression,I,Nms2/rad,0,-0.00001234,,
@@ -19,9 +20,14 @@ foot,regression,I,Nms2/rad,0,-0.00001234,,
 HEADER = "experiment,condition,pathway,estimator,quantity,flags"
 
 
-def table_words(flagged=""):
+def table_words(flagged="", sem=None):
     tables = {"table_4_2": TABLE, "estimates": f"{HEADER}\ndummy,b,leg,regression,K,{flagged}\n"}
-    names = {"units": {"Nm/rad": "N·m/rad", "Nms2/rad": "N·m·s²/rad"}, "short_names": {"a": "A", "b": "B"}}
+    chapters = {} if sem is None else {"study": {"numbers": {"sem": sem}, "holds": {}}}
+    names = {
+        "chapters": chapters,
+        "units": {"Nm/rad": "N·m/rad", "Nms2/rad": "N·m·s²/rad"},
+        "short_names": {"a": "A", "b": "B"},
+    }
     source = """#import "figures.typ": *
     #for (k, block) in thesis-blocks("table_4_2").enumerate() [
       block #block.pathway:
@@ -40,6 +46,12 @@ def test_table_shows_values_beside_reported_ones_block_by_block():
     assert "| VAF of the full dataset | % | 99.43 | 71.3 |" in second
     # reported values are left out, and rows
     assert "99.8" not in second and "N·m·s2" not in second
+
+
+def test_sem_is_shown_by_the_reading_that_the_run_found_nearest():
+    first, _ = table_words(sem={"best": "norm", "readings": {"norm": "the norm"}, "distances": []})
+    assert "| SEM of K | | 9.9 | 9.9 0.342 |" in first
+    assert first.count("SEM of K") == 1
 
 
 def test_values_of_flagged_estimates_have_a_dagger():

@@ -245,6 +245,31 @@ def test_rows_of_noise_are_told_by_their_cells():
     assert evaluated(["noisy-rows()"], "verdict_values.typ") == [None]
 
 
+SEM_TABLE = {"pathway": "leg-thesis", "estimator": "ls", "unit": "Nm/rad"}
+
+
+@pytest.mark.parametrize(("factors", "best"), [((30.0, 1.1, 1.2), "count"), ((0.9, 0.2, 0.3), "norm")])
+def test_sems_are_told_by_the_reading_that_is_nearest_in_this_run(factors, best):
+    rows = [
+        SEM_TABLE | {"quantity": f"SEM_{reading}_K", "a": 0.5 * factor, "a_reported": 0.5}
+        for reading, factor in zip(("norm", "count", "freedom"), factors, strict=True)
+    ]
+    # another block does not count
+    rows.append(rows[0] | {"pathway": "leg", "a": 0.5})
+    reported = {"slips": [], "tables": {"table_4_2": {"SEM_K": {"a": 0.5}}}}
+    columns = ["pathway", "estimator", "quantity", "unit", "a", "a_reported"]
+    run = study_run({"cells": []}, **REPORTED | {"reported": reported})
+    run = Run(run.tables | {"table_4_2": pd.DataFrame(rows)[columns]}, run.fits, run.settings, run.study)
+    found = study.sem(run)
+    assert found["best"] == best
+    assert {(one["reading"], one["table"]): one["median_ratio"] for one in found["distances"]} == {
+        (reading, table): pytest.approx(factor)
+        for reading, factor in zip(("norm", "count", "freedom"), factors, strict=True)
+        for table in ("table_4_2", "all")
+    }
+    assert study.sem(study_run({}, **REPORTED))["distances"] == []
+
+
 def test_flagged_estimates_are_counted():
     rows = [
         estimate(experiment="dummy", condition=c, quantity=q, flags=f)

@@ -20,6 +20,7 @@ from tepsipe.reporting.recovery import (
     true_parameters,
 )
 from tepsipe.reporting.thesis_tables import ROWS, lay_out_table, read_table, write_table
+from tepsipe.statistics.least_squares import SEM_READINGS
 
 UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
 
@@ -66,21 +67,25 @@ REPORTED = {"K": {"sine-0.1": 6.722}, "SEM_K": {"sine-0.5": 0.342}}
 def test_table_has_the_rows_of_the_thesis_pathway_by_pathway():
     estimates = dummy_estimates("leg", 2.0) + dummy_estimates("leg-thesis")
     blocks = [("leg-thesis", None), ("leg", None)]
-    errors = np.array([[1e-4, 4e-3, 0.2], [3e-4, 6e-3, 0.4]])
-    fits = {name: Result({"leg-thesis/standard_errors": errors}, {}, {}) for name in CONDITIONS}
+    sem = np.array([[1e-4, 4e-3, 0.2], [3e-4, 6e-3, 0.4]])[:, None] * np.array([50.0, 1.0, 1.1])[:, None]
+    fits = {name: Result({"leg-thesis/sem": sem}, {}, {}) for name in CONDITIONS}
     rows = lay_out_table("table_4_2", estimates[::-1], REPORTED, CONDITIONS, blocks, fits)
     assert [row.quantity for row in rows] == 2 * ROWS["table_4_2"]
     each = len(ROWS["table_4_2"])
     assert [row.pathway for row in rows] == each * ["leg-thesis"] + each * ["leg"]
     stiffness = [row.values for row in rows if row.quantity == "K"]
     assert stiffness == [[20.0, 21.0], [40.0, 42.0]]
-    # the SEM is the mean of the standard errors of the perturbations, not that of eq (3-2), which is 0.5
-    sems = {(row.pathway, row.quantity): row.values for row in rows if row.quantity.startswith("SEM_")}
-    assert sems["leg-thesis", "SEM_I"] == pytest.approx([2e-4, 2e-4])
-    assert sems["leg-thesis", "SEM_K"] == pytest.approx([0.3, 0.3])
-    assert sems["leg", "SEM_K"] == [0.05, 0.06]
+    # the SEM is the mean of those of the perturbations, by every reading of eq (3-2)
+    sems = {(row.pathway, row.quantity): row.values for row in rows if row.quantity.startswith("SE")}
+    assert sems["leg-thesis", "SEM_count_I"] == pytest.approx([2e-4, 2e-4])
+    assert sems["leg-thesis", "SEM_count_K"] == pytest.approx([0.3, 0.3])
+    assert sems["leg-thesis", "SEM_norm_K"] == pytest.approx([15.0, 15.0])
+    assert sems["leg-thesis", "SEM_freedom_K"] == pytest.approx([0.33, 0.33])
+    assert sems["leg", "SEM_count_K"] == [None, None]  # no fit
+    assert sems["leg", "SE_K"] == [0.05, 0.06]
     units = {row.quantity: row.unit for row in rows}
-    assert (units["K"], units["SEM_K"], units["VAF_trial"]) == ("Nm/rad", "Nm/rad", "%")
+    assert (units["K"], units["SEM_count_K"], units["VAF_trial"]) == ("Nm/rad", "Nm/rad", "%")
+    assert units["SEM_norm_K"] == "as printed"
 
 
 def test_cells_stand_beside_what_was_reported_for_their_condition():
@@ -89,7 +94,8 @@ def test_cells_stand_beside_what_was_reported_for_their_condition():
     )
     reported = {row.quantity: row.reported for row in rows}
     assert reported["K"] == [6.722, None]
-    assert reported["SEM_K"] == [None, 0.342]
+    for reading in SEM_READINGS:
+        assert reported[f"SEM_{reading}_K"] == [None, 0.342]
     assert reported["I"] == [None, None]
 
 
@@ -116,6 +122,9 @@ def test_estimators_of_one_pathway_are_told_apart():
     rows = lay_out_table("table_4_1", estimates, {}, ["0.16"], blocks)
     cells = [(row.estimator, row.values) for row in rows if row.quantity == "K"]
     assert cells == [("spectral-fit-periods", [11.0]), ("spectral-fit", [10.0])]
+    sems = {f"spectral-fit{kind}/sem": np.full((1, 3, 3), x) for kind, x in (("", 0.2), ("-periods", 0.3))}
+    rows = lay_out_table("table_4_1", estimates, {}, ["0.16"], blocks, {"0.16": Result(sems, {}, {})})
+    assert [row.values for row in rows if row.quantity == "SEM_count_K"] == [[0.3], [0.2]]
 
 
 def test_estimate_that_is_missing_is_named():

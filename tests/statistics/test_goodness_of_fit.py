@@ -7,7 +7,7 @@ from scipy import stats
 
 from tepsipe.statistics.bootstrap import bootstrap_blocks
 from tepsipe.statistics.goodness_of_fit import evaluate_held_out, vaf
-from tepsipe.statistics.least_squares import least_squares_line, sem_as_printed, standard_error
+from tepsipe.statistics.least_squares import least_squares_line
 
 # NIST Statistical Reference Datasets, Norris (ozone monitors): y, x, and certified values
 NORRIS = np.loadtxt(
@@ -45,6 +45,7 @@ def test_small_regression_by_hand():
     assert fit.residuals == pytest.approx([-4.0 / 3.0, -1.0 / 3.0, 5.0 / 3.0])
     # R'R = 14/3, (J'J)^-1 = 1/3
     assert fit.sem_as_printed == pytest.approx([np.sqrt(np.sqrt(14.0 / 3.0) / 3.0)])
+    assert fit.sem[1] == pytest.approx([np.sqrt(14.0 / 3.0 / 3.0 / 3.0)])
     assert fit.standard_error == pytest.approx([np.sqrt(14.0 / 3.0 / 2.0 / 3.0)])
     assert fit.condition_number == pytest.approx(1.0)
 
@@ -113,12 +114,6 @@ def test_regressors_that_do_not_determine_the_parameters_are_refused(second, rng
     x = rng.standard_normal(20)
     with pytest.raises(np.linalg.LinAlgError):
         least_squares_line(np.column_stack([x, second(x)]), x)
-
-
-def test_helpers_take_the_diagonal_of_the_inverse():
-    residuals, inverse = np.array([3.0, 4.0, 0.0]), np.array([0.04])
-    assert sem_as_printed(residuals, inverse) == pytest.approx([np.sqrt(5.0 * 0.04)])
-    assert standard_error(residuals, inverse) == pytest.approx([np.sqrt(25.0 / 2.0 * 0.04)])
 
 
 def test_prediction_is_judged_before_and_after_the_end_of_the_fit():

@@ -82,10 +82,9 @@ def estimates_of_trial(study: Study, experiment: str, condition: str) -> list[st
 
 
 def fits_of_table(study: Study, table: str) -> list[str]:
-    """Fits of a table's conditions, with a standard error for each perturbation; of Table 4-1 none."""
-    if table == "table_4_1":
-        return []
-    return [f"<results>/fits/dummy/{condition}.h5" for condition in study.thesis.conditions(table)]
+    """Fits of a table's conditions, with their SEMs."""
+    experiment = study.thesis.tables()[table]
+    return [f"<results>/fits/{experiment}/{condition}.h5" for condition in study.thesis.conditions(table)]
 
 
 def estimates(study: Study) -> list[str]:

@@ -74,7 +74,8 @@ def dummy_result(analysis: DummyAnalysis) -> Result:
             ("parameters", regression.parameters, PARAMETER_UNITS),
             ("mean_and_interval", _mean_and_interval(regression, analysis.budgets[name]), "as parameters"),
             ("vaf_per_perturbation", regression.vaf_per_perturbation, "%"),
-            ("standard_errors", _standard_errors(regression), PARAMETER_UNITS),
+            # by perturbation, reading of eq (3-2) and parameter
+            ("sem", np.array([fit.sem for fit in regression.fits]), "as parameters"),
         ):
             arrays[f"{name}/{key}"], units[f"{name}/{key}"] = values, unit
     for name, output_error in analysis.simulating_fits.items():
@@ -138,11 +139,6 @@ def _treadmill_error(check: TreadmillCheck) -> dict:
         "trials": list(error.trials),
         "difference": error.difference,
     }
-
-
-def _standard_errors(regression: WindowedFits) -> np.ndarray:
-    """Ordinary standard errors of I, B, K of every perturbation, for white residuals (units of I, B, K)."""
-    return np.array([fit.standard_error for fit in regression.fits])
 
 
 def _mean_and_interval(regression: WindowedFits, budget: Budget) -> np.ndarray:

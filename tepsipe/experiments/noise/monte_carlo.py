@@ -49,6 +49,7 @@ from tepsipe.experiments.noise.trial import TORQUES, SimulatedTrial, apparent_im
 from tepsipe.identification.regression.batched import instrumental_variables, regress_windows
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
 from tepsipe.mechanics.inverse_dynamics import Leg
+from tepsipe.statistics.least_squares import SEM_READINGS
 
 
 def is_stable(leg: Leg, parameters: Annotated[np.ndarray, "(..., 3)"]) -> Annotated[np.ndarray, "(...)"]:
@@ -179,10 +180,8 @@ class NoiseCell:
     """Signal power over noise power."""
     parameters: Annotated[np.ndarray, "(d, 3)"]
     """Mean over the perturbations of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad)."""
-    sem_as_printed: Annotated[np.ndarray, "(d, 3)"]
-    """Thesis eq (3-2), mean over the perturbations (parameter's unit over the square root of N·m)."""
-    standard_error: Annotated[np.ndarray, "(d, 3)"]
-    """Ordinary standard error of one perturbation, mean over the perturbations (units as ``parameters``)."""
+    sem: Annotated[np.ndarray, "(d, 3, 3)"]
+    """SEM of one perturbation, mean over the perturbations, by reading of thesis eq (3-2) and parameter."""
     vaf_perturbation: Annotated[np.ndarray, "(d,)", "%"]
     """VAF of the noise-free torque, predicted from the parameters and noisy motion of every perturbation,
     mean."""
@@ -236,8 +235,11 @@ class NoiseCell:
         columns = [
             (q, UNITS[q], self.parameters[:, k], float(self.bias[k])) for k, q in enumerate(PARAMETERS)
         ]
-        columns += [(f"SEM_{q}", "-", self.sem_as_printed[:, k], None) for k, q in enumerate(PARAMETERS)]
-        columns += [(f"SE_{q}", UNITS[q], self.standard_error[:, k], None) for k, q in enumerate(PARAMETERS)]
+        columns += [
+            (f"SEM_{reading}_{q}", "-" if reading == "norm" else UNITS[q], self.sem[:, r, k], None)
+            for r, reading in enumerate(SEM_READINGS)
+            for k, q in enumerate(PARAMETERS)
+        ]
         columns += [
             ("VAF_perturbation", "%", self.vaf_perturbation, None),
             ("VAF_trial", "%", self.vaf_trial, None),
@@ -268,10 +270,9 @@ def estimate_draws(
 
     windowed: one trial without noise, by every processing.
     chunks: draws of the noise, as from `noise_chunks`; [{}] is a single one without noise.
-    Returns: for every processing: I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) and thesis eq (3-2), means
-    over the perturbations, shape (draws, 3); the VAF of the torque without noise, mean over the
-    perturbations (%), shape (draws,); the ordinary standard error of a perturbation (units of the
-    parameters), mean over the perturbations, shape (draws, 3).
+    Returns: for every processing: I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), means over the perturbations,
+    shape (draws, 3); SEM by the readings of thesis eq (3-2), means over the perturbations, shape
+    (draws, 3, 3); the VAF of the torque without noise, mean over the perturbations (%), shape (draws,).
     """
     by_chunk = [[_estimate_chunk(one, chunk) for one in windowed] for chunk in chunks]
     return [tuple(map(np.concatenate, zip(*fits, strict=True))) for fits in zip(*by_chunk, strict=True)]
@@ -285,15 +286,13 @@ def _estimate_chunk(windowed: WindowedTrial, chunk: dict[str, np.ndarray]) -> tu
         regressors = regressors + windowed.regressor_noise(chunk["theta"])
     if windowed.estimator == "instrumental-variables":
         fits = instrumental_variables(windowed.instruments, regressors, windowed.torque + noise)
-        estimates = fits.parameters, fits.sem_as_printed, fits.standard_error
+        estimates = fits.parameters, fits.sem
     else:
         fits = regress_windows(regressors, windowed.torque + noise)
-        by_window = fits.parameters, fits.sem_as_printed, fits.standard_error
-        estimates = tuple(values.mean(axis=1) for values in by_window)
+        estimates = fits.parameters.mean(axis=1), fits.sem.mean(axis=1)
     missed = fits.residuals - noise  # of the torque without noise
     unexplained = np.sum(missed**2, axis=-1) / np.sum(windowed.torque**2, axis=-1)
-    parameters, sem, error = estimates
-    return parameters, sem, 100.0 * (1.0 - unexplained).mean(axis=1), error
+    return *estimates, 100.0 * (1.0 - unexplained).mean(axis=1)
 
 
 def sweep(
@@ -332,7 +331,7 @@ def sweep(
     silent = estimate_draws(windowed, [{}])
     cells = []
     for k, name in enumerate(estimators):
-        parameters, sem, vaf_perturbation, error = drawn[k]
+        parameters, sem, vaf_perturbation = drawn[k]
         in_windows, in_trial = angle_vafs(simulated, parameters[:predicted_draws])
         validated = None
         if others:
@@ -345,8 +344,7 @@ def sweep(
                 estimator=name,
                 snr_db=float(snr_db),
                 parameters=parameters,
-                sem_as_printed=sem,
-                standard_error=error,
+                sem=sem,
                 vaf_perturbation=vaf_perturbation,
                 vaf_trial=torque_vaf(parameters, windowed[k].gram, windowed[k].noise_gram, False),
                 vaf_cross_validated=validated,

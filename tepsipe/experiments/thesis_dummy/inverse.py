@@ -443,8 +443,8 @@ def fit_marker_noise(
 def printed_quantities(fits: WindowedFits) -> dict[str, float]:
     """Rows of Tables 4-2 and 4-3: I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad), their SEM, and VAF (%).
 
-    The SEM is the ordinary standard error of a perturbation's parameters, the mean over perturbations:
-    eq (3-2) as printed would give numbers that are tens of times larger.
+    The SEM is that of one perturbation, the mean over perturbations, by eq (3-2) with the number of
+    residuals less the number of parameters as its ||R||; the Euclidean norm gives tens of times as much.
     """
     errors = np.mean([fit.standard_error for fit in fits.fits], axis=0)
     rows = dict(zip(PARAMETERS, map(float, fits.mean), strict=True))

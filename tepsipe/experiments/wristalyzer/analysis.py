@@ -243,6 +243,7 @@ def wristalyzer_result(analysis: WristalyzerAnalysis) -> Result:
         keep(f"{estimator}/response", fitted.spectrum.response, "rad/Nm")
         keep(f"{estimator}/coherence", fitted.spectrum.coherence, "1")
         keep(f"{estimator}/parameters", fitted.parameters, PARAMETER_UNITS)
+        keep(f"{estimator}/sem", fitted.search.sem[None], "as parameters")
     keep("tapered/frequency", analysis.tapered.frequency_hz, "Hz")
     keep("tapered/response", analysis.tapered.response, "rad/Nm")
     keep("tapered/coherence", analysis.tapered.coherence, "1")

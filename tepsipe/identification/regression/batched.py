@@ -7,6 +7,7 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.mechanics.impedance_model import PARAMETERS
+from tepsipe.statistics.least_squares import sems
 
 RANK_TOLERANCE = 1e-14  # squared length of the residual of a regressor of unit length on the others
 
@@ -21,10 +22,8 @@ class BatchedFits:
     """I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), per perturbation or over all of them."""
     residuals: Annotated[np.ndarray, "(..., w, s)", "N·m"]
     """tau - X p."""
-    sem_as_printed: Annotated[np.ndarray, "(..., 3)"]
-    """Thesis eq (3-2) of every fit; its unit is the parameter's over the square root of N·m."""
-    standard_error: Annotated[np.ndarray, "(..., 3)"]
-    """Ordinary standard error of every fit, for white residuals (units of ``parameters``)."""
+    sem: Annotated[np.ndarray, "(..., 3, 3)"]
+    """SEM of every fit, one row per reading of thesis eq (3-2) (`sems`), one column per parameter."""
 
 
 def window_parameters(
@@ -89,7 +88,7 @@ def _moment(regressors: np.ndarray, torque: np.ndarray) -> np.ndarray:
 def regress_windows(
     regressors: Annotated[np.ndarray, "(..., w, 3, s)"], torque: Annotated[np.ndarray, "(..., w, s)", "N·m"]
 ) -> BatchedFits:
-    """`window_parameters` with residuals and SEM.
+    """`window_parameters` with residuals and SEM, whose N is the number of samples of the longest window.
 
     regressors: x' of every window (rad/s², rad/s, rad); without the axis of the draws if all draws share
     it.
@@ -97,9 +96,8 @@ def regress_windows(
     """
     parameters, inverse = window_parameters(regressors, torque)
     residuals = torque - (parameters[..., None, :] @ regressors)[..., 0, :]
-    norm = np.linalg.norm(residuals, axis=-1)[..., None]
-    freedom = max(residuals.shape[-1] - len(PARAMETERS), 1)
-    return BatchedFits(parameters, residuals, np.sqrt(norm * inverse), norm * np.sqrt(inverse / freedom))
+    norm = np.linalg.norm(residuals, axis=-1)
+    return BatchedFits(parameters, residuals, sems(norm, residuals.shape[-1], inverse))
 
 
 def instrumental_variables(
@@ -126,7 +124,7 @@ def instrumental_variables(
     parameters = (inverse @ moment)[..., 0] / length
     residuals = torque - (parameters[..., None, None, :] @ regressors)[..., 0, :]
     spread = inverse @ np.sum(z @ np.swapaxes(z, -1, -2), axis=0) @ np.swapaxes(inverse, -1, -2)
-    norm = np.sqrt(np.sum(residuals**2, axis=(-2, -1)))[..., None]
-    sem = np.sqrt(norm * np.diagonal(spread, axis1=-2, axis2=-1)) / length
-    freedom = max(residuals.shape[-1] * residuals.shape[-2] - len(PARAMETERS), 1)
-    return BatchedFits(parameters, residuals, sem, sem * np.sqrt(norm / freedom))
+    norm = np.sqrt(np.sum(residuals**2, axis=(-2, -1)))
+    count = residuals.shape[-1] * residuals.shape[-2]
+    inverse = np.diagonal(spread, axis1=-2, axis2=-1) / length**2
+    return BatchedFits(parameters, residuals, sems(norm, count, inverse))

@@ -343,9 +343,9 @@ def intervals_as_windows(
     regression = regress_perturbations(motion, leg, perturbations, at_rest, "leg")
     theta_dd, theta_d, theta = regression.regressors.T
     predicted = impedance_torque(each.mean(axis=0), theta, theta_d, theta_dd)
-    residual, unknown = regression.torque - predicted, np.full(3, np.nan)
+    residual, unknown = regression.torque - predicted, np.full((3, 3), np.nan)
     fits = [
-        LinearFit(values, residual[p.start : p.stop], unknown, unknown, conditioning)
+        LinearFit(values, residual[p.start : p.stop], unknown, conditioning)
         for values, p in zip(each, perturbations, strict=True)
     ]
     return WindowedFits(

@@ -3,14 +3,25 @@
 import hashlib
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import asdict
 
 import numpy as np
 import pandas as pd
 
 from tepsipe.io.estimates import FLAGS
 from tepsipe.reporting.budgets import SOURCES
+from tepsipe.reporting.ledger import (
+    NOISE_TABLE,
+    TABULATED,
+    best_sem_reading,
+    cells_of_table,
+    noise_cells,
+    sem_distances,
+)
 from tepsipe.reporting.recovery import AT_WORK
 from tepsipe.reporting.run import Run
+from tepsipe.reporting.thesis_tables import TableRow
+from tepsipe.statistics.least_squares import SEM_READINGS
 from tepsipe.statistics.uncertainty import SCATTER
 
 KEYS = ["experiment", "condition", "pathway", "estimator", "quantity"]
@@ -29,14 +40,30 @@ PRINTED = ("commit", "modified", "python", "engine", "config_sha256", "seed", "p
 
 
 def numbers(run: Run) -> dict:
-    """Provenance, meaning of checks, missed truths, signs of errors, and campaign (units in the keys)."""
+    """Provenance, meaning of checks, missed truths, signs of errors, campaign (units in the keys), SEMs."""
     return {
         "provenance": provenance_of(run.provenance),
         "flags": FLAGS,
         "missed": missed(run),
         "one_sided": one_sided(run),
         "campaign": campaign(run),
+        "sem": sem(run),
     }
+
+
+def sem(run: Run) -> dict:
+    """Readings of eq (3-2) with their meaning, their distances from the printed SEMs, and the nearest one."""
+    reported, values = (run.study.get("reported") or {}).get("tables", {}), {}
+    for table in reported:
+        frame = run.rows(table)
+        rows = [TableRow(*row[:4], list(row[4::2]), list(row[5::2])) for row in frame.itertuples(index=False)]
+        if table == NOISE_TABLE:
+            values |= noise_cells(rows, TABULATED)
+        else:
+            values |= cells_of_table(table, rows, list(frame.columns[4::2]))
+    distances = sem_distances(values, reported)
+    found = {"readings": SEM_READINGS, "best": best_sem_reading(distances)}
+    return found | {"distances": [asdict(one) for one in distances]}
 
 
 def provenance_of(record: Mapping) -> dict:
