@@ -291,19 +291,28 @@ def test_centre_of_all_trials_is_weighed_against_the_one_that_was_felt():
     for trial in trials:
         trial.slopes["joint_centre_anterior_m"][:, 0] = 50.0
     # four trials of 20 mm each say as much as one of 10 mm, which is as much as was felt
-    moved, sources = with_common_centre(trials, known)
+    moved, sources = with_common_centre(trials, known, trials)
     assert moved[0].perturbed[..., 0] - trials[0].perturbed[..., 0] == pytest.approx(50.0 * 0.003)
     expected = np.hypot(0.002, 0.01 / np.sqrt(2.0))
     assert [source.standard_uncertainty for source in sources] == pytest.approx([expected, expected])
     # responses to the opposite perturbations of the same trials say nothing more
-    assert [s.standard_uncertainty for s in with_common_centre(trials * 2, known)[1]] == pytest.approx(
-        [expected, expected]
+    assert [
+        s.standard_uncertainty for s in with_common_centre(trials * 2, known, trials)[1]
+    ] == pytest.approx([expected, expected])
+    # a foot that tilts moves the centre by 50 mm as its rotation doubles, by 10 mm where that is known to 0.2
+    turning = [
+        replace(
+            t, turned=tuple((replace(t.centre, offset_m=t.centre.offset_m + x), 0.0) for x in (-0.02, 0.02))
+        )
+        for t in trials
+    ]
+    moved, sources = with_common_centre(
+        turning, known | {"foot_rotation": Source("foot_rotation", 0.2)}, turning
     )
-    # a foot that turns shows none
-    turning = [replace(t, centre=replace(t.centre, foot_rad=0.002)) for t in trials]
-    moved, sources = with_common_centre(turning, known)
-    assert moved[0].perturbed == pytest.approx(trials[0].perturbed)
-    assert sources[0].standard_uncertainty == pytest.approx(np.hypot(0.002, 0.01))
+    assert moved[0].perturbed[..., 0] - trials[0].perturbed[..., 0] == pytest.approx(50.0 * 0.002)
+    expected = np.sqrt(0.002**2 + (0.01 / 3.0) ** 2 + (0.02 / 3.0) ** 2)
+    assert sources[0].standard_uncertainty == pytest.approx(expected)
+    assert moved[0].slopes["foot_rotation"][:, 0] == pytest.approx(0.05 / 3.0 * 50.0)
 
 
 @pytest.mark.parametrize("noise_rad", [1e-4, 4e-3])

@@ -425,12 +425,12 @@ def _scatter(
     """Type A of B and K, and its degrees of freedom."""
     recordings = by_recording(trials)  # both directions of one trial have the same drift and sway
     if len(recordings) >= FEWEST_TRIALS:
-        return np.sqrt(_jackknife(fit.without_each(recordings))), len(recordings) - 1.0
-    variance = sum(_jackknife(x) for x in _without_each_response(fit, trials, inside))
+        return np.sqrt(jackknife(fit.without_each(recordings))), len(recordings) - 1.0
+    variance = sum(jackknife(x) for x in _without_each_response(fit, trials, inside))
     return np.sqrt(variance), max(1.0, float(sum(trial.count for trial in trials) - len(trials)))
 
 
-def _jackknife(left_out: np.ndarray) -> np.ndarray:
+def jackknife(left_out: np.ndarray) -> np.ndarray:
     """Variance of estimates from the estimates without each of k parts, shape (k, p)."""
     k = len(left_out)
     return (k - 1.0) / k * ((left_out - left_out.mean(axis=0)) ** 2).sum(axis=0)
