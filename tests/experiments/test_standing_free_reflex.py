@@ -299,6 +299,15 @@ def test_centre_of_all_trials_is_weighed_against_the_one_that_was_felt():
     assert [
         s.standard_uncertainty for s in with_common_centre(trials * 2, known, trials)[1]
     ] == pytest.approx([expected, expected])
+    # trials of another task show the same centre, and count by their sway: here a quarter
+    other = [
+        replace(t, centre=replace(t.centre, offset_m=np.full(2, 0.016), sway_rad=0.002)) for t in trials[:1]
+    ]
+    moved, sources = with_common_centre(other, known, [*trials, *other])
+    s2 = (4 * 0.02**2 + (0.25 * 0.02) ** 2) / 4.25**2
+    mean, weight = (4 * 0.006 + 0.25 * 0.016) / 4.25, 1e-4 / (1e-4 + s2)
+    assert moved[0].perturbed[..., 0] - other[0].perturbed[..., 0] == pytest.approx(50.0 * weight * mean)
+    assert sources[0].standard_uncertainty == pytest.approx(np.sqrt(0.002**2 + (1.0 - weight) * 1e-4))
     # a foot that tilts moves the centre by 50 mm as its rotation doubles, by 10 mm where that is known to 0.2
     turning = [
         replace(

@@ -11,10 +11,12 @@ in both, and so are their errors. Only the effects of errors that differ between
 difference has causes that no source describes: a reflex before its assumed onset, or a torque in the first
 milliseconds that does not come from the joint.
 
-Common centre of the ankle of all trials of a task, from quiet sway and palpation.
+Common centre of the ankle of all trials of a person, from quiet sway and palpation.
 
-Quiet sway gives the offset m_j of the centre from the palpated one, with a standard error s_j, in trial j. A
-person has one centre, so the mean m over J trials has the standard error s = sqrt(mean s_j^2 / J). With the
+Quiet sway gives the offset m_j of the centre from the palpated one, with a standard error s_j, in trial j, by
+the slope over an ankle angle of standard deviation phi_j in n_j stretches. A person has one centre in all
+tasks. Noise of the markers moves m_j by 1 / phi_j, so trials count by their sway: with p_j = n_j phi_j^2, the
+mean and its standard error are m = sum p_j m_j / sum p_j and s^2 = sum (p_j s_j)^2 / (sum p_j)^2. With the
 standard uncertainty u_p of palpation, the weighted mean of both and its uncertainty are
 
     c = w m,     w = u_p^2 / (u_p^2 + s^2 + (m' u_f)^2),     u(c)^2 = (w s)^2 + ((1 - w) u_p)^2
@@ -318,7 +320,7 @@ SHOWN = 0.5
 
 @dataclass(frozen=True)
 class CommonCentre:
-    """Centre of the ankle of a task."""
+    """Centre of the ankle of a person."""
 
     offset_m: Annotated[np.ndarray, "(2,)"]
     error_m: Annotated[np.ndarray, "(2,)"]
@@ -331,25 +333,28 @@ class CommonCentre:
 
 
 def common_centre(
-    trials: list[BroadbandEpochs], sources: dict[str, Source], foot: FootRotation
+    person: list[BroadbandEpochs], sources: dict[str, Source], foot: FootRotation
 ) -> CommonCentre:
     """Weighted mean of the centre from quiet sway and the palpated one.
 
+    person: trials of all tasks of the person.
     sources: uncertain constants; without `PALPATED` sway alone counts.
     foot: rotation of the hindfoot, whose error moves the centre from sway.
     Returns: with an infinite uncertainty if neither determines the centre.
     """
-    pairs = [[at_rotation(t, foot.rotation + step)[0] for step in (0.0, ROTATION_STEP)] for t in trials]
+    pairs = [[at_rotation(t, foot.rotation + step)[0] for step in (0.0, ROTATION_STEP)] for t in person]
     pairs = [
         [now, then] for now, then in pairs if now is not None and np.isfinite(now.standard_error_m).all()
     ]
     offset, error, slope = np.zeros(2), np.full(2, np.inf), np.zeros(2)
-    if trials and len(pairs) >= max(1.0, SHOWN * len(trials)):
+    if person and len(pairs) >= max(1.0, SHOWN * len(person)):
         # responses to opposite perturbations of one trial share its quiet standing, and so its centre
         pairs = list({(*now.offset_m, *now.standard_error_m): (now, then) for now, then in pairs}.values())
-        squares = np.mean([now.standard_error_m**2 for now, _ in pairs], axis=0) / len(pairs)
-        mean = np.mean([now.offset_m for now, _ in pairs], axis=0)
-        turned = (np.mean([then.offset_m for _, then in pairs], axis=0) - mean) / ROTATION_STEP
+        by_sway = np.array([now.stretches * now.sway_rad**2 for now, _ in pairs])
+        weights = by_sway / by_sway.sum()
+        squares = weights**2 @ [now.standard_error_m**2 for now, _ in pairs]
+        mean = weights @ [now.offset_m for now, _ in pairs]
+        turned = (weights @ [then.offset_m for _, then in pairs] - mean) / ROTATION_STEP
         if np.hypot(*mean) < FAR_M + 2.0 * np.sqrt((squares + (foot.error * turned) ** 2).sum()):
             offset, error, slope = mean, np.sqrt(squares), turned
     if PALPATED not in sources:
@@ -364,7 +369,7 @@ def common_centre(
 def with_common_centre(
     trials: list[BroadbandEpochs], sources: dict[str, Source], person: list[BroadbandEpochs]
 ) -> tuple[list[BroadbandEpochs], list[Source]]:
-    """Trials about their common centre, with the foot of their person, and sources with its uncertainty.
+    """Trials with the foot of their person, about the person's centre, and sources with its uncertainty.
 
     sources: uncertain constants, among them `PALPATED`, and `CENTRE` for errors that all centres from sway
     have in common.
@@ -376,7 +381,7 @@ def with_common_centre(
         centre (m), and `FOOT` is the uncertainty of the rotation.
     """
     foot = foot_rotation(person, sources)
-    centre = common_centre(trials, sources, foot)
+    centre = common_centre(person, sources, foot)
     of_centre = dict(zip(CENTRE, centre.error_m.tolist(), strict=True))
     known = []
     for name, source in sources.items():
@@ -535,7 +540,7 @@ def centre_facts(
     standard error, or None, and ``foot_rotation`` the rotation of the hindfoot over the one that is assumed.
     """
     foot = foot_rotation(person, sources)
-    centre = common_centre(trials, sources, foot)
+    centre = common_centre(person, sources, foot)
     skins_m = [at_rotation(trial, foot.rotation)[1] for trial in trials]
     return {
         "broadband_cutoff_hz": min((trial.cutoff_hz for trial in trials), default=None),
