@@ -12,6 +12,7 @@ from tepsipe.experiments.standing.free_reflex.fit import (
     REFLEX_ONSET,
     TREADMILL,
     WINDOW,
+    effect_of_window,
     fit_free_reflex,
     inside_window,
     sway_moments,
@@ -197,6 +198,28 @@ def test_windows_count_only_as_far_as_nothing_else_explains_their_spread():
         for fit in (own, other)
     ]
     assert spread[0] < 0.8 and 0.95 < spread[1] <= 1.0
+
+
+def test_effect_of_the_window_does_not_jump():
+    variances, whole = np.array([[4.0, 4.0], [1.0, 1.0], [0.0, 0.0]]), np.array([9.0, 9.0])
+    shape = np.array([[2.0, 2.0], [1.0, 1.0], [0.0, 0.0]])
+    sizes = np.linspace(0.0, 4.0, 401)
+    found = [np.sqrt((effect_of_window(size * shape, variances, whole)[:, 0] ** 2).sum()) for size in sizes]
+    rms = np.sqrt((np.array([9 / 13, 9 / 10, 1.0]) @ shape[:, 0] ** 2) / (9 / 13 + 9 / 10 + 1.0))
+    # steady: never more than 1.15 per unit of the spread, with 0 at first and all of it in the end
+    steps = np.diff(found) / np.diff(sizes) / rms
+    assert (steps >= 0.0).all() and steps.max() < 1.15
+    assert found[50] < 0.25 * sizes[50] * rms and found[-1] > 0.9 * sizes[-1] * rms
+    # by chance alone as much variance as the positive part
+    chance = np.random.default_rng(1).standard_normal(20000)
+    squares = chance**2 * rms**2
+    drawn = np.interp(np.abs(chance), sizes, found) ** 2
+    assert drawn.mean() == pytest.approx(np.maximum(0.0, squares - rms**2).mean(), rel=0.1)
+    # a window of noise, ten times as uncertain as the estimate, hardly counts
+    noisy = effect_of_window(
+        np.array([[30.0, 30.0], [0.0, 0.0]]), np.array([[900.0, 900.0], [0.0, 0.0]]), np.array([9.0, 9.0])
+    )
+    assert np.abs(noisy).max() < 0.06 * 30.0
 
 
 def named(trials, of_each):
