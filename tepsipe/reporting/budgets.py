@@ -43,7 +43,7 @@ SOURCES = {
     "skin_m": "motion of soft tissue over bone",
     "tissue_hz": "natural frequency of soft tissue",
     "marked_rotation": "difference between the legs",
-    "foot_rotation": "rotation of the foot",
+    "foot_rotation": "rotation of the hindfoot",
     "moment_scale": "scale of the plate's moment",
     "window_s": "choice of the window",
     "model_discrepancy": "error of the rig's model",

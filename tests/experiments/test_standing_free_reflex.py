@@ -12,6 +12,7 @@ from tepsipe.experiments.standing.free_reflex.fit import (
     REFLEX_ONSET,
     TREADMILL,
     WINDOW,
+    effect_of_window,
     fit_free_reflex,
     inside_window,
     sway_moments,
@@ -199,6 +200,28 @@ def test_windows_count_only_as_far_as_nothing_else_explains_their_spread():
     assert spread[0] < 0.8 and 0.95 < spread[1] <= 1.0
 
 
+def test_effect_of_the_window_does_not_jump():
+    variances, whole = np.array([[4.0, 4.0], [1.0, 1.0], [0.0, 0.0]]), np.array([9.0, 9.0])
+    shape = np.array([[2.0, 2.0], [1.0, 1.0], [0.0, 0.0]])
+    sizes = np.linspace(0.0, 4.0, 401)
+    found = [np.sqrt((effect_of_window(size * shape, variances, whole)[:, 0] ** 2).sum()) for size in sizes]
+    rms = np.sqrt((np.array([9 / 13, 9 / 10, 1.0]) @ shape[:, 0] ** 2) / (9 / 13 + 9 / 10 + 1.0))
+    # steady: never more than 1.15 per unit of the spread, with 0 at first and all of it in the end
+    steps = np.diff(found) / np.diff(sizes) / rms
+    assert (steps >= 0.0).all() and steps.max() < 1.15
+    assert found[50] < 0.25 * sizes[50] * rms and found[-1] > 0.9 * sizes[-1] * rms
+    # by chance alone as much variance as the positive part
+    chance = np.random.default_rng(1).standard_normal(20000)
+    squares = chance**2 * rms**2
+    drawn = np.interp(np.abs(chance), sizes, found) ** 2
+    assert drawn.mean() == pytest.approx(np.maximum(0.0, squares - rms**2).mean(), rel=0.1)
+    # a window of noise, ten times as uncertain as the estimate, hardly counts
+    noisy = effect_of_window(
+        np.array([[30.0, 30.0], [0.0, 0.0]]), np.array([[900.0, 900.0], [0.0, 0.0]]), np.array([9.0, 9.0])
+    )
+    assert np.abs(noisy).max() < 0.06 * 30.0
+
+
 def named(trials, of_each):
     """The trials as epochs of recordings with so many directions each."""
     return [replace(trial, recording=f"trial-{k // of_each}") for k, trial in enumerate(trials)]
@@ -291,19 +314,37 @@ def test_centre_of_all_trials_is_weighed_against_the_one_that_was_felt():
     for trial in trials:
         trial.slopes["joint_centre_anterior_m"][:, 0] = 50.0
     # four trials of 20 mm each say as much as one of 10 mm, which is as much as was felt
-    moved, sources = with_common_centre(trials, known)
+    moved, sources = with_common_centre(trials, known, trials)
     assert moved[0].perturbed[..., 0] - trials[0].perturbed[..., 0] == pytest.approx(50.0 * 0.003)
     expected = np.hypot(0.002, 0.01 / np.sqrt(2.0))
     assert [source.standard_uncertainty for source in sources] == pytest.approx([expected, expected])
     # responses to the opposite perturbations of the same trials say nothing more
-    assert [s.standard_uncertainty for s in with_common_centre(trials * 2, known)[1]] == pytest.approx(
-        [expected, expected]
+    assert [
+        s.standard_uncertainty for s in with_common_centre(trials * 2, known, trials)[1]
+    ] == pytest.approx([expected, expected])
+    # trials of another task show the same centre, and count by their sway: here a quarter
+    other = [
+        replace(t, centre=replace(t.centre, offset_m=np.full(2, 0.016), sway_rad=0.002)) for t in trials[:1]
+    ]
+    moved, sources = with_common_centre(other, known, [*trials, *other])
+    s2 = (4 * 0.02**2 + (0.25 * 0.02) ** 2) / 4.25**2
+    mean, weight = (4 * 0.006 + 0.25 * 0.016) / 4.25, 1e-4 / (1e-4 + s2)
+    assert moved[0].perturbed[..., 0] - other[0].perturbed[..., 0] == pytest.approx(50.0 * weight * mean)
+    assert sources[0].standard_uncertainty == pytest.approx(np.sqrt(0.002**2 + (1.0 - weight) * 1e-4))
+    # a foot that tilts moves the centre by 50 mm as its rotation doubles, by 10 mm where that is known to 0.2
+    turning = [
+        replace(
+            t, turned=tuple((replace(t.centre, offset_m=t.centre.offset_m + x), 0.0) for x in (-0.02, 0.02))
+        )
+        for t in trials
+    ]
+    moved, sources = with_common_centre(
+        turning, known | {"foot_rotation": Source("foot_rotation", 0.2)}, turning
     )
-    # a foot that turns shows none
-    turning = [replace(t, centre=replace(t.centre, foot_rad=0.002)) for t in trials]
-    moved, sources = with_common_centre(turning, known)
-    assert moved[0].perturbed == pytest.approx(trials[0].perturbed)
-    assert sources[0].standard_uncertainty == pytest.approx(np.hypot(0.002, 0.01))
+    assert moved[0].perturbed[..., 0] - trials[0].perturbed[..., 0] == pytest.approx(50.0 * 0.002)
+    expected = np.sqrt(0.002**2 + (0.01 / 3.0) ** 2 + (0.02 / 3.0) ** 2)
+    assert sources[0].standard_uncertainty == pytest.approx(expected)
+    assert moved[0].slopes["foot_rotation"][:, 0] == pytest.approx(0.05 / 3.0 * 50.0)
 
 
 @pytest.mark.parametrize("noise_rad", [1e-4, 4e-3])

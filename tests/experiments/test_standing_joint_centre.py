@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -26,10 +27,13 @@ from tepsipe.experiments.standing.free_reflex.free_body import (
     SOURCES,
     centre_from_sway,
     hindfoot,
+    parts_of_foot,
     relative_motion,
+    rotation_per_place,
     tissue_from_pulses,
     tissue_motion,
 )
+from tepsipe.experiments.standing.free_reflex.results import at_rotation, foot_rotation
 from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.options import FreeReflexOptions, TorquePathway
 from tepsipe.io.result import joined, read_result, write_result
@@ -119,6 +123,102 @@ def test_hindfoot_turns_more_than_its_markers_where_the_forefoot_turns_half_as_m
     angle, carried = hindfoot(positions, list(LABELS), PERSON)
     assert angle == pytest.approx(tilt, abs=1e-9)
     assert carried == pytest.approx(np.tile([0.3, 0.08], (tilt.size, 1)), abs=1e-9)
+
+
+def tilted(share, tilt, noise_m=0.0, rng=None):
+    """Markers of a foot whose hindfoot tilts by an angle (rad), and whose forefoot follows by a share."""
+    positions = np.zeros((*tilt.shape, len(LABELS), 2))
+    for label, (across, along) in LAYOUT["foot"].items():
+        turned = (share if across > 0.0 else 1.0) * tilt
+        positions[..., LABELS.index(label), :] = np.stack(
+            [across + along * turned + 0.3, along - across * turned + 0.08], axis=-1
+        )
+    return positions if rng is None else positions + noise_m * rng.standard_normal(positions.shape)
+
+
+def pulses_of(share, noise_m, seed=1, pulses=24, places=None):
+    """A trial whose pulses tilt the foot by 1.5 mrad, each with sway of its own; as far as its foot goes."""
+    rng, time = np.random.default_rng(seed), np.arange(-30, 51) / RATE_HZ
+    sway = 3e-4 * rng.standard_normal((pulses, 1)) * np.linspace(0.0, 1.0, time.size)
+    tilt = 1.5e-3 * np.clip(time / 0.1, 0.0, 1.0) + sway
+    positions = tilted(share, tilt.ravel(), noise_m, rng)
+    assumed = hindfoot(positions, list(LABELS), PERSON)[0]
+    rotations = np.column_stack([assumed, 0.0 * assumed, parts_of_foot(positions, list(LABELS), PERSON)])
+    rotations = rotations.reshape(pulses, time.size, 4)
+    return SimpleNamespace(
+        time=time,
+        count=pulses,
+        belt=np.column_stack([np.where(time > 0.0, 0.5, 0.0), 0.0 * time]),
+        tilt=rotations - rotations[:, time <= 0.0].mean(axis=1, keepdims=True),
+        rotation_per_m=rotation_per_place(PERSON),
+    )
+
+
+def rotation_for(share):
+    """Rotation of the hindfoot over the one for the assumed share, of a foot with another share."""
+    positions = tilted(share, np.array([0.0, 1e-3]))
+    return 1e-3 / np.diff(hindfoot(positions, list(LABELS), PERSON)[0])[0]
+
+
+ASSUMED = {"foot_rotation": Source("foot_rotation", 0.2)}
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5, 1.0])
+def test_pulses_show_the_share_of_the_forefoot(share):
+    seen = foot_rotation([pulses_of(share, 6.5e-6)], ASSUMED)
+    assert seen.share == pytest.approx(share, abs=0.02) and seen.share_error < 0.02
+    assert seen.rotation == pytest.approx(rotation_for(share), abs=0.01)
+
+
+@pytest.mark.parametrize("share", [0.3, 1.0])
+def test_noise_of_the_cameras_does_not_bias_the_share(share):
+    """Thirty times the noise of the shipped cameras, and no assumption that would hide a bias."""
+    unknown = {"foot_rotation": Source("foot_rotation", 1e3)}
+    found = [foot_rotation([pulses_of(share, 2e-4, seed)], unknown) for seed in range(40)]
+    rotation = np.array([one.rotation for one in found])
+    error = rotation.std(ddof=1)
+    assert rotation.mean() == pytest.approx(rotation_for(share), abs=3.5 * error / np.sqrt(40))
+    assert np.sqrt(np.mean([one.error**2 for one in found])) == pytest.approx(error, rel=0.4)
+    # the noise is large enough to attenuate products of the same pulses
+    trial = pulses_of(share, 2e-4)
+    own = (trial.tilt[..., 2] * trial.tilt[..., 0]).sum() / (trial.tilt[..., 0] ** 2).sum()
+    assert abs(own - rotation_for(share)) > 3.5 * error / np.sqrt(40)
+
+
+def test_assumed_share_remains_where_pulses_do_not_show_it():
+    still = [pulses_of(1.0, 6.5e-6)]
+    still[0].tilt = 6e-5 * np.random.default_rng(1).standard_normal(still[0].tilt.shape)
+    seen = foot_rotation(still, ASSUMED)
+    assert seen.rotation == pytest.approx(1.0, abs=0.1) and 0.15 < seen.error <= 0.2
+    known = foot_rotation([pulses_of(1.0, 6.5e-6)], ASSUMED)
+    assert known.error < 0.02
+    placed = foot_rotation(
+        [pulses_of(1.0, 6.5e-6)], ASSUMED | {"foot_markers_m": Source("foot_markers_m", 0.001)}
+    )
+    # 1 mm of each height: 1.5 % for each marker
+    assert placed.error == pytest.approx(0.022 * known.rotation, rel=0.1)
+
+
+def test_markers_in_line_with_the_ankle_do_not_show_the_parts_of_the_foot():
+    in_line = replace(PERSON.foot, layout_m=np.array([[0.14, -0.07], [-0.05, 0.025], [0.0, 0.0]]))
+    assert rotation_per_place(replace(PERSON, foot=in_line)) is None
+    trial = pulses_of(1.0, 6.5e-6)
+    trial.rotation_per_m = None
+    assert foot_rotation([trial], ASSUMED).rotation == 1.0
+
+
+def test_centre_follows_the_rotation_of_the_foot():
+    """A rigid foot that tilts with the shank: assuming a soft one moves the centre by centimetres."""
+    trial, quiet = swaying(foot_share=-0.15), np.ones(5000, dtype=bool)
+    quiet[:: quiet.size // 4] = False
+    hidden = np.zeros((quiet.size, len(LABELS)), dtype=bool)
+    centres = [centre_from_sway(trial, PERSON, quiet, hidden, rotation) for rotation in (1.0, 0.6, 1.4)]
+    epochs = SimpleNamespace(centre=centres[0], skin_m=0.0, turned=tuple((c, 0.0) for c in centres[1:]))
+    assert np.abs(centres[0].offset_m - (0.006, -0.004)).max() > 0.003
+    rigid = at_rotation(epochs, rotation_for(1.0))[0]
+    assert rigid.offset_m == pytest.approx((0.006, -0.004), abs=3e-4)
+    between = centre_from_sway(trial, PERSON, quiet, hidden, 0.8)
+    assert at_rotation(epochs, 0.8)[0].offset_m == pytest.approx(between.offset_m, abs=1e-4)
 
 
 def pulsed(seconds=2.0):

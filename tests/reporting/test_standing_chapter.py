@@ -66,6 +66,7 @@ def task(latency_s=0.04, knee=1.0, flags=(), free=True):
     facts = {"muscles": ["TA", "SOL"], "latencies": {"TA": found}, "left_out": [], "responses": 2}
     facts["broadband_cutoff_hz"] = 60.0
     facts |= {"centre_used": True, "joint_centre_m": [0.0043, -0.0002], "skin_m": 0.0017}
+    facts |= {"forefoot_share": [0.52, 0.014]}
     arrays = {
         "windows/length": np.array([0.03, 0.05, 0.06, 0.3]),
         "windows/K": np.array([[400.0], [540.0], [500.0], [-50.0]]),

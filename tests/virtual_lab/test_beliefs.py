@@ -31,6 +31,7 @@ SAME = {
     "treadmill.capture.marker_sampling_hz": ("dummy.marker_sampling_s", 1.0 / 2500.0**2),
     "standing.person.foot_mass": ("standing.foot_mass", 1.0 / 0.0139),
     "standing.skin.frequency_hz": ("standing.tissue_hz", 1.0),
+    "standing.markers.foot_m": ("standing.foot_markers_m", 1.0),
 }
 # sources of several experiments that are one quantity of the rig
 SHARED = {
@@ -55,7 +56,6 @@ OTHER_QUANTITY = {
     "standing.person.forefoot_share": "moves the rotation of the hindfoot, see foot_rotation",
     "standing.person.marked_share": "of the tilt of the marked foot, see foot_rotation",
     "standing.person.short_range_rad": "part of the true joint",
-    "standing.markers.foot_m": "offsets leave the sway about the axis as it is",
     "standing.markers.shank_m": "offsets leave the sway about the axis as it is",
     "standing.markers.thigh_m": "the thigh shows the knee only",
     "standing.skin.shank_share": "the responses show the soft tissue; skin_m is what then remains",

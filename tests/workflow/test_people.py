@@ -74,6 +74,10 @@ def test_tasks_of_two_people_are_never_pooled(study_of):
     )
     assert study.tasks.names() == ["P1-relax", "P1-stiff", "P2-relax", "P2-stiff"]
     assert study.tasks.of_trials("{condition}", "P1-stiff") == ["P1-stiff-1", "P1-stiff-2"]
+    # the foot is the person's: trials of the other tasks show it, those of other people do not
+    assert study.tasks.of_other_tasks("{condition}", "P1-stiff") == study.tasks.of_trials(
+        "{condition}", "P1-relax"
+    )
     assert "<results>/estimates/standing_tasks/P2-relax.csv" in outputs.estimates(study)
     assert study.tasks.by_condition()["P2-relax-1"] == "P2-relax"
     assert outputs.participants(study) == ["<results>/tables/participants.csv", "<results>/tables/group.csv"]

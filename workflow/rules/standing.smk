@@ -7,6 +7,7 @@ rule fit_standing_task:
     """Fit all trials of one task of a standing person together."""
     input:
         responses=lambda w: STUDY.tasks.of_trials("<results>/epochs/standing/{condition}.h5", w.task),
+        others=lambda w: STUDY.tasks.of_other_tasks("<results>/epochs/standing/{condition}.h5", w.task),
         library=library_of("fit_standing_task"),
     output:
         fit="<results>/fits/standing_tasks/{task}.h5",

@@ -88,9 +88,13 @@ class StandingSources(Section):
         "follow from it"
     )
     marked_rotation: Source | None = setting("rotation of the leg with markers over the mean of both")
+    foot_markers_m: Source | None = setting(
+        "place of each marker of the foot, for the rotation of the hindfoot that pulses show"
+    )
     foot_rotation: Source | None = setting(
         "rotation of the hindfoot over what the markers of the foot show if the forefoot rotates half as "
-        "much; of the rotation, which is small"
+        "much; of the rotation, which is small. The pulses of a person are weighed against it, and replace "
+        "it where heel and toe markers determine the rotation"
     )
     force_scale: Source | None = setting("fore-aft and vertical force")
     moment_scale: Source | None = setting("moment of the vertical force")

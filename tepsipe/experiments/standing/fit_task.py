@@ -26,12 +26,20 @@ from tepsipe.io.result import Result
 from tepsipe.signals.onsets import OnsetOptions
 
 
-def fit(responses: Sequence[Result], section: dict, task: str, seed: int, uncertainty: dict) -> Fitted:
+def fit(
+    responses: Sequence[Result],
+    section: dict,
+    task: str,
+    seed: int,
+    uncertainty: dict,
+    others: Sequence[Result] = (),
+) -> Fitted:
     """Impedance by every pathway and estimator, with the estimate to quote, and latencies.
 
     responses: stored responses of every trial, as `fit` of a trial returns them.
     section: settings of the experiment, with the ``person`` of the task.
     uncertainty: sources, as `sources_of` takes them.
+    others: stored responses of the trials of the person's other tasks, which show the same foot.
     """
     name, draws = f"standing/{task}", section["analysis"]["bootstrap_draws"]
     critical_stiffness = Person.from_settings(section["person"]).body.critical_stiffness
@@ -47,14 +55,15 @@ def fit(responses: Sequence[Result], section: dict, task: str, seed: int, uncert
     )
     onset = reflex_onset(latencies, active.action, section["latency"]["detector"], choices.options)
     broadband, legs = legs_of(list(responses))
+    person = broadband + legs_of(list(others))[0]
     perturbations = sum(result.arrays["processed/onsets_s"].size for result in responses)
-    fits |= fit_free(broadband, name, estimators, choices, perturbations, onset)
+    fits |= fit_free(broadband, name, estimators, choices, perturbations, onset, person)
     facts = {
         "left_out": [*notes, *silent],
         "muscles": list(section["muscles"]),
         "trials": sum(epochs.count > 0 for epochs in whole),
         "responses": sum(epochs.count for epochs in trials),
-        **centre_facts(broadband, choices.sources),
+        **centre_facts(broadband, choices.sources, person),
         "critical_stiffness_Nm_per_rad": critical_stiffness,
     }
     windows_s, rng = section["analysis"]["tried_windows_s"], generator(seed, name, "windows")
@@ -63,7 +72,7 @@ def fit(responses: Sequence[Result], section: dict, task: str, seed: int, uncert
     rows, contributions = fit_rows(task, fits, critical_stiffness)
     for latency in latencies:
         rows += latency_estimates(task, latency, choices.sources.get("latency_s"))
-    rows_of_legs, more = leg_rows(task, legs, name, estimators, choices, perturbations, onset)
+    rows_of_legs, more = leg_rows(task, legs, name, estimators, choices, perturbations, onset, person)
     pathway = TorquePathway(**section["pathways"][choices.pathway])
     return Fitted(
         with_budgets(result, fits),

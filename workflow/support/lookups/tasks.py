@@ -65,6 +65,16 @@ class Tasks:
         """The pattern filled in for every condition of a pool."""
         return [pattern.format(condition=c) for c in self.pools()[task].conditions]
 
+    def of_other_tasks(self, pattern: str, task: str) -> list[str]:
+        """The pattern filled in for every condition of the same participant in other pools."""
+        own = self.pools()[task]
+        return [
+            pattern.format(condition=c)
+            for pool in self._pools()
+            if pool.participant == own.participant and pool.name != task
+            for c in pool.conditions
+        ]
+
     def shown(self, participant: str | None = None) -> dict[str, Pool]:
         """Pools of a participant's figures; without one, of the participant and belt of the example trial."""
         pools = self.pools()

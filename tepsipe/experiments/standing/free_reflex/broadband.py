@@ -21,6 +21,7 @@ from tepsipe.experiments.standing.free_reflex.free_body import (
     centre_from_sway,
     free_body,
     relative_motion,
+    rotation_per_place,
     tissue_frequencies,
     tissue_from_pulses,
     tissue_motion,
@@ -46,6 +47,8 @@ STEP = 1e-3
 FOOT_SHARE, CENTRE_ERROR_M = 0.3, 0.002
 # largest distance of a usable centre from the palpated one (m)
 FAR_M = 0.03
+# rotations of the hindfoot over the assumed one, beside 1, at which centre and soft tissue are found
+OTHER_ROTATIONS = (0.6, 1.4)
 
 
 @dataclass(frozen=True)
@@ -103,6 +106,14 @@ class BroadbandEpochs:
     recording: str = ""
     """Name of the trial, which the epochs of both directions of its perturbations share; empty for epochs
     that share nothing with others."""
+    tilt: Annotated[np.ndarray, "(responses, n, 4)"] | None = None
+    quiet_tilt: Annotated[np.ndarray, "(epochs, m, 4)"] | None = None
+    """Rotation of the foot, from `FreeBody.tilt`, relative to the baseline like ``perturbed`` and ``quiet``;
+    None where it is not known."""
+    rotation_per_m: float | None = None
+    """From `rotation_per_place` (1/m)."""
+    turned: tuple[tuple[JointCentre | None, float], ...] = ()
+    """``centre`` and ``skin_m`` at each of `OTHER_ROTATIONS`."""
 
     @property
     def count(self) -> int:
@@ -166,7 +177,11 @@ def cut_broadband(
     if not epochs.count:
         return None
     lowpass = lowpass.within(standing.prepared.rate_hz)
-    centre = centre_from_sway(standing.trial, options.person, standing.unperturbed, standing.hidden)
+    centres = [
+        centre_from_sway(standing.trial, options.person, standing.unperturbed, standing.hidden, rotation)
+        for rotation in (1.0, *OTHER_ROTATIONS)
+    ]
+    centre = centres[0]
     used = centre is not None and _usable(centre)
     offset = centre.offset_m if centre is not None and used else np.zeros(2)
     body = free_body(standing, options, lowpass, models, offset)
@@ -178,10 +193,10 @@ def cut_broadband(
         zero = (pieces.time >= cutting.baseline_s[0] - 1e-9) & (pieces.time <= cutting.baseline_s[1] + 1e-9)
         return pieces.time, pieces.values - pieces.values[:, zero].mean(axis=1, keepdims=True)
 
-    apparent, skins_m = _pulses(standing, epochs.onsets_s, options, lowpass, body.surface_dd, centre)
+    apparent, skins_m, turned = _pulses(standing, epochs.onsets_s, options, lowpass, body.surface_dd, centres)
     body = replace(body, skins_m=skins_m)
-    best = body.signals()
-    quiet_time, quiet = cut(best, quiet_onsets(standing, cutting), cutting.after_s)
+    best, still = np.column_stack([body.signals(), body.tilt()]), quiet_onsets(standing, cutting)
+    quiet_time, quiet = cut(best, still, cutting.after_s)
     time, perturbed = cut(best, epochs.onsets_s, AFTER_S)
     velocity = cut(standing.prepared.behind(lowpass).belt_velocity, epochs.onsets_s, AFTER_S)[1]
     changes = {
@@ -192,9 +207,9 @@ def cut_broadband(
     carried_kg = float(body.load.f_z[standing.unperturbed].mean()) / options.person.body.gravity_m_per_s2
     return BroadbandEpochs(
         time=time,
-        perturbed=perturbed,
+        perturbed=perturbed[..., :3],
         quiet_time=quiet_time,
-        quiet=quiet,
+        quiet=quiet[..., :3],
         slopes={source: slopes[:, 3 * k : 3 * k + 3] for k, source in enumerate(SOURCES)},
         draws=_mean_draws(body, epochs.onsets_s, time, cutting.baseline_s),
         belt=_belt(time, velocity.mean(axis=0), cutting.baseline_s),
@@ -212,6 +227,10 @@ def cut_broadband(
         plate_flags=standing.plate_flags,
         frame=None if options.belt == BOTH else frame_peak([standing.prepared], options.belt),
         recording=standing.prepared.name,
+        tilt=perturbed[..., 3:],
+        quiet_tilt=quiet[..., 3:],
+        rotation_per_m=rotation_per_place(options.person),
+        turned=turned,
     )
 
 
@@ -267,15 +286,10 @@ def with_treadmill_error(
     )
 
 
-def is_steady(centre: JointCentre) -> bool:
-    """Test for a foot that stands still in quiet sway, without which sway determines no centre."""
-    return bool(centre.foot_rad < FOOT_SHARE * centre.sway_rad and np.isfinite(centre.standard_error_m).all())
-
-
 def _usable(centre: JointCentre) -> bool:
-    """Test for a joint centre that is precise, and close to the palpated one."""
+    """Test for a joint centre that is precise, near the palpated one, and over a foot that stands still."""
     return bool(
-        is_steady(centre)
+        centre.foot_rad < FOOT_SHARE * centre.sway_rad
         and centre.standard_error_m.max() < CENTRE_ERROR_M
         and np.hypot(*centre.offset_m) < FAR_M
     )
@@ -308,14 +322,15 @@ def _pulses(
     options: StandingOptions,
     lowpass: Lowpass,
     surface_dd: np.ndarray,
-    centre: JointCentre | None,
-) -> tuple[JointCentre | None, tuple[float, float, float]]:
+    centres: Sequence[JointCentre | None],
+) -> tuple[JointCentre | None, tuple[float, float, float], tuple[tuple[JointCentre | None, float], ...]]:
     """Apparent centre of the joint while the belt moves, and motion of the soft tissue at 0.5 m/s (m).
 
-    The motion is given for each of `tissue_frequencies`.
+    The motion is given for each of `tissue_frequencies`, and for the first of them with each further centre,
+    of `OTHER_ROTATIONS`.
     """
     if onsets_s.size < 2:
-        return None, (0.0, 0.0, 0.0)
+        return None, (0.0, 0.0, 0.0), tuple((centre, 0.0) for centre in centres[1:])
     person, labels, rate = options.person, standing.prepared.markers, standing.prepared.rate_hz
     positions = lowpass(standing.trial.values("marker_position")[:, :, 1:].astype(float), rate)
     peak = float(np.abs(standing.belt_velocity).max())
@@ -327,21 +342,29 @@ def _pulses(
     motion = relative_motion(positions, labels, person)
     at_rest = float(motion[standing.unperturbed, 0].mean())
     apparent = centre_from_pulses(cut(motion), at_rest)
-    if centre is None:
-        return apparent, (0.0, 0.0, 0.0)
-    by_shank = relative_motion(positions, labels, person, exclusive=True)
-    responses = cut(by_shank)
-    first = responses[:, : max(1, round(-0.5 * PULSE_S[0] * rate))].mean(axis=1, keepdims=True)
 
-    def skin_m(tissue_hz: float) -> float:
+    def moved(rotation: float) -> np.ndarray:
+        return relative_motion(positions, labels, person, exclusive=True, rotation=rotation)
+
+    by_shank, patterns = moved(1.0), []
+    for tissue_hz in tissue_frequencies():
         wobbling = positions.copy()
-        motion = tissue_motion(positions, labels, person, surface_dd, peak, rate, tissue_hz)
-        wobbling[..., 0] += STEP * motion
-        pattern = cut((relative_motion(wobbling, labels, person, exclusive=True) - by_shank) / STEP)
+        wobbling[..., 0] += STEP * tissue_motion(positions, labels, person, surface_dd, peak, rate, tissue_hz)
+        patterns.append(cut((relative_motion(wobbling, labels, person, exclusive=True) - by_shank) / STEP))
+
+    def skin_m(centre: JointCentre | None, motion: np.ndarray, pattern: np.ndarray) -> float:
+        if centre is None:
+            return 0.0
+        responses = cut(motion)
+        first = responses[:, : max(1, round(-0.5 * PULSE_S[0] * rate))].mean(axis=1, keepdims=True)
         return tissue_from_pulses(responses - first, pattern, centre.own_m, at_rest)
 
-    usual, lower, higher = map(skin_m, tissue_frequencies())
-    return apparent, (usual, lower, higher)
+    usual, lower, higher = (skin_m(centres[0], by_shank, pattern) for pattern in patterns)
+    turned = tuple(
+        (centre, skin_m(centre, moved(rotation), patterns[0]))
+        for rotation, centre in zip(OTHER_ROTATIONS, centres[1:], strict=True)
+    )
+    return apparent, (usual, lower, higher), turned
 
 
 # ---- to and from a result's file -------------------------------------------------------------------
@@ -356,30 +379,40 @@ UNITS = {
     "quiet": SIGNAL_UNITS,
     "belt": "m/s, m",
 }
+TILT_UNITS = dict.fromkeys(("tilt", "quiet_tilt"), "rad, rad/s, rad, rad")
 PLAIN = (
     *("baseline_s", "cutoff_hz", "order"),
     *("peak_m_per_s", "carried_kg", "calibrated_kg", "centre_used", "skin_m"),
     *("treadmill_error", "treadmill_flag", "origin_known", "frame", "empty_frame", "recording"),
+    "rotation_per_m",
 )
 
 
 def broadband_result(epochs: BroadbandEpochs, group: str = GROUPS[0]) -> Result:
     """Epochs as arrays below a group, one of `GROUPS`, with their units, and facts."""
-    arrays = {f"{group}/{key}": getattr(epochs, key).astype(np.float32) for key in UNITS}
-    units = {f"{group}/{key}": unit for key, unit in UNITS.items()}
+    written = UNITS if epochs.tilt is None else UNITS | TILT_UNITS
+    arrays = {f"{group}/{key}": getattr(epochs, key).astype(np.float32) for key in written}
+    units = {f"{group}/{key}": unit for key, unit in written.items()}
     for source, slope in epochs.slopes.items():
         arrays[f"{group}/slopes/{source}"] = slope
         units[f"{group}/slopes/{source}"] = ", ".join(f"{unit} per unit" for unit in ("Nm", "rad", "rad/s"))
     arrays[f"{group}/draws"], units[f"{group}/draws"] = epochs.draws.astype(np.float32), "Nm"
     facts = {key: getattr(epochs, key) for key in PLAIN} | {"plate_flags": list(epochs.plate_flags)}
-    for key in ("centre", "apparent"):
-        centre = getattr(epochs, key)
-        facts[key] = (
-            None
-            if centre is None
-            else {k: x.tolist() if isinstance(x, np.ndarray) else x for k, x in vars(centre).items()}
-        )
+    facts |= {key: _written(getattr(epochs, key)) for key in ("centre", "apparent")}
+    facts["turned"] = [[_written(centre), skin_m] for centre, skin_m in epochs.turned]
     return Result(arrays, units, {group: facts})
+
+
+def _written(centre: JointCentre | None) -> dict | None:
+    if centre is None:
+        return None
+    return {k: x.tolist() if isinstance(x, np.ndarray) else x for k, x in vars(centre).items()}
+
+
+def _read(centre: dict | None) -> JointCentre | None:
+    if centre is None:
+        return None
+    return JointCentre(**{k: np.array(x) if isinstance(x, list) else x for k, x in centre.items()})
 
 
 def broadband_of(result: Result, group: str = GROUPS[0]) -> BroadbandEpochs | None:
@@ -390,12 +423,9 @@ def broadband_of(result: Result, group: str = GROUPS[0]) -> BroadbandEpochs | No
     facts["plate_flags"] = tuple(facts["plate_flags"])
     for key in ("frame", "empty_frame"):
         facts[key] = None if facts[key] is None else FramePeak(*facts[key])
-    for key in ("centre", "apparent"):
-        if facts[key] is not None:
-            arrays = {
-                k: np.array(facts[key][k]) for k in ("offset_m", "moving_m", "own_m", "standard_error_m")
-            }
-            facts[key] = JointCentre(**{**facts[key], **arrays})
-    arrays = {key: result.arrays[f"{group}/{key}"].astype(float) for key in (*UNITS, "draws")}
+    facts |= {key: _read(facts[key]) for key in ("centre", "apparent")}
+    facts["turned"] = tuple((_read(centre), skin_m) for centre, skin_m in facts["turned"])
+    names = [key for key in (*UNITS, *TILT_UNITS, "draws") if f"{group}/{key}" in result.arrays]
+    arrays = {key: result.arrays[f"{group}/{key}"].astype(float) for key in names}
     slopes = {source: result.arrays[f"{group}/slopes/{source}"] for source in SOURCES}
     return BroadbandEpochs(**arrays, slopes=slopes, **facts)

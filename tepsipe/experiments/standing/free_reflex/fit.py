@@ -403,8 +403,6 @@ def _windows(
 
     Returns window, B and K every 10 ms, shape (w, 3), the standard uncertainty of their differences from the
     chosen window by chance, shape (w, 2), and the root of the covariance by the choice of the window, (w, 2).
-    Scatter and the other sources also make windows differ, and are counted there. Only the spread beyond
-    them counts as the effect of the window.
     """
     low, high = options.windows_s
     lengths = np.linspace(low, high, max(2, round((high - low) / 0.01) + 1)).tolist()
@@ -412,11 +410,31 @@ def _windows(
     differences = np.array([errors.parameters for errors in by_length]) - chosen.parameters
     shared = sum(source.standard_uncertainty for source in sources if source.name == DISCREPANCY)
     variances = np.array([errors.minus(chosen).variance(shared) for errors in by_length])
-    expected = variances.sum(axis=0)
-    seen = np.maximum((differences**2).sum(axis=0), 1e-300)
-    beyond = np.sqrt(np.maximum(0.0, 1.0 - expected / seen))
     tried = np.array([[w, *errors.parameters] for w, errors in zip(lengths, by_length, strict=True)])
-    return tried, np.sqrt(variances), differences * beyond / np.sqrt(len(lengths))
+    return tried, np.sqrt(variances), effect_of_window(differences, variances, chosen.variance(shared))
+
+
+def effect_of_window(
+    differences: Annotated[np.ndarray, "(w, 2)"],
+    variances: Annotated[np.ndarray, "(w, 2)"],
+    whole: Annotated[np.ndarray, "(2,)"],
+) -> Annotated[np.ndarray, "(w, 2)"]:
+    """Root of the covariance of B and K by the choice of the window.
+
+    Scatter and the other sources also make windows differ, and are counted there. For each parameter, let d_w
+    be the difference from the chosen window, v_w its variance by them, and V the variance of the estimate. A
+    window counts by its precision, q_w = V / (V + v_w), because a window of mostly noise would not be chosen.
+    The weighted mean squares D of d_w and E of v_w then give the effect of the window: the differences times
+    D / (D + E). For differences by chance alone its variance is on average as large as that of
+    max(0, D - E), but it does not jump where D = E.
+
+    differences, variances: d_w and v_w, in units of B and K and their squares.
+    whole: V.
+    """
+    counts = whole / np.maximum(whole + variances, 1e-300)
+    counts /= np.maximum(counts.sum(axis=0), 1e-300)
+    seen, expected = ((counts * x).sum(axis=0) for x in (differences**2, variances))
+    return np.sqrt(counts) * differences * seen / np.maximum(seen + expected, 1e-300)
 
 
 def _scatter(
@@ -425,12 +443,12 @@ def _scatter(
     """Type A of B and K, and its degrees of freedom."""
     recordings = by_recording(trials)  # both directions of one trial have the same drift and sway
     if len(recordings) >= FEWEST_TRIALS:
-        return np.sqrt(_jackknife(fit.without_each(recordings))), len(recordings) - 1.0
-    variance = sum(_jackknife(x) for x in _without_each_response(fit, trials, inside))
+        return np.sqrt(jackknife(fit.without_each(recordings))), len(recordings) - 1.0
+    variance = sum(jackknife(x) for x in _without_each_response(fit, trials, inside))
     return np.sqrt(variance), max(1.0, float(sum(trial.count for trial in trials) - len(trials)))
 
 
-def _jackknife(left_out: np.ndarray) -> np.ndarray:
+def jackknife(left_out: np.ndarray) -> np.ndarray:
     """Variance of estimates from the estimates without each of k parts, shape (k, p)."""
     k = len(left_out)
     return (k - 1.0) / k * ((left_out - left_out.mean(axis=0)) ** 2).sum(axis=0)

@@ -19,6 +19,16 @@ perturbation it does not: the two centres differ by the wobble of the skin. A ma
 the ankle turns, so the centre is found from the markers that belong to shank or foot alone, where each has
 two. The two apparent centres are compared including that marker, whose slip is in both.
 
+Rotation of the hindfoot, if the forefoot follows it by a share s. As the foot tilts by theta, a point that
+lies (x, z) from the ankle moves
+
+    by theta (z, -x) at the heel,     by s theta (z, -x) at the toes
+
+Theta follows from all markers of the foot for a given s. If heel and toes are not in line with the ankle, it
+also follows from them for any s, which is less precise, but free of the assumption. Their ratio is a constant
+of a person (`tepsipe.experiments.standing.free_reflex.results`). Angles here are those for s =
+`FOREFOOT_SHARE`, times a given ratio.
+
 The slopes are ratios of products with the angle, whose noise would attenuate them (errors in variables). In
 quiet sway the products are therefore those of samples 0.2 s apart: sway hardly changes in that time, and
 noise of the cameras is independent.
@@ -60,6 +70,8 @@ STRETCH_S, FEWEST = 1.0, 3
 # rotation of the forefoot over the hindfoot's on a compliant foot: halfway between a forefoot that
 # stays flat on the belt and a rigid foot; Kern et al. (2019)
 FOREFOOT_SHARE = 0.5
+# least distance of heel and toes from a line through the ankle that shows them apart (m)
+LEAST_LEVER_M = 1e-3
 
 
 @dataclass(frozen=True)
@@ -87,14 +99,16 @@ def relative_motion(
     person: Person,
     *,
     exclusive: bool = False,
+    rotation: float = 1.0,
 ) -> Annotated[np.ndarray, "(n, 4)"]:
     """Ankle angle (rad), and position of the assumed centre, fixed in the shank, in axes of the foot (m).
 
     person: layout of the markers. The foot is located by its own ones, if it has two.
     exclusive: whether the shank is located by its own markers only, if it has two.
+    rotation: as for `hindfoot`.
     Returns: phi (rad), y, z (m), angle of the foot (rad).
     """
-    foot_angle, carried = hindfoot(positions, labels, person)
+    foot_angle, carried = hindfoot(positions, labels, person, rotation)
     if exclusive:
         shank = _exclusive_pose(positions, labels, person.shank, person.foot, np.zeros(2))
     else:
@@ -108,7 +122,10 @@ def relative_motion(
 
 
 def hindfoot(
-    positions: Annotated[np.ndarray, "(n, markers, 2)", "m"], labels: list[str], person: Person
+    positions: Annotated[np.ndarray, "(n, markers, 2)", "m"],
+    labels: list[str],
+    person: Person,
+    rotation: float = 1.0,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Rotation of the hindfoot (rad), shape (n,), and the assumed centre fixed in it (m), shape (n, 2).
 
@@ -117,17 +134,74 @@ def hindfoot(
 
     person: layout of the markers. Those that the foot shares with the shank count only if it has less than
     two of its own.
+    rotation: factor of the angle; the markers behind the ankle, if there are any, carry the centre.
     """
-    segment = person.foot
-    places = _exclusive_markers(segment, person.shank)
-    layout = segment.layout_m[places]
-    share = np.where(layout[:, 0] > 0.0, FOREFOOT_SHARE, 1.0)
-    columns = np.zeros((len(places), 2, 3))
+    displacement, layout = _foot_displacement(positions, labels, person)
+    ahead = layout[:, 0] > 0.0
+    angle = (
+        rotation * _solved(displacement, _foot_columns(layout, np.where(ahead, FOREFOOT_SHARE, 1.0)))[:, 2]
+    )
+    carrying = slice(None) if ahead.all() else ~ahead
+    lever = np.where(ahead, FOREFOOT_SHARE, 1.0)[:, None] * layout @ [[0.0, -1.0], [1.0, 0.0]]
+    return angle, (displacement - angle[:, None, None] * lever)[:, carrying].mean(axis=1)
+
+
+def parts_of_foot(
+    positions: Annotated[np.ndarray, "(n, markers, 2)", "m"], labels: list[str], person: Person
+) -> Annotated[np.ndarray, "(n, 2)", "rad"]:
+    """Rotation of hindfoot and forefoot, each for itself; 0 where the markers do not determine both."""
+    displacement, layout = _foot_displacement(positions, labels, person)
+    columns = _columns_of_parts(layout)
+    return np.zeros((len(displacement), 2)) if columns is None else _solved(displacement, columns)[:, 2:]
+
+
+def rotation_per_place(person: Person) -> float | None:
+    """Relative error of the rotation of `parts_of_foot` by errors of its markers' coordinates (1/m).
+
+    Root of the sum of squares over all coordinates, for a rigid foot, where it is largest; None if the
+    markers do not determine that rotation.
+    """
+    layout = person.foot.layout_m[_exclusive_markers(person.foot, person.shank)]
+    if _columns_of_parts(layout) is None:
+        return None
+    tilted, changes = _foot_columns(layout, np.ones(len(layout)))[..., 2], []
+    for k in range(layout.size):
+        moved = layout.copy()
+        moved.flat[k] += STEP_M
+        columns = _columns_of_parts(moved)
+        changes.append(np.inf if columns is None else (_solved(tilted[None], columns)[0, 2] - 1.0) / STEP_M)
+    return float(np.linalg.norm(changes))
+
+
+def _foot_displacement(
+    positions: np.ndarray, labels: list[str], person: Person
+) -> tuple[Annotated[np.ndarray, "(n, markers, 2)", "m"], Annotated[np.ndarray, "(markers, 2)", "m"]]:
+    """Displacement of the foot's markers from their layout, and the layout."""
+    places = _exclusive_markers(person.foot, person.shank)
+    layout = person.foot.layout_m[places]
+    return positions[:, [labels.index(person.foot.labels[k]) for k in places]] - layout, layout
+
+
+def _foot_columns(layout: np.ndarray, *shares: np.ndarray) -> Annotated[np.ndarray, "(markers, 2, k)"]:
+    """Displacement per displacement of the ankle, along the belt and up, and per angle of each part."""
+    columns = np.zeros((len(layout), 2, 2 + len(shares)))
     columns[:, 0, 0] = columns[:, 1, 1] = 1.0
-    columns[:, 0, 2], columns[:, 1, 2] = share * layout[:, 1], -share * layout[:, 0]
-    displacement = positions[:, [labels.index(segment.labels[k]) for k in places]] - layout
-    pose = displacement.reshape(len(displacement), -1) @ np.linalg.pinv(columns.reshape(-1, 3)).T
-    return pose[:, 2], pose[:, :2]
+    for k, share in enumerate(shares, start=2):
+        columns[:, 0, k], columns[:, 1, k] = share * layout[:, 1], -share * layout[:, 0]
+    return columns
+
+
+def _columns_of_parts(layout: np.ndarray) -> np.ndarray | None:
+    """The same with an angle of the hindfoot and one of the forefoot; None if they are not independent."""
+    ahead = (layout[:, 0] > 0.0).astype(float)
+    columns = _foot_columns(layout, 1.0 - ahead, ahead)
+    return columns if np.linalg.matrix_rank(columns.reshape(-1, 4), tol=LEAST_LEVER_M) == 4 else None
+
+
+def _solved(displacement: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Least-squares solution for every sample, shape (n, k)."""
+    flat = columns.reshape(-1, columns.shape[-1])
+    return displacement.reshape(len(displacement), -1) @ np.linalg.pinv(flat).T
 
 
 def _exclusive_markers(segment: SegmentMarkers, other: SegmentMarkers) -> list[int]:
@@ -206,13 +280,18 @@ def _turn(angle: float) -> np.ndarray:
 
 
 def centre_from_sway(
-    trial: Trial, person: Person, unperturbed: np.ndarray, hidden: Annotated[np.ndarray, "(n, markers)"]
+    trial: Trial,
+    person: Person,
+    unperturbed: np.ndarray,
+    hidden: Annotated[np.ndarray, "(n, markers)"],
+    rotation: float = 1.0,
 ) -> JointCentre | None:
     """Centre of the ankle from the quiet standing of a trial.
 
     person: layout of the markers, which defines the assumed centre.
     unperturbed: samples of quiet standing.
     hidden: true where a marker was hidden.
+    rotation: as for `hindfoot`.
     Returns: none if there are too few stretches of quiet standing.
     """
     labels = trial.axes["marker"].tolist()
@@ -224,7 +303,7 @@ def centre_from_sway(
         return None
     seen = []
     for alone in (True, False):
-        motion = relative_motion(slow, labels, person, exclusive=alone)
+        motion = relative_motion(slow, labels, person, exclusive=alone, rotation=rotation)
         pieces = [motion[a:b] for a, b in long]
         at_rest = float(np.mean([piece[:, 0].mean() for piece in pieces]))
         seen.append(_centre_of_sway(pieces, at_rest, round(LAG_S * trial.rate_hz)))
@@ -313,9 +392,10 @@ class FreeBody:
     """Its rate (N/s, N·m/s)."""
     shank: np.ndarray
     foot: np.ndarray
+    parts: np.ndarray
     centre: np.ndarray
     foot_com: np.ndarray
-    """Angles, shape (n,) (rad), and positions, shape (n, 2) (m)."""
+    """Angles, shape (n,) and of hindfoot and forefoot (n, 2) (rad), and positions, shape (n, 2) (m)."""
     surface_dd: Annotated[np.ndarray, "(n,)", "m/s²"]
     """Acceleration of the belt's surface: of the belt by its log, and of the frame below it."""
     tissue: Annotated[np.ndarray, "(n, 3)"]
@@ -326,6 +406,11 @@ class FreeBody:
     """Torque for every draw of the treadmill model's constants, relative to the best one."""
     skins_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Motion of the soft tissue that is subtracted if it has the assumed, lower or higher frequency."""
+
+    def tilt(self) -> Annotated[np.ndarray, "(n, 4)"]:
+        """Angle of the foot (rad) and its rate (rad/s), as in `signals`; angles of `parts_of_foot` (rad)."""
+        degree = degree_at(1.0 / float(self.time[1] - self.time[0]))
+        return np.column_stack([self.foot, derivative(self.time, self.foot, degree), self.parts])
 
     def signals(self, deviations: Mapping[str, float] | None = None) -> np.ndarray:
         """Torque of both ankles (N·m), ankle angle (rad) and its rate (rad/s), shape (n, 3).
@@ -395,7 +480,8 @@ def free_body(
     positions = prepared.filtered(prepared.trial.values("marker_position")[:, :, 1:].astype(float))
     origin = np.asarray(offset_m, dtype=float)
     poses = segment_poses(positions, labels, person, origin) | {
-        "foot": hindfoot(positions, labels, person)[0]
+        "foot": hindfoot(positions, labels, person)[0],
+        "parts": parts_of_foot(positions, labels, person),
     }
     # from where the belt starts: a detected start precedes it by the width of the filter
     onsets = tuple(np.searchsorted(time, standing.onsets_s).tolist())
@@ -425,6 +511,7 @@ def free_body(
         load_d=PlateLoad(*derivative(time, table, degree).T),
         shank=poses["shank"],
         foot=poses["foot"],
+        parts=poses["parts"],
         centre=poses["ankle_point"],
         foot_com=poses["foot_com"],
         surface_dd=surface_dd,

@@ -11,17 +11,39 @@ in both, and so are their errors. Only the effects of errors that differ between
 difference has causes that no source describes: a reflex before its assumed onset, or a torque in the first
 milliseconds that does not come from the joint.
 
-Common centre of the ankle of all trials of a task, from quiet sway and palpation.
+Common centre of the ankle of all trials of a person, from quiet sway and palpation.
 
-Quiet sway gives the offset m_j of the centre from the palpated one, with a standard error s_j, in trial j. A
-person has one centre, so the mean m over J trials has the standard error s = sqrt(mean s_j^2 / J). With the
+Quiet sway gives the offset m_j of the centre from the palpated one, with a standard error s_j, in trial j, by
+the slope over an ankle angle of standard deviation phi_j in n_j stretches. A person has one centre in all
+tasks. Noise of the markers moves m_j by 1 / phi_j, so trials count by their sway: with p_j = n_j phi_j^2, the
+mean and its standard error are m = sum p_j m_j / sum p_j and s^2 = sum (p_j s_j)^2 / (sum p_j)^2. With the
 standard uncertainty u_p of palpation, the weighted mean of both and its uncertainty are
 
-    c = w m,     w = (1 / s^2) / (1 / s^2 + 1 / u_p^2),     u(c) = (1 / s^2 + 1 / u_p^2)^-1/2
+    c = w m,     w = u_p^2 / (u_p^2 + s^2 + (m' u_f)^2),     u(c)^2 = (w s)^2 + ((1 - w) u_p)^2
 
 for each coordinate. With much noise of the cameras c is the palpated centre, with little noise that of sway.
-Trials whose foot turns in quiet sway do not count. Responses follow the centre to first order, by their
-slopes.
+A foot that tilts in quiet sway moves m by m' as its rotation f changes by 1: with the uncertainty u_f of the
+rotation (below), such a foot counts less. Responses follow the centre to first order, by their slopes; the
+part of u_f in c belongs to the source of the rotation.
+
+Rotation of a person's hindfoot, from the pulses of all tasks.
+
+In pulse i the markers show the hindfoot's rotation theta_i(t) for an assumed share of the forefoot, and
+h_i(t) for any share, with more noise (`free_body`). The ratio of both is one number of the person,
+
+    f = sum_ij h_i theta_j / sum_ij theta_i theta_j,     i != j
+
+summed over instants and pairs of different pulses, whose noise is independent: noise does not bias f. Pulses
+in opposite directions enter with opposite signs. The same products give the share g of the forefoot: its
+rotation over h. For one marker at the heel and one at the toes, at (x_h, z_h) and (x_t, z_t) from the ankle,
+with R the change of their distance along y over its change along z,
+
+    g = (z_h + R x_h) / (z_t + R x_t)
+
+The standard error of f is that of the jackknife over pulses, with the error of the markers' places. f is
+weighed against 1, the rotation for the assumed share, whose standard uncertainty is `foot_rotation`. Where
+pulses do not tilt the foot, or markers do not show its parts, the assumption therefore remains. The centre of
+quiet sway and the size of soft tissue are known for three rotations, and follow f by a parabola.
 """
 
 import math
@@ -34,8 +56,15 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.experiments.budgets import contributions_of, rows_of
 from tepsipe.experiments.standing.estimates import Fits, StandingFit, of_responses, with_share
-from tepsipe.experiments.standing.free_reflex.broadband import FAR_M, BroadbandEpochs, by_recording, is_steady
+from tepsipe.experiments.standing.free_reflex.broadband import (
+    FAR_M,
+    OTHER_ROTATIONS,
+    BroadbandEpochs,
+    by_recording,
+)
 from tepsipe.experiments.standing.free_reflex.fit import (
+    ANKLE,
+    ANKLE_D,
     DISCREPANCY,
     QUANTITIES,
     REGRESSORS,
@@ -44,9 +73,11 @@ from tepsipe.experiments.standing.free_reflex.fit import (
     fit_errors,
     fit_free_reflex,
     inside_window,
+    jackknife,
     noise_of_mean,
     sway_moments,
 )
+from tepsipe.experiments.standing.free_reflex.free_body import JointCentre
 from tepsipe.experiments.standing.muscle_torque import FREE, NONE
 from tepsipe.experiments.standing.options import FreeReflexOptions, StandingEstimator, TorquePathway
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency
@@ -185,6 +216,102 @@ def difference_from_window(
     return difference.parameters, Budget(type_a, difference.freedom, contributions, fit.budget.freedom)
 
 
+FOOT, PLACES, SKIN = "foot_rotation", "foot_markers_m", "skin_m"
+# fewest pulses whose scatter shows how well they determine the rotation of the foot
+FEWEST_PULSES = 4
+# step of the rotation for the change of centre and soft tissue with it
+ROTATION_STEP = 0.01
+
+
+@dataclass(frozen=True)
+class FootRotation:
+    """Rotation of a person's hindfoot over the one for the assumed share of the forefoot."""
+
+    rotation: float
+    error: float
+    """Weighted mean of markers and assumption, and its standard uncertainty."""
+    share: float | None = None
+    share_error: float | None = None
+    """Rotation of the forefoot over the hindfoot's, from the markers alone, and its standard error; None
+    where they do not show it."""
+
+
+def foot_rotation(person: list[BroadbandEpochs], sources: dict[str, Source]) -> FootRotation:
+    """Rotation of a person's hindfoot, from trials of all tasks.
+
+    sources: uncertain constants; without `FOOT` the assumed share counts, without `PLACES` the places of the
+    markers are exact.
+    """
+    assumed = sources[FOOT].standard_uncertainty if FOOT in sources else 0.0
+    shown = [t for t in person if t.tilt is not None and t.rotation_per_m is not None]
+    # of cameras with several rates those of the first trial count
+    shown = [t for t in shown if t.time.size == shown[0].time.size]
+    if sum(trial.count for trial in shown) < FEWEST_PULSES or not assumed:
+        return FootRotation(1.0, assumed)
+    way = [np.sign(trial.belt[np.abs(trial.belt[:, 0]).argmax(), 0]) for trial in shown]
+    after = shown[0].time >= 0.0
+    tilts = np.concatenate([sign * trial.tilt[:, after] for sign, trial in zip(way, shown, strict=True)])
+    theta, hind, fore = tilts[..., 0], tilts[..., 2], tilts[..., 3]
+    above, below, error = _ratio(hind, theta, theta)
+    ahead, behind, share_error = _ratio(fore, hind, theta)
+    if PLACES in sources:
+        placed = sources[PLACES].standard_uncertainty * float(np.mean([t.rotation_per_m for t in shown]))
+        error = float(np.hypot(error, placed * above))
+    known, unknown = (assumed * below) ** 2, error**2
+    return FootRotation(
+        1.0 + assumed**2 * below * (above - below) / (known + unknown),
+        assumed * float(np.sqrt(unknown / (known + unknown))),
+        ahead / behind,
+        share_error / abs(behind),
+    )
+
+
+def _ratio(above: np.ndarray, below: np.ndarray, by: np.ndarray) -> tuple[float, float, float]:
+    """Two means of products with ``by`` over pairs of different pulses, each of shape (pulses, n).
+
+    The third number is the standard error of the first less their ratio times the second, by the jackknife.
+    """
+    (first, firsts), (second, seconds) = (_of_pairs(x, by) for x in (above, below))
+    return first, second, float(np.sqrt(jackknife(firsts - first / second * seconds)))
+
+
+def _of_pairs(x: np.ndarray, y: np.ndarray) -> tuple[float, np.ndarray]:
+    """Mean product over pairs of different pulses, and the same without each pulse."""
+    all_x, all_y, own, n = x.sum(axis=0), y.sum(axis=0), (x * y).sum(axis=1), len(x)
+    total = float(all_x @ all_y - own.sum())
+    return total / (n * (n - 1)), (total - x @ all_y - y @ all_x + 2.0 * own) / ((n - 1) * (n - 2))
+
+
+def at_rotation(trial: BroadbandEpochs, rotation: float) -> tuple[JointCentre | None, float]:
+    """Centre of quiet sway and motion of the soft tissue (m) for a rotation of the hindfoot."""
+    if not trial.turned:
+        return trial.centre, trial.skin_m
+    nodes, others = np.array([1.0, *OTHER_ROTATIONS]), np.eye(3, dtype=bool)
+    weights = [np.prod((rotation - nodes[~own]) / (nodes[own] - nodes[~own])) for own in others]
+    centres, skins_m = zip((trial.centre, trial.skin_m), *trial.turned, strict=True)
+    skin_m = float(np.dot(weights, skins_m))
+    if trial.centre is None or None in centres:
+        return None, skin_m
+    names = ("offset_m", "moving_m", "own_m", "standard_error_m", "sway_rad", "foot_rad")
+    found = {k: sum(w * getattr(x, k) for w, x in zip(weights, centres, strict=True)) for k in names}
+    return replace(trial.centre, **found), skin_m
+
+
+def _turned(trial: BroadbandEpochs, rotation: float) -> BroadbandEpochs:
+    """Trial for another rotation of the hindfoot, about its own centre for that rotation."""
+    if trial.tilt is None or rotation == 1.0:
+        return trial
+    signals = {"perturbed": trial.perturbed.copy(), "quiet": trial.quiet.copy()}
+    for changed, tilt in zip(signals.values(), (trial.tilt, trial.quiet_tilt), strict=True):
+        changed[..., [ANKLE, ANKLE_D]] -= (rotation - 1.0) * tilt[..., :2]
+    centre, skin_m = at_rotation(trial, rotation)
+    signals["perturbed"] -= (skin_m - trial.skin_m) * trial.slopes[SKIN]
+    if trial.centre_used and centre is not None:
+        moved = zip(CENTRE, centre.offset_m - trial.centre.offset_m, strict=True)
+        signals["perturbed"] += sum(d * trial.slopes[name] for name, d in moved)
+    return replace(trial, **signals, centre=centre, skin_m=skin_m)
+
+
 PALPATED = "palpated_centre_m"
 CENTRE = ("joint_centre_anterior_m", "joint_centre_height_m")
 # smallest share of the trials that must determine a centre
@@ -193,58 +320,93 @@ SHOWN = 0.5
 
 @dataclass(frozen=True)
 class CommonCentre:
-    """Centre of the ankle of a task."""
+    """Centre of the ankle of a person."""
 
     offset_m: Annotated[np.ndarray, "(2,)"]
     error_m: Annotated[np.ndarray, "(2,)"]
-    """Offset from the palpated centre, anterior and upward, and its standard uncertainty."""
+    """Offset from the palpated centre, anterior and upward, and its standard uncertainty for a given rotation
+    of the foot."""
+    per_rotation_m: Annotated[np.ndarray, "(2,)"]
+    """Change of the offset with the rotation of the foot."""
     from_sway: bool
     """True if sway counts more than palpation in both coordinates."""
 
 
-def common_centre(trials: list[BroadbandEpochs], sources: dict[str, Source]) -> CommonCentre:
+def common_centre(
+    person: list[BroadbandEpochs], sources: dict[str, Source], foot: FootRotation
+) -> CommonCentre:
     """Weighted mean of the centre from quiet sway and the palpated one.
 
+    person: trials of all tasks of the person.
     sources: uncertain constants; without `PALPATED` sway alone counts.
+    foot: rotation of the hindfoot, whose error moves the centre from sway.
     Returns: with an infinite uncertainty if neither determines the centre.
     """
-    centres = [t.centre for t in trials if t.centre is not None and is_steady(t.centre)]
-    offset, error = np.zeros(2), np.full(2, np.inf)
-    if trials and len(centres) >= max(1.0, SHOWN * len(trials)):
+    pairs = [[at_rotation(t, foot.rotation + step)[0] for step in (0.0, ROTATION_STEP)] for t in person]
+    pairs = [
+        [now, then] for now, then in pairs if now is not None and np.isfinite(now.standard_error_m).all()
+    ]
+    offset, error, slope = np.zeros(2), np.full(2, np.inf), np.zeros(2)
+    if person and len(pairs) >= max(1.0, SHOWN * len(person)):
         # responses to opposite perturbations of one trial share its quiet standing, and so its centre
-        centres = list({(*centre.offset_m, *centre.standard_error_m): centre for centre in centres}.values())
-        squares = np.mean([centre.standard_error_m**2 for centre in centres], axis=0) / len(centres)
-        mean = np.mean([centre.offset_m for centre in centres], axis=0)
-        if np.hypot(*mean) < FAR_M + 2.0 * np.sqrt(squares.sum()):
-            offset, error = mean, np.sqrt(squares)
+        pairs = list({(*now.offset_m, *now.standard_error_m): (now, then) for now, then in pairs}.values())
+        by_sway = np.array([now.stretches * now.sway_rad**2 for now, _ in pairs])
+        weights = by_sway / by_sway.sum()
+        squares = weights**2 @ [now.standard_error_m**2 for now, _ in pairs]
+        mean = weights @ [now.offset_m for now, _ in pairs]
+        turned = (weights @ [then.offset_m for _, then in pairs] - mean) / ROTATION_STEP
+        if np.hypot(*mean) < FAR_M + 2.0 * np.sqrt((squares + (foot.error * turned) ** 2).sum()):
+            offset, error, slope = mean, np.sqrt(squares), turned
     if PALPATED not in sources:
-        return CommonCentre(offset, error, bool(np.isfinite(error).all()))
+        return CommonCentre(offset, error, slope, bool(np.isfinite(error).all()))
     palpated = sources[PALPATED].standard_uncertainty
-    precision = error**-2.0 + palpated**-2.0
-    return CommonCentre(offset * error**-2.0 / precision, precision**-0.5, bool((error < palpated).all()))
+    weight = 1.0 / (1.0 + (error**2 + (foot.error * slope) ** 2) / palpated**2)
+    part = np.where(weight > 0.0, weight * np.where(weight > 0.0, error, 0.0), 0.0)
+    whole = np.hypot(part, (1.0 - weight) * palpated)
+    return CommonCentre(weight * offset, whole, weight * slope, bool((weight > 0.5).all()))
 
 
 def with_common_centre(
-    trials: list[BroadbandEpochs], sources: dict[str, Source]
+    trials: list[BroadbandEpochs], sources: dict[str, Source], person: list[BroadbandEpochs]
 ) -> tuple[list[BroadbandEpochs], list[Source]]:
-    """Trials about their common centre, and sources with the uncertainty of this centre.
+    """Trials with the foot of their person, about the person's centre, and sources with its uncertainty.
 
     sources: uncertain constants, among them `PALPATED`, and `CENTRE` for errors that all centres from sway
     have in common.
+    person: trials of all tasks of the person.
 
     Returns:
-        trials: with responses about the common centre (rad, N·m).
-        sources: the sources without `PALPATED`; `CENTRE` includes the uncertainty of the common centre (m).
+        trials: with responses about the common centre (rad, N·m), for the person's rotation of the hindfoot.
+        sources: the sources without `PALPATED` and `PLACES`; `CENTRE` includes the uncertainty of the common
+        centre (m), and `FOOT` is the uncertainty of the rotation.
     """
-    centre = common_centre(trials, sources)
+    foot = foot_rotation(person, sources)
+    centre = common_centre(person, sources, foot)
     of_centre = dict(zip(CENTRE, centre.error_m.tolist(), strict=True))
     known = []
     for name, source in sources.items():
         u = of_centre.get(name, 0.0)
-        if name != PALPATED:
+        if name == FOOT:
+            known.append(replace(source, standard_uncertainty=foot.error))
+        elif name not in (PALPATED, PLACES):
             both = float(np.hypot(source.standard_uncertainty, u)) if np.isfinite(u) else None
             known.append(source if both is None else replace(source, standard_uncertainty=both))
-    return [_about(trial, centre.offset_m) for trial in trials], known
+    moved = []
+    for trial in trials:
+        about = _about(_turned(trial, foot.rotation), centre.offset_m)
+        moved.append(replace(about, slopes=about.slopes | _slope_of_foot(trial, foot.rotation, centre)))
+    return moved, known
+
+
+def _slope_of_foot(
+    trial: BroadbandEpochs, rotation: float, centre: CommonCentre
+) -> dict[str, Annotated[np.ndarray, "(n, 3)"]]:
+    """Change of the responses with the rotation, which also moves the centre and the soft tissue."""
+    if not trial.turned:
+        return {}
+    now, then = (at_rotation(trial, rotation + step)[1] for step in (0.0, ROTATION_STEP))
+    moved = sum(d * trial.slopes[name] for name, d in zip(CENTRE, centre.per_rotation_m, strict=True))
+    return {FOOT: trial.slopes[FOOT] + moved - (then - now) / ROTATION_STEP * trial.slopes[SKIN]}
 
 
 def _about(trial: BroadbandEpochs, offset_m: np.ndarray) -> BroadbandEpochs:
@@ -283,6 +445,7 @@ def fit_free(
     choices: FreeReflexChoices,
     perturbations: int,
     reflex_onset_s: float | None = None,
+    person: list[BroadbandEpochs] | None = None,
 ) -> Fits:
     """Fit every estimator with a free reflex torque, and check it against the pre-reflex window.
 
@@ -291,9 +454,10 @@ def fit_free(
     estimators: name -> estimator; those with another active torque are passed over.
     perturbations: number of perturbations in the trials, usable or not.
     reflex_onset_s: earliest instant of a reflex torque (s); from the options if left out.
+    person: trials of all tasks of the person; if left out, those of ``trials``.
     """
     fits: Fits = {}
-    trials, sources = with_common_centre(trials, _with_origin(trials, choices.sources))
+    trials, sources = with_common_centre(trials, _with_origin(trials, choices.sources), person or trials)
     for key, estimator in estimators.items() if trials else ():
         if estimator.active != FREE:
             continue
@@ -366,19 +530,26 @@ def reflex_onset(
     return min(known) + options.electromechanical_delay_s if known else None
 
 
-def centre_facts(trials: list[BroadbandEpochs], sources: dict[str, Source]) -> dict:
+def centre_facts(
+    trials: list[BroadbandEpochs], sources: dict[str, Source], person: list[BroadbandEpochs]
+) -> dict:
     """Facts on the joint's centre: its offset (m), whether it is from sway, motion of soft tissue (m).
 
     ``broadband_cutoff_hz`` is the cutoff of the low-pass (Hz), which slow cameras lower, ``frame_resonance``
-    a sentence on the frame below the person.
+    a sentence on the frame below the person, ``forefoot_share`` the share of the person's markers with its
+    standard error, or None, and ``foot_rotation`` the rotation of the hindfoot over the one that is assumed.
     """
-    centre = common_centre(trials, sources)
+    foot = foot_rotation(person, sources)
+    centre = common_centre(person, sources, foot)
+    skins_m = [at_rotation(trial, foot.rotation)[1] for trial in trials]
     return {
         "broadband_cutoff_hz": min((trial.cutoff_hz for trial in trials), default=None),
         "joint_centre_m": centre.offset_m.tolist() if trials else None,
         "centre_used": centre.from_sway,
+        "foot_rotation": [foot.rotation, foot.error],
+        "forefoot_share": None if foot.share is None else [foot.share, foot.share_error],
         "frame_resonance": resonance_sentence(*_frames(trials)),
-        "skin_m": float(np.sqrt(np.mean([trial.skin_m**2 for trial in trials]))) if trials else 0.0,
+        "skin_m": float(np.sqrt(np.mean(np.square(skins_m)))) if trials else 0.0,
     }
 
 
