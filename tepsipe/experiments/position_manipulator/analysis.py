@@ -264,35 +264,23 @@ def position_manipulator_result(analysis: PositionManipulatorAnalysis, fit: Para
     """Arrays and facts of one trial, with both pathways in the group ``reflex``."""
     spectrum = analysis.spectrum
     model = 1.0 / admittance(analysis.fit.parameters[:3], spectrum.frequency_hz)
-    arrays = {
-        "time": analysis.time,
-        "angle": analysis.angle,
-        "torque": analysis.torque,
-        "predicted_torque": analysis.predicted,
-        "frequency": spectrum.frequency_hz,
-        "impedance": spectrum.response,
-        "impedance_model": model,
-        "coherence": spectrum.coherence,
+    signals = {
+        "time": (analysis.time, "s"),
+        "angle": (analysis.angle, "rad"),
+        "torque": (analysis.torque, "Nm"),
+        "predicted_torque": (analysis.predicted, "Nm"),
+        "frequency": (spectrum.frequency_hz, "Hz"),
+        "impedance": (spectrum.response, "Nm/rad"),
+        "impedance_model": (model, "Nm/rad"),
+        "coherence": (spectrum.coherence, "1"),
     }
-    units = {
-        "time": "s",
-        "angle": "rad",
-        "torque": "Nm",
-        "predicted_torque": "Nm",
-        "frequency": "Hz",
-        "impedance": "Nm/rad",
-        "impedance_model": "Nm/rad",
-        "coherence": "1",
-    }
+    signals |= {f"reflex/{name}": signal for name, signal in _paths(fit).items()}
     facts = {
         "training_s": float(analysis.time[analysis.training - 1] - analysis.time[0]),
         "held_out_from_s": float(analysis.time[analysis.training]),
         "vaf_held_out_percent": analysis.vaf.held_out,
         "offset_Nm": float(analysis.fit.parameters[3]),
     }
-    of_paths = _paths(fit)
-    arrays |= {f"reflex/{name}": values for name, (values, _) in of_paths.items()}
-    units |= {f"reflex/{name}": unit for name, (_, unit) in of_paths.items()}
     facts["reflex"] = {
         "vaf_held_out_percent": fit.vaf.held_out,
         "direction": fit.structure.direction,
@@ -314,7 +302,7 @@ def position_manipulator_result(analysis: PositionManipulatorAnalysis, fit: Para
         "slow_vaf_held_out_percent": fit.slow.vaf.held_out,
         "assumed": [choice.quantity for choice in fit.assumptions if not choice.determined],
     }
-    return Result(arrays, units, facts)
+    return Result.of(signals, facts)
 
 
 def _paths(fit: ParallelCascadeFit) -> dict[str, tuple[np.ndarray, str]]:
