@@ -31,7 +31,7 @@ from tepsipe.identification.arguments import (
     samples_at_rest,
     shaded,
 )
-from tepsipe.identification.budgets.leg import KNOWN_OF_LEGS, LegUncertainty, leg_budget
+from tepsipe.identification.budgets.leg import KNOWN_OF_LEGS, LegUncertainty
 from tepsipe.identification.budgets.manipulator import (
     MANIPULATOR_SOURCES,
     SCALES,
@@ -245,7 +245,8 @@ def fit_output_error(
     >>> print(f"I = {fit.I:.4f}, B = {fit.B:.3f}, K = {fit.K:.2f}")
     I = 0.0200, B = 0.150, K = 10.00
     """
-    from tepsipe.identification.estimators import OUTPUT_ERROR, Record, estimate
+    from tepsipe.identification.estimators import OUTPUT_ERROR, Record
+    from tepsipe.identification.leg_fit import fit_record
     from tepsipe.mechanics.inverse_dynamics import Leg
     from tepsipe.mechanics.segment_kinematics import SegmentMotion
     from tepsipe.signals.differentiation import derivative
@@ -273,12 +274,11 @@ def fit_output_error(
         foot_position=foot,
         belt_velocity=belt,
     )
-    result = estimate(OUTPUT_ERROR, record)
-    budget = leg_budget(result, None, LegUncertainty(leg, None, sources, motion))
+    known = LegUncertainty(leg, None, sources, motion)
+    result, quantities, _ = fit_record(OUTPUT_ERROR, record, known, confidence=confidence)
     fit = ImpedanceFit(
         estimator=OUTPUT_ERROR,
-        quantities=quantities_of(_of_joint(result.mean), budget, confidence)
-        | {"delay": Quantity(result.delay_s, "s")},
+        quantities=quantities | {"delay": Quantity(result.delay_s, "s")},
         vaf=result.vaf_angle,
         vaf_of="the angle over the trial, from rest",
         confidence=confidence,
@@ -566,10 +566,6 @@ def fit_parallel_cascade(
 # ---- parts ---------------------------------------------------------------------------------------
 
 
-def _of_joint(parameters: np.ndarray) -> dict[str, float]:
-    return dict(zip(PARAMETERS, parameters, strict=True))
-
-
 def _fit_windows(motion, torque, perturbations, rest, thesis, confidence, uncertainty) -> ImpedanceFit:
     """Windowed least squares, intervals over the perturbations."""
     from tepsipe.identification.budgets.windows import windows_budget
@@ -584,7 +580,7 @@ def _fit_windows(motion, torque, perturbations, rest, thesis, confidence, uncert
     budget, sources = windows_budget(result, name, record, uncertainty)
     return ImpedanceFit(
         estimator=name,
-        quantities=quantities_of(_of_joint(result.mean), budget, confidence),
+        quantities=quantities_of(dict(zip(PARAMETERS, result.mean, strict=True)), budget, confidence),
         vaf=float(result.vaf_per_perturbation.mean()),
         vaf_of="the torque, mean over the perturbations",
         confidence=confidence,
