@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tepsipe.arguments import (
+    changed_options,
     checked,
     limits,
-    made,
     pair,
     plausible_angle,
     refuse_constant,
@@ -511,7 +511,7 @@ def fit_parallel_cascade(
         resample_rate_hz=resample_rate_hz,
         block_s=block_s,
     )
-    chosen = made(ParallelCascadeOptions, options, "fit_parallel_cascade")
+    chosen = changed_options(ParallelCascadeOptions, options, "fit_parallel_cascade")
     sources = stated_sources(uncertainty, SCALES, "fit_parallel_cascade")
     if rate_hz > 1.001 * resample_rate_hz:
         slower = regular_time(time[0], time[-1], resample_rate_hz)

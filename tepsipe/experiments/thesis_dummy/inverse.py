@@ -350,14 +350,14 @@ def fit_joint(
     joint = joint_at(fit.x)
     freedom = fit.fun.size - len(free)
     covariance = np.linalg.pinv(fit.jac.T @ fit.jac) * (2.0 * fit.cost / freedom)
-    reach = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(np.diag(covariance))
+    half_width = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(np.diag(covariance))
     others = [name for name in belts if name not in fitted]
     differences = deviations_of([joint], others)[0] if others else np.array([np.nan])
     return LawFit(
         joint=joint,
         free=free,
-        low={name: float(np.exp(v - r)) for name, v, r in zip(free, fit.x, reach, strict=True)},
-        high={name: float(np.exp(v + r)) for name, v, r in zip(free, fit.x, reach, strict=True)},
+        low={name: float(np.exp(v - r)) for name, v, r in zip(free, fit.x, half_width, strict=True)},
+        high={name: float(np.exp(v + r)) for name, v, r in zip(free, fit.x, half_width, strict=True)},
         fitted_rms=float(np.sqrt(np.mean(fit.fun**2))),
         predicted_rms=float(np.sqrt(np.mean(differences**2))),
     )

@@ -133,8 +133,8 @@ class CascadeRecord:
     def _compute(self, name: str, structure: Structure, rows: slice) -> np.ndarray:
         """Regressors of one group without the delay of the reflex for samples of the whole record."""
         if name == "intrinsic":
-            reach = max(1, round(self.options.intrinsic_lag_s * self.rate_hz))
-            return lagged(self.angle, np.arange(-reach, reach + 1), rows)
+            longest = max(1, round(self.options.intrinsic_lag_s * self.rate_hz))
+            return lagged(self.angle, np.arange(-longest, longest + 1), rows)
         if name == "offset":
             return np.ones((rows.stop - rows.start, 1))
         if name not in REFLEX_GROUPS:
