@@ -490,7 +490,7 @@ def fit_parallel_cascade(
     K = 79.8, reflex gain = 5.0
     """
     from tepsipe.identification.cascade.parallel_cascade import identify_cascade
-    from tepsipe.identification.cascade.record import make_record
+    from tepsipe.identification.cascade.record import fitted_part, make_record
     from tepsipe.mechanics.segment_kinematics import joint_motion
     from tepsipe.signals.filters import Lowpass
     from tepsipe.signals.resampling import regular_time, resample
@@ -517,16 +517,9 @@ def fit_parallel_cascade(
         slower = regular_time(time[0], time[-1], resample_rate_hz)
         angle, torque = (resample(time, x, slower, 0.4 * resample_rate_hz) for x in (angle, torque))
         time, rate_hz = slower, resample_rate_hz
-    cut = round(cut_s * rate_hz)
-    kept = slice(cut, time.size - cut)
-    size, block = time[kept].size, round(block_s * rate_hz)
-    training = int(training_fraction * size)
-    if block < 4 or training < 4 * block or size - training < block:
-        raise InputError(
-            f"fit_parallel_cascade: expected at least 4 blocks of {block_s:g} s to fit and one to "
-            f"validate, found "
-            f"{size / rate_hz:.3g} s of record after cutting: record longer, cut less, or shorten block_s"
-        )
+    kept, training, block = fitted_part(
+        time.size, rate_hz, cut_s, block_s, training_fraction, "fit_parallel_cascade: "
+    )
     lowpass = Lowpass(cutoff_hz, order, True)
     record = make_record(angle, torque, rate_hz, kept, training, lambda x: lowpass(x, rate_hz), chosen)
     try:

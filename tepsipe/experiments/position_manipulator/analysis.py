@@ -18,7 +18,7 @@ from tepsipe.identification.cascade.fit import ParallelCascadeFit
 from tepsipe.identification.cascade.muscle import MUSCLE_BOUNDS
 from tepsipe.identification.cascade.options import ParallelCascadeOptions
 from tepsipe.identification.cascade.parallel_cascade import identify_cascade
-from tepsipe.identification.cascade.record import CascadeRecord, make_record
+from tepsipe.identification.cascade.record import CascadeRecord, fitted_part, make_record
 from tepsipe.identification.result import Quantity, symbol_of
 from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
@@ -83,18 +83,7 @@ def _parts(trial: Trial, options: PositionManipulatorOptions) -> tuple[slice, in
             f"{options.lowpass_cutoff_hz:g} Hz: record faster, or lower "
             "position_manipulator.analysis.lowpass_cutoff_hz"
         )
-    cut = round(options.cut_s * rate)
-    kept = slice(cut, trial.time.size - cut)
-    size = trial.time[kept].size
-    block = round(options.block_s * rate)
-    training = int(options.training_fraction * size)
-    if training < 4 * block or size - training < block:
-        raise InputError(
-            f"expected at least 4 blocks of {options.block_s:g} s to fit and one to test, found "
-            f"{size / rate:.3g} s of record after cutting: shorten the blocks, cut less, or "
-            "record longer"
-        )
-    return kept, training, block
+    return fitted_part(trial.time.size, rate, options.cut_s, options.block_s, options.training_fraction)
 
 
 def analyse_position_manipulator(

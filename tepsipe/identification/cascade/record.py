@@ -183,6 +183,28 @@ def kernel_responses(
     return laguerre_responses(length, pole_per_s, options.reflex_order, rate_hz)
 
 
+def fitted_part(
+    count: int, rate_hz: float, cut_s: float, block_s: float, training_fraction: float, place: str = ""
+) -> tuple[slice, int, int]:
+    """Kept samples of a record, number of fitted ones, and length of a block (samples).
+
+    cut_s: time that is cut at both ends.
+    block_s: length of a bootstrapped block.
+    training_fraction: first part of the kept samples that is fitted.
+    place: begins the message of a refusal.
+    """
+    cut = round(cut_s * rate_hz)
+    kept = slice(cut, count - cut)
+    size, block = len(range(count)[kept]), round(block_s * rate_hz)
+    training = int(training_fraction * size)
+    if block < 4 or training < 4 * block or size - training < block:
+        raise InputError(
+            f"{place}expected at least 4 blocks of {block_s:g} s to fit and one to test, found "
+            f"{size / rate_hz:.3g} s of record after cutting: record longer, cut less, or shorten block_s"
+        )
+    return kept, training, block
+
+
 def make_record(angle, torque, rate_hz, kept, training, lowpass, options) -> CascadeRecord:
     """Filtered record of which the first part is fitted.
 
