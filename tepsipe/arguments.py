@@ -289,7 +289,7 @@ def pair(values: object, name: str, within: Range = NOT_NEGATIVE) -> tuple[float
     return number(first, name, within), math.inf if endless else number(second, name, within)
 
 
-def made(kind: type[T], options: Mapping[str, object], function: str) -> T:
+def changed_options(kind: type[T], options: Mapping[str, object], function: str) -> T:
     """A dataclass of options, from those that differ from its defaults (units in the names of its fields).
 
     kind: the dataclass; every field has a default.

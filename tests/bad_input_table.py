@@ -76,10 +76,6 @@ def exchanged(a, b):
     return change
 
 
-def random_bytes(size=50_000):
-    return np.random.default_rng(7).integers(0, 256, size, dtype=np.uint8).tobytes()
-
-
 def without_row(name):
     def change(rows):
         rows[:] = [row for row in rows if row[0] != name]
@@ -171,9 +167,6 @@ THE_LOG = dummy(
     [
         ("log missing", gone(LOG), "a treadmill log, found no file"),
         ("log empty", empty(LOG), "a MATLAB file, found one that cannot be read"),
-        ("log truncated", cut(LOG, 0.5), "a MATLAB file, found one that cannot be read"),
-        ("log is noise", content(LOG, random_bytes()), "a MATLAB file, found one that cannot be read"),
-        ("log is a folder", folder_instead(LOG), "a treadmill log, found no file"),
         (
             "log without voltages",
             mat(transducers_V=None),
@@ -186,7 +179,6 @@ THE_LOG = dummy(
             "the variable 'channel_names' (names of the transducer channels)",
         ),
         ("rate of zero", mat(sample_rate_hz=times(0.0)), "one positive number in 'sample_rate_hz'"),
-        ("rate not a number", mat(sample_rate_hz=times(np.nan)), "one positive number in 'sample_rate_hz'"),
         ("rate as text", mat(sample_rate_hz=lambda x: "fast"), "numbers in 'sample_rate_hz'"),
         ("rate in kHz", mat(sample_rate_hz=times(0.001)), "a log at 250 Hz or faster"),
         ("voltage infinite", mat(transducers_V=put((3000, 5), np.inf)), "numbers in 'transducers_V'"),
@@ -200,11 +192,6 @@ THE_LOG = dummy(
         (
             "voltages of three axes",
             mat(transducers_V=lambda x: x[..., None] * np.ones(2)),
-            "one column of transducers_V for each of the 14 channel names",
-        ),
-        (
-            "voltages without a channel",
-            mat(transducers_V=lambda x: x[:, :-1]),
             "one column of transducers_V for each of the 14 channel names",
         ),
         (
@@ -230,7 +217,6 @@ MATRICES = dummy(
     "calibration.csv: expected ",
     [
         ("matrix missing", gone(MATRIX), "a calibration matrix"),
-        ("matrix empty", empty(MATRIX), "the header to start with component,unit"),
         (
             "matrix cut in its last number",
             cut_bytes(MATRIX, 4),
@@ -246,7 +232,6 @@ MATRICES = dummy(
         ("matrix with a row twice", calibration(doubled_row), "every component once"),
         ("matrix with another unit", cell(1, 1, "kN/V"), "the unit N/V for Fx_left"),
         ("matrix with a word", cell(3, 4, "abc"), "a finite number for Fz_left and left_z_rear_left, found "),
-        ("matrix with NaN", cell(3, 4, "nan"), "a finite number for Fz_left"),
         ("matrix with an infinite number", cell(3, 4, "inf"), "a finite number for Fz_left"),
         ("matrix without a channel", calibration(without_column), "the channels of log.mat in their order"),
         ("matrix times 1000", factor(1000.0), "log.mat: expected a force of -10000 to 10000 N"),
@@ -284,7 +269,6 @@ THE_MARKERS = dummy(
         ("markers missing", gone(MARKERS), "a C3D file, found no file"),
         ("markers truncated", cut(MARKERS, 0.6), "3000 frames"),
         ("markers cut in their header", cut(MARKERS, 0.001), "a C3D file"),
-        ("markers are noise", content(MARKERS, random_bytes()), "a C3D file"),
         ("a label missing", label("leg3", "knee"), "a marker named 'leg3'"),
         ("a label twice", label("leg3", "leg2"), "one marker named 'leg2'"),
         ("markers at another rate", parameter("POINT", "RATE", 100.0), "markers at 250 Hz"),
@@ -481,7 +465,6 @@ ON_THE_BELT = [
                 content(EMG, b"time,TA\n0,1\n"),
                 "at least 20 samples at different times",
             ),
-            ("electromyograms are noise", content(EMG, random_bytes()), "an EDF file"),
             (
                 "electromyograms without trigger",
                 relabelled("Trigger", "Marker"),

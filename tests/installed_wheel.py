@@ -25,7 +25,7 @@ OF_THE_CHECKOUT = {
     "test_refusals.py",
     "test_release.py",
     "test_walls.py",
-    "test_library_and_study.py",
+    "test_public_fits.py",
 }
 OF_THE_WORKFLOW = re.compile(
     r"^\s*(from|import) (workflow|benchmarks|(study|typst|joint|study_chapter)_builders)\b", re.MULTILINE

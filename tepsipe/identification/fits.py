@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tepsipe.arguments import (
+    changed_options,
     checked,
     limits,
-    made,
     pair,
     plausible_angle,
     refuse_constant,
@@ -31,7 +31,7 @@ from tepsipe.identification.arguments import (
     samples_at_rest,
     shaded,
 )
-from tepsipe.identification.budgets.leg import KNOWN_OF_LEGS, LegUncertainty, leg_budget
+from tepsipe.identification.budgets.leg import KNOWN_OF_LEGS, LegUncertainty
 from tepsipe.identification.budgets.manipulator import (
     MANIPULATOR_SOURCES,
     SCALES,
@@ -245,7 +245,8 @@ def fit_output_error(
     >>> print(f"I = {fit.I:.4f}, B = {fit.B:.3f}, K = {fit.K:.2f}")
     I = 0.0200, B = 0.150, K = 10.00
     """
-    from tepsipe.identification.estimators import OUTPUT_ERROR, Record, estimate
+    from tepsipe.identification.estimators import OUTPUT_ERROR, Record
+    from tepsipe.identification.leg_fit import fit_record
     from tepsipe.mechanics.inverse_dynamics import Leg
     from tepsipe.mechanics.segment_kinematics import SegmentMotion
     from tepsipe.signals.differentiation import derivative
@@ -273,12 +274,11 @@ def fit_output_error(
         foot_position=foot,
         belt_velocity=belt,
     )
-    result = estimate(OUTPUT_ERROR, record)
-    budget = leg_budget(result, None, LegUncertainty(leg, None, sources, motion))
+    known = LegUncertainty(leg, None, sources, motion)
+    result, quantities, _ = fit_record(OUTPUT_ERROR, record, known, confidence=confidence)
     fit = ImpedanceFit(
         estimator=OUTPUT_ERROR,
-        quantities=quantities_of(_of_joint(result.mean), budget, confidence)
-        | {"delay": Quantity(result.delay_s, "s")},
+        quantities=quantities | {"delay": Quantity(result.delay_s, "s")},
         vaf=result.vaf_angle,
         vaf_of="the angle over the trial, from rest",
         confidence=confidence,
@@ -490,7 +490,7 @@ def fit_parallel_cascade(
     K = 79.8, reflex gain = 5.0
     """
     from tepsipe.identification.cascade.parallel_cascade import identify_cascade
-    from tepsipe.identification.cascade.record import make_record
+    from tepsipe.identification.cascade.record import fitted_part, make_record
     from tepsipe.mechanics.segment_kinematics import joint_motion
     from tepsipe.signals.filters import Lowpass
     from tepsipe.signals.resampling import regular_time, resample
@@ -511,22 +511,15 @@ def fit_parallel_cascade(
         resample_rate_hz=resample_rate_hz,
         block_s=block_s,
     )
-    chosen = made(ParallelCascadeOptions, options, "fit_parallel_cascade")
+    chosen = changed_options(ParallelCascadeOptions, options, "fit_parallel_cascade")
     sources = stated_sources(uncertainty, SCALES, "fit_parallel_cascade")
     if rate_hz > 1.001 * resample_rate_hz:
         slower = regular_time(time[0], time[-1], resample_rate_hz)
         angle, torque = (resample(time, x, slower, 0.4 * resample_rate_hz) for x in (angle, torque))
         time, rate_hz = slower, resample_rate_hz
-    cut = round(cut_s * rate_hz)
-    kept = slice(cut, time.size - cut)
-    size, block = time[kept].size, round(block_s * rate_hz)
-    training = int(training_fraction * size)
-    if block < 4 or training < 4 * block or size - training < block:
-        raise InputError(
-            f"fit_parallel_cascade: expected at least 4 blocks of {block_s:g} s to fit and one to "
-            f"validate, found "
-            f"{size / rate_hz:.3g} s of record after cutting: record longer, cut less, or shorten block_s"
-        )
+    kept, training, block = fitted_part(
+        time.size, rate_hz, cut_s, block_s, training_fraction, "fit_parallel_cascade: "
+    )
     lowpass = Lowpass(cutoff_hz, order, True)
     record = make_record(angle, torque, rate_hz, kept, training, lambda x: lowpass(x, rate_hz), chosen)
     try:
@@ -566,10 +559,6 @@ def fit_parallel_cascade(
 # ---- parts ---------------------------------------------------------------------------------------
 
 
-def _of_joint(parameters: np.ndarray) -> dict[str, float]:
-    return dict(zip(PARAMETERS, parameters, strict=True))
-
-
 def _fit_windows(motion, torque, perturbations, rest, thesis, confidence, uncertainty) -> ImpedanceFit:
     """Windowed least squares, intervals over the perturbations."""
     from tepsipe.identification.budgets.windows import windows_budget
@@ -584,7 +573,7 @@ def _fit_windows(motion, torque, perturbations, rest, thesis, confidence, uncert
     budget, sources = windows_budget(result, name, record, uncertainty)
     return ImpedanceFit(
         estimator=name,
-        quantities=quantities_of(_of_joint(result.mean), budget, confidence),
+        quantities=quantities_of(dict(zip(PARAMETERS, result.mean, strict=True)), budget, confidence),
         vaf=float(result.vaf_per_perturbation.mean()),
         vaf_of="the torque, mean over the perturbations",
         confidence=confidence,

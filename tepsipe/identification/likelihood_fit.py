@@ -101,8 +101,8 @@ def fit_joint_likelihood(
     >>> print(f"I = {fit.I:.4f}, B = {fit.B:.3f}, K = {fit.K:.2f}")
     I = 0.0200, B = 0.150, K = 10.00
     """
-    from tepsipe.identification.budgets.markers import LikelihoodData, likelihood_quantities
-    from tepsipe.identification.estimators import JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, Record, estimate
+    from tepsipe.identification.estimators import JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, Record
+    from tepsipe.identification.leg_fit import fit_record
     from tepsipe.identification.likelihood.channels import dummy_markers
 
     named = notes.of_names(time=(time, "s"), positions=(positions, "m"), belt_velocity=(belt_velocity, "m/s"))
@@ -132,13 +132,9 @@ def fit_joint_likelihood(
     if log is not None:
         foot = record.markers.positions[:, record.markers.on_foot, 0].mean(axis=1)
         follows = notes.of_belt(derivative(time, butterworth_lowpass(foot, rate_hz, 0.2 * rate_hz)), log)
-    result = estimate(name, record)
-    wanted = {*belt_fixed, *markers.labels}
-    places = np.array([place for place, label in enumerate(labels) if label in wanted])
-    data = LikelihoodData(time, record.markers, places, log, record.at_rest, windows)
     known = LegUncertainty(leg, markers, sources, motion)
     factor = float(coverage_factor(np.inf, confidence))
-    quantities, _ = likelihood_quantities(result, data, known, confidence, factor)
+    result, quantities, _ = fit_record(name, record, known, confidence=confidence, factor=factor)
     fit = ImpedanceFit(
         estimator=name,
         quantities=quantities,

@@ -8,13 +8,15 @@ directly; any other file is read in a child process.
 import hashlib
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Self
 
 import h5py
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tepsipe.errors import InputError, quoted
 from tepsipe.io.readers.guarded import guarded
@@ -99,6 +101,12 @@ class Result:
     """Name -> unit."""
     facts: dict
     """Anything that JSON can represent."""
+
+    @classmethod
+    def of(cls, signals: Mapping[str, tuple[ArrayLike, str]], facts: dict) -> Self:
+        """A result of signals with their units, by name."""
+        arrays = {name: np.asarray(values) for name, (values, _) in signals.items()}
+        return cls(arrays, {name: unit for name, (_, unit) in signals.items()}, facts)
 
 
 def write_result(path: str | Path, result: Result) -> None:

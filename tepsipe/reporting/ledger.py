@@ -75,8 +75,8 @@ class Tolerance:
                 100.0 - self.unexplained_factor * (missing + half),
                 100.0 - max(0.0, missing - half) / self.unexplained_factor,
             )
-        reach = self.absolute if self.absolute is not None else self.share * abs(reported)
-        return reported - reach, reported + reach
+        tolerance = self.absolute if self.absolute is not None else self.share * abs(reported)
+        return reported - tolerance, reported + tolerance
 
     def holds(self, reported: float, value: float) -> bool:
         """Whether a number agrees with the printed one (unit of the row)."""

@@ -7,12 +7,21 @@ import pytest
 from builders import LEG, Joint
 from scipy.interpolate import CubicSpline
 
+from tepsipe import (
+    LegUncertainty,
+    fit_impedance,
+    fit_joint_likelihood,
+    fit_output_error,
+    joint_torque,
+    segment_motion,
+)
 from tepsipe.experiments.dummy.foot_budget import FOOT_SOURCES
 from tepsipe.experiments.dummy.foot_pathways import analyse_foot
 from tepsipe.experiments.dummy.leg_pathways import analyse_dummy
 from tepsipe.experiments.dummy.options import Pathway
 from tepsipe.experiments.dummy.results import fitted_dummy
 from tepsipe.identification.budgets.leg import (
+    KNOWN_OF_LEGS,
     LEG_SOURCES,
     LIKELIHOOD_SOURCES,
     compliance_contributions,
@@ -23,7 +32,7 @@ from tepsipe.io.trial import Signal
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.mechanics.segment_kinematics import JointMotion, SegmentMarkers
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.perturbations import Perturbation
+from tepsipe.signals.perturbations import Perturbation, rest_samples
 from tepsipe.statistics.uncertainty import Source, sources_of
 from tepsipe.virtual_lab.belt import DriveTruth
 from tepsipe.virtual_lab.dummy import DummyTruth, FootTilt, move_dummy
@@ -81,6 +90,65 @@ def with_markers(trial, change):
     values = trial.signals["marker_position"].values.copy()
     signal = replace(trial.signals["marker_position"], values=change(values))
     return replace(trial, signals=trial.signals | {"marker_position": signal})
+
+
+# ---- public functions --------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_public_functions_have_the_intervals_of_the_pathways():
+    trial, name = trial_of_swing(Joint(rest=0.005), noise_m=5e-5), "joint-likelihood"
+    sources = {name: s for name, s in SOURCES.items() if name in KNOWN_OF_LEGS}
+    known = replace(KNOWN, sources=sources)
+    pathways = PATHWAYS | {"likelihood": Pathway("leg", "aligned", name)}
+    del pathways["leg-thesis"]
+    study = analyse_dummy(trial, known, pathways)
+    labels, positions = trial.axes["marker"].tolist(), trial.values("marker_position")
+    belt, leg, markers = trial.values("belt_velocity"), known.leg, known.leg_markers
+    motion, late = (
+        segment_motion(trial.time, x, markers, leg.com_m, labels=labels)
+        for x in (positions, later(positions, trial.time, U["marker_sampling_s"]))
+    )
+    windows = {
+        "perturbations": study.regressions["leg"].perturbations,
+        "rest": rest_samples(trial.time, known.window),
+    }
+    fits = {
+        "leg": fit_impedance(
+            trial.time,
+            motion.theta,
+            joint_torque(motion, leg),
+            **windows,
+            cutoff_hz=None,
+            uncertainty=LegUncertainty(leg, markers, sources, motion, late),
+        ),
+        "simulated": fit_output_error(motion, positions[:, 0, 1], belt, leg, **windows, uncertainty=sources),
+        "likelihood": fit_joint_likelihood(
+            trial.time,
+            positions,
+            markers,
+            leg,
+            labels=labels,
+            belt_fixed=known.belt_fixed_labels,
+            belt_velocity=belt,
+            **windows,
+            uncertainty=sources,
+        ),
+    }
+    for name, fit in fits.items():
+        for key in "IBK":
+            mine, theirs = fit.quantities[key], study.quantities[name][key]
+            near = 1e-3 * (theirs.high - theirs.low)
+            assert [mine.value, mine.low, mine.high] == pytest.approx(
+                [theirs.value, theirs.low, theirs.high], rel=0.0, abs=near
+            ), (name, key)
+            assert set(mine.parts) == set(theirs.parts)
+
+
+def later(positions, time, lag_s):
+    """Positions at instants that are later by the lag times the place of the marker in a frame."""
+    lags = lag_s * np.arange(positions.shape[1])
+    return positions + lags[:, None] * np.gradient(positions, time, axis=0)
 
 
 # ---- the leg -----------------------------------------------------------------------------------

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from builders import Joint
 
-from tepsipe.experiments.dummy.leg_pathways import analyse_dummy, fitted_data, trial_markers
+from tepsipe.experiments.dummy.leg_pathways import analyse_dummy, trial_markers
 from tepsipe.experiments.dummy.options import Pathway
 from tepsipe.identification.budgets import markers as moves
 from tepsipe.identification.budgets.leg import LIKELIHOOD_SOURCES
+from tepsipe.identification.estimators import Record
 from tepsipe.identification.likelihood.likelihood import maximise_likelihood
 from tepsipe.mechanics.impedance_model import SMALL
+from tepsipe.mechanics.segment_kinematics import joint_motion
 from tepsipe.statistics.uncertainty import SCATTER, Source
 from tests.experiments.test_dummy_budget import KNOWN
 from tests.experiments.test_dummy_leg_pathways import trial_of_swing
@@ -34,33 +36,33 @@ def found(trial):
 
 
 @pytest.fixture(scope="module")
-def data(trial, found):
-    given = {
-        "markers": trial_markers(trial, OPTIONS, "aligned"),
-        "belt_log": trial.values("belt_velocity"),
-        "at_rest": trial.time < 1.5,
-        "perturbations": found.regressions["likelihood"].perturbations,
-    }
-    return fitted_data(trial, OPTIONS, "aligned", given)
+def record(trial, found):
+    return Record(
+        motion=joint_motion(trial.time, np.zeros_like(trial.time)),
+        markers=trial_markers(trial, OPTIONS, "aligned"),
+        belt_log=trial.values("belt_velocity"),
+        at_rest=trial.time < 1.5,
+        perturbations=found.regressions["likelihood"].perturbations,
+    )
 
 
 @pytest.mark.parametrize("name", U)
-def test_a_step_from_the_maximum_is_what_another_fit_finds(data, found, name, monkeypatch):
+def test_a_step_from_the_maximum_is_what_another_fit_finds(record, found, name, monkeypatch):
     monkeypatch.setattr("tepsipe.identification.likelihood.channels.levelled", lambda markers, _: markers)
-    regression = found.regressions["likelihood"]
+    regression, time = found.regressions["likelihood"], record.motion.time
     (row,) = found.budgets["likelihood"].contributions[name]
-    level = data.markers.positions
+    level = record.markers.positions
     moved = {
-        "marker_sampling_s": lambda u: moves._later(level, data.time, u * data.places),
+        "marker_sampling_s": lambda u: moves._later(level, time, u * record.markers.places),
         "levelled_rad": lambda u: moves._turned(level, u),
         "leg_bending_rad_per_m_per_s2": lambda u: moves._bent(
-            data.markers, u, regression.fit.model.motion.y_dd
+            record.markers, u, regression.fit.model.motion.y_dd
         ),
     }[name](U[name])
 
     def refit(positions):
-        other = replace(data.markers, positions=positions)
-        fit = maximise_likelihood(data.time, other, data.belt_log, OPTIONS.leg, data.at_rest, softening=False)
+        other = replace(record.markers, positions=positions)
+        fit = maximise_likelihood(time, other, record.belt_log, OPTIONS.leg, record.at_rest, softening=False)
         return np.array([fit.value(key) for key in ("J", "B", "K")])
 
     change = refit(moved) - refit(level)
@@ -88,10 +90,10 @@ def test_sources_that_move_markers_act_in_proportion_and_levelling_on_the_likeli
     assert {*LIKELIHOOD_SOURCES} < set(U)
 
 
-def test_instants_of_all_markers_alike_are_a_delay_and_nothing_else(data, found):
+def test_instants_of_all_markers_alike_are_a_delay_and_nothing_else(record, found):
     regression = found.regressions["likelihood"]
-    together = replace(data, places=np.ones_like(data.places))
-    working, _ = moves.marker_contributions(regression, together, SOURCES)
+    markers = replace(record.markers, places=np.ones_like(record.markers.places))
+    working, _ = moves.marker_contributions(regression, replace(record, markers=markers), SOURCES)
     (alike,), (apart,) = (
         working["marker_sampling_s"],
         found.budgets["likelihood"].contributions["marker_sampling_s"],

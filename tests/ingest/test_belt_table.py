@@ -359,12 +359,6 @@ def test_table_is_read_ingested_and_stored(delimiter, encoding, written, tmp_pat
     assert again.values("belt_velocity") == pytest.approx(velocity_at(regular()), abs=1e-6)
 
 
-def test_empty_field_is_a_missing_sample(written):
-    path = written(change=lambda text: text.replace("\t1.500000\n", "\t\n", 1))
-    table = read_text_table(path, COLUMNS, "\t", NAMED_BY)
-    assert np.isnan(table["velocity"]).sum() == 1
-
-
 DAMAGES = {
     "other name": (
         lambda text: text.replace("Belt Velocity (m/s)", "Belt Speed (m/s)", 1),
@@ -380,9 +374,6 @@ DAMAGES = {
     ),
     "other delimiter": (lambda text: text.replace("\t", ";"), ["delimiter"]),
     "decimal comma": (lambda text: text.replace("0.010000", "0,010000", 1), ["'0,010000'", "line 3"]),
-    "text": (lambda text: text.replace("1.500000", "stopped", 1), ["'stopped'", "'Belt Velocity (m/s)'"]),
-    "cut off": (lambda text: text[:-20], ["fields", "truncated"]),
-    "nothing": (lambda text: "", ["empty"]),
 }
 
 
@@ -393,12 +384,6 @@ def test_damaged_table_is_refused(damage, written):
     with pytest.raises(InputError) as caught:
         read_text_table(path, COLUMNS, "\t", NAMED_BY)
     assert_one_sentence(caught.value, path, *names)
-
-
-def test_last_line_that_no_line_break_ends_is_left_out(written):
-    path = written(change=lambda text: text.rstrip("\n")[:-2])
-    table = read_text_table(path, COLUMNS, "\t", NAMED_BY)
-    assert table["time"].size == regular().size - 1
 
 
 # ---- recordings of a real treadmill ------------------------------------------------------------

@@ -536,13 +536,6 @@ def test_manipulator_log_of_a_trial_lasts_as_long_as_the_trial(raw):
     assert log["time"][-1] - trigger == pytest.approx(WRISTALYZER_DURATION_S + 2.0, abs=0.1)
 
 
-def test_last_line_that_is_not_ended_is_left_out(tmp_path):
-    path = tmp_path / "table.csv"
-    path.write_text("time_s,angle_rad\n0.0,0.25\n0.1,0.50\n0.2,0.7")
-    table = read_text_table(path, {"time": "time_s", "angle": "angle_rad"}, ",")
-    assert table["angle"].tolist() == [0.25, 0.5]
-
-
 def test_component_that_stands_twice_in_the_matrix_is_refused(damaged):
     def repeat(content):
         lines = content.split(b"\n")

@@ -101,7 +101,7 @@ def test_shipped_study_has_all_that_the_laboratory_can_make(shipped):
     assert not any(map(shipped.has, of_recordings))
     assert not shipped.has("belt")
     for name in shipped.experiments:
-        assert shipped.made(name) == shipped.conditions(name)
+        assert shipped.simulated(name) == shipped.conditions(name)
     assert list(shipped.all_conditions(fitted=True)) == shipped.experiments
 
 
@@ -254,7 +254,7 @@ def test_fits_are_in_the_order_in_which_they_are_read_where_a_sheet_mixes_experi
 
 def test_truth_is_wanted_of_what_was_made_alone(study_of):
     study = study_of(row("dummy", "own"), row("weight", "w", "virtual_lab"))
-    assert study.all_made() == {"dummy": [], "weight": ["w"]}
+    assert study.all_simulated() == {"dummy": [], "weight": ["w"]}
     assert outputs.comparison_of(study, "dummy", "own") == []
     assert outputs.comparison_of(study, "weight", "w") == ["<results>/recovery/weight/w.csv"]
     assert outputs.compared(study) == {

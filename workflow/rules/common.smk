@@ -58,7 +58,7 @@ ABOUT_STUDY = {
     "title": config["study"]["title"],
     "recordings_source": config["study"]["recordings_source"],
     "experiments": STUDY.all_conditions(),
-    "made": STUDY.all_made(),
+    "made": STUDY.all_simulated(),
 }
 
 

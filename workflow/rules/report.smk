@@ -5,7 +5,7 @@ import json
 # the kept campaign of coverage, which the report of the thesis's simulated study quotes
 CAMPAIGN = [here(f"benchmarks/coverage/{name}") for name in ("coverage.csv", "campaign.json")]
 if not (
-    config["study"]["reported"] and any(STUDY.all_made().values()) and all(map(os.path.exists, CAMPAIGN))
+    config["study"]["reported"] and any(STUDY.all_simulated().values()) and all(map(os.path.exists, CAMPAIGN))
 ):
     CAMPAIGN = []
 

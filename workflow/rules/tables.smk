@@ -171,7 +171,7 @@ rule tabulate_laboratory:
         "../envs/tepsipe.yaml"
     params:
         truth=truth_of(*report_params.mechanisms(STUDY)),
-        experiments=[experiment for experiment, names in STUDY.all_made().items() if names],
+        experiments=[experiment for experiment, names in STUDY.all_simulated().items() if names],
         sections=report_params.sections(STUDY),
         other_laws=len(OTHER_LAWS),
     script:
@@ -225,7 +225,7 @@ rule check_claims:
         tolerances=reported_of("cells").get("cells", []),
         slips=reported_of("slips").get("slips", []),
         experiments=STUDY.all_conditions(fitted=True),
-        recorded=not (STUDY.made("wristalyzer") or STUDY.made("dummy")),
+        recorded=not (STUDY.simulated("wristalyzer") or STUDY.simulated("dummy")),
         as_printed=as_it_is(SETTINGS["dummy"]["as_printed"]),
     script:
         "../scripts/check_claims.py"

@@ -33,7 +33,7 @@ for _name, _rig in RIGS.items():
         log:
             f"<logs>/make_{_name}_trial/{{condition}}.log",
         wildcard_constraints:
-            condition=any_of(STUDY.made(_name)),
+            condition=any_of(STUDY.simulated(_name)),
         conda:
             "../envs/tepsipe.yaml"
         params:

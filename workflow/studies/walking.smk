@@ -2,8 +2,8 @@
 
 WALKING = config["walking"]
 WALKS = STUDY.conditions("walking")
-MADE_WALKS = STUDY.made("walking")
-TABLES = ["estimates", "uncertainty", "walking", "needed", *(["recovery"] if MADE_WALKS else [])]
+SIMULATED_WALKS = STUDY.simulated("walking")
+TABLES = ["estimates", "uncertainty", "walking", "needed", *(["recovery"] if SIMULATED_WALKS else [])]
 OUTPUTS = [*(f"<results>/tables/{name}.csv" for name in TABLES), "<results>/report/walking.pdf"]
 
 
@@ -27,7 +27,7 @@ rule fit_walking:
     params:
         files=raw_files("walking"),
         duration_s=sheet("duration_s", "walking"),
-        made=lambda w: w.condition in MADE_WALKS,
+        made=lambda w: w.condition in SIMULATED_WALKS,
         section=without(WALKING, "simulated"),
         seed=SEED,
     script:
@@ -59,7 +59,7 @@ rule compare_walking_with_truth:
     """Compare the estimates of walking with the truth."""
     input:
         estimates="<results>/tables/estimates.csv",
-        truth=[f"<results>/truth/walking/{condition}.csv" for condition in MADE_WALKS],
+        truth=[f"<results>/truth/walking/{condition}.csv" for condition in SIMULATED_WALKS],
         library=library_of("compare_walking_with_truth"),
     output:
         table="<results>/tables/recovery.csv",
@@ -68,7 +68,7 @@ rule compare_walking_with_truth:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        conditions=MADE_WALKS,
+        conditions=SIMULATED_WALKS,
     script:
         "../scripts/compare_walking_with_truth.py"
 
@@ -78,7 +78,7 @@ rule plot_walking:
     input:
         rows="<results>/tables/walking.csv",
         needed="<results>/tables/needed.csv",
-        recovery="<results>/tables/recovery.csv" if MADE_WALKS else [],
+        recovery="<results>/tables/recovery.csv" if SIMULATED_WALKS else [],
         library=library_of("plot", "tepsipe/experiments/walking/figures.py"),
     output:
         **figure_pairs("figure_walking"),
@@ -88,7 +88,7 @@ rule plot_walking:
         "../envs/tepsipe.yaml"
     params:
         drawn_by="experiments.walking.figures:draw_walking",
-        simulated=MADE_WALKS,
+        simulated=SIMULATED_WALKS,
     script:
         "../scripts/plot.py"
 
@@ -101,7 +101,7 @@ rule write_walking:
         fits=STUDY.of_trials("<results>/estimates/walking/{condition}.json", "walking"),
         tables=[
             f"<results>/tables/{name}.csv"
-            for name in ("walking", "needed", *(["recovery"] if MADE_WALKS else []))
+            for name in ("walking", "needed", *(["recovery"] if SIMULATED_WALKS else []))
         ],
         provenance=[],
         library=library_of("write_report", *chapter_modules(outputs.OWN_REPORTS["walking"])),
@@ -141,7 +141,7 @@ rule make_walking_trial:
     log:
         "<logs>/make_walking_trial/{condition}.log",
     wildcard_constraints:
-        condition=any_of(MADE_WALKS),
+        condition=any_of(SIMULATED_WALKS),
     conda:
         "../envs/tepsipe.yaml"
     params:

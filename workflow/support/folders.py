@@ -63,10 +63,10 @@ def check_path(name: str, value: str | None, key: str) -> None:
 
 def check_checkout(folder: Path) -> None:
     """Refuse a checkout in whose path Snakemake would look for wildcards and variables."""
-    odd = sorted(set("{}<>") & set(str(folder)))
-    if odd:
+    forbidden = sorted(set("{}<>") & set(str(folder)))
+    if forbidden:
         raise InputError(
-            f"{folder}: expected the checkout in a folder without {' '.join(map(repr, odd))}, which "
+            f"{folder}: expected the checkout in a folder without {' '.join(map(repr, forbidden))}, which "
             "Snakemake takes for wildcards, found them in its path: rename that folder; studies lie anywhere"
         )
 

@@ -262,7 +262,7 @@ def comparison_of(study: Study, experiment: str, condition: str) -> list[str]:
 
 def compared(study: Study) -> dict[str, Compared]:
     """Name -> what is compared with the truth: simulated trials, and those analysed together if all are."""
-    found, usual, made = {}, study.treadmill.usual_weight(), set(study.made("standing"))
+    found, usual, made = {}, study.treadmill.usual_weight(), set(study.simulated("standing"))
     for (experiment, condition), row in study.trials.items():
         constants, moved = experiment, (condition,)
         if experiment == "standing":

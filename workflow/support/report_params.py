@@ -12,7 +12,7 @@ def described(study: Study, experiment: str, condition: str) -> dict:
     row = study.trials[experiment, condition]
     return {
         "condition": condition,
-        "made": condition in study.made(experiment),
+        "made": condition in study.simulated(experiment),
         "belt": study.treadmill.belt_of(experiment, condition),
         "role": row.role,
         "task": row.task,
@@ -37,7 +37,7 @@ def printed(study: Study) -> dict[str, dict]:
 
 def sections(study: Study) -> list[str]:
     """Experiments with simulated trials, and the treadmill if one of them is on it."""
-    made = [experiment for experiment, names in study.all_made().items() if names]
+    made = [experiment for experiment, names in study.all_simulated().items() if names]
     on_plate = any(EXPERIMENTS[experiment].on_plate for experiment in made)
     return [*made, "treadmill"] if on_plate else made
 

@@ -205,11 +205,11 @@ def refuse_interpreter() -> None:
     The study's own executor needs no shell.
     """
     plugin = sys.modules.get("snakemake_executor_plugin_tepsipe")
-    odd = sorted(set(PLAIN.sub("", sys.executable)))
-    if odd and not (plugin and plugin.Executor.in_use):
+    refused = sorted(set(PLAIN.sub("", sys.executable)))
+    if refused and not (plugin and plugin.Executor.in_use):
         raise InputError(
             f"{sys.executable}: expected the path of an interpreter that a shell takes as it is, found "
-            f"{' '.join(map(repr, odd))} in it, and an executor that starts jobs by a shell: run with "
+            f"{' '.join(map(repr, refused))} in it, and an executor that starts jobs by a shell: run with "
             "--executor tepsipe, or put the environment "
             "elsewhere"
         )

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tepsipe.arguments import (
+    changed_options,
     checked,
     described,
-    made,
     one_of,
     path_of,
     refuse_constant,
@@ -349,7 +349,7 @@ def calibrate_treadmill(
     lowpass = Lowpass(cutoff_hz, order, zero_lag)
     group = "+".join(r.name for r in training)
     tests = {r.name: r.filtered(lowpass) for r in testing}
-    family = made(FamilyOptions, options, "calibrate_treadmill")
+    family = changed_options(FamilyOptions, options, "calibrate_treadmill")
     shortest_s = min(r.load.size / r.rate_hz for r in (*training, *testing))
     if not 8.0 / min(r.rate_hz for r in training) <= family.spectral_segment_s <= 0.5 * shortest_s:
         raise InputError(

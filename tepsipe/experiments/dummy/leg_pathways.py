@@ -1,6 +1,5 @@
 """TEP-SIPE on the ankle dummy, from one trial to its estimates by every pathway (thesis section 3-1-2)."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Self
 
@@ -9,16 +8,15 @@ import numpy as np
 from tepsipe.errors import InputError, listed
 from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck
 from tepsipe.experiments.dummy.options import Pathway
-from tepsipe.identification.budgets.leg import LegUncertainty, leg_budget
-from tepsipe.identification.budgets.markers import LikelihoodData, likelihood_quantities
-from tepsipe.identification.estimators import LEAST_SQUARES_THESIS, Record, estimate, find_estimator
+from tepsipe.identification.budgets.leg import LegUncertainty
+from tepsipe.identification.estimators import LEAST_SQUARES_THESIS, Record, find_estimator
+from tepsipe.identification.leg_fit import fit_record
 from tepsipe.identification.likelihood.channels import DummyMarkers, dummy_markers
 from tepsipe.identification.likelihood.result import LikelihoodEstimates
 from tepsipe.identification.regression.output_error import OutputError
 from tepsipe.identification.regression.windows import WindowedFits, damping_per_skew
-from tepsipe.identification.result import Quantity, quantities_of
+from tepsipe.identification.result import Quantity
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg, leg_pathway_torque
 from tepsipe.mechanics.segment_kinematics import (
     SegmentMarkers,
@@ -105,8 +103,7 @@ class DummyAnalysis:
     budgets: dict[str, Budget]
     """Pathway -> uncertainty of the means of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
     quantities: dict[str, dict[str, Quantity]]
-    """Pathway -> these means with their intervals, and those of `likelihood_quantities` where the joint
-    likelihood was the estimator."""
+    """Pathway -> these means with their intervals, and the further ones of `fit_record`."""
     damping_per_skew: dict[str, float]
     """Pathway -> change of B per delay of the leg's position relative to its angle (N·m·s/rad per s)."""
     marker_residual_rms_m: float
@@ -169,15 +166,10 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
             fields["foot_position"] = prepared.filtered(foot)
         if "markers" in estimator.needs:
             fields["markers"] = trial_markers(trial, options, pathway.marker_instants)
-        fit = regressions[name] = estimate(pathway.estimator, Record(**fields))
         known = leg_knowledge(prepared, options, pathway, motion)
-        if isinstance(fit, LikelihoodEstimates):
-            data = fitted_data(trial, options, pathway.marker_instants, fields)
-            quantities[name], budgets[name] = likelihood_quantities(fit, data, known)
-        else:
-            reestimate = reestimator(pathway, fields) if "torque" in fields else None
-            budgets[name] = leg_budget(fit, reestimate, known)
-            quantities[name] = quantities_of(dict(zip(PARAMETERS, fit.mean, strict=True)), budgets[name])
+        regressions[name], quantities[name], budgets[name] = fit_record(
+            pathway.estimator, Record(**fields), known, pathway.torque
+        )
     return DummyAnalysis(
         time=prepared.time,
         belt_velocity=prepared.belt_velocity,
@@ -250,44 +242,14 @@ def trial_markers(trial: Trial, options: DummyOptions, instants: str) -> DummyMa
         hidden = around.copy()
         hidden[1:] |= around[:-1]
         hidden[:-1] |= around[1:]
-    return dummy_markers(
+    markers = dummy_markers(
         trial.values(MARKER_SIGNALS[instants]),
         trial.axes["marker"].tolist(),
         options.leg_markers,
         options.belt_fixed_labels,
         hidden,
     )
-
-
-def fitted_data(trial: Trial, options: DummyOptions, instants: str, fields: dict) -> LikelihoodData:
-    """Data that a joint likelihood was fitted to (s, m, m/s).
-
-    ``fields`` are the parts of its `Record`, ``instants`` whether markers sampled one after the
-    other were aligned.
-    """
-    wanted = {*options.belt_fixed_labels, *options.leg_markers.labels}
-    places = [place for place, label in enumerate(trial.axes["marker"].tolist()) if label in wanted]
-    return LikelihoodData(
-        trial.time,
-        fields["markers"],
-        np.array(places) if instants == "aligned" else None,
-        fields["belt_log"],
-        fields["at_rest"],
-        fields["perturbations"],
-    )
-
-
-def reestimator(pathway: Pathway, fields: dict) -> Callable[[SegmentMotion, Leg], np.ndarray]:
-    """Function of motion and leg (s, rad, m, kg) that estimates I, B, K, shape (3,), by a pathway.
-
-    ``fields`` are the other parts of the `Record`.
-    """
-
-    def reestimate(motion: SegmentMotion, leg: Leg) -> np.ndarray:
-        torque = leg_pathway_torque(pathway.torque, leg, motion)
-        return estimate(pathway.estimator, Record(**fields | {"motion": motion, "torque": torque})).mean
-
-    return reestimate
+    return markers if instants == "aligned" else replace(markers, places=None)
 
 
 def leg_knowledge(

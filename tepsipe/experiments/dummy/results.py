@@ -12,13 +12,11 @@ from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck
 from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis
 from tepsipe.experiments.fitted import Fitted
 from tepsipe.identification.likelihood.result import LikelihoodEstimates
-from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.identification.result import Quantity
 from tepsipe.io.result import Result
 from tepsipe.mechanics.impedance_model import PARAMETER_UNITS, PARAMETERS, impedance_torque
 from tepsipe.statistics.bootstrap import bootstrap_mean
 from tepsipe.statistics.goodness_of_fit import vaf
-from tepsipe.statistics.uncertainty import Budget
 
 LOAD_UNITS = {"Fy": "N", "Mx": "Nm"}
 
@@ -59,32 +57,36 @@ def fitted_dummy(condition: str, analysis: DummyAnalysis, draws: int, seed: int)
 
 def dummy_result(analysis: DummyAnalysis) -> Result:
     """Arrays and facts of one trial, for figures and for cross-validation."""
-    arrays: dict[str, np.ndarray] = {"time": analysis.time, "belt_velocity": analysis.belt_velocity}
-    units = {"time": "s", "belt_velocity": "m/s"}
-    if analysis.belt_command is not None:
-        arrays["belt_command"], units["belt_command"] = analysis.belt_command, "m/s"
     first = next(iter(analysis.regressions.values()))
-    arrays["windows"] = np.array([[p.start, p.stop] for p in first.perturbations])
-    units["windows"] = "samples"
+    windows = np.array([[p.start, p.stop] for p in first.perturbations])
+    signals = {
+        "time": (analysis.time, "s"),
+        "belt_velocity": (analysis.belt_velocity, "m/s"),
+        "windows": (windows, "samples"),
+    }
+    if analysis.belt_command is not None:
+        signals["belt_command"] = (analysis.belt_command, "m/s")
     for name, regression in analysis.regressions.items():
-        for key, values, unit in (
-            ("torque", regression.torque, "Nm"),
-            ("predicted_torque", regression.predicted, "Nm"),
-            ("regressors", regression.regressors, "rad/s2, rad/s, rad"),
-            ("parameters", regression.parameters, PARAMETER_UNITS),
-            ("mean_and_interval", _mean_and_interval(regression, analysis.budgets[name]), "as parameters"),
-            ("vaf_per_perturbation", regression.vaf_per_perturbation, "%"),
+        signals |= {
+            f"{name}/torque": (regression.torque, "Nm"),
+            f"{name}/predicted_torque": (regression.predicted, "Nm"),
+            f"{name}/regressors": (regression.regressors, "rad/s2, rad/s, rad"),
+            f"{name}/parameters": (regression.parameters, PARAMETER_UNITS),
+            f"{name}/mean_and_interval": (
+                # rows mean, low, high
+                [regression.mean, *analysis.budgets[name].interval(regression.mean)],
+                "as parameters",
+            ),
+            f"{name}/vaf_per_perturbation": (regression.vaf_per_perturbation, "%"),
             # by perturbation, reading of eq (3-2) and parameter
-            ("sem", np.array([fit.sem for fit in regression.fits]), "as parameters"),
-        ):
-            arrays[f"{name}/{key}"], units[f"{name}/{key}"] = values, unit
-    for name, output_error in analysis.simulating_fits.items():
-        for key, values in (("angle", output_error.angle), ("simulated_angle", output_error.simulated)):
-            arrays[f"{name}/{key}"], units[f"{name}/{key}"] = values, "rad"
-    for name, values in analysis.loads.items():
-        arrays[f"loads/{name}"] = values.astype(np.float32)
-        units[f"loads/{name}"] = LOAD_UNITS[name.partition("/")[0]]
-    lengths = np.diff(arrays["windows"], axis=1) * (analysis.time[1] - analysis.time[0])
+            f"{name}/sem": ([fit.sem for fit in regression.fits], "as parameters"),
+        }
+    for name, fit in analysis.simulating_fits.items():
+        signals[f"{name}/angle"] = (fit.angle, "rad")
+        signals[f"{name}/simulated_angle"] = (fit.simulated, "rad")
+    for name, load in analysis.loads.items():
+        signals[f"loads/{name}"] = (load.astype(np.float32), LOAD_UNITS[name.partition("/")[0]])
+    lengths = np.diff(windows, axis=1) * (analysis.time[1] - analysis.time[0])
     facts = {
         "pathways": list(analysis.regressions),
         "marker_residual_rms_m": analysis.marker_residual_rms_m,
@@ -92,9 +94,7 @@ def dummy_result(analysis: DummyAnalysis) -> Result:
         "theta_rest_rad": first.theta_rest_rad,
         "mean_window_s": float(lengths.mean()),
         "damping_per_skew_Nms_per_rad_per_s": analysis.damping_per_skew,
-        "output_error_delay_s": {
-            name: output_error.delay_s for name, output_error in analysis.simulating_fits.items()
-        },
+        "output_error_delay_s": {name: fit.delay_s for name, fit in analysis.simulating_fits.items()},
         "treadmill_errors": {
             name: _treadmill_error(check) for name, check in analysis.checks.items() if check.error
         },
@@ -105,7 +105,7 @@ def dummy_result(analysis: DummyAnalysis) -> Result:
             for name, regression in analysis.regressions.items()
         },
     }
-    return Result(arrays, units, facts)
+    return Result.of(signals, facts)
 
 
 def likelihood_facts(estimates: LikelihoodEstimates) -> dict:
@@ -139,11 +139,6 @@ def _treadmill_error(check: TreadmillCheck) -> dict:
         "trials": list(error.trials),
         "difference": error.difference,
     }
-
-
-def _mean_and_interval(regression: WindowedFits, budget: Budget) -> np.ndarray:
-    """Rows mean, low, high; columns I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad)."""
-    return np.array([regression.mean, *budget.interval(regression.mean)])
 
 
 def cross_validate_dummy(

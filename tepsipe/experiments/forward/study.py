@@ -240,23 +240,19 @@ def simulation_result(simulated: SimulatedCondition, differences: dict[str, floa
 
     differences: those of `engine_differences`, where other engines simulated the trial as well.
     """
-    arrays: dict[str, np.ndarray] = {
-        "time": simulated.time,
-        "theta": simulated.theta,
-        "foot_velocity": simulated.foot_velocity,
-        "windows": np.array([[p.start, p.stop] for p in simulated.perturbations]),
+    signals = {
+        "time": (simulated.time, "s"),
+        "theta": (simulated.theta, "rad"),
+        "foot_velocity": (simulated.foot_velocity, "m/s"),
+        "windows": ([[p.start, p.stop] for p in simulated.perturbations], "samples"),
     }
-    units = {"time": "s", "theta": "rad", "foot_velocity": "m/s", "windows": "samples"}
-    for name, torque in simulated.torques.items():
-        arrays[name], units[name] = torque, "Nm"
+    signals |= {name: (torque, "Nm") for name, torque in simulated.torques.items()}
     for name in simulated.simulations:
         for key, x in simulated_signals(simulated, name).items():
-            arrays[f"{name}/{key}"], units[f"{name}/{key}"] = x, {"theta": "rad", "tau": "Nm"}[key]
+            signals[f"{name}/{key}"] = (x, {"theta": "rad", "tau": "Nm"}[key])
         joint = simulated.joints[name]
-        arrays[f"{name}/parameters"] = np.array(
-            [joint.inertia_Nms2_per_rad, joint.damping_Nms_per_rad, joint.stiffness_Nm_per_rad]
-        )
-        units[f"{name}/parameters"] = PARAMETER_UNITS
+        constants = [joint.inertia_Nms2_per_rad, joint.damping_Nms_per_rad, joint.stiffness_Nm_per_rad]
+        signals[f"{name}/parameters"] = (constants, PARAMETER_UNITS)
     facts = {
         "parameter_sets": list(simulated.simulations),
         "engines": simulated.engines,
@@ -271,7 +267,7 @@ def simulation_result(simulated: SimulatedCondition, differences: dict[str, floa
         "growth_per_s": {name: s.growth_per_s for name, s in simulated.simulations.items()},
         "fell_at_s": {name: s.fell_at_s for name, s in simulated.simulations.items()},
     }
-    return Result(arrays, units, facts)
+    return Result.of(signals, facts)
 
 
 def _constants(joint: Joint) -> dict[str, float]:

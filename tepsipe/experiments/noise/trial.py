@@ -104,13 +104,13 @@ SIGNALS = {
 
 def simulated_result(trials: dict[str, SimulatedTrial]) -> Result:
     """Simulations of one condition by name, as a result."""
-    arrays, units = {}, {}
-    for key, trial in trials.items():
-        for name, unit in SIGNALS.items():
-            arrays[f"{key}/{name}"], units[f"{key}/{name}"] = getattr(trial, name), unit
-        arrays[f"{key}/windows"], units[f"{key}/windows"] = trial.windows, "samples"
-        arrays[f"{key}/truth"], units[f"{key}/truth"] = trial.truth, PARAMETER_UNITS
-    return Result(arrays, units, {"simulations": list(trials)})
+    units = {**SIGNALS, "windows": "samples", "truth": PARAMETER_UNITS}
+    signals = {
+        f"{key}/{name}": (getattr(trial, name), unit)
+        for key, trial in trials.items()
+        for name, unit in units.items()
+    }
+    return Result.of(signals, {"simulations": list(trials)})
 
 
 def simulated_trial(result: Result, key: str, name: str, leg: Leg, foot: Foot) -> SimulatedTrial:

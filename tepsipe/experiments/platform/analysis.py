@@ -260,7 +260,7 @@ def platform_result(analysis: PlatformAnalysis, options: PlatformOptions, unit: 
     joints = len(analysis.joints)
     impedance = np.stack([row.impedance(frequency) for row in chosen.rows], axis=1)
     response = spectra.response[:, 0]
-    arrays = {
+    signals = {
         "frequency": (frequency, "Hz"),
         "angle_response": (response[:, :joints], f"rad/({unit})"),
         "torque_response": (response[:, joints:], f"Nm/({unit})"),
@@ -273,10 +273,10 @@ def platform_result(analysis: PlatformAnalysis, options: PlatformOptions, unit: 
     }
     for name, model in analysis.models.items():
         for label, row in zip(analysis.joints, model.rows, strict=True):
-            arrays[f"{name}/{label}/strength"] = (row.directions.strength, "1")
+            signals[f"{name}/{label}/strength"] = (row.directions.strength, "1")
             if row.delay_s is not None:
-                arrays[f"{name}/{label}/delay"] = (row.delays_s, "s")
-                arrays[f"{name}/{label}/delay_chi2"] = (row.delay_chi2, "1")
+                signals[f"{name}/{label}/delay"] = (row.delays_s, "s")
+                signals[f"{name}/{label}/delay_chi2"] = (row.delay_chi2, "1")
     facts = {
         "joints": list(analysis.joints),
         "chosen": analysis.chosen,
@@ -303,4 +303,4 @@ def platform_result(analysis: PlatformAnalysis, options: PlatformOptions, unit: 
             for name, model in analysis.models.items()
         },
     }
-    return Result({k: x for k, (x, _) in arrays.items()}, {k: u for k, (_, u) in arrays.items()}, facts)
+    return Result.of(signals, facts)

@@ -18,7 +18,7 @@ from tepsipe.identification.cascade.fit import ParallelCascadeFit
 from tepsipe.identification.cascade.muscle import MUSCLE_BOUNDS
 from tepsipe.identification.cascade.options import ParallelCascadeOptions
 from tepsipe.identification.cascade.parallel_cascade import identify_cascade
-from tepsipe.identification.cascade.record import CascadeRecord, make_record
+from tepsipe.identification.cascade.record import CascadeRecord, fitted_part, make_record
 from tepsipe.identification.result import Quantity, symbol_of
 from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
@@ -83,18 +83,7 @@ def _parts(trial: Trial, options: PositionManipulatorOptions) -> tuple[slice, in
             f"{options.lowpass_cutoff_hz:g} Hz: record faster, or lower "
             "position_manipulator.analysis.lowpass_cutoff_hz"
         )
-    cut = round(options.cut_s * rate)
-    kept = slice(cut, trial.time.size - cut)
-    size = trial.time[kept].size
-    block = round(options.block_s * rate)
-    training = int(options.training_fraction * size)
-    if training < 4 * block or size - training < block:
-        raise InputError(
-            f"expected at least 4 blocks of {options.block_s:g} s to fit and one to test, found "
-            f"{size / rate:.3g} s of record after cutting: shorten the blocks, cut less, or "
-            "record longer"
-        )
-    return kept, training, block
+    return fitted_part(trial.time.size, rate, options.cut_s, options.block_s, options.training_fraction)
 
 
 def analyse_position_manipulator(
@@ -264,35 +253,23 @@ def position_manipulator_result(analysis: PositionManipulatorAnalysis, fit: Para
     """Arrays and facts of one trial, with both pathways in the group ``reflex``."""
     spectrum = analysis.spectrum
     model = 1.0 / admittance(analysis.fit.parameters[:3], spectrum.frequency_hz)
-    arrays = {
-        "time": analysis.time,
-        "angle": analysis.angle,
-        "torque": analysis.torque,
-        "predicted_torque": analysis.predicted,
-        "frequency": spectrum.frequency_hz,
-        "impedance": spectrum.response,
-        "impedance_model": model,
-        "coherence": spectrum.coherence,
+    signals = {
+        "time": (analysis.time, "s"),
+        "angle": (analysis.angle, "rad"),
+        "torque": (analysis.torque, "Nm"),
+        "predicted_torque": (analysis.predicted, "Nm"),
+        "frequency": (spectrum.frequency_hz, "Hz"),
+        "impedance": (spectrum.response, "Nm/rad"),
+        "impedance_model": (model, "Nm/rad"),
+        "coherence": (spectrum.coherence, "1"),
     }
-    units = {
-        "time": "s",
-        "angle": "rad",
-        "torque": "Nm",
-        "predicted_torque": "Nm",
-        "frequency": "Hz",
-        "impedance": "Nm/rad",
-        "impedance_model": "Nm/rad",
-        "coherence": "1",
-    }
+    signals |= {f"reflex/{name}": signal for name, signal in _paths(fit).items()}
     facts = {
         "training_s": float(analysis.time[analysis.training - 1] - analysis.time[0]),
         "held_out_from_s": float(analysis.time[analysis.training]),
         "vaf_held_out_percent": analysis.vaf.held_out,
         "offset_Nm": float(analysis.fit.parameters[3]),
     }
-    of_paths = _paths(fit)
-    arrays |= {f"reflex/{name}": values for name, (values, _) in of_paths.items()}
-    units |= {f"reflex/{name}": unit for name, (_, unit) in of_paths.items()}
     facts["reflex"] = {
         "vaf_held_out_percent": fit.vaf.held_out,
         "direction": fit.structure.direction,
@@ -314,7 +291,7 @@ def position_manipulator_result(analysis: PositionManipulatorAnalysis, fit: Para
         "slow_vaf_held_out_percent": fit.slow.vaf.held_out,
         "assumed": [choice.quantity for choice in fit.assumptions if not choice.determined],
     }
-    return Result(arrays, units, facts)
+    return Result.of(signals, facts)
 
 
 def _paths(fit: ParallelCascadeFit) -> dict[str, tuple[np.ndarray, str]]:

@@ -202,7 +202,7 @@ def diagnose(
     frequency, of_residual = _spectrum(residual, rate)
     of_torque = _spectrum(analysis.torque[held_out], rate)[1]
     stiffness_half, level_half = parts.half_widths()
-    arrays = {
+    signals = {
         "frequency": (measured.frequency_hz, "Hz"),
         "impedance": (measured.response, "Nm/rad"),
         "gain_factor": (factor, "1"),
@@ -229,8 +229,4 @@ def diagnose(
         "stiffness_equal_p": equal_means_p(parts.stiffness, parts.stiffness_error, parts.freedom),
         "level_equal_p": equal_means_p(parts.level, parts.level_error, parts.freedom),
     }
-    return Result(
-        {f"diagnostics/{name}": values for name, (values, _) in arrays.items()},
-        {f"diagnostics/{name}": unit for name, (_, unit) in arrays.items()},
-        {"diagnostics": facts},
-    )
+    return Result.of({f"diagnostics/{name}": x for name, x in signals.items()}, {"diagnostics": facts})

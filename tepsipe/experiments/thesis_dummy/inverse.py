@@ -249,7 +249,7 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class JointFit:
+class LawFit:
     """One law of the joint, fitted."""
 
     joint: RubberJoint
@@ -298,7 +298,7 @@ def fit_joint(
     fitted: list[str],
     fixed: dict[str, float],
     start: RubberJoint = START,
-) -> JointFit:
+) -> LawFit:
     """Fit the free constants of a joint to printed I, B, K by weighted nonlinear least squares.
 
     belts: condition -> motion of the foot.
@@ -350,14 +350,14 @@ def fit_joint(
     joint = joint_at(fit.x)
     freedom = fit.fun.size - len(free)
     covariance = np.linalg.pinv(fit.jac.T @ fit.jac) * (2.0 * fit.cost / freedom)
-    reach = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(np.diag(covariance))
+    half_width = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(np.diag(covariance))
     others = [name for name in belts if name not in fitted]
     differences = deviations_of([joint], others)[0] if others else np.array([np.nan])
-    return JointFit(
+    return LawFit(
         joint=joint,
         free=free,
-        low={name: float(np.exp(v - r)) for name, v, r in zip(free, fit.x, reach, strict=True)},
-        high={name: float(np.exp(v + r)) for name, v, r in zip(free, fit.x, reach, strict=True)},
+        low={name: float(np.exp(v - r)) for name, v, r in zip(free, fit.x, half_width, strict=True)},
+        high={name: float(np.exp(v + r)) for name, v, r in zip(free, fit.x, half_width, strict=True)},
         fitted_rms=float(np.sqrt(np.mean(fit.fun**2))),
         predicted_rms=float(np.sqrt(np.mean(differences**2))),
     )
@@ -369,7 +369,7 @@ def fit_tables(
     printed: dict[str, dict[str, float]],
     tables: Sequence[Sequence[str]],
     fixed: dict[str, float],
-) -> JointFit:
+) -> LawFit:
     """Fit a law to all tables, and score its prediction of each table from the others.
 
     path, belts, printed: as `fit_joint`.
@@ -498,7 +498,7 @@ def printed_and_predicted(
     return cells
 
 
-def constants_of(fit: JointFit) -> list[tuple[str, float, float | None, float | None]]:
+def constants_of(fit: LawFit) -> list[tuple[str, float, float | None, float | None]]:
     """Constants by name, with the limits of their intervals where they were fitted (unit in the name)."""
     return [(name, value, fit.low.get(name), fit.high.get(name)) for name, value in asdict(fit.joint).items()]
 
@@ -539,7 +539,7 @@ def cell_rows(cells: list[Cell]) -> list[CellRow]:
     ]
 
 
-def fit_result(fits: dict[str, JointFit], marker_noise_m: float, null_rms: float, timing: dict) -> Result:
+def fit_result(fits: dict[str, LawFit], marker_noise_m: float, null_rms: float, timing: dict) -> Result:
     """Constants of every law with their intervals, as facts.
 
     ``null_rms`` is that of `copied_rms`; ``timing`` has the shift of B by the sampling times and the fits

@@ -28,7 +28,7 @@ from tepsipe.experiments.thesis_dummy.inverse import (
     LINEAR,
     SCATTER,
     BeltMotion,
-    JointFit,
+    LawFit,
     PrintedPath,
     deviations,
     printed_fits,
@@ -109,7 +109,7 @@ def timing_facts(
     path: PrintedPath,
     belts: dict[str, BeltMotion],
     printed: dict[str, dict[str, float]],
-    fit: JointFit,
+    fit: LawFit,
     followed: tuple[RubberJoint, RubberJoint],
 ) -> dict:
     """Shift of the printed B by the sampling times, in closed form and simulated, and fits by lag.
@@ -151,7 +151,7 @@ def lag_fits(
     path: PrintedPath,
     belts: dict[str, BeltMotion],
     printed: dict[str, dict[str, float]],
-    fit: JointFit,
+    fit: LawFit,
     followed: tuple[RubberJoint, RubberJoint],
     lags_s: tuple[float, ...] = LAGS_S,
 ) -> list[LagFit]:

@@ -120,8 +120,7 @@ def fitted_weight(experiment: str, condition: str, analysis: WeightAnalysis) -> 
 
 def weight_result(analysis: WeightAnalysis) -> Result:
     """Arrays and facts of one trial, for figures and claims."""
-    arrays: dict[str, np.ndarray] = {"masses": analysis.masses}
-    units = {"masses": "kg"}
+    signals = {"masses": (analysis.masses, "kg")}
     for name, recording in analysis.recordings.items():
         for key, x, unit in (
             ("added_force", recording.load, "N"),
@@ -129,9 +128,9 @@ def weight_result(analysis: WeightAnalysis) -> Result:
             ("belt_velocity", recording.velocity, "m/s"),
             ("belt_acceleration", recording.acceleration, "m/s2"),
         ):
-            arrays[f"{name}/{key}"], units[f"{name}/{key}"] = recording.segments(x), unit
+            signals[f"{name}/{key}"] = (recording.segments(x), unit)
     first = next(iter(analysis.recordings.values()))
-    arrays["onsets"], units["onsets"] = np.array(first.onsets, dtype=int), "samples"
+    signals["onsets"] = (np.array(first.onsets, dtype=int), "samples")
     facts = {
         "filters": list(analysis.recordings),
         "rate_hz": first.rate_hz,
@@ -139,7 +138,7 @@ def weight_result(analysis: WeightAnalysis) -> Result:
         "perturbations": len(first.onsets),
         "marker_lag_s": analysis.marker_lag_s,
     }
-    return Result(arrays, units, facts)
+    return Result.of(signals, facts)
 
 
 def usual_weight(results: dict[str, Result]) -> dict[str, Result]:

@@ -226,34 +226,28 @@ def wristalyzer_rows(
 
 def wristalyzer_result(analysis: WristalyzerAnalysis) -> Result:
     """Arrays and facts of one trial, for figures and for cross-validation."""
-    arrays: dict[str, np.ndarray] = {}
-    units: dict[str, str] = {}
-
-    def keep(name: str, values, unit: str) -> None:
-        arrays[name], units[name] = np.asarray(values), unit
-
     prepared, fit = analysis.prepared, analysis.fitted[AS_PRINTED]
-    spectral = {name: fitted for name, fitted in analysis.fitted.items() if fitted.spectrum is not None}
     searches = {name: fitted.search for name, fitted in analysis.fitted.items() if fitted.search is not None}
-    keep("torque", prepared.torque, "Nm")
-    keep("angle", prepared.angle, "rad")
-    keep("predicted_angle", simulate_angle(fit.parameters, prepared.torque, prepared.rate_hz), "rad")
-    for estimator, fitted in spectral.items():
-        keep(f"{estimator}/frequency", fitted.spectrum.frequency_hz, "Hz")
-        keep(f"{estimator}/response", fitted.spectrum.response, "rad/Nm")
-        keep(f"{estimator}/coherence", fitted.spectrum.coherence, "1")
-        keep(f"{estimator}/parameters", fitted.parameters, PARAMETER_UNITS)
-        keep(f"{estimator}/sem", fitted.search.sem[None], "as parameters")
-    keep("tapered/frequency", analysis.tapered.frequency_hz, "Hz")
-    keep("tapered/response", analysis.tapered.response, "rad/Nm")
-    keep("tapered/coherence", analysis.tapered.coherence, "1")
-    keep("profile/stiffness", analysis.profile.stiffness, "Nm/rad")
-    keep("profile/cost", analysis.profile.cost, "1")
-    keep("tried/stiffness", [k for k, _, _ in analysis.tried], "Nm/rad")
-    keep("tried/smooth", [smooth.parameters for _, smooth, _ in analysis.tried], PARAMETER_UNITS)
-    keep("tried/modulus", [modulus.parameters for _, _, modulus in analysis.tried], PARAMETER_UNITS)
-    keep("many_starts/start", [f.start for f in analysis.many_starts], PARAMETER_UNITS)
-    keep("many_starts/parameters", [f.parameters for f in analysis.many_starts], PARAMETER_UNITS)
+    signals = {
+        "torque": (prepared.torque, "Nm"),
+        "angle": (prepared.angle, "rad"),
+        "predicted_angle": (simulate_angle(fit.parameters, prepared.torque, prepared.rate_hz), "rad"),
+    }
+    for estimator, fitted in analysis.fitted.items():
+        if fitted.spectrum is not None:
+            signals |= _spectrum(estimator, fitted.spectrum)
+            signals[f"{estimator}/parameters"] = (fitted.parameters, PARAMETER_UNITS)
+            signals[f"{estimator}/sem"] = (fitted.search.sem[None], "as parameters")
+    signals |= _spectrum("tapered", analysis.tapered)
+    signals |= {
+        "profile/stiffness": (analysis.profile.stiffness, "Nm/rad"),
+        "profile/cost": (analysis.profile.cost, "1"),
+        "tried/stiffness": ([k for k, _, _ in analysis.tried], "Nm/rad"),
+        "tried/smooth": ([smooth.parameters for _, smooth, _ in analysis.tried], PARAMETER_UNITS),
+        "tried/modulus": ([modulus.parameters for _, _, modulus in analysis.tried], PARAMETER_UNITS),
+        "many_starts/start": ([f.start for f in analysis.many_starts], PARAMETER_UNITS),
+        "many_starts/parameters": ([f.parameters for f in analysis.many_starts], PARAMETER_UNITS),
+    }
     spread = np.ptp([f.parameters[2] for f in analysis.many_starts if f.converged])
     facts = {
         "rate_hz": prepared.rate_hz,
@@ -268,7 +262,15 @@ def wristalyzer_result(analysis: WristalyzerAnalysis) -> Result:
         "tried_smooth_cost": [s.cost for _, s, _ in analysis.tried],
         "tried_modulus_vaf_percent": [prepared.prediction_vaf(m.parameters) for _, _, m in analysis.tried],
     }
-    return Result(arrays, units, facts)
+    return Result.of(signals, facts)
+
+
+def _spectrum(name: str, estimate: FrequencyResponse) -> dict[str, tuple[np.ndarray, str]]:
+    return {
+        f"{name}/frequency": (estimate.frequency_hz, "Hz"),
+        f"{name}/response": (estimate.response, "rad/Nm"),
+        f"{name}/coherence": (estimate.coherence, "1"),
+    }
 
 
 def cross_validate_wristalyzer(

@@ -2,8 +2,6 @@
 
 from collections.abc import Mapping
 
-import numpy as np
-
 from tepsipe.experiments.budgets import contributions_of, rows_of
 from tepsipe.experiments.fitted import Fitted
 from tepsipe.experiments.wristalyzer.names import PATHWAY, POOLED
@@ -53,11 +51,8 @@ def fit_together(
     quantities = quantities_of(fit.values, pooled_budget(fit, sources))
     # the delay of the torque absorbs the hold of the command and is not a property of the joint
     delay = quantities.pop("delay")
-    arrays: dict[str, np.ndarray] = {"rms_angle": fit.rms_angle}
-    units = {"rms_angle": "rad"}
-    for name, share in fit.shares.items():
-        arrays[f"shares/{name}"] = share
-        units[f"shares/{name}"] = PARAMETER_UNITS
+    signals = {"rms_angle": (fit.rms_angle, "rad")}
+    signals |= {f"shares/{name}": (share, PARAMETER_UNITS) for name, share in fit.shares.items()}
     facts = {
         "conditions": list(trials),
         "systematic_torque_Nm": fit.systematic_Nm,
@@ -65,4 +60,4 @@ def fit_together(
         "delay_s": delay.value,
     }
     rows = flagged(recommended(rows_of(NAMES, quantities), PATHWAY, POOLED), *sorted(flags))
-    return Fitted(Result(arrays, units, facts), rows, contributions_of(NAMES, quantities))
+    return Fitted(Result.of(signals, facts), rows, contributions_of(NAMES, quantities))

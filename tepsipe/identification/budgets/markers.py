@@ -13,48 +13,29 @@ if the leg had turned by this angle.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from typing import Annotated
+from dataclasses import replace
 
 import numpy as np
 
 from tepsipe.identification.budgets.leg import LegUncertainty, leg_budget, small_budget
+from tepsipe.identification.estimators import Record
 from tepsipe.identification.likelihood.channels import DummyMarkers, levelled, make_channels
 from tepsipe.identification.likelihood.result import LikelihoodEstimates, first_order_changes
 from tepsipe.identification.result import Quantity, quantities_of, symbol_of
 from tepsipe.mechanics.impedance_model import PARAMETERS, SMALL
-from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.uncertainty import CONFIDENCE, Budget, Source
-
-
-@dataclass(frozen=True)
-class LikelihoodData:
-    """Data that the joint likelihood was fitted to."""
-
-    time: Annotated[np.ndarray, "(n,)", "s"]
-    markers: DummyMarkers
-    """Markers of foot and leg (m)."""
-    places: Annotated[np.ndarray, "(k,)"] | None
-    """Places of these markers in the sequence of a frame, from 0; None if they are not sampled one after
-    the other, or their instants are not corrected."""
-    belt_log: Annotated[np.ndarray, "(n,)", "m/s"] | None
-    """Logged velocity of the belt."""
-    at_rest: np.ndarray
-    """Samples at rest."""
-    perturbations: list[Perturbation]
-    """Windows (samples)."""
 
 
 def likelihood_quantities(
     fit: LikelihoodEstimates,
-    data: LikelihoodData,
+    record: Record,
     known: LegUncertainty,
     confidence: float = CONFIDENCE,
     factor: float = 1.96,
 ) -> tuple[dict[str, Quantity], Budget]:
     """I, B, K, those of small movements, delay of the angle after the foot, and softening if present.
 
-    data: data that they were fitted to.
+    record: what they were estimated from.
     known: assumed leg, with its uncertainty.
     confidence: probability of the intervals of budgets.
     factor: half width of Wald's intervals, of delay and softening, in standard errors.
@@ -63,7 +44,7 @@ def likelihood_quantities(
         quantities: by name.
         budget: uncertainty of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
     """
-    of_working, of_small = marker_contributions(fit, data, known.sources)
+    of_working, of_small = marker_contributions(fit, record, known.sources)
     budget = leg_budget(fit, None, known, of_working)
     small = small_budget(fit, known.leg, known.sources, of_small)
     quantities = quantities_of(dict(zip(PARAMETERS, fit.mean, strict=True)), budget, confidence)
@@ -77,28 +58,28 @@ def likelihood_quantities(
 
 
 def marker_contributions(
-    fit: LikelihoodEstimates, data: LikelihoodData, sources: Mapping[str, Source]
+    fit: LikelihoodEstimates, record: Record, sources: Mapping[str, Source]
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Contribution of displaced markers to I, B, K, at the working amplitude and of small movements.
 
-    data: data that they were fitted to.
+    record: what they were estimated from.
     sources: uncertain constants; sources that the module's docstring does not list are ignored.
     Returns: for `Budget.contributions` (N·m·s²/rad, N·m·s/rad, N·m/rad).
     """
-    markers = levelled(data.markers, data.at_rest)
+    time, markers = record.motion.time, levelled(record.markers, record.at_rest)
     moves: dict[str, Callable[[float], np.ndarray]] = {
         "levelled_rad": lambda u: _turned(markers.positions, u),
         "leg_bending_rad_per_m_per_s2": lambda u: _bent(markers, u, fit.fit.model.motion.y_dd),
     }
-    if data.places is not None:
-        moves["marker_sampling_s"] = lambda u: _later(markers.positions, data.time, u * data.places)
+    if markers.places is not None:
+        moves["marker_sampling_s"] = lambda u: _later(markers.positions, time, u * markers.places)
     working, small = {}, {}
     for name, displace in moves.items():
         if name not in sources:
             continue
         displaced = replace(markers, positions=displace(sources[name].standard_uncertainty))
-        channels = make_channels(data.time, displaced, data.belt_log, data.at_rest, level=False)
-        both = first_order_changes(fit, channels, data.perturbations)
+        channels = make_channels(time, displaced, record.belt_log, record.at_rest, level=False)
+        both = first_order_changes(fit, channels, record.perturbations)
         working[name], small[name] = (x[None] for x in both)
     return working, small
 

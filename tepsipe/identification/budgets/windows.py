@@ -13,11 +13,11 @@ from tepsipe.identification.budgets.manipulator import (
     scale_contributions,
 )
 from tepsipe.identification.estimators import LEAST_SQUARES_THESIS, Record, estimate
+from tepsipe.identification.leg_fit import reestimator
 from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.identification.result import Quantity, parts_of
 from tepsipe.mechanics.impedance_model import PARAMETERS
-from tepsipe.mechanics.inverse_dynamics import Leg, leg_pathway_torque
-from tepsipe.mechanics.segment_kinematics import SegmentMotion
+from tepsipe.mechanics.inverse_dynamics import leg_pathway_torque
 from tepsipe.signals.differentiation import derivative
 from tepsipe.statistics.uncertainty import Budget, Source, stated_sources
 
@@ -51,20 +51,15 @@ def windows_budget(
             f"{place}: expected no uncertainty with thesis, because the error of a wrong equation is not due "
             "to its inputs, found both: leave one out"
         )
-
-    def of_torque(motion: SegmentMotion, torque: np.ndarray) -> np.ndarray:
-        return estimate(name, replace(record, motion=motion, torque=torque)).mean
-
     if of_leg:
         _refuse_other_torque(uncertainty, record.torque)
-
-        def of_leg_motion(motion: SegmentMotion, leg: Leg) -> np.ndarray:
-            return of_torque(motion, leg_pathway_torque("leg", leg, motion))
-
-        return leg_budget(fit, of_leg_motion, replace(uncertainty, sources=sources)), tuple(sources)
+        known = replace(uncertainty, sources=sources)
+        return leg_budget(fit, reestimator(name, record), known), tuple(sources)
     contributions = scale_contributions(dict(zip(PARAMETERS, fit.mean, strict=True)), sources)
     rate = derivative(record.motion.time, record.torque)
-    contributions |= delay_contributions(lambda x: of_torque(record.motion, x), rate, sources)
+    contributions |= delay_contributions(
+        lambda x: estimate(name, replace(record, torque=x)).mean, rate, sources
+    )
     freedom = {source: sources[source].freedom for source in contributions}
     return Budget(*fit.type_a, contributions, freedom), tuple(sources)
 

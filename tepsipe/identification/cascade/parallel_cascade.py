@@ -368,8 +368,8 @@ def _slow_torque(record: CascadeRecord, predicted: np.ndarray) -> SlowTorque:
 
 def _shown_response(h: np.ndarray, record: CascadeRecord) -> tuple[np.ndarray, np.ndarray]:
     """Lag (s) and low-pass filtered h / T (N·m/rad per s), over twice the range of lags."""
-    rate_hz, reach = record.rate_hz, h.size // 2
+    rate_hz, half = record.rate_hz, h.size // 2
     room = round(0.25 * rate_hz)
     padded = np.concatenate([np.zeros(room), h * rate_hz, np.zeros(room)])
-    span = slice(room - reach, room + h.size + reach)
-    return np.arange(-2 * reach, 2 * reach + 1) / rate_hz, record.lowpass(padded)[span]
+    span = slice(room - half, room + h.size + half)
+    return np.arange(-2 * half, 2 * half + 1) / rate_hz, record.lowpass(padded)[span]

@@ -133,8 +133,8 @@ class CascadeRecord:
     def _compute(self, name: str, structure: Structure, rows: slice) -> np.ndarray:
         """Regressors of one group without the delay of the reflex for samples of the whole record."""
         if name == "intrinsic":
-            reach = max(1, round(self.options.intrinsic_lag_s * self.rate_hz))
-            return lagged(self.angle, np.arange(-reach, reach + 1), rows)
+            longest = max(1, round(self.options.intrinsic_lag_s * self.rate_hz))
+            return lagged(self.angle, np.arange(-longest, longest + 1), rows)
         if name == "offset":
             return np.ones((rows.stop - rows.start, 1))
         if name not in REFLEX_GROUPS:
@@ -181,6 +181,28 @@ def kernel_responses(
         return knot_responses(options.reflex_length_s, options.reflex_knot_s, rate_hz)
     length = (LASTS + options.reflex_order) / pole_per_s
     return laguerre_responses(length, pole_per_s, options.reflex_order, rate_hz)
+
+
+def fitted_part(
+    count: int, rate_hz: float, cut_s: float, block_s: float, training_fraction: float, place: str = ""
+) -> tuple[slice, int, int]:
+    """Kept samples of a record, number of fitted ones, and length of a block (samples).
+
+    cut_s: time that is cut at both ends.
+    block_s: length of a bootstrapped block.
+    training_fraction: first part of the kept samples that is fitted.
+    place: begins the message of a refusal.
+    """
+    cut = round(cut_s * rate_hz)
+    kept = slice(cut, count - cut)
+    size, block = len(range(count)[kept]), round(block_s * rate_hz)
+    training = int(training_fraction * size)
+    if block < 4 or training < 4 * block or size - training < block:
+        raise InputError(
+            f"{place}expected at least 4 blocks of {block_s:g} s to fit and one to test, found "
+            f"{size / rate_hz:.3g} s of record after cutting: record longer, cut less, or shorten block_s"
+        )
+    return kept, training, block
 
 
 def make_record(angle, torque, rate_hz, kept, training, lowpass, options) -> CascadeRecord:

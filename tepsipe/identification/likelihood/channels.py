@@ -55,6 +55,9 @@ class DummyMarkers:
     """Whether a marker moves with the foot; one on the ankle belongs to both."""
     hidden: Annotated[np.ndarray, "(n, k)"] | None = None
     """Samples that were filled."""
+    places: Annotated[np.ndarray, "(k,)"] | None = None
+    """Places of the markers in the sequence of a frame, from 0; None if they are not sampled one after the
+    other, or their instants are not corrected."""
 
     @property
     def on_leg(self) -> np.ndarray:
@@ -135,6 +138,7 @@ def dummy_markers(
         layout,
         np.array([label in belt_fixed_labels for label in used]),
         None if hidden is None else np.asarray(hidden, dtype=bool)[:, columns],
+        np.array(columns),
     )
 
 

@@ -30,23 +30,23 @@ class Sheet:
         """Conditions of an experiment in the order of the trial sheet."""
         return [condition for name, condition in self.trials if name == experiment]
 
-    def made(self, experiment: str) -> list[str]:
+    def simulated(self, experiment: str) -> list[str]:
         """Conditions of an experiment that are simulated."""
         names = self.conditions(experiment)
         return [c for c in names if self.trials[experiment, c].source == "virtual_lab"]
 
     def recorded(self, experiment: str) -> list[str]:
         """Conditions of an experiment that are not simulated."""
-        made = self.made(experiment)
+        made = self.simulated(experiment)
         return [c for c in self.conditions(experiment) if c not in made]
 
     def all_conditions(self, fitted: bool = False) -> dict[str, list[str]]:
         """Experiment -> its conditions; if ``fitted``, of those whose trials have fits of their own."""
         return {e: self.conditions(e) for e in self.experiments if EXPERIMENTS[e].fitted or not fitted}
 
-    def all_made(self) -> dict[str, list[str]]:
+    def all_simulated(self) -> dict[str, list[str]]:
         """Experiment -> conditions that are simulated."""
-        return {experiment: self.made(experiment) for experiment in self.experiments}
+        return {experiment: self.simulated(experiment) for experiment in self.experiments}
 
     def of_trials(self, pattern: str, experiment: str) -> list[str]:
         """The pattern filled in for every condition of an experiment."""

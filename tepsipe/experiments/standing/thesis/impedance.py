@@ -38,7 +38,7 @@ from tepsipe.experiments.standing.muscle_torque import (
 from tepsipe.experiments.standing.options import StandingEstimator
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency
 from tepsipe.identification.result import Quantity, symbol_of
-from tepsipe.io.result import Result
+from tepsipe.io.result import Result, joined
 from tepsipe.signals.epochs import ensemble
 
 # signal of the epochs that each linear parameter multiplies
@@ -392,17 +392,15 @@ def trial_epochs_result(standing: StandingTrial, responses: StandingEpochs, torq
     and recommended, one pathway.
     Returns: arrays of `epochs_result` and the group ``processed`` (in their units).
     """
-    result = epochs_result(responses)
-    arrays, units = dict(result.arrays), dict(result.units)
-    for key, unit in PROCESSED.items():
-        arrays[f"processed/{key}"] = getattr(standing, key).astype(np.float32 if key != "time" else float)
-        units[f"processed/{key}"] = unit
+    signals = {
+        f"processed/{key}": (getattr(standing, key).astype(np.float32 if key != "time" else float), unit)
+        for key, unit in PROCESSED.items()
+    }
     shown = {"recommended": standing.torque[torques["recommended"]]}
     shown["as_printed"] = np.array([standing.torque[pathway] for pathway in torques["as_printed"]])
     for role, torque in shown.items():
-        arrays[f"processed/torque_{role}"] = torque.astype(np.float32)
-        units[f"processed/torque_{role}"] = "Nm"
-    return Result(arrays, units, {**result.facts, "torques": torques, "fault": standing.fault})
+        signals[f"processed/torque_{role}"] = (torque.astype(np.float32), "Nm")
+    return joined(epochs_result(responses), Result.of(signals, {"torques": torques, "fault": standing.fault}))
 
 
 def standing_result(
@@ -425,11 +423,10 @@ def standing_result(
     ``rotation/...`` of the ankle; ``mean/<signal>``: mean response per trial; ``curve/<estimator>/<part>``:
     torque, intrinsic and active part per trial; ``latency/<muscle>/...``.
     """
-    arrays: dict[str, np.ndarray] = {}
-    units: dict[str, str] = {}
+    signals: dict[str, tuple[np.ndarray, str]] = {}
 
     def keep(name: str, values: np.ndarray, unit: str) -> None:
-        arrays[name], units[name] = np.asarray(values, dtype=float), unit
+        signals[name] = (np.asarray(values, dtype=float), unit)
 
     usable = [responses for responses in trials if responses.count]
     if usable:
@@ -469,4 +466,4 @@ def standing_result(
         | {"responses": latency.responses}
         for latency in latencies
     }
-    return Result(arrays, units, {**facts, "latencies": onsets})
+    return Result.of(signals, {**facts, "latencies": onsets})

@@ -1,19 +1,13 @@
-"""The public fits with the study's uncertainties return the study's intervals, trial by trial."""
+"""Public fits with stated uncertainties, and the benchmarks that count their intervals and notes."""
 
 import importlib.util
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from builders import Joint, assert_one_sentence
+from builders import assert_one_sentence
 
 from tepsipe import InputError, fit_impedance
-from tepsipe.experiments.dummy.options import Pathway
-from tepsipe.mechanics.inverse_dynamics import Foot
-from tests.experiments.test_dummy_budget import KNOWN
-from tests.experiments.test_dummy_leg_pathways import trial_of_swing
-from tests.experiments.test_wristalyzer import QUICK, SOURCES, trial_with
 
 FOLDER = Path(__file__).parents[2] / "benchmarks"
 
@@ -26,11 +20,6 @@ def loaded(name):
 
 
 @pytest.fixture(scope="module")
-def script():
-    return loaded("library_and_study")
-
-
-@pytest.fixture(scope="module")
 def coverage():
     return loaded("public_fits")
 
@@ -40,26 +29,6 @@ def arrays(coverage):
     """Signals of a noisy joint (s, rad, N·m), and its perturbations."""
     trial = coverage.Trial(6, 100.0)
     return trial.signals(np.random.default_rng(5), 0.01), {"perturbations": trial.perturbations}
-
-
-def test_dummy_has_the_same_intervals_in_the_library(script):
-    pathways = {
-        "leg": Pathway("leg", "aligned", "windowed-least-squares"),
-        "leg-thesis": Pathway("leg-thesis", "as-sampled", "windowed-least-squares-thesis"),
-        "leg-output-error": Pathway("leg", "aligned", "output-error"),
-        "leg-joint-likelihood": Pathway("leg", "aligned", "joint-likelihood"),
-    }
-    options = replace(KNOWN, foot=Foot(mass_kg=2.1, height_m=0.055))
-    found = script.dummy_differences(trial_of_swing(Joint(rest=0.005), noise_m=5e-5), options, pathways)
-    assert len(found) == 5
-    for name, percent in found.items():
-        assert percent.max() < 1.0, name
-
-
-def test_wristalyzer_has_the_same_intervals_in_the_library(script):
-    found = script.wristalyzer_differences(trial_with(noise_rad=0.003), QUICK, SOURCES)
-    assert set(found) == {"spectral-fit", "spectral-fit-periods"}
-    assert max(percent.max() for percent in found.values()) < 1.0
 
 
 def test_uncertainty_widens_intervals_by_its_share(arrays):
