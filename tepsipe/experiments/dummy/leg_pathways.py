@@ -15,7 +15,7 @@ from tepsipe.identification.estimators import LEAST_SQUARES_THESIS, Record, esti
 from tepsipe.identification.likelihood.channels import DummyMarkers, dummy_markers
 from tepsipe.identification.likelihood.result import LikelihoodEstimates
 from tepsipe.identification.regression.output_error import OutputError
-from tepsipe.identification.regression.windows import WindowedFits, damping_per_skew
+from tepsipe.identification.regression.windows import WindowedFits, damping_per_com_lag
 from tepsipe.identification.result import Quantity, quantities_of
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS
@@ -107,8 +107,8 @@ class DummyAnalysis:
     quantities: dict[str, dict[str, Quantity]]
     """Pathway -> these means with their intervals, and those of `likelihood_quantities` where the joint
     likelihood was the estimator."""
-    damping_per_skew: dict[str, float]
-    """Pathway -> change of B per delay of the leg's position relative to its angle (N·m·s/rad per s)."""
+    damping_per_com_lag: dict[str, float]
+    """Pathway -> change of B per lag of the centre of mass behind the angle (N·m·s/rad per s)."""
     marker_residual_rms_m: float
     """Marker residual RMS: root mean square distance between markers and the rigid leg."""
     marker_noise_m: float
@@ -161,7 +161,7 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         if "torque" in estimator.needs:
             fields["torque"] = leg_pathway_torque(pathway.torque, options.leg, motion)
             thesis = pathway.estimator == LEAST_SQUARES_THESIS
-            skews[name] = damping_per_skew(
+            skews[name] = damping_per_com_lag(
                 motion, options.leg, perturbations, at_rest, pathway.torque, thesis=thesis
             )
         if "foot_position" in estimator.needs:
@@ -186,7 +186,7 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         pathways=pathways,
         budgets=budgets,
         quantities=quantities,
-        damping_per_skew=skews,
+        damping_per_com_lag=skews,
         marker_residual_rms_m=max(motion.marker_residual_rms_m for motion in motions.values()),
         marker_noise_m=_noise_at_rest(prepared, options),
         flags=flags,

@@ -90,7 +90,7 @@ def dummy_result(analysis: DummyAnalysis) -> Result:
         "marker_noise_m": analysis.marker_noise_m,
         "theta_rest_rad": first.theta_rest_rad,
         "mean_window_s": float(lengths.mean()),
-        "damping_per_skew_Nms_per_rad_per_s": analysis.damping_per_skew,
+        "damping_per_com_lag_Nms_per_rad_per_s": analysis.damping_per_com_lag,
         "output_error_delay_s": {
             name: output_error.delay_s for name, output_error in analysis.simulating_fits.items()
         },
