@@ -95,7 +95,7 @@ def plot_thesis_timing(facts: dict) -> Figure:
         axis.axvline(0.0, color=COLOURS["measured"], linewidth=0.6, linestyle=":")
     for axis in axes[1]:
         axis.set_xlabel("lag of the ankle (ms)")
-    unexplained.legend(loc="upper left")
+    unexplained.legend(loc="upper right")
     profile.legend(loc="upper center")
     vaf.legend(loc="lower left")
     return figure
