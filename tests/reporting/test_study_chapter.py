@@ -186,10 +186,10 @@ def test_verdicts_are_counted_and_named_in_the_same_order_everywhere():
     assert "For 1 of them, the thesis prints no number and the threshold is ours." in claimed
     assert "Null models, which need no laboratory, satisfy 1 of the claims" in claimed
     # the one pattern requires less than 10, and its null model is 10
-    assert "They cannot satisfy 1 of the 1 inequalities that hold in this run" in claimed
-    assert "Of the 10 printed cells of Tables 4-1 to 4-4, this run is within" in cells
+    assert "For 1 of them, the value of the null model is the threshold itself" in claimed
+    assert "Among the printed cells of Tables 4-1 to 4-4, this run is within" in cells
     assert "5 of 10 I, B and K (2)" in cells
-    assert "For 3 cells, this run is within the tolerance and the null model is not." in cells
+    assert "In 3 cells, this run is within the tolerance and the null model is not." in cells
     # no number of a simulated laboratory was reproduced blind; recordings are not told so
     blind = "No numeric result of the thesis was reproduced blind"
     made = study_run({"claims": claims}, made={"dummy": ["a"]})

@@ -179,6 +179,9 @@ def test_a_single_mass_does_not_show_a_loaded_frame(forces):
     assert_one_sentence(caught.value, "20 kg", "two different masses", "empty belt")
 
 
+LOWPASS = Lowpass(20.0, 4, True)
+
+
 def grouped(heavy=1.0, weights=(0.0, 20.0, 60.0)):
     """Trials to calibrate and to validate; ``heavy`` spoils the loads to calibrate under 60 kg."""
     names = {0.0: "empty", 20.0: "weight", 60.0: "weight of 60 kg"}
@@ -187,7 +190,7 @@ def grouped(heavy=1.0, weights=(0.0, 20.0, 60.0)):
         for role, peak in (("calibrate", 0.5), ("validate", 0.3)):
             size = heavy if (kg, role) == (60.0, "calibrate") else 1.0
             loads = {"Fy": force_trial(kg, peak), "Mx": moment_trial(kg, peak)}
-            loads = {c: replace(r, load=size * r.load) for c, r in loads.items()}
+            loads = {c: replace(r, load=size * r.load, lowpass=LOWPASS) for c, r in loads.items()}
             found.append((names[kg], role, loads))
     return found
 
