@@ -19,6 +19,7 @@ from tepsipe.io.result import Result
 from tepsipe.io.tables import Table
 from tepsipe.mechanics.impedance_model import admittance
 from tepsipe.reporting.ledger import (
+    CONTRADICTED,
     EXPLAINED,
     FITTED,
     IMPLIED,
@@ -421,6 +422,7 @@ def _spread(findings: Findings) -> dict:
     }
 
 
+OWN_THRESHOLD = "our threshold, the thesis prints none"
 START_STIFFNESS = 10.0  # N·m/rad, Table 3-2
 ROUNDING = 1e-9  # of the difference of two decimal numbers, in any unit
 
@@ -511,6 +513,7 @@ MEASURES: dict[str, Callable[[Findings], float]] = {
     "weight_sd_sine_high": _mass_sd("sine-0.5"),
     "weight_sd_minjerk_high": _mass_sd("minjerk-0.5"),
     "simulated_angle_matched": lambda f: float(np.median(f.followed("thesis-wristalyzer", "theta"))),
+    "simulated_angle_of_run": lambda f: float(np.median(f.followed("wristalyzer", "theta"))),
     "simulated_angle_of_tep": lambda f: max(f.followed("thesis-tep", "theta")),
     "simulated_torque_of_tep": lambda f: min(f.followed("thesis-tep", "tau")),
     "simulated_amplifies": lambda f: _growth(f, "sine-0.5"),
@@ -612,7 +615,8 @@ def check_claims(
     claims: keys claim, where, measure, unit, reported, tolerance, section (``unit`` holds for reported and
     tolerance; the tolerance ``below`` requires less than reported, ``above`` more); verdict, which a
     simulated trial within the tolerance has; used, a name in ``bases``; and optionally null_value and
-    margin (``unit``), in place of those by ``nulls`` and ``printed``.
+    margin (``unit``), in place of those by ``nulls`` and ``printed``, and own_threshold, true if the thesis
+    prints no such number.
     bases: what numbers are obtained from, in words.
     printed, nulls: numbers that the thesis printed, and those of the null models, as `findings_of_cells`
     makes them.
@@ -620,7 +624,8 @@ def check_claims(
     Returns: one per claim: the verdict is that of the claim within the tolerance (``predicted`` in place of
     ``fitted`` if no trial was simulated), ``explained`` outside it if the number that the explanation
     predicts is within, ``not computed`` if this run does not have the result (reproduced is None),
-    otherwise ``not reproduced``. A claim that is ``implied`` is measured on the printed numbers.
+    otherwise ``not reproduced``. A claim that is ``implied`` is measured on the printed numbers; if these do
+    not satisfy it, it is ``contradicted by itself``.
     """
     nothing = Findings([], {}, findings.as_printed)
     rows = [_checked(claim, findings, bases, printed or nothing, nulls or nothing) for claim in claims]
@@ -651,6 +656,8 @@ def _checked(
         for key, numbers in (("null_value", nulls), ("margin", printed))
     )
     null_verdict = null_verdict_of(None if null is None else _holds(claim, null))
+    if claim.get("own_threshold"):
+        basis += f"; {OWN_THRESHOLD}"
     used = basis + ("; cannot discriminate: the null model is within, too" if null_verdict == IMPLIED else "")
     tolerance = claim["tolerance"]
     return ClaimVerdict(
@@ -672,6 +679,8 @@ def _verdict(claim: dict, value: float | None, findings: Findings) -> str:
     if _holds(claim, value):
         return PREDICTED if findings.recorded and claim["verdict"] == FITTED else claim["verdict"]
     predicted = None
+    if claim["verdict"] == IMPLIED:
+        return CONTRADICTED
     if claim["measure"] in EXPLANATIONS:
         predicted = _measured(EXPLANATIONS[claim["measure"]], findings)
     return EXPLAINED if predicted is not None and _holds(claim, predicted) else NOT_REPRODUCED

@@ -10,7 +10,7 @@ import numpy as np
 
 from tepsipe.io.tables import Table
 
-MECHANISM, DRAWN, INFERRED = "mechanism", "drawn", "inferred"
+MECHANISM, DRAWN, INFERRED, TRUE = "mechanism", "drawn", "inferred", "true"
 
 
 @dataclass(frozen=True)
@@ -80,13 +80,16 @@ INFERRED_CONSTANTS = (
     "wristalyzer.manipulator.ripple_bandwidth_hz",
 )
 
+# constants of the plate that a treadmill model estimates
+TRUE_CONSTANTS = ("treadmill.plate.resonance_hz", "treadmill.plate.resonance_mass_kg")
+
 
 @dataclass(frozen=True)
 class LaboratoryRow:
-    """One mechanism, or one constant that was drawn or inferred from the thesis's tables."""
+    """One mechanism, or one constant that was drawn, inferred from the thesis's tables, or estimated."""
 
     kind: str
-    """{"mechanism", "drawn", "inferred"}: Which of them."""
+    """{"mechanism", "drawn", "inferred", "true"}: Which of them."""
     key: str
     name: str
     """Its path among the constants, whose last word ends in the unit; what a mechanism is."""
@@ -109,7 +112,7 @@ def laboratory_rows(truth: dict, experiments: list[str]) -> list[LaboratoryRow]:
     numbers that were drawn, with their path, nominal number, value and distribution (units of their keys).
     experiments: experiments with simulated trials.
     Returns: mechanisms, then drawn numbers of these experiments and of the treadmill, if they are on it,
-    then inferred constants.
+    then inferred constants, then those that a treadmill model estimates.
     """
     sections = {*experiments} | ({"treadmill"} & {*truth})
     if "weight" in experiments:
@@ -124,10 +127,11 @@ def laboratory_rows(truth: dict, experiments: list[str]) -> list[LaboratoryRow]:
             continue
         own = drawn["distribution"], drawn["standard_deviation"]
         rows.append(LaboratoryRow(DRAWN, drawn["path"], "", drawn["nominal"], (drawn["value"],), *own))
-    for path in INFERRED_CONSTANTS:
-        value = _numbers(truth, path)
-        if value:
-            rows.append(LaboratoryRow(INFERRED, path, "", None, value))
+    for kind, paths in ((INFERRED, INFERRED_CONSTANTS), (TRUE, TRUE_CONSTANTS)):
+        for path in paths:
+            value = _numbers(truth, path)
+            if value:
+                rows.append(LaboratoryRow(kind, path, "", None, value))
     return rows
 
 

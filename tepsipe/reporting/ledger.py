@@ -15,9 +15,9 @@ from tepsipe.statistics.least_squares import SEM_READINGS
 
 IMPLIED, FITTED, PREDICTED, PATTERN = "implied", "fitted", "predicted", "pattern"
 INTERPRETATION, EXPLAINED, NOT_REPRODUCED = "interpretation", "explained", "not reproduced"
-UNKNOWN, NOT_COMPUTED = "unknown", "not computed"
+UNKNOWN, NOT_COMPUTED, CONTRADICTED = "unknown", "not computed", "contradicted by itself"
 WITHIN = (IMPLIED, FITTED, PREDICTED, PATTERN, INTERPRETATION)  # verdicts of a value within its tolerance
-VERDICTS = (*WITHIN, EXPLAINED, NOT_REPRODUCED, UNKNOWN, NOT_COMPUTED)
+VERDICTS = (*WITHIN, EXPLAINED, CONTRADICTED, NOT_REPRODUCED, UNKNOWN, NOT_COMPUTED)
 NOISE_TABLE, WITHOUT_NOISE = "table_4_4", "none"
 # readings of Table 4-4: of its columns with noise, and of the torque that returns the column without
 TABULATED, CONSISTENT = "as-tabulated", "recommended-regression"
@@ -25,6 +25,8 @@ MISPLACED_POINT = 10.0  # a decimal point one place too far to the right
 ROW_MEAN = "mean of the printed row"  # the null of a table; otherwise that of another table's column
 ALL_TABLES = "all"
 RECORDED = "recorded trials, to which no constant was fitted"
+MISPRINT = "misprint, a misplaced decimal point: compared with a tenth of the printed number"
+PRINTED = "other numbers of the printed row"
 
 Cells = dict[tuple[str, str, str], float]  # (table, row, column) -> value, in the unit of the row
 
@@ -138,8 +140,9 @@ class Explanations:
     """(table, row, column) -> predicted number (unit of the row)."""
     texts: dict[tuple[str, str, str], str] = field(default_factory=dict)
     """(table, row, column) -> the explanation, in words."""
-    factors: dict[tuple[str, str, str], float] = field(default_factory=dict)
-    """(table, row, column) -> by what a misprint multiplied the number; numbers are compared without it."""
+    misprints: dict[tuple[str, str, str], float] = field(default_factory=dict)
+    """(table, row, column) -> by what a misprint multiplied the number. Numbers of run and null model are
+    compared without it, and a number within the tolerance is ``implied``: other printed numbers show it."""
 
 
 def basis_of(entry: dict, bases: dict[str, str]) -> str:
@@ -292,9 +295,9 @@ def null_cells(
 
 
 def explanations_of(values: Cells, slips: list[dict], consistent: Cells) -> Explanations:
-    """Numbers that explanations predict (unit of each row).
+    """Misprints, and numbers that explanations predict (unit of each row).
 
-    A misprint: the decimal point is misplaced, so the printed number is ten times that of the run. The column
+    A misprint: the decimal point is misplaced, so the printed number is ten times what was meant. The column
     of Table 4-4 without noise: it holds what the consistent torque returns, not the printed one.
 
     slips: Misprints: table, quantity, condition, printed, meant.
@@ -305,9 +308,7 @@ def explanations_of(values: Cells, slips: list[dict], consistent: Cells) -> Expl
     for slip in slips:
         key = slip["table"], slip["quantity"], slip["condition"]
         if key in values:
-            found.values[key] = MISPLACED_POINT * values[key]
-            found.factors[key] = MISPLACED_POINT
-            found.texts[key] = "misprint, a misplaced decimal point: ten times this run's number"
+            found.misprints[key] = MISPLACED_POINT
     for key, value in consistent.items():
         if key[2] == "none":
             found.values[key] = value
@@ -345,8 +346,11 @@ def ledger(
                 if column in recorded:
                     own = UNKNOWN if tolerance.verdict == UNKNOWN else PREDICTED
                     tolerance = replace(tolerance, verdict=own, used=RECORDED)
-                null = (nulls or {}).get(key)
-                outcome = judged(tolerance, float(printed), values.get(key), null)
+                null, meant = (nulls or {}).get(key), float(printed)
+                if key in explanations.misprints:
+                    meant /= explanations.misprints[key]
+                    tolerance = replace(tolerance, verdict=IMPLIED, reason=MISPRINT, used=PRINTED)
+                outcome = judged(tolerance, meant, values.get(key), null)
                 if outcome.verdict == NOT_REPRODUCED and key in explanations.values:
                     outcome = _explained(outcome, tolerance, float(printed), key, explanations)
                 found.append(
@@ -399,7 +403,6 @@ def _explained(
     exact = round(found.values[key], 12)  # an error that is only that of rounding is 0
     text = f"{found.texts[key]}, {exact:.4g}; used: {tolerance.used}"
     text += _discriminates(outcome.null_verdict)
-    factor = found.factors.get(key, 1.0)
-    if tolerance.holds(printed / factor, found.values[key] / factor):
+    if tolerance.holds(printed, found.values[key]):
         return replace(outcome, verdict=EXPLAINED, reason=text)
     return replace(outcome, reason=f"nor explained: {text}")

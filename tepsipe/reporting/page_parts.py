@@ -163,7 +163,7 @@ def _as(truth: float, estimate: Estimate | None) -> str:
 
 
 # a sign for each verdict beside its colour
-SIGNS = dict(zip(VERDICTS, ("=", "f", "p", "~", "i", "e", "×", "?", "–"), strict=True))
+SIGNS = dict(zip(VERDICTS, ("=", "f", "p", "~", "i", "e", "≠", "×", "?", "–"), strict=True))
 ROWS = {
     "error": "fit error",
     "VAF_trial": "VAF, full dataset",

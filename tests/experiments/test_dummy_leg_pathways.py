@@ -102,8 +102,8 @@ def test_markers_taken_as_if_sampled_at_once_give_another_damping(exact):
 
 
 def test_damping_falls_when_position_is_taken_later_than_angle(exact):
-    assert set(exact.damping_per_skew) == set(PATHWAYS)
-    assert -100.0 < exact.damping_per_skew["leg"] < -30.0
+    assert set(exact.damping_per_com_lag) == set(PATHWAYS)
+    assert 30.0 < exact.damping_per_com_lag["leg"] < 100.0
 
 
 def test_rows_hold_means_over_perturbations_and_their_intervals(noisy):

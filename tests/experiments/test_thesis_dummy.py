@@ -4,6 +4,7 @@ from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import PPoly
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.thesis_dummy.fit import STEP_AT_REST
@@ -23,8 +24,10 @@ from tepsipe.experiments.thesis_dummy.inverse import (
     printed_quantities,
     swings,
 )
+from tepsipe.experiments.thesis_dummy.profile import LIMIT_95, profile
 from tepsipe.experiments.thesis_dummy.timing import (
     damping_shift,
+    lag_fits,
     linear_joint,
     percussion_height,
     pose_error,
@@ -106,7 +109,7 @@ def test_the_belt_is_its_mean_pulse_without_noise(belts):
 
 def test_means_around_the_windows_are_those_of_whole_records(belts):
     """Of several joints and lags at once, and with longer steps while the belt rests."""
-    own, lags = path(4e-4), np.array([0.0, 1e-4])
+    own, lags = path(4e-4), np.array([0.0, -1e-4])
     joints = [TRUE, replace(TRUE, stiffness_Nm_per_rad=12.0, half_softening_rad=np.inf)]
     scatter = np.array(list(SCATTER.values()))
     for name, peak in (("low", 0.1), ("high", 0.5)):
@@ -229,9 +232,9 @@ def test_lag_of_the_translation_is_found_as_damping(belts):
     printed = {q: {n: found[n][k] for n in names} for k, q in enumerate("IBK")}
     fit = fit_joint(path(), own, printed, names, JOINTS["softening"])
     facts = timing_facts(path(), own, printed, fit, FOLLOWED)
-    slope = facts["shift_per_lag_Nms_per_rad_per_s"]
-    # the printed B is lower by the lag: without it, a joint with less damping is found
-    assert fit.joint.damping_Nms_per_rad < TRUE.damping_Nms_per_rad
+    slope = facts["shift_per_ankle_lag_Nms_per_rad_per_s"]
+    # the printed B is higher by the lag: without it, a joint with more damping is found
+    assert fit.joint.damping_Nms_per_rad > TRUE.damping_Nms_per_rad
     by_lag = {round(1e6 * row["lag_s"]): row for row in facts["lags"]}
     true, zero = by_lag[100], by_lag[0]
     found, other = true["damping_Nms_per_rad"], zero["damping_Nms_per_rad"]
@@ -239,7 +242,41 @@ def test_lag_of_the_translation_is_found_as_damping(belts):
     assert other == pytest.approx(fit.joint.damping_Nms_per_rad, rel=1e-3)
     assert zero["rms"] == pytest.approx(fit.fitted_rms, rel=1e-2)
     # the more a joint damps, the better 0.1 N m s/rad describes its swing
-    assert true["vaf_wristalyzer"] > zero["vaf_wristalyzer"]
+    assert true["vaf_wristalyzer"] < zero["vaf_wristalyzer"]
+    assert facts["numbers"] == 6
+    # a lag that would need a negative B leaves B at 0 and fits worse
+    lags = 0.0, 4e-4
+    free, bounded = lag_fits(path(), own, printed, fit, FOLLOWED, lags)
+    assert bounded.damping_Nms_per_rad == 0.0
+    assert bounded.rms > 2.0 * free.rms
+
+
+def test_a_belt_that_is_recorded_late_raises_the_printed_damping(belts):
+    """A lag of the ankle, made by another clock of the belt, has the stated sign and size."""
+    lag, belt = 1e-4, belts["low"]
+    angles = angles_of(TRUE, {"low": belt})["low"]
+    late = replace(belt, position=PPoly(belt.position.c, belt.position.x + lag))
+    assert late.position(3.0 + lag) == pytest.approx(belt.position(3.0))
+    exact, recorded = (printed_fits(path(), own, angles) for own in (belt, late))
+    rise = recorded.mean[1] - exact.mean[1]
+    leg = path().leg
+    l = percussion_height(leg, TRUE.inertia_Nms2_per_rad)  # noqa: E741
+    assert rise == pytest.approx(leg.mass_kg * leg.com_m * exact.squared_rate * l * lag, rel=0.15)
+    assert printed_fits(path(), belt, angles, lag_s=lag).mean == pytest.approx(recorded.mean, rel=1e-6)
+
+
+def test_the_profile_is_bounded_where_chi_squared_exceeds_its_limit():
+    """By hand: chi^2 = 4 (lag / ms - 1)^2 of 4 numbers, B falls by 0.1 per ms."""
+    lags = np.linspace(-1.0, 3.0, 401)
+    rows = [
+        {"lag_s": 1e-3 * t, "rms": abs(t - 1.0), "damping_Nms_per_rad": 0.5 - 0.1 * t, "vaf": t} for t in lags
+    ]
+    found = profile({"numbers": 4, "lags": rows})
+    reach = np.sqrt(LIMIT_95) / 2.0
+    assert found["lags_s"] == pytest.approx([1e-3 * (1.0 - reach), 1e-3 * (1.0 + reach)], rel=1e-3)
+    assert found["dampings_Nms_per_rad"] == pytest.approx([0.4 + 0.1 * reach, 0.4 - 0.1 * reach], rel=1e-3)
+    assert found["unlagged"]["over_least"] == pytest.approx(4.0)
+    assert profile({"numbers": 4, "lags": rows[:250]})["lags_s"][1] is None
 
 
 def test_tables_predict_each_other_and_are_copied():

@@ -8,7 +8,11 @@ from builders import LEG, RATE_HZ, Joint, assert_one_sentence, scaled_leg, swing
 from scipy.interpolate import CubicSpline
 
 from tepsipe.errors import InputError
-from tepsipe.identification.regression.windows import damping_per_skew, regress_perturbations, regress_torque
+from tepsipe.identification.regression.windows import (
+    damping_per_com_lag,
+    regress_perturbations,
+    regress_torque,
+)
 from tepsipe.mechanics.segment_kinematics import JointMotion, SegmentMarkers, segment_motion
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
@@ -115,27 +119,30 @@ def test_amplitude_of_the_perturbation_does_not_change_a_linear_joint():
 def test_skew_between_angle_and_position_moves_damping_and_hardly_anything_else(upright):
     found = regress(upright, *RECOMMENDED)
     motion = upright.motion
-    late = CubicSpline(motion.time, motion.y_dd)(np.minimum(motion.time + 0.001, motion.time[-1]))
+    # recorded a millisecond late: y(t - 1 ms) beside theta(t)
+    late = CubicSpline(motion.time, motion.y_dd)(np.maximum(motion.time - 0.001, motion.time[0]))
     skewed = regress(upright, *RECOMMENDED, motion=replace(motion, y_dd=late))
     change = (skewed.mean - found.mean) / [0.107, 0.1, 10.0]
-    assert abs(change[1]) > 0.3
+    assert change[1] > 0.3
+    slope = damping_per_com_lag(motion, LEG, found.perturbations, motion.time < 1.9, "leg")
+    assert skewed.mean[1] - found.mean[1] == pytest.approx(1e-3 * slope, rel=0.05)
     assert abs(change[0]) < 0.01
     assert abs(change[2]) < 0.01
 
 
-def test_damping_per_skew_is_the_projection_of_the_jerk_on_the_angular_rate(upright):
+def test_damping_per_com_lag_is_the_projection_of_the_jerk_on_the_angular_rate(upright):
     motion = upright.motion
     found = regress(upright, *RECOMMENDED)
-    slope = damping_per_skew(motion, LEG, found.perturbations, motion.time < 1.9, "leg")
-    # -m r y''' of the leg is the rate of I_l th'' + B th' + (K - m g r) th
+    slope = damping_per_com_lag(motion, LEG, found.perturbations, motion.time < 1.9, "leg")
+    # m r y''' of the leg is minus the rate of I_l th'' + B th' + (K - m g r) th
     theta_ddd = derivative(motion.time, motion.theta_dd)
-    rate = 0.027 * theta_ddd + 0.1 * motion.theta_dd + (10.0 - WEIGHT) * motion.theta_d
+    rate = -0.027 * theta_ddd - 0.1 * motion.theta_dd - (10.0 - WEIGHT) * motion.theta_d
     expected = [
         least_squares_line(found.regressors[p.start : p.stop], rate[p.start : p.stop]).parameters[1]
         for p in found.perturbations
     ]
     assert slope == pytest.approx(np.mean(expected), rel=0.02)
-    assert slope < -40.0
+    assert slope > 40.0
 
 
 def with_markers(moved, layout):

@@ -76,7 +76,7 @@ def fit(command=COMMAND, delay=0, noise_m=6e-6, consistent=1.0):
         "mean_window_s": 0.12,
         "marker_noise_m": noise_m,
         "marker_residual_rms_m": 2e-4,
-        "damping_per_skew_Nms_per_rad_per_s": {"leg-thesis": -79.0},
+        "damping_per_com_lag_Nms_per_rad_per_s": {"leg-thesis": 79.0},
         "output_error_delay_s": {SIMULATED: -2e-4},
     }
     return SimpleNamespace(arrays=arrays, facts=facts)
@@ -391,18 +391,25 @@ TIMING = {
     "pulse_rate_per_s": 51.0,
     "shift_Nms_per_rad": -0.088,
     "simulated_shift_Nms_per_rad": -0.082,
-    "shift_per_lag_Nms_per_rad_per_s": -299.0,
+    "shift_per_ankle_lag_Nms_per_rad_per_s": 299.0,
     "printed": {"unexplained_percent": 0.012, "standard_error_damping": 0.005},
-    "lags": [lag(-1e-4, 0.0396, 0.89, 72.0), lag(1e-4, 0.0979, 1.02, 85.0)],
+    "numbers": 36,
+    "lags": [
+        lag(-1e-4, 0.0979, 1.02, 85.0),
+        lag(0.0, 0.0687, 0.96, 82.0),
+        lag(1e-4, 0.0396, 0.89, 72.0),
+        lag(2e-4, 0.0105, 0.82, 50.0),
+        lag(2.5e-4, 0.0, 1.0, 39.0),
+    ],
 }
 
 
-def returned(best):
+def returned(best, **timing):
     """Run of the dummy that the printed tables describe, whose full law predicts best, or worst."""
     softening = law(0.8 if best else 3.0, half_softening_rad=0.02, softened_damping_Nms_per_rad=0.1)
     facts = {"laws": {"linear": law(2.0), "full": softening}, "marker_noise_m": 6.8e-6}
     facts["scatter"] = {"I": 5e-4, "B": 5e-3, "K": 0.3}
-    facts |= {"null_rms": 1.0, "timing": TIMING}
+    facts |= {"null_rms": 1.0, "timing": TIMING | timing}
     cells = pd.DataFrame(
         [
             ("b", "I", "fitted", 0.061, 0.0609, "fitted", "implied"),
@@ -447,7 +454,12 @@ def test_printed_numbers_are_counted_by_their_role(best):
     assert ("No law predicts one table from the other better than this copy" in words) is not best
     assert "Copying the other table, without any dummy, gives a distance of 1.00." in words
     assert "@timing-shift gives −0.0880 N·m·s/rad" in words or "gives −0.0880 N·m·s/rad" in words
-    assert "from −0.1 to 0.1 ms, the fitted B changes from 0.040 to 0.098 N·m·s/rad" in words
+    assert "raises the printed B by 0.299 N·m·s/rad" in words
+    assert "lags of the ankle from −0.10 to 0.25 ms" in words
+    assert "It is smallest for a lag of 0.20 ms, where B is 0.011 N·m·s/rad." in words
+    # chi^2 is 36 rms^2: 24.2 at the best lag, 3.84 more at 0.11 and 0.22 ms
+    assert "allow lags of 0.11 to 0.22 ms and B of 0.0071 to 0.036 N·m·s/rad." in words
+    assert "There χ2 is 9.0 above its minimum" in words and "do not support this B" in words
     (caption,) = findings_of(["figure_thesis_dummy"], data, tables).values()
     assert caption == (
         "One joint with 5 constants yields 1 of 1 fitted and 1 of 3 other printed numbers within tolerance."

@@ -237,6 +237,10 @@ FINDINGS = {
     | dict.fromkeys(("bins_disagree", "averaging_dips", "sem_not_from_bins"), THE_SWEEP)
     | {"printed_sem_falls": (THE_SWEEP[0], wristalyzer.swept(wristalyzer.FEW, printed=wristalyzer.RISING))},
     "simulation": {
+        "growth_is_a_beat": (
+            simulations.of_thesis(simulations.OF_THESIS),
+            simulations.of_thesis(simulations.OF_THESIS, last=4.1),
+        ),
         "pattern_of_thesis": (simulated(simulations.USUAL), simulated(simulations.CONTRARY)),
         "printed_swing_grows": (simulated(simulations.USUAL), simulated(simulations.CONTRARY)),
         "pattern_with_its_numbers": (
@@ -261,6 +265,12 @@ FINDINGS = {
     "thesis_dummy": {
         "full_law_predicts_best": (dummy.returned(best=True), dummy.returned(best=False)),
         "copy_predicts_best": (dummy.returned(best=False), dummy.returned(best=True)),
+        "lag_bounded": (dummy.returned(True), dummy.returned(True, lags=dummy.TIMING["lags"][:4])),
+        "unlagged_unlikely": (dummy.returned(True), dummy.returned(True, lags=dummy.TIMING["lags"][:2])),
+        "no_lag_meets_both": (
+            dummy.returned(True),
+            dummy.returned(True, printed={"unexplained_percent": 0.04, "standard_error_damping": 0.005}),
+        ),
     },
     "noise": dict.fromkeys(simulations.SENTENCES, (noisy(simulations.TRUE_K), noisy(simulations.FALSE_K)))
     | {
@@ -338,6 +348,7 @@ FINDINGS = {
         "stiffer_when_small": (with_short_range(80.0), with_short_range(40.0)),
     },
     "study": {
+        "null_ahead": (study.scored(), study.scored(SEM_K="not reproduced")),
         "truth_missed": (study.compared(), study.compared(covered=["true"] * 4)),
         "errors_share_draw": (study.alike(0.015), study.alike(-0.015)),
         "truth_differs": (true_joints(9.0, 10.0), true_joints(10.0, 10.0)),

@@ -103,17 +103,18 @@ def test_explanation_counts_only_with_a_number_that_agrees():
 
 
 def test_misprint_is_compared_as_it_was_meant():
-    """A printed 0.614 is ten times 0.0614, whose tolerance is that of 0.061: the explanation can fail."""
+    """A printed 0.614 is ten times 0.0614, whose tolerance is that of 0.061: the verdict can fail."""
     key, slip = (
         ("table_4_2", "I", "a"),
         {"table": "table_4_2", "quantity": "I", "condition": "a", "meant": 0.061},
     )
     entry = {"tables": ["table_4_2"], "rows": ["I"], "reason": "r", "verdict": FITTED, "used": "joint"}
     tolerances = tolerances_of([entry | {"absolute": 6e-4}], BASES)
-    for value, verdict in ((0.0617, EXPLAINED), (0.0622, NOT_REPRODUCED)):
+    for value, verdict in ((0.0617, IMPLIED), (0.0622, NOT_REPRODUCED)):
         reasons = explanations_of({key: value}, [slip], {})
-        (row,) = ledger({"table_4_2": {"I": {"a": 0.614}}}, tolerances, {key: value}, reasons)
-        assert row.verdict == verdict
+        (row,) = ledger({"table_4_2": {"I": {"a": 0.614}}}, tolerances, {key: value}, reasons, {key: 0.061})
+        # the null model is compared with what was meant, too
+        assert (row.reported, row.verdict, row.null_verdict) == (0.614, verdict, IMPLIED)
 
 
 def test_recorded_trial_is_not_fitted():
@@ -199,15 +200,13 @@ def test_table_4_4_is_read_by_one_reading_and_its_first_stiffness():
     assert noise_cells([], "as-tabulated") == {}
 
 
-def test_misprint_and_column_without_noise_are_explained_by_numbers():
+def test_misprint_is_listed_and_column_without_noise_is_explained_by_numbers():
     values = {("table_4_2", "I", "sine-0.3"): 0.0611}
     slip = {"table": "table_4_2", "quantity": "I", "condition": "sine-0.3", "printed": 0.614, "meant": 0.061}
     consistent = noise_cells(noise_rows(), CONSISTENT)
     found = explanations_of(values, [slip, slip | {"condition": "sine-0.4"}], consistent)
-    assert found.values == {
-        ("table_4_2", "I", "sine-0.3"): pytest.approx(0.611),
-        ("table_4_4", "I", "none"): 0.015,
-    }
+    assert found.misprints == {("table_4_2", "I", "sine-0.3"): 10.0}
+    assert found.values == {("table_4_4", "I", "none"): 0.015}
     assert set(found.texts) == set(found.values)
 
 

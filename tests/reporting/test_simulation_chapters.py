@@ -119,14 +119,23 @@ REPORTED = {
 }
 
 
-def of_thesis(scores):
+def swung(pulses, interval_s, last):
+    """Arrays of a swing that grows to 4.2 times its first size in the middle of a trial, at 10 Hz."""
+    starts = np.arange(pulses) * round(10 * interval_s)
+    sizes = np.interp(np.arange(pulses), [0, pulses // 2, pulses - 1], [0.01, 0.042, 0.01 * last])
+    theta = np.repeat(sizes, round(10 * interval_s)) * np.array([1.0, -0.5] * round(5 * interval_s) * pulses)
+    windows = np.column_stack([starts, starts + 1])
+    return {"windows": windows, "thesis-tep/theta": theta, "time": np.arange(theta.size) / 10.0}
+
+
+def of_thesis(scores, last=1.3):
     """Run with numbers of the thesis, whose swing has 1.363 s: a pulse every 4 s, and every 8 s."""
     run = simulated(USUAL | scores, reported=REPORTED)
     fits = {}
     for condition, interval, pulses in (("sine-0.1", 4.0, 14), ("sine-0.5-8s", 8.0, 7)):
         facts = {"periods_s": {"thesis-tep": 1.363}, "pulse_interval_s": interval, "measured_growth": 1.0}
         facts["engine_differences"] = None
-        fits[condition] = Result({"windows": np.zeros((pulses, 2))}, {}, facts)
+        fits[condition] = Result(swung(pulses, interval, last), {}, facts)
     return replace(run, fits={"simulation": fits})
 
 
@@ -164,8 +173,29 @@ def test_growth_is_explained_by_near_resonance():
     assert "the swing grows to 4.2 times the first one in S1 and to 1.6 times in S52" in told
     assert "is 2.93 periods" in told and "only 0.41 rad out of phase" in told
     assert "near-resonance" in told and "This is not reproduced" not in told
+    assert "In S1 this growth is a beat and not a lasting amplification" in told
+    assert "largest after the pulse at 28 s, and after the last pulse it is 1.3 times the first one" in told
     (found,) = findings_of(["figure_b"], *content(run, simulation=simulation)).values()
     assert "the swing grows to 4.2 times the first one in S1, and to 1.6 times in S52" in found
+
+
+def test_growth_to_the_end_of_a_trial_is_no_beat():
+    assert simulation.growth_is_a_beat(of_thesis(OF_THESIS))
+    lasting = of_thesis(OF_THESIS, last=4.1)
+    assert not simulation.growth_is_a_beat(lasting)
+    told = chapter_words("simulation", *content(lasting, simulation=simulation))
+    assert "beat" not in told and "cancel later" not in told
+    run = of_thesis(OF_THESIS)
+    run.fits["simulation"]["sine-0.1"].arrays["thesis-tep/theta"][-50:] = np.nan  # the leg falls
+    assert simulation.numbers(run)["swings"][0]["last"] is None
+    assert not simulation.growth_is_a_beat(run)
+
+
+def test_match_of_the_angle_is_told_with_its_error_and_beside_that_of_the_run():
+    """By hand: a VAF of 80 % that is not centred leaves sqrt(0.2) of the RMS, one of 90 % sqrt(0.1)."""
+    told = chapter_words("simulation", *content(of_thesis(OF_THESIS), simulation=simulation))
+    assert "its median corresponds to an RMS error of 45 % of the RMS angle" in told
+    assert "this run itself estimates, the VAF is 90 % (median 90 %, an RMS error of 32 %)" in told
 
 
 def test_chapter_names_the_engine_of_every_set_and_how_much_engines_differ():

@@ -177,23 +177,69 @@ def test_verdicts_are_counted_and_named_in_the_same_order_everywhere():
     assert evaluated(["verdicts"], "verdict_values.typ") == [list(VERDICTS)]
     claims = [CLAIM | {"verdict": verdict} for verdict in [*VERDICTS, "fitted"]]
     claims[0] |= {"null_verdict": "implied"}
+    claims[1] |= {"used": "a joint; our threshold, the thesis prints none"}
     cell = {"table": "table_4_2", "row": "K", "column": "a", "null_verdict": "not reproduced"}
     rows = [cell | {"verdict": verdict} for verdict in VERDICTS]
     rows[:2] = [row | {"null_verdict": "implied"} for row in rows[:2]]
     claimed, cells = told(study_run({"claims": claims, "cells": rows}), "abstract_claims", "abstract_cells")
-    assert claimed.startswith(
-        "Verdicts on the 10 claims of the thesis: 1 implied, 2 fitted, 1 predicted, 1 pattern"
-    )
-    assert "1 not reproduced, 1 unknown, 1 not computed." in claimed
+    assert claimed.startswith("We tested 11 claims of the thesis")
+    assert "For 1 of them, the thesis prints no number and the threshold is ours." in claimed
     assert "Null models, which need no laboratory, satisfy 1 of the claims" in claimed
-    assert "Of the 9 printed cells of Tables 4-1 to 4-4, 5 are within" in cells
-    assert "is within the tolerance for 2. The verdicts are 1 implied" in cells
-    assert "not computed" not in told(study_run({"claims": claims[:5]}), "abstract_claims")[0]
+    # the one pattern requires less than 10, and its null model is 10
+    assert "For 1 of them, the value of the null model is the threshold itself" in claimed
+    assert "Among the printed cells of Tables 4-1 to 4-4, this run is within" in cells
+    assert "5 of 10 I, B and K (2)" in cells
+    assert "In 3 cells, this run is within the tolerance and the null model is not." in cells
     # no number of a simulated laboratory was reproduced blind; recordings are not told so
     blind = "No numeric result of the thesis was reproduced blind"
     made = study_run({"claims": claims}, made={"dummy": ["a"]})
     assert blind in told(made, "abstract_claims")[0] and blind not in claimed
     assert told(study_run({}), "abstract_claims", "abstract_cells") == [None, None]
+
+
+def scored(**null):
+    """Run with one cell of each kind in Table 4-2 and a second K; ``null`` are cells of the null model."""
+    rows = [("table_4_2", "K"), ("table_4_3", "K"), ("table_4_2", "SEM_K"), ("table_4_1", "VAF_trial")]
+    cells = [
+        {"table": table, "row": row, "column": "a", "verdict": "not reproduced"}
+        | {"null_verdict": null.get(row, "implied")}
+        for table, row in rows
+    ]
+    cells[0] |= {"verdict": "fitted"}
+    return study_run({"cells": cells})
+
+
+def test_scores_are_counted_by_kind():
+    found = study.scores(scored(SEM_K="not reproduced"))
+    kinds = [(one["kind"], one["all"], one["within"], one["null"]) for one in found["kinds"]]
+    assert kinds == [("I, B and K", 2, 1, 2), ("SEM", 1, 0, 0), ("VAF", 1, 0, 1)]
+    assert (found["dummy"]["within"], found["dummy"]["null"]) == (1, 2)
+    assert (found["run_alone"], found["means"]) == (0, 3)
+    assert study.scores(study_run({})) is None
+    assert study.null_ahead(scored()) and not study.null_ahead(scored(SEM_K="not reproduced"))
+    (ahead,), (behind,) = (told(run, "abstract_cells") for run in (scored(), scored(SEM_K="not reproduced")))
+    assert "The null model is ahead in all three kinds." in ahead
+    assert "1 of 2 I, B and K (2), 0 of 1 SEMs (0) and 0 of 1 VAFs (1)" in behind
+    assert "is ahead" not in behind
+
+
+@pytest.mark.parametrize(
+    ("place", "item", "named"),
+    [
+        ("Figure 4-11", "Figure 4-1", False),
+        ("Figure 4-1", "Figure 4-1", True),
+        ("Tables 4-2 and 4-3", "Table 4-2", True),
+        ("Tables 4-2 and 4-3", "Table 4-3", True),
+        ("Tables 4-2 and 4-3", "Table 4-1", False),
+        ("Figures 4-7, 4-8 and 4-9", "Figure 4-9", True),
+        ("section 4-2, Figure 4-13", "Figure 4-13", True),
+        ("section 4-2, Figure 4-13", "Table 4-2", False),
+        ("Section 4-1-3", "Table 4-1", False),
+        ("Figures 4-10", "Figures B-1 to B-12", False),
+    ],
+)
+def test_a_claim_refers_to_whole_names_of_items(place, item, named):
+    assert evaluated([f'refers("{place}", "{item}")'], "verdict_values.typ") == [named]
 
 
 def test_scores_stand_beside_those_of_the_null_model():
@@ -235,7 +281,8 @@ def test_a_claim_has_one_digit_more_than_the_thesis_printed(reported, found, tol
 
 def test_rows_of_noise_are_told_by_their_cells():
     def cell(row, verdict, column="tau"):
-        return {"table": "table_4_4", "row": row, "column": column, "verdict": verdict}
+        names = {"table": "table_4_4", "row": row, "column": column}
+        return names | {"verdict": verdict, "null_verdict": "not reproduced"}
 
     rows = [cell("I", "interpretation"), cell("SEM_K", "not reproduced"), cell("K", "fitted")]
     rows += [cell("K", "not reproduced", "theta"), cell("SEM_K", "interpretation", "none")]

@@ -262,12 +262,12 @@ def test_implied_claim_is_measured_on_the_numbers_of_the_thesis():
     claim = ("wristalyzer_relative_sem", 1.0, "above", findings())
     ratio = (12.26 / 9.967) / (0.019 / 0.015)
     found = verdict(*claim, printed_findings(), verdict="implied", used="thesis")
-    assert found == ("not reproduced", pytest.approx(ratio)) and ratio < 1.0
+    assert found == ("contradicted by itself", pytest.approx(ratio)) and ratio < 1.0
     low = {"verdict": "implied", "used": "thesis"}
     assert verdict("printed_sem", 0.1, "below", findings(), printed_findings(), **low)[0] == "implied"
     assert (
         verdict("printed_sem", 0.1, "below", findings(), printed_findings(sem=0.9), **low)[0]
-        == "not reproduced"
+        == "contradicted by itself"
     )
 
 
@@ -287,6 +287,11 @@ def test_null_model_of_a_claim_is_judged_by_the_same_tolerance(nulls, given, val
     assert row.used == "a joint" + (
         "; cannot discriminate: the null model is within, too" if found == "implied" else ""
     )
+
+
+def test_threshold_of_our_own_is_named_in_the_basis():
+    row = row_of("printed_stiffness_ratio", 0.9, "below", findings((6.5, 6.0, 5.0)), own_threshold=True)
+    assert row.used == "a joint; our threshold, the thesis prints none"
 
 
 def test_claim_names_the_statements_that_it_tests():

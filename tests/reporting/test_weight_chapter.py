@@ -213,10 +213,11 @@ DUMMY = (
 
 def test_foot_pathways_are_compared_with_the_leg_and_the_gate_is_told():
     chapter = words(run_of(dummy=DUMMY, amplitudes={"a": 0.3, "b": 0.5}))
-    assert "by −10.0 to 5.0 %, and the treadmill model is rejected in 1 of 2 conditions" in chapter
+    assert "by −10.0 to 5.0 %, and the treadmill model is rejected in 1 of these 2 conditions" in chapter
+    assert "and in 1 of all 2." in chapter
     accepted = [(*row[:3], "") for row in DUMMY]
     chapter = words(run_of(dummy=accepted, amplitudes={"a": 0.3, "b": 0.5}))
-    assert "the treadmill model is accepted in all conditions" in chapter
+    assert "the treadmill model is accepted in all of these conditions" in chapter
 
 
 @pytest.mark.slow
@@ -242,6 +243,33 @@ def test_velocities_of_the_foot_are_those_of_the_sheet(amplitudes, told):
 FIGURES = [f"figure_{name}" for name in ("4_5", "4_6", "5_1", "plate_models", "plate_responses", "foot")]
 
 
+def test_frames_fitted_to_all_weights_are_not_said_to_extrapolate():
+    heavy = [
+        score("bristle-frame", "empty+weight", "weight of 60 kg", 0.995),
+        score("loaded-frame", "empty+weight only", "weight of 60 kg", 0.7),
+        score("bristle-frame", "empty+weight only", "weight of 60 kg", 0.9),
+    ]
+    usual, other = run_of(), run_of(scores=(*SCORES, *heavy))
+    laboratory = [
+        {"kind": "true", "key": f"treadmill.plate.{name}", "value": value}
+        for name, value in (("resonance_hz", 52.0), ("resonance_mass_kg", 150.0))
+    ]
+    known = Run(
+        other.tables | {"laboratory": pd.DataFrame(laboratory)}, other.fits, other.settings, other.study
+    )
+    assert "no extrapolation" not in words(usual) and "(true" not in words(usual)
+    told = words(known)
+    assert "fitted to the empty belt and all weights together" in told
+    assert "R2 = 0.700 for the loaded frame under a weight of 60 kg" in told
+    assert "R2 = 0.900 for the bristle frame under a weight of 60 kg" in told
+    assert "|bristle frame|empty, all weights|" in told and "|bristle frame|empty, 20.0 kg|" in told
+    # 52 / sqrt(1 + 20 / 150)
+    assert "(true first mode: 52.0 and 48.8 Hz)" in told
+    assert "at 43.9 ± 0.11 Hz at 60 kg (true: 43.9)" in told
+    (found,) = evaluated(['told("abstract_weight").map(plain).join(" ")'], "findings.typ", *content(known))
+    assert "without the trials with other weights, the best frame reaches" in found
+
+
 def test_captions_tell_only_what_was_found():
     found = findings_of(FIGURES, *content(run_of(dummy=DUMMY, amplitudes={"a": 0.3, "b": 0.5})))
     assert list(found) == FIGURES
@@ -249,11 +277,13 @@ def test_captions_tell_only_what_was_found():
         found["figure_4_5"] == "Under the weight the belt-induced force is 1.5 times that of the empty belt."
     )
     assert found["figure_4_6"].endswith("of 20.0 kg is 20.00 to 20.40 kg over the trials.")
-    assert found["figure_plate_models"].endswith("fitted to both loads, reaches R² = 0.990.")
+    assert found["figure_plate_models"].endswith(
+        "fitted to the empty belt and the weight, reaches R² = 0.990."
+    )
     assert "over all held-out trials from 8.00 to" in found["figure_plate_responses"]
     assert found["figure_foot"] == (
         "At 0.3 m/s and above, K is 9.00 to 10.00 (leg), 3.00 (foot) and 8.10 to 10.50 (foot, compensated) "
-        "N·m/rad."
+        "N·m/rad; the treadmill model of 1 of the 2 last estimates is rejected."
     )
     other = findings_of(FIGURES, *content(run_of(size=10.5, scores=SCORES[:3], dummy=DUMMY, pathways=())))
     assert set(other) == {"figure_4_6", "figure_5_1", "figure_plate_responses"}

@@ -8,6 +8,7 @@ from belt_builders import OPTIONS, belt_recording, framed, pulsed_evaluated
 from builders import assert_one_sentence, belt_pulses
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.weight.calibrate import USUAL_ONLY, _without_other_weights
 from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.mass_models import fit_loaded_frame
 from tepsipe.treadmill.registry import evaluate, fit_model
@@ -176,3 +177,30 @@ def test_a_single_mass_does_not_show_a_loaded_frame(forces):
     with pytest.raises(InputError) as caught:
         fit_loaded_frame(forces[2:], FRAME)
     assert_one_sentence(caught.value, "20 kg", "two different masses", "empty belt")
+
+
+LOWPASS = Lowpass(20.0, 4, True)
+
+
+def grouped(heavy=1.0, weights=(0.0, 20.0, 60.0)):
+    """Trials to calibrate and to validate; ``heavy`` spoils the loads to calibrate under 60 kg."""
+    names = {0.0: "empty", 20.0: "weight", 60.0: "weight of 60 kg"}
+    found = []
+    for kg in weights:
+        for role, peak in (("calibrate", 0.5), ("validate", 0.3)):
+            size = heavy if (kg, role) == (60.0, "calibrate") else 1.0
+            loads = {"Fy": force_trial(kg, peak), "Mx": moment_trial(kg, peak)}
+            loads = {c: replace(r, load=size * r.load, lowpass=LOWPASS) for c, r in loads.items()}
+            found.append((names[kg], role, loads))
+    return found
+
+
+def test_frames_without_other_weights_predict_them_unseen():
+    options, family = replace(OPTIONS, shortest_s=2.0), ["fir", "loaded-frame"]
+    scores = _without_other_weights(grouped(), family, options, None)
+    assert {(s.model, s.train) for s in scores} == {("loaded-frame", USUAL_ONLY)}
+    unseen = [s.r2 for s in scores if (s.test, s.load) == ("weight of 60 kg", "Fy")]
+    assert len(unseen) == 1 and unseen[0] > 0.99
+    # trials to calibrate under 60 kg are not used
+    assert _without_other_weights(grouped(heavy=5.0), family, options, None) == scores
+    assert _without_other_weights(grouped(weights=(0.0, 20.0)), family, options, None) == []

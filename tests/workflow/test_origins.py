@@ -5,8 +5,11 @@ from pathlib import Path
 
 import pytest
 
+from workflow.support import outputs
 from workflow.support.captions import read_captions
-from workflow.support.origins import Chapter, Sources, command
+from workflow.support.origins import Chapter, ReportOrigins, Sources, chapters_of, command
+from workflow.support.study import Study
+from workflow.support.trial_sheet import read_trial_sheet
 
 ROOT = Path(__file__).parents[2]
 FIGURES = [name for name in read_captions(ROOT / "report/captions.yaml") if name.startswith("figure_")]
@@ -50,6 +53,40 @@ def test_every_table_has_its_rule_and_script(table):
     for what, place in sources.code_of_table(rule)[2:]:
         name, line = re.fullmatch(r"(\w+) \((.*)\)", place).groups()
         assert what == "Function" and has_line(line, f"def {name}(")
+
+
+def test_rows_of_estimates_come_from_the_rules_that_made_them(config):
+    study = Study(config, read_trial_sheet(ROOT / config["study"]["trial_sheet"], "."))
+    joined = outputs.joined(study)
+    sources = Sources(ROOT)
+    for table, rows in joined.items():
+        for experiment, files in rows.items():
+            rules = {sources.rule_of_rows(file).name for file in files}
+            assert rules, (table, experiment)
+    fitted = {sources.rule_of_rows(file).name for file in joined["estimates"]["standing"]}
+    assert fitted == {"fit_standing", "fit_standing_task", "compare_standing_tasks"}
+    code = sources.code_of_rows(joined["estimates"]["standing"])
+    (place,) = [place for what, place in code if what == "Function" and "standing/fit.py" in place]
+    assert has_line(re.fullmatch(r"fit \((.*)\)", place)[1], "def fit(")
+
+
+def test_tables_of_the_standing_person_name_no_function_of_the_dummy(config):
+    study = Study(config, read_trial_sheet(ROOT / config["study"]["trial_sheet"], "."))
+    tables = {name: f"results/tables/{name}.csv" for name in outputs.tables(study)}
+    joined = outputs.joined(study)
+    made = ReportOrigins(
+        Sources(ROOT), "results/report/index.html", tables, "report.json", "write_report", (), joined
+    )
+    chapters = chapters_of(ROOT / "report", ["chapters/standing.typ", "chapters/dummy.typ"], "report.typ")
+    found = made.of_report({}, chapters, {})
+    for label in ("standing-estimators", "standing-trials", "standing-truth", "standing-pathways-table"):
+        code = " ".join(place for _, place in found[label].code)
+        made_by = "compare_with_truth" if label == "standing-truth" else "fit_standing"
+        assert made_by in code and "collect_" in code, label
+        assert "dummy" not in code and "wristalyzer" not in code, label
+    # the table of true and estimated parameters of the dummy names its own rules
+    code = " ".join(place for _, place in found["working"].code)
+    assert "compare_with_truth" in code and "fit_standing" not in code
 
 
 def test_a_table_names_what_it_reads_through_other_sources_and_not_more():

@@ -64,6 +64,7 @@ rule write_index:
         simulated=as_it_is(SIMULATED),
         code=code_version(CHECKOUT),
         forms=as_it_is(FORMS),
+        joined=as_it_is({} if STUDY.kind else outputs.joined(STUDY)),
         trials=STUDY.all_conditions() if PAGES else {},
         captions=as_it_is(
             {} if STUDY.kind else {name: CAPTIONS[text] for name, text in outputs.tables(STUDY).items()}

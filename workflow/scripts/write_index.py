@@ -39,6 +39,7 @@ made = ReportOrigins(
     given.data,
     params.written_by,
     params.configfiles,
+    params.joined,
 )
 
 parts = {}

@@ -141,6 +141,7 @@ class Claim(Section):
     margin: float = optional(
         "value that the thesis itself has, by default that of its printed tables, if they determine it"
     )
+    own_threshold: bool = optional("true if the thesis prints no such number and the threshold is ours")
     section: str = setting("section of the report that discusses the claim")
 
 

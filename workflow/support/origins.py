@@ -8,17 +8,19 @@ import ast
 import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 
+from tepsipe.experiments.registry import EXPERIMENTS
 from tepsipe.reporting.report_page import Origin
 from workflow.support.captions import caption_of, group_of
 
 RULE = re.compile(r"^(?:use )?rule (\w+)(?: as (\w+) with)?:\n((?:[ \t#].*\n|\n)*)", re.MULTILINE)
 LOOPED = re.compile(r"^    rule:\n((?:        .*\n|\n)*)", re.MULTILINE)
-READS = re.compile(r'\b(?:where|rows-of|column|thesis-blocks)\(\s*"(\w+)"')
+READS = re.compile(r'\b(?:where|rows-of|column|thesis-blocks)(?:\.with)?\(\s*"(\w+)"')
 OF_ESTIMATES = re.compile(r"\b(estimates|recovery)\(")
+EXPERIMENT = re.compile(r'\bexperiment: "(\w+)"|\bestimates(?:\.with)?\(\s*"(\w+)"')
 FACTS = re.compile(r"\b(numbers-of|holds|data\.facts|data\.choices|data\.study)\b")
 DEFINITION = re.compile(r"^[ \t]*#let (?:([\w-]+)|\(([\w, .-]+)\))", re.MULTILINE)
 IMPORT = re.compile(r'^#import "([\w./]+)"(?: as (\w+))?', re.MULTILINE)
@@ -50,7 +52,9 @@ class Sources:
         if kind:
             files.insert(0, self.root / f"workflow/studies/{kind}.smk")
         self.rules = [rule for path in files for rule in self._rules_of(path)]
-        self.looped = self._looped(self.root / "workflow/rules/experiments.smk")
+        self.looped, self.fits = (
+            self._looped(self.root / "workflow/rules/experiments.smk", verb) for verb in ("plot", "fit")
+        )
 
     def _rules_of(self, path: Path) -> list[Rule]:
         content = path.read_text(encoding="utf-8")
@@ -63,14 +67,15 @@ class Sources:
             found.append(Rule(name, place, where, match[3]))
         return found
 
-    def _looped(self, path: Path) -> Rule | None:
-        """The plotting rule that a loop over experiments makes, with ``{_name}`` for theirs."""
+    def _looped(self, path: Path, verb: str) -> Rule | None:
+        """The rule, ``plot`` or ``fit``, that a loop over experiments makes, with ``{_name}`` for theirs."""
         content = path.read_text(encoding="utf-8") if path.is_file() else ""
         for match in LOOPED.finditer(content):
-            if "plot_{_name}" in match[1]:
+            if f'"{verb}_{{_name}}"' in match[1]:
                 line = content.count("\n", 0, match.start()) + 1
                 place = f"{path.relative_to(self.root).as_posix()}:{line}"
-                return Rule("plot_{_name}", place, "workflow/scripts/plot.py", match[1].replace('f"', '"'))
+                text = match[1].replace('f"', '"')
+                return Rule(f"{verb}_{{_name}}", place, f"workflow/scripts/{verb}.py", text)
         return None
 
     def rule_of_figure(self, figure: str) -> Rule | None:
@@ -95,6 +100,29 @@ class Sources:
             if "/{table}.csv" in outputs and limits and re.fullmatch(limits[1], table):
                 return rule
         return None
+
+    def rule_of_rows(self, file: str) -> Rule | None:
+        """The rule that makes a file of rows, ``<results>/...``, which other rules join into a table."""
+        for rule in self.rules:
+            outputs = rule.text.partition("output:")[2].partition("log:")[0]
+            for pattern in re.findall(r'"(<results>/[^"]+)"', outputs):
+                if re.fullmatch(re.sub(r"\\{\w+\\}", ".+", re.escape(pattern)), file):
+                    return rule
+        name = file.split("/")[2]
+        return replace(self.fits, name=f"fit_{name}") if self.fits and name in EXPERIMENTS else None
+
+    def code_of_rows(self, files: Iterable[str]) -> list[tuple[str, str]]:
+        """Rules of files of rows with their scripts and functions, each rule once."""
+        code = []
+        for rule in dict.fromkeys(filter(None, map(self.rule_of_rows, files))):
+            if self.fits and rule.place == self.fits.place:
+                module = EXPERIMENTS[rule.name.removeprefix("fit_")].module("fit")
+                module = f"{module.replace('.', '/')}.py"
+                code += [("Rule", f"{rule.name} ({rule.place})"), ("Script", rule.script)]
+                code.append(("Function", self._place_of(module, "fit")))
+            else:
+                code += self.code_of_table(rule)
+        return code
 
     def code_of_figure(self, figure: str, rule: Rule) -> list[tuple[str, str]]:
         """Rule, script and function of a figure, each with its place."""
@@ -214,6 +242,11 @@ class Chapter:
         definitions = self._definitions(start if found else stop)
         return _reads(self.text[start:stop], definitions), self.text.count("\n", 0, start) + 1
 
+    def experiments_read(self, label: str | None = None) -> list[str]:
+        """Experiments whose rows the source reads for what has a label, or at all, as `tables_read`."""
+        start, stop = (self._figure_with(label) if label is not None else None) or (0, len(self.text))
+        return _reads(self.text[start:stop], self._definitions(stop if label is None else start), 1)
+
     @property
     def labels(self) -> list[str]:
         """Labels that the source gives."""
@@ -262,11 +295,12 @@ def _statement(text: str, start: int) -> str:
     return text[start:]
 
 
-def _reads(part: str, definitions: dict[str, str]) -> list[str]:
+def _reads(part: str, definitions: dict[str, str], what: int = 0) -> list[str]:
+    """Tables, or experiments (``what`` of `_used`), of a part of a source and of what it uses."""
     waiting, seen, found = [part], set(), {}
     while waiting:
-        tables, names = _used(waiting.pop(0))
-        found |= tables
+        *read, names = _used(waiting.pop(0))
+        found |= read[what]
         for both in names:
             for name in both & definitions.keys() - seen:
                 seen.add(name)
@@ -275,12 +309,13 @@ def _reads(part: str, definitions: dict[str, str]) -> list[str]:
 
 
 @cache
-def _used(text: str) -> tuple[dict[str, None], list[set[str]]]:
-    """Tables that a text reads, and its names, each also without what follows its dot."""
+def _used(text: str) -> tuple[dict[str, None], dict[str, None], list[set[str]]]:
+    """Tables and experiments that a text reads, and its names, each also without what follows its dot."""
     tables = dict.fromkeys(READS.findall(text) + OF_ESTIMATES.findall(text))
     if FACTS.search(text):
         tables["report"] = None
-    return tables, [set(pair) for pair in re.findall(r"(([A-Za-z_][\w-]*)(?:\.[\w-]+)?)", text)]
+    experiments = dict.fromkeys(one or other for one, other in EXPERIMENT.findall(text))
+    return tables, experiments, [set(pair) for pair in re.findall(r"(([A-Za-z_][\w-]*)(?:\.[\w-]+)?)", text)]
 
 
 def chapters_of(folder: str | Path, names: Iterable[str], main: str) -> list[Chapter]:
@@ -308,6 +343,8 @@ class ReportOrigins:
         File with the numbers of the report, and the rule that writes it.
     configfiles : sequence of str
         Further configuration files of the run.
+    joined : mapping of str to mapping
+        Name of a table that joins rows -> experiment -> files of its rows.
     """
 
     sources: Sources
@@ -316,6 +353,7 @@ class ReportOrigins:
     data: str
     written_by: str
     configfiles: Sequence[str] = ()
+    joined: Mapping[str, Mapping[str, Sequence[str]]] = field(default_factory=dict)
 
     def beside(self, path: str | Path) -> str:
         """A file as seen from the folder of the page."""
@@ -360,8 +398,9 @@ class ReportOrigins:
         found = {name: self.sources.rule_of_table(name) for name in names if name in self.tables}
         rules = {name: rule for name, rule in found.items() if rule}
         code = [("Typeset by", f"report/{chapter.name}:{line}")]
-        for rule in dict.fromkeys(rules.values()):
-            code += self.sources.code_of_table(rule)
+        shown = chapter.experiments_read(label)
+        for rule, name in {rule: name for name, rule in rules.items()}.items():
+            code += self._code_of(name, rule, shown)
         data = self._files(names)
         targets = [self.tables[name] for name in rules]
         forced = [rule.name for rule in dict.fromkeys(rules.values())]
@@ -369,7 +408,17 @@ class ReportOrigins:
             data[Path(self.data).name] = self.beside(self.data)
             code.append(("Numbers", f"tepsipe/reporting/chapters/ ({self.written_by})"))
             targets, forced = [*targets, self.data], [*forced, self.written_by]
-        return Origin(data, code, self._again(targets, forced))
+        return Origin(data, list(dict.fromkeys(code)), self._again(targets, forced))
+
+    def _code_of(self, table: str, rule: Rule, experiments: Sequence[str]) -> list[tuple[str, str]]:
+        """Code of a table; of one that joins rows, the code that makes the rows of the experiments shown."""
+        rows = self.joined.get(table, {})
+        shown = rows.keys() & {*experiments} or rows.keys()
+        code = self.sources.code_of_rows(
+            file for name, files in rows.items() if name in shown for file in files
+        )
+        joined = [*code, ("Joined by", f"{rule.name} ({rule.place})")]
+        return joined if code else self.sources.code_of_table(rule)
 
     def _of_part(self, names: Sequence[str]) -> Origin:
         """Files, code and command of a part that only the page has."""

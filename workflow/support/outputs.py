@@ -97,6 +97,19 @@ def estimates(study: Study) -> list[str]:
     return files + [f"<results>/cross_validation/{e}.csv" for e in crossed]
 
 
+def joined(study: Study) -> dict[str, dict[str, list[str]]]:
+    """Name of a table that joins rows -> experiment -> files of these rows."""
+    rows = {"estimates": estimates(study), "uncertainty": budgets(study)}
+    rows["recovery"] = [f"<results>/recovery/{name}.csv" for name in compared(study)]
+    found: dict[str, dict[str, list[str]]] = {}
+    for table, files in rows.items():
+        for file in files:
+            folder = file.split("/")[2]
+            experiment = next((e for e in study.experiments if folder.startswith(e)), "dummy")
+            found.setdefault(table, {}).setdefault(experiment, []).append(file)
+    return found
+
+
 def budgets(study: Study) -> list[str]:
     """Uncertainty budgets of all trials that have one, in the order of `estimates`."""
     files = [f"<results>/uncertainty/{e}/{c}.csv" for e, c in study.trials if EXPERIMENTS[e].budgets]

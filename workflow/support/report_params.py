@@ -1,7 +1,7 @@
 """Facts of a study that its pages, its report and the table of the laboratory are given."""
 
 from tepsipe.experiments.registry import EXPERIMENTS
-from tepsipe.reporting.laboratory import INFERRED_CONSTANTS, MECHANISMS
+from tepsipe.reporting.laboratory import INFERRED_CONSTANTS, MECHANISMS, TRUE_CONSTANTS
 from workflow.settings.complete import pick
 from workflow.support.parts import PARTS
 from workflow.support.study import Study
@@ -46,6 +46,7 @@ def mechanisms(study: Study) -> list[str]:
     """Constants that say what the laboratory is like: mechanisms, what was inferred, and what was drawn."""
     made = sections(study)
     paths = [mechanism.key for mechanism in MECHANISMS if mechanism.section in made]
+    paths += TRUE_CONSTANTS if "treadmill" in made else ()
     if "dummy" in made:
         paths += [path for path in INFERRED_CONSTANTS if path.partition(".")[0] in made]
     return [*dict.fromkeys(paths), "drawn_numbers"] if made else []

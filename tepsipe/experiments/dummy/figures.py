@@ -46,8 +46,8 @@ def draw_dummy(files, chosen) -> Iterator[tuple[str, Figure]]:
     labels, axes = [short_name(name) for name in names], ("Parameters from", "Data of")
     yield "figure_2_9", plot_perturbations(results)
     yield "figure_3_3", plot_window(results[example], example, printed)
-    truth = true_parameters(files.recovery, names, chosen.recommended)
-    yield "figure_4_4", plot_parameter_boxes(results, printed, truth)
+    truth = {pathway: true_parameters(files.recovery, names, pathway) for pathway in colours}
+    yield "figure_4_4", plot_parameter_boxes(results, printed, truth[printed])
     yield "figure_pathways", plot_pathways(results, colours, truth)
     yield "figure_torque", plot_torque(results[example], example, shown)
     specified = SPECIFICATIONS.read(files.specification)
@@ -236,7 +236,7 @@ def draw_foot(files, chosen) -> Iterator[tuple[str, Figure]]:
         results[name] = Result(of_leg.arrays | of_foot.arrays, {}, of_foot.facts)
     pathways = [chosen.recommended, *of_foot.facts["pathways"]]
     colours = dict.fromkeys(pathways, FOOT_COLOURS[-1]) | dict(zip(pathways, FOOT_COLOURS, strict=False))
-    truth = true_parameters(files.recovery, chosen.conditions, chosen.recommended)
+    truth = {name: true_parameters(files.recovery, chosen.conditions, name) for name in pathways}
     usable = [p for p in pathways if p == chosen.recommended or p in chosen.usable]
     yield "figure_foot", plot_pathways(results, colours, truth, usable)
 
@@ -245,33 +245,40 @@ def draw_foot(files, chosen) -> Iterator[tuple[str, Figure]]:
 MARGIN = 0.35
 
 
-def draw_truth(axis: Axes, x: np.ndarray, values: np.ndarray, half_width: float = 0.36) -> None:
+def draw_truth(
+    axis: Axes, x: np.ndarray, values: np.ndarray, half_width: float = 0.36, label: str | None = "true"
+) -> None:
     """A short line at every true value (unit of the axis)."""
     look = {"color": COLOURS["measured"], "linewidth": 1.3, "zorder": 4}
-    axis.hlines(values, x - half_width, x + half_width, label="true", **look)
+    axis.hlines(values, x - half_width, x + half_width, label=label, **look)
 
 
 @in_style
 def plot_pathways(
     results: dict[str, Result],
     colours: dict[str, str],
-    truth: Mapping[str, np.ndarray],
+    truth: Mapping[str, Mapping[str, np.ndarray]],
     usable: Collection[str] | None = None,
 ) -> Figure:
     """Mean I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of every pathway with 95 % intervals.
 
     results: condition -> its result.
     colours: pathway -> name of its colour.
-    truth: quantity -> true values, condition by condition (unit of the quantity); empty without any.
+    truth: pathway -> quantity -> its true values, condition by condition (unit of the quantity). Pathways
+    differ in their truth: windows have other lengths, the foot does not feel the inertia of the leg, and
+    output error finds constants for small movements.
     usable: pathways whose values determine the axes, by default all; a triangle marks a value beyond them.
     Returns: A panel for each quantity.
     """
     figure, axes = new_figure(3, 1, 3.9, sharex=True)
     x = np.arange(len(results))
-    shifts = np.linspace(-0.22, 0.22, len(colours))
+    shifts = np.linspace(-0.36, 0.36, max(2, len(colours)))
     for k, (axis, quantity) in enumerate(zip(axes, PARAMETERS, strict=True)):
-        shown = _shown_range(results, usable or colours, k, truth.get(quantity))
-        for shift, pathway in zip(shifts, colours, strict=True):
+        chosen = usable or colours
+        true = [truth[p][quantity] for p in chosen if truth.get(p)]
+        shown = _shown_range(results, chosen, k, np.concatenate(true) if true else None)
+        named = "true"
+        for shift, pathway in zip(shifts, colours, strict=False):
             intervals = [result.arrays[f"{pathway}/mean_and_interval"] for result in results.values()]
             value, low, high = np.array(intervals)[:, :, k].T
             look = {"color": COLOURS[colours[pathway]], "markersize": 3.4}
@@ -280,8 +287,9 @@ def plot_pathways(
             error = [value - low, high - value]
             label = words(pathway)
             axis.errorbar(x + shift, value, error, fmt="o", linewidth=0.9, capsize=1.8, label=label, **look)
-        if truth:
-            draw_truth(axis, x, truth[quantity])
+            if truth.get(pathway):
+                draw_truth(axis, x + shift, truth[pathway][quantity], 0.5 * (shifts[1] - shifts[0]), named)
+                named = None
         axis.set_ylabel(f"${quantity}$ ({unit_symbol(UNITS[quantity])})")
         axis.set_ylim(shown[0] - 0.03 * np.ptp(shown), shown[1] + 0.03 * np.ptp(shown))
         axis.set_xticks(np.arange(len(results) + 1) - 0.5, minor=True)

@@ -100,7 +100,7 @@ def analyse_foot(
             key: quantities_of(dict(zip(PARAMETERS, fit.mean, strict=True)), budgets[key])
             for key, fit in regressions.items()
         },
-        damping_per_skew={},
+        damping_per_com_lag={},
         marker_residual_rms_m=side.motion.marker_residual_rms_m,
         marker_noise_m=0.0,
         loads={

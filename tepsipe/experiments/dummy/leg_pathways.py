@@ -14,7 +14,7 @@ from tepsipe.identification.leg_fit import fit_record
 from tepsipe.identification.likelihood.channels import DummyMarkers, dummy_markers
 from tepsipe.identification.likelihood.result import LikelihoodEstimates
 from tepsipe.identification.regression.output_error import OutputError
-from tepsipe.identification.regression.windows import WindowedFits, damping_per_skew
+from tepsipe.identification.regression.windows import WindowedFits, damping_per_com_lag
 from tepsipe.identification.result import Quantity
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg, leg_pathway_torque
@@ -104,8 +104,8 @@ class DummyAnalysis:
     """Pathway -> uncertainty of the means of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
     quantities: dict[str, dict[str, Quantity]]
     """Pathway -> these means with their intervals, and the further ones of `fit_record`."""
-    damping_per_skew: dict[str, float]
-    """Pathway -> change of B per delay of the leg's position relative to its angle (N·m·s/rad per s)."""
+    damping_per_com_lag: dict[str, float]
+    """Pathway -> change of B per lag of the centre of mass behind the angle (N·m·s/rad per s)."""
     marker_residual_rms_m: float
     """Marker residual RMS: root mean square distance between markers and the rigid leg."""
     marker_noise_m: float
@@ -158,7 +158,7 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         if "torque" in estimator.needs:
             fields["torque"] = leg_pathway_torque(pathway.torque, options.leg, motion)
             thesis = pathway.estimator == LEAST_SQUARES_THESIS
-            skews[name] = damping_per_skew(
+            skews[name] = damping_per_com_lag(
                 motion, options.leg, perturbations, at_rest, pathway.torque, thesis=thesis
             )
         if "foot_position" in estimator.needs:
@@ -178,7 +178,7 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         pathways=pathways,
         budgets=budgets,
         quantities=quantities,
-        damping_per_skew=skews,
+        damping_per_com_lag=skews,
         marker_residual_rms_m=max(motion.marker_residual_rms_m for motion in motions.values()),
         marker_noise_m=_noise_at_rest(prepared, options),
         flags=flags,

@@ -93,7 +93,7 @@ def dummy_result(analysis: DummyAnalysis) -> Result:
         "marker_noise_m": analysis.marker_noise_m,
         "theta_rest_rad": first.theta_rest_rad,
         "mean_window_s": float(lengths.mean()),
-        "damping_per_skew_Nms_per_rad_per_s": analysis.damping_per_skew,
+        "damping_per_com_lag_Nms_per_rad_per_s": analysis.damping_per_com_lag,
         "output_error_delay_s": {name: fit.delay_s for name, fit in analysis.simulating_fits.items()},
         "treadmill_errors": {
             name: _treadmill_error(check) for name, check in analysis.checks.items() if check.error

@@ -1,7 +1,10 @@
 """Agreement between simulations and recordings: the rows of ``results/tables/forward.csv``."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
+
+import numpy as np
 
 from tepsipe.io.tables import Table, Undefinable
 
@@ -36,3 +39,20 @@ class ForwardScore:
 
 
 FORWARD_SCORES = Table(ForwardScore, "scores of simulations")
+
+
+def swing_sizes(theta: np.ndarray, windows: Sequence[tuple[int, int]]) -> list[float]:
+    """Size of the swing (rad) after every perturbation of a trial, at least two.
+
+    It is the largest abs(theta) from the end of the perturbation to the onset of the next one; after the last
+    perturbation it is sought for as long as after the one before.
+
+    theta: angle from rest (rad), NaN after a fall.
+    windows: first sample of every perturbation and the sample after its last.
+    Returns: infinite after a fall.
+    """
+    starts, stops = zip(*windows, strict=True)
+    ends = [*starts[1:], stops[-1] + starts[-1] - stops[-2]]
+    between = [np.abs(theta[stop:end]) for stop, end in zip(stops, ends, strict=True)]
+    sizes = [float(angle.max()) for angle in between if angle.size]
+    return [size if np.isfinite(size) else np.inf for size in sizes]

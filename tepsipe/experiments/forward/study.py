@@ -13,7 +13,7 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, belt_fixed_position, leg_motion
-from tepsipe.experiments.forward.scores import ForwardScore
+from tepsipe.experiments.forward.scores import ForwardScore, swing_sizes
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
@@ -169,22 +169,14 @@ def simulated_signals(simulated: SimulatedCondition, name: str) -> dict[str, np.
 def swing_growth(theta: np.ndarray, perturbations: list[Perturbation]) -> float:
     """Largest swing of a trial relative to the swing after the first perturbation.
 
-    The swing after a perturbation is the largest abs(theta) from the end of its window to the onset of the
-    next one; after the last perturbation it is sought for as long as after the one before.
-
     theta: angle from rest (rad), NaN after a fall.
     Returns: 1 if the first swing is the largest; infinite if the leg falls; NaN for fewer than two
     perturbations.
     """
     if len(perturbations) < 2:
         return np.nan
-    ends = [p.start for p in perturbations[1:]]
-    ends.append(perturbations[-1].stop + ends[-1] - perturbations[-2].stop)
-    between = [np.abs(theta[p.stop : end]) for p, end in zip(perturbations, ends, strict=True)]
-    if any(np.isnan(angle).any() for angle in between):
-        return np.inf
-    swings = [float(angle.max()) for angle in between if angle.size]
-    return max(swings) / swings[0]
+    swings = swing_sizes(theta, [(p.start, p.stop) for p in perturbations])
+    return max(swings) / swings[0] if np.isfinite(swings).all() else np.inf
 
 
 def forward_scores(condition: str, simulated: SimulatedCondition) -> list[ForwardScore]:

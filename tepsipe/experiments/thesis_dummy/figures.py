@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from tepsipe.drawing.names import short_name
 from tepsipe.drawing.style import COLOURS, in_style, new_figure
 from tepsipe.experiments.thesis_dummy.inverse import CELL_ROWS, CellRow
+from tepsipe.experiments.thesis_dummy.profile import LIMIT_95, misfit_over_least
 from tepsipe.io.result import read_result
 
 PANELS = (
@@ -59,24 +60,25 @@ def plot_thesis_dummy(rows: list[CellRow]) -> Figure:
 
 @in_style
 def plot_thesis_timing(facts: dict) -> Figure:
-    """Fitted B, distance from the printed numbers, and two VAFs, by lag of the translation.
+    """Fitted B, profile of the misfit, and two VAFs, by lag of the ankle.
 
     ``facts`` are those of ``fits/thesis_dummy.h5`` (s, N·m·s/rad, %).
     """
     rows = facts["timing"]["lags"]
+    misfit = misfit_over_least(facts["timing"])
     lag_ms = [1e3 * row["lag_s"] for row in rows]
     figure, axes = new_figure(2, 2, 3.8, sharex=True)
-    damping, distance, unexplained, vaf = axes.flat
+    damping, profile, unexplained, vaf = axes.flat
 
     def line(axis, key: str, colour: str, label: str | None = None) -> None:
         axis.plot(lag_ms, [row[key] for row in rows], ".-", color=COLOURS[colour], label=label)
 
     line(damping, "damping_Nms_per_rad", "recommended")
     damping.set_title(r"fitted $B$ (N·m·s/rad)")
-    line(distance, "rms", "recommended", "fitted law")
-    distance.axhline(facts["null_rms"], color=COLOURS["model"], linestyle="--", label="other table copied")
-    distance.set_title("RMS distance / scatter")
-    distance.set_ylim(bottom=0.0)
+    profile.plot(lag_ms, misfit, ".-", color=COLOURS["recommended"], label="fitted law")
+    profile.axhline(LIMIT_95, color=COLOURS["model"], linestyle="--", label="95 % limit")
+    profile.set_title(r"$\chi^2$ above its minimum")
+    profile.set_ylim(bottom=0.0)
     line(unexplained, "unexplained_percent", "recommended", "fitted law, no noise")
     unexplained.axhline(
         facts["timing"]["printed"]["unexplained_percent"],
@@ -92,8 +94,8 @@ def plot_thesis_timing(facts: dict) -> Figure:
     for axis in axes.flat:
         axis.axvline(0.0, color=COLOURS["measured"], linewidth=0.6, linestyle=":")
     for axis in axes[1]:
-        axis.set_xlabel("lag of the translation (ms)")
-    unexplained.legend(loc="upper left")
-    for axis in (distance, vaf):
-        axis.legend(loc="lower right")
+        axis.set_xlabel("lag of the ankle (ms)")
+    unexplained.legend(loc="upper right")
+    profile.legend(loc="upper center")
+    vaf.legend(loc="lower left")
     return figure

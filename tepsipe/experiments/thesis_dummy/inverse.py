@@ -140,7 +140,7 @@ def printed_fits(
 
     theta: angle of the leg.
     marker_noise_m: standard deviation of white noise on each coordinate.
-    lag_s: time by which the translation of the leg is read after its rotation.
+    lag_s: lag of the ankle: its recorded translation is y(t - lag) beside the rotation theta(t).
     Returns: as printed: torque with the thesis's signs, not referred to rest.
     """
     angle = scipy.interpolate.CubicSpline(belt.time, theta)
@@ -151,7 +151,7 @@ def printed_fits(
     ):
         th = angle(frames + after)
         cosine, sine = np.cos(th), np.sin(th)
-        positions[:, k, 0] = belt.position(frames + after + lag_s) + anterior * cosine + longitudinal * sine
+        positions[:, k, 0] = belt.position(frames + after - lag_s) + anterior * cosine + longitudinal * sine
         positions[:, k, 1] = longitudinal * cosine - anterior * sine
     if marker_noise_m:
         positions += marker_noise_m * rng.standard_normal(positions.shape)
@@ -174,7 +174,7 @@ def printed_means(
     Only motion around the windows is evaluated, as far as the filter remembers, and the angle at rest.
 
     angle: angle of the leg on every joint (rad), of `swings`.
-    lags_s: lag of the translation for every joint, or for all.
+    lags_s: lag of the ankle for every joint, or for all, as in `printed_fits`.
     """
     leg, rate = path.leg, path.rate_hz
     margin = math.ceil(MEMORY * rate / path.cutoff_hz)
@@ -189,7 +189,7 @@ def printed_means(
     ):
         th = angle(frames + after)
         cosine, sine = np.cos(th), np.sin(th)
-        along_belt = belt.position(frames[..., None] + after + lags_s)
+        along_belt = belt.position(frames[..., None] + after - lags_s)
         positions[..., k, 0] = along_belt + anterior * cosine + longitudinal * sine
         positions[..., k, 1] = longitudinal * cosine - anterior * sine
     filtered = butterworth_lowpass(positions, rate, path.cutoff_hz, path.order)
@@ -278,7 +278,7 @@ def deviations(
     path, belts: as `fit_joint`.
     angles: condition -> angle of the leg on every joint (rad), of `swings`.
     printed: as `fit_joint`.
-    lags_s: lag of the translation for every joint, or for all.
+    lags_s: lag of the ankle for every joint, or for all, as in `printed_fits`.
     """
     scatter = np.array([SCATTER[q] for q in PARAMETERS])
     lags = np.asarray(lags_s, dtype=float)

@@ -15,7 +15,8 @@ close to -w^2 theta', B shifts by
 
     m r w^2 E
 
-If the translation of the leg is read a time t later than its rotation, E changes by -l t.
+If the recorded translation of the ankle lags the recorded rotation by a time t, it is y_f(t' - t) at the
+instant t', E changes by +l t, and B rises by m r w^2 l t.
 """
 
 from collections.abc import Sequence
@@ -40,9 +41,9 @@ from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.rubber_joint import RubberJoint
 from tepsipe.statistics.goodness_of_fit import explained
 
-# by which the translation of the leg is read after its rotation (s)
-LAGS_S = tuple(float(x) for x in np.arange(-4, 5) * 5e-5)
-STEPS = 2  # Gauss-Newton steps from the constants without lag
+# lags of the ankle's recorded translation behind the rotation (s)
+LAGS_S = tuple(float(x) for x in np.arange(-4, 6) * 5e-5)
+STEPS = 4  # Gauss-Newton steps from the constants without lag
 
 
 def linear_joint(inertia: float, damping: float, stiffness: float) -> RubberJoint:
@@ -86,10 +87,10 @@ def damping_shift(path: PrintedPath, inertia: Annotated[float, "N·m·s²/rad"],
 
 @dataclass(frozen=True)
 class LagFit:
-    """The law of the joint, fitted with another lag of the translation."""
+    """The law of the joint, fitted with another lag of the ankle."""
 
     lag_s: float
-    """Time by which the translation of the leg is read after its rotation."""
+    """Lag of the ankle's recorded translation behind the rotation."""
     damping_Nms_per_rad: float
     """Fitted B for small bending."""
     rms: Annotated[float, "N·m·s/rad"]
@@ -114,9 +115,9 @@ def timing_facts(
 ) -> dict:
     """Shift of the printed B by the sampling times, in closed form and simulated, and fits by lag.
 
-    Takes the arguments of `lag_fits`. ``pulse_rate_per_s`` is w, ``shift_per_lag_Nms_per_rad_per_s`` the
-    shift of B per lag of the translation; the simulated shift is the difference of B as printed from B with
-    all markers sampled at once, mean over the conditions.
+    Takes the arguments of `lag_fits`. ``pulse_rate_per_s`` is w, ``shift_per_ankle_lag_Nms_per_rad_per_s``
+    the rise of B per lag of the ankle; the simulated shift is the difference of B as printed from B with
+    all markers sampled at once, mean over the conditions; ``numbers`` counts the printed I, B and K.
     """
     inertia = fit.joint.inertia_Nms2_per_rad
     swung = swings(path, [fit.joint], belts)
@@ -134,11 +135,12 @@ def timing_facts(
         "pulse_rate_per_s": float(np.sqrt(squared_rate)),
         "shift_Nms_per_rad": damping_shift(path, inertia, squared_rate),
         "simulated_shift_Nms_per_rad": float(np.mean([one.mean[b] - two.mean[b] for one, two in pairs])),
-        "shift_per_lag_Nms_per_rad_per_s": -p * squared_rate * height,
+        "shift_per_ankle_lag_Nms_per_rad_per_s": p * squared_rate * height,
         "printed": {
             "unexplained_percent": 100.0 - _mean_printed(printed, "VAF_perturbation"),
             "standard_error_damping": _mean_printed(printed, "SEM_B"),
         },
+        "numbers": len(PARAMETERS) * len(belts),
         "lags": [asdict(row) for row in lag_fits(path, belts, printed, fit, followed)],
     }
 
@@ -157,11 +159,13 @@ def lag_fits(
 ) -> list[LagFit]:
     """Fit the law for several lags, by Gauss-Newton steps from the fit without lag.
 
+    Where a step would make B negative, B is 0 and only the other constants are fitted.
+
     path, belts, printed: as `fit_joint`; all conditions are used.
     fit: the law fitted without lag.
     followed: joint of the Wristalyzer (thesis section 4-1-3), and the same without the inertia of foot and
     handle, which do not turn on the treadmill.
-    lags_s: lags of the translation.
+    lags_s: lags of the ankle.
     Returns: in the order of the lags.
     """
     names, step = list(belts), 1e-3
@@ -177,12 +181,23 @@ def lag_fits(
     start = np.ones(fitted.size)
     nearby = np.vstack([start, start + step * np.eye(start.size)])
     moved, _ = residuals(nearby, [0.0])
-    solve = np.linalg.pinv((moved[1:] - moved[0]).T / step)
+    slopes = (moved[1:] - moved[0]).T / step
+    solve, damping_at = np.linalg.pinv(slopes), fit.free.index("damping_Nms_per_rad")
+    others = np.array(fit.free) != "damping_Nms_per_rad"
     points = np.tile(start, (len(lags_s), 1))
-    found, swung = residuals(points, lags_s)
+    found, _ = residuals(points, lags_s)
+    best, least = points, found
     for _ in range(STEPS):
-        points = points - found @ solve.T
-        found, swung = residuals(points, lags_s)
+        tried = points - found @ solve.T
+        for k in np.flatnonzero(tried[:, damping_at] < 0.0):
+            without = found[k] - slopes[:, damping_at] * points[k, damping_at]
+            tried[k, damping_at] = 0.0
+            tried[k, others] = points[k, others] - np.linalg.pinv(slopes[:, others]) @ without
+        points = tried
+        found, _ = residuals(points, lags_s)
+        better = (np.sum(found**2, axis=1) < np.sum(least**2, axis=1))[:, None]
+        best, least = np.where(better, points, best), np.where(better, found, least)
+    points, (found, swung) = best, residuals(best, lags_s)
     followed_by = swings(path, list(followed), belts)
     angles, simulated = (
         {name: angle(belts[name].time).T for name, angle in both.items()} for both in (swung, followed_by)

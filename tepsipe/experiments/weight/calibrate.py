@@ -9,8 +9,10 @@ from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
-from tepsipe.treadmill.bristle_fit import fit_bristle_frame
+from tepsipe.treadmill.bristle_fit import Calibrated, fit_bristle_frame
 from tepsipe.treadmill.calibration import (
+    BOTH,
+    OF_BOTH,
     ModelScore,
     calibrate,
     group_of,
@@ -80,6 +82,8 @@ class PlateCalibration:
     """Scores behind every filter."""
 
 
+# recordings of a fit without the trials of further weights
+USUAL_ONLY = f"{BOTH} only"
 # group and role of a trial, and its recordings of both components
 Grouped = tuple[str, str, dict[str, BeltRecording]]
 
@@ -116,6 +120,7 @@ def calibrate_plate(
             joint = fit_bristle_frame(calibrating, draws, np.random.default_rng(seed), joint)
         found, fitted = _fit_loads(grouped, family, replace(options, joint=joint))
         scores += found
+        scores += _without_other_weights(grouped, family, options, joint)
         if lowpass == filters[0]:
             kept, testing = fitted, _groups(grouped, "Fy")[1]
             responses = mean_responses(kept["Fy"], testing["weight"])
@@ -153,6 +158,25 @@ def _fit_loads(
         frame = next((m.model.frame for m in fitted if m.name == "loaded-frame"), None)
         kept[load] = [model for model, entry in zip(fitted, plan, strict=True) if entry.train != "weight"]
     return scores, kept
+
+
+def _without_other_weights(
+    grouped: list[Grouped], family: list[str], options: FamilyOptions, like: Calibrated | None
+) -> list[ModelScore]:
+    """Scores of the frames, fitted to the empty belt and the usual weight only; the others are predicted.
+
+    like: fit to all trials, whose terms are kept.
+    Returns: none if no trial to calibrate has another weight.
+    """
+    usual = [each for each in grouped if each[1] != "calibrate" or each[0] in ("empty", "weight")]
+    if len(usual) == len(grouped):
+        return []
+    frames = [name for name in family if name in OF_BOTH]
+    if like is not None:
+        calibrating = [recordings for _, role, recordings in usual if role == "calibrate"]
+        options = replace(options, joint=fit_bristle_frame(calibrating, 0, np.random.default_rng(0), like))
+    scores, _ = _fit_loads(usual, frames, options)
+    return [replace(score, train=USUAL_ONLY) for score in scores]
 
 
 def _below_limit(scores: list[ModelScore], testing: dict[str, list[BeltRecording]]) -> list[float]:

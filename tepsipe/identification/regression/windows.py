@@ -40,7 +40,7 @@ from tepsipe.statistics.least_squares import LinearFit, least_squares_line
 from tepsipe.statistics.uncertainty import error_of_mean, in_quadrature, scatter
 
 # shift of the centre of mass's accelerations, in either direction, for the sensitivity to a delay (s)
-SKEW_S = 0.001
+LAG_S = 0.001
 # fewest perturbations whose products are used, and smallest share of what they repeat in their regressors
 FEWEST, REPEATED = 3, 0.1
 
@@ -233,7 +233,7 @@ def _from_products(windows: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray |
     return (n * whole - (n - 1.0) * left_out) / size
 
 
-def damping_per_skew(
+def damping_per_com_lag(
     motion: SegmentMotion,
     leg: Leg,
     perturbations: list[Perturbation],
@@ -242,12 +242,12 @@ def damping_per_skew(
     *,
     thesis: bool = False,
 ) -> float:
-    """Sensitivity of B to a delay of the leg's position relative to its angle.
+    """Sensitivity of B to a lag of the centre of mass: recorded y(t - lag) beside the angle theta(t).
 
     motion, leg, perturbations, at_rest, torque_pathway, thesis: as for `regress_perturbations`.
-    Returns: change of B per delay (N·m·s/rad per s).
+    Returns: change of B per lag (N·m·s/rad per s); in a short pulse m r w^2 (l - r), which is positive.
     """
-    instants = np.clip(motion.time[:, None] + [-SKEW_S, SKEW_S], motion.time[0], motion.time[-1])
+    instants = np.clip(motion.time[:, None] - [-LAG_S, LAG_S], motion.time[0], motion.time[-1])
     y_dd = scipy.interpolate.CubicSpline(motion.time, motion.y_dd)(instants)
     z_dd = scipy.interpolate.CubicSpline(motion.time, motion.z_dd)(instants)
     damping = [
@@ -261,7 +261,7 @@ def damping_per_skew(
         ).mean[1]
         for k in (0, 1)
     ]
-    return float((damping[1] - damping[0]) / (2.0 * SKEW_S))
+    return float((damping[1] - damping[0]) / (2.0 * LAG_S))
 
 
 def undetermined(evidence: str) -> InputError:

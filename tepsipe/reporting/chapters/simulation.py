@@ -3,11 +3,15 @@
 import math
 from itertools import pairwise
 
+import numpy as np
 import pandas as pd
 
 from tepsipe.drawing.names import PARAMETER_SETS, compared_sets
+from tepsipe.experiments.forward.scores import swing_sizes
+from tepsipe.io.result import Result
 from tepsipe.reporting.run import Run
 
+FADED = 0.5  # size of the last swing relative to the largest, below which the growth is a beat
 BEYOND = 0.2  # growth beyond a limit that is more than different pulses and rounding
 # estimates of the run that the thesis compares, and the consistent one
 OF_THE_RUN = ("wristalyzer", "tep", "corrected")
@@ -47,8 +51,9 @@ def _swings(run: Run) -> list[dict]:
     """Swing of the simulation with printed TEP-SIPE parameters against the interval of the pulses.
 
     One entry per condition: interval of the pulses and period of the swing (s), periods per interval, the
-    most that undamped swings of equal pulses add up to, relative to the first swing, and growth of the
-    measured swing. The parameters are those of the thesis, or those of the run without them.
+    most that undamped swings of equal pulses add up to, relative to the first swing, growth of the measured
+    swing; time of the largest swing (s), and size of the largest and the last swing relative to the first,
+    None after a fall. The parameters are those of the thesis, or those of the run without them.
     """
     name, found = _focus(run), []
     for condition, fit in run.fits.get("simulation", {}).items():
@@ -66,8 +71,20 @@ def _swings(run: Run) -> list[dict]:
                 "limit": min(1.0 / step, pulses) if step > 0.0 else pulses,
                 "measured_growth": fit.facts["measured_growth"],
             }
+            | _beat(fit, name)
         )
     return found
+
+
+def _beat(fit: Result, name: str) -> dict:
+    """Time of the largest swing, and sizes of the largest and the last one, as `_swings`."""
+    windows = fit.arrays["windows"].astype(int)
+    sizes = swing_sizes(fit.arrays[f"{name}/theta"], windows.tolist())
+    if not np.isfinite(sizes).all():
+        return dict.fromkeys(("largest_at_s", "largest", "last"))
+    k = int(np.argmax(sizes))
+    at_s = float(fit.arrays["time"][windows[k, 0]])
+    return {"largest_at_s": at_s, "largest": sizes[k] / sizes[0], "last": sizes[-1] / sizes[0]}
 
 
 def _of_trials(run: Run, parameter_set: str, quantity: str = "theta") -> pd.Series:
@@ -158,6 +175,12 @@ def amplifies_by_resonance(run: Run) -> bool:
     )
 
 
+def growth_is_a_beat(run: Run) -> bool:
+    """In the trial of Figure 4-7 the swing is largest before the last pulses and has faded after the last."""
+    shown = [entry for entry in _swings(run) if entry["condition"] == run.study["simulated"]["4_7"]]
+    return any(e["last"] is not None and e["last"] < FADED * e["largest"] for e in shown)
+
+
 def excess_by_negative_damping(run: Run) -> bool:
     """Swings that grow beyond the limit of equal pulses exist, and all grow with the belt at rest, too."""
     name = _focus(run)
@@ -191,6 +214,7 @@ PREDICATES = (
     likelihood_predicts_best,
     amplifies_less_at_8_s,
     amplifies_by_resonance,
+    growth_is_a_beat,
     excess_by_negative_damping,
     printed_swing_grows,
     first_shown,

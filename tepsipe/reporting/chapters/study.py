@@ -11,8 +11,10 @@ import pandas as pd
 from tepsipe.io.estimates import FLAGS
 from tepsipe.reporting.budgets import SOURCES
 from tepsipe.reporting.ledger import (
+    IMPLIED,
     NOISE_TABLE,
     TABULATED,
+    WITHIN,
     best_sem_reading,
     cells_of_table,
     noise_cells,
@@ -35,12 +37,23 @@ DRAWN_AS = {
     "joint_centre_height_m": "standing.markers.joint_centre_m.1",
 }
 
+# kind of a printed number -> rows of the tables; tables of the dummy, and the one whose null copies another
+KINDS = {
+    "I, B and K": ("I", "B", "K"),
+    "SEM": ("SEM_I", "SEM_B", "SEM_K"),
+    "VAF": (
+        *("VAF_trial", "VAF_perturbation", "VAF_cross_validated"),
+        *("VAF_theta_perturbation", "VAF_theta_trial"),
+    ),
+}
+DUMMY_TABLES, COPIED_TABLE = ("table_4_2", "table_4_3"), "table_4_3"
+
 # facts of the record of provenance that reports print
 PRINTED = ("commit", "modified", "python", "engine", "config_sha256", "seed", "packages")
 
 
 def numbers(run: Run) -> dict:
-    """Provenance, meaning of checks, missed truths, signs of errors, campaign (units in the keys), SEMs."""
+    """Provenance, checks, missed truths, signs of errors, campaign, SEMs, scores (units in the keys)."""
     return {
         "provenance": provenance_of(run.provenance),
         "flags": FLAGS,
@@ -48,6 +61,7 @@ def numbers(run: Run) -> dict:
         "one_sided": one_sided(run),
         "campaign": campaign(run),
         "sem": sem(run),
+        "scores": scores(run),
     }
 
 
@@ -211,7 +225,46 @@ def campaign(run: Run) -> dict | None:
     }
 
 
+# ---- scores of printed cells
+
+
+def scores(run: Run) -> dict | None:
+    """Number of printed cells within their tolerance, of the run and of the null model.
+
+    Returns: ``kinds``, for I, B and K, SEM and VAF the kind, ``all`` cells, those ``within`` in the run and
+    those by the ``null`` model; ``dummy``, the same for I, B and K of Tables 4-2 and 4-3; ``run_alone``,
+    number of all cells that are within in the run but not by the null model; ``means``, number of rows of
+    which the null model is the mean. None if the study has no cells.
+    """
+    cells = run.rows("cells")
+    if not len(cells):
+        return None
+    of_dummy = cells[cells.table.isin(DUMMY_TABLES) & cells.row.isin(KINDS["I, B and K"])]
+    within = cells.verdict.isin(WITHIN)
+    return {
+        "kinds": [_score(kind, cells[cells.row.isin(rows)]) for kind, rows in KINDS.items()],
+        "dummy": _score("I, B and K", of_dummy),
+        "run_alone": int((within & (cells.null_verdict != IMPLIED)).sum()),
+        "means": int((cells.drop_duplicates(["table", "row"]).table != COPIED_TABLE).sum()),
+    }
+
+
+def _score(kind: str, cells: pd.DataFrame) -> dict:
+    return {
+        "kind": kind,
+        "all": len(cells),
+        "within": int(cells.verdict.isin(WITHIN).sum()),
+        "null": int((cells.null_verdict == IMPLIED).sum()),
+    }
+
+
 # ---- conditions of sentences
+
+
+def null_ahead(run: Run) -> bool:
+    """For I, B and K, for SEM and for VAF, the null model is within the tolerance of more cells."""
+    found = scores(run)
+    return found is not None and all(one["null"] > one["within"] for one in found["kinds"])
 
 
 def truth_of_recommended_known(run: Run) -> bool:
@@ -264,6 +317,7 @@ def truth_differs(run: Run) -> bool:
 
 
 PREDICATES = (
+    null_ahead,
     truth_of_recommended_known,
     truth_missed,
     errors_share_draw,

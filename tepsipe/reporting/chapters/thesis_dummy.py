@@ -2,14 +2,18 @@
 
 import math
 
+from tepsipe.experiments.thesis_dummy.profile import LIMIT_95, profile
 from tepsipe.mechanics.rubber_joint import RubberJoint
 from tepsipe.reporting.run import Run
 
 AMPLITUDES_RAD = (0.005, 0.01, 0.02, 0.03)
+# limits of the claims and cells with which these sentences compare: VAF of an angle that matches (%), and
+# ratio of unexplained parts
+MATCHED_PERCENT, UNEXPLAINED_FACTOR = 75.0, 1.6
 
 
 def numbers(run: Run) -> dict:
-    """Linear joints nearest to the full law, by amplitude (units in the keys)."""
+    """Linear joints nearest to the full law by amplitude, and profile over the lag (units in the keys)."""
     constants = _laws(run)[-1]["constants"]
     half = constants["half_softening_rad"]
     joint = RubberJoint(**(constants | {"half_softening_rad": math.inf if half is None else half}))
@@ -17,7 +21,9 @@ def numbers(run: Run) -> dict:
     return {
         "at_work": [
             {"amplitude_rad": a, "K_Nm_per_rad": own[0], "B_Nms_per_rad": own[1]} for a, own in linear.items()
-        ]
+        ],
+        "profile": _profile(run),
+        "limits": {"matched_percent": MATCHED_PERCENT, "unexplained_factor": UNEXPLAINED_FACTOR},
     }
 
 
@@ -38,4 +44,34 @@ def copy_predicts_best(run: Run) -> bool:
     return null < min(law["predicted_rms"] for law in _laws(run))
 
 
-PREDICATES = (full_law_predicts_best, copy_predicts_best)
+def lag_bounded(run: Run) -> bool:
+    """The printed numbers bound the lag of the ankle on both sides, within the range of the fits."""
+    return None not in _profile(run)["lags_s"]
+
+
+def unlagged_unlikely(run: Run) -> bool:
+    """Without a lag of the ankle, the printed numbers are less likely than their 95 % limit allows."""
+    return _profile(run)["unlagged"]["over_least"] > LIMIT_95
+
+
+def no_lag_meets_both(run: Run) -> bool:
+    """No lag returns both the printed unexplained part of a perturbation and the angle of section 4-1-3."""
+    timing = run.facts["thesis_dummy"]["thesis_dummy"]["timing"]
+    most = UNEXPLAINED_FACTOR * timing["printed"]["unexplained_percent"]
+    return all(
+        row["vaf_wristalyzer"] < MATCHED_PERCENT or row["unexplained_percent"] > most
+        for row in timing["lags"]
+    )
+
+
+def _profile(run: Run) -> dict:
+    return profile(run.facts["thesis_dummy"]["thesis_dummy"]["timing"])
+
+
+PREDICATES = (
+    full_law_predicts_best,
+    copy_predicts_best,
+    lag_bounded,
+    unlagged_unlikely,
+    no_lag_meets_both,
+)
