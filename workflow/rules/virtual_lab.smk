@@ -45,7 +45,7 @@ for _name, _rig in RIGS.items():
 
 
 # the dummy under other laws of its joint, to which the same analysis is applied: names of laws, and conditions
-OTHER_LAWS = truth_of("dummy.other_laws")["dummy"]["other_laws"] or {} if STUDY.made("dummy") else {}
+OTHER_LAWS = truth_of("dummy.other_laws")["dummy"]["other_laws"] or {} if STUDY.simulated("dummy") else {}
 OF_LAWS = [f"{law}/{condition}" for law in OTHER_LAWS for condition in STUDY.extremes("dummy")]
 
 

@@ -305,7 +305,7 @@ def recovery(study: Study) -> list[str]:
 
 def other_laws(study: Study) -> list[str]:
     """Comparison with the truth under other laws of the dummy's joint, if the dummy is simulated."""
-    return ["<results>/tables/other_laws.csv"] if study.made("dummy") else []
+    return ["<results>/tables/other_laws.csv"] if study.simulated("dummy") else []
 
 
 def claims(study: Study) -> list[str]:

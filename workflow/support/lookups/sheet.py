@@ -62,7 +62,7 @@ class Sheet:
 
     def extremes(self, experiment: str) -> list[str]:
         """First simulated condition with the smallest velocity amplitude, and first with the largest."""
-        made, amplitudes = self.made(experiment), self.amplitudes(experiment)
+        made, amplitudes = self.simulated(experiment), self.amplitudes(experiment)
         found = [choose(made, key=lambda c: amplitudes[c] or 0.0) for choose in (min, max)] if made else []
         return list(dict.fromkeys(found))
 
