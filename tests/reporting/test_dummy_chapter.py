@@ -281,7 +281,7 @@ def test_first_page_compares_with_the_thesis_where_it_is_known():
     assert "was 0.061 to 0.063 N·m·s²/rad" in summary and "(VAF) of 99.50 to 99.90 %" in summary
     assert "probably mixes two sign conventions" in summary and "The correction is an inference." in summary
     # algebra on the printed numbers, without a laboratory: 2 I_leg = 0.06, 2 m g r = 4
-    assert "gives I = 0.0010 to 0.0030 N·m·s²/rad and K = 9.0 to 10 N·m/rad" in summary
+    assert "gives I = 0.0010 to 0.0030 N·m·s²/rad and K = 9.00 to 10.00 N·m/rad" in summary
     assert "probably explain these values" in abstract
     assert "laboratory’s constants" not in recovery and "the best linear fit to the simulated" in recovery
     assert "For the 2 conditions with belt velocities of 0.3 m/s and above" in recovery
@@ -292,6 +292,17 @@ def test_first_page_compares_with_the_thesis_where_it_is_known():
     assert summary == "" and "The thesis reports" not in abstract and "sign conventions" not in abstract
     assert "The references are the laboratory’s constants." in recovery
     assert told(run_of(), "abstract_dummy_recovery") == [""]
+
+
+def test_conclusion_tells_the_error_of_markers_as_sampled_where_the_truth_is_known():
+    """By hand: the mean B of the fast pulses is 0.5 where 10 is true."""
+    sampled = pd.concat([recovered(*OF_LEG), recovered(("leg-thesis", "B", -0.95, "false"))])
+    for recovery, told_error in ((sampled, True), (recovered(*OF_LEG), False)):
+        data, tables = content(run_of(recovery=recovery, reported=REPORTED))
+        pathways = data["choices"]["dummy"]["pathways"]
+        pathways["leg-thesis"] = pathways["leg-thesis"] | {"marker_instants": "as-sampled"}
+        (error,) = evaluated(["unaligned-error()"], "dummy_values.typ", data, tables)
+        assert error == ("\N{MINUS SIGN}95" if told_error else None)
 
 
 def test_chapter_tells_the_usual_story_only_where_it_holds():
