@@ -469,7 +469,7 @@ def test_printed_numbers_are_counted_by_their_role(best):
     assert "lags of the ankle from −0.10 to 0.25 ms" in words
     assert "It is smallest for a lag of 0.20 ms, where B is 0.011 N·m·s/rad." in words
     # chi^2 is 36 rms^2: 24.2 at the best lag, 3.84 more at 0.11 and 0.22 ms
-    assert "allow lags of 0.11 to 0.22 ms and B of 0.0071 to 0.036 N·m·s/rad." in words
+    assert "the lag is 0.11 to 0.22 ms and B is 0.0071 to 0.036 N·m·s/rad." in words
     assert "There χ2 is 9.0 above its minimum" in words and "do not support this B" in words
     (caption,) = findings_of(["figure_thesis_dummy"], data, tables).values()
     assert caption == (

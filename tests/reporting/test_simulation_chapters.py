@@ -173,8 +173,8 @@ def test_growth_is_explained_by_near_resonance():
     assert "the swing grows to 4.2 times the first one in S1 and to 1.6 times in S52" in told
     assert "is 2.93 periods" in told and "only 0.41 rad out of phase" in told
     assert "near-resonance" in told and "This is not reproduced" not in told
-    assert "In S1 this growth is a beat and not a lasting amplification" in told
-    assert "largest after the pulse at 28 s, and after the last pulse it is 1.3 times the first one" in told
+    assert "In S1 this growth is a beat, not a lasting amplification." in told
+    assert "largest after the pulse at 28 s. After the last pulse it is 1.3 times the first one" in told
     (found,) = findings_of(["figure_b"], *content(run, simulation=simulation)).values()
     assert "the swing grows to 4.2 times the first one in S1, and to 1.6 times in S52" in found
 

@@ -265,8 +265,8 @@ def plot_pathways(
     results: condition -> its result.
     colours: pathway -> name of its colour.
     truth: pathway -> quantity -> its true values, condition by condition (unit of the quantity). Pathways
-    differ in their truth: windows have other lengths, the foot does not feel the inertia of the leg, and
-    output error finds constants for small movements.
+    differ in their truth: windows have other lengths, the torque from the foot excludes the inertia of the
+    leg, and output error finds constants for small movements.
     usable: pathways whose values determine the axes, by default all; a triangle marks a value beyond them.
     Returns: A panel for each quantity.
     """
