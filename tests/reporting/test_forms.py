@@ -100,7 +100,8 @@ def test_table_counts_what_was_drawn_and_keeps_the_sections_of_the_study(tmp_pat
 def test_report_tells_what_is_shared_from_the_declarations(tmp_path):
     rows = shared_rows(laboratory.FORMS, ["treadmill.plate.mount_share"], ["dummy", "treadmill"], 2)
     SHARED.write(tmp_path / "shared.csv", rows)
-    words = chapter_words("laboratory", {}, {"shared": tmp_path / "shared.csv"}, cells=";")
+    tables = {"shared": tmp_path / "shared.csv", "other_laws": "estimator\njoint-likelihood\n"}
+    words = chapter_words("laboratory", {}, tables, cells=";")
     counts = [sum(row.shared == how for row in rows) for how in (SAME, SPECIAL, DIFFERENT, NONE)]
     assert f"Of the {len(rows)} mechanisms of the laboratory, {counts[0]} have the same form" in words
     assert f"{counts[1]} agree where some of their terms are 0 or equal, {counts[2]} differ" in words
@@ -112,6 +113,8 @@ def test_report_tells_what_is_shared_from_the_declarations(tmp_path):
     (floor,) = re.findall(r"tremor of the floor;.*?;(.*?);(.*?);(.*?);", words)
     assert floor == ("–", "none", "")
     assert "joint was therefore replaced" in words
+    alone = chapter_words("laboratory", {}, {"shared": tmp_path / "shared.csv"})
+    assert "have the same form" in alone and "replaced" not in alone
 
 
 # ---- the same numbers from both codes ------------------------------------------------------------

@@ -15,6 +15,8 @@ ESTIMATES = {"collect_estimates": 1, "collect_recovery": 1, "check_claims": 1, "
 # figures show the truth beside the estimates
 ESTIMATES |= {"plot_dummy": 1, "plot_foot": 1}
 CELLS = {"judge_cells": 1}
+# the dummy under another law of its joint, in one trial
+LAW_FITTED = {"fit_trial_of_law": 1, "compare_law_with_truth": 1, "collect_other_laws": 1}
 # what follows from the dummy's trials, and from its estimates
 AFTER_DUMMY_ESTIMATES = {
     "check_rig": 1,
@@ -111,6 +113,9 @@ def test_an_edit_of_the_force_plate_makes_all_trials_on_the_treadmill_again(own_
     )
     assert planned == {
         "make_dummy_trial": 2,
+        "make_trial_of_law": 1,
+        "ingest_trial_of_law": 1,
+        **LAW_FITTED,
         "make_weight_trial": 2,
         "make_empty_trial": 2,
         "make_standing_trial": 2,
@@ -166,11 +171,11 @@ def test_an_edit_of_a_comment_of_the_truth_makes_nothing_again_but_its_record(ow
     [
         (
             {"dummy": {"analysis": {"bootstrap_draws": 301}}},
-            {"fit_dummy": 2, "fit_foot": 2, **AFTER_DUMMY_ESTIMATES, **RECORD},
+            {"fit_dummy": 2, "fit_foot": 2, **LAW_FITTED, **AFTER_DUMMY_ESTIMATES, **RECORD},
         ),
         (
             {"uncertainty": {"dummy": {"leg_mass_kg": None}}},
-            {"fit_dummy": 2, "fit_foot": 2, **AFTER_DUMMY_ESTIMATES, **RECORD},
+            {"fit_dummy": 2, "fit_foot": 2, **LAW_FITTED, **AFTER_DUMMY_ESTIMATES, **RECORD},
         ),
         (
             {"dummy": {**OVERRIDES["dummy"], "foot": {"pathways": {"foot": {"window_s": 1.0}}}}},
@@ -186,7 +191,7 @@ def test_an_edit_of_a_comment_of_the_truth_makes_nothing_again_but_its_record(ow
         (
             # the fit marks the estimate to quote
             {"dummy": {**OVERRIDES["dummy"], "recommended": "leg-thesis"}},
-            {"fit_dummy": 2, "specify_dummy": 1, **AFTER_DUMMY_ESTIMATES, **RECORD},
+            {"fit_dummy": 2, "specify_dummy": 1, **LAW_FITTED, **AFTER_DUMMY_ESTIMATES, **RECORD},
         ),
         (
             {"standing": {"latency": {"threshold_sd": 4.0}}},

@@ -200,52 +200,67 @@ rule plot_thesis_dummy:
         "../scripts/plot.py"
 
 
-# trials under other laws of the joint, by the same rules; only the pathways that are quoted are needed
-if OTHER_LAWS:
+# trials under other laws of the joint, by the same scripts; only the pathways that are quoted are needed
+READ_UNDER_LAWS = [
+    *(path for path in EXPERIMENTS["dummy"].fit_reads if path != "pathways"),
+    *(f"pathways.{name}" for name in STUDY.estimators.quoted_dummy()),
+]
 
-    use rule make_dummy_trial as make_trial_of_law with:
-        output:
-            **{
-                kind: f"<results>/raw/other_laws/{{law}}/{{condition}}/{file}"
-                for kind, file in EXPERIMENTS["dummy"].raw_files.items()
-            },
-            motion="<results>/truth/other_laws/{law}/{condition}.h5",
-        log:
-            "<logs>/make_trial_of_law/{law}/{condition}.log",
-        wildcard_constraints:
-            law=any_of(OTHER_LAWS),
-        params:
-            truth=lambda w: under_law(truth_of(*RIGS["dummy"].constants), w.law),
 
-    use rule ingest_dummy as ingest_trial_of_law with:
-        input:
-            raw=[
-                f"<results>/raw/other_laws/{{law}}/{{condition}}/{file}"
-                for file in EXPERIMENTS["dummy"].raw_files.values()
-            ],
-            library=library_of(
-                "ingest", *files_of(EXPERIMENTS["dummy"].module("ingest")), *readers_of(EXPERIMENTS["dummy"])
-            ),
-        output:
-            trial="<results>/trials/other_laws/{law}/{condition}.h5",
-        log:
-            "<logs>/ingest_trial_of_law/{law}/{condition}.log",
-        params:
-            files=lambda w, input: dict(zip(EXPERIMENTS["dummy"].raw_files, input.raw)),
+use rule make_dummy_trial as make_trial_of_law with:
+    output:
+        log="<results>/raw/other_laws/{law}/{condition}/log.mat",
+        calibration="<results>/raw/other_laws/{law}/{condition}/calibration.csv",
+        markers="<results>/raw/other_laws/{law}/{condition}/markers.c3d",
+        motion="<results>/truth/other_laws/{law}/{condition}.h5",
+    log:
+        "<logs>/make_trial_of_law/{law}/{condition}.log",
+    wildcard_constraints:
+        law=any_of(OTHER_LAWS),
+    params:
+        made_by="dummy_trial",
+        truth=lambda w: under_law(w.law, *RIGS["dummy"].constants),
+        told=of_trial(told_of, "dummy"),
 
-    use rule fit_dummy as fit_trial_of_law with:
-        input:
-            trial="<results>/trials/other_laws/{law}/{condition}.h5",
-            library=library_of("fit", *files_of(EXPERIMENTS["dummy"].module("fit"))),
-        output:
-            estimates="<results>/estimates/other_laws/{law}/{condition}.csv",
-            uncertainty="<results>/uncertainty/other_laws/{law}/{condition}.csv",
-            fit="<results>/fits/other_laws/{law}/{condition}.h5",
-        log:
-            "<logs>/fit_trial_of_law/{law}/{condition}.log",
-        params:
-            section=lambda w: pick(
-                STUDY.of_trial("dummy", w.condition),
-                *(name for name in EXPERIMENTS["dummy"].fit_reads if name != "pathways"),
-                *(f"pathways.{DUMMY[role]}" for role in ("recommended", "quoted")),
-            ),
+
+use rule ingest_dummy as ingest_trial_of_law with:
+    input:
+        raw=[
+            f"<results>/raw/other_laws/{{law}}/{{condition}}/{file}"
+            for file in EXPERIMENTS["dummy"].raw_files.values()
+        ],
+        library=library_of("ingest", "tepsipe/experiments/dummy/ingest.py", *readers_of(EXPERIMENTS["dummy"])),
+    output:
+        trial="<results>/trials/other_laws/{law}/{condition}.h5",
+    log:
+        "<logs>/ingest_trial_of_law/{law}/{condition}.log",
+    wildcard_constraints:
+        law=any_of(OTHER_LAWS),
+    params:
+        experiment="dummy",
+        module="tepsipe.experiments.dummy.ingest",
+        files=lambda w, input: dict(zip(EXPERIMENTS["dummy"].raw_files, input.raw)),
+        section=of_trial(STUDY.for_ingest, "dummy"),
+        duration_s=sheet("duration_s", "dummy"),
+        named=of_trial(STUDY.named, "dummy"),
+        named_by=of_trial(STUDY.named_by, "dummy"),
+        plausible=PLAUSIBLE,
+        rig=of_trial(lambda e, c: rig_of(STUDY.settings_of(e, c), e), "dummy"),
+
+
+use rule fit_dummy as fit_trial_of_law with:
+    input:
+        trial="<results>/trials/other_laws/{law}/{condition}.h5",
+        library=library_of("fit", "tepsipe/experiments/dummy/fit.py"),
+    output:
+        estimates="<results>/estimates/other_laws/{law}/{condition}.csv",
+        uncertainty="<results>/uncertainty/other_laws/{law}/{condition}.csv",
+        fit="<results>/fits/other_laws/{law}/{condition}.h5",
+    log:
+        "<logs>/fit_trial_of_law/{law}/{condition}.log",
+    wildcard_constraints:
+        law=any_of(OTHER_LAWS),
+    params:
+        module="tepsipe.experiments.dummy.fit",
+        section=section_of("dummy", *READ_UNDER_LAWS),
+        given=as_it_is({"seed": SEED, "uncertainty": SETTINGS["uncertainty"]["dummy"]}),

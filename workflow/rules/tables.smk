@@ -106,23 +106,23 @@ rule compare_with_truth:
         "../scripts/compare_with_truth.py"
 
 
-if OTHER_LAWS:
-
-    use rule compare_with_truth as compare_law_with_truth with:
-        input:
-            estimates=["<results>/estimates/other_laws/{law}/{condition}.csv"],
-            motions=["<results>/truth/other_laws/{law}/{condition}.h5"],
-            fits=["<results>/fits/other_laws/{law}/{condition}.h5"],
-            library=library_of("compare_with_truth"),
-        output:
-            rows="<results>/recovery/other_laws/{law}/{condition}.csv",
-        log:
-            "<logs>/compare_law_with_truth/{law}/{condition}.log",
-        params:
-            experiment="dummy",
-            constants="dummy",
-            truth=lambda w: under_law(truth_of(*EXPERIMENTS["dummy"].true), w.law),
-            windows=STUDY.estimators.true_windows("dummy"),
+use rule compare_with_truth as compare_law_with_truth with:
+    input:
+        estimates=["<results>/estimates/other_laws/{law}/{condition}.csv"],
+        motions=["<results>/truth/other_laws/{law}/{condition}.h5"],
+        fits=["<results>/fits/other_laws/{law}/{condition}.h5"],
+        library=library_of("compare_with_truth"),
+    output:
+        rows="<results>/recovery/other_laws/{law}/{condition}.csv",
+    log:
+        "<logs>/compare_law_with_truth/{law}/{condition}.log",
+    wildcard_constraints:
+        law=any_of(OTHER_LAWS),
+    params:
+        experiment="dummy",
+        constants="dummy",
+        truth=lambda w: under_law(w.law, *EXPERIMENTS["dummy"].true),
+        windows={"lengths_s": STUDY.estimators.quoted_dummy(), "foot": []},
 
 
 rule collect_other_laws:

@@ -44,12 +44,13 @@ for _name, _rig in RIGS.items():
             "../scripts/make_trial.py"
 
 
-# the dummy under other laws of its joint, to which the same analysis is applied: names of laws, and conditions
+# other laws of the dummy's joint, and their trials: law and condition
 OTHER_LAWS = truth_of("dummy.other_laws")["dummy"]["other_laws"] or {} if STUDY.simulated("dummy") else {}
 OF_LAWS = [f"{law}/{condition}" for law in OTHER_LAWS for condition in STUDY.extremes("dummy")]
 
 
-def under_law(constants, law):
-    """The laboratory's constants with another law of the dummy's joint."""
-    rubber = constants["dummy"]["rubber"] | OTHER_LAWS[law]
-    return constants | {"dummy": constants["dummy"] | {"rubber": rubber}}
+def under_law(law, *paths):
+    """The laboratory's constants at some paths, with another law of the dummy's joint."""
+    found = truth_of(*paths)
+    rubber = found["dummy"]["rubber"] | OTHER_LAWS[law]
+    return found | {"dummy": found["dummy"] | {"rubber": rubber}}

@@ -34,6 +34,11 @@ class Estimators:
         legs = [name for name, p in dummy["pathways"].items() if ESTIMATORS[p["estimator"]].true_in_windows]
         return dict.fromkeys(legs) | {name: p["window_s"] for name, p in foot.items()}
 
+    def quoted_dummy(self) -> dict[str, float | None]:
+        """The same of the two pathways that may be quoted."""
+        windows, dummy = self.dummy_windows(), self.settings["dummy"]
+        return {name: windows.get(name) for name in (dummy["recommended"], dummy["quoted"])}
+
     def true_windows(self, experiment: str) -> dict:
         """Windows in which the truth of a simulated joint is that of its motion, as it was fitted in them."""
         if experiment == "dummy":
