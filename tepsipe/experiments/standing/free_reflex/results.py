@@ -297,21 +297,6 @@ def at_rotation(trial: BroadbandEpochs, rotation: float) -> tuple[JointCentre | 
     return replace(trial.centre, **found), skin_m
 
 
-def _turned(trial: BroadbandEpochs, rotation: float) -> BroadbandEpochs:
-    """Trial for another rotation of the hindfoot, about its own centre for that rotation."""
-    if trial.tilt is None or rotation == 1.0:
-        return trial
-    signals = {"perturbed": trial.perturbed.copy(), "quiet": trial.quiet.copy()}
-    for changed, tilt in zip(signals.values(), (trial.tilt, trial.quiet_tilt), strict=True):
-        changed[..., [ANKLE, ANKLE_D]] -= (rotation - 1.0) * tilt[..., :2]
-    centre, skin_m = at_rotation(trial, rotation)
-    signals["perturbed"] -= (skin_m - trial.skin_m) * trial.slopes[SKIN]
-    if trial.centre_used and centre is not None:
-        moved = zip(CENTRE, centre.offset_m - trial.centre.offset_m, strict=True)
-        signals["perturbed"] += sum(d * trial.slopes[name] for name, d in moved)
-    return replace(trial, **signals, centre=centre, skin_m=skin_m)
-
-
 PALPATED = "palpated_centre_m"
 CENTRE = ("joint_centre_anterior_m", "joint_centre_height_m")
 # smallest share of the trials that must determine a centre
@@ -391,29 +376,29 @@ def with_common_centre(
         elif name not in (PALPATED, PLACES):
             both = float(np.hypot(source.standard_uncertainty, u)) if np.isfinite(u) else None
             known.append(source if both is None else replace(source, standard_uncertainty=both))
-    moved = []
-    for trial in trials:
-        about = _about(_turned(trial, foot.rotation), centre.offset_m)
-        moved.append(replace(about, slopes=about.slopes | _slope_of_foot(trial, foot.rotation, centre)))
-    return moved, known
+    return [_about(trial, foot, centre) for trial in trials], known
 
 
-def _slope_of_foot(
-    trial: BroadbandEpochs, rotation: float, centre: CommonCentre
-) -> dict[str, Annotated[np.ndarray, "(n, 3)"]]:
-    """Change of the responses with the rotation, which also moves the centre and the soft tissue."""
-    if not trial.turned:
-        return {}
-    now, then = (at_rotation(trial, rotation + step)[1] for step in (0.0, ROTATION_STEP))
-    moved = sum(d * trial.slopes[name] for name, d in zip(CENTRE, centre.per_rotation_m, strict=True))
-    return {FOOT: trial.slopes[FOOT] + moved - (then - now) / ROTATION_STEP * trial.slopes[SKIN]}
+def _about(trial: BroadbandEpochs, foot: FootRotation, centre: CommonCentre) -> BroadbandEpochs:
+    """Trial with the foot and the centre of its person, and with the soft tissue that belongs to them.
 
-
-def _about(trial: BroadbandEpochs, offset_m: np.ndarray) -> BroadbandEpochs:
-    """Trial about a centre of the joint that is given relative to the palpated one (m)."""
+    The slope of the foot's rotation becomes its total change: it also moves centre and soft tissue.
+    """
+    size, larger = (at_rotation(trial, foot.rotation + step)[1] for step in (0.0, ROTATION_STEP))
     present = trial.centre.offset_m if trial.centre is not None and trial.centre_used else np.zeros(2)
-    change = sum(d * trial.slopes[name] for name, d in zip(CENTRE, offset_m - present, strict=True))
-    return replace(trial, perturbed=trial.perturbed + change)
+    moved, followed = (
+        sum(d * trial.slopes[name] for name, d in zip(CENTRE, change, strict=True))
+        for change in (centre.offset_m - present, centre.per_rotation_m)
+    )
+    perturbed, quiet = trial.perturbed + moved - (size - trial.skin_m) * trial.slopes[SKIN], trial.quiet
+    if trial.tilt is not None:
+        quiet = quiet.copy()
+        for signals, tilt in ((perturbed, trial.tilt), (quiet, trial.quiet_tilt)):
+            signals[..., [ANKLE, ANKLE_D]] -= (foot.rotation - 1.0) * tilt[..., :2]
+    of_foot = trial.slopes[FOOT] + followed - (larger - size) / ROTATION_STEP * trial.slopes[SKIN]
+    return replace(
+        trial, perturbed=perturbed, quiet=quiet, slopes=trial.slopes | {FOOT: of_foot}, skin_m=size
+    )
 
 
 # K and B of both legs, and of each on a plate of its own
@@ -541,7 +526,7 @@ def centre_facts(
     """
     foot = foot_rotation(person, sources)
     centre = common_centre(person, sources, foot)
-    skins_m = [at_rotation(trial, foot.rotation)[1] for trial in trials]
+    skins_m = [trial.skin_m for trial in with_common_centre(trials, sources, person)[0]]
     return {
         "broadband_cutoff_hz": min((trial.cutoff_hz for trial in trials), default=None),
         "joint_centre_m": centre.offset_m.tolist() if trials else None,
