@@ -233,7 +233,7 @@ class FootRotation:
     share: float | None = None
     share_error: float | None = None
     """Rotation of the forefoot over the hindfoot's, from the markers alone, and its standard error; None
-    where they do not show it."""
+    where the assumption counts more than the markers."""
 
 
 def foot_rotation(person: list[BroadbandEpochs], sources: dict[str, Source]) -> FootRotation:
@@ -252,18 +252,21 @@ def foot_rotation(person: list[BroadbandEpochs], sources: dict[str, Source]) -> 
     after = shown[0].time >= 0.0
     tilts = np.concatenate([sign * trial.tilt[:, after] for sign, trial in zip(way, shown, strict=True)])
     theta, hind, fore = tilts[..., 0], tilts[..., 2], tilts[..., 3]
+    if not theta.any():
+        return FootRotation(1.0, assumed)
     above, below, error = _ratio(hind, theta, theta)
     ahead, behind, share_error = _ratio(fore, hind, theta)
     if PLACES in sources:
         placed = sources[PLACES].standard_uncertainty * float(np.mean([t.rotation_per_m for t in shown]))
         error = float(np.hypot(error, placed * above))
     known, unknown = (assumed * below) ** 2, error**2
-    return FootRotation(
+    foot = FootRotation(
         1.0 + assumed**2 * below * (above - below) / (known + unknown),
         assumed * float(np.sqrt(unknown / (known + unknown))),
-        ahead / behind,
-        share_error / abs(behind),
     )
+    if unknown > known:
+        return foot
+    return replace(foot, share=ahead / behind, share_error=share_error / abs(behind))
 
 
 def _ratio(above: np.ndarray, below: np.ndarray, by: np.ndarray) -> tuple[float, float, float]:
