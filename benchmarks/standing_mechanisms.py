@@ -85,13 +85,20 @@ AS_ANALYSED = {
 }
 SHORT_RANGE = "short-range stiffness"
 FEET = {("person", "foot_mass"): AS_ANALYSED["person", "foot_mass"]}
-# what the corrections assume (decision 52): a forefoot that rotates half as much, tissue of 12 Hz
+# what the corrections assume (decisions 52 and 70): tissue of 12 Hz with a damping ratio of 0.3, and without
+# pulses a forefoot that rotates half as much
 ASSUMED = {
     "as assumed": {},
     "forefoot 0.3": {("person", "forefoot_share"): 0.3},
     "forefoot 0.7": {("person", "forefoot_share"): 0.7},
+    "rigid feet on soft soles": {
+        ("person", "forefoot_share"): 1.0,
+        ("person", "foot_stiffness_Nm_per_rad"): 3000.0,
+    },
     "soft tissue of 8 Hz": {("skin", "frequency_hz"): 8.0},
     "soft tissue of 18 Hz": {("skin", "frequency_hz"): 18.0},
+    "soft tissue damped by 0.15": {("skin", "damping"): 0.15},
+    "soft tissue damped by 0.5": {("skin", "damping"): 0.5},
 }
 ESTIMATOR = "pre-reflex-window"
 WINDOWS_S = (0.04, 0.06, 0.08)  # one of them the estimator's

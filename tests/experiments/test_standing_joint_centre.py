@@ -190,6 +190,9 @@ def test_assumed_share_remains_where_pulses_do_not_show_it():
     still[0].tilt = 6e-5 * np.random.default_rng(1).standard_normal(still[0].tilt.shape)
     seen = foot_rotation(still, ASSUMED)
     assert seen.rotation == pytest.approx(1.0, abs=0.1) and 0.15 < seen.error <= 0.2
+    assert seen.share is None
+    still[0].tilt = 0.0 * still[0].tilt
+    assert foot_rotation(still, ASSUMED).rotation == 1.0
     known = foot_rotation([pulses_of(1.0, 6.5e-6)], ASSUMED)
     assert known.error < 0.02
     placed = foot_rotation(

@@ -8,8 +8,10 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.signal import lsim
+from standing_builders import LABELS, PERSON
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.standing.free_reflex.free_body import parts_of_foot
 from tepsipe.reporting.recovery import TrueMotion, linear_truth_standing
 from tepsipe.virtual_lab.belt import DriveTruth, velocity_command
 from tepsipe.virtual_lab.person import feet_of, move_person, segments, true_ankles
@@ -210,6 +212,18 @@ def test_arch_keeps_a_part_of_the_tilt_from_the_forefoot(shipped):
     places, tilt = shipped.places(), 2.0 * 0.53 * shipped.motion.foot
     assert places["foot2"][:, 1] - 0.03 == pytest.approx(0.05 * tilt, abs=1e-6)
     assert places["foot1"][:, 1] - 0.03 == pytest.approx(-0.14 * 0.5 * tilt, abs=1e-6)
+
+
+@pytest.mark.parametrize(("share", "stiffness"), [(1.0, 3000.0), (0.3, 8000.0)])
+def test_analysis_finds_the_share_of_the_forefoot(shipped_truth, drive, share, stiffness):
+    """Of a rigid foot on a soft sole, and of a soft foot."""
+    person = {"forefoot_share": share, "foot_stiffness_Nm_per_rad": stiffness}
+    places = Laboratory(shipped_truth["standing"], drive, seconds=0.5, person=person).places()
+    moved = np.stack([places[label] - places[label][0] for label in LABELS], axis=1)
+    moved[:, [LABELS.index(label) for label in PERSON.foot.labels]] += PERSON.foot.layout_m
+    hind, fore = parts_of_foot(moved, list(LABELS), PERSON).T
+    assert np.abs(hind).max() > 1e-3
+    assert fore == pytest.approx(share * hind, abs=0.01 * np.abs(hind).max())
 
 
 # ---- muscles and nerves ------------------------------------------------------------------------------

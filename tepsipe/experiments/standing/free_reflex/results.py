@@ -233,7 +233,7 @@ class FootRotation:
     share: float | None = None
     share_error: float | None = None
     """Rotation of the forefoot over the hindfoot's, from the markers alone, and its standard error; None
-    where they do not show it."""
+    where the assumption counts more than the markers."""
 
 
 def foot_rotation(person: list[BroadbandEpochs], sources: dict[str, Source]) -> FootRotation:
@@ -252,18 +252,21 @@ def foot_rotation(person: list[BroadbandEpochs], sources: dict[str, Source]) -> 
     after = shown[0].time >= 0.0
     tilts = np.concatenate([sign * trial.tilt[:, after] for sign, trial in zip(way, shown, strict=True)])
     theta, hind, fore = tilts[..., 0], tilts[..., 2], tilts[..., 3]
+    if not theta.any():
+        return FootRotation(1.0, assumed)
     above, below, error = _ratio(hind, theta, theta)
     ahead, behind, share_error = _ratio(fore, hind, theta)
     if PLACES in sources:
         placed = sources[PLACES].standard_uncertainty * float(np.mean([t.rotation_per_m for t in shown]))
         error = float(np.hypot(error, placed * above))
     known, unknown = (assumed * below) ** 2, error**2
-    return FootRotation(
+    foot = FootRotation(
         1.0 + assumed**2 * below * (above - below) / (known + unknown),
         assumed * float(np.sqrt(unknown / (known + unknown))),
-        ahead / behind,
-        share_error / abs(behind),
     )
+    if unknown > known:
+        return foot
+    return replace(foot, share=ahead / behind, share_error=share_error / abs(behind))
 
 
 def _ratio(above: np.ndarray, below: np.ndarray, by: np.ndarray) -> tuple[float, float, float]:
@@ -295,21 +298,6 @@ def at_rotation(trial: BroadbandEpochs, rotation: float) -> tuple[JointCentre | 
     names = ("offset_m", "moving_m", "own_m", "standard_error_m", "sway_rad", "foot_rad")
     found = {k: sum(w * getattr(x, k) for w, x in zip(weights, centres, strict=True)) for k in names}
     return replace(trial.centre, **found), skin_m
-
-
-def _turned(trial: BroadbandEpochs, rotation: float) -> BroadbandEpochs:
-    """Trial for another rotation of the hindfoot, about its own centre for that rotation."""
-    if trial.tilt is None or rotation == 1.0:
-        return trial
-    signals = {"perturbed": trial.perturbed.copy(), "quiet": trial.quiet.copy()}
-    for changed, tilt in zip(signals.values(), (trial.tilt, trial.quiet_tilt), strict=True):
-        changed[..., [ANKLE, ANKLE_D]] -= (rotation - 1.0) * tilt[..., :2]
-    centre, skin_m = at_rotation(trial, rotation)
-    signals["perturbed"] -= (skin_m - trial.skin_m) * trial.slopes[SKIN]
-    if trial.centre_used and centre is not None:
-        moved = zip(CENTRE, centre.offset_m - trial.centre.offset_m, strict=True)
-        signals["perturbed"] += sum(d * trial.slopes[name] for name, d in moved)
-    return replace(trial, **signals, centre=centre, skin_m=skin_m)
 
 
 PALPATED = "palpated_centre_m"
@@ -391,29 +379,29 @@ def with_common_centre(
         elif name not in (PALPATED, PLACES):
             both = float(np.hypot(source.standard_uncertainty, u)) if np.isfinite(u) else None
             known.append(source if both is None else replace(source, standard_uncertainty=both))
-    moved = []
-    for trial in trials:
-        about = _about(_turned(trial, foot.rotation), centre.offset_m)
-        moved.append(replace(about, slopes=about.slopes | _slope_of_foot(trial, foot.rotation, centre)))
-    return moved, known
+    return [_about(trial, foot, centre) for trial in trials], known
 
 
-def _slope_of_foot(
-    trial: BroadbandEpochs, rotation: float, centre: CommonCentre
-) -> dict[str, Annotated[np.ndarray, "(n, 3)"]]:
-    """Change of the responses with the rotation, which also moves the centre and the soft tissue."""
-    if not trial.turned:
-        return {}
-    now, then = (at_rotation(trial, rotation + step)[1] for step in (0.0, ROTATION_STEP))
-    moved = sum(d * trial.slopes[name] for name, d in zip(CENTRE, centre.per_rotation_m, strict=True))
-    return {FOOT: trial.slopes[FOOT] + moved - (then - now) / ROTATION_STEP * trial.slopes[SKIN]}
+def _about(trial: BroadbandEpochs, foot: FootRotation, centre: CommonCentre) -> BroadbandEpochs:
+    """Trial with the foot and the centre of its person, and with the soft tissue that belongs to them.
 
-
-def _about(trial: BroadbandEpochs, offset_m: np.ndarray) -> BroadbandEpochs:
-    """Trial about a centre of the joint that is given relative to the palpated one (m)."""
+    The slope of the foot's rotation becomes its total change: it also moves centre and soft tissue.
+    """
+    size, larger = (at_rotation(trial, foot.rotation + step)[1] for step in (0.0, ROTATION_STEP))
     present = trial.centre.offset_m if trial.centre is not None and trial.centre_used else np.zeros(2)
-    change = sum(d * trial.slopes[name] for name, d in zip(CENTRE, offset_m - present, strict=True))
-    return replace(trial, perturbed=trial.perturbed + change)
+    moved, followed = (
+        sum(d * trial.slopes[name] for name, d in zip(CENTRE, change, strict=True))
+        for change in (centre.offset_m - present, centre.per_rotation_m)
+    )
+    perturbed, quiet = trial.perturbed + moved - (size - trial.skin_m) * trial.slopes[SKIN], trial.quiet
+    if trial.tilt is not None:
+        quiet = quiet.copy()
+        for signals, tilt in ((perturbed, trial.tilt), (quiet, trial.quiet_tilt)):
+            signals[..., [ANKLE, ANKLE_D]] -= (foot.rotation - 1.0) * tilt[..., :2]
+    of_foot = trial.slopes[FOOT] + followed - (larger - size) / ROTATION_STEP * trial.slopes[SKIN]
+    return replace(
+        trial, perturbed=perturbed, quiet=quiet, slopes=trial.slopes | {FOOT: of_foot}, skin_m=size
+    )
 
 
 # K and B of both legs, and of each on a plate of its own
@@ -541,7 +529,7 @@ def centre_facts(
     """
     foot = foot_rotation(person, sources)
     centre = common_centre(person, sources, foot)
-    skins_m = [at_rotation(trial, foot.rotation)[1] for trial in trials]
+    skins_m = [trial.skin_m for trial in with_common_centre(trials, sources, person)[0]]
     return {
         "broadband_cutoff_hz": min((trial.cutoff_hz for trial in trials), default=None),
         "joint_centre_m": centre.offset_m.tolist() if trials else None,
