@@ -42,8 +42,11 @@ def angle_noise(design, shape, rng):
     return np.stack([wide, rate], axis=-1)[:, 40:-40]
 
 
-def draw_standing_estimates(plan, rng, draws, quiet_s=1.12):
-    """B (N·m·s/rad) and K (N·m/rad) of simulated experiments by the estimator itself, shape (draws, 2)."""
+def draw_standing_estimates(plan, rng, draws, quiet_s=1.12, more_torque=0.0):
+    """B (N·m·s/rad) and K (N·m/rad) of simulated experiments by the estimator itself, shape (draws, 2).
+
+    ``more_torque`` (N·m) is an error of the torque in every response.
+    """
     time, design = epoch_time(), plan.design
     quiet_time = np.arange(round(quiet_s * RATE_HZ) + 1) / RATE_HZ
     roots = [
@@ -58,6 +61,7 @@ def draw_standing_estimates(plan, rng, draws, quiet_s=1.12):
             for count, root in zip((design.number, 40), roots, strict=True)
         )
         perturbed = np.repeat(plan.response[None], design.number, axis=0)
+        perturbed[:, :, 0] += more_torque
         perturbed[:, :, 0] += sway - sway[:, baseline_samples(time)].mean(axis=1, keepdims=True)
         still = np.zeros((*quiet.shape, 3))
         still[:, :, 0] = quiet
@@ -99,6 +103,17 @@ def test_draws_of_sway_and_noise_scatter_as_predicted(noise_m, rate_hz):
     assert drawn.std(axis=0, ddof=1) == pytest.approx(plan.type_a[1:], rel=0.4)
     truth = plan.design.parameters[1:]
     assert (np.abs(drawn.mean(axis=0) - truth) < 0.02 * truth + plan.type_a[1:]).all()
+
+
+@pytest.mark.slow
+def test_what_the_model_leaves_of_the_frame_changes_the_estimates_as_predicted():
+    plan = plan_standing(StandingDesign(frame_hz=35.0, frame_left=1.0, type_b=0.0))
+    plain = draw_standing_estimates(plan, np.random.default_rng(4), 2).mean(axis=0)
+    changed = [
+        draw_standing_estimates(plan, np.random.default_rng(4), 2, more_torque=effect).mean(axis=0) - plain
+        for effect in plan.of_frame.T
+    ]
+    assert np.sqrt(np.mean(np.square(changed), axis=0)) == pytest.approx(plan.type_b[1:], rel=0.3)
 
 
 def test_uncertainty_follows_sway_size_and_number():

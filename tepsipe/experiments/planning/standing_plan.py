@@ -143,12 +143,18 @@ class StandingPlan:
     motion: BeltPulse
     """Response of the drive to its pulse (m/s)."""
 
-    @cached_property
+    @property
     def response(self) -> np.ndarray:
-        """Torque (N·m), angle (rad) and rate (rad/s), and effects of the frame on the torque (N·m).
+        """Torque (N·m), angle (rad) and rate (rad/s) of the epoch, baseline-corrected, shape (n, 3)."""
+        return self._epoch[:, :3]
 
-        Baseline-corrected epoch, shape (n, 3 + k) for k frequencies around the frame's.
-        """
+    @property
+    def of_frame(self) -> np.ndarray:
+        """(G - 1) tau (N·m) of the epoch for resonances around the frame's, as `response`, shape (n, k)."""
+        return self._epoch[:, 3:]
+
+    @cached_property
+    def _epoch(self) -> np.ndarray:
         design, time = self.design, epoch_time()
         pulse = self.motion.pulse_velocity
         onset = int(np.argmax(np.abs(pulse) > ONSET_SHARE * self.peak_m_per_s))
@@ -177,6 +183,7 @@ class StandingPlan:
         time, design = epoch_time(), self.design
         inside = inside_window(time, WINDOW_S)
         response, options = self.response[inside], design.options
+        of_frame = self.of_frame[inside]
         moments = noise_moments(design)[:, :, inside][..., inside]
         combination = np.array([1.0, -design.stiffness_Nm_per_rad, -design.damping_Nms_per_rad])
         with_residual = np.tensordot(combination, moments, 1)  # u with torque, angle and rate
@@ -198,7 +205,7 @@ class StandingPlan:
         chance = np.einsum("st,abts->ab", weighted, of_noise) + np.einsum("ast,bts->ab", crossed, crossed)
         spread = x.T @ weighted @ x / number + chance / number**2
         inverse = np.linalg.inv(x.T @ weight @ x)
-        wrong = np.sqrt(np.mean((inverse @ x.T @ weight @ response[:, 3:]) ** 2, axis=1))
+        wrong = np.sqrt(np.mean((inverse @ x.T @ weight @ of_frame) ** 2, axis=1))
         return tuple(
             np.concatenate([[np.nan], found])
             for found in (np.sqrt(np.diag(inverse @ spread @ inverse)), wrong)

@@ -34,7 +34,7 @@ ALIKE = 1.2
 DETECTOR_S = 0.001
 # thresholds that are tried, as shares of the largest one
 SHARES = np.linspace(0.0, 0.98, 99)
-# lateness beyond which a latency is flagged (s): twice what is usual without a threshold
+# lateness beyond which a latency is flagged (s): four amplitudes of a reflex without a threshold leave less
 LATE_S = 0.005
 
 
