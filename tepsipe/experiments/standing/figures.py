@@ -58,9 +58,10 @@ def plot_processed(result: Result) -> Figure:
         axis.set(ylabel=label)
     torques = result.facts["torques"]
     printed = zip(torques["as_printed"], arrays["processed/torque_as_printed"], strict=True)
-    for (pathway, torque), colour in zip(printed, (COLOURS["as printed"], COLOURS["other"]), strict=False):
-        label = words(pathway)
-        axes[3].plot(time, torque, color=colour, linewidth=0.6, label=label, rasterized=True)
+    # the wide line shows beside the recommended torque, which hides a thin one where they agree
+    styles = ((COLOURS["as printed"], 1.6), (COLOURS["other"], 0.6))
+    for (pathway, torque), (colour, width) in zip(printed, styles, strict=False):
+        axes[3].plot(time, torque, color=colour, linewidth=width, label=words(pathway), rasterized=True)
     recommended, label = arrays["processed/torque_recommended"], words(torques["recommended"])
     axes[3].plot(time, recommended, color=COLOURS["recommended"], linewidth=0.6, label=label, rasterized=True)
     axes[3].set(ylabel=r"$\tau_A$ (N·m)", xlabel="Time (s)")
