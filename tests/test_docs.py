@@ -145,6 +145,31 @@ def test_every_decision_is_listed():
         assert page.read_text(encoding="utf-8").startswith(f"# {number}. "), page.name
 
 
+def guideline_rows():
+    """Cells of the rows of the guideline's tables: rule, reason, and what checks the rule."""
+    text = (ROOT / "docs/guideline.md").read_text(encoding="utf-8")
+    lines = re.findall(r"^\|.*\|$(?!\n\|---)", text, re.MULTILINE)
+    return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines if line[1] != "-"]
+
+
+@pytest.mark.parametrize("row", guideline_rows(), ids=lambda row: row[0])
+def test_rules_of_the_guideline_name_their_checks_and_the_sources_of_their_numbers(row):
+    _, reason, checked = row
+    pages = [page for page in PAGES if "docs" in page.parts or page.parent.name == "config"]
+    known = "".join(page.read_text(encoding="utf-8") for page in pages if page.name != "guideline.md")
+    names = re.findall(r"`([^`]+)`", checked)
+    assert names
+    for name in names:
+        command, *options = name.split(" --")
+        assert command in known, name
+        assert all(f"--{option.split()[0]}" in known for option in options), name
+    links = re.findall(r"\]\(([^)#]+)", reason)
+    sources = "".join((ROOT / "docs" / link).read_text(encoding="utf-8") for link in links)
+    said = re.sub(r"\[[^]]*\]\([^)]*\)|`[^`]*`", "", reason)
+    for number in re.findall(r"\d+(?:\.\d+)?", said):
+        assert re.search(rf"(?<![\d.]){re.escape(number)}(?!\.?\d)", sources), f"{number} has no source"
+
+
 def test_picture_of_the_rig_is_that_of_its_script():
     drawn = runpy.run_path(str(ROOT / "docs/draw_rig.py"))
     assert (ROOT / "docs/rig.svg").read_text(encoding="utf-8") == drawn["drawing"]()

@@ -124,7 +124,7 @@ def plan_weights(plan: Plan, groups: list[Group], seen: dict[str, Seen]) -> None
     plan.ask(
         "weight.weight.com_height_m",
         "height of its centre of mass above the belt (m)",
-        "measure it to 1 mm, which is 4 % of K of a standing person",
+        "measure it to 1 mm",
     )
     plan.assume(
         "weight.weight.com_forward_of_markers_m",

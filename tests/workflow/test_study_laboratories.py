@@ -41,7 +41,7 @@ def test_a_folder_becomes_a_study_that_check_accepts(name, shipped_truth, tmp_pa
     if name == "split_belt_at_100_hz":  # both pulses of each load go forward
         lacks = "pulses backward on the empty belt, pulses backward under the weight of 20 kg"
         for line, belt in zip(wanted[:2], ("left", "right"), strict=True):
-            assert line == f"to be recorded: {belt} plate: {lacks} (docs/recordings/standing.md)"
+            assert line == f"to be recorded: {belt} plate: {lacks} (docs/guideline.md)"
         assert "a minute of quiet standing" in wanted[2] and "weight of 20 kg" in wanted[3]
     elif name in ("gait_with_events", "tables_with_other_names", "two_weights"):
         assert not wanted

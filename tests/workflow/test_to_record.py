@@ -1,10 +1,14 @@
-"""What is still to be recorded on a plate, by the pulses of its trials."""
+"""What is still to be recorded, by the pulses of the trials, in the words of the guideline."""
+
+import re
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from tepsipe.treadmill.recording import BeltRecording
-from workflow.support.to_record import lacking_on_plate
+from workflow.support.to_record import PAGE, Read, lacking_on_plate, to_record
 
 RATE_HZ = 250.0
 
@@ -36,3 +40,35 @@ def recording(kg, *signs):
 )
 def test_a_plate_needs_the_empty_belt_and_a_weight_under_pulses_of_both_directions(loads, lacks):
     assert lacking_on_plate([recording(*load) for load in loads]) == lacks
+
+
+def said_of(*loads):
+    """Parts of the sentences on a standing person after trials of these loads and 12 s without pulses."""
+    plates = {("weight", f"{k}"): recording(*load) for k, load in enumerate(loads)}
+    study = SimpleNamespace(
+        conditions=lambda _: ["calm-1"],
+        trials={("standing", "calm-1"): SimpleNamespace(source="recorded")},
+        treadmill=SimpleNamespace(
+            belt_of=lambda *_: "left", plate_trials=lambda _: [(*trial, None) for trial in plates]
+        ),
+        settings={
+            "weight": {"weight": {"mass_kg": 20.0, "com_forward_of_markers_m": None}, "further_weights": []}
+        },
+    )
+    said = to_record(study, Read(plates=plates, quiet_s={None: 12.0}))
+    assert all(sentence.endswith(f" ({PAGE})") for sentence in said)
+    return [part for sentence in said for part in sentence.split(": ", 1)[1].split(", ")]
+
+
+def test_the_guideline_uses_the_same_words():
+    page = (Path(__file__).parents[2] / PAGE).read_text(encoding="utf-8")
+    table = page.partition("| To be recorded |")[2].partition("\n\n")[0]
+    asked = [re.findall(r"`([^`]+)`", row.split(" | ")[0]) for row in table.splitlines()[2:]]
+    said = said_of() + said_of((0.0, 1), (20.0, 1)) + said_of((0.0, -1), (20.0, -1))
+    for words in asked:
+        assert words
+        for word in words:
+            assert any(word in part for part in said), word
+    for part in said:
+        if "found 12 s" not in part:
+            assert any(word in part for words in asked for word in words), part

@@ -1,6 +1,6 @@
 """What is still to be recorded or measured for K of a standing person, by the recordings of a study.
 
-The reasons are in docs/recordings/standing.md. Simulated trials are not looked at.
+docs/guideline.md explains each item in the same words. Simulated trials are not looked at.
 """
 
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ from workflow.support.people import BELTS
 from workflow.support.study import Study
 
 QUIET_S = 60.0
-PAGE = "docs/recordings/standing.md"
+PAGE = "docs/guideline.md"
 ENOUGH_KG = 20.0  # of the lightest weight
 LONGEST_S = 0.3  # of a pulse
 
@@ -51,8 +51,7 @@ def to_record(study: Study, read: Read) -> list[str]:
     weights = [study.settings["weight"]["weight"], *study.settings["weight"]["further_weights"]]
     if any(e == "weight" for e, _ in read.plates):
         said += [
-            f"weight of {weight['mass_kg']:g} kg: com_forward_of_markers_m to 1 mm, because 1 mm changes K "
-            f"by 4 % ({PAGE})"
+            f"weight of {weight['mass_kg']:g} kg: com_forward_of_markers_m to 1 mm ({PAGE})"
             for weight in weights
             if weight["com_forward_of_markers_m"] is None
         ]
