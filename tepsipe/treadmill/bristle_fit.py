@@ -508,7 +508,8 @@ def _chosen(
         smaller = [fits[c] for c in fits if len(c) + 1 == len(terms) and set(c) < set(terms)]
         usual, known = _usual(), [fit.constants[:SEARCHED] for fit in smaller]
         found = [search(signals, weights, terms, known or usual)]
-        other = search(signals, weights, terms, usual, BRIEF)
+        # frames of every frequency have been tried with one term or none
+        other = search(signals, weights, terms, usual, BRIEF) if len(terms) < 2 else found[0]
         if other.cost < found[0].cost:
             found.append(search(signals, weights, terms, [other.constants[:SEARCHED]]))
         fits[terms] = min(found, key=lambda fit: _penalised(fit, terms))
