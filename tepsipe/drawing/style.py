@@ -61,6 +61,7 @@ MODEL_COLOURS = {
     "spectral": "#4b4b4b",
     "loaded-frame": "#009e73",
     "bristle-frame": "#0b5d3b",
+    "linear-frame": "#6a51a3",
     "ripple-tracking": "#009e73",
 }
 

@@ -9,12 +9,13 @@ from tepsipe.new_study.pairing import GENERIC, WORDS, Group
 from tepsipe.new_study.plan import PLACEHOLDER, Missing, Plan
 from tepsipe.new_study.treadmill_plan import belts_of
 from tepsipe.new_study.treadmill_trials import Seen
+from tepsipe.treadmill.options import FRAMES
 
 GRAVITY_M_PER_S2 = 9.81
 # models of a plate without the mean of the empty belt
 FAMILY = (
     *("mass-spring-damper", "hnat2014", "output-error", "fir-causal", "fir", "spectral"),
-    *("loaded-frame", "bristle-frame"),
+    *("loaded-frame", *FRAMES),
 )
 SAME_MASS = 0.15  # largest relative difference of the loads of one weight
 ALIKE = 0.1  # largest relative difference of the peaks of the same pulses

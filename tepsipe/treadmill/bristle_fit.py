@@ -4,8 +4,8 @@ Force and moment are fitted together, with a free zero per trial, because transd
 a force between the pulses. All combinations of the terms beyond the loaded frame are fitted, each from
 several starts: the constants of the combinations with one term less, and the usual ones. The combination is
 kept whose error of trials that are left out in turn is least, where every further term must bring a clear
-gain: a treadmill without memory gets a model without bristles. A combination whose constants end at a bound
-is kept only if all do. Where even the best leaves far more than noise, a response without physics takes its
+gain: a treadmill without memory gets a model without bristles. A constant that ends at a bound counts as one
+term more. Where even the best leaves far more than noise, a response without physics takes its
 place (`tepsipe.treadmill.mass_models`), if it halves the left-out error.
 
 The search for the constants of one variant: linear constants follow by least squares for every set of the
@@ -24,7 +24,7 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
-from tepsipe.statistics.clusters import bias_reduced_share
+from tepsipe.statistics.clusters import leave_out
 from tepsipe.treadmill.bristle_frame import (
     AT,
     CONSTANTS,
@@ -362,16 +362,10 @@ def _leave_out(
     slopes /= norm
     names = [CONSTANTS[k] for k in free]
     prior = np.array([PRIOR.get(name, np.inf) for name in names]) * norm
-    normal = slopes.T @ slopes + np.diag(prior**-2.0 + 1e-9)
-    total, changes, spread = 0.0, *np.zeros((2, windows.kg.size, len(CONSTANTS)))
-    for k in range(windows.kg.size):
-        rows = slopes[trial == k]
-        moment, information = rows.T @ error[trial == k], rows.T @ rows
-        change = np.linalg.solve(normal - information, -moment)
-        changes[k, free] = change / norm
-        spread[k, free] = bias_reduced_share(normal, information, moment) / norm
-        total += float(np.sum((error[trial == k] - rows @ change) ** 2))
-    return total / error.size, changes, spread
+    total, *found = leave_out(slopes, error, trial, prior**-2.0 + 1e-9)
+    changes, spread = np.zeros((2, windows.kg.size, len(CONSTANTS)))
+    changes[:, free], spread[:, free] = (x / norm for x in found)
+    return total, changes, spread
 
 
 # smallest relative gain of the mean square error of left-out trials that another term must bring
@@ -398,6 +392,8 @@ class Calibrated:
     left_out: dict[str, float]
     """Terms joined by ``+``, for every variant that was fitted -> root mean square error of left-out trials
     relative to the noise."""
+    error: float
+    """The error of ``left_out`` of the variant that was chosen."""
     by_mass: tuple[dict[str, MassResponse], ...] = ()
     """Of a model without physics: component -> its response if a trial is left out, trial by trial."""
 
@@ -416,13 +412,7 @@ def fit_bristle_frame(
     """
     windows = pulse_windows(left_out_in_turn(trials))
     weights = noise_weights(windows)
-    masses = sorted(set(windows.kg.tolist()))
-    if len(masses) < 2:
-        raise InputError(
-            f"{windows.names[0]}: expected recordings with at least two different masses on the belt, "
-            f"found only {masses[0]:g} kg: record the empty belt, a weight, and a weight near that of "
-            "the subject, each with the subject's pulses"
-        )
+    heaviest_kg = heaviest(windows)
     if like is None:
         best, kept, scores = _chosen(windows, weights)
     elif like.by_mass:
@@ -441,18 +431,30 @@ def fit_bristle_frame(
             idle = IDLE._replace(response_share=0.0)
             models = {
                 c: BristleFrame(
-                    c, np.array(idle), (WITHOUT,), windows.rate_hz, float(masses[-1]), True, responses[0][c]
+                    c, np.array(idle), (WITHOUT,), windows.rate_hz, heaviest_kg, True, responses[0][c]
                 )
                 for c in COMPONENTS
             }
             without = np.zeros((windows.kg.size, len(CONSTANTS)))
-            return Calibrated(models, deviations, without, scores, responses[1:])
+            return Calibrated(models, deviations, without, scores, scores[WITHOUT], responses[1:])
     deviations = rng.standard_normal((draws, windows.kg.size)) @ best.spread
     models = {
-        c: BristleFrame(c, best.constants, kept, windows.rate_hz, float(masses[-1]), best.converged)
+        c: BristleFrame(c, best.constants, kept, windows.rate_hz, heaviest_kg, best.converged)
         for c in COMPONENTS
     }
-    return Calibrated(models, deviations, best.without_trial, scores)
+    return Calibrated(models, deviations, best.without_trial, scores, float(np.sqrt(best.left_out)))
+
+
+def heaviest(windows: PulseWindows) -> float:
+    """Largest mass of a calibration (kg), which needs two masses or more."""
+    masses = sorted(set(windows.kg.tolist()))
+    if len(masses) < 2:
+        raise InputError(
+            f"{windows.names[0]}: expected recordings with at least two different masses on the belt, "
+            f"found only {masses[0]:g} kg: record the empty belt, a weight, and a weight near that of "
+            "the subject, each with the subject's pulses"
+        )
+    return float(masses[-1])
 
 
 def left_out_in_turn(trials: list[dict[str, BeltRecording]]) -> list[dict[str, BeltRecording]]:
@@ -506,14 +508,19 @@ def _chosen(
         smaller = [fits[c] for c in fits if len(c) + 1 == len(terms) and set(c) < set(terms)]
         usual, known = _usual(), [fit.constants[:SEARCHED] for fit in smaller]
         found = [search(signals, weights, terms, known or usual)]
-        other = search(signals, weights, terms, usual, BRIEF)
+        # frames of every frequency have been tried with one term or none
+        other = search(signals, weights, terms, usual, BRIEF) if len(terms) < 2 else found[0]
         if other.cost < found[0].cost:
             found.append(search(signals, weights, terms, [other.constants[:SEARCHED]]))
-        fits[terms] = min(found, key=lambda fit: (fit.at_bound, fit.left_out))
-    inside = [c for c in fits if not fits[c].at_bound] or list(fits)
-    terms = min(inside, key=lambda c: fits[c].left_out / (1.0 - GAIN) ** len(c))
+        fits[terms] = min(found, key=lambda fit: _penalised(fit, terms))
+    terms = min(fits, key=lambda c: _penalised(fits[c], c))
     scores = {"+".join(c) or PLAIN: float(np.sqrt(fit.left_out)) for c, fit in fits.items()}
     return search(signals, weights, terms, [fits[terms].constants[:SEARCHED]], MOST), terms, scores
+
+
+def _penalised(fit: Fit, terms: tuple[str, ...]) -> float:
+    """Left-out error with the gain that every term must bring, where a constant at its bound is one more."""
+    return fit.left_out / (1.0 - GAIN) ** (len(terms) + fit.at_bound)
 
 
 def _without_physics(

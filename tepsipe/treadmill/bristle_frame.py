@@ -31,7 +31,14 @@ import numpy as np
 
 from tepsipe.treadmill.black_box_models import BeltModel
 from tepsipe.treadmill.mass_models import MassResponse
-from tepsipe.treadmill.pulse_windows import FINER, Bristles, Pulses, bent, held, pulses_of
+from tepsipe.treadmill.pulse_windows import (
+    Bristles,
+    bent_in_turn,
+    from_each_pulse,
+    held,
+    over_line,
+    pulses_of,
+)
 from tepsipe.treadmill.recording import BeltRecording
 
 
@@ -96,6 +103,8 @@ IDLE = Constants(
 # constants on which the response of the frame, the friction and the state of the bristles depend
 OF_FRAME = (*CONSTANTS[:6], "mount_share", "mount_time_s")
 OF_BRISTLES = ("lag_s", "bristle_m", "stribeck", "stribeck_speed_m_per_s")
+# plausible treadmill: resonance (Hz), share of the mounts, lag of the belt (s)
+LOWEST_HZ, MOUNT_SHARES, LONGEST_LAG_S = 10.0, (-0.05, 0.9), 0.0199
 # factors of the terms of friction: viscous, smooth and of the bristles, each with its share per kilogram
 RUBBING = ("force_viscous", "friction", "friction_per_kg", "bristle", "bristle_per_kg")
 OF_FRICTION = (*OF_BRISTLES, "friction_speed_m_per_s", *RUBBING)
@@ -145,6 +154,18 @@ class BristleFrame(BeltModel):
         slowness = self.named.slowness_s2 + carried_kg * self.named.slowness_s2_per_kg
         return float(1.0 / (2.0 * np.pi * np.sqrt(slowness))) if slowness > 0.0 else float("inf")
 
+    def plausible(self, mass_kg: float) -> bool:
+        """Test for a resonance, mounts, friction under a mass (kg), and lag as a treadmill can have."""
+        c, (low, high) = self.named, MOUNT_SHARES
+        sliding = (c.friction + mass_kg * c.friction_per_kg) + (c.bristle + mass_kg * c.bristle_per_kg)
+        return bool(
+            np.isfinite(self.constants).all()
+            and 0.0 <= c.slowness_s2 <= (1.0 / (2.0 * np.pi * LOWEST_HZ)) ** 2
+            and low <= c.mount_share <= high
+            and abs(c.lag_s) <= LONGEST_LAG_S
+            and sliding + 0.5 * c.force_viscous >= 0.0
+        )
+
     def predict(self, recording: BeltRecording) -> np.ndarray:
         """L (unit of the load), shape (n,), relative to its value before each pulse.
 
@@ -152,9 +173,9 @@ class BristleFrame(BeltModel):
         """
         carried_force = recording.rigid_kg * recording.acceleration
         load = recording.carried + self.added(recording, carried_force)
-        predicted = self._through(recording, _spectrum(load)) - recording.carried
+        predicted = self._through(recording, over_line(load)) - recording.carried
         predicted = predicted + self._pull(recording) + self._free(recording)
-        return _from_each_pulse(recording, predicted)
+        return from_each_pulse(recording, predicted)
 
     def compensate(
         self,
@@ -170,11 +191,11 @@ class BristleFrame(BeltModel):
         """
         key = ("spectrum", *self._constants(self._of_response))
         measured = recording.load + recording.carried
-        whole = recording.once(key, lambda: _spectrum(measured - self._free(recording)))
+        whole = recording.once(key, lambda: over_line(measured - self._free(recording)))
         key = ("before", self.component, *self._constants((*OF_FRAME, *self._of_response)))
         before = recording.once(key, lambda: self._through(recording, whole, inverse=True))
         if self.component == "Mx" and recording.rigid_kg:
-            before = before - self._through(recording, _spectrum(self._pull(recording)), inverse=True)
+            before = before - self._through(recording, over_line(self._pull(recording)), inverse=True)
         added = self.added(recording, np.zeros_like(before) if force is None else force, friction)
         return before - added - recording.carried
 
@@ -207,7 +228,7 @@ class BristleFrame(BeltModel):
     def frame_acceleration(self, recording: BeltRecording) -> np.ndarray:
         """Acceleration of the frame (m/s²), shape (n,), from the measured fore-aft force."""
         c = self.named
-        measured, line = _spectrum(recording.load + recording.carried)
+        measured, line = over_line(recording.load + recording.carried)
         s = 2j * np.pi * np.fft.rfftfreq(line.size, 1.0 / recording.rate_hz)
         before = measured / (frame_response(c, s, 0.0, "Fy") * mount_response(c, s))
         return np.fft.irfft(-c.slowness_s2_per_kg * s**2 * before / _first_mode(c, s, 0.0), line.size)
@@ -230,7 +251,7 @@ class BristleFrame(BeltModel):
         rubbing, last = smooth * w / np.hypot(c.friction_speed_m_per_s, w), 0.0
         if bristle != 0.0:
             key = ("bristles", *self._constants(OF_BRISTLES))
-            z, last = recording.once(key, lambda: _bristles(pulses, w, c.bristles))
+            z, last = recording.once(key, lambda: bent_in_turn(pulses, w, c.bristles))
             rubbing = rubbing + bristle * z
         sliding = recording.velocity + c.lag_s * recording.acceleration
         last = np.broadcast_to(bristle * last, pulses.start.shape)
@@ -252,7 +273,7 @@ class BristleFrame(BeltModel):
         if self.component == "Fy" or not recording.rigid_kg:
             return 0.0
         kg = recording.rigid_kg + self.named.force_mass
-        spectrum, line = _spectrum(kg * recording.acceleration + self.friction(recording))
+        spectrum, line = over_line(kg * recording.acceleration + self.friction(recording))
         s = 2j * np.pi * np.fft.rfftfreq(line.size, 1.0 / recording.rate_hz)
         empty, under = (frame_response(self.named, s, mass, "Mx") for mass in (0.0, recording.rigid_kg))
         return recording.rigid_height_m * np.fft.irfft((empty - under) * spectrum, line.size)
@@ -260,7 +281,7 @@ class BristleFrame(BeltModel):
     def _through(
         self, recording: BeltRecording, x: tuple[np.ndarray, np.ndarray], *, inverse: bool = False
     ) -> np.ndarray:
-        """A signal, as `_spectrum`, filtered by the response to a force or a moment, or by its inverse."""
+        """A signal, as `over_line`, filtered by the response to a force or a moment, or by its inverse."""
         spectrum, line = x
         s = 2j * np.pi * np.fft.rfftfreq(line.size, 1.0 / recording.rate_hz)
         if self.component == "Fy":
@@ -268,15 +289,6 @@ class BristleFrame(BeltModel):
         else:
             response = frame_response(self.named, s, 0.0, "Mx")
         return np.fft.irfft(spectrum * (1.0 / response if inverse else response), line.size) + line
-
-
-def _spectrum(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Spectrum of ``x``, shape (n,), less a line between its ends, and the line (unit of ``x``).
-
-    The ends differ where bristles stay bent; the line between them is passed on unchanged.
-    """
-    line = np.linspace(x[0], x[-1], x.size)
-    return np.fft.rfft(x - line), line
 
 
 def frame_response(
@@ -303,23 +315,3 @@ def mount_response(constants: Constants, s: np.ndarray) -> np.ndarray:
     """S at s (rad/s)."""
     time_s = constants.mount_time_s
     return 1.0 - constants.mount_share * time_s * s / (1.0 + time_s * s)
-
-
-def _bristles(pulses: Pulses, w: np.ndarray, bristles: Bristles) -> tuple[np.ndarray, np.ndarray]:
-    """State of the bristles in every pulse, shape (pulses, n), and at its end, shape (pulses,)."""
-    kept, z = bent(w, bristles, FINER * pulses.rate_hz)
-    last, before = np.empty(z.shape[0]), 0.0
-    for k in range(z.shape[0]):
-        z[k] += kept[k] * before
-        last[k] = before = z[k, -1]
-    return z, last
-
-
-def _from_each_pulse(recording: BeltRecording, x: np.ndarray) -> np.ndarray:
-    """``x`` less its value before the last pulse that has begun, shape (n,) (unit of ``x``)."""
-    relative = x.copy()
-    before = round(0.1 * recording.rate_hz)
-    ends = [*recording.onsets[1:], x.size]
-    for onset, end in zip(recording.onsets, ends, strict=True):
-        relative[onset:end] -= x[max(0, onset - before)]
-    return relative

@@ -12,6 +12,7 @@ from tepsipe.io.tables import Table
 from tepsipe.treadmill.black_box_models import spectrum_over_distance
 from tepsipe.treadmill.bristle_frame import AT
 from tepsipe.treadmill.mass_models import LoadedFrame
+from tepsipe.treadmill.options import FRAMES
 from tepsipe.treadmill.recording import BeltRecording, check_recordings
 from tepsipe.treadmill.registry import FamilyOptions, FittedModel, evaluate, fit_model
 
@@ -154,7 +155,7 @@ BOTH = "empty+weight"
 # entry for a resonance that the signals do not show (Hz)
 UNSEEN_HZ = 1e6
 # models that need more than one mass on the belt
-OF_BOTH = ("loaded-frame", "bristle-frame")
+OF_BOTH = ("loaded-frame", *FRAMES)
 
 
 def group_of(experiment: str, carried_kg: float, usual_kg: float) -> str:

@@ -13,7 +13,7 @@ instrument. Residuals of calibration trials come from a fit
 without that trial. The gate does not detect the state of friction before a pulse, nor wrong geometry.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -24,6 +24,7 @@ from tepsipe.io.result import Result
 from tepsipe.treadmill.bristle_fit import COMPONENTS, Calibrated, left_out_in_turn, residuals
 from tepsipe.treadmill.bristle_frame import BristleFrame
 from tepsipe.treadmill.frame_peak import FramePeak
+from tepsipe.treadmill.linear_frame import LinearFrame
 from tepsipe.treadmill.mass_models import MassResponse
 from tepsipe.treadmill.plate_check import PlateCheck
 from tepsipe.treadmill.pulse_windows import (
@@ -34,6 +35,7 @@ from tepsipe.treadmill.pulse_windows import (
     pulse_windows,
 )
 from tepsipe.treadmill.recording import BeltRecording
+from tepsipe.treadmill.registry import FittedModel
 
 # largest predicted error of K that is trusted, with two standard errors, relative to K
 TRUSTED = 0.1
@@ -42,8 +44,6 @@ BEYOND = 1.1
 # trials whose pulses differ from the subject's by this much more than the most similar ones also count
 ALIKE = 0.05
 ALIGNMENTS = 4
-# plausible treadmill: resonance (Hz), share of the mounts, lag of the belt (s)
-LOWEST_HZ, MOUNT_SHARES, LONGEST_LAG_S = 10.0, (-0.05, 0.9), 0.0199
 UNITS = {"Fy": "N", "Mx": "Nm"}
 # factor, and excess, by which the unexplained part of a model exceeds its limit
 TIMES, MORE = 2.0, 0.02
@@ -75,8 +75,14 @@ class HeldOut:
     """Whether the search for the model's constants converged inside its bounds."""
     plate_flags: tuple[str, ...] = ()
     """Names, in `tepsipe.io.estimates.FLAGS`, of faults of the plate that resting weights show."""
+    model: str | None = None
+    """Name of the model."""
     empty_frame: FramePeak | None = None
     """Resonance of the empty belt."""
+
+    def of(self, models: Mapping[str, FittedModel]) -> bool:
+        """Test for residuals of the model of a plate, given by component of the load."""
+        return any(model.name == self.model for model in models.values())
 
     @property
     def failed(self) -> str:
@@ -151,7 +157,7 @@ def held_out_residuals(
     """
     if calibrated is None:
         return Result({}, {}, {"trials": []})
-    constants = calibrated.models["Fy"].constants
+    model = calibrated.models["Fy"]
     arrays: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}
     after_s = min(longest_window(trial["Fy"]) for trial in (*training, *testing))
@@ -176,14 +182,25 @@ def held_out_residuals(
     windows = pulse_windows(left_out_in_turn(training), whole=True)
     for k, change in enumerate(calibrated.without_trial):
         free = calibrated.by_mass[k] if calibrated.by_mass else {}
-        keep(windows, k, residuals(windows, constants + change), free)
+        keep(windows, k, _residuals(windows, model.moved(change)), free)
     if testing:
         windows = pulse_windows(by_direction(testing), whole=True)
-        residual = residuals(windows, constants)
-        free = {c: m.by_mass for c, m in calibrated.models.items() if m.by_mass is not None}
+        residual = _residuals(windows, model)
+        free = {} if isinstance(model, LinearFrame) else _by_mass(calibrated)
         for k in range(windows.kg.size):
             keep(windows, k, residual, free)
     return Result(arrays, units, facts)
+
+
+def _by_mass(calibrated: Calibrated) -> dict[str, MassResponse]:
+    return {c: m.by_mass for c, m in calibrated.models.items() if m.by_mass is not None}
+
+
+def _residuals(windows: PulseWindows, model: BristleFrame | LinearFrame) -> dict[str, np.ndarray]:
+    """Measured less modelled mean pulses (N, N·m), shape (trials, n)."""
+    if isinstance(model, LinearFrame):
+        return model.residuals(windows)
+    return residuals(windows, model.constants)
 
 
 def read_held_out(result: Result) -> HeldOut | None:
@@ -202,6 +219,7 @@ def read_held_out(result: Result) -> HeldOut | None:
         below_limit_kg=tuple(result.facts["below_limit_kg"]),
         converged=bool(result.facts["converged"]),
         plate_flags=PlateCheck.from_result(result).flags,
+        model=result.facts.get("model"),
         empty_frame=FramePeak(*result.facts["empty_frame"]) if "empty_frame" in result.facts else None,
     )
 
@@ -303,7 +321,7 @@ def _torque_errors(held_out: HeldOut, k: int, subject: Subject, delay: float) ->
     return errors
 
 
-def model_flags(model: BristleFrame, mass_kg: float) -> list[str]:
+def model_flags(model: BristleFrame | LinearFrame, mass_kg: float) -> list[str]:
     """Flags of estimates that a model compensates for a subject of some mass (kg): names in `FLAGS`.
 
     ``beyond-calibrated-mass`` where the mass exceeds the heaviest weight by more than a tenth,
@@ -313,19 +331,6 @@ def model_flags(model: BristleFrame, mass_kg: float) -> list[str]:
     flags = []
     if mass_kg > BEYOND * model.heaviest_kg:
         flags.append("beyond-calibrated-mass")
-    if not _physical(model, mass_kg):
+    if not model.plausible(mass_kg):
         flags.append("treadmill-model" if model.converged else "treadmill-not-converged")
     return flags
-
-
-def _physical(model: BristleFrame, mass_kg: float) -> bool:
-    """Test for a resonance, mounts, friction under a mass (kg), and lag that an empty treadmill can have."""
-    c, (low, high) = model.named, MOUNT_SHARES
-    sliding = (c.friction + mass_kg * c.friction_per_kg) + (c.bristle + mass_kg * c.bristle_per_kg)
-    return bool(
-        np.isfinite(model.constants).all()
-        and 0.0 <= c.slowness_s2 <= (1.0 / (2.0 * np.pi * LOWEST_HZ)) ** 2
-        and low <= c.mount_share <= high
-        and abs(c.lag_s) <= LONGEST_LAG_S
-        and sliding + 0.5 * c.force_viscous >= 0.0
-    )

@@ -7,6 +7,11 @@ from annotated_types import Ge, Gt, Le
 
 from tepsipe.quantities import Gravity, Length, Mass, Offset, Thesis, Time
 
+# frames that are fitted to force and moment together, with draws of their errors, and the name of that which
+# predicts trials best that it has not seen
+FRAMES = ("bristle-frame", "linear-frame")
+BEST = "best-frame"
+
 
 @dataclass(frozen=True)
 class RippleOptions:

@@ -267,6 +267,35 @@ def held(
     return recording.through_lowpass(signal)
 
 
+def bent_in_turn(pulses: Pulses, w: np.ndarray, bristles: Bristles) -> tuple[np.ndarray, np.ndarray]:
+    """State of the bristles in every pulse, shape (pulses, n), and at its end, shape (pulses,)."""
+    kept, z = bent(w, bristles, FINER * pulses.rate_hz)
+    last, before = np.empty(z.shape[0]), 0.0
+    for k in range(z.shape[0]):
+        z[k] += kept[k] * before
+        last[k] = before = z[k, -1]
+    return z, last
+
+
+def over_line(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Spectrum of ``x``, shape (n,), less a line between its ends, and the line (unit of ``x``).
+
+    The ends differ where bristles stay bent; the line between them is passed on unchanged.
+    """
+    line = np.linspace(x[0], x[-1], x.size)
+    return np.fft.rfft(x - line), line
+
+
+def from_each_pulse(recording: BeltRecording, x: np.ndarray) -> np.ndarray:
+    """``x`` less its value before the last pulse that has begun, shape (n,) (unit of ``x``)."""
+    relative = x.copy()
+    before = round(0.1 * recording.rate_hz)
+    ends = [*recording.onsets[1:], x.size]
+    for onset, end in zip(recording.onsets, ends, strict=True):
+        relative[onset:end] -= x[max(0, onset - before)]
+    return relative
+
+
 def _coarse(x: np.ndarray, ramp: np.ndarray) -> np.ndarray:
     """Spectrum of windows at the fine rate up to half the recordings' rate, unit of ``x``."""
     return np.fft.rfft(x * np.repeat(ramp, FINER), axis=1)[:, : ramp.size // 2 + 1] / FINER

@@ -43,6 +43,9 @@ class BeltRecording:
         whose force itself drives the empty frame.
     rigid_height_m : float
         Height of the weight's centre of mass above the belt (m).
+    beside, beside_carried : ndarray or None, shape (n,)
+        Measured load of the plate's other component, the moment beside the force, and what of it is carried
+        (its unit); None where it is not known.
     unit : str
         Unit of the load, N or Nm.
     evaluated : ndarray of bool, shape (n,)
@@ -68,6 +71,8 @@ class BeltRecording:
     lowpass: Lowpass | None = None
     rigid_kg: float = 0.0
     rigid_height_m: float = 0.0
+    beside: np.ndarray | None = None
+    beside_carried: np.ndarray | None = None
 
     def __repr__(self) -> str:
         filtered = "not filtered" if self.lowpass is None else f"low-pass {self.lowpass.cutoff_hz:g} Hz"
@@ -124,6 +129,9 @@ class BeltRecording:
         columns = np.column_stack([self.velocity, self.acceleration, self.load, self.carried])
         start = columns[0] * [1.0, 0.0, 0.0, 0.0]
         velocity, acceleration, load, carried = (lowpass(columns - start, self.rate_hz) + start).T
+        beside, beside_carried = (
+            None if x is None else lowpass(x, self.rate_hz) for x in (self.beside, self.beside_carried)
+        )
         return replace(
             self,
             velocity=velocity,
@@ -131,6 +139,8 @@ class BeltRecording:
             load=load,
             carried=carried,
             lowpass=lowpass,
+            beside=beside,
+            beside_carried=beside_carried,
         )
 
 

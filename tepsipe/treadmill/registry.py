@@ -3,7 +3,7 @@
 import json
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Annotated
 
@@ -23,8 +23,9 @@ from tepsipe.treadmill.black_box_models import (
     fit_ripple_tracker,
     fit_spectral,
 )
-from tepsipe.treadmill.bristle_fit import Calibrated
+from tepsipe.treadmill.bristle_fit import Calibrated, fit_bristle_frame
 from tepsipe.treadmill.bristle_frame import BristleFrame
+from tepsipe.treadmill.linear_frame import LinearFrame, fit_linear_frame
 from tepsipe.treadmill.mass_models import (
     LoadedFrame,
     MassResponse,
@@ -34,7 +35,7 @@ from tepsipe.treadmill.mass_models import (
     fit_mass_spring_damper,
     fit_mean_subtraction,
 )
-from tepsipe.treadmill.options import ModelOptions
+from tepsipe.treadmill.options import BEST, FRAMES, ModelOptions
 from tepsipe.treadmill.recording import BeltRecording, Score, check_recordings, score
 
 MODEL_MEANINGS = {
@@ -48,9 +49,12 @@ MODEL_MEANINGS = {
     "loaded-frame": "frame, friction and mounts, which depend on the load",
     "bristle-frame": "loaded frame with bristle friction, its lever and a second mode, if cross-validation "
     "asks for them",
+    "linear-frame": "frame whose load is linear in the measured one, in force and moment together, with the "
+    "delay between their logs and the belt's",
     "ripple-tracking": "impulse response with tracking of the roller ripple",
 }
 FORMAT = "tepsipe treadmill models 1"
+JOINT = dict(zip(FRAMES, (fit_bristle_frame, fit_linear_frame), strict=True))
 FAMILY = tuple(MODEL_MEANINGS)
 # correlation of load and prediction from which they are alike
 ALIKE = 0.5
@@ -66,6 +70,7 @@ KINDS = (
     ImpulseResponse,
     LoadedFrame,
     BristleFrame,
+    LinearFrame,
     RippleTracker,
     MassResponse,
 )
@@ -77,9 +82,8 @@ class FamilyOptions(ModelOptions):
 
     frame: Annotated[np.ndarray, "(3,)"] | None = None
     """The loaded frame's d (s), e_0 (s2), e_1 (s2/kg), if identified from another load."""
-    joint: Calibrated | None = None
-    """The model "bristle-frame", which is fitted to force and moment together
-    (`tepsipe.treadmill.bristle_fit.fit_bristle_frame`)."""
+    joint: dict[str, Calibrated] = field(default_factory=dict)
+    """Name -> model of `JOINT`, which is fitted to force and moment together."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -105,6 +109,9 @@ class FittedModel:
     calibrated: dict[str, Sequence[float]] | None = None
     """Range of ``velocity`` (m/s), ``acceleration`` (m/s²) and ``load`` (unit of the load) in the
     calibration; None where it was not kept."""
+
+    left_out: float | None = None
+    """Error of trials that are left out of the fit of a model of `JOINT`, relative to the noise."""
 
     def __repr__(self) -> str:
         return f"<FittedModel {self.name} ({self.unit}), calibrated by {listed(self.trained_on)}>"
@@ -187,6 +194,7 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
     Returns: model with its unit, filter and calibration recordings.
     """
     check_recordings(recordings, options.shortest_s)
+    joint = options.joint.get(name)
     fits = {
         "mean-subtraction": lambda: fit_mean_subtraction(recordings),
         "mass-spring-damper": lambda: fit_mass_spring_damper(recordings),
@@ -196,7 +204,7 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
         "fir": lambda: fit_finite_response(recordings, options.fir_lead_s, options.fir_lag_s),
         "spectral": lambda: fit_spectral(recordings, options.spectral_segment_s),
         "loaded-frame": lambda: fit_loaded_frame(recordings, options.frame),
-        "bristle-frame": lambda: options.joint.models["Fy" if recordings[0].unit == "N" else "Mx"],
+        **{name: lambda: joint.models["Fy" if recordings[0].unit == "N" else "Mx"] for name in JOINT},
         "ripple-tracking": lambda: fit_ripple_tracker(
             recordings,
             fit_finite_response(recordings, options.fir_lead_s, options.fir_lag_s),
@@ -205,11 +213,11 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
     }
     if name not in fits:
         raise InputError(f"expected a treadmill model of {', '.join(FAMILY)}, found {name!r}: correct it")
-    for needing, settings in (("ripple-tracking", options.ripple), ("bristle-frame", options.joint)):
-        if name == needing and settings is None:
-            what = (
-                "options of the ripple" if name == "ripple-tracking" else "the joint fit of force and moment"
-            )
+    for needing, settings, what in (
+        (("ripple-tracking",), options.ripple, "options of the ripple"),
+        (JOINT, joint, "the joint fit of force and moment"),
+    ):
+        if name in needing and settings is None:
             raise InputError(f"expected {what} for the model {name!r}, found none: give them")
     first, model = recordings[0], fits[name]()
     return FittedModel(
@@ -218,8 +226,9 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
         first.unit,
         first.lowpass,
         tuple(r.name for r in recordings),
-        options.joint.deviations if name == "bristle-frame" else None,
+        None if joint is None else joint.deviations,
         _usual(model, recordings),
+        left_out=None if joint is None else joint.error,
     )
 
 
@@ -355,7 +364,10 @@ def _revived(x):
 
 
 def pick(models: dict[str, FittedModel], name: str) -> FittedModel:
-    """One model by its name."""
+    """One model by its name, or of those of `JOINT` the one with the least error as `BEST`."""
+    frames = [model for model in models.values() if model.left_out is not None]
+    if name == BEST and frames:
+        return min(frames, key=lambda model: model.left_out)
     if name not in models:
         raise InputError(f"expected a treadmill model named {name!r}, found {listed(models)}: fit it first")
     return models[name]

@@ -23,6 +23,7 @@ from tepsipe.treadmill.recording import BeltRecording
 
 # the moment first: it identifies the frame with which the force is fitted
 COMPONENTS = {"Mx": "Nm", "Fy": "N"}
+OTHER = {"Mx": "Fy", "Fy": "Mx"}
 # the zero of a pulse is the mean load over this time, but at most over half the time since the last pulse,
 # until so long before the pulse (s)
 ZERO_BEFORE_S, ZERO_GAP_S = 1.0, 0.04
@@ -100,6 +101,8 @@ def plate_recordings(
             rigid_kg=mass_kg,
             rigid_height_m=height_m,
             evaluated=evaluated,
+            beside=measured[OTHER[component]],
+            beside_carried=carried[OTHER[component]],
         )
         for component, recording in recordings_of_loads(prepared, induced, mass_kg).items()
     }
@@ -154,6 +157,8 @@ def recordings_of_loads(
             evaluated=np.ones(velocity.size, dtype=bool),
             onsets=prepared.onsets,
             lowpass=prepared.lowpass,
+            beside=loads[OTHER[component]],
+            beside_carried=np.zeros(velocity.size),
         )
         for component, unit in COMPONENTS.items()
     }

@@ -26,8 +26,17 @@ from tepsipe.treadmill.black_box_models import (
 from tepsipe.treadmill.bristle_fit import Calibrated
 from tepsipe.treadmill.bristle_frame import AT, BristleFrame
 from tepsipe.treadmill.calibration import coherence_limit
+from tepsipe.treadmill.linear_frame import MEAN, LinearFrame
 from tepsipe.treadmill.recording import check_recordings, score
-from tepsipe.treadmill.registry import FAMILY, evaluate, fit_model, load_treadmill_models, pick, save_models
+from tepsipe.treadmill.registry import (
+    FAMILY,
+    JOINT,
+    evaluate,
+    fit_model,
+    load_treadmill_models,
+    pick,
+    save_models,
+)
 
 LINEAR = ("hnat2014", "output-error", "fir-causal", "fir", "spectral")
 CONTINUOUS = ("mass-spring-damper", *LINEAR, "ripple-tracking")
@@ -314,6 +323,7 @@ def every_model():
         r = restless_belt(lambda v, a: 3.0 * a + 0.1 * rng.standard_normal(a.size), rng)
         ripple = 2.0 * np.cos(2.0 * np.pi * 1.7 * r.position)
         carried = kg * 0.1 * r.acceleration
+        r = replace(r, beside=0.0 * carried, beside_carried=0.0 * carried)
         r = replace(
             r, load=r.load + ripple, carried=carried, carried_kg=kg, rigid_kg=kg, name=f"with {kg:g} kg"
         )
@@ -329,10 +339,13 @@ def every_model():
         rng.standard_normal((3, constants.size)),
         np.zeros((2, constants.size)),
         {"bristles": 1.0},
+        1.0,
     )
+    linear = replace(joint, models={"Mx": LinearFrame("Mx", MEAN + 1e-7, ("bristles",), 100.0, 20.0)})
+    joints = {"bristle-frame": joint, "linear-frame": replace(linear, deviations=np.ones((3, MEAN.size)))}
+    options = replace(OPTIONS, joint=joints)
     models = [
-        fit_model(name, pulsed if name == "mean-subtraction" else recordings, replace(OPTIONS, joint=joint))
-        for name in FAMILY
+        fit_model(name, pulsed if name == "mean-subtraction" else recordings, options) for name in FAMILY
     ]
     return models, pulsed[1]
 
@@ -367,7 +380,7 @@ def test_models_are_kept_exactly_and_applied_in_one_call(every_model, tmp_path):
 def test_compensation_takes_the_prediction_out_of_the_load(every_model):
     models, recording = every_model
     for model in models:
-        if model.name not in ("loaded-frame", "bristle-frame"):
+        if model.name not in ("loaded-frame", *JOINT):
             expected = recording.load - model.predict(recording)
             assert np.array_equal(model.compensate(recording), expected), model.name
 

@@ -888,7 +888,7 @@ def test_a_standing_person_may_have_no_electromyograms(sheet):
 def test_models_of_a_treadmill_that_was_never_measured_are_refused_in_one_sentence(config):
     with pytest.raises(InputError) as caught:
         check_plate_models(config, "my-study")
-    names = ("standing.pathways.ankle-compensated", "'bristle-frame'", "weight and empty", "null")
+    names = ("standing.pathways.ankle-compensated", "'best-frame'", "weight and empty", "null")
     assert_one_sentence(caught.value, "my-study", *names)
     for pathway in config["standing"]["pathways"].values():
         pathway["treadmill_model"] = None

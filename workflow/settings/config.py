@@ -5,6 +5,7 @@ from pydantic import create_model
 from tepsipe.errors import InputError
 from tepsipe.experiments.registry import EXPERIMENTS
 from tepsipe.mechanics.engines import installed_engines
+from tepsipe.treadmill.options import BEST, FRAMES
 from workflow.settings.check import check_content
 from workflow.settings.complete import plate_key, settings_of
 from workflow.settings.dummy import Dummy, Noise
@@ -97,9 +98,15 @@ def _specification(config: dict) -> None:
         raise UnfitError(expected, key="dummy.specification.other_cutoff_hz", found=f"{tried:g}")
 
 
-def _models_of_pathways(config: dict) -> None:
-    """A pathway's model of the treadmill must be one that is fitted."""
+def known_models(config: dict) -> list[str]:
+    """Names of the models of the force plate that a pathway can take."""
     family = config["weight"]["models"]["family"]
+    return [*family, BEST] if set(FRAMES) & set(family) else family
+
+
+def _models_of_pathways(config: dict) -> None:
+    """A pathway's model of the treadmill must be one that is fitted, or the best of the frames."""
+    family = known_models(config)
     for section, pathways in (
         ("dummy.foot", config["dummy"]["foot"]["pathways"]),
         ("standing", config["standing"]["pathways"]),
@@ -121,7 +128,7 @@ def _plan(config: dict) -> None:
             "or set plan to null"
         )
     pathway = config["dummy"]["foot"]["pathways"].get("foot-compensated")
-    if pathway is None or pathway["treadmill_model"] not in config["weight"]["models"]["family"]:
+    if pathway is None or pathway["treadmill_model"] not in known_models(config):
         raise InputError(
             "expected weight.models.family to fit the treadmill_model of "
             "dummy.foot.pathways.foot-compensated for a plan study, found none: add it"

@@ -6,7 +6,7 @@ from pydantic import model_validator
 
 from tepsipe.errors import InputError
 from tepsipe.quantities import Delimiter, Frequency, Pause, Time
-from tepsipe.treadmill.options import ModelOptions
+from tepsipe.treadmill.options import FRAMES, ModelOptions
 from tepsipe.treadmill.options import Weight as KnownWeight
 from workflow.settings.plate_treadmill import MarkerLabels, TreadmillIngest, TriggerIngest, Window
 from workflow.settings.section import Section, UnfitError, different, made_from, refuse_unknown, setting, some
@@ -47,6 +47,13 @@ MODELS = {
         "2 or 4",
         "whole recording",
     ),
+    "linear-frame": (
+        "frame whose load is linear in the measured one, with pitch, delay between the logs of force and "
+        "belt, friction with memory and a second mode, the latter two if cross-validation asks for them; "
+        "fitted to force and moment together ([decision 71](../docs/decisions/0071-linear-frame.md))",
+        "4",
+        "whole recording",
+    ),
     "ripple-tracking": (
         "`fir`, and lines at fixed orders over travelled distance, tracked from past samples of the load",
         "lines",
@@ -66,7 +73,8 @@ class PlateModels(made_from(ModelOptions, without=("ripple",)), FittedModels):
     """Models of the load on the force plate."""
 
     calibration_draws: int = setting(
-        "number of draws of the constants of `bristle-frame`, for the uncertainty of what it compensates",
+        "number of draws of the constants of `bristle-frame` and `linear-frame`, for the uncertainty of what "
+        "they compensate",
         least=2,
     )
 
@@ -190,6 +198,6 @@ class Belt(Section):
     @model_validator(mode="after")
     def _models_that_suit(self) -> Any:
         refuse_unknown("chosen", self.chosen, "belt.models.family", self.models.family)
-        unsuited = ("mean-subtraction", "loaded-frame", "bristle-frame")
+        unsuited = ("mean-subtraction", "loaded-frame", *FRAMES)
         _refuse_unsuited(self.models.family, unsuited, "needs an empty belt beside a weight")
         return self

@@ -26,6 +26,7 @@ from tepsipe.signals.array_types import Samples
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.notebook_display import as_html, new_axes
 from tepsipe.treadmill.calibration import ModelScore, calibrate, table_plan
+from tepsipe.treadmill.options import FRAMES
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import (
     MODEL_MEANINGS,
@@ -45,7 +46,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # frames and mean subtraction need pulses of an empty belt and of a weight
-UNSUITED = ("mean-subtraction", "loaded-frame", "bristle-frame")
+UNSUITED = ("mean-subtraction", "loaded-frame", *FRAMES)
 # R2 by which a model may fall short of another and still count as good
 AS_GOOD = 0.01
 SUITED = tuple(name for name in MODEL_MEANINGS if name not in UNSUITED)

@@ -57,7 +57,7 @@ def check_treadmill(
         estimates = fits_of_torques(fit, torque - torque.mean(axis=0), own_zero)
         contributions[CALIBRATION] = root_of_draws(estimates)
     error = None
-    if held_out is not None:
+    if held_out is not None and held_out.of(models):
         error = predicted_error(held_out, _subject(recording, fit, lever_m, own_zero))
         beyond_noise = np.maximum(error.parameters**2 - error.standard_error**2, 0.0)
         contributions[RESIDUAL] = (np.sign(error.parameters) * np.sqrt(beyond_noise))[None]

@@ -57,6 +57,8 @@ class FootPathway:
             {
                 "null": "F_y and M_x as measured",
                 "a model of `weight.models.family`": "the predicted load is subtracted from both",
+                "best-frame": "the same, of `bristle-frame` and `linear-frame` with that which predicts "
+                "trials best that it has not seen",
             }
         ),
     ]

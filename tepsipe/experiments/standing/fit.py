@@ -157,8 +157,11 @@ def _broadband(
     options, cutting = _options(section)
     model = pathway.treadmill_model
     cutoff_hz, order = section["free_reflex"]["lowpass_cutoff_hz"], section["analysis"]["lowpass_order"]
+    named = plates.named(model)
     held_out = {
-        belt: read_held_out(found) for belt, found in plates.calibrations.items() if model == "bristle-frame"
+        belt: found
+        for belt, calibration in plates.calibrations.items()
+        if (found := read_held_out(calibration)) is not None and found.of(named.get(belt, {}))
     }
     return [
         cut_with_legs(
@@ -167,7 +170,7 @@ def _broadband(
             options,
             cutting,
             Lowpass(cutoff_hz, order, True),
-            _of_belt(plates.named(model), options),
+            _of_belt(named, options),
             held_out,
             section["estimators"][section["recommended"]["estimator"]]["window_s"],
         )

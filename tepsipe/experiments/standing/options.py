@@ -38,6 +38,8 @@ BELT_LOADS = Meanings(
         "null": "F_y and M_x as measured",
         "a model of `weight.models.family`": "the predicted load is subtracted from both; requires trials of "
         "`weight` and `empty` in the study. `single-joint` does not use the plate",
+        "best-frame": "the same, of `bristle-frame` and `linear-frame` with that which predicts trials best "
+        "that it has not seen",
     }
 )
 OTHER_BELT = {"left": "right", "right": "left"}

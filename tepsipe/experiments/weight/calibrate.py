@@ -9,7 +9,7 @@ from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
-from tepsipe.treadmill.bristle_fit import Calibrated, fit_bristle_frame
+from tepsipe.treadmill.bristle_fit import Calibrated
 from tepsipe.treadmill.calibration import (
     BOTH,
     OF_BOTH,
@@ -26,7 +26,7 @@ from tepsipe.treadmill.options import Weight
 from tepsipe.treadmill.plate_check import Resting, check_plate, resting
 from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
 from tepsipe.treadmill.recording import BeltRecording
-from tepsipe.treadmill.registry import FamilyOptions, FittedModel
+from tepsipe.treadmill.registry import JOINT, FamilyOptions, FittedModel
 from tepsipe.treadmill.trial_recordings import (
     COMPONENTS,
     PlateOptions,
@@ -107,7 +107,7 @@ def calibrate_plate(
     trials = [replace(each, trial=check.corrected(each.trial, belt)) for each in trials]
     choices = dict(models)
     family, draws = choices.pop("family"), choices.pop("calibration_draws")
-    options, joint = FamilyOptions(**choices), None
+    options, joint = FamilyOptions(**choices), {}
     scores: list[ModelScore] = []
     filters = plate_filters(analysis)
     for lowpass in filters:
@@ -116,15 +116,21 @@ def calibrate_plate(
             [recordings for _, own, recordings in grouped if own == role]
             for role in ("calibrate", "validate")
         )
-        if "bristle-frame" in family:
-            joint = fit_bristle_frame(calibrating, draws, np.random.default_rng(seed), joint)
+        joint = {
+            name: fit(calibrating, draws, np.random.default_rng(seed), joint.get(name))
+            for name, fit in JOINT.items()
+            if name in family
+        }
         found, fitted = _fit_loads(grouped, family, replace(options, joint=joint))
         scores += found
         scores += _without_other_weights(grouped, family, options, joint)
         if lowpass == filters[0]:
             kept, testing = fitted, _groups(grouped, "Fy")[1]
             responses = mean_responses(kept["Fy"], testing["weight"])
-            left = held_out_residuals(joint, calibrating, validating, _below_limit(found, testing))
+            best = min(joint, key=lambda name: joint[name].error, default=None)
+            failing = _below_limit(found, testing, best)
+            left = held_out_residuals(joint.get(best), calibrating, validating, failing)
+            left.facts["model"] = best
             left.facts["plate"] = check.facts
             empty = [trial.prepared(analysis) for trial in trials if trial.weight is None]
             left.facts["empty_frame"] = frame_peak(empty, belt)
@@ -161,30 +167,31 @@ def _fit_loads(
 
 
 def _without_other_weights(
-    grouped: list[Grouped], family: list[str], options: FamilyOptions, like: Calibrated | None
+    grouped: list[Grouped], family: list[str], options: FamilyOptions, like: dict[str, Calibrated]
 ) -> list[ModelScore]:
     """Scores of the frames, fitted to the empty belt and the usual weight only; the others are predicted.
 
-    like: fit to all trials, whose terms are kept.
+    like: name -> fit to all trials, whose terms are kept.
     Returns: none if no trial to calibrate has another weight.
     """
     usual = [each for each in grouped if each[1] != "calibrate" or each[0] in ("empty", "weight")]
     if len(usual) == len(grouped):
         return []
     frames = [name for name in family if name in OF_BOTH]
-    if like is not None:
-        calibrating = [recordings for _, role, recordings in usual if role == "calibrate"]
-        options = replace(options, joint=fit_bristle_frame(calibrating, 0, np.random.default_rng(0), like))
-    scores, _ = _fit_loads(usual, frames, options)
+    calibrating = [recordings for _, role, recordings in usual if role == "calibrate"]
+    joint = {name: JOINT[name](calibrating, 0, np.random.default_rng(0), fit) for name, fit in like.items()}
+    scores, _ = _fit_loads(usual, frames, replace(options, joint=joint))
     return [replace(score, train=USUAL_ONLY) for score in scores]
 
 
-def _below_limit(scores: list[ModelScore], testing: dict[str, list[BeltRecording]]) -> list[float]:
-    """Masses (kg) of the trials whose load the recommended model predicts worse than their noise allows."""
+def _below_limit(
+    scores: list[ModelScore], testing: dict[str, list[BeltRecording]], model: str | None
+) -> list[float]:
+    """Masses (kg) of the trials whose load a model predicts worse than their noise allows."""
     return sorted(
         {
             testing[score.test][0].carried_kg
             for score in scores
-            if score.model == "bristle-frame" and below_limit(score.r2, score.r2_limit)
+            if score.model == model and below_limit(score.r2, score.r2_limit)
         }
     )
