@@ -2,12 +2,14 @@
 
 import html
 import json
+import os
 import re
 import shutil
 import tempfile
 import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 import typst
@@ -36,20 +38,30 @@ def report_root(
     """
     with tempfile.TemporaryDirectory() as folder:
         root = Path(folder) / "report"
-        shutil.copytree(REPORT, root)
-        for name in ("tables", "figures"):
-            (root / name).mkdir()
-        for name in _figures(root):
-            (root / f"figures/{name}.svg").write_text(
-                '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>'
-            )
+        shutil.copytree(_sources().name, root, copy_function=os.link)
         for name, table in tables.items():
             text = table if isinstance(table, str) else table.read_text(encoding="utf-8")
             (root / f"tables/{name}.csv").write_text(text, encoding="utf-8")
         content = json.dumps({**data, "tables_read": list(tables)})
         for name, text in {"report.json": content, **(files or {})}.items():
+            (root / name).unlink(missing_ok=True)  # a link to the file of all roots
             (root / name).write_text(text, encoding="utf-8")
         yield root
+
+
+@cache
+def _sources() -> tempfile.TemporaryDirectory:
+    """Sources of the reports and a blank picture for every figure, copied once and linked into every root."""
+    folder = tempfile.TemporaryDirectory()
+    root = Path(folder.name)
+    shutil.copytree(REPORT, root, dirs_exist_ok=True)
+    for name in ("tables", "figures"):
+        (root / name).mkdir()
+    for name in _figures(root):
+        (root / f"figures/{name}.svg").write_text(
+            '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>'
+        )
+    return folder
 
 
 def _figures(root: Path) -> set[str]:
@@ -81,7 +93,8 @@ def evaluated(
     lines.append("#metadata((" + "".join(f"{{ {e} }}, " for e in expressions) + ")) <values>")
     files = {**(files or {}), "expressions.typ": "\n".join(lines)}
     with report_root(data or {}, tables or {}, files) as root:
-        (found,) = json.loads(typst.query(str(root / "expressions.typ"), "<values>", root=str(root)))
+        source = str(root / "expressions.typ")
+        (found,) = json.loads(typst.query(source, "<values>", root=str(root), ignore_system_fonts=True))
     return found["value"]
 
 
