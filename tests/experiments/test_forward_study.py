@@ -183,6 +183,23 @@ def test_measured_less_simulated_force_is_the_belt_induced_one(late_s):
     assert len(shown.axes) == len(plain.axes) + 2
 
 
+def test_late_log_moves_neither_windows_nor_force():
+    moved = swing(ExactJoint(inertia=0.015, damping=0.1, stiffness=10.0), (2.0, 4.0, 6.0), duration_s=10.0)
+    trial = recorded(moved, moved.belt_velocity)  # any force in time with the markers
+    options = replace(OPTIONS, belt_fixed_labels=("ankle",))
+    joint, engine = {"truth": TRUTH}, {"truth": "equations"}
+    belt = trial.signals["belt_velocity"]
+    late = replace(belt, values=np.interp(trial.time - 0.05, trial.time, belt.values))
+    found = []
+    for log in (belt, late):
+        recording = replace(trial, signals=trial.signals | {"belt_velocity": log})
+        found.append(simulate_condition(recording, options, FOOT, joint, STEP_S, engine, "right"))
+    in_time, corrected = found
+    starts, others = ([p.start for p in one.perturbations] for one in found)
+    assert others == pytest.approx(starts, abs=1)
+    assert corrected.f_y == pytest.approx(in_time.f_y, abs=0.01 * np.ptp(in_time.f_y))
+
+
 def test_offset_of_the_belts_sensor_does_not_matter(trial, scores):
     belt = trial.signals["belt_velocity"]
     shifted = replace(belt, values=belt.values + 0.02)

@@ -250,7 +250,7 @@ def test_chapter_tells_how_much_of_the_measured_force_the_simulation_and_the_tre
     run = replace(run, fits=run.fits | {"foot": {"sine-0.5-8s": Result(loads, {}, {})}})
     assert simulation.numbers(run)["belt_induced_vaf"] == pytest.approx([99.75])
     told = chapter_words("simulation", *content(run, simulation=simulation))
-    assert "The treadmill model explains 99.8 % of the belt-induced force (VAF)." in told
+    assert "explains 99.8 % of the belt-induced force (VAF)." in told
 
 
 def test_pulses_in_resonance_add_up_to_their_number():
