@@ -363,6 +363,27 @@ def test_forces_are_those_of_the_free_bodies(joint, engine):
     assert np.abs(from_foot - found.torque).max() < 1e-9
 
 
+def test_force_of_the_belt_is_the_rate_of_the_momentum_of_foot_and_leg(engine):
+    """Foot and leg as one free body: p_y = m_f y_f' + m (y_f' + r cos(th) th'), p_z = -m r sin(th) th'.
+
+    F_y changes p_y. F_z changes p_z and carries the weight, 2.5 x 9.81 = 24.525 N. F_Ay moves the foot
+    against F_y.
+    """
+    time, velocity = belt(4.0, onsets_s=(1.0, 2.5))
+    found = run(time, velocity, SOFT, engine=engine, start_angle_rad=0.05)
+    along = R * np.cos(found.theta) * found.theta_d
+    momentum = {
+        "f_y": M_F * found.foot_y_d + M * (found.foot_y_d + along),
+        "f_z": -M * R * np.sin(found.theta) * found.theta_d,
+        "f_ay": -M * (found.foot_y_d + along),
+    }
+    for name, p in momentum.items():
+        force = getattr(found, name) - (24.525 if name == "f_z" else 0.0)
+        impulse = CubicSpline(time, force).antiderivative()(time)
+        assert np.ptp(p) > 1e-3, name
+        assert impulse == pytest.approx(p - p[0], abs=2e-3 * np.ptp(p)), name
+
+
 def test_foot_moves_as_the_belt_was_recorded(engine):
     time = np.arange(500) / RATE_HZ
     found = run(time, 0.3 * np.sin(2.0 * np.pi * 2.0 * time), engine=engine)

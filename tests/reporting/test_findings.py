@@ -35,7 +35,7 @@ PRESENCE = {
     "participants": "mean_stiffness",
     "platform": "one_perturbation",
     "position_manipulator": "participants_named more_than_shown short_range",
-    "simulation": "compared thesis_simulated first_shown second_shown",
+    "simulation": "compared thesis_simulated first_shown second_shown force_compared",
     "standing": "one_person free_reflex recovered truth_at_work",
     "study": "truth_of_recommended_known coverage_counted recommended_flagged",
     "weight": "frame_scored scored foot foot_pathways",

@@ -220,6 +220,39 @@ def test_chapter_names_the_engine_of_every_set_and_how_much_engines_differ():
     assert "MuJoCo" not in told
 
 
+def test_chapter_tells_how_much_of_the_measured_force_the_simulation_and_the_treadmill_explain():
+    """By hand: the plate adds 2 N to simulated 4 N, so 1 - (2/6)^2 of 6 N is simulated.
+
+    The model finds 1.9 N of the 2 N and leaves 0.05^2 of the power.
+    """
+    run = of_thesis(OF_THESIS)
+    told = chapter_words("simulation", *content(run, simulation=simulation))
+    assert not simulation.force_compared(run) and "VAF of the simulated force" not in told
+    forward = run.tables["forward"]
+    rows = forward[forward.quantity == "theta"].assign(
+        quantity="f_y", vaf_perturbation=100.0 * (1.0 - 1.0 / 9.0)
+    )
+    rows.loc[rows.parameter_set == "tep", "vaf_perturbation"] = 80.0
+    run = replace(run, tables={"forward": pd.concat([forward, rows])})
+    for fit in run.fits["simulation"].values():
+        size = fit.arrays["time"].size
+        fit.arrays.update({"f_y": np.full(size, 6.0), "joint-likelihood/f_y": np.full(size, 4.0)})
+    told = chapter_words("simulation", *content(run, simulation=simulation))
+    assert (
+        "the VAF of the simulated force is 89 % over the conditions with the parameters of the joint" in told
+    )
+    assert "at most 8.9 percentage points between the sets" in told
+    (found,) = findings_of(["figure_4_9"], *content(run, simulation=simulation)).values()
+    assert "The simulated force of the belt on the foot has a VAF of 89 %." in found
+    assert "treadmill model" not in told
+    size = run.fits["simulation"]["sine-0.5-8s"].arrays["time"].size
+    loads = {"loads/Fy/measured": np.full(size, 6.0), "loads/Fy/best-frame": np.full(size, 4.1)}
+    run = replace(run, fits=run.fits | {"foot": {"sine-0.5-8s": Result(loads, {}, {})}})
+    assert simulation.numbers(run)["belt_induced_vaf"] == pytest.approx([99.75])
+    told = chapter_words("simulation", *content(run, simulation=simulation))
+    assert "explains 99.8 % of the belt-induced force (VAF)." in told
+
+
 def test_pulses_in_resonance_add_up_to_their_number():
     run = of_thesis(OF_THESIS)
     run.fits["simulation"]["sine-0.1"].facts["periods_s"]["thesis-tep"] = 1.0

@@ -22,6 +22,7 @@ rule simulate_dummy:
     params:
         geometry=DUMMY["geometry"],
         analysis=DUMMY_ANALYSIS,
+        belt=lambda w: STUDY.treadmill.belt_of("dummy", w.condition),
         belt_fixed_labels=as_it_is(DUMMY["foot"]["belt_fixed_labels"]),
         as_printed=DUMMY["as_printed"],
         recommended=DUMMY["recommended"],

@@ -42,7 +42,8 @@ options = DummyOptions.from_settings(geometry, params.analysis, params.belt_fixe
 
 def simulate(engines: dict[str, str]) -> SimulatedCondition:
     """Simulate the trial with every set of parameters by its engine."""
-    return simulate_condition(trial, options, Foot.from_settings(geometry), joints, params.step_s, engines)
+    foot = Foot.from_settings(geometry)
+    return simulate_condition(trial, options, foot, joints, params.step_s, engines, params.belt)
 
 
 engines = {name: engine_of(name, params.engine) for name in joints}

@@ -336,7 +336,8 @@ def report_fits(study: Study) -> list[str]:
     """Fits of which the report has facts or numbers."""
     own = [path for name in ("weight", "belt") for path in model_files(study, name)[:1]]
     if study.has("simulation"):
-        own += study.of_trials("<results>/fits/simulation/{condition}.h5", "dummy")
+        for kind in ("simulation", "foot") if study.has("foot") else ("simulation",):
+            own += study.of_trials(f"<results>/fits/{kind}/{{condition}}.h5", "dummy")
     return fits(study) + pooled_wristalyzer(study)[:1] + task_fits(study) + thesis_dummy(study)[:1] + own
 
 

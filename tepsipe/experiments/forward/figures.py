@@ -161,14 +161,28 @@ def plot_angles(result: Result) -> Figure:
 
 @in_style
 def plot_torques(result: Result) -> Figure:
-    """Torque by inverse dynamics, as printed and consistent, and simulated torque (s, N·m)."""
-    figure, axes = new_figure(1, 2, 2.3)
+    """Torques and fore-aft force, measured and simulated, and the belt-induced force (s, N·m, N)."""
+    has_force = "f_y" in result.arrays
+    figure, axes = new_figure(1 + has_force, 2, 4.2 if has_force else 2.3, sharex=True, squeeze=False)
     part, names = _around(result, 0.6), compared_sets(result.facts["parameter_sets"])
     for axis, quantity, title in zip(
-        axes, ("tau", "tau_consistent"), ("inverse dynamics as printed", "consistent"), strict=True
+        axes[0], ("tau", "tau_consistent"), ("inverse dynamics as printed", "consistent"), strict=True
     ):
-        _draw(axis, result, "tau", quantity, part, names, label=axis is axes[0])
-        axis.set(title=title, xlabel="Time (s)", ylabel=r"Torque $\tau_A$ (N·m)")
+        _draw(axis, result, "tau", quantity, part, names, label=axis is axes[0, 0])
+        axis.set(title=title, ylabel=r"Torque $\tau_A$ (N·m)")
+    if has_force:
+        force, induced = axes[1]
+        _draw(force, result, "f_y", "f_y", part, names)
+        force.set(title="force of the belt on the foot", ylabel="$F_y$ (N)")
+        for name in names:
+            colour, line = LINES[name]
+            difference = result.arrays["f_y"][part] - result.arrays[f"{name}/f_y"][part]
+            induced.plot(result.arrays["time"][part], difference, color=colour, linestyle=line, linewidth=1.0)
+        induced.margins(x=0.0)
+        induced.set(title="belt-induced force (measured minus simulated)", ylabel=r"$\Delta F_y$ (N)")
+        induced.sharey(force)
+    for axis in axes[-1]:
+        axis.set_xlabel("Time (s)")
     figure.legend(loc="outside lower center", ncols=2, fontsize=7.8)
     return figure
 

@@ -27,7 +27,8 @@ class ForwardScore:
     engine: str
     """Engine that moved the leg."""
     quantity: str
-    """{"theta", "tau", "tau_consistent"}: The angle, or a torque by inverse dynamics."""
+    """{"theta", "tau", "tau_consistent", "f_y"}: The angle, a torque by inverse dynamics, or the measured
+    fore-aft force with the belt-induced force in it."""
     vaf_perturbation: Annotated[float, "%"]
     vaf_trial: Annotated[float, "%"]
     """Mean VAF of the perturbations and VAF of the trial, thesis eq (3-1)."""

@@ -3,6 +3,16 @@
 Every trial of the ankle dummy is simulated with several sets of parameters, driven by its recorded belt
 motion, and compared with the recorded angle and with the torque by inverse dynamics. A physics engine moves
 the leg with the sets that the thesis compares; the others need only the equations of motion.
+
+The simulated force of the belt on the foot is the rate of the momentum of foot and leg. The plate measures it
+with the belt-induced force, which no simulation contains:
+
+    F_y = m_f y_f'' + m y'',   y = y_f + r sin(theta)
+    dF_y = F_y,measured - F_y
+
+This is eq (3-11) with the sign of the empty belt. Errors of masses and of the simulated motion are part of
+dF_y. Symbols: m_f and m masses of foot and leg (kg); y_f and y positions of the foot and of the leg's centre
+of mass (m); r its distance from the ankle (m).
 """
 
 from collections.abc import Iterable
@@ -12,7 +22,12 @@ from typing import Annotated
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.dummy.leg_pathways import DummyOptions, belt_fixed_position, leg_motion
+from tepsipe.experiments.dummy.leg_pathways import (
+    DummyOptions,
+    belt_fixed_position,
+    leg_motion,
+    prepare_dummy,
+)
 from tepsipe.experiments.forward.scores import ForwardScore, swing_sizes
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
@@ -28,10 +43,26 @@ from tepsipe.mechanics.impedance_model import PARAMETER_UNITS, PARAMETERS, SMALL
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, Foot
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.perturbations import Perturbation
+from tepsipe.signals.time_alignment import LONGEST_S, advanced, common_signal_delay
 from tepsipe.statistics.goodness_of_fit import explained
-from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
+from tepsipe.treadmill.prepared import PreparedTrial
 
 MEASURED_TORQUES = {"tau": "leg-thesis", "tau_consistent": "leg"}
+# simulated signals of thesis section 2-1-3: name -> field of `ForwardSimulation` and unit
+SIGNALS = {
+    "theta": ("theta", "rad"),
+    "theta_d": ("theta_d", "rad/s"),
+    "theta_dd": ("theta_dd", "rad/s2"),
+    "tau": ("torque", "Nm"),
+    "f_y": ("f_y", "N"),
+    "f_z": ("f_z", "N"),
+    "f_ay": ("f_ay", "N"),
+    "f_az": ("f_az", "N"),
+    "foot_y": ("foot_y", "m"),
+    "foot_y_d": ("foot_y_d", "m/s"),
+    "foot_y_dd": ("foot_y_dd", "m/s2"),
+}
+FROM_REST = ("theta", "tau")
 
 
 @dataclass(frozen=True)
@@ -48,6 +79,8 @@ class SimulatedCondition:
     torques: dict[str, np.ndarray]
     """Torque by inverse dynamics, relative to rest (N·m): ``tau`` by the equation as printed,
     ``tau_consistent`` by the consistent equation."""
+    f_y: Annotated[np.ndarray, "(n,)", "N"] | None
+    """Measured force of the plate on the foot, zero at rest, on the clock of the foot; None without plate."""
     perturbations: list[Perturbation]
     """Windows (samples)."""
     joints: dict[str, Joint]
@@ -100,6 +133,7 @@ def simulate_condition(
     joints: dict[str, Joint],
     step_s: float,
     engines: dict[str, str],
+    belt: str | None = None,
 ) -> SimulatedCondition:
     """Simulate a recorded trial with every set of parameters.
 
@@ -108,10 +142,13 @@ def simulate_condition(
     joints: parameter set -> joint (units in it); its rest angle follows from the leg's angle at rest.
     step_s: step of the simulation.
     engines: parameter set -> the engine that moves the leg.
+    belt: the belt on which the dummy stands, left or right; None for a recording without plate.
     Returns: recording and simulations on one clock. The simulation ends where the leg falls.
     """
-    prepared = prepare_trial(trial, "belt velocity", options.lowpass, options.window)
+    prepared, _ = prepare_dummy(trial, options, "belt velocity")
     time, velocity, at_rest = prepared.time, _foot_velocity(prepared, options), prepared.at_rest
+    measured = belt is not None and "force" in trial.signals
+    f_y = _measured_force(prepared, belt, velocity) if measured else None
     motion = leg_motion(prepared, options, "aligned")
     torques = {}
     for name, pathway in MEASURED_TORQUES.items():
@@ -140,6 +177,7 @@ def simulate_condition(
         standing_rad=standing,
         foot_velocity=velocity,
         torques=torques,
+        f_y=f_y,
         perturbations=prepared.perturbations,
         joints=joints,
         engines=engines,
@@ -155,15 +193,27 @@ def _foot_velocity(prepared: PreparedTrial, options: DummyOptions) -> np.ndarray
     return derivative(prepared.time, prepared.filtered(position))
 
 
+def _measured_force(prepared: PreparedTrial, belt: str, foot_velocity: np.ndarray) -> np.ndarray:
+    """Measured F_y (N), zero at rest, shape (n,).
+
+    The plate and the log of the belt share a clock; the foot's velocity (m/s) may be on that of the markers.
+    """
+    delay_s, _, _ = common_signal_delay(foot_velocity, prepared.belt_velocity, prepared.rate_hz, LONGEST_S)
+    return advanced(prepared.time, prepared.load_from_rest(belt)["Fy"], delay_s)
+
+
 def simulated_signals(simulated: SimulatedCondition, name: str) -> dict[str, np.ndarray]:
-    """Simulated angle (rad) and torque (N·m) of a parameter set relative to rest, (n,), NaN after a fall."""
+    """Simulated signals of a parameter set (units in `SIGNALS`), each of shape (n,), NaN after a fall.
+
+    Angle and torque are relative to rest.
+    """
     simulation = simulated.simulations[name]
-    missing = simulated.time.size - simulation.time.size
-    theta = simulation.theta - simulation.theta[0]
-    torque = simulation.torque - simulation.torque[0]
-    return {
-        key: np.concatenate([x, np.full(missing, np.nan)]) for key, x in (("theta", theta), ("tau", torque))
-    }
+    after = np.full(simulated.time.size - simulation.time.size, np.nan)
+    found = {}
+    for key, (field, _) in SIGNALS.items():
+        values = getattr(simulation, field)
+        found[key] = np.concatenate([values - values[0] if key in FROM_REST else values, after])
+    return found
 
 
 def swing_growth(theta: np.ndarray, perturbations: list[Perturbation]) -> float:
@@ -190,6 +240,8 @@ def forward_scores(condition: str, simulated: SimulatedCondition) -> list[Forwar
         growth = swing_growth(signals["theta"], simulated.perturbations)
         pairs = {"theta": (simulated.theta, signals["theta"])}
         pairs |= {key: (torque, signals["tau"]) for key, torque in simulated.torques.items()}
+        if simulated.f_y is not None:
+            pairs["f_y"] = (simulated.f_y, signals["f_y"])
         for quantity, (measured, simulated_values) in pairs.items():
             predicted = np.where(np.isnan(simulated_values), 0.0, simulated_values)
             windows = [slice(p.start, p.stop) for p in simulated.perturbations]
@@ -217,7 +269,8 @@ def engine_differences(simulated: SimulatedCondition, other: SimulatedCondition)
     found = dict.fromkeys(("theta_percent", "tau_percent"), 0.0)
     for name in simulated.simulations:
         signals, others = (simulated_signals(one, name) for one in (simulated, other))
-        for key, signal in signals.items():
+        for key in FROM_REST:
+            signal = signals[key]
             difference = np.nanmax(np.abs(signal - others[key])) / np.nanmax(np.abs(signal))
             found[f"{key}_percent"] = max(found[f"{key}_percent"], 100.0 * float(difference))
     scores, others = (
@@ -239,9 +292,11 @@ def simulation_result(simulated: SimulatedCondition, differences: dict[str, floa
         "windows": ([[p.start, p.stop] for p in simulated.perturbations], "samples"),
     }
     signals |= {name: (torque, "Nm") for name, torque in simulated.torques.items()}
+    if simulated.f_y is not None:
+        signals["f_y"] = (simulated.f_y, "N")
     for name in simulated.simulations:
         for key, x in simulated_signals(simulated, name).items():
-            signals[f"{name}/{key}"] = (x, {"theta": "rad", "tau": "Nm"}[key])
+            signals[f"{name}/{key}"] = (x if key in FROM_REST else x.astype(np.float32), SIGNALS[key][1])
         joint = simulated.joints[name]
         constants = [joint.inertia_Nms2_per_rad, joint.damping_Nms_per_rad, joint.stiffness_Nm_per_rad]
         signals[f"{name}/parameters"] = (constants, PARAMETER_UNITS)

@@ -10,6 +10,7 @@ from tepsipe.drawing.names import PARAMETER_SETS, compared_sets
 from tepsipe.experiments.forward.scores import swing_sizes
 from tepsipe.io.result import Result
 from tepsipe.reporting.run import Run
+from tepsipe.statistics.goodness_of_fit import explained
 
 FADED = 0.5  # size of the last swing relative to the largest, below which the growth is a beat
 BEYOND = 0.2  # growth beyond a limit that is more than different pulses and rounding
@@ -18,7 +19,10 @@ OF_THE_RUN = ("wristalyzer", "tep", "corrected")
 
 
 def numbers(run: Run) -> dict:
-    """Labels of the sets of parameters, sets in figures of few, swings (see `_swings`), engines compared."""
+    """Labels of the sets of parameters, sets in figures of few, swings (see `_swings`), engines compared.
+
+    Also the VAF (%) of the belt-induced force by the treadmill models (see `_belt_induced`).
+    """
     known = _known(run)
     labels = {name: label for name, label in PARAMETER_SETS.items() if name in known}
     return {
@@ -26,7 +30,30 @@ def numbers(run: Run) -> dict:
         "compared": compared_sets(labels),
         "swings": _swings(run),
         "both": _both(run),
+        "belt_induced_vaf": _belt_induced(run),
     }
+
+
+def _belt_induced(run: Run) -> list[float]:
+    """VAF (%) by which each treadmill model of the foot pathways explains the belt-induced force of a trial.
+
+    Mean over the perturbations of a trial. The belt-induced force is the measured less the simulated F_y, by
+    the recommended parameters that were simulated; the model removes its own from the measured F_y.
+    """
+    found = []
+    name = next((own for own in ("joint-likelihood", "corrected") if own in _known(run)), None)
+    for condition, fit in run.fits.get("simulation", {}).items():
+        foot = run.fits.get("foot", {}).get(condition)
+        if foot is None or "f_y" not in fit.arrays or name is None:
+            continue
+        induced = fit.arrays["f_y"] - np.nan_to_num(fit.arrays[f"{name}/f_y"])
+        windows = [slice(start, stop) for start, stop in fit.arrays["windows"].astype(int)]
+        measured = foot.arrays["loads/Fy/measured"]
+        for key in sorted(foot.arrays):
+            if key.startswith("loads/Fy/") and key != "loads/Fy/measured":
+                modelled = measured - foot.arrays[key]
+                found.append(float(np.mean([explained(induced[w], modelled[w]) for w in windows])))
+    return found
 
 
 def _both(run: Run) -> dict | None:
@@ -195,6 +222,11 @@ def printed_swing_grows(run: Run) -> bool:
     return len(run.rows("forward", parameter_set="tep", state="grows")) > 0
 
 
+def force_compared(run: Run) -> bool:
+    """The simulated fore-aft force was compared with a measured one."""
+    return len(run.rows("forward", quantity="f_y")) > 0
+
+
 def first_shown(run: Run) -> bool:
     """The trial of Figure 4-7 was simulated."""
     return len(run.rows("forward", condition=run.study["simulated"]["4_7"])) > 0
@@ -217,6 +249,7 @@ PREDICATES = (
     growth_is_a_beat,
     excess_by_negative_damping,
     printed_swing_grows,
+    force_compared,
     first_shown,
     second_shown,
 )
