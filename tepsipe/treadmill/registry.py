@@ -365,8 +365,7 @@ def _revived(x):
 
 def pick(models: dict[str, FittedModel], name: str) -> FittedModel:
     """One model by its name, or of those of `JOINT` the one with the least error as `BEST`."""
-    frames = [model for model in models.values() if model.left_out is not None]
-    if name == BEST and frames:
+    if name == BEST and (frames := [model for model in models.values() if model.left_out is not None]):
         return min(frames, key=lambda model: model.left_out)
     if name not in models:
         raise InputError(f"expected a treadmill model named {name!r}, found {listed(models)}: fit it first")

@@ -197,10 +197,10 @@ def grouped(heavy=1.0, weights=(0.0, 20.0, 60.0)):
 
 def test_frames_without_other_weights_predict_them_unseen():
     options, family = replace(OPTIONS, shortest_s=2.0), ["fir", "loaded-frame"]
-    scores = _without_other_weights(grouped(), family, options, None)
+    scores = _without_other_weights(grouped(), family, options, {})
     assert {(s.model, s.train) for s in scores} == {("loaded-frame", USUAL_ONLY)}
     unseen = [s.r2 for s in scores if (s.test, s.load) == ("weight of 60 kg", "Fy")]
     assert len(unseen) == 1 and unseen[0] > 0.99
     # trials to calibrate under 60 kg are not used
-    assert _without_other_weights(grouped(heavy=5.0), family, options, None) == scores
-    assert _without_other_weights(grouped(weights=(0.0, 20.0)), family, options, None) == []
+    assert _without_other_weights(grouped(heavy=5.0), family, options, {}) == scores
+    assert _without_other_weights(grouped(weights=(0.0, 20.0)), family, options, {}) == []

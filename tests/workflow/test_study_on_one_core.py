@@ -13,6 +13,7 @@ TARGETS = (
     "estimates/wristalyzer/0.16.csv",
     "estimates/dummy/sine-0.5.csv",
     "estimates/foot/sine-0.5.csv",
+    "estimates/other_laws/relaxation/sine-0.5.csv",
     "estimates/weight/minjerk-0.4.csv",
     "estimates/empty/minjerk-0.4.csv",
     "estimates/standing/relax-neg-0.5.csv",
