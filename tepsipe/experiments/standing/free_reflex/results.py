@@ -402,8 +402,8 @@ def _about(trial: BroadbandEpochs, foot: FootRotation, centre: CommonCentre) -> 
     )
 
 
-# K and B of both legs, and of each on a plate of its own, and the reflex torque that they leave
-OF_JOINT = *(f"{quantity}{leg}" for quantity in QUANTITIES for leg in ("", "_left", "_right")), *REFLEX
+# K and B of both legs, and of each on a plate of its own
+OF_JOINT = tuple(f"{quantity}{leg}" for quantity in QUANTITIES for leg in ("", "_left", "_right"))
 # flag of a number of the reflex torque that the responses do not determine
 UNDETERMINED = "reflex-not-determined"
 UNKNOWN_ORIGIN, ORIGIN = "unknown_origin_m", "origin_anterior_m"
@@ -583,7 +583,7 @@ def _of_reflex(row: Estimate, fits: Fits, chosen: dict[str, str]) -> bool:
 
 
 def _of(row: Estimate, pathway: str) -> bool:
-    return row.pathway == pathway and row.quantity in OF_JOINT
+    return row.pathway == pathway and row.quantity in (*OF_JOINT, *REFLEX)
 
 
 def with_budgets(result: Result, fits: Fits) -> Result:
