@@ -147,6 +147,7 @@ UNIT_SYMBOLS = {
     "Nms/rad2": "N·m·s/rad²",
     "Nm/rad2": "N·m/rad²",
     "Nm/rad3": "N·m/rad³",
+    "Nms": "N·m·s",
     "Nm": "N·m",
     "Nm/rad/kg": "N·m/rad/kg",
     "Nms/rad/kg": "N·m·s/rad/kg",

@@ -58,6 +58,8 @@ FLAGS = {
     "stretch-threshold": "the latency may be more than 5 ms shorter: responses begin later after smaller "
     "pulses, or the pulses cannot tell whether the reflex needs a fast stretch. Record pulses of several "
     "amplitudes",
+    "reflex-not-determined": "the reflex torque is not clearly above its uncertainty, or its start is not. "
+    "Record more or larger perturbations",
     "slow-reflex": "the fitted muscle is slower than 1.9 Hz, so the response is more than a reflex. Do not "
     "quote its gain",
     "mass-differs": "the mass estimated from the fore-aft force differs from the trial sheet. Check the "

@@ -10,6 +10,9 @@ A standing person sways: there every perturbation has its own rest, the time jus
 fit is to the mean responses of each trial, as that of the estimators. The torque is the intrinsic one of both
 ankles, the angle the mean of both.
 
+The reflex torque of a standing person is the active torque of the true muscles, from its mean just before
+each onset. Its numbers are those of `tepsipe.experiments.standing.free_reflex.reflex`, by the same function.
+
 A joint in the manipulator is never at rest, because its drive ripples: angle and torque then count from their
 means, as in a spectral fit.
 """
@@ -25,6 +28,7 @@ import h5py
 import numpy as np
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.standing.free_reflex.reflex import REFLEX, REFLEX_S, mean_reflex, stretches
 from tepsipe.io.estimates import Estimate, Recovery
 from tepsipe.io.result import read_hdf5
 
@@ -41,6 +45,8 @@ class TrueMotion:
     acceleration: Annotated[np.ndarray, "(n,)", "rad/s²"]
     torque: Annotated[np.ndarray, "(n,)", "N·m"]
     """From the trigger on."""
+    active: Annotated[np.ndarray, "(n,)", "N·m"] | None = None
+    """Delayed torque of the muscles of both ankles of a standing person."""
 
 
 def read_true_motion(path: str | Path) -> TrueMotion:
@@ -50,7 +56,7 @@ def read_true_motion(path: str | Path) -> TrueMotion:
 
 def _read(path: str | Path) -> dict[str, np.ndarray]:
     with h5py.File(path, "r") as file:
-        return {name: file[name][...] for name in SIGNALS}
+        return {name: file[name][...] for name in (*SIGNALS, "active") if name in SIGNALS or name in file}
 
 
 def linear_truth(
@@ -118,6 +124,13 @@ def _mean_response(
     motion: TrueMotion, name: str, onsets_s: np.ndarray, window_s: float, baseline_s: tuple[float, float]
 ) -> np.ndarray:
     """Mean over the perturbations of a signal in the window, less its mean before the onset (its unit)."""
+    return _responses(motion, name, onsets_s, window_s, baseline_s).mean(axis=0)
+
+
+def _responses(
+    motion: TrueMotion, name: str, onsets_s: np.ndarray, window_s: float, baseline_s: tuple[float, float]
+) -> np.ndarray:
+    """The same of every perturbation, shape (perturbations, n)."""
     step_s = float(motion.time[1] - motion.time[0])
     signal = getattr(motion, name)
     window, before = (
@@ -128,7 +141,28 @@ def _mean_response(
     def at(instants: np.ndarray) -> np.ndarray:
         return np.interp(onsets_s[:, None] + instants, motion.time, signal)
 
-    return (at(window) - at(before).mean(axis=1, keepdims=True)).mean(axis=0)
+    return at(window) - at(before).mean(axis=1, keepdims=True)
+
+
+def true_reflex(
+    motions: list[TrueMotion], onsets_s: list[np.ndarray], baseline_s: tuple[float, float]
+) -> dict[str, float]:
+    """Peak, impulse, gain and delay (N·m, N·m·s, N·m·s/rad, s) of the active torque in the mean responses.
+
+    motions: of the trials that were fitted together, with the active torque.
+    onsets_s: onsets of the fitted perturbations of each trial.
+    baseline_s: from where to where a response counts as rest, from the onset.
+    """
+    means = []
+    for motion, onsets in zip(motions, onsets_s, strict=True):
+        torque, angle = (
+            _responses(motion, name, onsets, REFLEX_S[1], baseline_s) for name in ("active", "angle")
+        )
+        ways = stretches(angle)[0]
+        means += [(torque[ways == way].mean(axis=0), angle[ways == way].mean(axis=0)) for way in set(ways)]
+    torques, angles = (np.stack(signals) for signals in zip(*means, strict=True))
+    time = np.arange(torques.shape[1]) * float(motions[0].time[1] - motions[0].time[0])
+    return dict(zip(REFLEX, mean_reflex(time, torques, angles).values.tolist(), strict=True))
 
 
 SMALL, AT_WORK = "small movements", "the fitted windows"

@@ -444,20 +444,20 @@ def test_rows_hold_parameters_their_share_of_toppling_and_delays():
         "VAF_response",
         "active_torque_share",
         "twitch_time",
-        "reflex_delay",
+        "reflex_lag",
         "balance_delay",
     }
     assert rows["K"].unit == "Nm/rad"
     assert rows["K_over_mgh"].value == pytest.approx(rows["K"].value / 555.0)
     assert rows["K_over_mgh"].ci_high == pytest.approx(rows["K"].ci_high / 555.0)
-    assert (rows["twitch_time"].value, rows["reflex_delay"].value) == (0.04, 0.044)
+    assert (rows["twitch_time"].value, rows["reflex_lag"].value) == (0.04, 0.044)
     assert (rows["twitch_time"].ci_low, rows["twitch_time"].ci_high) == (0.04, 0.04)
     assert not any(row.flags for row in rows.values())
     one = replace(OPTIONS, reflex_delay_s=(0.044, 0.5))
     (late,) = (
         row for row in rows_of(fit(responses_with(INTRINSIC + by_reflexes()), VELOCITY, one)) if row.flags
     )
-    assert (late.quantity, late.flags) == ("reflex_delay", "at-bound")
+    assert (late.quantity, late.flags) == ("reflex_lag", "at-bound")
     assert {row.n_perturbations for row in rows.values()} == {len(SIZES)}
     plain = {row.quantity for row in rows_of(fit(responses_with(INTRINSIC)))}
     assert plain == {"B", "K", "K_over_mgh", "rotation", "VAF_response"}

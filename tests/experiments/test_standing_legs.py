@@ -11,6 +11,7 @@ from tepsipe.experiments.standing.epochs import cut_standing_epochs, epochs_of
 from tepsipe.experiments.standing.fit import Plates, begin, fit
 from tepsipe.experiments.standing.fit_task import fit as fit_task
 from tepsipe.experiments.standing.free_reflex.legs import cut_with_legs, legs_of, legs_results
+from tepsipe.experiments.standing.free_reflex.reflex import REFLEX
 from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.options import BOTH, EpochOptions, StandingOptions, TorquePathway
 from tepsipe.ingest.plate_treadmill import ingest_treadmill_files
@@ -110,7 +111,7 @@ def rows(task):
     """Quantity -> row of the task, of both legs and of each."""
     of_joint = {"B", "K"}
     legs = {f"{quantity}_{leg}" for quantity in of_joint for leg in ("left", "right")}
-    assert {row.quantity for row in task.contributions} == of_joint | legs
+    assert {row.quantity for row in task.contributions} == of_joint | legs | set(REFLEX)
     found = {row.quantity: row for row in task.estimates}
     return found, {name: [found[name].value] for name in ("B", "K")}
 

@@ -12,6 +12,7 @@ from tepsipe.reporting.recovery import (
     linear_truth_standing,
     read_true_motion,
     true_parameters,
+    true_reflex,
 )
 
 params, windows = snakemake.params, snakemake.params.windows
@@ -32,13 +33,12 @@ elif params.experiment == "dummy":
 elif params.experiment == "standing":
     onsets = [fit.arrays["onsets_s"] for fit in fits]
     used = [k for k, own in enumerate(onsets) if own.size]
+    moved, onsets = [motions[k] for k in used], [onsets[k] for k in used]
+    rest = tuple(windows["baseline_s"])
+    reflex = true_reflex(moved, onsets, rest) if used else {}
     for estimator, choice in windows["estimators"].items() if used else ():
-        at_work[estimator] = linear_truth_standing(
-            [motions[k] for k in used],
-            [onsets[k] for k in used],
-            **choice,
-            baseline_s=tuple(windows["baseline_s"]),
-        )
+        linear = linear_truth_standing(moved, onsets, **choice, baseline_s=rest)
+        at_work[estimator] = linear | reflex
 known = true_parameters(params.truth)[params.constants]
 RECOVERIES.write(
     snakemake.output.rows, compare_with_truth(ESTIMATES.read(*snakemake.input.estimates), known, at_work)

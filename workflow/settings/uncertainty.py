@@ -108,6 +108,10 @@ class StandingSources(Section):
         "part of `standing.free_reflex.discrepancy` that all trials share"
     )
     reflex_onset_s: Source | None = setting("earliest instant of the reflex torque")
+    joint_yield: Source | None = setting(
+        "hysteresis of the intrinsic joint, 0 for a linear one, 1 for one whose stiffness falls with the "
+        "rotation to the power −0.33: of the reflex torque"
+    )
     latency_s: Source | None = setting(
         "latency of every muscle, from the start of the belt to a stretch that can be felt"
     )

@@ -37,6 +37,13 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs, by_recording
+from tepsipe.experiments.standing.free_reflex.reflex import (
+    YIELD,
+    Change,
+    ReflexEstimate,
+    estimate_reflex,
+    yielding,
+)
 from tepsipe.experiments.standing.options import FreeReflexOptions
 from tepsipe.identification.regression.generalised import (
     GeneralisedFit,
@@ -200,6 +207,8 @@ BEYOND_S = 0.1
 FEWEST_TRIALS = 4
 # sources that this module adds to the sources of the signals
 WINDOW, REFLEX_ONSET, DISCREPANCY = "window_s", "reflex_onset_s", "model_discrepancy"
+# error of the rig's model in one trial alone, not common to the others
+OWN_DISCREPANCY = "model_discrepancy_of_trial"
 
 
 @dataclass(frozen=True)
@@ -224,6 +233,8 @@ class FreeReflexFit:
     """VAF of the mean responses by B and K alone, before t_r."""
     noise_share: float
     """Largest share of noise in the information on B and K, which was subtracted."""
+    reflex: ReflexEstimate
+    """What B and K leave of the whole responses."""
 
 
 def fit_free_reflex(
@@ -259,6 +270,17 @@ def fit_free_reflex(
         contributions,
         {source.name: source.freedom for source in sources},
     )
+    between = _between_recordings(fit, trials)
+    reflex = estimate_reflex(
+        time,
+        np.stack([trial.perturbed.mean(axis=0) for trial in trials]),
+        fit.parameters,
+        [_responses_changed(trials, errors), *([] if between is None else [Change(between)])],
+        budget.freedom_a,
+        _changed(trials, records, inside, errors, contributions, options, by_source)
+        | _yielded(trials, fit, records, inside, by_source),
+        budget.freedom,
+    )
     curves = [_curve(record, fit.parameters, time[inside]) for record in records]
     before = time[inside] <= onset
     return FreeReflexFit(
@@ -272,6 +294,7 @@ def fit_free_reflex(
         curves=curves,
         vaf=_vaf(curves, before),
         noise_share=fit.noise_share,
+        reflex=reflex,
     )
 
 
@@ -435,6 +458,82 @@ def effect_of_window(
     counts /= np.maximum(counts.sum(axis=0), 1e-300)
     seen, expected = ((counts * x).sum(axis=0) for x in (differences**2, variances))
     return np.sqrt(counts) * differences * seen / np.maximum(seen + expected, 1e-300)
+
+
+def _responses_changed(trials: list[BroadbandEpochs], errors: FitErrors) -> Change:
+    """Share of every response in the error of B and K, and of the mean response of its trial."""
+    responses = sum(trial.count for trial in trials)
+    signals, first = np.zeros((responses, len(trials), *trials[0].perturbed.shape[1:])), 0
+    for k, trial in enumerate(trials):
+        around = (trial.perturbed - trial.perturbed.mean(axis=0)) / trial.count
+        signals[first : first + trial.count, k] = np.sqrt(responses / errors.freedom) * around
+        first += trial.count
+    return Change(errors.scatter, signals)
+
+
+def _between_recordings(fit: GeneralisedFit, trials: list[BroadbandEpochs]) -> np.ndarray | None:
+    """Root of the covariance of B and K by the jackknife over trials, shape (trials, 2); None for a few."""
+    recordings = by_recording(trials)
+    if len(recordings) < FEWEST_TRIALS:
+        return None
+    left_out, k = fit.without_each(recordings), len(recordings)
+    return np.sqrt((k - 1.0) / k) * (left_out - left_out.mean(axis=0))
+
+
+def _changed(
+    trials: list[BroadbandEpochs],
+    records: list[Record],
+    inside: np.ndarray,
+    errors: FitErrors,
+    contributions: dict[str, np.ndarray],
+    options: FreeReflexOptions,
+    by_source: dict[str, float],
+) -> dict[str, Change]:
+    """Source -> changes of B and K by ``contributions``, and those of the whole responses with them."""
+    changes = {name: Change(rows) for name, rows in contributions.items()}
+    for name in contributions.keys() & trials[0].slopes.keys():
+        moved = np.stack([by_source[name] * trial.slopes[name] for trial in trials])
+        changes[name] = Change(contributions[name], moved[None])
+    shape = len(trials), *trials[0].perturbed.shape[1:]
+    if TREADMILL in contributions:
+        shared = len(contributions[TREADMILL])
+        drawn = np.zeros((shared, *shape))
+        for k, trial in enumerate(trials):
+            drawn[:, k, :, TORQUE] = root_of_draws(trial.draws[:shared])
+        changes[TREADMILL] = Change(contributions[TREADMILL], drawn)
+    # the misfit of the window goes on after it: the first rows of a Cholesky factor remain the same
+    first = int(inside.argmax())
+    later = trials[0].time[first:]
+    smooth = squared_exponential(later, options.discrepancy_s) + 1e-6 * np.eye(later.size)
+    misfit = np.zeros((len(trials), later.size, *shape))
+    for k, record in enumerate(records):
+        peak = record.target[np.abs(record.target).argmax()]
+        misfit[k, :, k, first:, TORQUE] = peak * np.linalg.cholesky(smooth).T
+    rows = _padded(errors.discrepancy, later.size)
+    changes[OWN_DISCREPANCY] = Change(
+        options.discrepancy * rows.reshape(-1, 2), options.discrepancy * misfit.reshape(-1, *shape)
+    )
+    if DISCREPANCY in by_source:
+        size = by_source[DISCREPANCY]
+        changes[DISCREPANCY] = Change(size * rows.sum(axis=0), size * misfit.sum(axis=0))
+    return changes
+
+
+def _yielded(
+    trials: list[BroadbandEpochs],
+    fit: GeneralisedFit,
+    records: list[Record],
+    inside: np.ndarray,
+    by_source: dict[str, float],
+) -> dict[str, Change]:
+    """Changes by a joint that yields: B and K follow its torque in the window."""
+    if YIELD not in by_source:
+        return {}
+    angles = np.stack([trial.perturbed[..., ANKLE].mean(axis=0) for trial in trials])
+    torques = by_source[YIELD] * yielding(trials[0].time, angles, float(fit.parameters[1]))
+    signals = np.zeros((1, len(trials), *trials[0].perturbed.shape[1:]))
+    signals[0, ..., TORQUE] = torques
+    return {YIELD: Change(sensitivity(fit, records, list(torques[:, inside]))[None], signals)}
 
 
 def _scatter(

@@ -66,6 +66,7 @@ from tepsipe.experiments.standing.free_reflex.fit import (
     ANKLE,
     ANKLE_D,
     DISCREPANCY,
+    OWN_DISCREPANCY,
     QUANTITIES,
     REGRESSORS,
     TORQUE,
@@ -78,6 +79,7 @@ from tepsipe.experiments.standing.free_reflex.fit import (
     sway_moments,
 )
 from tepsipe.experiments.standing.free_reflex.free_body import JointCentre
+from tepsipe.experiments.standing.free_reflex.reflex import REFLEX
 from tepsipe.experiments.standing.muscle_torque import FREE, NONE
 from tepsipe.experiments.standing.options import FreeReflexOptions, StandingEstimator, TorquePathway
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency
@@ -168,10 +170,6 @@ def _treadmill_error(trials: list[BroadbandEpochs]) -> tuple[float, float] | Non
     # a trial with perturbations of both directions counts once
     error, uncertainty = np.mean([errors[own].mean(axis=0) for own in by_recording(predicted)], axis=0)
     return float(error), float(uncertainty) if known else UNKNOWN
-
-
-# error of the rig's model in one trial alone, not common to the others
-OWN_DISCREPANCY = "model_discrepancy_of_trial"
 
 
 def difference_from_window(
@@ -406,6 +404,8 @@ def _about(trial: BroadbandEpochs, foot: FootRotation, centre: CommonCentre) -> 
 
 # K and B of both legs, and of each on a plate of its own
 OF_JOINT = tuple(f"{quantity}{leg}" for quantity in QUANTITIES for leg in ("", "_left", "_right"))
+# flag of a number of the reflex torque that the responses do not determine
+UNDETERMINED = "reflex-not-determined"
 UNKNOWN_ORIGIN, ORIGIN = "unknown_origin_m", "origin_anterior_m"
 
 
@@ -488,8 +488,13 @@ def _pre_reflex(
 def _as_fit(fit: FreeReflexFit, trials: list[BroadbandEpochs], flags: tuple[str, ...]) -> StandingFit:
     values = dict(zip(QUANTITIES, fit.parameters.tolist(), strict=True))
     quantities = _flagged(quantities_of(values, fit.budget), flags)
+    reflex = quantities_of(dict(zip(REFLEX, fit.reflex.values.tolist(), strict=True)), fit.reflex.budget)
+    reflex = {
+        name: replace(q, flags=(*flags, UNDETERMINED) if name in fit.reflex.undetermined else flags)
+        for name, q in reflex.items()
+    }
     return StandingFit(
-        quantities | of_responses(fit.curves, fit.vaf),
+        quantities | reflex | of_responses(fit.curves, fit.vaf),
         fit.curves,
         sum(trial.count for trial in trials),
         budget=fit.budget,
@@ -562,11 +567,23 @@ def quoted(
     known = fit is not None and fit.budget is not None
     if known and not quotable(trials, fit.quantities["K"].value):
         return rows
-    return recommended(rows, **chosen)
+    return [
+        replace(row, recommended=True) if _of_reflex(row, fits, chosen) else row
+        for row in recommended(rows, **chosen)
+    ]
+
+
+def _of_reflex(row: Estimate, fits: Fits, chosen: dict[str, str]) -> bool:
+    """Test for a number of the reflex torque to quote: determined, beside B and K that a joint can have."""
+    names = chosen["pathway"], chosen["estimator"]
+    if row.quantity not in REFLEX or (row.pathway, row.estimator) != names:
+        return False
+    possible = all(fits[names].quantities[name].value >= 0.0 for name in QUANTITIES)
+    return possible and UNDETERMINED not in row.flags.split(";")
 
 
 def _of(row: Estimate, pathway: str) -> bool:
-    return row.pathway == pathway and row.quantity in OF_JOINT
+    return row.pathway == pathway and row.quantity in (*OF_JOINT, *REFLEX)
 
 
 def with_budgets(result: Result, fits: Fits) -> Result:

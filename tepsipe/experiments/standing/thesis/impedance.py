@@ -44,7 +44,7 @@ from tepsipe.signals.epochs import ensemble
 # signal of the epochs that each linear parameter multiplies
 MOTION = {"I": "ankle_dd", "B": "ankle_d", "K": "ankle"}
 # delay -> name of its estimate
-DELAYS = {"T": "twitch_time", "L": "reflex_delay", "D": "balance_delay"}
+DELAYS = {"T": "twitch_time", "L": "reflex_lag", "D": "balance_delay"}
 
 
 def _means(

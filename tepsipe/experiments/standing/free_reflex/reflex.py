@@ -1,0 +1,209 @@
+"""Peak, impulse, gain and delay of the reflex torque that is left beside the intrinsic impedance.
+
+B and K of a fit with a free reflex torque leave, in the whole response of trial j and not only in the fitted
+window, the torque
+
+    r_j(t) = tau_j(t) - B phi_j'(t) - K phi_j(t)
+
+with tau and phi from their means in the baseline: all delayed torque of the muscles above their tone, of
+reflexes of any latency and of balance. The sign s_j of the largest rotation of the ankle is the direction of
+the stretch. A torque that resists it is positive. With means over the trials,
+
+    r(t) = mean_j s_j r_j(t),     theta = mean_j max |phi_j|,     t from 0.04 to 0.2 s after the onset
+
+    peak = max r,     impulse = integral of r dt,     gain = impulse / theta
+    delay: r reaches a fifth of its peak for the first time
+
+For a reflex that follows the velocity of the stretch the gain is the torque per velocity at a frequency of 0.
+
+Each source of uncertainty changes B and K and the signals together, so with every row of its root
+
+    dr_j = dtau_j - B dphi_j' - K dphi_j - phi_j' dB - phi_j dK
+
+and the four numbers change by half their difference at r + dr and r - dr. Type A is the scatter of the
+responses, with the scatter of B and K between trials for the motions of all trials. It does not show the
+misfit of the rig's model in each trial alone, which is a source of its own.
+
+A joint that yields is not linear. After the largest rotation it leaves the line that fits the way there. The
+stiffness of calf muscles falls with the rotation to the power -0.33 (Loram, Maganaris & Lakie 2007), so the
+torque grows with the power 2/3. If all of this is hysteresis, with the branches of Masing (1926), then the
+torque after a travel of x times the largest rotation is below the line by
+
+    K theta (2^(1/3) x^(2/3) - x)
+
+The source `YIELD` is a share of this torque, of either sign, because B and K of the fit take up a part of it.
+
+The peak is not determined if its interval at 99 % contains 0, and then nothing else is. The delay is not
+determined if, within its uncertainty, r has reached the threshold at the start of the window.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+import scipy
+
+from tepsipe.statistics.uncertainty import Budget, coverage_factor
+
+YIELD = "joint_yield"
+REFLEX = ("reflex_peak", "reflex_impulse", "reflex_gain", "reflex_delay")
+# part of a response in which the torque is a reflex's: before it no muscle answers (s from the onset)
+REFLEX_S = (0.04, 0.2)
+# share of the peak that marks the start of the torque
+RISEN = 0.2
+# probability with which the peak must differ from 0
+CERTAIN = 0.99
+
+
+@dataclass(frozen=True)
+class MeanReflex:
+    """Mean response of trials to the stretch of the ankle."""
+
+    time: Annotated[np.ndarray, "(n,)", "s"]
+    """Time from the onset, within `REFLEX_S`."""
+    torque: Annotated[np.ndarray, "(n,)", "N·m"]
+    """Torque of the reflexes, positive against the stretch."""
+    stretch: Annotated[float, "rad"]
+    """Largest rotation of the ankle, mean over trials."""
+
+    def changed(self, torque: np.ndarray, stretch: float) -> "MeanReflex":
+        """With more torque (N·m) and stretch (rad)."""
+        return MeanReflex(self.time, self.torque + torque, self.stretch + stretch)
+
+    @property
+    def values(self) -> Annotated[np.ndarray, "(4,)"]:
+        """Numbers of `REFLEX` (N·m, N·m·s, N·m·s/rad, s); the delay is NaN for a torque without a peak."""
+        peak, impulse = float(self.torque.max()), float(scipy.integrate.trapezoid(self.torque, self.time))
+        return np.array([peak, impulse, impulse / self.stretch, self._risen(RISEN * peak)])
+
+    def _risen(self, threshold: float) -> float:
+        if threshold <= 0.0:
+            return np.nan
+        k = int(np.argmax(self.torque >= threshold))
+        if k == 0:
+            return float(self.time[0])
+        below, above = self.torque[k - 1 : k + 1]
+        return float(np.interp(threshold, [below, above], self.time[k - 1 : k + 1]))
+
+
+def mean_reflex(
+    time: Annotated[np.ndarray, "(n,)", "s"],
+    torques: Annotated[np.ndarray, "(trials, n)", "N·m"],
+    angles: Annotated[np.ndarray, "(trials, n)", "rad"],
+) -> MeanReflex:
+    """Mean torque of reflexes in the direction of each trial's stretch.
+
+    time: instants from the onset, the same in all trials; those outside `REFLEX_S` only show the stretch.
+    torques, angles: r and phi of the mean response of each trial.
+    """
+    ways, at = stretches(angles)
+    inside = within(time)
+    return MeanReflex(
+        time[inside], (ways @ torques)[inside] / len(ways), float(np.abs(_at(angles, at)).mean())
+    )
+
+
+def within(time: np.ndarray) -> np.ndarray:
+    """Samples of `REFLEX_S`, shape (n,)."""
+    return (time >= REFLEX_S[0] - 1e-9) & (time <= REFLEX_S[1] + 1e-9)
+
+
+def stretches(angles: Annotated[np.ndarray, "(..., n)", "rad"]) -> tuple[np.ndarray, np.ndarray]:
+    """Direction (1 or -1) and sample of the largest rotation of each response, shape (...)."""
+    at = np.abs(angles).argmax(axis=-1)
+    return np.sign(_at(angles, at)), at
+
+
+def yielding(
+    time: np.ndarray, angles: Annotated[np.ndarray, "(trials, n)", "rad"], stiffness: float
+) -> Annotated[np.ndarray, "(trials, n)", "N·m"]:
+    """Torque of a joint that yields, less K phi, after the largest rotation of each trial.
+
+    time: instants from the onset (s).
+    stiffness: K (N·m/rad).
+    """
+    ways, at = stretches(angles)
+    largest = ways * _at(angles, at)
+    travel = 1.0 - np.maximum(ways[:, None] * angles / largest[:, None], -1.0)
+    after = np.arange(time.size) > at[:, None]
+    shape = np.where(after, travel - 2.0 ** (1.0 / 3.0) * np.maximum(travel, 0.0) ** (2.0 / 3.0), 0.0)
+    return stiffness * (ways * largest)[:, None] * shape
+
+
+def _at(signals: np.ndarray, samples: np.ndarray) -> np.ndarray:
+    return np.take_along_axis(signals, samples[..., None], axis=-1)[..., 0]
+
+
+@dataclass(frozen=True)
+class Change:
+    """Signed errors of a fit and of the signals by one source, one per row of its root."""
+
+    parameters: Annotated[np.ndarray, "(k, 2)"]
+    """B (N·m·s/rad) and K (N·m/rad)."""
+    signals: Annotated[np.ndarray, "(k, trials, n, 3)"] | None = None
+    """Torque (N·m), angle (rad) and rate (rad/s) of the mean responses; None where they do not change."""
+
+
+@dataclass(frozen=True)
+class ReflexEstimate:
+    """Numbers of `REFLEX` with their uncertainty."""
+
+    values: Annotated[np.ndarray, "(4,)"]
+    budget: Budget
+    undetermined: tuple[str, ...]
+    """Names of those that the responses do not determine."""
+    mean: MeanReflex
+    error: Annotated[np.ndarray, "(n,)", "N·m"]
+    """Standard uncertainty of the mean torque."""
+
+
+def estimate_reflex(
+    time: np.ndarray,
+    means: Annotated[np.ndarray, "(trials, n, 3)"],
+    parameters: np.ndarray,
+    scatter: Sequence[Change],
+    freedom_a: float,
+    sources: Mapping[str, Change],
+    freedom: dict[str, float],
+) -> ReflexEstimate:
+    """Peak, impulse, gain and delay of the reflex torque, and their budget.
+
+    time: instants of the responses from the onset (s).
+    means: torque (N·m), angle (rad) and rate (rad/s) of the mean response of every trial.
+    parameters: B (N·m·s/rad) and K (N·m/rad).
+    scatter, freedom_a: changes that make up Type A, and its degrees of freedom.
+    sources, freedom: source of Type B -> changes and degrees of freedom.
+    """
+    motion = means[..., [2, 1]]
+    torques = means[..., 0] - motion @ parameters
+    mean, inside = mean_reflex(time, torques, means[..., 1]), within(time)
+    ways, at = stretches(means[..., 1])
+    variance = np.zeros(mean.torque.size)
+
+    def root(change: Change) -> Annotated[np.ndarray, "(k, 4)"]:
+        moved = -np.einsum("j,jtp,kp->kt", ways, motion, change.parameters) / len(ways)
+        longer = np.zeros(len(moved))
+        if change.signals is not None:
+            own = change.signals[..., 0] - change.signals[..., [2, 1]] @ parameters
+            moved = moved + np.einsum("j,kjt->kt", ways, own) / len(ways)
+            longer = (ways * change.signals[:, np.arange(len(ways)), at, 1]).mean(axis=1)
+        moved = moved[:, inside]
+        np.add(variance, (moved**2).sum(axis=0), out=variance)
+        pairs = [
+            (mean.changed(r, x).values, mean.changed(-r, -x).values)
+            for r, x in zip(moved, longer, strict=True)
+        ]
+        return np.array([0.5 * (more - less) for more, less in pairs]).reshape(-1, len(REFLEX))
+
+    type_a = np.sqrt(sum((root(change) ** 2).sum(axis=0) for change in scatter))
+    budget = Budget(type_a, freedom_a, {name: root(change) for name, change in sources.items()}, freedom)
+    values, error = mean.values, np.sqrt(variance)
+    low = budget.interval(values, CERTAIN)[0]
+    if not low[0] > 0.0:
+        undetermined = REFLEX
+    else:
+        surely = float(coverage_factor(budget.effective_freedom[0], CERTAIN))
+        early = mean.torque[0] + surely * error[0] >= RISEN * values[0]
+        undetermined = REFLEX[3:] if early or not np.isfinite(low[3]) else ()
+    return ReflexEstimate(values, budget, tuple(undetermined), mean, error)
