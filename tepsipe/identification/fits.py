@@ -604,12 +604,19 @@ def _of_free_decay(result, quantities, name, record, uncertainty, confidence) ->
 
     windows, time = record.perturbations, record.motion.time
     rate_hz = (time.size - 1) / (time[-1] - time[0])
-    longer = extended_to_rest(record.motion.theta_d, rate_hz, windows, record.at_rest)
+    decay = record.motion.theta_d, rate_hz, windows, record.at_rest
+    longer = extended_to_rest(*decay)
     if len(windows) < FEWEST_WITH_DECAY or any(record.at_rest[w.start : w.stop].any() for w in longer):
         return ()
-    seconds = float(np.median([b.stop - a.stop for a, b in zip(windows, longer, strict=True)])) / rate_hz
-    if not seconds > 0.0:
+    # twice the threshold, because find_perturbations may measure the noise in another time of rest; windows
+    # that contain the decay already are not doubled by it
+    surely = extended_to_rest(*decay, signal_to_noise=10.0)
+    gained, had = np.median(
+        [(b.stop - a.stop, a.stop - a.start) for a, b in zip(windows, surely, strict=True)], axis=0
+    )
+    if gained < had:
         return ()
+    seconds = float(np.median([b.stop - a.stop for a, b in zip(windows, longer, strict=True)])) / rate_hz
     extended = replace(record, perturbations=longer)
     other = estimate(name, extended)
     if not other.type_a[0][2] <= LEAST_GAIN * result.type_a[0][2]:
@@ -623,7 +630,7 @@ def _of_free_decay(result, quantities, name, record, uncertainty, confidence) ->
         return ()
     return (
         f"The joint moves on for {seconds:.2g} s after the windows. If it is passive, find_perturbations "
-        f'with until="rest" gives K = {better["K"].value:.4g} ± {new["K"]:.2g} N·m/rad instead of '
+        f'with until="rest" gives about K = {better["K"].value:.4g} ± {new["K"]:.2g} N·m/rad instead of '
         f"{quantities['K'].value:.4g} ± {half['K']:.2g} N·m/rad.",
     )
 

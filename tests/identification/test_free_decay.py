@@ -153,7 +153,7 @@ def test_fit_recommends_the_decay_with_the_half_width_that_it_gives():
     fit, longer = (fit_impedance(time, angle, torque, perturbations=w) for w in (short, long))
     (finding,) = fit.findings
     assert 'until="rest"' in finding
-    assert f"gives K = {longer.K:.4g} ± {half_width(longer):.2g} N·m/rad" in finding
+    assert f"gives about K = {longer.K:.4g} ± {half_width(longer):.2g} N·m/rad" in finding
     assert f"instead of {fit.K:.4g} ± {half_width(fit):.2g} N·m/rad" in finding
     assert finding in fit.summary()
     assert fit.notes == longer.notes == longer.findings == ()
