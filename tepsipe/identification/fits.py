@@ -603,18 +603,16 @@ def _of_free_decay(result, quantities, name, record, uncertainty, confidence) ->
     from tepsipe.signals.perturbations import extended_to_rest
 
     windows, time = record.perturbations, record.motion.time
+    if len(windows) < FEWEST_WITH_DECAY or any(w.until == "rest" for w in windows):
+        return ()
     rate_hz = (time.size - 1) / (time[-1] - time[0])
     decay = record.motion.theta_d, rate_hz, windows, record.at_rest
     longer = extended_to_rest(*decay)
-    if len(windows) < FEWEST_WITH_DECAY or any(record.at_rest[w.start : w.stop].any() for w in longer):
+    if any(record.at_rest[w.start : w.stop].any() for w in longer):
         return ()
-    # twice the threshold, because find_perturbations may measure the noise in another time of rest; windows
-    # that contain the decay already are not doubled by it
+    # at twice the threshold, because find_perturbations may measure the noise in another time of rest
     surely = extended_to_rest(*decay, signal_to_noise=10.0)
-    gained, had = np.median(
-        [(b.stop - a.stop, a.stop - a.start) for a, b in zip(windows, surely, strict=True)], axis=0
-    )
-    if gained < had:
+    if all(a.stop == b.stop for a, b in zip(windows, surely, strict=True)):
         return ()
     seconds = float(np.median([b.stop - a.stop for a, b in zip(windows, longer, strict=True)])) / rate_hz
     extended = replace(record, perturbations=longer)

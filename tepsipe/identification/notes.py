@@ -245,7 +245,7 @@ def of_repeats(
 def of_windows(windows: Sequence[Perturbation]) -> tuple[str, ...]:
     """Windows (samples) that show no scatter, or that the next perturbation cuts off."""
     found = ["One perturbation has no interval: record more."] if len(windows) == 1 else []
-    cut = sum(later.start == earlier.stop for earlier, later in pairwise(windows))
+    cut = sum(earlier.until == "rest" and later.start == earlier.stop for earlier, later in pairwise(windows))
     if cut:
         found.append(
             f"{cut} of {len(windows)} windows end where the next perturbation begins, before the joint was "

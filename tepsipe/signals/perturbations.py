@@ -43,11 +43,14 @@ class Perturbation:
         again (samples).
     peak_m_per_s : float
         Peak belt speed between them (m/s).
+    until : {"stop", "rest"}
+        What ends it: the belt stops, or the joint is at rest again.
     """
 
     start: int
     stop: int
     peak_m_per_s: float
+    until: Literal["stop", "rest"] = "stop"
 
 
 def detect_perturbations(
@@ -194,7 +197,7 @@ def extended_to_rest(
         lengths.append((p.stop + moving if moving + margin <= part.size else end) - p.start)
     length = int(np.median(lengths))
     return [
-        replace(p, stop=max(p.stop, min(p.start + length, end)))
+        replace(p, stop=max(p.stop, min(p.start + length, end)), until="rest")
         for p, end in zip(perturbations, ends, strict=True)
     ]
 

@@ -15,12 +15,15 @@ PULSE_S, FIRST_S = 0.1, 3.0
 
 
 @cache
-def moved(apart_s, count=8, damping=TRUE["B"]):
-    """Time (s), belt velocity (m/s) and motion of a leg on a belt that alternately moves to and fro."""
+def moved(apart_s, count=8, damping=TRUE["B"], early_s=0.0):
+    """Time (s), belt velocity (m/s) and motion of a leg on a belt that alternately moves to and fro.
+
+    The fifth pulse comes ``early_s`` earlier than the others would let expect.
+    """
     time = np.arange(0.0, FIRST_S + apart_s * count + 3.0, 1.0 / RATE_HZ)
     velocity = np.zeros_like(time)
     for k in range(count):
-        x = (time - FIRST_S - apart_s * k) / PULSE_S
+        x = (time - FIRST_S - apart_s * k + early_s * (k == 4)) / PULSE_S
         velocity += 0.3 * (-1) ** k * np.where((x > 0.0) & (x < 1.0), np.sin(np.pi * x), 0.0)
     made = simulate_joint(time, velocity, LEG, engine="equations", **(TRUE | {"B": damping}))
     return time, velocity, made.theta, made.torque
@@ -140,11 +143,43 @@ def test_pulses_that_follow_too_soon_end_the_window_before_and_are_noted():
     assert fit_impedance(time, angle, torque, perturbations=of_both(time, velocity, angle)[1]).notes == ()
 
 
+def test_one_early_pulse_or_one_disturbance_leaves_the_other_windows_as_they_are():
+    time, velocity, angle, torque = recorded(3)
+    usual = of_both(time, velocity, angle)[1]
+    length = usual[0].stop - usual[0].start
+    time, velocity, angle, torque = recorded(3, early_s=3.4)
+    short, long = of_both(time, velocity, angle)
+    assert long[3].stop == short[4].start
+    others = [w.stop - w.start for k, w in enumerate(long) if k != 3]
+    assert max(others) == min(others) == pytest.approx(length, rel=0.05)
+    (note,) = fit_impedance(time, angle, torque, perturbations=long).notes
+    assert note.startswith("1 of 8 windows end")
+    time, velocity, angle, _ = recorded(3, apart_s=8.0)
+    usual = of_both(time, velocity, angle)[1]
+    moved_again = angle + 0.02 * np.exp(-(((time - time[usual[2].start] - 6.0) / 0.1) ** 2))
+    assert of_both(time, velocity, moved_again)[1] == usual
+
+
 def test_joint_that_stops_with_the_belt_keeps_its_windows():
     time, velocity, *_ = moved(4.0)
     angle = 0.01 * velocity + 5e-4 * np.random.default_rng(1).standard_normal(time.size)
     short, long = of_both(time, velocity, angle)
-    assert long == short
+    assert [(w.start, w.stop) for w in long] == [(w.start, w.stop) for w in short]
+
+
+def test_windows_with_the_decay_are_not_recommended_again():
+    """Nor if a slow mode, of which too little is left to see it move, would still narrow the interval."""
+    for seed in range(15):
+        time, velocity, angle, torque = recorded(seed, count=4, damping=2.5)
+        torque = torque + 0.02 * np.random.default_rng(seed).standard_normal(time.size)
+        windows = of_both(time, velocity, angle)[1]
+        assert fit_impedance(time, angle, torque, perturbations=windows).findings == ()
+
+
+def test_windows_given_as_pairs_may_follow_each_other():
+    time, velocity, angle, torque = recorded(3, apart_s=1.0, damping=0.1)
+    pairs = [(w.start, w.stop) for w in of_both(time, velocity, angle)[1]]
+    assert fit_impedance(time, angle, torque, perturbations=pairs).notes == ()
 
 
 def test_fit_recommends_the_decay_with_the_half_width_that_it_gives():
@@ -157,6 +192,7 @@ def test_fit_recommends_the_decay_with_the_half_width_that_it_gives():
     assert f"instead of {fit.K:.4g} ± {half_width(fit):.2g} N·m/rad" in finding
     assert finding in fit.summary()
     assert fit.notes == longer.notes == longer.findings == ()
+    assert fit_impedance(time, angle, torque, perturbations=short, thesis=True).findings == ()
     scale = {"torque_scale": 0.05}  # dominates both intervals, so the decay gains nothing
     assert fit_impedance(time, angle, torque, perturbations=short, uncertainty=scale).findings == ()
     # following the advice would put the rest at the end into the last window
