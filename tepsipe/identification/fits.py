@@ -610,14 +610,17 @@ def _of_free_decay(result, quantities, name, record, uncertainty, confidence) ->
     longer = extended_to_rest(*decay)
     if any(record.at_rest[w.start : w.stop].any() for w in longer):
         return ()
-    # at twice the threshold, because find_perturbations may measure the noise in another time of rest
-    surely = extended_to_rest(*decay, signal_to_noise=10.0)
-    if all(a.stop == b.stop for a, b in zip(windows, surely, strict=True)):
-        return ()
     seconds = float(np.median([b.stop - a.stop for a, b in zip(windows, longer, strict=True)])) / rate_hz
+    if not seconds > 0.0:
+        return ()
+    most = LEAST_GAIN * result.type_a[0][2]
+    # also at twice the threshold, because find_perturbations may measure the noise in another time of rest
+    sooner = replace(record, perturbations=extended_to_rest(*decay, signal_to_noise=10.0))
+    if not estimate(name, sooner).type_a[0][2] <= most:
+        return ()
     extended = replace(record, perturbations=longer)
     other = estimate(name, extended)
-    if not other.type_a[0][2] <= LEAST_GAIN * result.type_a[0][2]:
+    if not other.type_a[0][2] <= most:
         return ()
     budget, _ = windows_budget(other, name, extended, uncertainty)
     better = quantities_of(dict(zip(PARAMETERS, other.mean, strict=True)), budget, confidence)
