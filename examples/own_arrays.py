@@ -19,7 +19,7 @@ else:
     time, angle, torque = example.time, example.angle, example.torque
     belt_velocity = example.belt_velocity
 
-perturbations = find_perturbations(time, belt_velocity)
+perturbations = find_perturbations(time, belt_velocity, until="rest", angle=angle)  # a passive joint
 fit = fit_impedance(time, angle, torque, perturbations=perturbations)
 
 print(fit.summary())

@@ -227,6 +227,13 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
         help="with --belt-velocity: unperturbed time at the start and at the end (s); default 2 2",
     )
     fit.add_argument(
+        "--until",
+        choices=("stop", "rest"),
+        default="stop",
+        help="with --belt-velocity: a window ends when the belt stops (default), or when the joint is at "
+        "rest again, which narrows the interval of K of a passive joint",
+    )
+    fit.add_argument(
         "--angle-unit", choices=("rad", "deg"), help="default: the one that ends the column's name, else rad"
     )
     fit.add_argument(
@@ -470,6 +477,11 @@ def _fit(chosen: argparse.Namespace) -> tuple[str, ...]:
     from tepsipe.io.trial import Signal
     from tepsipe.signals.perturbations import find_perturbations
 
+    if chosen.until == "rest" and (chosen.model == "cascade" or not chosen.belt_velocity):
+        raise InputError(
+            "--until: expected stop without perturbations, found rest: give --belt-velocity, and no --model "
+            "cascade"
+        )
     prefix = chosen.output or Path(chosen.table.name.split(".")[0] + "_fit")
     csv, png = _outputs(prefix, (".csv", ".png"), chosen.table)
     _, delimiter = table_columns(chosen.table)
@@ -498,7 +510,12 @@ def _fit(chosen: argparse.Namespace) -> tuple[str, ...]:
             elif chosen.belt_velocity:
                 before, after = chosen.rest
                 pulses = find_perturbations(
-                    time, signals["belt velocity"], rest_before_s=before, rest_after_s=after
+                    time,
+                    signals["belt velocity"],
+                    until=chosen.until,
+                    angle=angle if chosen.until == "rest" else None,
+                    rest_before_s=before,
+                    rest_after_s=after,
                 )
                 fit = fit_impedance(time, angle, torque, perturbations=pulses, thesis=chosen.thesis, **cutoff)
             else:
@@ -510,16 +527,18 @@ def _fit(chosen: argparse.Namespace) -> tuple[str, ...]:
     notes = (*notes, *map(_with_options, fit.notes))
     if chosen.json:
         content = {name: getattr(fit, name) for name in ("estimator", "vaf", "vaf_of", "confidence")}
+        content["findings"] = [*map(_with_options, fit.findings)]
         content["quantities"] = {name: vars(quantity) for name, quantity in fit.quantities.items()}
         content |= {"notes": notes, "perturbations": len(fit.windows), "written": [csv, png]}
         print_json(content)
     else:
-        print(f"{replace(fit, notes=()).summary()}\n\nwritten: {csv}, {png}")
+        print(f"{_with_options(replace(fit, notes=()).summary())}\n\nwritten: {csv}, {png}")
     return notes
 
 
 def _with_options(sentence: str) -> str:
-    """Sentence of the library in which a unit is stated by an option of the command, not by a `Signal`."""
+    """Sentence of the library with options of the command instead of a `Signal` or an argument."""
+    sentence = sentence.replace('find_perturbations with until="rest"', "--until rest")
     return re.sub(
         r'Signal\((angle|torque|belt_velocity), "(\S+?)"\)',
         lambda found: f"--{found[1].replace('_', '-')}-unit {found[2]}",

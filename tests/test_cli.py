@@ -72,6 +72,22 @@ def test_fit_perturbation_by_perturbation(table, capsys, tmp_path):
     assert (tmp_path / "perturbed_joint_fit.png").stat().st_size > 5000
 
 
+def test_fit_until_the_joint_is_at_rest_narrows_the_interval(table, capsys, tmp_path):
+    belt = ["--belt-velocity", "belt_velocity_m_per_s"]
+    widths = []
+    for until in ([], ["--until", "rest"]):
+        assert main(["fit", table, *COLUMNS, *belt, *until, "--json"]) == 0
+        found = json.loads(capsys.readouterr().out)
+        widths.append(found["quantities"]["K"]["high"] - found["quantities"]["K"]["low"])
+        assert ["--until rest gives about K" in finding for finding in found["findings"]] == [True] * (
+            not until
+        )
+    assert widths[1] < widths[0] / 2.2
+    line = refused(capsys, "fit", table, *COLUMNS, "--until", "rest")
+    assert "--until: expected stop without perturbations, found rest: give --belt-velocity" in line
+    refused(capsys, "fit", table, *COLUMNS, *belt, "--until", "rest", "--model", "cascade")
+
+
 def test_fit_of_a_whole_record_in_other_units(table, capsys, tmp_path):
     values = np.loadtxt(table, delimiter=",", skiprows=1)
     values[:, 1] = np.degrees(values[:, 1])

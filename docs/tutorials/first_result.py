@@ -54,11 +54,17 @@ plt.show()
 # ## The perturbations
 #
 # `find_perturbations` finds the pulses in the belt velocity and returns one window per
-# pulse. Each window starts when the belt starts to move and ends when it is at rest
-# again.
+# pulse. Each window starts when the belt starts to move. With `until="rest"`, it ends when
+# the joint is at rest again; otherwise it ends when the belt stops.
+#
+# Use `until="rest"` for a passive joint like this one, because its free decay after the
+# pulse narrows the interval of *K*. Do not use it for a joint with reflexes or voluntary
+# torque, or for one that softens, because these act on the decay as well.
 
 # %%
-perturbations = find_perturbations(recording.time, recording.belt_velocity)
+perturbations = find_perturbations(
+    recording.time, recording.belt_velocity, until="rest", angle=recording.angle
+)
 print(len(perturbations), "perturbations, the first at", perturbations[0])
 
 # %% [markdown]
@@ -176,12 +182,14 @@ except InputError as refused:
 #
 # ## Exercises
 #
-# 1. Use only the first three perturbations (`perturbations[:3]`). By what factor does
+# 1. Let the windows end when the belt stops (`recording.perturbations`). By what factor
+#    does the interval of *K* grow, and why do those of *I* and *B* hardly change?
+# 2. Use only the first three perturbations (`perturbations[:3]`). By what factor does
 #    the interval of *K* grow, and why is this factor larger than $\sqrt{14/3}$?
-# 2. Filter at 5 Hz (`cutoff_hz=5`). Read the note, then compare the estimates with the
+# 3. Filter at 5 Hz (`cutoff_hz=5`). Read the note, then compare the estimates with the
 #    truth.
-# 3. Reverse the sign of the torque. Which message reveals the error?
-# 4. Estimate the same joint without a torque, from the camera markers and the belt, with
+# 4. Reverse the sign of the torque. Which message reveals the error?
+# 5. Estimate the same joint without a torque, from the camera markers and the belt, with
 #    `fit_joint_likelihood` ([example](../api.md#tepsipe.fit_joint_likelihood)). Its interval of *K* is far
 #    narrower. Which information does it use that the windowed fit ignores?
 #

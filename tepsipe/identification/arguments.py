@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Annotated
 
@@ -63,7 +64,7 @@ def _window(given: object) -> Perturbation:
             f"perturbations: expected pairs of first sample and the first after it, found "
             f"{described(given)}: give samples, not seconds, such as the result of tepsipe.find_perturbations"
         ) from error
-    return Perturbation(*ends, given.peak_m_per_s if known else math.nan)
+    return replace(given, start=ends[0], stop=ends[1]) if known else Perturbation(*ends, math.nan)
 
 
 def samples_at_rest(

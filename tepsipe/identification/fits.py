@@ -57,6 +57,10 @@ if TYPE_CHECKING:
     from tepsipe.mechanics.segment_kinematics import SegmentMotion
     from tepsipe.signals.response import FrequencyResponse
 
+# windows with the free decay are recommended from this many perturbations on, if they reduce the half-width
+# of K to this part of it or less
+FEWEST_WITH_DECAY, LEAST_GAIN = 3, 0.75
+
 
 @one_thread()
 def fit_impedance(
@@ -95,7 +99,8 @@ def fit_impedance(
     angle, torque : array_like or Signal, shape (n,)
         theta (rad) and tau (N·m), positive when it resists a positive angle; not filtered.
     perturbations : sequence of Perturbation or of (start, stop), optional
-        Windows, first sample and the first after it (samples), for example from `find_perturbations`.
+        Windows, first sample and the first after it (samples), for example from `find_perturbations`; of a
+        passive joint with its free decay, ``until="rest"``.
     rest : ndarray of bool, shape (n,), or (float, float), optional
         Samples at rest, or unperturbed time at the trial's start and end (s); by default the time before the
         first perturbation.
@@ -137,6 +142,8 @@ def fit_impedance(
     I = 0.0200, B = 0.148, K = 10.01, VAF 99.9 %
     >>> fit.quantities["K"]
     <10.011 [9.817, 10.206] N·m/rad>
+    >>> print(fit.findings[0].partition(".")[0])
+    The joint moves on for 3 s after the windows
     """
     from tepsipe.mechanics.segment_kinematics import joint_motion
     from tepsipe.signals.filters import butterworth_lowpass
@@ -571,9 +578,10 @@ def _fit_windows(motion, torque, perturbations, rest, thesis, confidence, uncert
     record = Record(motion=motion, torque=torque, perturbations=windows, at_rest=at_rest)
     result = estimate(name, record)
     budget, sources = windows_budget(result, name, record, uncertainty)
+    quantities = quantities_of(dict(zip(PARAMETERS, result.mean, strict=True)), budget, confidence)
     return ImpedanceFit(
         estimator=name,
-        quantities=quantities_of(dict(zip(PARAMETERS, result.mean, strict=True)), budget, confidence),
+        quantities=quantities,
         vaf=float(result.vaf_per_perturbation.mean()),
         vaf_of="the torque, mean over the perturbations",
         confidence=confidence,
@@ -582,8 +590,49 @@ def _fit_windows(motion, torque, perturbations, rest, thesis, confidence, uncert
         ),
         details=result,
         windows=result.parameters,
-        notes=("One perturbation has no interval: record more.",) if len(windows) == 1 else (),
+        notes=notes.of_windows(windows),
+        findings=() if thesis else _of_free_decay(result, quantities, name, record, uncertainty, confidence),
         type_b=sources,
+    )
+
+
+def _of_free_decay(result, quantities, name, record, uncertainty, confidence) -> tuple[str, ...]:
+    """Recommendation of windows with the free decay, where they agree with the fit and K gains a quarter."""
+    from tepsipe.identification.budgets.windows import windows_budget
+    from tepsipe.identification.estimators import estimate
+    from tepsipe.signals.perturbations import extended_to_rest
+
+    windows, time = record.perturbations, record.motion.time
+    if len(windows) < FEWEST_WITH_DECAY or any(w.until == "rest" for w in windows):
+        return ()
+    rate_hz = (time.size - 1) / (time[-1] - time[0])
+    decay = record.motion.theta_d, rate_hz, windows, record.at_rest
+    longer = extended_to_rest(*decay)
+    if any(record.at_rest[w.start : w.stop].any() for w in longer):
+        return ()
+    seconds = float(np.median([b.stop - a.stop for a, b in zip(windows, longer, strict=True)])) / rate_hz
+    if not seconds > 0.0:
+        return ()
+    most = LEAST_GAIN * result.type_a[0][2]
+    # also at twice the threshold, because find_perturbations may measure the noise in another time of rest
+    sooner = replace(record, perturbations=extended_to_rest(*decay, signal_to_noise=10.0))
+    if not estimate(name, sooner).type_a[0][2] <= most:
+        return ()
+    extended = replace(record, perturbations=longer)
+    other = estimate(name, extended)
+    if not other.type_a[0][2] <= most:
+        return ()
+    budget, _ = windows_budget(other, name, extended, uncertainty)
+    better = quantities_of(dict(zip(PARAMETERS, other.mean, strict=True)), budget, confidence)
+    half, new = ({key: (q.high - q.low) / 2.0 for key, q in of.items()} for of in (quantities, better))
+    if new["K"] > LEAST_GAIN * half["K"] or any(
+        abs(better[key].value - quantities[key].value) > np.hypot(half[key], new[key]) for key in PARAMETERS
+    ):
+        return ()
+    return (
+        f"The joint moves on for {seconds:.2g} s after the windows. If it is passive, find_perturbations "
+        f'with until="rest" gives about K = {better["K"].value:.4g} ± {new["K"]:.2g} N·m/rad instead of '
+        f"{quantities['K'].value:.4g} ± {half['K']:.2g} N·m/rad.",
     )
 
 

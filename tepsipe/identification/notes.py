@@ -5,6 +5,7 @@ have a physical reason, which stands beside them. `docs/when-it-stops.md` lists 
 """
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Annotated
 
 import numpy as np
@@ -239,6 +240,19 @@ def of_repeats(
         f"{copies} of {len(contents)} perturbations hold the same samples as another one: copies are no "
         "repetitions, so the intervals are too narrow.",
     )
+
+
+def of_windows(windows: Sequence[Perturbation]) -> tuple[str, ...]:
+    """Windows (samples) that show no scatter, or that the next perturbation cuts off."""
+    found = ["One perturbation has no interval: record more."] if len(windows) == 1 else []
+    cut = sum(earlier.until == "rest" and later.start == earlier.stop for earlier, later in pairwise(windows))
+    if cut:
+        found.append(
+            f"{cut} of {len(windows)} windows end where the next perturbation begins, before the joint was "
+            "at rest: the fit uses no more of the other windows than the shortest one lasts, so wait longer "
+            "between perturbations."
+        )
+    return tuple(found)
 
 
 def of_belt(foot_velocity: np.ndarray, belt_velocity: np.ndarray) -> tuple[str, ...]:

@@ -1,12 +1,19 @@
 """Detection of perturbations in the recorded belt motion, not in the command (thesis Figure 3-3)."""
 
-from dataclasses import dataclass
-from typing import Annotated
+from dataclasses import dataclass, replace
+from typing import Annotated, Literal
 
 import numpy as np
 
-from tepsipe.arguments import checked, regular_rate, same_length, samples
-from tepsipe.errors import InputError
+from tepsipe.arguments import (
+    checked,
+    plausible_angle,
+    refuse_constant,
+    regular_rate,
+    same_length,
+    samples,
+)
+from tepsipe.errors import InputError, quoted
 from tepsipe.quantities import InnerFraction, Pause, Positive, Thesis, Time
 from tepsipe.signals.array_types import Samples
 
@@ -20,6 +27,9 @@ TRAVELLING_M_PER_S = 0.05
 MEDIAN_OVER_S, MEDIAN_EVERY_S = 4.0, 0.5
 # blocks whose largest deviation is compared (s), and this deviation in standard deviations of white noise
 BLOCK_S, BLOCK_MAXIMUM_SD = 0.5, 3.0
+# a joint is at rest that does not move for this time; the next perturbation already moves it this long before
+# its start, because filters spread it (s)
+STILL_S = 0.1
 
 
 @dataclass(frozen=True)
@@ -29,14 +39,18 @@ class Perturbation:
     Attributes
     ----------
     start, stop : int
-        First sample in which the belt moves, and first sample after it stops (samples).
+        First sample in which the belt moves, and first sample after it stops, or after the joint is at rest
+        again (samples).
     peak_m_per_s : float
         Peak belt speed between them (m/s).
+    until : {"stop", "rest"}
+        What ends it: the belt stops, or the joint is at rest again.
     """
 
     start: int
     stop: int
     peak_m_per_s: float
+    until: Literal["stop", "rest"] = "stop"
 
 
 def detect_perturbations(
@@ -152,6 +166,42 @@ def _runs(active: np.ndarray, merge: int) -> list[tuple[int, int]]:
     return runs
 
 
+def extended_to_rest(
+    rate: Annotated[np.ndarray, "(n,)", "rad/s"],
+    rate_hz: float,
+    perturbations: list[Perturbation],
+    at_rest: Annotated[np.ndarray, "(n,)"],
+    threshold_fraction: float = 0.05,
+    signal_to_noise: float = 5.0,
+) -> list[Perturbation]:
+    """Windows that go on after the belt has stopped, until the joint is at rest again.
+
+    The joint moves while |theta'| exceeds ``signal_to_noise`` times its noise at rest, and
+    ``threshold_fraction`` of its peak after the belt has stopped (median over the perturbations). All windows
+    have the median length, because a fit multiplies perturbations with each other, but none reaches the next
+    perturbation.
+
+    rate: theta', filtered.
+    at_rest: samples at rest.
+    """
+    margin = round(STILL_S * rate_hz)
+    speed = np.abs(rate - np.median(rate[at_rest]))
+    noise = 1.4826 * float(np.median(speed[at_rest]))
+    ends = [*(p.start for p in perturbations[1:]), max(perturbations[-1].stop, rate.size - margin)]
+    after = [speed[p.stop : max(p.stop, end - margin)] for p, end in zip(perturbations, ends, strict=True)]
+    peak = float(np.median([part.max(initial=0.0) for part in after]))
+    threshold = max(signal_to_noise * noise, threshold_fraction * peak)
+    lengths = []
+    for p, end, part in zip(perturbations, ends, after, strict=True):
+        moving = int(np.flatnonzero(part > threshold).max(initial=-1)) + 1
+        lengths.append((p.stop + moving if moving + margin <= part.size else end) - p.start)
+    length = int(np.median(lengths))
+    return [
+        replace(p, stop=max(p.stop, min(p.start + length, end)), until="rest")
+        for p, end in zip(perturbations, ends, strict=True)
+    ]
+
+
 @dataclass(frozen=True)
 class WindowOptions:
     """Options of the search for perturbations and rest."""
@@ -230,6 +280,8 @@ def find_perturbations(
     time: "Samples",
     belt_velocity: "Samples",
     *,
+    until: Literal["stop", "rest"] = "stop",
+    angle: "Samples | None" = None,
     rest_before_s: float = 2.0,
     rest_after_s: float = 2.0,
     cutoff_hz: float = 20.0,
@@ -243,16 +295,27 @@ def find_perturbations(
     A perturbation begins and ends where the belt's speed passes ``threshold_fraction`` of the perturbations'
     peak speed (thesis Figure 3-3). See `detect_perturbations`.
 
+    After the belt has stopped, a passive joint decays freely, which holds much of the information on K. With
+    ``until="rest"``, a window ends when the joint is at rest again: the rate of the angle stays below
+    ``signal_to_noise`` times its noise at rest, or below ``threshold_fraction`` of its peak after the belt
+    has stopped. All windows have the median length, but none reaches the next perturbation
+    (`extended_to_rest`). Keep the default for a joint with reflexes, voluntary torque or a stiffness that
+    depends on the movement: these then act on the decay, too.
+
     Parameters
     ----------
     time : array_like or Signal, shape (n,)
         Instants (s), on a regular clock.
     belt_velocity : array_like or Signal, shape (n,)
         Velocity of the belt (m/s), not filtered.
+    until : {"stop", "rest"}
+        End of a window: the belt stops, or the joint is at rest again.
+    angle : array_like or Signal, shape (n,), optional
+        Angle of the joint (rad), not filtered; for ``until="rest"`` only, which needs it.
     rest_before_s, rest_after_s : float
         Unperturbed time at the trial's start and end (s).
     cutoff_hz : float
-        Cutoff of the zero-lag Butterworth low-pass that the velocity passes first (Hz).
+        Cutoff of the zero-lag Butterworth low-pass that velocity and angle pass first (Hz).
     order : int
         Its order, both passes together.
     threshold_fraction : float
@@ -270,7 +333,8 @@ def find_perturbations(
     Raises
     ------
     InputError
-        If the signals cannot be used, nothing exceeds the noise, or the belt moves in the time of rest.
+        If the signals cannot be used, nothing exceeds the noise, the belt moves in the time of rest, or
+        ``until`` and ``angle`` do not fit together.
 
     Examples
     --------
@@ -281,9 +345,23 @@ def find_perturbations(
     14
     >>> print(f"{pulses[0].start} to {pulses[0].stop}, {pulses[0].peak_m_per_s:.2f} m/s")
     686 to 718, 0.24 m/s
+    >>> decays = find_perturbations(dummy.time, dummy.belt_velocity, until="rest", angle=dummy.angle)
+    >>> print(f"{decays[0].start} to {decays[0].stop}")
+    686 to 1465
     """
+    from tepsipe.signals.differentiation import derivative
     from tepsipe.signals.filters import butterworth_lowpass
 
+    if not isinstance(until, str) or until not in ("stop", "rest"):
+        raise InputError(
+            f"until: expected 'stop' or 'rest', found {quoted(until)}: say whether a window ends when the "
+            "belt stops or when the joint is at rest again"
+        )
+    if (until == "rest") != (angle is not None):
+        raise InputError(
+            f"until, angle: expected an angle with until='rest' and only then, found until={quoted(until)} "
+            f"{'without' if angle is None else 'with'} an angle: give both or neither"
+        )
     time, rate_hz = regular_rate(time)
     velocity = samples(belt_velocity, "m/s", "belt_velocity")
     same_length(time, belt_velocity=velocity)
@@ -308,7 +386,7 @@ def find_perturbations(
             f"belt_velocity: expected m/s, found changes of up to {fastest:.3g}, which looks like mm/s: give "
             'Signal(belt_velocity, "mm/s")'
         )
-    return detect_perturbations(
+    found = detect_perturbations(
         butterworth_lowpass(velocity, rate_hz, cutoff_hz, order),
         rate_hz,
         rest_before_s,
@@ -318,6 +396,14 @@ def find_perturbations(
         merge_s,
         "belt_velocity",
     )
+    if angle is None:
+        return found
+    angle = plausible_angle(samples(angle, "rad", "angle"))
+    same_length(time, angle=angle)
+    refuse_constant(angle=angle)
+    rate = derivative(time, butterworth_lowpass(angle, rate_hz, cutoff_hz, order))
+    at_rest = time - time[0] < rest_before_s
+    return extended_to_rest(rate, rate_hz, found, at_rest, threshold_fraction, signal_to_noise)
 
 
 def same_direction(pulses: Annotated[np.ndarray, "(pulses, n)", "m/s"]) -> Annotated[np.ndarray, "(pulses,)"]:
