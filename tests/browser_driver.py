@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import tempfile
+import time
 import urllib.request
 from contextlib import contextmanager
 from pathlib import Path
@@ -47,7 +48,17 @@ class Browser:
     def open(self, path, width=1280, height=1000):
         """Show a file in a window of this size (pixels)."""
         self._ask("/window/rect", {"width": width, "height": height})
-        self._ask("/url", {"url": Path(path).absolute().as_uri()})
+        address = Path(path).absolute().as_uri()
+        self._ask("/url", {"url": address})
+        # on a busy machine the answer may come before the page
+        for _ in range(600):
+            if self.run("return [document.readyState, location.href.split('#')[0]];") == [
+                "complete",
+                address,
+            ]:
+                return
+            time.sleep(0.1)
+        raise TimeoutError(address)
 
     def run(self, script, *arguments):
         """Value that a script returns, also by a promise."""
