@@ -94,7 +94,7 @@ def plot_toy(results: Mapping[str, Result]) -> Figure:
     },
     "setting": {
         "tepsipe/signals/perturbations.py": {
-            "from typing import Annotated\n": "\nfrom annotated_types import Ge, Le\n",
+            "from typing import Annotated, Literal\n": "\nfrom annotated_types import Ge, Le\n",
             '    """Closer runs of belt motion are one perturbation."""\n': '''\
     toy_most: Annotated[int, Ge(1), Le(100)] = 100
     """Number of perturbations that are kept by a toy."""

@@ -47,7 +47,7 @@ import scipy
 from tepsipe.statistics.uncertainty import Budget, coverage_factor
 
 YIELD = "joint_yield"
-REFLEX = ("reflex_peak", "reflex_impulse", "reflex_gain", "reflex_delay")
+REFLEX = ("reflex_torque_peak", "reflex_impulse", "reflex_gain", "reflex_delay")
 # part of a response in which the torque is a reflex's: before it no muscle answers (s from the onset)
 REFLEX_S = (0.04, 0.2)
 # share of the peak that marks the start of the torque
