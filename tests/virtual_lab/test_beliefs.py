@@ -88,6 +88,7 @@ UNDRAWN = {
     "standing.model_discrepancy": "of the plate's mechanisms, which are not drawn",
     "standing.reflex_onset_s": "latencies of the muscles, which are not drawn",
     "standing.latency_s": "latencies of the muscles, which are not drawn",
+    "standing.joint_yield": "hysteresis of the joint, a mechanism of the laboratory, which is not drawn",
 }
 
 
