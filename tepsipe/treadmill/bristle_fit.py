@@ -16,6 +16,7 @@ overstates the influence of a single trial, for example of the only one with the
 """
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Annotated, NamedTuple
@@ -25,6 +26,7 @@ import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.statistics.clusters import leave_out
+from tepsipe.treadmill.black_box_models import BeltModel
 from tepsipe.treadmill.bristle_frame import (
     AT,
     CONSTANTS,
@@ -383,8 +385,10 @@ WITHOUT = "without-physics"  # a response of every mass
 class Calibrated:
     """A fitted model with the draws of its errors."""
 
-    models: dict[str, BristleFrame]
-    """Component -> model."""
+    models: dict[str, BeltModel]
+    """Component -> model, with the same constants."""
+    residuals: Callable[[PulseWindows, np.ndarray], dict[str, np.ndarray]]
+    """Function of pulses and constants: component -> measured less modelled mean pulses (N, N·m)."""
     deviations: Annotated[np.ndarray, "(draws, 24)"]
     """Draws of the errors of the constants."""
     without_trial: Annotated[np.ndarray, "(trials, 24)"]
@@ -436,13 +440,15 @@ def fit_bristle_frame(
                 for c in COMPONENTS
             }
             without = np.zeros((windows.kg.size, len(CONSTANTS)))
-            return Calibrated(models, deviations, without, scores, scores[WITHOUT], responses[1:])
+            return Calibrated(models, residuals, deviations, without, scores, scores[WITHOUT], responses[1:])
     deviations = rng.standard_normal((draws, windows.kg.size)) @ best.spread
     models = {
         c: BristleFrame(c, best.constants, kept, windows.rate_hz, heaviest_kg, best.converged)
         for c in COMPONENTS
     }
-    return Calibrated(models, deviations, best.without_trial, scores, float(np.sqrt(best.left_out)))
+    return Calibrated(
+        models, residuals, deviations, best.without_trial, scores, float(np.sqrt(best.left_out))
+    )
 
 
 def heaviest(windows: PulseWindows) -> float:

@@ -21,7 +21,7 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.io.result import Result
-from tepsipe.treadmill.bristle_fit import COMPONENTS, Calibrated, left_out_in_turn, residuals
+from tepsipe.treadmill.bristle_fit import COMPONENTS, Calibrated, left_out_in_turn
 from tepsipe.treadmill.bristle_frame import BristleFrame
 from tepsipe.treadmill.frame_peak import FramePeak
 from tepsipe.treadmill.linear_frame import LinearFrame
@@ -157,9 +157,8 @@ def held_out_residuals(
     """
     if calibrated is None:
         return Result({}, {}, {"trials": []})
-    model = calibrated.models["Fy"]
-    arrays: dict[str, np.ndarray] = {}
-    units: dict[str, str] = {}
+    constants = calibrated.models["Fy"].constants
+    signals: dict[str, tuple[np.ndarray, str]] = {}
     after_s = min(longest_window(trial["Fy"]) for trial in (*training, *testing))
     facts: dict = {"trials": [], "kg": [], "before_s": BEFORE_S, "after_s": after_s}
     facts["below_limit_kg"] = list(below_limit_kg)
@@ -174,33 +173,22 @@ def held_out_residuals(
         facts["kg"].append(float(windows.kg[k]))
         facts["rate_hz"] = windows.rate_hz
         part = slice(0, round((BEFORE_S + after_s) * windows.rate_hz))
-        arrays[f"{name}/velocity"], units[f"{name}/velocity"] = windows.velocity[k, part], "m/s"
+        signals[f"{name}/velocity"] = (windows.velocity[k, part], "m/s")
         for c in COMPONENTS:
             single = windows.single[c][k] - windows.load[c][k] + residual[c][k]
-            arrays[f"{name}/{c}"], units[f"{name}/{c}"] = single[:, part].astype(np.float32), UNITS[c]
+            signals[f"{name}/{c}"] = (single[:, part].astype(np.float32), UNITS[c])
 
     windows = pulse_windows(left_out_in_turn(training), whole=True)
     for k, change in enumerate(calibrated.without_trial):
         free = calibrated.by_mass[k] if calibrated.by_mass else {}
-        keep(windows, k, _residuals(windows, model.moved(change)), free)
+        keep(windows, k, calibrated.residuals(windows, constants + change), free)
     if testing:
         windows = pulse_windows(by_direction(testing), whole=True)
-        residual = _residuals(windows, model)
-        free = {} if isinstance(model, LinearFrame) else _by_mass(calibrated)
+        residual = calibrated.residuals(windows, constants)
+        free = {c: m.by_mass for c, m in calibrated.models.items()} if calibrated.by_mass else {}
         for k in range(windows.kg.size):
             keep(windows, k, residual, free)
-    return Result(arrays, units, facts)
-
-
-def _by_mass(calibrated: Calibrated) -> dict[str, MassResponse]:
-    return {c: m.by_mass for c, m in calibrated.models.items() if m.by_mass is not None}
-
-
-def _residuals(windows: PulseWindows, model: BristleFrame | LinearFrame) -> dict[str, np.ndarray]:
-    """Measured less modelled mean pulses (N, N·m), shape (trials, n)."""
-    if isinstance(model, LinearFrame):
-        return model.residuals(windows)
-    return residuals(windows, model.constants)
+    return Result.of(signals, facts)
 
 
 def read_held_out(result: Result) -> HeldOut | None:

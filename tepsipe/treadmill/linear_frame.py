@@ -299,12 +299,6 @@ class LinearFrame(BeltModel):
                 total = total + force * _rubbing(recording, c["lag_s"], name)
         return total
 
-    def residuals(self, windows: PulseWindows) -> dict[str, np.ndarray]:
-        """Measured less modelled mean pulses: component -> residual (N, N·m), shape (trials, n)."""
-        problem = Problem(windows)
-        found = np.fft.irfft(problem.measured - problem.modelled(self.constants), windows.samples, axis=-1)
-        return dict(zip(COMPONENTS, found, strict=True))
-
     def _force(self, name: str, kg: float) -> float:
         """Force of one curve of friction (N) under a mass (kg)."""
         return self.named[name] + kg * self.named[f"{name}_per_kg"]
@@ -432,6 +426,13 @@ class Problem:
         found[AT["belt_moment"], 1], found[AT["moment_viscous"], 1] = (-x for x in self._moves.values())
         found[AT["lever_m"], 1] = -total
         return found
+
+
+def residuals(windows: PulseWindows, constants: np.ndarray) -> dict[str, np.ndarray]:
+    """Measured less modelled mean pulses: component -> residual (N, N·m), shape (trials, n)."""
+    problem = Problem(windows)
+    found = np.fft.irfft(problem.measured - problem.modelled(constants), windows.samples, axis=-1)
+    return dict(zip(COMPONENTS, found, strict=True))
 
 
 class _Fit(NamedTuple):
@@ -588,4 +589,4 @@ def fit_linear_frame(
     models = {
         c: LinearFrame(c, constants, terms, windows.rate_hz, heaviest_kg, converged) for c in COMPONENTS
     }
-    return Calibrated(models, deviations, without_trial, scores, float(np.sqrt(left_out)))
+    return Calibrated(models, residuals, deviations, without_trial, scores, float(np.sqrt(left_out)))

@@ -229,7 +229,7 @@ def test_trials_left_out_and_files(frame, tmp_path):
     hz, trials, calibrated = frame
     held_out = read_held_out(held_out_residuals(calibrated, trials[:-1], trials[-1:]))
     windows = pulse_windows(trials[-1:], whole=True)
-    left = calibrated.models["Fy"].residuals(windows)
+    left = calibrated.residuals(windows, calibrated.models["Fy"].constants)
     for c in UNITS:
         assert held_out.residual[c][-1].mean(axis=0) == pytest.approx(
             left[c][0][: held_out.residual[c][-1].shape[1]], abs=1e-3 * np.ptp(windows.load[c])

@@ -23,7 +23,7 @@ from tepsipe.treadmill.black_box_models import (
     fit_discrete_output_error,
     fit_finite_response,
 )
-from tepsipe.treadmill.bristle_fit import Calibrated
+from tepsipe.treadmill.bristle_fit import Calibrated, residuals
 from tepsipe.treadmill.bristle_frame import AT, BristleFrame
 from tepsipe.treadmill.calibration import coherence_limit
 from tepsipe.treadmill.linear_frame import MEAN, LinearFrame
@@ -336,6 +336,7 @@ def every_model():
     constants[AT["moment_mass"]] = 3.0
     joint = Calibrated(
         {"Mx": BristleFrame("Mx", constants, ("bristles",), 100.0, 20.0)},
+        residuals,
         rng.standard_normal((3, constants.size)),
         np.zeros((2, constants.size)),
         {"bristles": 1.0},
