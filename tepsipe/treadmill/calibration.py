@@ -217,13 +217,10 @@ def table_plan(family: list[str], train: str, tests: list[str]) -> list[Calibrat
 
 def mean_responses(models: list[FittedModel], recordings: list[BeltRecording]) -> Result:
     """Measured and predicted load, mean over the perturbations of each recording (unit of the load)."""
-    arrays: dict[str, np.ndarray] = {}
-    units: dict[str, str] = {}
+    signals: dict[str, tuple[np.ndarray, str]] = {}
     for r in recordings:
-        signals = {"measured": r.load} | {m.name: m.predict(r) for m in models}
-        for key, x in signals.items():
-            name = f"{r.condition}/{key}"
-            arrays[name], units[name] = r.segments(x).mean(axis=0), r.unit
+        for key, x in ({"measured": r.load} | {m.name: m.predict(r) for m in models}).items():
+            signals[f"{r.condition}/{key}"] = (r.segments(x).mean(axis=0), r.unit)
     heaviest = max(r.carried_kg for r in recordings)
     facts = {
         "conditions": [r.condition for r in recordings],
@@ -237,7 +234,7 @@ def mean_responses(models: list[FittedModel], recordings: list[BeltRecording]) -
             (_bristle_facts(m, heaviest) for m in models if m.name == "bristle-frame"), None
         ),
     }
-    return Result(arrays, units, facts)
+    return Result.of(signals, facts)
 
 
 def _bristle_facts(fitted: FittedModel, usual_kg: float) -> dict:
@@ -283,21 +280,17 @@ def table_result(
     most_samples: largest number of samples shown of a recording, from its middle (samples).
     Returns: per recording time, measured and predicted load (unit of the load).
     """
-    arrays: dict[str, np.ndarray] = {}
-    units: dict[str, str] = {}
+    signals: dict[str, tuple[np.ndarray, str]] = {}
     for r in recordings:
         start = max(0, (r.load.size - most_samples) // 2)
         part = slice(start, start + most_samples)
-        signals = {
-            "time": np.arange(r.load.size) / r.rate_hz,
-            "belt_velocity": r.velocity,
-            "measured": r.load,
+        own = {
+            "time": (np.arange(r.load.size) / r.rate_hz, "s"),
+            "belt_velocity": (r.velocity, "m/s"),
+            "measured": (r.load, r.unit),
+            **{m.name: (m.predict(r), r.unit) for m in models},
         }
-        signals |= {m.name: m.predict(r) for m in models}
-        for key, x in signals.items():
-            name = f"{r.name}/{key}"
-            arrays[name] = x[part]
-            units[name] = {"time": "s", "belt_velocity": "m/s"}.get(key, r.unit)
+        signals |= {f"{r.name}/{key}": (x[part], unit) for key, (x, unit) in own.items()}
     first = recordings[0]
     tracker = next((m.model for m in models if m.model.untracked is not None), None)
     if tracker is not None:
@@ -307,9 +300,9 @@ def table_result(
         ):
             spectrum = spectrum_over_distance(first, first.load - predicted)
             if spectrum is not None:
-                arrays["ripple/order"], units["ripple/order"] = spectrum.order_per_m, "1/m"
-                arrays[f"ripple/{key}"], units[f"ripple/{key}"] = np.sqrt(spectrum.power), first.unit
-        arrays["ripple/tracked_orders"], units["ripple/tracked_orders"] = tracker.orders_per_m, "1/m"
+                signals["ripple/order"] = (spectrum.order_per_m, "1/m")
+                signals[f"ripple/{key}"] = (np.sqrt(spectrum.power), first.unit)
+        signals["ripple/tracked_orders"] = (tracker.orders_per_m, "1/m")
     facts = {
         "recordings": [r.name for r in recordings],
         "models": [m.name for m in models],
@@ -318,4 +311,4 @@ def table_result(
         "cutoff_hz": first.lowpass.cutoff_hz,
         "rate_hz": first.rate_hz,
     }
-    return Result(arrays, units, facts)
+    return Result.of(signals, facts)

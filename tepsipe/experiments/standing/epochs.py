@@ -357,13 +357,11 @@ GROUPS = ("perturbed", "unperturbed", "stretch")
 
 def epochs_result(responses: StandingEpochs) -> Result:
     """Responses as arrays with their units, float32 where they are many."""
-    arrays = {key: _narrow(getattr(responses, key)) for key in PLAIN}
-    units = dict(PLAIN)
+    signals = {key: (_narrow(getattr(responses, key)), unit) for key, unit in PLAIN.items()}
     for group in GROUPS:
         for key, x in getattr(responses, group).items():
-            arrays[f"{group}/{key}"] = _narrow(x)
-            units[f"{group}/{key}"] = _unit(group, key)
-    return Result(arrays, units, {"muscles": responses.muscles, "left_out": responses.left_out})
+            signals[f"{group}/{key}"] = (_narrow(x), _unit(group, key))
+    return Result.of(signals, {"muscles": responses.muscles, "left_out": responses.left_out})
 
 
 def _narrow(x: np.ndarray) -> np.ndarray:

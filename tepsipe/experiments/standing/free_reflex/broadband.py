@@ -391,16 +391,16 @@ PLAIN = (
 def broadband_result(epochs: BroadbandEpochs, group: str = GROUPS[0]) -> Result:
     """Epochs as arrays below a group, one of `GROUPS`, with their units, and facts."""
     written = UNITS if epochs.tilt is None else UNITS | TILT_UNITS
-    arrays = {f"{group}/{key}": getattr(epochs, key).astype(np.float32) for key in written}
-    units = {f"{group}/{key}": unit for key, unit in written.items()}
-    for source, slope in epochs.slopes.items():
-        arrays[f"{group}/slopes/{source}"] = slope
-        units[f"{group}/slopes/{source}"] = ", ".join(f"{unit} per unit" for unit in ("Nm", "rad", "rad/s"))
-    arrays[f"{group}/draws"], units[f"{group}/draws"] = epochs.draws.astype(np.float32), "Nm"
+    signals = {
+        f"{group}/{key}": (getattr(epochs, key).astype(np.float32), unit) for key, unit in written.items()
+    }
+    per_unit = ", ".join(f"{unit} per unit" for unit in ("Nm", "rad", "rad/s"))
+    signals |= {f"{group}/slopes/{source}": (slope, per_unit) for source, slope in epochs.slopes.items()}
+    signals[f"{group}/draws"] = (epochs.draws.astype(np.float32), "Nm")
     facts = {key: getattr(epochs, key) for key in PLAIN} | {"plate_flags": list(epochs.plate_flags)}
     facts |= {key: _written(getattr(epochs, key)) for key in ("centre", "apparent")}
     facts["turned"] = [[_written(centre), skin_m] for centre, skin_m in epochs.turned]
-    return Result(arrays, units, {group: facts})
+    return Result.of(signals, {group: facts})
 
 
 def _written(centre: JointCentre | None) -> dict | None:
