@@ -179,26 +179,30 @@ def estimate_reflex(
     torques = means[..., 0] - motion @ parameters
     mean, inside = mean_reflex(time, torques, means[..., 1]), within(time)
     ways, at = stretches(means[..., 1])
-    variance = np.zeros(mean.torque.size)
 
-    def root(change: Change) -> Annotated[np.ndarray, "(k, 4)"]:
+    def moved_by(change: Change) -> tuple[np.ndarray, np.ndarray]:
+        """Changes of the mean torque, shape (k, n), and of the stretch, shape (k,)."""
         moved = -np.einsum("j,jtp,kp->kt", ways, motion, change.parameters) / len(ways)
         longer = np.zeros(len(moved))
         if change.signals is not None:
             own = change.signals[..., 0] - change.signals[..., [2, 1]] @ parameters
             moved = moved + np.einsum("j,kjt->kt", ways, own) / len(ways)
             longer = (ways * change.signals[:, np.arange(len(ways)), at, 1]).mean(axis=1)
-        moved = moved[:, inside]
-        np.add(variance, (moved**2).sum(axis=0), out=variance)
+        return moved[:, inside], longer
+
+    def root(moved: np.ndarray, longer: np.ndarray) -> Annotated[np.ndarray, "(k, 4)"]:
         pairs = [
             (mean.changed(r, x).values, mean.changed(-r, -x).values)
             for r, x in zip(moved, longer, strict=True)
         ]
         return np.array([0.5 * (more - less) for more, less in pairs]).reshape(-1, len(REFLEX))
 
-    type_a = np.sqrt(sum((root(change) ** 2).sum(axis=0) for change in scatter))
-    budget = Budget(type_a, freedom_a, {name: root(change) for name, change in sources.items()}, freedom)
-    values, error = mean.values, np.sqrt(variance)
+    of_scatter = [moved_by(change) for change in scatter]
+    of_sources = {name: moved_by(change) for name, change in sources.items()}
+    type_a = np.sqrt(sum((root(*found) ** 2).sum(axis=0) for found in of_scatter))
+    budget = Budget(type_a, freedom_a, {name: root(*found) for name, found in of_sources.items()}, freedom)
+    every = (*of_scatter, *of_sources.values())
+    values, error = mean.values, np.sqrt(sum((moved**2).sum(axis=0) for moved, _ in every))
     low = budget.interval(values, CERTAIN)[0]
     if not low[0] > 0.0:
         undetermined = REFLEX

@@ -534,7 +534,7 @@ def centre_facts(
     """
     foot = foot_rotation(person, sources)
     centre = common_centre(person, sources, foot)
-    skins_m = [trial.skin_m for trial in with_common_centre(trials, sources, person)[0]]
+    skins_m = [at_rotation(trial, foot.rotation)[1] for trial in trials]
     return {
         "broadband_cutoff_hz": min((trial.cutoff_hz for trial in trials), default=None),
         "joint_centre_m": centre.offset_m.tolist() if trials else None,
