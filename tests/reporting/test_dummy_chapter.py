@@ -512,7 +512,7 @@ def test_errors_under_other_laws_stand_beside_those_of_the_shared_law():
     assert "and 5 of the 9 intervals cover the true value. Checks do not flag 1 of the 4 estimates" in words
     assert "In the same trials it is at most 8.0 % in K, 9.0 % in B and 9.0 % in I off." in words
     assert "instead of the joint likelihood in 1 of the trials" in words
-    assert "Of its 3 quoted intervals, 2 cover the true value." in words
+    assert "Of the 3 intervals that are quoted from it, 2 cover the true value." in words
     assert "friction, half of the stiffness" in words and "power law, the stiffness falls" in words
     row = words.partition("power law;")[2]
     assert row.startswith("a;10.0000;10.0000;3.0;10.0000;10.0000;2.0;10.000;10.000;−1.1;3 of 3;no;")
