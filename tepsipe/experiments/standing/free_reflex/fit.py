@@ -39,6 +39,7 @@ from tepsipe.errors import InputError
 from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs, by_recording
 from tepsipe.experiments.standing.free_reflex.reflex import (
     YIELD,
+    YIELD_SHARE,
     Change,
     ReflexEstimate,
     estimate_reflex,
@@ -271,6 +272,7 @@ def fit_free_reflex(
         {source.name: source.freedom for source in sources},
     )
     between = _between_recordings(fit, trials)
+    yielded = _yielded(trials, fit, records, inside) if YIELD in by_source else None
     reflex = estimate_reflex(
         time,
         np.stack([trial.perturbed.mean(axis=0) for trial in trials]),
@@ -278,8 +280,9 @@ def fit_free_reflex(
         [_responses_changed(trials, errors), *([] if between is None else [Change(between)])],
         budget.freedom_a,
         _changed(trials, records, inside, errors, contributions, options, by_source)
-        | _yielded(trials, fit, records, inside, by_source),
+        | ({YIELD: yielded.times(by_source[YIELD])} if yielded else {}),
         budget.freedom,
+        yielded.times(YIELD_SHARE) if yielded else None,
     )
     curves = [_curve(record, fit.parameters, time[inside]) for record in records]
     before = time[inside] <= onset
@@ -520,20 +523,13 @@ def _changed(
 
 
 def _yielded(
-    trials: list[BroadbandEpochs],
-    fit: GeneralisedFit,
-    records: list[Record],
-    inside: np.ndarray,
-    by_source: dict[str, float],
-) -> dict[str, Change]:
-    """Changes by a joint that yields: B and K follow its torque in the window."""
-    if YIELD not in by_source:
-        return {}
+    trials: list[BroadbandEpochs], fit: GeneralisedFit, records: list[Record], inside: np.ndarray
+) -> Change:
+    """Change by a joint that yields as much as it can: B and K follow its torque in the window."""
     angles = np.stack([trial.perturbed[..., ANKLE].mean(axis=0) for trial in trials])
-    torques = by_source[YIELD] * yielding(trials[0].time, angles, float(fit.parameters[1]))
     signals = np.zeros((1, len(trials), *trials[0].perturbed.shape[1:]))
-    signals[0, ..., TORQUE] = torques
-    return {YIELD: Change(sensitivity(fit, records, list(torques[:, inside]))[None], signals)}
+    signals[0, ..., TORQUE] = yielding(trials[0].time, angles, float(fit.parameters[1]))
+    return Change(sensitivity(fit, records, list(signals[0, ..., TORQUE][:, inside]))[None], signals)
 
 
 def _scatter(

@@ -31,7 +31,8 @@ torque after a travel of x times the largest rotation is below the line by
 
     K theta (2^(1/3) x^(2/3) - x)
 
-The source `YIELD` is a share of this torque, of either sign, because B and K of the fit take up a part of it.
+This torque y_j moves B and K of the fit by B_y and K_y, so r_j changes by y_j - B_y phi_j' - K_y phi_j. A linear
+joint has none of it: `YIELD_SHARE` of the change is removed, and the source `YIELD` is the error of this share.
 
 The peak is not determined if its interval at 99 % contains 0, and then nothing else is. The delay is not
 determined if, within its uncertainty, r has reached the threshold at the start of the window.
@@ -47,6 +48,8 @@ import scipy
 from tepsipe.statistics.uncertainty import Budget, coverage_factor
 
 YIELD = "joint_yield"
+# between none and all
+YIELD_SHARE = 0.5
 REFLEX = ("reflex_torque_peak", "reflex_impulse", "reflex_gain", "reflex_delay")
 # part of a response in which the torque is a reflex's: before it no muscle answers (s from the onset)
 REFLEX_S = (0.04, 0.2)
@@ -144,6 +147,10 @@ class Change:
     signals: Annotated[np.ndarray, "(k, trials, n, 3)"] | None = None
     """Torque (N·m), angle (rad) and rate (rad/s) of the mean responses; None where they do not change."""
 
+    def times(self, factor: float) -> "Change":
+        """The change by another size of its source."""
+        return Change(factor * self.parameters, None if self.signals is None else factor * self.signals)
+
 
 @dataclass(frozen=True)
 class ReflexEstimate:
@@ -166,6 +173,7 @@ def estimate_reflex(
     freedom_a: float,
     sources: Mapping[str, Change],
     freedom: dict[str, float],
+    expected: Change | None = None,
 ) -> ReflexEstimate:
     """Peak, impulse, gain and delay of the reflex torque, and their budget.
 
@@ -174,9 +182,12 @@ def estimate_reflex(
     parameters: B (N·m·s/rad) and K (N·m/rad).
     scatter, freedom_a: changes that make up Type A, and its degrees of freedom.
     sources, freedom: source of Type B -> changes and degrees of freedom.
+    expected: systematic change of the torque, one row, which is removed.
     """
     motion = means[..., [2, 1]]
     torques = means[..., 0] - motion @ parameters
+    if expected is not None and expected.signals is not None:
+        torques = torques - (expected.signals[0, ..., 0] - motion @ expected.parameters[0])
     mean, inside = mean_reflex(time, torques, means[..., 1]), within(time)
     ways, at = stretches(means[..., 1])
 
