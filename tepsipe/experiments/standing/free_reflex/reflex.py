@@ -31,8 +31,9 @@ torque after a travel of x times the largest rotation is below the line by
 
     K theta (2^(1/3) x^(2/3) - x)
 
-This torque y_j moves B and K of the fit by B_y and K_y, so r_j changes by y_j - B_y phi_j' - K_y phi_j. A linear
-joint has none of it: `YIELD_SHARE` of the change is removed, and the source `YIELD` is the error of this share.
+This torque y_j moves B and K of the fit by B_y and K_y, so r_j changes by y_j - B_y phi_j' - K_y phi_j. A
+linear joint has none of it. `YIELD_SHARE` of the change is removed, and the source `YIELD` is the error of
+the share.
 
 The peak is not determined if its interval at 99 % contains 0, and then nothing else is. The delay is not
 determined if, within its uncertainty, r has reached the threshold at the start of the window.
