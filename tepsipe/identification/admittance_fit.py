@@ -252,6 +252,32 @@ def fit_from_many_starts(
     return fits
 
 
+def fit_within_random_bounds(
+    estimate: FrequencyResponse, bounds: Bounds, count: int, rng: np.random.Generator
+) -> list[AdmittanceFit]:
+    """Repeat `fit_scaled` within random bounds, from the point between them that is nearest to the start.
+
+    estimate: frequencies to fit.
+    count: number of pairs of bounds: I and B log-uniform over 1e-4..1 and 0.01..10, K uniform between its
+    bounds.
+    """
+    fits = []
+    for _ in range(count):
+        pair = np.stack(
+            [
+                10.0 ** rng.uniform(-4.0, 0.0, 2),
+                10.0 ** rng.uniform(-2.0, 1.0, 2),
+                rng.uniform(bounds.lower[2], bounds.upper[2], 2),
+            ],
+            axis=1,
+        )
+        lower, upper = np.sort(pair, axis=0)
+        margin = 1e-3 * (upper - lower)
+        start = np.clip(bounds.start, lower + margin, upper - margin)
+        fits.append(fit_scaled(estimate, Bounds(start, lower, upper)))
+    return fits
+
+
 @dataclass(frozen=True)
 class StiffnessProfile:
     """Cost as a function of K, with I and B refitted for each K."""

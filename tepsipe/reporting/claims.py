@@ -13,6 +13,7 @@ from tepsipe.experiments.forward.scores import ForwardScore
 from tepsipe.experiments.noise.rows import NoiseRow
 from tepsipe.experiments.planning.design import FOOT, LEG
 from tepsipe.experiments.weight.analysis import shapes, speed_at_peak, usual_weight
+from tepsipe.experiments.wristalyzer.analysis import validate_other_bounds
 from tepsipe.experiments.wristalyzer.names import AS_PRINTED, MODULUS, PATHWAY
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
@@ -264,6 +265,13 @@ def _transition_line(f: Findings) -> float:
     return float(misfit[(frequency >= DOMINANT_HZ) & (frequency <= EXCITED_HZ)].mean() / below)
 
 
+def _lost_with_other_bounds(f: Findings) -> float:
+    """Largest loss of VAF in cross-validation (%) of a fit within random bounds whose own VAF is high."""
+    own, others = validate_other_bounds(f.fits["wristalyzer"]).T
+    high = own >= HIGH_VAF
+    return float((own[high] - others[high]).max())
+
+
 def _minima(f: Findings) -> float:
     """Number of windows in which eq (3-9) does not have exactly one least-squares solution.
 
@@ -424,6 +432,7 @@ def _spread(findings: Findings) -> dict:
 
 OWN_THRESHOLD = "our threshold, the thesis prints none"
 START_STIFFNESS = 10.0  # N·m/rad, Table 3-2
+HIGH_VAF = 87.0  # %, lowest of Table 4-1
 ROUNDING = 1e-9  # of the difference of two decimal numbers, in any unit
 
 MEASURES: dict[str, Callable[[Findings], float]] = {
@@ -522,6 +531,7 @@ MEASURES: dict[str, Callable[[Findings], float]] = {
     "wristalyzer_local_minima": lambda f: max(
         fit.facts["many_starts_stiffness_spread_Nm_per_rad"] for fit in f.fits["wristalyzer"].values()
     ),
+    "wristalyzer_lost_with_other_bounds": _lost_with_other_bounds,
     "wristalyzer_sem": lambda f: max(
         max(_relative_sems(f, "wristalyzer", quantity).values()) for quantity in ("I", "B")
     ),

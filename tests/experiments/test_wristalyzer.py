@@ -15,6 +15,7 @@ from tepsipe.experiments.wristalyzer.analysis import (
     JointFit,
     analyse_wristalyzer,
     cross_validate_wristalyzer,
+    validate_other_bounds,
     wristalyzer_record,
     wristalyzer_result,
     wristalyzer_rows,
@@ -193,6 +194,17 @@ def test_cross_validation_predicts_every_trial_with_every_trials_parameters():
     assert (matrix[~np.eye(2, dtype=bool)] < 80.0).all()
     crossed = soft.prepared.prediction_vaf(stiff.fitted["spectral-fit"].parameters)
     assert matrix[0, 1] == pytest.approx(crossed)
+
+
+def test_fits_within_other_bounds_are_scored_in_their_own_trial_and_in_the_others():
+    stiff, soft = (wristalyzer_result(analyse(trial_with(JOINT * [1.0, 1.0, k], seed=5))) for k in (1.3, 1.0))
+    good, falling = JOINT * [1.0, 1.0, 1.3], np.array([0.015, -0.5, 8.0])
+    for result, tried in ((stiff, [good, falling]), (soft, [good])):
+        result.arrays["other_bounds/parameters"] = np.array(tried)
+    found = validate_other_bounds({"stiff": stiff, "soft": soft})
+    assert found[0, 0] > 99.0 and found[0, 1] < 80.0
+    assert found[1].tolist() == [0.0, 0.0]
+    assert found[2].tolist() == found[0, ::-1].tolist()
 
 
 def test_fit_at_a_bound_flags_its_rows_and_no_others(exact):

@@ -15,6 +15,7 @@ from tepsipe.identification.admittance_fit import (
     fit_as_printed,
     fit_from_many_starts,
     fit_scaled,
+    fit_within_random_bounds,
     profile_stiffness,
     residuals,
     residuals_as_printed,
@@ -135,6 +136,17 @@ def test_starting_values_do_not_matter_to_the_scaled_fit(rng):
     assert np.ptp(np.log10(starts[:, 0])) > 2.0
     assert all(fit.converged for fit in fits)
     assert np.ptp(found, axis=0) == pytest.approx(np.zeros(3), abs=1e-4)
+
+
+def test_fits_within_random_bounds_reach_the_minimum_or_end_at_a_bound(rng):
+    estimate = noisy_spectrum(JOINT, 0.05, rng)
+    best = fit_scaled(estimate, BOUNDS)
+    fits = fit_within_random_bounds(estimate, BOUNDS, 40, rng)
+    free = [fit for fit in fits if not fit.at_bound]
+    assert len(fits) == 40 and 0 < len(free) < 40
+    for fit in free:
+        assert fit.parameters == pytest.approx(best.parameters, rel=1e-3)
+    assert all(fit.cost > 1.001 * best.cost for fit in fits if fit.at_bound)
 
 
 def test_modulus_as_residual_stalls_where_the_smooth_residual_converges(rng):

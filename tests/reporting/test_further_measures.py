@@ -8,6 +8,7 @@ import pytest
 from tepsipe.experiments.noise.rows import NoiseRow
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
+from tepsipe.mechanics.impedance_model import simulate_angle
 from tepsipe.reporting.claims import MEASURES, Findings
 from tepsipe.reporting.thesis_tables import TableRow
 
@@ -170,6 +171,26 @@ def test_transition_line_is_a_misfit_above_9_hz_that_exceeds_the_one_below():
 
     assert ratio(0.1) == pytest.approx(1.0)
     assert ratio(0.5) == pytest.approx(5.0)
+
+
+def test_only_fits_with_a_high_vaf_count_for_what_other_bounds_lose():
+    torque = np.random.default_rng(1).standard_normal(2560)
+    joints = {"a": (0.015, 0.1, 10.0), "b": (0.015, 0.1, 10.5)}
+
+    def lost(*of_a):
+        fits = {}
+        for name, joint in joints.items():
+            arrays = {"torque": torque, "angle": simulate_angle(np.array(joint), torque, 256.0)}
+            arrays["other_bounds/parameters"] = np.array(of_a if name == "a" else [joint])
+            fits[name] = Result(arrays, {}, {"kept_samples": [256, 2304], "rate_hz": 256.0})
+        return measured("wristalyzer_lost_with_other_bounds", fits={"wristalyzer": fits})
+
+    little = lost(joints["a"])
+    assert 0.0 < little < 10.0
+    # it loses most, but its own VAF is low
+    assert lost(joints["a"], (0.015, 0.1, 7.0)) == little
+    joints["b"] = (0.015, 0.1, 20.0)
+    assert lost(joints["a"]) > 10.0
 
 
 def test_noise_that_lowers_all_parameters_but_one_does_not_lower_all():

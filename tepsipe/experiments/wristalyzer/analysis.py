@@ -30,6 +30,7 @@ from tepsipe.identification.admittance_fit import (
     fit_as_printed,
     fit_from_many_starts,
     fit_scaled,
+    fit_within_random_bounds,
     profile_stiffness,
 )
 from tepsipe.identification.budgets.manipulator import fit_response, period_budget
@@ -131,6 +132,8 @@ class WristalyzerAnalysis:
     """Profile of K for the leakage-free estimate, or for the averaged one without a period (N·m/rad)."""
     many_starts: list[AdmittanceFit]
     """Fits from random starting values."""
+    other_bounds: list[AdmittanceFit]
+    """Fits within random bounds."""
     tried: list[tuple[float, AdmittanceFit, AdmittanceFit]]
     """Starting K (N·m/rad), fit with complex residuals, fit with the modulus."""
     flags: tuple[str, ...]
@@ -170,6 +173,7 @@ def analyse_wristalyzer(
             fitted_band(best.spectrum, options), bounds, best.search, np.linspace(low, high, points)
         ),
         many_starts=fit_from_many_starts(band, bounds, options.random_starts, rng),
+        other_bounds=fit_within_random_bounds(band, bounds, options.random_starts, rng),
         tried=tried,
         flags=flags,
     )
@@ -247,6 +251,10 @@ def wristalyzer_result(analysis: WristalyzerAnalysis) -> Result:
         "tried/modulus": ([modulus.parameters for _, _, modulus in analysis.tried], PARAMETER_UNITS),
         "many_starts/start": ([f.start for f in analysis.many_starts], PARAMETER_UNITS),
         "many_starts/parameters": ([f.parameters for f in analysis.many_starts], PARAMETER_UNITS),
+        "other_bounds/parameters": (
+            np.reshape([f.parameters for f in analysis.other_bounds], (-1, 3)),
+            PARAMETER_UNITS,
+        ),
     }
     spread = np.ptp([f.parameters[2] for f in analysis.many_starts if f.converged])
     facts = {
@@ -281,18 +289,37 @@ def cross_validate_wristalyzer(
     results: condition -> `wristalyzer_result`.
     Returns: VAF (%), parameters of the row's condition, angle and torque of the column's.
     """
-    prepared = {
-        name: PreparedTrial(
+    trials = _prepared(results)
+    return np.array(
+        [
+            [trial.prediction_vaf(result.arrays[f"{AS_PRINTED}/parameters"]) for trial in trials]
+            for result in results.values()
+        ]
+    )
+
+
+def validate_other_bounds(results: dict[str, Result]) -> Annotated[np.ndarray, "(fits, 2)", "%"]:
+    """VAF of the angle by every fit within random bounds, in its own trial and on average in the others.
+
+    results: condition -> `wristalyzer_result`.
+    Returns: 0 in place of a negative VAF, or of one that diverged.
+    """
+    trials, scores = _prepared(results), []
+    with np.errstate(over="ignore", invalid="ignore"):
+        for k, result in enumerate(results.values()):
+            for parameters in result.arrays["other_bounds/parameters"]:
+                vafs = np.fmax([trial.prediction_vaf(parameters) for trial in trials], 0.0)
+                scores.append((vafs[k], np.delete(vafs, k).mean()))
+    return np.reshape(scores, (-1, 2))
+
+
+def _prepared(results: dict[str, Result]) -> list[PreparedTrial]:
+    return [
+        PreparedTrial(
             result.arrays["torque"],
             result.arrays["angle"],
             slice(*result.facts["kept_samples"]),
             result.facts["rate_hz"],
         )
-        for name, result in results.items()
-    }
-    return np.array(
-        [
-            [trial.prediction_vaf(result.arrays[f"{AS_PRINTED}/parameters"]) for trial in prepared.values()]
-            for result in results.values()
-        ]
-    )
+        for result in results.values()
+    ]

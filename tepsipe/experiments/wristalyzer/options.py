@@ -54,7 +54,7 @@ class WristalyzerOptions:
     lower: Impedance
     upper: Impedance
     random_starts: Annotated[int, Ge(0)]
-    """Further starting values, drawn at random."""
+    """Further starting values, and further pairs of bounds, drawn at random."""
     tried_stiffness_Nm_per_rad: Some[Bound]
     """Further starting values of K, within the bounds."""
     profile_stiffness_Nm_per_rad: Band
