@@ -10,6 +10,7 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.forward.scores import ForwardScore
+from tepsipe.experiments.noise.onsets import found_from
 from tepsipe.experiments.noise.rows import NoiseRow
 from tepsipe.experiments.planning.design import FOOT, LEG
 from tepsipe.experiments.weight.analysis import shapes, speed_at_peak, usual_weight
@@ -346,6 +347,12 @@ def _effect_of_snr(f: Findings) -> float:
     return float(max(ranges))
 
 
+def _noise_of_amplitude(f: Findings) -> float:
+    """Lowest level (dB) with all pulses found at 0.1 m/s less the one at 0.5 m/s, the smaller one."""
+    lowest = found_from(f.noise)
+    return min(lowest[f"{profile}-0.1"] - lowest[f"{profile}-0.5"] for profile in ("sine", "minjerk"))
+
+
 def _mass_sd(condition: str) -> Callable[[Findings], float]:
     return lambda f: f.by_condition("weight", "mass_sd")[condition]
 
@@ -548,6 +555,7 @@ MEASURES: dict[str, Callable[[Findings], float]] = {
     "noise_snr_effect": _effect_of_snr,
     "noise_spread_of_smallest": _spread_of_smallest,
     "noise_spread_by_target": _spread_by_target,
+    "noise_of_amplitude": _noise_of_amplitude,
     "treadmill_left_in": _uncompensated,
     "planned_minjerk_over_sine": _planned_ratio(("minjerk-0.3", LEG), ("sine-0.3", LEG)),
     "planned_small_over_large": _planned_ratio(("sine-0.1", LEG), ("sine-0.5", LEG)),

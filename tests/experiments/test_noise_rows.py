@@ -1,7 +1,7 @@
 """The noise study from a recorded belt to its tables: trials, cells, rows, thesis Table 4-4."""
 
 import re
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pandas as pd
@@ -13,6 +13,7 @@ from tepsipe.errors import InputError
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
 from tepsipe.experiments.noise.filtered_noise import NOISE_ON, filtered_trial
 from tepsipe.experiments.noise.monte_carlo import sweep, sweep_trial
+from tepsipe.experiments.noise.onsets import found_from, onset_rows
 from tepsipe.experiments.noise.rows import NOISE_ROWS, NoiseRow, noise_rows
 from tepsipe.experiments.noise.simulate import simulate_trial
 from tepsipe.experiments.noise.trial import SIGNALS, simulated_result, simulated_trial
@@ -333,6 +334,42 @@ def test_table_of_a_sweep_holds_the_truth_where_there_is_no_noise(rows):
     # the wrong equation fits as well as the right one
     for pathway in ESTIMATORS:
         assert table[pathway, "VAF_perturbation"].values[0] == pytest.approx(100.0, abs=0.001)
+
+
+def detected(trial, others=(), levels_db=(0.0, 20.0, 60.0)):
+    rows = onset_rows(trial, others, levels_db, 4, SEED, OPTIONS.window, OPTIONS.lowpass)
+    return rows, {(r.quantity, r.snr_db): r.mean for r in rows}
+
+
+def test_onsets_are_found_and_exact_without_noise_and_not_where_noise_hides_them():
+    rows, found = detected(simulated())
+    assert (found["onsets_found", 60.0], found["onset_error", 60.0]) == (100.0, pytest.approx(0.0, abs=4.0))
+    assert found["onsets_found", 0.0] == 0.0 and ("onset_error", 0.0) not in found
+    assert found["onset_error", 20.0] > found["onset_error", 60.0]
+    assert {(r.noise_on, r.estimator, r.n_draws) for r in rows} == {("belt", "detection", 4)}
+    assert found_from(rows) == {"sine-0.3": 20.0}
+
+
+def test_a_smaller_pulse_is_lost_in_the_noise_in_which_a_larger_one_is_found():
+    small, large = simulated("sine-0.1", 0.1), simulated("sine-0.5", 0.5)
+    levels = (15.0, 20.0, 30.0, 40.0)
+    lowest = found_from(detected(small, [large], levels)[0] + detected(large, [small], levels)[0])
+    assert lowest["sine-0.1"] > lowest["sine-0.5"]
+    # alone, noise is relative to its own motion
+    assert found_from(detected(small, (), levels)[0]) == {"sine-0.1": lowest["sine-0.5"]}
+
+
+def test_a_level_counts_only_if_no_higher_one_loses_a_perturbation():
+    def shares(*values):
+        base = detected(simulated(), levels_db=(60.0,))[0][0]
+        return [
+            replace(base, snr_db=level, mean=value)
+            for level, value in zip((0.0, 20.0, 40.0), values, strict=True)
+        ]
+
+    assert found_from(shares(100.0, 99.0, 100.0)) == {"sine-0.3": 40.0}
+    assert found_from(shares(50.0, 100.0, 100.0)) == {"sine-0.3": 20.0}
+    assert found_from(shares(100.0, 100.0, 90.0)) == {}
 
 
 # ---- the report --------------------------------------------------------------------------------

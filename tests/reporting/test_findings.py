@@ -130,6 +130,20 @@ def damped(covered):
     return standing.run_of(recovery=pd.concat([own, row]))
 
 
+def detected(found_from):
+    """Run of the noise study with pulses of 0.1 (a) and 0.5 m/s (b), all found from a level on (dB)."""
+    run = noisy(simulations.TRUE_K)
+    own = {"noise_on": "belt", "estimator": "detection", "stiffness_Nm_per_rad": 10.0}
+    rows = [
+        own | {"condition": name, "snr_db": level, "quantity": quantity, "mean": value}
+        for name, start in found_from.items()
+        for level in (10.0, 20.0, 30.0)
+        for quantity, value in (("onsets_found", 100.0 if level >= start else 0.0), ("onset_error", 2.0))
+    ]
+    tables = run.tables | {"noise": pd.concat([run.tables["noise"], pd.DataFrame(rows)])}
+    return Run(tables, {}, run.settings, run.study | {"amplitudes": {"a": 0.1, "b": 0.5}})
+
+
 def printed_torque(stiffness):
     rows = [row for row in standing.ESTIMATES if row[1] != "printed"]
     return standing.run_of(estimates=[*rows, ("calm", "printed", "short", "K", stiffness)])
@@ -286,6 +300,7 @@ FINDINGS = {
             noisy(simulations.TRUE_K, 4.0, 4.0, 0.1, 0.03),
             noisy(simulations.TRUE_K, 4.0, 4.0, 0.1, 0.03, 6.0),
         ),
+        "larger_found_earlier": (detected({"a": 30.0, "b": 20.0}), detected({"a": 20.0, "b": 20.0})),
         "fixed_noise_loses_stiffness": (
             noisy(simulations.TRUE_K, 4.0, 4.0, 0.1, 0.03),
             noisy(simulations.TRUE_K, 4.0, 4.0, 2.0, 0.03),

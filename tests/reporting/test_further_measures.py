@@ -193,6 +193,20 @@ def test_only_fits_with_a_high_vaf_count_for_what_other_bounds_lose():
     assert lost(joints["a"]) > 10.0
 
 
+def test_amplitudes_are_compared_by_the_noise_in_which_all_their_pulses_are_found():
+    def row(condition, level, share):
+        names = ("belt", level, "detection", "onsets_found")
+        return NoiseRow(condition, *names, share, 0.0, None, 25, "%", 10.0, None, None)
+
+    lowest = {"sine-0.1": 30.0, "sine-0.5": 20.0, "minjerk-0.1": 40.0, "minjerk-0.5": 10.0}
+    rows = [
+        row(c, level, 100.0 if level >= start else 60.0)
+        for c, start in lowest.items()
+        for level in (10.0, 20.0, 30.0, 40.0)
+    ]
+    assert measured("noise_of_amplitude", noise=rows) == 10.0
+
+
 def test_noise_that_lowers_all_parameters_but_one_does_not_lower_all():
     def table(inertia):
         rows = {

@@ -6,6 +6,7 @@ job.start(snakemake)
 
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
 from tepsipe.experiments.noise.monte_carlo import sweep_trial
+from tepsipe.experiments.noise.onsets import onset_rows
 from tepsipe.experiments.noise.rows import NOISE_ROWS, noise_rows
 from tepsipe.experiments.noise.trial import simulated_trial
 from tepsipe.io.result import read_result
@@ -25,8 +26,19 @@ for k, stiffness in enumerate(noise["joint"]["stiffness_Nm_per_rad"]):
     levels = dict.fromkeys(noise["estimators"], noise["snr_db"]) if k == 0 else {}
     for estimator in noise["table_estimators"]:
         levels.setdefault(estimator, [noise["table_snr_db"]])
+    trial = trials.pop(condition)
+    if k == 0:  # the joint does not move the belt
+        rows += onset_rows(
+            trial,
+            trials.values(),
+            noise["snr_db"],
+            noise["predicted_draws"],
+            snakemake.params.seed,
+            options.window,
+            options.lowpass,
+        )
     cells = sweep_trial(
-        trials.pop(condition),
+        trial,
         levels,
         noise["draws"],
         snakemake.params.seed,

@@ -14,13 +14,14 @@ class NoiseRow:
 
     condition: str
     noise_on: str
-    """{"none", "tau", "theta", "both"}: Signals with noise."""
+    """{"none", "tau", "theta", "both", "belt"}: Signals with noise."""
     snr_db: float
     """Signal power over noise power."""
     estimator: str
-    """Name of the processing (`tepsipe.experiments.noise.monte_carlo.PROCESSINGS`)."""
+    """Name of the processing (`tepsipe.experiments.noise.monte_carlo.PROCESSINGS`), or ``detection`` of
+    perturbations."""
     quantity: str
-    """I, B, K, or a measure of fit."""
+    """I, B, K, a measure of fit, or `onsets_found` and `onset_error`."""
     mean: float
     sd: float
     bias: float | None

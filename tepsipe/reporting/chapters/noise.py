@@ -4,14 +4,16 @@ import math
 
 import pandas as pd
 
+from tepsipe.experiments.noise.onsets import BELT, ERROR, found_from
 from tepsipe.reporting.run import Run
 
 
 def numbers(run: Run) -> dict:
     """Numbers that no table has (units in the keys)."""
-    combination = ["condition", "noise_on", "snr_db", "estimator"]
+    combination, rows = ["condition", "noise_on", "snr_db", "estimator"], run.tables["noise"]
     return {
-        "combinations": len(run.tables["noise"].drop_duplicates(combination)),
+        "combinations": len(rows[rows.noise_on != BELT].drop_duplicates(combination)),
+        "onsets": _onsets(run),
         "largest_error_percent": {
             "instruments": _consistent(run, "recommended"),
             "least_squares": _consistent(run, "recommended-regression"),
@@ -19,6 +21,20 @@ def numbers(run: Run) -> dict:
             "one_filtered": _from_apparent(run, "tau", "theta"),
         },
     }
+
+
+def _onsets(run: Run) -> dict | None:
+    """Lowest level at which all perturbations of a trial are found, and errors of onsets at the highest."""
+    lowest = found_from(run.rows("noise", noise_on=BELT).itertuples())
+    if not lowest:
+        return None
+    level = max(lowest.values())
+    errors = run.rows("noise", noise_on=BELT, quantity=ERROR, snr_db=level).set_index("condition")["mean"]
+    trials = [
+        {"condition": condition, "found_from_dB": start, "error_ms": errors[condition]}
+        for condition, start in lowest.items()
+    ]
+    return {"level_dB": level, "trials": trials}
 
 
 def _largest_error(run: Run, estimator: str, noise_on: tuple[str, ...], quantity: str) -> float:
@@ -65,6 +81,17 @@ def figure_has_both(run: Run) -> bool:
     rows = run.rows("table_4_4", quantity="K", estimator=f"K = {stiffness:g} Nm/rad")
     with_noise = rows[rows[["tau", "theta", "both"]].notna().any(axis=1)]
     return {"as-printed", "recommended"} <= set(with_noise.pathway)
+
+
+def larger_found_earlier(run: Run) -> bool:
+    """All pulses of the largest amplitude are found with more noise than those of the smallest."""
+    lowest = found_from(run.rows("noise", noise_on=BELT).itertuples())
+    amplitudes = run.study.get("amplitudes", {})
+    known = {c: a for c in lowest if (a := amplitudes.get(c)) is not None}
+    if len(set(known.values())) < 2:
+        return False
+    small, large = ([lowest[c] for c, a in known.items() if a == end(known.values())] for end in (min, max))
+    return max(large) < min(small)
 
 
 def least_squares_biased(run: Run) -> bool:
@@ -131,6 +158,7 @@ def thesis_returns_simulated(run: Run) -> bool:
 
 PREDICATES = (
     figure_has_both,
+    larger_found_earlier,
     least_squares_biased,
     method_sound,
     near_apparent,
