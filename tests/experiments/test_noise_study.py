@@ -345,6 +345,16 @@ def test_noise_hides_the_stiffness_only_if_its_power_is_not_that_of_the_signal(s
     assert on_torque < 85.0 < tabulated.vaf_cross_validated.mean()
 
 
+def test_sensor_of_the_joint_returns_the_first_column_of_the_table_and_no_other(sine):
+    without = cell_of(sine, "none", 20.0, 1, SEED, "joint-sensor")
+    assert without.mean == pytest.approx(sine.truth, rel=1e-9)
+    assert without.vaf_perturbation == pytest.approx([100.0])
+    assert cell_of(sine, "none", 20.0, 1, SEED, "as-printed").mean != pytest.approx(sine.truth, rel=0.1)
+    for noise_on in ("tau", "theta", "both"):
+        inertia = cell_of(sine, noise_on, 20.0, 20, SEED, "joint-sensor").mean[0]
+        assert abs(inertia / 0.039 - 1.0) > 0.3
+
+
 # ---- predictions -------------------------------------------------------------------------------
 
 

@@ -144,6 +144,20 @@ def detected(found_from):
     return Run(tables, {}, run.settings, run.study | {"amplitudes": {"a": 0.1, "b": 0.5}})
 
 
+def sensed(inertia):
+    """Run of the noise study with the joint's sensor, which finds an inertia with noise on the torque."""
+    run = noisy(simulations.TRUE_K, 4.0, 4.0, 0.1, 0.03)
+    rows = [
+        ("I", 0.015, 0.015, inertia, 0.039),
+        ("B", 0.1, 0.1, 0.1, 0.031),
+        ("K", 10.0, 10.0, 10.0, 2.963),
+    ]
+    columns = ["quantity", "none", "none_reported", "tau", "tau_reported"]
+    own = pd.DataFrame(rows, columns=columns).assign(pathway="joint-sensor", estimator="K = 10 Nm/rad")
+    tables = run.tables | {"table_4_4": pd.concat([run.tables["table_4_4"], own])}
+    return Run(tables, {}, run.settings, run.study)
+
+
 def printed_torque(stiffness):
     rows = [row for row in standing.ESTIMATES if row[1] != "printed"]
     return standing.run_of(estimates=[*rows, ("calm", "printed", "short", "K", stiffness)])
@@ -300,6 +314,7 @@ FINDINGS = {
             noisy(simulations.TRUE_K, 4.0, 4.0, 0.1, 0.03),
             noisy(simulations.TRUE_K, 4.0, 4.0, 0.1, 0.03, 6.0),
         ),
+        "sensor_returns_first_column": (sensed(0.015), sensed(0.04)),
         "larger_found_earlier": (detected({"a": 30.0, "b": 20.0}), detected({"a": 20.0, "b": 20.0})),
         "fixed_noise_loses_stiffness": (
             noisy(simulations.TRUE_K, 4.0, 4.0, 0.1, 0.03),

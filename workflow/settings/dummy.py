@@ -242,6 +242,12 @@ PROCESSINGS = {
         "all signals, including the belt",
         "as `as-printed`",
     ),
+    "joint-sensor": (
+        "sensor of the simulated joint, equation (2-1)",
+        "windowed least squares, mean over perturbations",
+        "as `as-printed`",
+        "as `as-printed`",
+    ),
 }
 Processings = different(Literal[tuple(PROCESSINGS)])
 

@@ -24,7 +24,8 @@ class Processing:
     """One interpretation of the processing of noisy signals."""
 
     torque: str
-    """{"foot-thesis", "foot", "leg", "leg-thesis"}: Equation of the torque."""
+    """{"foot-thesis", "foot", "leg", "leg-thesis", "joint"}: Equation of the torque, or its sensor in the
+    simulated joint."""
     estimator: str
     """{"windowed-least-squares", "instrumental-variables"}: Windowed least squares, or
     instrumental-variable estimate over all perturbations."""
@@ -41,12 +42,14 @@ class Processing:
 
 
 # as-printed: the text of sections 2-1-3 and 3-1-3; as-tabulated: the interpretation that yields Table 4-4;
-# recommended-regression: consistent torque, one filter for all, least squares; recommended: IV estimate
+# recommended-regression: consistent torque, one filter for all, least squares; recommended: IV estimate;
+# joint-sensor: as-printed with the torque of the joint itself, which section 3-1-3 avoids
 PROCESSINGS = {
     "as-printed": Processing("foot-thesis", "windowed-least-squares", "noisy"),
     "as-tabulated": Processing("foot-thesis", "windowed-least-squares", "torque-and-angle", False, "unit"),
     "recommended-regression": Processing("leg", "windowed-least-squares", "all"),
     "recommended": Processing("leg", "instrumental-variables", "all"),
+    "joint-sensor": Processing("joint", "windowed-least-squares", "noisy"),
 }
 
 

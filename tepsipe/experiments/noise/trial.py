@@ -9,7 +9,8 @@ from tepsipe.io.result import Result
 from tepsipe.mechanics.impedance_model import PARAMETER_UNITS
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, Foot, Leg, foot_torque, foot_torque_as_printed
 
-TORQUES = ("foot-thesis", "foot", *TORQUE_PATHWAYS)
+JOINT = "joint"
+TORQUES = ("foot-thesis", "foot", *TORQUE_PATHWAYS, JOINT)
 
 
 @dataclass(frozen=True)
@@ -59,11 +60,13 @@ class SimulatedTrial:
         return np.stack([self.y_foot_dd, self.y_foot_d, self.y_foot])
 
     def torque(self, pathway: str) -> np.ndarray:
-        """Torque by one of the equations of `inverse_dynamics` (N·m), shape (n,)."""
+        """Torque by one of the equations of `inverse_dynamics`, or the joint's own (N·m), shape (n,)."""
         if pathway == "foot-thesis":
             return foot_torque_as_printed(self.foot, self.leg, self.f_y, self.y_leg_dd)
         if pathway == "foot":
             return foot_torque(self.foot, self.f_y, self.f_z, self.m_x, self.y_foot, self.y_foot_dd)
+        if pathway == JOINT:  # thesis eq (2-1): its sensor in the simulation
+            return self.truth @ self.regressors
         motion = (self.theta, self.theta_dd, self.y_leg_dd, self.z_leg_dd)
         return TORQUE_PATHWAYS[pathway](self.leg, *motion)
 

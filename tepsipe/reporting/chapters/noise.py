@@ -156,6 +156,17 @@ def thesis_returns_simulated(run: Run) -> bool:
     return abs(printed / stiffness - 1.0) < 0.01 and differs
 
 
+def sensor_returns_first_column(run: Run) -> bool:
+    """Without noise the joint's sensor returns the printed I, B, K; with noise on the torque, another I."""
+    stiffness = run.settings["noise"]["joint"]["stiffness_Nm_per_rad"][0]
+    rows = run.rows("table_4_4", pathway="joint-sensor", estimator=f"K = {stiffness:g} Nm/rad")
+    rows = rows[rows.quantity.isin(["I", "B", "K"])].set_index("quantity")
+    if len(rows) < 3:
+        return False
+    without = (rows.none / rows.none_reported - 1.0).abs().max()
+    return bool(without < 0.01 and abs(rows.tau.I / rows.tau_reported.I - 1.0) > 0.1)
+
+
 PREDICATES = (
     figure_has_both,
     larger_found_earlier,
@@ -167,4 +178,5 @@ PREDICATES = (
     relative_noise_keeps_stiffness,
     fixed_noise_loses_stiffness,
     thesis_returns_simulated,
+    sensor_returns_first_column,
 )
