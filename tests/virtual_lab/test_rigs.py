@@ -528,10 +528,12 @@ def dummy_bytes(truth, condition, folder):
     return [path.read_bytes() for path in files.values()]
 
 
-def test_same_trial_is_made_of_the_same_bytes_and_another_of_others(shortest_truth, tmp_path):
+def test_same_trial_has_the_same_bytes_whatever_was_made_before_and_another_has_others(
+    shortest_truth, tmp_path
+):
     first = dummy_bytes(shortest_truth, "sine-0.3", tmp_path / "first")
-    again = dummy_bytes(shortest_truth, "sine-0.3", tmp_path / "again")
     other = dummy_bytes(shortest_truth, "sine-0.3-8s", tmp_path / "other")
+    again = dummy_bytes(shortest_truth, "sine-0.3", tmp_path / "again")
     reseeded = dummy_bytes(shortest_truth | {"seed": 1}, "sine-0.3", tmp_path / "reseeded")
     assert again == first
     assert b"Created on" not in first[0][:116]  # the date that MATLAB files usually start with
@@ -548,8 +550,8 @@ def wristalyzer_texts(truth, condition, folder):
 
 def test_trials_in_the_manipulator_share_the_multisine_and_nothing_else(shipped_truth, tmp_path):
     first = wristalyzer_texts(shipped_truth, "0.10", tmp_path / "first")
-    again = wristalyzer_texts(shipped_truth, "0.10", tmp_path / "again")
     other = wristalyzer_texts(shipped_truth, "0.11", tmp_path / "other")
+    again = wristalyzer_texts(shipped_truth, "0.10", tmp_path / "again")
     assert again == first
     assert other[1] == first[1]
     assert other[0] != first[0]
