@@ -23,18 +23,13 @@ def numbers(run: Run) -> dict:
     }
 
 
-def _onsets(run: Run) -> dict | None:
-    """Lowest level at which all perturbations of a trial are found, and errors of onsets at the highest."""
-    lowest = found_from(run.rows("noise", noise_on=BELT).itertuples())
-    if not lowest:
-        return None
-    level = max(lowest.values())
-    errors = run.rows("noise", noise_on=BELT, quantity=ERROR, snr_db=level).set_index("condition")["mean"]
-    trials = [
-        {"condition": condition, "found_from_dB": start, "error_ms": errors[condition]}
-        for condition, start in lowest.items()
+def _onsets(run: Run) -> list[dict]:
+    """Lowest level (dB) at which all perturbations of a trial are found, and error of their onsets there."""
+    errors = run.rows("noise", noise_on=BELT, quantity=ERROR).set_index(["condition", "snr_db"])["mean"]
+    return [
+        {"condition": condition, "found_from_dB": level, "error_ms": errors[condition, level]}
+        for condition, level in found_from(run.rows("noise", noise_on=BELT).itertuples()).items()
     ]
-    return {"level_dB": level, "trials": trials}
 
 
 def _largest_error(run: Run, estimator: str, noise_on: tuple[str, ...], quantity: str) -> float:
