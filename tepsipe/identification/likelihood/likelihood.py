@@ -23,12 +23,16 @@ A joint that softens with bending and loses more as it softens has three more pa
     tau = I phi'' + B phi' + K phi - C q phi + B_s q phi',    q = phi^2 / (phi^2 + phi_h^2)
 
 C and B_s are fitted whether or not they differ from 0: if a joint were taken as linear because a test
-finds no softening, the intervals would be too narrow. phi_h is fitted if they jointly differ from 0
-(chi-square above `SOFTENS`) and the trial determines it; else it is the best of several, or the
-largest bending. b_0, the bending at rest, is then fitted as well, because an error of a few
-milliradians in the vertical makes the law asymmetric. K, B and I of this law hold for small
-movements. The linear parameters at the amplitude of the perturbations are the mean over their
-windows of the least-squares fit of the law's torque on the measured motion,
+finds no softening, the intervals would be too narrow. If they lower the deviance by more than `SOFTENS`,
+phi_h and b_0, the bending at rest, are fitted as well, because an error of a few milliradians in the vertical
+makes the law asymmetric. Both have priors,
+
+    log(phi_h) ~ N(log of the largest bending, _HALF_ERROR^2),    b_0 ~ N(k_g sin(theta_0) / K, _REST_ERROR^2)
+
+so that a trial that does not determine them returns wide intervals of C and B_s, not those for a fixed phi_h.
+Otherwise phi_h is the largest bending. K, B and I of this law hold for small movements. The linear parameters
+at the amplitude of the perturbations are the mean over their windows of the least-squares fit of the law's
+torque on the predicted motion,
 
     tau - tau_rest = I theta'' + B theta' + K (theta - theta_rest)
 
@@ -44,7 +48,8 @@ the leg on a moving foot obeys
     n = k_g [sin(theta) - sin(theta_0) - phi cos(theta_0)] - p y'' [cos(theta) - cos(theta_0)]
         - p cos(theta_0) ramp'' + C (q b - q_0 b_0) - B_s q phi',      q = b^2 / (b^2 + phi_h^2)
 
-n is small and is computed from the measured motion, without its highest frequencies. At each frequency,
+n is small. It is computed from the motion that the fit predicts, without the highest frequencies, and is
+updated at every step: the squared noise of a measured angle would bias it. At each frequency,
 
     y = Y,    phi = e^(-s delay) (G Y + (N + T) / D),    v = gain e^(-s lag) s Y + jump + drift A
     D = J s^2 + B s + K - k_g cos(theta_0),    G = -p cos(theta_0) s^2 / D
@@ -67,6 +72,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import scipy
 
+from tepsipe.errors import InputError
 from tepsipe.identification.likelihood.channels import Channels, DummyMarkers, make_channels, smooth
 from tepsipe.identification.regression.windows import undetermined
 from tepsipe.mechanics.inverse_dynamics import Leg
@@ -192,7 +198,7 @@ class _Parts(NamedTuple):
 
 
 class LegModel:
-    """The equations for one trial, its measured motion (rad, m/s²) and one leg (kg, m)."""
+    """The equations for one trial, its motion (rad, m/s²) and one leg (kg, m)."""
 
     def __init__(self, channels: Channels, leg: Leg):
         """Keep what does not change (units in `Channels` and `Leg`)."""
@@ -210,7 +216,7 @@ class LegModel:
         return scipy.fft.rfft(signal)[self.bins]
 
     def observe(self, motion: Motion) -> None:
-        """Take the measured motion (rad, m/s²) for the terms that are not linear."""
+        """Take a motion (rad, m/s²) for the terms that are not linear."""
         self.motion, self._force = motion, self._geometric(motion)
         self._forces: dict[tuple, dict[str, np.ndarray]] = {}
         self._last: tuple[Point, _Parts] | None = None
@@ -313,6 +319,8 @@ class LegModel:
         return Spectra(parts.response, parts.independent, *slopes)
 
 
+# decrease of the deviance above which phi_h and b_0 are fitted
+SOFTENS = 16.0
 # tried values of phi_h over the largest bending, and allowed distance of a fitted one from them
 _HALVES = (0.35, 0.6, 1.0, 1.7, 3.0)
 _HALF_RANGE = (0.1, 10.0)
@@ -484,7 +492,7 @@ class _Likelihood:
         return w, size, Eliminated(point, foot, _project(z, direction), direction)
 
     def update_motion(self, current: Eliminated) -> None:
-        """Take the motion predicted at a point for the terms that are not linear."""
+        """Take the predicted motion for the terms that are not linear."""
         response, independent = self.model.predicted(current.point)
         late = np.exp(-self.model.s * current.point.values["delay"])
         angle = self.everywhere((response[1] * current.foot + independent[1]) / late)
@@ -583,7 +591,7 @@ def _gauss_newton(
             break
         change, gained = np.abs(step) / errors, current.deviance - own.deviance
         point = trial
-        ended = count > _NOISE_STEPS and gained < 1e-8 * current.deviance
+        ended = count > _NOISE_STEPS and gained < 1e-3
         if count > 3 and (change.max() < 1e-3 or ended):
             break
     else:
@@ -668,13 +676,25 @@ def _fit_softening(likelihood: _Likelihood, linear: LikelihoodFit) -> Likelihood
         point = _with_softening(likelihood, linear, share * largest)
         current = likelihood.residuals(point)
         step = _step_and_errors(current)[0]
-        gain = float(current.gradient @ step) - (np.log(share) / _HALF_ERROR) ** 2
-        tried.append((gain, point, point.moved(step)))
-    _, point, moved = max(tried, key=lambda each: each[0])
-    start = moved if _is_feasible(likelihood, moved) else point
-    priors = {"b_0": (start.values["b_0"], _REST_ERROR), "log_phi_h": (float(np.log(largest)), _HALF_ERROR)}
-    start = Point((*start.names, *priors), start.values, priors)
-    return _gauss_newton(likelihood, start, (_HALF_RANGE[0] * largest, _HALF_RANGE[1] * largest))
+        decrease = float(current.gradient @ step) - (np.log(share) / _HALF_ERROR) ** 2
+        tried.append((decrease, point, point.moved(step)))
+    decrease, point, moved = max(tried, key=lambda each: each[0])
+    # without softening phi_h has no meaning
+    fixed = point if decrease > SOFTENS else _with_softening(likelihood, linear, largest)
+    if decrease > SOFTENS:
+        priors = {
+            "b_0": (point.values["b_0"], _REST_ERROR),
+            "log_phi_h": (float(np.log(largest)), _HALF_ERROR),
+        }
+        start = moved if _is_feasible(likelihood, moved) else point
+        start = Point((*start.names, *priors), start.values, priors)
+        motion, log_noise = likelihood.model.motion, likelihood.log_noise
+        try:
+            return _gauss_newton(likelihood, start, (_HALF_RANGE[0] * largest, _HALF_RANGE[1] * largest))
+        except InputError:  # no law of this form fits
+            likelihood.model.observe(motion)
+            likelihood.log_noise = log_noise
+    return _gauss_newton(likelihood, fixed)
 
 
 def _with_softening(likelihood: _Likelihood, linear: LikelihoodFit, half: float) -> Point:
