@@ -125,7 +125,6 @@ def likelihood_facts(estimates: LikelihoodEstimates) -> dict:
             "softening_Nm_per_rad": softening,
             "softened_damping_Nms_per_rad": damping,
             "half_softening_rad": half,
-            "softening_chi_square": fit.softening_chi_square,
         }
     return facts
 

@@ -23,12 +23,16 @@ A joint that softens with bending and loses more as it softens has three more pa
     tau = I phi'' + B phi' + K phi - C q phi + B_s q phi',    q = phi^2 / (phi^2 + phi_h^2)
 
 C and B_s are fitted whether or not they differ from 0: if a joint were taken as linear because a test
-finds no softening, the intervals would be too narrow. phi_h is fitted if they jointly differ from 0
-(chi-square above `SOFTENS`) and the trial determines it; else it is the best of several, or the
-largest bending. b_0, the bending at rest, is then fitted as well, because an error of a few
-milliradians in the vertical makes the law asymmetric. K, B and I of this law hold for small
-movements. The linear parameters at the amplitude of the perturbations are the mean over their
-windows of the least-squares fit of the law's torque on the measured motion,
+finds no softening, the intervals would be too narrow. If they lower the deviance by more than `SOFTENS`,
+phi_h and b_0, the bending at rest, are fitted as well, because an error of a few milliradians in the vertical
+makes the law asymmetric. Both have priors,
+
+    log(phi_h) ~ N(log of the largest bending, _HALF_ERROR^2),    b_0 ~ N(k_g sin(theta_0) / K, _REST_ERROR^2)
+
+so that a trial that does not determine them returns wide intervals of C and B_s, not those for a fixed phi_h.
+Otherwise phi_h is the largest bending. K, B and I of this law hold for small movements. The linear parameters
+at the amplitude of the perturbations are the mean over their windows of the least-squares fit of the law's
+torque on the predicted motion,
 
     tau - tau_rest = I theta'' + B theta' + K (theta - theta_rest)
 
@@ -44,7 +48,8 @@ the leg on a moving foot obeys
     n = k_g [sin(theta) - sin(theta_0) - phi cos(theta_0)] - p y'' [cos(theta) - cos(theta_0)]
         - p cos(theta_0) ramp'' + C (q b - q_0 b_0) - B_s q phi',      q = b^2 / (b^2 + phi_h^2)
 
-n is small and is computed from the measured motion, without its highest frequencies. At each frequency,
+n is small. It is computed from the motion that the fit predicts, without the highest frequencies, and is
+updated at every step: the squared noise of a measured angle would bias it. At each frequency,
 
     y = Y,    phi = e^(-s delay) (G Y + (N + T) / D),    v = gain e^(-s lag) s Y + jump + drift A
     D = J s^2 + B s + K - k_g cos(theta_0),    G = -p cos(theta_0) s^2 / D
@@ -61,7 +66,7 @@ lag of the log after the markers (s); gain of the log.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -79,7 +84,7 @@ SOFTENING = ("C", "B_s", "b_0", "log_phi_h")
 
 @dataclass(frozen=True)
 class Motion:
-    """Measured motion in the terms that are not linear."""
+    """Motion in the terms that are not linear."""
 
     phi: np.ndarray
     phi_d: np.ndarray
@@ -88,10 +93,9 @@ class Motion:
     """Angle from rest (rad), its rate (rad/s), acceleration (rad/s²); acceleration of the foot (m/s²)."""
 
     @classmethod
-    def measured(cls, channels: Channels, foot: np.ndarray) -> "Motion":
-        """Motion (rad, m/s²) from the measured angle and a spectrum of the foot (m)."""
+    def of(cls, channels: Channels, angle: np.ndarray, foot: np.ndarray) -> "Motion":
+        """Motion (rad, m/s²) from spectra of angle (rad) and foot (m) at all frequencies."""
         n, rate = channels.angle.size, channels.rate_hz
-        angle = scipy.fft.rfft(channels.angle)
         phi, phi_d, phi_dd = (smooth(angle, n, rate, order) for order in (0, 1, 2))
         return cls(phi, phi_d, phi_dd, smooth(foot, n, rate, 2) + channels.ramp)
 
@@ -104,11 +108,23 @@ class Point:
     """Those that are fitted, out of `LINEAR` and `SOFTENING`."""
     values: dict[str, float]
     """All parameters."""
+    priors: dict[str, tuple[float, float]] = field(default_factory=dict)
+    """Expectation and standard deviation of fitted parameters that a trial may not determine."""
 
     @property
     def x(self) -> np.ndarray:
         """Values of the fitted parameters, shape (p,) (kg·m², N·m·s/rad, ... as in the head)."""
         return np.array([self.values[name] for name in self.names])
+
+    @property
+    def prior_information(self) -> np.ndarray:
+        """1 over the variance of the priors, shape (p,); 0 without one."""
+        return np.array([self.priors[n][1] ** -2 if n in self.priors else 0.0 for n in self.names])
+
+    @property
+    def prior_errors(self) -> np.ndarray:
+        """Parameters minus their expectations, shape (p,); 0 without a prior."""
+        return np.array([self.values[n] - self.priors[n][0] if n in self.priors else 0.0 for n in self.names])
 
     @property
     def softens(self) -> bool:
@@ -182,7 +198,7 @@ class _Parts(NamedTuple):
 
 
 class LegModel:
-    """The equations for one trial, its measured motion (rad, m/s²) and one leg (kg, m)."""
+    """The equations for one trial, its motion (rad, m/s²) and one leg (kg, m)."""
 
     def __init__(self, channels: Channels, leg: Leg):
         """Keep what does not change (units in `Channels` and `Leg`)."""
@@ -200,7 +216,7 @@ class LegModel:
         return scipy.fft.rfft(signal)[self.bins]
 
     def observe(self, motion: Motion) -> None:
-        """Take the measured motion (rad, m/s²) for the terms that are not linear."""
+        """Take a motion (rad, m/s²) for the terms that are not linear."""
         self.motion, self._force = motion, self._geometric(motion)
         self._forces: dict[tuple, dict[str, np.ndarray]] = {}
         self._last: tuple[Point, _Parts] | None = None
@@ -303,40 +319,48 @@ class LegModel:
         return Spectra(parts.response, parts.independent, *slopes)
 
 
-# chi-square of C and B_s above which phi_h is fitted to the trial
+# decrease of the deviance above which phi_h and b_0 are fitted
 SOFTENS = 16.0
 # tried values of phi_h over the largest bending, and allowed distance of a fitted one from them
 _HALVES = (0.35, 0.6, 1.0, 1.7, 3.0)
 _HALF_RANGE = (0.1, 10.0)
-# standard error of log(phi_h) above which the trial does not determine it
-_UNDETERMINED = 0.5
-# number of steps, and of steps that update the noise of the log
+# standard deviations of the priors of log(phi_h) and b_0 (rad)
+_HALF_ERROR, _REST_ERROR = 1.0, 0.01
+# number of steps, and of steps that update the noise of the log and the motion
 _STEPS, _NOISE_STEPS = 60, 15
 
 
 @dataclass(frozen=True)
-class Residuals:
-    """Residuals at one point, with their derivatives, as a Gauss-Newton step needs them."""
+class Eliminated:
+    """Residuals at one point, without the motion of the foot."""
 
+    point: Point
     foot: Annotated[np.ndarray, "(m,)"]
     """Estimated spectrum of the foot (m times samples)."""
     whitened: Annotated[np.ndarray, "(c, m)"]
     """P W (z - m), with unit variance."""
-    columns: Annotated[np.ndarray, "(p, c, m)"]
-    """u (1 over the units of the parameters)."""
-    by_noise: Annotated[np.ndarray, "(p, c, m)"]
-    """P W dh / |W h|, contribution of noise in Y to u (1 over the units of the parameters)."""
     direction: Annotated[np.ndarray, "(c, m)"]
 
     @property
     def deviance(self) -> float:
-        """Twice the sum of squares."""
-        return _deviance(self.whitened)
+        """Twice the sum of squares, with the priors."""
+        of_priors = self.point.prior_information @ self.point.prior_errors**2
+        return 2.0 * float(np.sum(np.abs(self.whitened) ** 2)) + float(of_priors)
+
+
+@dataclass(frozen=True)
+class Residuals(Eliminated):
+    """Residuals with their derivatives, as a Gauss-Newton step needs them."""
+
+    columns: Annotated[np.ndarray, "(p, c, m)"]
+    """u (1 over the units of the parameters)."""
+    by_noise: Annotated[np.ndarray, "(p, c, m)"]
+    """P W dh / |W h|, contribution of noise in Y to u (1 over the units of the parameters)."""
 
     @property
     def information(self) -> np.ndarray:
-        """F_0, shape (p, p) (1 over the units of the parameters, squared)."""
-        return _products(self.columns)
+        """F_0 with the priors, shape (p, p) (1 over the units of the parameters, squared)."""
+        return _products(self.columns) + np.diag(self.point.prior_information)
 
     @property
     def excess(self) -> np.ndarray:
@@ -345,14 +369,13 @@ class Residuals:
 
     @property
     def gradient(self) -> np.ndarray:
-        """2 Re sum u^H P W (z - m), shape (p,) (1 over the units of the parameters)."""
-        residual = self.whitened.ravel()
-        columns = self.columns.reshape(len(self.columns), -1)
+        """2 Re sum u^H P W (z - m), with the priors, shape (p,) (1 over the units of the parameters)."""
+        return self.along(self.whitened) - self.point.prior_information * self.point.prior_errors
+
+    def along(self, residual: Annotated[np.ndarray, "(c, m)"]) -> np.ndarray:
+        """2 Re sum u^H r of whitened residuals r, shape (p,) (1 over the units of the parameters)."""
+        columns, residual = self.columns.reshape(len(self.columns), -1), residual.ravel()
         return 2.0 * (columns.real @ residual.real + columns.imag @ residual.imag)
-
-
-def _deviance(whitened: np.ndarray) -> float:
-    return 2.0 * float(np.sum(np.abs(whitened) ** 2))
 
 
 def _project(x: np.ndarray, direction: np.ndarray) -> np.ndarray:
@@ -397,22 +420,12 @@ class LikelihoodFit:
         """True if the law has the terms of a joint that softens."""
         return self.point.softens
 
-    @property
-    def softening_chi_square(self) -> float:
-        """Chi-square of C and B_s, with two degrees of freedom; 0 of a linear joint."""
-        if not self.softens:
-            return 0.0
-        places = [self.point.names.index(name) for name in SOFTENING[:2]]
-        both = self.point.x[places]
-        return float(both @ np.linalg.solve(self.covariance[np.ix_(places, places)], both))
-
 
 class _Likelihood:
     """Measured spectra of a trial, their noise, and the residuals of the model at a point."""
 
     def __init__(self, channels: Channels, model: LegModel):
         self.channels, self.model = channels, model
-        self._predicted: tuple[Point, Spectra] | None = None
         signals = [channels.foot, channels.angle, *([] if channels.log is None else [channels.log])]
         self.measured = scipy.fft.rfft(np.array(signals), axis=1)[:, model.bins]
         self.log_noise = None
@@ -424,7 +437,7 @@ class _Likelihood:
             expected = float(spread - of_markers * np.mean(np.abs(model.s[high]) ** 2))
             # as long as the foot's markers are noisier than the log, the log's share is small
             self.log_noise = float(np.sqrt(max(expected, 0.05 * spread, self._least**2)))
-        model.observe(Motion.measured(channels, self.first_foot()))
+        model.observe(Motion.of(channels, scipy.fft.rfft(channels.angle), self.first_foot()))
 
     @property
     def _least(self) -> float:
@@ -455,33 +468,39 @@ class _Likelihood:
         return whole
 
     def residuals(self, point: Point) -> Residuals:
-        """Residuals at a point."""
-        # the model does not depend on the noise of the log, which changes while the point does not
-        if self._predicted is None or self._predicted[0] is not point:
-            self._predicted = point, self.model.spectra(point)
-        predicted = self._predicted[1]
-        w, h, z, size, direction = self._whitened(predicted.response, predicted.independent)
-        c, foot = len(self.measured), np.sum(h.conj() * z, axis=0) / size
+        """Residuals at a point, with derivatives."""
+        predicted, c = self.model.spectra(point), len(self.measured)
+        w, size, own = self._eliminated(point, predicted.response, predicted.independent)
+        of_response = _project(w @ predicted.response_slopes[:, :c], own.direction)
+        columns = of_response * own.foot + _project(w @ predicted.independent_slopes[:, :c], own.direction)
+        return Residuals(**vars(own), columns=columns, by_noise=of_response / np.sqrt(size))
 
-        of_response = _project(w @ predicted.response_slopes[:, :c], direction)
-        columns = of_response * foot + _project(w @ predicted.independent_slopes[:, :c], direction)
-        scaled = of_response / np.sqrt(size)
-        return Residuals(foot, _project(z, direction), columns, scaled, direction)
+    def eliminated(self, point: Point) -> Eliminated:
+        """Residuals at a point, without derivatives."""
+        return self._eliminated(point, *self.model.predicted(point))[-1]
 
-    def deviance(self, point: Point) -> float:
-        """`Residuals.deviance` at a point, without derivatives."""
-        _, _, z, _, direction = self._whitened(*self.model.predicted(point))
-        return _deviance(_project(z, direction))
-
-    def _whitened(self, response: np.ndarray, independent: np.ndarray) -> tuple[np.ndarray, ...]:
-        """W, W h, W (z - m), |W h|^2 and W h / |W h|."""
+    def _eliminated(
+        self, point: Point, response: np.ndarray, independent: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, Eliminated]:
+        """W, |W h|^2 and the residuals."""
         c, w = len(self.measured), self.whitening()
         # W is the same at all frequencies
         h, z = w @ response[:c], w @ (self.measured - independent[:c])
         size = np.sum(np.abs(h) ** 2, axis=0)
-        return w, h, z, size, h / np.sqrt(size)
+        direction = h / np.sqrt(size)
+        foot = np.sum(h.conj() * z, axis=0) / size
+        return w, size, Eliminated(point, foot, _project(z, direction), direction)
 
-    def update_log_noise(self, current: Residuals) -> None:
+    def update_motion(self, current: Eliminated) -> None:
+        """Take the predicted motion for the terms that are not linear."""
+        response, independent = self.model.predicted(current.point)
+        late = np.exp(-self.model.s * current.point.values["delay"])
+        angle = self.everywhere((response[1] * current.foot + independent[1]) / late)
+        below = self.model.bins[0]
+        angle[:below] = scipy.fft.rfft(self.channels.angle)[:below]
+        self.model.observe(Motion.of(self.channels, angle, self.everywhere(current.foot)))
+
+    def update_log_noise(self, current: Eliminated) -> None:
         """One scoring step of the restricted likelihood for sigma_v."""
         if self.log_noise is None:
             return
@@ -512,10 +531,8 @@ def maximise_likelihood(
     """
     channels = make_channels(time, markers, belt_velocity, at_rest)
     likelihood = _Likelihood(channels, LegModel(channels, leg))
-    linear = _gauss_newton(likelihood, _start(likelihood))
-    if not softening:
-        return linear
-    return _fit_softening(likelihood, linear)
+    linear = _gauss_newton(likelihood, _start(likelihood), predicted=not softening)
+    return _fit_softening(likelihood, linear) if softening else linear
 
 
 def _start(likelihood: _Likelihood) -> Point:
@@ -543,31 +560,43 @@ def _start(likelihood: _Likelihood) -> Point:
 
 
 def _gauss_newton(
-    likelihood: _Likelihood, point: Point, limits: tuple[float, float] | None = None
+    likelihood: _Likelihood,
+    point: Point,
+    limits: tuple[float, float] | None = None,
+    *,
+    predicted: bool = True,
 ) -> LikelihoodFit:
-    """Gauss-Newton steps, halved where the likelihood falls; ``limits`` bound phi_h (rad)."""
-    current = likelihood.residuals(point)
+    """Gauss-Newton steps, halved where the likelihood falls.
+
+    limits: bounds of phi_h (rad).
+    predicted: whether the terms that are not linear take the predicted motion, not the measured one.
+    """
+    own = likelihood.eliminated(point)
     for count in range(_STEPS):
         if count < _NOISE_STEPS:
-            likelihood.update_log_noise(current)
-            current = likelihood.residuals(point)
+            likelihood.update_log_noise(own)
+            if predicted:
+                likelihood.update_motion(own)
+        current = likelihood.residuals(point)
         step, errors = _step_and_errors(current)
         limit = current.deviance * (1.0 + 1e-12)
         for _ in range(12):
             trial = _within(point.moved(step), limits)
-            if _is_feasible(likelihood, trial) and likelihood.deviance(trial) <= limit:
-                break
+            if _is_feasible(likelihood, trial):
+                own = likelihood.eliminated(trial)
+                if own.deviance <= limit:
+                    break
             step = 0.5 * step
         else:
             break
-        tried = likelihood.residuals(trial)
-        change, gained = np.abs(step) / errors, current.deviance - tried.deviance
-        point, current = trial, tried
-        ended = count > _NOISE_STEPS and gained < 1e-8 * current.deviance
+        change, gained = np.abs(step) / errors, current.deviance - own.deviance
+        point = trial
+        ended = count > _NOISE_STEPS and gained < 1e-3
         if count > 3 and (change.max() < 1e-3 or ended):
             break
     else:
         raise undetermined("no convergence")
+    current = likelihood.residuals(point)
     covariance = _covariance(current) + _by_offset(likelihood, current)
     return LikelihoodFit(
         point, covariance, current, likelihood.log_noise, likelihood.channels, likelihood.model
@@ -628,7 +657,7 @@ def _by_offset(likelihood: _Likelihood, current: Residuals, normal: np.ndarray |
     shift[:2] = channels.joint_offset_error_m * np.outer(channels.offset_slopes, likelihood.measured[1])
     shift = likelihood.whitening() @ shift
     shift = shift - current.direction * np.sum(current.direction.conj() * shift, axis=0)
-    step = _step_by(current, replace(current, whitened=shift).gradient, normal)
+    step = _step_by(current, current.along(shift), normal)
     return np.outer(step, step)
 
 
@@ -640,32 +669,32 @@ def _step_by(current: Residuals, gradient: np.ndarray, normal: np.ndarray | None
 
 
 def _fit_softening(likelihood: _Likelihood, linear: LikelihoodFit) -> LikelihoodFit:
-    """Fit of a joint that softens, with the linear joint as a special case."""
-    largest = float(np.percentile(np.abs(linear.model.motion.phi), 99.9))
-    tried = [(_deviance_decrease(likelihood, linear, share * largest), share) for share in _HALVES]
-    best = max(tried)[1] if max(tried)[0] > SOFTENS else 1.0
-    start = _with_softening(likelihood, linear, best * largest)
-    limits = (_HALF_RANGE[0] * largest, _HALF_RANGE[1] * largest)
-    fixed = _gauss_newton(likelihood, start, limits)
+    """Fit of a joint that softens, from one step for the best of several phi_h."""
+    largest = float(np.percentile(np.abs(likelihood.model.motion.phi), 99.9))
+    tried = []
+    for share in _HALVES:
+        point = _with_softening(likelihood, linear, share * largest)
+        current = likelihood.residuals(point)
+        step = _step_and_errors(current)[0]
+        decrease = float(current.gradient @ step) - (np.log(share) / _HALF_ERROR) ** 2
+        tried.append((decrease, point, point.moved(step)))
+    decrease, point, moved = max(tried, key=lambda each: each[0])
     # without softening phi_h has no meaning
-    if fixed.softening_chi_square <= SOFTENS:
-        return fixed
-    kept, undetermined = likelihood.log_noise, {"b_0": _UNDETERMINED * largest, "log_phi_h": _UNDETERMINED}
-    for names in (("b_0", "log_phi_h"), ("b_0",)):
-        free = replace(fixed.point, names=(*fixed.point.names, *names))
+    fixed = point if decrease > SOFTENS else _with_softening(likelihood, linear, largest)
+    if decrease > SOFTENS:
+        priors = {
+            "b_0": (point.values["b_0"], _REST_ERROR),
+            "log_phi_h": (float(np.log(largest)), _HALF_ERROR),
+        }
+        start = moved if _is_feasible(likelihood, moved) else point
+        start = Point((*start.names, *priors), start.values, priors)
+        motion, log_noise = likelihood.model.motion, likelihood.log_noise
         try:
-            errors = np.sqrt(np.diag(_covariance(likelihood.residuals(free))))[-len(names) :]
-            if any(error > undetermined[n] for n, error in zip(names, errors, strict=True)):
-                continue
-            whole = _gauss_newton(likelihood, free, limits)
-        except InputError:
-            continue
-        inside = limits[0] * 1.01 < np.exp(whole.value("log_phi_h")) < limits[1] * 0.99
-        if inside and all(whole.standard_error(n) < undetermined[n] for n in names):
-            return whole
-        likelihood.log_noise = kept
-    likelihood.log_noise = kept
-    return fixed
+            return _gauss_newton(likelihood, start, (_HALF_RANGE[0] * largest, _HALF_RANGE[1] * largest))
+        except InputError:  # no law of this form fits
+            likelihood.model.observe(motion)
+            likelihood.log_noise = log_noise
+    return _gauss_newton(likelihood, fixed)
 
 
 def _with_softening(likelihood: _Likelihood, linear: LikelihoodFit, half: float) -> Point:
@@ -673,12 +702,6 @@ def _with_softening(likelihood: _Likelihood, linear: LikelihoodFit, half: float)
     rest = likelihood.model.bending_at_rest(linear.value("K"))
     added = {"C": 0.0, "B_s": 0.0, "log_phi_h": float(np.log(half)), "b_0": rest}
     return Point((*linear.point.names, "C", "B_s"), linear.point.values | added)
-
-
-def _deviance_decrease(likelihood: _Likelihood, linear: LikelihoodFit, half: float) -> float:
-    """Decrease of the deviance by one step with softening at phi_h (rad)."""
-    current = likelihood.residuals(_with_softening(likelihood, linear, half))
-    return float(current.gradient @ _step_and_errors(current)[0])
 
 
 # ---- without another fit ------------------------------------------------------------------------
@@ -694,6 +717,8 @@ def step_to(fit: LikelihoodFit, channels: Channels) -> Annotated[np.ndarray, "(p
     channels = replace(channels, marker_noise_m=fit.channels.marker_noise_m)
     likelihood = _Likelihood(channels, LegModel(channels, fit.model.leg))
     likelihood.log_noise = fit.log_noise_m_per_s
+    likelihood.model.observe(fit.model.motion)
+    likelihood.update_motion(likelihood.eliminated(fit.point))
     return _step_by(fit.residuals, likelihood.residuals(fit.point).gradient - fit.residuals.gradient)
 
 
