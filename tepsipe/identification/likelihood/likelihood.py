@@ -232,6 +232,11 @@ class LegModel:
         pushed = self.coupling / np.cos(rest) * motion.y_dd * (np.cos(theta) - np.cos(rest))
         return self._spectrum(bent - pushed - self.coupling * self.channels.ramp)
 
+    def swing_per_foot(self, v: dict[str, float], s: np.ndarray) -> np.ndarray:
+        """G (rad/m) at the frequencies ``s`` (rad/s)."""
+        elastic = v["K"] - self.weight * np.cos(self.channels.theta_0_rad)
+        return -self.coupling * s**2 / (v["J"] * s**2 + v["B"] * s + elastic)
+
     def free_swings(self, v: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
         """Spectra of the two free swings and of their rates, shape (2, m) (rad, rad/s times samples)."""
         elastic = v["K"] - self.weight * np.cos(self.channels.theta_0_rad)
@@ -427,7 +432,9 @@ class _Likelihood:
     def __init__(self, channels: Channels, model: LegModel):
         self.channels, self.model = channels, model
         signals = [channels.foot, channels.angle, *([] if channels.log is None else [channels.log])]
-        self.measured = scipy.fft.rfft(np.array(signals), axis=1)[:, model.bins]
+        spectra = scipy.fft.rfft(np.array(signals), axis=1)
+        self.measured, self._angle = spectra[:, model.bins], spectra[1]
+        self._log = None if channels.log is None else spectra[2]
         self.log_noise = None
         if channels.log is not None:
             difference = self.measured[2] - model.s * self.measured[0]
@@ -437,7 +444,7 @@ class _Likelihood:
             expected = float(spread - of_markers * np.mean(np.abs(model.s[high]) ** 2))
             # as long as the foot's markers are noisier than the log, the log's share is small
             self.log_noise = float(np.sqrt(max(expected, 0.05 * spread, self._least**2)))
-        model.observe(Motion.of(channels, scipy.fft.rfft(channels.angle), self.first_foot()))
+        model.observe(Motion.of(channels, self._angle, self.first_foot()))
 
     @property
     def _least(self) -> float:
@@ -492,13 +499,22 @@ class _Likelihood:
         return w, size, Eliminated(point, foot, _project(z, direction), direction)
 
     def update_motion(self, current: Eliminated) -> None:
-        """Take the predicted motion for the terms that are not linear."""
-        response, independent = self.model.predicted(current.point)
-        late = np.exp(-self.model.s * current.point.values["delay"])
+        """Take the predicted motion for the terms that are not linear.
+
+        Below the band it is measured; above, the linear joint follows the log.
+        """
+        v, model = current.point.values, self.model
+        response, independent = model.predicted(current.point)
+        late = np.exp(-model.s * v["delay"])
         angle = self.everywhere((response[1] * current.foot + independent[1]) / late)
-        below = self.model.bins[0]
-        angle[:below] = scipy.fft.rfft(self.channels.angle)[:below]
-        self.model.observe(Motion.of(self.channels, angle, self.everywhere(current.foot)))
+        foot = self.everywhere(current.foot)
+        low, high = model.bins[[0, -1]] + [0, 1]
+        angle[:low] = self._angle[:low]
+        if self._log is not None:
+            s = 2j * np.pi * np.arange(high, angle.size) * self.channels.rate_hz / self.channels.foot.size
+            foot[high:] = (self._log[high:] - v["jump"]) * np.exp(s * v["lag"]) / (v["gain"] * s)
+            angle[high:] = foot[high:] * model.swing_per_foot(v, s)
+        model.observe(Motion.of(self.channels, angle, foot))
 
     def update_log_noise(self, current: Eliminated) -> None:
         """One scoring step of the restricted likelihood for sigma_v."""
