@@ -10,6 +10,7 @@ from builders import LEG, RATE_HZ, belt_pulses
 
 from tepsipe.experiments.dummy.checks import (
     FALSE_ALARMS,
+    TOLERATED,
     Check,
     check_dummy,
     check_facts,
@@ -328,7 +329,7 @@ def test_hysteresis_is_a_lack_of_fit_and_no_delay_of_markers(elements, noise_m, 
     recording = recorded(hysteretic(0.5, elements), 0.5, monkeypatch, noise_m=noise_m)
     analysis, verdict = checked(recording)
     assert "lack-of-fit" in verdict.flags["leg-joint-likelihood"]
-    assert analysis.likelihood_estimates["leg-joint-likelihood"].delay_s > 1e-4
+    assert analysis.likelihood_estimates["leg-joint-likelihood"].delay_s > 2.0 * TOLERATED["foot-leg-delay"]
     assert not any("foot-leg-delay" in flags for flags in verdict.flags.values())
     rows = flag_rows(fitted_dummy("c", analysis, 50, 1).estimates, verdict)
     assert all("lack-of-fit" in row.flags for row in rows if row.pathway == "leg-joint-likelihood")
