@@ -148,9 +148,10 @@ def checked_study_of(root, monkeypatch):
 
     def check_of(name):
         files = ["config/config.yaml", f"config/{name}/config.yaml"]
+        settings = merged_settings(files)
 
         def check(changes=()):
-            config = merged_settings(files)
+            config = copy.deepcopy(settings)
             for path, value in dict(changes).items():
                 *sections, last = path.split("/")
                 place = config

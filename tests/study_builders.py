@@ -70,9 +70,15 @@ def plain_laboratory(text):
     return f"{plain}\ndrawn:\n  weight.mass_kg: {{rectangular: 0.05}}\n"
 
 
-def copy_project(target):
+@cache
+def compiled():
+    """Make the bytecode that copies of the project contain, once for all of them."""
     for package in ("tepsipe", "workflow"):
         compileall.compile_dir(ROOT / package, quiet=2)
+
+
+def copy_project(target):
+    compiled()
     shutil.copytree(ROOT / "benchmarks/coverage", target / "benchmarks/coverage")
     shutil.copytree(ROOT / "docs/decisions", target / "docs/decisions")
     folders = ("config", "workflow", "tepsipe", "report", "profiles")

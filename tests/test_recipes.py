@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from pypdf import PdfReader
+from pdf_pages import pages_of
 from study_builders import estimates, plain_laboratory, snakemake, table, write_config, write_sheet
 
 from tepsipe.io.formats import read_all_markers
@@ -300,5 +300,5 @@ def test_toy_experiment_has_estimates_figure_page_and_chapter(ran):
 @cache
 def words(project):
     """Text of the report."""
-    pages = PdfReader(project / "results/report/thesis.pdf").pages
+    pages = pages_of(project / "results/report/thesis.pdf")
     return " ".join(" ".join(page.extract_text() for page in pages).split())

@@ -38,19 +38,23 @@
 
 # %%
 import json
-import subprocess
+from contextlib import redirect_stdout
 from functools import cache
+from io import StringIO
 
 import pandas as pd
+
+from tepsipe.cli import main
 
 
 @cache
 def plan(noise_m, amplitude, pathway):
     """Rows of `tepsipe plan` by their quantities."""
     options = {"marker-noise": noise_m, "amplitude": amplitude, "pathway": pathway}
-    command = ["tepsipe", "plan", "--json", *(f"--{k}={v}" for k, v in options.items())]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    return {row["quantity"]: row for row in json.loads(done.stdout)["plan"]}
+    # in this process: the start of another would take longer than the plan
+    with redirect_stdout(StringIO()) as printed:
+        main(["plan", "--json", *(f"--{k}={v}" for k, v in options.items())])
+    return {row["quantity"]: row for row in json.loads(printed.getvalue())["plan"]}
 
 
 rows = []
@@ -82,6 +86,9 @@ pd.DataFrame(rows).round(3)
 
 # %%
 import matplotlib.pyplot as plt
+
+# figures in the notebook again: the command draws without a screen
+# %matplotlib inline
 
 figure, ax = plt.subplots(figsize=(6, 3), layout="constrained")
 amplitudes = [0.1, 0.2, 0.4]

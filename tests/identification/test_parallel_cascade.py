@@ -87,8 +87,9 @@ def joint_with_reflex(
     angle, velocity, acceleration = (steps.angle(time, order) for order in range(3))
     stretch = steps.angle(time - delay, 1)
     w = 2.0 * np.pi * FREQUENCY_HZ
-    muscle = ([w**2], [1.0, 2.0 * ZETA * w, w**2])
-    reflex = signal.lsim(muscle, np.where(direction * stretch > 0.0, stretch, 0.0), time)[1]
+    # straight between samples, as lsim takes it, without its loop over them
+    muscle = signal.cont2discrete(([w**2], [1.0, 2.0 * ZETA * w, w**2]), 1.0 / RATE, method="foh")
+    reflex = signal.lfilter(muscle[0][0], muscle[1], np.where(direction * stretch > 0.0, stretch, 0.0))
     torque = INERTIA * acceleration + DAMPING * velocity + STIFFNESS * angle + gain * reflex - 2.0
     torque = torque + 0.5 * growth * (angle - angle[: time.size // 2].mean()) ** 2
     level = np.cumsum(rng.standard_normal(time.size)) / np.sqrt(RATE)

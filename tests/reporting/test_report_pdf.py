@@ -8,6 +8,7 @@ from html import unescape
 
 import numpy as np
 import pytest
+from pdf_pages import pages_of
 from study_builders import estimates
 from typst_builders import findings_of, tables_of
 
@@ -40,9 +41,9 @@ def document(study):
 
 
 @pytest.fixture(scope="module")
-def read(document):
+def read(study):
     """Text and pieces of every page."""
-    return [_read(page) for page in document.pages]
+    return [_read(page) for page in pages_of(study / "results/report/thesis.pdf")]
 
 
 @pytest.fixture(scope="module")

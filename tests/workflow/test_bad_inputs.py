@@ -20,6 +20,7 @@ from workflow.support.checked_study import checked_sections, checked_study, merg
 from workflow.support.recordings import refused_recordings
 from workflow.support.study import Study
 from workflow.support.trial_sheet import read_trial_sheet
+from workflow.support.yaml_file import override, read_settings
 
 LONGEST = 700
 
@@ -147,10 +148,13 @@ def test_check_reads_every_recording(good, shipped_config, tmp_path):
     assert any(said.startswith("dummy/good: ") and "rest" in said for said in refused())
 
 
-def check(overlay):
+def check(shipped_config, overlay):
     """All that is checked before the first job, in the folder of the project."""
     files = ["config/config.yaml", str(overlay)]
-    config = merged_settings(files)
+    config = copy.deepcopy(
+        shipped_config
+    )  # merged as Snakemake does it, without reading the first file again
+    override(config, read_settings(overlay))
     try:
         study = checked_study(config, files)
         for key in ("virtual_lab", "reported"):
@@ -162,14 +166,14 @@ def check(overlay):
 
 
 @pytest.mark.parametrize("entry", SETTINGS, ids=lambda entry: entry.name)
-def test_a_spoiled_configuration_is_refused(entry, root, tmp_path, monkeypatch):
+def test_a_spoiled_configuration_is_refused(entry, root, shipped_config, tmp_path, monkeypatch):
     monkeypatch.chdir(root)
     overlay = tmp_path / "bad.yaml"
     overlay.write_text(entry.overlay if isinstance(entry.overlay, str) else yaml.safe_dump(entry.overlay))
     # the table calls a configuration so; a message names the file that holds the key
     head, colon, rest = entry.words.partition(": ")
     words = f"bad.yaml{colon}{rest}" if head == "configuration" else entry.words
-    assert_refused(lambda: check(overlay), words, tmp_path)
+    assert_refused(lambda: check(shipped_config, overlay), words, tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -194,11 +198,11 @@ def test_a_refusal_names_the_file_that_holds_the_key(overlay, root, tmp_path, mo
 
 
 @pytest.mark.parametrize("entry", SHEETS, ids=lambda entry: entry.name)
-def test_a_spoiled_sheet_is_refused(entry, root, tmp_path, monkeypatch):
+def test_a_spoiled_sheet_is_refused(entry, root, shipped_config, tmp_path, monkeypatch):
     monkeypatch.chdir(root)
     rows = [line.split("\t") for line in (root / "config/trials.tsv").read_text().splitlines()]
     entry.spoil(rows)
     (tmp_path / "bad.tsv").write_text("".join("\t".join(row) + "\n" for row in rows))
     overlay = tmp_path / "bad.yaml"
     overlay.write_text(yaml.safe_dump({"study": {"trial_sheet": str(tmp_path / "bad.tsv")}}))
-    assert_refused(lambda: check(overlay), entry.words, tmp_path)
+    assert_refused(lambda: check(shipped_config, overlay), entry.words, tmp_path)

@@ -1,6 +1,13 @@
-"""Numbers of the tiny study on one core and two, and under Snakemake's own executor: the same bytes."""
+"""Numbers of the tiny study on one core, under Snakemake's own executor and after a kill: those on two.
+
+One study shows all of it, which runs on one core, is killed and goes on.
+"""
 
 import json
+import signal
+import subprocess
+import sys
+import time
 
 import pytest
 from study_builders import copy_project, digests, snakemake
@@ -23,18 +30,51 @@ TARGETS = (
     "noise/sine-0.5.csv",
     "tables/specification.csv",
 )
+RUN = (sys.executable, "-m", "workflow.run", "-c1")
+CONFIG = ("--configfile", "config/tiny.yaml")
 
 
 def kinds(names):
     return {name.rpartition("/")[0] for name in names if not name.startswith(("raw/", "figures/", "report/"))}
 
 
-def test_one_core_or_two_give_the_same_bytes(request, tmp_path):
+def at_work(project, rule):
+    """Whether a job of a rule has begun, by its record."""
+    records = (project / ".snakemake/tepsipe/jobs").glob("*.json")
+    return any(json.loads(record.read_text() or "{}").get("about", "").startswith(rule) for record in records)
+
+
+def killed_at_work(project, rule, targets):
+    """Kill a run while a job of a rule is at work, and let another go on from there."""
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    killed = subprocess.Popen([*RUN, *targets, *CONFIG], cwd=project, **quiet)
+    while not at_work(project, rule):
+        assert killed.poll() is None
+        time.sleep(0.05)
+    # another run is refused meanwhile, and leaves it alone
+    other = subprocess.run([*RUN, *targets, *CONFIG], cwd=project, capture_output=True, text=True)
+    assert other.returncode == 2
+    assert (
+        f"found process {killed.pid} at work: wait for it, or stop it with kill {killed.pid}" in other.stderr
+    )
+    killed.send_signal(signal.SIGKILL)
+    assert killed.wait() == -signal.SIGKILL
+    assert any((project / ".snakemake/locks").iterdir())
+    # its job goes on for a while: the next run waits for it
+    again = subprocess.run([*RUN, *targets, *CONFIG], cwd=project, capture_output=True, text=True)
+    assert again.returncode == 0, again.stdout + again.stderr
+    assert (
+        "tepsipe: the last run was killed: this one removes its lock and goes on from there" in again.stderr
+    )
+    assert not list((project / ".snakemake").glob("locks/*"))
+
+
+def test_one_core_or_two_and_a_run_that_was_killed_give_the_same_bytes(request, tmp_path):
     again = copy_project(tmp_path / "again")
     targets = [f"results/{name}" for name in TARGETS]
-    for some in ((targets[0], "--executor", "local"), targets):
-        run = snakemake(again, *some)
-        assert run.returncode == 0, run.stdout + run.stderr
+    run = snakemake(again, targets[0], "--executor", "local")
+    assert run.returncode == 0, run.stdout + run.stderr
+    killed_at_work(again, "fit_dummy", targets)
     second = digests(again / "results")
     # wanted no earlier: another process makes it meanwhile
     first = json.loads((request.getfixturevalue("study").parent / "digests.json").read_text())

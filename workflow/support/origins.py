@@ -301,8 +301,8 @@ def _reads(part: str, definitions: dict[str, str], what: int = 0) -> list[str]:
     while waiting:
         *read, names = _used(waiting.pop(0))
         found |= read[what]
-        for both in names:
-            for name in both & definitions.keys() - seen:
+        for name in (name for both in names for name in both if name in definitions):
+            if name not in seen:
                 seen.add(name)
                 waiting.append(definitions[name])
     return list(found)

@@ -48,7 +48,11 @@ def override(settings: dict, changes: dict) -> None:
 
 def base_of(path: str | Path | None) -> str | None:
     """Path of the file whose constants a file of the virtual laboratory overrides; None without one."""
-    base = None if path is None else read_settings(path).get("base")
+    return None if path is None else _base(read_settings(path), path)
+
+
+def _base(content: dict, path: str | Path) -> str | None:
+    base = content.get("base")
     if base is not None and not isinstance(base, str):
         raise InputError(f"{path}: expected the path of a file for 'base', found {quoted(base)}: correct it")
     return base
@@ -56,7 +60,8 @@ def base_of(path: str | Path | None) -> str | None:
 
 def read_constants(path: str | Path) -> dict:
     """Read constants of the virtual laboratory: a file, or those of its `base` with its own instead."""
-    base, own = base_of(path), read_settings(path)
+    own = read_settings(path)
+    base = _base(own, path)
     if base is None:
         return own
     constants = read_settings(base)

@@ -152,7 +152,11 @@ def read_c3d_recording(path: str | Path) -> Recording:
     Returns: markers, force plates and analog channels in their units.
     """
     path = Path(path)
-    file = open_c3d(path)
+    return _recording(open_c3d(path), path)
+
+
+def _recording(file, path: Path) -> Recording:
+    """All signals of an opened C3D file (units of the channels)."""
     markers = c3d_markers(file, path)
     channels = _channels(file, path)
     labels = [label for label, _ in channels]
@@ -266,7 +270,7 @@ def c3d_contents(path: Path) -> Contents:
     facts |= {"made by": maker} if maker.strip() else {}
     if point_rate:
         facts["duration"] = f"{points.shape[0] / point_rate:.6g} s"
-    plates, up, refused = _vertical_forces(path)
+    plates, up, refused = _vertical_forces(file, path)
     facts["upward"] = up
     facts |= _plate_facts([int(kind) for kind in values("FORCE_PLATFORM", "TYPE")], values, plates)
     usable = tuple(plate for plate in plates if isinstance(plate, ListedChannel))
@@ -278,10 +282,10 @@ def c3d_contents(path: Path) -> Contents:
     return Contents("C3D", facts, channels, markers, usable, events, vertical="xyz".index(up[1]))
 
 
-def _vertical_forces(path: Path) -> tuple[tuple[ListedChannel | str, ...], str, str]:
+def _vertical_forces(file, path: Path) -> tuple[tuple[ListedChannel | str, ...], str, str]:
     """Vertical force on each plate (N) or why it cannot be used, upward direction, why the file cannot be."""
     try:
-        recording = read_c3d_recording(path)
+        recording = _recording(file, path)
     except InputError as error:
         return (), "+z", str(error).removeprefix(f"{path}: ").removeprefix(f"{path}, ")
     plates = tuple(
