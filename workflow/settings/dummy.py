@@ -275,7 +275,9 @@ class Noise(Section):
         "SNR of Table 4-4 and Figure 4-12; one of `snr_db`", thesis="Figure 4-12"
     )
     draws: int = setting("number of draws of the noise in every cell (trial, target, SNR)", least=2)
-    predicted_draws: int = setting("number of draws for which the angle is also predicted", least=1)
+    predicted_draws: int = setting(
+        "number of draws for which the angle is also predicted, and perturbations are detected", least=1
+    )
     estimators: Processings = setting("processings at every SNR, see below", thesis="3-1-3")
     table_estimators: Processings = setting(
         "the same for Table 4-4 and Figure 4-12, at `table_snr_db`", thesis="3-1-3"
