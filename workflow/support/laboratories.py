@@ -141,9 +141,14 @@ class Laboratories:
         ``draw`` returns the constants after drawing: a laboratory knows the rate of its cameras.
         """
         constants = constants_of(self.constants, self.coverage, number)
-        own = self.own_config | {"study": self.own_config["study"] | {"seed": seed_of(self.coverage, number)}}
-        if RATE in self.coverage.get("drawn", {}):
-            rate_hz = draw(constants)["treadmill"]["capture"]["rate_hz"]
+        known = RATE in self.coverage.get("drawn", {})
+        rate_hz = draw(constants)["treadmill"]["capture"]["rate_hz"] if known else None
+        return self.files_of(constants, seed_of(self.coverage, number), rate_hz)
+
+    def files_of(self, constants: dict, seed: int, rate_hz: float | None) -> dict[str, str]:
+        """The same for given constants, seed of the analysis, and rate of the cameras if it is drawn."""
+        own = self.own_config | {"study": self.own_config["study"] | {"seed": seed}}
+        if rate_hz is not None:
             own |= _at_rate(own, rate_hz)
         return {
             "config/config.yaml": _text(own),
