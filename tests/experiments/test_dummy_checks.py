@@ -179,7 +179,7 @@ def test_noise_biases_only_windowed_fits_of_single_perturbations(rng, monkeypatc
         for alone, differences in ((True, single), (False, crossed)):
             with monkeypatch.context() as patch:
                 if alone:
-                    patch.setattr(windows, "_from_products", lambda _: None)
+                    patch.setattr(windows, "products_of_perturbations", lambda _: None)
                 analysis, verdict = checked(recording)
                 of_leg, joint = analysis.regressions["leg"], analysis.regressions["leg-joint-likelihood"]
                 exact = expected_of_leg(of_leg, joint, OPTIONS.leg_markers, lowpass, at_rest)
