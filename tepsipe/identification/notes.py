@@ -35,6 +35,7 @@ from tepsipe.statistics.least_squares import column_lengths, triangle
 from tepsipe.statistics.uncertainty import error_of_mean
 
 if TYPE_CHECKING:
+    from tepsipe.identification.likelihood.checks import Check
     from tepsipe.identification.regression.windows import WindowedFits
 
 # below this VAF (%) the residual has more than half the standard deviation of the signal
@@ -57,8 +58,8 @@ LARGEST_CUTOFF = 0.2
 LEAST_PERIODS = 0.5
 # ratio of the foot's velocity to the belt's: it stands on the belt; another unit exceeds the second range
 BELT_GAIN, BELT_GAIN_LIMIT = (0.8, 1.25), (0.4, 2.5)
-# a longer delay of the angle after the foot is none of a measuring chain (s)
-LONGEST_DELAY_S = 0.03
+# a longer delay of the angle after the foot is none of markers that cameras see at the same instants (s)
+LONGEST_DELAY_S = 1e-3
 # time constants of the leg between perturbations: after one, estimates scatter 1.6 times as much as their
 # intervals state, after 1.7 as they state (80 simulated records each)
 LEAST_REST = 1.5
@@ -333,6 +334,13 @@ def of_samples(**signals: np.ndarray) -> tuple[str, ...]:
     return tuple(found)
 
 
+def of_checks(checks: "Sequence[Check]") -> tuple[str, ...]:
+    """Failed checks of a joint likelihood, as the flags of a study explain them."""
+    from tepsipe.identification.likelihood.checks import MEANINGS, failed
+
+    return tuple(f"{MEANINGS[name][0].upper()}{MEANINGS[name][1:]} ({name})." for name in failed(checks))
+
+
 def of_stiffness(quantities: Mapping[str, Quantity]) -> tuple[str, ...]:
     """Stiffness that may be 0."""
     q = quantities["K"]
@@ -431,12 +439,12 @@ def of_belt(foot_velocity: np.ndarray, belt_velocity: np.ndarray) -> tuple[str, 
 
 
 def of_delay(delay_s: float) -> tuple[str, ...]:
-    """Delay of the angle after the foot (s) that no measuring chain has."""
+    """Delay of the angle after the foot (s) that no common set of cameras has."""
     if abs(delay_s) <= LONGEST_DELAY_S:
         return ()
     return (
-        f"The angle follows the foot {1e3 * delay_s:.3g} ms late, longer than measuring chains take: check "
-        "the synchronisation of markers and belt.",
+        f"The angle follows the foot {1e3 * delay_s:.3g} ms late, which the fit allows for. Markers that "
+        "cameras see at the same instants have no such delay: check the synchronisation of leg and foot.",
     )
 
 
