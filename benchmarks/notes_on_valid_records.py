@@ -31,6 +31,21 @@ def band_limited(rng, count, rate_hz, cutoff_hz):
     return x / x.std()
 
 
+def derivatives(x, rate_hz):
+    """First two derivatives of a signal far below half the sampling rate, exact at every frequency.
+
+    The signal goes on, mirrored, beyond its ends.
+    """
+    longer = np.concatenate([2.0 * x[0] - x[:0:-1], x, 2.0 * x[-1] - x[-2::-1]])
+    slope = np.linspace(longer[0], longer[-1], longer.size)
+    per_sample = slope[1] - slope[0]
+    spectrum = np.fft.rfft(longer - slope)
+    turn = 2j * np.pi * np.fft.rfftfreq(longer.size, 1.0 / rate_hz)
+    kept = slice(x.size - 1, 2 * x.size - 1)
+    first, second = (np.fft.irfft(spectrum * turn**n, longer.size)[kept] for n in (1, 2))
+    return first + per_sample * rate_hz, second
+
+
 def joint(rng):
     """I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad) of finger, wrist, dummy or ankle."""
     inertia = rng.choice([0.0, 1.0]) * 10.0 ** rng.uniform(-3.0, -1.5)
@@ -81,8 +96,8 @@ def recorded(rng):
     time = np.arange(0.0, rng.uniform(20.0, 60.0), 1.0 / rate_hz)
     angle = 10.0 ** rng.uniform(-2.3, -1.0) * band_limited(rng, time.size, rate_hz, rng.uniform(2.0, 8.0))
     inertia, damping, stiffness = joint(rng)
-    rate = np.gradient(angle, time)
-    torque = inertia * np.gradient(rate, time) + damping * rate + stiffness * angle + rng.uniform(-2.0, 2.0)
+    rate, acceleration = derivatives(angle, rate_hz)
+    torque = inertia * acceleration + damping * rate + stiffness * angle + rng.uniform(-2.0, 2.0)
     torque += noise(rng, torque, rng.uniform(0.01, 0.2))
     return tepsipe.fit_impedance(time, angle + noise(rng, angle, 0.002), torque, bootstrap_draws=500)
 
@@ -145,8 +160,8 @@ def cascade(rng):
     rate_hz = 250.0
     time = np.arange(0.0, 60.0, 1.0 / rate_hz)
     angle = 0.03 * band_limited(rng, time.size, rate_hz, 3.0)
-    rate = np.gradient(angle, time)
-    torque = 0.01 * np.gradient(rate, time) + 0.8 * rate + 60.0 * angle
+    rate, acceleration = derivatives(angle, rate_hz)
+    torque = 0.01 * acceleration + 0.8 * rate + 60.0 * angle
     stretch = np.roll(np.maximum(rate, 0.0), round(0.04 * rate_hz))
     torque += 5.0 * lsim(([900.0], [1.0, 60.0, 900.0]), stretch, time)[1]
     torque += noise(rng, torque, 0.02)

@@ -276,6 +276,14 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
         metavar="PREFIX",
         help="write PREFIX.csv and PREFIX.png; default: the table's name with _fit",
     )
+    fit.add_argument(
+        "--uncertainty",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="standard uncertainty of Type B: torque_scale or angle_scale (relative), or torque_delay_s (s), "
+        "which --model cascade does not take; give the option once for each",
+    )
     add_json(fit)
     add_strict(fit)
     fit.set_defaults(command=_fit)
@@ -502,11 +510,13 @@ def _fit(chosen: argparse.Namespace) -> tuple[str, ...]:
             unit, said = of_column(names[key], key, unit, wanted)
             signals[key], notes = Signal(table[key], unit), notes + said
     time, angle, torque = (signals[key] for key in ("time", "angle", "torque"))
-    cutoff = {} if chosen.cutoff is None else {"cutoff_hz": chosen.cutoff}
+    further = {} if chosen.cutoff is None else {"cutoff_hz": chosen.cutoff}
+    if chosen.uncertainty:
+        further["uncertainty"] = _stated(chosen.uncertainty)
     try:
         with progress(f"fitting {chosen.table.name}"):
             if chosen.model == "cascade":
-                fit = fit_parallel_cascade(time, angle, torque, **cutoff)
+                fit = fit_parallel_cascade(time, angle, torque, **further)
             elif chosen.belt_velocity:
                 before, after = chosen.rest
                 pulses = find_perturbations(
@@ -517,9 +527,10 @@ def _fit(chosen: argparse.Namespace) -> tuple[str, ...]:
                     rest_before_s=before,
                     rest_after_s=after,
                 )
-                fit = fit_impedance(time, angle, torque, perturbations=pulses, thesis=chosen.thesis, **cutoff)
+                further |= {"perturbations": pulses, "thesis": chosen.thesis}
+                fit = fit_impedance(time, angle, torque, **further)
             else:
-                fit = fit_impedance(time, angle, torque, thesis=chosen.thesis, **cutoff)
+                fit = fit_impedance(time, angle, torque, thesis=chosen.thesis, **further)
     except InputError as error:
         raise InputError(f"{chosen.table}: {_with_options(str(error))}") from error
     fit.to_frame().to_csv(csv)
@@ -534,6 +545,24 @@ def _fit(chosen: argparse.Namespace) -> tuple[str, ...]:
     else:
         print(f"{_with_options(replace(fit, notes=()).summary())}\n\nwritten: {csv}, {png}")
     return notes
+
+
+def _stated(options: list[str]) -> dict[str, float]:
+    """Standard uncertainties by name, from ``NAME=VALUE``."""
+    stated = {}
+    for option in options:
+        name, _, text = option.partition("=")
+        try:
+            value = float(text)
+        except ValueError as error:
+            raise InputError(
+                f"--uncertainty: expected NAME=VALUE with a number, found {quoted(option)}: give, for "
+                "example, torque_delay_s=0.0005"
+            ) from error
+        if name in stated:
+            raise InputError(f"--uncertainty: expected each name once, found {name} twice: leave one out")
+        stated[name] = value
+    return stated
 
 
 def _with_options(sentence: str) -> str:

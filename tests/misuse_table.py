@@ -107,7 +107,7 @@ REFUSED = [
     ("fit_impedance", {"rest": 1.0}, "booleans or two times"),
     ("fit_impedance", {"rest": (0.0, 0.0)}, "at least 0.25 s"),
     ("fit_impedance", {"rest": (9.0, 1.0)}, "a perturbation in it"),
-    ("fit_impedance", {"perturbations": None, "rest": (1.0, 1.0)}, "perturbations with thesis or rest"),
+    ("fit_impedance", {"perturbations": None, "rest": (1.0, 1.0)}, "perturbations with thesis, rest"),
     # options
     ("fit_impedance", {"cutoff_hz": "20"}, "cutoff_hz: expected a number above 0, found '20'"),
     ("fit_impedance", {"cutoff_hz": NAN}, "found nan"),

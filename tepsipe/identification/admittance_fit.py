@@ -202,11 +202,19 @@ def change_by_smearing(
     estimate: the n frequencies that were fitted.
     Returns: changes of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     """
+    smeared = replace(estimate, response=smeared_response(fit.parameters, estimate))
+    return fit_scaled(smeared, bounds, fit.parameters).parameters - fit.parameters
+
+
+def smeared_response(parameters: Annotated[np.ndarray, "(3,)"], estimate: FrequencyResponse) -> np.ndarray:
+    """Response of a joint that is averaged evenly over `FrequencyResponse.resolution_hz`, shape (n,).
+
+    estimate: the n frequencies.
+    """
     # midpoints of nine equal parts of each band
     places = estimate.resolution_hz * (np.arange(9) - 4.0) / 9.0
     around = np.maximum(estimate.frequency_hz[:, None] + places, 1e-9)
-    smeared = admittance(fit.parameters, around.ravel()).reshape(around.shape).mean(axis=1)
-    return fit_scaled(replace(estimate, response=smeared), bounds, fit.parameters).parameters - fit.parameters
+    return admittance(parameters, around.ravel()).reshape(around.shape).mean(axis=1)
 
 
 def distance_to_other_criterion(

@@ -6,7 +6,7 @@ returns an `ImpedanceFit` with intervals. Defaults are what we recommend.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from tepsipe.arguments import (
     same_length,
     samples,
 )
-from tepsipe.errors import InputError, refuse_other_kind
+from tepsipe.errors import InputError, quoted, refuse_other_kind
 from tepsipe.identification import notes
 from tepsipe.identification.arguments import (
     as_perturbations,
@@ -57,10 +57,6 @@ if TYPE_CHECKING:
     from tepsipe.mechanics.segment_kinematics import SegmentMotion
     from tepsipe.signals.response import FrequencyResponse
 
-# windows with the free decay are recommended from this many perturbations on, if they reduce the half-width
-# of K to this part of it or less
-FEWEST_WITH_DECAY, LEAST_GAIN = 3, 0.75
-
 
 @one_thread()
 def fit_impedance(
@@ -70,6 +66,7 @@ def fit_impedance(
     *,
     perturbations: Sequence | None = None,
     rest: np.ndarray | tuple[float, float] | None = None,
+    baseline: Literal["rest", "each"] = "rest",
     cutoff_hz: float | None = 20.0,
     order: int = 4,
     thesis: bool = False,
@@ -104,6 +101,9 @@ def fit_impedance(
     rest : ndarray of bool, shape (n,), or (float, float), optional
         Samples at rest, or unperturbed time at the trial's start and end (s); by default the time before the
         first perturbation.
+    baseline : {"rest", "each"}
+        Zero of angle and torque: their means at rest, or before each perturbation (0.2 s), for a torque that
+        drifts.
     cutoff_hz : float or None
         Cutoff of the zero-lag Butterworth low-pass of all signals (Hz); None if they are filtered already.
     order : int
@@ -121,12 +121,14 @@ def fit_impedance(
     uncertainty : mapping of str to float or Source, or LegUncertainty, optional
         Standard uncertainties of Type B: ``torque_scale`` and ``angle_scale`` (relative), ``torque_delay_s``
         (of the torque after its record, s). For a torque of a leg from its markers, a `LegUncertainty`.
-        Without it, intervals are of Type A.
+        Without it, intervals are of Type A. A stated delay is combined with the record's own.
 
     Returns
     -------
     ImpedanceFit
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), VAF of the torque (%).
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), VAF of the torque (%); with perturbations the delay of
+        the torque after its record (s), for which I, B and K are corrected, or why it is undetermined
+        (`tepsipe.identification.consistency`).
 
     Raises
     ------
@@ -139,9 +141,9 @@ def fit_impedance(
     >>> dummy = load_example("dummy")
     >>> fit = fit_impedance(dummy.time, dummy.angle, dummy.torque, perturbations=dummy.perturbations)
     >>> print(f"I = {fit.I:.4f}, B = {fit.B:.3f}, K = {fit.K:.2f}, VAF {fit.vaf:.1f} %")
-    I = 0.0200, B = 0.148, K = 10.01, VAF 99.9 %
+    I = 0.0200, B = 0.145, K = 10.01, VAF 99.9 %
     >>> fit.quantities["K"]
-    <10.011 [9.817, 10.206] N·m/rad>
+    <10.014 [9.820, 10.208] N·m/rad>
     >>> print(fit.findings[0].partition(".")[0])
     The joint moves on for 3 s after the windows
     """
@@ -159,21 +161,30 @@ def fit_impedance(
     cutoff_hz, order, thesis, block_s = checked(
         ("cutoff_hz",), cutoff_hz=cutoff_hz, order=order, thesis=thesis, block_s=block_s
     )
+    if baseline not in ("rest", "each") or (thesis and baseline == "each"):
+        raise InputError(
+            f"baseline: expected 'rest' or, without thesis, 'each', found {quoted(baseline)}: choose one"
+        )
     recorded = angle, torque
     if cutoff_hz is not None:
         angle, torque = (butterworth_lowpass(x, rate_hz, cutoff_hz, order) for x in (angle, torque))
     motion = joint_motion(time, angle)
     if perturbations is None:
-        if thesis or rest is not None:
+        if thesis or rest is not None or baseline != "rest":
             raise InputError(
-                "fit_impedance: expected perturbations with thesis or rest, because both are about what "
-                "comes before a perturbation, found none: give perturbations, or leave thesis and rest out"
+                "fit_impedance: expected perturbations with thesis, rest or baseline, because these are "
+                "about what comes before a perturbation, found none: give perturbations, or leave them out"
             )
         fit = _fit_record(motion, torque, rate_hz, block_s, bootstrap_draws, confidence, rng, uncertainty)
     else:
-        fit = _fit_windows(motion, torque, perturbations, rest, thesis, confidence, uncertainty)
+        how = perturbations, rest, baseline, thesis, confidence, uncertainty
+        fit = _fit_windows(motion, torque, rate_hz, *how)
     windows = getattr(fit.details, "perturbations", [])
     filtered = notes.of_filter(rate_hz, cutoff_hz, windows) + notes.of_repeats(*recorded, windows)
+    filtered += notes.of_samples(angle=recorded[0], torque=recorded[1])
+    if not thesis:
+        at_rest = samples_at_rest(motion.time, windows, rest) if windows else None
+        filtered += notes.of_floors(at_rest, rate_hz, angle=recorded[0], torque=recorded[1])
     return replace(fit, notes=(*named, *fit.notes, *notes.of_impedance(fit, motion, torque), *filtered))
 
 
@@ -362,6 +373,7 @@ def fit_admittance(
         Bounds,
         starting_values,
     )
+    from tepsipe.identification.consistency import combined, delay_of_response
     from tepsipe.mechanics.impedance_model import admittance
     from tepsipe.signals.response import FrequencyResponse
 
@@ -398,6 +410,19 @@ def fit_admittance(
             "or leave start out"
         )
     result, quantities = fit_response(band, bounds, sources, thesis, confidence)
+    delay = None
+    if not thesis:
+        delay = combined(
+            delay_of_response(band, result.parameters, confidence),
+            sources,
+            result.parameters,
+        )
+        if delay.uncertainty_s is not None:
+            known = Source("torque_delay_s", delay.uncertainty_s, freedom=delay.profile.freedom)
+            turn = np.exp(-2j * np.pi * band.frequency_hz * delay.removed_s)
+            band = replace(band, response=band.response * turn)
+            result, quantities = fit_response(band, bounds, sources | {known.name: known}, thesis, confidence)
+    late, doubts, undetermined = notes.of_torque_delay(delay, confidence, "torque_delay_s" in sources)
     model = admittance(result.parameters, band.frequency_hz)
     residual = np.abs(band.response - model) ** 2
     found = notes.of_response(band)
@@ -409,13 +434,14 @@ def fit_admittance(
     explained = float(100.0 * (1.0 - residual.sum() / np.sum(np.abs(band.response) ** 2)))
     return ImpedanceFit(
         estimator="spectral-fit-modulus" if thesis else "spectral-fit",
-        quantities=quantities,
+        quantities=quantities | late,
         vaf=explained,
         vaf_of="the response",
         confidence=confidence,
         curve=Curve(band.frequency_hz, band.response, model, "Admittance (rad/(N·m))"),
         details=result,
-        notes=found + notes.of_vaf(explained, "the response"),
+        notes=found + doubts + notes.of_stiffness(quantities) + notes.of_vaf(explained, "the response"),
+        findings=undetermined,
         type_b=tuple(sources),
     )
 
@@ -520,6 +546,8 @@ def fit_parallel_cascade(
     )
     chosen = changed_options(ParallelCascadeOptions, options, "fit_parallel_cascade")
     sources = stated_sources(uncertainty, SCALES, "fit_parallel_cascade")
+    spoiled = notes.of_samples(angle=angle, torque=torque)
+    spoiled += notes.of_floors(None, rate_hz, angle=angle, torque=torque)
     if rate_hz > 1.001 * resample_rate_hz:
         slower = regular_time(time[0], time[-1], resample_rate_hz)
         angle, torque = (resample(time, x, slower, 0.4 * resample_rate_hz) for x in (angle, torque))
@@ -550,38 +578,51 @@ def fit_parallel_cascade(
     fitted = np.array([[time[kept][0], time[kept][training - 1]]])
     fit = ImpedanceFit(
         estimator="parallel-cascade",
-        quantities=quantities,
+        quantities=quantities | {"delay": Quantity.refused("s", notes.NO_DELAY)},
         vaf=result.vaf.held_out,
         vaf_of="the held-out torque",
         confidence=confidence,
         curve=Curve(time[kept], measured, result.predicted, "Torque (N·m)", fitted),
         details=result,
-        findings=findings,
+        findings=(*findings, notes.NO_DELAY),
         type_b=tuple(sources),
     )
     found = notes.of_impedance(fit, motion, measured) + notes.of_filter(rate_hz, cutoff_hz)
-    return replace(fit, notes=(*named, *assumed, *found))
+    found += notes.of_halves(result.vaf.training, result.vaf.held_out)
+    return replace(fit, notes=(*named, *assumed, *found, *spoiled))
 
 
 # ---- parts ---------------------------------------------------------------------------------------
 
 
-def _fit_windows(motion, torque, perturbations, rest, thesis, confidence, uncertainty) -> ImpedanceFit:
+def _fit_windows(
+    motion, torque, rate_hz, perturbations, rest, baseline, thesis, confidence, uncertainty
+) -> ImpedanceFit:
     """Windowed least squares, intervals over the perturbations."""
-    from tepsipe.identification.budgets.windows import windows_budget
-    from tepsipe.identification.estimators import LEAST_SQUARES, LEAST_SQUARES_THESIS, Record, estimate
+    from tepsipe.identification.budgets.windows import fit_aligned, of_free_decay, windows_budget
+    from tepsipe.identification.consistency import from_own_zero
+    from tepsipe.identification.estimators import LEAST_SQUARES, LEAST_SQUARES_THESIS, Record
 
     windows = as_perturbations(perturbations, motion.time.size)
     name = LEAST_SQUARES_THESIS if thesis else LEAST_SQUARES
     at_rest = samples_at_rest(motion.time, windows, rest)
     refuse_still(motion.theta, windows)
+    if not thesis:
+        # the equation also holds for differences from means of a joint that still swings at rest
+        moving = motion.theta, motion.theta_d, motion.theta_dd, torque
+        if baseline == "each":
+            moving = [from_own_zero(x, windows, at_rest, rate_hz) for x in moving]
+        rate, acceleration = (x - x[at_rest].mean() for x in moving[1:3])
+        motion, torque = replace(motion, theta=moving[0], theta_d=rate, theta_dd=acceleration), moving[3]
     record = Record(motion=motion, torque=torque, perturbations=windows, at_rest=at_rest)
-    result = estimate(name, record)
-    budget, sources = windows_budget(result, name, record, uncertainty)
+    result, record, delay = fit_aligned(name, record, uncertainty, confidence)
+    budget, sources = windows_budget(result, name, record, uncertainty, delay)
     quantities = quantities_of(dict(zip(PARAMETERS, result.mean, strict=True)), budget, confidence)
+    decay = () if thesis else of_free_decay(result, quantities, name, record, uncertainty, confidence)
+    late, doubts, undetermined = notes.of_torque_delay(delay, confidence, "torque_delay_s" in sources)
     return ImpedanceFit(
         estimator=name,
-        quantities=quantities,
+        quantities=quantities | late,
         vaf=float(result.vaf_per_perturbation.mean()),
         vaf_of="the torque, mean over the perturbations",
         confidence=confidence,
@@ -590,54 +631,15 @@ def _fit_windows(motion, torque, perturbations, rest, thesis, confidence, uncert
         ),
         details=result,
         windows=result.parameters,
-        notes=notes.of_windows(windows),
-        findings=() if thesis else _of_free_decay(result, quantities, name, record, uncertainty, confidence),
+        notes=notes.of_windows(windows) + doubts + notes.of_consistency(result, at_rest, rate_hz, thesis),
+        findings=decay + undetermined,
         type_b=sources,
-    )
-
-
-def _of_free_decay(result, quantities, name, record, uncertainty, confidence) -> tuple[str, ...]:
-    """Recommendation of windows with the free decay, where they agree with the fit and K gains a quarter."""
-    from tepsipe.identification.budgets.windows import windows_budget
-    from tepsipe.identification.estimators import estimate
-    from tepsipe.signals.perturbations import extended_to_rest
-
-    windows, time = record.perturbations, record.motion.time
-    if len(windows) < FEWEST_WITH_DECAY or any(w.until == "rest" for w in windows):
-        return ()
-    rate_hz = (time.size - 1) / (time[-1] - time[0])
-    decay = record.motion.theta_d, rate_hz, windows, record.at_rest
-    longer = extended_to_rest(*decay)
-    if any(record.at_rest[w.start : w.stop].any() for w in longer):
-        return ()
-    seconds = float(np.median([b.stop - a.stop for a, b in zip(windows, longer, strict=True)])) / rate_hz
-    if not seconds > 0.0:
-        return ()
-    most = LEAST_GAIN * result.type_a[0][2]
-    # also at twice the threshold, because find_perturbations may measure the noise in another time of rest
-    sooner = replace(record, perturbations=extended_to_rest(*decay, signal_to_noise=10.0))
-    if not estimate(name, sooner).type_a[0][2] <= most:
-        return ()
-    extended = replace(record, perturbations=longer)
-    other = estimate(name, extended)
-    if not other.type_a[0][2] <= most:
-        return ()
-    budget, _ = windows_budget(other, name, extended, uncertainty)
-    better = quantities_of(dict(zip(PARAMETERS, other.mean, strict=True)), budget, confidence)
-    half, new = ({key: (q.high - q.low) / 2.0 for key, q in of.items()} for of in (quantities, better))
-    if new["K"] > LEAST_GAIN * half["K"] or any(
-        abs(better[key].value - quantities[key].value) > np.hypot(half[key], new[key]) for key in PARAMETERS
-    ):
-        return ()
-    return (
-        f"The joint moves on for {seconds:.2g} s after the windows. If it is passive, find_perturbations "
-        f'with until="rest" gives about K = {better["K"].value:.4g} ± {new["K"]:.2g} N·m/rad instead of '
-        f"{quantities['K'].value:.4g} ± {half['K']:.2g} N·m/rad.",
     )
 
 
 def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng, uncertainty) -> ImpedanceFit:
     """One regression with an offset over the whole record, intervals over blocks."""
+    from tepsipe.identification.consistency import combined, delay_of_record, moved_by
     from tepsipe.signals.differentiation import derivative
     from tepsipe.statistics.clusters import errors_over_blocks
     from tepsipe.statistics.goodness_of_fit import explained
@@ -651,6 +653,14 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng, uncert
             f"fit_impedance: expected at least 4 blocks of {block_s:g} s, each of 4 samples or more, found a "
             f"record of {torque.size / rate_hz:.3g} s at {rate_hz:g} Hz: record longer, or change block_s"
         )
+    profile = delay_of_record(motion.time, regressors, torque, block, confidence)
+    delay = combined(profile, sources, np.linalg.lstsq(regressors, torque)[0][:3])
+    if delay.uncertainty_s is not None:
+        torque = moved_by(motion.time, torque, delay.removed_s)
+        known = Source("torque_delay_s", delay.uncertainty_s, freedom=profile.freedom)
+        sources = sources | {known.name: known}
+    stated = "torque_delay_s" in (uncertainty or {})
+    late_by, doubts, undetermined = notes.of_torque_delay(delay, confidence, stated)
     try:
         result = least_squares_line(regressors, torque)
     except np.linalg.LinAlgError as error:
@@ -682,13 +692,15 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng, uncert
     )
     return ImpedanceFit(
         estimator="regression",
-        quantities=quantities,
+        quantities=quantities | late_by,
         vaf=explained(torque - mean, predicted - mean),
         vaf_of="the torque about its mean",
         confidence=confidence,
         curve=Curve(motion.time, torque, predicted, "Torque (N·m)"),
         details=result,
-        type_b=tuple(sources),
+        notes=doubts,
+        findings=undetermined,
+        type_b=tuple(uncertainty or ()),
     )
 
 

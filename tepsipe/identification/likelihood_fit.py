@@ -104,6 +104,7 @@ def fit_joint_likelihood(
     from tepsipe.identification.estimators import JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, Record
     from tepsipe.identification.leg_fit import fit_record
     from tepsipe.identification.likelihood.channels import dummy_markers
+    from tepsipe.identification.likelihood.checks import of_likelihood
 
     named = notes.of_names(time=(time, "s"), positions=(positions, "m"), belt_velocity=(belt_velocity, "m/s"))
     refuse_other_kind(leg, Leg, "fit_joint_likelihood", "Leg")
@@ -147,6 +148,10 @@ def fit_joint_likelihood(
         type_b=tuple(sources),
     )
     found = notes.of_impedance(fit, motion) + notes.of_delay(result.delay_s)
+    on_foot = record.markers.positions[:, record.markers.on_foot & ~record.markers.on_leg]
+    found += notes.of_checks(of_likelihood(result, on_foot, windows, rate_hz)) + notes.of_stiffness(
+        quantities
+    )
     return replace(fit, notes=(*named, *follows, *found))
 
 

@@ -6,20 +6,37 @@ have a physical reason, which stands beside them. `docs/when-it-stops.md` lists 
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
 from tepsipe.arguments import SPELLINGS, unit_by_name, unit_in, unit_of
 from tepsipe.errors import InputError
 from tepsipe.identification.cascade.fit import Assumption
+from tepsipe.identification.consistency import (
+    MEASURE,
+    TorqueDelay,
+    clipped,
+    held,
+    noise_floors,
+    parts_differ,
+    residual_test,
+    spikes,
+    wandering,
+)
 from tepsipe.identification.result import ImpedanceFit, Quantity
-from tepsipe.mechanics.impedance_model import PARAMETERS
+from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
 from tepsipe.mechanics.segment_kinematics import JointMotion
+from tepsipe.quantities import unit_symbol
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.signals.response import FrequencyResponse
 from tepsipe.statistics.least_squares import column_lengths, triangle
+from tepsipe.statistics.uncertainty import error_of_mean
+
+if TYPE_CHECKING:
+    from tepsipe.identification.likelihood.checks import Check
+    from tepsipe.identification.regression.windows import WindowedFits
 
 # below this VAF (%) the residual has more than half the standard deviation of the signal
 LEAST_VAF = 75.0
@@ -41,13 +58,22 @@ LARGEST_CUTOFF = 0.2
 LEAST_PERIODS = 0.5
 # ratio of the foot's velocity to the belt's: it stands on the belt; another unit exceeds the second range
 BELT_GAIN, BELT_GAIN_LIMIT = (0.8, 1.25), (0.4, 2.5)
-# a longer delay of the angle after the foot is none of a measuring chain (s)
-LONGEST_DELAY_S = 0.03
+# a longer delay of the angle after the foot is none of markers that cameras see at the same instants (s)
+LONGEST_DELAY_S = 1e-3
 # time constants of the leg between perturbations: after one, estimates scatter 1.6 times as much as their
 # intervals state, after 1.7 as they state (80 simulated records each)
 LEAST_REST = 1.5
 # ranges that a cascade fit may leave open: the delays that are tried are 30 ms apart at most (s, rad/s)
 NARROW = {"reflex_delay": 0.03, "reflex_threshold": 0.1}
+# smallest delay of a torque that is noted, because filters and splines delay no less (s), and confidence that
+# there is one
+LEAST_DELAY_S, SURE = 1e-4, 0.999
+# growth of the unexplained part from the fitted to the held-out half of a record: ratio and difference (%)
+LARGEST_GROWTH, LEAST_GROWTH = 2.5, 5.0
+NO_DELAY = (
+    "The delay of the torque is undetermined: reflexes and the intrinsic response, which may begin at any "
+    "time, explain a delay equally well. Measure the delay of the rig."
+)
 CONVENTION = "tau is positive when it resists a positive angle"
 
 
@@ -255,6 +281,144 @@ def of_windows(windows: Sequence[Perturbation]) -> tuple[str, ...]:
     return tuple(found)
 
 
+def of_consistency(fit: "WindowedFits", at_rest: np.ndarray, rate_hz: float, thesis: bool) -> tuple[str, ...]:
+    """Residual in the perturbations beyond the residual at rest, torque that drifts, and parts that differ.
+
+    thesis: whether the torque at rest was left in, so that a residual is expected.
+    """
+    if thesis or len(fit.fits) < 2:
+        return ()
+    found = []
+    test = residual_test(fit.torque - fit.predicted, fit.torque, fit.perturbations, at_rest)
+    moves = wandering(fit.torque - fit.predicted, fit.torque, fit.perturbations, at_rest, rate_hz)
+    if moves:
+        found.append(
+            f"The torque before the perturbations wanders by {moves:.2g} N·m: the zero of the sensor drifts, "
+            'or a person relaxes. Give baseline="each", which takes every perturbation from its own zero.'
+        )
+    if test.failed:
+        found.append(
+            f"The linear joint leaves {100.0 * test.part:.2g} % of the torque in the perturbations, "
+            f"{test.ratio:.2g} times as much as at rest: the intervals may miss I, B and K. Check for a "
+            "delay or a filter of one signal, a torque that drifts, softening, and reflexes."
+        )
+    angles = [fit.regressors[w.start : w.stop, 2] for w in fit.perturbations]
+    direction = np.array([np.sign(x[np.argmax(np.abs(x))]) for x in angles])
+    error, freedom = error_of_mean((fit.torque - fit.predicted)[at_rest])
+    rows = [fit.regressors[w.start : w.stop] for w in fit.perturbations]
+    of_rest = error * np.array([np.linalg.lstsq(x, np.ones(len(x)))[0] for x in rows])
+    for name, what, one, other in parts_differ(fit.parameters, direction, of_rest, freedom)[:1]:
+        found.append(
+            f"{what.capitalize()} of the perturbations give {name} = {one:.4g} and {other:.4g} "
+            f"{unit_symbol(UNITS[name])}, more apart than they scatter: the joint or the recording changed. "
+            "Check mounts, sensors and the subject, and fit the parts separately."
+        )
+    return tuple(found)
+
+
+def of_samples(**signals: np.ndarray) -> tuple[str, ...]:
+    """Spikes, held and clipped samples of recorded signals, shape (n,), by name."""
+    found = []
+    for name, x in signals.items():
+        for count, what, advice in (
+            (
+                spikes(x),
+                "single samples far from their neighbours",
+                "Remove them, and check contacts and cables",
+            ),
+            (held(x), "values that are held and then jump", "Look for lost samples, or a slower clock"),
+            (clipped(x), "peaks that are cut off at one value", "Choose a larger range of the instrument"),
+        ):
+            if count:
+                found.append(f"The {name} has {count} {what}: I, B and K may be wrong. {advice}.")
+    return tuple(found)
+
+
+def of_checks(checks: "Sequence[Check]") -> tuple[str, ...]:
+    """Failed checks of a joint likelihood, as the flags of a study explain them."""
+    from tepsipe.identification.likelihood.checks import MEANINGS, failed
+
+    return tuple(f"{MEANINGS[name][0].upper()}{MEANINGS[name][1:]} ({name})." for name in failed(checks))
+
+
+def of_stiffness(quantities: Mapping[str, Quantity]) -> tuple[str, ...]:
+    """Stiffness that may be 0."""
+    q = quantities["K"]
+    if not q.low <= 0.0 <= q.high:
+        return ()
+    return (
+        f"K is not distinguishable from 0, its interval is {q.low:.3g} to {q.high:.3g} {q.unit}: do not "
+        "quote it. Record more or larger perturbations, or windows that last longer.",
+    )
+
+
+def of_halves(training: float, held_out: float) -> tuple[str, ...]:
+    """Held-out part of a record that the model of its first part explains much less (VAFs in %)."""
+    left = 100.0 - held_out, 100.0 - training
+    if not (left[0] > LARGEST_GROWTH * left[1] and left[0] - left[1] > LEAST_GROWTH):
+        return ()
+    return (
+        f"The model explains {training:.1f} % of the part that was fitted, and only {held_out:.1f} % of the "
+        "part that was held out: the joint or the recording changed. Check the second part of the record.",
+    )
+
+
+def of_floors(at_rest: np.ndarray | None, rate_hz: float, **signals: np.ndarray) -> tuple[str, ...]:
+    """Signals that were filtered before, while others were not (as recorded, shape (n,), by name)."""
+    return tuple(
+        f"The {name} was filtered before it was recorded, and the other signal was not: its noise "
+        "vanishes at high frequencies. This biases I, B and K. Export it without a filter, or filter both "
+        "alike."
+        for name in noise_floors(at_rest, rate_hz, **signals)
+        # a movement that a machine imposes may itself vanish at high frequencies
+        if at_rest is not None or name != "angle"
+    )
+
+
+def of_torque_delay(
+    delay: TorqueDelay | None, confidence: float, stated: bool
+) -> tuple[dict[str, Quantity], tuple[str, ...], tuple[str, ...]]:
+    """Delay of the torque after its record.
+
+    stated: whether its standard uncertainty was stated.
+
+    Returns:
+        quantity: ``delay``; none where no delay is possible.
+        notes: one sentence on a delay that is not 0.
+        findings: one sentence on a delay that the record does not determine.
+    """
+    if delay is None:
+        return {}, (), ()
+    profile = delay.profile
+    if not profile.determined:
+        refusal = f"The delay of the torque is undetermined. {profile.reason}."
+        quantity, sure = {"delay": Quantity.refused("s", refusal)}, profile.half_width_s(SURE)
+        if not stated and abs(profile.value_s) > max(LEAST_DELAY_S, sure):
+            d, half = 1e3 * profile.value_s, 1e3 * profile.half_width_s(confidence)
+            late = "late" if d > 0.0 else "early"
+            said = f"The torque was probably recorded {abs(d):.2g} ± {half:.1g} ms too {late}"
+            return quantity, (f"{said}, for which I, B and K are not corrected. {MEASURE}.",), (refusal,)
+        if not stated and profile.excludes_zero:
+            said = "A delay of the torque explains the record better than none, but not which one"
+            return quantity, (f"{said}: I, B and K are not corrected. {MEASURE}.",), (refusal,)
+        return quantity, (), () if stated else (refusal,)
+    d, u, half = profile.value_s, profile.standard_error_s, profile.half_width_s(confidence)
+    quantity = {"delay": Quantity(d, "s", u, d - half, d + half)}
+    if abs(d) < max(LEAST_DELAY_S, profile.half_width_s(SURE)) or delay.uncertainty_s is None:
+        return quantity, (), ()
+    values = ", ".join(f"{name} = {x:.4g}" for name, x in zip(PARAMETERS, delay.uncorrected, strict=True))
+    return (
+        quantity,
+        (
+            f"The torque was recorded {1e3 * abs(d):.2f} ± {1e3 * half:.2f} ms too "
+            f"{'late' if d > 0.0 else 'early'}: I, B and K are corrected for "
+            f"{1e3 * abs(delay.removed_s):.2f} ms (without it {values}). Check the synchronisation of the "
+            "two signals.",
+        ),
+        (),
+    )
+
+
 def of_belt(foot_velocity: np.ndarray, belt_velocity: np.ndarray) -> tuple[str, ...]:
     """Foot that does not move with the belt (m/s), both shape (n,)."""
     foot, belt = (x - np.median(x) for x in (foot_velocity, belt_velocity))
@@ -275,12 +439,12 @@ def of_belt(foot_velocity: np.ndarray, belt_velocity: np.ndarray) -> tuple[str, 
 
 
 def of_delay(delay_s: float) -> tuple[str, ...]:
-    """Delay of the angle after the foot (s) that no measuring chain has."""
+    """Delay of the angle after the foot (s) that no common set of cameras has."""
     if abs(delay_s) <= LONGEST_DELAY_S:
         return ()
     return (
-        f"The angle follows the foot {1e3 * delay_s:.3g} ms late, longer than measuring chains take: check "
-        "the synchronisation of markers and belt.",
+        f"The angle follows the foot {1e3 * delay_s:.3g} ms late, which the fit allows for. Markers that "
+        "cameras see at the same instants have no such delay: check the synchronisation of leg and foot.",
     )
 
 
@@ -342,6 +506,7 @@ def of_impedance(fit: ImpedanceFit, motion: JointMotion, torque: np.ndarray | No
     rows = motion.theta_dd, motion.theta_d, motion.theta
     found = of_swing(motion.theta, motion.theta_d) + of_vaf(fit.vaf, fit.vaf_of)
     found += of_signs(fit.quantities, shares(fit.parameters, np.array([x.std() for x in rows])))
+    found += of_stiffness(fit.quantities)
     if torque is None:
         return found
     if fit.B < 0.0:

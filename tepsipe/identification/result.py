@@ -94,6 +94,8 @@ class Quantity:
 
     def cells(self) -> tuple[str, str, str]:
         """Value, standard error and interval as text (``unit``), rounded by the standard error."""
+        if self.refusal:
+            return "undetermined", "–", "–"
         error = self.standard_error if np.isfinite(self.standard_error) else None
         interval = "–"
         if np.isfinite([self.low, self.high]).all():
@@ -102,7 +104,8 @@ class Quantity:
 
     def __str__(self) -> str:
         value, _, interval = self.cells()
-        return " ".join(part for part in (value, interval.strip("–"), self.unit) if part)
+        unit = "" if self.refusal else self.unit
+        return " ".join(part for part in (value, interval.strip("–"), unit) if part)
 
     def __repr__(self) -> str:
         return f"<{self}>"
@@ -157,8 +160,9 @@ class ImpedanceFit:
         Further results in words, one sentence each.
     type_b : tuple of str
         Sources of Type B that were given as ``uncertainty``. Without any, standard errors and intervals are
-        of Type A: they include the scatter within the record, but no errors of masses, lengths, calibrations
-        and delays, which all records of the rig share.
+        of Type A: they include the scatter within the record, and the delay of the torque where the record
+        determines it, but no errors of masses, lengths and calibrations, which all records of the rig
+        share.
 
     Examples
     --------
@@ -166,7 +170,7 @@ class ImpedanceFit:
     >>> dummy = load_example("dummy")
     >>> fit = fit_impedance(dummy.time, dummy.angle, dummy.torque, perturbations=dummy.perturbations)
     >>> list(fit.quantities)
-    ['I', 'B', 'K']
+    ['I', 'B', 'K', 'delay']
     >>> low, high = fit.intervals["K"]
     >>> low < dummy.truth["K"] < high
     True
@@ -226,6 +230,11 @@ class ImpedanceFit:
         """Sentence that names what the intervals include."""
         if self.type_b:
             return f"Intervals: scatter (Type A), and {', '.join(self.type_b)} (Type B)."
+        if "torque_delay_s" in self.budget.get("K", {}):
+            return (
+                "Intervals: scatter and the delay of the torque, both from the record (Type A). Errors of "
+                "masses, lengths and scales are not included; state them as uncertainty (Type B)."
+            )
         return (
             "Intervals: scatter within the record only (Type A). Errors of masses, lengths, scales and "
             "delays are not included; state them as uncertainty (Type B)."

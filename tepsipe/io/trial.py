@@ -45,7 +45,7 @@ class Signal:
     >>> dummy = load_example("dummy")
     >>> degrees = Signal(np.rad2deg(dummy.angle), "deg")
     >>> fit_impedance(dummy.time, degrees, dummy.torque, perturbations=dummy.perturbations).quantities["K"]
-    <10.011 [9.817, 10.206] N·m/rad>
+    <10.014 [9.820, 10.208] N·m/rad>
     """
 
     values: np.ndarray

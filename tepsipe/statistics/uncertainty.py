@@ -31,6 +31,8 @@ from tepsipe.errors import InputError, listed, quoted
 from tepsipe.quantities import Distribution, NotNegative, Positive
 
 CONFIDENCE = 0.95
+# probability of a false alarm by all checks of a trial or a rig together
+FALSE_ALARMS = 0.05
 SCATTER = "scatter"  # the source of Type A
 
 

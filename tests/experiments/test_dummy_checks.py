@@ -9,13 +9,9 @@ import pytest
 from builders import LEG, RATE_HZ, belt_pulses
 
 from tepsipe.experiments.dummy.checks import (
-    FALSE_ALARMS,
-    TOLERATED,
-    Check,
     check_dummy,
     check_facts,
     expected_of_leg,
-    failed,
     flag_rows,
     noise_bias,
     quoted_rows,
@@ -24,11 +20,14 @@ from tepsipe.experiments.dummy.leg_pathways import DummyOptions, analyse_dummy
 from tepsipe.experiments.dummy.options import Pathway
 from tepsipe.experiments.dummy.results import fitted_dummy
 from tepsipe.experiments.dummy.rig import RIG_FLAGS, flag_rig, rig_flags, shared_faults
+from tepsipe.identification.likelihood.checks import MEANINGS, TOLERATED, Check, failed
 from tepsipe.identification.regression import windows
+from tepsipe.io.estimates import FLAGS
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.mechanics.rubber_joint import RubberJoint, swing
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.signals.perturbations import WindowOptions, rest_samples
+from tepsipe.statistics.uncertainty import FALSE_ALARMS
 
 ONSETS_S = tuple(np.arange(2.0, 30.0, 3.0))
 DURATION_S = 34.0
@@ -179,7 +178,7 @@ def test_noise_biases_only_windowed_fits_of_single_perturbations(rng, monkeypatc
         for alone, differences in ((True, single), (False, crossed)):
             with monkeypatch.context() as patch:
                 if alone:
-                    patch.setattr(windows, "_from_products", lambda _: None)
+                    patch.setattr(windows, "products_of_perturbations", lambda _: None)
                 analysis, verdict = checked(recording)
                 of_leg, joint = analysis.regressions["leg"], analysis.regressions["leg-joint-likelihood"]
                 exact = expected_of_leg(of_leg, joint, OPTIONS.leg_markers, lowpass, at_rest)
@@ -198,7 +197,7 @@ def test_noise_biases_only_windowed_fits_of_single_perturbations(rng, monkeypatc
 def test_the_windowed_fit_is_quoted_where_the_model_does_not_fit(rng, monkeypatch):
     recording = trial(rng)
     analysis, _ = checked(recording)
-    module = "tepsipe.experiments.dummy.checks"
+    module = "tepsipe.identification.likelihood.checks"
     monkeypatch.setattr(f"{module}.fit_check", lambda *_: Check("lack-of-fit", 1.0, 0.0))
     verdict = check_dummy(recording, OPTIONS, analysis, QUOTED)
     assert verdict.flags["leg-joint-likelihood"] == ["lack-of-fit"]
@@ -378,3 +377,7 @@ def test_a_fault_of_one_trial_flags_what_it_concerns_in_all_trials(tmp_path):
     assert rig_flags({"small": facts["small"]}) == []
     RIG_FLAGS.write(tmp_path / "rig.csv", found)
     assert RIG_FLAGS.read(tmp_path / "rig.csv") == found
+
+
+def test_library_and_study_explain_a_check_alike():
+    assert {name: FLAGS[name] for name in MEANINGS} == MEANINGS

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.tables import Table
+from tepsipe.statistics.uncertainty import FALSE_ALARMS
 
-FALSE_ALARMS = 0.05
 # checks of what all trials share; the joint's misfit and a slipped marker belong to one trial
 SHARED = ("foot-leg-delay", "foot-markers-apart", "markers-pulse-locked")
 LACK_OF_FIT = "lack-of-fit"

@@ -12,17 +12,66 @@ from tepsipe.identification.budgets.manipulator import (
     delay_contributions,
     scale_contributions,
 )
+from tepsipe.identification.consistency import (
+    DelayProfile,
+    TorqueDelay,
+    combined,
+    delay_profile,
+    moved_by,
+    residual_test,
+)
 from tepsipe.identification.estimators import LEAST_SQUARES_THESIS, Record, estimate
 from tepsipe.identification.leg_fit import reestimator
 from tepsipe.identification.regression.windows import WindowedFits
-from tepsipe.identification.result import Quantity, parts_of
+from tepsipe.identification.result import Quantity, parts_of, quantities_of
 from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.inverse_dynamics import leg_pathway_torque
 from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.perturbations import extended_to_rest
 from tepsipe.statistics.uncertainty import Budget, Source, stated_sources
 
+# windows with the free decay are recommended from this many perturbations on, if they reduce the half-width
+# of K to this part of it or less
+FEWEST_WITH_DECAY, LEAST_GAIN = 3, 0.75
 # largest difference of a torque from the leg's own, relative to its spread
 LARGEST_DIFFERENCE = 0.1
+
+
+def fit_aligned(
+    name: str, record: Record, uncertainty: object, confidence: float
+) -> tuple[WindowedFits, Record, TorqueDelay | None]:
+    """Fit of a record whose torque has been moved by its delay, if record or statement determine it.
+
+    name: estimator.
+    uncertainty: as for `windows_budget`.
+    confidence: probability of the intervals.
+    Returns: fit, the record with the moved torque, and the delay; None where no delay is possible, because
+    the torque is computed from the motion.
+    """
+    fit = estimate(name, record)
+    if name == LEAST_SQUARES_THESIS or isinstance(uncertainty, LegUncertainty):
+        return fit, record, None
+    if not fit.crossed:
+        few = "The perturbations do not repeat each other in either direction. Record 3 or more that do"
+        return fit, record, TorqueDelay(DelayProfile(reason=few))
+    time = record.motion.time
+    profile = delay_profile(
+        time, fit.regressors, fit.torque, record.perturbations, record.at_rest, confidence
+    )
+    stated = stated_sources(uncertainty, MANIPULATOR_SOURCES, "fit_impedance")
+    delay = combined(profile, stated, fit.mean)
+    if delay.uncertainty_s is None:
+        return fit, record, delay
+    moved = replace(record, torque=moved_by(time, record.torque, delay.removed_s))
+    aligned = estimate(name, moved)
+    residual = aligned.torque - aligned.predicted
+    if residual_test(residual, aligned.torque, record.perturbations, record.at_rest).failed:
+        other = (
+            "The linear joint leaves more of the torque than noise, as with reflexes, softening or signals "
+            "that were filtered differently, so that a delay cannot be told from them"
+        )
+        return fit, record, TorqueDelay(replace(profile, reason=other))
+    return aligned, moved, delay
 
 
 def windows_budget(
@@ -30,6 +79,7 @@ def windows_budget(
     name: str,
     record: Record,
     uncertainty: Mapping[str, float | Source] | LegUncertainty | None,
+    delay: TorqueDelay | None = None,
 ) -> tuple[Budget, tuple[str, ...]]:
     """Uncertainty of the means of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
 
@@ -37,6 +87,7 @@ def windows_budget(
     record: what they were estimated from.
     uncertainty: stated uncertainty of the scales of torque and angle and of the torque's delay, or of a
     leg.
+    delay: delay that was removed before the fit.
 
     Returns:
         budget: type A and one entry per source.
@@ -56,11 +107,15 @@ def windows_budget(
         known = replace(uncertainty, sources=sources)
         return leg_budget(fit, reestimator(name, record), known), tuple(sources)
     contributions = scale_contributions(dict(zip(PARAMETERS, fit.mean, strict=True)), sources)
-    rate = derivative(record.motion.time, record.torque)
-    contributions |= delay_contributions(
-        lambda x: estimate(name, replace(record, torque=x)).mean, rate, sources
-    )
-    freedom = {source: sources[source].freedom for source in contributions}
+    freedom = {source: known.freedom for source, known in sources.items()}
+    if delay is not None and delay.uncertainty_s is not None:
+        contributions["torque_delay_s"] = delay.uncertainty_s * delay.profile.sensitivity[None]
+        freedom["torque_delay_s"] = delay.profile.freedom
+    elif "torque_delay_s" in sources:
+        rate = derivative(record.motion.time, record.torque)
+        contributions |= delay_contributions(
+            lambda x: estimate(name, replace(record, torque=x)).mean, rate, sources
+        )
     return Budget(*fit.type_a, contributions, freedom), tuple(sources)
 
 
@@ -120,3 +175,39 @@ def _powers(unit: str) -> tuple[int, int]:
     if "/rad" not in unit:
         return torque, int(unit.startswith("rad"))
     return torque, -2 if unit.endswith("rad²") else -1
+
+
+def of_free_decay(result, quantities, name, record, uncertainty, confidence) -> tuple[str, ...]:
+    """Recommendation of windows with the free decay, where they agree with the fit and K gains a quarter."""
+    windows, time = record.perturbations, record.motion.time
+    if len(windows) < FEWEST_WITH_DECAY or any(w.until == "rest" for w in windows):
+        return ()
+    rate_hz = (time.size - 1) / (time[-1] - time[0])
+    decay = record.motion.theta_d, rate_hz, windows, record.at_rest
+    longer = extended_to_rest(*decay)
+    if any(record.at_rest[w.start : w.stop].any() for w in longer):
+        return ()
+    seconds = float(np.median([b.stop - a.stop for a, b in zip(windows, longer, strict=True)])) / rate_hz
+    if not seconds > 0.0:
+        return ()
+    most = LEAST_GAIN * result.type_a[0][2]
+    # also at twice the threshold, because find_perturbations may measure the noise in another time of rest
+    sooner = replace(record, perturbations=extended_to_rest(*decay, signal_to_noise=10.0))
+    if not estimate(name, sooner).type_a[0][2] <= most:
+        return ()
+    extended = replace(record, perturbations=longer)
+    other = estimate(name, extended)
+    if not other.type_a[0][2] <= most:
+        return ()
+    budget, _ = windows_budget(other, name, extended, uncertainty)
+    better = quantities_of(dict(zip(PARAMETERS, other.mean, strict=True)), budget, confidence)
+    half, new = ({key: (q.high - q.low) / 2.0 for key, q in of.items()} for of in (quantities, better))
+    if new["K"] > LEAST_GAIN * half["K"] or any(
+        abs(better[key].value - quantities[key].value) > np.hypot(half[key], new[key]) for key in PARAMETERS
+    ):
+        return ()
+    return (
+        f"The joint moves on for {seconds:.2g} s after the windows. If it is passive, find_perturbations "
+        f'with until="rest" gives about K = {better["K"].value:.4g} ± {new["K"]:.2g} N·m/rad instead of '
+        f"{quantities['K'].value:.4g} ± {half['K']:.2g} N·m/rad.",
+    )

@@ -166,7 +166,7 @@ def regress_torque(
                 f"expected a perturbation at {motion.time[p.start]:.2f} s that determines "
                 f"{', '.join(PARAMETERS)}, found {error}: check that the markers moved"
             ) from error
-    pseudo_values = None if thesis else _from_products(windows)
+    pseudo_values = None if thesis else products_of_perturbations(windows)
     if pseudo_values is not None:
         fits = [
             replace(fit, parameters=p, residuals=explained - rows @ p)
@@ -196,11 +196,11 @@ def _of_constant_torque(regressors: list[np.ndarray], crossed: bool) -> np.ndarr
     """Mean of I, B, K, shape (3,), for a constant torque of 1 N·m in all windows."""
     windows = [(rows, np.ones(len(rows))) for rows in regressors]
     if crossed:
-        return _from_products(windows).mean(axis=0)
+        return products_of_perturbations(windows).mean(axis=0)
     return np.mean([np.linalg.lstsq(*window)[0] for window in windows], axis=0)
 
 
-def _from_products(windows: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray | None:
+def products_of_perturbations(windows: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray | None:
     """Pseudo-values of I, B, K from products of different perturbations, shape (perturbations, 3).
 
     ``windows`` are regressors and torque of each perturbation. None if there are fewer than `FEWEST`, or if

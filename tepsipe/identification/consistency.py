@@ -1,0 +1,599 @@
+"""Four tests of whether a record agrees with the linear joint that was fitted to it.
+
+**Residual.** What the model leaves in the perturbations is compared with what the same model leaves at rest,
+where only noise acts. With the mean squares s_w^2 and s_r^2 of the filtered residuals, and their degrees of
+freedom n_w and n_r from the width of their spectrum P (Bayley & Hammersley 1946), s_w^2 / s_r^2 follows
+F(n_w, n_r), with n = 2 (sum P)^2 / sum P^2.
+
+**Delay.** A torque that is recorded d later than it acts is tau(t) = tau_true(t - d), so
+
+    tau(t + d) = I theta'' + B theta' + K (theta - theta_rest)
+
+The search starts at the d of a grid that leaves the least squares, and solves for I, B, K and the step of d:
+
+    tau(t + d) = I theta'' + B theta' + K (theta - theta_rest) - step tau'(t + d)
+
+with products of different perturbations only, so that noise of angle and torque biases no delay
+(`tepsipe.identification.regression.windows`). Its standard error is that of the perturbations (jackknife). A
+joint without inertia and with little damping does not tell a delay d from a damping K d: the perturbations
+then do not repeat what distinguishes the two, or the standard error is large.
+
+**Noise floor.** At rest, white noise of an instrument has the same power at all frequencies. A signal that
+was filtered before has lost it above the cutoff. The ratio of powers at high and low frequencies is compared
+between the signals.
+
+**Halves.** Estimates of early and late perturbations, and of those in either direction, are compared by
+Welch's test of two means.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import numpy as np
+import scipy
+
+from tepsipe.identification.admittance_fit import smeared_response
+from tepsipe.identification.regression.windows import products_of_perturbations
+from tepsipe.mechanics.impedance_model import PARAMETERS
+from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.perturbations import Perturbation
+from tepsipe.signals.response import FrequencyResponse
+from tepsipe.statistics.clusters import errors_over_blocks
+from tepsipe.statistics.uncertainty import Source, coverage_factor, in_quadrature, scatter
+
+# probability of a residual, and of a difference between parts of a record, that is taken for chance
+CHANCE = 1e-4
+# a residual in the perturbations matters above this ratio to the one at rest, and this part of the torque
+LEAST_RATIO, LEAST_PART = 1.6, 0.01
+# delays are searched up to this one, from starts this far apart (s)
+LONGEST_S, STEP_S = 0.03, 0.0025
+# another delay is excluded if it raises the sum of squares by more than this many mean squares: chi2 of 1
+# degree of freedom exceeds it with probability CHANCE
+UNLIKELY = 15.1
+# splines, which interpolate and differentiate, leave about the square of this over the sampling rate of the
+# torque (Hz): 0.01 % at 250 Hz
+SPLINE_HZ = 2.5
+# part of the torque of a record that noise of the angle may leave unexplained
+ANGLE_PART = 1e-3
+# samples of a record that are compared on the grid of delays (s)
+THIN_S = 0.005
+# half-width of a delay's interval, above which the record does not determine it (s): three of its standard
+# errors then tell a delay of half a millisecond, which adds 10 % to the damping of a passive joint, from none
+WIDEST_S = 3e-4
+# power at high frequencies relative to that at low ones (dB): of a filtered signal, and least difference to
+# the other signal
+FILTERED_DB, APART_DB = -40.0, 20.0
+# the former for a signal that moves, whose power at low frequencies is large
+FILTERED_MOVING_DB = -85.0
+# low and high frequencies, the latter relative to the sampling rate
+LOW_HZ, HIGH_PART = 5.0, (0.35, 0.45)
+# a spike exceeds its neighbours by this many standard deviations, and this part of the signal's range; a jump
+# after samples that were held, this part; and clipping cuts off this part
+SPIKE_SD, SPIKE_PART, JUMP_PART, CLIPPED_PART = 12.0, 0.05, 0.05, 0.02
+# fewer pairs of equal samples are chance in coarsely quantised signals
+FEWEST_PAIRS = 5
+# time before a perturbation whose mean is its own zero, and pause until it begins, because filters spread it
+# (s)
+BASELINE_S, BASELINE_GAP_S = 0.2, 0.06
+# smallest range of these means that matters, relative to the torque's spread in the perturbations
+LEAST_WANDER = 0.05
+# error of a response that is averaged over neighbouring frequencies, by leakage and smearing, relative to it
+LEAKAGE = 2e-3
+MEASURE = "Measure the delay of the rig, and state its standard uncertainty as torque_delay_s"
+ADVICE = (
+    f"The perturbations do not distinguish it from damping. {MEASURE}; faster perturbations, windows with "
+    "the free decay, or more inertia help, too"
+)
+RESPONSE_ADVICE = (
+    f"The frequencies do not distinguish it from inertia and damping. {MEASURE}; higher frequencies help, too"
+)
+# smallest difference between parts of a record that matters
+LEAST_DIFFERENCE = 0.03
+
+
+@dataclass(frozen=True)
+class ResidualTest:
+    """Residual in the perturbations against the residual at rest."""
+
+    ratio: float
+    """Root mean square in the perturbations over the one at rest; infinite for a record without noise."""
+    part: float
+    """Root mean square in the perturbations over the fitted torque's."""
+    p: float
+    """Probability of such a ratio by chance."""
+
+    @property
+    def failed(self) -> bool:
+        """True if the model leaves more than noise."""
+        return self.p < CHANCE and self.ratio > LEAST_RATIO and self.part > LEAST_PART
+
+
+@dataclass(frozen=True)
+class DelayProfile:
+    """Delay of the torque after its record, as the record itself shows it."""
+
+    value_s: float = np.nan
+    standard_error_s: float = np.inf
+    """Delay, positive for a torque that is recorded too late, and its standard error; infinite where the
+    perturbations do not distinguish a delay from damping."""
+    freedom: float = 1.0
+    sensitivity: Annotated[np.ndarray, "(3,)"] = None
+    """Change of I, B, K per delay (their units per s), if the delay is not accounted for."""
+    excludes_zero: bool = False
+    """Whether some delay explains the torque better than none, where the record does not determine which."""
+    reason: str = ""
+    """Why the record does not determine the delay; empty where it does."""
+
+    @property
+    def determined(self) -> bool:
+        """True if the record tells the delay from damping."""
+        return not self.reason
+
+    def half_width_s(self, confidence: float) -> float:
+        """Half-width of the delay's interval (s)."""
+        return float(coverage_factor(np.array(self.freedom), confidence)) * self.standard_error_s
+
+
+@dataclass(frozen=True)
+class TorqueDelay:
+    """Delay of the torque after its record that is removed before a fit, by record and statement."""
+
+    profile: DelayProfile
+    removed_s: float = 0.0
+    uncertainty_s: float | None = None
+    """Delay that is removed, and the standard uncertainty of what is left; None if nothing is known."""
+    uncorrected: Annotated[np.ndarray, "(3,)"] | None = None
+    """I, B, K without the correction (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
+
+
+def combined(
+    profile: DelayProfile, stated: Mapping[str, Source], uncorrected: Annotated[np.ndarray, "(3,)"]
+) -> TorqueDelay:
+    """Delay by the record's profile and a stated uncertainty.
+
+    With the delay d of the profile, its standard error u_d, and a stated delay of 0 with standard uncertainty
+    u_s, the delay is w d, w = u_s^2 / (u_s^2 + u_d^2), and its variance w u_d^2. Without a statement, w is 1
+    for a delay that the record determines, and 0 for another.
+
+    stated: torque_delay_s, if it is known.
+    uncorrected: I, B, K without a correction.
+    """
+    source, square = stated.get("torque_delay_s"), profile.standard_error_s**2
+    if source is not None and np.isfinite(square):
+        own = source.standard_uncertainty**2
+        weight = own / (own + square) if own > 0.0 else 0.0
+    else:
+        weight = float(profile.determined)
+    if weight == 0.0:
+        return TorqueDelay(profile)
+    return TorqueDelay(profile, weight * profile.value_s, float(np.sqrt(weight * square)), uncorrected)
+
+
+def moved_by(time: np.ndarray, torque: np.ndarray, delay_s: float) -> np.ndarray:
+    """Torque tau(t + d), shape (n,)."""
+    return scipy.interpolate.CubicSpline(time, torque)(np.clip(time + delay_s, time[0], time[-1]))
+
+
+def delay_of_record(
+    time: np.ndarray,
+    regressors: Annotated[np.ndarray, "(n, p)"],
+    torque: np.ndarray,
+    block: int,
+    confidence: float,
+) -> DelayProfile:
+    """Delay of a torque in a record of continuous movement, by regression on the whole record.
+
+    The step of d is found with the derivative of the predicted torque, which contains no noise of the torque.
+    Blocks of time are the clusters of its standard error (`tepsipe.statistics.clusters`).
+
+    regressors: theta'' (rad/s²), theta' (rad/s), theta (rad), then others, filtered.
+    torque: tau (N·m), filtered as the motion is.
+    block: length of a block (samples).
+    confidence: probability of the interval that `WIDEST_S` limits.
+    """
+    edge = int(np.ceil(LONGEST_S / (time[1] - time[0])))
+    if time.size < 4 * (edge + block):
+        return DelayProfile(reason=f"The record is too short. {MEASURE}")
+    kept = slice(edge, -edge)
+    thin = slice(edge, -edge, max(1, int(THIN_S / (time[1] - time[0]))))
+    spline = scipy.interpolate.CubicSpline(time, torque)
+    slopes = [derivative(time, regressors[:, k]) for k in (0, *range(3, regressors.shape[1]))]
+    slopes = np.column_stack([slopes[0], regressors[:, :2], *slopes[1:]])
+    x, instants = regressors[thin], time[thin]
+    size = np.linalg.norm(x, axis=0)
+    basis = np.linalg.qr(x / size)[0]
+    steps = round(LONGEST_S / STEP_S)
+    grid = STEP_S * np.arange(1 - steps, steps)
+
+    def unexplained(delay_s: float) -> float:
+        y = spline(instants + delay_s)
+        return float(y @ y - np.sum((y @ basis) ** 2))
+
+    left = np.array([unexplained(d) for d in grid])
+    delay = float(grid[np.argmin(left)])
+    for _ in range(8):
+        y = spline(instants + delay)
+        predicted = np.linalg.lstsq(x / size, y)[0] / size
+        step = float(np.linalg.lstsq(np.column_stack([x / size, -slopes[thin] @ predicted]), y)[0][-1])
+        if abs(step) < 1e-6 or not abs(delay + step) < LONGEST_S:
+            break
+        delay += step
+    if not abs(delay + step) < LONGEST_S:
+        return DelayProfile(reason=RESPONSE_ADVICE)
+    y = spline(instants + delay)
+    least, left_over = unexplained(delay), y - basis @ (y @ basis)
+    noise = least / max(_freedom(left_over), 1.0)
+    noise += (ANGLE_PART**2 + (SPLINE_HZ * (time[1] - time[0])) ** 4) * float(np.var(y)) * y.size
+    other = np.abs(grid - delay) > STEP_S / 2.0
+    apart, rise = np.abs(grid - delay)[other], np.maximum(left[other] - least, 1e-300)
+    if rise.min() < UNLIKELY * noise:
+        excluded = bool(left[steps - 1] - least > UNLIKELY * noise)
+        return DelayProfile(delay, reason=RESPONSE_ADVICE, excludes_zero=excluded)
+    of_curvature = float((apart * np.sqrt(noise / rise))[apart < 2.0 * STEP_S].max())
+    profile = DelayProfile(delay, of_curvature, np.inf)
+    if profile.half_width_s(confidence) > WIDEST_S:
+        return replace(profile, reason=RESPONSE_ADVICE)
+    y = spline(time[kept] + delay)
+    rows = np.column_stack([regressors[kept], -slopes[kept] @ predicted])
+    size = np.linalg.norm(rows, axis=0)
+    errors, freedom, _ = errors_over_blocks(
+        rows, y - rows @ (np.linalg.lstsq(rows / size, y)[0] / size), block
+    )
+    sensitivity = np.linalg.lstsq(regressors[kept], rows[:, -1])[0][:3]
+    profile = DelayProfile(delay, max(float(errors[-1]), of_curvature), float(freedom[-1]), sensitivity)
+    determined = profile.half_width_s(confidence) <= WIDEST_S
+    return profile if determined else replace(profile, reason=RESPONSE_ADVICE)
+
+
+def delay_of_response(
+    estimate: FrequencyResponse, parameters: Annotated[np.ndarray, "(3,)"], confidence: float
+) -> DelayProfile:
+    """Delay of the torque in an admittance H, angle over torque, which it turns into H e^(j w d).
+
+    What averaging over frequencies adds is the half-width of a rectangular distribution
+    (`tepsipe.identification.admittance_fit.change_by_smearing`).
+
+    estimate: the frequencies to fit.
+    parameters: I, B, K that fit without a delay (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    confidence: probability of the interval that `WIDEST_S` limits.
+    """
+    weight = np.sqrt(estimate.coherence / estimate.frequency_hz)
+    leakage = LEAKAGE if estimate.resolution_hz > 0.0 else 0.0
+    profile = _fitted_delay(estimate.frequency_hz, estimate.response, weight, parameters, leakage)
+    if profile.determined and estimate.resolution_hz > 0.0:
+        smeared = smeared_response(parameters, estimate)
+        added = _fitted_delay(estimate.frequency_hz, smeared, weight, parameters, 0.0).value_s
+        added = 0.0 if np.isnan(added) else added / np.sqrt(3.0)
+        profile = replace(profile, standard_error_s=float(np.hypot(profile.standard_error_s, added)))
+    if not profile.determined or profile.half_width_s(confidence) <= WIDEST_S:
+        return profile
+    return replace(profile, reason=RESPONSE_ADVICE)
+
+
+def _fitted_delay(
+    frequency_hz: np.ndarray,
+    response: np.ndarray,
+    weight: np.ndarray,
+    parameters: Annotated[np.ndarray, "(3,)"],
+    leakage: float,
+) -> DelayProfile:
+    """Delay that fits best together with I, B and K.
+
+    The residuals are those of the spectral fit, weight log(H e^(-j w d) / H_model), with the errors
+    of `error_of_misfit`: every frequency has a variance of its own, estimated with its leverage.
+
+    leakage: error of the response that frequencies may share, relative to it.
+    """
+    omega = 2.0 * np.pi * frequency_hz
+    moved = np.stack([-(omega**2), 1j * omega, np.ones_like(omega)], axis=1)
+    steps = round(LONGEST_S / 1e-3)
+    grid = 1e-3 * np.arange(-steps, steps + 1)
+    # by linear least squares of 1/H, relative to its size
+    scaled = weight[:, None] * np.abs(response)[:, None] * moved
+    basis = np.linalg.qr(np.vstack([scaled.real, scaled.imag]))[0]
+    y = weight * np.abs(response) / response * np.exp(1j * np.outer(grid, omega))
+    y = np.hstack([y.real, y.imag])
+    unexplained = np.sum(y**2, axis=1) - np.sum((y @ basis) ** 2, axis=1)
+    delay = float(grid[np.argmin(unexplained)])
+    turned = response * np.exp(-1j * delay * omega)
+    columns = np.abs(response)[:, None] * weight[:, None] * moved
+    right = weight * np.abs(response) / turned
+    p = np.linalg.lstsq(np.vstack([columns.real, columns.imag]), np.concatenate([right.real, right.imag]))[0]
+    p = p if abs(delay) > 0.0 else parameters
+    for _ in range(20):
+        impedance = moved @ p
+        if not np.abs(impedance).min() > 0.0:
+            return DelayProfile(reason=RESPONSE_ADVICE)
+        turned = response * np.exp(-1j * delay * omega)
+        ratio = weight * np.log(turned * impedance)
+        slope = weight[:, None] * np.column_stack([moved / impedance[:, None], -1j * omega])
+        jacobian = np.vstack([slope.real, slope.imag])
+        left = np.concatenate([ratio.real, ratio.imag])
+        size = np.linalg.norm(jacobian, axis=0)
+        inverse = np.linalg.pinv((jacobian / size).T @ (jacobian / size), hermitian=True)
+        step = -(inverse @ ((jacobian / size).T @ left)) / size
+        p, delay = p + step[:3], delay + float(step[3])
+        if abs(delay) > LONGEST_S:
+            return DelayProfile(reason=RESPONSE_ADVICE)
+        if abs(step[3]) < 1e-8:
+            break
+    scaled = jacobian / size
+    leverage = np.einsum("ni,ij,nj->n", scaled, inverse, scaled)
+    squares = ((left / np.maximum(1.0 - leverage, 1e-6)) ** 2).reshape(2, -1).mean(axis=0)
+    terms = squares * ((scaled @ inverse)[:, 3] ** 2).reshape(2, -1).sum(axis=0) / size[3] ** 2
+    freedom = float(np.clip(4.0 * terms.sum() ** 2 / np.sum(terms**2) - 2.0, 1.0, left.size - 4.0))
+    noise = unexplained.min() / max(left.size - 4.0, 1.0)
+    limit = unexplained.min() + UNLIKELY * (noise + leakage**2 * float(np.sum(weight**2)))
+    if unexplained[np.abs(grid - delay) > STEP_S].min() < limit:
+        excluded = bool(unexplained[steps] > limit)
+        return DelayProfile(delay, reason=RESPONSE_ADVICE, excludes_zero=excluded)
+    leaked = leakage**2 * float(np.sum(weight**2)) * inverse[3, 3] / size[3] ** 2
+    return DelayProfile(delay, float(np.sqrt(terms.sum() + leaked)), freedom)
+
+
+def residual_test(
+    residual: np.ndarray,
+    fitted: np.ndarray,
+    windows: list[Perturbation],
+    at_rest: Annotated[np.ndarray, "(n,)"],
+) -> ResidualTest:
+    """Compare the residual in the perturbations with the residual at rest.
+
+    residual: measured less predicted signal, filtered, shape (n,).
+    fitted: the measured signal, relative to rest, shape (n,).
+    """
+    # a joint that moves at rest shifts what the model leaves there and in the perturbations alike
+    residual = residual - residual[at_rest].mean()
+    inside = np.concatenate([residual[w.start : w.stop] for w in windows])
+    signal = np.concatenate([fitted[w.start : w.stop] for w in windows])
+    rest = residual[at_rest]
+    mean_square, of_rest = float(np.mean(inside**2)), float(np.mean(rest**2))
+    part = np.sqrt(mean_square / max(float(np.mean(signal**2)), 1e-300))
+    if of_rest <= 1e-24 * mean_square:
+        return ResidualTest(np.inf, part, 0.0)
+    freedom = _freedom(rest)
+    inside_freedom = max(freedom * inside.size / rest.size - len(PARAMETERS), 1.0)
+    ratio = mean_square / of_rest
+    return ResidualTest(np.sqrt(ratio), part, float(scipy.stats.f.sf(ratio, inside_freedom, freedom)))
+
+
+def _freedom(x: np.ndarray) -> float:
+    """Degrees of freedom of the mean square of a stretch of noise, 2 (sum P)^2 / sum P^2."""
+    power = np.abs(np.fft.rfft(x - x.mean())) ** 2
+    # a periodogram scatters as its mean, which doubles the mean of its square
+    return max(4.0 * float(power.sum()) ** 2 / max(float(np.sum(power**2)), 1e-300), 2.0)
+
+
+def delay_profile(
+    time: np.ndarray,
+    regressors: Annotated[np.ndarray, "(n, 3)"],
+    torque: np.ndarray,
+    windows: list[Perturbation],
+    at_rest: Annotated[np.ndarray, "(n,)"],
+    confidence: float,
+) -> DelayProfile:
+    """Delay of a torque relative to the motion that causes it.
+
+    regressors: theta'' (rad/s²), theta' (rad/s), theta - theta_rest (rad), filtered.
+    torque: tau - tau_rest (N·m), filtered as the motion is.
+    confidence: probability of the interval that `WIDEST_S` limits.
+    """
+    if len(windows) < 3:
+        return DelayProfile(reason="fewer than 3 perturbations. Record more")
+    inside = np.concatenate([np.arange(w.start, w.stop) for w in windows])
+    ends = np.cumsum([w.stop - w.start for w in windows])[:-1]
+    x, instants = regressors[inside], time[inside]
+    spline = scipy.interpolate.CubicSpline(time, torque)
+    slope = spline.derivative()
+
+    def late(delay_s: float) -> np.ndarray:
+        return np.clip(instants + delay_s, time[0], time[-1])
+
+    steps = round(LONGEST_S / STEP_S)
+    basis = np.linalg.qr(x / np.linalg.norm(x, axis=0))[0]
+    grid = STEP_S * np.arange(-steps, steps + 1)
+
+    def unexplained(delay_s: float) -> float:
+        y = spline(late(delay_s))
+        return float(y @ y - np.sum((y @ basis) ** 2))
+
+    left = np.array([unexplained(d) for d in grid])
+    delay = float(grid[np.argmin(left)])
+    for _ in range(6):
+        at = late(delay)
+        y, rate = spline(at), slope(at)
+        rows = np.column_stack([x, -rate])
+        pairs = list(zip(np.split(rows, ends), np.split(y, ends), strict=True))
+        found = products_of_perturbations(pairs)
+        if found is None:
+            break
+        step = float(found[:, 3].mean())
+        if abs(step) < 1e-7 or not abs(delay + step) <= LONGEST_S:
+            break
+        delay += step
+    if found is None:
+        return DelayProfile(reason=ADVICE)
+    if abs(delay + step) > LONGEST_S:
+        return DelayProfile(reason=f"no delay up to {1e3 * LONGEST_S:g} ms explains the torque. {ADVICE}")
+    without = products_of_perturbations([(r[:, :3], -r[:, 3]) for r, _ in pairs])
+    if without is None:
+        return DelayProfile(reason=ADVICE)
+    # what noise and derivatives leave uncertain of the sum of squares, per degree of freedom
+    least, power = unexplained(delay), float(np.sum(spline(instants) ** 2))
+    freedom = _freedom(torque[at_rest] - regressors[at_rest] @ np.linalg.lstsq(x, spline(late(delay)))[0])
+    noise = least / max(freedom * inside.size / at_rest.sum(), 1.0)
+    noise += (SPLINE_HZ * (time[1] - time[0])) ** 4 * power
+    other = np.abs(grid - delay) > STEP_S / 2.0
+    apart, rise = np.abs(grid - delay)[other], np.maximum(left[other] - least, 1e-300)
+    if rise.min() < UNLIKELY * noise:
+        excluded = bool(left[steps] - least > UNLIKELY * noise)
+        return DelayProfile(delay, reason=ADVICE, excludes_zero=excluded)
+    of_curvature = float((apart * np.sqrt(noise / rise))[apart < 2.0 * STEP_S].max())
+    error = max(float(scatter(found[:, 3:])[0][0]), of_curvature)
+    profile = DelayProfile(delay, error, len(windows) - 1.0, -without.mean(axis=0))
+    if profile.half_width_s(confidence) <= WIDEST_S:
+        return profile
+    return replace(profile, reason=ADVICE)
+
+
+def noise_floors(
+    at_rest: Annotated[np.ndarray, "(n,)"] | None, rate_hz: float, **signals: np.ndarray
+) -> tuple[str, ...]:
+    """Names of signals that were probably filtered before, while another one was not.
+
+    at_rest: samples at rest; None for a record of continuous movement.
+    signals: by name, as recorded, shape (n,).
+    """
+    still = np.ones(len(next(iter(signals.values()))), dtype=bool) if at_rest is None else at_rest
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(int)))
+    start, stop = max(zip(edges[::2], edges[1::2], strict=True), key=lambda span: span[1] - span[0])
+    length = min(stop - start, round(rate_hz))
+    if stop - start < rate_hz or HIGH_PART[0] * rate_hz < 3.0 * LOW_HZ:
+        return ()
+    falls = {}
+    for name, x in signals.items():
+        # the quietest second counts, because a joint that still moves has power at low frequencies
+        frequency, _, power = scipy.signal.spectrogram(
+            x[start:stop], rate_hz, "blackmanharris", length, length // 2, detrend="linear"
+        )
+        low = (frequency >= 2.0) & (frequency <= LOW_HZ)
+        high = (frequency >= HIGH_PART[0] * rate_hz) & (frequency <= HIGH_PART[1] * rate_hz)
+        of_low, of_high = (np.median(power[band], axis=0) for band in (low, high))
+        if not of_low.min() > 0.0:
+            return ()
+        falls[name] = 10.0 * np.log10((of_high / of_low).max() + 1e-30)
+    most, limit = max(falls.values()), FILTERED_MOVING_DB if at_rest is None else FILTERED_DB
+    return tuple(name for name, fall in falls.items() if fall < limit and fall < most - APART_DB)
+
+
+def parts_differ(
+    parameters: Annotated[np.ndarray, "(n, 3)"],
+    direction: Annotated[np.ndarray, "(n,)"],
+    of_rest: Annotated[np.ndarray, "(n, 3)"] | None = None,
+    rest_freedom: float = np.inf,
+) -> tuple[tuple[str, str, float, float], ...]:
+    """Parameters that differ between halves of the record, or between directions.
+
+    parameters: I, B, K of each perturbation, in order of time.
+    direction: sign of each perturbation.
+    of_rest: their change by one standard error of the torque at rest, which acts on both directions in the
+    opposite way.
+    rest_freedom: degrees of freedom of this standard error.
+
+    Returns: name, what differs, and the two means; the largest difference first.
+    """
+    shared = np.zeros_like(parameters) if of_rest is None else of_rest
+    order = np.arange(len(parameters)) < len(parameters) // 2
+    found = []
+    for what, first in (("the first and the second half", order), ("the two directions", direction > 0.0)):
+        one, other = parameters[first], parameters[~first]
+        if min(len(one), len(other)) < 3:
+            continue
+        means = one.mean(axis=0), other.mean(axis=0)
+        rest = np.abs(shared[first].mean(axis=0) - shared[~first].mean(axis=0))
+        error, freedom = in_quadrature(scatter(one), scatter(other), (rest, rest_freedom))
+        difference = np.abs(means[0] - means[1])
+        p = 2.0 * scipy.special.stdtr(freedom, -difference / np.maximum(error, 1e-300))
+        matters = (p < CHANCE) & (difference > LEAST_DIFFERENCE * np.abs(means[0] + means[1]) / 2.0)
+        found += [
+            (float(p[k]), PARAMETERS[k], what, float(means[0][k]), float(means[1][k]))
+            for k in np.flatnonzero(matters)
+        ]
+    return tuple(tuple(each[1:]) for each in sorted(found))
+
+
+# ---- samples -------------------------------------------------------------------------------------
+
+
+def spikes(x: np.ndarray) -> int:
+    """Number of samples that lie far from the cubic through their four neighbours, which are close to it."""
+    error = x[2:-2] - (4.0 * (x[1:-3] + x[3:-1]) - x[:-4] - x[4:]) / 6.0
+    size = np.abs(error)
+    limit = max(SPIKE_SD * 1.4826 * float(np.median(size)), SPIKE_PART * float(np.ptp(x)))
+    # a spike errs by its height, its neighbours by 2/3 of it in the opposite direction, and these are close
+    # together, other than in a fast movement
+    peak = (size[1:-1] > limit) & (size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:])
+    alone = (error[1:-1] * error[:-2] < 0.0) & (error[1:-1] * error[2:] < 0.0)
+    beside = np.stack([x[1:-5], x[2:-4], x[4:-2], x[5:-1]])
+    return int(np.sum(peak & alone & (np.ptp(beside, axis=0) < 0.5 * size[1:-1])))
+
+
+def held(x: np.ndarray) -> int:
+    """Number of times that a moving signal repeats one value and then jumps.
+
+    Three equal samples and a jump of `JUMP_PART` of the range count, or two after and before such jumps.
+    """
+    jump = JUMP_PART * float(np.ptp(x))
+    steps = np.diff(x)
+    starts = np.concatenate([[0], np.flatnonzero(steps != 0.0) + 1])
+    lengths = np.diff(np.concatenate([starts, [x.size]]))
+    into = np.abs(np.concatenate([[0.0], steps[starts[1:] - 1]])) > jump
+    out = np.concatenate([into[1:], [False]])
+    long, pairs = int(np.sum((lengths > 2) & out)), int(np.sum((lengths == 2) & into & out))
+    return long + (pairs if pairs >= FEWEST_PAIRS else 0)
+
+
+def clipped(x: np.ndarray) -> int:
+    """Number of times that a signal stays at its own maximum or minimum although it approaches it fast.
+
+    It would have gone on by about half the time there times its slope: by `CLIPPED_PART` of its range.
+    """
+    count, steps = 0, np.abs(np.diff(x))
+    quantum = float(steps[steps > 0.0].min(initial=np.inf))
+    for limit in (x.max(), x.min()):
+        at = np.concatenate([[False], x == limit, [False]]).astype(int)
+        edges = np.flatnonzero(np.diff(at))
+        for start, stop in zip(edges[::2], edges[1::2], strict=True):
+            if stop - start > 2 and start > 1:
+                slope = abs(x[start - 1] - x[start - 2]) - 4.0 * quantum
+                count += slope * (stop - start) > 2.0 * CLIPPED_PART * np.ptp(x)
+    return int(count)
+
+
+def wandering(
+    residual: np.ndarray, fitted: np.ndarray, windows: list[Perturbation], at_rest: np.ndarray, rate_hz: float
+) -> float:
+    """Range of the residual before the perturbations (N·m) if it differs by more than noise; otherwise 0.
+
+    residual: measured less predicted torque, filtered, shape (n,).
+    fitted: the measured torque, relative to rest, shape (n,).
+    """
+    length = round(BASELINE_S * rate_hz)
+    means = [float(x.mean()) for x in (residual[before] for before in baselines(windows, rate_hz)) if x.size]
+    rest = residual[at_rest]
+    rest = rest[: rest.size // length * length].reshape(-1, length).mean(axis=1)
+    if len(means) < 3 or len(rest) < 3:
+        return 0.0
+    ratio = np.var(means, ddof=1) / max(np.var(rest, ddof=1), 1e-300)
+    signal = np.concatenate([fitted[w.start : w.stop] for w in windows])
+    size = float(np.ptp(means))
+    chance = float(scipy.stats.f.sf(ratio, len(means) - 1.0, len(rest) - 1.0))
+    return size if chance < CHANCE and size > LEAST_WANDER * float(np.std(signal)) else 0.0
+
+
+def baselines(windows: list[Perturbation], rate_hz: float) -> list[slice]:
+    """Samples before each perturbation, from which its own zero is taken; empty where there are none."""
+    length, gap = round(BASELINE_S * rate_hz), round(BASELINE_GAP_S * rate_hz)
+    ends = [0, *(w.stop for w in windows[:-1])]
+    return [
+        slice(max(end, w.start - gap - length), max(end, w.start - gap))
+        for w, end in zip(windows, ends, strict=True)
+    ]
+
+
+def from_own_zero(
+    x: np.ndarray, windows: list[Perturbation], at_rest: np.ndarray, rate_hz: float
+) -> np.ndarray:
+    """Signal less its mean before each perturbation, and at rest less its mean there; shape (n,).
+
+    A perturbation with less than half of `BASELINE_S` before it takes the zero of the one before.
+    """
+    zero, mean = np.empty_like(x), float(x[at_rest].mean())
+    zero[:] = mean
+    for before in baselines(windows, rate_hz):
+        if before.stop - before.start >= 0.5 * BASELINE_S * rate_hz:
+            mean = float(x[before].mean())
+        zero[before.start :] = mean
+    zero[at_rest] = x[at_rest].mean()
+    return x - zero
