@@ -2,7 +2,6 @@
 
 import atexit
 
-from workflow.support import job_outputs
 from workflow.support.stopped import what_stopped
 
 AGAIN = []  # results that are missing or damaged, which Snakemake makes again only if it is asked for them
@@ -11,6 +10,10 @@ try:
         dry = runs.is_dry(sys.argv)
         if not dry:
             runs.refuse_a_lock()
+        recordings = [path for path in CHANGED if path not in FILES_OF_STUDY.values()]
+        if recordings:
+            more = f" and {len(recordings) - 1} more" if len(recordings) > 1 else ""
+            print(f"tepsipe: recording changed, analysed again: {recordings[0]}{more}", file=sys.stderr)
         changes = job_outputs.changes(config["pathvars"]["logs"])
         job_outputs.refuse_edited(changes)
         # a run that is given a trial makes what this needs
