@@ -78,8 +78,8 @@ def test_a_recording_of_the_future_is_analysed_and_kept_from_then_on(recorded):
 def test_a_copied_study_is_kept(recorded, tmp_path):
     def copy(source, target):
         shutil.copyfile(source, target)
-        if str(target).endswith(".h5"):  # as if copied last
-            os.utime(target, (Path(source).stat().st_mtime + 3600.0,) * 2)
+        if str(target).endswith(".h5"):  # as if copied before the sources
+            os.utime(target, (Path(source).stat().st_mtime - 3600.0,) * 2)
 
     copied = tmp_path / "copied"
     shutil.copytree(recorded, copied, copy_function=copy)

@@ -12,7 +12,7 @@ from tepsipe.experiments.registry import EXPERIMENTS
 from tepsipe.io.formats import modules_for
 from tepsipe.mechanics.engines import resolved_engine
 from tepsipe.virtual_lab.registry import RIGS
-from workflow.support import groups, job_outputs, outputs, report_params
+from workflow.support import groups, outputs, report_params
 from workflow.support.parts import APPENDIX
 from workflow.support.folders import check_checkout
 from workflow.support.imported_files import listed_in, reached_by
@@ -53,22 +53,6 @@ except InputError as error:
 SETTINGS, SEED = STUDY.settings, config["study"]["seed"]
 # trials that the command line names as targets, as in snakemake -c2 dummy/sine-0.3
 NAMED = [trial for trial in STUDY.trials if "/".join(trial) in sys.argv]
-# contents of recordings and of the files of the study, by which rules notice a change whatever the time of the file
-FILES_OF_STUDY = {
-    "trial sheet": config["study"]["trial_sheet"],
-    "virtual laboratory": config["study"]["virtual_lab"],
-    "base of the virtual laboratory": base_of(config["study"]["virtual_lab"]),
-    "reported values": config["study"]["reported"],
-    "participants": config["study"]["participants"],
-    "requirements": here("requirements.txt"),
-}
-CONTENTS, CHANGED = job_outputs.contents(
-    [
-        *filter(None, FILES_OF_STUDY.values()),
-        *chain.from_iterable(row.files.values() for row in STUDY.trials.values()),
-    ],
-    dry=runs.looks(sys.argv) or runs.is_dry(sys.argv),
-)
 # facts that every report tells
 ABOUT_STUDY = {
     "title": config["study"]["title"],
@@ -117,16 +101,8 @@ def raw_files(experiment):
     return lambda w: STUDY.raw_files(experiment, w.condition, config["pathvars"]["results"])
 
 
-def recorded(experiment, condition=None):
-    """Param function: kind -> SHA-256 of the recorded files of the trial, or of another one."""
-    return lambda w: {
-        kind: CONTENTS[path]
-        for kind, path in STUDY.trials[experiment, condition or w.condition].files.items()
-    }
-
-
 def raw_inputs(experiment):
-    """Input function: raw files that the laboratory simulates; recorded ones are params, by `recorded`."""
+    """Input function: raw files that the laboratory simulates; recorded ones are params, by `contents_of`."""
     return lambda w: STUDY.raw_inputs(experiment, w.condition, config["pathvars"]["results"])
 
 

@@ -14,6 +14,12 @@ rule record_provenance:
     """Record versions, seeds and checksums of the run."""
     input:
         trials=outputs.trials(STUDY),
+        trial_sheet=config["study"]["trial_sheet"],
+        virtual_lab=config["study"]["virtual_lab"] or [],
+        laboratory_base=base_of(config["study"]["virtual_lab"]) or [],
+        reported=config["study"]["reported"] or [],
+        participants=config["study"]["participants"] or [],
+        requirements=here("requirements.txt"),
         library=library_of("record_provenance"),
     output:
         provenance="<results>/provenance.json",
@@ -26,9 +32,6 @@ rule record_provenance:
         config=config,
         code=code_version(CHECKOUT),
         engine=ENGINE,
-        files=as_it_is(
-            {kind: {"file": path, "sha256": CONTENTS[path]} for kind, path in FILES_OF_STUDY.items() if path}
-        ),
     script:
         "../scripts/record_provenance.py"
 

@@ -26,7 +26,7 @@ rule fit_walking:
         "../envs/tepsipe.yaml"
     params:
         files=raw_files("walking"),
-        recorded=recorded("walking"),
+        contents=contents_of("walking"),
         duration_s=sheet("duration_s", "walking"),
         made=lambda w: w.condition in SIMULATED_WALKS,
         section=without(WALKING, "simulated"),
@@ -141,7 +141,7 @@ rule make_walking_trial:
     params:
         truth=truth_of("seed", "walking"),
         base=lambda w: STUDY.raw_files("walking", WALKING["simulated"]["of"], config["pathvars"]["results"]),
-        recorded=recorded("walking", (WALKING["simulated"] or {}).get("of")),
+        contents=contents_of("walking", (WALKING["simulated"] or {}).get("of")),
         settings=without(WALKING, "simulated", "analysis", "planned", "uncertainty"),
         protocol=of_trial(STUDY.protocol, "walking"),
         chosen=lambda w: STUDY.simulated_walk(w.condition),
