@@ -546,7 +546,8 @@ def test_every_script_belongs_to_the_rule_of_its_name():
 @pytest.mark.parametrize(("rule", "path"), CASES)
 def test_script_reads_exactly_the_params_that_its_rule_gives(rule, path):
     names, computed = read_by(rule, path, "params")
-    assert names == names_in(RULES[rule].get("params", ""))
+    # contents of recordings are there for Snakemake, which runs the rule again if they change
+    assert names == names_in(RULES[rule].get("params", "")) - {"contents"}
     assert not computed
 
 

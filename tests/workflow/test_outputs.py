@@ -290,9 +290,7 @@ def test_condition_that_is_not_there_gives_way_to_the_last_of_the_sheet(study_of
     assert study.shown_several("weight", ["x"]) == ["a", "b", "c"]
 
 
-def test_raw_files_of_made_trials_are_below_the_results_and_missing_recordings_are_no_inputs(
-    study_of, tmp_path
-):
+def test_raw_files_of_made_trials_are_below_the_results_and_recordings_are_no_inputs(study_of, tmp_path):
     study = study_of(row("empty", "m", "virtual_lab"), row("dummy", "own"))
     made = {"log": "out/raw/empty/m/log.mat", "calibration": "out/raw/empty/m/calibration.csv"}
     assert study.raw_files("empty", "m", "out") == made

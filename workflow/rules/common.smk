@@ -102,7 +102,7 @@ def raw_files(experiment):
 
 
 def raw_inputs(experiment):
-    """Input function: the same, without recorded ones that are missing."""
+    """Input function: raw files that the laboratory simulates; recorded ones are params, by `contents_of`."""
     return lambda w: STUDY.raw_inputs(experiment, w.condition, config["pathvars"]["results"])
 
 

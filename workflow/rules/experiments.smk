@@ -27,6 +27,7 @@ for _experiment in EXPERIMENTS.values():
             experiment=_name,
             module=_experiment.module("ingest"),
             files=raw_files(_name),
+            contents=contents_of(_name),
             section=of_trial(STUDY.for_ingest, _name),
             duration_s=sheet("duration_s", _name),
             named=of_trial(STUDY.named, _name),

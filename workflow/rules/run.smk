@@ -5,18 +5,34 @@ import atexit
 from workflow.support import job_outputs
 from workflow.support.stopped import what_stopped
 
+# contents of recordings, and those that have changed since the last run
+CONTENTS, CHANGED = job_outputs.contents(
+    chain.from_iterable(row.files.values() for row in STUDY.trials.values()),
+    dry=runs.looks(sys.argv) or runs.is_dry(sys.argv),
+)
 AGAIN = []  # results that are missing or damaged, which Snakemake makes again only if it is asked for them
 try:
     if not runs.looks(sys.argv):
         dry = runs.is_dry(sys.argv)
         if not dry:
             runs.refuse_a_lock()
+        if CHANGED:
+            more = f" and {len(CHANGED) - 1} more" if len(CHANGED) > 1 else ""
+            print(f"tepsipe: recording changed, analysed again: {CHANGED[0]}{more}", file=sys.stderr)
         changes = job_outputs.changes(config["pathvars"]["logs"])
         job_outputs.refuse_edited(changes)
         # a run that is given a trial makes what this needs
         AGAIN = [] if NAMED else job_outputs.remade(changes, config, workflow.main_snakefile, sys.argv, dry)
 except InputError as error:
     sys.exit(f"tepsipe: {error}")
+
+
+def contents_of(experiment, condition=None):
+    """Param function: kind -> SHA-256 of the recorded files of the trial, or of another one."""
+    return lambda w: {
+        kind: CONTENTS[path]
+        for kind, path in STUDY.trials[experiment, condition or w.condition].files.items()
+    }
 
 
 def begin():

@@ -26,6 +26,7 @@ rule fit_walking:
         "../envs/tepsipe.yaml"
     params:
         files=raw_files("walking"),
+        contents=contents_of("walking"),
         duration_s=sheet("duration_s", "walking"),
         made=lambda w: w.condition in SIMULATED_WALKS,
         section=without(WALKING, "simulated"),
@@ -125,13 +126,6 @@ rule write_walking:
 rule make_walking_trial:
     """Make the raw files of a simulated walk."""
     input:
-        raw=lambda w: [
-            path
-            for path in STUDY.raw_files(
-                "walking", WALKING["simulated"]["of"], config["pathvars"]["results"]
-            ).values()
-            if os.path.exists(path)
-        ],
         library=library_of("make_walking_trial", *readers_of(EXPERIMENTS["walking"])),
     output:
         c3d="<results>/raw/walking/{condition}/log.c3d",
@@ -147,6 +141,7 @@ rule make_walking_trial:
     params:
         truth=truth_of("seed", "walking"),
         base=lambda w: STUDY.raw_files("walking", WALKING["simulated"]["of"], config["pathvars"]["results"]),
+        contents=contents_of("walking", (WALKING["simulated"] or {}).get("of")),
         settings=without(WALKING, "simulated", "analysis", "planned", "uncertainty"),
         protocol=of_trial(STUDY.protocol, "walking"),
         chosen=lambda w: STUDY.simulated_walk(w.condition),

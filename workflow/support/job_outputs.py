@@ -1,24 +1,32 @@
-"""What jobs have made: a record of every job's outputs, by which later runs notice that one has changed.
+"""What jobs have made and read: records of outputs and recordings, by which later runs notice a change.
 
 Snakemake takes a result that exists and is newer than its inputs for what a job has made. The records tell
 whether it is missing, damaged, or edited. A job removes what its last run made and this one did not, such as
 a figure that the study no longer has. Files are compared by size and time, and by their contents only if
 one of these differs.
+
+Recordings, whose times are those of other computers, are no inputs of Snakemake's, which would compare them
+by time. Their contents are params of the rules that read them, so that a recording with other contents is
+analysed again, whatever its time.
 """
 
 import contextlib
 import hashlib
 import json
+import os
 import stat
 import subprocess
 import sys
 import tempfile
+import time
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from tepsipe.errors import InputError
 
 RECORDS = Path(".snakemake") / "tepsipe" / "made"
+READ = RECORDS.parent / "read.json"
 FORMER = ".former"  # ending of the record that a job at work has set aside
 
 
@@ -55,8 +63,12 @@ def end_job(snakemake) -> None:
 
 
 def changes(logs: str) -> Changes:
-    """Compare all files that jobs with logs in this folder have made with their records."""
-    found = Changes()
+    """Compare all files that jobs with logs in this folder have made with their records.
+
+    All files that were only touched or copied get the present time. So Snakemake takes none of them for newer
+    than another one, as in a copied study, and none for a file of the future.
+    """
+    found, now = Changes(), time.time_ns()
     for record, content in _records(logs):
         touched = False
         for path, seen in content["files"].items():
@@ -70,12 +82,46 @@ def changes(logs: str) -> Changes:
             if not stat.S_ISREG(status.st_mode):  # a folder, or a pipe or device, which is not read
                 found.edited.append(path)
             elif _is(path, seen):  # touched or copied
+                with contextlib.suppress(OSError):
+                    os.utime(path, ns=(now, now))
                 content["files"][path], touched = _seen(path), True
             else:
                 (found.damaged if _is_damaged(path, status.st_size) else found.edited).append(path)
         if touched:
             _write(record, content)
     return found
+
+
+def contents(paths: Iterable[str], dry: bool) -> tuple[dict[str, str | None], list[str]]:
+    """SHA-256 of recordings (None of one that is missing), and those that have changed since the last run.
+
+    A file is hashed again only if its size or one of its times differs from the record. One of them is the
+    time at which the system saw it change: a file that replaces another one may have the same date and size.
+    """
+    record = _read(READ)
+    files = dict(record.get("files", {}))
+    found: dict[str, str | None] = {}
+    changed = []
+    for path in paths:
+        known, found[path] = files.get(path), None
+        with contextlib.suppress(OSError):  # its job says why it cannot be read
+            status = Path(path).stat()
+            if not stat.S_ISREG(status.st_mode):
+                continue
+            seen = [status.st_size, status.st_mtime_ns, status.st_ctime_ns]
+            if known is None or known[:3] != seen:
+                seen.append(_digest(path))
+                if known is not None and known[3] != seen[3]:
+                    changed.append(path)
+                if not (dry and path in changed):
+                    files[path] = seen
+                known = seen
+            found[path] = known[3]
+    if files != record.get("files", {}):
+        with contextlib.suppress(OSError):
+            READ.parent.mkdir(parents=True, exist_ok=True)
+        _write(READ, {"files": files})
+    return found, changed
 
 
 def refuse_edited(found: Changes) -> None:

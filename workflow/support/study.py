@@ -1,7 +1,5 @@
 """A study: its trials and settings, and look-ups of the rules on them, independent of Snakemake."""
 
-from pathlib import Path
-
 from tepsipe.experiments.registry import EXPERIMENTS
 from workflow.settings.complete import pick, settings_of
 from workflow.support.lookups.estimators import Estimators
@@ -130,10 +128,9 @@ class Study(Sheet):
         return {kind: f"{folder}/{name}" for kind, name in names.items()}
 
     def raw_inputs(self, experiment: str, condition: str, results: str) -> list[str]:
-        """As `raw_files`, without missing recorded files: these stop their own job, not the whole study."""
+        """Raw files of a trial that jobs of this study make: none of a recorded one."""
         made = self.trials[experiment, condition].source == "virtual_lab"
-        paths = self.raw_files(experiment, condition, results).values()
-        return [path for path in paths if made or Path(path).is_file()]
+        return list(self.raw_files(experiment, condition, results).values()) if made else []
 
     def is_one_file(self, experiment: str, condition: str) -> bool:
         """Whether a trial on the plate treadmill is one recording, without a calibration of its own."""

@@ -1,0 +1,96 @@
+"""Recordings of a study that are replaced, touched, redated, copied or missing."""
+
+import os
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from study_builders import jobs, snakemake, write_sheet
+
+from tepsipe.io.trial import read_sources
+from workflow.support import job_outputs
+
+pytestmark = pytest.mark.study
+TRIAL = "results/trials/position_manipulator/a.h5"
+YEAR_S = 365.0 * 86400.0
+
+
+def record(path, stiffness):
+    """A recording of a joint, of a size that does not depend on its stiffness (N·m/rad)."""
+    time = np.arange(0.0, 16.0, 0.004)
+    angle = 0.002 * np.convolve(np.random.default_rng(7).standard_normal(time.size), np.hanning(30), "same")
+    torque = -1.2 * np.gradient(angle, time) - stiffness * angle
+    header = "time_s,ankle_pos_rad,ankle_torque_Nm"
+    np.savetxt(path, np.column_stack([time, angle, torque]), "%+10.6f", ",", header=header, comments="")
+
+
+@pytest.fixture(scope="module")
+def recorded(project):
+    """A study of one recording of a joint, whose trial has been made."""
+    record(project / "a.csv", 70.0)
+    write_sheet(project, ["position_manipulator a recorded - - - 16 a.csv - - -"])
+    run = snakemake(project, TRIAL)
+    assert run.returncode == 0, run.stdout + run.stderr
+    return project
+
+
+def dated(path, years):
+    moment = path.stat().st_mtime + years * YEAR_S
+    os.utime(path, (moment, moment))
+
+
+@pytest.mark.parametrize("years", [-10.0, 0.0, 1e-5, 73.0])
+def test_another_recording_is_analysed_again_whatever_its_date(recorded, years):
+    path, before = recorded / "a.csv", (recorded / "a.csv").stat()
+    record(path, 71.0)
+    dated(path, years)
+    assert path.stat().st_size == before.st_size
+    run = snakemake(recorded, TRIAL, "-n")
+    assert jobs(run)["ingest_position_manipulator"] == 1
+    assert run.stderr.count("tepsipe: recording changed, analysed again: a.csv\n") == 1
+    if years == 0.0:  # replaced with a file of the same size and date, which only the system's own time tells
+        os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+        assert jobs(snakemake(recorded, TRIAL, "-n"))["ingest_position_manipulator"] == 1
+    record(path, 70.0)
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+    assert jobs(snakemake(recorded, TRIAL, "-n")) == {}
+
+
+@pytest.mark.parametrize("years", [-10.0, 0.0, 73.0])
+def test_a_recording_that_was_only_touched_is_kept(recorded, years):
+    dated(recorded / "a.csv", years)
+    run = snakemake(recorded, TRIAL, "-n")
+    assert jobs(run) == {} and "analysed again" not in run.stderr
+    dated(recorded / "a.csv", -years)
+
+
+def test_a_recording_of_the_future_is_analysed_and_kept_from_then_on(recorded):
+    record(recorded / "a.csv", 72.0)
+    dated(recorded / "a.csv", 73.0)
+    run = snakemake(recorded, TRIAL)
+    assert run.returncode == 0, run.stdout + run.stderr
+    _, sources = read_sources(recorded / TRIAL)
+    assert sources["log"]["sha256"] == job_outputs._digest(recorded / "a.csv")
+    assert jobs(snakemake(recorded, TRIAL, "-n")) == {}
+
+
+def test_a_copied_study_is_kept(recorded, tmp_path):
+    def copy(source, target):
+        shutil.copyfile(source, target)
+        if str(target).endswith(".h5"):  # as if copied before the sources
+            os.utime(target, (Path(source).stat().st_mtime - 3600.0,) * 2)
+
+    copied = tmp_path / "copied"
+    shutil.copytree(recorded, copied, copy_function=copy)
+    before = (copied / TRIAL).read_bytes()
+    assert jobs(snakemake(copied, TRIAL, "-n")) == {}
+    assert (copied / TRIAL).read_bytes() == before
+
+
+def test_a_missing_recording_is_named_by_its_job(recorded):
+    path = recorded / "a.csv"
+    path.rename(recorded / "b.csv")
+    run = snakemake(recorded, TRIAL, "-n")
+    assert run.returncode == 0 and jobs(run)["ingest_position_manipulator"] == 1
+    (recorded / "b.csv").rename(path)
