@@ -138,8 +138,9 @@ def tables_of(results: Path) -> dict[str, Path]:
     data = json.loads((results / "report/report.json").read_text(encoding="utf-8"))
     found = {path.stem: path for path in (results / "treadmill_models").glob("*.csv")}
     found |= {path.stem: path for path in (results / "tables").glob("*.csv")}
-    # the kept campaign, which the report of the thesis's study quotes
+    # the kept campaign and the kept studies with other plates, which the report of the thesis's study quotes
     found.setdefault("coverage", REPORT.parent / "benchmarks/coverage/coverage.csv")
+    found.setdefault("plate_constants", REPORT.parent / "benchmarks/plate_constants.csv")
     return {name: found[name] for name in data["tables_read"]}
 
 

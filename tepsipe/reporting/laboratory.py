@@ -81,7 +81,11 @@ INFERRED_CONSTANTS = (
 )
 
 # constants of the plate that a treadmill model estimates
-TRUE_CONSTANTS = ("treadmill.plate.resonance_hz", "treadmill.plate.resonance_mass_kg")
+TRUE_CONSTANTS = (
+    "treadmill.plate.resonance_hz",
+    "treadmill.plate.resonance_mass_kg",
+    "treadmill.plate.second_share",
+)
 
 
 @dataclass(frozen=True)

@@ -252,7 +252,7 @@ def test_frames_fitted_to_all_weights_are_not_said_to_extrapolate():
     usual, other = run_of(), run_of(scores=(*SCORES, *heavy))
     laboratory = [
         {"kind": "true", "key": f"treadmill.plate.{name}", "value": value}
-        for name, value in (("resonance_hz", 52.0), ("resonance_mass_kg", 150.0))
+        for name, value in (("resonance_hz", 52.0), ("resonance_mass_kg", 150.0), ("second_share", "0.4 0.2"))
     ]
     known = Run(
         other.tables | {"laboratory": pd.DataFrame(laboratory)}, other.fits, other.settings, other.study
@@ -263,11 +263,40 @@ def test_frames_fitted_to_all_weights_are_not_said_to_extrapolate():
     assert "R2 = 0.700 for the loaded frame under a weight of 60 kg" in told
     assert "R2 = 0.900 for the bristle frame under a weight of 60 kg" in told
     assert "|bristle frame|empty, all weights|" in told and "|bristle frame|empty, 20.0 kg|" in told
-    # 52 / sqrt(1 + 20 / 150)
-    assert "(true first mode: 52.0 and 48.8 Hz)" in told
-    assert "at 43.9 ± 0.11 Hz at 60 kg (true: 43.9)" in told
+    # 52 / sqrt(1 + 0.6 kg / 150)
+    assert "(true first mode: 52.0 and 50.0 Hz)" in told
+    assert "at 43.9 ± 0.11 Hz at 60 kg (true: 46.7)" in told
     (found,) = evaluated(['told("abstract_weight").map(plain).join(" ")'], "findings.typ", *content(known))
     assert "without the trials with other weights, the best frame reaches" in found
+
+
+def test_kept_studies_with_other_plates_are_compared():
+    measures = {
+        "R² of the pitch moment, better frame, lowest over the loads": ("", "", "0.99", "0.97", "0.98"),
+        "laboratories in which the force rises with amplitude and is largest for M0.5, drawn clocks": (
+            "%",
+            "",
+            *"ABC",
+        ),
+        "error of K of the standing person, largest of the tasks": ("%", "", "10", "64", "11"),
+        "error of K by the compensated torque from the foot, largest from 0.3 m/s": (
+            "%",
+            "",
+            "9",
+            "76",
+            "15",
+        ),
+        "change of the mass with amplitude": ("kg", "< 0", "-0.6", "-0.1", "-0.2"),
+    }
+    columns = ["measure", "unit", "thesis", "shipped", "fitted", "damped"]
+    plates = pd.DataFrame([(name, *row) for name, row in measures.items()], columns=columns)
+    usual = run_of()
+    other = Run(usual.tables | {"plate_constants": plates}, usual.fits, usual.settings, usual.study)
+    assert "Plates fitted" not in words(usual)
+    told = words(other)
+    assert "in this order, A, B and C % of the laboratories" in told
+    assert "of the standing person is 10, 64 and 11 %" in told
+    assert "|change of the mass with amplitude (kg)|< 0|−0.6|−0.1|−0.2|" in told
 
 
 def test_captions_tell_only_what_was_found():

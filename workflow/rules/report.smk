@@ -8,6 +8,10 @@ if not (
     config["study"]["reported"] and any(STUDY.all_simulated().values()) and all(map(os.path.exists, CAMPAIGN))
 ):
     CAMPAIGN = []
+# kept studies with other force plates, which it quotes, too
+PLATES = [here("benchmarks/plate_constants.csv")]
+if not (CAMPAIGN and STUDY.has("weight") and all(map(os.path.exists, PLATES))):
+    PLATES = []
 
 
 rule record_provenance:
@@ -42,7 +46,7 @@ rule write_report:
         source=report_sources(),
         figures=outputs.figures(STUDY),
         fits=outputs.report_fits(STUDY),
-        tables=outputs.report_tables(STUDY) + CAMPAIGN[:1],
+        tables=outputs.report_tables(STUDY) + CAMPAIGN[:1] + PLATES,
         provenance="<results>/provenance.json",
         library=library_of("write_report", *chapter_modules(outputs.chapters(STUDY))),
     output:
