@@ -234,7 +234,10 @@ def _start(limits: _Limits) -> None:
     limit(resource.RLIMIT_CPU, math.ceil(limits.cpu_s) + 1)  # where the signal of the timer is blocked
     limit(resource.RLIMIT_CORE, 0)
     with contextlib.suppress(OSError, ValueError, IndexError):
-        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+        # as plain bytes: a `Path` would write to three hundred pages of memory, which a fork copies first
+        statm = os.open("/proc/self/statm", os.O_RDONLY)
+        pages = int(os.read(statm, 100).split()[0])
+        os.close(statm)
         limit(resource.RLIMIT_AS, pages * os.sysconf("SC_PAGE_SIZE") + limits.bytes)
 
 
