@@ -68,6 +68,8 @@ FILTERED_DB, APART_DB = -40.0, 20.0
 FILTERED_MOVING_DB = -85.0
 # low and high frequencies, the latter relative to the sampling rate
 LOW_HZ, HIGH_PART = 5.0, (0.35, 0.45)
+# middle frequencies relative to the sampling rate, from which the power of a filtered signal falls on (dB)
+MIDDLE_PART, FALLS_ON_DB = (0.15, 0.25), -12.0
 # time before a perturbation whose mean is its own zero, and pause until it begins, because filters spread it
 # (s)
 BASELINE_S, BASELINE_GAP_S = 0.2, 0.06
@@ -454,10 +456,15 @@ def noise_floors(
         )
         low = (frequency >= 2.0) & (frequency <= LOW_HZ)
         high = (frequency >= HIGH_PART[0] * rate_hz) & (frequency <= HIGH_PART[1] * rate_hz)
-        of_low, of_high = (np.median(power[band], axis=0) for band in (low, high))
-        if not of_low.min() > 0.0:
+        middle = (frequency >= MIDDLE_PART[0] * rate_hz) & (frequency <= MIDDLE_PART[1] * rate_hz)
+        of_low, of_middle, of_high = (np.median(power[band], axis=0) for band in (low, middle, high))
+        if not of_low.min() > 0.0 or not of_middle.min() > 0.0:
             return ()
-        falls[name] = 10.0 * np.log10((of_high / of_low).max() + 1e-30)
+        quietest = int(np.argmin(of_low))
+        falls[name] = 10.0 * np.log10(of_high[quietest] / of_low[quietest] + 1e-30)
+        # white noise has the same power at middle frequencies, however much the joint moves at low ones
+        if 10.0 * np.log10(of_high[quietest] / of_middle[quietest] + 1e-30) > FALLS_ON_DB:
+            falls[name] = max(falls[name], FILTERED_DB)
     most, limit = max(falls.values()), FILTERED_MOVING_DB if at_rest is None else FILTERED_DB
     return tuple(name for name, fall in falls.items() if fall < limit and fall < most - APART_DB)
 
