@@ -1,18 +1,21 @@
-"""Count notes on valid records: simulated joints of all kinds, with the noise of instruments.
+"""Count notes on valid and on spoiled records: simulated joints of all kinds, with the noise of instruments.
 
-    python benchmarks/notes_on_valid_records.py [--seed 1] [--scale 1.0]
+    python benchmarks/notes_on_valid_records.py [--seed 1] [--scale 1.0] [--spoiled]
 
-A note on a valid record is a false alarm. 200 records at scale 1; the last line has their share.
+A note on a valid record is a false alarm. 200 records at scale 1; the last line has their share. With
+``--spoiled``, every record is spoiled as laboratories do it (`SPOILS`), and is noted, refused, covered by
+intervals that are less than 1.5 times as wide as those of the record that was not spoiled, or silently wrong.
 """
 
 import argparse
 import sys
 
 import numpy as np
-from scipy.signal import butter, lsim, sosfiltfilt
+from scipy.interpolate import CubicSpline
+from scipy.signal import butter, lsim, sosfilt, sosfiltfilt
 
 import tepsipe
-from tepsipe import Leg, SegmentMarkers
+from tepsipe import InputError, Leg, SegmentMarkers
 
 LEG = Leg(mass_kg=0.4, com_m=0.4485, inertia_kgm2=0.027)
 LAYOUT = np.array([[0.0, 0.0], [-0.012, 0.87], [0.012, 0.39]])
@@ -55,7 +58,7 @@ def joint(rng):
 
 
 def pulsed(rng, count=None):
-    """A leg on a pulsed belt: time (s), simulation, belt velocity (m/s), noisy belt velocity."""
+    """A leg on a pulsed belt: time (s), simulation, noisy belt velocity (m/s), I, B, K."""
     rate_hz = float(rng.choice([100.0, 200.0, 250.0, 500.0]))
     count = count or int(rng.integers(4, 20))
     time = np.arange(0.0, 3.0 + 2.5 * count + 2.0, 1.0 / rate_hz)
@@ -78,31 +81,38 @@ def pulsed(rng, count=None):
         engine="equations",
         rest_angle_rad=rng.uniform(-0.02, 0.02),
     )
-    return time, made, velocity + noise(rng, velocity, 0.005)
+    return time, made, velocity + noise(rng, velocity, 0.005), (inertia, damping, stiffness)
 
 
-def windowed(rng):
+def unspoiled(_rng, _rate_hz, time, angle, torque):
+    """Signals as they are."""
+    return time, angle, torque
+
+
+def windowed(rng, spoil=unspoiled):
     """Windowed least squares of a pulsed leg."""
-    time, made, belt = pulsed(rng)
+    time, made, belt, truth = pulsed(rng)
     angle = made.theta + noise(rng, made.theta, rng.uniform(0.001, 0.01))
     torque = made.torque + noise(rng, made.torque, rng.uniform(0.005, 0.05))
     windows = tepsipe.find_perturbations(time, belt)
-    return tepsipe.fit_impedance(time, angle, torque, perturbations=windows)
+    signals = spoil(rng, 1.0 / time[1], time, angle, torque)
+    return tepsipe.fit_impedance(*signals, perturbations=windows), truth
 
 
-def recorded(rng):
+def recorded(rng, spoil=unspoiled):
     """Least squares over a record of random movements."""
     rate_hz = float(rng.choice([100.0, 250.0, 1000.0]))
     time = np.arange(0.0, rng.uniform(20.0, 60.0), 1.0 / rate_hz)
     angle = 10.0 ** rng.uniform(-2.3, -1.0) * band_limited(rng, time.size, rate_hz, rng.uniform(2.0, 8.0))
-    inertia, damping, stiffness = joint(rng)
+    truth = joint(rng)
     rate, acceleration = derivatives(angle, rate_hz)
-    torque = inertia * acceleration + damping * rate + stiffness * angle + rng.uniform(-2.0, 2.0)
+    torque = truth[0] * acceleration + truth[1] * rate + truth[2] * angle + rng.uniform(-2.0, 2.0)
     torque += noise(rng, torque, rng.uniform(0.01, 0.2))
-    return tepsipe.fit_impedance(time, angle + noise(rng, angle, 0.002), torque, bootstrap_draws=500)
+    signals = spoil(rng, rate_hz, time, angle + noise(rng, angle, 0.002), torque)
+    return tepsipe.fit_impedance(*signals, bootstrap_draws=500), truth
 
 
-def admittance(rng):
+def admittance(rng, spoil=unspoiled):
     """Admittance of a joint under random or periodic torque."""
     rate_hz, period_s = 250.0, 10.0
     time = np.arange(0.0, 80.0, 1.0 / rate_hz)
@@ -111,15 +121,17 @@ def admittance(rng):
         count, period = round(period_s * rate_hz), period_s
     torque = rng.uniform(0.1, 2.0) * np.resize(band_limited(rng, count, rate_hz, 15.0), time.size)
     inertia, damping, stiffness = joint(rng)
-    angle = lsim(([1.0], [inertia + 0.003, damping, stiffness]), torque, time)[1]
+    truth = inertia + 0.003, damping, stiffness
+    angle = lsim(([1.0], truth), torque, time)[1]
     angle += noise(rng, angle, rng.uniform(0.01, 0.2))
+    time, angle, torque = spoil(rng, rate_hz, time, angle, torque)
     response = tepsipe.frequency_response(time, torque, angle, period_s=period, band_hz=(0.5, 12.0))
-    return tepsipe.fit_admittance(response)
+    return tepsipe.fit_admittance(response), truth
 
 
-def markers_of(rng):
-    """Markers (m) of a pulsed leg and its foot, and the arguments that the fits share."""
-    time, made, belt = pulsed(rng, 5)
+def markers_of(rng, spoil):
+    """Markers (m) of a pulsed leg and its foot, the arguments that the fits share, and I, B, K."""
+    time, made, belt, truth = pulsed(rng, 5)
     across, along = LAYOUT.T
     cosine, sine = np.cos(made.theta)[:, None], np.sin(made.theta)[:, None]
     still = np.ones((time.size, 1))
@@ -128,21 +140,22 @@ def markers_of(rng):
     positions = np.stack([y, z], axis=2)
     positions += rng.uniform(2e-5, 2e-4) * rng.standard_normal(positions.shape)
     windows = tepsipe.find_perturbations(time, belt)
-    return time, positions, belt, windows, SegmentMarkers(("ankle", "top", "low"), LAYOUT)
+    time, positions, belt = spoil(rng, 1.0 / time[1], time, positions, belt)
+    return time, positions, belt, windows, SegmentMarkers(("ankle", "top", "low"), LAYOUT), truth
 
 
-def output_error(rng):
+def output_error(rng, spoil=unspoiled):
     """Output error of a pulsed leg."""
-    time, positions, belt, windows, markers = markers_of(rng)
+    time, positions, belt, windows, markers, truth = markers_of(rng, spoil)
     motion = tepsipe.segment_motion(time, positions, markers, LEG.com_m, labels=LABELS)
     foot = positions[:, :2, 0].mean(axis=1)
-    return tepsipe.fit_output_error(motion, foot, belt, LEG, perturbations=windows)
+    return tepsipe.fit_output_error(motion, foot, belt, LEG, perturbations=windows), truth
 
 
-def likelihood(rng):
+def likelihood(rng, spoil=unspoiled):
     """Likelihood of the markers of a pulsed leg."""
-    time, positions, belt, windows, markers = markers_of(rng)
-    return tepsipe.fit_joint_likelihood(
+    time, positions, belt, windows, markers, truth = markers_of(rng, spoil)
+    fit = tepsipe.fit_joint_likelihood(
         time,
         positions,
         markers,
@@ -153,9 +166,10 @@ def likelihood(rng):
         belt_velocity=belt,
         softening=False,
     )
+    return fit, truth
 
 
-def cascade(rng):
+def cascade(rng, spoil=unspoiled):
     """Parallel cascade of a joint with a stretch reflex."""
     rate_hz = 250.0
     time = np.arange(0.0, 60.0, 1.0 / rate_hz)
@@ -165,22 +179,172 @@ def cascade(rng):
     stretch = np.roll(np.maximum(rate, 0.0), round(0.04 * rate_hz))
     torque += 5.0 * lsim(([900.0], [1.0, 60.0, 900.0]), stretch, time)[1]
     torque += noise(rng, torque, 0.02)
-    return tepsipe.fit_parallel_cascade(time, angle, torque, bootstrap_draws=100)
+    signals = spoil(rng, rate_hz, time, angle, torque)
+    return tepsipe.fit_parallel_cascade(*signals, bootstrap_draws=100), (0.01, 0.8, 60.0)
 
 
 KINDS = {windowed: 60, recorded: 60, admittance: 40, output_error: 16, likelihood: 16, cascade: 8}
 
 
+# ---- spoils --------------------------------------------------------------------------------------
+
+
+def moved(time, x, late_s):
+    """Signal that is recorded too late."""
+    return CubicSpline(time, x, axis=0)(np.clip(time - late_s, time[0], time[-1]))
+
+
+def filtered(rng, x, rate_hz, causal):
+    """Signal after a low-pass filter of 6 to 15 Hz, zero-lag or causal."""
+    sos = butter(2, rng.uniform(6.0, 15.0), fs=rate_hz, output="sos")
+    return x[0] + (sosfilt if causal else sosfiltfilt)(sos, x - x[0], axis=0)
+
+
+def of_torque(change):
+    """Spoil that changes the torque only, by a function of rng, rate (Hz), time (s) and torque (N·m)."""
+    return lambda rng, rate_hz, time, angle, torque: (time, angle, change(rng, rate_hz, time, torque))
+
+
+def of_angle(change):
+    """Spoil that changes the angle only."""
+    return lambda rng, rate_hz, time, angle, torque: (time, change(rng, rate_hz, time, angle), torque)
+
+
+def late(rng, _rate_hz, time, x):
+    """Delay of 1 to 20 ms in either direction."""
+    return moved(time, x, rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-3.0, -1.7))
+
+
+def drifting(rng, _rate_hz, time, x):
+    """Drift by 0.5 to 3 standard deviations over the record."""
+    return x + rng.uniform(0.5, 3.0) * x.std() * (time - time[0]) / (time[-1] - time[0])
+
+
+def spiked(rng, _rate_hz, _time, x):
+    """Ten to forty spikes as high as the signal's range."""
+    where = rng.integers(3, x.size - 3, rng.integers(10, 40))
+    x = x.copy()
+    x[where] += np.ptp(x) * rng.choice([-1.0, 1.0], where.size)
+    return x
+
+
+def held(rng, rate_hz, _time, x):
+    """One in ten stretches of 50 ms holds its first value."""
+    length, x = round(0.05 * rate_hz), x.copy()
+    for start in rng.choice(x.size // length, x.size // length // 10, replace=False) * length:
+        x[start : start + length] = x[start]
+    return x
+
+
+def saturated(rng, _rate_hz, _time, x):
+    """Range of the instrument of 40 to 80 % of the signal's."""
+    half = rng.uniform(0.4, 0.8) * np.abs(x - np.median(x)).max()
+    return np.clip(x, np.median(x) - half, np.median(x) + half)
+
+
+def other_gain(rng, _rate_hz, time, x):
+    """Gain that changes by 15 to 40 % in the middle of the record."""
+    return np.where(time > time.mean(), rng.choice([0.7, 0.85, 1.15, 1.4]), 1.0) * x
+
+
+def ruined(rng, _rate_hz, time, x):
+    """Second half that belongs to another trial."""
+    return np.where(time > time.mean(), rng.permutation(x), x)
+
+
+OF_SIGNALS = {
+    "torque filtered": of_torque(lambda rng, rate, time, x: filtered(rng, x, rate, False)),
+    "torque filtered, causal": of_torque(lambda rng, rate, time, x: filtered(rng, x, rate, True)),
+    "angle filtered": of_angle(lambda rng, rate, time, x: filtered(rng, x, rate, False)),
+    "torque late": of_torque(late),
+    "torque drifts": of_torque(drifting),
+    "torque with spikes": of_torque(spiked),
+    "angle with spikes": of_angle(spiked),
+    "torque held": of_torque(held),
+    "torque clipped": of_torque(saturated),
+    "other gain in the second half": of_torque(other_gain),
+    "second half ruined": of_torque(ruined),
+    "torque reversed": of_torque(lambda rng, rate, time, x: -x),
+    "exchanged": lambda rng, rate, time, angle, torque: (time, torque, angle),
+}
+
+
+def of_leg(change):
+    """Spoil that changes the markers of the leg beside the ankle, shape (n, 2, 2)."""
+
+    def spoil(rng, rate_hz, time, positions, belt):
+        positions = positions.copy()
+        positions[:, 3:] = change(rng, rate_hz, time, positions[:, 3:])
+        return time, positions, belt
+
+    return spoil
+
+
+def slipped(rng, _rate_hz, time, x):
+    """One marker slips by 2 to 8 mm in the middle of the record."""
+    step = np.zeros(x.shape[1:])
+    step[0] = rng.uniform(0.002, 0.008) * rng.choice([-1.0, 1.0], 2)
+    return x + (time > time.mean())[:, None, None] * step
+
+
+OF_MARKERS = {
+    "leg late": of_leg(lambda rng, rate, time, x: moved(time, x, rng.uniform(0.002, 0.008))),
+    "leg early": of_leg(lambda rng, rate, time, x: moved(time, x, -rng.uniform(0.002, 0.008))),
+    "leg filtered": of_leg(lambda rng, rate, time, x: filtered(rng, x, rate, False)),
+    "marker slips": of_leg(slipped),
+    "belt reversed": lambda rng, rate, time, positions, belt: (time, positions, -belt),
+    "belt late": lambda rng, rate, time, positions, belt: (time, positions, moved(time, belt, 0.01)),
+}
+SPOILS = {kind: OF_MARKERS if kind in (output_error, likelihood) else OF_SIGNALS for kind in KINDS}
+
+
+def widths(fit):
+    """Widths of the intervals of I, B, K."""
+    return np.array([fit.quantities[name].high - fit.quantities[name].low for name in "IBK"])
+
+
+def outcome(kind, seed, spoil):
+    """``noted``, ``refused``, ``covered``, ``wide`` or ``silent``, for a spoiled record."""
+    try:
+        fit, truth = kind(np.random.default_rng(seed), spoil)
+    except InputError:
+        return "refused"
+    if fit.notes:
+        return "noted"
+    low, high = np.array([fit.intervals[name] for name in "IBK"]).T
+    if not ((low <= truth) & (truth <= high)).all():
+        return "silent"
+    clean, _ = kind(np.random.default_rng(seed))
+    return "covered" if (widths(fit) < 1.5 * widths(clean)).all() else "wide"
+
+
+def spoiled(seed, scale):
+    """Print how many spoiled records of each kind are noted, refused, covered or silently wrong."""
+    count = max(1, round(3 * scale))
+    for number, (kind, spoils) in enumerate(SPOILS.items()):
+        found = []
+        for place, (name, spoil) in enumerate(spoils.items()):
+            of_spoil = [outcome(kind, [seed, 100 + number, place, k], spoil) for k in range(count)]
+            found += of_spoil
+            print(f"{kind.__name__}, {name}: {', '.join(of_spoil)}", flush=True)
+        good = sum(each in ("refused", "noted", "covered") for each in found)
+        print(f"{kind.__name__}: {100.0 * good / len(found):.0f} % of {len(found)} refused, noted or covered")
+
+
 def main() -> None:
-    """Print every note on a valid record, and their share."""
+    """Print every note on a valid record, and their share, or what happens to spoiled records."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--scale", type=float, default=1.0, help="number of records relative to 200")
+    parser.add_argument("--spoiled", action="store_true", help="spoil every record")
     chosen = parser.parse_args()
+    if chosen.spoiled:
+        spoiled(chosen.seed, chosen.scale)
+        return
     total = noted = 0
     for number, (kind, count) in enumerate(KINDS.items()):
         for k in range(max(1, round(count * chosen.scale))):
-            fit = kind(np.random.default_rng([chosen.seed, number, k]))
+            fit, _ = kind(np.random.default_rng([chosen.seed, number, k]))
             total, noted = total + 1, noted + bool(fit.notes)
             for note in fit.notes:
                 print(f"{kind.__name__} {k}: {note}", flush=True)

@@ -68,11 +68,8 @@ FILTERED_DB, APART_DB = -40.0, 20.0
 FILTERED_MOVING_DB = -85.0
 # low and high frequencies, the latter relative to the sampling rate
 LOW_HZ, HIGH_PART = 5.0, (0.35, 0.45)
-# a spike exceeds its neighbours by this many standard deviations, and this part of the signal's range; a jump
-# after samples that were held, this part; and clipping cuts off this part
-SPIKE_SD, SPIKE_PART, JUMP_PART, CLIPPED_PART = 12.0, 0.05, 0.05, 0.02
-# fewer pairs of equal samples are chance in coarsely quantised signals
-FEWEST_PAIRS = 5
+# middle frequencies relative to the sampling rate, from which the power of a filtered signal falls on (dB)
+MIDDLE_PART, FALLS_ON_DB = (0.15, 0.25), -12.0
 # time before a perturbation whose mean is its own zero, and pause until it begins, because filters spread it
 # (s)
 BASELINE_S, BASELINE_GAP_S = 0.2, 0.06
@@ -459,10 +456,15 @@ def noise_floors(
         )
         low = (frequency >= 2.0) & (frequency <= LOW_HZ)
         high = (frequency >= HIGH_PART[0] * rate_hz) & (frequency <= HIGH_PART[1] * rate_hz)
-        of_low, of_high = (np.median(power[band], axis=0) for band in (low, high))
-        if not of_low.min() > 0.0:
+        middle = (frequency >= MIDDLE_PART[0] * rate_hz) & (frequency <= MIDDLE_PART[1] * rate_hz)
+        of_low, of_middle, of_high = (np.median(power[band], axis=0) for band in (low, middle, high))
+        if not of_low.min() > 0.0 or not of_middle.min() > 0.0:
             return ()
-        falls[name] = 10.0 * np.log10((of_high / of_low).max() + 1e-30)
+        quietest = int(np.argmin(of_low))
+        falls[name] = 10.0 * np.log10(of_high[quietest] / of_low[quietest] + 1e-30)
+        # white noise has the same power at middle frequencies, however much the joint moves at low ones
+        if 10.0 * np.log10(of_high[quietest] / of_middle[quietest] + 1e-30) > FALLS_ON_DB:
+            falls[name] = max(falls[name], FILTERED_DB)
     most, limit = max(falls.values()), FILTERED_MOVING_DB if at_rest is None else FILTERED_DB
     return tuple(name for name, fall in falls.items() if fall < limit and fall < most - APART_DB)
 
@@ -503,52 +505,38 @@ def parts_differ(
     return tuple(tuple(each[1:]) for each in sorted(found))
 
 
-# ---- samples -------------------------------------------------------------------------------------
+def halves_of_record(
+    regressors: Annotated[np.ndarray, "(n, 4)"], torque: np.ndarray, block: int
+) -> tuple[tuple[str, str, float, float], ...]:
+    """I, B, K and offset that differ between the halves of a record of continuous movement.
 
+    regressors: theta'' (rad/s²), theta' (rad/s), theta (rad) and 1, filtered.
+    torque: tau (N·m), filtered.
+    block: length of the blocks whose residuals may be correlated (samples).
 
-def spikes(x: np.ndarray) -> int:
-    """Number of samples that lie far from the cubic through their four neighbours, which are close to it."""
-    error = x[2:-2] - (4.0 * (x[1:-3] + x[3:-1]) - x[:-4] - x[4:]) / 6.0
-    size = np.abs(error)
-    limit = max(SPIKE_SD * 1.4826 * float(np.median(size)), SPIKE_PART * float(np.ptp(x)))
-    # a spike errs by its height, its neighbours by 2/3 of it in the opposite direction, and these are close
-    # together, other than in a fast movement
-    peak = (size[1:-1] > limit) & (size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:])
-    alone = (error[1:-1] * error[:-2] < 0.0) & (error[1:-1] * error[2:] < 0.0)
-    beside = np.stack([x[1:-5], x[2:-4], x[4:-2], x[5:-1]])
-    return int(np.sum(peak & alone & (np.ptp(beside, axis=0) < 0.5 * size[1:-1])))
-
-
-def held(x: np.ndarray) -> int:
-    """Number of times that a moving signal repeats one value and then jumps.
-
-    Three equal samples and a jump of `JUMP_PART` of the range count, or two after and before such jumps.
+    Returns: as `parts_differ`, with ``offset`` (N·m) beside I, B and K.
     """
-    jump = JUMP_PART * float(np.ptp(x))
-    steps = np.diff(x)
-    starts = np.concatenate([[0], np.flatnonzero(steps != 0.0) + 1])
-    lengths = np.diff(np.concatenate([starts, [x.size]]))
-    into = np.abs(np.concatenate([[0.0], steps[starts[1:] - 1]])) > jump
-    out = np.concatenate([into[1:], [False]])
-    long, pairs = int(np.sum((lengths > 2) & out)), int(np.sum((lengths == 2) & into & out))
-    return long + (pairs if pairs >= FEWEST_PAIRS else 0)
-
-
-def clipped(x: np.ndarray) -> int:
-    """Number of times that a signal stays at its own maximum or minimum although it approaches it fast.
-
-    It would have gone on by about half the time there times its slope: by `CLIPPED_PART` of its range.
-    """
-    count, steps = 0, np.abs(np.diff(x))
-    quantum = float(steps[steps > 0.0].min(initial=np.inf))
-    for limit in (x.max(), x.min()):
-        at = np.concatenate([[False], x == limit, [False]]).astype(int)
-        edges = np.flatnonzero(np.diff(at))
-        for start, stop in zip(edges[::2], edges[1::2], strict=True):
-            if stop - start > 2 and start > 1:
-                slope = abs(x[start - 1] - x[start - 2]) - 4.0 * quantum
-                count += slope * (stop - start) > 2.0 * CLIPPED_PART * np.ptp(x)
-    return int(count)
+    half = torque.size // 2
+    if half < 4 * block:
+        return ()
+    fits = []
+    for part in (slice(half), slice(half, None)):
+        rows = regressors[part]
+        size = np.linalg.norm(rows, axis=0)
+        solution = np.linalg.lstsq(rows / size, torque[part])[0] / size
+        errors, freedom, _ = errors_over_blocks(rows, torque[part] - rows @ solution, block)
+        fits.append((solution, errors, freedom))
+    (one, error, freedom), (other, other_error, other_freedom) = fits
+    both, common = in_quadrature((error, freedom), (other_error, other_freedom))
+    difference = np.abs(one - other)
+    p = 2.0 * scipy.special.stdtr(common, -difference / np.maximum(both, 1e-300))
+    least = LEAST_DIFFERENCE * np.append(np.abs(one + other)[:3] / 2.0, np.std(torque))
+    found = [
+        (float(p[k]), name, "the first and the second half", float(one[k]), float(other[k]))
+        for k, name in enumerate((*PARAMETERS, "offset"))
+        if p[k] < CHANCE and difference[k] > least[k]
+    ]
+    return tuple(tuple(each[1:]) for each in sorted(found))
 
 
 def wandering(

@@ -50,6 +50,7 @@ from tepsipe.identification.result import (
     symbol_of,
 )
 from tepsipe.signals.array_types import Samples
+from tepsipe.signals.sample_faults import of_samples
 from tepsipe.statistics.uncertainty import Source, stated_sources
 
 if TYPE_CHECKING:
@@ -181,7 +182,7 @@ def fit_impedance(
         fit = _fit_windows(motion, torque, rate_hz, *how)
     windows = getattr(fit.details, "perturbations", [])
     filtered = notes.of_filter(rate_hz, cutoff_hz, windows) + notes.of_repeats(*recorded, windows)
-    filtered += notes.of_samples(angle=recorded[0], torque=recorded[1])
+    filtered += of_samples(angle=recorded[0], torque=recorded[1])
     if not thesis:
         at_rest = samples_at_rest(motion.time, windows, rest) if windows else None
         filtered += notes.of_floors(at_rest, rate_hz, angle=recorded[0], torque=recorded[1])
@@ -425,7 +426,7 @@ def fit_admittance(
     late, doubts, undetermined = notes.of_torque_delay(delay, confidence, "torque_delay_s" in sources)
     model = admittance(result.parameters, band.frequency_hz)
     residual = np.abs(band.response - model) ** 2
-    found = notes.of_response(band)
+    found = response.notes + notes.of_response(band)
     found += () if result.converged else ("The search did not converge: do not use these numbers.",)
     found += ("A parameter lies at its bound: its value is that of the bound.",) if result.at_bound else ()
     omega = 2.0 * np.pi * band.frequency_hz
@@ -546,7 +547,7 @@ def fit_parallel_cascade(
     )
     chosen = changed_options(ParallelCascadeOptions, options, "fit_parallel_cascade")
     sources = stated_sources(uncertainty, SCALES, "fit_parallel_cascade")
-    spoiled = notes.of_samples(angle=angle, torque=torque)
+    spoiled = of_samples(angle=angle, torque=torque)
     spoiled += notes.of_floors(None, rate_hz, angle=angle, torque=torque)
     if rate_hz > 1.001 * resample_rate_hz:
         slower = regular_time(time[0], time[-1], resample_rate_hz)
@@ -639,7 +640,7 @@ def _fit_windows(
 
 def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng, uncertainty) -> ImpedanceFit:
     """One regression with an offset over the whole record, intervals over blocks."""
-    from tepsipe.identification.consistency import combined, delay_of_record, moved_by
+    from tepsipe.identification.consistency import combined, delay_of_record, halves_of_record, moved_by
     from tepsipe.signals.differentiation import derivative
     from tepsipe.statistics.clusters import errors_over_blocks
     from tepsipe.statistics.goodness_of_fit import explained
@@ -698,7 +699,7 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng, uncert
         confidence=confidence,
         curve=Curve(motion.time, torque, predicted, "Torque (N·m)"),
         details=result,
-        notes=doubts,
+        notes=doubts + notes.of_parts(halves_of_record(regressors, torque, block)),
         findings=undetermined,
         type_b=tuple(uncertainty or ()),
     )

@@ -16,12 +16,9 @@ from tepsipe.identification.cascade.fit import Assumption
 from tepsipe.identification.consistency import (
     MEASURE,
     TorqueDelay,
-    clipped,
-    held,
     noise_floors,
     parts_differ,
     residual_test,
-    spikes,
     wandering,
 )
 from tepsipe.identification.result import ImpedanceFit, Quantity
@@ -65,9 +62,9 @@ LONGEST_DELAY_S = 1e-3
 LEAST_REST = 1.5
 # ranges that a cascade fit may leave open: the delays that are tried are 30 ms apart at most (s, rad/s)
 NARROW = {"reflex_delay": 0.03, "reflex_threshold": 0.1}
-# smallest delay of a torque that is noted, because filters and splines delay no less (s), and confidence that
-# there is one
-LEAST_DELAY_S, SURE = 1e-4, 0.999
+# smallest delay of a torque that is noted (s), and confidence that there is one; smaller delays are corrected
+# without a note
+LEAST_DELAY_S, SURE = 5e-4, 0.999
 # growth of the unexplained part from the fitted to the held-out half of a record: ratio and difference (%)
 LARGEST_GROWTH, LEAST_GROWTH = 2.5, 5.0
 NO_DELAY = (
@@ -307,31 +304,17 @@ def of_consistency(fit: "WindowedFits", at_rest: np.ndarray, rate_hz: float, the
     error, freedom = error_of_mean((fit.torque - fit.predicted)[at_rest])
     rows = [fit.regressors[w.start : w.stop] for w in fit.perturbations]
     of_rest = error * np.array([np.linalg.lstsq(x, np.ones(len(x)))[0] for x in rows])
-    for name, what, one, other in parts_differ(fit.parameters, direction, of_rest, freedom)[:1]:
-        found.append(
-            f"{what.capitalize()} of the perturbations give {name} = {one:.4g} and {other:.4g} "
-            f"{unit_symbol(UNITS[name])}, more apart than they scatter: the joint or the recording changed. "
-            "Check mounts, sensors and the subject, and fit the parts separately."
-        )
-    return tuple(found)
+    return (*found, *of_parts(parts_differ(fit.parameters, direction, of_rest, freedom)))
 
 
-def of_samples(**signals: np.ndarray) -> tuple[str, ...]:
-    """Spikes, held and clipped samples of recorded signals, shape (n,), by name."""
-    found = []
-    for name, x in signals.items():
-        for count, what, advice in (
-            (
-                spikes(x),
-                "single samples far from their neighbours",
-                "Remove them, and check contacts and cables",
-            ),
-            (held(x), "values that are held and then jump", "Look for lost samples, or a slower clock"),
-            (clipped(x), "peaks that are cut off at one value", "Choose a larger range of the instrument"),
-        ):
-            if count:
-                found.append(f"The {name} has {count} {what}: I, B and K may be wrong. {advice}.")
-    return tuple(found)
+def of_parts(differences: Sequence[tuple[str, str, float, float]]) -> tuple[str, ...]:
+    """Sentence on the clearest difference between parts of a record, as `parts_differ` returns them."""
+    return tuple(
+        f"{what.capitalize()} of the record give {name} = {one:.4g} and {other:.4g} "
+        f"{unit_symbol(UNITS[name])}, more apart than they scatter: the joint or the recording changed. "
+        "Check mounts, sensors and the subject, and fit the parts separately."
+        for name, what, one, other in differences[:1]
+    )
 
 
 def of_checks(checks: "Sequence[Check]") -> tuple[str, ...]:

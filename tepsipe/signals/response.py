@@ -38,6 +38,8 @@ class FrequencyResponse:
     resolution_hz : float
         Width of the band of frequencies that is averaged into each value (Hz); 0 if none are, or if the
         estimator allows for a response that varies within it.
+    notes : tuple of str
+        Caveats on the signals; none for valid ones.
     input_power : ndarray, shape (n,), or None
         Power of u at the lines of a periodic perturbation (arbitrary unit); None for others.
     """
@@ -50,6 +52,7 @@ class FrequencyResponse:
     freedom: np.ndarray | None = None
     resolution_hz: float = 0.0
     input_power: np.ndarray | None = None
+    notes: tuple[str, ...] = ()
 
     def band(self, low_hz: float, high_hz: float) -> "FrequencyResponse":
         """The part between two frequencies (Hz), both included.
@@ -66,7 +69,12 @@ class FrequencyResponse:
                 f"expected at least 4 frequencies between {low_hz:g} and {high_hz:g} Hz, found "
                 f"{inside.sum()}: average over fewer bins, widen the band, or record longer"
             )
-        return FrequencyResponse(**{name: x[inside] if np.ndim(x) else x for name, x in vars(self).items()})
+        return FrequencyResponse(
+            **{
+                name: x[inside] if isinstance(x, np.ndarray) and x.ndim else x
+                for name, x in vars(self).items()
+            }
+        )
 
     def __repr__(self) -> str:
         f, gamma = self.frequency_hz, float(np.median(self.coherence))

@@ -17,7 +17,10 @@ Identification, 2nd ed., ch. 7), H is therefore a polynomial of second order aro
 by least squares, so that the error of H has 2 (K - 3) degrees of freedom.
 """
 
+from dataclasses import replace
+
 import numpy as np
+import scipy
 
 from tepsipe.arguments import (
     checked,
@@ -31,9 +34,12 @@ from tepsipe.arguments import (
 from tepsipe.errors import InputError
 from tepsipe.signals.array_types import Samples
 from tepsipe.signals.response import FrequencyResponse
+from tepsipe.signals.sample_faults import of_samples
 
 # complex unknowns at each frequency: H and its first two derivatives
 UNKNOWNS = 3
+# a difference between halves of a record that is not chance, and that matters
+CHANCE, LEAST_DIFFERENCE = 1e-4, 0.03
 # half width of a band as a fraction of its frequency, its upper limit (Hz), and the number of tapers of a
 # band that would hold fewer
 RELATIVE_HALF_BAND, WIDEST_HALF_BAND_HZ, FEWEST_TAPERS = 0.08, 0.5, 12
@@ -169,6 +175,30 @@ def frequency_response(
     refuse_same(u=u, y=y)
     u, y = u - u.mean(), y - y.mean()
     highest = min(band_hz[1], 0.5 * rate_hz)
+    notes = of_samples(input=u, output=y)
+
+    def estimate(u: np.ndarray, y: np.ndarray) -> FrequencyResponse:
+        return _response(u, y, rate_hz, averaged_bins, taper, period_s, (band_hz[0], highest))
+
+    found = estimate(u, y)
+    half = u.size // 2
+    try:
+        parts = [estimate(u[part], y[part]) for part in (slice(half), slice(half, None))]
+    except InputError:  # half of the record is too short
+        parts = []
+    return replace(found, notes=notes + (_of_halves(*parts) if parts else ()))
+
+
+def _response(
+    u: np.ndarray,
+    y: np.ndarray,
+    rate_hz: float,
+    averaged_bins: int | None,
+    taper: bool,
+    period_s: float | None,
+    band_hz: tuple[float, float],
+) -> FrequencyResponse:
+    """Response by the estimator that the perturbation needs."""
     if period_s is not None:
         if period_s * rate_hz < 4.0:
             raise InputError(
@@ -176,22 +206,45 @@ def frequency_response(
                 "give the period of the perturbation"
             )
         lowest = max(band_hz[0], 0.5 / period_s)
-        found = period_averaged(u, y, rate_hz, period_s, (lowest, highest))
+        found = period_averaged(u, y, rate_hz, period_s, (lowest, band_hz[1]))
         if not found.frequency_hz.size:
             raise InputError(
-                f"band_hz: expected multiples of {1.0 / period_s:g} Hz between {lowest:g} and {highest:g} "
+                f"band_hz: expected multiples of {1.0 / period_s:g} Hz between {lowest:g} and {band_hz[1]:g} "
                 "Hz, found none: widen the band"
             )
         return found
     if averaged_bins is None:
-        return multitaper_response(u, y, rate_hz, highest).band(band_hz[0], highest)
+        return multitaper_response(u, y, rate_hz, band_hz[1]).band(*band_hz)
     if not 2 <= averaged_bins <= u.size // 8:
         raise InputError(
             f"averaged_bins: expected 2 to {u.size // 8} for {u.size} samples, found {averaged_bins}: "
             f"coherence "
             "needs averages, and the response some frequencies"
         )
-    return frequency_averaged(u, y, rate_hz, averaged_bins, taper).band(band_hz[0], highest)
+    return frequency_averaged(u, y, rate_hz, averaged_bins, taper).band(*band_hz)
+
+
+def _of_halves(first: FrequencyResponse, second: FrequencyResponse) -> tuple[str, ...]:
+    """Sentence on a gain that differs between the halves of a record by more than its scatter.
+
+    log|H| of the halves is compared at common frequencies by Student's test, each weighted by its coherence.
+    """
+    frequency = first.frequency_hz
+    inside = (frequency >= second.frequency_hz[0]) & (frequency <= second.frequency_hz[-1])
+    if inside.sum() < 8:
+        return ()
+    other = np.interp(frequency[inside], second.frequency_hz, np.log(np.abs(second.response)))
+    ratio = other - np.log(np.abs(first.response[inside]))
+    weight = np.interp(frequency[inside], second.frequency_hz, second.coherence) * first.coherence[inside]
+    mean = float(np.average(ratio, weights=weight))
+    error = np.sqrt(np.sum((weight * (ratio - mean)) ** 2)) / weight.sum()
+    chance = 2.0 * float(scipy.special.stdtr(inside.sum() - 1.0, -abs(mean) / max(float(error), 1e-300)))
+    if not (chance < CHANCE and abs(mean) > LEAST_DIFFERENCE):
+        return ()
+    return (
+        f"The gain of the second half of the record is {np.exp(mean):.3g} times that of the first: the joint "
+        "or the recording changed. Check mounts and sensors, and fit the halves separately.",
+    )
 
 
 def frequency_averaged(

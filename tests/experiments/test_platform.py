@@ -123,6 +123,15 @@ def test_torque_of_the_other_sign_is_refused(table):
         analyse_platform(turned, OPTIONS)
 
 
+def test_reversed_torque_of_the_hip_is_flagged_and_not_recommended(table):
+    turned = table | {"hip_torque": -table["hip_torque"]}
+    analysis = analyse_platform(ingest_platform(turned, TABLE, DURATION_S - 0.1, "person.csv"), OPTIONS)
+    rows = platform_estimates("platform", "person", analysis, OPTIONS)
+    chosen = [row for row in rows if row.estimator == f"iv-{analysis.chosen}" and row.quantity[:2] == "K_"]
+    assert chosen and not any(row.recommended for row in rows)
+    assert all("negative" in row.flags for row in chosen)
+
+
 def test_platform_that_does_not_move_the_joints_is_refused(table, rng):
     other = table | {"platform": rng.standard_normal(table["time"].size)}
     unmoved = ingest_platform(other, TABLE, DURATION_S - 0.1, "person.csv")

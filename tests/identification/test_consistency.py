@@ -5,16 +5,10 @@ import pytest
 from builders import refused
 from scipy.signal import butter, sosfilt, sosfiltfilt
 
-from tepsipe import fit_impedance
-from tepsipe.identification.consistency import (
-    clipped,
-    held,
-    noise_floors,
-    parts_differ,
-    residual_test,
-    spikes,
-)
+from tepsipe import fit_admittance, fit_impedance, fit_parallel_cascade, frequency_response
+from tepsipe.identification.consistency import noise_floors, parts_differ, residual_test
 from tepsipe.signals.perturbations import Perturbation
+from tepsipe.signals.sample_faults import clipped, held, spikes
 
 RATE_HZ, COUNT, APART_S, FIRST_S = 250.0, 10, 1.5, 3.0
 JOINT = {"I": 0.02, "B": 0.3, "K": 12.0}
@@ -244,6 +238,53 @@ def test_spoiled_samples_are_noted(of):
 
 def test_stiffness_that_may_be_zero_is_noted():
     assert any("not distinguishable from 0" in note for note in fit_of(record(1, noise=0.3, K=0.05)).notes)
+
+
+# ---- records without perturbations, and responses ---------------------------------------------
+
+
+def movement(seed, late_s=0.0, seconds=40.0):
+    """Time (s), angle (rad) and late torque (N·m) of eight periods of a random movement up to 8 Hz."""
+    rng = np.random.default_rng(seed)
+    count = round(seconds * RATE_HZ)
+    frequency = np.fft.rfftfreq(count, 1.0 / RATE_HZ)
+    inside = (frequency > 0.2) & (frequency < 8.0) & (np.arange(frequency.size) % 8 == 0)
+    spectrum = inside * np.exp(2j * np.pi * rng.uniform(size=frequency.size))
+    w = 2j * np.pi * frequency
+    impedance = JOINT["I"] * w**2 + JOINT["B"] * w + JOINT["K"]
+    angle, torque = (np.fft.irfft(x, count) for x in (spectrum, spectrum * impedance * np.exp(-w * late_s)))
+    angle, torque = 0.02 * angle / angle.std(), 0.02 * torque / angle.std()
+    return np.arange(count) / RATE_HZ, angle, torque + 0.01 * torque.std() * rng.standard_normal(count)
+
+
+@pytest.mark.parametrize("late_ms", [0, -10, 2, 20])
+def test_delay_of_a_record_and_of_a_response_is_found(late_ms):
+    time, angle, torque = movement(1, 1e-3 * late_ms)
+    response = frequency_response(time, torque, angle, period_s=5.0, band_hz=(0.3, 7.9))
+    for fit in (fit_impedance(time, angle, torque), fit_admittance(response)):
+        delay = fit.quantities["delay"]
+        assert delay.value == pytest.approx(1e-3 * late_ms, abs=3e-4)
+        assert any("corrected" in note for note in fit.notes) == bool(late_ms)
+        assert fit.parameters == pytest.approx([0.02, 0.3, 12.0], rel=0.02)
+        assert fit.budget["B"]["torque_delay_s"] > 0.0
+
+
+def test_gain_that_changes_in_a_record_and_in_a_response_is_noted():
+    time, angle, torque = movement(1)
+    torque = torque * np.where(time > time.mean(), 1.2, 1.0)
+    response = frequency_response(time, torque, angle, period_s=5.0, band_hz=(0.3, 7.9))
+    for fit in (fit_impedance(time, angle, torque), fit_admittance(response)):
+        assert any("second half" in note for note in fit.notes)
+
+
+def test_reflexes_leave_the_delay_undetermined():
+    time, angle, torque = movement(1, seconds=60.0)
+    fit = fit_parallel_cascade(time, angle, torque, bootstrap_draws=100)
+    assert not fit.quantities["delay"].identified
+    assert any("delay of the torque is undetermined" in finding for finding in fit.findings)
+    spoiled = np.where(time > time.mean(), np.random.default_rng(1).permutation(torque), torque)
+    notes = fit_parallel_cascade(time, angle, spoiled, bootstrap_draws=100).notes
+    assert any("held out" in note for note in notes)
 
 
 # ---- command -------------------------------------------------------------------------------------

@@ -8,6 +8,7 @@ to the first part of the trial and predicts the torque of the rest, beside ordin
 feedback biases.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated
 
@@ -225,14 +226,17 @@ def platform_estimates(
     """
     estimates = []
     for name, model in analysis.models.items():
+        impossible = ("negative",) * _falls(analysis.joints, model.quantities)
         for joint, label in enumerate(analysis.joints):
             row, of_joint = model.rows[joint], model.quantities[joint]
             coherent = ("coherent-residual",) * (row.p_value < options.rejected_below)
-            quantities = {key: replace(q, flags=coherent) for key, q in of_joint.items()}
+            flags = coherent + impossible
+            quantities = {key: replace(q, flags=flags) for key, q in of_joint.items()}
             quantities[f"p_value_{label}"] = Quantity(row.p_value, "1")
             quantities[f"VAF_driven_held_out_{label}"] = Quantity(model.driven_vaf[joint], "%")
             quantities |= _vafs(label, model.vaf[joint])
-            quoted = {key for key, q in of_joint.items() if q.identified and name == analysis.chosen}
+            quotable = name == analysis.chosen and not impossible
+            quoted = {key for key, q in of_joint.items() if q.identified and quotable}
             estimates += [
                 replace(estimate, recommended=estimate.quantity in quoted)
                 for estimate in rows_of((experiment, condition, PATHWAY, f"iv-{name}"), quantities)
@@ -244,6 +248,12 @@ def platform_estimates(
             names = (experiment, condition, PATHWAY, f"direct-{name}")
             estimates += rows_of(names, direct | _vafs(label, model.direct_vaf[joint]))
     return estimates
+
+
+def _falls(joints: Sequence[str], quantities: Sequence[Mapping[str, Quantity]]) -> bool:
+    """True if the interval of a joint's own stiffness lies below 0, as with a torque of another sign."""
+    own = [of_joint.get(f"K_{label}_{label}") for label, of_joint in zip(joints, quantities, strict=True)]
+    return any(q is not None and q.identified and q.value < 0.0 and q.high < 0.0 for q in own)
 
 
 def _vafs(joint: str, vaf: HeldOutVaf) -> dict[str, Quantity]:
