@@ -234,6 +234,12 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
         "rest again, which narrows the interval of K of a passive joint",
     )
     fit.add_argument(
+        "--baseline",
+        choices=("rest", "each"),
+        default="rest",
+        help="with --belt-velocity: zero of angle and torque at rest (default), or before each perturbation",
+    )
+    fit.add_argument(
         "--angle-unit", choices=("rad", "deg"), help="default: the one that ends the column's name, else rad"
     )
     fit.add_argument(
@@ -527,7 +533,7 @@ def _fit(chosen: argparse.Namespace) -> tuple[str, ...]:
                     rest_before_s=before,
                     rest_after_s=after,
                 )
-                further |= {"perturbations": pulses, "thesis": chosen.thesis}
+                further |= {"perturbations": pulses, "thesis": chosen.thesis, "baseline": chosen.baseline}
                 fit = fit_impedance(time, angle, torque, **further)
             else:
                 fit = fit_impedance(time, angle, torque, thesis=chosen.thesis, **further)
@@ -568,6 +574,7 @@ def _stated(options: list[str]) -> dict[str, float]:
 def _with_options(sentence: str) -> str:
     """Sentence of the library with options of the command instead of a `Signal` or an argument."""
     sentence = sentence.replace('find_perturbations with until="rest"', "--until rest")
+    sentence = sentence.replace('baseline="each"', "--baseline each")
     return re.sub(
         r'Signal\((angle|torque|belt_velocity), "(\S+?)"\)',
         lambda found: f"--{found[1].replace('_', '-')}-unit {found[2]}",

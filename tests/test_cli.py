@@ -83,6 +83,9 @@ def test_fit_until_the_joint_is_at_rest_narrows_the_interval(table, capsys, tmp_
             not until
         )
     assert widths[1] < widths[0] / 2.2
+    assert main(["fit", table, *COLUMNS, *belt, "--baseline", "each", "--json"]) == 0
+    own = json.loads(capsys.readouterr().out)["quantities"]["K"]
+    assert own["low"] < 10.0 < own["high"] and own["high"] - own["low"] != widths[0]
     line = refused(capsys, "fit", table, *COLUMNS, "--until", "rest")
     assert "--until: expected stop without perturbations, found rest: give --belt-velocity" in line
     refused(capsys, "fit", table, *COLUMNS, *belt, "--until", "rest", "--model", "cascade")

@@ -89,6 +89,14 @@ def test_every_kind_of_valid_record_is_fitted_without_a_note(capsys, monkeypatch
     assert capsys.readouterr().out == "0 of 6 valid records have notes: 0.0 %\n"
 
 
+def test_spoiled_records_are_told_from_valid_ones():
+    script = loaded("notes_on_valid_records")
+    assert script.outcome(script.windowed, [3], script.unspoiled) in ("covered", "silent")
+    for name in ("torque late", "torque clipped", "torque drifts"):
+        assert script.outcome(script.windowed, [3], script.OF_SIGNALS[name]) == "noted", name
+    assert script.outcome(script.output_error, [3], script.OF_MARKERS["belt reversed"]) == "refused"
+
+
 @pytest.mark.slow
 def test_every_public_fit_has_an_interval_near_its_truth():
     script = loaded("public_fits")
