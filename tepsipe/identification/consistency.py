@@ -182,7 +182,7 @@ def delay_of_record(
     """Delay of a torque in a record of continuous movement, by regression on the whole record.
 
     The step of d is found with the derivative of the predicted torque, which contains no noise of the torque.
-    Blocks of time are the clusters of its standard error (`tepsipe.statistics.clusters`).
+    Blocks of time are the clusters of its standard error.
 
     regressors: theta'' (rad/s²), theta' (rad/s), theta (rad), then others, filtered.
     torque: tau (N·m), filtered as the motion is.
@@ -233,12 +233,14 @@ def delay_of_record(
         return replace(profile, reason=RESPONSE_ADVICE)
     y = spline(time[kept] + delay)
     rows = np.column_stack([regressors[kept], -slopes[kept] @ predicted])
-    size = np.linalg.norm(rows, axis=0)
-    errors, freedom, _ = errors_over_blocks(
-        rows, y - rows @ (np.linalg.lstsq(rows / size, y)[0] / size), block
-    )
-    sensitivity = np.linalg.lstsq(regressors[kept], rows[:, -1])[0][:3]
-    profile = DelayProfile(delay, max(float(errors[-1]), of_curvature), float(freedom[-1]), sensitivity)
+    rows = rows / np.linalg.norm(rows, axis=0)
+    length = np.linalg.norm(slopes[kept] @ predicted)
+    moments = rows * (y - rows @ np.linalg.lstsq(rows, y)[0])[:, None]
+    sums = np.add.reduceat(moments, np.arange(0, y.size, block), axis=0)
+    shares = np.linalg.solve(rows.T @ rows, sums.T)[-1] / length
+    error = float(np.sqrt(np.sum(shares**2) * len(shares) / (len(shares) - 1.0)))
+    sensitivity = np.linalg.lstsq(regressors[kept], length * rows[:, -1])[0][:3]
+    profile = DelayProfile(delay, max(error, of_curvature), len(shares) - 1.0, sensitivity)
     determined = profile.half_width_s(confidence) <= WIDEST_S
     return profile if determined else replace(profile, reason=RESPONSE_ADVICE)
 
@@ -519,18 +521,21 @@ def halves_of_record(
     half = torque.size // 2
     if half < 4 * block:
         return ()
-    fits = []
-    for part in (slice(half), slice(half, None)):
-        rows = regressors[part]
-        size = np.linalg.norm(rows, axis=0)
-        solution = np.linalg.lstsq(rows / size, torque[part])[0] / size
-        errors, freedom, _ = errors_over_blocks(rows, torque[part] - rows @ solution, block)
-        fits.append((solution, errors, freedom))
-    (one, error, freedom), (other, other_error, other_freedom) = fits
-    both, common = in_quadrature((error, freedom), (other_error, other_freedom))
+    parts, solutions = (slice(half), slice(half, None)), []
+    for part in parts:
+        size = np.linalg.norm(regressors[part], axis=0)
+        solutions.append(np.linalg.lstsq(regressors[part] / size, torque[part])[0] / size)
+    one, other = solutions
     difference = np.abs(one - other)
-    p = 2.0 * scipy.special.stdtr(common, -difference / np.maximum(both, 1e-300))
     least = LEAST_DIFFERENCE * np.append(np.abs(one + other)[:3] / 2.0, np.std(torque))
+    if not (difference > least).any():
+        return ()
+    (error, freedom, _), (other_error, other_freedom, _) = (
+        errors_over_blocks(regressors[part], torque[part] - regressors[part] @ solution, block)
+        for part, solution in zip(parts, solutions, strict=True)
+    )
+    both, common = in_quadrature((error, freedom), (other_error, other_freedom))
+    p = 2.0 * scipy.special.stdtr(common, -difference / np.maximum(both, 1e-300))
     found = [
         (float(p[k]), name, "the first and the second half", float(one[k]), float(other[k]))
         for k, name in enumerate((*PARAMETERS, "offset"))
