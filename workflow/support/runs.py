@@ -82,12 +82,17 @@ def begin() -> None:
     try:
         _hold()
     except OSError as error:
-        raise InputError(
-            f"{Path.cwd() / HELD.parts[0]}: expected a folder to write to, found that the system refuses it "
-            f"({error.strerror}): free space or change its permissions, then run again"
-        ) from error
+        raise InputError(refused_by_the_system(error, Path.cwd() / HELD.parts[0])) from error
     if NOTE.exists():  # of a run that was killed
         _wait_for_jobs()
+
+
+def refused_by_the_system(error: OSError, place: str | Path) -> str:
+    """Sentence for a file that cannot be written before the first job, as where the disk is full."""
+    return (
+        f"{error.filename or place}: expected a folder to write to, found that the system refuses it "
+        f"({error.strerror}): free space or change its permissions, then run again"
+    )
 
 
 def _hold() -> None:
