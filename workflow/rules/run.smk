@@ -26,7 +26,7 @@ try:
 except InputError as error:
     sys.exit(f"tepsipe: {error}")
 except OSError as error:
-    sys.exit(f"tepsipe: {runs.refused_by_the_system(error, Path.cwd())}")
+    sys.exit(f"tepsipe: {runs.refused_by_the_system(error, error.filename or Path.cwd())}")
 
 
 def contents_of(experiment, condition=None):
