@@ -93,8 +93,10 @@ LARGEST = 1e12
 # options of a model may differ from their default by this factor; these tuples may be empty
 LARGEST_CHANGE = 20
 MAY_BE_EMPTY = ("stop_radii_rad", "relaxation_times_s")
-# longest step of a clock (s): movements of a joint need more samples than two in a second
+# longest step of a clock (s): movements of a joint need more samples than two in a second; and the shortest,
+# faster than any converter
 LONGEST_STEP_S = 0.5
+SHORTEST_STEP_S = 1e-7
 
 
 @dataclass(frozen=True)
@@ -218,6 +220,11 @@ def number(value: object, name: str, within: Range) -> float | int:
         x = float(given) if number else math.nan
     except OverflowError:
         x = math.inf
+    if within.holds(x) and not within.whole and not (x == 0.0 or 1.0 / LARGEST <= abs(x) <= LARGEST):
+        raise InputError(  # its product or quotient with another number may be infinite
+            f"{name}: expected {within}, and zero or a size from {1.0 / LARGEST:g} to {LARGEST:g}, found "
+            f"{described(value)}: correct its unit"
+        )
     if not within.holds(x) or (within.whole and not isinstance(given, Integral)):
         raise InputError(f"{name}: expected {within}, found {described(value)}: {within.advice}")
     return int(given) if within.whole else x
@@ -678,6 +685,10 @@ def regular_rate(time: object, name: str = "time") -> tuple[np.ndarray, float]:
             "samples, and drop repeated ones"
         )
     worst = int(np.argmax(np.abs(step - mean)))
+    if mean < SHORTEST_STEP_S:
+        raise InputError(
+            f"{name}: expected seconds, found steps of {mean:.6g} s: convert the instants to seconds"
+        )
     if mean > LONGEST_STEP_S:
         raise InputError(
             f"{name}: expected seconds, found steps of {mean:.6g}, which look like milliseconds or numbers "

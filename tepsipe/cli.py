@@ -75,7 +75,7 @@ def progress(what: str) -> Iterator[None]:
         seconds = 2
         done.wait(2.0)
         while not done.is_set():
-            print(f"\r{what}: {seconds} s", end="", file=sys.stderr, flush=True)
+            print(f"\r{printable(what)}: {seconds} s", end="", file=sys.stderr, flush=True)
             seconds += 1
             done.wait(1.0)
         if seconds > 2:
@@ -90,6 +90,11 @@ def progress(what: str) -> Iterator[None]:
         shown.join()
 
 
+def show(text: str) -> None:
+    """Print text, in which a file may have put characters that control a terminal: these as their escapes."""
+    print("\n".join(map(printable, text.split("\n"))))
+
+
 def print_json(content: Mapping[str, Any]) -> None:
     """Print as JSON, with null for numbers that are not finite."""
 
@@ -102,7 +107,8 @@ def print_json(content: Mapping[str, Any]) -> None:
             return float(x) if math.isfinite(x) else None
         return x if isinstance(x, str | int | None) else str(x)
 
-    print(json.dumps(plain(content), indent=1, ensure_ascii=False, allow_nan=False))
+    text = json.dumps(plain(content), indent=1, ensure_ascii=False, allow_nan=False)
+    print("".join(c if c.isprintable() or c == "\n" else json.dumps(c)[1:-1] for c in text))
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
@@ -171,7 +177,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"tepsipe: {printable(_refused_by_the_system(error))}", file=sys.stderr)
         return 2
     for note in notes:
-        print(f"tepsipe: note: {note}", file=sys.stderr)
+        print(f"tepsipe: note: {printable(note)}", file=sys.stderr)
     return 3 if notes and chosen.strict else 0
 
 
@@ -429,7 +435,7 @@ def _export(chosen: argparse.Namespace) -> None:
             )
         make = motion_of if chosen.to == "mot" else torque_of
         write_storage(make(content, str(chosen.file), trial, chosen.pathway, chosen.coordinate), output)
-    print(f"written: {output}")
+    show(f"written: {output}")
 
 
 def _add_new_study(commands) -> None:
@@ -549,7 +555,7 @@ def _fit(chosen: argparse.Namespace) -> tuple[str, ...]:
         content |= {"notes": notes, "perturbations": len(fit.windows), "written": [csv, png]}
         print_json(content)
     else:
-        print(f"{_with_options(replace(fit, notes=()).summary())}\n\nwritten: {csv}, {png}")
+        show(f"{_with_options(replace(fit, notes=()).summary())}\n\nwritten: {csv}, {png}")
     return notes
 
 
@@ -619,7 +625,7 @@ def _calibrate(chosen: argparse.Namespace) -> tuple[str, ...]:
         content["calibrated"] = next(iter(calibration.models.values())).calibrated
         print_json(content | {"written": [models, csv, png]})
     else:
-        print(f"{calibration.summary(notes=False)}\n\nwritten: {models}, {csv}, {png}")
+        show(f"{calibration.summary(notes=False)}\n\nwritten: {models}, {csv}, {png}")
     return calibration.notes
 
 
@@ -636,7 +642,7 @@ def _info(chosen: argparse.Namespace) -> None:
         content = {"file": chosen.file, "kind": contents.kind, "facts": contents.facts}
         print_json(content | {"channels": channels, "events": contents.events})
     else:
-        print(f"{chosen.file}: {contents.summary()}")
+        show(f"{chosen.file}: {contents.summary()}")
     if chosen.plot is not None:
         from tepsipe.drawing.contents import draw_contents
         from tepsipe.drawing.style import save_png
@@ -644,7 +650,7 @@ def _info(chosen: argparse.Namespace) -> None:
         png = _picture(chosen.file, chosen.plot)
         save_png(draw_contents(contents, chosen.file.name), png)
         if not chosen.json:
-            print(f"\nwritten: {png}")
+            show(f"\nwritten: {png}")
 
 
 def _new_study(chosen: argparse.Namespace) -> None:
@@ -655,17 +661,17 @@ def _new_study(chosen: argparse.Namespace) -> None:
         made = new_study(chosen.folder, chosen.name, chosen.output, checkout)
     for study in (made, *made.others):
         for experiment, count in study.trials.items():
-            print(f"{experiment}: {count} {'trial' if count == 1 else 'trials'}")
+            show(f"{experiment}: {count} {'trial' if count == 1 else 'trials'}")
         if study.left:
-            print(f"files that are not used: {len(study.left)}, see {FILES[2]}")
-        print(f"written to {study.folder}: {', '.join(study.files)}")
-        print(f"assumed, to be checked: {study.assumed}, see {FILES[2]}")
+            show(f"files that are not used: {len(study.left)}, see {FILES[2]}")
+        show(f"written to {study.folder}: {', '.join(study.files)}")
+        show(f"assumed, to be checked: {study.assumed}, see {FILES[2]}")
         if study.missing:
-            print(f"next: fill in what {study.folder / FILES[2]} lists (items: {study.missing}), then")
+            show(f"next: fill in what {study.folder / FILES[2]} lists (items: {study.missing}), then")
         if checkout is not None:
             _print_commands(study.folder)
     if checkout is None:
-        print(
+        show(
             "to run the study: get the repository from which tepsipe was installed, because pip leaves out "
             "the rules, run make in it, and its .venv/bin/tepsipe new-study with another --output"
         )
@@ -677,7 +683,7 @@ def _print_commands(folder: Path) -> None:
     for command in (f"cd {quote(str(folder))}", "tepsipe check", "snakemake -n", "snakemake -c2"):
         name, _, options = command.partition(" ")
         known = name == "cd" or shutil.which(name) == str(commands / name)
-        print(f"  {name if known else quote(str(commands / name))} {options}".rstrip())
+        show(f"  {name if known else quote(str(commands / name))} {options}".rstrip())
 
 
 def _plan(chosen: argparse.Namespace) -> None:
@@ -696,7 +702,7 @@ def _plan(chosen: argparse.Namespace) -> None:
             raise InputError(
                 "--json: expected a plan of the dummy or of a standing person, found walking: leave it out"
             )
-        print(command.walking_summary(design))
+        show(command.walking_summary(design))
         return
     table, png = _outputs(chosen.output, (".csv", ".png"))
     if isinstance(design, StandingDesign):
@@ -716,7 +722,7 @@ def _plan(chosen: argparse.Namespace) -> None:
 
         print_json({"plan": pd.read_csv(table).to_dict("records"), "written": [table, png]})
         return
-    print(f"{text}\n\nwritten: {table}, {png}")
+    show(f"{text}\n\nwritten: {table}, {png}")
 
 
 def _picture(file: Path, wanted: Path) -> Path:
@@ -767,13 +773,13 @@ def _check(chosen: argparse.Namespace) -> None:
     environment = dict(os.environ, PYTHONPATH=str(checkout), PYTHONIOENCODING="utf-8:backslashreplace")
     with progress("reading the recordings"):
         done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", env=environment)
-    print(done.stdout, end="")
+    show(done.stdout.removesuffix("\n"))
     if done.returncode:
         said = done.stderr.strip().split("\n")
         refused = [line.removeprefix("tepsipe: ") for line in said if line.startswith("tepsipe: ")]
         *others, last = refused or said[-1:]
         for sentence in others:
-            print(f"tepsipe: {sentence}", file=sys.stderr)
+            print(f"tepsipe: {printable(sentence)}", file=sys.stderr)
         raise InputError(last)
 
 

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from builders import assert_one_sentence
 
-from tepsipe import Signal
-from tepsipe.arguments import factor, read_options, samples
+from tepsipe import Signal, load_example
+from tepsipe.arguments import OPTIONS, Range, checked, factor, read_options, regular_rate, samples
 from tepsipe.errors import InputError
+from tepsipe.signals.resampling import resample
 
 # what one unit is in the other
 DEGREE = 0.017453292519943295
@@ -91,3 +92,25 @@ def test_options_of_a_file_are_refused_in_one_sentence(mapping, words):
     with pytest.raises(InputError) as refused:
         read_options(Outer, mapping, "here")
     assert str(refused.value).startswith(words)
+
+
+@pytest.mark.parametrize("name", [name for name, wanted in OPTIONS.items() if isinstance(wanted, Range)])
+@pytest.mark.parametrize("value", [1e308, 1e13, 1e-320, 1e-13])
+def test_an_option_whose_products_or_quotients_may_overflow_is_refused(name, value):
+    with pytest.raises(InputError) as caught:
+        checked(**{name: value})
+    assert_one_sentence(caught.value, name)
+
+
+def test_other_extremes_are_refused_by_a_sentence():
+    time = np.arange(2000.0)
+    signal = np.sin(time)
+    for step in (1e-312, 1e-9, 1.0, 1e300):
+        with pytest.raises(InputError, match=r"expected seconds|at most 1e") as caught:
+            regular_rate(step * time)
+        assert_one_sentence(caught.value, "time")
+    with pytest.raises(InputError, match="for a low-pass at 1e-12 Hz, found 20 s"):
+        resample(0.01 * time, signal, 0.01 * time[:5], band_hz=1e-12)
+    for name in (np.array([1.0, 2.0]), ["dummy"], None, {}):
+        with pytest.raises(InputError, match="expected the name of an example"):
+            load_example(name)

@@ -1,5 +1,6 @@
 """The commands: what they print and write, and one sentence on the standard error where they cannot."""
 
+import ast
 import csv
 import io
 import json
@@ -444,3 +445,34 @@ def test_commands_and_options_are_completed(monkeypatch, root):
             "--torque-unit",
             "--torque-sign",
         }
+
+
+CONTROLS = "\x1b[31m\u202e\x07\x9b"  # colour, direction, bell, and an escape of one byte
+
+
+def test_characters_of_a_file_that_control_a_terminal_are_shown_as_their_escapes(capsys):
+    name = f"force{CONTROLS}_N.csv"
+    with open(name, "w", encoding="utf-8") as file:
+        file.write(f"time_s,force{CONTROLS}_N\n0.00,1.0\n0.01,2.0\n0.02,1.0\n")
+    for options in ([], ["--json"]):
+        assert main(["info", name, *options]) == 0
+        said = capsys.readouterr()
+        assert all(c.isprintable() or c == "\n" for c in said.out + said.err)
+        assert "u202e" in said.out
+        if "--json" in options:
+            assert json.loads(said.out)["channels"][1]["name"] == f"force{CONTROLS}_N"
+
+
+def test_commands_print_what_files_contain_by_one_function(root):
+    """Otherwise a name in a file could reach the terminal as it is."""
+    tree = ast.parse((root / "tepsipe/cli.py").read_text(encoding="utf-8"))
+    bare = {
+        function.name
+        for function in ast.walk(tree)
+        if isinstance(function, ast.FunctionDef)
+        for node in ast.walk(function)
+        if isinstance(node, ast.Call)
+        and getattr(node.func, "id", "") == "print"
+        and not any(keyword.arg == "file" for keyword in node.keywords)
+    }
+    assert bare == {"show", "print_json"}

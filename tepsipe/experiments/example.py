@@ -128,7 +128,7 @@ def load_example(name: str = "dummy") -> Example:
     >>> load_example("manipulator").period_s
     10.0
     """
-    if name not in EXAMPLES:
+    if not isinstance(name, str) or name not in EXAMPLES:
         raise InputError(
             f"load_example: expected the name of an example, found {quoted(name)}: {nearest(name, EXAMPLES)}"
         )

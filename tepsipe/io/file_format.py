@@ -43,6 +43,10 @@ class Channel:
         if values.dtype.kind not in "fiub" or not values.size:
             return cls(name, unit, rate_hz, values.shape, 0, np.nan, np.nan, 0, None)
         finite = np.isfinite(values)
+        if finite.all():
+            return cls(
+                name, unit, rate_hz, values.shape, 0, float(values.min()), float(values.max()), 0, values
+            )
         low, high = (float(f(values[finite])) if finite.any() else np.nan for f in (np.min, np.max))
         gaps = ~finite.reshape(values.shape[0], -1).all(axis=1) if values.ndim else ~finite.reshape(1)
         edges = np.flatnonzero(np.diff(np.concatenate(([False], gaps, [False]))))

@@ -9,6 +9,7 @@ import numpy as np
 from tepsipe.errors import InputError, printable
 from tepsipe.io.file_format import Channel, Contents, Format
 from tepsipe.io.formats import format_of
+from tepsipe.io.names import special_in
 from tepsipe.io.readers.signal_table import marker_columns
 
 MOST_FILES = 2000
@@ -92,6 +93,10 @@ def _found(path: Path, name: str) -> Found:
     if not name.isprintable():
         why = "its name holds a line break or another character that is none: rename it"
         return Found(path, printable(name), "other", None, None, {}, why)
+    special = special_in(name) or [c for c in name[:1] if c in "-~$"]
+    if special:
+        why = f"the run refuses {' '.join(map(repr, special))} in its name: rename it"
+        return Found(path, name, "other", None, None, {}, why)
     try:
         known = format_of(path)
         contents = known.contents(path)

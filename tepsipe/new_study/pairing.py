@@ -10,6 +10,7 @@ from pathlib import PurePosixPath
 import numpy as np
 
 from tepsipe.io.formats import formats
+from tepsipe.io.names import usable_name
 from tepsipe.new_study.files import FIRST, Found, samples
 
 # words of a file's name that say what the file holds, not which trial it is of
@@ -179,6 +180,15 @@ def name_apart(groups: list[Group]) -> None:
             continue
         for g, part in zip(twins, _folders(twins), strict=True):
             g.condition = _spelled(f"{part}-{g.condition}").lstrip("-.")
+    taken: dict[str, set[str]] = {}
+    for group in groups:  # as the run asks for: they become names of files on every computer
+        names = taken.setdefault(group.experiment, set())
+        name, number = usable_name(group.condition), 1
+        group.condition = name
+        while group.condition.casefold() in names:
+            number += 1
+            group.condition = f"{name}-{number}"
+        names.add(group.condition.casefold())
 
 
 def _folders(twins: list[Group]) -> list[str]:

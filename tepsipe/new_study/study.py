@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.errors import InputError
+from tepsipe.io.names import special_in, usable_name
 from tepsipe.new_study.experiments import find_experiments
 from tepsipe.new_study.files import Found, look_at
 from tepsipe.new_study.pairing import Group, group_files, name_apart
@@ -127,6 +128,12 @@ def new_study(
     folder = Path(folder)
     name = _name(folder, name)
     output = _output(folder, name, output)
+    special = special_in(_from(output, folder))
+    if special:
+        raise InputError(
+            f"{folder}: expected a folder of recordings without {' '.join(map(repr, special))} in its path, "
+            "which the run refuses, found them: rename it"
+        )
     _refuse_existing(output)
     files = look_at(folder, left_out=_real(output) if _real(output) != _real(folder) else None)
     groups, unused = group_files(files)
@@ -218,7 +225,7 @@ def _real(path: Path) -> Path:
 def _name(folder: Path, name: str | None) -> str:
     candidate = _real(folder).name if name is None else name
     if name is None:
-        candidate = re.sub(r"[^A-Za-z0-9.-]+", "-", candidate).strip("-.") or "my-study"
+        candidate = usable_name(re.sub(r"[^A-Za-z0-9.-]+", "-", candidate).strip("-.") or "my-study")
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9.-]*", candidate):
         raise InputError(
             f"--name: expected letters, digits, dots and hyphens, found {candidate!r}: choose another name"
@@ -434,7 +441,9 @@ def participants_of(groups: list[Group]) -> dict[str, str]:
         matches = {g.first.name: NAME.search(g.first.name) for g in members}
         if not members or not all(matches.values()):
             continue
+        spelled: dict[str, str] = {}  # names that differ in upper and lower case are one person
         names = {file: re.sub(r"[^A-Za-z0-9]", "", match[1]) for file, match in matches.items()}
+        names = {file: spelled.setdefault(own.casefold(), own) for file, own in names.items()}
         if len(set(names.values())) > 1:
             participants |= names
     return participants

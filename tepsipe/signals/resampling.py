@@ -171,6 +171,11 @@ def resample(
             f"expected samples from {new_time[0]:.4f} s to {new_time[-1]:.4f} s, found them only from "
             f"{time[0]:.4f} s to {time[-1]:.4f} s: the recording is too short"
         )
+    if band_hz is not None and band_hz * (time[-1] - time[0]) < 1.0:
+        raise InputError(
+            f"expected a recording of at least {1.0 / band_hz:.3g} s for a low-pass at {band_hz:.3g} Hz, "
+            f"found {time[-1] - time[0]:.3g} s: raise the rate, or record longer"
+        )
     if band_hz is not None:
         x = _band_limit(x, rate_hz or (time.size - 1) / (time[-1] - time[0]), band_hz)
     pieces = list(spline_pieces(time.size))

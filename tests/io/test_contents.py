@@ -1,5 +1,7 @@
 """tepsipe info: gaps, plates, events, and the picture of a file."""
 
+import time
+
 import numpy as np
 import pytest
 from dflow_builders import write_mocap
@@ -112,3 +114,18 @@ def test_plates_and_events_of_a_recording_made_by_others(real_data):
     channels = [ax.get_title(loc="left") for ax in draw_contents(contents, "walk").figure.axes]
     assert "Force.Fz1 (N)" in channels
     assert not any("Angles" in name for name in channels)
+
+
+@pytest.mark.parametrize("every", [1, 2])  # numbers only, and every other column text
+def test_a_table_of_very_many_columns_is_read_in_time_that_grows_with_their_number(tmp_path, every):
+    names = [f"c{k}" for k in range(20_000)]
+    cells = ["1.5" if k % every == 0 else "on" for k in range(len(names))]
+    late = cells.copy()
+    late[0] = "off"  # text from the second line on
+    (tmp_path / "wide.csv").write_text("".join(f"{','.join(row)}\n" for row in (names, cells, late)))
+    start = time.process_time()
+    contents = contents_of(tmp_path / "wide.csv")
+    # a second or two; comparing each column with all others takes ten times as long
+    assert time.process_time() - start < 5.0
+    assert [channel.name for channel in contents.channels] == names[::every][1:]
+    assert contents.facts["columns of text"].split(", ")[:2] == (["c0"] if every == 1 else ["c0", "c1"])

@@ -319,10 +319,10 @@ def test_nothing_is_overwritten(tmp_path, capsys):
 
 
 def test_a_study_elsewhere_names_the_checkout_and_its_own_files(tmp_path, root):
-    folder = tmp_path / "lab & {co}"
+    folder = tmp_path / "lab & (co)"
     folder.mkdir()
     joint(folder / "joint.tsv", 1)
-    for output in (tmp_path / 'a "b" $(c)', tmp_path / "lab & {co}/deep/er"):
+    for output in (tmp_path / 'a "b" $(c)', tmp_path / "lab & (co)/deep/er"):
         new_study(folder, "knee", output, checkout=root)
         (named,) = re.findall(r'snakefile:\n +(".*")\n', (output / RULES).read_text())
         assert (output / json.loads(named)).resolve() == root / "Snakefile"

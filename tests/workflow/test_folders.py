@@ -7,9 +7,9 @@ import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
+from tepsipe.io.names import check_distinct, check_name
 from workflow.settings.config import check_config
 from workflow.support.folders import check_checkout, check_folders, check_paths, names_in_results
-from workflow.support.names import check_distinct, check_name
 
 
 @pytest.fixture

@@ -94,3 +94,27 @@ def test_a_missing_recording_is_named_by_its_job(recorded):
     run = snakemake(recorded, TRIAL, "-n")
     assert run.returncode == 0 and jobs(run)["ingest_position_manipulator"] == 1
     (recorded / "b.csv").rename(path)
+
+
+@pytest.mark.parametrize("options", [["-n"], []])
+def test_a_full_disk_is_named_before_snakemake_writes_to_it(recorded, options):
+    module = recorded / "workflow/support/runs.py"
+    before = module.read_text()
+    module.write_text(f"{before}\n\nLEAST_BYTES = 1 << 80\n")
+    run = snakemake(recorded, TRIAL, *options)
+    module.write_text(before)
+    assert run.returncode == 1 and "Traceback" not in run.stderr
+    assert f"tepsipe: {recorded}: expected space for the run, found the disk full" in run.stderr
+
+
+def test_what_the_system_refuses_before_the_first_job_is_one_sentence(recorded):
+    module = recorded / "workflow/support/job_outputs.py"
+    before = module.read_text()
+    full = 'raise OSError(28, "No space left on device", "results/a")'
+    module.write_text(f"{before}\n\ndef changes(logs):\n    {full}\n")
+    run = snakemake(recorded, TRIAL)
+    module.write_text(before)
+    assert run.returncode == 1
+    (said,) = [line for line in run.stderr.splitlines() if line.startswith("tepsipe: ")]
+    assert said.startswith("tepsipe: results/a: expected a folder to write to, found that the system refuses")
+    assert "Traceback" not in run.stderr

@@ -28,6 +28,8 @@ runs.spare_pandas()
 try:
     for path in CONFIGFILES:
         read_settings(path)
+    if not runs.looks(sys.argv):
+        runs.refuse_a_full_disk()
     # now, because Snakemake writes to the folder when it loads the first of them
     if not runs.looks(sys.argv) and not runs.is_dry(sys.argv):
         runs.begin()

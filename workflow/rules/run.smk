@@ -25,6 +25,8 @@ try:
         AGAIN = [] if NAMED else job_outputs.remade(changes, config, workflow.main_snakefile, sys.argv, dry)
 except InputError as error:
     sys.exit(f"tepsipe: {error}")
+except OSError as error:
+    sys.exit(f"tepsipe: {runs.refused_by_the_system(error, error.filename or Path.cwd())}")
 
 
 def contents_of(experiment, condition=None):

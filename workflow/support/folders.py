@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from tepsipe.errors import InputError, quoted
-from workflow.support.names import DEVICES, LONGEST
+from tepsipe.io.names import DEVICES, LONGEST, special_in
 
 # of the checkout; in none of these folders there may be outputs
 SOURCES = (
@@ -19,8 +19,6 @@ SOURCES = (
     *("Makefile", "pyproject.toml", "requirements.txt", "requirements.in", "README.md"),
     *(".git", ".venv", ".snakemake"),
 )
-# of Snakemake and YAML in names, and what no shell takes as it is; characters that are none, too
-SPECIAL = set('{}<>*?"|')
 LONGEST_BYTES = 255  # of the name of a file or a folder
 # files that the section `study` names
 INPUTS = {
@@ -35,9 +33,7 @@ def check_path(name: str, value: str | None, key: str) -> None:
     """Refuse a path in the configuration that Snakemake would take for a pattern, or that names nothing."""
     if value is None:
         return
-    special = sorted(
-        {character for character in value if character in SPECIAL or not character.isprintable()}
-    )
+    special = special_in(value)
     if special:
         raise InputError(
             f"{name}: expected a path without {' '.join(map(repr, special))} for {key!r}, found "

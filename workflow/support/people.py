@@ -7,8 +7,8 @@ from pathlib import Path
 
 from tepsipe.errors import InputError, quoted
 from tepsipe.experiments.registry import EXPERIMENTS
+from tepsipe.io.names import check_distinct, check_name
 from tepsipe.io.readers.plain_file import read_text
-from workflow.support.names import check_distinct, check_name
 from workflow.support.placeholders import refuse_placeholder_cells
 
 EMPTY = ("-", "")

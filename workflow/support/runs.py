@@ -9,6 +9,7 @@ import contextlib
 import json
 import os
 import re
+import shutil
 import socket
 import sys
 import time
@@ -32,6 +33,7 @@ LOOKS = {
     *("--list-input-changes", "--list-params-changes", "--list-code-changes", "--list-changes"),
 }
 LONGEST_WAIT_S = 1800.0
+LEAST_BYTES = 1 << 20  # for records of Snakemake's and the log of the run
 # what a shell takes as it is; Snakemake's own executors give it the interpreter's path without quotes
 PLAIN = re.compile(r"[\w./+@%,:=-]", re.ASCII)
 
@@ -82,12 +84,25 @@ def begin() -> None:
     try:
         _hold()
     except OSError as error:
-        raise InputError(
-            f"{Path.cwd() / HELD.parts[0]}: expected a folder to write to, found that the system refuses it "
-            f"({error.strerror}): free space or change its permissions, then run again"
-        ) from error
+        raise InputError(refused_by_the_system(error, Path.cwd() / HELD.parts[0])) from error
     if NOTE.exists():  # of a run that was killed
         _wait_for_jobs()
+
+
+def refused_by_the_system(error: OSError, place: str | Path) -> str:
+    """Sentence for a file that cannot be written before the first job, as where the disk is full."""
+    return (
+        f"{place}: expected a folder to write to, found that the system refuses it "
+        f"({error.strerror}): free space or change its permissions, then run again"
+    )
+
+
+def refuse_a_full_disk() -> None:
+    """Refuse a folder without space for what Snakemake itself writes while it plans."""
+    if shutil.disk_usage(".").free < LEAST_BYTES:
+        raise InputError(
+            f"{Path.cwd()}: expected space for the run, found the disk full: free some, then run again"
+        )
 
 
 def _hold() -> None:

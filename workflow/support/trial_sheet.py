@@ -10,8 +10,8 @@ from pathlib import Path
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.experiments.registry import EXPERIMENTS
 from tepsipe.io.formats import holds_whole_trial, takes_markers_beside
+from tepsipe.io.names import check_distinct, check_name
 from tepsipe.io.readers.plain_file import read_text
-from workflow.support.names import check_distinct, check_name
 from workflow.support.people import belt_of, participant_of
 from workflow.support.placeholders import refuse_placeholder_cells
 from workflow.support.row_names import NAME_COLUMNS, names_of

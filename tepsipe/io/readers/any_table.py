@@ -1,6 +1,7 @@
 """A text table of any columns: their names and contents, and what such a table may hold."""
 
 import re
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -38,18 +39,9 @@ def table_columns(path: Path) -> tuple[list[str], str]:
 def table_contents(path: Path) -> Contents:
     """Contents of a text table (units by the names of its columns); columns of text are named only."""
     names, delimiter = table_columns(path)
-    unique = [name for name in names if name and names.count(name) == 1]
-    columns, texts = {}, []
-    try:
-        columns = read_text_table(path, {name: name for name in unique}, delimiter)
-    except InputError as error:
-        if "expected a number" not in str(error):
-            raise
-        for name in unique:  # a column of text is skipped
-            try:
-                columns |= read_text_table(path, {name: name}, delimiter)
-            except InputError:
-                texts.append(name)
+    unique = {name: name for name, count in Counter(names).items() if name and count == 1}
+    texts: list[str] = []
+    columns = read_text_table(path, dict(unique), delimiter, texts=texts)
     time = next((name for name in columns if re.match(r"time|zeit|t\b|t_|t \(", name, re.IGNORECASE)), None)
     rate, facts = None, {"delimiter": next(name for name, d in DELIMITERS.items() if d == delimiter)}
     if time is not None:
@@ -62,7 +54,7 @@ def table_contents(path: Path) -> Contents:
                 f"{steps.min():.4g} to {steps.max():.4g} s, median {np.median(steps):.4g} s"
             )
     if texts:
-        facts["columns of text"] = ", ".join(texts)
+        facts["columns of text"] = ", ".join(name for name in unique if name not in columns)
     return Contents(
         "text table", facts, [Channel.of(name, unit_in(name), rate, x) for name, x in columns.items()]
     )

@@ -2,6 +2,7 @@
 
 import difflib
 import re
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +40,7 @@ def read_text_table(
     delimiter: str,
     named_by: dict[str, str] | None = None,
     units: dict[str, str] | None = None,
+    texts: list[str] | None = None,
 ) -> dict[str, np.ndarray]:
     """Read named columns of a text file whose first line names them.
 
@@ -51,6 +53,7 @@ def read_text_table(
     delimiter: character between columns.
     named_by: key -> where its column's name was given, for messages; by default the configuration.
     units: key -> unit in which its samples are read: a name that ends in another one is refused.
+    texts: receives the keys of columns that contain text, which are not returned; None to refuse them.
     Returns: one array per key of ``columns`` with a name, in the file's units.
     """
     path = Path(path)
@@ -61,8 +64,10 @@ def read_text_table(
         raise InputError(f"{path}: expected a header and samples, found an empty file: record again")
     header, _, body = text.partition("\n")
     names = [name.strip() for name in header.split(delimiter)]
+    counts, places = Counter(names), {name: place for place, name in enumerate(names)}
     for key, name in columns.items():
-        _refuse_other_names(path, name, (named_by or {}).get(key, "the configuration"), names)
+        if counts[name] != 1:
+            _refuse_other_names(path, name, (named_by or {}).get(key, "the configuration"), names)
         if units and key in units:
             refuse_other_unit(name, units[key], str(path), key.replace("_", " "))
     lines = body.split("\n")
@@ -94,13 +99,31 @@ def read_text_table(
             f"{path}: expected samples that end with a line break, found one line without: the file is "
             "truncated, copy it again from the instrument"
         )
-    wanted = [names.index(name) for name in columns.values()]
     lines = with_points(lines, delimiter)
+    wanted = {key: places[name] for key, name in columns.items()}
+    if texts is not None:  # most columns of text have one in their first line
+        first = lines[0].split(delimiter)
+        texts += [key for key, place in wanted.items() if _is_text(first[place])]
+        wanted = {key: place for key, place in wanted.items() if not _is_text(first[place])}
+    if not wanted:
+        return {}
     try:
-        values = np.loadtxt(lines, delimiter=delimiter, usecols=wanted, ndmin=2, comments=None)
+        values = np.loadtxt(lines, delimiter=delimiter, usecols=list(wanted.values()), ndmin=2, comments=None)
     except ValueError as error:
-        values = _numbers_one_by_one(path, lines, delimiter, wanted, names, error)
-    return {key: values[:, i] for i, key in enumerate(columns)}
+        values, later = _numbers_one_by_one(path, lines, delimiter, wanted, names, error, texts is not None)
+        if texts is not None:
+            texts += later
+            wanted = {key: place for key, place in wanted.items() if key not in later}
+    return dict(zip(wanted, values.T, strict=True))
+
+
+def _is_text(field: str) -> bool:
+    """Test for a field that is neither empty nor a number."""
+    try:
+        number_in(field.strip() or "nan")
+    except ValueError:
+        return True
+    return False
 
 
 def refuse_other_unit(column: str, unit: str, name: str, what: str = "") -> None:
@@ -157,18 +180,28 @@ def _refuse_other_names(path, name, where, names) -> None:
         raise InputError(f"{path}: expected a column named {name!r}, found {listed(names)}: {hint}")
 
 
-def _numbers_one_by_one(path, lines, delimiter, wanted, names, error) -> np.ndarray:
-    """Find the field that is not a number; an empty field is a missing sample (NaN)."""
+def _numbers_one_by_one(
+    path, lines, delimiter, wanted, names, error, keep_text
+) -> tuple[np.ndarray, dict[str, int]]:
+    """Numbers of all columns but those of text, and the keys of these; an empty field is NaN.
+
+    wanted: key -> place of its column.
+    keep_text: False to refuse a field that is not a number.
+    """
     values = np.empty((len(lines), len(wanted)))
+    texts: dict[str, int] = {}
     for row, line in enumerate(lines):
         fields = line.split(delimiter)
-        for column, index in enumerate(wanted):
+        for column, (key, index) in enumerate(wanted.items()):
             field = fields[index].strip()
             try:
                 values[row, column] = number_in(field) if field else np.nan
             except ValueError:
+                if keep_text:
+                    texts[key] = column
+                    continue
                 raise InputError(
                     f"{path}: expected a number, found {quoted(field)} in column {names[index]!r} on line "
                     f"{row + 2}: repair the file or export it again"
                 ) from error
-    return values
+    return np.delete(values, list(texts.values()), axis=1), texts

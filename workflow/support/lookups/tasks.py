@@ -5,9 +5,9 @@ from itertools import permutations
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.registry import EXPERIMENTS
+from tepsipe.io.names import check_distinct, check_name
 from workflow.support.lookups.sheet import Sheet, last_unless
 from workflow.support.lookups.treadmill import Treadmill
-from workflow.support.names import check_distinct, check_name
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Names that become files and folders: conditions and tasks of the trial sheet."""
+"""Names that become files and folders, such as conditions of the trial sheet; paths of recordings."""
 
 import unicodedata
 from collections.abc import Iterable
@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from tepsipe.errors import InputError, quoted
 
 LONGEST = 80
+# of Snakemake and YAML in paths, and what no shell takes as it is; characters that are none, too
+SPECIAL = set('{}<>*?"|')
 # file names that Windows keeps for devices, with any ending
 DEVICES = {
     "con",
@@ -14,6 +16,18 @@ DEVICES = {
     "nul",
     *(f"{name}{number}" for name in ("com", "lpt") for number in range(1, 10)),
 }
+
+
+def special_in(path: str) -> list[str]:
+    """Characters of a path that Snakemake would take for a pattern, and those that cannot be printed."""
+    return sorted({c for c in path if c in SPECIAL or not c.isprintable()})
+
+
+def usable_name(name: str, longest: int = LONGEST - 5) -> str:
+    """A name of letters, digits, dots and hyphens as `check_name` asks for, also with a number at its end."""
+    short = name[:longest].strip(".-") or "trial"
+    device = short.partition(".")[0].casefold() in DEVICES
+    return f"trial-{short}"[:longest].strip(".-") if device else short
 
 
 def check_name(name: str, what: str, here: str) -> None:
