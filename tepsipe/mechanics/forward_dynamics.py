@@ -1,7 +1,7 @@
 """Forward simulation of the ankle dummy (thesis sections 2-1-3 and 3-1-3).
 
-The foot follows its recorded markers or the recorded belt and does not rotate; the leg rotates about the ankle
-against the joint:
+The foot follows its recorded markers or the recorded belt and does not rotate; the leg rotates about the
+ankle against the joint:
 
     tau = I theta'' + B theta' + K (theta - theta_ref)                                             (2-1)
     J theta'' = m g r sin(theta) - m r y_f'' cos(theta) - B theta' - K (theta - theta_ref),
