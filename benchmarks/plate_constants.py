@@ -403,9 +403,9 @@ CLAIMS = {
     "Standard deviation of the mass, sinusoidal perturbations of 0.5 m/s": "SD, sine of 0.5 m/s",
     "Standard deviation of the mass, minimum-jerk perturbations of 0.5 m/s": "SD, minimum jerk of 0.5 m/s",
     "The mean of the estimated mass falls with amplitude": "change of the mass with amplitude",
-    "The belt-induced force increases with amplitude": "force, least ratio to the next lower amplitude",
-    "The belt-induced force is largest for minimum jerk of 0.5 m/s": "force, minimum jerk to sine, 0.5 m/s",
-    "Filtered at 10 Hz, both belt-induced forces are similar in shape": "least correlation at 10 Hz",
+    "The belt-induced force increases with amplitude": "force, lowest ratio to the next lower amplitude",
+    "The belt-induced force is largest for minimum jerk of 0.5 m/s": "force of M5 relative to S5",
+    "Filtered at 10 Hz, both belt-induced forces are similar in shape": "lowest correlation at 10 Hz",
 }
 WITHIN = ("implied", "fitted", "predicted", "pattern", "interpretation")
 FRAMES = ("bristle-frame", "linear-frame")
@@ -433,16 +433,16 @@ def study_rows(results: Path) -> dict[str, list[str]]:
     foot = recovery[(recovery.pathway == "foot-compensated") & (recovery.quantity == "K")]
     clear = foot[foot.condition.str.split("-", n=1).str[1].isin(CLEAR)]
     largest = f"{100.0 * clear.relative_error.abs().max():.0f}"
-    rows["error of K by the compensated torque from the foot, largest from 0.3 m/s"] = ["%", "", largest]
+    rows["largest error of K from the foot (compensated), 0.3 m/s and above"] = ["%", "", largest]
     rejected = f"{foot['flags'].fillna('').str.contains('treadmill-').sum()} of {len(foot)}"
-    rows["these K that the check of the treadmill model rejects, all amplitudes"] = ["", "", rejected]
+    rows["K from the foot rejected by the check of the treadmill model, all amplitudes"] = ["", "", rejected]
     person = recovery[(recovery.experiment == "standing") & recovery.recommended & (recovery.quantity == "K")]
     largest = f"{100.0 * person.relative_error.abs().max():.0f}"
-    rows["error of K of the standing person, largest of the tasks"] = ["%", "", largest]
+    rows["largest error of K of the standing person over the tasks"] = ["%", "", largest]
     return rows
 
 
-ORDERED = "laboratories in which the force rises with amplitude and is largest for M0.5, drawn clocks"
+ORDERED = "laboratories (drawn clocks) in which the force rises with amplitude and is largest for M5"
 
 
 def kept_plates() -> dict[str, PlateTruth]:

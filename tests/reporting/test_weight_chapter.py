@@ -273,13 +273,13 @@ def test_frames_fitted_to_all_weights_are_not_said_to_extrapolate():
 def test_kept_studies_with_other_plates_are_compared():
     measures = {
         "R² of the pitch moment, better frame, lowest over the loads": ("", "", "0.99", "0.97", "0.98"),
-        "laboratories in which the force rises with amplitude and is largest for M0.5, drawn clocks": (
+        "laboratories (drawn clocks) in which the force rises with amplitude and is largest for M5": (
             "%",
             "",
             *"ABC",
         ),
-        "error of K of the standing person, largest of the tasks": ("%", "", "10", "64", "11"),
-        "error of K by the compensated torque from the foot, largest from 0.3 m/s": (
+        "largest error of K of the standing person over the tasks": ("%", "", "10", "64", "11"),
+        "largest error of K from the foot (compensated), 0.3 m/s and above": (
             "%",
             "",
             "9",
