@@ -6,11 +6,12 @@ all of them and returns a `Fitted`. Settings are plain dictionaries, as the conf
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from tepsipe.io.estimates import Contribution, Estimate
+from tepsipe.io.estimates import Contribution, Estimate, flagged
 from tepsipe.io.result import Result
+from tepsipe.io.trial import Trial
 
 
 @dataclass(frozen=True)
@@ -25,3 +26,16 @@ class Fitted:
     """Rows of the table of uncertainty, as far as the estimates have a budget."""
     further: dict[str, Any] = field(default_factory=dict)
     """Name of a further output -> its content."""
+
+
+def checked(trial: Trial, rows: Sequence[Estimate], *failed: str) -> list[Estimate]:
+    """Rows of one trial with the faults of its recording and its failed checks as flags.
+
+    None is recommended where the joint changes (``time-varying``).
+
+    trial: its attribute ``faults`` names those of the recording.
+    failed: names in `tepsipe.io.estimates.FLAGS`.
+    """
+    faults = filter(None, trial.attributes.get("faults", "").split(";"))
+    changes = "time-varying" in failed
+    return [replace(e, recommended=e.recommended and not changes) for e in flagged(rows, *faults, *failed)]

@@ -1,4 +1,4 @@
-"""Four tests of whether a record agrees with the linear joint that was fitted to it.
+"""Three tests of whether a record agrees with the linear joint that was fitted to it.
 
 **Residual.** What the model leaves in the perturbations is compared with what the same model leaves at rest,
 where only noise acts. With the mean squares s_w^2 and s_r^2 of the filtered residuals, and their degrees of
@@ -17,10 +17,6 @@ with products of different perturbations only, so that noise of angle and torque
 (`tepsipe.identification.regression.windows`). Its standard error is that of the perturbations (jackknife). A
 joint without inertia and with little damping does not tell a delay d from a damping K d: the perturbations
 then do not repeat what distinguishes the two, or the standard error is large.
-
-**Noise floor.** At rest, white noise of an instrument has the same power at all frequencies. A signal that
-was filtered before has lost it above the cutoff. The ratio of powers at high and low frequencies is compared
-between the signals.
 
 **Halves.** Estimates of early and late perturbations, and of those in either direction, are compared by
 Welch's test of two means.
@@ -61,15 +57,6 @@ THIN_S = 0.005
 # half-width of a delay's interval, above which the record does not determine it (s): three of its standard
 # errors then tell a delay of half a millisecond, which adds 10 % to the damping of a passive joint, from none
 WIDEST_S = 3e-4
-# power at high frequencies relative to that at low ones (dB): of a filtered signal, and least difference to
-# the other signal
-FILTERED_DB, APART_DB = -40.0, 20.0
-# the former for a signal that moves, whose power at low frequencies is large
-FILTERED_MOVING_DB = -85.0
-# low and high frequencies, the latter relative to the sampling rate
-LOW_HZ, HIGH_PART = 5.0, (0.35, 0.45)
-# middle frequencies relative to the sampling rate, from which the power of a filtered signal falls on (dB)
-MIDDLE_PART, FALLS_ON_DB = (0.15, 0.25), -12.0
 # time before a perturbation whose mean is its own zero, and pause until it begins, because filters spread it
 # (s)
 BASELINE_S, BASELINE_GAP_S = 0.2, 0.06
@@ -87,6 +74,8 @@ RESPONSE_ADVICE = (
 )
 # smallest difference between parts of a record that matters
 LEAST_DIFFERENCE = 0.03
+# growth of the unexplained part from the fitted to the held-out part of a record: ratio and difference (%)
+LARGEST_GROWTH, LEAST_GROWTH = 2.5, 5.0
 
 
 @dataclass(frozen=True)
@@ -436,41 +425,6 @@ def delay_profile(
     return replace(profile, reason=ADVICE)
 
 
-def noise_floors(
-    at_rest: Annotated[np.ndarray, "(n,)"] | None, rate_hz: float, **signals: np.ndarray
-) -> tuple[str, ...]:
-    """Names of signals that were probably filtered before, while another one was not.
-
-    at_rest: samples at rest; None for a record of continuous movement.
-    signals: by name, as recorded, shape (n,).
-    """
-    still = np.ones(len(next(iter(signals.values()))), dtype=bool) if at_rest is None else at_rest
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(int)))
-    start, stop = max(zip(edges[::2], edges[1::2], strict=True), key=lambda span: span[1] - span[0])
-    length = min(stop - start, round(rate_hz))
-    if stop - start < rate_hz or HIGH_PART[0] * rate_hz < 3.0 * LOW_HZ:
-        return ()
-    falls = {}
-    for name, x in signals.items():
-        # the quietest second counts, because a joint that still moves has power at low frequencies
-        frequency, _, power = scipy.signal.spectrogram(
-            x[start:stop], rate_hz, "blackmanharris", length, length // 2, detrend="linear"
-        )
-        low = (frequency >= 2.0) & (frequency <= LOW_HZ)
-        high = (frequency >= HIGH_PART[0] * rate_hz) & (frequency <= HIGH_PART[1] * rate_hz)
-        middle = (frequency >= MIDDLE_PART[0] * rate_hz) & (frequency <= MIDDLE_PART[1] * rate_hz)
-        of_low, of_middle, of_high = (np.median(power[band], axis=0) for band in (low, middle, high))
-        if not of_low.min() > 0.0 or not of_middle.min() > 0.0:
-            return ()
-        quietest = int(np.argmin(of_low))
-        falls[name] = 10.0 * np.log10(of_high[quietest] / of_low[quietest] + 1e-30)
-        # white noise has the same power at middle frequencies, however much the joint moves at low ones
-        if 10.0 * np.log10(of_high[quietest] / of_middle[quietest] + 1e-30) > FALLS_ON_DB:
-            falls[name] = max(falls[name], FILTERED_DB)
-    most, limit = max(falls.values()), FILTERED_MOVING_DB if at_rest is None else FILTERED_DB
-    return tuple(name for name, fall in falls.items() if fall < limit and fall < most - APART_DB)
-
-
 def parts_differ(
     parameters: Annotated[np.ndarray, "(n, 3)"],
     direction: Annotated[np.ndarray, "(n,)"],
@@ -542,6 +496,12 @@ def halves_of_record(
         if p[k] < CHANCE and difference[k] > least[k]
     ]
     return tuple(tuple(each[1:]) for each in sorted(found))
+
+
+def explains_less(training: float, held_out: float) -> bool:
+    """True if a model explains much less of the held-out part than of the fitted one (VAFs in %)."""
+    left = 100.0 - held_out, 100.0 - training
+    return left[0] > LARGEST_GROWTH * left[1] and left[0] - left[1] > LEAST_GROWTH
 
 
 def wandering(

@@ -523,6 +523,7 @@ def fit_parallel_cascade(
     >>> print(f"K = {fit.K:.1f}, reflex gain = {fit.quantities['reflex_gain'].value:.1f}")
     K = 79.8, reflex gain = 5.0
     """
+    from tepsipe.identification.cascade.checks import failed_checks
     from tepsipe.identification.cascade.parallel_cascade import identify_cascade
     from tepsipe.identification.cascade.record import fitted_part, make_record
     from tepsipe.mechanics.segment_kinematics import joint_motion
@@ -590,6 +591,7 @@ def fit_parallel_cascade(
     )
     found = notes.of_impedance(fit, motion, measured) + notes.of_filter(rate_hz, cutoff_hz)
     found += notes.of_halves(result.vaf.training, result.vaf.held_out)
+    found += notes.of_cascade(*failed_checks(record, result))
     return replace(fit, notes=(*named, *assumed, *found, *spoiled))
 
 

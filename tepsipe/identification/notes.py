@@ -16,7 +16,7 @@ from tepsipe.identification.cascade.fit import Assumption
 from tepsipe.identification.consistency import (
     MEASURE,
     TorqueDelay,
-    noise_floors,
+    explains_less,
     parts_differ,
     residual_test,
     wandering,
@@ -28,6 +28,7 @@ from tepsipe.quantities import unit_symbol
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.signals.response import FrequencyResponse
+from tepsipe.signals.sample_faults import noise_floors
 from tepsipe.statistics.least_squares import column_lengths, triangle
 from tepsipe.statistics.uncertainty import error_of_mean
 
@@ -65,8 +66,6 @@ NARROW = {"reflex_delay": 0.03, "reflex_threshold": 0.1}
 # smallest delay of a torque that is noted (s), and confidence that there is one; smaller delays are corrected
 # without a note
 LEAST_DELAY_S, SURE = 5e-4, 0.999
-# growth of the unexplained part from the fitted to the held-out half of a record: ratio and difference (%)
-LARGEST_GROWTH, LEAST_GROWTH = 2.5, 5.0
 NO_DELAY = (
     "The delay of the torque is undetermined: reflexes and the intrinsic response, which may begin at any "
     "time, explain a delay equally well. Measure the delay of the rig."
@@ -317,6 +316,14 @@ def of_parts(differences: Sequence[tuple[str, str, float, float]]) -> tuple[str,
     )
 
 
+def of_cascade(*failed: str) -> tuple[str, ...]:
+    """Failed checks of a parallel-cascade fit that no other note explains."""
+    from tepsipe.identification.cascade.checks import MEANINGS
+
+    own = ((name, MEANINGS[name]) for name in failed if name in MEANINGS)
+    return tuple(f"{meaning[0].upper()}{meaning[1:]} ({name})." for name, meaning in own)
+
+
 def of_checks(checks: "Sequence[Check]") -> tuple[str, ...]:
     """Failed checks of a joint likelihood, as the flags of a study explain them."""
     from tepsipe.identification.likelihood.checks import MEANINGS, failed
@@ -337,8 +344,7 @@ def of_stiffness(quantities: Mapping[str, Quantity]) -> tuple[str, ...]:
 
 def of_halves(training: float, held_out: float) -> tuple[str, ...]:
     """Held-out part of a record that the model of its first part explains much less (VAFs in %)."""
-    left = 100.0 - held_out, 100.0 - training
-    if not (left[0] > LARGEST_GROWTH * left[1] and left[0] - left[1] > LEAST_GROWTH):
+    if not explains_less(training, held_out):
         return ()
     return (
         f"The model explains {training:.1f} % of the part that was fitted, and only {held_out:.1f} % of the "

@@ -23,6 +23,7 @@ from tepsipe.signals.resampling import (
     rising_edges,
     runs_of,
 )
+from tepsipe.signals.sample_faults import flags_of
 from tepsipe.signals.time_alignment import clock_error, stamp_jitter
 
 # torque per angle (N·m/rad) below which columns count as exchanged, and smallest range of an angle (rad)
@@ -284,7 +285,8 @@ def ingest_position_manipulator(
             ),
             **_scheduled(table, repaired.keep, recorded.time, grid, options, name),
         },
-        attributes=recorded.attributes,
+        attributes=recorded.attributes
+        | {"faults": ";".join(flags_of(recorded.recorded_hz, angle=angle, torque=torque))},
     )
 
 

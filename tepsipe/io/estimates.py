@@ -33,6 +33,17 @@ FLAGS = {
     "unexplained. Inspect the residuals for wobble, hysteresis and wrong time stamps",
     "log-delay": "the log was early or late against the other instrument by more than 2 ms (torque) or 6 ms "
     "(belt), and was corrected. Check the trigger",
+    "torque-delay": "the torque was recorded more than 1 ms before or after the movement that causes it, or "
+    "one of the two was filtered. The fit does not correct this. Check triggers and filters",
+    "filtered-signal": "a signal was filtered before it was recorded, and the other was not. Export both "
+    "without a filter, or filter both alike",
+    "spikes": "single samples lie far from their neighbours. Remove them, and check cables",
+    "held-samples": "values are held and then jump. Look for lost samples, or a slower clock",
+    "clipped": "peaks are cut off at one value. Choose a larger range of the instrument",
+    "halves-differ": "the model of the first part explains much less of the rest of the record. Check the "
+    "second part: the joint or the recording changed",
+    "time-varying": "the stiffness differs between segments of the record by more than chance, so nothing is "
+    "recommended. Analyse the parts separately, or name a schedule or trigger",
     "stamp-jitter": "time stamps of the log are random by more than 1.2 ms. Stamp samples when they are "
     "taken",
     "noise-biased": "noise of the markers biases the estimate. Record more, equal or larger perturbations, "

@@ -6,9 +6,9 @@ from builders import refused
 from scipy.signal import butter, sosfilt, sosfiltfilt
 
 from tepsipe import fit_admittance, fit_impedance, fit_parallel_cascade, frequency_response
-from tepsipe.identification.consistency import noise_floors, parts_differ, residual_test
+from tepsipe.identification.consistency import parts_differ, residual_test
 from tepsipe.signals.perturbations import Perturbation
-from tepsipe.signals.sample_faults import clipped, held, spikes
+from tepsipe.signals.sample_faults import clipped, held, noise_floors, spikes
 
 RATE_HZ, COUNT, APART_S, FIRST_S = 250.0, 10, 1.5, 3.0
 JOINT = {"I": 0.02, "B": 0.3, "K": 12.0}

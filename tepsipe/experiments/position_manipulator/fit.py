@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from tepsipe.experiments.fitted import Fitted
+from tepsipe.experiments.fitted import Fitted, checked
 from tepsipe.experiments.position_manipulator.analysis import (
-    analyse_parallel_cascade,
     analyse_position_manipulator,
     cascade_record,
     parallel_cascade_estimates,
@@ -13,7 +12,9 @@ from tepsipe.experiments.position_manipulator.analysis import (
 )
 from tepsipe.experiments.position_manipulator.diagnostics import diagnose
 from tepsipe.experiments.position_manipulator.options import PositionManipulatorOptions
+from tepsipe.identification.cascade.checks import failed_checks
 from tepsipe.identification.cascade.options import ParallelCascadeOptions
+from tepsipe.identification.cascade.parallel_cascade import identify_cascade
 from tepsipe.identification.cascade.record import CascadeRecord
 from tepsipe.io.result import joined
 from tepsipe.io.trial import Trial
@@ -35,9 +36,11 @@ def fit(trial: Trial, section: dict, condition: str, seed: int) -> Fitted:
     options, reflex = _options(section)
     rng = np.random.default_rng(seed)
     found = analyse_position_manipulator(trial, options, rng)
-    cascade = analyse_parallel_cascade(trial, options, reflex, rng)
+    record, block = cascade_record(trial, options, reflex)
+    cascade = identify_cascade(record, block, options.bootstrap_draws, rng)
     names = ("position_manipulator", condition)
+    rows = position_manipulator_estimates(*names, found) + parallel_cascade_estimates(*names, cascade)
     return Fitted(
         joined(position_manipulator_result(found, cascade), diagnose(trial, options, found, cascade)),
-        position_manipulator_estimates(*names, found) + parallel_cascade_estimates(*names, cascade),
+        checked(trial, rows, *failed_checks(record, cascade)),
     )

@@ -1,0 +1,99 @@
+"""Checks of a parallel-cascade fit (`tepsipe.identification.cascade.parallel_cascade`).
+
+What the torque leaves beside reflex, stops, relaxation and stiffening is that of a linear joint,
+
+    W (tau - tau_R - tau_S - c (theta - theta_0)^2) = W (I theta'' + B theta' + K theta + offset)
+
+with the filter W, which whitens the slow torque. The reflex begins at least 30 ms after the movement, and the
+delay of the torque is searched up to this time, so it is found on the left side
+(`tepsipe.identification.consistency.delay_of_record`). The stiffness is compared between segments of the
+record, K + dK with the residual e of the model,
+
+    W e = W (dI theta'' + dB theta' + dK theta + level)
+"""
+
+from itertools import pairwise
+from typing import Annotated
+
+import numpy as np
+
+from tepsipe.identification.cascade.fit import ParallelCascadeFit
+from tepsipe.identification.cascade.record import CascadeRecord
+from tepsipe.identification.consistency import CHANCE, DelayProfile, delay_of_record, explains_less
+from tepsipe.signals.differentiation import derivative
+from tepsipe.statistics.residuals import equal_means_p, solution_with_errors
+
+# length of the segments whose stiffness is compared, and of the blocks within which whitened residuals may
+# still be correlated (s); smallest standard deviation of the stiffness over them that matters, relative to it
+SEGMENT_S, BLOCK_S, LEAST_VARIATION = 5.0, 0.5, 0.1
+# smallest delay of the torque that counts (s), and confidence that there is one
+LEAST_DELAY_S, SURE = 1e-3, 0.999
+
+# check that no other note of a fit explains -> its meaning
+MEANINGS = {
+    "torque-delay": "the torque was recorded more than 1 ms before or after the movement that causes it, or "
+    "one of the two was filtered. The fit does not correct this. Check triggers and filters",
+    "time-varying": "the stiffness differs between segments of the record by more than chance, so nothing is "
+    "recommended. Analyse the parts separately, or name a schedule or trigger",
+}
+
+
+def failed_checks(record: CascadeRecord, fit: ParallelCascadeFit) -> tuple[str, ...]:
+    """Names of the checks that a fit fails, in `tepsipe.io.estimates.FLAGS`."""
+    varies = varying_stiffness(record, fit) > LEAST_VARIATION
+    found = {
+        "torque-delay": late(torque_delay(record, fit)),
+        "time-varying": varies,
+        "halves-differ": explains_less(fit.vaf.training, fit.vaf.held_out),
+    }
+    return tuple(name for name, fails in found.items() if fails)
+
+
+def torque_delay(record: CascadeRecord, fit: ParallelCascadeFit) -> DelayProfile:
+    """Delay of the torque beside the reflex that was fitted."""
+    time, motion = _motion(record)
+    linear = record.used - fit.reflex_torque - fit.stop_torque - 0.5 * fit.stiffening * motion[:, 2] ** 2
+    regressors, torque = (fit.slow.model.whiten(x, record.rate_hz) for x in (motion, linear))
+    return delay_of_record(time, regressors, torque, round(record.rate_hz), SURE)
+
+
+def late(profile: DelayProfile) -> bool:
+    """True if a delay is longer than its uncertainty and `LEAST_DELAY_S`, or if some delay fits better."""
+    certain = abs(profile.value_s) > max(LEAST_DELAY_S, profile.half_width_s(SURE))
+    return certain or (profile.excludes_zero and not profile.determined)
+
+
+def varying_stiffness(record: CascadeRecord, fit: ParallelCascadeFit) -> float:
+    """Standard deviation of the stiffness over the record beyond its errors, relative to K; 0 for chance."""
+    time, motion = _motion(record)
+    residual = record.used - fit.predicted
+    regressors, residual = (fit.slow.model.whiten(x, record.rate_hz) for x in (motion, residual))
+    count = int(time.size / (SEGMENT_S * record.rate_hz))
+    if count < 3:
+        return 0.0
+    change, error, freedom = np.array(
+        [_change(regressors[part], residual[part], record.rate_hz) for part in _segments(time.size, count)]
+    ).T
+    if not equal_means_p(change, error, freedom) < CHANCE:
+        return 0.0
+    beyond = np.var(change, ddof=1) - np.mean(error**2)
+    return float(np.sqrt(max(beyond, 0.0)) / max(abs(fit.working_stiffness), 1e-300))
+
+
+def _segments(size: int, count: int) -> list[slice]:
+    ends = np.linspace(0, size, count + 1).astype(int)
+    return [slice(*pair) for pair in pairwise(ends)]
+
+
+def _change(regressors: np.ndarray, residual: np.ndarray, rate_hz: float) -> tuple[float, float, int]:
+    """Change of K (N·m/rad), its standard error and degrees of freedom."""
+    solution, error, freedom = solution_with_errors(regressors, residual, round(BLOCK_S * rate_hz))
+    return solution[2], error[2], freedom
+
+
+def _motion(record: CascadeRecord) -> tuple[np.ndarray, Annotated[np.ndarray, "(n, 4)"]]:
+    """Time (s); theta'' (rad/s²), theta' (rad/s), theta (rad) and 1, of the part in use."""
+    time = np.arange(record.angle.size) / record.rate_hz
+    velocity = derivative(time, record.angle)
+    columns = (derivative(time, velocity), velocity, record.angle, np.ones_like(velocity))
+    return time[record.kept], np.column_stack(columns)[record.kept]
