@@ -28,14 +28,17 @@ class Fitted:
     """Name of a further output -> its content."""
 
 
+def recorded_faults(trial: Trial) -> tuple[str, ...]:
+    """Faults of a trial's signals as recorded, names in `tepsipe.io.estimates.FLAGS`."""
+    return tuple(filter(None, trial.attributes.get("faults", "").split(";")))
+
+
 def checked(trial: Trial, rows: Sequence[Estimate], *failed: str) -> list[Estimate]:
     """Rows of one trial with the faults of its recording and its failed checks as flags.
 
     None is recommended where the joint changes (``time-varying``).
 
-    trial: its attribute ``faults`` names those of the recording.
     failed: names in `tepsipe.io.estimates.FLAGS`.
     """
-    faults = filter(None, trial.attributes.get("faults", "").split(";"))
-    changes = "time-varying" in failed
-    return [replace(e, recommended=e.recommended and not changes) for e in flagged(rows, *faults, *failed)]
+    changes, flags = "time-varying" in failed, (*recorded_faults(trial), *failed)
+    return [replace(e, recommended=e.recommended and not changes) for e in flagged(rows, *flags)]

@@ -450,15 +450,25 @@ def parts_differ(
             continue
         means = one.mean(axis=0), other.mean(axis=0)
         rest = np.abs(shared[first].mean(axis=0) - shared[~first].mean(axis=0))
-        error, freedom = in_quadrature(scatter(one), scatter(other), (rest, rest_freedom))
-        difference = np.abs(means[0] - means[1])
-        p = 2.0 * scipy.special.stdtr(freedom, -difference / np.maximum(error, 1e-300))
-        matters = (p < CHANCE) & (difference > LEAST_DIFFERENCE * np.abs(means[0] + means[1]) / 2.0)
+        p, matters = welch(*means, scatter(one), scatter(other), (rest, rest_freedom))
         found += [
             (float(p[k]), PARAMETERS[k], what, float(means[0][k]), float(means[1][k]))
             for k in np.flatnonzero(matters)
         ]
     return tuple(tuple(each[1:]) for each in sorted(found))
+
+
+def welch(
+    one: np.ndarray, other: np.ndarray, *errors: tuple[np.ndarray, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Probability of a difference of two estimates by chance, and whether it is none and matters; shape (p,).
+
+    errors: standard errors of either, and of what is common to both, with their degrees of freedom.
+    """
+    error, freedom = in_quadrature(*errors)
+    difference = np.abs(one - other)
+    p = 2.0 * scipy.special.stdtr(freedom, -difference / np.maximum(error, 1e-300))
+    return p, (p < CHANCE) & (difference > LEAST_DIFFERENCE * np.abs(one + other) / 2.0)
 
 
 def halves_of_record(

@@ -206,6 +206,7 @@ def ingest_torque_manipulator(
             "rest_angle_rad": rest,
             "clock_error": error,
             "stamp_jitter_s": jitter,
+            "faults": ";".join(flags_of((time.size - 1) / (time[-1] - time[0]), angle=angle)),
         },
     )
 

@@ -40,8 +40,8 @@ FLAGS = {
     "spikes": "single samples lie far from their neighbours. Remove them, and check cables",
     "held-samples": "values are held and then jump. Look for lost samples, or a slower clock",
     "clipped": "peaks are cut off at one value. Choose a larger range of the instrument",
-    "halves-differ": "the model of the first part explains much less of the rest of the record. Check the "
-    "second part: the joint or the recording changed",
+    "halves-differ": "the first and the second part of the record do not agree: the joint or the recording "
+    "changed. Check mounts, sensors and the subject",
     "time-varying": "the stiffness differs between segments of the record by more than chance, so nothing is "
     "recommended. Analyse the parts separately, or name a schedule or trigger",
     "stamp-jitter": "time stamps of the log are random by more than 1.2 ms. Stamp samples when they are "

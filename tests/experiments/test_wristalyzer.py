@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from builders import assert_one_sentence, multisine_record, trial_of
-from scipy import stats
+from scipy import signal, stats
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.wristalyzer.analysis import (
@@ -389,3 +389,31 @@ def test_angle_without_a_response_is_never_quoted_without_a_flag():
 def test_errors_of_the_stamps_that_ingest_measured_flag_every_estimate():
     trial = replace(trial_with(noise_rad=0.001), attributes={"stamp_jitter_s": 0.002})
     assert all("stamp-jitter" in row.flags for row in wristalyzer_rows("0.16", analyse(trial))[0])
+
+
+def recorded(change, noise_rad=0.002):
+    """Flags of a trial whose angle is changed as ``change`` returns it."""
+    trial = trial_with(noise_rad=noise_rad, periods=4.9)
+    angle = replace(trial.signals["angle"], values=change(trial.values("angle")))
+    changed = replace(trial, signals=trial.signals | {"angle": angle})
+    return wristalyzer_record(changed, QUICK)[1]
+
+
+@pytest.mark.parametrize("cutoff_hz", [8.0, 12.0, 20.0])
+def test_angle_that_was_filtered_before_is_flagged(cutoff_hz):
+    sos = signal.butter(2, cutoff_hz, fs=256.0, output="sos")
+    assert "filtered-signal" in recorded(lambda x: signal.sosfiltfilt(sos, x))
+    assert recorded(lambda x: x) == ()
+
+
+@pytest.mark.parametrize(
+    ("gain", "flags"), [(1.02, ()), (1.15, ("halves-differ",)), (0.8, ("halves-differ",))]
+)
+def test_gain_that_changes_within_a_trial_is_flagged(gain, flags):
+    assert recorded(lambda x: np.where(np.arange(x.size) > x.size // 2, gain, 1.0) * x) == flags
+
+
+def test_faults_of_the_recording_are_flags_of_every_row():
+    trial = replace(trial_with(noise_rad=0.003), attributes={"faults": "spikes;held-samples"})
+    rows = wristalyzer_rows("0.16", analyse(trial))[0]
+    assert all({"spikes", "held-samples"} <= set(row.flags.split(";")) for row in rows)

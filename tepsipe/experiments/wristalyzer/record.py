@@ -8,8 +8,9 @@ from typing import Annotated
 import numpy as np
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.fitted import recorded_faults
 from tepsipe.experiments.wristalyzer.options import WristalyzerOptions
-from tepsipe.identification.regression.periods import torque_delay
+from tepsipe.identification.regression.periods import filtered_angle, periods_differ, torque_delay
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import simulate_angle
 from tepsipe.signals.filters import butterworth_lowpass
@@ -27,7 +28,7 @@ LONGEST_DELAY_S, LARGEST_JITTER_S = 2e-3, 1.2e-3
 def timed(
     trial: Trial, cut_s: float, period_s: float | None, band_hz: tuple[float, float]
 ) -> tuple[Trial, tuple[str, ...]]:
-    """Trial whose torque stands at the instants at which it acts, and flags of its timing.
+    """Trial whose torque stands at the instants at which it acts, and flags of its recording.
 
     The delay is measured where the perturbation is periodic, and corrected if it is longer than that of a
     drive: the trigger was late or early.
@@ -38,24 +39,28 @@ def timed(
 
     Returns:
         trial: the same if its timing is usual.
-        flags: ``log-delay`` for a corrected delay, ``stamp-jitter``.
+        flags: ``log-delay`` for a corrected delay, ``stamp-jitter``, faults of the samples, and, if periodic,
+        ``filtered-signal`` and ``halves-differ``.
     """
     flags = ("stamp-jitter",) * (trial.attributes.get("stamp_jitter_s", 0.0) > LARGEST_JITTER_S)
+    flags += recorded_faults(trial)
     cut = round(cut_s * trial.rate_hz)
     kept = slice(cut, trial.time.size - cut)
     if period_s is None:
         return trial, flags
-    signals = (trial.values("torque")[kept], trial.values("angle")[kept])
-    delay = torque_delay(*signals, trial.rate_hz, period_s, band_hz)
-    if abs(delay) <= LONGEST_DELAY_S:
-        return trial, flags
-    torque = trial.signals["torque"]
-    moved = replace(
-        torque,
-        values=advanced(trial.time, torque.values, -delay),
-        processing=(*torque.processing, f"moved by {1e3 * delay:.3g} ms"),
-    )
-    return replace(trial, signals=trial.signals | {"torque": moved}), (*flags, "log-delay")
+    periods = (trial.rate_hz, period_s, band_hz)
+    delay = torque_delay(trial.values("torque")[kept], trial.values("angle")[kept], *periods)
+    if abs(delay) > LONGEST_DELAY_S:
+        torque = trial.signals["torque"]
+        moved = replace(
+            torque,
+            values=advanced(trial.time, torque.values, -delay),
+            processing=(*torque.processing, f"moved by {1e3 * delay:.3g} ms"),
+        )
+        trial, flags = replace(trial, signals=trial.signals | {"torque": moved}), (*flags, "log-delay")
+    record = (trial.values("torque")[kept], trial.values("angle")[kept], *periods)
+    flags += ("filtered-signal",) * filtered_angle(*record) + ("halves-differ",) * periods_differ(*record)
+    return trial, flags
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from typing import Annotated
 import numpy as np
 
 from tepsipe.errors import InputError
+from tepsipe.identification.consistency import welch
 from tepsipe.signals.spectra import period_spectra
 
 # typical magnitude of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad) and of the delay (s)
@@ -30,6 +31,8 @@ NARROW = 0.6
 LEAST_LINES = 6
 # delays that are searched: the longest and the step (s); and refinements of the best one
 LONGEST_DELAY_S, DELAY_STEP_S, REFINEMENTS = 0.06, 2e-3, 3
+# cutoffs of a filter that are tried (Hz), and part of the sum of squares that the right one leaves at most
+CUTOFFS_HZ, LEAST_GAIN = np.geomspace(3.0, 40.0, 40), 0.5
 
 
 @dataclass(frozen=True)
@@ -112,6 +115,57 @@ def torque_delay(
         parameters, _, _ = _fit(frequency, torques * np.exp(delay * turn), angles)
         delay += float(np.clip(parameters[3], -DELAY_STEP_S, DELAY_STEP_S))
     return delay
+
+
+def filtered_angle(
+    torque: Annotated[np.ndarray, "(n,)", "N·m"],
+    angle: Annotated[np.ndarray, "(n,)", "rad"],
+    rate_hz: float,
+    period_s: float,
+    band_hz: tuple[float, float],
+) -> bool:
+    """True if the angle probably went through a zero-lag low-pass before it was recorded.
+
+    A Butterworth filter of second order, forwards and backwards, divides the angle by g = 1 + (f / cutoff)^4.
+    The equation with g Y_k in place of Y_k, divided by g, leaves at most `LEAST_GAIN` of the squares that Y_k
+    leaves with the same weights, for some cutoff.
+
+    torque, angle, rate_hz, period_s, band_hz: as for `torque_delay`.
+    """
+    frequency, torques = period_spectra(torque, rate_hz, period_s, band_hz)
+    _, angles = period_spectra(angle, rate_hz, period_s, band_hz)
+    torques, angles = (x.mean(axis=0, keepdims=True) for x in (torques, angles))
+
+    def unexplained(gain: np.ndarray, weight: np.ndarray) -> float:
+        columns, wanted = _columns(frequency, torques, gain * angles)
+        columns, wanted = weight[:, None] * columns[0], weight * wanted[0]
+        x, y = (np.concatenate([z.real, z.imag]) for z in (columns, wanted))
+        return float(np.sum((y - x @ np.linalg.lstsq(x, y, rcond=None)[0]) ** 2))
+
+    gains = 1.0 + (frequency / CUTOFFS_HZ[:, None]) ** 4
+    return any(unexplained(g, 1.0 / g) < LEAST_GAIN * unexplained(np.ones_like(g), 1.0 / g) for g in gains)
+
+
+def periods_differ(
+    torque: Annotated[np.ndarray, "(n,)", "N·m"],
+    angle: Annotated[np.ndarray, "(n,)", "rad"],
+    rate_hz: float,
+    period_s: float,
+    band_hz: tuple[float, float],
+) -> bool:
+    """True if I, B or K of the first and the last periods differ by more than they scatter.
+
+    torque, angle, rate_hz, period_s, band_hz: as for `torque_delay`.
+    """
+    half = int(torque.size / (rate_hz * period_s)) // 2 * round(rate_hz * period_s)
+    if half < 2 * round(rate_hz * period_s):
+        return False
+    one, other = (
+        fit_periods(torque[part], angle[part], rate_hz, period_s, band_hz)
+        for part in (slice(half), slice(torque.size - half, None))
+    )
+    errors = ((fit.type_a, fit.freedom) for fit in (one, other))
+    return bool(welch(one.parameters, other.parameters, *errors)[1].any())
 
 
 def without_transient(
