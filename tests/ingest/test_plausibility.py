@@ -237,6 +237,7 @@ def test_joint_that_follows_its_torque_is_kept(joint, limits):
         ("angle", lambda x: 0.001 * x, ON_COMMAND, "N·m per rad"),
         ("torque", lambda x: 1000.0 * x, ON_COMMAND, "plausible.torque_Nm"),
         ("angle", one_sample(700, 4.0), "log.txt", "joint angle"),
+        ("angle", lambda x: x + 0.4 * (np.arange(x.size) // 2 % 2), "log.txt", "a joint of at most"),
         ("angle", one_sample(slice(700, 900), 0.01), "log.txt", "constant from"),
         ("torque", one_sample(700, np.nan), ON_COMMAND, "nan"),
     ],
