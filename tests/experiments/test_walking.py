@@ -8,6 +8,7 @@ import pytest
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.analysis import analyse_walking
 from tepsipe.experiments.walking.deviations import fit_matching, left_out_residuals
+from tepsipe.experiments.walking.fit import begin
 from tepsipe.experiments.walking.needed_strides import needed_strides
 from tepsipe.experiments.walking.options import ExpectedPulse, WalkingOptions
 from tepsipe.experiments.walking.strides import (
@@ -238,6 +239,14 @@ def test_strides_are_planned_from_12_strides_of_a_plausible_walk():
         planned(WALK, vertical=signals["other_vertical"], other_vertical=signals["vertical"])
     with pytest.raises(InputError, match="trial: expected an angle of the ankle in rad"):
         planned(WALK, angle=np.degrees(signals["angle"]))
+
+
+def test_a_walk_shorter_than_the_trial_sheet_says_is_refused():
+    strides = segment_strides(WALK.heel_strikes, WALK.toe_offs)
+    walk = recorded(WALK), strides, {"pulse": pulsed(WALK).onsets}
+    assert begin(walk, {"analysis": {}}, 1, 118.0)[0].size
+    with pytest.raises(InputError, match=r"trial: .* 119 s"):
+        begin(walk, {"analysis": {}}, 1, 119.0)
 
 
 def test_what_cannot_be_compared_is_refused():

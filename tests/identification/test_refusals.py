@@ -17,6 +17,7 @@ from tepsipe.identification.time_varying import MovedJoint, impedance_of_ensembl
 from tepsipe.signals.filters import butterworth_bandpass
 from tepsipe.signals.onsets import ramp_onset
 from tepsipe.signals.perturbations import unperturbed_samples
+from tepsipe.signals.spectra import multitaper_response
 
 RATE_HZ = 250.0
 TIME = np.arange(500) / RATE_HZ
@@ -48,6 +49,12 @@ def ensemble(length_s, segment_s, realisations):
 def ramp(baseline_until_s):
     """Onset of a step at 1 s."""
     return ramp_onset(TIME, (TIME >= 1.0).astype(float), baseline_until_s)
+
+
+def rows_of_a_minute(gain):
+    """An input, and the output of a gain."""
+    u = np.random.default_rng(8).standard_normal(15000)
+    return u, gain * u
 
 
 def unperturbed(quiet_after_s):
@@ -83,6 +90,11 @@ CALLS = {
         "even order",
     ),
     "motion-after-the-rest": (lambda: ramp(0.9), lambda: ramp(1.0), "which lasts until 1 s"),
+    "output-with-power": (
+        lambda: multitaper_response(*rows_of_a_minute(1.0), RATE_HZ, 20.0),
+        lambda: multitaper_response(*rows_of_a_minute(0.0), RATE_HZ, 20.0),
+        "power in input and output",
+    ),
     "unperturbed-second": (
         lambda: unperturbed(0.6),
         lambda: unperturbed(0.7),

@@ -78,6 +78,12 @@ TEXTS = {
         table("time (min),TA (mV),SOL (mV)", TIME, TIME, TIME),
         "the unit 'min'",
     ),
+    "emg-of-two-rates": (
+        emg,
+        table("X[s],TA,X[s],SOL", TIME, TIME, TIME, TIME),
+        table("X[s],TA,X[s],SOL", TIME, TIME, 2.0 * TIME, TIME),
+        "one sampling rate for all muscles, found 'TA' at 1000 Hz, 'SOL' at 500 Hz",
+    ),
     "emg-19-samples": (
         emg,
         table(GOOD, TIME[:20], TIME[:20], TIME[:20]),
@@ -90,6 +96,18 @@ TEXTS = {
         "a,b\n1,2\n",
         "a,b\n1,2",
         "the file is truncated",
+    ),
+    "table-of-five-columns-with-two-names": (
+        plain,
+        "a,b\n" + "1,2\n" * 4,
+        "a,b\n1,2\n" + "1,2,3,4,5\n" * 3,
+        "the names of 5 columns in the header, found 2",
+    ),
+    "table-without-a-column": (
+        lambda path: plain(path).column("b"),
+        "a,b\n1,2\n",
+        "a,c\n1,2\n",
+        "one column named 'b', found 0",
     ),
     "table-with-1e101": (plain, "a,b\n1,1e99\n", "a,b\n1,1e101\n", "found 1e+101 in column 'b' on line 2"),
     "frames-with-a-fraction": (
@@ -195,3 +213,16 @@ def test_a_wrong_object_is_refused(name):
 def test_the_same_objects_that_fit_are_exported():
     assert torque_of(FIT, "fit", TRIAL, pathway="leg").columns["ankle_angle_r_moment"].size == TIME.size
     assert motion_of(FIT, "fit", TRIAL).time.size == TIME.size
+
+
+def test_a_file_that_may_not_be_read_is_refused(tmp_path, monkeypatch):
+    def forbidden(*_):
+        raise PermissionError
+
+    path = tmp_path / "table.txt"
+    path.write_text("a,b\n1,2\n")
+    monkeypatch.setattr("pathlib.Path.read_bytes", forbidden)
+    with pytest.raises(
+        InputError, match=r"table\.txt: expected a table, found a file that this user may not"
+    ):
+        plain(path)
