@@ -327,6 +327,11 @@ SHORT = "[protocol]\nnumber = 2\ninterval_s = 1.5\nrest_before_s = 1.5\nrest_aft
         ),
         ("[protocol]\nprofile = 'saw'", [], "own.toml: pulse: expected a profile of 'sine'"),
         ("[rig.drive]\nbandwith_hz = 14", [], "rig.drive: unknown key 'bandwith_hz': did you mean"),
+        (
+            "[protocol]\namplitude_m_per_s = 10\nduration_s = 1\ninterval_s = 5\nnumber = 3",
+            ["--stiffness", "2"],
+            "protocol: expected a leg that stays upright",
+        ),
         ("returning = 1", [], "own.toml: returning: expected true or false, found 1"),
         ("protocol = 5", ["--number", "3"], "own.toml: protocol: expected keys and values, found 5"),
         (

@@ -231,6 +231,9 @@ def test_record_of_another_trial_is_refused(files, rng):
         refused(record, match, lambda m=mocap, r=record: recording_of(m, r))
     mocap, record = files()
     stamp, true = record_instants(rng)
+    early = true < 0.495 * SECONDS  # by its stamps, which are late, it covers more than a half
+    write_record(record, stamp[early] + 0.3, {"LeftBeltSpeed": belt_pulses(true[early], ONSETS_S, 0.5)[1]})
+    refused(record, "it is of another trial, or was stopped early", lambda: recording_of(mocap, record))
     write_record(record, stamp, {"LeftBeltSpeed": belt_pulses(true, (5.0, 6.6, 11.2, 12.0), 0.5)[1]})
     refused(record, "correlation at least 0.7", lambda: recording_of(mocap, record))
 

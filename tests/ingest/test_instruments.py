@@ -525,6 +525,10 @@ def test_recordings_shorter_than_the_protocol_are_refused(recordings):
         ingest_all(*recordings, duration_s=70.0)
     assert_one_sentence(caught.value, "70 s", "4.00 s")
     assert ingest_all(*recordings[:2], None).time[-1] > 3.9
+    log, calibration, markers = recordings
+    short = replace(markers, positions=markers.positions[:985])
+    with pytest.raises(InputError, match=r"markers\.c3d: expected 4\.05 s of trial.*3\.94"):
+        ingest_all(log, calibration, short, duration_s=4.05)
     with pytest.raises(InputError, match=r"log\.mat: .*70 s.*4\.00 s"):
         ingest_all(*recordings[:2], None, duration_s=70.0)
 

@@ -126,6 +126,11 @@ SPOILED = {
         ON_MARKERS,
         "belt",
     ),
+    "markers 52 ms late": (
+        lambda t: both_markers(t, lambda x: np.roll(x, 13, axis=0)),
+        ON_MARKERS,
+        "52 ms later, the longest delay",
+    ),
     "belt velocity in mm/s": (lambda t: changed(t, "belt_velocity", lambda x: 1000.0 * x), ON_LOG, "m/s"),
     "belt velocity in cm/s": (lambda t: changed(t, "belt_velocity", lambda x: 100.0 * x), ON_LOG, "m/s"),
     "belt velocity in km/h": (lambda t: changed(t, "belt_velocity", lambda x: 3.6 * x), ON_MARKERS, "0.27"),

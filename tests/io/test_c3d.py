@@ -203,7 +203,12 @@ def test_damaged_files_are_refused(tmp_path):
     path = written(tmp_path, TYPE_2, ["N"] * 3 + ["Nm"] * 3, 2)
     content = path.read_bytes()
     start = 512 * (content[0] - 1)
-    for at, value, words in ((start + 3, 83, "found 83"), (start + 4, 255, "cannot be read")):
+    rate = content.index(np.float32(1000.0).tobytes()) + 1  # of the analog channels: its second byte
+    for at, value, words in (
+        (start + 3, 83, "found 83"),
+        (start + 4, 255, "cannot be read"),
+        (rate, 128, "at 10 times the 100 Hz of the frames, found 1002 Hz in ANALOG:RATE"),
+    ):
         path.write_bytes(content[:at] + bytes([value]) + content[at + 1 :])
         with pytest.raises(InputError) as caught:
             read_recording(path)
