@@ -13,6 +13,7 @@ import h5py
 import numpy as np
 import scipy.sparse
 from misuse import (
+    LAYOUT,
     constant,
     copied,
     cut,
@@ -223,6 +224,16 @@ REFUSED = [
     ("simulate_joint", {"leg": 0.4}, "tepsipe.Leg"),
     ("simulate_joint", {"softening": (1.0, 0.1, 0.0)}, "half_softening_rad: expected more than 0"),
     ("fit_joint_likelihood", {"leg": 0.4}, "tepsipe.Leg"),
+    (
+        "fit_joint_likelihood",
+        {
+            "markers": tepsipe.SegmentMarkers(("ankle", "top"), LAYOUT[:2]),
+            "positions": lambda x: x[:, 2:4],
+            "labels": ["ankle", "top"],
+            "belt_fixed": ["ankle"],
+        },
+        "at least three markers on foot and leg, found 2",
+    ),
     ("fit_impedance", {"angle": Quantity}, "a unit that converts to rad, found 'furlong'"),
     # signals and mechanics
     ("lowpass", {"x": 5.0}, "array of shape"),

@@ -27,7 +27,6 @@ UNREAD = (
     "experiments/planning/plan.py _of_windows 1",
     "identification/fits.py fit_parallel_cascade 3",
     "identification/fits.py _fit_record 2",
-    "identification/likelihood/channels.py make_channels 1",
     "identification/likelihood/likelihood.py _gauss_newton 1",
     "identification/likelihood/likelihood.py _step_and_errors 1",
     "identification/likelihood/likelihood.py _step_and_errors 2",

@@ -129,3 +129,11 @@ def test_xarray_and_axes_of_a_fit(monkeypatch):
         fit.to_xarray()
     with pytest.raises(InputError, match=r"plot: expected .* matplotlib Axes as ax, found 'int'"):
         fit.plot(ax=3)
+
+
+def test_a_record_whose_second_half_rests_is_fitted():
+    good_call = good("fit_impedance") | {"perturbations": None, "block_s": 0.5}
+    time = good_call["time"]
+    pulse = np.exp(-(((time - 2.0) / 0.1) ** 2))
+    fit = tepsipe.fit_impedance(**(good_call | {"angle": 0.01 * pulse, "torque": 0.1 * pulse}))
+    assert fit.quantities["K"].value == pytest.approx(10.0, rel=1e-3)
