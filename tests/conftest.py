@@ -18,6 +18,7 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 import numpy as np
 import pytest
+import refusals
 import yaml
 from builders import DUMMY_DURATION_S, LEG, WRISTALYZER_DURATION_S
 from sharing import made_once
@@ -30,6 +31,24 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))  # for `workflow`, which is not installed
 # what test_recipes.py adds to a copy of the project
 collect_ignore = ["recipes"]
+
+
+def pytest_configure(config):
+    """Record which refusals of the library the tests of this process read."""
+    refusals.begin(config)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session):
+    """Fail a run of all tests in which no test read some refusal of the library."""
+    if not hasattr(session.config, "workerinput"):
+        refusals.end(session)
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    """Name the refusals that no test read."""
+    for line in config.stash.get(refusals.FAULTS, ()):
+        terminalreporter.line(f"FAILED {line}")
 
 
 def pytest_collection_modifyitems(config, items):

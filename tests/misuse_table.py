@@ -7,17 +7,20 @@ function as the value of an argument changes the good value. `FILES` are trials 
 
 import datetime
 import math
+from dataclasses import replace
 
 import h5py
 import numpy as np
 import scipy.sparse
 from misuse import (
+    LAYOUT,
     constant,
     copied,
     cut,
     described,
     driven,
     from_other,
+    good,
     masked,
     of_type,
     put,
@@ -36,6 +39,28 @@ class Unconvertible:
 
     def __array__(self, *_, **__):
         raise RuntimeError("no numbers here")
+
+
+class Quantity:
+    """Samples in a unit of pint that is no angle."""
+
+    units = "furlong"
+
+    def __init__(self, values):
+        self.magnitude = values
+
+    def m_as(self, unit):
+        raise ValueError(f"no {unit}")
+
+
+def first_three(x):
+    """A response at three frequencies."""
+    return replace(x, frequency_hz=x.frequency_hz[:3], response=x.response[:3], coherence=x.coherence[:3])
+
+
+def swung(x):
+    """A sinusoid of 2 Hz at 250 samples per second, whose acceleration is proportional to its angle."""
+    return 0.1 * np.sin(4.0 * np.pi * np.arange(x.size) / 250.0)
 
 
 REFUSED = [
@@ -164,6 +189,52 @@ REFUSED = [
     ("fit_parallel_cascade", {"stop_radii_rad": (-0.1,)}, "at least 0"),
     ("fit_parallel_cascade", {"reflex_delay": 0.04}, "'reflex_delay'"),
     ("fit_parallel_cascade", {"resample_rate_hz": -250.0}, "resample_rate_hz"),
+    # motions that determine nothing
+    ("fit_parallel_cascade", {"angle": constant}, "angle: expected a signal that changes"),
+    ("fit_parallel_cascade", {"torque": from_other("angle")}, "the same samples in both"),
+    ("fit_parallel_cascade", {"angle": swung}, "found movement at one"),
+    ("fit_parallel_cascade", {"torque": scaled(-1.0)}, "reverse the sign of the torque"),
+    (
+        "fit_parallel_cascade",
+        {"reflex_delays_s": (0.06, 0.03)},
+        "two numbers that increase, found [0.06, 0.03]",
+    ),
+    ("fit_impedance", {"thesis": True, "uncertainty": {"torque_scale": 0.01}}, "no uncertainty with thesis"),
+    ("fit_admittance", {"response": first_three}, "at least 4 frequencies, found 3"),
+    ("fit_admittance", {"response": lambda x: replace(x, coherence=2.0 * x.coherence)}, "coherences above 0"),
+    ("fit_admittance", {"start": (0.0, 0.0, 0.0)}, "a joint that resists"),
+    (
+        "frequency_response",
+        {"averaged_bins": 1},
+        "averaged_bins: expected a whole number of at least 2, found 1",
+    ),
+    ("frequency_response", {"averaged_bins": 1251}, "averaged_bins: expected 2 to"),
+    ("frequency_response", {"period_s": 2.0, "band_hz": (0.6, 0.9)}, "multiples of 0.5 Hz"),
+    (
+        "frequency_response",
+        {"averaged_bins": None} | dict.fromkeys(("time", "u", "y"), cut(40)),
+        "4 bands of frequencies",
+    ),
+    (
+        "fit_impedance",
+        {"uncertainty": lambda x: tepsipe.LegUncertainty(**good("LegUncertainty")), "torque": scaled(3.0)},
+        "whose leg and motion gave the torque",
+    ),
+    ("calibrate_treadmill", {"ripple": 5}, "ripple: expected RippleOptions, found 5"),
+    ("simulate_joint", {"leg": 0.4}, "tepsipe.Leg"),
+    ("simulate_joint", {"softening": (1.0, 0.1, 0.0)}, "half_softening_rad: expected more than 0"),
+    ("fit_joint_likelihood", {"leg": 0.4}, "tepsipe.Leg"),
+    (
+        "fit_joint_likelihood",
+        {
+            "markers": tepsipe.SegmentMarkers(("ankle", "top"), LAYOUT[:2]),
+            "positions": lambda x: x[:, 2:4],
+            "labels": ["ankle", "top"],
+            "belt_fixed": ["ankle"],
+        },
+        "at least three markers on foot and leg, found 2",
+    ),
+    ("fit_impedance", {"angle": Quantity}, "a unit that converts to rad, found 'furlong'"),
     # signals and mechanics
     ("lowpass", {"x": 5.0}, "array of shape"),
     ("lowpass", {"x": lambda x: np.arange(5.0), "rate_hz": from_other("x")}, "rate_hz: expected a number"),
@@ -208,12 +279,15 @@ REFUSED = [
     ("simulate_joint", {"foot": 2.1}, "Foot"),
     ("belt_recording", {"unit": "kg"}, "Nm or N"),
     ("belt_recording", {"name": 5}, "name: expected a text"),
+    ("belt_recording", {"load": constant}, "load: expected a signal that changes"),
+    ("belt_recording", {"load": from_other("belt_velocity")}, "the same samples in both"),
     ("belt_recording", {"trimmed_s": 1e9}, "record longer"),
     ("calibrate_treadmill", {"train": 3}, "belt_recording"),
     ("calibrate_treadmill", {"train": []}, "found 'none'"),
     ("calibrate_treadmill", {"models": "fir"}, "a list of names"),
     ("calibrate_treadmill", {"models": []}, "at least one"),
     ("calibrate_treadmill", {"output_error_order": 2.5}, "a whole number"),
+    ("calibrate_treadmill", {"spectral_segment_s": 20.1}, "half a recording of 40 s, found 20.1 s"),
     ("read_trial", {"path": 5}, "path: expected the path of a file"),
     ("read_trial", {"path": None}, "path: expected the path of a file"),
     ("read_trial", {"path": "nowhere.h5"}, "nowhere.h5"),

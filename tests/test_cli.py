@@ -210,6 +210,7 @@ def test_refusals_are_one_sentence(table, capsys, tmp_path):
     assert "short.csv: time" in refused(
         capsys, "fit", "short.csv", "--time", "t", "--angle", "a", "--torque", "m"
     )
+    assert "expected three columns" in refused(capsys, "calibrate", table, table)
     (tmp_path / "numbers.csv").write_text("1,2,3\n4,5,6\n")
     assert "header" in refused(capsys, "info", "numbers.csv")
     (tmp_path / "a.docx").write_text("x")
@@ -325,6 +326,13 @@ SHORT = "[protocol]\nnumber = 2\ninterval_s = 1.5\nrest_before_s = 1.5\nrest_aft
             "own.toml: protocol: expected a value of type boolean for 'zero_lag', found 1",
         ),
         ("[protocol]\nprofile = 'saw'", [], "own.toml: pulse: expected a profile of 'sine'"),
+        ("[rig.drive]\nbandwith_hz = 14", [], "rig.drive: unknown key 'bandwith_hz': did you mean"),
+        (
+            "[protocol]\namplitude_m_per_s = 10\nduration_s = 1\ninterval_s = 5\nnumber = 3",
+            ["--stiffness", "2"],
+            "protocol: expected a leg that stays upright",
+        ),
+        ("returning = 1", [], "own.toml: returning: expected true or false, found 1"),
         ("protocol = 5", ["--number", "3"], "own.toml: protocol: expected keys and values, found 5"),
         (
             "experiment = 'sitting'",

@@ -1,9 +1,14 @@
-"""Every refusal of the library and of the workflow has the same form: expected, found, what to do."""
+"""Every refusal has the same form: expected, found, what to do. Refusals that no test reads are found."""
 
 import ast
+import os
 from pathlib import Path
 
+import pytest
+import refusals
 from syntax import nodes
+
+from tepsipe import InputError, load_example
 
 ROOT = Path(__file__).parents[1]
 MODULES = sorted(path for part in ("tepsipe", "workflow") for path in (ROOT / part).rglob("*.py"))
@@ -23,7 +28,7 @@ def text_of(node):
     return None
 
 
-def refusals(path):
+def messages(path):
     """Line and text of every InputError that a module raises with a message of its own."""
     for node in nodes(path):
         call = node.exc if isinstance(node, ast.Raise) else None
@@ -36,7 +41,7 @@ def refusals(path):
 def test_a_refusal_says_expected_found_and_what_to_do():
     count = 0
     for path in MODULES:
-        for line, text in refusals(path):
+        for line, text in messages(path):
             count += 1
             if SHORTER in text:
                 continue
@@ -47,3 +52,29 @@ def test_a_refusal_says_expected_found_and_what_to_do():
             assert ": " in (after or text), where
             assert not text.endswith((".", "!")), where
     assert count > 300
+
+
+def recorded():
+    return Path(os.environ[refusals.FILE]).read_text(encoding="utf-8").splitlines()
+
+
+def test_a_refusal_is_read_where_its_text_is_taken():
+    wanted = "experiments/example.py load_example 1"
+    assert wanted in refusals.unread([])
+    with pytest.raises(InputError) as caught:
+        load_example("dumy")
+    assert "did you mean 'dummy'?" in str(caught.value)
+    assert wanted not in refusals.unread(recorded())
+
+
+def test_refusals_are_named_until_a_test_reads_them():
+    every = list(refusals.faults([], ()))
+    assert len(every) > 600
+    assert not list(refusals.faults([], refusals.unread([])))
+    assert any(
+        "cascade/record.py make_record 2, line" in sentence for sentence in every
+    )  # a call of a helper
+
+
+def test_refusals_that_no_test_reads_are_refusals():
+    assert set(refusals.UNREAD) <= refusals.unread([]).keys()

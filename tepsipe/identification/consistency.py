@@ -487,8 +487,11 @@ def halves_of_record(
         return ()
     parts, solutions = (slice(half), slice(half, None)), []
     for part in parts:
-        size = np.linalg.norm(regressors[part], axis=0)
-        solutions.append(np.linalg.lstsq(regressors[part] / size, torque[part])[0] / size)
+        size = np.maximum(np.linalg.norm(regressors[part], axis=0), 1e-300)
+        solution, _, rank, _ = np.linalg.lstsq(regressors[part] / size, torque[part], rcond=1e-7)
+        if rank < size.size:  # the joint rests in this half
+            return ()
+        solutions.append(solution / size)
     one, other = solutions
     difference = np.abs(one - other)
     least = LEAST_DIFFERENCE * np.append(np.abs(one + other)[:3] / 2.0, np.std(torque))

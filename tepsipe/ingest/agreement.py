@@ -11,6 +11,8 @@ is a mass of 9 to 11 % of a simulated person, and of 95 % and more of a weight o
 that a torque does on a passive joint, the integral of torque times angular velocity, is positive.
 """
 
+import math
+
 import numpy as np
 
 from tepsipe.errors import InputError
@@ -153,7 +155,7 @@ def belt_fixed_motion(
     if power == 0.0:
         return 0.0, 0.0, 0.0
     best = (0.0, 0.0, -np.inf)
-    most = max(1, round(longest_s * rate_hz))
+    most = max(1, math.ceil(longest_s * rate_hz))
     for lag in range(-most, most + 1):
         shifted = np.roll(y, -lag)[active]
         product, energy = float(shifted @ v[active]), float(shifted @ shifted)

@@ -126,7 +126,6 @@ def with_emg(
         return _with_emg(trial, recording, np.arange(samples) / rate, ("started by the trigger",))
     edge = rising_edge(recording.trigger, trigger_threshold, name)
     refuse_short(float((recording.trigger >= trigger_threshold).sum()) / rate, duration_s, name)
-    refuse_short((recording.trigger.size - edge) / rate, duration_s, name)
     # the trigger rose between the sample before the edge and the edge: half a sample on average
     time = (np.arange(recording.trigger.size) - edge + 0.5) / rate
     return _with_emg(trial, recording, time, ("clock moved to the trigger",))

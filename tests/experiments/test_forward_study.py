@@ -370,7 +370,7 @@ def test_joint_of_the_likelihood_has_the_law_of_its_trial():
     assert likelihood_joint(rows, fitted(likelihood=law), "likelihood") == LAW
     assert likelihood_joint(rows, fitted(likelihood={}), "likelihood") == Joint(0.007, 0.05, 10.0)
     assert likelihood_joint(rows, fitted(other=law), "likelihood") is None
-    with pytest.raises(InputError):
+    with pytest.raises(InputError, match="expected"):
         likelihood_joint(rows[:2], fitted(likelihood=law), "likelihood")
 
 

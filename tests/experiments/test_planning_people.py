@@ -182,6 +182,9 @@ def test_commands_for_people(tmp_path, capsys, monkeypatch):
     cells = [line.split() for line in said.splitlines()[3:]]
     assert [int(row[3]) for row in cells] == [115, 15, 10, 10]
     assert int(cells[0][2]) == 45  # a quarter of the strides at twice the amplitude
+    NEEDED_ROWS.write(tmp_path / "needed.csv", rows[4:])
+    assert main(["plan", "--design", "walk.toml", "--needed", "needed.csv"]) == 2
+    assert "needed.csv: expected strides needed at phases of stance, found none" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -151,6 +151,7 @@ def test_platform_that_does_not_move_the_joints_is_refused(table, rng):
             lambda t: {"hip_torque": 1e-6 * t["hip_torque"]},
             "torque of at least 0.1 N·m per rad of the angle of the hip",
         ),
+        (lambda t: {"hip_angle": 1e-3 * t["hip_angle"]}, "torque of the hip of .* N·m per rad of the angle"),
         (lambda t: {"ankle_torque": 100.0 * t["ankle_torque"]}, "joint torque of -500 to 500 Nm.* in ankle"),
     ],
 )

@@ -8,7 +8,9 @@ import pytest
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.analysis import analyse_walking
 from tepsipe.experiments.walking.deviations import fit_matching, left_out_residuals
-from tepsipe.experiments.walking.options import WalkingOptions
+from tepsipe.experiments.walking.fit import begin
+from tepsipe.experiments.walking.needed_strides import needed_strides
+from tepsipe.experiments.walking.options import ExpectedPulse, WalkingOptions
 from tepsipe.experiments.walking.strides import (
     WalkingRecording,
     agreement,
@@ -219,6 +221,41 @@ def test_too_few_unperturbed_strides_are_refused():
     walk = pulsed(synthetic_walk(24), every=2)
     with pytest.raises(InputError, match="at least 12 unperturbed strides, found"):
         analysed(walk)
+
+
+def planned(walk, factor=1.0, **changes):
+    """Strides that a walk needs, with its events scaled and some of its signals replaced."""
+    strides = segment_strides(factor * walk.heel_strikes, factor * walk.toe_offs)
+    pulse = ExpectedPulse(2.0, 0.06, [300.0, 200.0, 150.0, 100.0], 1.0)
+    return needed_strides("trial", recorded(walk, **changes), strides, pulse, WalkingOptions())
+
+
+def test_strides_are_planned_from_12_strides_of_a_plausible_walk():
+    signals = WALK.signals
+    assert planned(synthetic_walk(13))
+    with pytest.raises(InputError, match="trial: expected at least 12 unperturbed strides, found 11"):
+        planned(synthetic_walk(12))
+    with pytest.raises(InputError, match="trial: expected the foot's own belt unloaded in its swing"):
+        planned(WALK, vertical=signals["other_vertical"], other_vertical=signals["vertical"])
+    with pytest.raises(InputError, match="trial: expected an angle of the ankle in rad"):
+        planned(WALK, angle=np.degrees(signals["angle"]))
+
+
+def test_a_walk_shorter_than_the_trial_sheet_says_is_refused():
+    strides = segment_strides(WALK.heel_strikes, WALK.toe_offs)
+    walk = recorded(WALK), strides, {"pulse": pulsed(WALK).onsets}
+    assert begin(walk, {"analysis": {}}, 1, 118.0)[0].size
+    with pytest.raises(InputError, match=r"trial: .* 119 s"):
+        begin(walk, {"analysis": {}}, 1, 119.0)
+
+
+def test_what_cannot_be_compared_is_refused():
+    noise = np.random.default_rng(2).standard_normal(round(20.0 * RATE))
+    assert bandwidth_hz(noise, noise, RATE) == 0.5 * RATE
+    with pytest.raises(InputError, match=r"moment: expected at least 20 s .*, found 20 s"):
+        bandwidth_hz(noise[1:], noise[1:], RATE)
+    with pytest.raises(InputError, match="trial: expected a supplied moment of the ankle"):
+        agreement(recorded(WALK), WALK.signals["vertical"] > 0.0)
 
 
 def test_resampled_walk_has_the_moments_of_the_real_one():

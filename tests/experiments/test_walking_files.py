@@ -176,3 +176,30 @@ def test_a_marker_that_is_hidden_for_long_is_refused_and_a_short_gap_is_filled(w
     assert np.abs(hidden(5).ankle_x - whole.ankle_x).max() < 0.01
     with pytest.raises(InputError, match=r"marker 'LMAL' hidden for at most 0.1 s, found 0.3 s"):
         hidden(30)
+
+
+WALL = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])  # of D-Flow, y is up
+
+
+def plate_of(recording, **changes):
+    """The recording with another first plate."""
+    return replace(recording, plates=(replace(recording.plates[0], **changes), *recording.plates[1:]))
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda r: plate_of(r, fault="walk: a plate of type 7"), "walk: a plate of type 7"),
+        (
+            lambda r: plate_of(r, force=np.nan * r.plates[0].force),
+            "plate 1: expected a number in every",
+        ),
+        (lambda r: plate_of(r, force=0.0 * r.plates[0].force), "plate 1: expected a load, found zeros only"),
+        (lambda r: plate_of(r, corners=WALL), "plate 1: expected a level surface"),
+        (lambda r: replace(r, markers=None), "expected markers, found none"),
+    ],
+    ids=["fault", "gap", "zeros", "wall", "no-markers"],
+)
+def test_a_recording_that_cannot_be_used_is_refused(spoil, words, written):
+    with pytest.raises(InputError, match=words):
+        walking_recording(spoil(read_recording(written / "walk.txt")), DFLOW, 100.0, 0.1)

@@ -178,7 +178,7 @@ def test_angle_that_has_nothing_to_do_with_the_foot_is_refused(still, rng):
     noise = 1e-3 * rng.standard_normal(still.motion.time.size)
     with pytest.raises(InputError) as caught:
         fit(still, replace(still.motion, theta=noise))
-    assert_one_sentence(caught.value, "I, B, K")
+    assert_one_sentence(caught.value, "I, B, K", "parameters at the bounds")
 
 
 # ---- a joint that softens ------------------------------------------------------------------------

@@ -231,6 +231,9 @@ def test_record_of_another_trial_is_refused(files, rng):
         refused(record, match, lambda m=mocap, r=record: recording_of(m, r))
     mocap, record = files()
     stamp, true = record_instants(rng)
+    early = true < 0.495 * SECONDS  # by its stamps, which are late, it covers more than a half
+    write_record(record, stamp[early] + 0.3, {"LeftBeltSpeed": belt_pulses(true[early], ONSETS_S, 0.5)[1]})
+    refused(record, "it is of another trial, or was stopped early", lambda: recording_of(mocap, record))
     write_record(record, stamp, {"LeftBeltSpeed": belt_pulses(true, (5.0, 6.6, 11.2, 12.0), 0.5)[1]})
     refused(record, "correlation at least 0.7", lambda: recording_of(mocap, record))
 
@@ -240,4 +243,9 @@ def test_record_that_cannot_be_aligned_or_is_a_mocap_file_is_refused(files):
     refused(record, "a signal that the mocap file holds", lambda: recording_of(mocap, record, ()))
     refused(mocap, "name the mocap file in the column", lambda: recording_of(mocap, mocap))
     refused(record, "name the file of D-Flow's mocap module", lambda: recording_of(record))
+    write_record(record, 208.0 + np.arange(3000) / 250.0, {"LeftBeltSpeed": np.full(3000, np.nan)})
+    refused(record, "found no numbers", lambda: recording_of(mocap, record))
+    write_record(record, 208.0 + np.arange(19) / 20.0, {"LeftBeltSpeed": np.arange(19.0)})
+    refused(record, "at least 20 samples at different times, found 19", lambda: recording_of(mocap, record))
+    files()
     refused(mocap, "the belt-fixed marker 'TOE'", lambda: recording_of(mocap, record, ("TOE",)))

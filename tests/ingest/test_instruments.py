@@ -123,6 +123,10 @@ BAD_LOGS = {
         lambda t: {k: v[155:] for k, v in t.items()},
         "found 5",
     ),
+    "the trigger comes after the log": (
+        lambda t: t | {"trigger_time": np.where(t["time"] >= 501.0, 506.1, 0.0)},
+        "by one clock",
+    ),
     "the angle has coarse steps": (
         lambda t: t | {"angle": 0.02 * np.round(t["angle"] / 0.02)},
         "distinct values, found 6 in steps of 0.02 rad",
@@ -296,6 +300,23 @@ BAD_TABLES = {
         "0.03 s",
     ),
     "the angle is in degrees": (lambda t: t | {"angle": np.rad2deg(t["angle"])}, "unit"),
+    "torque and angle are exchanged": (
+        lambda t: t | {"angle": t["torque"], "torque": t["angle"]},
+        "exchange the columns",
+    ),
+    "the torque is saturated": (
+        lambda t: t | {"torque": np.minimum(t["torque"], 1.9)},
+        "range of its sensor",
+    ),
+    "the angle has coarse steps": (
+        lambda t: t | {"angle": 0.05 * np.round(t["angle"] / 0.05)},
+        "distinct values, found 5",
+    ),
+    "the angle hardly moves": (lambda t: t | {"angle": 1e-4 * t["angle"]}, "is moved by at least"),
+    "missing samples are zeros": (
+        lambda t: with_change(t, "torque", slice(331, 337), 0.0),
+        "6 zeros in a row at 0.331 s",
+    ),
     "the table ends early": (lambda t: {k: v[:3500] for k, v in t.items()}, "4 s"),
     "the recording is slower than the trial": (
         lambda t: {k: v[::8] for k, v in t.items()},
@@ -413,7 +434,7 @@ def test_marker_hidden_too_long_is_bridged_and_marked_where_that_is_asked_for(re
     others = [k for k in range(8) if k != 4]
     whole = ingest_all(*recordings).values("marker_position")
     assert (trial.values("marker_position")[:, others] == whole[:, others]).all()
-    with pytest.raises(InputError):
+    with pytest.raises(InputError, match="expected gaps of at most"):
         ingest_all(log, calibration, changed)
 
 
@@ -457,6 +478,7 @@ BAD_RECORDINGS = {
         lambda x: replace(x, channels=("z1", "z2"), matrix=x.matrix[:, :2]),
         "calibration.csv",
     ),
+    "the log is slower than the trial": (0, lambda x: replace(x, rate_hz=249.0), "found 249 Hz"),
     "the log ends before the markers": (
         0,
         lambda x: changed_line(x, "trigger", slice(3000, None), 0.0),
@@ -502,6 +524,13 @@ def test_recordings_shorter_than_the_protocol_are_refused(recordings):
     with pytest.raises(InputError) as caught:
         ingest_all(*recordings, duration_s=70.0)
     assert_one_sentence(caught.value, "70 s", "4.00 s")
+    assert ingest_all(*recordings[:2], None).time[-1] > 3.9
+    log, calibration, markers = recordings
+    short = replace(markers, positions=markers.positions[:985])
+    with pytest.raises(InputError, match=r"markers\.c3d: expected 4\.05 s of trial.*3\.94"):
+        ingest_all(log, calibration, short, duration_s=4.05)
+    with pytest.raises(InputError, match=r"log\.mat: .*70 s.*4\.00 s"):
+        ingest_all(*recordings[:2], None, duration_s=70.0)
 
 
 def read_dummy(files):

@@ -442,6 +442,8 @@ def hole(channel):
         ({}, {"plates": PlateNumbers(right=(3,))}, ["force plate 3", "2 force plates", "recording.plates"]),
         ({}, {"plates": PlateNumbers()}, ["number of a force plate", "2 force plates"]),
         ({}, {"axes": Axes("+y", "-y")}, ["two different axes", "'+y'", "'-y'"]),
+        ({}, {"axes": Axes("+y", "+x")}, ["force plate 1", "a level surface", "faces along z"]),
+        ({"gap": 1}, {}, ["force plate 2", "a number in every sample, found none in 1"]),
         ({}, {"trigger": "Sync"}, ["'Sync'", "trigger"]),
         ({}, {"trigger": "Belt speed"}, ["'Belt speed'", "high from the first"]),
         ({"markers": None}, {}, ["markers", "found none"]),
@@ -454,6 +456,12 @@ def hole(channel):
 def test_what_does_not_fit_the_file_is_refused(change, use, words, recording, options, labels):
     if "markers" in change:
         recording = replace(recording, markers=None)
+    if "gap" in change:
+        plates = [*recording.plates]
+        force = plates[1].force.copy()
+        force[7, 2] = np.nan
+        plates[1] = replace(plates[1], force=force)
+        recording = replace(recording, plates=tuple(plates))
     if "dead" in change:
         plates = [*recording.plates]
         plates[1] = replace(plates[1], force=0.0 * plates[1].force, moment=0.0 * plates[1].moment)

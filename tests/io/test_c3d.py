@@ -183,6 +183,38 @@ def test_missing_parameters_of_a_plate_are_refused(parameter, tmp_path):
     assert_one_sentence(fault(path), path, "force plate 1")
 
 
+@pytest.mark.parametrize(
+    ("group", "parameter", "value", "words"),
+    [
+        ("FORCE_PLATFORM", "CHANNEL", 7, "channels from 1 to 6 in FORCE_PLATFORM:CHANNEL, found 7"),
+        ("FORCE_PLATFORM", "ORIGIN", np.nan, "numbers in FORCE_PLATFORM:ORIGIN"),
+    ],
+)
+def test_impossible_parameters_of_a_plate_are_refused(group, parameter, value, words, tmp_path):
+    path = written(tmp_path, TYPE_2, ["N"] * 3 + ["Nm"] * 3, 2)
+    file = ezc3d.c3d(str(path))
+    file["parameters"][group][parameter]["value"] = file["parameters"][group][parameter]["value"].copy()
+    file["parameters"][group][parameter]["value"][-1] = value
+    file.write(str(path))
+    assert_one_sentence(fault(path), path, "force plate 1", words)
+
+
+def test_damaged_files_are_refused(tmp_path):
+    path = written(tmp_path, TYPE_2, ["N"] * 3 + ["Nm"] * 3, 2)
+    content = path.read_bytes()
+    start = 512 * (content[0] - 1)
+    rate = content.index(np.float32(1000.0).tobytes()) + 1  # of the analog channels: its second byte
+    for at, value, words in (
+        (start + 3, 83, "found 83"),
+        (start + 4, 255, "cannot be read"),
+        (rate, 128, "at 10 times the 100 Hz of the frames, found 1002 Hz in ANALOG:RATE"),
+    ):
+        path.write_bytes(content[:at] + bytes([value]) + content[at + 1 :])
+        with pytest.raises(InputError) as caught:
+            read_recording(path)
+        assert_one_sentence(caught.value, path, words)
+
+
 def test_corners_on_one_line_are_refused(tmp_path):
     labels = tuple("abcdef")
     channels = {

@@ -92,6 +92,23 @@ def test_result_was_made_in_another_process_with_the_arguments_given():
     assert total == 6
 
 
+class Damaged:
+    """An object that cannot be made again."""
+
+    def __reduce__(self):
+        return int, ("damaged",)
+
+
+def test_result_that_cannot_be_made_again_is_refused():
+    assert "ValueError" in refused(Damaged)
+
+
+def test_result_that_shares_its_memory_is_refused_by_its_size():
+    shared = np.zeros(10**7)
+    assert len(guarded(lambda: [shared[k:] for k in range(3)], what=FILE)) == 3
+    assert "memory" in refused(lambda: [shared[k:] for k in range(5)])
+
+
 def test_guard_within_a_guard_does_not_fork_again():
     outer, inner = guarded(lambda: (os.getpid(), guarded(os.getpid, what=FILE)), what=FILE)
     assert outer == inner != os.getpid()

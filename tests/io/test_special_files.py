@@ -51,7 +51,7 @@ def test_a_device_is_refused_at_once(path, refused):
         read_text(path, "a configuration file")
     assert_one_sentence(caught.value, path)
     assert_one_sentence(refused("info", path), path)
-    with pytest.raises(InputError):
+    with pytest.raises(InputError, match=path):
         contents_of(path)
 
 

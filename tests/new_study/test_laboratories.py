@@ -7,6 +7,7 @@ from c3d_builders import plate_channels, plate_of, write_c3d
 from laboratory_folders import Y_UP, laboratory, mark
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.walking.files import read_events
 from tepsipe.io.formats import contents_of
 from tepsipe.io.readers.c3d import read_c3d_recording
 from tepsipe.io.readers.recording import Markers, select_markers
@@ -133,9 +134,14 @@ def test_gait_by_its_events(tmp_path, monkeypatch):
     assert (tmp_path / "s/trials.tsv").read_text().count(
         "subject_1.c3d"
     ) == 2  # the log holds the events, too
+    with pytest.raises(InputError, match=r"subject_1\.c3d: expected events labelled 'Left Foot'"):
+        read_events("lab/subject_1.c3d", {"heel_strike": "Left Foot"})
     events = [event for event in GAIT if event[2] < 5.0]
     person(tmp_path / "lab/subject_1.c3d", events=events)
     with pytest.raises(InputError, match=r"who walks \(by the events Left Foot Strike, .*\), found 6: "):
+        new_study("lab", output="t")
+    (tmp_path / "t").write_text("mine")
+    with pytest.raises(InputError, match="t: expected a folder to write to, found a file"):
         new_study("lab", output="t")
 
 

@@ -5,6 +5,7 @@ import shutil
 import numpy as np
 import pytest
 
+from tepsipe.errors import InputError
 from tepsipe.new_study.files import look_at
 from tepsipe.new_study.study import new_study
 from tepsipe.virtual_lab.walker import Joint, perturb
@@ -78,6 +79,10 @@ def test_walking_and_other_trials_become_two_studies(recordings, tmp_path):
         header="time_s,angle_rad,torque_Nm",
         comments="",
     )
+    (tmp_path / "steps-walking").write_text("mine")
+    with pytest.raises(InputError, match="steps-walking: expected a folder to write to, found a file"):
+        new_study(folder, "steps", tmp_path / "steps")
+    (tmp_path / "steps-walking").unlink()
     made = new_study(folder, "steps", tmp_path / "steps")
     assert made.trials == {"position_manipulator": 1}
     (walking,) = made.others

@@ -144,6 +144,10 @@ def test_table_comes_back_from_its_file(tmp_path):
     with open(tmp_path / "table.csv", newline="") as file:
         header = next(csv.reader(file))
     assert header[4:] == ["sine-0.1", "sine-0.1_reported", "sine-0.5", "sine-0.5_reported"]
+    with open(tmp_path / "table.csv", "a") as file:
+        file.write("leg,,I\n")
+    with pytest.raises(InputError, match=r"table\.csv: expected a table of the thesis, found a damaged row"):
+        read_table(tmp_path / "table.csv")
 
 
 # ---- the thesis's statements -------------------------------------------------------------------

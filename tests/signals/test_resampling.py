@@ -249,5 +249,5 @@ def test_rounding_beyond_the_last_sample_is_no_missing_time():
     time = np.arange(1000) / 100.0
     rounded = time[-1] + 5e-9  # less than a millionth of a sample
     assert resample(time, time, np.array([rounded]))[0] == pytest.approx(time[-1])
-    with pytest.raises(InputError):
+    with pytest.raises(InputError, match=r"expected samples from .* found them only from 0\.0000 s to 9\.99"):
         resample(time, time, np.array([time[-1] + 2e-8]))

@@ -186,6 +186,8 @@ def test_gate_predicts_the_error_of_the_stiffness(remembered, unseen):
     subject = Subject(40.0, 0.08, unseen["Fy"].velocity[onset : onset + 200], regressors, RATE_HZ, True)
     found = predicted_error(held_out, subject)
     assert found.trials == ("40 kg 0.3",)
+    with pytest.raises(InputError, match="expected the subject at 250 Hz"):
+        predicted_error(held_out, replace(subject, rate_hz=200.0))
     # a torque that looks like 25 N m/rad of the subject's motion, left in the residual
     onset = round(held_out.before_s * RATE_HZ)
     wrong = {c: [x.copy() for x in parts] for c, parts in held_out.residual.items()}

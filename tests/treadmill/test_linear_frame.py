@@ -250,6 +250,12 @@ def test_force_without_the_moment_is_refused(frame):
     with pytest.raises(InputError) as caught:
         models_of(calibrated)["Fy"].compensate(alone)
     assert_one_sentence(caught.value, "moment")
+    with pytest.raises(InputError, match="force and moment of the plate together"):
+        models_of(calibrated)["Fy"].model.predict(replace(alone, rigid_kg=5.0))
+    with pytest.raises(InputError, match="a treadmill model of Mx, found models of 'Fy'"):
+        compensated_loads({"Fy": models_of(calibrated)["Fy"]}, trials[0])
+    with pytest.raises(InputError, match="filtered forward and backward"):
+        pulse_windows([trials[0] | {"Fy": replace(trials[0]["Fy"], lowpass=None)}])
     with pytest.raises(InputError) as caught:
         fit_linear_frame(trials[:2], 10, np.random.default_rng(1))
     assert_one_sentence(caught.value, "0 kg")

@@ -29,6 +29,9 @@ def test_calibrated_treadmill_is_compensated_and_kept(tmp_path):
     assert f"Recommended: {found.recommended}" in found.summary()
     assert set(found.to_frame().model) == {"mass-spring-damper", "fir"}
     assert found.plot().axes
+    refused(lambda: found.compensate(third.load, "fir"), "compensate", "belt_recording")
+    refused(lambda: found.save(tmp_path), str(tmp_path), "found a folder")
+    refused(lambda: found.save(tmp_path / "none" / "models.json"), "no such folder")
 
 
 def test_recordings_that_cannot_calibrate_are_refused():

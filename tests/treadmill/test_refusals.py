@@ -31,7 +31,7 @@ def test_ripple_tracker_refuses_a_load_in_another_unit(rng):
 
     train, test = (swaying_belt(load, rng) for _ in range(2))
     fitted = fit_model("ripple-tracking", [train], OPTIONS)
-    with pytest.raises(InputError):
+    with pytest.raises(InputError, match=r"trial 1: expected .*load"):
         evaluate(fitted, [replace(test, load=1e3 * test.load)])
 
 
@@ -49,7 +49,7 @@ def test_mass_damper_spring_come_back_from_filtered_signals(rng):
 def test_marker_that_never_moves_is_refused():
     time = np.arange(1000) / 250.0
     velocity = np.exp(-(((time - 2.0) / 0.03) ** 2))
-    with pytest.raises(InputError):
+    with pytest.raises(InputError, match="trial: expected a marker and a belt that move"):
         marker_delay(time, np.ones(1000), velocity, "trial")
 
 
@@ -77,7 +77,7 @@ def test_segments_that_touch():
 )
 def test_readable_json_that_holds_no_models(text, tmp_path):
     (tmp_path / "m.json").write_text(text)
-    with pytest.raises(InputError):
+    with pytest.raises(InputError, match=r"m\.json: expected a file of treadmill models"):
         load_treadmill_models(tmp_path / "m.json")
 
 
@@ -86,7 +86,7 @@ def test_missing_sample_is_refused(key, rng):
     r = restless_belt(lambda v, a: 3.0 * a, rng)
     x = getattr(r, key).copy()
     x[1000] = np.nan
-    with pytest.raises(InputError):
+    with pytest.raises(InputError, match=f"trial 1: expected numbers for {key}"):
         check_recordings([replace(r, **{key: x})], 20.0)
 
 
@@ -107,7 +107,7 @@ def test_damaged_table_of_scores(change, tmp_path):
     MODEL_SCORES.write(path, [ModelScore("fir", "a", "b", 6.0, 0.5, 2.0, 1.0, 51, 0.75, "load", "Nm")])
     head, row = path.read_text().splitlines()
     path.write_text(f"{head}\n{row.replace(*change)}\n")
-    with pytest.raises(InputError):
+    with pytest.raises(InputError, match=r"s\.csv: expected "):
         MODEL_SCORES.read(path)
 
 

@@ -12,7 +12,7 @@ from tepsipe.arguments import check_options, options_of
 from tepsipe.errors import InputError
 from tepsipe.experiments.planning.pulses import STEP_S, Drive, Pulse, pulse_of
 from tepsipe.mechanics.engines.interface import Joint
-from tepsipe.mechanics.forward_dynamics import ForwardSimulation, refuse_unstable, simulate_dummy
+from tepsipe.mechanics.forward_dynamics import ForwardSimulation, simulate_dummy
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.quantities import Delay, Frequency, NotNegative, Rate, Time, Velocity
@@ -253,7 +253,6 @@ def expected_motion(design: Design) -> ExpectedMotion:
     velocity = belt_velocity(protocol, pulse_velocity, time)
     stride = math.ceil(1.0 / (rig.camera_rate_hz * STEP_S) - 1e-9)
     step = 1.0 / (rig.camera_rate_hz * stride)
-    refuse_unstable(design.leg, design.joint)
     simulated = simulate_dummy(time, velocity, design.leg, design.foot, design.joint, step, "equations")
     if simulated.fell_at_s is not None:
         raise InputError(
