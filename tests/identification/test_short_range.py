@@ -15,7 +15,7 @@ from tepsipe.identification.cascade.options import ParallelCascadeOptions
 from tepsipe.identification.cascade.parallel_cascade import identify_cascade
 from tepsipe.identification.cascade.pathways import laguerre_responses, stop_deflection
 from tepsipe.identification.cascade.record import make_record
-from tepsipe.identification.cascade.selection import choose_rows
+from tepsipe.identification.cascade.selection import choose_rows, cross_validated_tolerance
 from tepsipe.signals.filters import butterworth_lowpass
 
 RATE = 250.0
@@ -113,14 +113,39 @@ def test_reflex_must_lower_the_error_clearly_and_other_terms_by_the_tolerance():
     little, clear = plain - [0.3, -0.2, 0.2, -0.1], plain - [0.3, 0.25, 0.3, 0.35]
     reflex = np.array([False, False, True])
     tables = np.array([[plain, other, little], [plain, other, clear], [plain, 0.9 * other, 2.0 * plain]])
-    assert choose_rows(tables, reflex, 0.01).tolist() == [0, 2, 1]
+    assert choose_rows(tables, reflex, (0.01, 0.01)).tolist() == [0, 2, 1]
+
+
+def test_reflex_and_no_reflex_have_their_own_tolerances():
+    simple, more = np.array([1.005, 1.005]), np.array([1.0, 1.0])
+    tables, reflex = np.array([[simple, more]]), np.zeros(2, dtype=bool)
+    assert choose_rows(tables, reflex, (0.003, 0.03)).tolist() == [1]
+    assert choose_rows(tables, ~reflex, (0.003, 0.03)).tolist() == [0]
+
+
+def test_weak_term_that_helps_in_every_block_is_taken():
+    simple = np.array([1.0, 30.0, 2.0, 0.5, 1.5])
+    assert cross_validated_tolerance(np.array([simple, 0.996 * simple])) == 0.003
+    assert cross_validated_tolerance(np.array([simple, 0.9995 * simple])) == 0.0
+
+
+def test_terms_that_help_in_one_block_by_chance_are_not_taken():
+    simple = np.ones(6)
+    lucky = np.where(np.eye(6, dtype=bool), 0.95, 1.005)
+    assert lucky.mean(axis=1).max() < simple.mean()
+    assert cross_validated_tolerance(np.vstack([simple, lucky])) == 0.03
+
+
+def test_tolerance_of_equal_errors_leaves_the_fewest_terms():
+    assert cross_validated_tolerance(np.ones((4, 5))) == 0.03
+    assert cross_validated_tolerance(np.empty((0, 5))) == 0.03
 
 
 def test_average_over_structures_takes_each_of_those_within_the_tolerance_equally():
     simple, alike, worse = np.array([1.005, 1.005]), np.array([1.0, 1.0]), np.array([1.2, 1.2])
     tables = np.tile(np.array([simple, worse, alike]), (1000, 1, 1))
     among = (np.arange(1000) + 0.5) / 1000.0
-    taken = choose_rows(tables, np.zeros(3, dtype=bool), 0.01, among)
+    taken = choose_rows(tables, np.zeros(3, dtype=bool), (0.01, 0.03), among)
     assert np.bincount(taken, minlength=3).tolist() == [500, 0, 500]
 
 
