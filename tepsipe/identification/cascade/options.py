@@ -46,6 +46,9 @@ class ParallelCascadeOptions:
     """Relative difference of the cross-validated error from which delays are separated."""
     penalties: Some[Positive] = (1e-6, 1e-4, 1e-2, 1.0)
     """Values of λ that are tried, see `tepsipe/identification/cascade/parallel_cascade.py`."""
+    term_tolerance: NotNegative = 0.01
+    """Relative difference of the cross-validated error below which a model with fewer terms is taken; every
+    record chooses it itself for the terms of the reflex."""
     folds: Annotated[int, Ge(2)] = 10
     """Number of blocks of the fitted part for the cross-validation; fewer if they would be shorter than
     `reflex_length_s` plus the longest delay."""

@@ -160,7 +160,7 @@ def _draw(selection: Selection, blocks: list[slice], times: np.ndarray, rng) -> 
     reflex = np.array([candidate.direction != 0 for candidate in candidates])
     among = rng.random(times.shape[0])
     tables = np.swapaxes(table[:, folds], 0, 1)
-    terms = choose_rows(tables, reflex, selection.tolerances, among)
+    terms = choose_rows(tables, reflex, record.options.term_tolerance, among)
     shapes = list(selection.variants) or [selection.full]
     errors = np.array(list(selection.variants.values()) or [np.ones(table.shape[1])])
     variants = np.argmin(errors[:, folds].mean(axis=2), axis=0)

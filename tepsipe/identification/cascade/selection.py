@@ -1,17 +1,18 @@
 """Structure of a parallel-cascade model by cross-validation over blocks of the fitted part.
 
 Direction, kernel and threshold of the reflex are chosen first, in this order, by the smallest cross-validated
-error with all terms present. The terms follow: the simplest set s whose error is within a tolerance t of the
-smallest. With e[s, f] the error of block f, fitted to the others, and E[s] its mean over the F blocks,
+error with all terms present. The terms follow: the simplest set whose error is within a tolerance of the
+smallest. A reflex, and knots in place of Laguerre functions, must lower the error by more than ``SEPARATED``
+standard errors of the difference over blocks. The terms of the reflex (gain_slope, unloading), which do not
+change what K means, are then chosen again by a tolerance of the record itself. With e[s, f] the error of
+block f with the set s, fitted to the other blocks, and E[s] its mean over blocks,
 
     s(t) = the simplest s with E[s] <= (1 + t) min E,    s_f(t) = the same without block f
     t    = the tolerance with the smallest mean over f of e[s_f(t), f]
 
-so the choice of terms is itself cross-validated: terms that the other blocks choose by chance do not predict
-a block, terms that exist do (Varma & Simon 2006). A reflex, and knots in place of Laguerre functions, must
-lower the error by more than ``SEPARATED`` standard errors of the difference over blocks. The delay is chosen
-last: among the delays that the record does not separate, the one closest to the expected delay. All errors
-refer to the weighted signals.
+This cross-validates the choice: terms that the other blocks choose by chance do not predict a block, terms
+that exist do (Varma & Simon 2006). The delay is chosen last: among the delays that the record does not
+separate, the one closest to the expected delay. All errors refer to the weighted signals.
 """
 
 from dataclasses import dataclass, replace
@@ -39,8 +40,10 @@ from tepsipe.identification.cascade.record import CascadeRecord, Design, make_de
 
 # standard errors by which a reflex must lower the cross-validated error
 SEPARATED = 2.0
-# relative tolerances that are tried, the one that leaves the fewest terms first
+# relative tolerances that are tried for the terms of the reflex, the one of the fewest terms first
 TOLERANCES = (0.03, 0.01, 0.003, 0.001, 0.0)
+# terms that change what K means
+OF_JOINT = ("stops", "relaxing", "stiffening")
 
 
 @dataclass(frozen=True)
@@ -55,11 +58,9 @@ class Selection:
     """All terms that were tried."""
     errors: dict[Structure, np.ndarray]
     """Error of every block (N²·m²) for the models that were compared, the simplest first, shape (folds,)."""
-    tolerances: tuple[float, float]
-    """Tolerances by which the terms were chosen, without and with a reflex."""
     variants: dict[Structure, np.ndarray]
-    """The same as ``errors`` for other kernels and thresholds of the reflex with all terms; empty without a
-    reflex, shape (folds,)."""
+    """The same for other kernels and thresholds of the reflex with all terms; empty without a reflex, shape
+    (folds,)."""
     delays: dict[float, np.ndarray]
     """The same for every profiled delay (s) of the selected structure; empty without a reflex, shape
     (folds,)."""
@@ -95,14 +96,14 @@ def select_structure(record: CascadeRecord) -> Selection:
             }
     start = replace(start, relaxing=bool(options.relaxation_times_s))
     errors = _errors_of_terms(record, start)
-    structure, tolerances = choose(errors)
+    structure = choose(errors, options.term_tolerance)
     if not structure.direction:
-        return Selection(record, structure, start, errors, tolerances, {}, {}, {})
+        return Selection(record, structure, start, errors, {}, {}, {})
     delays = _profile(record, structure, "delay_s", _delays(record))
     structure = replace(structure, delay_s=_delay(delays, options))
     structure, _ = _best(record, [structure])
     thresholds = _profile(record, structure, "threshold_rad_per_s", options.reflex_thresholds_rad_per_s)
-    return Selection(record, structure, start, errors, tolerances, variants, delays, thresholds)
+    return Selection(record, structure, start, errors, variants, delays, thresholds)
 
 
 def alike(profile: dict[float, np.ndarray], tolerance: float) -> list[float]:
@@ -115,25 +116,29 @@ def alike(profile: dict[float, np.ndarray], tolerance: float) -> list[float]:
     return [value for value, error in profile.items() if error.mean() <= (1.0 + tolerance) * smallest]
 
 
-def choose(errors: dict[Structure, np.ndarray]) -> tuple[Structure, tuple[float, float]]:
-    """The structure that `choose_rows` selects, and its tolerances without and with a reflex.
+def choose(errors: dict[Structure, np.ndarray], tolerance: float) -> Structure:
+    """The structure that `choose_rows` selects, with terms of the reflex by their own tolerance.
 
     errors: errors (N²·m²) of every structure, the simplest first.
+    tolerance: relative difference of the error below which a simpler structure is taken.
+    Returns: the one that is chosen.
     """
     table = np.array(list(errors.values()))
     reflex = np.array([s.direction != 0 for s in errors])
-    tolerances = cross_validated_tolerance(table[~reflex]), cross_validated_tolerance(table[reflex])
-    return list(errors)[int(choose_rows(table[None], reflex, tolerances)[0])], tolerances
+    structures = list(errors)
+    chosen = structures[int(choose_rows(table[None], reflex, tolerance)[0])]
+    if not chosen.direction:
+        return chosen
+    rows = [k for k, s in enumerate(structures) if s.direction and _of_joint(s) == _of_joint(chosen)]
+    mean, own = table[rows].mean(axis=1), cross_validated_tolerance(table[rows])
+    return structures[rows[int(np.argmax(mean <= (1.0 + own) * mean.min()))]]
 
 
 def cross_validated_tolerance(table: Annotated[np.ndarray, "(structures, folds)"]) -> float:
-    """Tolerance t whose choice s_f(t) without each block predicts the blocks best, see above.
+    """Tolerance t whose choices s_f(t) predict the blocks best, see above; the largest of equal ones.
 
     table: errors of every structure, the simplest first.
-    Returns: the tolerance of the fewest terms out of equal ones.
     """
-    if not table.size:
-        return TOLERANCES[0]
     others = table.sum(axis=1, keepdims=True) - table
     rows = [np.argmax(others <= (1.0 + tolerance) * others.min(axis=0), axis=0) for tolerance in TOLERANCES]
     return TOLERANCES[int(np.argmin(table[rows, np.arange(table.shape[1])].mean(axis=1)))]
@@ -142,7 +147,7 @@ def cross_validated_tolerance(table: Annotated[np.ndarray, "(structures, folds)"
 def choose_rows(
     tables: Annotated[np.ndarray, "(k, structures, folds)"],
     reflex: Annotated[np.ndarray, "(structures,)"],
-    tolerances: tuple[float, float],
+    tolerance: float,
     among: Annotated[np.ndarray, "(k,)"] | None = None,
 ) -> Annotated[np.ndarray, "(k,)"]:
     """Choose the rows of tables of errors.
@@ -153,13 +158,13 @@ def choose_rows(
     within the tolerance is a candidate.
 
     reflex: whether a structure has a reflex.
-    tolerances: relative tolerances without and with a reflex.
+    tolerance: relative tolerance.
     among: place of the candidate among the structures within the tolerance, from 0 to below 1; the simplest
     if left out.
     """
     at = np.arange(tables.shape[0])
     chosen = []
-    for kind, tolerance in zip((~reflex, reflex), tolerances, strict=True):
+    for kind in (~reflex, reflex):
         rows = np.flatnonzero(kind)
         if rows.size:
             mean = tables[:, rows].mean(axis=2)
@@ -287,6 +292,11 @@ def _stretched(record: CascadeRecord, direction: int) -> bool:
     return bool(np.any(record.reflex_input("reflex", Structure(direction, False, 0.0, 0.0))[record.fitted]))
 
 
+def _of_joint(structure: Structure) -> list[bool]:
+    """Presence of every term that changes what K means."""
+    return [getattr(structure, name) for name in OF_JOINT]
+
+
 def _middle(values: tuple[float, ...]) -> float:
     return sorted(values)[len(values) // 2] if values else 0.0
 
@@ -358,10 +368,10 @@ def _errors_of_terms(record: CascadeRecord, full: Structure) -> dict[Structure, 
     design = make_design(record, full)
     sums = block_sums(design.white, record.white_torque, fold_slices(record))
     candidates = []
-    of_joint, of_reflex = ("stops", "relaxing", "stiffening"), ("gain_slope", "unloading")
-    for reflex, *present in product((False, True), repeat=1 + len(of_joint + of_reflex)):
-        terms = dict(zip(of_joint + of_reflex, present, strict=True))
-        if any(terms[name] and not getattr(full, name) for name in of_joint):
+    of_reflex = ("gain_slope", "unloading")
+    for reflex, *present in product((False, True), repeat=1 + len(OF_JOINT + of_reflex)):
+        terms = dict(zip(OF_JOINT + of_reflex, present, strict=True))
+        if any(terms[name] and not getattr(full, name) for name in OF_JOINT):
             continue
         if (reflex and not full.direction) or (not reflex and any(terms[name] for name in of_reflex)):
             continue
