@@ -189,6 +189,13 @@ REFUSED = [
     ("fit_parallel_cascade", {"angle": constant}, "angle: expected a signal that changes"),
     ("fit_parallel_cascade", {"torque": from_other("angle")}, "the same samples in both"),
     ("fit_parallel_cascade", {"angle": swung}, "found movement at one"),
+    ("fit_parallel_cascade", {"relaxation_times_s": (0.0,)}, "expected a number above 0"),
+    ("fit_parallel_cascade", {"penalties": (0.0,)}, "expected a number above 0"),
+    (
+        "fit_parallel_cascade",
+        {"penalties": (1e-30,), "reflex_thresholds_rad_per_s": (8.0,)},
+        "options that the record determines",
+    ),
     ("fit_parallel_cascade", {"torque": scaled(-1.0)}, "reverse the sign of the torque"),
     (
         "fit_parallel_cascade",
