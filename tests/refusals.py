@@ -6,6 +6,7 @@ the way to it. These positions are appended to one file, which the processes of 
 """
 
 import ast
+import contextlib
 import os
 import tempfile
 from pathlib import Path
@@ -126,4 +127,5 @@ def end(session):
         session.config.stash[FAULTS] = list(faults(path.read_text(encoding="utf-8").splitlines()))
         if session.config.stash[FAULTS]:
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
-    path.unlink()
+    with contextlib.suppress(OSError):  # Windows keeps a file that is open
+        path.unlink()
