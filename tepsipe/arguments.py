@@ -300,7 +300,7 @@ def changed_options(kind: type[T], options: Mapping[str, object], function: str)
     """A dataclass of options, from those that differ from its defaults (units in the names of its fields).
 
     kind: the dataclass; every field has a default.
-    options: fields that differ. Numbers must be positive and of the kind of the default.
+    options: fields that differ. Numbers must be of the kind of the default, and within the field's range.
     function: names the public function in messages.
     """
     defaults = {name: getattr(kind(), name) for name in kind.__dataclass_fields__}
@@ -323,6 +323,7 @@ def changed_options(kind: type[T], options: Mapping[str, object], function: str)
                 f"{name}: expected {type(default or 0).__name__ if default else 'None'}, found "
                 f"{described(value)}: leave it out"
             )
+    check_options(kind, found, function)
     return kind(**found)
 
 

@@ -1,15 +1,25 @@
 """Conversion of units, both ways, and options of a file that an annotated dataclass describes."""
 
 import math
-from dataclasses import dataclass
-from typing import Annotated, Literal
+from dataclasses import dataclass, make_dataclass
+from typing import Annotated, Literal, get_args, get_origin
 
 import numpy as np
 import pytest
 from builders import assert_one_sentence
 
-from tepsipe import Signal, load_example
-from tepsipe.arguments import OPTIONS, Range, checked, factor, read_options, regular_rate, samples
+from tepsipe import Signal, load_example, quantities
+from tepsipe.arguments import (
+    OPTIONS,
+    Range,
+    check_options,
+    checked,
+    factor,
+    read_options,
+    regular_rate,
+    samples,
+    within,
+)
 from tepsipe.errors import InputError
 from tepsipe.signals.resampling import resample
 
@@ -94,7 +104,42 @@ def test_options_of_a_file_are_refused_in_one_sentence(mapping, words):
     assert str(refused.value).startswith(words)
 
 
-@pytest.mark.parametrize("name", [name for name, wanted in OPTIONS.items() if isinstance(wanted, Range)])
+def ends(wanted):
+    """At each end of a range, a number that it takes and the next one, which it refuses."""
+    for end, allowed, step in ((wanted.low, wanted.low_allowed, -1), (wanted.high, wanted.high_allowed, 1)):
+        if math.isfinite(end):
+            end, step = (int(end), step) if wanted.whole else (end, 1e-9 * step)
+            yield (end, end + step) if allowed else (end - step, end)
+
+
+RANGES = {name: wanted for name, wanted in OPTIONS.items() if isinstance(wanted, Range)}
+KINDS = {
+    name: kind
+    for name, kind in vars(quantities).items()
+    if get_origin(kind) is Annotated and get_args(kind)[0] in (float, int) and list(ends(within(kind)))
+}
+
+
+@pytest.mark.parametrize("name", RANGES)
+def test_an_option_is_taken_up_to_its_ends(name):
+    for taken, refused in ends(RANGES[name]):
+        assert checked(**{name: taken}) == (taken,)
+        with pytest.raises(InputError) as caught:
+            checked(**{name: refused})
+        assert_one_sentence(caught.value, f"{name}: expected ")
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_a_setting_is_taken_up_to_its_ends(name):
+    options = make_dataclass("Options", [("setting", KINDS[name])])
+    for taken, refused in ends(within(KINDS[name])):
+        check_options(options, {"setting": taken}, "here")
+        with pytest.raises(InputError) as caught:
+            check_options(options, {"setting": refused}, "here")
+        assert_one_sentence(caught.value, "here: expected ", "'setting'")
+
+
+@pytest.mark.parametrize("name", RANGES)
 @pytest.mark.parametrize("value", [1e308, 1e13, 1e-320, 1e-13])
 def test_an_option_whose_products_or_quotients_may_overflow_is_refused(name, value):
     with pytest.raises(InputError) as caught:

@@ -233,6 +233,12 @@ REFUSED = {
         ),
         "fewer in every bin",
     ),
+    "a reflex torque in proportion to the angle": (
+        lambda a, t, rng: impedance_in_windows(
+            MovedJoint(a, t, RATE, reflex_torque=a - a.mean()), **WINDOWS, rng=rng
+        ),
+        "does not determine I, B, K",
+    ),
     "a trigger that never rises": (lambda a, t, rng: rising_edges(np.zeros(10), "log"), "rises at"),
 }
 

@@ -107,6 +107,7 @@ def test_result_that_shares_its_memory_is_refused_by_its_size():
     shared = np.zeros(10**7)
     assert len(guarded(lambda: [shared[k:] for k in range(3)], what=FILE)) == 3
     assert "memory" in refused(lambda: [shared[k:] for k in range(5)])
+    assert "memory" in refused(lambda: [shared[k:] for k in range(3)], most_bytes=16)
 
 
 def test_guard_within_a_guard_does_not_fork_again():
