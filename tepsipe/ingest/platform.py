@@ -6,6 +6,7 @@ from tepsipe.errors import InputError
 from tepsipe.ingest.manipulator_options import JOINTS, PlatformTableOptions
 from tepsipe.ingest.manipulators import RADIANS_PER_UNIT, recorded_columns, refuse_exchanged, refuse_slow
 from tepsipe.io.trial import Signal, Trial
+from tepsipe.signals.sample_faults import flags_of
 
 PERTURBATIONS = ("platform", "second_perturbation")
 
@@ -38,6 +39,13 @@ def ingest_platform(
             f"{name}: expected joint angles within half a revolution, found a swing of {swing:.3g} rad when "
             f"read as {options.angle_unit}: correct angle_unit in the configuration or in the trial sheet"
         )
+    faults = [
+        flag
+        for k in range(len(JOINTS))
+        for flag in flags_of(
+            recorded.recorded_hz, angle=columns[:, angles.start + k], torque=columns[:, angles.stop + k]
+        )
+    ]
     rate = options.resample_rate_hz
     refuse_slow(recorded.recorded_hz, rate, "platform.ingest.resample_rate_hz", name)
     grid, even = recorded.resampled(columns, rate)
@@ -60,5 +68,5 @@ def ingest_platform(
         rate_hz=rate,
         axes={"time": grid, "joint": np.array(JOINTS)},
         signals=signals,
-        attributes=recorded.attributes,
+        attributes=recorded.attributes | {"faults": ";".join(dict.fromkeys(faults))},
     )

@@ -132,6 +132,56 @@ def test_reversed_torque_of_the_hip_is_flagged_and_not_recommended(table):
     assert all("negative" in row.flags for row in chosen)
 
 
+PAIRS = (("ankle", "hip"), ("hip", "ankle"))
+NEW = {"joints-exchanged", "halves-differ", "filtered-signal", "spikes", "held-samples", "clipped"}
+QUICK = {"analysis": vars(replace(OPTIONS, models=("intrinsic",)))}
+
+
+def flags_of(table):
+    """Flags of the rows of K and B by the instrument, as the study's job makes them."""
+    fitted = fit(ingest_platform(table, TABLE, DURATION_S - 0.1, "person.csv"), QUICK, "a")
+    own = [
+        row
+        for row in fitted.estimates
+        if row.estimator == "iv-intrinsic" and row.quantity[:2] in ("K_", "B_")
+    ]
+    return set.intersection(*(set(row.flags.split(";")) for row in own)) & NEW
+
+
+def second_half(factor):
+    def change(table):
+        late = table["time"] > 0.5 * table["time"][-1]
+        return {"ankle_torque": np.where(late, factor, 1.0) * table["ankle_torque"]}
+
+    return change
+
+
+def spiked(table):
+    torque = table["ankle_torque"].copy()
+    torque[[1000, 4000]] += np.ptp(torque)
+    return {"ankle_torque": torque}
+
+
+@pytest.mark.parametrize(
+    ("spoil", "flags"),
+    [
+        (lambda t: {}, set()),
+        (lambda t: {"ankle_torque": t["hip_torque"], "hip_torque": t["ankle_torque"]}, {"joints-exchanged"}),
+        (lambda t: {"ankle_angle": t["hip_angle"], "hip_angle": t["ankle_angle"]}, {"joints-exchanged"}),
+        (
+            lambda t: {f"{a}_{what}": t[f"{b}_{what}"] for a, b in PAIRS for what in ("angle", "torque")},
+            {"joints-exchanged"},
+        ),
+        (second_half(1.02), set()),
+        (second_half(1.4), {"halves-differ"}),
+        (spiked, {"spikes"}),
+    ],
+    ids=["sound", "torques", "angles", "joints", "gain-of-2-percent", "gain", "spikes"],
+)
+def test_a_spoiled_recording_is_flagged_by_what_was_spoiled(table, spoil, flags):
+    assert flags_of(table | spoil(table)) == flags
+
+
 def test_platform_that_does_not_move_the_joints_is_refused(table, rng):
     other = table | {"platform": rng.standard_normal(table["time"].size)}
     unmoved = ingest_platform(other, TABLE, DURATION_S - 0.1, "person.csv")

@@ -18,6 +18,7 @@ import scipy
 from tepsipe.errors import InputError
 from tepsipe.experiments.budgets import rows_of
 from tepsipe.experiments.platform.options import PlatformOptions
+from tepsipe.identification.consistency import welch
 from tepsipe.identification.result import Quantity, symbol_of
 from tepsipe.identification.several_joints.closed_loop import (
     MultiJointOptions,
@@ -85,6 +86,8 @@ class PlatformAnalysis:
     """Filtered torque, without the ends."""
     training: int
     """Number of samples of the first part (samples)."""
+    flags: tuple[str, ...] = ()
+    """Failed checks of the trial, names in `tepsipe.io.estimates.FLAGS`."""
 
 
 def analyse_platform(trial: Trial, options: PlatformOptions) -> PlatformAnalysis:
@@ -104,10 +107,10 @@ def analyse_platform(trial: Trial, options: PlatformOptions) -> PlatformAnalysis
         butterworth_lowpass(x, trial.rate_hz, _cutoff(trial.rate_hz, options), FILTER_ORDER)
         for x in signals[1:]
     )
-    models = {}
+    models, first_fits = {}, {}
     for name in options.models:
         rows = tuple(fit_row(spectra, joint, name, options) for joint in range(len(joints)))
-        fitted = [fit_row(first, joint, name, options) for joint in range(len(joints))]
+        fitted = first_fits[name] = [fit_row(first, joint, name, options) for joint in range(len(joints))]
         direct = [replace(row, parameters=row.direct) for row in fitted]
         by_instrument, by_regression = (
             np.column_stack([_predicted(row, trial.time, angle)[kept] for row in fits_of_model])
@@ -130,9 +133,39 @@ def analyse_platform(trial: Trial, options: PlatformOptions) -> PlatformAnalysis
         )
     accepted = [name for name, model in models.items() if not model.rejected(options.rejected_below)]
     chosen = accepted[0] if accepted else options.models[-1]
+    last_fits = [fit_row(rest, joint, chosen, options) for joint in range(len(joints))]
+    checks = {
+        "joints-exchanged": _exchanged(spectra, models[chosen], joints, options.mode_below_hz),
+        "halves-differ": any(map(_differ, first_fits[chosen], last_fits)),
+    }
     return PlatformAnalysis(
-        joints, spectra, mode, models, chosen, trial.time[kept], torque[kept], training - cut
+        *(joints, spectra, mode, models, chosen, trial.time[kept], torque[kept], training - cut),
+        tuple(flag for flag, fails in checks.items() if fails),
     )
+
+
+def _exchanged(spectra: Spectra, model: ModelFit, joints: tuple[str, ...], below_hz: float) -> bool:
+    """True if the slow torque of the hip exceeds the ankle's, or torques follow the other joint's angle.
+
+    The ankle carries the trunk, too, and a joint resists its own angle.
+    """
+    low = spectra.frequency_hz.mean(axis=1) <= below_hz
+    low[0] = True
+    driven = np.diag(driven_products(spectra, spectra.torque)[low].sum(axis=0))
+    names = [(f"K_{one}_{one}", f"K_{one}_{other}") for one, other in (joints, joints[::-1])]
+    pairs = [[of[name] for name in pair] for of, pair in zip(model.quantities, names, strict=True)]
+    crossed = all(own.identified and cross.identified and cross.low > own.high for own, cross in pairs)
+    return bool(driven[1] > driven[0]) or crossed
+
+
+def _differ(first: RowFit, last: RowFit) -> bool:
+    """True if a determined K or B of the two parts of a trial differs by more than chance."""
+    strong = [np.eye(len(row.terms) + (row.delay_s is not None))[: len(row.terms)] for row in (first, last)]
+    errors = [
+        (np.array([row.directions.standard_error(one) for one in axes]), len(row.directions.influence) - 1.0)
+        for row, axes in zip((first, last), strong, strict=True)
+    ]
+    return bool(welch(first.parameters, last.parameters, *errors)[1].any())
 
 
 def platform_spectra(trial: Trial, options: PlatformOptions) -> tuple[Spectra, Spectra, Spectra]:
@@ -230,7 +263,7 @@ def platform_estimates(
         for joint, label in enumerate(analysis.joints):
             row, of_joint = model.rows[joint], model.quantities[joint]
             coherent = ("coherent-residual",) * (row.p_value < options.rejected_below)
-            flags = coherent + impossible
+            flags = coherent + impossible + analysis.flags
             quantities = {key: replace(q, flags=flags) for key, q in of_joint.items()}
             quantities[f"p_value_{label}"] = Quantity(row.p_value, "1")
             quantities[f"VAF_driven_held_out_{label}"] = Quantity(model.driven_vaf[joint], "%")

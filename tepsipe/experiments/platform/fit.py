@@ -1,6 +1,6 @@
 """Fit of one trial of a person on a moving platform."""
 
-from tepsipe.experiments.fitted import Fitted
+from tepsipe.experiments.fitted import Fitted, checked
 from tepsipe.experiments.platform.analysis import (
     analyse_platform,
     platform_estimates,
@@ -23,5 +23,5 @@ def fit(trial: Trial, section: dict, condition: str) -> Fitted:
     found = analyse_platform(trial, options)
     return Fitted(
         platform_result(found, options, trial.signals["platform"].unit),
-        platform_estimates("platform", condition, found, options),
+        checked(trial, platform_estimates("platform", condition, found, options)),
     )
