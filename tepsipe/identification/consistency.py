@@ -184,11 +184,11 @@ def delay_of_record(
     kept = slice(edge, -edge)
     thin = slice(edge, -edge, max(1, int(THIN_S / (time[1] - time[0]))))
     spline = scipy.interpolate.CubicSpline(time, torque)
-    slopes = [derivative(time, regressors[:, k]) for k in (0, *range(3, regressors.shape[1]))]
-    slopes = np.column_stack([slopes[0], regressors[:, :2], *slopes[1:]])
-    x, instants = regressors[thin], time[thin]
-    size = np.linalg.norm(x, axis=0)
-    basis = np.linalg.qr(x / size)[0]
+    # only the thinned rows of the derivatives, which are as many signals as regressors
+    derived = {k: derivative(time, regressors[:, k])[thin] for k in (0, *range(3, regressors.shape[1]))}
+    slopes = np.column_stack([derived.pop(0), regressors[thin, :2], *derived.values()])
+    instants, size = time[thin], np.linalg.norm(regressors[thin], axis=0)
+    basis, triangle = np.linalg.qr(regressors[thin] / size)
     steps = round(LONGEST_S / STEP_S)
     grid = STEP_S * np.arange(1 - steps, steps)
 
@@ -200,8 +200,10 @@ def delay_of_record(
     delay = float(grid[np.argmin(left)])
     for _ in range(8):
         y = spline(instants + delay)
-        predicted = np.linalg.lstsq(x / size, y)[0] / size
-        step = float(np.linalg.lstsq(np.column_stack([x / size, -slopes[thin] @ predicted]), y)[0][-1])
+        predicted = np.linalg.lstsq(triangle, basis.T @ y)[0] / size
+        later = slopes @ predicted
+        later -= basis @ (basis.T @ later)
+        step = -float(later @ y) / float(later @ later)
         if abs(step) < 1e-6 or not abs(delay + step) < LONGEST_S:
             break
         delay += step
@@ -220,15 +222,13 @@ def delay_of_record(
     profile = DelayProfile(delay, of_curvature, np.inf)
     if profile.half_width_s(confidence) > WIDEST_S:
         return replace(profile, reason=RESPONSE_ADVICE)
-    y = spline(time[kept] + delay)
-    rows = np.column_stack([regressors[kept], -slopes[kept] @ predicted])
-    rows = rows / np.linalg.norm(rows, axis=0)
-    length = np.linalg.norm(slopes[kept] @ predicted)
-    moments = rows * (y - rows @ np.linalg.lstsq(rows, y)[0])[:, None]
-    sums = np.add.reduceat(moments, np.arange(0, y.size, block), axis=0)
-    shares = np.linalg.solve(rows.T @ rows, sums.T)[-1] / length
+    slope = derivative(time, regressors[:, 0]) * predicted[0] + regressors[:, :2] @ predicted[1:3]
+    for k in range(3, predicted.size):
+        slope += derivative(time, regressors[:, k]) * predicted[k]
+    moments, products = _moments_of_blocks(time, regressors, slope, spline, delay, kept, block)
+    shares = np.linalg.solve(products, moments.T)[-1]
     error = float(np.sqrt(np.sum(shares**2) * len(shares) / (len(shares) - 1.0)))
-    sensitivity = np.linalg.lstsq(regressors[kept], length * rows[:, -1])[0][:3]
+    sensitivity = np.linalg.solve(products[:-1, :-1], products[:-1, -1])[:3]
     profile = DelayProfile(delay, max(error, of_curvature), len(shares) - 1.0, sensitivity)
     determined = profile.half_width_s(confidence) <= WIDEST_S
     return profile if determined else replace(profile, reason=RESPONSE_ADVICE)
@@ -469,6 +469,36 @@ def welch(
     difference = np.abs(one - other)
     p = 2.0 * scipy.special.stdtr(freedom, -difference / np.maximum(error, 1e-300))
     return p, (p < CHANCE) & (difference > LEAST_DIFFERENCE * np.abs(one + other) / 2.0)
+
+
+def _moments_of_blocks(
+    time: np.ndarray,
+    regressors: Annotated[np.ndarray, "(n, p)"],
+    slope: np.ndarray,
+    torque: scipy.interpolate.CubicSpline,
+    delay_s: float,
+    kept: slice,
+    block: int,
+) -> tuple[Annotated[np.ndarray, "(blocks, p + 1)"], Annotated[np.ndarray, "(p + 1, p + 1)"]]:
+    """Rows of regressors and slope of the torque times their residual, summed by block, and their products.
+
+    Blocks of time follow each other, so that a long record needs the memory of a few.
+    """
+    first, last, _ = kept.indices(time.size)
+    spans = [slice(k, min(k + block, last)) for k in range(first, last, block)]
+
+    def part(span: slice) -> tuple[np.ndarray, np.ndarray]:
+        return np.column_stack([regressors[span], -slope[span]]), torque(time[span] + delay_s)
+
+    size = regressors.shape[1] + 1
+    products, targets = np.zeros((size, size)), np.zeros(size)
+    for rows, y in map(part, spans):
+        products += rows.T @ rows
+        targets += rows.T @ y
+    scale = 1.0 / np.sqrt(np.diag(products))
+    solution = scale * np.linalg.solve(products * scale[:, None] * scale, scale * targets)
+    moments = np.array([rows.T @ (y - rows @ solution) for rows, y in map(part, spans)])
+    return moments, products
 
 
 def halves_of_record(

@@ -610,13 +610,10 @@ def _fit_windows(
     name = LEAST_SQUARES_THESIS if thesis else LEAST_SQUARES
     at_rest = samples_at_rest(motion.time, windows, rest)
     refuse_still(motion.theta, windows)
-    if not thesis:
-        # the equation also holds for differences from means of a joint that still swings at rest
+    if baseline == "each" and not thesis:
         moving = motion.theta, motion.theta_d, motion.theta_dd, torque
-        if baseline == "each":
-            moving = [from_own_zero(x, windows, at_rest, rate_hz) for x in moving]
-        rate, acceleration = (x - x[at_rest].mean() for x in moving[1:3])
-        motion, torque = replace(motion, theta=moving[0], theta_d=rate, theta_dd=acceleration), moving[3]
+        theta, rate, acceleration, torque = (from_own_zero(x, windows, at_rest, rate_hz) for x in moving)
+        motion = replace(motion, theta=theta, theta_d=rate, theta_dd=acceleration)
     record = Record(motion=motion, torque=torque, perturbations=windows, at_rest=at_rest)
     result, record, delay = fit_aligned(name, record, uncertainty, confidence)
     budget, sources = windows_budget(result, name, record, uncertainty, delay)

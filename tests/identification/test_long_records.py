@@ -41,7 +41,7 @@ def assert_alike(fit, whole, tolerance=1e-9):
     for name, quantity in fit.quantities.items():
         of_whole, scale = whole.quantities[name], quantity.standard_error
         if not np.isfinite(scale):
-            assert quantity.value == of_whole.value
+            assert quantity.value == pytest.approx(of_whole.value, nan_ok=True)
             continue
         for end in ("value", "low", "high", "standard_error"):
             assert abs(getattr(quantity, end) - getattr(of_whole, end)) <= tolerance * scale, (name, end)
@@ -113,7 +113,8 @@ def test_memory_of_a_cascade_is_that_of_the_fitted_regressors_once(short_spans):
 def test_memory_of_a_regression_is_that_of_few_signals(short_spans):
     time, angle, torque = ankle(4)
     fit = lambda: fit_impedance(time, angle, torque, bootstrap_draws=100)  # noqa: E731
-    assert peak_in_signals(fit, time.size) < 20
+    # the delay is searched on up to all samples of regressors and their derivatives
+    assert peak_in_signals(fit, time.size) < 40
 
 
 def test_windows_of_an_output_error_share_one_residual():

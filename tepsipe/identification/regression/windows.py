@@ -150,9 +150,11 @@ def regress_torque(
     """
     theta_rest = float(motion.theta[at_rest].mean())
     torque_rest = float(torque[at_rest].mean())
-    if not thesis:
-        torque = torque - torque_rest
     regressors = np.column_stack([motion.theta_dd, motion.theta_d, motion.theta - theta_rest])
+    if not thesis:
+        # the equation also holds for differences from means of a joint that still swings at rest
+        torque = torque - torque_rest
+        regressors[:, :2] -= regressors[at_rest, :2].mean(axis=0)
     fits, windows = [], []
     for p in perturbations:
         rows, explained = regressors[p.start : p.stop], torque[p.start : p.stop]
