@@ -2,7 +2,7 @@
 
     python benchmarks/notes_on_valid_records.py [--seed 1] [--scale 1.0] [--spoiled]
 
-A note on a valid record is a false alarm. 212 records at scale 1; the last line has their share. With
+A note on a valid record is a false alarm. 236 records at scale 1; the last line has their share. With
 ``--spoiled``, every record is spoiled as laboratories do it (`SPOILS`), and is noted, refused, covered by
 intervals that are less than 1.5 times as wide as those of the record that was not spoiled, or silently wrong.
 """
@@ -18,11 +18,15 @@ from scipy.signal import butter, lsim, sosfilt, sosfiltfilt
 
 import tepsipe
 from tepsipe import InputError, Leg, SegmentMarkers
+from tepsipe.experiments.platform.fit import fit as fit_platform
 from tepsipe.experiments.position_manipulator.fit import fit as fit_position_manipulator
-from tepsipe.identification.result import Quantity
-from tepsipe.ingest.manipulator_options import TableOptions
-from tepsipe.ingest.manipulators import ingest_position_manipulator
+from tepsipe.experiments.wristalyzer.fit import fit as fit_wristalyzer
+from tepsipe.ingest.manipulator_options import ManipulatorOptions, PlatformTableOptions, TableOptions
+from tepsipe.ingest.manipulators import ingest_position_manipulator, ingest_torque_manipulator
+from tepsipe.ingest.platform import ingest_platform
+from tepsipe.virtual_lab.platform_person import PlatformPerson, PlatformProtocol, record_platform
 
+SETTINGS = Path(__file__).parents[1] / "config/config.yaml"
 LEG = Leg(mass_kg=0.4, com_m=0.4485, inertia_kgm2=0.027)
 LAYOUT = np.array([[0.0, 0.0], [-0.012, 0.87], [0.012, 0.39]])
 FOOT = np.array([[-0.05, 0.0], [0.1, 0.0]])
@@ -196,15 +200,13 @@ class OfStudy:
         quoted = {row.quantity: row for row in rows if row.recommended}
         found = {name for row in quoted.values() for name in row.flags.split(";") if name}
         found |= {f"{name} is not recommended" for name in names if name not in quoted}
-        self.notes = tuple(sorted(found))
-        self.quantities = {q: Quantity(r.value, r.unit, 0.0, r.ci_low, r.ci_high) for q, r in quoted.items()}
-        self.intervals = {name: (q.low, q.high) for name, q in self.quantities.items()}
+        self.notes, self.names = tuple(sorted(found)), names
+        self.intervals = {name: (row.ci_low, row.ci_high) for name, row in quoted.items()}
 
 
 def study(experiment, options):
     """Options of a study's recordings, of the class ``options``, and its section as shipped."""
-    section = yaml.safe_load((Path(__file__).parents[1] / "config/config.yaml").read_text())[experiment]
-    section["analysis"]["bootstrap_draws"] = 200
+    section = yaml.safe_load(SETTINGS.read_text())[experiment]
     known = options.__dataclass_fields__
     chosen = section["ingest"] | {key: x for key, x in section["files"].items() if key in known}
     return options(**chosen), section
@@ -213,6 +215,7 @@ def study(experiment, options):
 def manipulator(rng, spoil=unspoiled):
     """Study of an ankle that a servo moves by steps, with a stretch reflex and slow voluntary torque."""
     options, section = study("position_manipulator", TableOptions)
+    section["analysis"]["bootstrap_draws"] = 200
     rate_hz = float(rng.choice([250.0, 400.0, 1000.0]))
     time = np.arange(0.0, rng.uniform(30.0, 70.0), 1.0 / rate_hz)
     steps = np.repeat(rng.choice([-0.03, 0.03], time.size), round(0.15 * rate_hz))[: time.size]
@@ -231,6 +234,49 @@ def manipulator(rng, spoil=unspoiled):
     return OfStudy(fit_position_manipulator(trial, section, "a", 1).estimates, "IBK"), truth
 
 
+def wristalyzer(rng, spoil=unspoiled):
+    """Study of a wrist under a torque of many frequencies; the angle is logged at uneven instants."""
+    options, section = study("wristalyzer", ManipulatorOptions)
+    section["analysis"] |= {
+        "random_starts": 1,
+        "profile_points": 5,
+        "tried_stiffness_Nm_per_rad": [5.0, 15.0],
+    }
+    time = np.arange(0.0, rng.choice([62.0, 72.0, 82.0]), 1e-3)
+    lines = np.exp(2j * np.pi * (np.arange(10, 201) / 10.0 * time[:, None] + rng.random(191)))
+    torque = lines.real.sum(axis=1)
+    torque *= rng.uniform(0.1, 0.3) / torque.std()
+    truth = rng.uniform(0.008, 0.02), rng.uniform(0.06, 0.2), rng.uniform(6.0, 14.0)
+    response = lsim(([1.0], truth), torque, time)[1]
+    rate_hz = rng.uniform(270.0, 330.0)
+    stamps = np.cumsum(rng.uniform(0.8, 1.2, round((time[-1] + 3.0) * rate_hz)) / rate_hz) - 3.0
+    stamps = stamps[stamps < time[-1]]
+    angle = np.where(stamps >= 0.0, CubicSpline(time, response)(np.maximum(stamps, 0.0)), 0.0)
+    angle += noise(rng, angle, rng.uniform(0.005, 0.02))
+    stamps, angle, _ = spoil(rng, rate_hz, stamps, angle, np.zeros(stamps.size))
+    log = {"time": 10.0 + stamps, "angle": angle, "trigger_time": np.where(stamps < 0.0, 0.0, 10.0)}
+    command = {"time": time, "torque": torque}
+    trial = ingest_torque_manipulator(log, command, options, time[-1] - 1.0, "log", "command")
+    known = yaml.safe_load(SETTINGS.read_text())["uncertainty"]["wristalyzer"]
+    return OfStudy(fit_wristalyzer(trial, section, "a", 1, known).estimates, "IBK"), truth
+
+
+def platform(rng, spoil=unspoiled):
+    """Study of a person on a moving platform; ankle and hip are the columns of angle and torque."""
+    options, section = study("platform", PlatformTableOptions)
+    section["analysis"]["models"] = ["intrinsic", "own-reflex"]
+    own = rng.uniform(850.0, 1200.0), rng.uniform(350.0, 600.0)
+    stiffness = ((own[0], rng.uniform(80.0, 200.0)), (rng.uniform(60.0, 150.0), own[1]))
+    person = PlatformPerson(stiffness_Nm_per_rad=stiffness, own_torque_Nm=(4.0, 2.0))
+    made = record_platform(person, PlatformProtocol(rng.choice([120.0, 180.0])), rng)
+    time, angle, torque = spoil(rng, 1.0 / made.time[1], made.time, made.angle, made.torque)
+    table = {"time": time, "platform": made.platform}
+    for k, name in enumerate(("ankle", "hip")):
+        table |= {f"{name}_angle": angle[:, k], f"{name}_torque": torque[:, k]}
+    trial = ingest_platform(table, options, time[-1] - 1.0, "log")
+    return OfStudy(fit_platform(trial, section, "a").estimates, ("K_ankle_ankle", "K_hip_hip")), own
+
+
 KINDS = {
     windowed: 60,
     recorded: 60,
@@ -239,6 +285,8 @@ KINDS = {
     likelihood: 16,
     cascade: 8,
     manipulator: 12,
+    wristalyzer: 12,
+    platform: 12,
 }
 
 
@@ -351,12 +399,59 @@ OF_MARKERS = {
     "belt reversed": lambda rng, rate, time, positions, belt: (time, positions, -belt),
     "belt late": lambda rng, rate, time, positions, belt: (time, positions, moved(time, belt, 0.01)),
 }
-SPOILS = {kind: OF_MARKERS if kind in (output_error, likelihood) else OF_SIGNALS for kind in KINDS}
+
+
+def of_joint(change, joint=0):
+    """Spoil of one joint's torque of several, shape (n, joints)."""
+
+    def spoil(rng, rate_hz, time, angle, torque):
+        torque = torque.copy()
+        torque[:, joint] = change(rng, rate_hz, time, torque[:, joint])
+        return time, angle, torque
+
+    return spoil
+
+
+OF_ANGLE = {
+    "angle filtered": of_angle(lambda rng, rate, time, x: filtered(rng, x, rate, False)),
+    "angle filtered, causal": of_angle(lambda rng, rate, time, x: filtered(rng, x, rate, True)),
+    "angle late": of_angle(late),
+    "angle drifts": of_angle(drifting),
+    "angle with spikes": of_angle(spiked),
+    "angle held": of_angle(held),
+    "angle clipped": of_angle(saturated),
+    "other gain in the second half": of_angle(other_gain),
+    "second half ruined": of_angle(ruined),
+    "angle reversed": of_angle(lambda rng, rate, time, x: -x),
+}
+OF_JOINTS = {
+    "torques filtered": of_torque(lambda rng, rate, time, x: filtered(rng, x, rate, False)),
+    "torques filtered, causal": of_torque(lambda rng, rate, time, x: filtered(rng, x, rate, True)),
+    "torques late": of_torque(late),
+    "torque with spikes": of_joint(spiked),
+    "torque held": of_joint(held),
+    "torque clipped": of_joint(saturated, 1),
+    "other gain in the second half": of_joint(other_gain),
+    "torque drifts": of_joint(drifting),
+    "second half ruined": of_joint(ruined),
+    "torque of the hip reversed": of_joint(lambda rng, rate, time, x: -x, 1),
+    "torques exchanged": of_torque(lambda rng, rate, time, x: x[:, ::-1]),
+    "angles exchanged": of_angle(lambda rng, rate, time, x: x[:, ::-1]),
+    "joints exchanged": lambda rng, rate, time, angle, torque: (time, angle[:, ::-1], torque[:, ::-1]),
+}
+SPOILS = dict.fromkeys(KINDS, OF_SIGNALS) | {output_error: OF_MARKERS, likelihood: OF_MARKERS}
+SPOILS |= {wristalyzer: OF_ANGLE, platform: OF_JOINTS}
 
 
 def widths(fit):
-    """Widths of the intervals of I, B, K."""
-    return np.array([fit.quantities[name].high - fit.quantities[name].low for name in "IBK"])
+    """Widths of the intervals of the parameters."""
+    return np.diff(ends(fit), axis=0)[0]
+
+
+def ends(fit):
+    """Lower and upper ends of the intervals of the parameters, I, B, K or those of a study."""
+    names = getattr(fit, "names", "IBK")
+    return np.array([fit.intervals[name] for name in names]).T
 
 
 def outcome(kind, seed, spoil):
@@ -367,7 +462,7 @@ def outcome(kind, seed, spoil):
         return "refused"
     if fit.notes:
         return "noted"
-    low, high = np.array([fit.intervals[name] for name in "IBK"]).T
+    low, high = ends(fit)
     if not ((low <= truth) & (truth <= high)).all():
         return "silent"
     clean, _ = kind(np.random.default_rng(seed))
@@ -391,7 +486,7 @@ def main() -> None:
     """Print every note on a valid record, and their share, or what happens to spoiled records."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--scale", type=float, default=1.0, help="number of records relative to 212")
+    parser.add_argument("--scale", type=float, default=1.0, help="number of records relative to 236")
     parser.add_argument("--spoiled", action="store_true", help="spoil every record")
     chosen = parser.parse_args()
     if chosen.spoiled:
