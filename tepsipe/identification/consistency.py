@@ -22,7 +22,7 @@ then do not repeat what distinguishes the two, or the standard error is large.
 Welch's test of two means.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated
 
@@ -475,7 +475,7 @@ def _moments_of_blocks(
     time: np.ndarray,
     regressors: Annotated[np.ndarray, "(n, p)"],
     slope: np.ndarray,
-    torque: scipy.interpolate.CubicSpline,
+    torque: Callable[[np.ndarray], np.ndarray],
     delay_s: float,
     kept: slice,
     block: int,

@@ -86,7 +86,7 @@ def test_quick_coverage_of_few_perturbations(coverage):
 def test_every_kind_of_valid_record_is_fitted_without_a_note(capsys, monkeypatch):
     monkeypatch.setattr("sys.argv", ["notes_on_valid_records.py", "--scale", "0.001"])
     loaded("notes_on_valid_records").main()
-    assert capsys.readouterr().out == "0 of 6 valid records have notes: 0.0 %\n"
+    assert capsys.readouterr().out == "0 of 9 valid records have notes: 0.0 %\n"
 
 
 def test_spoiled_records_are_told_from_valid_ones():

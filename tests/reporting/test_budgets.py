@@ -108,7 +108,7 @@ def test_the_section_and_the_caption_tell_the_budget(scatter, repeating):
     words = typeset_words(source + '#budget("dummy")[]', content)
     assert "of the 95 % interval of K is 4.0 % of the estimate" in words
     assert ("With 4 times as many perturbations, the half-width would decrease" in words) is repeating
-    assert ("more perturbations cannot reduce it below 5.9 %" in words) is not repeating
+    assert ("more perturbations would reduce 1.96 standard uncertainties only from" in words) is not repeating
     told = findings_of(["figure_budget_dummy", "figure_budget_weight"], content)
     largest = "scatter of the trial for K (5.0 %)" if repeating else "mass of the leg for K (3.0 %)"
     caption = f"In the typical trial, the largest source of uncertainty is the {largest}."
