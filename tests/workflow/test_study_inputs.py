@@ -1,8 +1,6 @@
 """Recordings of a study that are replaced, touched, redated, copied or missing."""
 
 import os
-import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -75,17 +73,14 @@ def test_a_recording_of_the_future_is_analysed_and_kept_from_then_on(recorded):
     assert jobs(snakemake(recorded, TRIAL, "-n")) == {}
 
 
-def test_a_copied_study_is_kept(recorded, tmp_path):
-    def copy(source, target):
-        shutil.copyfile(source, target)
-        if str(target).endswith(".h5"):  # as if copied before the sources
-            os.utime(target, (Path(source).stat().st_mtime - 3600.0,) * 2)
-
-    copied = tmp_path / "copied"
-    shutil.copytree(recorded, copied, copy_function=copy)
-    before = (copied / TRIAL).read_bytes()
-    assert jobs(snakemake(copied, TRIAL, "-n")) == {}
-    assert (copied / TRIAL).read_bytes() == before
+def test_an_edit_of_the_library_is_seen_after_results_were_touched(recorded):
+    module = recorded / "tepsipe/ingest/manipulators.py"
+    before, (made, *_) = module.read_text(), [recorded / TRIAL]
+    assert jobs(snakemake(recorded, TRIAL, "-n")) == {}
+    os.utime(made)
+    module.write_text(f"{before}\n")
+    assert jobs(snakemake(recorded, TRIAL, "-n"))["ingest_position_manipulator"] == 1
+    module.write_text(before)
 
 
 def test_a_missing_recording_is_named_by_its_job(recorded):

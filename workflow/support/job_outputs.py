@@ -13,12 +13,10 @@ analysed again, whatever its time.
 import contextlib
 import hashlib
 import json
-import os
 import stat
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -65,10 +63,10 @@ def end_job(snakemake) -> None:
 def changes(logs: str) -> Changes:
     """Compare all files that jobs with logs in this folder have made with their records.
 
-    All files that were only touched or copied get the present time. So Snakemake takes none of them for newer
-    than another one, as in a copied study, and none for a file of the future.
+    Files that were only touched or copied keep their times: a later one would hide from Snakemake that the
+    library was edited in between.
     """
-    found, now = Changes(), time.time_ns()
+    found = Changes()
     for record, content in _records(logs):
         touched = False
         for path, seen in content["files"].items():
@@ -82,8 +80,6 @@ def changes(logs: str) -> Changes:
             if not stat.S_ISREG(status.st_mode):  # a folder, or a pipe or device, which is not read
                 found.edited.append(path)
             elif _is(path, seen):  # touched or copied
-                with contextlib.suppress(OSError):
-                    os.utime(path, ns=(now, now))
                 content["files"][path], touched = _seen(path), True
             else:
                 (found.damaged if _is_damaged(path, status.st_size) else found.edited).append(path)
