@@ -35,11 +35,10 @@ from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.signals.response import FrequencyResponse
+from tepsipe.signals.spectra import CHANCE, LEAST_DIFFERENCE
 from tepsipe.statistics.clusters import errors_over_blocks
 from tepsipe.statistics.uncertainty import Source, coverage_factor, in_quadrature, scatter
 
-# probability of a residual, and of a difference between parts of a record, that is taken for chance
-CHANCE = 1e-4
 # a residual in the perturbations matters above this ratio to the one at rest, and this part of the torque
 LEAST_RATIO, LEAST_PART = 1.6, 0.01
 # delays are searched up to this one, from starts this far apart (s)
@@ -72,8 +71,6 @@ ADVICE = (
 RESPONSE_ADVICE = (
     f"The frequencies do not distinguish it from inertia and damping. {MEASURE}; higher frequencies help, too"
 )
-# smallest difference between parts of a record that matters
-LEAST_DIFFERENCE = 0.03
 # growth of the unexplained part from the fitted to the held-out part of a record: ratio and difference (%)
 LARGEST_GROWTH, LEAST_GROWTH = 2.5, 5.0
 
@@ -120,6 +117,12 @@ class DelayProfile:
         """Half-width of the delay's interval (s)."""
         return float(coverage_factor(np.array(self.freedom), confidence)) * self.standard_error_s
 
+    def narrow(self, confidence: float, advice: str) -> "DelayProfile":
+        """The same, but undetermined if its interval is wider than `WIDEST_S`; ``advice`` is the reason."""
+        if not self.determined or self.half_width_s(confidence) <= WIDEST_S:
+            return self
+        return replace(self, reason=advice)
+
 
 @dataclass(frozen=True)
 class TorqueDelay:
@@ -131,6 +134,13 @@ class TorqueDelay:
     """Delay that is removed, and the standard uncertainty of what is left; None if nothing is known."""
     uncorrected: Annotated[np.ndarray, "(3,)"] | None = None
     """I, B, K without the correction (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
+
+    def among(self, sources: Mapping[str, Source]) -> dict[str, Source]:
+        """Sources of uncertainty with that of what is left of the delay."""
+        if self.uncertainty_s is None:
+            return dict(sources)
+        left = Source("torque_delay_s", self.uncertainty_s, freedom=self.profile.freedom)
+        return {**sources, left.name: left}
 
 
 def combined(
@@ -213,15 +223,11 @@ def delay_of_record(
     least, left_over = unexplained(delay), y - basis @ (y @ basis)
     noise = least / max(_freedom(left_over), 1.0)
     noise += (ANGLE_PART**2 + (SPLINE_HZ * (time[1] - time[0])) ** 4) * float(np.var(y)) * y.size
-    other = np.abs(grid - delay) > STEP_S / 2.0
-    apart, rise = np.abs(grid - delay)[other], np.maximum(left[other] - least, 1e-300)
-    if rise.min() < UNLIKELY * noise:
-        excluded = bool(left[steps - 1] - least > UNLIKELY * noise)
-        return DelayProfile(delay, reason=RESPONSE_ADVICE, excludes_zero=excluded)
-    of_curvature = float((apart * np.sqrt(noise / rise))[apart < 2.0 * STEP_S].max())
-    profile = DelayProfile(delay, of_curvature, np.inf)
-    if profile.half_width_s(confidence) > WIDEST_S:
-        return replace(profile, reason=RESPONSE_ADVICE)
+    among = _among_others(grid, left, delay, least, noise, RESPONSE_ADVICE).narrow(
+        confidence, RESPONSE_ADVICE
+    )
+    if not among.determined:
+        return among
     slope = derivative(time, regressors[:, 0]) * predicted[0] + regressors[:, :2] @ predicted[1:3]
     for k in range(3, predicted.size):
         slope += derivative(time, regressors[:, k]) * predicted[k]
@@ -229,9 +235,8 @@ def delay_of_record(
     shares = np.linalg.solve(products, moments.T)[-1]
     error = float(np.sqrt(np.sum(shares**2) * len(shares) / (len(shares) - 1.0)))
     sensitivity = np.linalg.solve(products[:-1, :-1], products[:-1, -1])[:3]
-    profile = DelayProfile(delay, max(error, of_curvature), len(shares) - 1.0, sensitivity)
-    determined = profile.half_width_s(confidence) <= WIDEST_S
-    return profile if determined else replace(profile, reason=RESPONSE_ADVICE)
+    error = max(error, among.standard_error_s)
+    return DelayProfile(delay, error, len(shares) - 1.0, sensitivity).narrow(confidence, RESPONSE_ADVICE)
 
 
 def delay_of_response(
@@ -254,9 +259,7 @@ def delay_of_response(
         added = _fitted_delay(estimate.frequency_hz, smeared, weight, parameters, 0.0).value_s
         added = 0.0 if np.isnan(added) else added / np.sqrt(3.0)
         profile = replace(profile, standard_error_s=float(np.hypot(profile.standard_error_s, added)))
-    if not profile.determined or profile.half_width_s(confidence) <= WIDEST_S:
-        return profile
-    return replace(profile, reason=RESPONSE_ADVICE)
+    return profile.narrow(confidence, RESPONSE_ADVICE)
 
 
 def _fitted_delay(
@@ -284,11 +287,9 @@ def _fitted_delay(
     y = np.hstack([y.real, y.imag])
     unexplained = np.sum(y**2, axis=1) - np.sum((y @ basis) ** 2, axis=1)
     delay = float(grid[np.argmin(unexplained)])
-    turned = response * np.exp(-1j * delay * omega)
-    columns = np.abs(response)[:, None] * weight[:, None] * moved
-    right = weight * np.abs(response) / turned
-    p = np.linalg.lstsq(np.vstack([columns.real, columns.imag]), np.concatenate([right.real, right.imag]))[0]
-    p = p if abs(delay) > 0.0 else parameters
+    p = parameters
+    if abs(delay) > 0.0:
+        p = np.linalg.lstsq(np.vstack([scaled.real, scaled.imag]), y[np.argmin(unexplained)])[0]
     for _ in range(20):
         impedance = moved @ p
         if not np.abs(impedance).min() > 0.0:
@@ -412,17 +413,11 @@ def delay_profile(
     freedom = _freedom(torque[at_rest] - regressors[at_rest] @ np.linalg.lstsq(x, spline(late(delay)))[0])
     noise = least / max(freedom * inside.size / at_rest.sum(), 1.0)
     noise += (SPLINE_HZ * (time[1] - time[0])) ** 4 * power
-    other = np.abs(grid - delay) > STEP_S / 2.0
-    apart, rise = np.abs(grid - delay)[other], np.maximum(left[other] - least, 1e-300)
-    if rise.min() < UNLIKELY * noise:
-        excluded = bool(left[steps] - least > UNLIKELY * noise)
-        return DelayProfile(delay, reason=ADVICE, excludes_zero=excluded)
-    of_curvature = float((apart * np.sqrt(noise / rise))[apart < 2.0 * STEP_S].max())
-    error = max(float(scatter(found[:, 3:])[0][0]), of_curvature)
-    profile = DelayProfile(delay, error, len(windows) - 1.0, -without.mean(axis=0))
-    if profile.half_width_s(confidence) <= WIDEST_S:
-        return profile
-    return replace(profile, reason=ADVICE)
+    among = _among_others(grid, left, delay, least, noise, ADVICE)
+    if not among.determined:
+        return among
+    error = max(float(scatter(found[:, 3:])[0][0]), among.standard_error_s)
+    return DelayProfile(delay, error, len(windows) - 1.0, -without.mean(axis=0)).narrow(confidence, ADVICE)
 
 
 def parts_differ(
@@ -469,6 +464,23 @@ def welch(
     difference = np.abs(one - other)
     p = 2.0 * scipy.special.stdtr(freedom, -difference / np.maximum(error, 1e-300))
     return p, (p < CHANCE) & (difference > LEAST_DIFFERENCE * np.abs(one + other) / 2.0)
+
+
+def _among_others(
+    grid: np.ndarray, left: np.ndarray, delay_s: float, least: float, noise: float, advice: str
+) -> DelayProfile:
+    """Delay with the standard error that the sums of squares at the delays beside it leave.
+
+    grid, left: delays from the longest early to the longest late one (s), and the sums of squares there.
+    least, noise: sum of squares at the delay, and mean square.
+    advice: why it is undetermined where the sum of squares at another delay is hardly larger.
+    """
+    other = np.abs(grid - delay_s) > STEP_S / 2.0
+    apart, rise = np.abs(grid - delay_s)[other], np.maximum(left[other] - least, 1e-300)
+    if rise.min() < UNLIKELY * noise:
+        excluded = bool(left[grid.size // 2] - least > UNLIKELY * noise)
+        return DelayProfile(delay_s, reason=advice, excludes_zero=excluded)
+    return DelayProfile(delay_s, float((apart * np.sqrt(noise / rise))[apart < 2.0 * STEP_S].max()), np.inf)
 
 
 def _moments_of_blocks(

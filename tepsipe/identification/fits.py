@@ -413,16 +413,12 @@ def fit_admittance(
     result, quantities = fit_response(band, bounds, sources, thesis, confidence)
     delay = None
     if not thesis:
-        delay = combined(
-            delay_of_response(band, result.parameters, confidence),
-            sources,
-            result.parameters,
-        )
+        profile = delay_of_response(band, result.parameters, confidence)
+        delay = combined(profile, sources, result.parameters)
         if delay.uncertainty_s is not None:
-            known = Source("torque_delay_s", delay.uncertainty_s, freedom=delay.profile.freedom)
             turn = np.exp(-2j * np.pi * band.frequency_hz * delay.removed_s)
             band = replace(band, response=band.response * turn)
-            result, quantities = fit_response(band, bounds, sources | {known.name: known}, thesis, confidence)
+            result, quantities = fit_response(band, bounds, delay.among(sources), thesis, confidence)
     late, doubts, undetermined = notes.of_torque_delay(delay, confidence, "torque_delay_s" in sources)
     model = admittance(result.parameters, band.frequency_hz)
     residual = np.abs(band.response - model) ** 2
@@ -657,8 +653,7 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng, uncert
     delay = combined(profile, sources, np.linalg.lstsq(regressors, torque)[0][:3])
     if delay.uncertainty_s is not None:
         torque = moved_by(motion.time, torque, delay.removed_s)
-        known = Source("torque_delay_s", delay.uncertainty_s, freedom=profile.freedom)
-        sources = sources | {known.name: known}
+    sources = delay.among(sources)
     stated = "torque_delay_s" in (uncertainty or {})
     late_by, doubts, undetermined = notes.of_torque_delay(delay, confidence, stated)
     try:

@@ -320,15 +320,18 @@ def of_cascade(*failed: str) -> tuple[str, ...]:
     """Failed checks of a parallel-cascade fit that no other note explains."""
     from tepsipe.identification.cascade.checks import MEANINGS
 
-    own = ((name, MEANINGS[name]) for name in failed if name in MEANINGS)
-    return tuple(f"{meaning[0].upper()}{meaning[1:]} ({name})." for name, meaning in own)
+    return tuple(_told(name, MEANINGS[name]) for name in failed if name in MEANINGS)
 
 
 def of_checks(checks: "Sequence[Check]") -> tuple[str, ...]:
     """Failed checks of a joint likelihood, as the flags of a study explain them."""
     from tepsipe.identification.likelihood.checks import MEANINGS, failed
 
-    return tuple(f"{MEANINGS[name][0].upper()}{MEANINGS[name][1:]} ({name})." for name in failed(checks))
+    return tuple(_told(name, MEANINGS[name]) for name in failed(checks))
+
+
+def _told(name: str, meaning: str) -> str:
+    return f"{meaning[0].upper()}{meaning[1:]} ({name})."
 
 
 def of_stiffness(quantities: Mapping[str, Quantity]) -> tuple[str, ...]:
@@ -359,8 +362,6 @@ def of_floors(at_rest: np.ndarray | None, rate_hz: float, **signals: np.ndarray)
         "vanishes at high frequencies. This biases I, B and K. Export it without a filter, or filter both "
         "alike."
         for name in noise_floors(at_rest, rate_hz, **signals)
-        # a movement that a machine imposes may itself vanish at high frequencies
-        if at_rest is not None or name != "angle"
     )
 
 

@@ -39,12 +39,10 @@ def flags_of(rate_hz: float, **signals: np.ndarray) -> tuple[str, ...]:
     """Faults that any signal of continuous movement has, names in `tepsipe.io.estimates.FLAGS`.
 
     rate_hz: rate of the recording.
-    signals: as recorded, shape (n,), by name; a filter counts in those that are no ``angle``, because a
-    movement that a machine imposes may itself vanish at high frequencies.
+    signals: as recorded, shape (n,), by name.
     """
     found = tuple(name for name, (count, *_) in FAULTS.items() if any(count(x) for x in signals.values()))
-    filtered = set(noise_floors(None, rate_hz, **signals)) - {"angle"}
-    return found + ("filtered-signal",) * bool(filtered)
+    return found + ("filtered-signal",) * bool(noise_floors(None, rate_hz, **signals))
 
 
 def spikes(x: np.ndarray) -> int:
@@ -97,7 +95,7 @@ def noise_floors(
 ) -> tuple[str, ...]:
     """Names of signals that were probably filtered before, while another one was not.
 
-    at_rest: samples at rest; None for a record of continuous movement.
+    at_rest: samples at rest; None for a record of continuous movement, in which an ``angle`` is never named.
     signals: by name, as recorded, shape (n,).
     """
     still = np.ones(len(next(iter(signals.values()))), dtype=bool) if at_rest is None else at_rest
@@ -131,6 +129,8 @@ def noise_floors(
         flattest = max(slopes.values())
         steep = {name for name, slope in slopes.items() if slope < min(FALLS_ON_DB, flattest + FALLS_ON_DB)}
         found |= {name for name in steep if falls[name] < FILTERED_DB and flattest > FALLS_ON_DB}
+        # a movement that a machine imposes may itself vanish at high frequencies
+        found.discard("angle")
     return tuple(name for name in falls if name in found)
 
 

@@ -38,7 +38,8 @@ from tepsipe.signals.sample_faults import of_samples
 
 # complex unknowns at each frequency: H and its first two derivatives
 UNKNOWNS = 3
-# a difference between halves of a record that is not chance, and that matters
+# probability of a difference between parts of a record, and of a residual, that is taken for chance; smallest
+# relative difference that matters
 CHANCE, LEAST_DIFFERENCE = 1e-4, 0.03
 # half width of a band as a fraction of its frequency, its upper limit (Hz), and the number of tapers of a
 # band that would hold fewer

@@ -65,8 +65,7 @@ def fit_periods(
     band_hz: lowest and highest excited frequency.
     """
     low, high = band_hz
-    frequency, torques = period_spectra(torque, rate_hz, period_s, band_hz)
-    _, angles = period_spectra(angle, rate_hz, period_s, band_hz)
+    frequency, torques, angles = _spectra(torque, angle, rate_hz, period_s, band_hz)
     below = frequency <= NARROW * high + 1e-9
     if below.sum() < LEAST_LINES:
         raise InputError(
@@ -95,17 +94,13 @@ def torque_delay(
     band_hz: lowest and highest excited frequency.
     Returns: delay (s), negative for a torque that acts before its record.
     """
-    frequency, torques = period_spectra(torque, rate_hz, period_s, band_hz)
-    _, angles = period_spectra(angle, rate_hz, period_s, band_hz)
+    frequency, torques, angles = _spectra(torque, angle, rate_hz, period_s, band_hz)
     turn, mean = -2j * np.pi * frequency, angles.mean(axis=0, keepdims=True)
 
     def residual(delay_s: float) -> float:
-        delayed = torques.mean(axis=0, keepdims=True) * np.exp(delay_s * turn)
-        columns, wanted = _columns(frequency, delayed, mean)
         # least squares, in which the delay may refine what the step leaves
-        x = np.concatenate([columns[0].real, columns[0].imag])
-        y = np.concatenate([wanted[0].real, wanted[0].imag])
-        return float(np.sum((y - x @ np.linalg.lstsq(x, y, rcond=None)[0]) ** 2))
+        delayed = torques.mean(axis=0, keepdims=True) * np.exp(delay_s * turn)
+        return _unexplained(*_columns(frequency, delayed, mean))
 
     steps = round(LONGEST_DELAY_S / DELAY_STEP_S)
     # the shortest of equal delays
@@ -132,15 +127,11 @@ def filtered_angle(
 
     torque, angle, rate_hz, period_s, band_hz: as for `torque_delay`.
     """
-    frequency, torques = period_spectra(torque, rate_hz, period_s, band_hz)
-    _, angles = period_spectra(angle, rate_hz, period_s, band_hz)
+    frequency, torques, angles = _spectra(torque, angle, rate_hz, period_s, band_hz)
     torques, angles = (x.mean(axis=0, keepdims=True) for x in (torques, angles))
 
     def unexplained(gain: np.ndarray, weight: np.ndarray) -> float:
-        columns, wanted = _columns(frequency, torques, gain * angles)
-        columns, wanted = weight[:, None] * columns[0], weight * wanted[0]
-        x, y = (np.concatenate([z.real, z.imag]) for z in (columns, wanted))
-        return float(np.sum((y - x @ np.linalg.lstsq(x, y, rcond=None)[0]) ** 2))
+        return _unexplained(*_columns(frequency, torques, gain * angles), weight)
 
     gains = 1.0 + (frequency / CUTOFFS_HZ[:, None]) ** 4
     return any(unexplained(g, 1.0 / g) < LEAST_GAIN * unexplained(np.ones_like(g), 1.0 / g) for g in gains)
@@ -188,6 +179,19 @@ def _columns(frequency, torques, angles):
     omega = 2.0 * np.pi * frequency
     columns = np.stack([-(omega**2) * angles, 1j * omega * angles, angles, 1j * omega * torques], axis=-1)
     return without_transient(omega, columns * TYPICAL), without_transient(omega, torques)
+
+
+def _spectra(torque, angle, rate_hz, period_s, band_hz):
+    """Frequencies (Hz), and spectra of torque and angle in each period."""
+    frequency, torques = period_spectra(torque, rate_hz, period_s, band_hz)
+    return frequency, torques, period_spectra(angle, rate_hz, period_s, band_hz)[1]
+
+
+def _unexplained(columns, wanted, weight=1.0):
+    """Sum of squares that least squares leave of the first period, with weights of its lines."""
+    weighted = (np.multiply(weight, x[0].T).T for x in (columns, wanted))
+    x, y = (np.concatenate([z.real, z.imag]) for z in weighted)
+    return float(np.sum((y - x @ np.linalg.lstsq(x, y, rcond=None)[0]) ** 2))
 
 
 def _fit(frequency, torques, angles):

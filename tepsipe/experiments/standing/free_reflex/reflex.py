@@ -187,8 +187,6 @@ def estimate_reflex(
     """
     motion = means[..., [2, 1]]
     torques = means[..., 0] - motion @ parameters
-    if expected is not None and expected.signals is not None:
-        torques = torques - (expected.signals[0, ..., 0] - motion @ expected.parameters[0])
     mean, inside = mean_reflex(time, torques, means[..., 1]), within(time)
     ways, at = stretches(means[..., 1])
 
@@ -209,6 +207,8 @@ def estimate_reflex(
         ]
         return np.array([0.5 * (more - less) for more, less in pairs]).reshape(-1, len(REFLEX))
 
+    if expected is not None:
+        mean = mean.changed(-moved_by(expected)[0][0], 0.0)
     of_scatter = [moved_by(change) for change in scatter]
     of_sources = {name: moved_by(change) for name, change in sources.items()}
     type_a = np.sqrt(sum((root(*found) ** 2).sum(axis=0) for found in of_scatter))
