@@ -109,8 +109,8 @@ class StandingSources(Section):
     )
     reflex_onset_s: Source | None = setting("earliest instant of the reflex torque")
     joint_yield: Source | None = setting(
-        "hysteresis of the intrinsic joint, 0 for a linear one, 1 for one whose stiffness falls with the "
-        "rotation to the power −0.33: of the reflex torque"
+        "share of the largest hysteresis of the joint, whose stiffness falls with the rotation to the power "
+        "−0.33: half of it is added to the reflex torque; null adds none"
     )
     latency_s: Source | None = setting(
         "latency of every muscle, from the start of the belt to a stretch that can be felt"
