@@ -443,6 +443,7 @@ def study_rows(results: Path) -> dict[str, list[str]]:
 
 
 ORDERED = "laboratories (drawn clocks) in which the force rises with amplitude and is largest for M5"
+MISFIT = "misfit to the statements (sum of squares of the fit)"
 
 
 def kept_plates() -> dict[str, PlateTruth]:
@@ -458,7 +459,11 @@ def ordered_percent(plate: PlateTruth) -> float:
 def compared(results: dict[str, Path]) -> str:
     """Table of the measures of several studies, as text: a column for each plate."""
     studies = {plate: study_rows(folder) for plate, folder in results.items()}
-    rows = [[ORDERED, "%", "", *(f"{ordered_percent(plate):.0f}" for plate in kept_plates().values())]]
+    plates = kept_plates().values()
+    rows = [
+        [MISFIT, "", "", *(f"{squared(plate):.3g}" for plate in plates)],
+        [ORDERED, "%", "", *(f"{ordered_percent(plate):.0f}" for plate in plates)],
+    ]
     rows += [
         [name, *studies["shipped"][name][:2], *(own[name][-1] for own in studies.values())]
         for name in studies["shipped"]

@@ -93,7 +93,10 @@ def test_budgets_of_the_report_are_those_of_recommended_estimates_and_of_the_foo
     assert quantity["type_b_percent"] == pytest.approx([3.0, 6.0], rel=1e-3)
     assert quantity["type_a_percent"] == pytest.approx([1.0, 2.0])
     assert quantity["half_width_percent"] == pytest.approx([4.0, 8.0])
-    assert found["dummy"]["trials"] == 2
+    assert (quantity["kept"], quantity["all"]) == (2, 2)
+    # 0.3 ± 0.4 includes 0
+    fewer = budgets.numbers(run_of(parts(0.1, 0.3), estimates((10.0, 0.3)), None))["dummy"]
+    assert [(q["kept"], q["all"]) for q in fewer["quantities"]] == [(1, 2)]
     assert found["dummy"]["sources"] == ["scatter", "leg_mass_kg", "clock_ratio"]
     assert [p.__name__ for p in budgets.PREDICATES if p(run)] == ["any_budget", "of_dummy"]
     none = run_of([], quoted, None)
@@ -107,11 +110,12 @@ def test_the_section_and_the_caption_tell_the_budget(scatter, repeating):
     source = '#import "figures.typ": budget\n#set heading(numbering: "1.1")\n= Intervals <uncertainty>\n'
     words = typeset_words(source + '#budget("dummy")[]', content)
     assert "of the 95 % interval of K is 4.0 % of the estimate" in words
-    assert ("With 4 times as many perturbations, the half-width would decrease" in words) is repeating
-    assert ("more perturbations would reduce 1.96 standard uncertainties only from" in words) is not repeating
+    assert "(windowed least squares), 2 for K." in words
+    assert ("With 4 times as many perturbations, 1.96 standard uncertainties" in words) is repeating
+    assert ("any number of further perturbations would reduce" in words) is not repeating
     told = findings_of(["figure_budget_dummy", "figure_budget_weight"], content)
     largest = "scatter of the trial for K (5.0 %)" if repeating else "mass of the leg for K (3.0 %)"
-    caption = f"In the typical trial, the largest source of uncertainty is the {largest}."
+    caption = f"In the median, the largest source of uncertainty is the {largest}."
     assert told == {"figure_budget_dummy": caption}
 
 

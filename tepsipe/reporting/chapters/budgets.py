@@ -20,7 +20,6 @@ def numbers(run: Run) -> dict:
                 "pathway": own[0].pathway,
                 "estimator": own[0].estimator,
                 "sources": list(dict.fromkeys(s for b in budgets.values() for s in b.percent)),
-                "trials": max(len(b.conditions) for b in budgets.values()),
                 "more": MORE,
                 "quantities": [
                     _parts(b, [e for e in own if e.quantity == q]) | largest_source(b)
@@ -39,21 +38,25 @@ def _relative(run: Run, estimates: list) -> dict[str, RelativeBudget]:
 
 
 def _parts(budget: RelativeBudget, estimates: list) -> dict:
-    """Type A, Type B and half-widths of the 95 % intervals of the trials (%)."""
+    """Type A, Type B and half-widths of the 95 % intervals of the trials (%), and numbers of estimates.
+
+    ``kept`` are in the budget, ``all`` includes those whose interval includes 0.
+    """
     half = [
         50.0 * (e.ci_high - e.ci_low) / abs(e.value)
         for e in estimates
         if e.condition in budget.conditions and pd.notna(e.ci_low) and pd.notna(e.ci_high)
     ]
     parts = {"type_a": budget.type_a, "type_b": budget.type_b, "half_width": half}
-    return {"quantity": budget.quantity} | {f"{name}_percent": values for name, values in parts.items()}
+    counts = {"quantity": budget.quantity, "kept": len(budget.conditions), "all": len(estimates)}
+    return counts | {f"{name}_percent": values for name, values in parts.items()}
 
 
 def largest_source(budget: RelativeBudget) -> dict:
-    """The largest source in the typical trial, its size (%), and the 95 % half-widths with repetition (%).
+    """The largest source in the median, its size (%), and 1.96 standard uncertainties with repetition (%).
 
-    ``repeating``: it is Type A, which more perturbations reduce. ``after`` is the half-width after `MORE`
-    times as many perturbations if it is, after any number of them if not.
+    ``repeating``: it is Type A, which more perturbations reduce. ``after`` holds after `MORE` times as many
+    perturbations if it is, after any number of them if not.
     """
     factor = float(coverage_factor(np.array(np.inf)))
     repeating = budget.largest == SCATTER
