@@ -39,6 +39,7 @@ WORDS = {
     "pre-reflex-window": "pre-reflex window",
     "emg-driven": "EMG-driven",
     "emg": "EMG",
+    "least-squares": "belt as instrument",  # of the mass of the weight
     "spectral-fit": "spectral fit",
     "spectral-fit-modulus": "spectral fit, modulus",
     "spectral-fit-periods": "spectral fit, whole periods",

@@ -125,7 +125,7 @@ def near_apparent(run: Run) -> bool:
 
 
 def filter_dominates(run: Run) -> bool:
-    """A filter of one signal alone moves the printed K further than the noise moves its mean, in any trial."""
+    """In any trial a filter of one signal alone moves the printed K further than the noise moves its mean."""
     rows = _rows(run, "as-printed", ("tau", "theta"), "K")
     by_filter, by_noise = rows.without_noise - rows.apparent, rows["mean"] - rows.without_noise
     return bool(by_filter.abs().min() > by_noise.abs().max())
