@@ -288,7 +288,7 @@ def test_rows_of_noise_are_told_by_their_cells():
     rows = [cell("I", "interpretation"), cell("SEM_K", "not reproduced"), cell("K", "fitted")]
     rows += [cell("K", "not reproduced", "theta"), cell("SEM_K", "interpretation", "none")]
     data = study_content(study_run({"cells": rows}))
-    kinds = {"all": "I", "some": "K", "none": "SEM of K"}
+    kinds = {"all": "I", "some": "K", "none": "SEM of K", "cells": 4, "within": 2, "null": 0}
     assert evaluated(["noisy-rows()"], "verdict_values.typ", *data) == [kinds]
     assert evaluated(["noisy-rows()"], "verdict_values.typ") == [None]
 
