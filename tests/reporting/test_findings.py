@@ -242,7 +242,6 @@ FINDINGS = {
             "signs_explain",
             "consistent_vaf_lower",
             "vaf_of_trial",
-            "noise_below_accuracy",
             "output_error_covers",
             "consistent_torque_smaller",
             "errors_of_stiffness_alike",
