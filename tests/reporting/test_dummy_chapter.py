@@ -344,7 +344,7 @@ def test_markers_that_are_sampled_one_after_another_have_a_section():
     words = chapter_words("dummy", data | {"choices": {"dummy": changed}}, tables)
     assert "at 2500 Hz the last marker of a frame is sampled 0.40 ms after the first" in words
     assert "is 0.040 N·m·s/rad if the markers" in words and "0.030 N·m·s/rad if they are not" in words
-    assert "changes I by at most 0.0 % and K by at most 20.0 %" in words
+    assert "changes I by at most 0 % and K by at most 20 %" in words
     assert "sequentially" not in chapter_words("dummy", *content(run_of()))
 
 
@@ -472,6 +472,10 @@ def test_printed_numbers_are_counted_by_their_role(best):
     # chi^2 is 36 rms^2: 24.2 at the best lag, 3.84 more at 0.11 and 0.22 ms
     assert "the lag is 0.11 to 0.22 ms and B is 0.0071 to 0.036 N·m·s/rad." in words
     assert "There χ2 is 9.0 above its minimum" in words and "do not support this B" in words
+    # between lags of 0 and 0.1 ms, where the VAF is 82 and 72 %
+    assert "falls below 75 % beyond a lag of 0.07" in words
+    unmatched = returned(best, lags=[lag(0.0, 0.07, 1.0, 70.0), lag(1e-4, 0.04, 0.9, 60.0)])
+    assert "falls below" not in chapter_words("thesis_dummy", *returned_content(unmatched))
     (caption,) = findings_of(["figure_thesis_dummy"], data, tables).values()
     assert caption == (
         "This run returns 1 of 1 fitted and 1 of 3 other printed numbers within tolerance "
