@@ -36,7 +36,7 @@ FALSE_HERE = (
     "predicts the angle best in every condition",
     "near-resonance of the pulses",
     "The equation causes this bias",
-    "mainly due to its torque equation",
+    "more likely due to its torque equation",
     "Least squares is biased if the angle has noise",
     "the filter has a larger effect than the noise",
     "every linear model fitted to the empty belt predicts",
