@@ -7,7 +7,14 @@ import pytest
 from free_reflex_builders import FREE, OPTIONS, B, K, fitted, group
 
 from tepsipe.experiments.standing.free_reflex.fit import DISCREPANCY, OWN_DISCREPANCY, WINDOW
-from tepsipe.experiments.standing.free_reflex.reflex import REFLEX, YIELD, mean_reflex, yielding
+from tepsipe.experiments.standing.free_reflex.reflex import (
+    REFLEX,
+    YIELD,
+    Change,
+    estimate_reflex,
+    mean_reflex,
+    yielding,
+)
 from tepsipe.experiments.standing.free_reflex.results import (
     UNDETERMINED,
     FreeReflexChoices,
@@ -117,6 +124,19 @@ def test_responses_without_a_reflex_determine_nothing():
 def test_a_torque_that_has_risen_before_the_window_has_no_delay():
     trials = answering(group(noise=1e-6), early_s=0.04)
     assert fitted(trials, reflex_onset_s=0.02).reflex.undetermined == ("reflex_delay",)
+
+
+@pytest.mark.parametrize(("size", "undetermined"), [(1.0, ()), (8.0, ("reflex_delay",))])
+def test_a_delay_whose_interval_begins_before_the_window_is_not_determined(size, undetermined):
+    time = np.arange(-30, 51) / 250.0
+    angle = 0.005 * (1.0 - np.cos(20.0 * np.pi * np.clip(time, 0.0, 0.1)))
+    means = np.stack([reflex(time), angle, np.gradient(angle, time)], axis=-1)[None]
+    signals = np.zeros((1, *means.shape))
+    # an error of so many N·m around the rise, almost none at the start of the window
+    signals[..., 0] = size * np.exp(-0.5 * ((time - 0.07) / 0.01) ** 2)
+    error = {"force_scale": Change(np.zeros((1, 2)), signals)}
+    found = estimate_reflex(time, means, np.zeros(2), [Change(np.zeros((1, 2)))], np.inf, error, {})
+    assert found.undetermined == undetermined
 
 
 def test_only_numbers_that_are_determined_are_recommended():

@@ -45,7 +45,8 @@ moves B and K of the fit by B_y and K_y, so r_j changes by y_j - B_y phi_j' - K_
 none of it. `YIELD_SHARE` of the change is removed, and the source `YIELD` is the error of the share.
 
 The peak is not determined if its interval at 99 % contains 0, and then nothing else is. The delay is not
-determined if, within its uncertainty, r has reached the threshold at the start of the window.
+determined if its interval at 99 % begins before the window, or if, within its uncertainty, r has reached the
+threshold at the start of the window.
 """
 
 from collections.abc import Mapping, Sequence
@@ -234,5 +235,5 @@ def estimate_reflex(
     else:
         surely = float(coverage_factor(budget.effective_freedom[0], CERTAIN))
         early = mean.torque[0] + surely * error[0] >= RISEN * values[0]
-        undetermined = REFLEX[3:] if early or not np.isfinite(low[3]) else ()
+        undetermined = REFLEX[3:] if early or not low[3] >= REFLEX_S[0] else ()
     return ReflexEstimate(values, budget, tuple(undetermined), mean, error)
