@@ -229,7 +229,7 @@ def test_estimates_stand_beside_their_truth():
     true = true_reflex(*motions(), (-0.1, -0.02))
     names = ("standing", "relax", "ankle-compensated", "free")
     rows = [
-        Estimate(*names, "reflex_torque_peak", "Nm", PEAK * 1.1, 0.1, PEAK, 1.2 * PEAK, recommended=True),
+        Estimate(*names, "reflex_peak", "Nm", PEAK * 1.1, 0.1, PEAK, 1.2 * PEAK, recommended=True),
         Estimate(*names, "reflex_delay", "s", 0.09, 0.001, 0.088, 0.092, flags=UNDETERMINED),
     ]
     peak, delay = compare_with_truth(rows, {}, {"free": true})

@@ -62,7 +62,7 @@ from tepsipe.statistics.uncertainty import Budget, coverage_factor
 YIELD = "joint_yield"
 # between none and all
 YIELD_SHARE = 0.5
-REFLEX = ("reflex_torque_peak", "reflex_impulse", "reflex_gain", "reflex_delay")
+REFLEX = ("reflex_peak", "reflex_impulse", "reflex_gain", "reflex_delay")
 # part of a response in which the torque is a reflex's: before it no muscle answers (s from the onset)
 REFLEX_S = (0.04, 0.2)
 # instants within it, to which responses are interpolated (s)
