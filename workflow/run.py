@@ -24,8 +24,10 @@ def main(arguments: list[str]) -> int:
     """Check, remove a lock that is left over, then become Snakemake; 2 if it must not start."""
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     parser.add_argument("--configfile", "--configfiles", nargs="+", action="extend", default=[])
+    parser.add_argument("--snakefile", "-s")
     chosen, others = parser.parse_known_args(arguments)
-    configured = ["--configfile", *chosen.configfile] if chosen.configfile else []
+    study = ["--snakefile", chosen.snakefile] if chosen.snakefile else []
+    study += ["--configfile", *chosen.configfile] if chosen.configfile else []
     try:
         # without further files, Snakemake takes that which the profile of a study names
         own = [path for path in (OWN,) if not chosen.configfile and Path(path).is_file()]
@@ -42,11 +44,11 @@ def main(arguments: list[str]) -> int:
             "tepsipe: the last run was killed: this one removes its lock and goes on from there",
             file=sys.stderr,
         )
-        done = subprocess.run([*snakemake, "--unlock", *configured])
+        done = subprocess.run([*snakemake, "--unlock", *study])
         if done.returncode:
             return done.returncode
         runs.forget_run()
-    os.execv(sys.executable, [*snakemake, *others, "--rerun-incomplete", *configured])
+    os.execv(sys.executable, [*snakemake, *others, "--rerun-incomplete", *study])
 
 
 if __name__ == "__main__":
