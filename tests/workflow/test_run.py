@@ -194,6 +194,17 @@ def test_a_param_is_compared_as_a_table_only_where_pandas_is_loaded(monkeypatch)
     assert "pandas" not in sys.modules
 
 
+def test_lock_of_a_study_without_a_snakefile_is_removed_by_that_of_the_run(place, started):
+    (place / ".snakemake/locks").mkdir(parents=True)
+    (place / ".snakemake/locks/0.input.lock").touch()
+    (place / "a.yaml").write_text("{}")
+    run.main(["-s", "/rules/Snakefile", "-c2", "--configfile", "a.yaml"])
+    study = ["--snakefile", "/rules/Snakefile", "--configfile", "a.yaml"]
+    unlocked, went_on = (command[command.index("snakemake") + 1 :] for command in started)
+    assert unlocked == ["--unlock", *study]
+    assert went_on == ["-c2", "--rerun-incomplete", *study]
+
+
 def test_run_on_another_computer_is_left_alone(place, started, capsys):
     runs.note_run()
     assert runs.elsewhere() is None

@@ -205,7 +205,7 @@ def refuse_a_lock() -> None:
     if is_locked():
         raise InputError(
             f"{Path.cwd()}: expected no lock, found that of a run that was killed: remove it with snakemake "
-            "--unlock, then run again, or go on with make, which does both"
+            "--unlock, then run again, or go on with tepsipe run or make, which do both"
         )
 
 
