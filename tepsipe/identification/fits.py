@@ -653,18 +653,19 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng, uncert
             f"record of {torque.size / rate_hz:.3g} s at {rate_hz:g} Hz: record longer, or change block_s"
         )
     profile = delay_of_record(motion.time, regressors, torque, block, confidence)
-    delay = combined(profile, sources, np.linalg.lstsq(regressors, torque)[0][:3])
-    if delay.uncertainty_s is not None:
-        torque = moved_by(motion.time, torque, delay.removed_s)
-    sources = delay.among(sources)
-    stated = "torque_delay_s" in (uncertainty or {})
-    late_by, doubts, undetermined = notes.of_torque_delay(delay, confidence, stated)
     try:
         result = least_squares_line(regressors, torque)
     except np.linalg.LinAlgError as error:
         raise InputError(
             f"fit_impedance: expected a joint that moves, found {error}: check that it was perturbed"
         ) from error
+    delay = combined(profile, sources, result.parameters[:3])
+    if delay.uncertainty_s is not None:
+        torque = moved_by(motion.time, torque, delay.removed_s)
+        result = least_squares_line(regressors, torque)
+    sources = delay.among(sources)
+    stated = "torque_delay_s" in (uncertainty or {})
+    late_by, doubts, undetermined = notes.of_torque_delay(delay, confidence, stated)
     errors, freedom, shares = errors_over_blocks(regressors, result.residuals, block)
     # multiplier bootstrap: blocks drawn with replacement may all lack a perturbation
     drawn = sum(
