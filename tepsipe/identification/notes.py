@@ -12,6 +12,7 @@ import numpy as np
 
 from tepsipe.arguments import SPELLINGS, unit_by_name, unit_in, unit_of
 from tepsipe.errors import InputError
+from tepsipe.flags import FLAGS
 from tepsipe.identification.cascade.fit import Assumption
 from tepsipe.identification.consistency import (
     MEASURE,
@@ -318,20 +319,18 @@ def of_parts(differences: Sequence[tuple[str, str, float, float]]) -> tuple[str,
 
 def of_cascade(*failed: str) -> tuple[str, ...]:
     """Failed checks of a parallel-cascade fit that no other note explains."""
-    from tepsipe.identification.cascade.checks import MEANINGS
-
-    return tuple(_told(name, MEANINGS[name]) for name in failed if name in MEANINGS)
+    return tuple(_told(name) for name in failed if name != "halves-differ")
 
 
 def of_checks(checks: "Sequence[Check]") -> tuple[str, ...]:
     """Failed checks of a joint likelihood, as the flags of a study explain them."""
-    from tepsipe.identification.likelihood.checks import MEANINGS, failed
+    from tepsipe.identification.likelihood.checks import failed
 
-    return tuple(_told(name, MEANINGS[name]) for name in failed(checks))
+    return tuple(map(_told, failed(checks)))
 
 
-def _told(name: str, meaning: str) -> str:
-    return f"{meaning[0].upper()}{meaning[1:]} ({name})."
+def _told(name: str) -> str:
+    return f"{FLAGS[name][0].upper()}{FLAGS[name][1:]} ({name})."
 
 
 def of_stiffness(quantities: Mapping[str, Quantity]) -> tuple[str, ...]:

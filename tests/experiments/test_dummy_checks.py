@@ -20,9 +20,8 @@ from tepsipe.experiments.dummy.leg_pathways import DummyOptions, analyse_dummy
 from tepsipe.experiments.dummy.options import Pathway
 from tepsipe.experiments.dummy.results import fitted_dummy
 from tepsipe.experiments.dummy.rig import RIG_FLAGS, flag_rig, rig_flags, shared_faults
-from tepsipe.identification.likelihood.checks import MEANINGS, TOLERATED, Check, failed
+from tepsipe.identification.likelihood.checks import TOLERATED, Check, failed
 from tepsipe.identification.regression import windows
-from tepsipe.io.estimates import FLAGS
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.mechanics.rubber_joint import RubberJoint, swing
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
@@ -402,7 +401,3 @@ def test_a_fault_of_one_trial_flags_what_it_concerns_in_all_trials(tmp_path):
     assert rig_flags({"small": facts["small"]}) == []
     RIG_FLAGS.write(tmp_path / "rig.csv", found)
     assert RIG_FLAGS.read(tmp_path / "rig.csv") == found
-
-
-def test_library_and_study_explain_a_check_alike():
-    assert {name: FLAGS[name] for name in MEANINGS} == MEANINGS

@@ -17,20 +17,6 @@ from tepsipe.identification.likelihood.result import LikelihoodEstimates, innova
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.uncertainty import FALSE_ALARMS
 
-# check -> what it means, and what to check; the flags of a study have the same texts
-MEANINGS = {
-    "foot-leg-delay": "the leg moves too early or too late after the foot. Check the sampling instants of "
-    "the markers, and whether one on foot or ankle slips",
-    "foot-markers-apart": "markers on the foot move against each other. Check their tape, and whether the "
-    "foot tilts",
-    "camera-scale": "the markers of the leg are further apart or closer than their layout by more than 1 %. "
-    "Check the calibration of the cameras, and measure the layout again",
-    "markers-slip": "a marker stays displaced after perturbations. Check the tape of all markers",
-    "markers-pulse-locked": "markers leave the rigid leg in every perturbation. Look for bending or soft "
-    "mounts",
-    "lack-of-fit": "the model of the joint leaves a repeated motion or a large part of the signal "
-    "unexplained. Inspect the residuals for wobble, hysteresis and wrong time stamps",
-}
 # tolerances: of K, of a delay (s), of markers (m), of the angle's residual, of I over the leg's, of a scale
 TOLERATED = {
     "leg-disagrees": 0.005,
