@@ -33,7 +33,11 @@ ARROWS = [
 ]
 # floor (from the ground up) -> packages with what they hold
 FLOORS = [
-    [("errors", "one sentence per refusal"), ("quantities", "kinds of values and their ranges")],
+    [
+        ("errors", "one sentence per refusal"),
+        ("flags", "checks that an estimate failed"),
+        ("quantities", "kinds of values and their ranges"),
+    ],
     [("arguments", "units, shapes and ranges of what users give")],
     [
         ("signals", "filters, resampling, spectra, epochs, EMG"),

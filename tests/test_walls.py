@@ -18,6 +18,7 @@ MODULES = sorted((ROOT / "tepsipe").rglob("*.py"))
 # a room may import from lower floors only, and not from another room of its own floor
 FLOORS = {
     "errors": 0,
+    "flags": 0,
     "quantities": 0,
     "arguments": 1,
     "signals": 2,

@@ -14,9 +14,11 @@ The search starts at the d of a grid that leaves the least squares, and solves f
     tau(t + d) = I theta'' + B theta' + K (theta - theta_rest) - step tau'(t + d)
 
 with products of different perturbations only, so that noise of angle and torque biases no delay
-(`tepsipe.identification.regression.windows`). Its standard error is that of the perturbations (jackknife). A
-joint without inertia and with little damping does not tell a delay d from a damping K d: the perturbations
-then do not repeat what distinguishes the two, or the standard error is large.
+(`tepsipe.identification.regression.windows`). Its standard error is that of the perturbations (jackknife).
+With I = 0, tau' = B theta'' + K theta' is a combination of the regressors, so to first order a delay is a
+change of I and B: the record of a joint without inertia cannot determine it. What remains is of second order,
+d^2 B theta'''/2. The perturbations then do not repeat what distinguishes the two, or the standard error is
+large.
 
 **Halves.** Estimates of early and late perturbations, and of those in either direction, are compared by
 Welch's test of two means.
@@ -168,7 +170,7 @@ def combined(
 
 def moved_by(time: np.ndarray, torque: np.ndarray, delay_s: float) -> np.ndarray:
     """Torque tau(t + d), shape (n,)."""
-    return scipy.interpolate.CubicSpline(time, torque)(np.clip(time + delay_s, time[0], time[-1]))
+    return scipy.interpolate.make_interp_spline(time, torque)(np.clip(time + delay_s, time[0], time[-1]))
 
 
 def delay_of_record(
@@ -193,10 +195,7 @@ def delay_of_record(
         return DelayProfile(reason=f"The record is too short. {MEASURE}")
     kept = slice(edge, -edge)
     thin = slice(edge, -edge, max(1, int(THIN_S / (time[1] - time[0]))))
-    spline = scipy.interpolate.CubicSpline(time, torque)
-    # only the thinned rows of the derivatives, which are as many signals as regressors
-    derived = {k: derivative(time, regressors[:, k])[thin] for k in (0, *range(3, regressors.shape[1]))}
-    slopes = np.column_stack([derived.pop(0), regressors[thin, :2], *derived.values()])
+    spline = scipy.interpolate.make_interp_spline(time, torque)  # less memory than a CubicSpline
     instants, size = time[thin], np.linalg.norm(regressors[thin], axis=0)
     basis, triangle = np.linalg.qr(regressors[thin] / size)
     steps = round(LONGEST_S / STEP_S)
@@ -211,8 +210,8 @@ def delay_of_record(
     for _ in range(8):
         y = spline(instants + delay)
         predicted = np.linalg.lstsq(triangle, basis.T @ y)[0] / size
-        later = slopes @ predicted
-        later -= basis @ (basis.T @ later)
+        slope = derivative(time, regressors @ predicted)
+        later = slope[thin] - basis @ (basis.T @ slope[thin])
         step = -float(later @ y) / float(later @ later)
         if abs(step) < 1e-6 or not abs(delay + step) < LONGEST_S:
             break
@@ -228,9 +227,6 @@ def delay_of_record(
     )
     if not among.determined:
         return among
-    slope = derivative(time, regressors[:, 0]) * predicted[0] + regressors[:, :2] @ predicted[1:3]
-    for k in range(3, predicted.size):
-        slope += derivative(time, regressors[:, k]) * predicted[k]
     moments, products = _moments_of_blocks(time, regressors, slope, spline, delay, kept, block)
     shares = np.linalg.solve(products, moments.T)[-1]
     error = float(np.sqrt(np.sum(shares**2) * len(shares) / (len(shares) - 1.0)))

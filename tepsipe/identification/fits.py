@@ -266,6 +266,7 @@ def fit_output_error(
     """
     from tepsipe.identification.estimators import OUTPUT_ERROR, Record
     from tepsipe.identification.leg_fit import fit_record
+    from tepsipe.identification.likelihood.checks import scale_check
     from tepsipe.mechanics.inverse_dynamics import Leg
     from tepsipe.mechanics.segment_kinematics import SegmentMotion
     from tepsipe.signals.differentiation import derivative
@@ -308,8 +309,10 @@ def fit_output_error(
     )
     inertia = fit.I + leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2
     follows += notes.of_delay(result.delay_s) + notes.of_rest(time, windows, inertia, fit.B)
-    filtered = notes.of_filter(rate_hz, cutoff_hz, windows)
-    return replace(fit, notes=(*named, *fit.notes, *notes.of_impedance(fit, motion), *follows, *filtered))
+    follows += notes.of_filter(rate_hz, cutoff_hz, windows)
+    follows += notes.of_checks([scale_check(motion.layout_scale)])
+    follows += notes.of_markers(motion, record.at_rest, rate_hz)
+    return replace(fit, notes=(*named, *fit.notes, *notes.of_impedance(fit, motion), *follows))
 
 
 @one_thread()
@@ -650,18 +653,19 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng, uncert
             f"record of {torque.size / rate_hz:.3g} s at {rate_hz:g} Hz: record longer, or change block_s"
         )
     profile = delay_of_record(motion.time, regressors, torque, block, confidence)
-    delay = combined(profile, sources, np.linalg.lstsq(regressors, torque)[0][:3])
-    if delay.uncertainty_s is not None:
-        torque = moved_by(motion.time, torque, delay.removed_s)
-    sources = delay.among(sources)
-    stated = "torque_delay_s" in (uncertainty or {})
-    late_by, doubts, undetermined = notes.of_torque_delay(delay, confidence, stated)
     try:
         result = least_squares_line(regressors, torque)
     except np.linalg.LinAlgError as error:
         raise InputError(
             f"fit_impedance: expected a joint that moves, found {error}: check that it was perturbed"
         ) from error
+    delay = combined(profile, sources, result.parameters[:3])
+    if delay.uncertainty_s is not None:
+        torque = moved_by(motion.time, torque, delay.removed_s)
+        result = least_squares_line(regressors, torque)
+    sources = delay.among(sources)
+    stated = "torque_delay_s" in (uncertainty or {})
+    late_by, doubts, undetermined = notes.of_torque_delay(delay, confidence, stated)
     errors, freedom, shares = errors_over_blocks(regressors, result.residuals, block)
     # multiplier bootstrap: blocks drawn with replacement may all lack a perturbation
     drawn = sum(

@@ -12,6 +12,7 @@ import numpy as np
 
 from tepsipe.arguments import SPELLINGS, unit_by_name, unit_in, unit_of
 from tepsipe.errors import InputError
+from tepsipe.flags import FLAGS
 from tepsipe.identification.cascade.fit import Assumption
 from tepsipe.identification.consistency import (
     MEASURE,
@@ -23,12 +24,12 @@ from tepsipe.identification.consistency import (
 )
 from tepsipe.identification.result import ImpedanceFit, Quantity
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
-from tepsipe.mechanics.segment_kinematics import JointMotion
+from tepsipe.mechanics.segment_kinematics import JointMotion, SegmentMotion
 from tepsipe.quantities import unit_symbol
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.signals.response import FrequencyResponse
-from tepsipe.signals.sample_faults import noise_floors
+from tepsipe.signals.sample_faults import noise_floors, of_samples
 from tepsipe.statistics.least_squares import column_lengths, triangle
 from tepsipe.statistics.uncertainty import error_of_mean
 
@@ -318,20 +319,18 @@ def of_parts(differences: Sequence[tuple[str, str, float, float]]) -> tuple[str,
 
 def of_cascade(*failed: str) -> tuple[str, ...]:
     """Failed checks of a parallel-cascade fit that no other note explains."""
-    from tepsipe.identification.cascade.checks import MEANINGS
-
-    return tuple(_told(name, MEANINGS[name]) for name in failed if name in MEANINGS)
+    return tuple(_told(name) for name in failed if name != "halves-differ")
 
 
 def of_checks(checks: "Sequence[Check]") -> tuple[str, ...]:
     """Failed checks of a joint likelihood, as the flags of a study explain them."""
-    from tepsipe.identification.likelihood.checks import MEANINGS, failed
+    from tepsipe.identification.likelihood.checks import failed
 
-    return tuple(_told(name, MEANINGS[name]) for name in failed(checks))
+    return tuple(map(_told, failed(checks)))
 
 
-def _told(name: str, meaning: str) -> str:
-    return f"{meaning[0].upper()}{meaning[1:]} ({name})."
+def _told(name: str) -> str:
+    return f"{FLAGS[name][0].upper()}{FLAGS[name][1:]} ({name})."
 
 
 def of_stiffness(quantities: Mapping[str, Quantity]) -> tuple[str, ...]:
@@ -358,11 +357,17 @@ def of_halves(training: float, held_out: float) -> tuple[str, ...]:
 def of_floors(at_rest: np.ndarray | None, rate_hz: float, **signals: np.ndarray) -> tuple[str, ...]:
     """Signals that were filtered before, while others were not (as recorded, shape (n,), by name)."""
     return tuple(
-        f"The {name} was filtered before it was recorded, and the other signal was not: its noise "
+        f"The {name} was filtered before it was recorded, and another signal was not: its noise "
         "vanishes at high frequencies. This biases I, B and K. Export it without a filter, or filter both "
         "alike."
         for name in noise_floors(at_rest, rate_hz, **signals)
     )
+
+
+def of_markers(motion: SegmentMotion, at_rest: np.ndarray, rate_hz: float) -> tuple[str, ...]:
+    """Faults of the leg's markers as recorded, and filters of some of them."""
+    named = {f"marker {label!r}": x for label, x in motion.recorded.items()}
+    return of_samples(**named) + of_floors(at_rest, rate_hz, **named) if named else ()
 
 
 def of_torque_delay(

@@ -15,10 +15,10 @@ SHIFTS = 4
 
 def bias_reduced_share(
     normal: Annotated[np.ndarray, "(p, p)"],
-    information: Annotated[np.ndarray, "(p, p)"],
-    moment: Annotated[np.ndarray, "(p,)"],
-) -> Annotated[np.ndarray, "(p,)"]:
-    """Share of one cluster in the error of a fit: bias-reduced linearisation (Bell & McCaffrey 2002).
+    information: Annotated[np.ndarray, "(..., p, p)"],
+    moment: Annotated[np.ndarray, "(..., p)"],
+) -> Annotated[np.ndarray, "(..., p)"]:
+    """Shares of clusters in the error of a fit: bias-reduced linearisation (Bell & McCaffrey 2002).
 
         db_j = N^-1 X_j' (1 - H_j)^-1/2 e_j,     H_j = X_j N^-1 X_j',     cov(b) = sum_j db_j db_j'
 
@@ -35,13 +35,12 @@ def bias_reduced_share(
     normal: N, the sum of X_j'X_j over all clusters, with weak priors (1 over the units of the parameters).
     Returns: db_j (units of the parameters).
     """
-    root = np.linalg.cholesky(normal)
-    half = scipy.linalg.solve_triangular(root, information, lower=True)
-    share, axes = np.linalg.eigh(scipy.linalg.solve_triangular(root, half.T, lower=True))
+    inverse = scipy.linalg.solve_triangular(np.linalg.cholesky(normal), np.eye(len(normal)), lower=True)
+    share, axes = np.linalg.eigh(inverse @ information @ inverse.T)
     others = 1.0 - share
     scale = np.where(others > ALONE, 1.0 / np.sqrt(np.maximum(others, ALONE)), 0.0)
-    seen = axes @ (scale * (axes.T @ scipy.linalg.solve_triangular(root, moment, lower=True)))
-    return scipy.linalg.solve_triangular(root, seen, lower=True, trans="T")
+    along = np.swapaxes(axes, -1, -2) @ (moment @ inverse.T)[..., None]
+    return (axes @ (scale[..., None] * along))[..., 0] @ inverse
 
 
 def leave_out(
@@ -99,9 +98,10 @@ def errors_over_blocks(
         parts = zip(np.split(regressors, borders), np.split(residuals, borders), strict=True)
         scaled = ((x / scale, rest) for x, rest in parts if len(rest))
         clusters = [(x.T @ x, x.T @ rest) for x, rest in scaled]
-        shares = [bias_reduced_share(normal, *cluster) for cluster in clusters]
+        information, moments = (np.array(x) for x in zip(*clusters, strict=True))
+        shares = bias_reduced_share(normal, information, moments)
         squares.append(np.sum(np.square(shares), axis=0))
-        added = np.einsum("ij,bjk,ki->bi", inverse, np.array([x for x, _ in clusters]), inverse)
+        added = np.einsum("ij,bjk,ki->bi", inverse, information, inverse)
         freedoms.append(added.sum(axis=0) ** 2 / np.sum(added**2, axis=0) - 1.0)
     errors, freedom = np.sqrt(np.mean(squares, axis=0)) / scale, np.maximum(np.mean(freedoms, axis=0), 1.0)
-    return errors, freedom, np.array(shares) / scale
+    return errors, freedom, shares / scale

@@ -11,7 +11,6 @@ import tepsipe
 from tepsipe.experiments.position_manipulator import fit as position_manipulator
 from tepsipe.experiments.position_manipulator.analysis import cascade_record
 from tepsipe.identification.cascade.checks import (
-    MEANINGS,
     failed_checks,
     late,
     torque_delay,
@@ -21,7 +20,6 @@ from tepsipe.identification.cascade.parallel_cascade import identify_cascade
 from tepsipe.identification.consistency import DelayProfile, moved_by
 from tepsipe.ingest.manipulator_options import TableOptions
 from tepsipe.ingest.manipulators import ingest_position_manipulator
-from tepsipe.io.estimates import FLAGS
 from tests.identification.test_parallel_cascade import FEW_DRAWS, RATE, REFLEX, joint_with_reflex
 from workflow.settings.complete import settings_of
 
@@ -59,10 +57,6 @@ def study(shipped_config):
 
 def flags(rows):
     return {name for row in rows for name in row.flags.split(";")}
-
-
-def test_notes_and_flags_have_one_meaning():
-    assert {name: FLAGS[name] for name in MEANINGS} == MEANINGS
 
 
 NEW = {

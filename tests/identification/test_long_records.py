@@ -113,8 +113,9 @@ def test_memory_of_a_cascade_is_that_of_the_fitted_regressors_once(short_spans):
 def test_memory_of_a_regression_is_that_of_few_signals(short_spans):
     time, angle, torque = ankle(4)
     fit = lambda: fit_impedance(time, angle, torque, bootstrap_draws=100)  # noqa: E731
-    # the delay is searched on up to all samples of regressors and their derivatives
-    assert peak_in_signals(fit, time.size) < 40
+    # the delay is searched on up to all samples of the regressors
+    fit()  # modules are imported
+    assert peak_in_signals(fit, time.size) < 26
 
 
 def test_windows_of_an_output_error_share_one_residual():

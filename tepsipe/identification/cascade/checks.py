@@ -29,14 +29,6 @@ SEGMENT_S, BLOCK_S, LEAST_VARIATION = 5.0, 0.5, 0.1
 # smallest delay of the torque that counts (s), and confidence that there is one
 LEAST_DELAY_S, SURE = 1e-3, 0.999
 
-# check that no other note of a fit explains -> its meaning
-MEANINGS = {
-    "torque-delay": "the torque was recorded more than 1 ms before or after the movement that causes it, or "
-    "one of the two was filtered. The fit does not correct this. Check triggers and filters",
-    "time-varying": "the stiffness differs between segments of the record by more than chance, so nothing is "
-    "recommended. Analyse the parts separately, or name a schedule or trigger",
-}
-
 
 def failed_checks(record: CascadeRecord, fit: ParallelCascadeFit) -> tuple[str, ...]:
     """Names of the checks that a fit fails, in `tepsipe.io.estimates.FLAGS`."""
