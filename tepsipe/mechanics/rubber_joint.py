@@ -5,7 +5,7 @@
 phi is the bending, K and B hold for small bending, phi_h is the bending at which half of the softening S has
 taken place, and B_s is the damping that softening adds. Filled rubber behaves like this: its storage modulus
 falls with amplitude while its loss modulus rises (Payne 1962, J. Appl. Polym. Sci. 6:57-63). S and phi_h are
-not separated by movements below phi_h, where only S / phi_h^2 matters; S is therefore fixed. The joint
+not separated by movements far below phi_h, where only S / phi_h^2 matters; S is therefore fixed. The joint
 likelihood and the forward simulation (`tepsipe.mechanics.engines.interface.Joint`) use C = S K in place of S.
 """
 

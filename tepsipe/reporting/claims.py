@@ -19,7 +19,7 @@ from tepsipe.experiments.wristalyzer.names import AS_PRINTED, MODULUS, PATHWAY
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.io.tables import Table
-from tepsipe.mechanics.impedance_model import admittance
+from tepsipe.mechanics.impedance_model import PARAMETERS, admittance
 from tepsipe.reporting.ledger import (
     CONTRADICTED,
     EXPLAINED,
@@ -69,10 +69,10 @@ class Findings:
                 return s.r2
         raise KeyError(wanted)
 
-    def followed(self, parameter_set: str, quantity: str) -> list[float]:
-        """VAF over the trial (%) of a simulated quantity, condition by condition."""
+    def followed(self, parameter_set: str, quantity: str, vaf: str = "vaf_trial") -> list[float]:
+        """VAF (%) of a simulated quantity over the trial or the perturbations, condition by condition."""
         wanted = (parameter_set, quantity)
-        return [s.vaf_trial for s in self.forward if (s.parameter_set, s.quantity) == wanted]
+        return [getattr(s, vaf) for s in self.forward if (s.parameter_set, s.quantity) == wanted]
 
     def noisy(self, estimator: str, quantity: str, noise_on: str) -> float:
         """Cell of Table 4-4 for the first simulated stiffness (unit of the quantity)."""
@@ -401,6 +401,17 @@ def _ratio(values: dict) -> float:
     return float(np.mean(_at(values, "0.5")) / np.mean(_at(values, "0.1")))
 
 
+def _over_others(values: dict, condition: str) -> float:
+    """Value of a condition relative to the largest of the other profiles and amplitudes (-)."""
+    others = {f"{profile}-0.{k}" for profile in ("sine", "minjerk") for k in range(1, 6)} - {condition}
+    return values[condition] / max(values[name] for name in others)
+
+
+def _gap(quantity: str, better: str, worse: str, vaf: str = "vaf_trial") -> Callable[[Findings], float]:
+    """Lowest VAF (%) of a simulated quantity by one parameter set less the highest by another."""
+    return lambda f: min(f.followed(better, quantity, vaf)) - max(f.followed(worse, quantity, vaf))
+
+
 def _unsettled(forward: list[ForwardScore]) -> float:
     """Number of conditions in which a leg with the printed TEP-SIPE parameters does not settle."""
     states = {s.condition: s.state for s in forward if s.parameter_set == "thesis-tep"}
@@ -475,18 +486,17 @@ MEASURES: dict[str, Callable[[Findings], float]] = {
     "weight_speed_at_peak": lambda f: min(speed_at_peak(usual_weight(f.fits["weight"]), "20 Hz")),
     "weight_least_step": lambda f: _least_step(f.by_condition("weight", "added_force_peak")),
     "weight_growth": lambda f: _ratio(f.by_condition("weight", "added_force_peak")),
-    "weight_largest": lambda f: (
-        f.by_condition("weight", "added_force_peak")["minjerk-0.5"]
-        / f.by_condition("weight", "added_force_peak")["sine-0.5"]
-    ),
+    "weight_largest": lambda f: _over_others(f.by_condition("weight", "added_force_peak"), "minjerk-0.5"),
     "weight_over_empty": lambda f: min(shapes(f.fits["empty"], f.fits["weight"], "20 Hz")[1]),
     "weight_shape_at_10_hz": lambda f: min(shapes(f.fits["empty"], f.fits["weight"], "10 Hz")[0]),
     "weight_size_at_10_hz": lambda f: min(shapes(f.fits["empty"], f.fits["weight"], "10 Hz")[1]),
-    "simulated_angle_gap": lambda f: (
-        min(f.followed("thesis-wristalyzer", "theta")) - max(f.followed("thesis-tep", "theta"))
+    "simulated_angle_gap": _gap("theta", "thesis-wristalyzer", "thesis-tep"),
+    "simulated_torque_gap": _gap("tau", "thesis-tep", "thesis-wristalyzer"),
+    "simulated_angle_gap_in_perturbations": _gap(
+        "theta", "thesis-wristalyzer", "thesis-tep", "vaf_perturbation"
     ),
-    "simulated_torque_gap": lambda f: (
-        min(f.followed("thesis-tep", "tau")) - max(f.followed("thesis-wristalyzer", "tau"))
+    "simulated_torque_gap_in_perturbations": _gap(
+        "tau", "thesis-tep", "thesis-wristalyzer", "vaf_perturbation"
     ),
     "simulated_growth": lambda f: _unsettled(f.forward),
     "noise_free_stiffness": lambda f: f.noisy("as-tabulated", "K", "none"),
@@ -542,7 +552,9 @@ MEASURES: dict[str, Callable[[Findings], float]] = {
     "wristalyzer_sem": lambda f: max(
         max(_relative_sems(f, "wristalyzer", quantity).values()) for quantity in ("I", "B")
     ),
-    "printed_sem": lambda f: max(_relative_sems(f, "dummy", "K").values()),
+    "printed_sem": lambda f: max(
+        abs(share) for quantity in PARAMETERS for share in _relative_sems(f, "dummy", quantity).values()
+    ),
     "printed_minima": _minima,
     "printed_over_wristalyzer": lambda f: float(
         np.mean(list(f.by_condition("dummy", "I").values()))

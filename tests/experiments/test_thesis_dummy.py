@@ -24,7 +24,7 @@ from tepsipe.experiments.thesis_dummy.inverse import (
     printed_quantities,
     swings,
 )
-from tepsipe.experiments.thesis_dummy.profile import LIMIT_95, profile
+from tepsipe.experiments.thesis_dummy.profile import LIMIT_95, last_match, profile
 from tepsipe.experiments.thesis_dummy.timing import (
     damping_shift,
     lag_fits,
@@ -277,6 +277,22 @@ def test_the_profile_is_bounded_where_chi_squared_exceeds_its_limit():
     assert found["dampings_Nms_per_rad"] == pytest.approx([0.4 + 0.1 * reach, 0.4 - 0.1 * reach], rel=1e-3)
     assert found["unlagged"]["over_least"] == pytest.approx(4.0)
     assert profile({"numbers": 4, "lags": rows[:250]})["lags_s"][1] is None
+
+
+def test_the_angle_matches_up_to_a_lag_between_those_of_the_fits():
+    """By hand: the VAF is 90 - 20 t, 75 at t = 0.75; there the unexplained part is 2.5 of a printed 2."""
+    columns = {"lag_s": range(-1, 4), "rms": [2.0, 1.0, 1.0, 1.0, 2.0]}
+    columns |= {
+        "vaf_wristalyzer": np.arange(110.0, 20.0, -20.0),
+        "unexplained_percent": np.arange(6.0, 1.0, -1.0),
+    }
+    columns["unexplained_percent"] -= 1.75
+    rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    timing = {"numbers": 4, "lags": rows, "printed": {"unexplained_percent": 2.0}}
+    assert last_match(timing, 75.0) == pytest.approx(
+        {"lag_s": 0.75, "unexplained_ratio": 1.25, "over_least": 0.0}
+    )
+    assert last_match(timing, 20.0) is None and last_match(timing, 120.0) is None
 
 
 def test_tables_predict_each_other_and_are_copied():

@@ -217,7 +217,6 @@ FINDINGS = {
             "signs_explain",
             "consistent_vaf_lower",
             "vaf_of_trial",
-            "noise_below_accuracy",
             "output_error_covers",
             "consistent_torque_smaller",
             "errors_of_stiffness_alike",
@@ -272,10 +271,6 @@ FINDINGS = {
         "copy_predicts_best": (dummy.returned(best=False), dummy.returned(best=True)),
         "lag_bounded": (dummy.returned(True), dummy.returned(True, lags=dummy.TIMING["lags"][:4])),
         "unlagged_unlikely": (dummy.returned(True), dummy.returned(True, lags=dummy.TIMING["lags"][:2])),
-        "no_lag_meets_both": (
-            dummy.returned(True),
-            dummy.returned(True, printed={"unexplained_percent": 0.04, "standard_error_damping": 0.005}),
-        ),
     },
     "noise": dict.fromkeys(simulations.SENTENCES, (noisy(simulations.TRUE_K), noisy(simulations.FALSE_K)))
     | {

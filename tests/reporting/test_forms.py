@@ -103,7 +103,7 @@ def test_report_tells_what_is_shared_from_the_declarations(tmp_path):
     tables = {"shared": tmp_path / "shared.csv", "other_laws": "estimator\njoint-likelihood\n"}
     words = chapter_words("laboratory", {}, tables, cells=";")
     counts = [sum(row.shared == how for row in rows) for how in (SAME, SPECIAL, DIFFERENT, NONE)]
-    assert f"Of the {len(rows)} mechanisms of the laboratory, {counts[0]} have the same form" in words
+    assert f"Of the {len(rows)} mechanisms in the table, {counts[0]} have the same form" in words
     assert f"{counts[1]} agree where some of their terms are 0 or equal, {counts[2]} differ" in words
     assert f"the analysis has no form for {counts[3]}." in words
     law = laboratory.PAYNE.replace("²", "2")

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from tepsipe.experiments.forward.scores import ForwardScore
 from tepsipe.experiments.noise.rows import NoiseRow
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
@@ -141,6 +142,36 @@ def test_printed_joint_amplifies_by_its_growth_not_by_its_vaf():
     assert measured("simulated_amplifies_less", forward=scores) == pytest.approx(3.0)
     with pytest.raises(KeyError):
         measured("simulated_amplifies", forward=scores[1:2])
+
+
+def test_parameter_sets_are_compared_by_their_least_favourable_conditions():
+    def score(condition, name, perturbation, trial):
+        return ForwardScore(condition, name, "pybullet", "theta", perturbation, trial, "settles", 1.0)
+
+    scores = [
+        score("sine-0.1", "thesis-wristalyzer", 99.0, 80.0),
+        score("sine-0.5", "thesis-wristalyzer", 95.0, 90.0),
+        score("sine-0.1", "thesis-tep", 92.0, -10.0),
+        score("sine-0.5", "thesis-tep", -50.0, 5.0),
+    ]
+    assert measured("simulated_angle_gap", forward=scores) == 75.0
+    assert measured("simulated_angle_gap_in_perturbations", forward=scores) == 3.0
+
+
+def test_largest_force_is_the_largest_of_all_profiles_and_amplitudes():
+    force = {f"{p}-0.{k}": 10.0 * k for p in ("sine", "minjerk") for k in range(1, 6)}
+    force |= {"sine-0.3": 60.0, "heavy-sine-0.5": 500.0}
+    rows = [Estimate("weight", c, "force", "peak", "added_force_peak", "N", v) for c, v in force.items()]
+    assert measured("weight_largest", rows, {"weight": {}}) == pytest.approx(50.0 / 60.0)
+
+
+def test_low_sems_are_low_for_every_parameter_in_spite_of_a_negative_value():
+    names = ("leg-thesis", "printed")
+    rows = [
+        Estimate("dummy", "sine-0.1", *names, quantity, "1", value, sem_as_printed=sem)
+        for quantity, value, sem in (("I", 0.06, 0.0006), ("B", -0.002, 0.006), ("K", 6.0, 0.6))
+    ]
+    assert measured("printed_sem", rows, FITS) == pytest.approx(3.0)
 
 
 def test_angle_matches_by_the_median_over_conditions():

@@ -267,7 +267,7 @@ def test_pulses_in_resonance_add_up_to_their_number():
     [
         ({"growth": {"sine-0.1": 1.5}}, "near-resonance", "This is not reproduced"),
         ({"state": "grows"}, "near-resonance", ""),
-        ({"thesis-without-handle": 70.0}, "without it the VAF is higher", ""),
+        ({"thesis-without-handle": 70.0}, "that we attribute to them, the VAF is higher", ""),
         ({"joint-likelihood": 85.0}, "predicts the angle best in every condition", ""),
         (
             {"thesis-wristalyzer": -400.0},

@@ -43,6 +43,8 @@ def fit(spread=1e-8, modulus=(10.0, 5.0), samples=10240):
         "spectral-fit/coherence": np.array([0.1, 0.99, 0.9, 0.95, 0.2, 0.1, 0.1]),
         "tapered/frequency": frequency,
         "tapered/coherence": np.array([0.1, 0.99, 0.9, 0.95, 0.2, 0.1, 0.14]),
+        "spectral-fit/parameters": np.array([0.01, 0.1, 10.0]),
+        "other_bounds/parameters": np.array([[0.01, 0.1, 10.001], [0.01, 0.1, 8.0], [0.01, 0.2, 10.0]]),
         "many_starts/start": np.zeros((2, 3)),
         "tried/stiffness": np.array([10.0, 5.0]),
         "tried/smooth": np.full((2, 3), 10.0),
@@ -203,6 +205,7 @@ def test_friction_is_found_where_its_interval_excludes_zero(interval, found, neg
 
 def test_numbers_are_those_of_the_signals():
     numbers = wristalyzer.numbers(usual())
+    assert numbers["other_bounds"] == {"fits": 9, "usual": 3}
     assert (numbers["coherence"], numbers["coherence_at_Hz"]) == (0.9, 4.0)
     assert numbers["torque_rms_Nm"] == pytest.approx([2e-3] * 3)
     assert numbers["coherence_above_lowpass"] == pytest.approx(0.12)

@@ -40,6 +40,6 @@ PARTS = {
     "time_varying": Part(("position_manipulator",)),
     "noise": Part(
         ("wristalyzer", "dummy"),
-        printed=("joint", "table_snr_db", "draws", "table_estimators"),
+        printed=("joint", "table_snr_db", "draws", "predicted_draws", "table_estimators"),
     ),
 }

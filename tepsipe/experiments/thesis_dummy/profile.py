@@ -9,6 +9,7 @@ Lags at which chi^2 is at most 3.84 above its minimum are the 95 % interval of o
 """
 
 import numpy as np
+import scipy
 
 LIMIT_95 = 3.84  # of chi^2 with one degree of freedom
 
@@ -37,6 +38,32 @@ def profile(timing: dict) -> dict:
         "lags_s": [None if end is None else end[0] for end in ends],
         "dampings_Nms_per_rad": [None if end is None else end[1] for end in ends],
         "limit": LIMIT_95,
+    }
+
+
+def last_match(timing: dict, percent: float) -> dict | None:
+    """Largest lag at which the Wristalyzer's parameters follow the angle with a VAF (%), between fitted lags.
+
+    Monotone cubic interpolation (Fritsch and Carlson 1980).
+    Returns: ``lag_s``; there ``unexplained_ratio``, the unexplained part of a perturbation over the printed
+    one, and ``over_least``, chi^2 above its minimum. None if the VAF does not fall below it in the range.
+    """
+    rows = timing["lags"]
+    lags, vaf, unexplained = (
+        np.array([row[key] for row in rows]) for key in ("lag_s", "vaf_wristalyzer", "unexplained_percent")
+    )
+    matched = np.flatnonzero(vaf >= percent)
+    if not matched.size or matched[-1] == lags.size - 1:
+        return None
+    vaf_at, unexplained_at, over_at = (
+        scipy.interpolate.PchipInterpolator(lags, y) for y in (vaf, unexplained, misfit_over_least(timing))
+    )
+    k = matched[-1]
+    lag = scipy.optimize.brentq(lambda t: vaf_at(t) - percent, lags[k], lags[k + 1])
+    return {
+        "lag_s": lag,
+        "unexplained_ratio": float(unexplained_at(lag)) / timing["printed"]["unexplained_percent"],
+        "over_least": float(over_at(lag)),
     }
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from tepsipe.experiments.wristalyzer.names import AS_PRINTED, MODULUS, PERIODS
+from tepsipe.io.result import Result
 from tepsipe.reporting.run import Run
 
 # a mean coherence below this is that of unrelated signals (-)
@@ -26,6 +27,7 @@ def numbers(run: Run) -> dict:
         **_lowest_coherence(run),
         "natural_frequency_Hz": _natural_frequency(run),
         "starts": len(arrays["many_starts/start"]),
+        "other_bounds": _other_bounds(fits),
         "tried": {name: arrays[f"tried/{name}"] for name in ("stiffness", "smooth", "modulus")},
         "torque_rms_Nm": [float(fit.arrays["torque"].std()) for fit in fits.values()],
         "coherence_above_lowpass": _coherence_above_lowpass(run),
@@ -33,6 +35,16 @@ def numbers(run: Run) -> dict:
         "nearest_bins": _nearest_bins(run),
     }
     return content | {"pooled": _pooled(run)}
+
+
+def _other_bounds(fits: dict[str, Result]) -> dict[str, int]:
+    """Number of fits within random bounds, and of those that end at the minimum of the printed bounds."""
+    ends = [
+        np.isclose(found, fit.arrays[f"{AS_PRINTED}/parameters"], rtol=1e-3).all(axis=1)
+        for fit in fits.values()
+        if (found := fit.arrays["other_bounds/parameters"]).size
+    ]
+    return {"fits": sum(end.size for end in ends), "usual": sum(int(end.sum()) for end in ends)}
 
 
 def _lowest_coherence(run: Run) -> dict:
