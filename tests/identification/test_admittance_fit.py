@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from builders import multisine_record, noisy_spectrum, second_order_response
-from scipy import stats
+from scipy import optimize, stats
 
 from tepsipe.identification.admittance_fit import (
     TABLE_3_2,
@@ -165,6 +165,16 @@ def test_stalled_fit_depends_on_the_starting_stiffness(rng):
     smooth = [fit_scaled(estimate, start).parameters[2] for start in starts]
     assert abs(modulus[1] - modulus[0]) > 0.5
     assert abs(smooth[1] - smooth[0]) < 1e-5
+
+
+def test_neither_scaling_nor_tolerances_stall_the_smooth_residual(rng):
+    estimate = noisy_spectrum(JOINT, 0.02, rng)
+    best = fit_scaled(estimate, BOUNDS).parameters
+    for k in (1.0, 10.0, 19.0):
+        start, bounds = [0.001, 0.1, k], (BOUNDS.lower, BOUNDS.upper)
+        tolerances = dict.fromkeys(("xtol", "ftol", "gtol"), 1e-6)
+        found = optimize.least_squares(residuals, start, bounds=bounds, args=(estimate,), **tolerances)
+        assert found.x == pytest.approx(best, rel=1e-3)
 
 
 def test_both_residuals_have_the_printed_sum_of_squares(rng):

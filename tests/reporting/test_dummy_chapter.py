@@ -280,8 +280,8 @@ def test_first_page_compares_with_the_thesis_where_it_is_known():
     )
     # the misprint of K = 55 is corrected
     assert "The thesis reports 0.061 to 0.063 N·m·s²/rad and 5.0 to 6.0 N·m/rad and calls" in abstract
-    assert "was 0.061 to 0.063 N·m·s²/rad" in summary and "(VAF) of 99.50 to 99.90 %" in summary
-    assert "probably mixes two sign conventions" in summary and "The correction is an inference." in summary
+    assert "was 0.061 to 0.063 N·m·s²/rad" in summary and "(VAF) was 99.50 to 99.90 %" in summary
+    assert "was probably positive forwards" in summary and "The correction is an inference." in summary
     # algebra on the printed numbers, without a laboratory: 2 I_leg = 0.06, 2 m g r = 4
     corrected = "gives I = 5.0·10⁻⁴ to 0.0035 N·m·s²/rad (within the rounding of the printed I)"
     assert f"{corrected} and K = 9.00 to 10.00 N·m/rad" in summary
