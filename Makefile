@@ -6,7 +6,7 @@
 # make lint       the same for the lint, format and type checks
 # make format     rewrite the code in the project's format, and the tables of config/README.md
 # make docs       build the site into site/, with the outputs of the tutorials and a demonstration study
-# make wheel-test build a wheel, install it into an environment of its own, run the library's tests there
+# make wheel-test build a wheel, install it into an environment of its own, run the library's tests and a study there
 #
 # make PYTHON=... another interpreter: CPython 3.11 (which alone has PyBullet), 3.12 or 3.13
 
@@ -70,7 +70,7 @@ docs: .venv/docs-$(VERSION)
 	@touch $@
 
 wheel-test:
-	$(call quoted,$(PYTHON)) tests/installed_wheel.py -n $(CORES)
+	$(call quoted,$(PYTHON)) tests/installed_wheel.py --extra study -n $(CORES)
 
 environment: .venv/complete-$(VERSION)
 

@@ -1,4 +1,4 @@
-"""The command line: ``tepsipe fit``, ``calibrate``, ``info``, ``new-study``, ``plan``, ``export``, ``check``.
+"""The command line: ``tepsipe fit``, ``calibrate``, ``info``, ``new-study``, ``plan``, ``export`` and more.
 
 Commands call the library; ``fit`` and ``calibrate`` its public functions. A command returns 0; if its input
 cannot be used, it prints one sentence to the standard error and returns 2. Notes are printed to the standard
@@ -13,13 +13,11 @@ import json
 import math
 import os
 import re
-import shutil
 import sys
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from shlex import quote
 from typing import Any, NoReturn
 
 from tepsipe import __version__
@@ -37,6 +35,15 @@ class Parser(argparse.ArgumentParser):
         if action.choices is not None and value not in action.choices:
             name = "a command" if isinstance(action, argparse._SubParsersAction) else _name_of(action)
             self.error(f"expected {name}, found {quoted(value)}: {nearest(value, action.choices)}")
+
+    def parse_known_args(self, args=None, namespace=None):  # type: ignore[override]
+        """Parse arguments; of a command that hands them on to Snakemake, only its own options."""
+        if not self._defaults.get("hands_on"):
+            return super().parse_known_args(args, namespace)
+        own = {option for action in self._actions for option in action.option_strings}
+        chosen, _ = super().parse_known_args([word for word in args if word in own], namespace)
+        chosen.others = [word for word in args if word not in own]
+        return chosen, []
 
     def parse_args(self, args=None, namespace=None):  # type: ignore[override]
         """Parse all arguments; an unknown option is answered by the command that it was given to."""
@@ -121,9 +128,6 @@ def add_strict(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--strict", action="store_true", help="exit with code 3 if the result has notes")
 
 
-# packages that only the study needs: name -> module
-STUDY_PACKAGES = {"pydantic": "pydantic", "PyYAML": "yaml", "snakemake": "snakemake"}
-
 # options of a design that a person types: name, type, unit, meaning and default
 PLAN_OPTIONS = (
     ("stiffness", float, "Nm/rad", "expected K; default 10, of a standing person's ankles 400"),
@@ -204,6 +208,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_new_study(commands)
     _add_plan(commands)
     _add_check(commands)
+    _add_run(commands)
     _add_export(commands)
     return parser
 
@@ -379,6 +384,23 @@ def _add_check(commands: argparse._SubParsersAction) -> None:
         "files", nargs="*", metavar="CONFIG", help="configuration files, as for snakemake --configfile"
     )
     check.set_defaults(command=_check)
+
+
+def _add_run(commands: argparse._SubParsersAction) -> None:
+    run = commands.add_parser(
+        "run",
+        usage="tepsipe run [-h] [--any-version] [TARGET ...] [option of Snakemake ...]",
+        help="run the study in the current folder",
+        description="Run the study in the current folder with Snakemake, on all cores, and go on after a run "
+        "that was killed. A target is a file of the results or a trial, for example dummy/sine-0.3; without "
+        "one, everything is made. Options of Snakemake are passed on: -n lists what would be run, -c2 uses "
+        "two cores, --configfile FILE ... names further configuration files. requirements.txt of the study "
+        "names the version of tepsipe that it was made with; another version is refused.",
+    )
+    run.add_argument(
+        "--any-version", action="store_true", help="run a study that was made with another version of tepsipe"
+    )
+    run.set_defaults(command=_run, hands_on=True)
 
 
 def _add_export(commands: argparse._SubParsersAction) -> None:
@@ -654,11 +676,11 @@ def _info(chosen: argparse.Namespace) -> None:
 
 
 def _new_study(chosen: argparse.Namespace) -> None:
+    from tepsipe.new_study.start import commands_in
     from tepsipe.new_study.study import FILES, new_study
 
-    checkout = _checkout()
     with progress(f"looking into {chosen.folder}"):
-        made = new_study(chosen.folder, chosen.name, chosen.output, checkout)
+        made = new_study(chosen.folder, chosen.name, chosen.output)
     for study in (made, *made.others):
         for experiment, count in study.trials.items():
             show(f"{experiment}: {count} {'trial' if count == 1 else 'trials'}")
@@ -668,22 +690,7 @@ def _new_study(chosen: argparse.Namespace) -> None:
         show(f"assumed, to be checked: {study.assumed}, see {FILES[2]}")
         if study.missing:
             show(f"next: fill in what {study.folder / FILES[2]} lists (items: {study.missing}), then")
-        if checkout is not None:
-            _print_commands(study.folder)
-    if checkout is None:
-        show(
-            "to run the study: get the repository from which tepsipe was installed, because pip leaves out "
-            "the rules, run make in it, and its .venv/bin/tepsipe new-study with another --output"
-        )
-
-
-def _print_commands(folder: Path) -> None:
-    """Print the commands that check and run a study in its folder."""
-    commands = Path(sys.executable).parent
-    for command in (f"cd {quote(str(folder))}", "tepsipe check", "snakemake -n", "snakemake -c2"):
-        name, _, options = command.partition(" ")
-        known = name == "cd" or shutil.which(name) == str(commands / name)
-        show(f"  {name if known else quote(str(commands / name))} {options}".rstrip())
+        show("\n".join(f"  {line}" for line in commands_in(study.folder)))
 
 
 def _plan(chosen: argparse.Namespace) -> None:
@@ -745,32 +752,22 @@ def _is_one_of(path: Path, *others: Path | None) -> bool:
     return os.path.realpath(path) in {os.path.realpath(other) for other in others if other is not None}
 
 
-def _checkout() -> Path | None:
-    """Checkout of the repository: the current folder, or the one that this library belongs to, if any."""
-    folders = (Path.cwd(), Path(__file__).parents[1])
-    return next((folder for folder in folders if (folder / "workflow/check.py").is_file()), None)
+def _run(chosen: argparse.Namespace) -> NoReturn:
+    from tepsipe.new_study.start import arguments_of_run, refuse_other_version, start_of
+
+    if not chosen.any_version:
+        refuse_other_version(Path())
+    command, environment = start_of("run", arguments_of_run(chosen.others))
+    sys.stdout.flush()
+    os.execve(command[0], command, environment)
 
 
 def _check(chosen: argparse.Namespace) -> None:
     import subprocess
-    from importlib.util import find_spec
 
-    checkout = _checkout()
-    if checkout is None:
-        raise InputError(
-            "tepsipe check: expected a checkout of tepsipe's repository, found the library that pip installs "
-            "without the rules of studies: get the repository, run make in it, and use its .venv/bin/tepsipe"
-        )
-    missing = [name for name, package in STUDY_PACKAGES.items() if find_spec(package) is None]
-    if missing:
-        raise InputError(
-            f"tepsipe check: expected the packages of the study, found no {', '.join(missing)}: install them "
-            "with pip install '.[study]', or run make"
-        )
-    # in a study elsewhere its own configuration, in a checkout the shipped one
-    own = [name for name in ("config.yaml",) if checkout != Path.cwd() and Path(name).is_file()]
-    command = [sys.executable, "-P", "-m", "workflow.check", *(chosen.files or own)]
-    environment = dict(os.environ, PYTHONPATH=str(checkout), PYTHONIOENCODING="utf-8:backslashreplace")
+    from tepsipe.new_study.start import own_files, start_of
+
+    command, environment = start_of("check", own_files(chosen.files))
     with progress("reading the recordings"):
         done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", env=environment)
     show(done.stdout.removesuffix("\n"))

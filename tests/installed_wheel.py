@@ -4,7 +4,8 @@
 
 The environment is made with pip by the interpreter that runs this. Wheel, environment and copies of tests,
 configuration and examples are in a temporary folder, away from the checkout: tests can only import the
-installed library. Tests of the workflow and of the checkout's own files stay behind.
+installed library. Tests of the workflow and of the checkout's own files stay behind. With ``--extra study``,
+the rules in the wheel also run a study (`tests/new_study/test_installed_study.py`).
 """
 
 import argparse
@@ -18,7 +19,11 @@ import venv
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-SOURCES = ("tepsipe", "snakemake_executor_plugin_tepsipe", "pyproject.toml", "README.md", "LICENSE")
+SOURCES = (
+    *("tepsipe", "snakemake_executor_plugin_tepsipe", "pyproject.toml", "setup.py", "README.md", "LICENSE"),
+    # of studies
+    *("Snakefile", "CITATION.cff", "workflow", "report", "config", "profiles", "docs/decisions"),
+)
 OF_THE_CHECKOUT = {
     "test_browser.py",
     "test_docs.py",

@@ -395,18 +395,16 @@ def test_results_are_printed_as_json(table, capsys):
     assert [row["quantity"] for row in json.loads(capsys.readouterr().out)["plan"]] == ["I", "B", "K"]
 
 
-def test_check_says_where_to_run_and_what_to_install(capsys, tmp_path, monkeypatch):
-    with monkeypatch.context() as installed:  # by pip, without the rules
-        installed.setattr("tepsipe.cli._checkout", lambda: None)
-        assert "a checkout of tepsipe's repository" in refused(capsys, "check")
-    (tmp_path / "workflow").mkdir()
-    (tmp_path / "workflow/check.py").touch()
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    assert "pip install '.[study]'" in refused(capsys, "check")
+@pytest.mark.parametrize("command", ["check", "run"])
+def test_without_the_packages_of_studies_it_says_what_to_install(command, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "config.yaml").touch()
+    monkeypatch.setattr("tepsipe.new_study.start.find_spec", lambda name: None)
+    assert "pip install 'tepsipe[study]'" in refused(capsys, command)
 
 
 def test_check_prints_each_sentence_on_a_line(capsys, tmp_path, monkeypatch):
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: name)  # the packages of the study
+    monkeypatch.setattr("tepsipe.new_study.start.find_spec", lambda name: name)
     (tmp_path / "workflow").mkdir()
     said = "print('tepsipe: a: no\\ntepsipe: b: no', file=sys.stderr); sys.exit(2)"
     (tmp_path / "workflow/check.py").write_text(f"import sys; {said}")

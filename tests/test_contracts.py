@@ -786,7 +786,7 @@ def test_constants_of_a_trial_are_those_that_its_rig_lists():
     assert returned == "[path.format(weight=weight, task=row.task) for path in RIGS[experiment].constants]"
 
 
-def test_the_file_of_the_truth_is_an_input_of_the_provenance_alone():
+def test_the_provenance_alone_is_given_the_file_of_the_truth():
     # the file, not a module of the laboratory that makes trials
     named = {
         name
@@ -805,10 +805,11 @@ def test_common_smk_is_short():
 
 
 def test_provenance_takes_the_truth_for_its_checksum_only():
-    names, _ = used(ROOT / "workflow/scripts/record_provenance.py", "input")
-    assert "virtual_lab" in names
+    given = RULES["record_provenance"]
+    assert "virtual_lab" not in given["input"]
+    assert re.search(r"files=as_it_is\(\s+checksums\(", given["params"])
     text = (ROOT / "workflow/scripts/record_provenance.py").read_text(encoding="utf-8")
-    assert len(re.findall(r"snakemake\.input\.virtual_lab", text)) == 1
+    assert len(re.findall(r"params\.files", text)) == 1 and "virtual_lab" not in text
     for name in imported(ROOT / "workflow/scripts/record_provenance.py"):
         assert not within(name, LABORATORY)
 

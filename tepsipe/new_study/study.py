@@ -1,6 +1,5 @@
 """Write trial sheets, configurations and lists of what is missing for a folder of recordings."""
 
-import json
 import os
 import re
 from dataclasses import dataclass, replace
@@ -8,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tepsipe import __version__
 from tepsipe.errors import InputError
 from tepsipe.io.names import special_in, usable_name
 from tepsipe.new_study.experiments import find_experiments
@@ -15,6 +15,7 @@ from tepsipe.new_study.files import Found, look_at
 from tepsipe.new_study.pairing import Group, group_files, name_apart
 from tepsipe.new_study.plan import PLACEHOLDER, Missing, Plan, yaml_text
 from tepsipe.new_study.sheet import rows_of, sheet_text
+from tepsipe.new_study.start import REQUIRED, rules_folder
 from tepsipe.new_study.table_plan import (
     plan_belt,
     plan_platform,
@@ -28,13 +29,16 @@ from tepsipe.new_study.walking_plan import plan_walking
 from tepsipe.new_study.weights import name_conditions, plan_weights, without_calibration
 
 FILES = ("trials.tsv", "config.yaml", "MISSING.md")
-# with which Snakemake runs the study in its own folder, by the rules of a checkout
+# with which Snakemake runs the study in its own folder, by the rules that belong to the library
 RULES, PROFILE = "Snakefile", "profiles/default/config.yaml"
 SNAKEFILE = """\
-# `snakemake -c2` in this folder runs the study by the rules of tepsipe.
+# The study by the rules of tepsipe: `tepsipe run`, or `snakemake -c2`, in this folder.
+from tepsipe.new_study.start import rules_folder
+
+
 module tepsipe:
     snakefile:
-        {snakefile}
+        str(rules_folder() / "Snakefile")
 
 
 use rule * from tepsipe
@@ -115,15 +119,14 @@ def new_study(
     folder: str | Path,
     name: str | None = None,
     output: str | Path | None = None,
-    checkout: str | Path | None = None,
 ) -> NewStudy:
     """Write `FILES`, and a table of the participants if there are several, for the recordings in a folder.
+
+    A Snakefile, its profile, and the version of tepsipe as a requirement are written, too.
 
     folder: folder of recordings; it is only read.
     name: name of the study: letters, digits, dots and hyphens; by default that of the folder.
     output: folder to write to; by default one with the study's name in the current folder.
-    checkout: checkout of tepsipe's repository whose rules run the study: a Snakefile that includes them,
-    and its profile, are written, too.
     """
     folder = Path(folder)
     name = _name(folder, name)
@@ -154,9 +157,8 @@ def new_study(
         _prepare(folder, _ended(name, end), outputs[end], part, seen, [] if k else unused)
         for k, (end, part) in enumerate(parts.items())
     ]
-    if checkout is not None:
-        made = [(study, texts | _files_of_snakemake(Path(checkout), study.folder)) for study, texts in made]
-    made = [(replace(study, files=tuple(texts)), texts) for study, texts in made]
+    to_run = _files_to_run()
+    made = [(replace(study, files=(*texts, *to_run)), texts | to_run) for study, texts in made]
     for study, texts in made:
         _write(study.folder, texts)
     return replace(made[0][0], others=tuple(study for study, _ in made[1:]))
@@ -243,7 +245,7 @@ def _output(folder: Path, name: str, output: str | Path | None) -> Path:
 
 def _refuse_existing(output: Path) -> None:
     """Refuse a folder that holds a file of a study, or a file in its place."""
-    for file in (*FILES, TABLE, RULES, PROFILE):
+    for file in (*FILES, TABLE, RULES, PROFILE, REQUIRED):
         if (output / file).exists():
             raise InputError(
                 f"{output / file}: expected no such file, found one: choose another --output, or remove it"
@@ -259,12 +261,13 @@ def _from(output: Path, path: Path) -> str:
     return Path(os.path.relpath(path, output) if near else path).as_posix()
 
 
-def _files_of_snakemake(checkout: Path, output: Path) -> dict[str, str]:
-    """Snakefile and profile of a study: name -> text."""
-    profile = (checkout / PROFILE).read_text(encoding="utf-8")
+def _files_to_run() -> dict[str, str]:
+    """Snakefile, profile and required version of a study: name -> text."""
+    profile = (rules_folder() / PROFILE).read_text(encoding="utf-8")
     return {
-        RULES: SNAKEFILE.format(snakefile=json.dumps(_from(output, checkout / RULES), ensure_ascii=False)),
+        RULES: SNAKEFILE,
         PROFILE: f"{profile}configfile: [{FILES[1]}] # in the folder of the study\n",
+        REQUIRED: f"tepsipe[study]=={__version__} # made by it; tepsipe run refuses another version\n",
     }
 
 
@@ -312,9 +315,9 @@ def _config_text(plan: Plan, name: str) -> str:
     head = [
         f"# Settings of {name} that differ from the shipped ones; comments say where each comes from.",
         f"# Replace every {PLACEHOLDER} (see {FILES[2]}), then, in this folder:",
-        "#   tepsipe check    what is wrong, without running anything",
-        "#   snakemake -n     what will be run",
-        "#   snakemake -c2    run it",
+        "#   tepsipe check     what is wrong, without running anything",
+        "#   tepsipe run -n    what will be run",
+        "#   tepsipe run       run it",
         "",
     ]
     blocks = []

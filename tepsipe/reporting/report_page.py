@@ -138,11 +138,10 @@ def about_code(citation: Mapping, code: Mapping) -> list[tuple[str, str]]:
 
 def made_again(command: str) -> str:
     """Section on how the run is made again by a command, and how to begin with own recordings."""
-    own = "tepsipe new-study recordings --output my-study && cd my-study && tepsipe check && snakemake -c2"
+    own = "tepsipe new-study recordings --output my-study && cd my-study && tepsipe check && tepsipe run"
     commands = {
-        "This command makes the whole run again, in a copy of the project of the version named above and in "
-        "the environment that <code>make</code> builds. Below every figure and table, <i>Data, code, "
-        "command</i> has a command of its own.": command,
+        "This command makes the whole run again, in the folder of the run and with the version named above. "
+        "Below every figure and table, <i>Data, code, command</i> has a command of its own.": command,
         "A folder of your own recordings becomes a study by the commands below. The project's page "
         "<code>docs/recordings/README.md</code> lists the instruments that can be read.": own,
     }

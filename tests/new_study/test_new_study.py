@@ -2,10 +2,7 @@
 
 import gzip
 import hashlib
-import json
-import re
 import shutil
-import textwrap
 
 import numpy as np
 import pytest
@@ -13,6 +10,7 @@ import yaml
 from c3d_builders import Plate, plate_channels, plate_of, single_c3d, write_c3d
 from dflow_builders import write_mocap, write_record
 
+from tepsipe import __version__
 from tepsipe.cli import main
 from tepsipe.errors import InputError
 from tepsipe.io.readers.c3d import read_c3d_recording
@@ -28,7 +26,8 @@ from tepsipe.new_study.measures import (
 )
 from tepsipe.new_study.pairing import experiment_by_name, group_files, key_of
 from tepsipe.new_study.plan import Plan, flow, yaml_text
-from tepsipe.new_study.study import FILES, PROFILE, RULES, SNAKEFILE, new_study
+from tepsipe.new_study.start import REQUIRED, version_of
+from tepsipe.new_study.study import FILES, PROFILE, RULES, new_study
 from tepsipe.new_study.treadmill_trials import muscles_of
 from workflow.settings.config import check_config
 from workflow.support.people import read_participants
@@ -251,7 +250,7 @@ def test_people_get_a_table_of_their_own(tmp_path):
         write_c3d(path, 100.0, markers, plate_channels(plate, force, np.zeros((4 * n, 3))), [plate], 400.0)
     made = new_study("lab", output="s")
     assert made.trials == {"standing": 2}
-    assert made.files == (*FILES, "participants.tsv")
+    assert made.files == (*FILES, "participants.tsv", RULES, PROFILE, REQUIRED)
     assert read_settings(tmp_path / "s" / "config.yaml")["study"]["participants"] == "participants.tsv"
     rows = read_trial_sheet(tmp_path / "s" / "trials.tsv", "lab")
     assert [(row.condition, row.participant, row.task) for row in rows.values()] == [
@@ -313,19 +312,19 @@ def test_nothing_is_overwritten(tmp_path, capsys):
     assert digests(tmp_path).keys() - before.keys() == {tmp_path / "empty" / "a.docx"}
     assert main(["new-study", "lab"]) == 0
     said = capsys.readouterr().out
-    assert "  cd lab-study\n" in said and "snakemake -c2\n" in said
+    assert "  cd lab-study\n" in said and "tepsipe run\n" in said
     written = {p.relative_to(tmp_path / "lab-study").as_posix() for p in digests(tmp_path / "lab-study")}
-    assert written == {*FILES, RULES, PROFILE}
+    assert written == {*FILES, RULES, PROFILE, REQUIRED}
 
 
-def test_a_study_elsewhere_names_the_checkout_and_its_own_files(tmp_path, root):
+def test_a_study_elsewhere_names_its_own_files_and_no_place_of_the_rules(tmp_path, root):
     folder = tmp_path / "lab & (co)"
     folder.mkdir()
     joint(folder / "joint.tsv", 1)
     for output in (tmp_path / 'a "b" $(c)', tmp_path / "lab & (co)/deep/er"):
-        new_study(folder, "knee", output, checkout=root)
-        (named,) = re.findall(r'snakefile:\n +(".*")\n', (output / RULES).read_text())
-        assert (output / json.loads(named)).resolve() == root / "Snakefile"
+        new_study(folder, "knee", output)
+        assert not any(str(root) in path.read_text() for path in digests(output))
+        assert version_of(output / REQUIRED) == __version__
         own = read_settings(output / "config.yaml")
         assert own["pathvars"] == {"results": "results", "logs": "results/logs"}
         assert (output / own["study"]["recordings_folder"]).resolve() == folder
@@ -333,25 +332,6 @@ def test_a_study_elsewhere_names_the_checkout_and_its_own_files(tmp_path, root):
         assert read_settings(output / PROFILE) == read_settings(root / PROFILE) | {
             "configfile": ["config.yaml"]
         }
-
-
-def test_documentation_shows_the_snakefile_that_is_written(root):
-    page = (root / "docs/recordings/README.md").read_text(encoding="utf-8")
-    shown = re.search(r"```\n( +module tepsipe:.*?)\n +```", page, re.DOTALL)[1]
-    (snakefile,) = re.findall(r'".*"', shown)
-    assert SNAKEFILE.format(snakefile=snakefile).endswith(textwrap.dedent(shown) + "\n")
-
-
-def test_a_library_without_the_rules_says_how_to_get_them(tmp_path, monkeypatch, capsys):
-    (tmp_path / "lab").mkdir()
-    joint(tmp_path / "lab/joint.tsv", 1)
-    monkeypatch.setattr("tepsipe.cli._checkout", lambda: None)
-    assert main(["new-study", "lab", "--output", "s"]) == 0
-    assert "to run the study: get the repository from which tepsipe was installed" in capsys.readouterr().out
-    assert not (tmp_path / "s" / RULES).exists()
-    assert main(["check"]) == 2
-    said = capsys.readouterr().err
-    assert "expected a checkout of tepsipe's repository" in said and said.count("\n") == 1
 
 
 @pytest.mark.parametrize("name", ["a\nb.tsv", "a\tb.tsv", "a\x1b[31m.tsv"])

@@ -43,12 +43,12 @@ def test_commands_of_an_example_fit_together(page):
     chosen = [_parser().parse_args(words[1:]) for words in commands]
     (study,) = [c for c in chosen if c.command.__name__ == "_new_study"]
     written = str(study.output or study.name)
-    assert f"cd {written} && snakemake -c2" in text
+    assert f"cd {written} && tepsipe run" in text
     for name in re.findall(r"results/raw/(\w+)/", text):
         assert name in EXPERIMENTS
     if "measured.yaml" in text:
         assert f"> {written}/measured.yaml" in text
-        assert f"cd {written} && snakemake -c2 --configfile config.yaml measured.yaml" in text
+        assert f"cd {written} && tepsipe run --configfile config.yaml measured.yaml" in text
 
 
 @pytest.mark.parametrize("page", [p for p in WITH_EXAMPLE if "<<'END'\n" in example(p)], ids=lambda p: p.stem)

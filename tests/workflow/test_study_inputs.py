@@ -1,5 +1,6 @@
 """Recordings of a study that are replaced, touched, redated, copied or missing."""
 
+import json
 import os
 
 import numpy as np
@@ -71,6 +72,19 @@ def test_a_recording_of_the_future_is_analysed_and_kept_from_then_on(recorded):
     _, sources = read_sources(recorded / TRIAL)
     assert sources["log"]["sha256"] == job_outputs._digest(recorded / "a.csv")
     assert jobs(snakemake(recorded, TRIAL, "-n")) == {}
+
+
+def test_files_that_the_settings_name_may_be_dated_in_the_future(recorded):
+    sheet = "config/tiny.tsv"
+    dated(recorded / sheet, 73.0)
+    run = snakemake(recorded, "results/provenance.json")
+    assert run.returncode == 0, run.stdout + run.stderr
+    kept = json.loads((recorded / "results/provenance.json").read_text())["files"]["trial sheet"]
+    assert kept == {"file": sheet, "sha256": job_outputs._digest(recorded / sheet)}
+    assert jobs(snakemake(recorded, "results/provenance.json", "-n")) == {}
+    (recorded / sheet).write_text((recorded / sheet).read_text() + "# looked at\n")
+    dated(recorded / sheet, -10.0)
+    assert jobs(snakemake(recorded, "results/provenance.json", "-n"))["record_provenance"] == 1
 
 
 def test_an_edit_of_the_library_is_seen_after_results_were_touched(recorded):

@@ -14,6 +14,7 @@ from tepsipe.mechanics.engines import resolved_engine
 from tepsipe.virtual_lab.registry import RIGS
 from workflow.support import groups, outputs, report_params
 from workflow.support.parts import APPENDIX
+from workflow.support.places import library_beside, place_of
 from workflow.support.folders import check_checkout
 from workflow.support.imported_files import listed_in, reached_by
 from workflow.support.rigs import RIG_KEYS, rig_of
@@ -24,13 +25,13 @@ from workflow.support.study import any_of
 from workflow.support.version import code_version
 from workflow.support.yaml_file import base_of
 
-# bytecode once, not once per job: some environments keep Python from writing it
+# bytecode once, not once per job: some environments keep Python from writing it; pip has made that of a wheel
 compileall.compile_dir(CHECKOUT / "tepsipe", quiet=2)
 
 
 def here(path):
     """A file of this project, as seen from the folder that the study runs in."""
-    return os.path.relpath(CHECKOUT / path)
+    return os.path.relpath(place_of(path, CHECKOUT))
 
 
 def sections_of(key):
@@ -171,16 +172,18 @@ def chapter_modules(names):
 
 def laboratory_sources():
     """Everything that a laboratory's study runs through: an edit runs all laboratories again."""
-    sources = [(CHECKOUT / "workflow").rglob("*"), (CHECKOUT / "tepsipe").rglob("*.py")]
-    files = [CHECKOUT / "Snakefile", *chain.from_iterable(sources)]
-    kept = [path for path in files if path.suffix in ("", ".py", ".smk", ".yaml") and path.is_file()]
-    return source_list("laboratory", (path.relative_to(CHECKOUT).as_posix() for path in kept))
+    rules = [CHECKOUT / "Snakefile", *(CHECKOUT / "workflow").rglob("*")]
+    kept = [path for path in rules if path.suffix in ("", ".py", ".smk", ".yaml") and path.is_file()]
+    library = Path(library_beside(str(CHECKOUT)))
+    modules = (path.relative_to(library) for path in (library / "tepsipe").rglob("*.py"))
+    files = (*(path.relative_to(CHECKOUT) for path in kept), *modules)
+    return source_list("laboratory", [path.as_posix() for path in files])
 
 
 def report_sources():
     """Typst sources, captions and references of the report."""
     files = sorted(p for p in (CHECKOUT / "report").rglob("*") if p.suffix in (".typ", ".yaml", ".bib"))
-    return [here(path) for path in files]
+    return [os.path.relpath(path) for path in files]
 
 
 def figure_pairs(*names):

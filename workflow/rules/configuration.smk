@@ -6,7 +6,8 @@ import os
 import sys
 from pathlib import Path
 
-# the checkout, also where a study elsewhere takes its Snakefile as a module
+# folder of rules, scripts and report: a checkout, or that of an installation; also where a study elsewhere
+# takes its Snakefile as a module
 CHECKOUT = Path(workflow.snakefile).absolute().parents[2]
 sys.path.insert(0, str(CHECKOUT))
 

@@ -2,6 +2,8 @@
 
 import json
 
+from workflow.support.imported_files import checksums
+
 # the kept campaign of coverage, which the report of the thesis's simulated study quotes
 CAMPAIGN = [here(f"benchmarks/coverage/{name}") for name in ("coverage.csv", "campaign.json")]
 if not (
@@ -18,12 +20,6 @@ rule record_provenance:
     """Record versions, seeds and checksums of the run."""
     input:
         trials=outputs.trials(STUDY),
-        trial_sheet=config["study"]["trial_sheet"],
-        virtual_lab=config["study"]["virtual_lab"] or [],
-        laboratory_base=base_of(config["study"]["virtual_lab"]) or [],
-        reported=config["study"]["reported"] or [],
-        participants=config["study"]["participants"] or [],
-        requirements=here("requirements.txt"),
         library=library_of("record_provenance"),
     output:
         provenance="<results>/provenance.json",
@@ -34,6 +30,22 @@ rule record_provenance:
         "../envs/tepsipe.yaml"
     params:
         config=config,
+        # no inputs, which Snakemake refuses if they are dated in the future
+        files=as_it_is(
+            checksums(
+                {
+                    "trial sheet": config["study"]["trial_sheet"],
+                    "virtual laboratory": config["study"]["virtual_lab"],
+                    "base of the virtual laboratory": base_of(config["study"]["virtual_lab"]),
+                    "reported values": config["study"]["reported"],
+                    "participants": config["study"]["participants"],
+                    # the pinned environment of a checkout
+                    "requirements": (
+                        here("requirements.txt") if (CHECKOUT / "requirements.txt").is_file() else None
+                    ),
+                }
+            )
+        ),
         code=code_version(CHECKOUT),
         engine=ENGINE,
     script:

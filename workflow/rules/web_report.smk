@@ -29,7 +29,7 @@ rule write_index:
         simulated=[f"<results>/fits/simulation/{condition}.h5" for condition in SIMULATED],
         source=REPORT.input.source,
         rests_on=here("report/decisions.yaml"),
-        decisions=sorted(here(path) for path in CHECKOUT.glob("docs/decisions/0*.md")),
+        decisions=sorted(os.path.relpath(path) for path in CHECKOUT.glob("docs/decisions/0*.md")),
         citation=here("CITATION.cff"),
         outputs=PAGES,
         library=library_of(

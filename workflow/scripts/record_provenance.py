@@ -13,7 +13,7 @@ import yaml
 
 from tepsipe.drawing.names import PARAMETER_SETS
 from tepsipe.experiments.forward.scores import engine_of
-from tepsipe.io.trial import checksum, read_sources
+from tepsipe.io.trial import read_sources
 from tepsipe.mechanics.engines import engine_version
 
 config = snakemake.params.config
@@ -22,18 +22,6 @@ for path in snakemake.input.trials:
     name, sources = read_sources(path)
     raw[name] = sources
 packages = ("tepsipe", "snakemake", "numpy", "scipy", "pandas", "h5py", "ezc3d", "matplotlib", "typst")
-files = {
-    kind: {"file": str(path), "sha256": checksum(path)}
-    for kind, path in (
-        ("trial sheet", snakemake.input.trial_sheet),
-        ("virtual laboratory", snakemake.input.virtual_lab),
-        ("base of the virtual laboratory", snakemake.input.laboratory_base),
-        ("reported values", snakemake.input.reported),
-        ("participants", snakemake.input.participants),
-        ("requirements", snakemake.input.requirements),
-    )
-    if path
-}
 name = snakemake.params.engine
 engine = None
 if name is not None:
@@ -51,7 +39,7 @@ with open(snakemake.output.provenance, "w", encoding="utf-8") as file:
             "engine": engine,
             "config_sha256": hashlib.sha256(canonical).hexdigest(),
             "seed": config["study"]["seed"],
-            "files": files,
+            "files": snakemake.params.files,
             "raw_files": raw,
             "config": config,
         },

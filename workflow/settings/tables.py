@@ -9,7 +9,6 @@ import re
 import textwrap
 from collections.abc import Callable, Iterator
 from itertools import groupby
-from pathlib import Path
 from typing import Annotated, Any, get_args, get_origin
 
 from pydantic.fields import FieldInfo
@@ -23,9 +22,9 @@ from workflow.settings.section import Section, meaning_of
 from workflow.settings.uncertainty import Source
 from workflow.settings.virtual_lab import Distribution, VirtualLab
 from workflow.settings.weight import MODELS
+from workflow.support.places import ROOT
 from workflow.support.yaml_file import read_settings
 
-ROOT = Path(__file__).parents[2]
 README = ROOT / "config" / "README.md"
 MARK = re.compile(r"(<!-- settings: ([\w ]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 # before it stand further experiments

@@ -4,9 +4,10 @@ import re
 from functools import cache
 from pathlib import Path
 
+from workflow.support.places import ROOT
 from workflow.support.yaml_file import read_settings
 
-OF_PROJECT = Path(__file__).parents[2] / "report" / "captions.yaml"
+OF_PROJECT = ROOT / "report" / "captions.yaml"
 
 
 def read_captions(path: str | Path) -> dict[str, str]:

@@ -16,11 +16,11 @@ from workflow.support.folders import check_folders, check_path, check_paths
 from workflow.support.laboratories import Laboratories, constants_of, one_of_each_set
 from workflow.support.people import BELTS, read_participants
 from workflow.support.placeholders import placeholders, refuse_placeholders
+from workflow.support.places import ROOT
 from workflow.support.study import Study
 from workflow.support.trial_sheet import TrialRow, check_sources, read_trial_sheet
 from workflow.support.yaml_file import override, read_constants, read_settings
 
-ROOT = Path(__file__).parents[2]
 NAME = "configuration"  # where messages begin, until their file is known
 ABSENT = object()  # of a key that a configuration does not have
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from tepsipe.errors import InputError, quoted
 from tepsipe.io.names import DEVICES, LONGEST, special_in
+from workflow.support.places import place_of
 
 # of the checkout; in none of these folders there may be outputs
 SOURCES = (
@@ -62,7 +63,7 @@ def check_checkout(folder: Path) -> None:
     forbidden = sorted(set("{}<>") & set(str(folder)))
     if forbidden:
         raise InputError(
-            f"{folder}: expected the checkout in a folder without {' '.join(map(repr, forbidden))}, which "
+            f"{folder}: expected tepsipe in a folder without {' '.join(map(repr, forbidden))}, which "
             "Snakemake takes for wildcards, found them in its path: rename that folder; studies lie anywhere"
         )
 
@@ -102,7 +103,7 @@ def check_folders(
     inputs += [("the recording", path) for path in recordings]
     if _real(study["recordings_folder"]) != Path.cwd():
         inputs.append(("the recordings folder", study["recordings_folder"]))
-    sources = [("the source", Path(code) / source) for source in SOURCES]
+    sources = [("the source", Path(place_of(source, code))) for source in SOURCES]
     sources.append(("the source", Path("Snakefile")))
     for key in ("results", "logs"):
         for folder in _folders(config["pathvars"][key]):

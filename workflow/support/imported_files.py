@@ -8,11 +8,12 @@ looking at the same files again and again. So a rule has one input, a file with 
 import hashlib
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
 
 from tepsipe.errors import InputError, quoted
+from workflow.support.places import library_beside, place_of
 
 # beside Snakemake's records of the run: where these are lost, the files are new, and the results made again
 FOLDER = ".snakemake/tepsipe/library"
@@ -22,10 +23,10 @@ def listed_in(name: str, files: Iterable[str], root: str) -> str:
     """File with the digests of other files, below `FOLDER`; written only if one of them has changed.
 
     name: of the file.
-    files: below ``root``.
+    files: below ``root``, as `place_of` finds them.
     """
     path = Path(FOLDER) / name
-    content = "".join(f"{_digest(f'{root}/{file}')}  {file}\n" for file in files)
+    content = "".join(f"{_digest(place_of(file, root))}  {file}\n" for file in files)
     try:
         if not path.is_file() or path.read_text(encoding="utf-8") != content:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -40,6 +41,11 @@ def listed_in(name: str, files: Iterable[str], root: str) -> str:
     return path.as_posix()
 
 
+def checksums(paths: Mapping[str, str | None]) -> dict[str, dict[str, str]]:
+    """Path and SHA-256 of files by their kinds, of those that are named."""
+    return {kind: {"file": path, "sha256": _digest(path)} for kind, path in paths.items() if path}
+
+
 @cache
 def _digest(path: str) -> str:
     return hashlib.sha256(Path(path).read_bytes()).hexdigest()
@@ -48,14 +54,14 @@ def _digest(path: str) -> str:
 @cache
 def reached_by(script: str, root: str = ".") -> list[str]:
     """Files of this project that a script imports, directly or through others, sorted."""
-    start = f"{root}/{script}"
+    start = place_of(script, root)
     found: set[str] = set()
     waiting = [start]
     while waiting:
         new = _needed(waiting.pop(), root) - found
         found |= new
         waiting += new
-    return sorted(path.removeprefix(f"{root}/") for path in found)
+    return sorted(path.removeprefix(f"{root}/").removeprefix(f"{library_beside(root)}/") for path in found)
 
 
 # files and folders are looked up once, not once for every rule: that takes longer than all else at the start
@@ -90,7 +96,8 @@ def _files_of(module: str, places: tuple[str, ...]) -> list[str]:
     """The module's own file and those of the packages around it, if they are this project's."""
     parts = module.split(".")
     files = []
-    for start in places:
+    # the library's own modules are in one place, which an installation shares with other packages
+    for start in (library_beside(places[0]),) if parts[0] == "tepsipe" else places:
         for depth in range(1, len(parts) + 1):
             path = _file_of("/".join((start, *parts[:depth])))
             if path:

@@ -19,10 +19,10 @@ from random import Random
 
 from tepsipe.errors import InputError, quoted
 from tepsipe.signals.filters import WIDEST
+from workflow.support.places import ROOT
 from workflow.support.stopped import RECORDS, SENTENCE, records
 from workflow.support.yaml_file import read_constants
 
-ROOT = Path(__file__).parents[2]
 TABLES = ("estimates", "uncertainty", "recovery")
 RATE = "treadmill.capture.rate_hz"
 # cutoffs of a standing person, which the analysis lowers to `WIDEST` of the rate

@@ -15,6 +15,7 @@ from pathlib import Path
 from tepsipe.experiments.registry import EXPERIMENTS
 from tepsipe.reporting.report_page import Origin
 from workflow.support.captions import caption_of, group_of
+from workflow.support.places import place_of
 
 RULE = re.compile(r"^(?:use )?rule (\w+)(?: as (\w+) with)?:\n((?:[ \t#].*\n|\n)*)", re.MULTILINE)
 LOOPED = re.compile(r"^    rule:\n((?:        .*\n|\n)*)", re.MULTILINE)
@@ -85,7 +86,7 @@ class Sources:
                 if wanted in rule.text:
                     return rule
         name = group_of(figure)
-        if self.looped and (self.root / f"tepsipe/experiments/{name}/figures.py").is_file():
+        if self.looped and Path(place_of(f"tepsipe/experiments/{name}/figures.py", self.root)).is_file():
             filled = [text.replace("{_name}", name) for text in (self.looped.name, self.looped.text)]
             return replace(self.looped, name=filled[0], text=filled[1])
         return None
@@ -130,7 +131,8 @@ class Sources:
         drawings = _read(self.root / "report/drawings.typ")
         drawing = re.search(rf"^#let {figure}\(", drawings, re.MULTILINE)
         module, draw = rule.drawn_by or ("", "")
-        function = _drawing_function(self.root / module, draw, caption_of(figure)) if draw else None
+        file = Path(place_of(module, self.root))
+        function = _drawing_function(file, draw, caption_of(figure)) if draw else None
         if drawing:
             line = drawings.count("\n", 0, drawing.start()) + 1
             code.append(("Function", f"{figure} (report/drawings.typ:{line})"))
@@ -153,7 +155,7 @@ class Sources:
 
     def _place_of(self, module: str, name: str) -> str:
         """Name of a function of a module, or of one that it imports from, with path and line."""
-        file = self.root / module
+        file = Path(place_of(module, self.root))
         if not file.is_file():
             return ""
         text = file.read_text(encoding="utf-8")

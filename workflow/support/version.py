@@ -6,6 +6,8 @@ from pathlib import Path
 
 def code_version(root: str | Path) -> dict[str, str | bool | None]:
     """Commit of the checkout, its date, and whether files differ from it; None where there is no checkout."""
+    if not (Path(root) / ".git").exists():  # an installation, which may lie in a repository of the user
+        return dict.fromkeys(("commit", "date", "modified"))
 
     def git(*arguments: str) -> str | None:
         command = ["git", "-C", str(root), *arguments]
