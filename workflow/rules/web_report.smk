@@ -17,7 +17,10 @@ SIMULATED = (
     else []
 )
 # what rests on which decision, and the decisions, which explain departures from the thesis
-DECISIONS = [here("report/decisions.yaml"), *sorted(os.path.relpath(path) for path in CHECKOUT.glob("docs/decisions/0*.md"))]
+DECISIONS = [
+    here("report/decisions.yaml"),
+    *sorted(os.path.relpath(path) for path in CHECKOUT.glob("docs/decisions/0*.md")),
+]
 if not config["study"]["reported"]:
     DECISIONS = []
 CAPTIONS = read_captions(CHECKOUT / "report/captions.yaml")
