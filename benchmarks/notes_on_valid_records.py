@@ -397,6 +397,11 @@ OF_MARKERS = {
     "leg filtered": of_leg(lambda rng, rate, time, x: filtered(rng, x, rate, False)),
     "marker slips": of_leg(slipped),
     "belt reversed": lambda rng, rate, time, positions, belt: (time, positions, -belt),
+    "cameras of another scale": lambda rng, rate, time, positions, belt: (
+        time,
+        positions * (1.0 + rng.choice([-1.0, 1.0]) * rng.uniform(0.012, 0.04)),
+        belt,
+    ),
     "belt late": lambda rng, rate, time, positions, belt: (time, positions, moved(time, belt, 0.01)),
 }
 
