@@ -266,6 +266,7 @@ def fit_output_error(
     """
     from tepsipe.identification.estimators import OUTPUT_ERROR, Record
     from tepsipe.identification.leg_fit import fit_record
+    from tepsipe.identification.likelihood.checks import scale_check
     from tepsipe.mechanics.inverse_dynamics import Leg
     from tepsipe.mechanics.segment_kinematics import SegmentMotion
     from tepsipe.signals.differentiation import derivative
@@ -308,8 +309,10 @@ def fit_output_error(
     )
     inertia = fit.I + leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2
     follows += notes.of_delay(result.delay_s) + notes.of_rest(time, windows, inertia, fit.B)
-    filtered = notes.of_filter(rate_hz, cutoff_hz, windows)
-    return replace(fit, notes=(*named, *fit.notes, *notes.of_impedance(fit, motion), *follows, *filtered))
+    follows += notes.of_filter(rate_hz, cutoff_hz, windows)
+    follows += notes.of_checks([scale_check(motion.layout_scale)])
+    follows += notes.of_markers(motion, record.at_rest, rate_hz)
+    return replace(fit, notes=(*named, *fit.notes, *notes.of_impedance(fit, motion), *follows))
 
 
 @one_thread()

@@ -149,9 +149,8 @@ def fit_joint_likelihood(
     )
     found = notes.of_impedance(fit, motion) + notes.of_delay(result.delay_s)
     on_foot = record.markers.positions[:, record.markers.on_foot & ~record.markers.on_leg]
-    found += notes.of_checks(of_likelihood(result, on_foot, windows, rate_hz)) + notes.of_stiffness(
-        quantities
-    )
+    found += notes.of_checks(of_likelihood(result, on_foot, windows, rate_hz, motion.layout_scale))
+    found += notes.of_stiffness(quantities) + notes.of_markers(motion, record.at_rest, rate_hz)
     return replace(fit, notes=(*named, *follows, *found))
 
 

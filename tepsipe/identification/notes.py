@@ -23,12 +23,12 @@ from tepsipe.identification.consistency import (
 )
 from tepsipe.identification.result import ImpedanceFit, Quantity
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
-from tepsipe.mechanics.segment_kinematics import JointMotion
+from tepsipe.mechanics.segment_kinematics import JointMotion, SegmentMotion
 from tepsipe.quantities import unit_symbol
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.signals.response import FrequencyResponse
-from tepsipe.signals.sample_faults import noise_floors
+from tepsipe.signals.sample_faults import noise_floors, of_samples
 from tepsipe.statistics.least_squares import column_lengths, triangle
 from tepsipe.statistics.uncertainty import error_of_mean
 
@@ -358,11 +358,17 @@ def of_halves(training: float, held_out: float) -> tuple[str, ...]:
 def of_floors(at_rest: np.ndarray | None, rate_hz: float, **signals: np.ndarray) -> tuple[str, ...]:
     """Signals that were filtered before, while others were not (as recorded, shape (n,), by name)."""
     return tuple(
-        f"The {name} was filtered before it was recorded, and the other signal was not: its noise "
+        f"The {name} was filtered before it was recorded, and another signal was not: its noise "
         "vanishes at high frequencies. This biases I, B and K. Export it without a filter, or filter both "
         "alike."
         for name in noise_floors(at_rest, rate_hz, **signals)
     )
+
+
+def of_markers(motion: SegmentMotion, at_rest: np.ndarray, rate_hz: float) -> tuple[str, ...]:
+    """Faults of the leg's markers as recorded, and filters of some of them."""
+    named = {f"marker {label!r}": x for label, x in motion.recorded.items()}
+    return of_samples(**named) + of_floors(at_rest, rate_hz, **named) if named else ()
 
 
 def of_torque_delay(

@@ -26,6 +26,8 @@ FLAGS = {
     "mass",
     "foot-markers-apart": "markers on the foot move against each other. Check their tape, and whether the "
     "foot tilts",
+    "camera-scale": "the markers of the leg are further apart or closer than their layout by more than 1 %. "
+    "Check the calibration of the cameras, and measure the layout again",
     "markers-slip": "a marker stays displaced after perturbations. Check the tape of all markers",
     "markers-pulse-locked": "markers leave the rigid leg in every perturbation. Look for bending or soft "
     "mounts",

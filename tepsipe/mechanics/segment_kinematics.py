@@ -8,8 +8,8 @@ and the longitudinal offset ``along`` from its origin is at
     z = z_0 - across sin theta + along cos theta
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Self
 
 import numpy as np
@@ -90,6 +90,8 @@ class SegmentPose:
     """y, z of the wanted point of the segment."""
     marker_residual_rms_m: float
     """Root mean square distance between markers and the rigid segment."""
+    layout_scale: float
+    """Mean size of the measured layout over the stated one: the ratio s of the similarity that fits best."""
 
 
 @dataclass(frozen=True)
@@ -119,11 +121,17 @@ class SegmentMotion(JointMotion):
         Acceleration of the leg's centre of mass (m/s2).
     marker_residual_rms_m : float
         Root mean square distance between markers and the rigid leg (m).
+    layout_scale : float
+        Size of the leg's markers as measured, over the size of their stated layout.
+    recorded : mapping of str to ndarray, shape (n,)
+        Positions of the leg's markers along the belt as recorded (m), by label; empty if unknown.
     """
 
     y_dd: np.ndarray
     z_dd: np.ndarray
     marker_residual_rms_m: float
+    layout_scale: float = 1.0
+    recorded: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
 def segment_motion(
@@ -194,7 +202,9 @@ def segment_motion(
             'Signal(positions, "mm")'
         )
     on_segment = marker_positions(positions, labels, markers)
-    return motion_of_markers(time, butterworth_lowpass(on_segment, rate_hz, cutoff_hz, order), markers, com_m)
+    filtered = butterworth_lowpass(on_segment, rate_hz, cutoff_hz, order)
+    along_belt = dict(zip(markers.labels, on_segment[:, :, 0].T, strict=True))
+    return replace(motion_of_markers(time, filtered, markers, com_m), recorded=along_belt)
 
 
 def marker_samples(positions: object) -> np.ndarray:
@@ -247,6 +257,7 @@ def motion_of_markers(
         y_dd=acceleration[:, 0],
         z_dd=acceleration[:, 1],
         marker_residual_rms_m=pose.marker_residual_rms_m,
+        layout_scale=pose.layout_scale,
     )
 
 
@@ -260,13 +271,14 @@ def fit_rigid_segment(
     markers: y, z of the segment's k >= 2 markers.
     layout: anterior and longitudinal offset of each marker in the segment.
     point: anterior and longitudinal offset of the wanted point, for example the centre of mass.
-    Returns: angle, position of the point and marker residual RMS.
+    Returns: angle, position of the point, marker residual RMS and scale of the layout.
     """
     centre = layout.mean(axis=0)
     across, along = (layout - centre).T
     middle = markers.mean(axis=1)
     y, z = np.moveaxis(markers - middle[:, None], 2, 0)
-    angle = np.arctan2(y @ along - z @ across, y @ across + z @ along)
+    turned, kept = y @ along - z @ across, y @ across + z @ along
+    angle = np.arctan2(turned, kept)
     cosine, sine = np.cos(angle), np.sin(angle)
     offset = point - centre
     position = middle + np.column_stack(
@@ -275,4 +287,5 @@ def fit_rigid_segment(
     error_y = y - np.outer(cosine, across) - np.outer(sine, along)
     error_z = z + np.outer(sine, across) - np.outer(cosine, along)
     residual_rms = float(np.sqrt(np.mean(error_y**2 + error_z**2)))
-    return SegmentPose(angle, position, residual_rms)
+    scale = float(np.mean(np.hypot(turned, kept)) / np.sum((layout - centre) ** 2))
+    return SegmentPose(angle, position, residual_rms, scale)

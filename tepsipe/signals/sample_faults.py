@@ -35,14 +35,16 @@ def of_samples(**signals: np.ndarray) -> tuple[str, ...]:
     return tuple(found)
 
 
-def flags_of(rate_hz: float, **signals: np.ndarray) -> tuple[str, ...]:
-    """Faults that any signal of continuous movement has, names in `tepsipe.io.estimates.FLAGS`.
+def flags_of(
+    rate_hz: float, at_rest: Annotated[np.ndarray, "(n,)"] | None, **signals: np.ndarray
+) -> tuple[str, ...]:
+    """Faults that any of several signals has, names in `tepsipe.io.estimates.FLAGS`.
 
     rate_hz: rate of the recording.
-    signals: as recorded, shape (n,), by name.
+    at_rest, signals: as for `noise_floors`.
     """
     found = tuple(name for name, (count, *_) in FAULTS.items() if any(count(x) for x in signals.values()))
-    return found + ("filtered-signal",) * bool(noise_floors(None, rate_hz, **signals))
+    return found + ("filtered-signal",) * bool(noise_floors(at_rest, rate_hz, **signals))
 
 
 def spikes(x: np.ndarray) -> int:

@@ -41,6 +41,8 @@ UNKNOWNS = 3
 # probability of a difference between parts of a record, and of a residual, that is taken for chance; smallest
 # relative difference that matters
 CHANCE, LEAST_DIFFERENCE = 1e-4, 0.03
+# part of a record in whole periods, below which it is noted that the rest is not used
+LEAST_USED = 0.9
 # half width of a band as a fraction of its frequency, its upper limit (Hz), and the number of tapers of a
 # band that would hold fewer
 RELATIVE_HALF_BAND, WIDEST_HALF_BAND_HZ, FEWEST_TAPERS = 0.08, 0.5, 12
@@ -187,7 +189,19 @@ def frequency_response(
         parts = [estimate(u[part], y[part]) for part in (slice(half), slice(half, None))]
     except InputError:  # half of the record is too short
         parts = []
+    notes += () if period_s is None else _of_use(u.size / rate_hz, period_s)
     return replace(found, notes=notes + (_of_halves(*parts) if parts else ()))
+
+
+def _of_use(lasts_s: float, period_s: float) -> tuple[str, ...]:
+    """Record (s) of which a part is not used, because it does not hold whole periods (s)."""
+    used = period_s * int(lasts_s / period_s + 1e-6)
+    if used >= LEAST_USED * lasts_s:
+        return ()
+    return (
+        f"Only the last {used:.4g} s of {lasts_s:.4g} s are used, which are whole periods of {period_s:g} s: "
+        "check period_s, or record whole periods.",
+    )
 
 
 def _response(

@@ -26,6 +26,7 @@ from tepsipe.io.estimates import FLAGS
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.mechanics.rubber_joint import RubberJoint, swing
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
+from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.perturbations import WindowOptions, rest_samples
 from tepsipe.statistics.uncertainty import FALSE_ALARMS
 
@@ -99,10 +100,11 @@ def test_clean_trials_raise_hardly_any_alarm_and_quote_the_joint_likelihood(rng)
     alarms = 0
     for _ in range(4):
         analysis, verdict = checked(trial(rng))
-        assert len(verdict.checks) == 7
+        assert len(verdict.checks) == 8
         assert verdict.quoted == "leg-joint-likelihood"
         alarms += any(verdict.flags.values())
     assert alarms <= 1
+    assert analysis.flags == ()
     rows = fitted_dummy("c", analysis, 100, 1).estimates
     quoted = [row for row in quoted_rows(rows, verdict) if row.recommended]
     assert [(row.pathway, row.quantity) for row in quoted] == [
@@ -131,6 +133,10 @@ def tilts(positions, acceleration):
     positions[:, :3, 2] += np.outer(angle, [0.04, -0.04, 0.0])
 
 
+def enlarged(positions, acceleration):
+    positions *= 1.03  # cameras calibrated with a wand that is 3 % too short
+
+
 def late(positions, acceleration):
     positions[:, 4:] = np.roll(positions[:, 4:], 1, axis=0)
 
@@ -144,6 +150,7 @@ def late(positions, acceleration):
         (shakes(slice(4, 8)), "markers-pulse-locked", True),
         (tilts, "foot-markers-apart", False),
         (late, "foot-leg-delay", True),
+        (enlarged, "camera-scale", True),
     ],
 )
 def test_what_is_broken_has_a_name_on_the_pathways_that_use_it(rng, broken, flag, of_leg):
@@ -154,6 +161,24 @@ def test_what_is_broken_has_a_name_on_the_pathways_that_use_it(rng, broken, flag
     flagged = {(row.pathway, row.quantity) for row in rows if flag in row.flags.split(";")}
     assert {("leg-joint-likelihood", q) for q in ("I", "B", "K", "K_small")} <= flagged
     assert not any(pathway == "leg-thesis" for pathway, _ in flagged)
+
+
+@pytest.mark.parametrize(
+    ("broken", "flag"),
+    [
+        (lambda x: butterworth_lowpass(x, RATE_HZ, 10.0), "filtered-signal"),
+        (lambda x: np.where(np.arange(x.size) % 900 == 700, x + 0.05, x), "spikes"),
+        (lambda x: np.clip(x, None, 0.7 * x.max() + 0.3 * np.median(x)), "clipped"),
+    ],
+)
+def test_fault_of_one_recorded_marker_flags_every_pathway(rng, broken, flag):
+    spoiled = trial(rng)
+    x = spoiled.signals["marker_position_as_sampled"].values
+    x[:, -1, 1] = broken(x[:, -1, 1])
+    analysis = analyse_dummy(spoiled, OPTIONS, {"leg": PATHWAYS["leg"]})
+    assert flag in analysis.flags
+    rows = fitted_dummy("c", analysis, 100, 1).estimates
+    assert {row.flags for row in rows if row.quantity in ("I", "B", "K")} == {";".join(analysis.flags)}
 
 
 def test_a_wobble_that_all_markers_of_the_leg_share_sets_the_two_k_apart(rng):

@@ -17,7 +17,7 @@ from tepsipe.identification.regression.windows import regress_torque
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.mechanics.inverse_dynamics import Foot, foot_torque, foot_torque_as_printed
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
-from tepsipe.signals.filters import Lowpass
+from tepsipe.signals.filters import Lowpass, butterworth_lowpass
 from tepsipe.signals.perturbations import Perturbation, WindowOptions
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.least_squares import least_squares_line
@@ -208,6 +208,29 @@ def test_joint_comes_back_from_the_plate_whatever_the_markers_lag(delay_s):
         assert found[name] == pytest.approx([0.0, 0.5, 10.0], rel=0.02, abs=1e-3), name
     a, b = -(M_F * 0.5 * L_F + M * L_F), -L_F * M * R
     assert found["foot-thesis"][[0, 2]] == pytest.approx(np.array(apparent(JOINT, a, b))[[0, 2]], rel=0.05)
+
+
+def test_plate_that_was_filtered_or_clipped_is_flagged(rng):
+    trial = plate_trial()
+    loads = {name: trial.signals[name] for name in ("force", "moment", "marker_position")}
+    noisy = {
+        name: replace(x, values=x.values + 1e-4 * np.ptp(x.values) * rng.standard_normal(x.values.shape))
+        for name, x in loads.items()
+    }
+
+    def flags(**changed):
+        signals = trial.signals | noisy
+        signals |= {name: replace(noisy[name], values=f(noisy[name].values)) for name, f in changed.items()}
+        return analyse_foot(
+            replace(trial, signals=signals), "dummy/sine-0.2", DUMMY, CHOICE, PATHWAYS, {}
+        ).flags
+
+    def filtered(x):
+        return butterworth_lowpass(x, RATE_HZ, 10.0)
+
+    assert flags() == ()
+    assert flags(force=filtered, moment=filtered) == ("filtered-signal",)
+    assert "clipped" in flags(force=lambda x: np.clip(x, None, 0.6 * x.max(axis=0)))
 
 
 def test_load_of_the_belt_is_taken_for_impedance_until_a_model_takes_it_out(rng):

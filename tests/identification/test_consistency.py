@@ -269,6 +269,13 @@ def test_delay_of_a_record_and_of_a_response_is_found(late_ms):
         assert fit.budget["B"]["torque_delay_s"] > 0.0
 
 
+@pytest.mark.parametrize(("period_s", "noted"), [(5.0, False), (20.0, False), (15.0, True)])
+def test_part_of_a_record_that_is_not_used_is_noted(period_s, noted):
+    time, angle, torque = movement(1)
+    notes = frequency_response(time, torque, angle, period_s=period_s, band_hz=(0.3, 7.9)).notes
+    assert any("Only the last 30 s of 40 s are used" in note for note in notes) == noted
+
+
 def test_gain_that_changes_in_a_record_and_in_a_response_is_noted():
     time, angle, torque = movement(1)
     torque = torque * np.where(time > time.mean(), 1.2, 1.0)

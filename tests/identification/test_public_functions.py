@@ -11,6 +11,7 @@ from tepsipe import (
     find_perturbations,
     fit_admittance,
     fit_impedance,
+    fit_joint_likelihood,
     fit_output_error,
     fit_parallel_cascade,
     frequency_response,
@@ -19,6 +20,7 @@ from tepsipe import (
     simulate_joint,
 )
 from tepsipe.identification.result import Quantity
+from tepsipe.signals.filters import butterworth_lowpass
 
 TRUE = Joint(inertia=0.002, damping=0.1, stiffness=10.0)
 
@@ -241,6 +243,39 @@ def test_output_error_needs_no_torque(on_the_belt):
         "segment_motion",
     )
     refused(lambda: joint_torque(motion, 0.4), "Leg", "'float'")
+
+
+def test_markers_that_were_filtered_or_enlarged_are_noted(on_the_belt, rng):
+    moved, positions, markers = on_the_belt
+    time = moved.motion.time
+    positions = positions + 2e-5 * rng.standard_normal(positions.shape)
+    pulses = find_perturbations(time, moved.belt_velocity, rest_before_s=1.9, rest_after_s=1.0)
+    top = list(markers.labels).index("top")
+
+    def notes(positions):
+        motion = segment_motion(time, positions, markers, LEG.com_m)
+        fit = fit_output_error(motion, moved.belt_position, moved.belt_velocity, LEG, perturbations=pulses)
+        joint = fit_joint_likelihood(
+            time,
+            positions,
+            markers,
+            LEG,
+            labels=markers.labels,
+            belt_fixed=["ankle"],
+            perturbations=pulses,
+            softening=False,
+        )
+        found = [[n for n in f.notes if "marker" in n and "synchron" not in n] for f in (fit, joint)]
+        return [" ".join(sentences) for sentences in found]
+
+    assert notes(positions) == ["", ""]
+    assert all("(camera-scale)" in found for found in notes(1.02 * positions))
+    filtered = positions.copy()
+    filtered[:, top] = butterworth_lowpass(positions[:, top], RATE_HZ, 10.0)
+    assert all("The marker 'top' was filtered" in found for found in notes(filtered))
+    spiked = positions.copy()
+    spiked[round(1.2 * RATE_HZ), top] += 0.05
+    assert all("The marker 'top' has 1 single samples" in found for found in notes(spiked))
 
 
 @pytest.mark.parametrize(("damping", "noted"), [(0.1, True), (0.2, False)])

@@ -16,6 +16,8 @@ foot-leg-delay
     joint likelihood, and says nothing if that does not fit (lack-of-fit).
 joint-inertia
     I against the known inertia of the joint: mass, centre of mass or inertia of the leg are wrong.
+camera-scale
+    Size of the leg's markers over the size of their layout: cameras that are calibrated with a wrong length.
 foot-markers-apart
     Markers on the foot alone against each other, at rest between perturbations and locked to them.
 markers-slip
@@ -32,8 +34,8 @@ repeat each other are fitted by products of different ones, which noise does not
 Failed checks flag the rows of the pathways that they concern. Faults of the rig that one trial shows flag all
 trials (`tepsipe.experiments.dummy.rig`):
 
-    a windowed fit of the consistent torque    leg-disagrees, foot-leg-delay, joint-inertia, markers-slip,
-                                               markers-pulse-locked; noise-biased
+    a windowed fit of the consistent torque    leg-disagrees, foot-leg-delay, joint-inertia, camera-scale,
+                                               markers-slip, markers-pulse-locked; noise-biased
     output error and joint likelihood          the same but noise-biased; foot-markers-apart, lack-of-fit
 
 The pathway of the configuration is quoted. If it is a joint likelihood whose model does not fit the trial
@@ -78,6 +80,7 @@ UNITS = {
     "markers-slip": "m",
     "markers-pulse-locked": "m",
     "lack-of-fit": "1",
+    "camera-scale": "1",
 }
 
 
@@ -199,7 +202,14 @@ def noise_bias(
 NOISE_BIASED = "noise-biased"
 # ratio of noise bias to combined standard uncertainty above which a windowed fit is flagged
 LARGEST_BIAS = 0.5
-OF_TORQUE = ("leg-disagrees", "foot-leg-delay", "joint-inertia", "markers-slip", "markers-pulse-locked")
+OF_TORQUE = (
+    "leg-disagrees",
+    "foot-leg-delay",
+    "joint-inertia",
+    "camera-scale",
+    "markers-slip",
+    "markers-pulse-locked",
+)
 OF_ANGLE = (*OF_TORQUE, "foot-markers-apart", "lack-of-fit")
 
 
@@ -251,7 +261,7 @@ def check_dummy(
     relevant = [own["K"].standard_error, own["I_small"].u_type_b or 0.0]
     if of_leg is not None:
         relevant.append(analysis.budgets[recommended].minus(analysis.budgets[name]).type_b[2])
-    checks = _checks(trial, options, fit, of_leg, relevant, joint_inertia)
+    checks = _checks(trial, options, fit, of_leg, relevant, joint_inertia, analysis.layout_scale)
     names = failed(checks)
     concerned = {
         name: OF_ANGLE if name in analysis.simulating_fits else OF_TORQUE
@@ -304,6 +314,7 @@ def _checks(
     of_leg,
     uncertainties: Sequence[float],
     joint_inertia: tuple[float, float] | None,
+    layout_scale: float,
 ) -> list[Check]:
     markers, perturbations = trial_markers(trial, options, "aligned"), fit.perturbations
     lowpass = (options.lowpass_cutoff_hz, options.lowpass_order)
@@ -311,7 +322,7 @@ def _checks(
     places = _order(labels, options.leg_markers.labels) - _order(labels, options.belt_fixed_labels)
     later = 0.0 if sampling is None else sampling.standard_uncertainty * places
     foot = markers.positions[:, markers.on_foot & ~markers.on_leg]
-    checks = of_likelihood(fit, foot, perturbations, trial.rate_hz, later)
+    checks = of_likelihood(fit, foot, perturbations, trial.rate_hz, layout_scale, later)
     if of_leg is not None:
         at_rest = rest_samples(trial.time, options.window)
         of_k = uncertainties[0::2]

@@ -19,6 +19,7 @@ from tepsipe.mechanics.inverse_dynamics import Foot, Leg, foot_torque, foot_torq
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.perturbations import Perturbation
+from tepsipe.signals.sample_faults import flags_of
 from tepsipe.signals.time_alignment import advanced, marker_delay
 from tepsipe.statistics.uncertainty import Budget
 from tepsipe.treadmill.compensation import compensated_loads
@@ -102,6 +103,7 @@ def analyse_foot(
         },
         damping_per_com_lag={},
         marker_residual_rms_m=side.motion.marker_residual_rms_m,
+        layout_scale=side.motion.layout_scale,
         marker_noise_m=0.0,
         loads={
             f"{component}/{model or MEASURED}": load
@@ -109,6 +111,7 @@ def analyse_foot(
             for component, load in components.items()
         },
         checks=checks,
+        flags=_faults_on_plate(prepared, options),
     )
 
 
@@ -137,6 +140,16 @@ class FootSide:
             f"expected a torque of {', '.join(FOOT_TORQUES)}, found {equation!r}: "
             "correct its torque in dummy.foot.pathways"
         )
+
+
+def _faults_on_plate(prepared: PreparedTrial, options: FootOptions) -> tuple[str, ...]:
+    """Faults of loads and ankle marker as recorded, names in `tepsipe.io.estimates.FLAGS`."""
+    trial, labels = prepared.trial, prepared.markers
+    belt = trial.axes["belt"].tolist().index(options.belt)
+    force, moment = (trial.values(name)[:, belt].astype(float) for name in ("force", "moment"))
+    ankle = trial.values("marker_position")[:, labels.index(options.ankle_label), 1].astype(float)
+    signals = {"Fy": force[:, 1], "Fz": force[:, 2], "Mx": moment[:, 0], "ankle": ankle}
+    return flags_of(prepared.rate_hz, prepared.at_rest, **signals)
 
 
 def foot_delay(prepared: PreparedTrial, options: FootOptions) -> float:

@@ -27,6 +27,7 @@ from tepsipe.mechanics.segment_kinematics import (
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
+from tepsipe.signals.sample_faults import flags_of
 from tepsipe.signals.time_alignment import advanced, common_signal_delay
 from tepsipe.statistics.uncertainty import Budget, Source, sources_of
 from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
@@ -108,6 +109,8 @@ class DummyAnalysis:
     """Pathway -> change of B per lag of the centre of mass behind the angle (N·m·s/rad per s)."""
     marker_residual_rms_m: float
     """Marker residual RMS: root mean square distance between markers and the rigid leg."""
+    layout_scale: float
+    """Size of the leg's markers over the size of their layout (`SegmentMotion`)."""
     marker_noise_m: float
     """Root mean square of the component that the filter removes from the leg's markers at rest (m per
     coordinate)."""
@@ -180,8 +183,9 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         quantities=quantities,
         damping_per_com_lag=skews,
         marker_residual_rms_m=max(motion.marker_residual_rms_m for motion in motions.values()),
+        layout_scale=next(iter(motions.values())).layout_scale,
         marker_noise_m=_noise_at_rest(prepared, options),
-        flags=flags,
+        flags=(*flags, *_faults_of_markers(prepared, options)),
     )
 
 
@@ -292,6 +296,13 @@ def belt_fixed_position(
         )
     columns = [known.index(label) for label in labels]
     return trial.values(MARKER_SIGNALS[instants])[:, columns, 1].astype(float).mean(axis=1)
+
+
+def _faults_of_markers(prepared: PreparedTrial, options: DummyOptions) -> tuple[str, ...]:
+    """Faults of the leg's markers as recorded, names in `tepsipe.io.estimates.FLAGS`."""
+    along = prepared.trial.values(MARKER_SIGNALS["as-sampled"])[:, :, 1].astype(float)
+    signals = {label: along[:, prepared.markers.index(label)] for label in options.leg_markers.labels}
+    return flags_of(prepared.rate_hz, prepared.at_rest, **signals)
 
 
 def _noise_at_rest(prepared: PreparedTrial, options: DummyOptions) -> float:

@@ -23,13 +23,15 @@ MEANINGS = {
     "the markers, and whether one on foot or ankle slips",
     "foot-markers-apart": "markers on the foot move against each other. Check their tape, and whether the "
     "foot tilts",
+    "camera-scale": "the markers of the leg are further apart or closer than their layout by more than 1 %. "
+    "Check the calibration of the cameras, and measure the layout again",
     "markers-slip": "a marker stays displaced after perturbations. Check the tape of all markers",
     "markers-pulse-locked": "markers leave the rigid leg in every perturbation. Look for bending or soft "
     "mounts",
     "lack-of-fit": "the model of the joint leaves a repeated motion or a large part of the signal "
     "unexplained. Inspect the residuals for wobble, hysteresis and wrong time stamps",
 }
-# tolerances: of K, of a delay (s), of markers (m), of the angle's residual, of I over the leg's
+# tolerances: of K, of a delay (s), of markers (m), of the angle's residual, of I over the leg's, of a scale
 TOLERATED = {
     "leg-disagrees": 0.005,
     "foot-leg-delay": 2e-5,
@@ -38,7 +40,10 @@ TOLERATED = {
     "markers-slip": 3e-5,
     "markers-pulse-locked": 2e-5,
     "lack-of-fit": 0.003,
+    "camera-scale": 0.01,
 }
+# standard deviation of the scale of markers that are placed within a millimetre
+_LAYOUT_SD = 0.002
 # time after a perturbation over which its response is averaged, and in which markers may settle (s)
 _LOCKED_S, _SETTLED_S = 0.5, 0.2
 # share of the samples that stay independent after interpolation to common instants
@@ -84,6 +89,15 @@ def delay_check(fit: LikelihoodEstimates, uncertainty_s: float) -> Check:
     """
     error = float(np.hypot(fit.fit.standard_error("delay"), uncertainty_s))
     return Check("foot-leg-delay", abs(fit.delay_s), two_sided(fit.delay_s / error))
+
+
+def scale_check(layout_scale: float) -> Check:
+    """Size of the leg's markers as measured, over the size of their stated layout.
+
+    Lengths that are s times too large change K - k_g and J by s (`tepsipe.identification.budgets.leg`).
+    Returns: its size is the difference from 1.
+    """
+    return Check("camera-scale", abs(layout_scale - 1.0), two_sided((layout_scale - 1.0) / _LAYOUT_SD))
 
 
 def fit_check(fit: LikelihoodFit, perturbations: list[Perturbation]) -> Check:
@@ -195,13 +209,16 @@ def of_likelihood(
     foot: Annotated[np.ndarray, "(n, k, 2)"],
     perturbations: list[Perturbation],
     rate_hz: float,
+    layout_scale: float,
     delay_uncertainty_s: float = 0.0,
 ) -> list[Check]:
     """All checks of one fit.
 
     foot: positions of the markers on the foot alone (m), not filtered.
+    layout_scale: as for `scale_check`.
     delay_uncertainty_s: standard uncertainty of the correction between foot and leg.
     """
     checks = [delay_check(fit, delay_uncertainty_s), *residual_checks(fit.fit, perturbations)]
     checks += [fit_check(fit.fit, perturbations), foot_check(foot, perturbations, rate_hz)]
+    checks.append(scale_check(layout_scale))
     return [check for check in checks if check is not None]
