@@ -17,7 +17,7 @@ from workflow.support.checked_study import (
     with_its_file,
 )
 from workflow.support.recordings import refused_recordings
-from workflow.support.to_record import Read, to_record
+from workflow.support.to_record import Read, faults_of, to_record
 
 # usual ranges of settings; beyond them, the user is asked
 # radius of gyration of the leg about its centre of mass, per distance of that centre from the ankle
@@ -47,7 +47,7 @@ def main(files: list[str]) -> int:
         print(f"tepsipe: {sentence}", file=sys.stderr)
     if refused:
         return 2
-    for question in odd_settings(study):
+    for question in (*odd_settings(study), *faults_of(read)):
         print(f"to be confirmed: {question}")
     for wanted in to_record(study, read):
         print(f"to be recorded: {wanted}")

@@ -11,7 +11,7 @@ from typing import Any
 
 from tepsipe.io.estimates import Contribution, Estimate, flagged
 from tepsipe.io.result import Result
-from tepsipe.io.trial import Trial
+from tepsipe.io.trial import Trial, recorded_faults
 
 
 @dataclass(frozen=True)
@@ -26,11 +26,6 @@ class Fitted:
     """Rows of the table of uncertainty, as far as the estimates have a budget."""
     further: dict[str, Any] = field(default_factory=dict)
     """Name of a further output -> its content."""
-
-
-def recorded_faults(trial: Trial) -> tuple[str, ...]:
-    """Faults of a trial's signals as recorded, names in `tepsipe.io.estimates.FLAGS`."""
-    return tuple(filter(None, trial.attributes.get("faults", "").split(";")))
 
 
 def checked(trial: Trial, rows: Sequence[Estimate], *failed: str) -> list[Estimate]:
