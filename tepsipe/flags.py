@@ -35,6 +35,16 @@ FLAGS = {
     "spikes": "single samples lie far from their neighbours. Remove them, and check cables",
     "held-samples": "values are held and then jump. Look for lost samples, or a slower clock",
     "clipped": "peaks are cut off at one value. Choose a larger range of the instrument",
+    "other-amplitude": "the commanded belt is more than a quarter faster, or a fifth slower, than the "
+    "amplitude in the trial sheet. Check that the file is the one of this trial",
+    "calibration-differs": "the force plate has another calibration in this recording than in those of "
+    "weight and empty belt. Use one calibration matrix for all; tepsipe check names what differs",
+    "trials-differ": "K or B of one trial of the task differs from the others by more than a quarter and "
+    "chance. Nothing is recommended beyond 40 %. Check its row of the trial sheet and its recording",
+    "muscles-exchanged": "a muscle responds more when it is shortened than when it is stretched. Check the "
+    "channels of the electromyograms",
+    "emg-trigger": "the muscles respond earlier than a reflex can, or much later. Check the trigger of the "
+    "electromyograms",
     "halves-differ": "the first and the second part of the record do not agree: the joint or the recording "
     "changed. Check mounts, sensors and the subject",
     "time-varying": "the stiffness differs between segments of the record by more than chance, so nothing is "

@@ -18,7 +18,7 @@ from workflow.support.checked_study import (
     with_its_file,
 )
 from workflow.support.recordings import refused_recordings
-from workflow.support.to_record import Read, to_record
+from workflow.support.to_record import Read, faults_of, to_record
 from workflow.support.verdict import verdicts
 
 # usual ranges of settings; beyond them, the user is asked
@@ -54,7 +54,7 @@ def main(files: list[str]) -> int:
     except InputError as error:
         print(f"tepsipe: {error}", file=sys.stderr)
         return 2
-    for question in odd_settings(study):
+    for question in (*odd_settings(study), *faults_of(read)):
         print(f"to be confirmed: {question}")
     for wanted in to_record(study, read):
         print(f"to be recorded: {wanted}")

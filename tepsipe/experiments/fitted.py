@@ -11,7 +11,7 @@ from typing import Any
 
 from tepsipe.io.estimates import Contribution, Estimate, flagged
 from tepsipe.io.result import Result
-from tepsipe.io.trial import Trial
+from tepsipe.io.trial import Trial, recorded_faults
 
 
 @dataclass(frozen=True)
@@ -28,17 +28,12 @@ class Fitted:
     """Name of a further output -> its content."""
 
 
-def recorded_faults(trial: Trial) -> tuple[str, ...]:
-    """Faults of a trial's signals as recorded, names in `tepsipe.io.estimates.FLAGS`."""
-    return tuple(filter(None, trial.attributes.get("faults", "").split(";")))
-
-
 def checked(trial: Trial, rows: Sequence[Estimate], *failed: str) -> list[Estimate]:
     """Rows of one trial with the faults of its recording and its failed checks as flags.
 
     None is recommended where the joint changes (``time-varying``).
 
-    failed: names in `tepsipe.io.estimates.FLAGS`.
+    failed: names in `tepsipe.flags.FLAGS`.
     """
     changes, flags = "time-varying" in failed, (*recorded_faults(trial), *failed)
     return [replace(e, recommended=e.recommended and not changes) for e in flagged(rows, *flags)]

@@ -41,7 +41,7 @@ class Quantity:
     as_printed: float | None = None
     """Standard error by thesis eq (3-2) as printed (``unit``); None where there is none."""
     flags: tuple[str, ...] = ()
-    """Checks that the number failed (`tepsipe.io.estimates.FLAGS`)."""
+    """Checks that the number failed (`tepsipe.flags.FLAGS`)."""
     refusal: str = ""
     """Sentence that says why the record does not determine the number; empty where it does."""
 

@@ -26,6 +26,9 @@ GRAVITY_M_PER_S2 = 9.81
 COMPARED_HZ = 20.0
 # markers or belt move above this fraction of their highest speed
 MOVING_FRACTION = 0.1
+# plausible highest speed of a command, and of a belt, over the stated amplitude: drives fall short of their
+# command, by 15 to 20 % in pulses of 0.1 s
+COMMAND_PER_STATED, BELT_PER_STATED = (0.8, 1.25), (0.6, 1.25)
 # smallest ratio of a pulse's peak to the noise around it
 PULSE_TO_NOISE = 8.0
 # ratio of a segment's speed during the belt's motion to its speed before, above which it moves
@@ -102,6 +105,24 @@ def refuse_other_force(trial: Trial, limits: Limits, rig: Rig, files: dict[str, 
         )
 
 
+def other_amplitude(trial: Trial, rig: Rig) -> bool:
+    """Test for a command, or without one a belt, that is faster or slower than its stated amplitude (m/s).
+
+    Noise raises the highest speed as recorded, and a low-pass reduces that of short pulses: too fast means
+    that both are, and too slow as well.
+    """
+    if rig.amplitude_m_per_s is None or "belt_velocity" not in trial.signals:
+        return False
+    if trial.rate_hz <= 2.0 * COMPARED_HZ or not _stands_out(_lowpass(trial, trial.values("belt_velocity"))):
+        return False  # the analysis finds no perturbation
+    commanded = "belt_command" in trial.signals
+    recorded = trial.values("belt_command" if commanded else "belt_velocity")
+    highest = [np.abs(v - np.median(v)).max() for v in (recorded, _lowpass(trial, recorded))]
+    low, high = COMMAND_PER_STATED if commanded else BELT_PER_STATED
+    stated = rig.amplitude_m_per_s
+    return bool(max(highest) < low * stated or min(highest) > high * stated)
+
+
 def refuse_foreign_markers(trial: Trial, limits: Limits, rig: Rig, files: dict[str, str]) -> None:
     """Compare belt-fixed markers with the belt, and other segments with their rest.
 
@@ -120,6 +141,9 @@ def refuse_foreign_markers(trial: Trial, limits: Limits, rig: Rig, files: dict[s
         velocity = derivative(trial.time, _lowpass(trial, position))
         if _stands_out(belt) or _stands_out(velocity):  # otherwise the analysis finds no perturbation
             motion = belt_fixed_motion(velocity, belt, rate, limits.belt_fixed_delay_s)
+            if motion[2] < limits.belt_fixed_correlation:
+                against = belt_fixed_motion(velocity, -belt, rate, limits.belt_fixed_delay_s)
+                _refuse_reversed(label, against[2], limits, files)
             _refuse_belt_fixed(label, motion, limits, rig, files)
     for segment, names in (rig.segments or {}).items():
         columns = [labels.index(label) for label in names if label in labels]
@@ -163,6 +187,20 @@ def belt_fixed_motion(
         if correlation > best[2]:
             best = (product / power, lag / rate_hz, correlation)
     return best
+
+
+def _refuse_reversed(label: str, correlation: float, limits: Limits, files: dict[str, str]) -> None:
+    """Refuse a belt that moves like a belt-fixed marker but for its sign.
+
+    correlation: correlation of the marker with the reversed velocity of the belt.
+    """
+    if correlation >= limits.belt_fixed_correlation:
+        raise InputError(
+            f"{source(files, 'log')}: expected the belt to move with the belt-fixed marker {label!r} of "
+            f"{source(files, 'markers', 'log')}, found it to move against it (correlation {correlation:.2g} "
+            "with its velocity reversed): reverse the sign of the belt velocity, or correct the direction of "
+            "the axes in the configuration"
+        )
 
 
 def _refuse_belt_fixed(

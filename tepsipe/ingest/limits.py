@@ -86,6 +86,8 @@ class Rig:
     """Belt-fixed markers."""
     segments: dict[str, tuple[str, ...]] | None = None
     """Segment -> its markers, which must move when the belt does."""
+    amplitude_m_per_s: float | None = None
+    """Stated amplitude of the velocity of the perturbed belt: its highest speed."""
     person: bool = False
     """Whether a person stands on the belt: a step moves the foot, and stretches in which a marker is frozen
     are marked as hidden, so that their perturbations are left out."""

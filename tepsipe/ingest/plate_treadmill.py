@@ -20,7 +20,7 @@ from tepsipe.io.readers.treadmill_log import (
     read_calibration_matrix,
     read_treadmill_log,
 )
-from tepsipe.io.trial import Signal, Trial
+from tepsipe.io.trial import Signal, Trial, calibration_key
 from tepsipe.signals.resampling import (
     BAND_PER_RATE,
     align_sequential_samples,
@@ -31,6 +31,7 @@ from tepsipe.signals.resampling import (
     resample,
     rising_edge,
 )
+from tepsipe.signals.sample_faults import sample_flags
 
 BELTS = ("left", "right")
 
@@ -177,7 +178,15 @@ def ingest_treadmill(
         moved=moved,
         derived=moved,
     )
-    return treadmill_trial(grid, options.resample_rate_hz, treadmill, marked, {"trigger_sample": edge})
+    used = log.voltages[edge:, (calibration.matrix != 0.0).any(axis=0)].T
+    facts = {
+        "trigger_sample": edge,
+        "faults": ";".join(sample_flags(*used.astype(float), log.belt_velocity[edge:])),
+    }
+    for belt in BELTS:
+        rows = [calibration.row(f"{kind}{axis}_{belt}") for kind in "FM" for axis in "xyz"]
+        facts[calibration_key(belt)] = np.array(rows).tolist()
+    return treadmill_trial(grid, options.resample_rate_hz, treadmill, marked, facts)
 
 
 def treadmill_trial(

@@ -11,6 +11,7 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed
 from tepsipe.ingest.agreement import (
+    other_amplitude,
     refuse_foreign_markers,
     refuse_joint,
     refuse_joints,
@@ -18,7 +19,7 @@ from tepsipe.ingest.agreement import (
     refuse_other_force,
 )
 from tepsipe.ingest.limits import Limits, Rig, frozen_stretch, source, used_belt
-from tepsipe.io.trial import Trial
+from tepsipe.io.trial import Trial, with_faults
 
 # a person's frozen marker counts as hidden up to this fraction of the trial; beyond it the trial is refused
 FROZEN_SHARE = 0.5
@@ -64,7 +65,8 @@ def plausible_trial(trial: Trial, limits: Limits, rig: Rig, files: dict[str, str
     limits: plausible range of each kind of signal.
     rig: stated contents of the trial.
     files: kind of each source file -> its path, for messages.
-    Returns: the same; of a person with ``marker_hidden`` set where a marker is frozen.
+    Returns: the same; of a person with ``marker_hidden`` set where a marker is frozen; with the fault
+    ``other-amplitude`` if the belt moves faster or slower than stated.
     """
     _refuse_ranges(trial, limits, files)
     _refuse_dead_plate(trial, limits, rig, files)
@@ -74,7 +76,7 @@ def plausible_trial(trial: Trial, limits: Limits, rig: Rig, files: dict[str, str
     refuse_other_force(trial, limits, rig, files)
     refuse_joint(trial, limits, files)
     refuse_joints(trial, limits, files)
-    return trial
+    return with_faults(trial, "other-amplitude") if other_amplitude(trial, rig) else trial
 
 
 # ---- ranges --------------------------------------------------------------------------------------

@@ -32,9 +32,10 @@ from tepsipe.ingest.treadmill_options import RecordingOptions, ScaledChannel, Tr
 from tepsipe.io.formats import read_all_markers, read_recording, recognised
 from tepsipe.io.readers import dflow
 from tepsipe.io.readers.recording import DIRECTIONS, Channel, ForcePlate, Markers, Recording, select_markers
-from tepsipe.io.trial import Trial
+from tepsipe.io.trial import Trial, calibration_key
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.resampling import BAND_PER_RATE, refuse_short, regular_time, resample, rising_edge
+from tepsipe.signals.sample_faults import sample_flags
 
 M_PER_S = {"m/s": 1.0, "m s-1": 1.0, "mm/s": 1e-3, "cm/s": 1e-2, "km/h": 1.0 / 3.6}
 # markers whose centre is farther than this from the plates (m) are not on them
@@ -50,6 +51,8 @@ MARKER_BAND_HZ = 50.0
 FILTER_PERIODS = 4.0
 # longest gap of markers on an empty belt (s)
 MAX_GAP_S = 0.1
+# plates of the left belt that lie farther to the right of those of the right belt are exchanged (m)
+EXCHANGED_M = 0.05
 LEVEL = 0.7  # least vertical component of the normal of a plate
 # log and markers start together and last as long as each other within this (s)
 LENGTHS_WITHIN_S = 0.1
@@ -189,6 +192,7 @@ def ingest_recording(
     name, rate = recording.name, options.resample_rate_hz
     plates = _belt_plates(recording, use)
     axes = _axes(use, name)
+    _refuse_exchanged_plates(use, plates, axes, name)
     refuse_other_vertical(plates, use.axes.up, name, "plate_treadmill.recording.axes.up")
     origin = _origin(plates, axes)
     sources = _sources(recording, use, plates)
@@ -234,7 +238,8 @@ def ingest_recording(
         moved=moved,
         derived=derived,
     )
-    facts = {"start_s": start_s, "origin_m": origin}
+    facts = {"start_s": start_s, "origin_m": origin, "faults": ";".join(_faults(recording, use, plates))}
+    facts |= _calibrations(use, plates)
     if velocity_of is not None:
         facts["belt_velocity_from"] = (
             f"belt-fixed markers {', '.join(use.belt_velocity.markers)}, which therefore cannot show a delay "
@@ -244,6 +249,24 @@ def ingest_recording(
 
 
 # ---- parts of the recording ----------------------------------------------------------------------
+
+
+def _faults(recording: Recording, use: RecordingOptions, plates: dict[int, ForcePlate]) -> tuple[str, ...]:
+    """Spikes, held and clipped samples of the channels of force plates, load cells and belt velocity."""
+    labels = [label for plate in plates.values() for label in plate.channels]
+    labels += [cell.channel for cell in (*use.load_cells.left, *use.load_cells.right)]
+    labels += [use.belt_velocity.channel] if use.belt_velocity.channel else []
+    return sample_flags(*(recording.channels[label].values for label in labels))
+
+
+def _calibrations(use: RecordingOptions, plates: dict[int, ForcePlate]) -> dict[str, list]:
+    """Calibration of the force plates of each belt, by `calibration_key`."""
+    found = {}
+    for belt in ("left", "right"):
+        known = [plates[number].calibration for number in getattr(use.plates, belt)]
+        if known and all(matrix is not None for matrix in known):
+            found[calibration_key(belt)] = np.hstack(known).tolist()
+    return found
 
 
 def _has(use: RecordingOptions, belt: str) -> bool:
@@ -294,6 +317,24 @@ def _axes(use: RecordingOptions, name: str) -> np.ndarray:
             f"{use.axes.forward!r} and {use.axes.up!r}: correct one of the two in the configuration"
         )
     return np.array([np.cross(forward, up), forward, up])
+
+
+def _refuse_exchanged_plates(
+    use: RecordingOptions, plates: dict[int, ForcePlate], axes: np.ndarray, name: str
+) -> None:
+    """Raise InputError if the plates of the left belt lie to the right of those of the right belt (m)."""
+    places = []
+    for belt in ("left", "right"):
+        corners = [plates[number].corners for number in getattr(use.plates, belt)]
+        if not corners or any(of_plate is None for of_plate in corners):
+            return
+        places.append(float((axes[0] @ np.concatenate(corners).T).mean()))
+    if places[0] - places[1] > EXCHANGED_M:
+        raise InputError(
+            f"{name}: expected the force plates of the left belt left of those of the right belt, found them "
+            f"{places[0] - places[1]:.2g} m to the right: exchange left and right in "
+            "plate_treadmill.recording.plates, or correct axes.forward there"
+        )
 
 
 def _origin(plates: dict[int, ForcePlate], axes: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ attributes hold the trial's names, the source files with their checksums, and th
 
 import hashlib
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import h5py
@@ -156,6 +156,22 @@ def checksum(path: str | Path) -> str:
     """SHA-256 of a file (hexadecimal digits)."""
     with open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def calibration_key(belt: str) -> str:
+    """Attribute with the calibration of a belt's force plate, shape (6, channels) (N/V, N·m/V)."""
+    return f"calibration_{belt}"
+
+
+def recorded_faults(trial: Trial) -> tuple[str, ...]:
+    """Faults of a trial's signals as recorded, names in `tepsipe.flags.FLAGS`."""
+    return tuple(filter(None, trial.attributes.get("faults", "").split(";")))
+
+
+def with_faults(trial: Trial, *further: str) -> Trial:
+    """The trial with further faults of its signals, none of which is repeated."""
+    faults = ";".join(dict.fromkeys((*recorded_faults(trial), *further)))
+    return replace(trial, attributes=trial.attributes | {"faults": faults})
 
 
 def write_trial(

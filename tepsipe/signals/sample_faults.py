@@ -38,13 +38,18 @@ def of_samples(**signals: np.ndarray) -> tuple[str, ...]:
 def flags_of(
     rate_hz: float, at_rest: Annotated[np.ndarray, "(n,)"] | None, **signals: np.ndarray
 ) -> tuple[str, ...]:
-    """Faults that any of several signals has, names in `tepsipe.io.estimates.FLAGS`.
+    """Faults that any of several signals has, names in `tepsipe.flags.FLAGS`.
 
     rate_hz: rate of the recording.
     at_rest, signals: as for `noise_floors`.
     """
-    found = tuple(name for name, (count, *_) in FAULTS.items() if any(count(x) for x in signals.values()))
-    return found + ("filtered-signal",) * bool(noise_floors(at_rest, rate_hz, **signals))
+    filtered = ("filtered-signal",) * bool(noise_floors(at_rest, rate_hz, **signals))
+    return sample_flags(*signals.values()) + filtered
+
+
+def sample_flags(*signals: np.ndarray) -> tuple[str, ...]:
+    """Spikes, held and clipped samples of any of several signals, names in `tepsipe.flags.FLAGS`."""
+    return tuple(name for name, (count, *_) in FAULTS.items() if any(count(x) for x in signals))
 
 
 def spikes(x: np.ndarray) -> int:

@@ -73,8 +73,10 @@ class HeldOut:
     """Masses at which R2 of the model falls clearly below its limit (kg), see `below_limit`."""
     converged: bool = True
     """Whether the search for the model's constants converged inside its bounds."""
+    calibration: np.ndarray | None = None
+    """Calibration of the plate in the recordings of weight and empty belt."""
     plate_flags: tuple[str, ...] = ()
-    """Names, in `tepsipe.io.estimates.FLAGS`, of faults of the plate that resting weights show."""
+    """Names, in `tepsipe.flags.FLAGS`, of faults of the plate that resting weights show."""
     model: str | None = None
     """Name of the model."""
     empty_frame: FramePeak | None = None
@@ -193,7 +195,7 @@ def held_out_residuals(
 
 def read_held_out(result: Result) -> HeldOut | None:
     """Residuals from a result of `held_out_residuals`, None if there are none."""
-    names = tuple(result.facts["trials"])
+    names, plate = tuple(result.facts["trials"]), PlateCheck.from_result(result)
     if not names:
         return None
     return HeldOut(
@@ -206,7 +208,8 @@ def read_held_out(result: Result) -> HeldOut | None:
         residual={c: [np.asarray(result.arrays[f"{n}/{c}"], dtype=float) for n in names] for c in COMPONENTS},
         below_limit_kg=tuple(result.facts["below_limit_kg"]),
         converged=bool(result.facts["converged"]),
-        plate_flags=PlateCheck.from_result(result).flags,
+        calibration=plate.calibration,
+        plate_flags=(*plate.flags, *plate.faults),
         model=result.facts.get("model"),
         empty_frame=FramePeak(*result.facts["empty_frame"]) if "empty_frame" in result.facts else None,
     )

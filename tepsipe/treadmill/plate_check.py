@@ -10,6 +10,14 @@ with a zero m of the transducers that drifts, between trials and within them. Th
 so it rests at another place after every perturbation: s and o follow from all places and weights by least
 squares, with the prior of m that the trials of the empty belt show, and a weak one of s, without which
 weights at one place would not show o.
+
+A calibration maps the voltages of the plate's transducers to forces F and moments M about the markers'
+origin. Another calibration of the same plate, whose gains are g and h and whose origin is shifted by o, maps
+them to
+
+    F' = diag(g) F,    M' = diag(h) M - o x F'
+
+g, h and o are found by least squares over the rows of both matrices.
 """
 
 from collections.abc import Sequence
@@ -20,7 +28,7 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.io.result import Result
-from tepsipe.io.trial import Trial
+from tepsipe.io.trial import Trial, calibration_key
 from tepsipe.treadmill.options import Weight
 from tepsipe.treadmill.prepared import PreparedTrial
 from tepsipe.treadmill.trial_recordings import ZERO_BEFORE_S, ZERO_GAP_S
@@ -40,6 +48,9 @@ SURELY = 5.0
 UNKNOWN_M, WELL_KNOWN_M = 0.01, 2.0 * CENTRE_KNOWN_M
 # least relative deviation of the vertical force from the weight that shows a faulty plate
 FORCE_WITHIN = 0.03
+# calibrations of one plate agree up to a shift of the origin (m) and a difference of the gains
+SAME_M, SAME_SCALE = 0.002, 0.01
+COMPONENTS = ("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")
 # deviation of the centre of pressure that shows one faulty transducer (m)
 MOVED_M = 0.02
 
@@ -75,13 +86,19 @@ class PlateCheck:
     sideways_m: float | None = None
     """Centre of pressure less markers across the belt."""
     flags: tuple[str, ...] = ()
-    """Names in `tepsipe.io.estimates.FLAGS` of faults that are not corrected."""
+    """Names in `tepsipe.flags.FLAGS` of faults that are not corrected."""
+    faults: tuple[str, ...] = ()
+    """Names of faults of the recordings, which do not concern origin and scale."""
+    calibration: Annotated[np.ndarray, "(6, channels)"] | None = None
+    """Forces and moments per voltage by which the recordings were calibrated; None if they do not hold it."""
 
     @classmethod
     def from_result(cls, result: Result) -> Self:
         """Read the check from a result whose facts hold it as ``plate`` (m)."""
         plate = dict(result.facts.get("plate", {}))
-        return cls(**{**plate, "flags": tuple(plate.get("flags", ()))})
+        named = {key: tuple(plate.get(key, ())) for key in ("flags", "faults")}
+        matrix = plate.get("calibration")
+        return cls(**{**plate, **named, "calibration": None if matrix is None else np.array(matrix)})
 
     @classmethod
     def of_several(cls, checks: Sequence[Self]) -> Self:
@@ -93,12 +110,14 @@ class PlateCheck:
             origin_m=None if unknown else 0.0,
             origin_u_m=None if unknown else max(check.origin_u_m for check in checks),
             flags=tuple(dict.fromkeys(flag for check in checks for flag in check.flags)),
+            faults=tuple(dict.fromkeys(fault for check in checks for fault in check.faults)),
         )
 
     @property
     def facts(self) -> dict:
         """The check as facts of a result (m)."""
-        return asdict(self) | {"flags": list(self.flags)}
+        matrix = None if self.calibration is None else self.calibration.tolist()
+        return asdict(self) | {"flags": list(self.flags), "faults": list(self.faults), "calibration": matrix}
 
     @property
     def corrected_scale(self) -> float:
@@ -134,6 +153,54 @@ class PlateCheck:
         moment[:, column, 0] = moment[:, column, 0] / scale + origin_m * trial.values("force")[:, column, 2]
         signal = replace(trial.signals["moment"], values=moment)
         return replace(trial, signals=trial.signals | {"moment": signal})
+
+
+def calibration_of(trial: Trial, belt: str) -> np.ndarray | None:
+    """Calibration of the force plate of a belt in a recording, shape (6, channels); None if unknown."""
+    matrix = trial.attributes.get(calibration_key(belt))
+    return None if matrix is None else np.asarray(matrix, dtype=float)
+
+
+def calibration_difference(
+    one: Annotated[np.ndarray, "(6, channels)"] | None, other: Annotated[np.ndarray, "(6, channels)"] | None
+) -> str:
+    """Difference of the calibrations of a plate in two recordings, in words; empty if they agree.
+
+    one: calibration, forces and moments per voltage (N/V, N·m/V).
+    other: the calibration that is compared with it.
+    """
+    if one is None or other is None or np.array_equal(one, other):
+        return ""
+    if one.shape != other.shape:
+        return f"{other.shape[1]} transducers instead of {one.shape[1]}"
+    f = other[:3]
+    of_force = [
+        np.linalg.lstsq(row[:, None], new, rcond=None)[0] for row, new in zip(one[:3], f, strict=True)
+    ]
+    nothing = np.zeros(one.shape[1])
+    by_origin = np.array([[nothing, f[2], -f[1]], [-f[2], nothing, f[0]], [f[1], -f[0], nothing]])
+    by_gain = [[row if k == j else nothing for j in range(3)] for k, row in enumerate(one[3:])]
+    columns = np.concatenate([-by_origin, np.array(by_gain)], axis=1)
+    columns = np.moveaxis(columns, 1, 2).reshape(-1, 6)
+    size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    of_moment = np.linalg.lstsq(columns / size, other[3:].ravel(), rcond=1e-9)[0] / size
+    gains = np.concatenate([*of_force, of_moment[3:]])
+    moved = [
+        f"{1e3 * x:.3g} mm along {axis}"
+        for x, axis in zip(of_moment[:3], "xyz", strict=True)
+        if abs(x) > SAME_M
+    ]
+    scaled = [
+        f"{name} times {gain:.3g}"
+        for name, gain, row in zip(COMPONENTS, gains, one, strict=True)
+        if row.any() and abs(gain - 1.0) > SAME_SCALE
+    ]
+    found = [f"origin moved by {' and '.join(moved)}"] * bool(moved)
+    found += [f"gain of {' and '.join(scaled)}"] * bool(scaled)
+    rest = other - np.vstack([np.array(of_force) * one[:3], (columns @ of_moment).reshape(3, -1)])
+    if (np.linalg.norm(rest, axis=1) > SAME_SCALE * np.linalg.norm(one, axis=1)).any():
+        found.append("other weights of the transducers")
+    return ", ".join(found)
 
 
 def resting(prepared: PreparedTrial, belt: str, weight: Weight | None) -> Resting:

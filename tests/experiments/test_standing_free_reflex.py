@@ -373,6 +373,28 @@ def test_what_the_trials_show_is_flagged(changes, flag):
     assert failed_checks(fitted(trials), trials, 80, None) == ((flag,) if flag else ())
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("factor", "flags", "good"),
+    [(1.0, (), True), (1.15, (), True), (1.33, ("trials-differ",), True), (0.5, ("trials-differ",), False)],
+)
+def test_trial_of_another_stiffness_is_named(factor, flags, good):
+    for seed, place in ((3, 6), (9, 1)):
+        trials = named(group(seed), 1)
+        own = trials[place]
+        sign = float(np.sign(own.belt[34, 0]))
+        other = responses(500 + seed, stiffness=factor * K, peak=own.peak_m_per_s, sign=sign)
+        trials[place] = replace(other, recording="standing/other")
+        fits = fit_free(trials, "standing/relax", FREE, choices(), 80)
+        (found,) = fits.values()
+        kept = [flag for flag in found.quantities["K"].flags if flag == "trials-differ"]
+        assert (tuple(kept), found.quotable) == (flags, good)
+        assert [sentence.split(":")[0] for sentence in found.apart] == ["standing/other"] * bool(flags)
+        (pathway, estimator), chosen = next(iter(fits)), rows_of_task(B=9.0, K=420.0)
+        rows = quoted(chosen, trials, fits, {"pathway": pathway, "estimator": estimator}, COMPENSATED)
+        assert all(row.recommended for row in rows) == good
+
+
 def test_estimate_is_not_to_be_quoted_where_the_treadmill_certainly_makes_half_of_it():
     for error, good in ((0.4, True), (0.52, True), (0.7, False), (-0.7, False)):
         assert quotable([replace(group()[0], treadmill_error=(300.0 * error, 30.0))], 300.0) == good

@@ -447,6 +447,23 @@ def test_centre_of_pressure_shows_a_plate_that_no_weight_has_shown():
     assert processed(on_plate(0.01)).fault is None
 
 
+def test_faults_of_recordings_and_another_calibration_flag_the_plate():
+    rng, trial = np.random.default_rng(2), usual_trial()
+    matrix = rng.standard_normal((6, 12))
+    shifted = matrix.copy()
+    shifted[3] -= 0.02 * matrix[2]
+
+    def flags(attributes, **of_weights):
+        marked = replace(trial, attributes=trial.attributes | attributes)
+        check = PlateCheck(**of_weights)
+        return process_standing(marked, "standing/a", OPTIONS, PATHWAYS, {}, check).plate_flags
+
+    assert flags({"faults": "clipped"}) == ("clipped",)
+    assert flags({}, faults=("spikes",)) == ("spikes",)
+    assert flags({"calibration_right": matrix}, calibration=matrix) == ()
+    assert flags({"calibration_right": shifted}, calibration=matrix) == ("calibration-differs",)
+
+
 def test_reversed_moment_is_a_fault_by_its_name():
     """The ankles stand 0.12 m forward, so a reversed moment puts the pressure behind the heel."""
     assert "sign" in processed(on_plate(0.0, -1.0)).fault

@@ -31,7 +31,7 @@ from tepsipe.io.readers.treadmill_log import (
     read_calibration_matrix,
     read_treadmill_log,
 )
-from tepsipe.io.trial import checksum, read_sources, read_trial, write_trial
+from tepsipe.io.trial import checksum, read_sources, read_trial, recorded_faults, write_trial
 from tepsipe.mechanics.segment_kinematics import fit_rigid_segment
 from tepsipe.virtual_lab.belt import DriveTruth, velocity_command
 from tepsipe.virtual_lab.dummy import DummyTruth, move_dummy
@@ -392,6 +392,20 @@ def test_treadmill_signals_and_markers_come_out_on_one_clock(recordings):
         assert aligned == pytest.approx(0.05 * np.sin(6.0 * time), abs=1e-6)
     last = trial.values("marker_position_as_sampled")[inside, 7, 1]
     assert last == pytest.approx(0.05 * np.sin(6.0 * (time + 7.0 / 2500.0)), abs=1e-6)
+
+
+def test_clipped_transducer_is_a_fault_and_the_calibration_is_kept(recordings, rng):
+    log, calibration, markers = recordings
+    noisy = log.voltages + 1e-4 * rng.standard_normal(log.voltages.shape)
+    trial = ingest_all(replace(log, voltages=noisy), calibration, markers)
+    assert recorded_faults(trial) == ()
+    right = calibration.matrix[6:]
+    assert np.array_equal(trial.attributes["calibration_right"], right)
+    for low in (-0.07, -0.04):
+        clipped = ingest_all(replace(log, voltages=np.maximum(noisy, low)), calibration, markers)
+        assert recorded_faults(clipped) == ("clipped",)
+    unused = replace(calibration, matrix=calibration.matrix * [1.0, 1.0, 0.0])
+    assert recorded_faults(ingest_all(replace(log, voltages=np.maximum(noisy, -0.04)), unused, markers)) == ()
 
 
 def test_markers_sampled_at_once_are_left_where_they_are(recordings):

@@ -13,6 +13,7 @@ from tepsipe.ingest.limits import Limits, Rig, frozen_stretch, held_while_moving
 from tepsipe.ingest.plate_treadmill import ingest_treadmill_files
 from tepsipe.ingest.plausibility import plausible_trial
 from tepsipe.ingest.treadmill_options import TreadmillOptions
+from tepsipe.io.trial import recorded_faults
 from workflow.settings.complete import settings_of, without
 from workflow.support.rigs import RIG_KEYS, rig_of
 
@@ -86,6 +87,42 @@ def test_trial_of_the_laboratory_is_kept_as_it_is(dummy, limits, rig):
     assert plausible_trial(dummy, limits, rig, FILES) is dummy
 
 
+@pytest.mark.parametrize(
+    ("changes", "flagged"),
+    [
+        ({}, False),
+        ({"amplitude_m_per_s": 0.13}, True),
+        ({"amplitude_m_per_s": 0.31}, True),
+        ({"amplitude_m_per_s": None}, False),
+    ],
+)
+def test_other_amplitude_than_the_sheets_is_a_fault(changes, flagged, dummy, limits, rig):
+    command = dummy.values("belt_command")
+    stated = replace(rig, amplitude_m_per_s=float(np.abs(command).max()))
+    slow = changed(dummy, "belt_command", lambda x: 0.2 / np.abs(command).max() * x)
+    for trial, of_rig in ((dummy, stated), (slow, replace(rig, **{"amplitude_m_per_s": 0.2} | changes))):
+        found = plausible_trial(trial, limits, of_rig, FILES)
+        assert recorded_faults(found) == (("other-amplitude",) if flagged and trial is slow else ())
+
+
+def test_belt_without_a_command_may_fall_short_of_its_amplitude(dummy, limits, rig):
+    signals = {name: x for name, x in dummy.signals.items() if name != "belt_command"}
+    belt = replace(dummy, signals=signals)
+    highest = float(np.abs(belt.values("belt_velocity")).max())
+    for factor, fault in ((1.0, ()), (0.84, ()), (0.5, ("other-amplitude",)), (1.5, ("other-amplitude",))):
+        of_rig = replace(rig, amplitude_m_per_s=highest / factor)
+        assert recorded_faults(plausible_trial(belt, limits, of_rig, FILES)) == fault
+
+
+def test_reversed_belt_velocity_of_a_person_is_refused_by_its_name(dummy, limits):
+    reversed_belt = changed(dummy, "belt_velocity", lambda x: -x)
+    with pytest.raises(InputError) as caught:
+        plausible_trial(
+            reversed_belt, limits, Rig("right", belt_fixed=("foot1", "foot2"), person=True), FILES
+        )
+    assert_one_sentence(caught.value, ON_LOG, "'foot1'", "reverse the sign of the belt velocity")
+
+
 LEG = ("leg1", "leg2", "leg3", "leg4")
 # name -> how the trial is spoiled, file that the sentence names, words of the sentence
 SPOILED = {
@@ -120,7 +157,11 @@ SPOILED = {
         ON_MARKERS,
         "'leg2' at",
     ),
-    "markers mirrored": (lambda t: both_markers(t, lambda x: x * [1, -1, 1]), ON_MARKERS, "correlation"),
+    "markers mirrored": (
+        lambda t: both_markers(t, lambda x: x * [1, -1, 1]),
+        ON_MARKERS,
+        "reverse the sign of the belt velocity",
+    ),
     "markers half a second late": (
         lambda t: both_markers(t, lambda x: np.roll(x, 125, axis=0)),
         ON_MARKERS,

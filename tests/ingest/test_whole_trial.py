@@ -36,6 +36,7 @@ from tepsipe.ingest.treadmill_options import (
 from tepsipe.ingest.whole_trial import ingest_recording, ingest_recording_files
 from tepsipe.io.formats import read_recording
 from tepsipe.io.readers.recording import Channel, ForcePlate
+from tepsipe.io.trial import recorded_faults
 from tepsipe.mechanics.inverse_dynamics import Foot
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.onsets import OnsetOptions
@@ -423,6 +424,23 @@ def test_velocity_by_the_unit_of_its_channel(recording, options, labels, ingeste
     same(ingest_recording(other, labels, options, use, DUMMY_DURATION_S), ingested[1])
 
 
+def test_clipped_channel_of_a_plate_is_a_fault(recording, ingested, options, labels):
+    assert recorded_faults(ingested[1]) == ()
+    label = recording.plates[1].channels[1]
+    channel = recording.channels[label]
+    values = np.minimum(channel.values, 0.4 * channel.values.max())
+    clipped = replace(recording, channels=recording.channels | {label: replace(channel, values=values)})
+    assert recorded_faults(ingest_recording(clipped, labels, options, USE, DUMMY_DURATION_S)) == ("clipped",)
+
+
+def test_calibration_of_a_plate_makes_its_load_of_its_channels(recording, ingested):
+    for belt, plate in zip(("left", "right"), recording.plates, strict=True):
+        volts = np.array([recording.channels[label].values for label in plate.channels])
+        load = np.hstack([plate.force, plate.moment]).T
+        assert plate.calibration @ volts == pytest.approx(load, abs=1e-9 * np.abs(load).max())
+        assert np.array_equal(ingested[1].attributes[f"calibration_{belt}"], plate.calibration)
+
+
 # ---- refusals --------------------------------------------------------------------------------------
 
 
@@ -449,6 +467,7 @@ def hole(channel):
         ({"markers": None}, {}, ["markers", "found none"]),
         ({"dead": 1}, {}, ["force plate 2", "zeros only"]),
         ({"fault": 1}, {}, ["of an unknown type"]),
+        ({}, {"plates": PlateNumbers((2,), (1,))}, ["0.57 m to the right", "exchange left and right"]),
         ({"far": 0.9}, {}, ["force plate 1 or 2", "1.2 m outside", "recording.plates"]),
         ({"hole": "Belt speed"}, {}, ["'Belt speed'", "found none in 1"]),
     ],

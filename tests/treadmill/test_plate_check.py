@@ -10,10 +10,11 @@ import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.weight.calibrate import with_recordings
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.treadmill.options import Weight
-from tepsipe.treadmill.plate_check import PlateCheck, Resting, check_plate
+from tepsipe.treadmill.plate_check import PlateCheck, Resting, calibration_difference, check_plate
 
 G, X_M, LENGTH_M, WIDTH_M = 9.81, 0.25, 1.6, 0.5
 PLACES_M = np.array([0.02, 0.05, 0.09, 0.12])
@@ -140,3 +141,59 @@ def test_weights_at_one_place_show_an_origin_but_hardly_a_scale():
     assert found.moment_scale_u > 0.05
     assert found.origin_m == pytest.approx(0.05, abs=2.0 * found.origin_u_m)
     assert check_plate([], "plate") == PlateCheck()
+
+
+# ---- one calibration for all recordings --------------------------------------------------------------
+
+
+def matrix(rng, origin_m=(0.0, 0.0, 0.0), gains=(1.0,) * 6, channel=None):
+    """Calibration of twelve transducers, with a shifted origin, other gains, or one channel at half gain."""
+    f, m = rng.standard_normal((2, 3, 12)) * [[[400.0]], [[150.0]]]
+    f, m = np.reshape(gains, (2, 3, 1)) * [f, m]
+    found = np.vstack([f, m - np.cross(origin_m, f.T).T])
+    if channel is not None:
+        found[:, channel] *= 0.5
+    return found
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"origin_m": (0.0, 0.017, 0.0)}, "origin moved by 17 mm along y"),
+        ({"origin_m": (0.0, 0.0, -0.024)}, "origin moved by -24 mm along z"),
+        ({"gains": (1.0, 0.88, 1.0, 1.0, 1.0, 1.0)}, "gain of F_y times 0.88"),
+        (
+            {"gains": (1.07,) * 6, "origin_m": (0.0, 0.009, 0.011)},
+            "9 mm along y and 11 mm along z, gain",
+        ),
+        ({"channel": 5}, "other weights of the transducers"),
+        ({}, ""),
+        ({"origin_m": (0.0, 0.001, 0.0), "gains": (1.004,) * 6}, ""),
+    ],
+)
+def test_difference_of_two_calibrations_is_told(changes, words):
+    sound, other = (matrix(np.random.default_rng(8), **change) for change in ({}, changes))
+    found = calibration_difference(sound, other)
+    assert words in found if words else found == ""
+
+
+def test_calibrations_are_compared_where_both_are_known():
+    one = matrix(np.random.default_rng(3))
+    assert calibration_difference(None, one) == calibration_difference(one, None) == ""
+    assert calibration_difference(one, one[:, :6]) == "6 transducers instead of 12"
+
+
+def test_recordings_of_weights_keep_their_calibration_and_faults():
+    rng = np.random.default_rng(12)
+    one, other = matrix(rng), matrix(rng)
+    trials = [
+        Trial(250.0, {}, {}, {"calibration_right": x.tolist(), "faults": faults})
+        for x, faults in ((one, "clipped"), (one, "other-amplitude"), (other, ""))
+    ]
+    found = with_recordings(checked(), trials[:2], "right")
+    assert found.faults == ("clipped",)
+    assert found.flags == ()
+    back = PlateCheck.from_result(Result.of({}, {"plate": found.facts}))
+    assert (back.calibration == one).all()
+    assert back.faults == ("clipped",)
+    assert with_recordings(checked(), trials, "right").faults == ("clipped", "calibration-differs")

@@ -7,8 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from tepsipe.io.trial import Trial
 from tepsipe.treadmill.recording import BeltRecording
-from workflow.support.to_record import PAGE, Read, lacking_on_plate, to_record
+from workflow.support.to_record import PAGE, Read, faults_of, lacking_on_plate, to_record
 
 RATE_HZ = 250.0
 
@@ -72,3 +73,27 @@ def test_the_guideline_uses_the_same_words():
     for part in said:
         if "found 12 s" not in part:
             assert any(word in part for words in asked for word in words), part
+
+
+def test_faults_of_recordings_and_other_calibrations_are_asked_for():
+    matrix = np.random.default_rng(6).standard_normal((6, 12))
+    scaled = matrix * np.array([1.0, 0.9, 1.0, 1.0, 1.0, 1.0])[:, None]
+
+    def trial(calibration, faults=""):
+        return Trial(250.0, {}, {}, {"calibration_right": calibration.tolist(), "faults": faults})
+
+    read = Read(
+        trials={
+            ("standing", "a"): trial(scaled, "clipped"),
+            ("standing", "b"): trial(scaled),
+            ("weight", "w"): trial(matrix),
+            ("empty", "e"): trial(matrix),
+        }
+    )
+    clipped, calibration = faults_of(read)
+    assert clipped.startswith("standing/a: peaks are cut off")
+    assert clipped.endswith("(clipped)")
+    assert "'standing/a', 'standing/b'" in calibration
+    assert "than in weight/w" in calibration
+    assert "F_y times 0.9" in calibration
+    assert faults_of(Read(trials={("weight", "w"): trial(matrix), ("empty", "e"): trial(matrix)})) == []

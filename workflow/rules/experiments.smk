@@ -33,7 +33,7 @@ for _experiment in EXPERIMENTS.values():
             named=of_trial(STUDY.named, _name),
             named_by=of_trial(STUDY.named_by, _name),
             plausible=PLAUSIBLE,
-            rig=of_trial(lambda e, c: rig_of(STUDY.settings_of(e, c), e), _name),
+            rig=of_trial(lambda e, c: rig_of(STUDY.settings_of(e, c), e, STUDY.trials[e, c].amplitude), _name),
         script:
             "../scripts/ingest.py"
 

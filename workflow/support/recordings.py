@@ -1,6 +1,7 @@
 """Recordings of a study, read and compared with its settings as the jobs of a run do it."""
 
 import hashlib
+from dataclasses import replace
 from pathlib import Path
 
 from tepsipe.errors import InputError
@@ -35,6 +36,8 @@ def refused_recordings(study: Study, read: Read | None = None) -> list[str]:
                 _read_walk(study, condition)
                 continue
             trial = ingested(study, experiment, condition)
+            if read is not None and EXPERIMENTS[experiment].on_plate:
+                read.trials[experiment, condition] = replace(trial, axes={}, signals={})
             if experiment in ("weight", "empty"):
                 of_plates[experiment, condition] = _plate_trial(study, experiment, condition, trial)
             elif experiment == "belt":
@@ -82,7 +85,13 @@ def ingested(study: Study, experiment: str, condition: str, results: str = "") -
         study.trials[experiment, condition].duration_s,
         study.named_by(experiment, condition),
         limits,
-        Rig(**rig_of(study.settings_of(experiment, condition), experiment)),
+        Rig(
+            **rig_of(
+                study.settings_of(experiment, condition),
+                experiment,
+                study.trials[experiment, condition].amplitude,
+            )
+        ),
     )
     return trial
 

@@ -10,20 +10,23 @@ OF_WEIGHTS = (
 )
 
 
-def rig_of(settings: dict, experiment: str) -> dict:
+def rig_of(settings: dict, experiment: str, amplitude: float | None = None) -> dict:
     """Arguments of `tepsipe.ingest.limits.Rig` for an experiment; none if it is not on the plate treadmill.
 
     The belt of `empty` carries less than half of the weight. The analysis compares the mass of a person,
     because it knows when the person stands still.
+
+    amplitude: amplitude of the trial sheet (m/s).
     """
     if not EXPERIMENTS[experiment].on_plate:
         return {}
     section, limits = settings[experiment], settings["plausible"]
+    rig: dict = {"amplitude_m_per_s": amplitude}
     if experiment == "empty":
         half = 0.5 * settings["weight"]["weight"]["mass_kg"]
-        belt = section.get("belt", settings["weight"]["belt"])
-        return {"belt": belt, "carried_kg": (-half, half), "mass_key": "weight.weight.mass_kg"}
-    rig: dict = {"belt": section["belt"]}
+        rig["belt"] = section.get("belt", settings["weight"]["belt"])
+        return rig | {"carried_kg": (-half, half), "mass_key": "weight.weight.mass_kg"}
+    rig["belt"] = section["belt"]
     if experiment == "dummy":
         geometry = section["geometry"]
         fixed = section["foot"]["belt_fixed_labels"]

@@ -1,12 +1,17 @@
 """What is still to be recorded or measured for K of a standing person, by the recordings of a study.
 
-docs/guideline.md explains each item in the same words. Simulated trials are not looked at.
+docs/guideline.md explains each item in the same words. Faults of recordings are questions to be confirmed.
+Simulated trials are not looked at.
 """
 
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from tepsipe.errors import listed
+from tepsipe.io.estimates import FLAGS
+from tepsipe.io.trial import Trial, recorded_faults
+from tepsipe.treadmill.plate_check import calibration_difference, calibration_of
 from tepsipe.treadmill.recording import BeltRecording
 from workflow.support.people import BELTS
 from workflow.support.study import Study
@@ -23,8 +28,34 @@ class Read:
 
     plates: dict[tuple[str, str], BeltRecording] = field(default_factory=dict)
     """Trials of a weight or the empty belt -> their fore-aft load (N)."""
+    trials: dict[tuple[str, str], Trial] = field(default_factory=dict)
+    """Trials on the treadmill, with their attributes only."""
     quiet_s: dict[str | None, float] = field(default_factory=dict)
     """Participant -> unperturbed time in all trials of standing (s)."""
+
+
+def faults_of(read: Read) -> list[str]:
+    """One question for each fault of a recording, and for each other calibration of a force plate."""
+    asked = [
+        f"{'/'.join(trial)}: {FLAGS[fault]} ({fault})"
+        for trial, found in read.trials.items()
+        for fault in recorded_faults(found)
+    ]
+    for belt in BELTS:
+        known = {name: calibration_of(trial, belt) for name, trial in read.trials.items()}
+        known = {name: matrix for name, matrix in known.items() if matrix is not None}
+        # weights and the empty belt calibrate the others
+        usual = min(known, key=lambda name: name[0] not in ("weight", "empty"), default=None)
+        by_difference: dict[str, list[str]] = {}
+        for name, matrix in known.items():
+            if difference := calibration_difference(known[usual], matrix):
+                by_difference.setdefault(difference, []).append("/".join(name))
+        asked += [
+            f"{listed(names, 4)}: the force plate of the {belt} belt has another calibration than in "
+            f"{'/'.join(usual)}: {difference} (calibration-differs)"
+            for difference, names in by_difference.items()
+        ]
+    return asked
 
 
 def to_record(study: Study, read: Read) -> list[str]:

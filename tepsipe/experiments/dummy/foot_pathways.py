@@ -13,7 +13,7 @@ from tepsipe.experiments.dummy.options import FootPathway
 from tepsipe.identification.estimators import LEAST_SQUARES_OWN_ZERO, Record, estimate
 from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.identification.result import quantities_of
-from tepsipe.io.trial import Trial
+from tepsipe.io.trial import Trial, recorded_faults
 from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg, foot_torque, foot_torque_as_printed
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
@@ -24,6 +24,7 @@ from tepsipe.signals.time_alignment import advanced, marker_delay
 from tepsipe.statistics.uncertainty import Budget
 from tepsipe.treadmill.compensation import compensated_loads
 from tepsipe.treadmill.held_out import HeldOut
+from tepsipe.treadmill.plate_check import calibration_difference, calibration_of
 from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FittedModel, pick
@@ -143,13 +144,19 @@ class FootSide:
 
 
 def _faults_on_plate(prepared: PreparedTrial, options: FootOptions) -> tuple[str, ...]:
-    """Faults of loads and ankle marker as recorded, names in `tepsipe.io.estimates.FLAGS`."""
+    """Faults of loads and ankle marker as recorded, and of the calibration of the plate.
+
+    Names in `tepsipe.flags.FLAGS`.
+    """
     trial, labels = prepared.trial, prepared.markers
     belt = trial.axes["belt"].tolist().index(options.belt)
     force, moment = (trial.values(name)[:, belt].astype(float) for name in ("force", "moment"))
     ankle = trial.values("marker_position")[:, labels.index(options.ankle_label), 1].astype(float)
     signals = {"Fy": force[:, 1], "Fz": force[:, 2], "Mx": moment[:, 0], "ankle": ankle}
-    return flags_of(prepared.rate_hz, prepared.at_rest, **signals)
+    weights = None if options.held_out is None else options.held_out.calibration
+    differs = calibration_difference(weights, calibration_of(trial, options.belt))
+    faults = flags_of(prepared.rate_hz, prepared.at_rest, **signals) + recorded_faults(trial)
+    return tuple(dict.fromkeys(faults + ("calibration-differs",) * bool(differs)))
 
 
 def foot_delay(prepared: PreparedTrial, options: FootOptions) -> float:

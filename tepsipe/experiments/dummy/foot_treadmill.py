@@ -25,7 +25,7 @@ class TreadmillCheck:
     contributions: dict[str, np.ndarray] = field(default_factory=dict)
     """Source -> root of its covariance, for a `Budget` (N·m·s²/rad, N·m·s/rad, N·m/rad), shape (k, 3)."""
     flags: tuple[str, ...] = ()
-    """Failed checks, names in `tepsipe.io.estimates.FLAGS`."""
+    """Failed checks, names in `tepsipe.flags.FLAGS`."""
 
 
 def check_treadmill(

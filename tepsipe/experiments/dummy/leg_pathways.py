@@ -16,7 +16,7 @@ from tepsipe.identification.likelihood.result import LikelihoodEstimates
 from tepsipe.identification.regression.output_error import OutputError
 from tepsipe.identification.regression.windows import WindowedFits, damping_per_com_lag
 from tepsipe.identification.result import Quantity
-from tepsipe.io.trial import Trial
+from tepsipe.io.trial import Trial, recorded_faults
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg, leg_pathway_torque
 from tepsipe.mechanics.segment_kinematics import (
     SegmentMarkers,
@@ -120,7 +120,7 @@ class DummyAnalysis:
     checks: dict[str, TreadmillCheck] = field(default_factory=dict)
     """Pathway -> examination of its treadmill model; empty without such pathways."""
     flags: tuple[str, ...] = ()
-    """Failed checks of the whole trial, names in `tepsipe.io.estimates.FLAGS`."""
+    """Failed checks of the whole trial, names in `tepsipe.flags.FLAGS`."""
 
     @property
     def simulating_fits(self) -> dict[str, OutputError | LikelihoodEstimates]:
@@ -299,10 +299,14 @@ def belt_fixed_position(
 
 
 def _faults_of_markers(prepared: PreparedTrial, options: DummyOptions) -> tuple[str, ...]:
-    """Faults of the leg's markers as recorded, names in `tepsipe.io.estimates.FLAGS`."""
+    """Faults of the leg's markers as recorded, and another amplitude of the belt.
+
+    Names in `tepsipe.flags.FLAGS`.
+    """
     along = prepared.trial.values(MARKER_SIGNALS["as-sampled"])[:, :, 1].astype(float)
     signals = {label: along[:, prepared.markers.index(label)] for label in options.leg_markers.labels}
-    return flags_of(prepared.rate_hz, prepared.at_rest, **signals)
+    of_belt = tuple(fault for fault in recorded_faults(prepared.trial) if fault == "other-amplitude")
+    return flags_of(prepared.rate_hz, prepared.at_rest, **signals) + of_belt
 
 
 def _noise_at_rest(prepared: PreparedTrial, options: DummyOptions) -> float:

@@ -87,7 +87,7 @@ class PlatformAnalysis:
     training: int
     """Number of samples of the first part (samples)."""
     flags: tuple[str, ...] = ()
-    """Failed checks of the trial, names in `tepsipe.io.estimates.FLAGS`."""
+    """Failed checks of the trial, names in `tepsipe.flags.FLAGS`."""
 
 
 def analyse_platform(trial: Trial, options: PlatformOptions) -> PlatformAnalysis:

@@ -31,6 +31,10 @@ class StandingFit:
     """Type A and B of B and K; None if only their scatter is known."""
     windows: Annotated[np.ndarray, "(w, 3)"] | None = None
     """Window (s), B and K by it, where the estimator tries several."""
+    apart: tuple[str, ...] = ()
+    """A sentence for every trial of a task that differs from the others."""
+    quotable: bool = True
+    """False where trials differ so much that no value of the task is quoted."""
 
 
 # (pathway, estimator) -> fit

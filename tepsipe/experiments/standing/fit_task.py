@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from tepsipe.experiments.fitted import Fitted
+from tepsipe.experiments.standing.emg_checks import emg_faults
 from tepsipe.experiments.standing.epochs import StandingEpochs, epochs_of
 from tepsipe.experiments.standing.estimates import fit_rows, generator
 from tepsipe.experiments.standing.free_reflex.legs import leg_rows, legs_of
@@ -22,6 +23,7 @@ from tepsipe.experiments.standing.thesis.impedance import (
     stiffness_by_window,
 )
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency, latency_estimates, muscle_latency
+from tepsipe.io.estimates import flagged
 from tepsipe.io.result import Result
 from tepsipe.signals.onsets import OnsetOptions
 
@@ -57,9 +59,12 @@ def fit(
     broadband, legs = legs_of(list(responses))
     person = broadband + legs_of(list(others))[0]
     perturbations = sum(result.arrays["processed/onsets_s"].size for result in responses)
-    fits |= fit_free(broadband, name, estimators, choices, perturbations, onset, person)
+    detector, lengthened = section["latency"]["detector"], _lengthened_by(section)
+    of_emg = emg_faults(trials, lengthened, latencies, detector)
+    fits |= fit_free(broadband, name, estimators, choices, perturbations, onset, person, of_emg)
+    apart = dict.fromkeys(sentence for fit in fits.values() for sentence in fit.apart)
     facts = {
-        "left_out": [*notes, *silent],
+        "left_out": [*notes, *silent, *apart],
         "muscles": list(section["muscles"]),
         "trials": sum(epochs.count > 0 for epochs in whole),
         "responses": sum(epochs.count for epochs in trials),
@@ -71,8 +76,8 @@ def fit(
     result = standing_result(trials, fits, choices.pathway, latencies, facts, windows)
     rows, contributions = fit_rows(task, fits, critical_stiffness)
     for latency in latencies:
-        rows += latency_estimates(task, latency, choices.sources.get("latency_s"))
-    rows_of_legs, more = leg_rows(task, legs, name, estimators, choices, perturbations, onset, person)
+        rows += flagged(latency_estimates(task, latency, choices.sources.get("latency_s")), *of_emg)
+    rows_of_legs, more = leg_rows(task, legs, name, estimators, choices, perturbations, onset, person, of_emg)
     pathway = TorquePathway(**section["pathways"][choices.pathway])
     return Fitted(
         with_budgets(result, fits),
@@ -81,15 +86,20 @@ def fit(
     )
 
 
+def _lengthened_by(section: dict) -> dict[str, dict[str, float]]:
+    """Muscle -> joint -> lengthening per angle."""
+    return {muscle: choice["lengthened_by"] for muscle, choice in section["muscles"].items()}
+
+
 def _latencies(
     trials: list[StandingEpochs], section: dict, name: str, seed: int
 ) -> tuple[list[MuscleLatency], list[str]]:
     """Latencies of the muscles with a response, and a sentence for every other one."""
     options, found, silent = OnsetOptions(**section["latency"]), [], []
     recorded = any(responses.muscles for responses in trials if responses.count)
-    for muscle, choice in section["muscles"].items() if recorded else ():
+    for muscle, lengthening in _lengthened_by(section).items() if recorded else ():
         rng = generator(seed, name, "latency", muscle)
-        latency = muscle_latency(trials, muscle, choice["lengthened_by"], options, rng)
+        latency = muscle_latency(trials, muscle, lengthening, options, rng)
         if isinstance(latency, str):
             silent.append(f"{name}: latency of {muscle} left out: {latency}")
         else:

@@ -28,7 +28,7 @@ from tepsipe.experiments.standing.stance import (
     pressure_fault,
     stance_fault,
 )
-from tepsipe.io.trial import Trial
+from tepsipe.io.trial import Trial, recorded_faults
 from tepsipe.mechanics.inverse_dynamics import (
     PlateLoad,
     single_joint_torque,
@@ -40,7 +40,7 @@ from tepsipe.signals.differentiation import degree_at, derivative
 from tepsipe.signals.onsets import ramp_onset
 from tepsipe.signals.time_alignment import advanced, marker_delay
 from tepsipe.treadmill.compensation import compensated_loads
-from tepsipe.treadmill.plate_check import PlateCheck
+from tepsipe.treadmill.plate_check import PlateCheck, calibration_difference, calibration_of
 from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FittedModel, pick
@@ -87,7 +87,7 @@ class StandingTrial:
     plate: PlateCheck = field(default_factory=PlateCheck)
     """Origin and scale of the force plate, which are corrected."""
     plate_flags: tuple[str, ...] = ()
-    """Names of faults of the plate, in `tepsipe.io.estimates.FLAGS`."""
+    """Names of faults of the plate, in `tepsipe.flags.FLAGS`."""
 
     @property
     def trial(self) -> Trial:
@@ -125,6 +125,8 @@ def process_standing(
     Returns: signals, and whether the person stood still.
     """
     plate = plate or PlateCheck()
+    differs = calibration_difference(plate.calibration, calibration_of(trial, options.belt))
+    faults = recorded_faults(trial) + ("calibration-differs",) * bool(differs)
     trial = plate.corrected(trial, options.belt)
     prepared = prepare_trial(trial, name, options.lowpass, options.window, options.quiet_after_s)
     time, still, person = prepared.time, prepared.at_rest, options.person
@@ -192,7 +194,7 @@ def process_standing(
         delay_s=delay_s,
         fault=fault or pressure_fault(balance, still),
         plate=plate,
-        plate_flags=(*plate.flags, *balance_flags(balance, still, person)),
+        plate_flags=(*plate.flags, *plate.faults, *balance_flags(balance, still, person), *faults),
     )
 
 

@@ -82,7 +82,7 @@ def balance_flags(balance: PlateBalance, still: np.ndarray, person: Person) -> t
     balance: centre of pressure and posture.
     still: samples of unperturbed standing.
     person: height of the centre of mass of the body above the ankles.
-    Returns: names, in `tepsipe.io.estimates.FLAGS`.
+    Returns: names, in `tepsipe.flags.FLAGS`.
     """
     lean = 0.5 * (np.mean(balance.shank[still]) + np.mean(balance.thigh[still]))
     expected_m = person.body.com_m * np.sin(lean)

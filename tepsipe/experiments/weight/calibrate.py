@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tepsipe.io.result import Result
-from tepsipe.io.trial import Trial
+from tepsipe.io.trial import Trial, recorded_faults
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
 from tepsipe.treadmill.bristle_fit import Calibrated
@@ -23,7 +23,14 @@ from tepsipe.treadmill.calibration import (
 from tepsipe.treadmill.frame_peak import frame_peak
 from tepsipe.treadmill.held_out import below_limit, held_out_residuals
 from tepsipe.treadmill.options import Weight
-from tepsipe.treadmill.plate_check import Resting, check_plate, resting
+from tepsipe.treadmill.plate_check import (
+    PlateCheck,
+    Resting,
+    calibration_difference,
+    calibration_of,
+    check_plate,
+    resting,
+)
 from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import JOINT, FamilyOptions, FittedModel
@@ -104,6 +111,7 @@ def calibrate_plate(
     analysis, models: settings of the weight.
     """
     check = check_plate([trial.at_rest(belt, analysis) for trial in trials], plate)
+    check = with_recordings(check, [trial.trial for trial in trials], belt)
     trials = [replace(each, trial=check.corrected(each.trial, belt)) for each in trials]
     choices = dict(models)
     family, draws = choices.pop("family"), choices.pop("calibration_draws")
@@ -135,6 +143,14 @@ def calibrate_plate(
             empty = [trial.prepared(analysis) for trial in trials if trial.weight is None]
             left.facts["empty_frame"] = frame_peak(empty, belt)
     return PlateCalibration(kept, responses, left, scores)
+
+
+def with_recordings(check: PlateCheck, trials: Sequence[Trial], belt: str) -> PlateCheck:
+    """The check of a plate with the calibration of its recordings, and with their faults."""
+    known = [calibration_of(trial, belt) for trial in trials]
+    faults = [fault for trial in trials for fault in recorded_faults(trial) if fault != "other-amplitude"]
+    faults += ["calibration-differs"] * any(calibration_difference(known[0], each) for each in known)
+    return replace(check, faults=tuple(dict.fromkeys(faults)), calibration=known[0])
 
 
 def _grouped(trial: PlateTrial, belt: str, analysis: dict, lowpass: Lowpass, usual_kg: float) -> Grouped:

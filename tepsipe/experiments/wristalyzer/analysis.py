@@ -54,7 +54,7 @@ class JointFit:
     quantities: dict[str, Quantity]
     """I, B, K."""
     flags: tuple[str, ...] = ()
-    """Failed checks, names in `tepsipe.io.estimates.FLAGS`."""
+    """Failed checks, names in `tepsipe.flags.FLAGS`."""
     spectrum: FrequencyResponse | None = None
     """Response that was fitted, over all frequencies (Hz, rad/(N·m))."""
     search: AdmittanceFit | None = None
@@ -137,7 +137,7 @@ class WristalyzerAnalysis:
     tried: list[tuple[float, AdmittanceFit, AdmittanceFit]]
     """Starting K (N·m/rad), fit with complex residuals, fit with the modulus."""
     flags: tuple[str, ...]
-    """Failed checks of the trial, names in `tepsipe.io.estimates.FLAGS`."""
+    """Failed checks of the trial, names in `tepsipe.flags.FLAGS`."""
 
 
 def analyse_wristalyzer(

@@ -8,10 +8,9 @@ from typing import Annotated
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.fitted import recorded_faults
 from tepsipe.experiments.wristalyzer.options import WristalyzerOptions
 from tepsipe.identification.regression.periods import filtered_angle, periods_differ, torque_delay
-from tepsipe.io.trial import Trial
+from tepsipe.io.trial import Trial, recorded_faults
 from tepsipe.mechanics.impedance_model import simulate_angle
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.response import FrequencyResponse

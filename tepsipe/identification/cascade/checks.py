@@ -31,7 +31,7 @@ LEAST_DELAY_S, SURE = 1e-3, 0.999
 
 
 def failed_checks(record: CascadeRecord, fit: ParallelCascadeFit) -> tuple[str, ...]:
-    """Names of the checks that a fit fails, in `tepsipe.io.estimates.FLAGS`."""
+    """Names of the checks that a fit fails, in `tepsipe.flags.FLAGS`."""
     varies = varying_stiffness(record, fit) > LEAST_VARIATION
     found = {
         "torque-delay": late(torque_delay(record, fit)),

@@ -22,6 +22,7 @@ The frames named by ZERO, whose mean could be subtracted, are ignored: in these 
 plate from the first frame on.
 """
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -93,6 +94,18 @@ def _plate(
             "moments as type 2"
         )
     selected = [_channel(group, number, k, channels, labels, name) for k in range(CHANNELS[kind])]
+    plate = _load_of(selected, kind, group, number, name, scale)
+    units = [
+        (label, replace(channel, values=one))
+        for (label, channel), one in zip(selected, np.eye(len(selected)), strict=True)
+    ]
+    per_unit = _load_of(units, kind, group, number, name, scale)
+    calibration = np.hstack([per_unit.force, per_unit.moment]).T
+    return replace(plate, channels=tuple(label for label, _ in selected), calibration=calibration)
+
+
+def _load_of(selected: list, kind: int, group: dict, number: int, name: str, scale: float) -> ForcePlate:
+    """Load of a plate of a type from its labelled channels."""
     corners = scale * _parameter(group, "CORNERS", (3, 4), number, name).T
     origin = scale * _parameter(group, "ORIGIN", (3,), number, name)
     if origin[2] > 0.0:

@@ -67,6 +67,10 @@ class ForcePlate:
     the moment depends on it."""
     fault: str | None = None
     """Why the plate cannot be used, one sentence; force and moment are then NaN."""
+    channels: tuple[str, ...] = ()
+    """Labels of its analog channels."""
+    calibration: Annotated[np.ndarray, "(6, channels)"] | None = None
+    """Force and moment per unit of each channel (N, N·m over the channel's unit)."""
 
     @property
     def normal(self) -> np.ndarray | None:

@@ -94,11 +94,11 @@ class BroadbandEpochs:
     treadmill_error: tuple[float, float] | None = None
     """Error of K that held-out trials of the treadmill predict, and its standard error (N·m/rad)."""
     treadmill_flag: str = "treadmill-model"
-    """Name of the flag, in `tepsipe.io.estimates.FLAGS`, if this error is too large."""
+    """Name of the flag, in `tepsipe.flags.FLAGS`, if this error is too large."""
     origin_known: bool = True
     """Whether weights showed the origin of the force plate along the belt."""
     plate_flags: tuple[str, ...] = ()
-    """Names of faults of the plate, in `tepsipe.io.estimates.FLAGS`."""
+    """Names of faults of the plate, in `tepsipe.flags.FLAGS`."""
     frame: FramePeak | None = None
     empty_frame: FramePeak | None = None
     """Resonance of the frame below the person in all pulses of the trial, and of the empty belt; None for a

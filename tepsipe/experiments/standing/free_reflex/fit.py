@@ -46,6 +46,7 @@ from tepsipe.experiments.standing.free_reflex.reflex import (
     yielding,
 )
 from tepsipe.experiments.standing.options import FreeReflexOptions
+from tepsipe.identification.consistency import welch
 from tepsipe.identification.regression.generalised import (
     GeneralisedFit,
     Record,
@@ -236,6 +237,8 @@ class FreeReflexFit:
     """Largest share of noise in the information on B and K, which was subtracted."""
     reflex: ReflexEstimate
     """What B and K leave of the whole responses."""
+    apart: tuple["ApartFromOthers", ...] = ()
+    """Every recording against the others, if there are several."""
 
 
 def fit_free_reflex(
@@ -284,6 +287,7 @@ def fit_free_reflex(
         budget.freedom,
         yielded.times(YIELD_SHARE) if yielded else None,
     )
+    apart = compared_recordings(trials, fit, errors, options.discrepancy)
     curves = [_curve(record, fit.parameters, time[inside]) for record in records]
     before = time[inside] <= onset
     return FreeReflexFit(
@@ -298,6 +302,7 @@ def fit_free_reflex(
         vaf=_vaf(curves, before),
         noise_share=fit.noise_share,
         reflex=reflex,
+        apart=apart,
     )
 
 
@@ -541,6 +546,56 @@ def _scatter(
         return np.sqrt(jackknife(fit.without_each(recordings))), len(recordings) - 1.0
     variance = sum(jackknife(x) for x in _without_each_response(fit, trials, inside))
     return np.sqrt(variance), max(1.0, float(sum(trial.count for trial in trials) - len(trials)))
+
+
+@dataclass(frozen=True)
+class ApartFromOthers:
+    """B and K of one recording less those of the others."""
+
+    recording: str
+    """Its name; empty if unknown."""
+    own: Annotated[np.ndarray, "(2,)"]
+    others: Annotated[np.ndarray, "(2,)"]
+    """B (N·m·s/rad) and K (N·m/rad), in the window and with the covariance of the common fit."""
+    chance: Annotated[np.ndarray, "(2,)"]
+    """Probability of so large a difference by the scatter of responses and the misfit of the rig's model."""
+
+    @property
+    def size(self) -> np.ndarray:
+        """Relative differences of B and K, shape (2,)."""
+        return np.abs(self.own - self.others) / np.abs(self.others)
+
+
+def compared_recordings(
+    trials: list[BroadbandEpochs], fit: GeneralisedFit, errors: FitErrors, discrepancy: float
+) -> tuple[ApartFromOthers, ...]:
+    """B and K of every recording against the others, from the normal equations of the common fit.
+
+    The information N_j of a recording j and its moments m_j give its own parameters N_j^-1 m_j; a change d of
+    the common ones by its data is N_j^-1 N d there, and not present in the others, whose changes are likewise
+    (N - N_j)^-1 N d. Sources that all recordings share cancel.
+    """
+    recordings = by_recording(trials)
+    if len(recordings) < 2:
+        return ()
+    total, moments = fit.information.sum(axis=0), fit.moments.sum(axis=0)
+    owner = np.repeat(np.arange(len(trials)), [trial.count for trial in trials])
+    found = []
+    for own in recordings:
+        n, m = fit.information[own].sum(axis=0), fit.moments[own].sum(axis=0)
+        ours = np.isin(owner, own)
+        apart = np.isin(np.arange(len(trials)), own)
+        changes = []
+        for information, responses, kept in ((n, ours, apart), (total - n, ~ours, ~apart)):
+            per_common = np.linalg.solve(information, total)
+            rows = np.concatenate(
+                [errors.scatter[responses], discrepancy * errors.discrepancy[kept].reshape(-1, 2)]
+            )
+            error = np.linalg.norm(rows @ per_common.T, axis=0)
+            changes.append((error, max(1.0, float(responses.sum() - kept.sum()))))
+        parameters = np.linalg.solve(n, m), np.linalg.solve(total - n, moments - m)
+        found.append(ApartFromOthers(trials[own[0]].recording, *parameters, welch(*parameters, *changes)[0]))
+    return tuple(found)
 
 
 def jackknife(left_out: np.ndarray) -> np.ndarray:

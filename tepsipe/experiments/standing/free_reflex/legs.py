@@ -120,12 +120,13 @@ def leg_rows(
     perturbations: int,
     reflex_onset_s: float | None = None,
     person: list[BroadbandEpochs] | None = None,
+    of_emg: tuple[str, ...] = (),
 ) -> tuple[list[Estimate], list[Contribution]]:
     """B and K of each leg, and its part of the weight, as rows beside those of both legs.
 
     condition: trial or task.
     legs: leg -> its responses in every trial; may be empty.
-    name, estimators, choices, perturbations, reflex_onset_s, person: as for `fit_free`.
+    name, estimators, choices, perturbations, reflex_onset_s, person, of_emg: as for `fit_free`.
 
     Returns:
         rows: ``B_left`` (N·m·s/rad), ``K_left`` (N·m/rad), ``weight_share_left`` and the same of the right
@@ -135,7 +136,7 @@ def leg_rows(
     rows, contributions = [], []
     mass_kg = {leg: float(np.mean([trial.carried_kg for trial in of_leg])) for leg, of_leg in legs.items()}
     for leg, of_leg in legs.items():
-        fits = fit_free(of_leg, name, estimators, choices, perturbations, reflex_onset_s, person)
+        fits = fit_free(of_leg, name, estimators, choices, perturbations, reflex_onset_s, person, of_emg)
         for key, fit in fits.items():
             names = ("standing", condition, *key)
             quantities = {f"{quantity}_{leg}": fit.quantities[quantity] for quantity in QUANTITIES}

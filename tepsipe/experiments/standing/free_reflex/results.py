@@ -70,6 +70,7 @@ from tepsipe.experiments.standing.free_reflex.fit import (
     QUANTITIES,
     REGRESSORS,
     TORQUE,
+    ApartFromOthers,
     FreeReflexFit,
     fit_errors,
     fit_free_reflex,
@@ -83,6 +84,7 @@ from tepsipe.experiments.standing.free_reflex.reflex import REFLEX
 from tepsipe.experiments.standing.muscle_torque import FREE, NONE
 from tepsipe.experiments.standing.options import FreeReflexOptions, StandingEstimator, TorquePathway
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency
+from tepsipe.identification.consistency import CHANCE
 from tepsipe.identification.regression.generalised import Record, generalised_least_squares
 from tepsipe.identification.result import Quantity, quantities_of
 from tepsipe.io.estimates import Contribution, Estimate, flagged, recommended
@@ -103,6 +105,9 @@ GROSS = 0.5
 NOISE_SHARE = 0.1
 # share of the perturbations that must be usable
 USABLE = 0.7
+# relative difference of a recording's B or K from the others' that matters, and beyond which no value of the
+# task is quoted; recordings of several amplitudes differ by softening
+TRIALS_DIFFER, TRIALS_APART = 0.25, 0.4
 
 
 def failed_checks(
@@ -111,7 +116,7 @@ def failed_checks(
     perturbations: int,
     pre_reflex: tuple[np.ndarray, Budget] | None,
 ) -> tuple[str, ...]:
-    """Names of the checks, in `tepsipe.io.estimates.FLAGS`, that K and B fail.
+    """Names of the checks, in `tepsipe.flags.FLAGS`, that K and B fail.
 
     fit: K and B of these trials.
     perturbations: number of perturbations in them, usable or not.
@@ -140,9 +145,16 @@ def failed_checks(
     if error is not None and clearly_wrong(*error, stiffness):
         failed += dict.fromkeys(t.treadmill_flag for t in trials if t.treadmill_error is not None)
     failed += dict.fromkeys(flag for trial in trials for flag in trial.plate_flags)
+    if any(_size_apart(each) > TRIALS_DIFFER for each in fit.apart):
+        failed.append("trials-differ")
     if sum(trial.count for trial in trials) < USABLE * perturbations:
         failed.append("few-perturbations")
     return tuple(failed)
+
+
+def _size_apart(recording: ApartFromOthers) -> float:
+    """Largest relative difference of B and K from the other recordings that is none by chance."""
+    return float((recording.size * (recording.chance < CHANCE)).max())
 
 
 def _frames(trials: list[BroadbandEpochs]) -> tuple[list[FramePeak], FramePeak | None]:
@@ -434,6 +446,7 @@ def fit_free(
     perturbations: int,
     reflex_onset_s: float | None = None,
     person: list[BroadbandEpochs] | None = None,
+    of_emg: tuple[str, ...] = (),
 ) -> Fits:
     """Fit every estimator with a free reflex torque, and check it against the pre-reflex window.
 
@@ -443,6 +456,7 @@ def fit_free(
     perturbations: number of perturbations in the trials, usable or not.
     reflex_onset_s: earliest instant of a reflex torque (s); from the options if left out.
     person: trials of all tasks of the person; if left out, those of ``trials``.
+    of_emg: faults of the electromyograms, which show the onset.
     """
     fits: Fits = {}
     trials, sources = with_common_centre(trials, _with_origin(trials, choices.sources), person or trials)
@@ -456,7 +470,7 @@ def fit_free(
             )
         fit = fit_free_reflex(trials, estimator.window_s, choices.options, sources, reflex_onset_s)
         check = _pre_reflex(trials, fit, estimators, choices.options, sources)
-        flags = failed_checks(fit, trials, perturbations, check)
+        flags = failed_checks(fit, trials, perturbations, check) + of_emg
         fits[choices.pathway, key] = _as_fit(fit, trials, flags)
     return fits
 
@@ -499,6 +513,17 @@ def _as_fit(fit: FreeReflexFit, trials: list[BroadbandEpochs], flags: tuple[str,
         sum(trial.count for trial in trials),
         budget=fit.budget,
         windows=fit.windows,
+        apart=tuple(_apart_in_words(x) for x in fit.apart if _size_apart(x) > TRIALS_DIFFER),
+        quotable=all(_size_apart(x) <= TRIALS_APART for x in fit.apart),
+    )
+
+
+def _apart_in_words(recording: ApartFromOthers) -> str:
+    (b, k), (others_b, others_k) = recording.own, recording.others
+    return (
+        f"{recording.recording}: expected B and K like those of the other trials of its task ({others_b:.3g} "
+        f"N·m·s/rad, {others_k:.3g} N·m/rad), found {b:.3g} and {k:.3g}: check its row of the trial sheet, "
+        "its recording, and how the person stood"
     )
 
 
@@ -556,7 +581,8 @@ def quoted(
     """Rows of a task with those to quote marked; none, where the torque cannot be trusted.
 
     The belt-induced load must be compensated, by a treadmill model whose error of K is not clearly above half
-    of it. Without compensation, K and B of the chosen pathway are flagged ``uncompensated``.
+    of it, and no trial may differ from the others by more than `TRIALS_APART`. Without compensation, K and B
+    of the chosen pathway are flagged ``uncompensated``.
 
     fits: (pathway, estimator) -> fit.
     chosen: recommended ``pathway`` and ``estimator``.
@@ -565,7 +591,7 @@ def quoted(
         return [*(flagged([row], "uncompensated")[0] if _of(row, chosen["pathway"]) else row for row in rows)]
     fit = fits.get((chosen["pathway"], chosen["estimator"]))
     known = fit is not None and fit.budget is not None
-    if known and not quotable(trials, fit.quantities["K"].value):
+    if known and not (fit.quotable and quotable(trials, fit.quantities["K"].value)):
         return rows
     return [
         replace(row, recommended=True) if _of_reflex(row, fits, chosen) else row

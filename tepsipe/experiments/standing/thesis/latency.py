@@ -72,6 +72,23 @@ def lengthening_speed(
     return sum(weight * responses.stretch[joint] for joint, weight in lengthening.items())
 
 
+def _until_return(responses: StandingEpochs) -> Annotated[np.ndarray, "(n,)"]:
+    """Samples from the onset until the belt returns."""
+    displacement = np.abs(
+        np.cumsum(responses.perturbed["belt_velocity"].mean(axis=0) * (responses.time >= 0.0))
+    )
+    return (responses.time >= 0.0) & (np.arange(displacement.size) <= displacement.argmax())
+
+
+def stretched_first(responses: StandingEpochs, lengthening: dict[str, float]) -> bool:
+    """Test for pulses of one direction that lengthen a muscle until the belt returns.
+
+    lengthening: joint -> lengthening per angle.
+    """
+    speed = lengthening_speed(responses, lengthening).mean(axis=0)
+    return bool(speed[_until_return(responses)].mean() > 0.0)
+
+
 def muscle_latency(
     trials: list[StandingEpochs],
     muscle: str,
@@ -89,15 +106,9 @@ def muscle_latency(
     for responses in trials:
         if muscle not in responses.muscles or not responses.count:
             continue
-        speed = lengthening_speed(responses, lengthening).mean(axis=0)
-        # until the belt returns
-        displacement = np.abs(
-            np.cumsum(responses.perturbed["belt_velocity"].mean(axis=0) * (responses.time >= 0.0))
-        )
-        first = (responses.time >= 0.0) & (np.arange(displacement.size) <= displacement.argmax())
-        if speed[first].mean() > 0.0:
+        if stretched_first(responses, lengthening):
             stretching.append(responses)
-            turns_s = max(turns_s, float(responses.time[first][-1]))
+            turns_s = max(turns_s, float(responses.time[_until_return(responses)][-1]))
     if not stretching:
         return f"expected trials that stretch {muscle} first and have a usable channel for it, found none"
     step = stretching[0].emg_time[1] - stretching[0].emg_time[0]
