@@ -134,6 +134,7 @@ def rows_of(condition, direction=1, alone=80.0, cascade=90.0, gain=(8.0, 12.0), 
     known.append((CASCADE, "VAF_held_out_with_slow_torque", "%", cascade + 1.0, np.nan, np.nan))
     columns = ["estimator", "quantity", "unit", "value", "ci_low", "ci_high"]
     found = pd.DataFrame(known, columns=columns)
+    found["recommended"] = (found.estimator == CASCADE) & (found.quantity == "K")
     return found.assign(experiment="position_manipulator", condition=condition, flags=flags)
 
 

@@ -54,13 +54,26 @@ WORDS = {
     "teager-kaiser": "Teager-Kaiser",
     "changepoint": "change point",
 }
+# the same of what follows the thesis, in reports that do not
+NEUTRAL = {
+    "leg-thesis": "leg, single-body equation",
+    "leg-thesis-aligned": "leg, single-body equation, aligned markers",
+    "foot-thesis": "foot, single-body equation",
+    "ankle-thesis": "ankle, single-body equation",
+    "ankle-thesis-vector": "ankle, single-body equation, vectors",
+    "windowed-least-squares-thesis": "windowed least squares, no torque at rest",
+    "as-printed": "inertia, damping and stiffness",
+}
 
 
-def words(name: str) -> str:
+def words(name: str, neutral: bool = False) -> str:
     """A pathway, estimator, filter or detector as figures show it (no unit).
 
     For example "leg, thesis equation" for leg-thesis and "zero-lag 20 Hz" for bidirectional 20 Hz.
+    ``neutral``: without mentioning the thesis.
     """
+    if neutral and name in NEUTRAL:
+        return NEUTRAL[name]
     if name in WORDS:
         return WORDS[name]
     for kind, label in (("bidirectional ", "zero-lag "), ("unidirectional ", "forward-only ")):

@@ -27,7 +27,7 @@ ACCENTS = {"\u0307": "\u02d9", "\u0308": "\u00a8"}
 SCRIPTS = ("report.js", "swing.js", "explore.js")
 # questions of a reader, and the first of these sections that the report has
 QUESTIONS = {
-    "What was found?": ("abstract", "findings"),
+    "What was found?": ("answers", "abstract", "findings"),
     "Why?": ("not-physical", "discussion"),
     "How sure is it?": ("truth", "budgets"),
     "What is simulated?": ("laboratory",),
@@ -39,7 +39,7 @@ QUESTIONS = {
 # elements of a heading that its entry in the contents keeps
 KEPT = "em|math|mi|mn|msub|mrow|code"
 # a cell with a number, which may have signs, an interval and marks
-NUMBER = re.compile(r"^[\s\u2060]*[(<>]?[\s<>±−+\-]*\d[\d.,  ·⁰¹²³⁴⁵⁶⁷⁸⁹⁻%*†∗×/()±−to–-]*$")
+NUMBER = re.compile(r"^[\s\u2060]*[(<>]?[\s<>±−+\-]*\d[\d.,  ·⁰¹²³⁴⁵⁶⁷⁸⁹⁻%*†‡∗×/()±−to–-]*$")
 
 
 @dataclass(frozen=True)

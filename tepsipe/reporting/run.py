@@ -75,6 +75,7 @@ def report_content(run: Run, chapters: Mapping[str, ModuleType]) -> dict:
     ``short_names`` of conditions, and ``names`` of pathways, estimators and models as the report shows
     them.
     """
+    neutral = run.study.get("reported") is None
     conditions = {name for rows in run.tables.values() if "condition" in rows for name in rows.condition}
     return raw(
         {
@@ -85,7 +86,7 @@ def report_content(run: Run, chapters: Mapping[str, ModuleType]) -> dict:
             "chapters": {name: chapter_content(chapter, run) for name, chapter in chapters.items()},
             "units": UNIT_SYMBOLS,
             "short_names": {name: short_name(name) for name in sorted(map(str, conditions))},
-            "names": {name: words(name) for name in _identifiers(run)},
+            "names": {name: words(name, neutral) for name in _identifiers(run)},
         }
     )
 

@@ -12,10 +12,6 @@ from functools import cache
 import numpy as np
 import pandas as pd
 import pytest
-from joint_builders import content_of as joint_content
-from joint_builders import fit_of, rows_of
-from joint_builders import run_of as joint_run
-from reporting import test_belt_chapter as belt
 from reporting import test_dummy_chapter as dummy
 from reporting import test_simulation_chapters as simulations
 from reporting import test_standing_chapter as standing
@@ -30,13 +26,9 @@ from workflow.support.outputs import CHAPTERS
 
 # what a study has: rows, fits, trials or values of the thesis; each is tested with its chapter
 PRESENCE = {
-    "belt": "linear chosen tracked lines no_lines something_predicts nothing_predicts",
     "budgets": "any_budget of_wristalyzer of_dummy of_foot of_standing of_weight",
     "dummy": "reproduces_thesis commanded recovered truth_at_work recommended_specified",
     "noise": "figure_has_both",
-    "participants": "mean_stiffness",
-    "platform": "one_perturbation",
-    "position_manipulator": "participants_named more_than_shown short_range",
     "simulation": "compared thesis_simulated first_shown second_shown force_compared",
     "standing": "one_person free_reflex recovered truth_at_work",
     "study": "truth_of_recommended_known coverage_counted recommended_flagged",
@@ -75,22 +67,6 @@ def noisy(means, *cells):
     """Run of the noise study with means of K, and with Table 4-4 if there are cells of it."""
     run = simulations.noisy(**means)
     return Run(run.tables | ({"table_4_4": table_4_4(*cells)} if cells else {}), {}, run.settings, run.study)
-
-
-def joint(fit, **rows):
-    return joint_run({"a": fit}, rows_of("a", **rows))
-
-
-def with_short_range(stiffness):
-    rows = rows_of("a")
-    rows.loc[rows.quantity == "K_short_range", "value"] = stiffness
-    return joint_run({"a": fit_of(short_range=True)}, rows)
-
-
-def slow_torque(vaf):
-    rows = rows_of("a")
-    rows.loc[rows.quantity == "VAF_held_out_with_slow_torque", "value"] = vaf
-    return joint_run({"a": fit_of()}, rows)
 
 
 def planned(both=0.01, torque=(-16.0, 1.1, -30.0), late=(-116.0, 418.0, -140.0), pulses=(0.4, 0.4)):
@@ -233,7 +209,6 @@ THE_SWEEP = (
     wristalyzer.swept(wristalyzer.FEW, wristalyzer.MANY),
     wristalyzer.swept(wristalyzer.FEW, wristalyzer.BOTH),
 )
-THE_BELT = belt.usual(), belt.contrary()
 FINDINGS = {
     "dummy": dict.fromkeys(
         [
@@ -353,27 +328,6 @@ FINDINGS = {
         ),
         "active_biased": (damped(False), damped(True)),
     },
-    "belt": {
-        "linear_predicts": THE_BELT,
-        "lead_helps": THE_BELT,
-        "tracking_useless": THE_BELT[::-1],
-        "recommended_is_ahead": (
-            belt.run_of(("fir", 0.727, 51, True), ("hnat2014", 0.721, 2, True)),
-            belt.run_of(("hnat2014", 0.721, 2, True)),
-        ),
-        "smaller_live": (
-            belt.run_of(("arx", 0.727, 9, True), ("hnat2014", 0.7225, 2, True), ("fir", 0.731, 51, True)),
-            belt.run_of(("hnat2014", 0.721, 2, True)),
-        ),
-    },
-    "position_manipulator": {
-        "alone_predicts": (joint(fit_of()), joint(fit_of(), alone=-40.0)),
-        "reflex_raises": (joint(fit_of()), joint(fit_of(), cascade=70.0)),
-        "slow_raises": (slow_torque(95.0), slow_torque(80.0)),
-        "white": (joint(fit_of(white=0.5)), joint(fit_of(white=0.01))),
-        "mostly_slow": (joint(fit_of()), joint(fit_of(slow=10.0))),
-        "stiffer_when_small": (with_short_range(80.0), with_short_range(40.0)),
-    },
     "study": {
         "null_ahead": (study.scored(), study.scored(SEM_K="not reproduced")),
         "truth_missed": (study.compared(), study.compared(covered=["true"] * 4)),
@@ -393,8 +347,6 @@ CONTENT = {
     "planning": lambda run: plain_content(run, "planning"),
     "weight": weight.content,
     "standing": standing.content,
-    "belt": belt.content,
-    "position_manipulator": joint_content,
     "study": study.study_content,
 }
 SOURCES = {"study": "findings"}

@@ -4,6 +4,7 @@ import csv
 
 import numpy as np
 import pytest
+from report_readers import faults_of_study
 from study_builders import snakemake, write_config, write_sheet
 
 from tepsipe.virtual_lab.platform_person import PlatformPerson, PlatformProtocol, record_platform
@@ -76,6 +77,7 @@ def test_a_newcomer_calibrates_a_treadmill_from_two_text_files(project, tables):
     assert {row["train"] for row in rows.values()} == {"a"}
     assert {row["test"] for row in rows.values()} == {"b"}
     assert (project / "results/own-treadmill/report/thesis.pdf").stat().st_size > 20_000
+    assert faults_of_study(project / "results/own-treadmill") == []
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import h5py
 import numpy as np
 import pytest
 import yaml
+from report_readers import faults_of_study
 from study_builders import (
     OVERRIDES,
     PEOPLE,
@@ -92,6 +93,7 @@ def test_a_recorded_trial_gives_what_the_same_files_give_when_they_are_made(own_
     # braces in a title are text
     data = json.loads((own_study / "results/recorded/report/report.json").read_text())
     assert "Own {B} <b> trial" in json.dumps(data, ensure_ascii=False)
+    assert faults_of_study(own_study / "results/recorded") == []
 
 
 @pytest.fixture(scope="module")
@@ -160,6 +162,10 @@ def test_what_cannot_be_trusted_of_a_person_is_named_in_the_report_and_left_out(
     # one of the responses is missing, and nothing else has changed
     assert after != before
     assert after == pytest.approx(before, rel=0.2)
+
+
+def test_report_of_a_person_has_marks_and_nothing_of_the_thesis(people):
+    assert faults_of_study(people[0] / "results/people") == []
 
 
 def test_a_person_without_electromyograms_still_has_ankles(people):

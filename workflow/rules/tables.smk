@@ -4,7 +4,7 @@ COMPARED = outputs.compared(STUDY)
 
 
 rule collect_estimates:
-    """Join the estimates and the uncertainty budgets of all trials in two tables."""
+    """Join the estimates, the answers and the uncertainty budgets of all trials in three tables."""
     input:
         estimates=outputs.estimates(STUDY),
         budgets=outputs.budgets(STUDY),
@@ -12,6 +12,7 @@ rule collect_estimates:
         library=library_of("collect_estimates"),
     output:
         table="<results>/tables/estimates.csv",
+        answers="<results>/tables/answers.csv",
         uncertainty="<results>/tables/uncertainty.csv",
     log:
         "<logs>/collect_estimates.log",
@@ -19,6 +20,7 @@ rule collect_estimates:
         "../envs/tepsipe.yaml"
     params:
         labels=groups.labels(STUDY),
+        asked=groups.asked(STUDY),
     script:
         "../scripts/collect_estimates.py"
 

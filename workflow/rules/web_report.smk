@@ -16,6 +16,10 @@ SIMULATED = (
     if not STUDY.kind and STUDY.has("simulation")
     else []
 )
+# what rests on which decision, and the decisions, which explain departures from the thesis
+DECISIONS = [here("report/decisions.yaml"), *sorted(here(p) for p in CHECKOUT.glob("docs/decisions/0*.md"))]
+if not config["study"]["reported"]:
+    DECISIONS = []
 CAPTIONS = read_captions(CHECKOUT / "report/captions.yaml")
 
 
@@ -28,8 +32,8 @@ rule write_index:
         numbers=[str(path).removesuffix("svg") + "csv" for path in REPORT.input.figures],
         simulated=[f"<results>/fits/simulation/{condition}.h5" for condition in SIMULATED],
         source=REPORT.input.source,
-        rests_on=here("report/decisions.yaml"),
-        decisions=sorted(here(path) for path in CHECKOUT.glob("docs/decisions/0*.md")),
+        rests_on=DECISIONS[:1],
+        decisions=DECISIONS[1:],
         citation=here("CITATION.cff"),
         outputs=PAGES,
         library=library_of(

@@ -1,4 +1,4 @@
-"""Join all estimates, flagged by faults of their rig, into one table, and budgets into another."""
+"""Join all estimates, flagged by faults of their rig, into one table, answers and budgets into others."""
 
 import job
 
@@ -6,11 +6,19 @@ job.start(snakemake)
 
 from tepsipe.experiments.dummy.rig import RIG_FLAGS, flag_rig
 from tepsipe.io.estimates import CONTRIBUTIONS, ESTIMATES
+from tepsipe.reporting.answers import ANSWERS, answers
 
-rows = flag_rig(ESTIMATES.read(*snakemake.input.estimates), RIG_FLAGS.read(*snakemake.input.rig))
-labels = {
-    column: [cells[row.experiment][row.condition] for row in rows]
-    for column, cells in snakemake.params.labels.items()
-}
-ESTIMATES.write(snakemake.output.table, rows, further=labels)
-CONTRIBUTIONS.write(snakemake.output.uncertainty, CONTRIBUTIONS.read(*snakemake.input.budgets))
+given, params, target = snakemake.input, snakemake.params, snakemake.output
+
+
+def labels(rows):
+    """Columns of what the trial sheet names of the rows: participant, belt."""
+    named = params.labels.items()
+    return {column: [cells[row.experiment][row.condition] for row in rows] for column, cells in named}
+
+
+rows = flag_rig(ESTIMATES.read(*given.estimates), RIG_FLAGS.read(*given.rig))
+ESTIMATES.write(target.table, rows, further=labels(rows))
+found = answers(rows, params.asked)
+ANSWERS.write(target.answers, found, further=labels(found))
+CONTRIBUTIONS.write(target.uncertainty, CONTRIBUTIONS.read(*given.budgets))

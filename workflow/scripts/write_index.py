@@ -74,7 +74,11 @@ page = ReportPage(
         chapters_of(f"{params.root}/report", sources, params.main),
         {"trials": ("estimates", "recovery")},
     ),
-    rests_on=yaml.safe_load(Path(given.rests_on).read_text(encoding="utf-8")),
+    rests_on={
+        anchor: numbers
+        for path in given.rests_on
+        for anchor, numbers in yaml.safe_load(Path(path).read_text(encoding="utf-8")).items()
+    },
     decisions={int(Path(path).name[:4]): record_of(path) for path in given.decisions},
     parts=parts,
     explored=tried,

@@ -71,13 +71,34 @@ def masses_kg(study: Study) -> dict[str, dict[str, float | None]]:
     }
 
 
+def asked(study: Study) -> dict[str, dict[str, list]]:
+    """Experiment -> ``conditions``, trials or tasks with answers, and ``ways``, pathways and estimators.
+
+    The first way is that of the tables of participants.
+    """
+    standing, dummy = study.settings["standing"], study.settings["dummy"]
+    pathways = dict.fromkeys([dummy["quoted"], dummy["recommended"]])
+    models = study.settings["platform"]["analysis"]["models"]
+    ways = {
+        "wristalyzer": [["admittance", name] for name in ("spectral-fit-periods", "spectral-fit")],
+        "dummy": [[name, dummy["pathways"][name]["estimator"]] for name in pathways],
+        "weight": [["force", "least-squares"]],
+        "standing": [[standing["recommended"]["pathway"], standing["recommended"]["estimator"]]],
+        "position_manipulator": [["impedance", "parallel-cascade"]],
+        "platform": [["closed-loop", f"iv-{model}"] for model in models],
+    }
+    conditions = {name: study.conditions(name) for name in study.experiments}
+    if "standing" in conditions:
+        conditions["standing"] = [*study.tasks.names(), *study.tasks.pairs()]
+    if study.has("wristalyzer_pooled"):
+        conditions["wristalyzer"] = [*conditions["wristalyzer"], "pooled"]
+    return {
+        name: {"conditions": own, "ways": ways.get(name, [])}
+        for name, own in conditions.items()
+        if EXPERIMENTS[name].fitted
+    }
+
+
 def shown_estimators(study: Study) -> dict[str, list[str]]:
     """Experiment with participants -> pathway and estimator that figure and report show."""
-    standing, dummy = study.settings["standing"], study.settings["dummy"]
-    shown = {
-        "standing": [standing["recommended"]["pathway"], standing["recommended"]["estimator"]],
-        "dummy": [dummy["quoted"], dummy["pathways"][dummy["quoted"]]["estimator"]],
-        "position_manipulator": ["impedance", "parallel-cascade"],
-        "platform": ["closed-loop", f"iv-{study.settings['platform']['analysis']['models'][0]}"],
-    }
-    return {name: choice for name, choice in shown.items() if study.participants(name)}
+    return {name: own["ways"][0] for name, own in asked(study).items() if study.participants(name)}

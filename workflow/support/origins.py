@@ -320,7 +320,7 @@ def _used(text: str) -> tuple[dict[str, None], dict[str, None], list[set[str]]]:
 
 def chapters_of(folder: str | Path, names: Iterable[str], main: str) -> list[Chapter]:
     """Chapters of a report among the names of its sources: those with figures or tables of their own."""
-    own = (main, "several_joints.typ")
+    own = (main, "several_joints.typ", "study_values.typ")
     return [Chapter(Path(folder), name) for name in names if name.startswith("chapters/") or name in own]
 
 

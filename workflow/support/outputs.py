@@ -323,7 +323,7 @@ def tables(study: Study) -> dict[str, str]:
     others = (models, averaging, forward, noise, specification, participants, operating_points, time_varying)
     others += (planned, recovery, other_laws, claims, cells)
     found = dict.fromkeys(map(_stem, thesis_tables(study)), "thesis_table")
-    found |= {name: name for name in ("estimates", "uncertainty")}
+    found |= {name: name for name in ("answers", "estimates", "uncertainty")}
     found |= {name: name for files in others for name in map(_stem, files(study))}
     return found | {name: name for name in map(_stem, thesis_dummy(study)[1:])}
 
@@ -365,7 +365,6 @@ CHAPTERS = (
     "weight",
     "standing",
     "belt",
-    "participants",
     "budgets",
     "position_manipulator",
     "platform",
@@ -420,6 +419,7 @@ def everything(study: Study) -> list[str]:
     return [
         f"<results>/report/{study.config['study']['name']}.pdf",
         "<results>/provenance.json",
+        "<results>/tables/answers.csv",
         "<results>/tables/estimates.csv",
         "<results>/tables/uncertainty.csv",
         *thesis_tables(study),

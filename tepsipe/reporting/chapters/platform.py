@@ -1,4 +1,4 @@
-"""Chapter on a person on a moving platform: coherence, slow mode, and a condition of its sentences."""
+"""Chapter on a person on a moving platform: coherence and slow mode."""
 
 from tepsipe.io.result import Result
 from tepsipe.reporting.run import Run
@@ -14,12 +14,4 @@ def _trial(fit: Result) -> dict:
     return {"significant_percent": 100.0 * significant.mean(axis=0), "mode": fit.arrays["mode"]}
 
 
-# ---- conditions of sentences
-
-
-def one_perturbation(run: Run) -> bool:
-    """The platform was the only perturbation of every trial."""
-    return all(fit.facts["perturbations"] == 1 for fit in run.fits["platform"].values())
-
-
-PREDICATES = (one_perturbation,)
+PREDICATES = ()

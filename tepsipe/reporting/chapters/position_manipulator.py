@@ -1,11 +1,11 @@
-"""Chapter on the position-controlled manipulator: numbers of its fits, and conditions of its sentences."""
+"""Chapter on the position-controlled manipulator: numbers of its fits."""
 
 import statistics
 
 import numpy as np
 import pandas as pd
 
-from tepsipe.experiments.position_manipulator.analysis import ESTIMATOR, REFLEX_ESTIMATOR, TERMS
+from tepsipe.experiments.position_manipulator.analysis import TERMS
 from tepsipe.experiments.position_manipulator.diagnostics import SHOWN_TRIALS
 from tepsipe.experiments.position_manipulator.operating_points import LITERATURE_SLOPE, LITERATURE_TORQUE_NM
 from tepsipe.io.result import Result
@@ -19,6 +19,7 @@ def numbers(run: Run) -> dict:
     """Numbers that no table has (units in the keys), and trials in which K changes."""
     return {
         "trials": {condition: _trial(fit) for condition, fit in run.fits["position_manipulator"].items()},
+        "shown_trials": SHOWN_TRIALS,
         "literature_slope": LITERATURE_SLOPE,
         "literature_torque_Nm": LITERATURE_TORQUE_NM,
         "changing": [
@@ -65,79 +66,4 @@ def _changes(rows: pd.DataFrame) -> bool:
     return bool((np.abs(value - mean) > limit * error).any())
 
 
-# ---- conditions of sentences
-
-
-def participants_named(run: Run) -> bool:
-    """The trial sheet names the participant of a trial with an operating point."""
-    points = run.tables.get("operating_points")
-    return points is not None and bool(points.participant.notna().any())
-
-
-def more_than_shown(run: Run) -> bool:
-    """There are more trials than figures with a row for each show."""
-    return len(run.fits["position_manipulator"]) > SHOWN_TRIALS
-
-
-def alone_predicts(run: Run) -> bool:
-    """Inertia, damping and stiffness alone predict a part of the held-out torque of every trial."""
-    return bool((_held_out(run, ESTIMATOR) > 0.0).all())
-
-
-def reflex_raises(run: Run) -> bool:
-    """The parallel-cascade model raises the held-out VAF of every trial."""
-    alone, both = (_held_out(run, name) for name in (ESTIMATOR, REFLEX_ESTIMATOR))
-    return len(both) > 0 and bool((both > alone).all())
-
-
-def slow_raises(run: Run) -> bool:
-    """The measured torque of just before raises the held-out VAF of every trial."""
-    slow = _held_out(run, REFLEX_ESTIMATOR, "VAF_held_out_with_slow_torque")
-    return bool((slow > _held_out(run, REFLEX_ESTIMATOR)).all())
-
-
-def _held_out(run: Run, estimator: str, quantity: str = "VAF_held_out") -> pd.Series:
-    found = run.values("position_manipulator", quantity, estimator=estimator)
-    return found.reindex(list(run.fits["position_manipulator"]))
-
-
-def short_range(run: Run) -> bool:
-    """A trial has short-range stiffness."""
-    return any(fit.facts["reflex"]["short_range"] for fit in run.fits["position_manipulator"].values())
-
-
-def white(run: Run) -> bool:
-    """The residual of every trial is white."""
-    return all(residual["white_p"] >= LEVEL for residual in _residuals(run))
-
-
-def mostly_slow(run: Run) -> bool:
-    """More than half of the residual's power lies below 1 Hz in every trial."""
-    return all(residual["below_1_hz_percent"] > 50.0 for residual in _residuals(run))
-
-
-def _residuals(run: Run) -> list[dict]:
-    return [fit.facts["diagnostics"]["residual"] for fit in run.fits["position_manipulator"].values()]
-
-
-def stiffer_when_small(run: Run) -> bool:
-    """In every trial with short-range stiffness, the smallest movements meet more than K beyond it."""
-    small, beyond = (
-        run.values("position_manipulator", quantity, estimator=REFLEX_ESTIMATOR)
-        for quantity in ("K_short_range", "K")
-    )
-    small = small.dropna()
-    return len(small) > 0 and bool((small > beyond.reindex(small.index)).all())
-
-
-PREDICATES = (
-    participants_named,
-    more_than_shown,
-    alone_predicts,
-    reflex_raises,
-    slow_raises,
-    short_range,
-    white,
-    mostly_slow,
-    stiffer_when_small,
-)
+PREDICATES = ()
