@@ -61,7 +61,7 @@ NEUTRAL = {
     "foot-thesis": "foot, single-body equation",
     "ankle-thesis": "ankle, single-body equation",
     "ankle-thesis-vector": "ankle, single-body equation, vectors",
-    "windowed-least-squares-thesis": "windowed least squares, no torque at rest",
+    "windowed-least-squares-thesis": "windowed fit, no torque at rest",
     "as-printed": "inertia, damping and stiffness",
 }
 

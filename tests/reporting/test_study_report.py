@@ -1,11 +1,13 @@
 """The report of a study of other recordings: its first page, its marks, and nothing of the thesis."""
 
+import re
+
 import pandas as pd
 import pytest
 from joint_builders import fit_of, rows_of, run_of
 from report_readers import faults_of
 from study_chapter_builders import PROVENANCE
-from typst_builders import page_of, plain_words, typeset_words
+from typst_builders import REPORT, page_of, plain_words, typeset_words
 
 from tepsipe.io.estimates import ESTIMATES
 from tepsipe.reporting.answers import ANSWERS, answers
@@ -91,3 +93,9 @@ def test_captions_name_no_figure_of_the_thesis(report):
     source = '#import "figures.typ": shown\n#shown("4_5")\n#shown("plate_models")\n#shown("4_14")'
     words = typeset_words(source, data, tables)
     assert "The panels have different scales." in words and "hesis" not in words
+
+
+@pytest.mark.parametrize("name", ["study", "study_values", "coverage", "plan", "several_joints", "walking"])
+def test_sources_of_reports_of_their_own_name_no_thesis(name):
+    text = re.sub(r"//.*", "", (REPORT / f"{name}.typ").read_text(encoding="utf-8"))
+    assert not re.search(r"thesis(?!\")", text.replace("reproduces-thesis", ""), re.IGNORECASE)

@@ -40,6 +40,7 @@ def test_the_study_writes_every_output_of_its_contract(study):
     for name in (
         "report/thesis.pdf",
         "provenance.json",
+        "tables/answers.csv",
         "tables/estimates.csv",
         "tables/uncertainty.csv",
         "tables/table_4_1.csv",

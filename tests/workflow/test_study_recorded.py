@@ -94,6 +94,8 @@ def test_a_recorded_trial_gives_what_the_same_files_give_when_they_are_made(own_
     data = json.loads((own_study / "results/recorded/report/report.json").read_text())
     assert "Own {B} <b> trial" in json.dumps(data, ensure_ascii=False)
     assert faults_of_study(own_study / "results/recorded") == []
+    page = (own_study / "results/recorded/report/trials/dummy/own.html").read_text(encoding="utf-8")
+    assert "leg, single-body equation" in page and "thesis" not in page.partition("<body>")[2].lower()
 
 
 @pytest.fixture(scope="module")

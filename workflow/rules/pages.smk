@@ -71,6 +71,7 @@ for _name, _experiment in EXPERIMENTS.items():
             **_params,
             composed_by=f"experiments.{_module}.page:page",
             chapter=_chapter,
+            neutral=config["study"]["reported"] is None,
             title=as_it_is(config["study"]["title"]),
             trial=of_trial(partial(report_params.described, STUDY), _name),
             neighbours=of_trial(partial(report_params.neighbours, STUDY), _name),
