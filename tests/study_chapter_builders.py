@@ -30,6 +30,7 @@ CLAIM = {
     "margin": "",
     "used": "a joint",
     "statements": "",
+    "measure": "printed_stiffness_low",
 }
 
 

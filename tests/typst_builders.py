@@ -98,22 +98,41 @@ def evaluated(
     return found["value"]
 
 
+# end of an assertion that is struck through, because it does not hold in the run
+MARK = "(not in this run)"
+
+
 def findings_of(
-    places: Sequence[str], data: Mapping, tables: Mapping[str, str | Path] | None = None
+    places: Sequence[str], data: Mapping, tables: Mapping[str, str | Path] | None = None, struck: bool = False
 ) -> dict[str, str]:
-    """First sentences of the captions that have one, by name of the figure."""
+    """First sentences of the captions that have one, by name of the figure; also ``struck`` ones."""
     told = evaluated([f'finding("{place}")' for place in places], "figures.typ", data, tables)
-    return {place: text for place, text in zip(places, told, strict=True) if text is not None}
+    found = {place: text for place, text in zip(places, told, strict=True) if text is not None}
+    return {place: text for place, text in found.items() if struck or MARK not in text}
 
 
 def typeset_words(
-    source: str, data: Mapping, tables: Mapping[str, str | Path] | None = None, cells: str = ""
+    source: str,
+    data: Mapping,
+    tables: Mapping[str, str | Path] | None = None,
+    cells: str = "",
+    struck: bool = False,
 ) -> str:
-    """Words of a source, typeset without figures; ``cells`` of tables end with that text."""
+    """Words of a source, typeset without figures; ``cells`` of tables end with that text.
+
+    Assertions that do not hold are left out, unless ``struck`` ones are wanted.
+    """
     with report_root(data, tables or {}, {"words.typ": source}) as root:
         path = root / "words.typ"
         page = typst.compile(str(path), root=str(root), ignore_system_fonts=True, format="html").decode()
+    if not struck:
+        page = without_struck(page)
     return plain_words(re.sub("(<tr>)|<br>|(</t[dh]>)", lambda m: cells if m[1] or m[2] else " ", page))
+
+
+def without_struck(page: str) -> str:
+    """A page of HTML without assertions that do not hold."""
+    return re.sub(rf"(?s)<s>.*?</s>\s*{re.escape(MARK)}", "", page)
 
 
 def plain_words(page: str) -> str:
@@ -145,11 +164,15 @@ def tables_of(results: Path) -> dict[str, Path]:
 
 
 def chapter_words(
-    name: str, data: Mapping, tables: Mapping[str, str | Path] | None = None, cells: str = ""
+    name: str,
+    data: Mapping,
+    tables: Mapping[str, str | Path] | None = None,
+    cells: str = "",
+    struck: bool = False,
 ) -> str:
-    """Words of a chapter of the report and its appendix, without references to others; ``cells`` as above."""
+    """Words of a chapter of the report and its appendix, without references; arguments as above."""
     parts = "".join(f'#include "chapters/{part}.typ"\n' for part in parts_of(name))
-    return typeset_words(f"#show ref: none\n{parts}", data, tables, cells)
+    return typeset_words(f"#show ref: none\n{parts}", data, tables, cells, struck)
 
 
 def parts_of(chapter: str) -> list[str]:

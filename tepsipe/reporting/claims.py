@@ -627,6 +627,8 @@ class ClaimVerdict:
     """What was used to get the number of this run, and whether the claim can discriminate."""
     statements: str
     """Numbers of the statements of chapters 4 to 6 that it tests, joined by ``;``."""
+    measure: str
+    """Name in `MEASURES` of the number; sentences of the report rest on the claim by this name."""
 
 
 CLAIM_VERDICTS = Table(ClaimVerdict, "claims")
@@ -700,6 +702,7 @@ def _checked(
         margin=margin,
         used=used,
         statements="",
+        measure=name,
     )
 
 

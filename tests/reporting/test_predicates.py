@@ -6,12 +6,13 @@ from itertools import chain
 from pathlib import Path
 
 import pytest
+import yaml
 from typst_builders import REPORT, evaluated
 
 from workflow.support.captions import read_captions
 from workflow.support.outputs import CHAPTERS, OWN_REPORTS
 
-ASKED = re.compile(r'(?:holds\(|^\s*\()"(\w+)\.(\w+)"', re.MULTILINE)
+ASKED = re.compile(r'(?:(?:holds|says)\(|^\s*\()"(\w+)\.(\w+)"', re.MULTILINE)
 MODULES = [*CHAPTERS, *chain(*OWN_REPORTS.values())]
 SOURCES = sorted(REPORT.rglob("*.typ"))
 
@@ -37,8 +38,10 @@ def test_predicates_of_a_chapter_are_those_that_its_sentences_ask_for(chapter):
     assert sorted(known(chapter)) == sorted(name for own, name in asked() if own == chapter)
 
 
-def test_no_sentence_asks_for_an_unknown_chapter():
-    assert {chapter for chapter, _ in asked()} == set(filter(known, MODULES))
+def test_no_sentence_asks_for_an_unknown_chapter_or_claim():
+    assert {chapter for chapter, _ in asked()} - {"claims"} == set(filter(known, MODULES))
+    claims = yaml.safe_load((REPORT.parent / "config/reported.yaml").read_text(encoding="utf-8"))["claims"]
+    assert {measure for own, measure in asked() if own == "claims"} <= {claim["measure"] for claim in claims}
 
 
 def test_places_of_findings_are_figures_or_parts_of_the_abstract():

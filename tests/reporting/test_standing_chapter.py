@@ -157,7 +157,6 @@ def test_a_knee_that_hardly_turns_leaves_the_body_rigid(knee, holds):
     run = run_of(tasks={"calm": task(knee=knee)})
     assert standing.knee_turns(run) is holds
     assert ("does not rotate as one rigid body" in chapter(run)) is holds
-    assert ("the knee hardly rotates" in chapter(run)) is not holds
 
 
 @pytest.mark.parametrize(("stiffness", "holds"), [(-90.0, True), (90.0, True), (-110.0, False)])
@@ -290,7 +289,7 @@ def test_muscles_without_an_onset_have_no_latency_in_a_caption():
     )
     assert "respond 40 ms after" in found["figure_4_14"]
     assert (
-        "less than without one. Without a reflex torque, K over all windows is "
+        "40 to 80 ms. Without a reflex torque, K over all windows is "
         "\N{MINUS SIGN}50.0 to 540 N·m/rad (calm)." in found["figure_standing_window"]
     )
     assert found["figure_standing_response"].endswith("explain 97.0 to 97.0 % of the mean torque.")
@@ -305,7 +304,7 @@ def test_muscles_without_an_onset_have_no_latency_in_a_caption():
 def test_summary_tells_of_one_person_in_a_study_of_the_thesis():
     data, tables = content(run_of())
     data["chapters"]["dummy"] = {"holds": {"reproduces_thesis": True}}
-    ours = 'findings.summary.filter(row => row.first() == "dummy.reproduces_thesis").at(2).last()'
+    ours = 'findings.summary.filter(row => row.first() == "dummy.reproduces_thesis").at(3).last()'
     (words,) = evaluated(
         [f"let it = ({ours})(); if it != none {{ plain(it) }}"], "findings.typ", data, tables
     )

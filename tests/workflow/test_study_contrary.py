@@ -11,7 +11,7 @@ import shutil
 
 import pytest
 from study_builders import PEOPLE, ROOT, snakemake
-from typst_builders import page_of, plain_words, tables_of, typeset_words
+from typst_builders import page_of, plain_words, tables_of, typeset_words, without_struck
 
 from tepsipe.io.result import read_result, write_result
 
@@ -27,34 +27,32 @@ FALSE_HERE = (
     "VAF is lower than the VAF of the printed torque",
     "Every 95 % interval of I lies above zero",
     "The analysis of this run agrees with it",
-    "In this run K is lower at the largest amplitude",
+    "In this run, too, K is lower at the largest amplitude",
     "VAF depends more on the predicted trial",
     "No combination with a mean VAF above 99 %",
-    "the swing grows in",
+    "small swings do not settle once the belt rests",
     "show the same pattern over the full dataset",
     "that we attribute to them, the VAF is higher in every condition",
     "predicts the angle best in every condition",
     "near-resonance of the pulses",
-    "The equation causes this bias",
     "more likely due to its torque equation",
-    "Least squares is biased if the angle has noise",
     "the filter has a larger effect than the noise",
-    "every linear model fitted to the empty belt predicts",
+    "predicts this force worse than every linear model",
     "K is lower at the largest amplitude than",
     "almost no stiffness",
     "does not rotate as one rigid body",
     "perturbations are clearly visible: the",
 )
-# what it must say instead: the chapters are there, and chose by the numbers
-TRUE_HERE = (
-    "The VAF is highest at scale factor",
-    "Here the result does not depend on the starting value",
-    "Not every 95 % interval of I lies above zero",
-    "not lower than the VAF of the printed torque in every condition",
-    "All simulated legs settle",
-    "predict the force about as well as models of the weight",
-    "In these data the knee hardly rotates",
-    "does not hold in every condition",
+# assertions that the first page must list: the chapters are there, and their numbers say the opposite
+STRUCK_HERE = (
+    "wristalyzer.vaf_peaks",
+    "wristalyzer.modulus_depends",
+    "dummy.inertia_above_zero",
+    "dummy.consistent_vaf_lower",
+    "simulation.printed_swing_grows",
+    "simulation.pattern_of_thesis",
+    "weight.linear_needs_load",
+    "standing.knee_turns",
 )
 
 # what the tiny study says with its own numbers: the sentences above can be told
@@ -65,8 +63,7 @@ HOLDS = (
     "VAF is lower than the VAF of the printed torque",
     "The analysis of this run agrees with it",
     "they account for most of the difference in the mean K",
-    "The equation causes this bias",
-    "every linear model fitted to the empty belt predicts",
+    "predicts this force worse than every linear model",
     "does not rotate as one rigid body",
 )
 
@@ -201,15 +198,16 @@ def test_report_of_contrary_results_does_not_tell_the_usual_story(said, sentence
     assert sentence not in said
 
 
-@pytest.mark.parametrize("sentence", TRUE_HERE)
-def test_report_of_contrary_results_tells_what_they_show(said, sentence):
-    assert sentence in said
+@pytest.mark.parametrize("name", STRUCK_HERE)
+def test_first_page_lists_every_assertion_that_the_contrary_results_contradict(said, name):
+    _, _, listed = said.partition("Not in this run.")
+    assert name in listed.partition("Abstract")[0]
 
 
 def test_page_for_a_browser_tells_the_same(own_study, said):
     results = own_study / "results"
     data = json.loads((results / "report/report.json").read_text(encoding="utf-8"))
-    words = plain_words(page_of(data, tables_of(results)))
+    words = plain_words(without_struck(page_of(data, tables_of(results))))
     assert "with a VAF of" in words
     assert not [sentence for sentence in FALSE_HERE if sentence in words]
 

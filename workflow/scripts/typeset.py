@@ -71,20 +71,16 @@ def write_json(path: str, content: dict) -> None:
     Path(path).write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
-def typeset(files: Mapping[str, str | Path], main: str, pdf: str | Path) -> None:
+def typeset(files: Mapping[str, str | Path], main: str, pdf: str | Path) -> list[str]:
     """Typeset the source ``main`` to a PDF, the same bytes from the same files.
 
     Typst reads below one root only: ``files`` maps paths below it, that of ``main`` among them, to files.
+    Returns: names of the assertions that do not hold in this run (``says`` in ``report/data.typ``).
     """
     with _gathered(files) as root:
-        typst.compile(
-            str(root / main),
-            output=pdf,
-            root=str(root),
-            ignore_system_fonts=True,
-            timestamp=0,
-            pdf_standards="a-2b",
-        )
+        compiler = typst.Compiler(str(root / main), root=str(root), ignore_system_fonts=True)
+        compiler.compile(output=pdf, timestamp=0, pdf_standards="a-2b")
+        return list(dict.fromkeys(json.loads(compiler.query("<not-in-this-run>", field="value"))))
 
 
 def typeset_page(files: Mapping[str, str | Path], main: str) -> str:

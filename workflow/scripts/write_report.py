@@ -4,6 +4,8 @@ import job
 
 job.start(snakemake)
 
+from pathlib import Path
+
 from typeset import chapters, read_run, report_files, source_files, table_files, typeset, write_json
 
 from tepsipe.reporting.run import report_content
@@ -15,4 +17,7 @@ write_json(snakemake.output.data, report_content(run, chapters(params.chapters))
 
 files = source_files(given.source, params.source_folder)
 files |= report_files(snakemake.output.data, tables, given.figures)
-typeset(files, params.main, snakemake.output.pdf)
+failed = typeset(files, params.main, snakemake.output.pdf)
+if failed:
+    line = f"Sentences of the report that do not hold in this run: {', '.join(failed)}\n"
+    Path(snakemake.log[0]).write_text(line, encoding="utf-8")

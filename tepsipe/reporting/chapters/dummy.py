@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
-from tepsipe.identification.estimators import ESTIMATORS, JOINT_LIKELIHOOD, OUTPUT_ERROR
+from tepsipe.identification.estimators import ESTIMATORS, JOINT_LIKELIHOOD
 from tepsipe.io.result import Result
 from tepsipe.reporting.recovery import AT_WORK
 from tepsipe.reporting.run import Run
@@ -175,15 +175,6 @@ def truth_at_work(run: Run) -> bool:
     return bool((rows[rows.condition.isin(_clear(run))].truth_of == AT_WORK).all())
 
 
-def output_error_covers(run: Run) -> bool:
-    """At least 80 % of the intervals by output error cover the true value."""
-    names = [n for n, c in run.settings["dummy"]["pathways"].items() if c["estimator"] == OUTPUT_ERROR]
-    if not (names and recovered(run)):
-        return False
-    covered = run.rows("recovery", experiment="dummy", pathway=names[0]).covered
-    return bool((covered.astype(str).str.lower() == "true").mean() >= 0.8)
-
-
 def recommended_specified(run: Run) -> bool:
     """The recommended combination is one of those of the specification curve."""
     return len(run.rows("specification", role="recommended")) > 0
@@ -240,7 +231,6 @@ PREDICATES = (
     vaf_of_trial,
     recovered,
     truth_at_work,
-    output_error_covers,
     recommended_specified,
     thesis_stiffness_falls,
     thesis_damping_negative,

@@ -107,21 +107,10 @@ def larger_found_earlier(run: Run) -> bool:
     return max(large) < min(small)
 
 
-def least_squares_biased(run: Run) -> bool:
-    """Errors of least squares exceed 5 %, and twice those of instrumental variables."""
-    instruments, least_squares = (_consistent(run, n) for n in ("recommended", "recommended-regression"))
-    return least_squares > 2.0 * instruments and least_squares > 5.0
-
-
 def method_sound(run: Run) -> bool:
     """RMS errors of the recommended processing are below 5 %, and errors of the mean printed K above."""
     printed = _largest_error(run, "as-printed", ("tau", "theta", "both"), "K")
     return _largest_rms(run, "recommended") < 5.0 < printed
-
-
-def near_apparent(run: Run) -> bool:
-    """With one filter for both signals, the printed K is less than 10 % from the apparent one."""
-    return _from_apparent(run, "both") < 10.0
 
 
 def filter_dominates(run: Run) -> bool:
@@ -185,9 +174,7 @@ def sensor_returns_first_column(run: Run) -> bool:
 PREDICATES = (
     figure_has_both,
     larger_found_earlier,
-    least_squares_biased,
     method_sound,
-    near_apparent,
     filter_dominates,
     thesis_stiffness_lost,
     relative_noise_keeps_stiffness,

@@ -44,11 +44,6 @@ def one_sided_filter_worst(run: Run) -> bool:
     return bool(lagging) and all(a > b for a, b in zip(lagging, zero_lag, strict=True))
 
 
-def best_returning_pulse_halves(run: Run) -> bool:
-    """The best pulse that returns the belt gives at most half of the uncertainty of the sine."""
-    return _ratio(run, "best, belt returns") <= 0.5
-
-
 def no_returning_pulse_halves(run: Run) -> bool:
     """Even the smallest bound of a pulse that returns the belt exceeds half of the sine's uncertainty."""
     design = "best, belt returns"
@@ -64,7 +59,6 @@ PREDICATES = (
     filter_of_both_changes_nothing,
     filter_of_one_distorts,
     one_sided_filter_worst,
-    best_returning_pulse_halves,
     no_returning_pulse_halves,
     best_one_way_pulse_halves,
 )

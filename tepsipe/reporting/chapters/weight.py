@@ -8,9 +8,6 @@ from tepsipe.io.result import Result
 from tepsipe.reporting.run import Run
 from tepsipe.treadmill.calibration import BOTH, OF_BOTH
 
-# delay of the weight's markers that the report discusses (s)
-LAG_S = 1e-4
-
 
 def numbers(run: Run) -> dict:
     """Numbers of the usual weight over its conditions, which no table has (units in the keys)."""
@@ -83,41 +80,10 @@ def load_matters(run: Run) -> bool:
     return bool(sizes) and all(abs(x - 1.0) > 0.1 for x in sizes)
 
 
-def alike(run: Run) -> bool:
-    """With the lowest cutoff the forces with and without the weight correlate by more than 0.9."""
-    found = shapes(run.fits["empty"], usual_weight(run.fits["weight"]), _filters(run)[1])[0]
-    return bool(found) and min(found) > 0.9
-
-
-def lags(run: Run) -> bool:
-    """In every condition the clocks of markers and forces differ by more than 0.1 ms."""
-    found = _lags(run)
-    return bool(found) and min(map(abs, found)) > LAG_S
-
-
-def markers_late(run: Run) -> bool:
-    """The clock of the markers lags that of the forces in every condition."""
-    return min(_lags(run)) > 0.0
-
-
-def markers_early(run: Run) -> bool:
-    """The clock of the markers leads that of the forces in every condition."""
-    return max(_lags(run)) < 0.0
-
-
-def _lags(run: Run) -> list[float]:
-    return [fit.facts["marker_lag_s"] for fit in usual_weight(run.fits["weight"]).values()]
-
-
 def linear_needs_load(run: Run) -> bool:
     """Linear models of the weight predict it better than those of the empty belt, by more than 0.1 of R²."""
     own, other = (_linear(run, train) for train in ("weight", "empty"))
     return bool(len(own) and len(other)) and own.min() - other.max() > 0.1
-
-
-def linear_alike(run: Run) -> bool:
-    """Linear models of both were fitted, and those of the empty belt predict the weight about as well."""
-    return bool(len(_linear(run, "weight")) and len(_linear(run, "empty"))) and not linear_needs_load(run)
 
 
 def _scores(run: Run) -> pd.DataFrame:
@@ -168,15 +134,11 @@ def mass_falls(run: Run) -> bool:
     return _steadily_falls(_by_speed(run, "mass"))
 
 
-def mass_sd_falls(run: Run) -> bool:
-    """In each profile the standard deviation of the mass falls from every amplitude to the next."""
-    return _steadily_falls(_by_speed(run, "mass_sd"))
-
-
 def mass_sd_largest_first(run: Run) -> bool:
-    """In each profile the standard deviation of the mass is largest at the smallest amplitude."""
+    """The standard deviation of the mass is largest at the smallest amplitude, and falls unsteadily."""
     profiles = _by_speed(run, "mass_sd")
-    return bool(profiles) and all(own[0] > max(own[1:]) for own in profiles)
+    largest = bool(profiles) and all(own[0] > max(own[1:]) for own in profiles)
+    return largest and not _steadily_falls(profiles)
 
 
 def _steadily_falls(profiles: list[list[float]]) -> bool:
@@ -185,18 +147,12 @@ def _steadily_falls(profiles: list[list[float]]) -> bool:
 
 PREDICATES = (
     load_matters,
-    alike,
-    lags,
-    markers_late,
-    markers_early,
     linear_needs_load,
-    linear_alike,
     frame_scored,
     scored,
     foot,
     foot_pathways,
     force_grows,
     mass_falls,
-    mass_sd_falls,
     mass_sd_largest_first,
 )

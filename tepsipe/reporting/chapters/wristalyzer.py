@@ -251,11 +251,6 @@ def averages_alike(run: Run) -> bool:
     return shift is not None and round(shift, 1) < ALIKE_PERCENT
 
 
-def averages_differ(run: Run) -> bool:
-    """There are averages over whole periods, which yield another B."""
-    return _damping_shift(run) is not None and not averages_alike(run)
-
-
 def leaks(run: Run) -> bool:
     """A record without its ends is more than 1 % of a period from a whole number of periods."""
     period_s = run.settings["wristalyzer"]["analysis"]["perturbation_period_s"]
@@ -279,11 +274,6 @@ def softens(run: Run) -> bool:
 def friction_found(run: Run) -> bool:
     """The interval of the friction lies above 0."""
     return bool((_pooled_rows(run, "friction").ci_low > 0.0).any())
-
-
-def friction_negative(run: Run) -> bool:
-    """The interval of the friction lies below 0."""
-    return bool((_pooled_rows(run, "friction").ci_high < 0.0).any())
 
 
 def _pooled_rows(run: Run, quantity: str) -> pd.DataFrame:
@@ -326,12 +316,10 @@ PREDICATES = (
     cross_validated,
     resonant,
     averages_alike,
-    averages_differ,
     leaks,
     pooled,
     softens,
     friction_found,
-    friction_negative,
     thesis_frequencies_differ,
     thesis_stiffness_unchanged,
 )
