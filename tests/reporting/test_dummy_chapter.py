@@ -49,6 +49,8 @@ REPORTED = {
             "I": {"a": 0.061},
             "B": {"a": -0.01, "b": -0.02},
             "K": {"a": 6.0, "b": 55.0},
+            "SEM_I": {"a": 1e-4},
+            "SEM_B": {"a": 0.004},
             "SEM_K": {"a": 0.2},
             "VAF_trial": {"a": 99.5},
         },
@@ -56,6 +58,8 @@ REPORTED = {
             "I": {"c": 0.063},
             "B": {"c": 0.01},
             "K": {"c": 5.0},
+            "SEM_I": {"c": 2e-4},
+            "SEM_B": {"c": 0.012},
             "SEM_K": {"c": 0.7},
             "VAF_trial": {"c": 99.9},
         },
@@ -331,6 +335,7 @@ def test_chapter_tells_the_usual_story_only_where_it_holds():
         "In a the VAF of a perturbation is 99.1 % with the consistent equation and 99.91 % with the printed"
         in usual
     )
+    assert "The printed SEM of B is 0.40 to 1.2 times the size of B, the SEM of I is at most 0.0032" in usual
     assert "but not the error of a wrong joint law" in usual
 
 
