@@ -378,7 +378,9 @@ def _add_check(commands: argparse._SubParsersAction) -> None:
         "from them. Repeated and unknown keys, values, names and folders that cannot be used are reported "
         "with file and line. Then every recording is read as the study will read it: columns, rates, "
         'markers, plates, perturbations, masses. Lines with "to be recorded" list what K of a standing '
-        "person still needs. Run it in the folder of the study.",
+        'person still needs. Lines with "verdict" state for each trial of a dummy and each task of a person '
+        "whether K will be quotable, and its expected interval or the reason. Run it in the folder of the "
+        "study.",
     )
     check.add_argument(
         "files", nargs="*", metavar="CONFIG", help="configuration files, as for snakemake --configfile"

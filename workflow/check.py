@@ -1,6 +1,7 @@
 """Check a study without running it: ``python -m workflow.check [CONFIG...]``, as after ``--configfile``.
 
-Configuration and trial sheet first, then every recording is read as its job would read it.
+Configuration and trial sheet first, then every recording is read as its job would read it. The last lines are
+verdicts on K of a dummy and of standing persons.
 """
 
 import math
@@ -18,6 +19,7 @@ from workflow.support.checked_study import (
 )
 from workflow.support.recordings import refused_recordings
 from workflow.support.to_record import Read, to_record
+from workflow.support.verdict import verdicts
 
 # usual ranges of settings; beyond them, the user is asked
 # radius of gyration of the leg about its centre of mass, per distance of that centre from the ankle
@@ -47,6 +49,11 @@ def main(files: list[str]) -> int:
         print(f"tepsipe: {sentence}", file=sys.stderr)
     if refused:
         return 2
+    try:
+        judged = verdicts(study)
+    except InputError as error:
+        print(f"tepsipe: {error}", file=sys.stderr)
+        return 2
     for question in odd_settings(study):
         print(f"to be confirmed: {question}")
     for wanted in to_record(study, read):
@@ -59,6 +66,8 @@ def main(files: list[str]) -> int:
     for what, paths in (("missing or damaged", found.missing + found.damaged), ("of no trial", left)):
         if paths:
             print(f"results that are {what}: {len(paths)}, for example {paths[0]}")
+    for verdict in judged:
+        print(f"verdict: {verdict}")
     return 0
 
 

@@ -98,17 +98,18 @@ def _refuse_unusable(group: Group, seen: dict[str, Seen]) -> None:
     if contents is None or group.experiment == "walking":
         return
     taken, whole = f"taken for {group.experiment}", group.first.kind == "whole trial"
-    if whole and group.experiment != "empty" and contents.positions is None:
-        raise InputError(f"{taken}, but it holds no markers: export the file with its points")
     pulses = None
     if contents.velocity is not None:
         pulses = pulses_of(contents.velocity, contents.velocity_rate_hz)
     if pulses is None and (contents.velocity is not None or (whole and group.experiment != "empty")):
         # without the velocity: of an empty belt, nothing may show which channel holds it
+        places = "channels, and it holds no markers" if contents.positions is None else "channels or markers"
         raise InputError(
-            f"{taken}, but no pulses of the belt with rests between them are in its channels or markers: "
+            f"{taken}, but no pulses of the belt with rests between them are in its {places}: "
             "impedance needs a perturbation, as neither quiet standing nor a constant motion has"
         )
+    if whole and group.experiment != "empty" and contents.positions is None:
+        raise InputError(f"{taken}, but it holds no markers: export the file with its points")
     least = FEWEST_PULSES.get(group.experiment, 2)
     if pulses is not None and pulses.count < least:
         raise InputError(

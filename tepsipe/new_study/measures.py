@@ -5,6 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 PULSE_FRACTION = 0.2  # of the peak speed
+# a speed above so many standard deviations of noise is a pulse; its peak must be twice as large
+CLEAR_SD, CLEARLY = 5.0, 2.0
+BEFORE_S, AFTER_S = 0.1, 0.3  # part of a path around the begin of a pulse
 NEW_PULSE_S = 0.5  # shortest time between two pulses
 SMOOTH_S = 0.02
 LONG_S = 0.04
@@ -24,18 +27,21 @@ class Pulses:
     """Begin of the first and end of the last."""
     shortest_s: float
     """Shortest time from one begin to the next (s); NaN for fewer than two."""
+    begins_s: np.ndarray
+    """Begin of each."""
 
 
 def pulses_of(velocity: np.ndarray, rate_hz: float) -> Pulses | None:
-    """Pulses of a belt that is at rest between them, or None if it is not."""
-    speed = np.abs(velocity - np.nanmedian(velocity))
-    peak = float(np.nanmax(speed))
-    active = np.flatnonzero(speed > PULSE_FRACTION * peak)
-    if not peak > 0.0 or active.size > 0.3 * speed.size:
+    """Pulses of a belt that is at rest between them and stand out from noise, or None if there are none."""
+    speed = np.abs(averaged(velocity - np.nanmedian(velocity), rate_hz, LONG_S))
+    peak, noise = float(np.nanmax(speed)), 1.4826 * float(np.nanmedian(speed))
+    least = max(PULSE_FRACTION * peak, CLEAR_SD * noise)
+    active = np.flatnonzero(speed > least)
+    if not peak > 0.0 or peak < CLEARLY * least or active.size > 0.3 * speed.size:
         return None
     begins = active[np.concatenate(([True], np.diff(active) > NEW_PULSE_S * rate_hz))] / rate_hz
     shortest = float(np.diff(begins).min()) if begins.size > 1 else np.nan
-    return Pulses(int(begins.size), float(begins[0]), float(active[-1] / rate_hz), shortest)
+    return Pulses(int(begins.size), float(begins[0]), float(active[-1] / rate_hz), shortest, begins)
 
 
 def rests(pulses: Pulses, duration_s: float) -> tuple[float, float]:
@@ -48,6 +54,33 @@ def rests(pulses: Pulses, duration_s: float) -> tuple[float, float]:
     )
 
 
+def moves_with(
+    position: np.ndarray, velocity: np.ndarray, rate_hz: float, pulses: Pulses
+) -> tuple[float, float]:
+    """Correlation of a marker's path with the belt's in all pulses, and the ratio of the two paths.
+
+    Noise of a position hides a velocity, but not a path of some millimetres.
+
+    position: of the marker along the belt, shape (n,), NaN filled by straight lines (m).
+    velocity: of the belt at the same instants (m/s).
+    """
+    time, finite = np.arange(position.size), np.isfinite(position)
+    paths = np.column_stack(
+        [np.interp(time, time[finite], position[finite]), np.cumsum(velocity - np.median(velocity)) / rate_hz]
+    )
+    before, after = round(BEFORE_S * rate_hz), round(AFTER_S * rate_hz)
+    starts = np.round(pulses.begins_s * rate_hz).astype(int)
+    parts = [paths[k - before : k + after] for k in starts if before <= k <= position.size - after]
+    if not parts:
+        return 0.0, 0.0
+    rest = slice(0, max(1, before // 2))
+    of_marker, of_belt = np.concatenate([part - part[rest].mean(axis=0) for part in parts]).T
+    both, power = float(of_marker @ of_belt), float(of_belt @ of_belt)
+    if not (power > 0.0 and of_marker.any()):
+        return 0.0, 0.0
+    return both / np.sqrt(power * float(of_marker @ of_marker)), both / power
+
+
 def smooth_velocity(position: np.ndarray, rate_hz: float) -> np.ndarray:
     """Velocity of a position, shape (n,), NaN filled by straight lines, averaged over `SMOOTH_S` (unit/s)."""
     time = np.arange(position.size)
@@ -56,9 +89,9 @@ def smooth_velocity(position: np.ndarray, rate_hz: float) -> np.ndarray:
     return averaged(np.gradient(filled) * rate_hz, rate_hz)
 
 
-def averaged(values: np.ndarray, rate_hz: float) -> np.ndarray:
-    """Moving average over `SMOOTH_S` (s), in the unit of ``values``."""
-    width = max(1, round(SMOOTH_S * rate_hz))
+def averaged(values: np.ndarray, rate_hz: float, over_s: float = SMOOTH_S) -> np.ndarray:
+    """Moving average over a time (s), in the unit of ``values``."""
+    width = max(1, round(over_s * rate_hz))
     return np.convolve(values, np.full(width, 1.0 / width), mode="same")
 
 

@@ -33,6 +33,7 @@ CAMERAS = re.compile(r"vicon|qualisys|motion analysis|optitrack|natural ?point|o
 MANY_MARKERS = 12
 # pathways of the shipped configuration with windows of this length (s) from the onset of every pulse
 LONG_WINDOWS, LONG_S = ("foot-long", "foot-compensated"), 2.0
+REST_MARGIN_S = 0.5  # of the shipped configuration: what it leaves out of a rest
 ONSET_S = 0.02  # by how much a detected onset may differ from its schedule
 LOW = "low markers that move together"
 TOES, HEELS = r"toe|fm\d|mt\d", r"hee|fcc|calc"
@@ -233,7 +234,7 @@ def _plan_dummy(plan: Plan, trials: list[tuple[Group, Seen]], _: set[str]) -> No
     for pathway in LONG_WINDOWS if free_s < LONG_S else ():
         window_s = max(0.1, float(np.floor(10.0 * free_s) / 10.0))
         plan.put(f"dummy.foot.pathways.{pathway}.window_s", window_s, "no longer than from pulse to pulse")
-    leg = [m for m in _visible(trials) if m not in fixed or m == ankle]
+    leg = [m for m in _visible(trials) if m == ankle or not (m in fixed or is_on("foot", m))]
     _plan_segment(plan, f"{key}.leg_markers", leg, ankle, trials, "the axis of the leg")
     if ankle is not None:
         plan.put("dummy.foot.ankle_label", ankle, "by its name")
@@ -440,17 +441,23 @@ def _plan_window(plan: Plan, key: str, trials: list[tuple[Group, Seen]]) -> None
             )
         else:
             rests_and_counts.append((*rests(pulses, seen.duration_s), pulses.count))
-    if rests_and_counts:
-        before, after = (min(f[k] for f in rests_and_counts) for k in (0, 1))
-        counts = sorted({f[2] for f in rests_and_counts})
-        note = f"{' or '.join(map(str, counts))} pulses found"
-        plan.put(f"{key}.rest_before_s", before, f"{note}; until the first")
-        plan.assume(f"{key}.rest_after_s", after, "after the decay of the last pulse", "by your protocol")
+    before, after = (min((f[k] for f in rests_and_counts), default=None) for k in (0, 1))
+    # of a person all time between the pulses is rest, and a margin is left out on each side of a rest
+    before_s, after_s = (REST_MARGIN_S, 0.0) if key.startswith("standing.") else (2.0 * REST_MARGIN_S,) * 2
+    how = "by your protocol"
+    counts = " or ".join(map(str, sorted({f[2] for f in rests_and_counts})))
+    if before is not None and before > before_s:
+        plan.put(f"{key}.rest_before_s", before, f"{counts} pulses found; until the first")
     else:
-        plan.ask(
-            f"{key}.rest_before_s", "time from the start to the first perturbation (s)", "by your protocol"
-        )
-        plan.ask(f"{key}.rest_after_s", "unperturbed time at the end (s)", "by your protocol")
+        what = "time from the start to the first perturbation (s)"
+        what += "" if before is None else f", more than {before_s:g}, found {before:g} and {counts} pulses"
+        plan.ask(f"{key}.rest_before_s", what, how)
+    if after is not None and after > after_s:
+        plan.assume(f"{key}.rest_after_s", after, "after the decay of the last pulse", how)
+    else:
+        what = "unperturbed time at the end (s)"
+        what += "" if after is None else f", more than {after_s:g}, found {after:g} and {counts} pulses"
+        plan.ask(f"{key}.rest_after_s", what, how)
 
 
 def forward_of(trials: Sequence[Seen]) -> tuple[str, str]:

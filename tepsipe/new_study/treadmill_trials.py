@@ -18,6 +18,7 @@ from tepsipe.new_study.measures import (
     at_frames,
     follows,
     is_two_levels,
+    moves_with,
     pulses_of,
     scale_of,
     smooth_velocity,
@@ -393,11 +394,12 @@ def _followers(seen: Seen) -> list[str]:
     """Markers that move with the belt, in the order of the file."""
     frames = seen.positions.shape[0]
     belt = at_frames(seen.velocity, seen.velocity_rate_hz, frames, seen.frame_rate_hz)
+    pulses = pulses_of(seen.velocity, seen.velocity_rate_hz)
     followers = []
     for k, label in enumerate(seen.markers):
         position = seen.positions[:, k, seen.forward]
         if np.isfinite(position).mean() > 0.9:
-            r, scale = follows(smooth_velocity(position, seen.frame_rate_hz), belt)
+            r, scale = moves_with(position, belt, seen.frame_rate_hz, pulses)
             if r > FOLLOWS and 0.9 < scale < 1.1:
                 followers.append(label)
     return followers

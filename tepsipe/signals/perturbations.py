@@ -264,6 +264,12 @@ def filtered_perturbations(
     belt_velocity: np.ndarray, rate_hz: float, options: WindowOptions, what: str
 ) -> list[Perturbation]:
     """Perturbations in the filtered belt velocity (m/s); see `detect_perturbations`, which also raises."""
+    if options.rest_before_s <= options.rest_margin_s:
+        raise InputError(
+            f"{what}: expected rest_before_s above rest_margin_s ({options.rest_margin_s:g} s), which is "
+            f"left out of it, found {options.rest_before_s:g} s: correct rest_before_s by the time of the "
+            "first perturbation"
+        )
     return detect_perturbations(
         belt_velocity,
         rate_hz,

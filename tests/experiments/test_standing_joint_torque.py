@@ -272,14 +272,23 @@ def with_force(trial, column, change):
 
 
 def test_weight_on_the_other_belt_is_a_step():
-    def tread(time, f_z):
-        return f_z + 100.0 * rising(time, 12.0, 0.3) * (1.0 - rising(time, 13.0, 0.3))
+    def tread(sign):
+        return lambda t, f_z: f_z + sign * 100.0 * rising(t, 12.0, 0.3) * (1.0 - rising(t, 13.0, 0.3))
 
     # 100 N of 64 kg are 16 %
-    fault = fault_of(with_force(usual_trial(), 0, tread))
+    fault = fault_of(with_force(with_force(usual_trial(), 0, tread(1)), 1, tread(-1)))
     assert "16% of the weight was on the other belt at 12.1 s" in fault
-    assert "standing allows 5%" in fault
+    assert "standing allows 5%: a step, repeat the trial" in fault
     assert fault_of(with_force(usual_trial(), 0, lambda t, f_z: f_z + 20.0)) is None
+
+
+@pytest.mark.parametrize("share", [0.08, -0.08])
+def test_load_that_shows_on_both_plates_is_cross_talk(share):
+    trial = usual_trial()
+    loaded = trial.values("force")[:, 1, 2]
+    fault = fault_of(with_force(trial, 0, lambda _, f_z: f_z + share * loaded))
+    assert "8% of the weight was on the other belt" in fault and "carried 100% of it" in fault
+    assert "no step, but cross-talk between the plates" in fault and "repeat" not in fault
 
 
 def test_weight_that_hangs_in_the_harness_is_a_stumble():

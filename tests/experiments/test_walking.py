@@ -4,11 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import yaml
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.analysis import analyse_walking
 from tepsipe.experiments.walking.deviations import fit_matching, left_out_residuals
 from tepsipe.experiments.walking.fit import begin
+from tepsipe.experiments.walking.fit import fit as fit_walking
 from tepsipe.experiments.walking.needed_strides import needed_strides
 from tepsipe.experiments.walking.options import ExpectedPulse, WalkingOptions
 from tepsipe.experiments.walking.strides import (
@@ -247,6 +249,15 @@ def test_a_walk_shorter_than_the_trial_sheet_says_is_refused():
     assert begin(walk, {"analysis": {}}, 1, 118.0)[0].size
     with pytest.raises(InputError, match=r"trial: .* 119 s"):
         begin(walk, {"analysis": {}}, 1, 119.0)
+
+
+def test_a_walk_without_pulses_has_no_perturbations(root):
+    text = (root / "config/walking/config.yaml").read_text(encoding="utf-8")
+    section = yaml.safe_load(text)["walking"]
+    walk = recorded(WALK), segment_strides(WALK.heel_strikes, WALK.toe_offs), {"pulse": np.empty(0)}
+    fitted = fit_walking(walk, section, "slow", 1)
+    numbers = [row.n_perturbations for row in fitted.estimates]
+    assert fitted.result.facts["pulses"] == 0 and set(numbers) == {0}
 
 
 def test_what_cannot_be_compared_is_refused():

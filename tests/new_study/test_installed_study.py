@@ -1,5 +1,6 @@
 """A study from an installation by pip alone: six C3Ds, from new-study to the page, without a network."""
 
+import csv
 import hashlib
 import os
 import shutil
@@ -71,7 +72,12 @@ def test_six_c3ds_become_a_page(shipped_truth, tmp_path):
     page = study / "results/report/index.html"
     assert done.stdout.splitlines()[-1] == str(page) and "Function" in page.read_text(encoding="utf-8")
     with open(study / "results/tables/estimates.csv", encoding="utf-8") as table:
-        assert sum("standing" in line for line in table) > 10
+        rows = [row for row in csv.DictReader(table) if row["experiment"] == "standing"]
+    assert len(rows) > 10
+    wanted = {"condition": "relax", "quantity": "K", "recommended": "true"}
+    quoted = next(row for row in rows if row.items() >= wanted.items())
+    half = 50.0 * (float(quoted["ci_high"]) - float(quoted["ci_low"])) / float(quoted["value"])
+    assert f"verdict: standing/relax: K will be quotable, ± {half:.2g} % expected" in checked.stdout
     again = run("run", "-n")
     assert "Nothing to be done" in again.stdout + again.stderr
     assert digests(PACKAGE) == before

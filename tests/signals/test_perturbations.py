@@ -11,6 +11,7 @@ from tepsipe.errors import InputError
 from tepsipe.signals.perturbations import (
     WindowOptions,
     detect_perturbations,
+    filtered_perturbations,
     find_perturbations,
     rest_samples,
 )
@@ -264,6 +265,12 @@ def test_rest_is_the_time_before_and_after_the_perturbations_without_their_margi
     first, last = at_rest[at_rest < 5.0], at_rest[at_rest > 5.0]
     assert (first[0], first[-1]) == pytest.approx((0.1, 1.9), abs=0.011)
     assert (last[0], last[-1]) == pytest.approx((9.09, 9.89), abs=0.011)
+
+
+def test_rest_that_its_margin_uses_up_is_refused():
+    short = replace(REST, rest_before_s=REST.rest_margin_s)
+    with pytest.raises(InputError, match=r"rest_before_s above rest_margin_s .* found 0.1 s"):
+        filtered_perturbations(np.zeros(1000), 100.0, short, "a")
 
 
 def test_trial_without_rest_is_refused():

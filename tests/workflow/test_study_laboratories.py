@@ -3,12 +3,16 @@
 The whole run of each folder takes a minute or more; it is part of the campaign of the soak benchmarks.
 """
 
+import re
+
 import pytest
 import yaml
 from laboratory_folders import FOLDERS
 
+from tepsipe.io.estimates import FLAGS, Estimate
 from tepsipe.new_study.study import new_study
 from workflow.check import main
+from workflow.support.verdict import sentence
 
 pytestmark = [pytest.mark.study, pytest.mark.slow]
 
@@ -37,6 +41,14 @@ def test_a_folder_becomes_a_study_that_check_accepts(name, shipped_truth, tmp_pa
     said = capsys.readouterr()
     assert status == 0, said.err
     assert "to be confirmed" not in said.out
+    verdict = [line.removeprefix("verdict: ") for line in said.out.splitlines() if "verdict: " in line]
+    belt = "both-" if name == "split_belt_at_100_hz" else ""
+    judged = {"standing": f"standing/{belt}relax", "dummy": "dummy/dummy-01"}
+    assert [line.partition(":")[0] for line in verdict] == [judged[e] for e in judged if e in made.trials]
+    if name == "plug_in_gait":  # no weight
+        assert "standing/relax: K will not be quotable: uncompensated: no weight was recorded" in verdict[0]
+    elif verdict:
+        assert re.match(r"\S+: K will be quotable, ± [\d.]+ % expected", verdict[0])
     wanted = [line for line in said.out.splitlines() if line.startswith("to be recorded: ")]
     if name == "split_belt_at_100_hz":  # both pulses of each load go forward
         lacks = "pulses backward on the empty belt, pulses backward under the weight of 20 kg"
@@ -45,3 +57,26 @@ def test_a_folder_becomes_a_study_that_check_accepts(name, shipped_truth, tmp_pa
         assert "a minute of quiet standing" in wanted[2] and "weight of 20 kg" in wanted[3]
     elif name in ("gait_with_events", "tables_with_other_names", "two_weights"):
         assert not wanted
+
+
+def stiffness(recommended=True, flags="", interval=(80.0, 120.0)):
+    names = "standing", "relax", "ankle-compensated", "free-reflex-gls", "K", "Nm/rad"
+    return Estimate(*names, 100.0, None, *interval, recommended=recommended, flags=flags)
+
+
+def test_verdict_states_the_half_width_or_the_reason():
+    assert sentence(stiffness(), []) == "K will be quotable, ± 20 % expected"
+    assert sentence(stiffness(interval=(None, None)), []) == "K will be quotable, no interval"
+    flagged = sentence(stiffness(flags="frame-resonance;skin-motion"), [])
+    assert flagged.startswith("K will be quotable, ± 20 % expected; frame-resonance: the frame of the")
+    assert "; skin-motion: soft tissue" in flagged
+    refused = sentence(stiffness(False, "negative"), ["a: left out as a whole: a step"])
+    assert refused == f"K will not be quotable: negative: {FLAGS['negative']}"
+    left_out = [
+        "a: muscle TA left out",
+        "a: left out as a whole: a step",
+        "b: left out as a whole: a stumble",
+    ]
+    assert sentence(None, left_out) == f"K will not be quotable: {'; '.join(left_out[1:])}"
+    assert sentence(None, left_out[:1]) == "K will not be quotable: a: muscle TA left out"
+    assert sentence(None, []) == "K will not be quotable: no response to a perturbation was usable"

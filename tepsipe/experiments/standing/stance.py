@@ -20,6 +20,8 @@ POSTURE_M = 0.04
 REVERSED = -0.5
 # largest change of the mean vertical force of unperturbed standing over a trial, as a fraction of the weight
 WEIGHT_WITHIN, WEIGHT_PARTS = 0.1, 4
+# a foot on the other belt takes this much of its load, or more, from the belt of the person
+STEP_SHARE = 0.5
 # a foot shifts if it moves within this time, because the logged velocity of the belt drifts (s)
 SHIFT_WITHIN_S = 2.0
 
@@ -95,7 +97,7 @@ def stance_fault(prepared: PreparedTrial, stance: Stance, options: StandingOptio
     """
     return (
         _step(prepared, stance, options)
-        or _other_support(prepared, options)
+        or _other_support(prepared, stance.f_z, options)
         or _unloading(prepared, stance, options)
         or _other_weight(prepared, stance, options)
         or _lean(prepared, stance, options)
@@ -125,21 +127,29 @@ def _step(prepared: PreparedTrial, stance: Stance, options: StandingOptions) -> 
     return None
 
 
-def _other_support(prepared: PreparedTrial, options: StandingOptions) -> str | None:
+def _other_support(prepared: PreparedTrial, f_z: np.ndarray, options: StandingOptions) -> str | None:
     # one foot on each belt: none is the other one
     other_belt, allowed = OTHER_BELT.get(options.belt), options.limits.other_belt
     belts = prepared.trial.axes["belt"].tolist()
     if other_belt not in belts:
         return None
     force = prepared.trial.values("force")[:, belts.index(other_belt), 2]
-    aside = np.abs(prepared.filtered(force.astype(float)))
-    beyond = np.flatnonzero(aside > allowed * options.person.weight)
-    if not beyond.size:
+    aside = prepared.filtered(force.astype(float))
+    beyond = np.abs(aside) > allowed * options.person.weight
+    if not beyond.any():
         return None
-    return (
-        f"{aside.max() / options.person.weight:.0%} of the weight was on the other belt at "
-        f"{prepared.time[beyond[0]]:.1f} s, where standing allows {allowed:.0%}: a step, repeat the trial"
+    most, at = np.abs(aside).max() / options.person.weight, prepared.time[np.argmax(beyond)]
+    found = (
+        f"{most:.0%} of the weight was on the other belt at {at:.1f} s, where standing allows {allowed:.0%}"
     )
+    carried = float(f_z[beyond].mean()) / options.person.weight
+    shown = float(aside[beyond].mean()) / options.person.weight
+    if shown < 0.0 or carried > 1.0 - STEP_SHARE * shown:
+        return (
+            f"{found}, while the belt of the person carried {carried:.0%} of it: no step, but cross-talk "
+            "between the plates or a wrong zero, correct the calibration with a weight that rests on one belt"
+        )
+    return f"{found}, where standing allows {allowed:.0%}: a step, repeat the trial"
 
 
 def _unloading(prepared: PreparedTrial, stance: Stance, options: StandingOptions) -> str | None:

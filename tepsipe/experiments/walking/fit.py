@@ -4,6 +4,8 @@ A walk without pulses is fitted with pulses of no size at random strides, so tha
 known without perturbations.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from tepsipe.experiments.fitted import Fitted
@@ -53,6 +55,8 @@ def fit(walk: Walk, section: dict, condition: str, seed: int, lasts_s: float | N
     found = analyse_walking(recording, strides, onsets, options, sources_of(section["uncertainty"]))
     pulsed = events["pulse"].size > 0
     estimates, contributions = walking_estimates(condition, found)
+    if not pulsed:
+        estimates = [e if e.n_perturbations is None else replace(e, n_perturbations=0) for e in estimates]
     quiet = strides.taken(found.quiet) if pulsed else strides
     planned, choices = ExpectedPulse(**section["planned"]), WalkingOptions(**section["analysis"])
     supplied = recording.supplied_moment
