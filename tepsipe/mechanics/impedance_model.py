@@ -43,7 +43,7 @@ UNITS = {
     "K_growth": "Nm/rad2",
     "K_reflex": "Nm/rad",
     "B_reflex": "Nms/rad",
-    "reflex_torque_peak": "Nm",
+    "reflex_peak": "Nm",
     "reflex_impulse": "Nms",
     "reflex_gain": "Nms/rad",
     "reflex_gain_slope": "Nms/rad2",

@@ -7,7 +7,14 @@ import pytest
 from free_reflex_builders import FREE, OPTIONS, B, K, fitted, group
 
 from tepsipe.experiments.standing.free_reflex.fit import DISCREPANCY, OWN_DISCREPANCY, WINDOW
-from tepsipe.experiments.standing.free_reflex.reflex import REFLEX, YIELD, mean_reflex, yielding
+from tepsipe.experiments.standing.free_reflex.reflex import (
+    REFLEX,
+    YIELD,
+    Change,
+    estimate_reflex,
+    mean_reflex,
+    yielding,
+)
 from tepsipe.experiments.standing.free_reflex.results import (
     UNDETERMINED,
     FreeReflexChoices,
@@ -67,6 +74,20 @@ def test_the_numbers_of_a_known_torque_come_back_from_both_directions():
     assert one == pytest.approx(other, rel=1e-3)
 
 
+@pytest.mark.parametrize("rate_hz", [100.0, 120.0, 128.0, 150.0, 200.0, 250.0])
+def test_the_numbers_depend_neither_on_the_rate_nor_on_the_precision_of_the_times(rate_hz):
+    """A torque that is largest near the end of the window, where the last sample may lie outside."""
+    exact = np.arange(round(-0.12 * rate_hz), round(0.2 * rate_hz) + 1) / rate_hz
+    rising = np.pi / 0.25
+    for time in (exact, exact.astype(np.float32).astype(float)):
+        torque = SIZE * np.sin(rising * np.maximum(time - 0.06, 0.0)) ** 2
+        angle = 0.005 * (1.0 - np.cos(20.0 * np.pi * np.clip(time - 0.003, 0.0, 0.1)))
+        values = mean_reflex(time, np.stack([torque, -torque]), np.stack([angle, -angle])).values
+        impulse = SIZE * (0.07 - np.sin(2.0 * rising * 0.14) / (4.0 * rising))
+        expected = SIZE, impulse, impulse / 0.01, 0.06 + np.arcsin(np.sqrt(0.2)) / rising
+        assert values == pytest.approx(expected, rel=0.005)
+
+
 def test_errors_of_stiffness_and_damping_count_with_the_errors_of_the_signals():
     sources = [Source("force_scale", 0.01), Source("marked_rotation", 0.02), Source(DISCREPANCY, 0.01)]
     found = fitted(answering(group(noise=1e-6)), sources=sources).reflex
@@ -105,6 +126,19 @@ def test_a_torque_that_has_risen_before_the_window_has_no_delay():
     assert fitted(trials, reflex_onset_s=0.02).reflex.undetermined == ("reflex_delay",)
 
 
+@pytest.mark.parametrize(("size", "undetermined"), [(1.0, ()), (8.0, ("reflex_delay",))])
+def test_a_delay_whose_interval_begins_before_the_window_is_not_determined(size, undetermined):
+    time = np.arange(-30, 51) / 250.0
+    angle = 0.005 * (1.0 - np.cos(20.0 * np.pi * np.clip(time, 0.0, 0.1)))
+    means = np.stack([reflex(time), angle, np.gradient(angle, time)], axis=-1)[None]
+    signals = np.zeros((1, *means.shape))
+    # an error of so many N·m around the rise, almost none at the start of the window
+    signals[..., 0] = size * np.exp(-0.5 * ((time - 0.07) / 0.01) ** 2)
+    error = {"force_scale": Change(np.zeros((1, 2)), signals)}
+    found = estimate_reflex(time, means, np.zeros(2), [Change(np.zeros((1, 2)))], np.inf, error, {})
+    assert found.undetermined == undetermined
+
+
 def test_only_numbers_that_are_determined_are_recommended():
     choices = FreeReflexChoices("ankle-compensated", OPTIONS, {})
     for trials, clear in ((answering(group()), True), (group(noise=0.1), False)):
@@ -124,13 +158,20 @@ def test_only_numbers_that_are_determined_are_recommended():
         assert all("uncompensated" in row.flags for row in bare if row.quantity in REFLEX)
 
 
-def test_a_joint_that_yields_leaves_the_line_after_the_turn():
-    time = np.linspace(0.0, 0.1, 101)
+def test_a_joint_that_yields_leaves_the_line_after_the_turn_and_remembers_later_turns():
+    time = np.linspace(0.0, 0.2, 201)
     angle = 0.01 * np.sin(10.0 * np.pi * time)
-    torque = yielding(time, np.stack([angle, -2.0 * angle]), K)
+    torque = yielding(np.stack([angle, -2.0 * angle]), K)
     assert not torque[:, :51].any()
-    assert torque[0, -1] == pytest.approx(-K * 0.01 * (2.0 ** (1.0 / 3.0) - 1.0))
+    below = K * 0.01 * (2.0 ** (1.0 / 3.0) - 1.0)
+    # back at 0, as far to the other side, and at 0 once more: a closed loop
+    assert torque[0, [100, 150, 200]] == pytest.approx([-below, 0.0, below], rel=0.02, abs=1e-9)
     assert torque[1] == pytest.approx(-2.0 * torque[0])
+    # after a turn half way, the torque rises by the law of a travel since that turn
+    angle = np.interp(time, [0.0, 0.05, 0.1, 0.2], [0.0, 0.01, 0.0, 0.005])
+    torque = yielding(angle[None], K)[0] + K * angle
+    travel = 2.0 ** (1.0 / 3.0) * 0.5 ** (2.0 / 3.0)
+    assert torque[200] - torque[100] == pytest.approx(K * 0.01 * travel, rel=0.02)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
@@ -138,7 +179,7 @@ def test_the_interval_covers_the_reflex_of_a_joint_that_yields(share):
     trials = without_rig(answering(group(noise=0.05)))
     for trial in trials:
         angles = trial.perturbed[..., 1].mean(axis=0, keepdims=True)
-        trial.perturbed[..., 0] += share * yielding(trial.time, angles, K)[0]
+        trial.perturbed[..., 0] += share * yielding(angles, K)[0]
     plain = fitted(trials, sources=[]).reflex
     low, high = plain.budget.interval(plain.values)
     assert bool(low[1] <= IMPULSE <= high[1]) is (share == 0.0)
@@ -188,7 +229,7 @@ def test_estimates_stand_beside_their_truth():
     true = true_reflex(*motions(), (-0.1, -0.02))
     names = ("standing", "relax", "ankle-compensated", "free")
     rows = [
-        Estimate(*names, "reflex_torque_peak", "Nm", PEAK * 1.1, 0.1, PEAK, 1.2 * PEAK, recommended=True),
+        Estimate(*names, "reflex_peak", "Nm", PEAK * 1.1, 0.1, PEAK, 1.2 * PEAK, recommended=True),
         Estimate(*names, "reflex_delay", "s", 0.09, 0.001, 0.088, 0.092, flags=UNDETERMINED),
     ]
     peak, delay = compare_with_truth(rows, {}, {"free": true})

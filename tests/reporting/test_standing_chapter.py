@@ -202,10 +202,10 @@ def test_a_reflex_is_free_only_in_an_estimate_that_has_a_budget():
 
 def test_the_reflex_torque_is_told_with_its_truth_and_what_is_not_determined():
     assert "Intrinsic and reflexive torque" not in chapter(run_of())
-    values = {"torque_peak": 9.6, "impulse": 0.58, "gain": 41.9, "delay": 0.094}
+    values = {"peak": 9.6, "impulse": 0.58, "gain": 41.9, "delay": 0.094}
     own = [("calm", "best", "gls", f"reflex_{name}", value) for name, value in values.items()]
     true = recovered()
-    true.loc[len(true)] = {**true.iloc[0], "quantity": "reflex_torque_peak", "truth": 9.95, "value": 9.6}
+    true.loc[len(true)] = {**true.iloc[0], "quantity": "reflex_peak", "truth": 9.95, "value": 9.6}
     run = run_of(estimates=(*ESTIMATES, *own), recovery=true)
     table = run.tables["estimates"]
     table.loc[table.quantity == "reflex_delay", "flags"] = "skin-motion;reflex-not-determined"

@@ -36,10 +36,10 @@ FALSE_HERE = (
     "predicts the angle best in every condition",
     "near-resonance of the pulses",
     "The equation causes this bias",
-    "mainly due to its torque equation",
+    "more likely due to its torque equation",
     "Least squares is biased if the angle has noise",
     "the filter has a larger effect than the noise",
-    "any linear model of the empty belt fails",
+    "every linear model fitted to the empty belt predicts",
     "K is lower at the largest amplitude than",
     "almost no stiffness",
     "does not rotate as one rigid body",
@@ -66,7 +66,7 @@ HOLDS = (
     "The analysis of this run agrees with it",
     "they account for most of the difference in the mean K",
     "The equation causes this bias",
-    "any linear model of the empty belt fails",
+    "every linear model fitted to the empty belt predicts",
     "does not rotate as one rigid body",
 )
 

@@ -110,7 +110,7 @@ class StandingSources(Section):
     reflex_onset_s: Source | None = setting("earliest instant of the reflex torque")
     joint_yield: Source | None = setting(
         "share of the largest hysteresis of the joint, whose stiffness falls with the rotation to the power "
-        "−0.33: half of it is added to the reflex torque; null adds none"
+        "−0.33: half of it is removed from the reflex torque; null removes none"
     )
     latency_s: Source | None = setting(
         "latency of every muscle, from the start of the belt to a stretch that can be felt"

@@ -219,7 +219,7 @@ def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCas
                 value, choice.unit, flags=(why,) * (not choice.determined)
             )
     if fit.muscle is not None:
-        quantities["reflex_peak"] = Quantity(fit.reflex_peak_s, "s")
+        quantities["reflex_peak_time"] = Quantity(fit.reflex_peak_s, "s")
         quantities["reflex_duration"] = Quantity(fit.reflex_duration_s, "s")
     quantities["reflex_share"] = Quantity(fit.reflex_share, "%")
     quantities["slow_torque_sd"] = Quantity(fit.slow.sd_Nm, "N·m")

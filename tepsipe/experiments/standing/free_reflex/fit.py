@@ -533,7 +533,7 @@ def _yielded(
     """Change by a joint that yields as much as it can: B and K follow its torque in the window."""
     angles = np.stack([trial.perturbed[..., ANKLE].mean(axis=0) for trial in trials])
     signals = np.zeros((1, len(trials), *trials[0].perturbed.shape[1:]))
-    signals[0, ..., TORQUE] = yielding(trials[0].time, angles, float(fit.parameters[1]))
+    signals[0, ..., TORQUE] = yielding(angles, float(fit.parameters[1]))
     return Change(sensitivity(fit, records, list(signals[0, ..., TORQUE][:, inside]))[None], signals)
 
 

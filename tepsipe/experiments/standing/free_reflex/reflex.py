@@ -14,6 +14,10 @@ the stretch. A torque that resists it is positive. With means over the trials,
     peak = max r,     impulse = integral of r dt,     gain = impulse / theta
     delay: r reaches a fifth of its peak for the first time
 
+The torque is still large at the end of this window, so the impulse must not end with the last sample of the
+cameras inside it, up to 10 ms earlier. A cubic spline through the samples of the mean responses gives the
+torque at the same instants for any rate.
+
 For a reflex that follows the velocity of the stretch the gain is the torque per velocity at a frequency of 0.
 
 Each source of uncertainty changes B and K and the signals together, so with every row of its root
@@ -26,17 +30,23 @@ misfit of the rig's model in each trial alone, which is a source of its own.
 
 A joint that yields is not linear. After the largest rotation it leaves the line that fits the way there. The
 stiffness of calf muscles falls with the rotation to the power -0.33 (Loram, Maganaris & Lakie 2007), so the
-torque grows with the power 2/3. If all of this is hysteresis, with the branches of Masing (1926), then the
-torque after a travel of x times the largest rotation is below the line by
+torque grows with the power 2/3. If all of this is hysteresis, springs with sliders in parallel have the same
+torque on the way there (Prandtl 1928):
+
+    K theta x^(2/3),     of springs that slide at x:  K theta (2/9) x^(-4/3) dx,     x = phi / theta
+
+and two thirds of K that do not slide. After the first turn, this torque is below the line by
 
     K theta (2^(1/3) x^(2/3) - x)
 
-This torque y_j moves B and K of the fit by B_y and K_y, so r_j changes by y_j - B_y phi_j' - K_y phi_j. A
-linear joint has none of it. `YIELD_SHARE` of the change is removed, and the source `YIELD` is the error of
-the share.
+with x as the travel since the turn (Masing 1926). The springs also remember later turns: where the leg swings
+back once more, the torque rises again with the stiffness of small rotations. This torque less K phi_j, y_j,
+moves B and K of the fit by B_y and K_y, so r_j changes by y_j - B_y phi_j' - K_y phi_j. A linear joint has
+none of it. `YIELD_SHARE` of the change is removed, and the source `YIELD` is the error of the share.
 
 The peak is not determined if its interval at 99 % contains 0, and then nothing else is. The delay is not
-determined if, within its uncertainty, r has reached the threshold at the start of the window.
+determined if its interval at 99 % begins before the window, or if, within its uncertainty, r has reached the
+threshold at the start of the window.
 """
 
 from collections.abc import Mapping, Sequence
@@ -46,14 +56,19 @@ from typing import Annotated
 import numpy as np
 import scipy
 
+from tepsipe.identification.cascade.pathways import stop_deflection
 from tepsipe.statistics.uncertainty import Budget, coverage_factor
 
 YIELD = "joint_yield"
 # between none and all
 YIELD_SHARE = 0.5
-REFLEX = ("reflex_torque_peak", "reflex_impulse", "reflex_gain", "reflex_delay")
+REFLEX = ("reflex_peak", "reflex_impulse", "reflex_gain", "reflex_delay")
 # part of a response in which the torque is a reflex's: before it no muscle answers (s from the onset)
 REFLEX_S = (0.04, 0.2)
+# instants within it, to which responses are interpolated (s)
+INSTANTS_S = np.linspace(*REFLEX_S, 161)
+# rotations at which springs of a joint slide, relative to the largest rotation of a trial
+YIELD_AT = np.geomspace(1e-3, 1.0, 25)
 # share of the peak that marks the start of the torque
 RISEN = 0.2
 # probability with which the peak must differ from 0
@@ -64,21 +79,19 @@ CERTAIN = 0.99
 class MeanReflex:
     """Mean response of trials to the stretch of the ankle."""
 
-    time: Annotated[np.ndarray, "(n,)", "s"]
-    """Time from the onset, within `REFLEX_S`."""
     torque: Annotated[np.ndarray, "(n,)", "N·m"]
-    """Torque of the reflexes, positive against the stretch."""
+    """Torque of the reflexes at `INSTANTS_S`, positive against the stretch."""
     stretch: Annotated[float, "rad"]
     """Largest rotation of the ankle, mean over trials."""
 
     def changed(self, torque: np.ndarray, stretch: float) -> "MeanReflex":
         """With more torque (N·m) and stretch (rad)."""
-        return MeanReflex(self.time, self.torque + torque, self.stretch + stretch)
+        return MeanReflex(self.torque + torque, self.stretch + stretch)
 
     @property
     def values(self) -> Annotated[np.ndarray, "(4,)"]:
         """Numbers of `REFLEX` (N·m, N·m·s, N·m·s/rad, s); the delay is NaN for a torque without a peak."""
-        peak, impulse = float(self.torque.max()), float(scipy.integrate.trapezoid(self.torque, self.time))
+        peak, impulse = float(self.torque.max()), float(scipy.integrate.trapezoid(self.torque, INSTANTS_S))
         return np.array([peak, impulse, impulse / self.stretch, self._risen(RISEN * peak)])
 
     def _risen(self, threshold: float) -> float:
@@ -86,9 +99,9 @@ class MeanReflex:
             return np.nan
         k = int(np.argmax(self.torque >= threshold))
         if k == 0:
-            return float(self.time[0])
+            return REFLEX_S[0]
         below, above = self.torque[k - 1 : k + 1]
-        return float(np.interp(threshold, [below, above], self.time[k - 1 : k + 1]))
+        return float(np.interp(threshold, [below, above], INSTANTS_S[k - 1 : k + 1]))
 
 
 def mean_reflex(
@@ -101,16 +114,16 @@ def mean_reflex(
     time: instants from the onset, the same in all trials; those outside `REFLEX_S` only show the stretch.
     torques, angles: r and phi of the mean response of each trial.
     """
-    ways, at = stretches(angles)
-    inside = within(time)
-    return MeanReflex(
-        time[inside], (ways @ torques)[inside] / len(ways), float(np.abs(_at(angles, at)).mean())
-    )
+    ways, step_s = stretches(angles)[0], INSTANTS_S[1] - INSTANTS_S[0]
+    largest = np.abs(_interpolated(time, angles, np.arange(time[0], time[-1], step_s))).max(axis=-1)
+    return MeanReflex(_interpolated(time, ways @ torques / len(ways)), float(largest.mean()))
 
 
-def within(time: np.ndarray) -> np.ndarray:
-    """Samples of `REFLEX_S`, shape (n,)."""
-    return (time >= REFLEX_S[0] - 1e-9) & (time <= REFLEX_S[1] + 1e-9)
+def _interpolated(
+    time: np.ndarray, signals: Annotated[np.ndarray, "(..., n)"], instants: np.ndarray = INSTANTS_S
+) -> Annotated[np.ndarray, "(..., m)"]:
+    """Signals at other instants (s), by a spline; the last sample is held, for at most half a step."""
+    return scipy.interpolate.CubicSpline(time, signals, axis=-1)(np.minimum(instants, time[-1]))
 
 
 def stretches(angles: Annotated[np.ndarray, "(..., n)", "rad"]) -> tuple[np.ndarray, np.ndarray]:
@@ -120,19 +133,20 @@ def stretches(angles: Annotated[np.ndarray, "(..., n)", "rad"]) -> tuple[np.ndar
 
 
 def yielding(
-    time: np.ndarray, angles: Annotated[np.ndarray, "(trials, n)", "rad"], stiffness: float
+    angles: Annotated[np.ndarray, "(trials, n)", "rad"], stiffness: float
 ) -> Annotated[np.ndarray, "(trials, n)", "N·m"]:
     """Torque of a joint that yields, less K phi, after the largest rotation of each trial.
 
-    time: instants from the onset (s).
+    angles: from the baseline on.
     stiffness: K (N·m/rad).
     """
-    ways, at = stretches(angles)
-    largest = ways * _at(angles, at)
-    travel = 1.0 - np.maximum(ways[:, None] * angles / largest[:, None], -1.0)
-    after = np.arange(time.size) > at[:, None]
-    shape = np.where(after, travel - 2.0 ** (1.0 / 3.0) * np.maximum(travel, 0.0) ** (2.0 / 3.0), 0.0)
-    return stiffness * (ways * largest)[:, None] * shape
+    slopes = np.diff(YIELD_AT ** (2.0 / 3.0), prepend=0.0) / np.diff(YIELD_AT, prepend=0.0)
+    after = np.arange(angles.shape[1]) > stretches(angles)[1][:, None]
+    torques = []
+    for angle in angles:
+        deflections = [stop_deflection(angle, radius) for radius in np.abs(angle).max() * YIELD_AT]
+        torques.append(-np.diff(slopes, append=2.0 / 3.0) @ deflections - angle / 3.0)
+    return np.where(after, stiffness * np.array(torques), 0.0)
 
 
 def _at(signals: np.ndarray, samples: np.ndarray) -> np.ndarray:
@@ -187,7 +201,7 @@ def estimate_reflex(
     """
     motion = means[..., [2, 1]]
     torques = means[..., 0] - motion @ parameters
-    mean, inside = mean_reflex(time, torques, means[..., 1]), within(time)
+    mean = mean_reflex(time, torques, means[..., 1])
     ways, at = stretches(means[..., 1])
 
     def moved_by(change: Change) -> tuple[np.ndarray, np.ndarray]:
@@ -198,7 +212,7 @@ def estimate_reflex(
             own = change.signals[..., 0] - change.signals[..., [2, 1]] @ parameters
             moved = moved + np.einsum("j,kjt->kt", ways, own) / len(ways)
             longer = (ways * change.signals[:, np.arange(len(ways)), at, 1]).mean(axis=1)
-        return moved[:, inside], longer
+        return _interpolated(time, moved), longer
 
     def root(moved: np.ndarray, longer: np.ndarray) -> Annotated[np.ndarray, "(k, 4)"]:
         pairs = [
@@ -221,5 +235,5 @@ def estimate_reflex(
     else:
         surely = float(coverage_factor(budget.effective_freedom[0], CERTAIN))
         early = mean.torque[0] + surely * error[0] >= RISEN * values[0]
-        undetermined = REFLEX[3:] if early or not np.isfinite(low[3]) else ()
+        undetermined = REFLEX[3:] if early or not low[3] >= REFLEX_S[0] else ()
     return ReflexEstimate(values, budget, tuple(undetermined), mean, error)
