@@ -32,7 +32,7 @@ PRESENCE = {
     "dummy": "reproduces_thesis commanded recovered truth_at_work recommended_specified",
     "noise": "figure_has_both",
     "simulation": "compared thesis_simulated first_shown second_shown force_compared",
-    "standing": "one_person free_reflex recovered truth_at_work",
+    "standing": "free_reflex recovered truth_at_work",
     "study": "truth_of_recommended_known coverage_counted recommended_flagged",
     "weight": "frame_scored scored foot foot_pathways",
     "wristalyzer": "bins_tried swept cross_validated resonant pooled",

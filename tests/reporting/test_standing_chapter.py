@@ -94,7 +94,7 @@ def recovered(latency=True, error=-0.031, of=AT_WORK):
     )
 
 
-def run_of(trials=None, tasks=None, estimates=ESTIMATES, recovery=None, people=None):
+def run_of(trials=None, tasks=None, estimates=ESTIMATES, recovery=None):
     """Run with two trials of one task, unless others are wanted."""
     columns = ["condition", "pathway", "estimator", "quantity", "value"]
     table = pd.DataFrame(estimates, columns=columns).assign(
@@ -117,7 +117,7 @@ def run_of(trials=None, tasks=None, estimates=ESTIMATES, recovery=None, people=N
         tables | ({} if recovery is None else {"recovery": recovery}),
         fits,
         {"standing": SETTINGS},
-        study | {"people": people or {}},
+        study,
     )
 
 
@@ -262,10 +262,6 @@ def test_standing_person_is_told_task_by_task():
     assert "With the instruction c the intrinsic stiffness of both ankles is 3.00 N·m/rad" in words
     assert "is 1.00 " not in words and "instruction d" not in words
     assert abstract(run_of()).startswith("All 2 trials with a person")
-    people = run_of(trials, tasks, own, people={"P1": PERSON, "P2": PERSON | {"mass_kg": 81.5}})
-    assert not standing.one_person(people) and standing.one_person(run_of())
-    assert "With the instruction" not in abstract(people)
-    assert "They are of 2 participants of 64 to 81.5 kg and 1.75 m, whose" in chapter(people)
 
 
 FIGURES = [f"figure_standing_{name}" for name in ("activity", "latency", "response", "window", "joints")]
@@ -305,14 +301,11 @@ def test_muscles_without_an_onset_have_no_latency_in_a_caption():
     assert set(findings_of(["figure_4_14", *FIGURES], *content(silent))) == {FIGURES[3], FIGURES[4]}
 
 
-@pytest.mark.parametrize(("people", "told"), [({}, True), ({"P1": PERSON}, False)])
-def test_summary_tells_of_one_person_in_a_study_of_the_thesis(people, told):
-    data, tables = content(run_of(people=people))
+def test_summary_tells_of_one_person_in_a_study_of_the_thesis():
+    data, tables = content(run_of())
     data["chapters"]["dummy"] = {"holds": {"reproduces_thesis": True}}
     ours = 'findings.summary.filter(row => row.first() == "dummy.reproduces_thesis").at(3).last()'
     (words,) = evaluated(
         [f"let it = ({ours})(); if it != none {{ plain(it) }}"], "findings.typ", data, tables
     )
-    assert (words is not None) is told
-    if told:
-        assert "together is then estimated as 400 N·m/rad with the instruction calm (" in words
+    assert "together is then estimated as 400 N·m/rad with the instruction calm (" in words

@@ -85,7 +85,6 @@ rule write_report:
                 ),
                 "foot_pathway": STUDY.estimators.budgeted_foot(),
                 "tasks": STUDY.tasks.names(),
-                "people": {name: STUDY.person(name) for name in STUDY.participants("standing")},
                 "shown_of_participants": groups.shown_estimators(STUDY),
             }
         ),

@@ -87,11 +87,6 @@ def _shares(run: Run) -> dict[str, list[float]]:
 # ---- conditions of sentences
 
 
-def one_person(run: Run) -> bool:
-    """The study names no participants."""
-    return not run.study["people"]
-
-
 def visible(run: Run) -> bool:
     """In every usable trial the ankle turns at more than three standard deviations of its sway."""
     stood = [fit.facts for fit in run.fits["standing"].values() if fit.facts["responses"]]
@@ -164,7 +159,6 @@ def active_biased(run: Run) -> bool:
 
 
 PREDICATES = (
-    one_person,
     visible,
     knee_turns,
     free_reflex,
