@@ -176,22 +176,22 @@ def legend_above(figure: Figure, axis: Axes, columns: int, **keywords) -> None:
 
 
 @in_style
-def save_figure(figure: Figure, svg: str | Path, png: str | Path) -> None:
-    """Write a figure as SVG and PNG (no unit), without dates."""
+def save_figure(figure: Figure, svg: str | Path) -> None:
+    """Write a figure as SVG (no unit), without dates."""
     _lay_out(figure)
     figure.savefig(svg, metadata={"Date": None, "Creator": "tepsipe"})
-    _write_png(figure, png)
 
 
 @in_style
 def save_png(figure: Figure, png: str | Path) -> None:
     """Write a figure as PNG only, 150 pixels per inch, without dates."""
     _lay_out(figure)
-    _write_png(figure, png)
+    # the usual compression takes twice as long, for larger files
+    figure.savefig(png, dpi=150, metadata={"Software": "tepsipe"}, pil_kwargs={"compress_level": 3})
 
 
 def _lay_out(figure: Figure) -> None:
-    """Place the axes once: saving would do it again for every file, and draw the figure once more for it.
+    """Place the axes once: saving would draw the figure once more for it.
 
     Drawing would place empty labels, too, beside the tick labels.
     """
@@ -202,11 +202,6 @@ def _lay_out(figure: Figure) -> None:
     for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
         if not axis.get_label_text():
             axis.set_label_coords(0.0, 0.0)
-
-
-def _write_png(figure: Figure, png: str | Path) -> None:
-    # the usual compression takes twice as long, for larger files
-    figure.savefig(png, dpi=150, metadata={"Software": "tepsipe"}, pil_kwargs={"compress_level": 3})
 
 
 MAP = "cividis"

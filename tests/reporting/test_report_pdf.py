@@ -1,5 +1,6 @@
 """The PDF of the tiny study, read as a reader would: words, references and pages."""
 
+import io
 import json
 import re
 import unicodedata
@@ -8,10 +9,13 @@ from html import unescape
 
 import numpy as np
 import pytest
+import typst
+from matplotlib.image import imread
 from pdf_pages import pages_of
 from study_builders import estimates
 from typst_builders import findings_of, tables_of
 
+from tepsipe.drawing.style import new_figure, save_figure
 from workflow.support.captions import read_captions
 
 pytestmark = pytest.mark.study
@@ -147,17 +151,36 @@ def test_every_caption_begins_with_the_finding_of_its_figure(study, words):
 
 def test_no_text_of_a_figure_is_cut_off_at_its_edge(study):
     """Figures have a white margin; a title that is too long would run through it."""
-    from matplotlib.image import imread
-
-    files = sorted((study / "results/figures").rglob("*.png"))
+    folder = study / "results/figures"
+    files = [
+        path.relative_to(folder).as_posix() for kind in ("svg", "png") for path in folder.rglob(f"*.{kind}")
+    ]
     assert len(files) > 40
-    cut = []
-    for path in files:
-        image = imread(path)[:, :, :3]
-        edges = np.concatenate([image[0], image[-1], image[:, 0], image[:, -1]])
-        if edges.min() < 0.9:
-            cut.append(path.name)
-    assert cut == []
+    assert [
+        name for name, edges in zip(files, edges_of(files, folder), strict=True) if edges.min() < 0.9
+    ] == []
+
+
+def test_a_title_that_is_too_long_is_cut_off(tmp_path):
+    figure, axes = new_figure()
+    axes.set_title("A title that is longer than the figure is wide. " * 3)
+    save_figure(figure, tmp_path / "long.svg")
+    axes.set_title("A title")
+    save_figure(figure, tmp_path / "short.svg")
+    long, short = edges_of(["long.svg", "short.svg"], tmp_path)
+    assert long.min() < 0.9 < short.min()
+
+
+def edges_of(files, folder):
+    """Brightness of the pixels at the edges of pictures: each is a page without margins, set by Typst."""
+    bare = "#set page(width: auto, height: auto, margin: 0pt)\n"
+    source = bare + "#pagebreak()\n".join(f'#image("/{name}")\n' for name in files)
+    pages = typst.compile(
+        source.encode(), root=str(folder), format="png", ppi=144.0, ignore_system_fonts=True
+    )
+    for page in [pages] if isinstance(pages, bytes) else pages:
+        image = imread(io.BytesIO(page))[:, :, :3]
+        yield np.concatenate([image[0], image[-1], image[:, 0], image[:, -1]])
 
 
 def test_pages_are_filled(pages, document):

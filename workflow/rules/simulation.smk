@@ -82,7 +82,6 @@ rule plot_simulation_trial:
     output:
         **{
             "figure_b_trial": "<results>/figures/figure_b_{number}.svg",
-            "figure_b_trial_png": "<results>/figures/figure_b_{number}.png",
             "figure_b_trial_csv": "<results>/figures/figure_b_{number}.csv",
         },
     log:

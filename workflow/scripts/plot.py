@@ -13,26 +13,23 @@ import typst
 from tepsipe.drawing.style import HEADER, Drawing, save_figure, save_png, write_drawn
 
 
-def save_drawing(name, drawing, svg, png):
-    """Typeset a drawing, a function of its source, as SVG and PNG."""
+def save_drawing(name, drawing, svg):
+    """Typeset a drawing, a function of its source, as SVG."""
     source = Path(drawing.source)
     main = f'#import "/{source.name}": {name}, drawing\n#show: drawing\n#{name}(json(bytes(sys.inputs.run)))'
     run = {"run": json.dumps(drawing.shown)}
-    for path, ppi in ((svg, None), (png, 150.0)):
-        typst.compile(
-            main.encode(), path, str(source.parent), ignore_system_fonts=True, ppi=ppi, sys_inputs=run
-        )
+    typst.compile(main.encode(), svg, str(source.parent), ignore_system_fonts=True, sys_inputs=run)
 
 
 module, function = snakemake.params.drawn_by.split(":")
 draw = getattr(import_module(f"tepsipe.{module}"), function)
 for name, figure in draw(snakemake.input, snakemake.params):
-    svg, png = snakemake.output.get(name), snakemake.output[f"{name}_png"]
+    svg = snakemake.output.get(name)
     if isinstance(figure, Drawing):
-        save_drawing(name, figure, svg, png)
+        save_drawing(name, figure, svg)
         Path(snakemake.output[f"{name}_csv"]).write_text(HEADER, encoding="utf-8", newline="\n")
     elif svg:
-        save_figure(figure, svg, png)
+        save_figure(figure, svg)
         write_drawn(figure, snakemake.output[f"{name}_csv"])
     else:
-        save_png(figure, png)
+        save_png(figure, snakemake.output[f"{name}_png"])

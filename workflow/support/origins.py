@@ -384,7 +384,7 @@ class ReportOrigins:
         """Files, code and command of a figure (SVG) with its numbers (CSV)."""
         name = Path(path).stem
         rule = self.sources.rule_of_figure(name)
-        kinds = {f"{name}.{kind}": Path(path).with_suffix(f".{kind}") for kind in ("csv", "svg", "png")}
+        kinds = {f"{name}.{kind}": Path(path).with_suffix(f".{kind}") for kind in ("csv", "svg")}
         data = {words: self.beside(file) for words, file in kinds.items()}
         if Path(numbers).read_text(encoding="utf-8").count("\n") < 2:
             del data[f"{name}.csv"]  # a drawing without numbers, which rests on the settings

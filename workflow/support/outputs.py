@@ -43,9 +43,8 @@ def figures(study: Study) -> list[str]:
 
 
 def with_numbers(figures: dict, folder: str = "<results>/figures") -> dict:
-    """Named outputs of figures (name -> SVG), with those of their PNG and of the numbers that they show."""
-    kinds = ("png", "csv")
-    return figures | {f"{name}_{kind}": f"{folder}/{name}.{kind}" for name in figures for kind in kinds}
+    """Named outputs of figures (name -> SVG), with those of the numbers that they show."""
+    return figures | {f"{name}_csv": f"{folder}/{name}.csv" for name in figures}
 
 
 # figures of every trial of the standing person
