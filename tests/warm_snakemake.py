@@ -21,7 +21,7 @@ from pathlib import Path
 # of others: what a study imports of this project belongs to the study's own copy
 PACKAGES = ("snakemake.cli", "snakemake.report.html_reporter", "pydantic", "yaml")
 # what Snakemake imports only when it has read a study
-LATER = ("pandas", "jinja2", "requests", "smart_open")
+LATER = ("pandas", "jinja2", "requests", "smart_open", "nbformat", "argparse_dataclass", "platformdirs")
 # what jobs import, as in workflow/support/preload.py
 OF_JOBS = (
     *("edfio", "ezc3d", "h5py"),
