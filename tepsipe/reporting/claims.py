@@ -267,8 +267,8 @@ def _transition_line(f: Findings) -> float:
 
 
 def _lost_with_other_bounds(f: Findings) -> float:
-    """Largest loss of VAF in cross-validation (%) of a fit within random bounds whose own VAF is high."""
-    own, others = validate_other_bounds(f.fits["wristalyzer"]).T
+    """Largest loss of mean VAF in cross-validation (%) by a fit within random bounds with a high own VAF."""
+    own, others, _ = validate_other_bounds(f.fits["wristalyzer"]).T
     high = own >= HIGH_VAF
     return float((own[high] - others[high]).max())
 

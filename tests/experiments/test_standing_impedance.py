@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from tepsipe.experiments.standing.estimates import fit_rows
 from tepsipe.experiments.standing.muscle_torque import ACTIVE, ActiveOptions, MuscleTorque, twitch
 from tepsipe.experiments.standing.options import StandingEstimator
 from tepsipe.experiments.standing.thesis.impedance import DELAYS as NAMES
-from tepsipe.experiments.standing.thesis.impedance import fit_all, fit_standing, of_draws
+from tepsipe.experiments.standing.thesis.impedance import fit_all, fit_standing, of_draws, over_sway
 from tepsipe.mechanics.impedance_model import PARAMETERS
 
 K, B, INERTIA = 370.0, 6.0, 0.05
@@ -518,3 +519,16 @@ def test_responses_of_one_direction_stay_as_they_are():
     assert alike.by_direction()[0] is alike
     nobody = responses_with(INTRINSIC, sizes=())
     assert nobody.by_direction() == [nobody]
+
+
+def test_responses_are_compared_with_the_sway_of_the_same_signal():
+    """The ankle's angle, as Figure 4-13 shows it, not its velocity."""
+    quiet = np.array([[0.0, 9.0, 1.0, -1.0], [0.0, 9.0, -1.0, 1.0]])
+    perturbed = np.array([[0.0, 9.0, -4.0, 2.0], [0.0, 9.0, 6.0, 0.0]])
+    responses = SimpleNamespace(
+        time=np.array([-0.1, -0.05, 0.1, 0.2]),
+        count=2,
+        perturbed={"ankle": perturbed, "ankle_d": 100.0 * perturbed, "torque/leg": 3.0 * perturbed},
+        unperturbed={"ankle": quiet, "ankle_d": quiet, "torque/leg": 2.0 * quiet},
+    )
+    assert over_sway(responses, "leg") == {"angle_over_sway": 5.0, "torque_over_sway": 7.5}

@@ -203,8 +203,9 @@ def test_fits_within_other_bounds_are_scored_in_their_own_trial_and_in_the_other
         result.arrays["other_bounds/parameters"] = np.array(tried)
     found = validate_other_bounds({"stiff": stiff, "soft": soft})
     assert found[0, 0] > 99.0 and found[0, 1] < 80.0
-    assert found[1].tolist() == [0.0, 0.0]
-    assert found[2].tolist() == found[0, ::-1].tolist()
+    assert found[1].tolist() == [0.0, 0.0, 0.0]
+    assert found[2, :2].tolist() == found[0, 1::-1].tolist()
+    assert found[:, 2].tolist() == found[:, 1].tolist()  # one other trial
 
 
 def test_fit_at_a_bound_flags_its_rows_and_no_others(exact):

@@ -178,8 +178,8 @@ def test_shares_of_torques_and_the_change_by_window_are_those_of_the_run():
     # of the windows of 50 and 60 ms; that of 30 ms is too far from 60 ms
     assert "shorter or longer changes the K of short by up to 8 %" in words
     assert (
-        "K changes by 1.0 % and B by 2.5 % between windows of 40 to 80 ms; the K of the estimator short "
-        "differs by 25.0 %" in words
+        "K changes by 1.0 % and B by 2.5 % between windows of 40 to 80 ms. Without a reflex torque, K "
+        "changes by 10.0 % between these windows. The K of the estimator short differs by 25.0 %" in words
     )
     assert "mass of the feet (2.0 %), motion of soft tissue over bone (1.0 %)." in words
     assert "the ankle lies 4.3 mm in front of and 0.2 mm below the assumed point" in words
@@ -289,7 +289,8 @@ def test_muscles_without_an_onset_have_no_latency_in_a_caption():
     )
     assert "respond 40 ms after" in found["figure_4_14"]
     assert (
-        "40 to 80 ms. Without a reflex torque, K over all windows is "
+        "Between windows of 40 to 80 ms, K changes by 1.0 % (calm) with a free reflex torque, and by 10.0 % "
+        "(calm) without a reflex torque. Over all windows, K without a reflex torque is "
         "\N{MINUS SIGN}50.0 to 540 N·m/rad (calm)." in found["figure_standing_window"]
     )
     assert found["figure_standing_response"].endswith("explain 97.0 to 97.0 % of the mean torque.")

@@ -49,7 +49,8 @@ def fit(spread=1e-8, modulus=(10.0, 5.0), samples=10240):
         "tried/stiffness": np.array([10.0, 5.0]),
         "tried/smooth": np.full((2, 3), 10.0),
         "tried/modulus": np.array([[0.01, 0.1, K] for K in modulus]),
-        "torque": np.array([2e-3, -2e-3]),
+        "torque": np.tile([2e-3, -2e-3], (1536 + samples) // 2),
+        "angle": np.tile([1e-4, -1e-4], (1536 + samples) // 2),
     }
     facts = {
         "many_starts_stiffness_spread_Nm_per_rad": spread,
@@ -200,9 +201,16 @@ def test_friction_is_found_where_its_interval_is_above_zero(interval, found):
     assert not wristalyzer.softens(run)
 
 
+def test_loss_in_one_trial_counts_fits_whose_own_vaf_is_high():
+    scores = np.array([[95.0, 90.0, 80.0], [90.0, 88.0, 85.0], [86.0, 50.0, 10.0]])
+    assert wristalyzer._largest_loss(scores) == 15.0
+    assert wristalyzer._largest_loss(scores[2:]) is None
+
+
 def test_numbers_are_those_of_the_signals():
     numbers = wristalyzer.numbers(usual())
-    assert numbers["other_bounds"] == {"fits": 9, "usual": 3}
+    losses = ("largest_loss_in_one_trial_percent", "printed_bounds_loss_in_one_trial_percent")
+    assert numbers["other_bounds"] == {"fits": 9, "usual": 3} | dict.fromkeys(losses)  # no fit has a high VAF
     assert (numbers["coherence"], numbers["coherence_at_Hz"]) == (0.9, 4.0)
     assert numbers["torque_rms_Nm"] == pytest.approx([2e-3] * 3)
     assert numbers["coherence_above_lowpass"] == pytest.approx(0.12)

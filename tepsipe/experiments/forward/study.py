@@ -1,8 +1,9 @@
 """Validation of parameters by forward simulation (thesis section 4-1-3).
 
-Every trial of the ankle dummy is simulated with several sets of parameters, driven by its recorded belt
-motion, and compared with the recorded angle and with the torque by inverse dynamics. A physics engine moves
-the leg with the sets that the thesis compares; the others need only the equations of motion.
+Every trial of the ankle dummy is simulated with several sets of parameters, driven by the recorded
+motion of its foot, or of the belt if the foot has no markers, and compared with the recorded angle and with
+the torque by inverse dynamics. A physics engine moves the leg with the sets that the thesis compares; the
+others need only the equations of motion.
 
 The simulated force of the belt on the foot is the rate of the momentum of foot and leg. The plate measures it
 with the belt-induced force, which no simulation contains:

@@ -298,19 +298,23 @@ def cross_validate_wristalyzer(
     )
 
 
-def validate_other_bounds(results: dict[str, Result]) -> Annotated[np.ndarray, "(fits, 2)", "%"]:
-    """VAF of the angle by every fit within random bounds, in its own trial and on average in the others.
+def validate_other_bounds(
+    results: dict[str, Result], key: str = "other_bounds/parameters"
+) -> Annotated[np.ndarray, "(fits, 3)", "%"]:
+    """VAF of the angle by every fit within random bounds: in its own trial, mean and lowest in the others.
 
     results: condition -> `wristalyzer_result`.
+    key: array of the fits' parameters; those within random bounds by default.
     Returns: 0 in place of a negative VAF, or of one that diverged.
     """
     trials, scores = _prepared(results), []
     with np.errstate(over="ignore", invalid="ignore"):
         for k, result in enumerate(results.values()):
-            for parameters in result.arrays["other_bounds/parameters"]:
+            for parameters in np.reshape(result.arrays[key], (-1, 3)):
                 vafs = np.fmax([trial.prediction_vaf(parameters) for trial in trials], 0.0)
-                scores.append((vafs[k], np.delete(vafs, k).mean()))
-    return np.reshape(scores, (-1, 2))
+                others = np.delete(vafs, k)
+                scores.append((vafs[k], others.mean(), others.min()))
+    return np.reshape(scores, (-1, 3))
 
 
 def _prepared(results: dict[str, Result]) -> list[PreparedTrial]:

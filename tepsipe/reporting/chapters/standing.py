@@ -88,7 +88,7 @@ def _shares(run: Run) -> dict[str, list[float]]:
 
 
 def visible(run: Run) -> bool:
-    """In every usable trial the ankle turns at more than three standard deviations of its sway."""
+    """In every usable trial the ankle turns by more than three standard deviations of its sway."""
     stood = [fit.facts for fit in run.fits["standing"].values() if fit.facts["responses"]]
     return bool(stood) and min(facts["angle_over_sway"] for facts in stood) > VISIBLE
 

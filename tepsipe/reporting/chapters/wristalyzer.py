@@ -5,8 +5,10 @@ import math
 import numpy as np
 import pandas as pd
 
+from tepsipe.experiments.wristalyzer.analysis import validate_other_bounds
 from tepsipe.experiments.wristalyzer.names import AS_PRINTED, MODULUS, PERIODS
 from tepsipe.io.result import Result
+from tepsipe.reporting.claims import HIGH_VAF
 from tepsipe.reporting.run import Run
 
 # a mean coherence below this is that of unrelated signals (-)
@@ -37,14 +39,30 @@ def numbers(run: Run) -> dict:
     return content | {"pooled": _pooled(run)}
 
 
-def _other_bounds(fits: dict[str, Result]) -> dict[str, int]:
-    """Number of fits within random bounds, and of those that end at the minimum of the printed bounds."""
+def _other_bounds(fits: dict[str, Result]) -> dict:
+    """Fits within random bounds: number, number at the minimum of the printed bounds, losses in one trial.
+
+    A loss (%) is the VAF of a fit in its own trial less its lowest VAF in another one; None without a fit.
+    """
     ends = [
         np.isclose(found, fit.arrays[f"{AS_PRINTED}/parameters"], rtol=1e-3).all(axis=1)
         for fit in fits.values()
         if (found := fit.arrays["other_bounds/parameters"]).size
     ]
-    return {"fits": sum(end.size for end in ends), "usual": sum(int(end.sum()) for end in ends)}
+    return {
+        "fits": sum(end.size for end in ends),
+        "usual": sum(int(end.sum()) for end in ends),
+        "largest_loss_in_one_trial_percent": _largest_loss(validate_other_bounds(fits)),
+        "printed_bounds_loss_in_one_trial_percent": _largest_loss(
+            validate_other_bounds(fits, f"{AS_PRINTED}/parameters")
+        ),
+    }
+
+
+def _largest_loss(scores: np.ndarray) -> float | None:
+    """Largest loss of VAF in one other trial (%) by fits whose own VAF is high."""
+    own, _, lowest = scores[scores[:, 0] >= HIGH_VAF].T
+    return float((own - lowest).max()) if own.size else None
 
 
 def _lowest_coherence(run: Run) -> dict:

@@ -369,12 +369,12 @@ def over_sway(responses: StandingEpochs, pathway: str) -> dict[str, float]:
     """Size of the responses relative to unperturbed sway (thesis section 4-2).
 
     pathway: pathway of the torque.
-    Returns: ``angle_over_sway``, ``torque_over_sway``: median over responses of the peak ankle velocity,
-    and of the peak change of torque, within 0.3 s, relative to the standard deviation in unperturbed
-    standing.
+    Returns: ``angle_over_sway``, ``torque_over_sway``: median over responses of the peak rotation of the
+    ankle, and of the peak change of torque, within 0.3 s, relative to the standard deviation in unperturbed
+    epochs of the same length. All epochs are relative to their mean just before the onset.
     """
     near = (responses.time >= 0.0) & (responses.time <= 0.3)
-    signals = {"angle_over_sway": "ankle_d", "torque_over_sway": f"torque/{pathway}"}
+    signals = {"angle_over_sway": "ankle", "torque_over_sway": f"torque/{pathway}"}
     return {
         name: float(
             np.median(np.abs(responses.perturbed[key][:, near]).max(axis=1))
