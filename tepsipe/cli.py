@@ -15,7 +15,7 @@ import os
 import re
 import sys
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
@@ -71,10 +71,14 @@ def _name_of(action: argparse.Action) -> str:
 
 
 @contextlib.contextmanager
-def progress(what: str) -> Iterator[None]:
-    """Show on a terminal, from the third second on, that something is at work and for how long."""
+def progress(what: str) -> Iterator[Callable[[str], None]]:
+    """Show on a terminal, from the third second on, that something is at work and for how long.
+
+    Gives a function that takes how far it is, for example "3 of 12 files".
+    """
+    far = [""]
     if not sys.stderr.isatty():
-        yield
+        yield far.append
         return
     done = threading.Event()
 
@@ -82,7 +86,7 @@ def progress(what: str) -> Iterator[None]:
         seconds = 2
         done.wait(2.0)
         while not done.is_set():
-            print(f"\r{printable(what)}: {seconds} s", end="", file=sys.stderr, flush=True)
+            print(f"\r{printable(what + far[-1])}: {seconds} s\x1b[K", end="", file=sys.stderr, flush=True)
             seconds += 1
             done.wait(1.0)
         if seconds > 2:
@@ -91,7 +95,7 @@ def progress(what: str) -> Iterator[None]:
     shown = threading.Thread(target=show, daemon=True)
     shown.start()
     try:
-        yield
+        yield far.append
     finally:
         done.set()
         shown.join()
@@ -378,8 +382,9 @@ def _add_check(commands: argparse._SubParsersAction) -> None:
         "from them. Repeated and unknown keys, values, names and folders that cannot be used are reported "
         "with file and line. Then every recording is read as the study will read it: columns, rates, "
         'markers, plates, perturbations, masses. Lines with "to be recorded" list what K of a standing '
-        'person still needs. Lines with "verdict" state for each person and task whether K will be quotable, '
-        "and its expected interval or the reason. Run it in the folder of the study.",
+        'person still needs. Lines with "verdict" state for each trial of a dummy and each task of a person '
+        "whether K will be quotable, and its expected interval or the reason. Run it in the folder of the "
+        "study.",
     )
     check.add_argument(
         "files", nargs="*", metavar="CONFIG", help="configuration files, as for snakemake --configfile"
@@ -680,8 +685,8 @@ def _new_study(chosen: argparse.Namespace) -> None:
     from tepsipe.new_study.start import commands_in
     from tepsipe.new_study.study import FILES, new_study
 
-    with progress(f"looking into {chosen.folder}"):
-        made = new_study(chosen.folder, chosen.name, chosen.output)
+    with progress(f"looking into {chosen.folder}") as tell:
+        made = new_study(chosen.folder, chosen.name, chosen.output, tell)
     for study in (made, *made.others):
         for experiment, count in study.trials.items():
             show(f"{experiment}: {count} {'trial' if count == 1 else 'trials'}")

@@ -317,7 +317,7 @@ THE_MARKERS = dummy(
         (
             "axis y reversed",
             points(lambda p: p * np.array([1.0, -1.0, 1.0])[:, None, None]),
-            "the belt-fixed marker 'foot1' to move with the belt of log.mat",
+            "log.mat: expected the belt to move with the belt-fixed marker 'foot1' of markers.c3d",
         ),
         (
             "markers half a second late",
@@ -810,7 +810,7 @@ WHOLE_TRIALS = [
         (
             "belt velocity reversed",
             analog("Belt speed", lambda x: 5.0 - x),
-            "whole.c3d: expected the belt-fixed marker 'foot1' to move with the belt",
+            "whole.c3d: expected the belt to move with the belt-fixed marker 'foot1' of whole.c3d",
         ),
         (
             "no force",

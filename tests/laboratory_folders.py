@@ -52,7 +52,7 @@ def laboratory(truth, rate_hz=250.0):
     return truth
 
 
-def _trial(make, truth, path, name, *protocol, emg=(), **options):
+def trial_of(make, truth, path, name, *protocol, emg=(), **options):
     """One C3D of a trial, by a function of the virtual laboratory."""
     length = protocol[-1].duration_s if "empty" in name else None
     with tempfile.TemporaryDirectory() as raw:
@@ -75,7 +75,7 @@ def weights(folder, truth, heavy=False, belts=("right",)):
             on = f"_{belt}" if len(belts) > 1 else ""
             for number, profile in (("01", "sine"), ("02", "minjerk")):
                 path, protocol = folder / f"{name}{on}_{number}.c3d", Protocol(profile, 0.4, 2.0, 22.0)
-                _trial(make_weight_trial, own, path, f"{name}-{number}", protocol, belt=belt)
+                trial_of(make_weight_trial, own, path, f"{name}-{number}", protocol, belt=belt)
     usual = {"mass_kg": 20.0, "com_height_m": 0.1, "com_forward_of_markers_m": None}
     answers = {"weight": {"ingest": {"marker_sampling_hz": None}, "weight": usual}}
     if heavy:
@@ -89,7 +89,7 @@ def person(folder, truth, belt="right", rename=None):
     for k in (1, 2):
         protocol = Protocol("sine" if k == 1 else "negative-sine", 0.4, (2.0, 2.4), 20.0)
         path = folder / f"relax_{k}.c3d"
-        _trial(make_standing_trial, truth, path, f"relax-{k}", "relax", protocol, emg=MUSCLES, belt=belt)
+        trial_of(make_standing_trial, truth, path, f"relax-{k}", "relax", protocol, emg=MUSCLES, belt=belt)
     labels = rename or {}
     numbers = {
         "mass_kg": 64.0,
@@ -145,7 +145,7 @@ def split_belt_at_100_hz(folder, truth):
 def two_weights(folder, truth):
     """A dummy, the empty belt, and two weights."""
     truth = laboratory(truth)
-    _trial(make_dummy_trial, truth, folder / "dummy_01.c3d", "dummy-01", Protocol("sine", 0.4, 2.0, 14.0))
+    trial_of(make_dummy_trial, truth, folder / "dummy_01.c3d", "dummy-01", Protocol("sine", 0.4, 2.0, 14.0))
     leg = [{"label": "ankle", "anterior_offset_m": 0.0, "longitudinal_offset_m": 0.0}]
     leg += [{"label": m, "anterior_offset_m": a, "longitudinal_offset_m": b} for m, (a, b) in LEG.items()]
     dummy = {"ingest": {"marker_sampling_hz": None}, "geometry": DUMMY | {"leg_markers": leg}}

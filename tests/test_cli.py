@@ -421,12 +421,13 @@ class Terminal(io.StringIO):
 def test_what_takes_longer_than_two_seconds_is_seen_on_a_terminal(monkeypatch):
     shown = Terminal()
     monkeypatch.setattr("sys.stderr", shown)
-    with progress("waiting"):
+    with progress("waiting") as tell:
         assert shown.getvalue() == ""
+        tell(", file 1 of 2")
         deadline = time.monotonic() + 10.0
         while not shown.getvalue() and time.monotonic() < deadline:
             time.sleep(0.05)
-    assert shown.getvalue().startswith("\rwaiting: 2 s")
+    assert shown.getvalue().startswith("\rwaiting, file 1 of 2: 2 s")
     assert shown.getvalue().endswith("\r\x1b[K")  # the line is gone again
     monkeypatch.setattr("sys.stderr", io.StringIO())
     before = threading.active_count()

@@ -55,6 +55,7 @@ def serve():
     """Answer every line of the standard input with an exit status."""
     for package in (*PACKAGES, *LATER, *OF_JOBS):
         importlib.import_module(package)
+    sys.modules["snakemake.cli"].get_argument_parser()  # finds Snakemake's plugins, once for all forks
     gc.freeze()  # a collection in a fork would copy every page that it shares with this process
     for line in sys.stdin:
         call = json.loads(line)

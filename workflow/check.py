@@ -1,7 +1,7 @@
 """Check a study without running it: ``python -m workflow.check [CONFIG...]``, as after ``--configfile``.
 
 Configuration and trial sheet first, then every recording is read as its job would read it. The last lines are
-verdicts on K of every standing person and task.
+verdicts on K of a dummy and of standing persons.
 """
 
 import math

@@ -12,7 +12,7 @@ from typing import Annotated
 import numpy as np
 import scipy
 
-from tepsipe.mechanics.impedance_model import admittance
+from tepsipe.mechanics.impedance_model import admittance, smeared_admittance
 from tepsipe.signals.response import FrequencyResponse
 from tepsipe.statistics.least_squares import sems
 
@@ -202,19 +202,10 @@ def change_by_smearing(
     estimate: the n frequencies that were fitted.
     Returns: changes of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     """
-    smeared = replace(estimate, response=smeared_response(fit.parameters, estimate))
+    smeared = replace(
+        estimate, response=smeared_admittance(fit.parameters, estimate.frequency_hz, estimate.resolution_hz)
+    )
     return fit_scaled(smeared, bounds, fit.parameters).parameters - fit.parameters
-
-
-def smeared_response(parameters: Annotated[np.ndarray, "(3,)"], estimate: FrequencyResponse) -> np.ndarray:
-    """Response of a joint that is averaged evenly over `FrequencyResponse.resolution_hz`, shape (n,).
-
-    estimate: the n frequencies.
-    """
-    # midpoints of nine equal parts of each band
-    places = estimate.resolution_hz * (np.arange(9) - 4.0) / 9.0
-    around = np.maximum(estimate.frequency_hz[:, None] + places, 1e-9)
-    return admittance(parameters, around.ravel()).reshape(around.shape).mean(axis=1)
 
 
 def distance_to_other_criterion(

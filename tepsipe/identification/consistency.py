@@ -31,9 +31,8 @@ from typing import Annotated
 import numpy as np
 import scipy
 
-from tepsipe.identification.admittance_fit import smeared_response
 from tepsipe.identification.regression.windows import products_of_perturbations
-from tepsipe.mechanics.impedance_model import PARAMETERS
+from tepsipe.mechanics.impedance_model import PARAMETERS, smeared_admittance
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.signals.response import FrequencyResponse
@@ -251,7 +250,7 @@ def delay_of_response(
     leakage = LEAKAGE if estimate.resolution_hz > 0.0 else 0.0
     profile = _fitted_delay(estimate.frequency_hz, estimate.response, weight, parameters, leakage)
     if profile.determined and estimate.resolution_hz > 0.0:
-        smeared = smeared_response(parameters, estimate)
+        smeared = smeared_admittance(parameters, estimate.frequency_hz, estimate.resolution_hz)
         added = _fitted_delay(estimate.frequency_hz, smeared, weight, parameters, 0.0).value_s
         added = 0.0 if np.isnan(added) else added / np.sqrt(3.0)
         profile = replace(profile, standard_error_s=float(np.hypot(profile.standard_error_s, added)))

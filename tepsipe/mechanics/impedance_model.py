@@ -69,6 +69,16 @@ def admittance(
     return 1.0 / (inertia * s**2 + damping * s + stiffness)
 
 
+def smeared_admittance(
+    parameters: Annotated[np.ndarray, "(3,)"], frequency_hz: np.ndarray, resolution_hz: float
+) -> Annotated[np.ndarray, "(n,)", "rad/(N·m)"]:
+    """Frequency response of the joint, averaged over a band of ``resolution_hz`` around each frequency."""
+    # midpoints of nine equal parts of each band
+    places = resolution_hz * (np.arange(9) - 4.0) / 9.0
+    around = np.maximum(frequency_hz[:, None] + places, 1e-9)
+    return admittance(parameters, around.ravel()).reshape(around.shape).mean(axis=1)
+
+
 def impedance_torque(
     parameters: Annotated[np.ndarray, "(3,)"], theta: np.ndarray, theta_d: np.ndarray, theta_dd: np.ndarray
 ) -> Annotated[np.ndarray, "(n,)", "N·m"]:

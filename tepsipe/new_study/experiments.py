@@ -1,6 +1,7 @@
 """Experiment of each trial, by names and content, or why a recording can be no trial."""
 
 from collections import Counter
+from collections.abc import Callable
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.analysis import FEWEST_UNPERTURBED, FEWEST_WITHOUT_PULSES
@@ -23,17 +24,22 @@ OF_TABLES = {
 }
 
 
-def find_experiments(groups: list[Group], unused: list[Found], folder: str) -> dict[str, Seen]:
+def find_experiments(
+    groups: list[Group], unused: list[Found], folder: str, tell: Callable[[str], object] = str
+) -> dict[str, Seen]:
     """Give every group its experiment; groups that can be no trial are moved to ``unused``, with the reason.
 
     unused: files that belong to no trial, to which files are added.
     folder: name of the folder of recordings.
+    tell: takes how far it is.
     Returns: name of the first file -> what a treadmill trial shows (SI units).
     """
     seen: dict[str, Seen] = {}
 
     def attempt(step, *arguments) -> None:
-        for group in list(groups):
+        count = len(groups)
+        for number, group in enumerate(list(groups), start=1):
+            tell(f", trial {number} of {count}")
             try:
                 step(group, *arguments)
             except InputError as error:

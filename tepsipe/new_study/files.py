@@ -1,6 +1,7 @@
 """Kind of each file of a folder, by its content."""
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -66,10 +67,11 @@ class Found:
         return next(c for c in self.contents.channels if c.name == name)
 
 
-def look_at(folder: Path, left_out: Path | None = None) -> list[Found]:
+def look_at(folder: Path, left_out: Path | None = None, tell: Callable[[str], object] = str) -> list[Found]:
     """Look into every file of a folder and of those below it.
 
     left_out: A folder below it that is not looked at.
+    tell: takes how far it is.
     Returns: in the order of their names (s, units of the files).
     """
     if not folder.is_dir():
@@ -86,7 +88,11 @@ def look_at(folder: Path, left_out: Path | None = None) -> list[Found]:
             f"{folder}: expected 1 to {MOST_FILES} files of recordings, found {len(paths)}: name the folder "
             "that holds the recordings of one study"
         )
-    return [_found(path, path.relative_to(folder).as_posix()) for path in paths]
+    found = []
+    for number, path in enumerate(paths, start=1):
+        tell(f", file {number} of {len(paths)}")
+        found.append(_found(path, path.relative_to(folder).as_posix()))
+    return found
 
 
 def _found(path: Path, name: str) -> Found:

@@ -2,6 +2,7 @@
 
 import os
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -119,6 +120,7 @@ def new_study(
     folder: str | Path,
     name: str | None = None,
     output: str | Path | None = None,
+    tell: Callable[[str], object] = str,
 ) -> NewStudy:
     """Write `FILES`, and a table of the participants if there are several, for the recordings in a folder.
 
@@ -127,6 +129,7 @@ def new_study(
     folder: folder of recordings; it is only read.
     name: name of the study: letters, digits, dots and hyphens; by default that of the folder.
     output: folder to write to; by default one with the study's name in the current folder.
+    tell: takes how far it is, for a user who waits.
     """
     folder = Path(folder)
     name = _name(folder, name)
@@ -138,11 +141,11 @@ def new_study(
             "which the run refuses, found them: rename it"
         )
     _refuse_existing(output)
-    files = look_at(folder, left_out=_real(output) if _real(output) != _real(folder) else None)
+    files = look_at(folder, _real(output) if _real(output) != _real(folder) else None, tell)
     groups, unused = group_files(files)
     unused = [replace(f, why=f.why or ALONE.get(f.kind, ALONE["other"])) for f in unused]
     unused += [f for f in files if f.kind == "other" and f not in unused]
-    seen = find_experiments(groups, unused, _real(folder).name)
+    seen = find_experiments(groups, unused, _real(folder).name, tell)
     parts = _usable_parts(groups, seen, unused)
     unused += _left_alone(files, parts, unused)
     if not parts:

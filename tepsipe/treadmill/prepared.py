@@ -4,7 +4,7 @@ Every analysis of such a trial starts here. The perturbations are found in the m
 the commanded one.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated
 
@@ -85,10 +85,19 @@ class PreparedTrial:
                 f"{self.name}: expected forces of the belt {belt!r}, found {listed(belts)}: "
                 "correct plate_treadmill.belt"
             )
-        column = belts.index(belt)
-        force, moment = self.trial.values("force")[:, column], self.trial.values("moment")[:, column]
-        columns = {"Fy": force[:, 1], "Fz": force[:, 2], "Mx": moment[:, 0]}
-        return {key: self.filtered(x.astype(float)) for key, x in columns.items()}
+        return {key: self.filtered(x) for key, x in self._load_as_recorded(belt).items()}
+
+    def _load_as_recorded(self, belt: str) -> dict[str, np.ndarray]:
+        column = self.trial.axes["belt"].tolist().index(belt)
+        force, moment = (self.trial.values(name)[:, column].astype(float) for name in ("force", "moment"))
+        return {"Fy": force[:, 1], "Fz": force[:, 2], "Mx": moment[:, 0]}
+
+    def as_recorded(self, belts: Sequence[str], labels: Sequence[str]) -> dict[str, np.ndarray]:
+        """Loads of belts (N, N·m) and positions of markers along the belt (m) before the filter, by name."""
+        along = self.trial.values("marker_position")[:, :, 1].astype(float)
+        signals = {label: along[:, self.markers.index(label)] for label in labels}
+        loads = ((belt, key, x) for belt in belts for key, x in self._load_as_recorded(belt).items())
+        return signals | {f"{key} of the {belt} belt": x for belt, key, x in loads}
 
     def load_from_rest(self, belt: str) -> dict[str, np.ndarray]:
         """`load` (N, N·m), zero at rest but for Fz, each of shape (n,)."""

@@ -73,3 +73,14 @@ def test_late_reflexes_of_tall_people_are_no_fault():
 def test_without_muscles_there_is_no_fault():
     nobody = [responses_with(0.0 * RESPONSE_TIME)]
     assert emg_faults(nobody, LENGTHENED_BY, [], "changepoint") == ()
+
+
+def test_pulses_that_stretch_and_shorten_a_muscle_in_turn_do_not_count():
+    rng, exchanged = np.random.default_rng(21), ("SOL", "TA", "GAS")
+    trials = [pulses(rng, sign, columns=exchanged) for sign in (1.0, -1.0)]
+    assert emg_faults(trials, LENGTHENED_BY, [], "changepoint") == ("muscles-exchanged",)
+    for k, trial in enumerate(trials):
+        swing = 0.2 * np.sin(2.0 * np.pi * np.clip(RESPONSE_TIME, 0.0, 0.1) / 0.05)
+        ankle = np.tile(swing, (trial.count, 1))
+        trials[k] = replace(trial, stretch=trial.stretch | {"ankle": ankle})
+    assert emg_faults(trials, LENGTHENED_BY, [], "changepoint") == ()

@@ -33,6 +33,7 @@ from tepsipe.errors import InputError
 from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.options import TORQUES, TorquePathway
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
+from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.treadmill.plate_check import PlateCheck
 from tepsipe.treadmill.registry import fit_model
 
@@ -462,6 +463,22 @@ def test_faults_of_recordings_and_another_calibration_flag_the_plate():
     assert flags({}, faults=("spikes",)) == ("spikes",)
     assert flags({"calibration_right": matrix}, calibration=matrix) == ()
     assert flags({"calibration_right": shifted}, calibration=matrix) == ("calibration-differs",)
+
+
+@pytest.mark.parametrize("cutoff_hz", [11.0, 14.0])
+@pytest.mark.parametrize("name", ["force", "marker_position"])
+def test_signals_that_were_filtered_before_they_were_recorded_are_flagged(name, cutoff_hz, rng):
+    trial = usual_trial()
+    for signal, noise in (("force", 0.4), ("moment", 0.3), ("marker_position", 8e-5)):
+        trial = with_signal(
+            trial, signal, lambda x, sd=noise: np.add(x, sd * rng.standard_normal(x.shape), x)
+        )
+    assert processed(trial).plate_flags == ()
+
+    def smooth(x):
+        x[:] = butterworth_lowpass(x, RATE_HZ, cutoff_hz)
+
+    assert processed(with_signal(trial, name, smooth)).plate_flags == ("filtered-signal",)
 
 
 def test_reversed_moment_is_a_fault_by_its_name():

@@ -77,7 +77,7 @@ def test_six_c3ds_become_a_page(shipped_truth, tmp_path):
     wanted = {"condition": "relax", "quantity": "K", "recommended": "true"}
     quoted = next(row for row in rows if row.items() >= wanted.items())
     half = 50.0 * (float(quoted["ci_high"]) - float(quoted["ci_low"])) / float(quoted["value"])
-    assert f"verdict: relax: K will be quotable, ± {half:.2g} % expected" in checked.stdout
+    assert f"verdict: standing/relax: K will be quotable, ± {half:.2g} % expected" in checked.stdout
     again = run("run", "-n")
     assert "Nothing to be done" in again.stdout + again.stderr
     assert digests(PACKAGE) == before

@@ -1,10 +1,12 @@
 """Folders as other laboratories have them: axes, labels, gait, and what can be no trial."""
 
+import re
+
 import ezc3d
 import numpy as np
 import pytest
 from c3d_builders import plate_channels, plate_of, write_c3d
-from laboratory_folders import Y_UP, laboratory, mark
+from laboratory_folders import Y_UP, laboratory, mark, trial_of
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.files import read_events
@@ -13,6 +15,7 @@ from tepsipe.io.readers.c3d import read_c3d_recording
 from tepsipe.io.readers.recording import Markers, select_markers
 from tepsipe.new_study.study import new_study
 from tepsipe.new_study.treadmill_trials import contacts_of, leg_of, loaded_mean, muscles_of, side_of
+from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
 from tepsipe.virtual_lab.treadmill_trial import Protocol
 from tepsipe.virtual_lab.weight_trial import make_weight_trial
 from workflow.support.yaml_file import read_settings
@@ -29,6 +32,7 @@ def person(
     emg=(),
     labels="LR",
     pulses=4,
+    begins=None,
     load=700.0,
     events=(),
     facing=1.0,
@@ -39,7 +43,7 @@ def person(
     """A C3D of a person on the right belt, as plug-in-gait labels markers; ``axes`` are those of the file."""
     axes, n = np.eye(3) if axes is None else axes, round(RATE_HZ * SECONDS)
     rng, time = np.random.default_rng(3), np.arange(n) / RATE_HZ
-    begins = np.arange(4.0, 16.0, 3.0)[:pulses]
+    begins = np.arange(4.0, 16.0, 3.0)[:pulses] if begins is None else begins
     belt = sum((0.02 * np.clip((time - t) / 0.1, 0.0, 1.0) for t in begins), np.zeros(n))
     markers = {}
     for side in labels:
@@ -526,6 +530,39 @@ def test_files_of_dflow_that_cannot_be_aligned_are_left_out_both(tmp_path, monke
     left = {f.name: f.why for f in new_study("lab", output="s").left}
     assert "models of the treadmill need a trial" in left["empty_02_mocap.txt"]
     assert {f"empty_0{n}_treadmill.txt" for n in (1, 2)} < set(left)
+
+
+@pytest.mark.slow
+def test_noise_of_slow_cameras_does_not_decide_what_a_marker_is_on(shipped_truth, tmp_path, monkeypatch):
+    """A dummy at 100 Hz and 0.3 mm, whose belt is seen by its markers only."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    truth = laboratory(shipped_truth, 100.0)
+    truth["treadmill"]["capture"]["noise_m"] = 3e-4
+    path = tmp_path / "lab/dummy_01.c3d"
+    trial_of(make_dummy_trial, truth, path, "dummy-01", Protocol("sine", 0.2, 2.0, 30.0))
+    file = ezc3d.c3d(str(path))
+    labels = file["parameters"]["ANALOG"]["LABELS"]["value"]
+    file["data"]["analogs"][0, labels.index("Belt speed")] = 0.0
+    file.write(str(path))
+    told = []
+    new_study("lab", output="s", tell=told.append)
+    assert told[0] == ", file 1 of 1" and ", trial 1 of 1" in told
+    dummy = settings_of(tmp_path / "s")["dummy"]
+    assert dummy["foot"]["belt_fixed_labels"] == ["foot1", "foot2", "foot3", "ankle"]
+    leg = [marker["label"] for marker in dummy["geometry"]["leg_markers"]]
+    assert leg == ["ankle", "leg1", "leg2", "leg3", "leg4"]
+    assert dummy["analysis"]["rest_before_s"] == pytest.approx(1.9, abs=0.11)
+
+
+def test_a_rest_that_no_analysis_can_use_is_left_open(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    person(tmp_path / "lab/relax_1.c3d", begins=np.arange(0.5, 16.0, 3.0))
+    new_study("lab", output="s")
+    assert settings_of(tmp_path / "s")["standing"]["analysis"]["window"]["rest_before_s"] == "MISSING"
+    missing = (tmp_path / "s/MISSING.md").read_text()
+    assert re.search(r"first perturbation \(s\), more than 0.5, found 0.[34] and 6 pulses", missing)
 
 
 def test_trials_in_subfolders_of_conditions_are_named_by_both(tmp_path, monkeypatch):

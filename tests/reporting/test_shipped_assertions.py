@@ -31,6 +31,8 @@ def shipped():
         pytest.skip("results/ has no results of the shipped study: run make first")
     data = json.loads((RESULTS / "report/report.json").read_text(encoding="utf-8"))
     tables = tables_of(RESULTS)
+    if "measure" not in tables["claims"].read_text(encoding="utf-8").splitlines()[0].split(","):
+        pytest.skip("results/ was made by an older version: run make first")
     names = [(group, name) for group, own in data["facts"].items() for name in own]
     places = [RESULTS / f"fits/{group}/{name}.h5" for group, name in names]
     places += [RESULTS / f"fits/{name}.h5" for group, name in names if group == name]

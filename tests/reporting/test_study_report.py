@@ -52,7 +52,9 @@ def first_page(page):
 
 
 def test_first_page_has_the_answers_and_what_is_missing(report):
-    first = first_page(page_of(*report()))
+    page = page_of(*report())
+    first = first_page(page)
+    assert '<a href="../tables/answers.csv">' in page
     assert "a50.0 (45.0 to 55.0)Quotable." in first
     assert "No check failed" in first
 

@@ -291,7 +291,7 @@ def test_kept_studies_with_other_plates_are_compared():
     told = words(other)
     assert "in this order, A, B and C % of the laboratories" in told
     assert "of the standing person is 10, 64 and 11 %" in told
-    assert "is 42, 6 and 7, so the plate of this study agrees worst with the thesis" in told
+    assert "is 42, 6 and 7. The plate of this study agrees worst with the thesis." in told
     assert "|change of the mass with amplitude (kg)|< 0|−0.6|−0.1|−0.2|" in told
 
 

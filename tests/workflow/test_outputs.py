@@ -180,6 +180,7 @@ def test_printed_settings_are_those_of_experiments_and_parts_in_the_study(shippe
     assert list(printed) == [*shipped.experiments, "noise"]
     assert printed["weight"] == {
         "weight": {"mass_kg": 20.0},
+        "further_weights": [{"mass_kg": 60.0, "com_height_m": 0.15, "com_forward_of_markers_m": 0.0}],
         "analysis": {"cutoffs_hz": [20.0, 10.0], "segment_s": 0.3},
     }
     assert printed["empty"] == {}

@@ -29,7 +29,6 @@ FALSE_HERE = (
     "The analysis of this run agrees with it",
     "In this run, too, K is lower at the largest amplitude",
     "VAF depends more on the predicted trial",
-    "No combination with a mean VAF above 99 %",
     "small swings do not settle once the belt rests",
     "show the same pattern over the full dataset",
     "that we attribute to them, the VAF is higher in every condition",

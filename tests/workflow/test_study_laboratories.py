@@ -42,11 +42,13 @@ def test_a_folder_becomes_a_study_that_check_accepts(name, shipped_truth, tmp_pa
     assert status == 0, said.err
     assert "to be confirmed" not in said.out
     verdict = [line.removeprefix("verdict: ") for line in said.out.splitlines() if "verdict: " in line]
-    assert [line.partition(":")[0] for line in verdict] == (["relax"] if "standing" in made.trials else [])
+    belt = "both-" if name == "split_belt_at_100_hz" else ""
+    judged = {"standing": f"standing/{belt}relax", "dummy": "dummy/dummy-01"}
+    assert [line.partition(":")[0] for line in verdict] == [judged[e] for e in judged if e in made.trials]
     if name == "plug_in_gait":  # no weight
-        assert "relax: K will not be quotable: uncompensated: no weight was recorded" in verdict[0]
+        assert "standing/relax: K will not be quotable: uncompensated: no weight was recorded" in verdict[0]
     elif verdict:
-        assert re.match(r"relax: K will be quotable, ± \d+ % expected", verdict[0])
+        assert re.match(r"\S+: K will be quotable, ± [\d.]+ % expected", verdict[0])
     wanted = [line for line in said.out.splitlines() if line.startswith("to be recorded: ")]
     if name == "split_belt_at_100_hz":  # both pulses of each load go forward
         lacks = "pulses backward on the empty belt, pulses backward under the weight of 20 kg"

@@ -102,6 +102,8 @@ def _files_of(module: str, places: tuple[str, ...]) -> list[str]:
             path = _file_of("/".join((start, *parts[:depth])))
             if path:
                 files.append(path)
+                if not path.endswith("/__init__.py"):
+                    break  # what a module is asked for is no file
     return files
 
 
@@ -109,6 +111,6 @@ def _files_of(module: str, places: tuple[str, ...]) -> list[str]:
 def _file_of(path: str) -> str | None:
     """File of the package or module at a path, without its suffix."""
     for name in (f"{path}/__init__.py", f"{path}.py"):
-        if Path(name).is_file():
+        if os.path.isfile(name):  # noqa: PTH113 -- thousands of times, in a third of the time of a Path
             return name
     return None

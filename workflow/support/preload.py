@@ -3,6 +3,7 @@
 A module that cannot be imported is left to the jobs that need it, which report the reason.
 """
 
+import ctypes
 import gc
 import importlib
 import pkgutil
@@ -28,5 +29,11 @@ for name in (*OTHERS, *(name for name in OF_THE_STUDY if not name.startswith(ENG
 # what reads the formulas in figures, which the first formula of a process makes
 with suppress(Exception):
     importlib.import_module("matplotlib.mathtext").MathTextParser("agg").parse("$x$")
+# the C library returns large arrays to the system, and clearing the pages of the next ones takes up to a
+# fifth of the time of a fit; with these limits, the next arrays get the same memory
+M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, BYTES = -1, -3, 2**30
+with suppress(Exception):  # a C library other than glibc
+    for parameter in (M_TRIM_THRESHOLD, M_MMAP_THRESHOLD):
+        ctypes.CDLL(None).mallopt(parameter, BYTES)
 # a garbage collection in a fork would copy every page that it shares with this process
 gc.freeze()

@@ -1,12 +1,14 @@
-"""Verdict on K of every task of a recorded standing person, before the study runs.
+"""Verdict on K of every recorded trial of a dummy and every task of a standing person, before the run.
 
 The functions of the run analyse the recordings, with the recommended torque and estimator, and with the
 models of the treadmill that they need. Whether K is quoted, its flags and its interval are therefore the same
 as in the run. The value of K is not shown, so that it cannot influence the choice of trials.
 """
 
+from tepsipe.experiments.dummy.fit import fit as fit_dummy
+from tepsipe.experiments.dummy.rig import flag_rig, rig_flags
 from tepsipe.experiments.standing import fit_task
-from tepsipe.experiments.standing.fit import fit
+from tepsipe.experiments.standing.fit import fit as fit_standing
 from tepsipe.experiments.standing.muscle_torque import NONE
 from tepsipe.experiments.weight.calibrate import PlateCalibration, PlateTrial, calibrate_plate
 from tepsipe.io.estimates import FLAGS, Estimate
@@ -22,14 +24,40 @@ DECIDING = ("uncompensated", "negative", "treadmill-model", "treadmill-not-conve
 
 
 def verdicts(study: Study) -> list[str]:
-    """One sentence for every person and task: how well K will be known, or why it will not be quotable.
+    """One sentence for every trial of the dummy and every person and task, see `sentence`.
 
     study: a study whose recordings can all be used.
     """
+    return _of_dummies(study) + _of_people(study)
+
+
+def _of_dummies(study: Study) -> list[str]:
+    fitted = {}
+    for condition in study.recorded("dummy"):
+        section = study.of_trial("dummy", condition)
+        names = section["recommended"], section["quoted"]
+        fitted[condition] = fit_dummy(
+            ingested(study, "dummy", condition),
+            section | {"pathways": {name: section["pathways"][name] for name in names}},
+            condition,
+            study.config["study"]["seed"],
+            study.settings["uncertainty"]["dummy"],
+        )
+    faults, said = rig_flags({condition: found.result.facts for condition, found in fitted.items()}), []
+    for condition, found in fitted.items():
+        rows = [row for row in flag_rig(found.estimates, faults) if row.quantity == "K"]
+        usual = study.settings["dummy"]["recommended"]
+        row = next((row for row in rows if row.recommended), None)
+        row = row or next((row for row in rows if row.pathway == usual), None)
+        said.append(f"dummy/{condition}: {sentence(row, [])}")
+    return said
+
+
+def _of_people(study: Study) -> list[str]:
     pools = [
         pool
         for pool in study.tasks.pools().values()
-        if all(study.trials["standing", c].source == "recorded" for c in pool.conditions)
+        if set(pool.conditions) <= set(study.recorded("standing"))
     ]
     if not pools:
         return []
@@ -52,7 +80,7 @@ def verdicts(study: Study) -> list[str]:
             )
             left_out = [text for c in pool.conditions for text in responses[c].facts["left_out"]]
             row = _stiffness(fitted.estimates, section["recommended"])
-            said.append(f"{pool.name}: {sentence(row, left_out)}")
+            said.append(f"standing/{pool.name}: {sentence(row, left_out)}")
     return said
 
 
@@ -98,7 +126,7 @@ def _responses(study: Study, condition: str, section: dict, plates: dict[str, Pl
     """Responses of a trial, as its fit stores them."""
     known = [plates[belt] for belt in _belts(study, condition) if belt in plates]
     of_trial = study.of_trial("standing", condition)
-    fitted = fit(
+    fitted = fit_standing(
         ingested(study, "standing", condition),
         of_trial | {key: section[key] for key in ("pathways", "estimators", "as_printed")},
         condition,
@@ -119,7 +147,7 @@ def _stiffness(rows: list[Estimate], recommended: dict[str, str]) -> Estimate | 
 def sentence(row: Estimate | None, left_out: list[str]) -> str:
     """How well K will be known, or why it will not be quotable.
 
-    row: K of the task.
+    row: K of the trial or task.
     left_out: reasons for what was omitted of its trials.
     """
     flags = [] if row is None else list(filter(None, row.flags.split(";")))

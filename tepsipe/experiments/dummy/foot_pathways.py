@@ -148,14 +148,10 @@ def _faults_on_plate(prepared: PreparedTrial, options: FootOptions) -> tuple[str
 
     Names in `tepsipe.flags.FLAGS`.
     """
-    trial, labels = prepared.trial, prepared.markers
-    belt = trial.axes["belt"].tolist().index(options.belt)
-    force, moment = (trial.values(name)[:, belt].astype(float) for name in ("force", "moment"))
-    ankle = trial.values("marker_position")[:, labels.index(options.ankle_label), 1].astype(float)
-    signals = {"Fy": force[:, 1], "Fz": force[:, 2], "Mx": moment[:, 0], "ankle": ankle}
     weights = None if options.held_out is None else options.held_out.calibration
-    differs = calibration_difference(weights, calibration_of(trial, options.belt))
-    faults = flags_of(prepared.rate_hz, prepared.at_rest, **signals) + recorded_faults(trial)
+    differs = calibration_difference(weights, calibration_of(prepared.trial, options.belt))
+    signals = prepared.as_recorded([options.belt], [options.ankle_label])
+    faults = flags_of(prepared.rate_hz, prepared.at_rest, **signals) + recorded_faults(prepared.trial)
     return tuple(dict.fromkeys(faults + ("calibration-differs",) * bool(differs)))
 
 

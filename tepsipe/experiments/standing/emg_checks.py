@@ -21,7 +21,7 @@ import numpy as np
 import scipy
 
 from tepsipe.experiments.standing.epochs import StandingEpochs
-from tepsipe.experiments.standing.thesis.latency import MuscleLatency, stretched_first
+from tepsipe.experiments.standing.thesis.latency import MuscleLatency, first_stretch
 from tepsipe.identification.consistency import CHANCE, welch
 from tepsipe.signals.epochs import without_artefact
 from tepsipe.statistics.uncertainty import scatter
@@ -30,6 +30,8 @@ from tepsipe.statistics.uncertainty import scatter
 REFLEX_S, QUIET_S = (0.025, 0.075), (-0.15, -0.02)
 # span in which no reflex can be, its end, and the latest first onset (s)
 BEFORE_REFLEX_S, EARLIEST_S, LATEST_S = (0.002, 0.018), 0.02, 0.07
+# least mean over greatest speed of pulses that stretch a muscle, or shorten it, and do not do both in turn
+ONE_WAY = 0.2
 # least clear answer, relative to the activity before the onset, and fewest answers
 CLEAR, FEWEST = 0.5, 5
 # probability of a clear answer by chance: a size of `CLEAR` is required in addition
@@ -55,7 +57,10 @@ def emg_faults(
         for responses in trials:
             if muscle not in responses.muscles or not responses.count:
                 continue
-            first = stretched_first(responses, joints)
+            stretch = first_stretch(responses, joints)
+            if abs(stretch) < ONE_WAY:
+                continue
+            first = stretch > 0.0
             answers[first].append(_answers(responses, muscle, REFLEX_S))
             before += [_answers(responses, muscle, BEFORE_REFLEX_S)] if first else []
         stretched[muscle], shortened[muscle] = (np.concatenate([*answers[k], []]) for k in (True, False))

@@ -38,6 +38,7 @@ from tepsipe.mechanics.inverse_dynamics import (
 from tepsipe.mechanics.segment_kinematics import fit_rigid_segment
 from tepsipe.signals.differentiation import degree_at, derivative
 from tepsipe.signals.onsets import ramp_onset
+from tepsipe.signals.sample_faults import noise_floors
 from tepsipe.signals.time_alignment import advanced, marker_delay
 from tepsipe.treadmill.compensation import compensated_loads
 from tepsipe.treadmill.plate_check import PlateCheck, calibration_difference, calibration_of
@@ -126,7 +127,6 @@ def process_standing(
     """
     plate = plate or PlateCheck()
     differs = calibration_difference(plate.calibration, calibration_of(trial, options.belt))
-    faults = recorded_faults(trial) + ("calibration-differs",) * bool(differs)
     trial = plate.corrected(trial, options.belt)
     prepared = prepare_trial(trial, name, options.lowpass, options.window, options.quiet_after_s)
     time, still, person = prepared.time, prepared.at_rest, options.person
@@ -134,6 +134,9 @@ def process_standing(
     loads = prepared.load(options.belt)
     _refuse_other_mass(loads["Fz"][still], options, name)
     labels = _labels(trial, person, name)
+    filtered = noise_floors(still, prepared.rate_hz, **prepared.as_recorded(options.belts, person.labels))
+    faults = recorded_faults(trial) + ("calibration-differs",) * bool(differs)
+    faults += ("filtered-signal",) * bool(filtered)
     positions = trial.values("marker_position")[:, :, 1:].astype(float)
     hidden = trial.values("marker_hidden")[:, [labels.index(label) for label in person.labels]]
     filtered = prepared.filtered(positions)

@@ -219,6 +219,15 @@ def rest_matters(run: Run) -> bool:
     return bool(abs(medians[0] - medians[1]) > 0.05 * abs(medians[0]))
 
 
+def vaf_does_not_separate(run: Run) -> bool:
+    """A combination of choices with a VAF above 99 % deviates by more than 5 % from the recommended K."""
+    rows = run.rows("specification")
+    if not recommended_specified(run):
+        return False
+    recommended = rows[rows.role == "recommended"].K_Nm_per_rad.iloc[0]
+    return bool(((rows.VAF_percent > 99.0) & ((rows.K_Nm_per_rad / recommended - 1.0).abs() >= 0.05)).any())
+
+
 PREDICATES = (
     reproduces_thesis,
     commanded,
@@ -237,4 +246,5 @@ PREDICATES = (
     consistent_torque_smaller,
     errors_of_stiffness_alike,
     rest_matters,
+    vaf_does_not_separate,
 )

@@ -96,17 +96,6 @@ def figure_has_both(run: Run) -> bool:
     return {"as-printed", "recommended"} <= set(with_noise.pathway)
 
 
-def larger_found_earlier(run: Run) -> bool:
-    """All pulses of the largest amplitude are found with more noise than those of the smallest."""
-    lowest = found_from(run.rows("noise", noise_on=BELT).itertuples())
-    amplitudes = run.study.get("amplitudes", {})
-    known = {c: a for c in lowest if (a := amplitudes.get(c)) is not None}
-    if len(set(known.values())) < 2:
-        return False
-    small, large = ([lowest[c] for c, a in known.items() if a == end(known.values())] for end in (min, max))
-    return max(large) < min(small)
-
-
 def method_sound(run: Run) -> bool:
     """RMS errors of the recommended processing are below 5 %, and errors of the mean printed K above."""
     printed = _largest_error(run, "as-printed", ("tau", "theta", "both"), "K")
@@ -173,7 +162,6 @@ def sensor_returns_first_column(run: Run) -> bool:
 
 PREDICATES = (
     figure_has_both,
-    larger_found_earlier,
     method_sound,
     filter_dominates,
     thesis_stiffness_lost,

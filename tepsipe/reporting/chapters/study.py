@@ -200,7 +200,8 @@ def campaign(run: Run) -> dict | None:
 
     Returns: ``date``, ``commit``, ``laboratories`` (nominal ones) and ``all_laboratories``; ``rows``:
     experiment, quantity, ``covered_percent`` and the interval ``low_percent`` to ``high_percent``. Longer
-    windows of a person are left out. None if the study has no campaign.
+    windows of a person are left out, and so are estimators that few laboratories quote instead of the usual
+    one. None if the study has no campaign.
     """
     about = run.study.get("campaign")
     rows = run.rows("coverage", mechanism="nominal")
@@ -208,6 +209,7 @@ def campaign(run: Run) -> dict | None:
         return None
     rows = rows[_true(rows.recommended)]
     rows = rows[rows.window_s.isna() | (rows.window_s == rows.window_s.max())]
+    rows = rows.loc[rows.groupby(["experiment", "quantity"], sort=False).laboratories.idxmax()]
     return {
         **{name: about[name] for name in ("date", "commit")},
         "all_laboratories": about["laboratories"] - about["failed"],

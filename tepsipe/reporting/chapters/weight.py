@@ -145,6 +145,27 @@ def _steadily_falls(profiles: list[list[float]]) -> bool:
     return bool(profiles) and all(np.diff(own).max() < 0.0 for own in profiles)
 
 
+def plate_agrees_worst(run: Run) -> bool:
+    """The plate of the study has a larger misfit to the statements of the thesis than the other plates."""
+    found = _plates(run, "misfit to the statements")
+    return bool(found) and all(own > max(others) for own, *others in found)
+
+
+def plate_errs_least(run: Run) -> bool:
+    """The largest errors of K of person and foot are smaller with the plate of the study than with others."""
+    found = _plates(run, "largest error of K")
+    return bool(found) and all(own < min(others) for own, *others in found)
+
+
+def _plates(run: Run, start: str) -> list[list[float]]:
+    """Values of the plate of the study and of two others in measures that begin with these words."""
+    rows = run.rows("plate_constants")
+    if rows.empty:
+        return []
+    rows = rows[rows.measure.str.startswith(start)]
+    return rows[["shipped", "fitted", "damped"]].astype(float).values.tolist()
+
+
 PREDICATES = (
     load_matters,
     linear_needs_load,
@@ -155,4 +176,6 @@ PREDICATES = (
     force_grows,
     mass_falls,
     mass_sd_largest_first,
+    plate_agrees_worst,
+    plate_errs_least,
 )

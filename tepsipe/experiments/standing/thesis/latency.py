@@ -80,13 +80,14 @@ def _until_return(responses: StandingEpochs) -> Annotated[np.ndarray, "(n,)"]:
     return (responses.time >= 0.0) & (np.arange(displacement.size) <= displacement.argmax())
 
 
-def stretched_first(responses: StandingEpochs, lengthening: dict[str, float]) -> bool:
-    """Test for pulses of one direction that lengthen a muscle until the belt returns.
+def first_stretch(responses: StandingEpochs, lengthening: dict[str, float]) -> float:
+    """Mean over greatest speed of a muscle's lengthening until the belt returns, negative if it shortens.
 
+    responses: responses to pulses of one direction.
     lengthening: joint -> lengthening per angle.
     """
-    speed = lengthening_speed(responses, lengthening).mean(axis=0)
-    return bool(speed[_until_return(responses)].mean() > 0.0)
+    speed = lengthening_speed(responses, lengthening).mean(axis=0)[_until_return(responses)]
+    return float(speed.mean() / max(np.abs(speed).max(), 1e-300))
 
 
 def muscle_latency(
@@ -106,7 +107,7 @@ def muscle_latency(
     for responses in trials:
         if muscle not in responses.muscles or not responses.count:
             continue
-        if stretched_first(responses, lengthening):
+        if first_stretch(responses, lengthening) > 0.0:
             stretching.append(responses)
             turns_s = max(turns_s, float(responses.time[_until_return(responses)][-1]))
     if not stretching:
