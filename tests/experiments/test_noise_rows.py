@@ -384,7 +384,11 @@ def test_report_tells_how_far_estimates_are_off(rows, config):
     tables = {name: own.to_csv(index=False) for name, own in run.tables.items()}
     words = chapter_words("noise", data, tables)
     assert "with 6 draws of the noise for each of 12 combinations" in words
-    assert "With noise at 30 dB it obtained" in words and "on the recorded belt" in words
+    assert (
+        "With noise it obtained other parameters" in words
+        and "Figure 4-12, 30 dB" in words
+        and "on the recorded belt" in words
+    )
     assert "Mean estimate over the draws at 30 dB" in words
     assert re.search(r"I = 0\.0150 .* B = 0\.100 .* K = 10\.0 N·m/rad, as in Table 4-4", words)
     cells = [(estimator, target) for estimator in ESTIMATORS for target in ("tau", "theta", "both")]
