@@ -39,6 +39,7 @@ def person(
     belts=("right",),
     subject="",
     on=("right",),
+    speed=False,
 ):
     """A C3D of a person on the right belt, as plug-in-gait labels markers; ``axes`` are those of the file."""
     axes, n = np.eye(3) if axes is None else axes, round(RATE_HZ * SECONDS)
@@ -61,6 +62,10 @@ def person(
         channels |= plate_channels(plate, force, np.zeros_like(force))
         plates.append(type(plate)(plate.corners_m @ axes.T, plate.channels, plate.kind, plate.origin_m))
     channels |= {label: (1e-3 * rng.standard_normal(4 * n), "V") for label in emg}
+    if speed:
+        moving = np.subtract.outer(np.arange(4 * n) / (4 * RATE_HZ), begins)
+        velocity = 0.2 * ((moving > 0.0) & (moving < 0.1)).any(axis=1)
+        channels["Belt speed"] = (velocity + 1e-3 * rng.standard_normal(4 * n), "m/s")
     write_c3d(path, RATE_HZ, markers, channels, plates, 4 * RATE_HZ)
     if events:
         mark(path, events)
@@ -154,7 +159,12 @@ def test_gait_by_its_events(tmp_path, monkeypatch):
     [
         ("quiet.c3d", {"pulses": 0}, "no pulses of the belt with rests between them"),
         ("relax_aborted.c3d", {"pulses": 1}, "expected at least 4 pulses of the belt, found 1 in 20 s"),
-        ("relax.c3d", {"labels": ""}, "it holds no markers"),
+        ("relax.c3d", {"labels": ""}, "are in its channels, and it holds no markers"),
+        (
+            "relax.c3d",
+            {"labels": "", "speed": True},
+            "but it holds no markers: export the file with its points",
+        ),
         ("walking_1.c3d", {}, r"walks \(by the name\), found 0: "),
     ],
 )
