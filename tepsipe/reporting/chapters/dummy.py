@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
+from tepsipe.experiments.dummy.results import cross_validate_dummy, without_own
 from tepsipe.identification.estimators import ESTIMATORS, JOINT_LIKELIHOOD
 from tepsipe.io.result import Result
 from tepsipe.reporting.recovery import AT_WORK
@@ -22,8 +23,19 @@ def numbers(run: Run) -> dict:
         "windows_percent": [_windows_percent(fit) for fit in run.fits["dummy"].values()],
         "belt_peak_percent": [pulse["peak_percent"] for pulse in pulses if pulse],
         "belt_delay_ms": [pulse["delay_ms"] for pulse in pulses if pulse],
+        "cross_validated": _cross_validated(run),
         "without_torque": [name for name, one in ESTIMATORS.items() if "torque" not in one.needs],
     }
+
+
+def _cross_validated(run: Run) -> dict[str, list[float]]:
+    """Cross-validated VAFs of the printed torque (%): single ones, and means by predicted trial."""
+    pathway, fits = run.settings["dummy"]["as_printed"], run.fits["dummy"]
+    needed = [f"{pathway}/{name}" for name in ("parameters", "regressors", "torque")]
+    if len(fits) < 2 or any(name not in fit.arrays for fit in fits.values() for name in needed):
+        return {"single_percent": [], "predicted_percent": []}
+    vafs = without_own(cross_validate_dummy(fits, pathway))
+    return {"single_percent": vafs.ravel().tolist(), "predicted_percent": vafs.mean(axis=1).tolist()}
 
 
 def _windows_percent(fit: Result) -> float:
