@@ -10,7 +10,7 @@ from tepsipe.experiments.noise.rows import NoiseRow
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.mechanics.impedance_model import simulate_angle
-from tepsipe.reporting.chapters.dummy import _cross_validated
+from tepsipe.reporting.chapters.dummy import _cross_validated, _largest_step_of_sd
 from tepsipe.reporting.claims import MEASURES, Findings
 from tepsipe.reporting.thesis_tables import TableRow
 
@@ -69,6 +69,7 @@ def test_cross_validation_is_judged_by_the_predicting_and_by_the_predicted_trial
     crossed = _cross_validated(run)
     assert crossed["predicted_percent"] == pytest.approx(means)
     assert len(crossed["single_percent"]) == 6
+    assert _largest_step_of_sd(run) == {}
     alone = SimpleNamespace(fits={"dummy": {"a": fits["sine-0.1"]}}, settings=run.settings)
     assert _cross_validated(alone) == {"single_percent": [], "predicted_percent": []}
 
@@ -81,6 +82,15 @@ def test_spread_counts_the_parameter_of_its_column():
     fits |= {f"{p}-0.5": fit(0.5, 3.0) for p in ("sine", "minjerk")}
     assert measured("printed_inertia_spread_ratio", fits={"dummy": fits}) == pytest.approx(0.5)
     assert measured("printed_damping_spread_ratio", fits={"dummy": fits}) == pytest.approx(3.0)
+
+
+def test_spread_is_also_compared_from_each_amplitude_to_the_next():
+    fits = {
+        f"sine-0.{k}": Result({"leg-thesis/parameters": np.outer([0.0, 1.0], sizes)}, {}, {})
+        for k, sizes in ((1, (4.0, 4.0, 4.0)), (2, (2.0, 5.0, 1.0)), (3, (1.0, 1.0, 2.0)))
+    }
+    run = SimpleNamespace(fits={"dummy": fits}, settings={"dummy": {"as_printed": "leg-thesis"}})
+    assert _largest_step_of_sd(run) == pytest.approx({"I": 0.5, "B": 1.25, "K": 2.0})
 
 
 def test_coherence_and_admittance_are_taken_from_their_bands():
