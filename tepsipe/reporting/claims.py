@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.dummy.results import cross_validate_dummy, without_own
 from tepsipe.experiments.forward.scores import ForwardScore
 from tepsipe.experiments.noise.onsets import found_from
 from tepsipe.experiments.noise.rows import NoiseRow
@@ -155,6 +156,12 @@ def _minjerk_over_sine(f: Findings) -> float:
 def _small_over_large(f: Findings) -> float:
     left = _unexplained(f, "VAF_trial")
     return float(min(left[f"{p}-0.1"] / left[f"{p}-0.5"] for p in ("sine", "minjerk")))
+
+
+def _lowest_predicted(f: Findings) -> float:
+    """Lowest mean VAF (%) with which the parameters of the other trials predict a trial."""
+    vafs = without_own(cross_validate_dummy(f.fits["dummy"], f.as_printed))
+    return float(vafs.mean(axis=1).min())
 
 
 def _foot_over_leg(f: Findings) -> float:
@@ -524,6 +531,7 @@ MEASURES: dict[str, Callable[[Findings], float]] = {
     "wristalyzer_above_9_hz": _above_9_hz,
     "pulse_length": lambda f: 1e3 * min(fit.facts["mean_window_s"] for fit in f.fits["dummy"].values()),
     "printed_lowest_cross_validated": lambda f: min(f.by_condition("dummy", "VAF_cross_validated").values()),
+    "printed_lowest_predicted": _lowest_predicted,
     "printed_minjerk_over_sine": _minjerk_over_sine,
     "printed_small_over_large": _small_over_large,
     "printed_negative_dampings": lambda f: float(sum(b < 0.0 for b in f.by_condition("dummy", "B").values())),

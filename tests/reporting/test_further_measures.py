@@ -10,6 +10,7 @@ from tepsipe.experiments.noise.rows import NoiseRow
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.mechanics.impedance_model import simulate_angle
+from tepsipe.reporting.chapters.dummy import _cross_validated, _largest_step_of_sd
 from tepsipe.reporting.claims import MEASURES, Findings
 from tepsipe.reporting.thesis_tables import TableRow
 
@@ -50,6 +51,29 @@ def test_foot_is_noisier_only_if_it_is_so_in_every_trial():
     assert measured("foot_over_leg", rows, FITS) == pytest.approx(0.5)
 
 
+def test_cross_validation_is_judged_by_the_predicting_and_by_the_predicted_trial():
+    rng = np.random.default_rng(1)
+    joints = {"sine-0.1": [0.0, 0.0, 5.0], "sine-0.5": [0.0, 0.0, 6.0], "minjerk-0.1": [0.0, 0.0, 6.6]}
+    fits = {}
+    for name, joint in joints.items():
+        regressors = rng.standard_normal((100, 3))
+        arrays = {"parameters": np.array([joint]), "regressors": regressors, "torque": regressors @ joint}
+        fits[name] = Result({f"leg-thesis/{key}": array for key, array in arrays.items()}, {}, {})
+    # VAF of a scaled torque: 100 % times (1 - (1 - K of the predicting over K of the predicted trial)^2)
+    means = [
+        100.0 * np.mean([1.0 - (1.0 - k / own) ** 2 for k in (5.0, 6.0, 6.6) if k != own])
+        for own in (5.0, 6.0, 6.6)
+    ]
+    assert measured("printed_lowest_predicted", fits={"dummy": fits}) == pytest.approx(min(means))
+    run = SimpleNamespace(fits={"dummy": fits}, settings={"dummy": {"as_printed": "leg-thesis"}})
+    crossed = _cross_validated(run)
+    assert crossed["predicted_percent"] == pytest.approx(means)
+    assert len(crossed["single_percent"]) == 6
+    assert _largest_step_of_sd(run) == {}
+    alone = SimpleNamespace(fits={"dummy": {"a": fits["sine-0.1"]}}, settings=run.settings)
+    assert _cross_validated(alone) == {"single_percent": [], "predicted_percent": []}
+
+
 def test_spread_counts_the_parameter_of_its_column():
     def fit(inertia, damping):
         return Result({"leg-thesis/parameters": np.array([[0.0, 0.0, 0.0], [inertia, damping, 1.0]])}, {}, {})
@@ -58,6 +82,15 @@ def test_spread_counts_the_parameter_of_its_column():
     fits |= {f"{p}-0.5": fit(0.5, 3.0) for p in ("sine", "minjerk")}
     assert measured("printed_inertia_spread_ratio", fits={"dummy": fits}) == pytest.approx(0.5)
     assert measured("printed_damping_spread_ratio", fits={"dummy": fits}) == pytest.approx(3.0)
+
+
+def test_spread_is_also_compared_from_each_amplitude_to_the_next():
+    fits = {
+        f"sine-0.{k}": Result({"leg-thesis/parameters": np.outer([0.0, 1.0], sizes)}, {}, {})
+        for k, sizes in ((1, (4.0, 4.0, 4.0)), (2, (2.0, 5.0, 1.0)), (3, (1.0, 1.0, 2.0)))
+    }
+    run = SimpleNamespace(fits={"dummy": fits}, settings={"dummy": {"as_printed": "leg-thesis"}})
+    assert _largest_step_of_sd(run) == pytest.approx({"I": 0.5, "B": 1.25, "K": 2.0})
 
 
 def test_coherence_and_admittance_are_taken_from_their_bands():

@@ -159,3 +159,13 @@ def cross_validate_dummy(
             predicted = impedance_torque(mean, theta, theta_d, theta_dd)
             matrix[i, j] = vaf(trial.arrays[f"{pathway}/torque"], predicted)
     return matrix
+
+
+def without_own(
+    matrix: Annotated[np.ndarray, "(trials, trials)"],
+) -> Annotated[np.ndarray, "(trials, trials - 1)"]:
+    """VAF (%) by predicted trial and by the other trials whose parameters predict it.
+
+    matrix: VAF (%) as `cross_validate_dummy` returns it.
+    """
+    return np.array([np.delete(vafs, k) for k, vafs in enumerate(matrix.T)]).reshape(len(matrix), -1)

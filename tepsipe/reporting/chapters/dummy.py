@@ -1,12 +1,15 @@
 """Chapter on the ankle dummy: motion of the belt, and conditions of its sentences."""
 
 from collections.abc import Mapping
+from itertools import pairwise
 
 import numpy as np
 import pandas as pd
 
+from tepsipe.experiments.dummy.results import cross_validate_dummy, without_own
 from tepsipe.identification.estimators import ESTIMATORS, JOINT_LIKELIHOOD
 from tepsipe.io.result import Result
+from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.reporting.recovery import AT_WORK
 from tepsipe.reporting.run import Run
 
@@ -22,8 +25,40 @@ def numbers(run: Run) -> dict:
         "windows_percent": [_windows_percent(fit) for fit in run.fits["dummy"].values()],
         "belt_peak_percent": [pulse["peak_percent"] for pulse in pulses if pulse],
         "belt_delay_ms": [pulse["delay_ms"] for pulse in pulses if pulse],
+        "cross_validated": _cross_validated(run),
+        "largest_step_of_sd": _largest_step_of_sd(run),
         "without_torque": [name for name, one in ESTIMATORS.items() if "torque" not in one.needs],
     }
+
+
+def _cross_validated(run: Run) -> dict[str, list[float]]:
+    """Cross-validated VAFs of the printed torque (%): single ones, and means by predicted trial."""
+    pathway, fits = run.settings["dummy"]["as_printed"], run.fits["dummy"]
+    needed = [f"{pathway}/{name}" for name in ("parameters", "regressors", "torque")]
+    if len(fits) < 2 or any(name not in fit.arrays for fit in fits.values() for name in needed):
+        return {"single_percent": [], "predicted_percent": []}
+    vafs = without_own(cross_validate_dummy(fits, pathway))
+    return {"single_percent": vafs.ravel().tolist(), "predicted_percent": vafs.mean(axis=1).tolist()}
+
+
+def _largest_step_of_sd(run: Run) -> dict[str, float]:
+    """Largest ratio of a parameter's standard deviation over a trial to that at the next lower amplitude (-).
+
+    Printed pathway, trials of one profile with a pulse every 4 s; empty without such trials.
+    """
+    key = f"{run.settings['dummy']['as_printed']}/parameters"
+    spread = {
+        name: fit.arrays[key].std(axis=0, ddof=1)
+        for name, fit in run.fits["dummy"].items()
+        if key in fit.arrays and len(fit.arrays[key]) > 1
+    }
+    steps = [
+        spread[high] / spread[low]
+        for profile in ("sine", "minjerk")
+        for low, high in pairwise(f"{profile}-0.{k}" for k in range(1, 6))
+        if low in spread and high in spread
+    ]
+    return dict(zip(PARAMETERS, np.max(steps, axis=0).tolist(), strict=True)) if steps else {}
 
 
 def _windows_percent(fit: Result) -> float:
