@@ -149,7 +149,7 @@ def _other_support(prepared: PreparedTrial, f_z: np.ndarray, options: StandingOp
             f"{found}, while the belt of the person carried {carried:.0%} of it: no step, but cross-talk "
             "between the plates or a wrong zero, correct the calibration with a weight that rests on one belt"
         )
-    return f"{found}, where standing allows {allowed:.0%}: a step, repeat the trial"
+    return f"{found}: a step, repeat the trial"
 
 
 def _unloading(prepared: PreparedTrial, stance: Stance, options: StandingOptions) -> str | None:
