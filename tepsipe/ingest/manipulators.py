@@ -11,7 +11,7 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.ingest.manipulator_options import ManipulatorOptions, TableOptions
-from tepsipe.io.trial import Signal, Trial
+from tepsipe.io.trial import Signal, Trial, faults_attribute
 from tepsipe.signals.resampling import (
     BAND_PER_RATE,
     RepairedTime,
@@ -206,7 +206,7 @@ def ingest_torque_manipulator(
             "rest_angle_rad": rest,
             "clock_error": error,
             "stamp_jitter_s": jitter,
-            "faults": ";".join(flags_of((time.size - 1) / (time[-1] - time[0]), None, angle=angle)),
+            **faults_attribute(*flags_of((time.size - 1) / (time[-1] - time[0]), None, angle=angle)),
         },
     )
 
@@ -287,7 +287,7 @@ def ingest_position_manipulator(
             **_scheduled(table, repaired.keep, recorded.time, grid, options, name),
         },
         attributes=recorded.attributes
-        | {"faults": ";".join(flags_of(recorded.recorded_hz, None, angle=angle, torque=torque))},
+        | faults_attribute(*flags_of(recorded.recorded_hz, None, angle=angle, torque=torque)),
     )
 
 

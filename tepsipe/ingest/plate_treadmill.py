@@ -20,7 +20,7 @@ from tepsipe.io.readers.treadmill_log import (
     read_calibration_matrix,
     read_treadmill_log,
 )
-from tepsipe.io.trial import Signal, Trial, calibration_key
+from tepsipe.io.trial import Signal, Trial, calibration_key, faults_attribute
 from tepsipe.signals.resampling import (
     BAND_PER_RATE,
     align_sequential_samples,
@@ -181,7 +181,7 @@ def ingest_treadmill(
     used = log.voltages[edge:, (calibration.matrix != 0.0).any(axis=0)].T
     facts = {
         "trigger_sample": edge,
-        "faults": ";".join(sample_flags(*used.astype(float), log.belt_velocity[edge:])),
+        **faults_attribute(*sample_flags(*used.astype(float), log.belt_velocity[edge:])),
     }
     for belt in BELTS:
         rows = [calibration.row(f"{kind}{axis}_{belt}") for kind in "FM" for axis in "xyz"]

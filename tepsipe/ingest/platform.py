@@ -5,7 +5,7 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.ingest.manipulator_options import JOINTS, PlatformTableOptions
 from tepsipe.ingest.manipulators import RADIANS_PER_UNIT, recorded_columns, refuse_exchanged, refuse_slow
-from tepsipe.io.trial import Signal, Trial
+from tepsipe.io.trial import Signal, Trial, faults_attribute
 from tepsipe.signals.sample_faults import flags_of
 
 PERTURBATIONS = ("platform", "second_perturbation")
@@ -71,5 +71,5 @@ def ingest_platform(
         rate_hz=rate,
         axes={"time": grid, "joint": np.array(JOINTS)},
         signals=signals,
-        attributes=recorded.attributes | {"faults": ";".join(dict.fromkeys(faults))},
+        attributes=recorded.attributes | faults_attribute(*faults),
     )

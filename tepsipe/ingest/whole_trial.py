@@ -32,7 +32,7 @@ from tepsipe.ingest.treadmill_options import RecordingOptions, ScaledChannel, Tr
 from tepsipe.io.formats import read_all_markers, read_recording, recognised
 from tepsipe.io.readers import dflow
 from tepsipe.io.readers.recording import DIRECTIONS, Channel, ForcePlate, Markers, Recording, select_markers
-from tepsipe.io.trial import Trial, calibration_key
+from tepsipe.io.trial import Trial, calibration_key, faults_attribute
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.resampling import BAND_PER_RATE, refuse_short, regular_time, resample, rising_edge
 from tepsipe.signals.sample_faults import sample_flags
@@ -238,7 +238,7 @@ def ingest_recording(
         moved=moved,
         derived=derived,
     )
-    facts = {"start_s": start_s, "origin_m": origin, "faults": ";".join(_faults(recording, use, plates))}
+    facts = {"start_s": start_s, "origin_m": origin, **faults_attribute(*_faults(recording, use, plates))}
     facts |= _calibrations(use, plates)
     if velocity_of is not None:
         facts["belt_velocity_from"] = (

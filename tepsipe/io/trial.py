@@ -163,6 +163,11 @@ def calibration_key(belt: str) -> str:
     return f"calibration_{belt}"
 
 
+def faults_attribute(*faults: str) -> dict[str, str]:
+    """Attribute of a trial that `recorded_faults` reads, without repeated names."""
+    return {"faults": ";".join(dict.fromkeys(faults))}
+
+
 def recorded_faults(trial: Trial) -> tuple[str, ...]:
     """Faults of a trial's signals as recorded, names in `tepsipe.flags.FLAGS`."""
     return tuple(filter(None, trial.attributes.get("faults", "").split(";")))
@@ -170,8 +175,8 @@ def recorded_faults(trial: Trial) -> tuple[str, ...]:
 
 def with_faults(trial: Trial, *further: str) -> Trial:
     """The trial with further faults of its signals, none of which is repeated."""
-    faults = ";".join(dict.fromkeys((*recorded_faults(trial), *further)))
-    return replace(trial, attributes=trial.attributes | {"faults": faults})
+    faults = faults_attribute(*recorded_faults(trial), *further)
+    return replace(trial, attributes=trial.attributes | faults)
 
 
 def write_trial(
