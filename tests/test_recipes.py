@@ -90,7 +90,7 @@ def plot_toy(results: Mapping[str, Result]) -> Figure:
 ''',
         },
         "report/captions.yaml": {"\ndummy:\n": "  figure_toy: Windows of every trial, counted by a toy.\n"},
-        "report/chapters/dummy.typ": {'#shown("2_9")\n': '\n#shown("toy")\n'},
+        "report/chapters/rigs_further.typ": {'#shown("2_9")\n': '\n#shown("toy")\n'},
     },
     "setting": {
         "tepsipe/signals/perturbations.py": {

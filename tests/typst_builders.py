@@ -170,11 +170,13 @@ def chapter_words(
     cells: str = "",
     struck: bool = False,
 ) -> str:
-    """Words of a chapter of the report and its appendix, without references; arguments as above."""
+    """Words of a chapter of the article and its supplement, without references; arguments as above."""
     parts = "".join(f'#include "chapters/{part}.typ"\n' for part in parts_of(name))
     return typeset_words(f"#show ref: none\n{parts}", data, tables, cells, struck)
 
 
 def parts_of(chapter: str) -> list[str]:
-    """A chapter, and the appendix that continues it."""
+    """A chapter, and what continues it in the supplement; of every study, the chapters on the whole."""
+    if chapter == "study":
+        return ["reproduction", "recovery"]
     return [part for part in (chapter, f"{chapter}_further") if (REPORT / f"chapters/{part}.typ").is_file()]

@@ -509,12 +509,13 @@ def test_report_tells_spans_of_vaf_and_which_legs_do_not_settle():
         for quantity in ("theta", "tau", "tau_consistent")
     ]
     study = STUDY | {"step_s": 0.001, "engine": "mujoco", "simulated": {"4_7": "sine-0.1", "4_8": "sine-0.2"}}
+    study |= {"reported": {"simulations": {"captions": {}}, "tables": {"table_4_2": {}}, "slips": []}}
     run = Run({"forward": pd.DataFrame(map(vars, rows))}, study=study)
     tables = {"forward": run.tables["forward"].to_csv(index=False)}
     words = chapter_words("simulation", report_content(run, {"simulation": simulation}), tables, cells=" | ")
     # angle, printed and consistent torque: perturbations, then full dataset
     assert "| TEP-SIPE as printed " + 3 * "| 10 to 20 | < \N{MINUS SIGN}1000 to 30 " in words
     assert "| TEP-SIPE, consistent " + 3 * "| 99.6 to 99.8 | 99.7 to 100.0 " in words
-    assert "all 2 conditions with a step of 1.0 ms. The multi-body engine MuJoCo moves" in words
+    assert "The step of the simulation is 1.0 ms. The multi-body engine MuJoCo moves" in words
     assert "With the parameters of TEP-SIPE as printed, the swing ends in a fall in S1" in words
-    assert words.count(" in a fall ") == 1 and "S1, S2" not in words
+    assert words.count(" in a fall ") == 1

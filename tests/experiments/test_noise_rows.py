@@ -383,17 +383,17 @@ def test_report_tells_how_far_estimates_are_off(rows, config):
     data = report_content(run, {"noise": noise}) | {"cells": None}
     tables = {name: own.to_csv(index=False) for name, own in run.tables.items()}
     words = chapter_words("noise", data, tables)
-    assert "with 6 draws of the noise for each of 12 combinations" in words
+    assert "with white noise and 6 draws for each of 12 combinations" in words
     assert (
         "With noise it obtained other parameters" in words
         and "Figure 4-12, 30 dB" in words
         and "on the recorded belt" in words
     )
     assert "Mean estimate over the draws at 30 dB" in words
-    assert re.search(r"I = 0\.0150 .* B = 0\.100 .* K = 10\.0 N·m/rad, as in Table 4-4", words)
+    assert re.search(r"I = 0\.0150 .* B = 0\.100 .* K = 10\.0 N·m/rad\. For its Table 4-4", words)
     cells = [(estimator, target) for estimator in ESTIMATORS for target in ("tau", "theta", "both")]
     asked = [f'means("{estimator}", "{target}", "K").last()' for estimator, target in cells]
-    for cell, told in zip(cells, evaluated(asked, "chapters/noise.typ", data, tables), strict=True):
+    for cell, told in zip(cells, evaluated(asked, "noise_values.typ", data, tables), strict=True):
         own = [
             r.mean
             for r in rows

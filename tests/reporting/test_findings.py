@@ -28,12 +28,10 @@ from workflow.support.outputs import CHAPTERS
 
 # what a study has: rows, fits, trials or values of the thesis; each is tested with its chapter
 PRESENCE = {
-    "budgets": "any_budget of_wristalyzer of_dummy of_foot of_standing of_weight",
-    "dummy": "reproduces_thesis commanded recovered truth_at_work recommended_specified",
+    "dummy": "commanded recommended_specified",
     "noise": "figure_has_both",
-    "simulation": "compared thesis_simulated first_shown second_shown force_compared",
-    "standing": "free_reflex recovered truth_at_work",
-    "study": "truth_of_recommended_known coverage_counted recommended_flagged",
+    "simulation": "thesis_simulated first_shown second_shown force_compared",
+    "standing": "free_reflex",
     "weight": "frame_scored scored foot foot_pathways",
     "wristalyzer": "bins_tried swept cross_validated resonant pooled",
 }
@@ -345,8 +343,6 @@ FINDINGS = {
         "truth_missed": (study.compared(), study.compared(covered=["true"] * 4)),
         "errors_share_draw": (study.alike(0.015), study.alike(-0.015)),
         "truth_differs": (true_joints(9.0, 10.0), true_joints(10.0, 10.0)),
-        "campaign_holds": (study.counted(), study.counted(high=0.94)),
-        "campaign_of_this_laboratory": (study.same_laboratory(), study.counted()),
     },
 }
 # content of report.json and tables of a run, by chapter
@@ -361,7 +357,6 @@ CONTENT = {
     "standing": standing.content,
     "study": study.study_content,
 }
-SOURCES = {"study": "findings"}
 
 
 def plain_content(run, chapter):
@@ -403,7 +398,7 @@ def content_where(chapter, first):
 @cache
 def chapter_where(chapter, first):
     """Words of the chapter in that run."""
-    return chapter_words(SOURCES.get(chapter, chapter), *content_where(chapter, first), struck=True)
+    return chapter_words(chapter, *content_where(chapter, first), struck=True)
 
 
 @cache
@@ -419,9 +414,9 @@ def words_of(places, data, tables):
 def asking(chapter, name):
     """Whether the chapter asks for a predicate, and the places of the findings that do."""
     asked = f'"{chapter}.{name}"'
-    parts = [REPORT / f"chapters/{part}.typ" for part in parts_of(SOURCES.get(chapter, chapter))]
+    parts = [REPORT / f"chapters/{part}.typ" for part in parts_of(chapter)]
     findings = (REPORT / "findings.typ").read_text(encoding="utf-8")
-    _, *rows = re.split(r"^  (\w+): (?:findings\.\w+ \+ )?\(", findings, flags=re.MULTILINE)
+    _, *rows = re.split(r"^  (\w+): \(", findings, flags=re.MULTILINE)
     places = tuple(place for place, row in zip(rows[::2], rows[1::2], strict=True) if asked in row)
     return any(asked in part.read_text(encoding="utf-8") for part in parts), places
 
@@ -455,7 +450,7 @@ def test_an_assertion_that_fails_is_struck_through_and_another_finding_changes(c
     before, after = [], []
     if in_chapter:
         before.append(chapter_where(chapter, first))
-        after.append(chapter_words(SOURCES.get(chapter, chapter), without, tables, struck=True))
+        after.append(chapter_words(chapter, without, tables, struck=True))
     if places:
         before += chain(*places_where(chapter, first, places))
         after += chain(*words_of(places, without, tables))

@@ -59,8 +59,8 @@ def test_truth_and_estimates_share_a_row_for_each_pathway():
         columns=columns,
     )
     tables = {"recovery": frame.to_csv(index=False)}
-    asked = ["joint-rows()", "other-rows()", "has-windows()"]
-    (at_work, small), others, windows = evaluated(asked, "recovery_values.typ", {"units": {}}, tables)
+    asked = ["joint-rows()", "other-rows()"]
+    (at_work, small), others = evaluated(asked, "recovery_values.typ", {"units": {}}, tables)
     assert (at_work["K"]["truth"], at_work["K"]["error"], at_work["K"]["covered"]) == (
         "8.00 to 10.0",
         "5.0",
@@ -70,7 +70,6 @@ def test_truth_and_estimates_share_a_row_for_each_pathway():
     assert at_work["I"]["covered"] == ""
     assert small["small"] and small["K"]["error"] == "5.0"
     assert [(r["quantity"], r["error"]) for r in others] == [("mass", f"{MINUS}5.0")]
-    assert windows
 
 
 def test_markers_of_a_rig_are_where_the_trial_has_them_at_rest():

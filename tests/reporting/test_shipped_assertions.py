@@ -57,10 +57,10 @@ def test_a_number_that_was_altered_by_hand_strikes_its_sentence_through(shipped)
 
 
 def failing(run, modules, tables):
-    """Names of the assertions in the article that do not hold."""
+    """Names of the assertions in article and supplement that do not hold."""
+    found = []
     with report_root(report_content(run, modules), tables) as root:
-        source = str(root / "report.typ")
-        found = typst.query(
-            source, "<not-in-this-run>", field="value", root=str(root), ignore_system_fonts=True
-        )
-    return json.loads(found)
+        for source in ("report.typ", "supplement.typ"):
+            own = {"field": "value", "root": str(root), "ignore_system_fonts": True}
+            found += json.loads(typst.query(str(root / source), "<not-in-this-run>", **own))
+    return found

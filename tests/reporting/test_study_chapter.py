@@ -49,36 +49,10 @@ def explained(**constants):
     )
 
 
-def told(run, *places):
-    """Sentences of places, as text."""
-    asked = [f'told("{place}").map(it => plain(it).trim()).join(" ")' for place in places]
-    return evaluated(asked, "findings.typ", *study_content(run))
-
-
-@pytest.mark.parametrize(
-    ("predicate", "usual", "contrary"),
-    [
-        (study.truth_of_recommended_known, compared(), compared(missing=True)),
-        (study.recommended_flagged, compared(), study_run({"estimates": [estimate(flags="at-bound")]})),
-    ],
-)
-def test_conditions_hold_in_a_usual_run_and_not_in_a_contrary_one(predicate, usual, contrary):
-    assert (predicate(usual), predicate(contrary)) == (True, False)
-
-
-def test_studies_without_the_thesis_have_no_summary():
-    run = compared()
-    assert not study.truth_of_recommended_known(study_run(run.tables, **(REPORTED | {"reported": None})))
-    assert not study.truth_of_recommended_known(study_run(run.tables, **(REPORTED | {"experiments": {}})))
-
-
 def test_recommended_estimates_are_counted_once_each():
-    (summary,) = told(compared(), "summary")
-    assert "In it, 2 of the 3 intervals of recommended estimates miss the true value" in summary
-    assert "Checks flagged 1 of the 3 estimates." in summary
-    assert told(compared(missing=True), "summary") == [None]
-    (summary,) = told(compared(covered=["true"] * 4), "summary")
-    assert "In it, none of the 3 intervals of recommended estimates misses the true value." in summary
+    asked = ["compared-estimates().len()", "compared-estimates().filter(own => own.covered).len()"]
+    assert evaluated(asked, "recovery_values.typ", *study_content(compared())) == [3, 1]
+    assert evaluated(asked, "recovery_values.typ", *study_content(compared(missing=True))) == [0, 0]
 
 
 def test_missed_truth_is_compared_with_the_draws_by_hand():
@@ -106,12 +80,12 @@ def test_missed_truth_is_compared_with_the_draws_by_hand():
 )
 def test_table_of_missed_truths_tells_the_reason(constants, told):
     data, tables = study_content(explained(**constants))
-    words = chapter_words("findings", data | {"short_names": {"b": "S2"}}, tables, cells="|")
+    words = chapter_words("recovery", data | {"short_names": {"b": "S2"}}, tables, cells="|")
     assert "intervals of 2 of the 3 recommended estimates miss the truth" in words
     assert f"|K of the dummy, S2|ls|−10|−2.0{told}" in words
     assert ("In both cases, the rest" in words) is bool(constants)
     covered = study_content(compared(covered=["true"] * 4))
-    assert "miss the truth" not in chapter_words("findings", *covered)
+    assert "miss the truth" not in chapter_words("recovery", *covered)
 
 
 def alike(third):
@@ -119,7 +93,9 @@ def alike(third):
     rows = [estimate(experiment="dummy", condition=c, recommended=True) for c in "abcde"]
     recovery = pd.DataFrame(rows).drop(columns=["recommended", "flags"])
     errors = [0.014, 0.0145, third, 0.0148, 0.0141]
-    recovery = recovery.assign(covered="true", truth=1.0, relative_error=errors, truth_of="small movements")
+    recovery = recovery.assign(
+        covered=["true"] * 4 + ["false"], truth=1.0, relative_error=errors, truth_of="small movements"
+    )
     return study_run({"estimates": rows, "recovery": recovery}, **REPORTED)
 
 
@@ -130,47 +106,7 @@ def test_errors_of_one_sign_are_one_draw():
     assert study.one_sided(alike(-0.015)) == []
 
 
-# ---- coverage campaign
-
-ABOUT = {"date": "2026-01-31", "commit": "abc", "laboratories": 41, "failed": 1, "virtual_lab_sha256": "f1"}
-
-
-def counted(high=0.99, **changed):
-    """The same run with a campaign: nominal and other laboratories, a short and a long window."""
-    row = {"experiment": "dummy", "quantity": "K", "window_s": None, "mechanism": "nominal", "coverage": 0.95}
-    row |= {"recommended": True, "laboratories": 20, "coverage_low": 0.8, "coverage_high": high}
-    person = {"experiment": "standing", "coverage": 0.85, "coverage_high": 0.96}
-    rows = [
-        row,
-        row | {"mechanism": "shifted", "coverage": 0.5},
-        row | {"quantity": "B", "recommended": False},
-    ]
-    rows += [row | person | {"window_s": 0.04}, row | person | {"window_s": 0.08, "coverage": 0.9}]
-    return compared({"coverage": rows}, campaign=ABOUT, **changed)
-
-
-def test_first_page_quotes_the_campaign_with_its_date():
-    (summary,) = told(counted(), "summary")
-    assert "from the distributions that the analysis assumes" in summary
-    shares = "95 % for K of the dummy; 90 % for K of the standing person."
-    assert "We drew 20 simulated laboratories (campaign of 2026-01-31)" in summary
-    assert f"The shares are {shares}" in summary
-    assert "No share is significantly below 95 %." in summary
-    assert "Settings of the laboratory were changed since, and perhaps the analysis." in summary
-    assert "This run is one simulated laboratory. In it, 2 of the" in summary
-    (other,) = told(counted(high=0.94), "summary")
-    assert "For K of the dummy, the share is significantly below 95 %." in other
-
-
-def same_laboratory():
-    run, files = counted(), {"virtual laboratory": {"file": "lab.yaml", "sha256": "f1"}}
-    return Run(run.tables, {}, {}, run.study, PROVENANCE | {"files": files})
-
-
-def test_campaign_of_the_same_constants_is_told_as_such():
-    (summary,) = told(same_laboratory(), "summary")
-    assert "Settings of the laboratory were changed" not in summary
-    assert "Changes of the analysis since then are not compared." in summary
+# ---- claims and cells
 
 
 def test_verdicts_are_counted_and_named_in_the_same_order_everywhere():
@@ -179,22 +115,23 @@ def test_verdicts_are_counted_and_named_in_the_same_order_everywhere():
     claims[0] |= {"null_verdict": "implied"}
     claims[1] |= {"used": "a joint; our threshold, the thesis prints none"}
     cell = {"table": "table_4_2", "row": "K", "column": "a", "null_verdict": "not reproduced"}
+    cell |= {"reason": "", "reported": 10.0, "value": 9.0, "null_value": 10.0}
     rows = [cell | {"verdict": verdict} for verdict in VERDICTS]
     rows[:2] = [row | {"null_verdict": "implied"} for row in rows[:2]]
-    claimed, cells = told(study_run({"claims": claims, "cells": rows}), "abstract_claims", "abstract_cells")
-    assert claimed.startswith("We tested 11 claims of the thesis")
-    assert "For 1 of them, the thesis prints no number and the threshold is ours." in claimed
-    assert "Null models, which need no laboratory, satisfy 1 of the claims" in claimed
+    made = study_run({"claims": claims, "cells": rows}, made={"dummy": ["a"]}, reported={"assertions": []})
+    words = chapter_words("reproduction", *study_content(made))
+    assert "one by one: 11 claims and 10 printed numbers" in words
+    assert (
+        "the null model satisfies 1. For 1, the thesis prints no number and the threshold is ours." in words
+    )
+    assert "Only this run returns 3 of the 10 numbers." in words
+    assert "No numeric result of the thesis was reproduced blind" in words
+    ledger = chapter_words("ledger", *study_content(made))
     # the one pattern requires less than 10, and its null model is 10
-    assert "For 1 of them, the value of the null model is the threshold itself" in claimed
-    assert cells.startswith("This run returns 5 of 10 printed I, B and K within the tolerance.")
-    assert "A null model, which only repeats numbers of the thesis, returns 2." in cells
-    assert "Only this run returns 3 of the 10 printed numbers." in cells
-    # no number of a simulated laboratory was reproduced blind; recordings are not told so
-    blind = "No numeric result of the thesis was reproduced blind"
-    made = study_run({"claims": claims}, made={"dummy": ["a"]})
-    assert blind in told(made, "abstract_claims")[0] and blind not in claimed
-    assert told(study_run({}), "abstract_claims", "abstract_cells") == [None, None]
+    assert "for 1 of the 1 claims with the verdict pattern" in ledger
+    (scores,) = evaluated(["plain(score-sentences())"], "verdict_values.typ", *study_content(made))
+    assert scores.startswith("This run returns 5 of 10 printed I, B and K within the tolerance.")
+    assert "A null model, which only repeats numbers of the thesis, returns 2." in scores
 
 
 def scored(**null):
@@ -217,11 +154,13 @@ def test_scores_are_counted_by_kind():
     assert (found["run_alone"], found["means"]) == (0, 3)
     assert study.scores(study_run({})) is None
     assert study.null_ahead(scored()) and not study.null_ahead(scored(SEM_K="not reproduced"))
-    (ahead,), (behind,) = (told(run, "abstract_cells") for run in (scored(), scored(SEM_K="not reproduced")))
-    assert "The null model returns more printed numbers than this run in all three kinds" in ahead
-    assert "1 of 2 printed I, B and K, 0 of 1 printed SEMs and 0 of 1 printed VAFs within" in behind
-    assert "returns 2, 0 and 1." in behind and MARK in behind and MARK not in ahead
-    assert "this run returns 1 of 2 and the null model 2." in behind
+    runs = (scored(), scored(SEM_K="not reproduced"))
+    ahead, behind = (
+        chapter_words("reproduction", *study_content(run), cells="|", struck=True) for run in runs
+    )
+    assert "The null model returns more of them than this run in all three kinds." in ahead
+    assert MARK in behind and MARK not in ahead
+    assert "|I, B and K|2|1|2|" in behind and "|SEM|1|0|0|" in behind and "|VAF|1|0|1|" in behind
 
 
 @pytest.mark.parametrize(
@@ -290,7 +229,6 @@ def test_rows_of_noise_are_told_by_their_cells():
     data = study_content(study_run({"cells": rows}))
     kinds = {"all": "I", "some": "K", "none": "SEM of K", "cells": 4, "within": 2, "null": 0}
     assert evaluated(["noisy-rows()"], "verdict_values.typ", *data) == [kinds]
-    assert evaluated(["noisy-rows()"], "verdict_values.typ") == [None]
 
 
 SEM_TABLE = {"pathway": "leg-thesis", "estimator": "ls", "unit": "Nm/rad"}
@@ -323,22 +261,15 @@ def test_flagged_estimates_are_counted():
         estimate(experiment="dummy", condition=c, quantity=q, flags=f)
         for c, q, f in (("a", "K", ""), ("b", "K", "at-bound;undefined"), ("a", "B", ""))
     ]
-    words = chapter_words("title", *study_content(study_run({"estimates": rows})))
-    assert "Flagged estimates. 1 of 3 estimates failed a check" in words
+    words = chapter_words("recovery", *study_content(study_run({"estimates": rows})))
+    assert "1 of 3 estimates failed a check, of the recommended ones 0." in words
     assert "at-bound (1): a parameter lies" in words and "undefined (1): the value" in words
-    unflagged = study_run({"estimates": [row | {"flags": ""} for row in rows]})
-    assert "failed a check" not in chapter_words("title", *study_content(unflagged))
-    # only of estimates that are to be quoted, in words that say what to look at
-    assert told(study_run({"estimates": rows}), "warnings") == [None]
-    (quoted,) = told(study_run({"estimates": [row | {"recommended": True} for row in rows]}), "warnings")
-    assert quoted.startswith("Look at these first. 1 of the 3 recommended estimates failed a check.")
-    assert "K of the dummy (b): a parameter lies at a bound of its search. Widen the bound" in quoted
-    assert "K of the dummy (b): the value is not a finite number" in quoted
     rows = [
         estimate(condition=c, quantity=q, flags="at-bound", recommended=True) for c in "abcde" for q in "BK"
     ]
-    (quoted,) = told(study_run({"estimates": rows}), "warnings")
-    assert "K and B of the position-controlled manipulator (a, b, c, d and 1 more)" in quoted
+    words = chapter_words("recovery", *study_content(study_run({"estimates": rows})))
+    assert "10 of 10 estimates failed a check, of the recommended ones 10" in words
+    assert "K and B of the position-controlled manipulator (a, b, c, d and 1 more)" in words
 
 
 @pytest.mark.parametrize(

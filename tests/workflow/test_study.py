@@ -39,6 +39,7 @@ def test_the_study_writes_every_output_of_its_contract(study):
     results = study / "results"
     for name in (
         "report/thesis.pdf",
+        "report/supplement.pdf",
         "provenance.json",
         "tables/answers.csv",
         "tables/estimates.csv",

@@ -1,4 +1,4 @@
-# The PDF, one source with a chapter for every experiment of the study.
+# The PDFs: the article on the thesis and its supplement, or the report of other recordings.
 
 import json
 
@@ -53,7 +53,7 @@ rule record_provenance:
 
 
 rule write_report:
-    """Typeset the report as a PDF."""
+    """Typeset the report as a PDF, and the supplement of the article."""
     input:
         source=report_sources(),
         figures=outputs.figures(STUDY),
@@ -62,7 +62,7 @@ rule write_report:
         provenance="<results>/provenance.json",
         library=library_of("write_report", *chapter_modules(outputs.chapters(STUDY))),
     output:
-        pdf=f"<results>/report/{config['study']['name']}.pdf",
+        pdf=[f"<results>/report/{config['study']['name']}.pdf", *outputs.supplement(STUDY)],
         data="<results>/report/report.json",
     log:
         "<logs>/write_report.log",
@@ -75,7 +75,11 @@ rule write_report:
         study=as_it_is(
             ABOUT_STUDY
             | {
-                "reported": reported_of("tables", "values", "slips", "simulations", "assertions") or None,
+                "reported": (
+                    reported_of("tables", "values", "slips", "simulations", "assertions")
+                    if STUDY.repeats_thesis
+                    else None
+                ),
                 "campaign": json.loads(Path(CAMPAIGN[1]).read_text("utf-8")) if CAMPAIGN else None,
                 "best": STUDY.shown("wristalyzer", SETTINGS["wristalyzer"]["best_condition"]),
                 "start_stiffness": SETTINGS["wristalyzer"]["analysis"]["start"]["K_Nm_per_rad"],

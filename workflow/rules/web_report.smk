@@ -6,7 +6,8 @@ WRITTEN_BY = f"write_{STUDY.kind or 'report'}"
 REPORT = getattr(rules, WRITTEN_BY)
 PAGES = [] if STUDY.kind else outputs.pages(STUDY)
 # words of a link -> the same report in another form, and what it rests on
-FORMS = {"Report as PDF": str(REPORT.output.pdf)}
+PDFS = [REPORT.output.pdf] if STUDY.kind else REPORT.output.pdf
+FORMS = dict(zip(["Report as PDF", "Supplement as PDF"], map(str, PDFS)))
 if not STUDY.kind:
     others = {"Provenance": "provenance.json", "Configuration": "config.yaml"}
     FORMS |= {words: f"{config['pathvars']['results']}/{name}" for words, name in others.items()}

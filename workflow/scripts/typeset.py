@@ -71,16 +71,33 @@ def write_json(path: str, content: dict) -> None:
     Path(path).write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
-def typeset(files: Mapping[str, str | Path], main: str, pdf: str | Path) -> list[str]:
-    """Typeset the source ``main`` to a PDF, the same bytes from the same files.
+def typeset(files: Mapping[str, str | Path], documents: Mapping[str, str | Path]) -> list[str]:
+    """Typeset sources to PDFs, the same bytes from the same files.
 
-    Typst reads below one root only: ``files`` maps paths below it, that of ``main`` among them, to files.
+    Typst reads below one root only: ``files`` maps paths below it to files. ``documents`` maps a source, one
+    of these paths, to its PDF. Documents name each other's sections, figures, tables and equations in words
+    (``across`` in ``report/style.typ``).
     Returns: names of the assertions that do not hold in this run (``says`` in ``report/data.typ``).
     """
     with _gathered(files) as root:
-        compiler = typst.Compiler(str(root / main), root=str(root), ignore_system_fonts=True)
-        compiler.compile(output=pdf, timestamp=0, pdf_standards="a-2b")
-        return list(dict.fromkeys(json.loads(compiler.query("<not-in-this-run>", field="value"))))
+        places = {main: _asked(root, main, "<places>") for main in documents} if len(documents) > 1 else {}
+        failed: list[str] = []
+        for main, pdf in documents.items():
+            others = (own for other, found in places.items() if other != main for own in found)
+            elsewhere = {label: words for own in others for label, words in own.items()}
+            compiler = _compiler(root, main, {"elsewhere": json.dumps(elsewhere)})
+            compiler.compile(output=pdf, timestamp=0, pdf_standards="a-2b")
+            failed += json.loads(compiler.query("<not-in-this-run>", field="value"))
+    return list(dict.fromkeys(failed))
+
+
+def _compiler(root: Path, main: str, inputs: dict[str, str]) -> typst.Compiler:
+    return typst.Compiler(str(root / main), root=str(root), ignore_system_fonts=True, sys_inputs=inputs)
+
+
+def _asked(root: Path, main: str, selector: str) -> list:
+    """Values of the metadata with a label in the source ``main``."""
+    return json.loads(_compiler(root, main, {}).query(selector, field="value"))
 
 
 def typeset_page(files: Mapping[str, str | Path], main: str) -> str:

@@ -1,4 +1,4 @@
-"""Report of a run: its raw numbers as JSON, and the PDF, whose chapters read them and the tables."""
+"""Report of a run: its raw numbers as JSON, and PDFs, whose chapters read them and the tables."""
 
 import job
 
@@ -17,7 +17,9 @@ write_json(snakemake.output.data, report_content(run, chapters(params.chapters))
 
 files = source_files(given.source, params.source_folder)
 files |= report_files(snakemake.output.data, tables, given.figures)
-failed = typeset(files, params.main, snakemake.output.pdf)
+pdfs = snakemake.output.pdf
+pdfs = [pdfs] if isinstance(pdfs, str) else pdfs
+failed = typeset(files, dict(zip((params.main, "supplement.typ"), pdfs, strict=False)))
 if failed:
     line = f"Sentences of the report that do not hold in this run: {', '.join(failed)}\n"
     Path(snakemake.log[0]).write_text(line, encoding="utf-8")

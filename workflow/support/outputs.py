@@ -382,6 +382,11 @@ def chapters(study: Study) -> list[str]:
     return [name for name in CHAPTERS if present.get(name) or (name not in present and study.has(name))]
 
 
+def supplement(study: Study) -> list[str]:
+    """What the article on the thesis leaves to a PDF of its own."""
+    return ["<results>/report/supplement.pdf"] if study.repeats_thesis else []
+
+
 def page(experiment: str, condition: str) -> str:
     """Page of a trial for a web browser."""
     return f"<results>/report/trials/{experiment}/{condition}.html"
@@ -417,6 +422,7 @@ def everything(study: Study) -> list[str]:
     """Inputs of the rule `all` other than pages for a browser."""
     return [
         f"<results>/report/{study.config['study']['name']}.pdf",
+        *supplement(study),
         "<results>/provenance.json",
         "<results>/tables/answers.csv",
         "<results>/tables/estimates.csv",

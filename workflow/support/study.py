@@ -16,6 +16,8 @@ from workflow.support.trial_sheet import TrialRow
 
 # kind of file of a simulated walk -> its name
 WALKING_LOGS = {"c3d": "log.c3d", "dflow": "log.txt"}
+# experiments of the thesis
+OF_THESIS = ("wristalyzer", "dummy", "weight", "empty", "standing")
 LEAST_COLUMNS = 3  # of a thesis's table, for a part of the study that needs it
 
 
@@ -82,6 +84,12 @@ class Study(Sheet):
         # fewer printed numbers than constants determine nothing
         told = all(len(self.thesis.conditions(table)) >= LEAST_COLUMNS for table in part.tables)
         return set(part.needs) <= set(self.experiments) and told
+
+    @property
+    def repeats_thesis(self) -> bool:
+        """All experiments of the thesis are simulated and compared with it: the report is the article."""
+        compared = self.config["study"]["reported"] is not None and set(OF_THESIS) <= set(self.experiments)
+        return compared and all(len(self.simulated(e)) == len(self.conditions(e)) for e in self.experiments)
 
     def of_foot(self, pattern: str) -> list[str]:
         """The pattern filled in for every trial of the dummy with a torque from the foot."""

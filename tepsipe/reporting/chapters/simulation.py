@@ -133,11 +133,6 @@ def _growth(run: Run, figure: str, parameter_set: str) -> float:
 # ---- conditions of sentences
 
 
-def compared(run: Run) -> bool:
-    """The dummy was simulated with all three sets of parameters of the run."""
-    return set(OF_THE_RUN) <= _known(run)
-
-
 def thesis_simulated(run: Run) -> bool:
     """The dummy was simulated with the numbers that the thesis printed."""
     return {"thesis-wristalyzer", "thesis-tep"} <= _known(run)
@@ -238,7 +233,6 @@ def second_shown(run: Run) -> bool:
 
 
 PREDICATES = (
-    compared,
     thesis_simulated,
     pattern_of_thesis,
     pattern_with_its_numbers,

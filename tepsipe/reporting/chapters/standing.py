@@ -7,7 +7,6 @@ from tepsipe.experiments.standing.options import SCALARS
 from tepsipe.io.estimates import FLAGS
 from tepsipe.io.result import Result
 from tepsipe.reporting.budgets import source_words
-from tepsipe.reporting.recovery import AT_WORK
 from tepsipe.reporting.run import Run
 
 # times after an onset in which a muscle responds and segments rotate (s)
@@ -112,17 +111,6 @@ def printed_little(run: Run) -> bool:
     return bool(found) and max(map(abs, found)) < LITTLE_PERCENT
 
 
-def recovered(run: Run) -> bool:
-    """Estimates of the person have a truth."""
-    return len(run.rows("recovery", experiment="standing")) > 0
-
-
-def truth_at_work(run: Run) -> bool:
-    """The truth of all recommended K and B is the linear joint in the fitted windows."""
-    rows = run.rows("recovery", experiment="standing", **run.settings["standing"]["recommended"])
-    return all(row.truth_of == AT_WORK for row in rows.itertuples() if row.quantity in ("K", "B"))
-
-
 def window_matters(run: Run) -> bool:
     """In a task, K without a reflex torque changes by more than a tenth between windows."""
     return any(_window_spread(fit.arrays["windows/K"][:, 0]) > 0.1 for fit in _tasks(run).values())
@@ -163,8 +151,6 @@ PREDICATES = (
     knee_turns,
     free_reflex,
     printed_little,
-    recovered,
-    truth_at_work,
     window_matters,
     free_reflex_not_steadier,
     active_biased,

@@ -1,4 +1,4 @@
-"""Parts of every report: estimates to quote, those that miss the truth, checks, campaign, provenance."""
+"""Parts of every report: estimates to quote, those that miss the truth, checks, provenance."""
 
 import hashlib
 import math
@@ -53,13 +53,12 @@ PRINTED = ("commit", "modified", "python", "engine", "config_sha256", "seed", "p
 
 
 def numbers(run: Run) -> dict:
-    """Provenance, checks, missed truths, signs of errors, campaign, SEMs, scores (units in the keys)."""
+    """Provenance, checks, missed truths, signs of errors, SEMs, scores (units in the keys)."""
     return {
         "provenance": provenance_of(run.provenance),
         "flags": FLAGS,
         "missed": missed(run),
         "one_sided": one_sided(run),
-        "campaign": campaign(run),
         "sem": sem(run),
         "scores": scores(run),
     }
@@ -192,41 +191,6 @@ def one_sided(run: Run) -> list[dict]:
     return groups
 
 
-# ---- coverage campaign
-
-
-def campaign(run: Run) -> dict | None:
-    """Coverage (%) of recommended estimates in the nominal laboratories of the kept campaign.
-
-    Returns: ``date``, ``commit``, ``laboratories`` (nominal ones) and ``all_laboratories``; ``rows``:
-    experiment, quantity, ``covered_percent`` and the interval ``low_percent`` to ``high_percent``. Longer
-    windows of a person are left out, and so are estimators that few laboratories quote instead of the usual
-    one. None if the study has no campaign.
-    """
-    about = run.study.get("campaign")
-    rows = run.rows("coverage", mechanism="nominal")
-    if not about or not len(rows):
-        return None
-    rows = rows[_true(rows.recommended)]
-    rows = rows[rows.window_s.isna() | (rows.window_s == rows.window_s.max())]
-    rows = rows.loc[rows.groupby(["experiment", "quantity"], sort=False).laboratories.idxmax()]
-    return {
-        **{name: about[name] for name in ("date", "commit")},
-        "all_laboratories": about["laboratories"] - about["failed"],
-        "laboratories": int(rows.laboratories.max()),
-        "rows": [
-            {
-                "experiment": row.experiment,
-                "quantity": row.quantity,
-                "covered_percent": 100.0 * row.coverage,
-                "low_percent": 100.0 * row.coverage_low,
-                "high_percent": 100.0 * row.coverage_high,
-            }
-            for row in rows.itertuples()
-        ],
-    }
-
-
 # ---- scores of printed cells
 
 
@@ -269,13 +233,6 @@ def null_ahead(run: Run) -> bool:
     return found is not None and all(one["null"] > one["within"] for one in found["kinds"])
 
 
-def truth_of_recommended_known(run: Run) -> bool:
-    """The study reproduces the thesis with the dummy, and the truth of recommended estimates is known."""
-    if run.study["reported"] is None or "dummy" not in run.study["experiments"]:
-        return False
-    return len(_compared(run)) > 0
-
-
 def truth_missed(run: Run) -> bool:
     """The interval of a recommended estimate misses the truth."""
     return len(missed(run)) > 0
@@ -284,29 +241,6 @@ def truth_missed(run: Run) -> bool:
 def errors_share_draw(run: Run) -> bool:
     """All errors of a recommended quantity have the same sign."""
     return len(one_sided(run)) > 0
-
-
-def coverage_counted(run: Run) -> bool:
-    """The coverage of intervals was counted in many laboratories."""
-    return campaign(run) is not None
-
-
-def campaign_holds(run: Run) -> bool:
-    """In nominal laboratories the interval of every recommended coverage includes 95 % or lies above."""
-    found = campaign(run)
-    return found is not None and all(row["high_percent"] >= 95.0 for row in found["rows"])
-
-
-def campaign_of_this_laboratory(run: Run) -> bool:
-    """The campaign drew from the same constants of the laboratory as this run."""
-    files = run.provenance.get("files", {})
-    own = files.get("virtual laboratory", {}).get("sha256")
-    return own is not None and own == (run.study.get("campaign") or {}).get("virtual_lab_sha256")
-
-
-def recommended_flagged(run: Run) -> bool:
-    """A recommended estimate failed a check."""
-    return bool((_recommended(run)["flags"].fillna("") != "").any())
 
 
 def truth_differs(run: Run) -> bool:
@@ -320,12 +254,7 @@ def truth_differs(run: Run) -> bool:
 
 PREDICATES = (
     null_ahead,
-    truth_of_recommended_known,
     truth_missed,
     errors_share_draw,
-    coverage_counted,
-    campaign_holds,
-    campaign_of_this_laboratory,
-    recommended_flagged,
     truth_differs,
 )
