@@ -371,7 +371,7 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]], caption: str = "
     )
     about = f"<caption><span>{caption}</span></caption>" if caption else ""
     return (
-        f'<div class="wide"><table class="{text(kind)}">{about}<thead><tr>{head}</tr></thead>\n'
+        f'<div class="wide" tabindex="0"><table class="{text(kind)}">{about}<thead><tr>{head}</tr></thead>\n'
         f"<tbody>\n{body}</tbody></table></div>\n"
     )
 

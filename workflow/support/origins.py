@@ -7,10 +7,12 @@ which calls the function of every figure, and chapters name the tables that they
 import ast
 import os
 import re
+import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
+from urllib.parse import urlsplit
 
 from tepsipe.experiments.registry import EXPERIMENTS
 from tepsipe.reporting.report_page import Origin
@@ -153,6 +155,22 @@ class Sources:
                     code.append(("Function", place))
         return code
 
+    def functions(self, origins: Iterable[Origin]) -> dict[str, str]:
+        """Place of every function that origins name -> its source."""
+        places = dict.fromkeys(
+            place for origin in origins for what, place in origin.code if what == "Function"
+        )
+        return {place: self._source_at(*re.search(r"\((.+):(\d+)\)$", place).groups()) for place in places}
+
+    def _source_at(self, path: str, line: str) -> str:
+        """Source of the function that begins at a line."""
+        text = _read(Path(place_of(path, self.root)))
+        start = sum(map(len, text.splitlines(keepends=True)[: int(line) - 1]))
+        if path.endswith(".typ"):  # its other lines are indented, the last one closes its brackets
+            return re.match(r"#let .*(?:\n(?:[ \t].*)?(?=\n))*(?:\n[)}\]].*)?", text[start:])[0].rstrip()
+        node = next(node for node in ast.walk(_tree(text)) if getattr(node, "lineno", 0) == int(line))
+        return ast.get_source_segment(text, node)
+
     def _place_of(self, module: str, name: str) -> str:
         """Name of a function of a module, or of one that it imports from, with path and line."""
         file = Path(place_of(module, self.root))
@@ -169,9 +187,14 @@ class Sources:
 
 
 @cache
+def _tree(text: str) -> ast.Module:
+    return ast.parse(text)
+
+
+@cache
 def function_of(module: Path, name: str) -> ast.FunctionDef:
     """A function of a module, as syntax."""
-    tree = ast.parse(module.read_text(encoding="utf-8"))
+    tree = _tree(_read(module))
     return next(node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == name)
 
 
@@ -212,6 +235,15 @@ def command(target: str, rules: Iterable[str], configfiles: Iterable[str]) -> st
     """Command that makes a file again by these rules, although it is up to date."""
     own = " ".join(configfiles)
     return f"snakemake -c1 {target} --forcerun {' '.join(rules)}" + (f" --configfile {own}" if own else "")
+
+
+def repository_at(root: str | Path, commit: str | None) -> str:
+    """Address of the sources at a commit; empty without a commit, or while the address is a placeholder."""
+    project = Path(root) / "pyproject.toml"
+    if not commit or not project.is_file():
+        return ""
+    address = tomllib.loads(project.read_text(encoding="utf-8"))["project"]["urls"]["Repository"]
+    return "" if urlsplit(address).hostname.endswith(".invalid") else f"{address}/blob/{commit}"
 
 
 def study_command(configfiles: Iterable[str]) -> str:
