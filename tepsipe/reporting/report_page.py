@@ -30,6 +30,7 @@ QUESTIONS = {
     "What was found?": ("answers", "abstract", "findings"),
     "Why?": ("not-physical", "discussion"),
     "How sure is it?": ("certainty", "truth", "budgets"),
+    "What is missing?": ("what-is-missing-for-a-better-answer",),
     "What is simulated?": ("simulated", "laboratory"),
     "What did not reproduce?": ("ledger",),
     "Results and data of every trial": ("trials",),

@@ -105,7 +105,11 @@ def test_tables_of_the_standing_person_name_no_function_of_the_dummy(config):
         Sources(ROOT), "results/report/index.html", tables, "report.json", "write_report", (), joined
     )
     chapters = chapters_of(ROOT / "report", ["chapters/standing.typ", "chapters/dummy.typ"], "report.typ")
-    found = made.of_report({}, chapters, {})
+    found = made.of_report({}, chapters, {"trials": ("trials_table", ("estimates",))})
+    assert [place.partition(" ")[0] for what, place in found["trials"].code if what == "Function"] == [
+        "trials_table"
+    ]
+    assert list(found["trials"].data) == ["estimates.csv"]
     for label in ("standing-estimators", "standing-trials", "standing-truth", "standing-pathways-table"):
         code = " ".join(place for _, place in found[label].code)
         made_by = "compare_with_truth" if label == "standing-truth" else "fit_standing"

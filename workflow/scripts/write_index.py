@@ -70,7 +70,7 @@ if "specification" in tables:
 origins = made.of_report(
     dict(zip(given.figures, given.numbers, strict=True)),
     chapters_of(f"{params.root}/report", sources, params.main),
-    {"trials": ("estimates", "recovery"), "ledger": ("claims", "cells")},
+    {"trials": ("trials_table", ("estimates", "recovery")), "ledger": ("ledger_table", ("claims", "cells"))},
 )
 page = ReportPage(
     title=params.title,

@@ -394,11 +394,14 @@ class ReportOrigins:
         return Path(os.path.relpath(path, Path(self.page).parent)).as_posix()
 
     def of_report(
-        self, figures: Mapping[str, str], chapters: Iterable[Chapter], parts: Mapping[str, Sequence[str]]
+        self,
+        figures: Mapping[str, str],
+        chapters: Iterable[Chapter],
+        parts: Mapping[str, tuple[str, Sequence[str]]],
     ) -> dict[str, Origin]:
         """Origins by anchor or source: of figures (drawing -> its numbers), of tables, of parts of the page.
 
-        A part is made by the rule of the page from the tables with the given names.
+        The rule of the page makes a part by a function from tables, which are given by their names.
         """
         found = {Path(path).stem: self._of_figure(path, numbers) for path, numbers in figures.items()}
         for chapter in chapters:
@@ -406,7 +409,7 @@ class ReportOrigins:
             for label in chapter.labels:
                 if label not in found:
                     found[label] = self._of_tables(chapter, label)
-        return found | {part: self._of_part(names) for part, names in parts.items()}
+        return found | {part: self._of_part(*given) for part, given in parts.items()}
 
     def _again(self, targets: Iterable[str], rules: Iterable[str]) -> str:
         return command(" ".join(targets), rules, self.configfiles)
@@ -454,9 +457,12 @@ class ReportOrigins:
         joined = [*code, ("Joined by", f"{rule.name} ({rule.place})")]
         return joined if code else self.sources.code_of_table(rule)
 
-    def _of_part(self, names: Sequence[str]) -> Origin:
+    def _of_part(self, function: str, names: Sequence[str]) -> Origin:
         """Files, code and command of a part that only the page has."""
         rule = next(rule for rule in self.sources.rules if rule.name == "write_index")
-        return Origin(
-            self._files(names), self.sources.code_of_table(rule), self._again([self.page], [rule.name])
-        )
+        code = [
+            (what, place)
+            for what, place in self.sources.code_of_table(rule)
+            if what != "Function" or place.startswith(f"{function} (")
+        ]
+        return Origin(self._files(names), code, self._again([self.page], [rule.name]))
