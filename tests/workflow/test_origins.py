@@ -105,11 +105,7 @@ def test_tables_of_the_standing_person_name_no_function_of_the_dummy(config):
         Sources(ROOT), "results/report/index.html", tables, "report.json", "write_report", (), joined
     )
     chapters = chapters_of(ROOT / "report", ["chapters/standing.typ", "chapters/dummy.typ"], "report.typ")
-    found = made.of_report({}, chapters, {"trials": ("trials_table", ("estimates",))})
-    assert [place.partition(" ")[0] for what, place in found["trials"].code if what == "Function"] == [
-        "trials_table"
-    ]
-    assert list(found["trials"].data) == ["estimates.csv"]
+    found = made.of_report({}, chapters, {})
     for label in ("standing-estimators", "standing-trials", "standing-truth", "standing-pathways-table"):
         code = " ".join(place for _, place in found[label].code)
         made_by = "compare_with_truth" if label == "standing-truth" else "fit_standing"
@@ -132,3 +128,13 @@ def test_a_table_names_what_it_reads_through_other_sources_and_not_more():
 def test_command_makes_a_file_by_its_rules_with_the_configuration_of_the_run():
     assert command("a.svg", ["plot_dummy"], []) == "snakemake -c1 a.svg --forcerun plot_dummy"
     assert command("a.csv", ["x", "y"], ["own.yaml"]).endswith("--forcerun x y --configfile own.yaml")
+
+
+def test_a_part_of_the_page_names_its_function_and_tables():
+    tables = {name: f"results/tables/{name}.csv" for name in ("estimates", "claims")}
+    made = ReportOrigins(Sources(ROOT), "results/report/index.html", tables, "report.json", "write_report")
+    part = made.of_report({}, [], {"trials": ("trials_table", ("estimates", "recovery"))})["trials"]
+    functions = [place for what, place in part.code if what == "Function"]
+    assert [place.partition(" ")[0] for place in functions] == ["trials_table"]
+    assert dict(part.data) == {"estimates.csv": "../tables/estimates.csv"}
+    assert part.command.endswith("--forcerun write_index")
