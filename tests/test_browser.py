@@ -15,6 +15,10 @@ pytestmark = [
 ]
 
 
+# what every row of a table that is shown has
+SHOWN = "return [...document.querySelectorAll('#TABLE tbody tr:not([hidden])')].map((row) => row.{})"
+
+
 @pytest.fixture(scope="module")
 def browser():
     with browser_driver.browser() as opened:
@@ -54,18 +58,55 @@ def test_search_finds_words_and_shows_their_place(study, browser):
 
 def test_trials_are_sorted_and_filtered(study, browser):
     browser.open(study / "results/report/index.html")
-    shown = (
-        "return [...document.querySelectorAll('#trials-table tbody tr:not([hidden])')].map((row) => row.{})"
-    )
+    shown = SHOWN.replace("TABLE", "trials-table")
     experiments = browser.run(shown.format("dataset.experiment"))
     assert len(experiments) == 10
-    of = "const e = document.getElementById('trials-of'); e.value = 'dummy';"
-    of += "e.dispatchEvent(new Event('input'));"
+    of = "const e = document.querySelector('[data-of=trials-table] select'); e.value = 'dummy';"
+    of += "e.dispatchEvent(new Event('input', { bubbles: true }));"
     assert set(browser.run(of + shown.format("dataset.experiment"))) == {"dummy"}
-    press = "document.querySelectorAll('#trials-table thead button')[3].click();"
-    rising = browser.run(press + shown.format("cells[3].dataset.value"))
-    falling = browser.run(press + shown.format("cells[3].dataset.value"))
+    press = "document.querySelectorAll('#trials-table thead button')[2].click();"
+    rising = browser.run(press + shown.format("cells[2].dataset.value"))
+    falling = browser.run(press + shown.format("cells[2].dataset.value"))
     assert rising == sorted(rising, key=float) == falling[::-1] and len(set(rising)) == 2
+
+
+def test_what_did_not_reproduce_is_one_click_away(study, browser):
+    browser.open(study / "results/report/index.html")
+    shown = SHOWN.replace("TABLE", "ledger-table").format("dataset.verdict")
+    every = browser.run(shown)
+    left = browser.run(f"document.querySelector('.questions a[data-filter]').click(); {shown}")
+    assert set(left) == {"not reproduced"} and len(left) == every.count("not reproduced") < len(every)
+    assert browser.run("return location.hash") == "#ledger"
+    told = browser.run("return document.querySelector('[data-of=ledger-table] output').textContent")
+    assert told == f"{len(left)} rows"
+
+
+@pytest.mark.parametrize("table", ["#trials-table", "#ledger-table", "table.cells"])
+def test_on_a_telephone_the_first_column_stays_beside_the_others(study, browser, table):
+    browser.open(study / "results/report/index.html", 390)
+    distances = """
+        const table = document.querySelector(given[0]);
+        const wide = table.parentElement;
+        wide.scrollLeft = 150;
+        const cell = table.querySelector("tbody tr").cells[0].getBoundingClientRect();
+        const box = wide.getBoundingClientRect();
+        return [wide.scrollLeft, Math.round(cell.left - box.left), cell.width / box.width];
+    """
+    moved, left, share = browser.run(distances, table)
+    assert moved == 150 and left == 0 and share < 0.5
+
+
+def test_the_source_of_a_function_is_copied_to_every_figure_that_it_makes(study, browser):
+    browser.open(study / "results/report/index.html")
+    opened = """
+        const again = document.querySelector("details.code:not([id])");
+        const name = again.querySelector("a").hash.slice(1);
+        again.open = true;
+        await new Promise((resolve) => setTimeout(resolve, 100));
+        return [again.querySelector("pre").textContent, document.querySelector(`#${name} pre`).textContent];
+    """
+    copied, source = browser.run(opened)
+    assert copied == source and source.startswith("def ")
 
 
 def test_a_reference_is_previewed(study, browser):
@@ -79,6 +120,12 @@ def test_a_reference_is_previewed(study, browser):
     """
     source, words = browser.run(pointed)
     assert source == "../figures/figure_4_4.svg" and "Figure" in words
+    focused = """
+        const link = document.querySelector("a.basis");
+        link.focus({ focusVisible: true });
+        return document.querySelector(".popover").textContent;
+    """
+    assert "Tables 4-2 and 4-3" in browser.run(focused)
 
 
 def test_a_page_of_a_trial_opens_without_errors(study, browser):
@@ -93,9 +140,9 @@ def test_signs_as_printed_return_the_apparent_impedance_with_a_perfect_fit(study
     cells += ".map((row) => row.lastChild.textContent)"
     *joint, vaf = browser.run(f"return {cells}")
     # I + 2 I_leg, B, K - 2 m g r of the dummy (docs/method.md)
-    assert joint == ["0.0610", "0.0649", "6.68"] and vaf == "100.00 %"
+    assert joint == ["0.0610✗", "0.0649✓", "6.68✗"] and vaf == "100.00 %"
     consistent = "document.querySelectorAll('.explorer input[type=radio]')[1].click();"
-    assert browser.run(f"{consistent} return {cells}")[2:] == ["10.2", "100.00 %"]
+    assert browser.run(f"{consistent} return {cells}")[2:] == ["10.2✓", "100.00 %"]
 
 
 def test_the_leg_of_the_page_agrees_with_the_forward_simulation_for_every_set_of_parameters(study, browser):

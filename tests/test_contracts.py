@@ -499,7 +499,7 @@ def read_by(rule, path, kind):
         found = [node for node in part_with(module, function) if isinstance(node, ast.Attribute)]
         names = names | {node.attr for node in found if getattr(node.value, "id", "") == of}
         if any(node.attr == "choices_of_trial" for node in found):
-            names |= {"params": {"title", "trial"}, "input": {"truth"}}[kind]
+            names |= {"params": {"title", "trial", "neutral"}, "input": {"truth"}}[kind]
     return names, computed
 
 

@@ -35,6 +35,8 @@ LABELS = {
 NAMED = ("experiment", "condition", "participant", "belt", "rate_hz", "sources", "options")
 NO_TRUTH: Mapping[tuple, float] = MappingProxyType({})
 UNFLAGGED = "All checks passed."
+# ends of the names of pathways and estimators that reproduce the thesis
+PRINTED = ("-thesis", "as-printed")
 
 
 def facts_list(facts: Iterable[tuple[str, str]]) -> str:
@@ -51,39 +53,39 @@ def sentences_list(heading: str, sentences: Sequence[str], otherwise: str) -> st
     return f'<h2>{text(heading)}</h2>\n<ul class="left-out">\n{items}</ul>\n'
 
 
-def estimates_table(
-    estimates: Sequence[Estimate], recommended: Sequence[str], truth: Mapping[tuple, float] = NO_TRUTH
-) -> str:
+def estimates_table(estimates: Sequence[Estimate], choices: Mapping) -> str:
     """Estimates (in their units) with 95 % intervals, one row per pathway and estimator, then all of them.
 
-    Recommended is what the rows say; where they say nothing, ``recommended`` names the pathway, and the
-    estimator if there are several for a pathway. The other rows are folded. ``truth`` has the true values by
-    experiment, condition, pathway, estimator and quantity.
+    The rows to quote come first. The others are folded, each with the reason why it is not recommended.
+
+    choices: of the page; ``truth`` has the true values by experiment, condition, pathway, estimator and
+        quantity, ``neutral`` keeps the thesis out of the names, and ``instead`` is what the study recommends
+        if it quotes no single trial.
     """
     if not estimates:
         return "<p>This trial has no estimates of its own.</p>\n"
+    truth, neutral = choices.get("truth", NO_TRUTH), choices.get("neutral", False)
     quantities = [q for q in FIRST if any(e.quantity == q for e in estimates)]
     units = {e.quantity: e.unit for e in estimates}
     groups: dict[tuple[str, str], dict[str, Estimate]] = {}
     for e in estimates:
         groups.setdefault((e.pathway, e.estimator), {})[e.quantity] = e
     header = ["Pathway", "Estimator", *(_heading(q, units[q]) for q in quantities)]
-    rows: dict[bool, list[list[str]]] = {True: [], False: []}
-
     told = {(e.pathway, e.estimator) for e in estimates if e.recommended}
-
-    def use(names: tuple[str, str]) -> bool:
-        return names in told if told else bool(recommended) and set(recommended) <= set(names)
-
-    for pathway, estimator in groups:
-        found, used = groups[pathway, estimator], use((pathway, estimator))
-        mark = " <b>(recommended)</b>" if used else ""
+    better = ", ".join(words(name, neutral) for name in min(told, default=())) or choices.get("instead", "")
+    shared = _failed(e for names in told for e in groups[names].values())
+    quoted, others = [], []
+    for names, found in groups.items():
+        called = [text(words(name, neutral)) for name in names]
         cells = [_cell(found[q], truth) if q in found else "" for q in quantities]
-        rows[used].append([text(words(pathway)) + mark, text(words(estimator)), *cells])
+        if names in told:
+            quoted.append([f"{called[0]} <b>(recommended)</b>", called[1], *cells])
+        else:
+            others.append([*called, *cells, text(_why_not(names, found, shared, better, neutral))])
     every = [
         [
-            text(words(e.pathway)),
-            text(words(e.estimator)),
+            text(words(e.pathway, neutral)),
+            text(words(e.estimator, neutral)),
             text(e.quantity),
             _cell(e, truth) + (" <b>(recommended)</b>" if e.recommended else ""),
             *(_part(u) for u in (e.u_type_a, e.u_type_b)),
@@ -98,13 +100,39 @@ def estimates_table(
     caption = "Estimates with 95 % intervals" + _uncertainty_words(estimates)
     if any(_key(e) in truth for e in estimates):
         caption += "; below them the true value of the simulation, which the analysis does not use"
-    shown, others = (rows[True], rows[False]) if rows[True] else (rows[False], [])
-    folded = f"<details><summary>Other pathways and estimators ({len(others)})</summary>\n"
+    compared = table([*header, "Not recommended because"], others, "" if quoted else caption)
+    if quoted:
+        shown = table(header, quoted, caption)
+        compared = f"<details><summary>Other pathways and estimators ({len(others)})</summary>\n{compared}"
+        compared = f"{compared}</details>\n" if others else ""
+    else:
+        shown = "<p>No estimate of this trial is recommended; the last column gives the reasons.</p>\n"
     return (
-        table(header, shown, caption)
-        + (f"{folded}{table(header, others)}</details>\n" if others else "")
-        + f"<details><summary>All estimates ({len(every)})</summary>\n{table(columns, every)}</details>\n"
+        f"{shown}{compared}"
+        f"<details><summary>All estimates ({len(every)})</summary>\n{table(columns, every)}</details>\n"
     )
+
+
+def _why_not(
+    names: tuple[str, str], found: Mapping[str, Estimate], shared: Iterable[str], better: str, neutral: bool
+) -> str:
+    """Reasons why the estimates by a pathway and an estimator are not to be quoted.
+
+    shared: checks that the recommended estimates failed, too.
+    better: words of what is recommended, empty if nothing is.
+    """
+    if not neutral and any(name.endswith(PRINTED) or "-thesis-" in name for name in names):
+        reasons = ["it repeats the thesis as printed"]
+    else:
+        reasons = [f"the study recommends {better}"] if better else []
+    reasons += [FLAGS[flag].partition(". ")[0] for flag in _failed(found.values()) if flag not in shared]
+    return "; ".join(reasons) or "the study does not quote it"
+
+
+def _failed(estimates: Iterable[Estimate]) -> dict[str, None]:
+    """Names of the checks that some estimate, other than a VAF, failed."""
+    own = (e for e in estimates if not e.quantity.startswith("VAF"))
+    return dict.fromkeys(flag for e in own for flag in e.flags.split(";") if flag)
 
 
 def _uncertainty_words(estimates: Sequence[Estimate]) -> str:
@@ -118,12 +146,13 @@ def _part(u: float | None) -> str:
     return "" if u is None else text(number(u, 2))
 
 
-def flagged(estimates: Sequence[Estimate]) -> list[str]:
+def flagged(estimates: Sequence[Estimate], choices: Mapping) -> list[str]:
     """One sentence per failed check: the estimates that failed it (no unit), and what it says."""
+    neutral = choices.get("neutral", False)
     found: dict[str, dict[str, None]] = {}
     for e in estimates:
         for flag in filter(None, e.flags.split(";")):
-            name = f"{e.quantity} by {words(e.pathway)}, {words(e.estimator)}"
+            name = f"{e.quantity} by {words(e.pathway, neutral)}, {words(e.estimator, neutral)}"
             found.setdefault(flag, {})[name] = None
     return [f"{'; '.join(names)}: {FLAGS.get(flag, flag)}." for flag, names in found.items()]
 
@@ -209,14 +238,14 @@ def trial_facts(trial: Trial, experiment: str, choices: dict) -> list[tuple[str,
 
 
 def choices_of_trial(files, chosen) -> dict:
-    """Choices of a trial's page: study, condition, the trial's row of the sheet, and the ``truth``."""
+    """Choices of a trial's page: study, the trial's row of the sheet, ``truth``, and ``neutral`` names."""
     rows = RECOVERIES.read(*files.truth) if files.truth else []
     truth = {(r.experiment, r.condition, r.pathway, r.estimator, r.quantity): r.truth for r in rows}
-    return {"study": chosen.title, "truth": truth, **chosen.trial}
+    return {"study": chosen.title, "truth": truth, "neutral": chosen.neutral, **chosen.trial}
 
 
 def facts_and_checks(facts: list, estimates: Sequence[Estimate], flags: list[str], choices: dict) -> str:
     """Header of a page without omissions: facts, estimates (units in them), failed checks."""
-    found = [*flagged(estimates), *flags]
-    shown = estimates_table(estimates, [], choices.get("truth", NO_TRUTH))
+    found = [*flagged(estimates, choices), *flags]
+    shown = estimates_table(estimates, choices)
     return facts_list(facts) + shown + sentences_list("Flags", found, UNFLAGGED)

@@ -153,10 +153,11 @@ class Page:
 Links = Mapping[str, str]
 
 
-def render(page: Page, places: Links = NO_LINKS, files: Links = NO_LINKS) -> str:
+def render(page: Page, places: Links = NO_LINKS, files: Links = NO_LINKS, again: str = "") -> str:
     """The page as one file of HTML (units in its labels), the same for the same content.
 
-    ``places`` lead to the report and to other trials, ``files`` to what the page was made from.
+    ``places`` lead to the report and to other trials, ``files`` to what the page was made from; ``again`` is
+    the command that makes the trial again.
     """
     sections = [
         Section(s.heading, tuple(p for p in s.panels if p.traces), s.note)
@@ -174,9 +175,10 @@ def render(page: Page, places: Links = NO_LINKS, files: Links = NO_LINKS) -> str
             body.append(_figure(panel, number))
             number += 1
         body.append("</section>\n")
+    made_again = f'<p class="again">Make again <code>{text(again)}</code></p>\n' if again else ""
     content = (
         f'<header>\n{_links("Report and trials", places)}<p class="study">{text(page.study)}</p>\n'
-        f"<h1>{text(page.title)}</h1>\n{_links('Files', files)}</header>\n"
+        f"<h1>{text(page.title)}</h1>\n{_links('Files', files)}{made_again}</header>\n"
         f"<main>\n{page.header}{_tools(bool(page.windows))}"
         '<noscript><p class="warning">The plots need JavaScript; the tables do not.</p></noscript>\n'
         f'{"".join(body)}{page.footer}<p class="small">{text(resolution)}</p>\n</main>\n'
@@ -185,9 +187,11 @@ def render(page: Page, places: Links = NO_LINKS, files: Links = NO_LINKS) -> str
     return document(f"{page.title} \N{EN DASH} {page.study}", content)
 
 
-def write_page(path: str | Path, page: Page, places: Links = NO_LINKS, files: Links = NO_LINKS) -> None:
-    """Write a page as one file of HTML (units in its labels), with links as in `render`."""
-    Path(path).write_text(render(page, places, files), encoding="utf-8", newline="\n")
+def write_page(
+    path: str | Path, page: Page, places: Links = NO_LINKS, files: Links = NO_LINKS, again: str = ""
+) -> None:
+    """Write a page as one file of HTML (units in its labels), with links and command as in `render`."""
+    Path(path).write_text(render(page, places, files, again), encoding="utf-8", newline="\n")
 
 
 def _links(name: str, links: Links) -> str:
@@ -367,7 +371,7 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]], caption: str = "
     )
     about = f"<caption><span>{caption}</span></caption>" if caption else ""
     return (
-        f'<div class="wide"><table class="{text(kind)}">{about}<thead><tr>{head}</tr></thead>\n'
+        f'<div class="wide" tabindex="0"><table class="{text(kind)}">{about}<thead><tr>{head}</tr></thead>\n'
         f"<tbody>\n{body}</tbody></table></div>\n"
     )
 

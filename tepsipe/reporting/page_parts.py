@@ -1,14 +1,14 @@
 """Parts that only the page of the report has.
 
-The table of all trials: quoted estimates beside their truth, VAF and flags. The printed cells of the thesis's
-tables in their places, each with its verdict. Numbers of the run for its figures to try (explore.js), in SI
-units.
+The table of all trials: quoted estimates beside their truth, VAF and flags. The ledger: every statement and
+every printed number of the thesis with its verdict, and the printed cells in their places. Numbers of the run
+for its figures to try (explore.js), in SI units.
 """
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 from urllib.parse import quote
 
 from tepsipe.drawing.names import PARAMETER_SETS, by_uncertainty, number, short_name, words
@@ -17,7 +17,10 @@ from tepsipe.experiments.dummy.specification_curve import CHOICES, SPECIFICATION
 from tepsipe.io.estimates import FLAGS, Estimate, Recovery
 from tepsipe.io.result import Result
 from tepsipe.quantities import unit_symbol
-from tepsipe.reporting.ledger import IMPLIED, VERDICTS, CellVerdict
+from tepsipe.reporting.ledger import IMPLIED, VERDICTS, WITHIN, CellVerdict
+
+if TYPE_CHECKING:  # its module reaches all analyses
+    from tepsipe.reporting.claims import ClaimVerdict
 
 # VAF of a trial: the first of these that an estimator has
 VAFS = ("VAF_held_out", "VAF_trial", "VAF_response", "VAF_perturbation")
@@ -69,33 +72,57 @@ def _vaf(found: Sequence[Estimate], quoted: Mapping[str, Estimate]) -> float | N
     return None
 
 
+def sortable(
+    name: str,
+    head: Sequence[str],
+    rows: Sequence[str],
+    filters: Mapping[str, tuple[str, Mapping[str, str]]],
+    counted: str,
+) -> str:
+    """Table that the page's script sorts and filters; without the script it is a plain table.
+
+    name: identifier of the table.
+    head: HTML of its columns (with units).
+    rows: HTML of its rows; a filter compares their attribute ``data-<key>``.
+    filters: key -> words of the filter, and value of the attribute -> words of the choice; without choices it
+        is a box that keeps rows with the attribute.
+    counted: one row, in a word.
+    """
+    controls = ""
+    for key, (label, choices) in filters.items():
+        options = "".join(f'<option value="{text(v)}">{text(w)}</option>' for v, w in choices.items())
+        select = f'{text(label)} <select name="{key}"><option value="">all</option>{options}</select>'
+        box = f'<input type="checkbox" name="{key}"> {text(label)}'
+        controls += f"<label>{select if choices else box}</label> "
+    buttons = "".join(f'<th scope="col"><button type="button">{cell}</button></th>' for cell in head)
+    return (
+        f'<form class="filters" data-of="{name}" hidden>{controls}'
+        '<label>Search <input type="search" autocomplete="off"></label> '
+        f'<output data-counted="{text(counted)}"></output></form>\n'
+        f'<div class="wide" tabindex="0"><table class="sortable" id="{name}">'
+        f"<thead><tr>{buttons}</tr></thead>\n<tbody>\n{''.join(rows)}</tbody></table></div>\n"
+    )
+
+
 def trials_table(rows: Sequence[TrialRow]) -> str:
     """Table of trials (units in its header) that the page's script sorts and filters."""
     shown = [q for q in QUANTITIES if any(q in row.quoted for row in rows)]
     units = {q: next(row.quoted[q].unit for row in rows if q in row.quoted) for q in shown}
-    known = any(row.truth for row in rows)
-    head = ["Experiment", "Trial", "Signals"]
+    head = ["Trial", "Signals"]
     for q in shown:
         name = f"<i>{q}</i>" if len(q) == 1 else q
         head.append(f"{name} ({text(unit_symbol(units[q]))})")
     head += ["VAF (%)", "Flags"]
-    buttons = "".join(f'<th scope="col"><button type="button">{cell}</button></th>' for cell in head)
-    body = "".join(_row(row, shown) for row in rows)
+    known = any(row.truth for row in rows)
     beside = " The true value, unknown to the analysis, is below each estimate." if known else ""
-    experiments = "".join(
-        f'<option value="{text(e)}">{text(_called(e))}</option>'
-        for e in dict.fromkeys(r.experiment for r in rows)
-    )
+    experiments = {e: _called(e) for e in dict.fromkeys(r.experiment for r in rows)}
+    filters = {"experiment": ("Experiment", experiments), "flagged": ("flagged only", {})}
     return (
-        "<p>Each trial has a page with its signals, which can be zoomed, and all its estimates. The table "
-        f"lists the recommended estimates with their standard uncertainties.{beside}</p>\n"
-        '<form class="filters"><label>Experiment <select id="trials-of"><option value="">all</option>'
-        f"{experiments}</select></label> "
-        '<label>Search <input type="search" id="trials-with" autocomplete="off"></label> '
-        '<label><input type="checkbox" id="trials-flagged"> flagged only</label> '
-        f'<output id="trials-count">{len(rows)} trials</output></form>\n'
-        '<div class="wide" tabindex="0"><table class="trials" id="trials-table"><thead><tr>'
-        f"{buttons}</tr></thead>\n<tbody>\n{body}</tbody></table></div>\n{_meanings(rows)}"
+        "<p>Each trial has a page with its signals, which can be zoomed, all its estimates, its files, and "
+        "the command that makes it again. The table lists the recommended estimates with their standard "
+        f"uncertainties.{beside}</p>\n"
+        + sortable("trials-table", head, [_row(row, shown) for row in rows], filters, "trial")
+        + _meanings(rows)
     )
 
 
@@ -119,8 +146,8 @@ def _row(row: TrialRow, shown: Sequence[str]) -> str:
     path = trial_page(row.experiment, row.condition)
     picture = text(path.removesuffix(".html") + ".svg")
     cells = [
-        f"<td>{text(_called(row.experiment))}</td>",
-        f'<th scope="row"><a href="{text(path)}">{text(row.condition)}</a></th>',
+        f'<th scope="row"><a href="{text(path)}">{text(row.condition)}</a>'
+        f"<small>{text(_called(row.experiment))}</small></th>",
         f'<td><a href="{text(path)}" tabindex="-1" aria-hidden="true">'
         f'<img src="{picture}" alt="" loading="lazy" width="120" height="32"></a></td>',
     ]
@@ -162,8 +189,23 @@ def _as(truth: float, estimate: Estimate | None) -> str:
     return by_uncertainty(truth, truth - u, truth + u)[0]
 
 
-# a sign for each verdict beside its colour
+# a sign for each verdict beside its colour, and its meaning
 SIGNS = dict(zip(VERDICTS, ("=", "f", "p", "~", "i", "e", "≠", "×", "?", "–"), strict=True))
+MEANINGS = {
+    "implied": "within the tolerance; follows from algebra or from the thesis's own numbers, without any "
+    "laboratory",
+    "fitted": "within the tolerance; constants of the virtual laboratory were fitted to this number, or to "
+    "numbers from which it is computed",
+    "predicted": "within the tolerance; constants were fitted to other numbers only",
+    "pattern": "the claim is an inequality, and it holds",
+    "interpretation": "within the tolerance; the processing was chosen because it fits",
+    "explained": "outside the tolerance, but our explanation predicts a number within it",
+    "contradicted by itself": "the numbers that the thesis itself prints do not satisfy the claim",
+    "not reproduced": "outside the tolerance, or the inequality does not hold",
+    "unknown": "we know no rule that yields the printed number",
+    "not computed": "not part of this study",
+}
+BY_CELLS, UNTESTED = "tested by cells", "not tested"
 ROWS = {
     "error": "fit error",
     "VAF_trial": "VAF, full dataset",
@@ -173,6 +215,153 @@ ROWS = {
     "VAF_theta_trial": "VAF of the angle, full dataset",
 }
 COLUMNS = {"none": "no noise", "tau": "noise on τ", "theta": "noise on θ", "both": "noise on both"}
+LEDGER = "ledger-table"
+
+
+def ledger_table(
+    statements: Sequence[Mapping], claims: Sequence["ClaimVerdict"], cells: Sequence[CellVerdict]
+) -> str:
+    """All that the thesis states, with the verdicts of this run: one table, then the cells in their places.
+
+    statements: ``where`` and ``says`` of every statement in its order, and ``tables`` whose cells test it or
+        ``unchecked``, the reason why nothing does.
+    claims: numbers of statements that this run tests (units in them).
+    cells: printed cells of the thesis's tables (units of the tables).
+    """
+    numbered = {str(k): one for k, one in enumerate(statements, start=1)}
+    of_claims: dict[str, list[ClaimVerdict]] = {}
+    for claim in claims:
+        of_claims.setdefault(claim.statements.partition(";")[0], []).append(claim)
+    used = [claim.used for claim in claims] + [cell.reason.partition("; used: ")[2] for cell in cells]
+    bases = list(dict.fromkeys(filter(None, map(_basis, used))))
+    rows = []
+    for k, statement in numbered.items():
+        rows += [_claim(claim, numbered, bases) for claim in of_claims.pop(k, [])]
+        tables = ", ".join(_of_thesis(name) for name in statement.get("tables", ()))
+        if "unchecked" in statement:
+            rows.append(_untested(statement, UNTESTED, statement["unchecked"]))
+        elif tables and not any(k in claim.statements.split(";") for claim in claims):
+            rows.append(_untested(statement, BY_CELLS, f"The cells of {tables} test it."))
+    rows += [_claim(claim, numbered, bases) for own in of_claims.values() for claim in own]
+    rows += [_ledger_cell(cell, bases) for cell in cells]
+    judged = (*claims, *cells)
+    verdicts = [v for v in VERDICTS if any(v == one.verdict for one in judged)]
+    kinds = {"claim": "claims", "cell": "printed cells", "untested": "statements without a number"}
+    chosen = {v: v for v in (*verdicts, BY_CELLS, UNTESTED)}
+    filters = {"kind": ("Kind", kinds), "verdict": ("Verdict", chosen)}
+    head = ("Statement", "Where", "Reported", "This run", "Null model", "Verdict", "Explanation")
+    within = sum(one.verdict in WITHIN for one in judged)
+    null = sum(one.null_verdict == IMPLIED for one in judged)
+    meanings = "".join(f"<dt>{_verdict(v)}</dt><dd>{text(MEANINGS[v])}</dd>\n" for v in verdicts)
+    listed = "".join(f'<li id="basis-{k}">{text(basis)}</li>\n' for k, basis in enumerate(bases, start=1))
+    places = f'<h3 id="printed-cells">Printed cells in their places</h3>\n{printed_cells(cells)}'
+    return (
+        f"<p>We test {len(claims)} numbers of the thesis's statements and {len(cells)} printed cells. This "
+        f"run is within the tolerance of {within} of them. A null model, which only repeats numbers of the "
+        f"thesis, is within the tolerance of {null}. These are marked by ∗, because they are no evidence for "
+        "the laboratory. A number after an explanation leads to the basis of the value of this run.</p>\n"
+        f"{sortable(LEDGER, head, rows, filters, 'row')}"
+        f'<h3 id="verdicts">Verdicts</h3>\n<dl class="flags">\n{meanings}</dl>\n'
+        f'<h3 id="bases">Bases of the values</h3>\n<ol class="bases">\n{listed}</ol>\n'
+        f"{places if cells else ''}"
+    )
+
+
+def _basis(used: str) -> str:
+    """What a number was obtained from, without remarks on its threshold and null model."""
+    return used.partition("; cannot discriminate")[0].partition("; our threshold")[0]
+
+
+def _based(basis: str, bases: Sequence[str]) -> str:
+    """Number of a basis, with a link to it."""
+    k = bases.index(basis) + 1 if basis in bases else 0
+    return f' <a class="basis" href="#basis-{k}" aria-label="basis {k}">{k}</a>' if k else ""
+
+
+def _claim(claim: "ClaimVerdict", statements: Mapping[str, Mapping], bases: Sequence[str]) -> str:
+    """Row of a claim."""
+    unit = "" if claim.unit == "1" else f" ({unit_symbol(claim.unit)})"
+    tested = " ".join(statements[k]["says"] for k in claim.statements.split(";") if k in statements)
+    sign = {"below": "< ", "above": "> "}.get(claim.tolerance)
+    exact = sign or not claim.tolerance or float(claim.tolerance) == 0.0
+    margin = "" if exact else f"± {_printed(float(claim.tolerance))}"
+    if "our threshold" in claim.used:
+        margin += " our threshold"
+    section = text(claim.section)
+    why = "" if claim.verdict in WITHIN else f'<a href="#section:{section}">{section}</a>'
+    statement = f"{text(claim.claim.replace(' - ', ': ') + unit)}<small>{text(tested)}</small>"
+    return _ledger_row(
+        *("claim", statement, claim.where),
+        *((sign or "") + _printed(claim.reported), margin, claim.reported),
+        *(claim.reproduced, claim.null_value, claim.null_verdict, claim.verdict),
+        why + _based(_basis(claim.used), bases),
+    )
+
+
+def _ledger_cell(cell: CellVerdict, bases: Sequence[str]) -> str:
+    """Row of a printed cell."""
+    why, _, used = cell.reason.partition("; used: ")
+    return _ledger_row(
+        *("cell", f"{_row_name(cell.row)}, {text(_column_name(cell.column))}", _of_thesis(cell.table)),
+        *(_printed(cell.reported), f"tolerance {cell.tolerance}", cell.reported),
+        *(cell.value, cell.null_value, cell.null_verdict, cell.verdict),
+        text(why) + _based(_basis(used), bases),
+    )
+
+
+def _untested(statement: Mapping, verdict: str, why: str) -> str:
+    """Row of a statement that no number tests by itself."""
+    return _ledger_row(
+        *("untested", text(statement["says"]), statement["where"], "", "", None, None, None, ""),
+        *(verdict, text(why)),
+    )
+
+
+def _ledger_row(
+    kind: str,
+    statement: str,
+    where: str,
+    reported: str,
+    margin: str,
+    compared: float | None,
+    value: float | None,
+    null: float | None,
+    null_verdict: str,
+    verdict: str,
+    why: str,
+) -> str:
+    """Row of the ledger; numbers are in the unit of the statement, ``statement`` and ``why`` are HTML."""
+    mark = "∗" if null_verdict == IMPLIED else ""
+    shown = ("" if x is None or compared is None else _near(compared, x) for x in (value, null))
+    run, other = shown
+    return (
+        f'<tr data-kind="{kind}" data-verdict="{text(verdict)}"><th scope="row">{statement}</th>'
+        f"<td>{text(where)}</td>{_number(compared, reported, margin)}{_number(value, run)}"
+        f"{_number(null, other + mark)}<td>{_verdict(verdict)}</td><td>{why}</td></tr>\n"
+    )
+
+
+def _verdict(verdict: str) -> str:
+    """A verdict with its sign and colour."""
+    sign = SIGNS.get(verdict, "–")
+    return f'<span class="verdict {_kind(verdict)}"><b>{sign}</b> {text(verdict)}</span>'
+
+
+def _printed(value: float) -> str:
+    """A printed number with all of its digits."""
+    return f"{value:.8f}".rstrip("0").rstrip(".").replace("-", "\N{MINUS SIGN}")
+
+
+def _near(printed: float, value: float) -> str:
+    """A number to be compared with a printed one: one digit more than that has, and at least three."""
+    digits = len(_printed(printed).lstrip("\N{MINUS SIGN}0.").replace(".", ""))
+    if value.is_integer() and printed.is_integer():
+        return _printed(value)
+    return number(value, max(3, digits + 1))
+
+
+def _of_thesis(table: str) -> str:
+    return f"Table {table.removeprefix('table_').replace('_', '-')}"
 
 
 def printed_cells(cells: Sequence[CellVerdict]) -> str:
@@ -182,11 +371,7 @@ def printed_cells(cells: Sequence[CellVerdict]) -> str:
     what the page's script shows where a cell is pointed at: tolerance, verdict, null model and reason.
     """
     used = [verdict for verdict in VERDICTS if any(cell.verdict == verdict for cell in cells)]
-    key = "".join(
-        f'<span class="verdict {_kind(verdict)}"><b>{SIGNS[verdict]}</b> {text(verdict)} '
-        f"({sum(cell.verdict == verdict for cell in cells)})</span> "
-        for verdict in used
-    )
+    key = "".join(f"{_verdict(v)} ({sum(cell.verdict == v for cell in cells)}) " for v in used)
     names = dict.fromkeys(cell.table for cell in cells)
     return (
         '<div class="printed-cells">\n<p>Each cell shows the printed number, with the number of this run '
@@ -211,9 +396,9 @@ def _table(name: str, cells: Sequence[CellVerdict]) -> str:
         own = {cell.column: cell for cell in cells if cell.row == row}
         shown = "".join(_cell(own[c]) if c in own else "<td></td>" for c in columns)
         body += f'<tr><th scope="row">{_row_name(row)}</th>{shown}</tr>\n'
-    title = f"Table {name.removeprefix('table_').replace('_', '-')}"
     return (
-        f'<div class="wide" tabindex="0"><table class="cells"><caption>{text(title)} of the thesis</caption>'
+        '<div class="wide" tabindex="0"><table class="cells">'
+        f"<caption>{_of_thesis(name)} of the thesis</caption>"
         f"<thead><tr><td></td>{head}</tr></thead>\n<tbody>\n{body}</tbody></table></div>\n"
     )
 
@@ -230,11 +415,12 @@ def _column_name(column: str) -> str:
 
 
 def _cell(cell: CellVerdict) -> str:
-    within = "within" if cell.null_verdict == IMPLIED else "not within"
-    printed = f"{cell.reported:.8f}".rstrip("0").rstrip(".").replace("-", "\N{MINUS SIGN}")
+    value = math.nan if cell.value is None else cell.value
+    within, known = "within" if cell.null_verdict == IMPLIED else "not within", math.isfinite(value)
+    printed = _printed(cell.reported)
     about = {
         "printed": printed,
-        "this run": "not computed" if cell.value is None else number(cell.value, 5),
+        "this run": number(value, 5) if known else "not computed",
         "tolerance": cell.tolerance,
         "verdict": cell.verdict,
         "null model": "none" if cell.null_value is None else f"{number(cell.null_value, 4)}, {within}",
@@ -242,7 +428,7 @@ def _cell(cell: CellVerdict) -> str:
     }
     words = "\n".join(f"{name}: {value}" for name, value in about.items())
     mark = "∗" if cell.null_verdict == IMPLIED else ""
-    run = "" if cell.value is None else f"<small>{text(_beside(printed, cell.value))}</small>"
+    run = f"<small>{text(_beside(printed, value))}</small>" if known else ""
     return (
         f'<td class="{_kind(cell.verdict)}" title="{text(words)}">{printed} '
         f"<b>{SIGNS[cell.verdict]}{mark}</b>{run}</td>"
@@ -258,19 +444,21 @@ def _beside(printed: str, value: float) -> str:
 def explored(
     geometry: Mapping[str, float],
     specifications: str,
+    estimates: Iterable[Estimate],
     truth: Sequence[Recovery],
     simulated: Mapping[str, Result],
 ) -> dict[str, tuple[str, object]]:
     """Return what there is to try below the figures of the dummy.
 
     specifications: table of the specification curve.
+    estimates: of the study, of which the recommended K is shown.
     truth: known constants, empty for recordings.
     simulated: condition -> fit of `simulation_result`, of one trial or none.
     Returns: anchor of a figure -> function of explore.js, and its data.
     """
     found = {
         "figure_torque": ("apparent", apparent(geometry, truth)),
-        "figure_specification": ("specification", specification(specifications, truth)),
+        "figure_specification": ("specification", specification(specifications, estimates, truth)),
     }
     for condition, fit in simulated.items():
         found["figure_4_7"] = ("forward", forward(fit, condition, geometry, truth))
@@ -340,19 +528,27 @@ def _joint(name: str, constants: Mapping[str, float]) -> dict:
     return {"name": name} | {symbols[key]: value for key, value in constants.items() if key in symbols}
 
 
-def specification(path: str, truth: Sequence[Recovery]) -> dict | None:
-    """Combinations of the specification curve (table) sorted by K (N·m/rad), and the true K of its trial."""
+# roles of combinations, neither of which is the estimate to quote
+ROLES = {"recommended": "the consistent torque in the tables", "as printed": "the thesis as printed"}
+
+
+def specification(path: str, estimates: Iterable[Estimate], truth: Sequence[Recovery]) -> dict | None:
+    """Combinations of the specification curve (table) by K, and the recommended and true K of its trial.
+
+    K in N·m/rad; None without combinations.
+    """
     rows = [row for row in SPECIFICATIONS.read(path) if math.isfinite(row.K_Nm_per_rad)]
     if not rows:
         return None
     rows.sort(key=lambda row: row.K_Nm_per_rad)
-    recommended = [row.K_Nm_per_rad for row in rows if row.role == "recommended"]
-    true = [
-        r.truth
-        for r in truth
-        if (r.experiment, r.condition, r.quantity) == ("dummy", rows[0].condition, "K") and r.recommended
-    ]
-    middle = recommended[0] if recommended else rows[len(rows) // 2].K_Nm_per_rad
+    wanted = ("dummy", rows[0].condition, "K", True)
+
+    def of_trial(row: Estimate | Recovery) -> bool:
+        return (row.experiment, row.condition, row.quantity, row.recommended) == wanted
+
+    quoted = next((e for e in estimates if of_trial(e)), None)
+    marked = [row.K_Nm_per_rad for row in rows if row.role == "recommended"]
+    middle = marked[0] if marked else rows[len(rows) // 2].K_Nm_per_rad
     return {
         "steps": list(CHOICES),
         "rows": [
@@ -360,12 +556,13 @@ def specification(path: str, truth: Sequence[Recovery]) -> dict | None:
                 "K": row.K_Nm_per_rad,
                 "B": _finite_or_none(row.B_Nms_per_rad),
                 "VAF": _finite_or_none(row.VAF_percent),
-                "role": row.role or "",
+                "role": ROLES.get(row.role or "", row.role or ""),
                 "options": [words(getattr(row, step)) for step in CHOICES],
             }
             for row in rows
         ],
-        "truth": true[0] if true else None,
+        "quoted": {"K": quoted.value, "by": words(quoted.estimator)} if quoted else None,
+        "truth": next((r.truth for r in truth if of_trial(r)), None),
         "limits": [middle - 12.0, middle + 12.0],
     }
 

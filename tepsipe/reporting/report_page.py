@@ -25,17 +25,29 @@ ITALIC |= {"\u210e": "h", "\U0001d6df": "\u03d1", "\U0001d719": "\u03d5", "\U000
 # dots that combine with a letter stand beside it in some browsers
 ACCENTS = {"\u0307": "\u02d9", "\u0308": "\u00a8"}
 SCRIPTS = ("report.js", "swing.js", "explore.js")
-# questions of a reader, and the first of these sections that the report has
+# questions of a reader, and the first of these places that the report has
 QUESTIONS = {
     "What was found?": ("answers", "abstract", "findings"),
     "Why?": ("not-physical", "discussion"),
-    "How sure is it?": ("truth", "budgets"),
-    "What is simulated?": ("laboratory",),
-    "What did not reproduce?": ("cells",),
+    "How sure is it?": ("certainty", "truth", "budgets"),
+    "What is missing?": ("what-is-missing-for-a-better-answer",),
+    "What is simulated?": ("simulated", "laboratory"),
+    "What did not reproduce?": ("ledger",),
     "Results and data of every trial": ("trials",),
     "All tables": ("tables-of-the-run",),
-    "Make it again, or with your own recordings": ("make-again",),
+    "Make it again": ("make-again",),
+    "Your own recordings": ("own-recordings",),
 }
+# of the table behind a question, the choice of a filter
+FILTERS = {"ledger": "verdict=not reproduced"}
+# titles of the figures to try
+TRIED = {
+    "apparent": "Try it: a wrong torque, fitted perfectly",
+    "specification": "Try it: every combination of choices",
+    "forward": "Try it: which joint reproduces the recorded swing?",
+}
+# number of a chapter of the supplement
+SUPPLEMENTARY = re.compile(r"\s*S\d+\s")
 # elements of a heading that its entry in the contents keeps
 KEPT = "em|math|mi|mn|msub|mrow|code"
 # a cell with a number, which may have signs, an interval and marks
@@ -49,7 +61,8 @@ class Origin:
     data: Mapping[str, str]
     """Words of a link -> path of a file, relative to the page."""
     code: Sequence[tuple[str, str]]
-    """What a place in the code is (rule, script, function, source), and the place with its line."""
+    """What a place in the code is (rule, script, function, source), and the place: ``path``, ``path:line`` or
+    ``name (path:line)``."""
     command: str
     """What makes it again."""
 
@@ -78,30 +91,34 @@ class ReportPage:
     parts: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     """Identifier of a section that follows the report -> its title and its HTML."""
     explored: Mapping[str, tuple[str, object]] = field(default_factory=dict)
-    """Anchor of a figure -> what there is to try below it (a function of explore.js), and its data."""
-    below: Mapping[str, str] = field(default_factory=dict)
-    """Anchor of a figure -> HTML below it that the printed report does not have."""
+    """Anchor of a figure -> what there is to try below it (a key of `TRIED`), and its data."""
+    functions: Mapping[str, str] = field(default_factory=dict)
+    """Place of a function, as origins name it -> its source."""
+    repository: str = ""
+    """Address of the sources at the commit of the run, to which a path is added; empty if it is not known."""
 
 
 def render_report(typeset: str, page: ReportPage) -> str:
     """The report as one file of HTML, the same for the same content.
 
-    typeset: the report as Typst exports it.
+    typeset: the report as Typst exports it; chapters of a supplement (S1, S2, ...) are folded.
     page: what the page has beside it.
     Returns: the page; its links and images are relative to it.
     """
     math_style = re.search(r"(?s)<style>(.*?)</style>", typeset)
     body = typeset.partition("<body>")[2].rpartition("</body>")[0]
     body = _own_drawings(_plain_letters(body))
-    body = _own_anchors(body)
+    body = _folded(_own_anchors(body))
+    body = body.replace(' class="equation"', ' class="equation" tabindex="0"')
     body = re.sub(r"(?s)<table.*?</table>", _marked_columns, body)
     body = re.sub(r'<img src="([^"]+)"', lambda m: _image(m[1], page.sizes), body)
     body = _lead(body)
     body, used = _with_origins(body, page)
-    for key, (title, content) in {**page.parts, **_decisions(used, page.decisions)}.items():
-        below = _origin(page.origins[key], (), {}) if key in page.origins else ""
+    parts = {**_tried(body, page), **page.parts, **_decisions(used, page.decisions)}
+    for key, (title, content) in parts.items():
+        below = _origin(page.origins[key], (), page) if key in page.origins else ""
         body += f'<section>\n<h2 id="{text(key)}">{text(title)}</h2>\n{content}{below}</section>\n'
-    body = _headings_with_links(body)
+    body = _headings_with_links(_links_to_sections(_functions_once(body, page)))
     scripts = "".join(f"<script>\n{asset(name)}</script>\n" for name in SCRIPTS)
     font = b64encode((WEB / "report-math.woff2").read_bytes()).decode("ascii")
     style = (
@@ -114,7 +131,7 @@ def render_report(typeset: str, page: ReportPage) -> str:
         f"<title>{text(page.title)}</title>\n<style>\n{style}</style>\n"
         f"<script>\n{asset('theme.js')}</script>\n</head>\n<body>\n"
         '<a class="skip" href="#report">To the report</a>\n'
-        f"{_side(body, page)}"
+        f"{_side(body)}"
         f'<main id="report">\n{_head(page)}{_questions(body)}{_lines(body)}</main>\n'
         f"{json_script('page-data', dict(page.explored.values()))}\n"
         f"{scripts}</body>\n</html>\n"
@@ -139,16 +156,19 @@ def about_code(citation: Mapping, code: Mapping) -> list[tuple[str, str]]:
 def made_again(command: str) -> str:
     """Section on how the run is made again by a command, and how to begin with own recordings."""
     own = "tepsipe new-study recordings --output my-study && cd my-study && tepsipe check && tepsipe run"
-    commands = {
-        "This command makes the whole run again, in the folder of the run and with the version named above. "
-        "Below every figure and table, <i>Data, code, command</i> has a command of its own.": command,
-        "A folder of your own recordings becomes a study by the commands below. The project's page "
-        "<code>docs/recordings/README.md</code> lists the instruments that can be read.": own,
-    }
-    return "".join(
-        f'<p>{words}</p>\n<p><code>{text(line)}</code> <button type="button" class="copy">copy</button></p>\n'
-        for words, line in commands.items()
+    return (
+        "<p>This command makes the whole run again, in the folder of the run and with the version named "
+        "above. Below every figure and table, <i>Data, code, command</i> has a command of its own, and the "
+        f"page of a trial has the command for this trial.</p>\n{_copied(command)}"
+        '<h3 id="own-recordings">Your own recordings</h3>\n'
+        "<p>A folder of your own recordings becomes a study by the commands below. The project's page "
+        "<code>docs/recordings/README.md</code> lists the instruments that can be read.</p>\n"
+        f"{_copied(own)}"
     )
+
+
+def _copied(command: str) -> str:
+    return f'<p><code>{text(command)}</code> <button type="button" class="copy">copy</button></p>\n'
 
 
 def picture_size(path: str | Path) -> tuple[float, float]:
@@ -165,6 +185,37 @@ def link(path: str, words: str) -> str:
 
 
 # ---- typeset report
+
+
+def _folded(body: str) -> str:
+    """A body in which the chapters of the supplement are shown on demand."""
+    parts: list[str] = []
+    depth, opened = 0, None
+    for part in re.split(r"(?s)(<(?:div|section)\b|</(?:div|section)>|<h2\b.*?</h2>)", body):
+        depth += part in ("<div", "<section")
+        if opened is not None and (part.startswith("<h2") or (part.startswith("</") and opened == depth)):
+            parts.append("</details>\n")
+            opened = None
+        depth -= part in ("</div>", "</section>")
+        if part.startswith("<h2") and SUPPLEMENTARY.match(re.sub(r"<[^>]+>", "", part)):
+            part, opened = f'<details class="chapter"><summary>{part}</summary>\n', depth
+        parts.append(part)
+    return "".join(parts) + ("</details>\n" if opened is not None else "")
+
+
+def _links_to_sections(body: str) -> str:
+    """Links to the sections that the page's own parts name by their titles; words where there is none."""
+    headings = re.findall(r'(?s)<h[2-5] id="([^"]+)"[^>]*>(.*?)</h[2-5]>', body)
+    names = {}
+    for name, words in headings:
+        title = " ".join(unescape(re.sub(r"<[^>]+>", "", words)).split())
+        names[title] = names[title.partition(" ")[2]] = name  # with and without its number
+
+    def linked(found: re.Match) -> str:
+        name = names.get(unescape(found[1]))
+        return f'<a href="#{name}">{found[2]}</a>' if name else found[2]
+
+    return re.sub(r'<a href="#section:([^"]+)">(.*?)</a>', linked, body)
 
 
 def _plain_letters(body: str) -> str:
@@ -218,7 +269,7 @@ def _own_anchors(body: str) -> str:
         attributes, content = found.groups()
         if ' id="' in attributes:
             return found[0]
-        numbered = re.search(r"(Figure|Table)[\s ]+(\d+)", re.sub(r"<[^>]+>", "", content))
+        numbered = re.search(r"(Figure|Table)[\s ]+(S?\d+)", re.sub(r"<[^>]+>", "", content))
         name = free("-".join(numbered.groups()).lower() if numbered else "figure")
         return f'<figure id="{name}"{attributes}>{content}</figure>'
 
@@ -327,14 +378,25 @@ def _with_origins(body: str, page: ReportPage) -> tuple[str, list[int]]:
             used.update(rests)
             origin = next((page.origins[key] for key in (*known, source) if key in page.origins), None)
             if origin:
-                below = _origin(origin, rests, page.decisions)
+                below = _origin(origin, rests, page)
                 figure, end, _ = part.partition("</figure>")
                 parts[k] = figure + below + end
-            parts[k] += page.below.get(name, "")
             if name in page.explored:
-                kind = text(page.explored[name][0])
-                parts[k] += f'<div class="explorer" data-explore="{kind}" hidden></div>\n'
+                parts[k] += _explorer(page.explored[name][0])
     return "".join(parts), sorted(used)
+
+
+def _explorer(kind: str) -> str:
+    return (
+        f'<div class="explorer" id="try-{kind}" data-explore="{kind}" data-title="{text(TRIED[kind])}" '
+        "hidden></div>\n"
+    )
+
+
+def _tried(body: str, page: ReportPage) -> dict[str, tuple[str, str]]:
+    """Section with what there is to try about figures that the report does not show."""
+    left = [kind for kind, _ in page.explored.values() if f'id="try-{kind}"' not in body]
+    return {"try": ("Try it", "".join(map(_explorer, left)))} if left else {}
 
 
 def _names_of(shown: str) -> tuple[str, list[str]]:
@@ -347,11 +409,13 @@ def _names_of(shown: str) -> tuple[str, list[str]]:
     return anchor[1], list(filter(None, names))
 
 
-def _origin(origin: Origin, rests: Sequence[int], decisions: Mapping[int, tuple[str, str, str]]) -> str:
+def _origin(origin: Origin, rests: Sequence[int], page: ReportPage) -> str:
     files = " ".join(link(path, words) for words, path in origin.data.items())
-    code = "".join(f"<dt>{text(what)}</dt><dd><code>{text(place)}</code></dd>" for what, place in origin.code)
+    code = "".join(f"<dt>{text(what)}</dt><dd>{_place(place, page)}</dd>" for what, place in origin.code)
     named = ", ".join(
-        f'<a href="#decision-{n}">decision {n}: {text(decisions[n][0])}</a>' for n in rests if n in decisions
+        f'<a href="#decision-{n}">decision {n}: {text(page.decisions[n][0])}</a>'
+        for n in rests
+        if n in page.decisions
     )
     return (
         '<details class="origin"><summary>Data, code, command</summary>\n'
@@ -360,6 +424,39 @@ def _origin(origin: Origin, rests: Sequence[int], decisions: Mapping[int, tuple[
         f"<dt>Make again</dt><dd><code>{text(origin.command)}</code> "
         '<button type="button" class="copy">copy</button></dd></dl></details>\n'
     )
+
+
+def _place(place: str, page: ReportPage) -> str:
+    """A place in the code; the source of a function is folded below it, where `_functions_once` puts it."""
+    if place in page.functions:
+        return f'<details class="code"><summary><code>{text(place)}</code></summary></details>'
+    return f"<code>{text(place)}</code>{_line_of(place, page)}"
+
+
+def _line_of(place: str, page: ReportPage) -> str:
+    """Link to the line of a place at the commit of the run, if the address of the repository is known."""
+    found = re.search(r"([\w./-]+\.\w+)(?::(\d+))?\)?$", place)
+    if not page.repository or not found:
+        return ""
+    line = f"#L{found[2]}" if found[2] else ""
+    return f' <a href="{text(page.repository)}/{quote(found[1])}{line}">in the repository</a>'
+
+
+def _functions_once(body: str, page: ReportPage) -> str:
+    """The source of a function at the first figure or table that it makes; at the others a link to it."""
+    names: dict[str, str] = {}
+
+    def filled(found: re.Match) -> str:
+        place = unescape(found[1])
+        if place in names:
+            content = f'<a href="#{names[place]}">Source</a>'
+            return f"{found[0].removesuffix('</details>')}{content}</details>"
+        names[place] = f"code-{_slug(place)}-{len(names) + 1}"
+        code = f'{_line_of(place, page)}<pre tabindex="0"><code>{text(page.functions[place])}</code></pre>'
+        summary = f"<summary><code>{found[1]}</code></summary>"
+        return f'<details class="code" id="{names[place]}">{summary}{code}</details>'
+
+    return re.sub(r'<details class="code"><summary><code>(.*?)</code></summary></details>', filled, body)
 
 
 def _decisions(
@@ -386,15 +483,21 @@ def _headings_with_links(body: str) -> str:
         own = f'<a class="anchor" href="#{name}" aria-label="Link to this section">#</a>'
         return f'<h{level} id="{name}"{attributes}>{words} {own}</h{level}>'
 
-    return re.sub(r'(?s)<h([2-5]) id="([^"]+)"([^>]*)>(.*?)</h\1>', linked, body)
+    # a click on the heading of a folded chapter unfolds it
+    return re.sub(r'(?s)(?<!<summary>)<h([2-5]) id="([^"]+)"([^>]*)>(.*?)</h\1>', linked, body)
 
 
-def _side(body: str, page: ReportPage) -> str:
-    """Contents, search and the choice between light and dark."""
-    items = []
+def _side(body: str) -> str:
+    """Contents, search and the choice between light and dark; of folded chapters no sections."""
+    folded = set(re.findall(r'<details class="chapter"><summary><h2 id="([^"]+)"', body))
+    items, chapter = [], ""
     for level, name, words in re.findall(r'(?s)<h([23]) id="([^"]+)"[^>]*>(.*?)</h\1>', body):
+        chapter = name if level == "2" else chapter
+        if level == "3" and chapter in folded:
+            continue
         plain = re.sub(rf"(?s)<a class=.anchor.*?</a>|<(?!/?(?:{KEPT})\b)[^>]+>", "", words)
-        items.append(f'<li class="level-{level}"><a href="#{name}">{plain.strip()}</a></li>\n')
+        kind = f"level-{level} folded" if chapter in folded else f"level-{level}"
+        items.append(f'<li class="{kind}"><a href="#{name}">{plain.strip()}</a></li>\n')
     return (
         '<nav class="side" aria-label="Contents">\n<details open><summary>Contents</summary>\n'
         '<div class="tools"><input type="search" id="search" placeholder="Search" '
@@ -417,12 +520,16 @@ def _head(page: ReportPage) -> str:
 
 
 def _questions(body: str) -> str:
-    """Links to what most readers look for."""
-    found = set(re.findall(r'<h[2-5] id="([^"]+)"', body))
+    """Links to what most readers look for, and to what there is to try."""
+    found = set(re.findall(r'<(?:h[2-5]|figure)[^>]* id="([^"]+)"', body))
     places = {words: next((p for p in own if p in found), None) for words, own in QUESTIONS.items()}
-    links = "".join(
-        f'<li><a href="#{place}">{text(words)}</a></li>' for words, place in places.items() if place
-    )
+    links = ""
+    for words, place in places.items():
+        chosen = f' data-filter="{FILTERS[place]}"' if place in FILTERS else ""
+        links += f'<li><a href="#{place}"{chosen}>{text(words)}</a></li>' if place else ""
+    for kind, title in TRIED.items():
+        if f'id="try-{kind}"' in body:
+            links += f'<li class="try"><a href="#try-{kind}">{text(title)}</a></li>'
     return f'<nav class="questions" aria-label="Questions"><ul>{links}</ul></nav>\n' if links else ""
 
 

@@ -1,8 +1,11 @@
 """Figures to try: the page's leg moves as the library's, and every printed cell shows its verdict."""
 
 import json
+import math
+import re
 import shutil
 import subprocess
+from html import unescape
 
 import numpy as np
 import pytest
@@ -10,12 +13,15 @@ from builders import LEG, belt_pulses
 from page_builders import NASTY, parsed
 
 from tepsipe.drawing.trial_page import Packed, asset, unpack
-from tepsipe.experiments.dummy.specification_curve import SPECIFICATIONS
+from tepsipe.experiments.dummy.specification_curve import SPECIFICATIONS, Specification
+from tepsipe.io.estimates import Estimate, Recovery
 from tepsipe.io.result import Result
 from tepsipe.mechanics.forward_dynamics import Joint, Start, resting, simulate_dummy
 from tepsipe.mechanics.inverse_dynamics import Foot
+from tepsipe.reporting.claims import ClaimVerdict
 from tepsipe.reporting.ledger import VERDICTS, CellVerdict
-from tepsipe.reporting.page_parts import SIGNS, explored, forward, printed_cells
+from tepsipe.reporting.page_parts import MEANINGS, SIGNS, explored, forward, ledger_table, printed_cells
+from tepsipe.reporting.report_page import FILTERS
 
 NODE = shutil.which("node")
 RATE_HZ, STANDING_RAD = 250.0, 0.004
@@ -124,8 +130,71 @@ def test_every_printed_cell_has_sign_colour_and_reason():
     assert html.count("<td></td>") == 3
 
 
+def claim(**changed):
+    given = dict.fromkeys(("claim", "where", "unit", "tolerance", "section", "used", "statements"), "")
+    given |= {
+        "claim": "K of all",
+        "unit": "Nm/rad",
+        "reported": 9.996,
+        "reproduced": 9.4181,
+        "tolerance": "0.3",
+    }
+    given |= {"verdict": "not reproduced", "section": "The joint", "null_value": 9.9958, "margin": None}
+    given |= {"null_verdict": "implied", "used": "a joint; our threshold, the thesis prints none"}
+    return ClaimVerdict(**(given | {"statements": "1;3", "measure": "m"} | changed))
+
+
+def test_the_ledger_has_every_claim_cell_and_untested_statement_once():
+    says = [{"where": f"Section {k}", "says": f"Statement {k}."} for k in range(1, 6)]
+    says[1] |= {"unchecked": f"no measure {NASTY}"}
+    says[3] |= {"tables": ["table_4_2"]}
+    claims = [claim(), claim(claim="No", statements="", verdict="pattern", tolerance="below")]
+    html = ledger_table(says, claims, [cell(null_verdict="implied", reason="why; used: a rod")])
+    rows = [re.sub(r"<[^>]+>", " ", row) for row in re.findall(r"(?s)<tr data-kind=.*?</tr>", html)]
+    assert re.findall('<tr data-kind="(.*?)" data-verdict="(.*?)">', html) == [
+        ("claim", "not reproduced"),
+        ("untested", "not tested"),
+        ("untested", "tested by cells"),
+        ("claim", "pattern"),
+        ("cell", "predicted"),
+    ]
+    assert "K of all (N·m/rad) Statement 1. Statement 3." in rows[0]
+    assert "9.996 ± 0.3 our threshold" in rows[0] and "9.4181  9.9958∗" in rows[0]
+    assert '<a href="#section:The joint">The joint</a>' in html and "< 9.996" in unescape(rows[3])
+    assert "Statement 2." in rows[1] and "Statement 4." in rows[2] and "cells of Table 4-2" in rows[2]
+    assert "10 tolerance 0.3" in rows[4] and " 10.2 " in rows[4] and "why" in rows[4]
+    # what the numbers rest on is listed once, and named by its number
+    assert re.findall(r'<li id="basis-\d">(.*?)</li>', html) == ["a joint", "a rod"]
+    assert html.count('href="#basis-1"') == 2 and html.count('href="#basis-2"') == 1
+    assert "is within the tolerance of 2 of them" in html.replace("\n", " ")
+    parsed(html)
+    assert "nan" not in ledger_table([], [], [cell(value=math.nan)])
+    assert set(MEANINGS) == set(VERDICTS)
+
+
+def test_a_choice_of_a_filter_is_an_attribute_of_rows():
+    html = ledger_table([], [claim()], [cell(), cell(verdict="fitted")])
+    for name in ("kind", "verdict"):
+        choices = html.partition(f'<select name="{name}">')[2].partition("</select>")[0]
+        values = re.findall('value="([^"]+)"', choices)
+        assert set(re.findall(f'data-{name}="([^"]+)"', html)) <= set(values)
+    assert FILTERS["ledger"].partition("=")[2] in values
+
+
+def test_the_curve_shows_the_recommended_estimate_beside_the_combinations(tmp_path):
+    path = tmp_path / "specification.csv"
+    row = Specification("a", *["x"] * 6, "recommended", 0.01, 0.1, 9.48, 99.0)
+    SPECIFICATIONS.write(path, [row])
+    names = ("dummy", "a", "leg", "joint-likelihood", "K", "Nm/rad")
+    estimates = [Estimate(*names, 9.39, recommended=True), Estimate(*names, 1.0)]
+    truth = [Recovery(*names, 9.25, 9.39, 0.01, True, "", True), Recovery(*names, 1.0, 1.0, 0.0, True, "")]
+    shown = explored(GEOMETRY, str(path), estimates, truth, {})["figure_specification"][1]
+    assert shown["quoted"] == {"K": 9.39, "by": "joint likelihood"} and shown["truth"] == 9.25
+    assert [row["role"] for row in shown["rows"]] == ["the consistent torque in the tables"]
+
+
 def test_figures_to_try_need_what_they_show(tmp_path):
     path = tmp_path / "specification.csv"
     SPECIFICATIONS.write(path, [])
-    assert explored(GEOMETRY, str(path), [], {}) == {}
-    assert list(explored(GEOMETRY, str(path), [], {"sine-0.5": fit()})) == ["figure_4_7"]
+    assert explored(GEOMETRY, str(path), [], [], {}) == {}
+    assert list(explored(GEOMETRY, str(path), [], [], {"sine-0.5": fit()})) == ["figure_4_7"]

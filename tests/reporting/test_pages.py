@@ -21,7 +21,7 @@ from page_builders import (
     weight_results,
 )
 
-from tepsipe.drawing import trial_page
+from tepsipe.drawing import header, trial_page
 from tepsipe.drawing.names import by_uncertainty
 from tepsipe.drawing.trial_page import (
     Band,
@@ -217,6 +217,56 @@ def test_header_has_estimates_sources_and_flags_in_words():
     assert "K by leg, windowed least squares: a parameter lies at a bound of its search" in words
     assert "foot1 10." in words
     assert "recorded" in words
+
+
+def row_of(html, words):
+    """Words of the first table row that contains these words."""
+    rows = re.findall(r"(?s)<tr>.*?</tr>", html)
+    return re.sub(r"<[^>]+>", " ", next(row for row in rows if words in row))
+
+
+def estimates_by(**ways):
+    """Estimates of K by pathway: whether it is recommended, and its flags."""
+    first = estimates_of()[0]
+    rows = ((name.replace("_", "-"), *given) for name, given in ways.items())
+    return [replace(first, pathway=name, recommended=told, flags=flags) for name, told, flags in rows]
+
+
+def test_every_row_that_is_not_recommended_says_why():
+    rows = estimates_by(
+        leg=(True, "clipped"), leg_thesis=(False, ""), foot=(False, "clipped;at-bound"), other=(False, "")
+    )
+    table = header.estimates_table(rows, {})
+    quoted, folded = table.split("<details>")[:2]
+    assert "(recommended)" in quoted and "recommended because" not in quoted
+    assert "it repeats the thesis as printed" in row_of(folded, "leg, thesis equation")
+    # a check that the recommended estimate failed as well is no reason
+    why = "the study recommends leg, windowed least squares"
+    assert f"{why}; a parameter lies at a bound of its search" in row_of(folded, ">foot<")
+    assert row_of(folded, ">other<").endswith(f"{why}  ")
+    alone = header.estimates_table(estimates_by(leg=(False, "negative"), foot=(False, "")), {})
+    assert "No estimate of this trial is recommended" in alone and "(recommended)" not in alone
+    assert "negative" in row_of(alone, ">leg<") and "does not quote it" in row_of(alone, ">foot<")
+    pooled = header.estimates_table(estimates_by(leg=(False, "")), {"instead": "the mean"})
+    assert "the study recommends the mean" in pooled
+
+
+def test_pages_of_other_recordings_do_not_name_the_thesis():
+    rows = estimates_by(leg=(True, ""), leg_thesis=(False, "at-bound"))
+    given = {"study": "s", "condition": "a", "belt": "right", "recommended": "leg", "made": False}
+    size = treadmill_trial().time.size
+    pages = [
+        render(dummy_page(treadmill_trial(), leg_result(size), None, rows, given | {"neutral": neutral}))
+        for neutral in (False, True)
+    ]
+    assert "thesis" in "".join(parsed(pages[0]).words) and "Torque, leg, thesis equation" in pages[0]
+    assert "thesis" not in "".join(parsed(pages[1]).words) and "single-body equation" in pages[1]
+
+
+def test_a_page_has_the_command_that_makes_its_trial_again():
+    html = render(dummy(), again="snakemake -c1 dummy/<i>")
+    assert "Make again " in parsed(html).words and "snakemake -c1 dummy/<i>" in parsed(html).words
+    assert "Make again " not in parsed(render(dummy())).words
 
 
 def test_trial_without_hidden_markers_says_so():

@@ -109,10 +109,61 @@ def test_questions_lead_to_sections_that_the_report_has():
     assert "questions" not in rendered(parts={}).partition("</style>")[2].partition("<script")[0]
 
 
+def test_how_sure_leads_to_the_table_of_certainty_before_counts_of_one_laboratory():
+    typeset = "<body><h2>Certain</h2><h2>Truth</h2></body>"
+    for label, words in (("truth", "Truth"), ("certainty", "Certain")):
+        typeset = typeset.replace(f"<h2>{words}", f'<div data-label="{label}"></div><h2>{words}')
+        assert f'<a href="#{label}">How sure is it?</a>' in rendered(typeset)
+
+
+def test_chapters_of_the_supplement_are_folded():
+    chapters = "<h2>S1 One</h2><p>a</p><h3>S1.1 Deep</h3><h2>S2 Two</h2>"
+    html = rendered(f"<body><h2>1 Main</h2><h3>1.1 Sub</h3><div>{chapters}</div><h2>References</h2></body>")
+    parsed(html)
+    folds = re.findall(r'(?s)<details class="chapter"><summary><h2 id="(.*?)".*?</details>', html)
+    assert folds == ["one", "two"] and "<p>a</p>" in html.partition('id="one"')[2].partition("</details>")[0]
+    assert '<h2 id="references">' in html.rpartition("</details>\n</div>")[2]
+    # of a folded chapter the contents name no sections
+    contents = html.partition('<ol id="contents">')[2].partition("</ol>")[0]
+    assert re.findall('href="#(.*?)"', contents)[:5] == ["main", "sub", "one", "two", "references"]
+
+
+def test_the_source_of_a_function_is_folded_in_once_with_a_link_to_its_line():
+    place = "draw (tepsipe/a.py:7)"
+    code = [("Rule", "plot (a.smk:1)"), ("Function", place)]
+    origins = {"figure_x": Origin({}, code, "x"), "chapters/a.typ": Origin({}, code, "x")}
+    given = {"origins": origins, "functions": {place: "def draw():\n    return 1 < 2"}}
+    html = rendered(**given)
+    assert html.count("return 1 &lt; 2") == 1 and "in the repository" not in html
+    name = re.search(r'<details class="code" id="([^"]+)"><summary><code>draw', html)[1]
+    assert html.count(f'<a href="#{name}">Source</a>') == 2
+    known = rendered(**given, repository="https://a.example/b/blob/0123")
+    assert '<a href="https://a.example/b/blob/0123/tepsipe/a.py#L7">' in known
+    assert '<a href="https://a.example/b/blob/0123/a.smk#L1">' in known
+
+
+def test_figures_to_try_are_linked_at_the_top_also_without_their_figure():
+    tried = {"figure_x": ("apparent", {}), "figure_gone": ("forward", {})}
+    html = rendered(explored=tried)
+    questions = html.partition('<nav class="questions"')[2].partition("</nav>")[0]
+    assert "#try-apparent" in questions and "#try-forward" in questions and "specification" not in questions
+    figure, _, after = html.partition('id="try-apparent"')
+    assert "Found 1.5 N" in figure and 'id="try"' in after.partition('id="try-forward"')[0]
+    assert rendered().count('class="explorer"') == 0
+
+
+def test_parts_name_sections_by_their_titles():
+    link = '<a href="#section:{0}">{0}</a>'
+    part = f"{link.format('Detail')}, {link.format('A &amp; B')}, {link.format('Absent')}"
+    shown = rendered(parts={"trials": ("Trials", part)})
+    assert '<a href="#detail">Detail</a>, <a href="#a-b">A &amp; B</a>, Absent' in shown
+
+
 def test_commands_that_make_the_run_again_can_be_copied():
     html = made_again(study_command(["config/a<b.yaml"]))
     assert "<code>snakemake -c2 --configfile config/a&lt;b.yaml</code> <button" in html
-    assert study_command([]) == "snakemake -c2" and "tepsipe new-study" in html
+    assert study_command([]) == "snakemake -c2"
+    assert "tepsipe new-study" in html.partition('id="own-recordings"')[2]
 
 
 def test_the_figure_of_the_result_stands_at_the_top_with_its_finding():
@@ -143,6 +194,7 @@ def test_page_needs_nothing_from_outside_and_no_name_of_a_user_breaks_it():
         facts=[(NASTY, NASTY)],
         files={NASTY: "a:b #1?%<i>"},
         explored={"figure_x": ("apparent", NASTY)},
+        functions={"plot (a.smk:1)": NASTY},
     )
     reader = parsed(html)
     assert len(reader.scripts) == 5 and "".join(reader.words).count("alert(1)") >= 3

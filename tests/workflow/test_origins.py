@@ -1,13 +1,15 @@
 """Origins of figures and tables: found in the sources, for all that a report can show."""
 
+import ast
 import re
 from pathlib import Path
 
 import pytest
 
+from tepsipe.reporting.report_page import Origin
 from workflow.support import outputs
 from workflow.support.captions import read_captions
-from workflow.support.origins import Chapter, ReportOrigins, Sources, chapters_of, command
+from workflow.support.origins import Chapter, ReportOrigins, Sources, chapters_of, command, repository_at
 from workflow.support.study import Study
 from workflow.support.trial_sheet import read_trial_sheet
 
@@ -41,6 +43,31 @@ def test_every_figure_has_its_rule_and_the_function_that_draws_it(kind, figure):
     word = "#let" if place.startswith("report/drawings.typ:") else "def"
     assert word == "#let" or re.match(r"tepsipe/(\w+/)+figures\.py:|tepsipe/drawing/", place)
     assert has_line(place, f"{word} {function}(")
+
+
+def test_the_source_of_every_function_is_found_at_its_line():
+    sources = Sources(ROOT)
+    code = [part for name in FIGURES for part in sources.code_of_figure(name, sources.rule_of_figure(name))]
+    functions = sources.functions([Origin({}, code, "")])
+    assert set(functions) == {place for what, place in code if what == "Function"}
+    for place, source in functions.items():
+        name = place.partition(" ")[0]
+        assert re.match(rf"(def|#let) {name}\(", source), place
+        if source.startswith("def"):
+            assert ast.parse(source).body[0].name == name
+        else:
+            first, *_, last = source.splitlines()
+            assert first[-1] in "{([" and last[0] in "})]", place
+
+
+def test_an_address_that_is_a_placeholder_is_not_linked(tmp_path):
+    def at(address, commit="0123"):
+        (tmp_path / "pyproject.toml").write_text(f'[project.urls]\nRepository = "{address}"\n')
+        return repository_at(tmp_path, commit)
+
+    assert at("https://a.example/b") == "https://a.example/b/blob/0123"
+    assert at("https://a.invalid/b") == at("https://a.example/b", None) == ""
+    assert repository_at(tmp_path / "absent", "0123") == ""
 
 
 @pytest.mark.parametrize(
@@ -104,3 +131,13 @@ def test_a_table_names_what_it_reads_through_other_sources_and_not_more():
 def test_command_makes_a_file_by_its_rules_with_the_configuration_of_the_run():
     assert command("a.svg", ["plot_dummy"], []) == "snakemake -c1 a.svg --forcerun plot_dummy"
     assert command("a.csv", ["x", "y"], ["own.yaml"]).endswith("--forcerun x y --configfile own.yaml")
+
+
+def test_a_part_of_the_page_names_its_function_and_tables():
+    tables = {name: f"results/tables/{name}.csv" for name in ("estimates", "claims")}
+    made = ReportOrigins(Sources(ROOT), "results/report/index.html", tables, "report.json", "write_report")
+    part = made.of_report({}, [], {"trials": ("trials_table", ("estimates", "recovery"))})["trials"]
+    functions = [place for what, place in part.code if what == "Function"]
+    assert [place.partition(" ")[0] for place in functions] == ["trials_table"]
+    assert dict(part.data) == {"estimates.csv": "../tables/estimates.csv"}
+    assert part.command.endswith("--forcerun write_index")

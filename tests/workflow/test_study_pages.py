@@ -61,6 +61,13 @@ def test_true_values_stand_beside_the_estimates(study):
     assert re.search(r'class="truth">true 10\.\d', html)
 
 
+def test_a_page_has_the_command_of_its_trial_and_reasons_against_its_other_estimates(study):
+    html = (study / "results/report/trials/dummy/sine-0.5.html").read_text(encoding="utf-8")
+    assert re.search(r"<code>snakemake -c1 dummy/sine-0\.5 --forcerun ingest_dummy( |<)", html)
+    folded = html.partition("Not recommended because")[2].partition("</table>")[0]
+    assert "it repeats the thesis as printed" in folded and "the study recommends leg, joint likeli" in folded
+
+
 def report_page(study):
     return (study / "results/report/index.html").read_text(encoding="utf-8")
 
@@ -93,7 +100,7 @@ def test_every_figure_and_table_has_data_code_command_and_the_figures_a_decision
         assert "decision" in origin, name
     drawn = [figure for figure in figures if "<img" in figure]
     assert all(
-        re.search(r"Function</dt><dd><code>\w+ \((?:tepsipe/\S+\.py|report/drawings\.typ):\d+\)", figure)
+        re.search(r"<code>\w+ \((?:tepsipe/\S+\.py|report/drawings\.typ):\d+\)</code></summary>", figure)
         for figure in drawn
     )
     assert all(

@@ -34,7 +34,7 @@ PAGES = {
     "standing": (
         "standing",
         {"epochs": "<results>/epochs/standing/{condition}.h5"},
-        {"recommended": STANDING["recommended"]},
+        {},
     ),
     "belt": ("treadmill", {"fit": "<results>/fits/belt.h5"}, {"model": SETTINGS["belt"]["chosen"]}),
 }
@@ -72,6 +72,7 @@ for _name, _experiment in EXPERIMENTS.items():
             composed_by=f"experiments.{_module}.page:page",
             chapter=_chapter,
             neutral=config["study"]["reported"] is None,
+            configfiles=[path.as_posix() for path in CONFIGFILES[1:]],
             title=as_it_is(config["study"]["title"]),
             trial=of_trial(partial(report_params.described, STUDY), _name),
             neighbours=of_trial(partial(report_params.neighbours, STUDY), _name),

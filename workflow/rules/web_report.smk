@@ -63,6 +63,7 @@ rule write_index:
     params:
         title=as_it_is(config["study"]["title"]),
         main=str(REPORT.params.main),
+        statements=as_it_is(reported_of("assertions").get("assertions", [])),
         written_by=WRITTEN_BY,
         kind=STUDY.kind,
         root=lambda w: here("."),

@@ -13,8 +13,9 @@ from typeset import report_files, source_files, table_files, typeset_page
 from tepsipe.drawing.trial_page import table
 from tepsipe.io.estimates import ESTIMATES, RECOVERIES
 from tepsipe.io.result import read_result
+from tepsipe.reporting.claims import CLAIM_VERDICTS
 from tepsipe.reporting.ledger import CELL_VERDICTS
-from tepsipe.reporting.page_parts import explored, printed_cells, trial_rows, trials_table
+from tepsipe.reporting.page_parts import explored, ledger_table, trial_rows, trials_table
 from tepsipe.reporting.report_page import (
     ReportPage,
     about_code,
@@ -25,7 +26,7 @@ from tepsipe.reporting.report_page import (
     record_of,
     render_report,
 )
-from workflow.support.origins import ReportOrigins, Sources, chapters_of, study_command
+from workflow.support.origins import ReportOrigins, Sources, chapters_of, repository_at, study_command
 
 given, params = snakemake.input, snakemake.params
 tables = table_files(given.tables)
@@ -42,10 +43,14 @@ made = ReportOrigins(
     params.joined,
 )
 
+estimates = ESTIMATES.read(tables["estimates"]) if "estimates" in tables else []
 parts = {}
 if params.trials:
-    rows = trial_rows(params.trials, ESTIMATES.read(tables["estimates"]), truth)
-    parts["trials"] = ("Trials", trials_table(rows))
+    parts["trials"] = ("Trials", trials_table(trial_rows(params.trials, estimates, truth)))
+if "claims" in tables or "cells" in tables:
+    claims = CLAIM_VERDICTS.read(tables["claims"]) if "claims" in tables else []
+    cells = CELL_VERDICTS.read(tables["cells"]) if "cells" in tables else []
+    parts["ledger"] = ("Statements and numbers of the thesis", ledger_table(params.statements, claims, cells))
 # tables of the run, also those that the report does not read
 run_tables = {name: f"{params.results}/tables/{name}.csv" for name in params.captions} or tables
 listed = [
@@ -58,22 +63,24 @@ parts["make-again"] = (
     made_again(study_command(params.configfiles)),
 )
 
-below = {"cells-table": printed_cells(CELL_VERDICTS.read(tables["cells"]))} if "cells" in tables else {}
 tried = {}
 if "specification" in tables:
     simulated = dict(zip(params.simulated, map(read_result, given.simulated), strict=True))
-    tried = explored(choices["dummy"]["geometry"], tables["specification"], truth, simulated)
+    tried = explored(choices["dummy"]["geometry"], tables["specification"], estimates, truth, simulated)
+origins = made.of_report(
+    dict(zip(given.figures, given.numbers, strict=True)),
+    chapters_of(f"{params.root}/report", sources, params.main),
+    {"trials": ("trials_table", ("estimates", "recovery")), "ledger": ("ledger_table", ("claims", "cells"))},
+)
 page = ReportPage(
     title=params.title,
     facts=about_code(yaml.safe_load(Path(given.citation).read_text(encoding="utf-8")), params.code),
     files={words: made.beside(path) for words, path in params.forms.items()},
     sizes={f"../figures/{Path(path).name}": picture_size(path) for path in given.figures},
     source=params.main,
-    origins=made.of_report(
-        dict(zip(given.figures, given.numbers, strict=True)),
-        chapters_of(f"{params.root}/report", sources, params.main),
-        {"trials": ("estimates", "recovery")},
-    ),
+    origins=origins,
+    functions=made.sources.functions(origins.values()),
+    repository="" if params.code["modified"] else repository_at(params.root, params.code["commit"]),
     rests_on={
         anchor: numbers
         for path in given.rests_on
@@ -82,7 +89,6 @@ page = ReportPage(
     decisions={int(Path(path).name[:4]): record_of(path) for path in given.decisions},
     parts=parts,
     explored=tried,
-    below=below,
 )
 files = sources | report_files(given.data, tables, given.figures)
 html = render_report(typeset_page(files, params.main), page)

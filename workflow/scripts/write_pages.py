@@ -9,9 +9,9 @@ from importlib import import_module
 from pathlib import Path
 from urllib.parse import quote
 
-from tepsipe.drawing.names import NEUTRAL, WORDS
 from tepsipe.drawing.trial_page import thumbnail, write_page
 from tepsipe.io.trial import read_sources
+from workflow.support.origins import command
 
 given, params, target = snakemake.input, snakemake.params, Path(snakemake.output.page)
 
@@ -30,9 +30,8 @@ for words, folder, kind in (("fit (HDF5)", "fits", ".h5"), ("estimates (CSV)", "
         files[words] = own
 links = {words: quote(Path(os.path.relpath(file, target.parent)).as_posix()) for words, file in files.items()}
 
-if params.neutral:
-    WORDS.update(NEUTRAL)
+again = command(f"{experiment}/{Path(condition).stem}", [f"ingest_{experiment}"], params.configfiles)
 module, function = params.composed_by.split(":")
 page = getattr(import_module(f"tepsipe.{module}"), function)(given, params)
-write_page(target, page, places, links)
+write_page(target, page, places, links, again)
 Path(snakemake.output.picture).write_text(thumbnail(page), encoding="utf-8", newline="\n")

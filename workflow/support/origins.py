@@ -7,10 +7,12 @@ which calls the function of every figure, and chapters name the tables that they
 import ast
 import os
 import re
+import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
+from urllib.parse import urlsplit
 
 from tepsipe.experiments.registry import EXPERIMENTS
 from tepsipe.reporting.report_page import Origin
@@ -153,6 +155,22 @@ class Sources:
                     code.append(("Function", place))
         return code
 
+    def functions(self, origins: Iterable[Origin]) -> dict[str, str]:
+        """Place of every function that origins name -> its source."""
+        places = dict.fromkeys(
+            place for origin in origins for what, place in origin.code if what == "Function"
+        )
+        return {place: self._source_at(*re.search(r"\((.+):(\d+)\)$", place).groups()) for place in places}
+
+    def _source_at(self, path: str, line: str) -> str:
+        """Source of the function that begins at a line."""
+        text = _read(Path(place_of(path, self.root)))
+        start = sum(map(len, text.splitlines(keepends=True)[: int(line) - 1]))
+        if path.endswith(".typ"):  # its other lines are indented, the last one closes its brackets
+            return re.match(r"#let .*(?:\n(?:[ \t].*)?(?=\n))*(?:\n[)}\]].*)?", text[start:])[0].rstrip()
+        node = next(node for node in ast.walk(_tree(text)) if getattr(node, "lineno", 0) == int(line))
+        return ast.get_source_segment(text, node)
+
     def _place_of(self, module: str, name: str) -> str:
         """Name of a function of a module, or of one that it imports from, with path and line."""
         file = Path(place_of(module, self.root))
@@ -169,9 +187,14 @@ class Sources:
 
 
 @cache
+def _tree(text: str) -> ast.Module:
+    return ast.parse(text)
+
+
+@cache
 def function_of(module: Path, name: str) -> ast.FunctionDef:
     """A function of a module, as syntax."""
-    tree = ast.parse(module.read_text(encoding="utf-8"))
+    tree = _tree(_read(module))
     return next(node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == name)
 
 
@@ -212,6 +235,15 @@ def command(target: str, rules: Iterable[str], configfiles: Iterable[str]) -> st
     """Command that makes a file again by these rules, although it is up to date."""
     own = " ".join(configfiles)
     return f"snakemake -c1 {target} --forcerun {' '.join(rules)}" + (f" --configfile {own}" if own else "")
+
+
+def repository_at(root: str | Path, commit: str | None) -> str:
+    """Address of the sources at a commit; empty without a commit, or while the address is a placeholder."""
+    project = Path(root) / "pyproject.toml"
+    if not commit or not project.is_file():
+        return ""
+    address = tomllib.loads(project.read_text(encoding="utf-8"))["project"]["urls"]["Repository"]
+    return "" if urlsplit(address).hostname.endswith(".invalid") else f"{address}/blob/{commit}"
 
 
 def study_command(configfiles: Iterable[str]) -> str:
@@ -362,11 +394,14 @@ class ReportOrigins:
         return Path(os.path.relpath(path, Path(self.page).parent)).as_posix()
 
     def of_report(
-        self, figures: Mapping[str, str], chapters: Iterable[Chapter], parts: Mapping[str, Sequence[str]]
+        self,
+        figures: Mapping[str, str],
+        chapters: Iterable[Chapter],
+        parts: Mapping[str, tuple[str, Sequence[str]]],
     ) -> dict[str, Origin]:
         """Origins by anchor or source: of figures (drawing -> its numbers), of tables, of parts of the page.
 
-        A part is made by the rule of the page from the tables with the given names.
+        The rule of the page makes a part by a function from tables, which are given by their names.
         """
         found = {Path(path).stem: self._of_figure(path, numbers) for path, numbers in figures.items()}
         for chapter in chapters:
@@ -374,7 +409,7 @@ class ReportOrigins:
             for label in chapter.labels:
                 if label not in found:
                     found[label] = self._of_tables(chapter, label)
-        return found | {part: self._of_part(names) for part, names in parts.items()}
+        return found | {part: self._of_part(*given) for part, given in parts.items()}
 
     def _again(self, targets: Iterable[str], rules: Iterable[str]) -> str:
         return command(" ".join(targets), rules, self.configfiles)
@@ -422,9 +457,12 @@ class ReportOrigins:
         joined = [*code, ("Joined by", f"{rule.name} ({rule.place})")]
         return joined if code else self.sources.code_of_table(rule)
 
-    def _of_part(self, names: Sequence[str]) -> Origin:
+    def _of_part(self, function: str, names: Sequence[str]) -> Origin:
         """Files, code and command of a part that only the page has."""
         rule = next(rule for rule in self.sources.rules if rule.name == "write_index")
-        return Origin(
-            self._files(names), self.sources.code_of_table(rule), self._again([self.page], [rule.name])
-        )
+        code = [
+            (what, place)
+            for what, place in self.sources.code_of_table(rule)
+            if what != "Function" or place.startswith(f"{function} (")
+        ]
+        return Origin(self._files(names), code, self._again([self.page], [rule.name]))

@@ -92,8 +92,8 @@
     for (const [kind, words] of entries) list.append(html("span", { class: kind }, words));
     return list;
   }
-  function framed(mount, title, words, controls, ...content) {
-    mount.append(html("p", { class: "title" }, title), html("p", {}, words), html("div", { class: "controls" }, ...controls), ...content);
+  function framed(mount, words, controls, ...content) {
+    mount.append(html("p", { class: "title" }, mount.dataset.title), html("p", {}, words), html("div", { class: "controls" }, ...controls), ...content);
     mount.hidden = false;
   }
 
@@ -145,7 +145,7 @@
       const quality = vaf(pick(torque), pick(fitted));
       const row = (name, unit, truth, value) => {
         const off = Math.abs(value - truth) > 0.02 * Math.abs(truth) + 1e-4;
-        return html("tr", {}, html("th", { scope: "row" }, html("i", {}, name), ` (${unit})`), html("td", { class: "n" }, shown(truth)), html("td", { class: off ? "n wrong" : "n right" }, shown(value)));
+        return html("tr", {}, html("th", { scope: "row" }, html("i", {}, name), ` (${unit})`), html("td", { class: "n" }, shown(truth)), html("td", { class: off ? "n wrong" : "n right" }, shown(value), html("b", { role: "img", "aria-label": off ? "wrong" : "as true" }, off ? "✗" : "✓")));
       };
       table.replaceChildren(
         html("thead", {}, html("tr", {}, html("td"), ...["true", "returned"].map((words) => html("th", { scope: "col" }, words)))),
@@ -156,7 +156,7 @@
     const equation = choice("Signs of the torque equation", { printed: "as printed, eq (3-8)", consistent: "consistent" }, update);
     const mass = slider("Error of the leg's mass in the analysis", { low: -40, high: 40, step: 1, value: 0, unit: " %", digits: 2 }, update);
     const K = slider("True stiffness of the joint", { low: 3, high: 30, step: 0.1, value: joint.K, unit: " N·m/rad" }, update);
-    framed(mount, "Try it: a wrong torque, fitted perfectly", "A simulated linear joint without noise. Choose a wrong sign or a wrong mass: the returned I, B and K change, and the fit stays perfect.", [equation.group, mass.label, K.label],
+    framed(mount, "A simulated linear joint without noise. Choose a wrong sign or a wrong mass: the returned I, B and K change, and the fit stays perfect.", [equation.group, mass.label, K.label],
       picture.element, legend([["measured", "torque by the chosen equation"], ["model dashed", "fitted I θ″ + B θ′ + K θ"]]), table);
     update();
   }
@@ -227,7 +227,7 @@
       softening.value = set.C || set.D ? 100 : 0;
       update();
     });
-    framed(mount, "Try it: which joint reproduces the recorded swing?", `The foot moves as recorded in ${condition}, and the leg follows on the joint that you choose. During the pulses, many joints predict the angle. Between the pulses the leg swings freely, and only the right stiffness and softening reproduce the timing of the swing.${truth ? " The true values hold for small movements." : ""}`,
+    framed(mount, `The foot moves as recorded in ${condition}, and the leg follows on the joint that you choose. During the pulses, many joints predict the angle. Between the pulses the leg swings freely, and only the right stiffness and softening reproduce the timing of the swing.${truth ? " The true values hold for small movements." : ""}`,
       [html("label", {}, html("span", {}, "Parameters"), from), I.label, B.label, K.label, ...(soft ? [softening.label] : []), pulse.label],
       whole.element, near.element, legend([["measured", "recorded"], ["model dashed", "simulated"]]), table);
     update();
@@ -235,19 +235,20 @@
 
   // ---- specification curve, to point at
 
-  function specification(mount, { steps, rows, truth, limits }) {
+  function specification(mount, { steps, rows, quoted, truth, limits }) {
     const picture = plot(WIDTH, 300, "Stiffness by every combination of choices, sorted");
     const about = html("dl", { class: "chosen" });
     const [low, high] = limits;
     const clipped = (value) => Math.min(Math.max(value, low), high);
     const marks = [];
     const select = html("select", {}, ...["one colour", ...steps].map((words, k) => html("option", { value: k - 1 }, words)));
-    const point = html("input", { type: "range", min: 0, max: rows.length - 1, step: 1, value: rows.findIndex((row) => row.role === "recommended"), "aria-label": "Combination, in the order of K" });
+    const point = html("input", { type: "range", min: 0, max: rows.length - 1, step: 1, value: Math.max(0, rows.findLastIndex((row) => row.role)), "aria-label": "Combination, in the order of K" });
     const colours = ["c0", "c1", "c2", "c3", "c4", "c5"];
     const key = html("p", { class: "key" });
     const draw = () => {
       picture.axes([0, rows.length + 1], [low - 0.05 * (high - low), high + 0.05 * (high - low)], "Combination, sorted by K", "K (N·m/rad)");
       if (truth !== null) picture.line([0, rows.length + 1], [truth, truth], "truth");
+      if (quoted !== null) picture.line([0, rows.length + 1], [quoted.K, quoted.K], "quoted");
       const step = Number(select.value);
       const options = step < 0 ? [] : [...new Set(rows.map((row) => row.options[step]))].sort();
       marks.length = 0;
@@ -257,7 +258,7 @@
         marks.push(mark);
         picture.element.append(mark);
       });
-      key.replaceChildren(...options.map((words, k) => html("span", { class: `dot ${colours[k % colours.length]}` }, words)), html("span", { class: "dot role" }, "as printed, recommended"), ...(truth === null ? [] : [html("span", { class: "truth" }, `true K ${shown(truth)} N·m/rad`)]));
+      key.replaceChildren(...options.map((words, k) => html("span", { class: `dot ${colours[k % colours.length]}` }, words)), html("span", { class: "dot role" }, [...new Set(rows.map((row) => row.role).filter(Boolean))].join("; ")), ...(quoted === null ? [] : [html("span", { class: "quoted" }, `recommended estimate (${quoted.by}): K ${shown(quoted.K)} N·m/rad`)]), ...(truth === null ? [] : [html("span", { class: "truth" }, `true K ${shown(truth)} N·m/rad`)]));
       show();
     };
     const show = () => {
@@ -278,7 +279,7 @@
     });
     point.addEventListener("input", show);
     select.addEventListener("change", draw);
-    framed(mount, "Try it: every combination of choices", "Point at the curve, or move the slider, to read the choices behind a value. Values beyond the axis stand at its edge.", [html("label", {}, html("span", {}, "Colour by"), select), html("label", {}, html("span", {}, "Combination"), point)],
+    framed(mount, "Point at the curve, or move the slider, to read the choices behind a value. Values beyond the axis are drawn at its edge.", [html("label", {}, html("span", {}, "Colour by"), select), html("label", {}, html("span", {}, "Combination"), point)],
       picture.element, key, about);
     draw();
   }

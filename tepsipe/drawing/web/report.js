@@ -100,7 +100,8 @@
     if (!target || target.contains(link)) return;
     const shown = target.closest("figure, div.equation, [role=doc-bibliography] li, [role=doc-endnotes] li, .decision") ?? target;
     const parts = [shown.cloneNode(true)];
-    if (/^H\d$/.test(shown.tagName) && shown.nextElementSibling?.tagName === "P") parts.push(shown.nextElementSibling.cloneNode(true));
+    const next = (shown.closest("summary") ?? shown).nextElementSibling;
+    if (/^H\d$/.test(shown.tagName) && next?.tagName === "P") parts.push(next.cloneNode(true));
     card.replaceChildren(...parts);
     for (const element of [card, ...all("[id]", card)]) element.removeAttribute("id");
     all("img", card).forEach((image) => { image.loading = "eager"; });
@@ -148,25 +149,26 @@
     setTimeout(() => { button.textContent = "copy"; }, 1500);
   });
 
-  // ---- trials: sorted by a column, filtered by experiment, words and flags
-  const table = one("#trials-table");
-  if (table) {
+  // ---- tables: sorted by a column, filtered by their attributes and words
+  for (const form of all("form.filters")) {
+    const table = document.getElementById(form.dataset.of);
     const body = one("tbody", table);
     const rows = all("tr", body);
+    const output = one("output", form);
     const filter = () => {
-      const experiment = one("#trials-of").value;
-      const wanted = plain(one("#trials-with").value.trim());
-      const flagged = one("#trials-flagged").checked;
+      const wanted = plain(one("input[type=search]", form).value.trim());
       let count = 0;
       for (const row of rows) {
-        row.hidden = (experiment && row.dataset.experiment !== experiment) || !plain(row.textContent).includes(wanted)
-          || (flagged && !row.dataset.flagged);
+        const kept = [...form.elements].every(({ name, type, value, checked }) => !name || (type === "checkbox" ? !checked || row.dataset[name] : !value || row.dataset[name] === value));
+        row.hidden = !kept || !plain(row.textContent).includes(wanted);
         count += !row.hidden;
       }
-      one("#trials-count").textContent = `${count} trial${count === 1 ? "" : "s"}`;
+      output.textContent = `${count} ${output.dataset.counted}${count === 1 ? "" : "s"}`;
     };
-    for (const control of all(".filters select, .filters input")) control.addEventListener("input", filter);
-    one(".filters").addEventListener("submit", (event) => event.preventDefault());
+    form.hidden = false;
+    filter();
+    form.addEventListener("input", filter);
+    form.addEventListener("submit", (event) => event.preventDefault());
     all("thead button", table).forEach((button, k) => button.addEventListener("click", () => {
       const head = button.parentElement;
       const turn = head.getAttribute("aria-sort") === "ascending" ? -1 : 1;
@@ -180,5 +182,22 @@
       rows.sort((a, b) => empty(a) - empty(b) || turn * compared(a, b));
       body.append(...rows);
     }));
+  }
+  // a question that leads to a part of a table sets its filter
+  main.addEventListener("click", (event) => {
+    const link = event.target.closest("a[data-filter]");
+    if (!link) return;
+    const [name, value] = link.dataset.filter.split("=");
+    const form = one("form.filters", document.getElementById(link.hash.slice(1)).parentElement);
+    form.elements[name].value = value;
+    form.dispatchEvent(new Event("input"));
+  });
+
+  // ---- the source of a function is on the page once: wherever it is named again, it is copied
+  for (const details of all("details.code:not([id])")) {
+    details.addEventListener("toggle", () => {
+      const link = one(":scope > a[href^='#code-']", details);
+      if (details.open && link) link.replaceWith(...[...document.getElementById(link.hash.slice(1)).children].slice(1).map((child) => child.cloneNode(true)));
+    });
   }
 })();

@@ -53,12 +53,13 @@ def dummy_page(
     """
     time, windows = trial.time, leg.arrays["windows"]
     vaf = leg.arrays.get(f"{choices['recommended']}/vaf_per_perturbation", np.empty(0))
-    notes = [f"VAF {value:.2f} % ({words(choices['recommended'])})" for value in vaf]
+    neutral = choices.get("neutral", False)
+    notes = [f"VAF {value:.2f} % ({words(choices['recommended'], neutral)})" for value in vaf]
     bands = window_bands(time, windows, notes if len(notes) == len(windows) else ())
     clock = Clock.of(time, [(b.start_s - 0.1, b.stop_s + 0.6) for b in bands])
-    torques = _torque_panels(leg, clock, bands)
+    torques = _torque_panels(leg, clock, bands, neutral)
     if foot is not None:
-        torques += _torque_panels(foot, clock, window_bands(time, foot.arrays["windows"]))
+        torques += _torque_panels(foot, clock, window_bands(time, foot.arrays["windows"]), neutral)
     lengths = np.diff(windows, axis=1) / trial.rate_hz
     residual = leg.facts["marker_residual_rms_m"]
     facts = [
@@ -66,10 +67,10 @@ def dummy_page(
         ("Perturbations", f"{len(windows)}, windows of {1e3 * lengths.mean():.3g} ms on average"),
         ("Marker residual", f"{1e3 * residual:.2g} mm RMS from a rigid leg"),
     ]
-    flags = header.flagged(estimates)
+    flags = header.flagged(estimates, choices)
     top = (
         header.facts_list(facts)
-        + header.estimates_table(estimates, [choices["recommended"]], choices.get("truth", header.NO_TRUTH))
+        + header.estimates_table(estimates, choices)
         + (header.sentences_list("Flags", flags, "") if flags else "")
         + header.sentences_list(
             "Left out or filled",
@@ -83,7 +84,7 @@ def dummy_page(
         header=top,
         sections=(
             Section("Belt and markers", (belt_panel(trial, clock, bands), *marker_panels(trial, clock))),
-            Section("Angle of the leg", tuple(_angle_panels(leg, clock, bands))),
+            Section("Angle of the leg", tuple(_angle_panels(leg, clock, bands, neutral))),
             Section(
                 "Force",
                 (*_load_panels(foot, clock, bands), *force_panels(trial, clock, choices["belt"], bands)),
@@ -99,7 +100,7 @@ def dummy_page(
     )
 
 
-def _torque_panels(result: Result, clock: Clock, bands: list[Band]) -> list[Panel]:
+def _torque_panels(result: Result, clock: Clock, bands: list[Band], neutral: bool) -> list[Panel]:
     panels = []
     for name in result.facts["pathways"]:
         if f"{name}/torque" not in result.arrays:
@@ -107,7 +108,7 @@ def _torque_panels(result: Result, clock: Clock, bands: list[Band]) -> list[Pane
         vaf = result.arrays[f"{name}/vaf_per_perturbation"]
         panels.append(
             Panel(
-                f"Torque, {words(name)}",
+                f"Torque, {words(name, neutral)}",
                 "N·m",
                 (
                     Trace("torque", result.arrays[f"{name}/torque"], clock, "black"),
@@ -120,13 +121,13 @@ def _torque_panels(result: Result, clock: Clock, bands: list[Band]) -> list[Pane
     return panels
 
 
-def _angle_panels(leg: Result, clock: Clock, bands: list[Band]) -> list[Panel]:
+def _angle_panels(leg: Result, clock: Clock, bands: list[Band], neutral: bool) -> list[Panel]:
     for name in leg.facts["pathways"]:
         if f"{name}/simulated_angle" in leg.arrays:
             traces = (
                 Trace("measured", leg.arrays[f"{name}/angle"], clock, "black"),
                 Trace(
-                    f"simulated, {words(name)}",
+                    f"simulated, {words(name, neutral)}",
                     leg.arrays[f"{name}/simulated_angle"],
                     clock,
                     "vermilion",

@@ -50,7 +50,7 @@ def platform_page(trial: Trial, fit: Result, estimates: Sequence[Estimate], choi
         title=f"Standing on a moving platform, {choices['condition']}",
         study=choices["study"],
         header=header.facts_list(facts)
-        + header.estimates_table(estimates, [], choices.get("truth", header.NO_TRUTH))
+        + header.estimates_table(estimates, choices)
         + header.sentences_list("Not identified by the recommended model", refusals, OTHERWISE),
         sections=(Section("Platform and joints", tuple(panels)),),
         footer=header.sources_table(trial) + header.processing(trial),

@@ -30,8 +30,7 @@ NOT_SEEN = "palpated, because quiet sway does not determine it; the intervals in
 
 def page(files, chosen) -> Page:
     """Page of a trial, of its file, fit, epochs and estimates."""
-    recommended = list(chosen.recommended.values())
-    choices = header.choices_of_trial(files, chosen) | {"recommended": recommended}
+    choices = header.choices_of_trial(files, chosen) | {"instead": "the estimate from all trials of the task"}
     trial, estimates = read_trial(files.trial), ESTIMATES.read(*files.estimates)
     return standing_page(trial, read_result(files.fit), read_result(files.epochs), estimates, choices)
 
@@ -41,8 +40,7 @@ def standing_page(
 ) -> Page:
     """Belt, angles, forces, torque and electromyograms over the trial, and means over the responses.
 
-    choices: ``study``, ``condition``, ``task``, ``belt``, ``recommended`` (pathway and estimator),
-    ``made``.
+    choices: ``study``, ``condition``, ``task``, ``belt``, ``instead`` (what is recommended), ``made``.
     Returns: time in s, and time from the onset in s.
     """
     bands = epoch_bands(epochs)
@@ -65,22 +63,22 @@ def standing_page(
         facts.append(("Resonance of the frame", resonance_sentence([] if under is None else [under], empty)))
     reasons = [*([epochs.facts["fault"]] if epochs.facts.get("fault") else []), *fit.facts["left_out"]]
     reasons = list(dict.fromkeys([*reasons, *hidden_sentences(trial)]))
-    flags = header.flagged(estimates)
+    flags = header.flagged(estimates, choices)
     return Page(
         title=f"Standing person, {choices['condition']}",
         study=choices["study"],
         header=header.facts_list(facts)
-        + header.estimates_table(estimates, choices["recommended"], choices.get("truth", header.NO_TRUTH))
+        + header.estimates_table(estimates, choices)
         + (header.sentences_list("Flags", flags, "") if flags else "")
         + header.sentences_list("Left out or filled", reasons, "Nothing was left out."),
         sections=(
             Section("Belt and markers", (belt_panel(trial, clock, bands), *marker_panels(trial, clock))),
-            Section("Angle and torque of the ankle", tuple(_processed_panels(epochs, clock, bands))),
+            Section("Angle and torque of the ankle", tuple(_processed_panels(epochs, clock, bands, choices))),
             Section("Force", tuple(force_panels(trial, clock, choices["belt"], bands))),
             Section("Electromyograms", tuple(_emg_panels(trial, bands, focus))),
             Section(
                 "Mean response after the onset",
-                tuple(_response_panels(fit, epochs)),
+                tuple(_response_panels(fit, epochs, choices)),
                 "Relative to the baseline before the onset.",
             ),
         ),
@@ -107,17 +105,17 @@ def epoch_bands(epochs: Result) -> list[Band]:
     return bands
 
 
-def _processed_panels(epochs: Result, clock: Clock, bands: list[Band]) -> list[Panel]:
+def _processed_panels(epochs: Result, clock: Clock, bands: list[Band], choices: dict) -> list[Panel]:
     arrays = {key.removeprefix("processed/"): x for key, x in epochs.arrays.items()}
     if "ankle" not in arrays:
         return []
-    torques = epochs.facts["torques"]
+    torques, neutral = epochs.facts["torques"], choices.get("neutral", False)
     angle = Trace("ankle", arrays["ankle"], clock)
     velocity = Trace("ankle", arrays["ankle_d"], clock)
     torque = (
-        Trace(words(torques["recommended"]), arrays["torque_recommended"], clock, "blue"),
+        Trace(words(torques["recommended"], neutral), arrays["torque_recommended"], clock, "blue"),
         *(
-            Trace(words(name), values, clock, colour, "5 3")
+            Trace(words(name, neutral), values, clock, colour, "5 3")
             for name, values, colour in zip(
                 torques["as_printed"], arrays["torque_as_printed"], ("vermilion", "purple"), strict=False
             )
@@ -150,7 +148,7 @@ def _emg_panels(trial: Trial, bands: list[Band], focus: list[tuple[float, float]
     ]
 
 
-def _response_panels(fit: Result, epochs: Result) -> list[Panel]:
+def _response_panels(fit: Result, epochs: Result, choices: dict) -> list[Panel]:
     """Responses of belt and ankle, torque with the models of every estimator, and activity of the muscles."""
     panels, arrays, time = [], epochs.arrays, epochs.arrays["time"]
     if not arrays["onsets_s"].size:
@@ -181,7 +179,9 @@ def _response_panels(fit: Result, epochs: Result) -> list[Panel]:
         if np.any(active):
             traces.append(Trace("intrinsic part", intrinsic, clock, "blue", "6 3"))
             traces.append(Trace("active part", active, clock, "green", "2 2"))
-        panels.append(Panel(f"Torque, {words(name)}", "N·m", tuple(traces), axis="onset"))
+        panels.append(
+            Panel(f"Torque, {words(name, choices.get('neutral', False))}", "N·m", tuple(traces), axis="onset")
+        )
     clock = Clock.of(time)
     for k, muscle in enumerate(fit.facts["muscles"]):
         values = arrays["envelope"][..., k].astype(float)

@@ -60,13 +60,13 @@ def weight_page(
         ("Perturbations", f"{len(windows)}, each for {1e3 * segments.shape[1] / rate:.0f} ms from its onset"),
         ("Role", ROLES.get(choices["role"], "")),
     ]
-    flags = header.flagged(estimates)
+    flags = header.flagged(estimates, choices)
     left_out = [*hidden_sentences(trial), *_cut_short(len(onsets) - len(segments))]
     return Page(
         title=f"{TITLES[choices['experiment']]}, {choices['condition']}",
         study=choices["study"],
         header=header.facts_list(facts)
-        + header.estimates_table(estimates, [], choices.get("truth", header.NO_TRUTH))
+        + header.estimates_table(estimates, choices)
         + (header.sentences_list("Flags", flags, "") if flags else "")
         + header.sentences_list(
             "Left out or filled", left_out, "No perturbation was left out, and no marker was hidden."
