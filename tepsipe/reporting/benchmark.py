@@ -62,7 +62,8 @@ class ScoreRow:
     """Quantities of nominal problems, and those with a value."""
     bias_percent: float | None
     rms_percent: float | None
-    """Mean error and root mean square error (% of the truth)."""
+    median_percent: float | None
+    """Mean error, root mean square error, and median of the error's size (% of the truth)."""
     coverage: float | None
     coverage_low: float | None
     coverage_high: float | None
@@ -226,6 +227,7 @@ def _score(
         answered=len(valued),
         bias_percent=float(errors.mean()) if valued else None,
         rms_percent=float(np.sqrt(np.mean(errors**2))) if valued else None,
+        median_percent=float(np.median(np.abs(errors))) if valued else None,
         coverage=share.value if told else None,
         coverage_low=share.low if told else None,
         coverage_high=share.high if told else None,
@@ -245,6 +247,7 @@ def _percent(held: list[bool]) -> float | None:
 SHOWN = (
     ("bias (%)", "bias_percent", 1),
     ("RMS error (%)", "rms_percent", 1),
+    ("median error (%)", "median_percent", 1),
     ("coverage (%)", "coverage", 0),
     ("interval score (%)", "interval_score_percent", 1),
     ("spoiled: flagged (%)", "flagged_percent", 0),

@@ -136,8 +136,9 @@ def output_error(problem: Problem) -> Answers:
         belt,
         problem.leg,
         perturbations=find_perturbations(time, belt),
+        uncertainty=problem.facts["leg_uncertainty"],
     )
-    return _of_fit(problem, fit)
+    return _of_fit(problem, fit, bool(fit.notes))
 
 
 def ensemble(problem: Problem) -> Answers:
@@ -221,7 +222,7 @@ def tepsipe_defaults(problem: Problem) -> Answers:
         rate_hz = (time.size - 1) / (time[-1] - time[0])
         length = round(BEFORE_REFLEX_S * rate_hz)
         pulses = [(pulse.start, pulse.start + length) for pulse in find_perturbations(time, belt)]
-        how |= {"baseline": "each", "cutoff_hz": 60.0}
+        how |= {"baseline": "each", "cutoff_hz": 50.0}
     else:
         until = {"until": "rest", "angle": angle} if problem.kind == "passive" else {}
         pulses: list[Perturbation] = find_perturbations(time, belt, **until)
