@@ -257,13 +257,13 @@ SHOWN = (
 
 
 def table_of(rows: Sequence[ScoreRow], by_quantity: bool = False) -> str:
-    """Scores as a table in Markdown, kind by kind, over all kinds first."""
-    chosen = [row for row in rows if by_quantity or row.quantity == ALL]
+    """Scores as a table in Markdown, kind by kind: over all quantities, or one by one."""
+    chosen = [row for row in rows if (row.quantity == ALL) != by_quantity]
     kinds = list(dict.fromkeys(row.kind for row in chosen))
     head = ("Kind", *(("Quantity",) if by_quantity else ()), "Method", "answered")
     names = [*head, *(name for name, *_ in SHOWN)]
     lines = [f"| {' | '.join(names)} |", "|" + "---|" * len(names)]
-    for row in sorted(chosen, key=lambda row: kinds.index(row.kind)):
+    for row in sorted(chosen, key=lambda row: (kinds.index(row.kind), row.quantity)):
         cells = [row.kind, *([row.quantity] if by_quantity else []), row.method, f"{row.answered} of {row.n}"]
         for _, name, digits in SHOWN:
             value = getattr(row, name)

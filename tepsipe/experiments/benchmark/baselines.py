@@ -16,13 +16,10 @@ flagged.
 - `joint_likelihood`: likelihood of all markers and the log of the belt (`fit_joint_likelihood`).
 - `tepsipe_defaults`: what this project recommends for an angle and a torque (`fit_impedance`,
   `fit_parallel_cascade`).
-- `arx`: an ARX model of the torque, by SysIdentPy (Lacerda et al. 2020, Journal of Open Source Software 5,
-  2384), if it is installed; its frequency response below 10 Hz is fitted by I, B and K.
 """
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from importlib.util import find_spec
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -230,40 +227,6 @@ def tepsipe_defaults(problem: Problem) -> Answers:
     return _of_fit(problem, fit, bool(fit.notes))
 
 
-def arx(problem: Problem) -> Answers:
-    """ARX model of the torque with the angle as input, at 100 Hz, by SysIdentPy."""
-    from sysidentpy.basis_function import Polynomial
-    from sysidentpy.model_structure_selection import FROLS
-    from sysidentpy.parameter_estimation import LeastSquares
-
-    time, *signals = _joint(problem)
-    every = round(0.01 * (time.size - 1) / (time[-1] - time[0]))
-    angle, torque = (scipy.signal.decimate(x - x.mean(), max(every, 1), ftype="fir") for x in signals)
-    # the torque leads the angle: with the angle advanced by 4 samples, the model is causal
-    ahead = 4
-    x, y = angle[ahead:, None], torque[: angle.size - ahead, None]
-    model = FROLS(
-        order_selection=False,
-        n_terms=16,
-        ylag=4,
-        xlag=12,
-        basis_function=Polynomial(degree=1),
-        estimator=LeastSquares(),
-        model_type="NARMAX",
-    )
-    model.fit(X=x, y=y)
-    w = 2.0 * np.pi * np.linspace(0.5, 10.0, 39)
-    numerator, denominator = np.zeros_like(w, dtype=complex), np.ones_like(w, dtype=complex)
-    for (code, *_), theta in zip(model.final_model, np.ravel(model.theta), strict=True):
-        shift = np.exp(-0.01j * w * (code % 1000))
-        if code // 1000 == 1:
-            denominator -= theta * shift
-        elif code // 1000 == 2:
-            numerator += theta * shift
-    response = numerator / denominator * np.exp(0.01j * w * ahead)
-    return _asked(problem, {name: Answer(value) for name, value in _second_order(w, response).items()})
-
-
 METHODS: dict[str, Method] = {
     "thesis": thesis,
     "least-squares-by-hand": least_squares_by_hand,
@@ -273,8 +236,6 @@ METHODS: dict[str, Method] = {
     "joint-likelihood": joint_likelihood,
     "tepsipe": tepsipe_defaults,
 }
-if find_spec("sysidentpy") is not None:
-    METHODS["sysidentpy-arx"] = arx
 
 
 def _joint(problem: Problem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
