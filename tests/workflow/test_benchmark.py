@@ -151,7 +151,7 @@ def test_baselines_answer_the_kinds_that_they_are_made_for(answers, problems, tm
         "joint-likelihood": legs,
         "tepsipe": {*legs, "standing-01", "ankle-01"},
     }
-    largest = {"output-error": 10.0, "joint-likelihood": 10.0, "tepsipe": 15.0, "parallel-cascade-1997": 25.0}
+    largest = {"output-error": 10.0, "joint-likelihood": 10.0, "tepsipe": 20.0, "parallel-cascade-1997": 25.0}
     for method, problems_of_method in expected.items():
         rows = answers[method]
         assert {row.problem for row in rows} == problems_of_method, method
