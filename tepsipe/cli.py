@@ -885,7 +885,8 @@ def _by_rules(module: str, arguments: Sequence[str], what: str) -> None:
     command, environment = start_of(module, arguments)
     with progress(what):
         done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", env=environment)
-    show(done.stdout.removesuffix("\n"))
+    if done.stdout:
+        show(done.stdout.removesuffix("\n"))
     if done.returncode:
         said = done.stderr.strip().split("\n")
         refused = [line.removeprefix("tepsipe: ") for line in said if line.startswith("tepsipe: ")]

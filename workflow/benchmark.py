@@ -438,8 +438,8 @@ quantity as in `answers-template.csv`. The page "Benchmark" of tepsipe's documen
 - `{instruments}/<problem>/`: the same recording as the instruments wrote it: `log.mat` (voltages of the
   force plate, with `calibration.csv`), `markers.c3d`, `emg.edf`. The table of an ankle in a manipulator is
   its instrument's own file.
-- `value`, `low`, `high`: estimate and ends of its 95 % interval ({units}). Leave low and high
-  empty if your method has no intervals. Leave out rows that you cannot answer.
+- `value`, `low`, `high`: estimate and ends of its 95 % interval, {units}.
+  Leave low and high empty if your method has no intervals. Leave out rows that you cannot answer.
 - `flagged`: true if you would not rely on this recording, otherwise false.
 
 `truth.sha256` is the SHA-256 of the file with the true values, which the organiser publishes later.

@@ -257,13 +257,17 @@ SHOWN = (
 
 
 def table_of(rows: Sequence[ScoreRow], by_quantity: bool = False) -> str:
-    """Scores as a table in Markdown, kind by kind: over all quantities, or one by one."""
+    """Scores as a table in Markdown, kind by kind: over all quantities, or one by one.
+
+    Methods without any answer to a kind are left out.
+    """
     chosen = [row for row in rows if (row.quantity == ALL) != by_quantity]
+    chosen = [row for row in chosen if row.answered or row.spoiled or row.false_alarm_percent is not None]
     kinds = list(dict.fromkeys(row.kind for row in chosen))
     head = ("Kind", *(("Quantity",) if by_quantity else ()), "Method", "answered")
     names = [*head, *(name for name, *_ in SHOWN)]
     lines = [f"| {' | '.join(names)} |", "|" + "---|" * len(names)]
-    for row in sorted(chosen, key=lambda row: (kinds.index(row.kind), row.quantity)):
+    for row in sorted(chosen, key=lambda row: (kinds.index(row.kind), [ALL, *UNITS].index(row.quantity))):
         cells = [row.kind, *([row.quantity] if by_quantity else []), row.method, f"{row.answered} of {row.n}"]
         for _, name, digits in SHOWN:
             value = getattr(row, name)
