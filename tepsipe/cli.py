@@ -213,6 +213,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_plan(commands)
     _add_check(commands)
     _add_run(commands)
+    _add_archive(commands)
     _add_export(commands)
     return parser
 
@@ -407,6 +408,29 @@ def _add_run(commands: argparse._SubParsersAction) -> None:
         "--any-version", action="store_true", help="run a study that was made with another version of tepsipe"
     )
     run.set_defaults(command=_run, hands_on=True)
+
+
+def _add_archive(commands: argparse._SubParsersAction) -> None:
+    archive = commands.add_parser(
+        "archive",
+        help="write a finished study with its provenance into one zip file",
+        description="Write the finished study in the current folder into one zip file, for a data repository "
+        "or a colleague: settings, trial sheet, tables, figures and report, versions of all packages, "
+        "checksums of the recordings, and the provenance of every result as a Workflow Run RO-Crate. In the "
+        "unpacked folder, tepsipe run makes the study again.",
+    )
+    archive.add_argument(
+        "files", nargs="*", metavar="CONFIG", help="configuration files, as for snakemake --configfile"
+    )
+    archive.add_argument(
+        "--output", metavar="FILE", help="zip file to write; default: the name of the study, with .zip"
+    )
+    archive.add_argument("--with-recordings", action="store_true", help="also pack the recordings")
+    archive.add_argument("--agent", metavar="NAME", help="person who ran the study, for the provenance")
+    archive.add_argument(
+        "--licence", metavar="LICENCE", help="licence of the zip file: an address or a name; default: none"
+    )
+    archive.set_defaults(command=_archive)
 
 
 def _add_export(commands: argparse._SubParsersAction) -> None:
@@ -769,12 +793,24 @@ def _run(chosen: argparse.Namespace) -> NoReturn:
 
 
 def _check(chosen: argparse.Namespace) -> None:
+    _by_the_rules("check", [], chosen.files, "reading the recordings")
+
+
+def _archive(chosen: argparse.Namespace) -> None:
+    options = [f"--{name}={getattr(chosen, name)}" for name in ("output", "agent", "licence")]
+    options = [option for option in options if not option.endswith("=None")]
+    options += ["--with-recordings"] if chosen.with_recordings else []
+    _by_the_rules("archive", options, chosen.files, "packing")
+
+
+def _by_the_rules(module: str, options: Sequence[str], files: Sequence[str], what: str) -> None:
+    """Run a module of the rules on the study in this folder, and show what it prints."""
     import subprocess
 
     from tepsipe.new_study.start import own_files, start_of
 
-    command, environment = start_of("check", own_files(chosen.files))
-    with progress("reading the recordings"):
+    command, environment = start_of(module, [*options, *own_files(files)])
+    with progress(what):
         done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", env=environment)
     show(done.stdout.removesuffix("\n"))
     if done.returncode:
