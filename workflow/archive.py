@@ -24,7 +24,7 @@ from workflow.support.checked_study import checked_study, merged_settings, shipp
 from workflow.support.folders import INPUTS
 from workflow.support.origins import Sources
 from workflow.support.places import ROOT
-from workflow.support.run_crate import METADATA, Crate, crate_of, digest, recorded_files
+from workflow.support.run_crate import JOBS, METADATA, Crate, Job, crate_of, digest, jobs_of, recorded_files
 from workflow.support.study import Study
 from workflow.support.version import code_version
 from workflow.support.yaml_file import base_of, read_constants
@@ -59,7 +59,9 @@ def main(arguments: list[str]) -> int:
         made = _made_by(config, chosen.files)
         contents = bundle(study, chosen.files, chosen.with_recordings)
         scripts = {rule.name: rule.script for rule in Sources(ROOT, study.kind).rules}
-        crate = crate_of(study, contents, made, scripts, agent=chosen.agent, licence=chosen.licence)
+        jobs = jobs_of(made)
+        _refuse_unknown(made, jobs)
+        crate = crate_of(study, contents, jobs, scripts, agent=chosen.agent, licence=chosen.licence)
         write(contents.files | {METADATA: json.dumps(crate, indent=1, ensure_ascii=False)}, output)
     except InputError as error:
         print(f"tepsipe: {with_its_file(error, config, configfiles)}", file=sys.stderr)
@@ -83,8 +85,9 @@ def _output(name: str) -> Path:
 def _made_by(config: dict, files: list[str]) -> list[str]:
     """All files that the run has made; edited ones and an unfinished run are refused."""
     job_outputs.refuse_edited(job_outputs.changes(config["pathvars"]["logs"]))
-    arguments = ["--snakefile", str(ROOT / "Snakefile"), *(["--configfile", *files] if files else [])]
-    planned = job_outputs.planned(arguments)
+    # that of the study, as tepsipe run takes it
+    snakefile = "Snakefile" if Path("Snakefile").is_file() else str(ROOT / "Snakefile")
+    planned = job_outputs.planned(["--snakefile", snakefile, *(["--configfile", *files] if files else [])])
     pending = [path for path, is_pending in planned.items() if is_pending]
     if pending:
         raise InputError(
@@ -92,6 +95,16 @@ def _made_by(config: dict, files: list[str]) -> list[str]:
             "or out of date: finish it with tepsipe run"
         )
     return list(planned)
+
+
+def _refuse_unknown(made: list[str], jobs: list[Job]) -> None:
+    """Refuse results of which Snakemake has no record, as where its folder was not copied with them."""
+    unknown = sorted({*made} - {path for job in jobs for path in job.outputs})
+    if unknown:
+        raise InputError(
+            f"{unknown[0]}: expected a record of the job that made it in {JOBS}, found none for "
+            f"{len(unknown)} results: make them again with tepsipe run --forceall"
+        )
 
 
 def bundle(study: Study, files: list[str], with_recordings: bool) -> Crate:

@@ -179,6 +179,13 @@ def test_an_archive_overwrites_nothing_and_needs_a_finished_study(belt, tmp_path
     said = refused(f"--output={tmp_path}/a.zip")
     assert f"{tmp_path}/a.zip: expected the name of a new file" in said and "found a file" in said
     assert "found no folder for it" in refused(f"--output={tmp_path}/none/a.zip")
+    records = belt / ".snakemake/metadata"
+    records.rename(belt / "records")
+    try:
+        said = refused()
+    finally:
+        (belt / "records").rename(records)
+    assert "expected" in said and "tepsipe run" in said
     table = belt / "results/belt/tables/treadmill_models.csv"
     kept = table.read_bytes()
     table.unlink()

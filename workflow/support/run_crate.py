@@ -113,15 +113,13 @@ def digest(path: Path) -> str:
 
 
 def crate_of(
-    study: Study, contents: Crate, made: Iterable[str], scripts: Mapping[str, str], **stated: str | None
+    study: Study, contents: Crate, jobs: list[Job], scripts: Mapping[str, str], **stated: str | None
 ) -> dict[str, Any]:
     """Metadata of the bundle.
 
-    made: all files that the rules make.
     scripts: rule -> its script.
     stated: ``agent``, the person who ran the study, and ``licence`` of the bundle, if they are to be named.
     """
-    jobs = jobs_of(made)
     for (experiment, condition), row in study.trials.items():
         trial = f"{study.config['pathvars']['results']}/trials/{experiment}/{condition}.h5"
         for job in jobs:
