@@ -9,7 +9,7 @@ import hashlib
 import json
 import mimetypes
 import platform
-from base64 import b64decode
+from base64 import urlsafe_b64decode
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -86,10 +86,13 @@ def jobs_of(paths: Iterable[str]) -> list[Job]:
     """Jobs that made these files, in the order in which they ran."""
     found: dict[tuple, Job] = {}
     wanted = set(paths)
-    for file in JOBS.rglob("*"):
+    for file in filter(Path.is_file, JOBS.rglob("*")):
         # long names are split into folders that begin with @
-        path = file.is_file() and "".join(part.lstrip("@") for part in file.relative_to(JOBS).parts)
-        path = path and b64decode(path).decode()
+        name = "".join(part.lstrip("@") for part in file.relative_to(JOBS).parts)
+        try:
+            path = urlsafe_b64decode(name).decode()
+        except ValueError:  # no record
+            continue
         if path not in wanted:
             continue
         record = json.loads(file.read_text(encoding="utf-8"))
