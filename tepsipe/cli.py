@@ -213,6 +213,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_plan(commands)
     _add_check(commands)
     _add_run(commands)
+    _add_archive(commands)
     _add_export(commands)
     _add_benchmark(commands)
     return parser
@@ -408,6 +409,29 @@ def _add_run(commands: argparse._SubParsersAction) -> None:
         "--any-version", action="store_true", help="run a study that was made with another version of tepsipe"
     )
     run.set_defaults(command=_run, hands_on=True)
+
+
+def _add_archive(commands: argparse._SubParsersAction) -> None:
+    archive = commands.add_parser(
+        "archive",
+        help="write a finished study with its provenance into one zip file",
+        description="Write the finished study in the current folder into one zip file, for a data repository "
+        "or a colleague: settings, trial sheet, tables, figures and report, versions of all packages, "
+        "checksums of the recordings, and the provenance of every result as a Workflow Run RO-Crate. In the "
+        "unpacked folder, tepsipe run makes the study again.",
+    )
+    archive.add_argument(
+        "files", nargs="*", metavar="CONFIG", help="configuration files, as for snakemake --configfile"
+    )
+    archive.add_argument(
+        "--output", metavar="FILE", help="zip file to write; default: the name of the study, with .zip"
+    )
+    archive.add_argument("--with-recordings", action="store_true", help="also pack the recordings")
+    archive.add_argument("--agent", metavar="NAME", help="person who ran the study, for the provenance")
+    archive.add_argument(
+        "--licence", metavar="LICENCE", help="licence of the zip file: an address or a name; default: none"
+    )
+    archive.set_defaults(command=_archive)
 
 
 def _add_export(commands: argparse._SubParsersAction) -> None:
@@ -874,6 +898,15 @@ def _check(chosen: argparse.Namespace) -> None:
     from tepsipe.new_study.start import own_files
 
     _by_rules("check", own_files(chosen.files), "reading the recordings")
+
+
+def _archive(chosen: argparse.Namespace) -> None:
+    from tepsipe.new_study.start import own_files
+
+    options = [f"--{name}={getattr(chosen, name)}" for name in ("output", "agent", "licence")]
+    options = [option for option in options if not option.endswith("=None")]
+    options += ["--with-recordings"] if chosen.with_recordings else []
+    _by_rules("archive", [*options, *own_files(chosen.files)], "packing")
 
 
 def _by_rules(module: str, arguments: Sequence[str], what: str) -> None:

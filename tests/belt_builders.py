@@ -85,3 +85,13 @@ def framed(force, rate_hz, damping_s, slowness_s2, share=0.0, mount_s=1.0, dampe
 
     passed = force - share * (force - answer([mount_s, 1.0], force))
     return answer([slowness_s2, damping_s, 1.0], passed, (damping_s, 1.0) if damper else (1.0,))
+
+
+def belt_table(path, seed, sign=1.0, still=False):
+    """A treadmill's load (Nm) and belt velocity (m/s) as its log has them, 40 s at 100 Hz."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(4000) / 100.0
+    velocity = 1.2 + 0.1 * np.convolve(rng.standard_normal(4000), np.hanning(40) / 4.5, "same")
+    load = sign * (5.0 * np.gradient(velocity, 0.01) + 0.3 * rng.standard_normal(4000))
+    table = np.column_stack([time, load, np.full(4000, 1.2) if still else velocity])
+    np.savetxt(path, table, delimiter="\t", header="t\tMx (Nm)\tv (m/s)", comments="", fmt="%.6g")

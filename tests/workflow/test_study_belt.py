@@ -4,22 +4,13 @@ import csv
 
 import numpy as np
 import pytest
+from belt_builders import belt_table
 from report_readers import faults_of_study
 from study_builders import snakemake, write_config, write_sheet
 
 from tepsipe.virtual_lab.platform_person import PlatformPerson, PlatformProtocol, record_platform
 
 pytestmark = pytest.mark.study
-
-
-def belt_table(path, seed, sign=1.0, still=False):
-    """A treadmill's load (Nm) and belt velocity (m/s) as its log has them, 40 s at 100 Hz."""
-    rng = np.random.default_rng(seed)
-    time = np.arange(4000) / 100.0
-    velocity = 1.2 + 0.1 * np.convolve(rng.standard_normal(4000), np.hanning(40) / 4.5, "same")
-    load = sign * (5.0 * np.gradient(velocity, 0.01) + 0.3 * rng.standard_normal(4000))
-    table = np.column_stack([time, load, np.full(4000, 1.2) if still else velocity])
-    np.savetxt(path, table, delimiter="\t", header="t\tMx (Nm)\tv (m/s)", comments="", fmt="%.6g")
 
 
 def platform_table(path):

@@ -175,14 +175,19 @@ def of_no_trial(logs: str, trials, experiments) -> list[str]:
 
 
 def _made_by(config: dict, snakefile: str) -> set[str]:
-    """All files that the rules make with this configuration, as ``snakemake --summary`` lists them."""
+    """All files that the rules make with this configuration."""
     with tempfile.TemporaryDirectory() as folder:
         settings = Path(folder) / "config.json"
         settings.write_text(json.dumps(config), encoding="utf-8")
-        command = [sys.executable, "-m", "snakemake", "--summary", "--snakefile", snakefile]
-        command += ["--configfile", str(settings)]
-        done = subprocess.run(command, capture_output=True, text=True)
-    return {line.partition("\t")[0] for line in done.stdout.splitlines()}
+        return set(planned(["--snakefile", snakefile, "--configfile", str(settings)]))
+
+
+def planned(arguments: list[str]) -> dict[str, bool]:
+    """All files that the rules make, as ``snakemake --summary`` lists them: whether a run would make each."""
+    command = [sys.executable, "-m", "snakemake", "--summary", *arguments]
+    done = subprocess.run(command, capture_output=True, text=True)
+    lines = [line.split("\t") for line in done.stdout.splitlines()]
+    return {line[0]: line[-1] != "no update" for line in lines if line[0] != "output_file"}
 
 
 def _records(logs: str) -> list[tuple[Path, dict]]:
