@@ -35,7 +35,7 @@ from tepsipe.mechanics.inverse_dynamics import (
     standing_torque,
     standing_torque_as_printed,
 )
-from tepsipe.mechanics.segment_kinematics import fit_rigid_segment
+from tepsipe.mechanics.segment_kinematics import fit_rigid_segment, refuse_loose
 from tepsipe.signals.differentiation import degree_at, derivative
 from tepsipe.signals.onsets import ramp_onset
 from tepsipe.signals.sample_faults import noise_floors
@@ -49,8 +49,6 @@ from tepsipe.treadmill.trial_recordings import COMPONENTS, recordings_of_loads
 
 # largest difference of the mass on the belt from the person's, as a fraction of it
 MASS_WITHIN = 0.15
-# largest root mean square distance of markers from one rigid segment (m)
-LOOSE_M = 0.01
 
 
 @dataclass(frozen=True)
@@ -247,12 +245,10 @@ def _refuse_loose_segments(positions: np.ndarray, labels: list[str], person: Per
         markers = getattr(person, segment)
         columns = [labels.index(label) for label in markers.labels]
         pose = fit_rigid_segment(positions[:, columns], markers.layout_m, np.zeros(2))
-        if pose.marker_residual_rms_m > LOOSE_M:
-            raise InputError(
-                f"{name}: expected the markers of the {segment} to move as one rigid body, found them "
-                f"{1e3 * pose.marker_residual_rms_m:.3g} mm from it on average: check their layout in the "
-                "configuration"
-            )
+        try:
+            refuse_loose(pose, positions[:, columns], markers, segment)
+        except InputError as error:
+            raise InputError(f"{name}: {error}") from error
 
 
 def segment_poses(
