@@ -39,6 +39,9 @@ FLAGS = {
     "amplitude in the trial sheet. Check that the file is the one of this trial",
     "calibration-differs": "the force plate has another calibration in this recording than in those of "
     "weight and empty belt. Use one calibration matrix for all; tepsipe check names what differs",
+    "other-calibration": "the calibration of the force plate differs from that of weight and empty belt by "
+    "more than 5 mm or 3 %, so no K of a person is recommended. Use one calibration matrix for all; tepsipe "
+    "check names what differs",
     "trials-differ": "K or B of one trial of the task differs from the others by more than a quarter and "
     "chance. Nothing is recommended beyond 40 %. Check its row of the trial sheet and its recording",
     "muscles-exchanged": "a muscle responds more when it is shortened than when it is stretched. Check the "

@@ -21,7 +21,7 @@ from workflow.support.study import Study
 QUOTABLE = "K will be quotable"
 MOST = 2  # trials that are named as left out
 # flags of a K that is not quoted; other flags beside them are their consequences
-DECIDING = ("uncompensated", "negative", "treadmill-model", "treadmill-not-converged")
+DECIDING = ("uncompensated", "other-calibration", "negative", "treadmill-model", "treadmill-not-converged")
 
 
 def verdicts(study: Study) -> list[str]:

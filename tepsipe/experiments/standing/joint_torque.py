@@ -41,7 +41,7 @@ from tepsipe.signals.onsets import ramp_onset
 from tepsipe.signals.sample_faults import noise_floors
 from tepsipe.signals.time_alignment import advanced, marker_delay
 from tepsipe.treadmill.compensation import compensated_loads
-from tepsipe.treadmill.plate_check import PlateCheck, calibration_difference, calibration_of
+from tepsipe.treadmill.plate_check import PlateCheck, calibration_fault, calibration_of
 from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FittedModel, pick
@@ -124,7 +124,7 @@ def process_standing(
     Returns: signals, and whether the person stood still.
     """
     plate = plate or PlateCheck()
-    differs = calibration_difference(plate.calibration, calibration_of(trial, options.belt))
+    differs = calibration_fault(plate.calibration, calibration_of(trial, options.belt))
     trial = plate.corrected(trial, options.belt)
     prepared = prepare_trial(trial, name, options.lowpass, options.window, options.quiet_after_s)
     time, still, person = prepared.time, prepared.at_rest, options.person
@@ -133,8 +133,7 @@ def process_standing(
     _refuse_other_mass(loads["Fz"][still], options, name)
     labels = _labels(trial, person, name)
     filtered = noise_floors(still, prepared.rate_hz, **prepared.as_recorded(options.belts, person.labels))
-    faults = recorded_faults(trial) + ("calibration-differs",) * bool(differs)
-    faults += ("filtered-signal",) * bool(filtered)
+    faults = recorded_faults(trial) + differs + ("filtered-signal",) * bool(filtered)
     positions = trial.values("marker_position")[:, :, 1:].astype(float)
     hidden = trial.values("marker_hidden")[:, [labels.index(label) for label in person.labels]]
     filtered = prepared.filtered(positions)

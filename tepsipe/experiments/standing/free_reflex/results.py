@@ -514,7 +514,7 @@ def _as_fit(fit: FreeReflexFit, trials: list[BroadbandEpochs], flags: tuple[str,
         budget=fit.budget,
         windows=fit.windows,
         apart=tuple(_apart_in_words(x) for x in fit.apart if _size_apart(x) > TRIALS_DIFFER),
-        quotable=all(_size_apart(x) <= TRIALS_APART for x in fit.apart),
+        quotable=all(_size_apart(x) <= TRIALS_APART for x in fit.apart) and "other-calibration" not in flags,
     )
 
 
@@ -581,7 +581,8 @@ def quoted(
     """Rows of a task with those to quote marked; none, where the torque cannot be trusted.
 
     The belt-induced load must be compensated, by a treadmill model whose error of K is not clearly above half
-    of it, and no trial may differ from the others by more than `TRIALS_APART`. Without compensation, K and B
+    of it, with the calibration of the plate that was used for this model, and no trial may differ from the
+    others by more than `TRIALS_APART`. Without compensation, K and B
     of the chosen pathway are flagged ``uncompensated``.
 
     fits: (pathway, estimator) -> fit.
