@@ -31,7 +31,7 @@ FLAGS = {
     "filtered-signal": "a signal was filtered before it was recorded, and the other was not. Export both "
     "without a filter, or filter both alike",
     "joints-exchanged": "torques follow the angle of the other joint, or the slow torque of the hip exceeds "
-    "the ankle's. Check the columns of ankle and hip",
+    "the ankle's. Check the columns of ankle and hip, and that the angle of the hip is relative to the leg",
     "spikes": "single samples lie far from their neighbours. Remove them, and check cables",
     "held-samples": "values are held and then jump. Look for lost samples, or a slower clock",
     "clipped": "peaks are cut off at one value. Choose a larger range of the instrument",
