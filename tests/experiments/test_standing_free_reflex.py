@@ -395,6 +395,15 @@ def test_trial_of_another_stiffness_is_named(factor, flags, good):
         assert all(row.recommended for row in rows) == good
 
 
+@pytest.mark.parametrize(("gain", "flags"), [(1.0, []), (1.1, []), (1.5, ["halves-differ"])])
+def test_late_responses_that_differ_from_early_ones_are_flagged(gain, flags):
+    for seed in (2, 7):
+        trials = group(seed)[:4]
+        for trial in trials:
+            trial.perturbed[trial.count // 2 :, :, 0] *= gain
+        assert [f for f in failed_checks(fitted(trials), trials, 1, None) if f == "halves-differ"] == flags
+
+
 @pytest.mark.parametrize(("flag", "good"), [("calibration-differs", True), ("other-calibration", False)])
 def test_nothing_is_quoted_with_a_force_plate_of_another_calibration(flag, good):
     trials = [replace(trial, plate_flags=(flag,)) for trial in group()]
