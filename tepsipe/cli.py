@@ -1,9 +1,10 @@
 """The command line: ``tepsipe fit``, ``calibrate``, ``info``, ``new-study``, ``plan``, ``export`` and more.
 
 Commands call the library; ``fit`` and ``calibrate`` its public functions. A command returns 0; if its input
-cannot be used, it prints one sentence to the standard error and returns 2. Notes are printed to the standard
-error, too; with ``--strict``, a command with notes returns 3. On a terminal, a line on the standard error
-shows that what takes more than 2 s is at work. Nothing that takes time is imported before it is used.
+cannot be used, it prints one sentence to the standard error and returns 2. ``check`` returns 1 if it finds a
+fault that does not stop a run. Notes are printed to the standard error, too; with ``--strict``, a command
+with notes returns 3. On a terminal, a line on the standard error shows that what takes more than 2 s is at
+work. Nothing that takes time is imported before it is used.
 """
 
 import argparse
@@ -157,7 +158,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command.
 
     arguments: arguments after ``tepsipe``; the process's own if left out.
-    Returns: 0, 2 where the input cannot be used, or 3 where ``--strict`` is given and there are notes.
+    Returns: 0, 1 where ``check`` finds a fault, 2 where the input cannot be used, or 3 where ``--strict`` is
+    given and there are notes.
     """
     for stream in (
         sys.stdout,
@@ -186,7 +188,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     for note in notes:
         print(f"tepsipe: note: {printable(note)}", file=sys.stderr)
-    return 3 if notes and chosen.strict else 0
+    return 3 if notes and chosen.strict else chosen.status
 
 
 def _refused_by_the_system(error: OSError) -> str:
@@ -204,7 +206,7 @@ def _parser() -> argparse.ArgumentParser:
         description="Estimate the mechanical impedance of a joint: inertia, damping and stiffness.",
     )
     parser.add_argument("--version", action="version", version=f"tepsipe {__version__}")
-    parser.set_defaults(command=None, strict=False)
+    parser.set_defaults(command=None, strict=False, status=0)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND")
     _add_fit(commands)
     _add_calibrate(commands)
@@ -385,8 +387,9 @@ def _add_check(commands: argparse._SubParsersAction) -> None:
         "with file and line. Then every recording is read as the study will read it: columns, rates, "
         'markers, plates, perturbations, masses. Lines with "to be recorded" list what K of a standing '
         'person still needs. Lines with "verdict" state for each trial of a dummy and each task of a person '
-        "whether K will be quotable, and its expected interval or the reason. Run it in the folder of the "
-        "study.",
+        "whether K will be quotable, and its expected interval or the reason. Returns 0, 2 if the run would "
+        "stop, or 1 if it would not, but a recording has a fault or no verdict is that K will be quotable. "
+        "Run it in the folder of the study.",
     )
     check.add_argument(
         "files", nargs="*", metavar="CONFIG", help="configuration files, as for snakemake --configfile"
@@ -923,6 +926,10 @@ def _by_rules(module: str, arguments: Sequence[str], what: str) -> None:
     if done.returncode:
         said = done.stderr.strip().split("\n")
         refused = [line.removeprefix("tepsipe: ") for line in said if line.startswith("tepsipe: ")]
+        if refused and done.returncode == 1:
+            print(*(f"tepsipe: {printable(sentence)}" for sentence in refused), sep="\n", file=sys.stderr)
+            chosen.status = 1
+            return
         *others, last = refused or said[-1:]
         for sentence in others:
             print(f"tepsipe: {printable(sentence)}", file=sys.stderr)

@@ -31,7 +31,7 @@ FLAGS = {
     "filtered-signal": "a signal was filtered before it was recorded, and the other was not. Export both "
     "without a filter, or filter both alike",
     "joints-exchanged": "torques follow the angle of the other joint, or the slow torque of the hip exceeds "
-    "the ankle's. Check the columns of ankle and hip",
+    "the ankle's. Check the columns of ankle and hip, and that the angle of the hip is relative to the leg",
     "spikes": "single samples lie far from their neighbours. Remove them, and check cables",
     "held-samples": "values are held and then jump. Look for lost samples, or a slower clock",
     "clipped": "peaks are cut off at one value. Choose a larger range of the instrument",
@@ -39,6 +39,9 @@ FLAGS = {
     "amplitude in the trial sheet. Check that the file is the one of this trial",
     "calibration-differs": "the force plate has another calibration in this recording than in those of "
     "weight and empty belt. Use one calibration matrix for all; tepsipe check names what differs",
+    "other-calibration": "the calibration of the force plate differs from that of weight and empty belt by "
+    "more than 5 mm or 3 %, so no K of a person is recommended. Use one calibration matrix for all; tepsipe "
+    "check names what differs",
     "trials-differ": "K or B of one trial of the task differs from the others by more than a quarter and "
     "chance. Nothing is recommended beyond 40 %. Check its row of the trial sheet and its recording",
     "muscles-exchanged": "a muscle responds more when it is shortened than when it is stretched. Check the "

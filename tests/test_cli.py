@@ -403,14 +403,24 @@ def test_without_the_packages_of_studies_it_says_what_to_install(command, capsys
     assert "pip install 'tepsipe[study]'" in refused(capsys, command)
 
 
-def test_check_prints_each_sentence_on_a_line(capsys, tmp_path, monkeypatch):
+@pytest.mark.parametrize("status", [1, 2])
+def test_check_prints_each_sentence_on_a_line(status, capsys, tmp_path, monkeypatch):
     monkeypatch.setattr("tepsipe.new_study.start.find_spec", lambda name: name)
     (tmp_path / "workflow").mkdir()
-    said = "print('tepsipe: a: no\\ntepsipe: b: no', file=sys.stderr); sys.exit(2)"
+    said = f"print('tepsipe: a: no\\ntepsipe: b: no', file=sys.stderr); sys.exit({status})"
     (tmp_path / "workflow/check.py").write_text(f"import sys; {said}")
     monkeypatch.chdir(tmp_path)
-    assert main(["check"]) == 2
+    assert main(["check"]) == status
     assert capsys.readouterr().err == "tepsipe: a: no\ntepsipe: b: no\n"
+
+
+def test_check_that_ends_with_an_error_of_python_is_no_fault_of_the_recordings(capsys, tmp_path, monkeypatch):
+    monkeypatch.setattr("tepsipe.new_study.start.find_spec", lambda name: name)
+    (tmp_path / "workflow").mkdir()
+    (tmp_path / "workflow/check.py").write_text("raise ValueError('broken')")
+    monkeypatch.chdir(tmp_path)
+    assert main(["check"]) == 2
+    assert "ValueError: broken" in capsys.readouterr().err
 
 
 class Terminal(io.StringIO):

@@ -1,7 +1,8 @@
 """Check a study without running it: ``python -m workflow.check [CONFIG...]``, as after ``--configfile``.
 
 Configuration and trial sheet first, then every recording is read as its job would read it. The last lines are
-verdicts on K of a dummy and of standing persons.
+verdicts on K of a dummy and of standing persons. The status is 0, 2 where the run would stop, or 1 where it
+would not, but a recording has a fault, or no K that has a verdict will be quotable.
 """
 
 import math
@@ -19,7 +20,7 @@ from workflow.support.checked_study import (
 )
 from workflow.support.recordings import refused_recordings
 from workflow.support.to_record import Read, faults_of, to_record
-from workflow.support.verdict import verdicts
+from workflow.support.verdict import QUOTABLE, verdicts
 
 # usual ranges of settings; beyond them, the user is asked
 # radius of gyration of the leg about its centre of mass, per distance of that centre from the ankle
@@ -31,7 +32,7 @@ LONGEST_S = 3600.0
 
 
 def main(files: list[str]) -> int:
-    """Say what the study holds, or in one sentence each what would stop it; 0 or 2."""
+    """Say what the study holds, or in one sentence each what would stop it; 0, 1 or 2."""
     configfiles, config = [shipped(), *files], {}
     try:
         config = merged_settings(configfiles)
@@ -54,7 +55,8 @@ def main(files: list[str]) -> int:
     except InputError as error:
         print(f"tepsipe: {error}", file=sys.stderr)
         return 2
-    for question in (*odd_settings(study), *faults_of(read)):
+    faults = faults_of(read)
+    for question in (*odd_settings(study), *faults):
         print(f"to be confirmed: {question}")
     for wanted in to_record(study, read):
         print(f"to be recorded: {wanted}")
@@ -68,7 +70,12 @@ def main(files: list[str]) -> int:
             print(f"results that are {what}: {len(paths)}, for example {paths[0]}")
     for verdict in judged:
         print(f"verdict: {verdict}")
-    return 0
+    lost = bool(judged) and not any(QUOTABLE in verdict for verdict in judged)
+    if lost:
+        print("tepsipe: no K will be quotable: follow the verdicts before the run", file=sys.stderr)
+    if faults:
+        print("tepsipe: recordings have faults: see the lines to be confirmed", file=sys.stderr)
+    return int(lost or bool(faults))
 
 
 def odd_settings(study) -> list[str]:

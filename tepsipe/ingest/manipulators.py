@@ -23,7 +23,7 @@ from tepsipe.signals.resampling import (
     rising_edges,
     runs_of,
 )
-from tepsipe.signals.sample_faults import flags_of
+from tepsipe.signals.sample_faults import flags_of, sample_flags
 from tepsipe.signals.time_alignment import clock_error, stamp_jitter
 
 # torque per angle (N·m/rad) below which columns count as exchanged, and smallest range of an angle (rad)
@@ -37,6 +37,8 @@ CLOCK_TOLERANCE = 1e-5
 RADIANS_PER_UNIT = {"rad": 1.0, "deg": np.pi / 180.0}
 # zeros in a row that may stand for missing samples: at least this number, for at most this time (s)
 FEWEST_ZEROS, LONGEST_ZEROS_S = 3, 1.0
+# part of the samples of a command that repeat the one before, from which on it consists of steps
+STEPWISE = 0.5
 
 
 @dataclass(frozen=True)
@@ -206,7 +208,10 @@ def ingest_torque_manipulator(
             "rest_angle_rad": rest,
             "clock_error": error,
             "stamp_jitter_s": jitter,
-            **faults_attribute(*flags_of((time.size - 1) / (time[-1] - time[0]), None, angle=angle)),
+            **faults_attribute(
+                *flags_of((time.size - 1) / (time[-1] - time[0]), None, angle=angle),
+                *_faults_of_command(command["torque"]),
+            ),
         },
     )
 
@@ -245,6 +250,11 @@ def _refuse_broken_command(
     repair_time_stamps(command["time"], options.max_gap_s, name)
     if not np.isfinite(command["torque"]).all():
         raise InputError(f"{name}: expected a torque on every line, found a gap: export the command again")
+
+
+def _faults_of_command(torque: np.ndarray) -> tuple[str, ...]:
+    """Spikes, held and cut samples of a commanded torque (N·m); a command of steps has none of them."""
+    return () if np.mean(np.diff(torque) == 0.0) > STEPWISE else sample_flags(torque)
 
 
 def ingest_position_manipulator(

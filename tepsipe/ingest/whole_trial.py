@@ -44,6 +44,8 @@ FARTHEST_M = 0.5
 LEAST_N = -10.0
 # from this load on (N) the point of the mean force must not be farther than this from the plate (m)
 LEAST_LOAD_N, BESIDE_M = 15.0, 0.1
+# a plate that carries this many times the load of the plate below the markers carries what they are on
+ELSEWHERE = 5.0
 # the belt's velocity from markers is band limited here (Hz): pulses pass unchanged, most of the noise does
 # not
 MARKER_BAND_HZ = 50.0
@@ -444,8 +446,12 @@ def _refuse_force_elsewhere(
     use: RecordingOptions,
     name: str,
 ) -> None:
-    """Raise InputError if the mean force on the plate below the markers acts beside it (m)."""
+    """Raise InputError if the plate below the markers carries nothing but another does, or acts beside it."""
     centre = np.median(marked.signals["marker_position"].values, axis=(0, 1)) + origin
+    loads = {
+        number: float(use.force_sign * axes[2] @ plate.force.mean(axis=0)) for number, plate in plates.items()
+    }
+    heaviest = max(loads, key=lambda number: loads[number])
     for number, plate in plates.items():
         if plate.corners is None:
             continue
@@ -453,7 +459,15 @@ def _refuse_force_elsewhere(
         middle = corners.mean(axis=0)
         half = np.abs(corners - middle).max(axis=0)[:2]
         force = use.force_sign * axes @ plate.force.mean(axis=0)
-        if (np.abs(centre - middle)[:2] > half).any() or force[2] < LEAST_LOAD_N:
+        if (np.abs(centre - middle)[:2] > half).any():
+            continue
+        if force[2] < LEAST_LOAD_N:
+            if loads[heaviest] > max(LEAST_LOAD_N, ELSEWHERE * abs(force[2])):
+                raise InputError(
+                    f"{name}, force plate {number}: expected the load on the plate below the markers, found "
+                    f"{force[2]:.3g} N on it and {loads[heaviest]:.3g} N on force plate {heaviest}: exchange "
+                    "their channels (FORCE_PLATFORM:CHANNEL), or correct the corners, in the file"
+                )
             continue
         moment = use.force_sign * axes @ plate.moment.mean(axis=0) - np.cross(middle, force)
         beyond = float((np.abs([-moment[1], moment[0]]) / force[2] - half).max())

@@ -10,6 +10,7 @@ and the longitudinal offset ``along`` from its origin is at
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 from typing import Annotated, Self
 
 import numpy as np
@@ -20,6 +21,10 @@ from tepsipe.quantities import Offset
 from tepsipe.signals.array_types import Samples
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
+
+# markers further from a rigid segment than this do not belong to it (rms), and another layout explains them
+# if this part of the distance remains
+LOOSE_M, FITS_BETTER = 0.01, 0.3
 
 
 @dataclass(frozen=True)
@@ -240,12 +245,7 @@ def motion_of_markers(
     com_m: distance of the leg's centre of mass from the ankle.
     """
     pose = fit_rigid_segment(filtered, markers.layout_m, np.array([0.0, com_m]))
-    if pose.marker_residual_rms_m > 0.01:
-        raise InputError(
-            f"expected the leg's markers to move as one rigid body, found them "
-            f"{1e3 * pose.marker_residual_rms_m:.3g} mm from it on average: check the markers' "
-            "layout and order"
-        )
+    refuse_loose(pose, filtered, markers, "leg")
     theta_d = derivative(time, pose.angle)
     velocity = derivative(time, pose.point)
     acceleration = derivative(time, velocity)
@@ -258,6 +258,39 @@ def motion_of_markers(
         z_dd=acceleration[:, 1],
         marker_residual_rms_m=pose.marker_residual_rms_m,
         layout_scale=pose.layout_scale,
+    )
+
+
+def refuse_loose(
+    pose: SegmentPose,
+    positions: Annotated[np.ndarray, "(n, k, 2)", "m"],
+    markers: SegmentMarkers,
+    segment: str,
+) -> None:
+    """Raise InputError if the markers of a segment do not move as one rigid body with their layout.
+
+    pose: of these positions.
+    segment: name of the segment.
+    """
+    if pose.marker_residual_rms_m <= LOOSE_M:
+        return
+    mirrored = "the segment faces backward: reverse the forward axis, or the signs of the anterior offsets"
+    layouts = {f"{mirrored} in the configuration": markers.layout_m * [-1.0, 1.0]}
+    for one, other in combinations(range(len(markers.labels)), 2):
+        order = np.arange(len(markers.labels))
+        order[[one, other]] = other, one
+        names = f"{markers.labels[one]!r} and {markers.labels[other]!r}"
+        layouts[f"{names} are exchanged: correct their labels or places"] = markers.layout_m[order]
+    loose = {
+        change: fit_rigid_segment(positions, layout, np.zeros(2)).marker_residual_rms_m
+        for change, layout in layouts.items()
+    }
+    change = min(loose, key=lambda name: loose[name])
+    fits = min(LOOSE_M, FITS_BETTER * pose.marker_residual_rms_m)
+    advice = f"they would fit if {change}" if loose[change] < fits else "check their layout and order"
+    raise InputError(
+        f"expected the markers of the {segment} to move as one rigid body, found them "
+        f"{1e3 * pose.marker_residual_rms_m:.3g} mm from it on average: {advice}"
     )
 
 

@@ -60,6 +60,8 @@ ORDER = (
     *("wristalyzer", "dummy", "weight", "empty", "standing", "belt", "position_manipulator", "platform"),
     "walking",
 )
+# names of folders that name no study
+CONTENT = ("recordings", "recording", "data", "raw", "trials", "measurements", "c3d")
 # kind of a file that belongs to no trial -> why
 ALONE = {
     "markers": "it holds no force plates, and no log of a treadmill has its name or length",
@@ -238,6 +240,13 @@ def _name(folder: Path, name: str | None) -> str:
     return candidate
 
 
+def _subject(folder: Path, name: str) -> str:
+    """Name of a study in its title; a folder that is only called recordings is named by the one around it."""
+    own, around = _real(folder).name, _real(folder).parent.name
+    named_by_it = re.fullmatch(rf"{re.escape(own)}(-walking)?(-\d+)?", name)
+    return around + name[len(own) :] if own.lower() in CONTENT and around and named_by_it else name
+
+
 def _output(folder: Path, name: str, output: str | Path | None) -> Path:
     if output is None:
         output = Path(name)
@@ -276,7 +285,7 @@ def _files_to_run() -> dict[str, str]:
 
 def _plan_study(plan: Plan, folder: Path, name: str, output: Path) -> None:
     plan.put("study.name", re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-"), "of the report")
-    plan.put("study.title", f"Recordings of {name}", "of the report")
+    plan.put("study.title", f"Recordings of {_subject(folder, name)}", "of the report")
     plan.put("study.trial_sheet", FILES[0])
     plan.put("study.recordings_folder", _from(output, folder), "base of the paths in the trial sheet")
     plan.assume(

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tepsipe.errors import listed
 from tepsipe.io.readers.recording import DIRECTIONS
 from tepsipe.new_study.measures import Pulses, pulses_of, rests
 from tepsipe.new_study.pairing import Group
@@ -148,11 +149,12 @@ def _plan_belt_velocity(plan: Plan, key: str, whole: list[tuple[Group, Seen]], s
             "factor of the amplifier",
         )
         plan.put(f"{key}.belt_velocity.offset", float(f"{b.offset:.4g}"), "value of the channel at rest")
-        for other in {s.belt.name: s.belt for _, s in whole if s.belt is not None}.values():
-            if abs(other.m_per_s_per_unit / b.m_per_s_per_unit - 1.0) > AGREES:
-                meaning = f"{b.name} was assumed to have the scale of {other.name}, which the markers deny"
-                how = "a study of its own for the trials with the other channel"
-                plan.check.append(Missing(f"{key}.belt_velocity.m_per_s_per_unit", meaning, how))
+        belts = [(g.first.name, s.belt) for g, s in whole if s.belt is not None]
+        unlike = [file for file, x in belts if abs(x.m_per_s_per_unit / b.m_per_s_per_unit - 1.0) > AGREES]
+        if unlike:
+            meaning = f"this scale was assumed for {listed(unlike, 4)}, too, whose markers deny it"
+            how = "correct sign or scale in these files, or make a study of its own of these trials"
+            plan.check.append(Missing(f"{key}.belt_velocity.m_per_s_per_unit", meaning, how))
         if "record" in group.partners and seen.belt_fixed:
             plan.assume(f"{key}.belt_velocity.markers", seen.belt_fixed[:3], LOW, "belt-fixed markers")
     else:

@@ -257,10 +257,16 @@ def share_labels(trials: list[Seen]) -> None:
 
 
 def usual_belt(trials: Iterable[Seen]) -> BeltChannel | None:
-    """Channel of the belt in most trials, as the trial shows it in which a marker follows it best."""
+    """Channel of the belt in most trials, as the trial shows it in which a marker follows it best.
+
+    Trials with another scale than most of them, such as a reversed sign, do not count.
+    """
     belts = [s.belt for s in trials if s.belt is not None]
     counts = Counter(belt.name for belt in belts)
-    return max(belts, key=lambda b: (counts[b.name], float(np.nan_to_num(abs(b.correlation)))), default=None)
+    best_first = sorted(belts, key=lambda b: (-counts[b.name], -float(np.nan_to_num(abs(b.correlation)))))
+    scales = sorted(belt.m_per_s_per_unit for belt in belts if belt.name == best_first[0].name)
+    usual = scales[len(scales) // 2] if scales else np.nan
+    return next((belt for belt in best_first if abs(belt.m_per_s_per_unit / usual - 1.0) < AGREES), None)
 
 
 def _see_loads(seen: Seen, recording: Recording) -> None:

@@ -50,6 +50,8 @@ UNKNOWN_M, WELL_KNOWN_M = 0.01, 2.0 * CENTRE_KNOWN_M
 FORCE_WITHIN = 0.03
 # calibrations of one plate agree up to a shift of the origin (m) and a difference of the gains
 SAME_M, SAME_SCALE = 0.002, 0.01
+# beyond these, K of a standing person is wrong by more than 5 %, and nothing is recommended
+FAR_M, FAR_SCALE = 0.005, 0.03
 COMPONENTS = ("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")
 # deviation of the centre of pressure that shows one faulty transducer (m)
 MOVED_M = 0.02
@@ -169,10 +171,23 @@ def calibration_difference(
     one: calibration, forces and moments per voltage (N/V, N·m/V).
     other: the calibration that is compared with it.
     """
+    return _compared(one, other)[0]
+
+
+def calibration_fault(
+    one: Annotated[np.ndarray, "(6, channels)"] | None, other: Annotated[np.ndarray, "(6, channels)"] | None
+) -> tuple[str, ...]:
+    """Flag of a plate with two calibrations: the same difference, small or large; none if they agree."""
+    found, far = _compared(one, other)
+    return ("other-calibration" if far else "calibration-differs",) * bool(found)
+
+
+def _compared(one: np.ndarray | None, other: np.ndarray | None) -> tuple[str, bool]:
+    """Difference in words, and whether it is larger than `FAR_M` or `FAR_SCALE`."""
     if one is None or other is None or np.array_equal(one, other):
-        return ""
+        return "", False
     if one.shape != other.shape:
-        return f"{other.shape[1]} transducers instead of {one.shape[1]}"
+        return f"{other.shape[1]} transducers instead of {one.shape[1]}", True
     f = other[:3]
     of_force = [
         np.linalg.lstsq(row[:, None], new, rcond=None)[0] for row, new in zip(one[:3], f, strict=True)
@@ -198,9 +213,12 @@ def calibration_difference(
     found = [f"origin moved by {' and '.join(moved)}"] * bool(moved)
     found += [f"gain of {' and '.join(scaled)}"] * bool(scaled)
     rest = other - np.vstack([np.array(of_force) * one[:3], (columns @ of_moment).reshape(3, -1)])
-    if (np.linalg.norm(rest, axis=1) > SAME_SCALE * np.linalg.norm(one, axis=1)).any():
+    weights = np.linalg.norm(rest, axis=1) / np.maximum(np.linalg.norm(one, axis=1), 1e-300)
+    if (weights > SAME_SCALE).any():
         found.append("other weights of the transducers")
-    return ", ".join(found)
+    off = np.where(one.any(axis=1), np.abs(gains - 1.0), 0.0)
+    far = np.abs(of_moment[:3]).max() > FAR_M or max(off.max(), weights.max()) > FAR_SCALE
+    return ", ".join(found), bool(far)
 
 
 def resting(prepared: PreparedTrial, belt: str, weight: Weight | None) -> Resting:

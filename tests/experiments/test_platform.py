@@ -172,11 +172,21 @@ def spiked(table):
             lambda t: {f"{a}_{what}": t[f"{b}_{what}"] for a, b in PAIRS for what in ("angle", "torque")},
             {"joints-exchanged"},
         ),
+        (lambda t: {"hip_angle": t["hip_angle"] + t["ankle_angle"]}, {"joints-exchanged"}),
         (second_half(1.02), set()),
         (second_half(1.4), {"halves-differ"}),
         (spiked, {"spikes"}),
     ],
-    ids=["sound", "torques", "angles", "joints", "gain-of-2-percent", "gain", "spikes"],
+    ids=[
+        "sound",
+        "torques",
+        "angles",
+        "joints",
+        "trunk-from-vertical",
+        "gain-of-2-percent",
+        "gain",
+        "spikes",
+    ],
 )
 def test_a_spoiled_recording_is_flagged_by_what_was_spoiled(table, spoil, flags):
     assert flags_of(table | spoil(table)) == flags

@@ -395,6 +395,25 @@ def test_trial_of_another_stiffness_is_named(factor, flags, good):
         assert all(row.recommended for row in rows) == good
 
 
+@pytest.mark.parametrize(("gain", "flags"), [(1.0, []), (1.1, []), (1.5, ["halves-differ"])])
+def test_late_responses_that_differ_from_early_ones_are_flagged(gain, flags):
+    for seed in (2, 7):
+        trials = group(seed)[:4]
+        for trial in trials:
+            trial.perturbed[trial.count // 2 :, :, 0] *= gain
+        assert [f for f in failed_checks(fitted(trials), trials, 1, None) if f == "halves-differ"] == flags
+
+
+@pytest.mark.parametrize(("flag", "good"), [("calibration-differs", True), ("other-calibration", False)])
+def test_nothing_is_quoted_with_a_force_plate_of_another_calibration(flag, good):
+    trials = [replace(trial, plate_flags=(flag,)) for trial in group()]
+    fits = fit_free(trials, "standing/relax", FREE, choices(), 80)
+    (pathway, estimator), rows = next(iter(fits)), rows_of_task(B=9.0, K=420.0)
+    found = quoted(rows, trials, fits, {"pathway": pathway, "estimator": estimator}, COMPENSATED)
+    assert flag in fits[pathway, estimator].quantities["K"].flags
+    assert [row.recommended for row in found] == [good, good]
+
+
 def test_estimate_is_not_to_be_quoted_where_the_treadmill_certainly_makes_half_of_it():
     for error, good in ((0.4, True), (0.52, True), (0.7, False), (-0.7, False)):
         assert quotable([replace(group()[0], treadmill_error=(300.0 * error, 30.0))], 300.0) == good

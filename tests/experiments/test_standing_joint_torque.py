@@ -451,8 +451,9 @@ def test_centre_of_pressure_shows_a_plate_that_no_weight_has_shown():
 def test_faults_of_recordings_and_another_calibration_flag_the_plate():
     rng, trial = np.random.default_rng(2), usual_trial()
     matrix = rng.standard_normal((6, 12))
-    shifted = matrix.copy()
-    shifted[3] -= 0.02 * matrix[2]
+    shifted, far = matrix.copy(), matrix.copy()
+    shifted[3] -= 0.004 * matrix[2]
+    far[3] -= 0.02 * matrix[2]
 
     def flags(attributes, **of_weights):
         marked = replace(trial, attributes=trial.attributes | attributes)
@@ -463,6 +464,7 @@ def test_faults_of_recordings_and_another_calibration_flag_the_plate():
     assert flags({}, faults=("spikes",)) == ("spikes",)
     assert flags({"calibration_right": matrix}, calibration=matrix) == ()
     assert flags({"calibration_right": shifted}, calibration=matrix) == ("calibration-differs",)
+    assert flags({"calibration_right": far}, calibration=matrix) == ("other-calibration",)
 
 
 @pytest.mark.parametrize("cutoff_hz", [11.0, 14.0])

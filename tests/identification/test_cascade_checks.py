@@ -140,12 +140,14 @@ def ruined(x):
     ("spoil", "flag"),
     [
         (filtered, "filtered-signal"),
+        # rounding is white, as the noise of an instrument
+        (lambda x: np.round(filtered(x), 3), "filtered-signal"),
         (spiked, "spikes"),
         (held, "held-samples"),
         (lambda x: np.maximum(x, np.quantile(x, 0.006)), "clipped"),
         (ruined, "halves-differ"),
     ],
-    ids=["filtered", "spikes", "held", "clipped", "ruined"],
+    ids=["filtered", "filtered-and-rounded", "spikes", "held", "clipped", "ruined"],
 )
 def test_a_spoiled_torque_is_flagged_by_what_was_spoiled(spoil, flag, recorded, study):
     time, angle, torque = recorded
@@ -157,9 +159,10 @@ def test_a_spoiled_torque_is_flagged_by_what_was_spoiled(spoil, flag, recorded, 
     ("change", "name"),
     [
         (lambda time, x: moved_by(time, x, -0.004), "torque-delay"),
+        (lambda time, x: np.round(filtered(x), 3), "filtered-signal"),
         (lambda time, x: (1.0 + 0.4 * np.sin(time / 3.0)) * x, "time-varying"),
     ],
-    ids=["delay", "gain"],
+    ids=["delay", "filter", "gain"],
 )
 def test_the_public_fit_notes_the_same(change, name, recorded):
     time, angle, torque = recorded

@@ -70,6 +70,29 @@ def ingest(log, command, options=MANIPULATOR, duration_s=4.95):
     return ingest_torque_manipulator(log, command, options, duration_s, "log.txt", "command.txt")
 
 
+def held_and_late(torque):
+    torque = torque.copy()
+    torque[3000:3200] = torque[3000]
+    return torque
+
+
+@pytest.mark.parametrize(
+    ("change", "faults"),
+    [
+        (lambda x: x, ()),
+        (lambda x: np.clip(x, -0.7, None), ("clipped",)),
+        (held_and_late, ("held-samples",)),
+        (lambda x: x + 2.0 * (np.arange(x.size) == 3000), ("spikes",)),
+        # a command of steps: random levels, and two of them
+        (lambda x: np.random.default_rng(1).standard_normal(x.size // 8).repeat(8), ()),
+        (lambda x: np.sign(np.random.default_rng(1).standard_normal(x.size // 128)).repeat(128), ()),
+    ],
+    ids=["sound", "cut", "held", "spike", "levels", "binary"],
+)
+def test_faults_of_a_command_are_told(change, faults, log, command):
+    assert recorded_faults(ingest(log, command | {"torque": change(command["torque"])})) == faults
+
+
 def test_clock_of_the_log_is_moved_to_the_trigger(log, command):
     trial = ingest(log, command)
     grid = trial.time

@@ -466,6 +466,7 @@ def hole(channel):
         ({}, {"trigger": "Belt speed"}, ["'Belt speed'", "high from the first"]),
         ({"markers": None}, {}, ["markers", "found none"]),
         ({"dead": 1}, {}, ["force plate 2", "zeros only"]),
+        ({"exchanged": 1}, {}, ["force plate 2", "below the markers", "N on it and 24.5 N on force plate 1"]),
         ({"fault": 1}, {}, ["of an unknown type"]),
         ({}, {"plates": PlateNumbers((2,), (1,))}, ["0.57 m to the right", "exchange left and right"]),
         ({"far": 0.9}, {}, ["force plate 1 or 2", "1.2 m outside", "recording.plates"]),
@@ -485,6 +486,10 @@ def test_what_does_not_fit_the_file_is_refused(change, use, words, recording, op
         plates = [*recording.plates]
         plates[1] = replace(plates[1], force=0.0 * plates[1].force, moment=0.0 * plates[1].moment)
         recording = replace(recording, plates=tuple(plates))
+    if "exchanged" in change:
+        left, right = recording.plates
+        plates = (replace(right, corners=left.corners), replace(left, corners=right.corners))
+        recording = replace(recording, plates=plates)
     if "fault" in change:
         sentence = (
             f"{recording.name}, force plate 2: expected a plate, found one of an unknown type: export it"

@@ -9,6 +9,7 @@ from tepsipe.mechanics.segment_kinematics import (
     SegmentMarkers,
     fit_rigid_segment,
     joint_motion,
+    refuse_loose,
     segment_motion,
 )
 
@@ -100,6 +101,26 @@ def test_positions_in_millimetres_are_refused():
     with pytest.raises(InputError) as caught:
         segment_motion(time, positions, markers, 0.2)
     assert_one_sentence(caught.value, "positions", "metres", "found a range of 400", "mm")
+
+
+FOOT = SegmentMarkers(("toe", "heel", "ankle"), [[0.14, -0.05], [-0.05, -0.05], [0.0, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("seen", "advice"),
+    [
+        (FOOT.layout_m * [-1.0, 1.0], "if the segment faces backward: reverse the forward axis"),
+        (FOOT.layout_m[[1, 0, 2]], "if 'toe' and 'heel' are exchanged: correct their labels or places"),
+        (FOOT.layout_m[[0, 2, 1]], "if 'heel' and 'ankle' are exchanged"),
+        (FOOT.layout_m * [1.6, 1.0], "on average: check their layout and order"),
+    ],
+)
+def test_markers_that_are_not_one_body_are_refused_with_the_layout_that_would_fit(seen, advice):
+    seen = seen + 0.001 * np.random.default_rng(1).standard_normal((50, 3, 2))
+    pose = fit_rigid_segment(seen, FOOT.layout_m, np.zeros(2))
+    with pytest.raises(InputError) as caught:
+        refuse_loose(pose, seen, FOOT, "foot")
+    assert_one_sentence(caught.value, "markers of the foot", "one rigid body", advice)
 
 
 def test_layout_that_determines_no_pose_is_refused():

@@ -337,6 +337,22 @@ def test_each_experiment_has_its_own_belt_fixed_markers(tmp_path, monkeypatch):
     assert plate["exceptions"] == {"empty": {"recording": {"belt_velocity": whole}}}
 
 
+def test_one_reversed_channel_does_not_decide_the_scale_of_all(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    for number in range(1, 5):
+        loaded_belt(tmp_path / f"lab/dummy_{number}.c3d", 3.0)
+    file = ezc3d.c3d("lab/dummy_1.c3d")
+    labels = file["parameters"]["ANALOG"]["LABELS"]["value"]
+    file["data"]["analogs"][0, labels.index("Belt speed")] *= -1.0
+    file.write("lab/dummy_1.c3d")
+    new_study("lab", output="s")
+    velocity = settings_of(tmp_path / "s")["plate_treadmill"]["recording"]["belt_velocity"]
+    assert velocity["m_per_s_per_unit"] == pytest.approx(0.5, rel=0.05)
+    missing = (tmp_path / "s/MISSING.md").read_text()
+    assert "this scale was assumed for 'dummy_1.c3d', too, whose markers deny it" in missing
+
+
 def test_windows_of_the_foot_end_before_the_next_pulse(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "lab").mkdir()

@@ -8,6 +8,7 @@ from tepsipe.io.names import check_distinct, check_name, special_in, usable_name
 from tepsipe.new_study.study import new_study
 from workflow.support.folders import check_path
 from workflow.support.trial_sheet import read_trial_sheet
+from workflow.support.yaml_file import read_settings
 
 HOSTILE = (
     *("CON", "nul", "com1.x", "Aux-1", "Run", "run", "x" * 120, "x" * 121, "a.", "-a", "..a", "ä ö", "1"),
@@ -43,6 +44,22 @@ def test_the_run_accepts_every_name_that_new_study_writes(recordings, output):
     left = {found.name: found.why for found in made.left}
     for name in HOSTILE[-8:]:
         assert "in its name: rename it" in left[f"{name}.csv"]
+
+
+@pytest.mark.parametrize(
+    ("folder", "name", "title"),
+    [
+        ("recordings", None, "Recordings of ankles"),
+        ("Data", None, "Recordings of ankles"),
+        ("recordings", "recordings-of-may", "Recordings of recordings-of-may"),
+        ("may", None, "Recordings of may"),
+    ],
+)
+def test_a_folder_called_after_its_content_is_titled_by_the_one_around_it(folder, name, title, recordings):
+    around = recordings.with_name("ankles")
+    around.mkdir()
+    made = new_study(recordings.rename(around / folder), name, "study")
+    assert read_settings(made.folder / "config.yaml")["study"]["title"] == title
 
 
 def test_a_folder_that_the_run_refuses_is_refused(recordings):

@@ -14,7 +14,13 @@ from tepsipe.experiments.weight.calibrate import with_recordings
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.treadmill.options import Weight
-from tepsipe.treadmill.plate_check import PlateCheck, Resting, calibration_difference, check_plate
+from tepsipe.treadmill.plate_check import (
+    PlateCheck,
+    Resting,
+    calibration_difference,
+    calibration_fault,
+    check_plate,
+)
 
 G, X_M, LENGTH_M, WIDTH_M = 9.81, 0.25, 1.6, 0.5
 PLACES_M = np.array([0.02, 0.05, 0.09, 0.12])
@@ -173,14 +179,30 @@ def matrix(rng, origin_m=(0.0, 0.0, 0.0), gains=(1.0,) * 6, channel=None):
 )
 def test_difference_of_two_calibrations_is_told(changes, words):
     sound, other = (matrix(np.random.default_rng(8), **change) for change in ({}, changes))
-    found = calibration_difference(sound, other)
+    found, flag = calibration_difference(sound, other), calibration_fault(sound, other)
     assert words in found if words else found == ""
+    assert flag == (("other-calibration",) if words else ())
+
+
+@pytest.mark.parametrize(
+    ("changes", "flag"),
+    [
+        ({"origin_m": (0.0, 0.0045, 0.0)}, "calibration-differs"),
+        ({"origin_m": (0.0, 0.0055, 0.0)}, "other-calibration"),
+        ({"gains": (1.0, 1.025, 1.0, 1.0, 1.0, 1.0)}, "calibration-differs"),
+        ({"gains": (1.0, 1.0, 1.0, 0.965, 1.0, 1.0)}, "other-calibration"),
+    ],
+)
+def test_a_large_difference_of_two_calibrations_has_another_flag(changes, flag):
+    sound, other = (matrix(np.random.default_rng(8), **change) for change in ({}, changes))
+    assert calibration_fault(sound, other) == (flag,)
 
 
 def test_calibrations_are_compared_where_both_are_known():
     one = matrix(np.random.default_rng(3))
     assert calibration_difference(None, one) == calibration_difference(one, None) == ""
     assert calibration_difference(one, one[:, :6]) == "6 transducers instead of 12"
+    assert calibration_fault(one, one[:, :6]) == ("other-calibration",)
 
 
 def test_recordings_of_weights_keep_their_calibration_and_faults():
@@ -196,4 +218,4 @@ def test_recordings_of_weights_keep_their_calibration_and_faults():
     back = PlateCheck.from_result(Result.of({}, {"plate": found.facts}))
     assert (back.calibration == one).all()
     assert back.faults == ("clipped",)
-    assert with_recordings(checked(), trials, "right").faults == ("clipped", "calibration-differs")
+    assert with_recordings(checked(), trials, "right").faults == ("clipped", "other-calibration")

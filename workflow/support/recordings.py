@@ -36,7 +36,7 @@ def refused_recordings(study: Study, read: Read | None = None) -> list[str]:
                 _read_walk(study, condition)
                 continue
             trial = ingested(study, experiment, condition)
-            if read is not None and EXPERIMENTS[experiment].on_plate:
+            if read is not None:
                 read.trials[experiment, condition] = replace(trial, axes={}, signals={})
             if experiment in ("weight", "empty"):
                 of_plates[experiment, condition] = _plate_trial(study, experiment, condition, trial)

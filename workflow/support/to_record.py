@@ -11,7 +11,7 @@ import numpy as np
 from tepsipe.errors import listed
 from tepsipe.io.estimates import FLAGS
 from tepsipe.io.trial import Trial, recorded_faults
-from tepsipe.treadmill.plate_check import calibration_difference, calibration_of
+from tepsipe.treadmill.plate_check import calibration_difference, calibration_fault, calibration_of
 from tepsipe.treadmill.recording import BeltRecording
 from workflow.support.people import BELTS
 from workflow.support.study import Study
@@ -29,7 +29,7 @@ class Read:
     plates: dict[tuple[str, str], BeltRecording] = field(default_factory=dict)
     """Trials of a weight or the empty belt -> their fore-aft load (N)."""
     trials: dict[tuple[str, str], Trial] = field(default_factory=dict)
-    """Trials on the treadmill, with their attributes only."""
+    """All trials but walks, with their attributes only."""
     quiet_s: dict[str | None, float] = field(default_factory=dict)
     """Participant -> unperturbed time in all trials of standing (s)."""
 
@@ -48,11 +48,12 @@ def faults_of(read: Read) -> list[str]:
         usual = min(known, key=lambda name: name[0] not in ("weight", "empty"), default=None)
         by_difference: dict[str, list[str]] = {}
         for name, matrix in known.items():
-            if difference := calibration_difference(known[usual], matrix):
+            if flag := calibration_fault(known[usual], matrix):
+                difference = f"{calibration_difference(known[usual], matrix)} ({flag[0]})"
                 by_difference.setdefault(difference, []).append("/".join(name))
         asked += [
             f"{listed(names, 4)}: the force plate of the {belt} belt has another calibration than in "
-            f"{'/'.join(usual)}: {difference} (calibration-differs)"
+            f"{'/'.join(usual)}: {difference}"
             for difference, names in by_difference.items()
         ]
     return asked

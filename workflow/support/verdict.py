@@ -18,9 +18,10 @@ from workflow.support.people import BELTS
 from workflow.support.recordings import ingested
 from workflow.support.study import Study
 
+QUOTABLE = "K will be quotable"
 MOST = 2  # trials that are named as left out
 # flags of a K that is not quoted; other flags beside them are their consequences
-DECIDING = ("uncompensated", "negative", "treadmill-model", "treadmill-not-converged")
+DECIDING = ("uncompensated", "other-calibration", "negative", "treadmill-model", "treadmill-not-converged")
 
 
 def verdicts(study: Study) -> list[str]:
@@ -156,7 +157,7 @@ def sentence(row: Estimate | None, left_out: list[str]) -> str:
         known = row.ci_low is not None and row.ci_high is not None
         half = 50.0 * (row.ci_high - row.ci_low) / row.value if known else None
         width = "no interval" if half is None else f"± {half:.2g} % expected"
-        return f"K will be quotable, {width}" + "".join(f"; {reason}" for reason in reasons)
+        return f"{QUOTABLE}, {width}" + "".join(f"; {reason}" for reason in reasons)
     reasons = [reason for flag, reason in zip(flags, reasons, strict=True) if flag in DECIDING] or reasons
     whole = [text for text in left_out if "left out as a whole: " in text]
     reasons = reasons or (whole or left_out)[:MOST] or ["no response to a perturbation was usable"]

@@ -24,7 +24,7 @@ from tepsipe.signals.time_alignment import advanced, marker_delay
 from tepsipe.statistics.uncertainty import Budget
 from tepsipe.treadmill.compensation import compensated_loads
 from tepsipe.treadmill.held_out import HeldOut
-from tepsipe.treadmill.plate_check import calibration_difference, calibration_of
+from tepsipe.treadmill.plate_check import calibration_fault, calibration_of
 from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FittedModel, pick
@@ -149,10 +149,10 @@ def _faults_on_plate(prepared: PreparedTrial, options: FootOptions) -> tuple[str
     Names in `tepsipe.flags.FLAGS`.
     """
     weights = None if options.held_out is None else options.held_out.calibration
-    differs = calibration_difference(weights, calibration_of(prepared.trial, options.belt))
+    differs = calibration_fault(weights, calibration_of(prepared.trial, options.belt))
     signals = prepared.as_recorded([options.belt], [options.ankle_label])
     faults = flags_of(prepared.rate_hz, prepared.at_rest, **signals) + recorded_faults(prepared.trial)
-    return tuple(dict.fromkeys(faults + ("calibration-differs",) * bool(differs)))
+    return tuple(dict.fromkeys(faults + differs))
 
 
 def foot_delay(prepared: PreparedTrial, options: FootOptions) -> float:

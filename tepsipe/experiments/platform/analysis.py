@@ -44,6 +44,8 @@ PATHWAY = "closed-loop"
 # ends of the record that a prediction cannot use (s)
 CUT_S = 1.0
 FILTER_ORDER = 4
+# no hip assists the angle of the ankle by this part of its own stiffness
+ASSISTING = 0.3
 
 
 @dataclass(frozen=True)
@@ -147,7 +149,8 @@ def analyse_platform(trial: Trial, options: PlatformOptions) -> PlatformAnalysis
 def _exchanged(spectra: Spectra, model: ModelFit, joints: tuple[str, ...], below_hz: float) -> bool:
     """True if the slow torque of the hip exceeds the ankle's, or torques follow the other joint's angle.
 
-    The ankle carries the trunk, too, and a joint resists its own angle.
+    The ankle carries the trunk, too, and a joint resists its own angle. If the angle of the hip is that of
+    the trunk from the vertical, the hip assists the angle of the ankle by as much as it resists its own.
     """
     low = spectra.frequency_hz.mean(axis=1) <= below_hz
     low[0] = True
@@ -155,7 +158,9 @@ def _exchanged(spectra: Spectra, model: ModelFit, joints: tuple[str, ...], below
     names = [(f"K_{one}_{one}", f"K_{one}_{other}") for one, other in (joints, joints[::-1])]
     pairs = [[of[name] for name in pair] for of, pair in zip(model.quantities, names, strict=True)]
     crossed = all(own.identified and cross.identified and cross.low > own.high for own, cross in pairs)
-    return bool(driven[1] > driven[0]) or crossed
+    own, cross = pairs[1]
+    from_vertical = own.identified and cross.identified and cross.high < -ASSISTING * own.value
+    return bool(driven[1] > driven[0]) or crossed or from_vertical
 
 
 def _differ(first: RowFit, last: RowFit) -> bool:

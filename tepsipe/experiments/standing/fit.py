@@ -33,7 +33,7 @@ from tepsipe.io.result import Result, joined
 from tepsipe.io.trial import Trial, with_faults
 from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.held_out import read_held_out
-from tepsipe.treadmill.plate_check import PlateCheck, calibration_difference, calibration_of
+from tepsipe.treadmill.plate_check import PlateCheck, calibration_fault, calibration_of
 from tepsipe.treadmill.registry import FittedModel, pick
 
 
@@ -82,8 +82,7 @@ def begin(
     checks = plates.checks
     if options.belt == BOTH:
         for belt, check in checks.items():
-            if calibration_difference(check.calibration, calibration_of(trial, belt)):
-                trial = with_faults(trial, "calibration-differs")
+            trial = with_faults(trial, *calibration_fault(check.calibration, calibration_of(trial, belt)))
             trial = check.corrected(trial, belt)
     plate = PlateCheck.of_several(list(checks.values())) if checks else PlateCheck()
     standing = process_standing(trial, name, options, pathways, _of_belt(plates.models, options), plate)

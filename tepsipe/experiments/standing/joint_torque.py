@@ -35,13 +35,13 @@ from tepsipe.mechanics.inverse_dynamics import (
     standing_torque,
     standing_torque_as_printed,
 )
-from tepsipe.mechanics.segment_kinematics import fit_rigid_segment
+from tepsipe.mechanics.segment_kinematics import fit_rigid_segment, refuse_loose
 from tepsipe.signals.differentiation import degree_at, derivative
 from tepsipe.signals.onsets import ramp_onset
 from tepsipe.signals.sample_faults import noise_floors
 from tepsipe.signals.time_alignment import advanced, marker_delay
 from tepsipe.treadmill.compensation import compensated_loads
-from tepsipe.treadmill.plate_check import PlateCheck, calibration_difference, calibration_of
+from tepsipe.treadmill.plate_check import PlateCheck, calibration_fault, calibration_of
 from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FittedModel, pick
@@ -49,8 +49,6 @@ from tepsipe.treadmill.trial_recordings import COMPONENTS, recordings_of_loads
 
 # largest difference of the mass on the belt from the person's, as a fraction of it
 MASS_WITHIN = 0.15
-# largest root mean square distance of markers from one rigid segment (m)
-LOOSE_M = 0.01
 
 
 @dataclass(frozen=True)
@@ -126,7 +124,7 @@ def process_standing(
     Returns: signals, and whether the person stood still.
     """
     plate = plate or PlateCheck()
-    differs = calibration_difference(plate.calibration, calibration_of(trial, options.belt))
+    differs = calibration_fault(plate.calibration, calibration_of(trial, options.belt))
     trial = plate.corrected(trial, options.belt)
     prepared = prepare_trial(trial, name, options.lowpass, options.window, options.quiet_after_s)
     time, still, person = prepared.time, prepared.at_rest, options.person
@@ -135,8 +133,7 @@ def process_standing(
     _refuse_other_mass(loads["Fz"][still], options, name)
     labels = _labels(trial, person, name)
     filtered = noise_floors(still, prepared.rate_hz, **prepared.as_recorded(options.belts, person.labels))
-    faults = recorded_faults(trial) + ("calibration-differs",) * bool(differs)
-    faults += ("filtered-signal",) * bool(filtered)
+    faults = recorded_faults(trial) + differs + ("filtered-signal",) * bool(filtered)
     positions = trial.values("marker_position")[:, :, 1:].astype(float)
     hidden = trial.values("marker_hidden")[:, [labels.index(label) for label in person.labels]]
     filtered = prepared.filtered(positions)
@@ -247,12 +244,10 @@ def _refuse_loose_segments(positions: np.ndarray, labels: list[str], person: Per
         markers = getattr(person, segment)
         columns = [labels.index(label) for label in markers.labels]
         pose = fit_rigid_segment(positions[:, columns], markers.layout_m, np.zeros(2))
-        if pose.marker_residual_rms_m > LOOSE_M:
-            raise InputError(
-                f"{name}: expected the markers of the {segment} to move as one rigid body, found them "
-                f"{1e3 * pose.marker_residual_rms_m:.3g} mm from it on average: check their layout in the "
-                "configuration"
-            )
+        try:
+            refuse_loose(pose, positions[:, columns], markers, segment)
+        except InputError as error:
+            raise InputError(f"{name}: {error}") from error
 
 
 def segment_poses(

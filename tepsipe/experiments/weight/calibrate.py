@@ -26,7 +26,7 @@ from tepsipe.treadmill.options import Weight
 from tepsipe.treadmill.plate_check import (
     PlateCheck,
     Resting,
-    calibration_difference,
+    calibration_fault,
     calibration_of,
     check_plate,
     resting,
@@ -149,7 +149,7 @@ def with_recordings(check: PlateCheck, trials: Sequence[Trial], belt: str) -> Pl
     """The check of a plate with the calibration of its recordings, and with their faults."""
     known = [calibration_of(trial, belt) for trial in trials]
     faults = [fault for trial in trials for fault in recorded_faults(trial) if fault != "other-amplitude"]
-    faults += ["calibration-differs"] * any(calibration_difference(known[0], each) for each in known)
+    faults += [fault for each in known for fault in calibration_fault(known[0], each)]
     return replace(check, faults=tuple(dict.fromkeys(faults)), calibration=known[0])
 
 

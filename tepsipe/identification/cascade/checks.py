@@ -6,7 +6,8 @@ What the torque leaves beside reflex, stops, relaxation and stiffening is that o
 
 with the filter W, which whitens the slow torque. The reflex begins at least 30 ms after the movement, and the
 delay of the torque is searched up to this time, so it is found on the left side
-(`tepsipe.identification.consistency.delay_of_record`). The stiffness is compared between segments of the
+(`tepsipe.identification.consistency.delay_of_record`). A torque that went through a zero-lag low-pass F
+follows the same equation with F theta in place of theta. The stiffness is compared between segments of the
 record, K + dK with the residual e of the model,
 
     W e = W (dI theta'' + dB theta' + dK theta + level)
@@ -21,6 +22,7 @@ from tepsipe.identification.cascade.fit import ParallelCascadeFit
 from tepsipe.identification.cascade.record import CascadeRecord
 from tepsipe.identification.consistency import CHANCE, DelayProfile, delay_of_record, explains_less
 from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.filters import WIDEST, butterworth_lowpass
 from tepsipe.statistics.residuals import equal_means_p, solution_with_errors
 
 # length of the segments whose stiffness is compared, and of the blocks within which whitened residuals may
@@ -28,6 +30,9 @@ from tepsipe.statistics.residuals import equal_means_p, solution_with_errors
 SEGMENT_S, BLOCK_S, LEAST_VARIATION = 5.0, 0.5, 0.1
 # smallest delay of the torque that counts (s), and confidence that there is one
 LEAST_DELAY_S, SURE = 1e-3, 0.999
+# cutoffs and order of the low-pass that the torque may have passed, and the largest part of the squares that
+# it then leaves
+CUTOFFS_HZ, FILTER_ORDER, LEAST_GAIN = np.geomspace(3.0, 30.0, 10), 4, 0.5
 
 
 def failed_checks(record: CascadeRecord, fit: ParallelCascadeFit) -> tuple[str, ...]:
@@ -35,6 +40,7 @@ def failed_checks(record: CascadeRecord, fit: ParallelCascadeFit) -> tuple[str, 
     varies = varying_stiffness(record, fit) > LEAST_VARIATION
     found = {
         "torque-delay": late(torque_delay(record, fit)),
+        "filtered-signal": filtered_torque(record, fit),
         "time-varying": varies,
         "halves-differ": explains_less(fit.vaf.training, fit.vaf.held_out),
     }
@@ -43,10 +49,23 @@ def failed_checks(record: CascadeRecord, fit: ParallelCascadeFit) -> tuple[str, 
 
 def torque_delay(record: CascadeRecord, fit: ParallelCascadeFit) -> DelayProfile:
     """Delay of the torque beside the reflex that was fitted."""
-    time, motion = _motion(record)
-    linear = record.used - fit.reflex_torque - fit.stop_torque - 0.5 * fit.stiffening * motion[:, 2] ** 2
-    regressors, torque = (fit.slow.model.whiten(x, record.rate_hz) for x in (motion, linear))
+    time, *signals = _linear(record, fit)
+    regressors, torque = (fit.slow.model.whiten(x, record.rate_hz) for x in signals)
     return delay_of_record(time, regressors, torque, round(record.rate_hz), SURE)
+
+
+def filtered_torque(record: CascadeRecord, fit: ParallelCascadeFit) -> bool:
+    """True if a low-pass of the motion leaves at most `LEAST_GAIN` of the squares, for some cutoff."""
+    _, motion, linear = _linear(record, fit)
+    torque = fit.slow.model.whiten(linear, record.rate_hz)
+
+    def unexplained(regressors: np.ndarray) -> float:
+        whitened = fit.slow.model.whiten(regressors, record.rate_hz)
+        return float(np.sum((torque - whitened @ np.linalg.lstsq(whitened, torque, rcond=None)[0]) ** 2))
+
+    cutoffs_hz = [hz for hz in CUTOFFS_HZ.tolist() if hz < WIDEST * record.rate_hz]
+    filtered = (butterworth_lowpass(motion, record.rate_hz, hz, FILTER_ORDER) for hz in cutoffs_hz)
+    return min(map(unexplained, filtered), default=np.inf) < LEAST_GAIN * unexplained(motion)
 
 
 def late(profile: DelayProfile) -> bool:
@@ -81,6 +100,13 @@ def _change(regressors: np.ndarray, residual: np.ndarray, rate_hz: float) -> tup
     """Change of K (N·m/rad), its standard error and degrees of freedom."""
     solution, error, freedom = solution_with_errors(regressors, residual, round(BLOCK_S * rate_hz))
     return solution[2], error[2], freedom
+
+
+def _linear(record: CascadeRecord, fit: ParallelCascadeFit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Time (s), motion as `_motion`, and the torque that a linear joint makes of it (N·m)."""
+    time, motion = _motion(record)
+    linear = record.used - fit.reflex_torque - fit.stop_torque - 0.5 * fit.stiffening * motion[:, 2] ** 2
+    return time, motion, linear
 
 
 def _motion(record: CascadeRecord) -> tuple[np.ndarray, Annotated[np.ndarray, "(n, 4)"]]:

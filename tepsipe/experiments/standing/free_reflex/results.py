@@ -84,7 +84,7 @@ from tepsipe.experiments.standing.free_reflex.reflex import REFLEX
 from tepsipe.experiments.standing.muscle_torque import FREE, NONE
 from tepsipe.experiments.standing.options import FreeReflexOptions, StandingEstimator, TorquePathway
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency
-from tepsipe.identification.consistency import CHANCE
+from tepsipe.identification.consistency import CHANCE, welch
 from tepsipe.identification.regression.generalised import Record, generalised_least_squares
 from tepsipe.identification.result import Quantity, quantities_of
 from tepsipe.io.estimates import Contribution, Estimate, flagged, recommended
@@ -108,6 +108,8 @@ USABLE = 0.7
 # relative difference of a recording's B or K from the others' that matters, and beyond which no value of the
 # task is quoted; recordings of several amplitudes differ by softening
 TRIALS_DIFFER, TRIALS_APART = 0.25, 0.4
+# least number of responses of each half of a trial for which both are compared
+FEWEST_OF_HALF = 4
 
 
 def failed_checks(
@@ -147,9 +149,32 @@ def failed_checks(
     failed += dict.fromkeys(flag for trial in trials for flag in trial.plate_flags)
     if any(_size_apart(each) > TRIALS_DIFFER for each in fit.apart):
         failed.append("trials-differ")
+    if _halves_apart(fit, trials) > TRIALS_DIFFER:
+        failed.append("halves-differ")
     if sum(trial.count for trial in trials) < USABLE * perturbations:
         failed.append("few-perturbations")
     return tuple(failed)
+
+
+def _halves_apart(fit: FreeReflexFit, trials: list[BroadbandEpochs]) -> float:
+    """Largest relative difference of B and K between early and late responses that is none by chance.
+
+    A response moves B and K by c_i through its deviation from the mean of its n responses. If only the m
+    responses of a half counted, B and K would change by n / m times the sum of their c_i.
+    """
+    counts = [trial.count for trial in trials]
+    if min(counts) < 2 * FEWEST_OF_HALF:
+        return 0.0
+    changes = np.sqrt(fit.errors.freedom / sum(counts)) * fit.errors.scatter
+    of_trials = np.split(changes, np.cumsum(counts)[:-1])
+    halves, errors = [], []
+    for k in (0, 1):
+        parts = [len(x) / len(half) * half for x in of_trials for half in [np.array_split(x, 2)[k]]]
+        variance = sum(len(part) * part.var(axis=0, ddof=1) for part in parts)
+        halves.append(fit.parameters + sum(part.sum(axis=0) for part in parts))
+        errors.append((np.sqrt(variance), float(sum(len(part) - 1 for part in parts))))
+    chance = welch(*halves, *errors)[0]
+    return float((np.abs(halves[0] - halves[1]) / np.abs(fit.parameters) * (chance < CHANCE)).max())
 
 
 def _size_apart(recording: ApartFromOthers) -> float:
@@ -514,7 +539,7 @@ def _as_fit(fit: FreeReflexFit, trials: list[BroadbandEpochs], flags: tuple[str,
         budget=fit.budget,
         windows=fit.windows,
         apart=tuple(_apart_in_words(x) for x in fit.apart if _size_apart(x) > TRIALS_DIFFER),
-        quotable=all(_size_apart(x) <= TRIALS_APART for x in fit.apart),
+        quotable=all(_size_apart(x) <= TRIALS_APART for x in fit.apart) and "other-calibration" not in flags,
     )
 
 
@@ -581,7 +606,8 @@ def quoted(
     """Rows of a task with those to quote marked; none, where the torque cannot be trusted.
 
     The belt-induced load must be compensated, by a treadmill model whose error of K is not clearly above half
-    of it, and no trial may differ from the others by more than `TRIALS_APART`. Without compensation, K and B
+    of it, with the calibration of the plate that was used for this model, and no trial may differ from the
+    others by more than `TRIALS_APART`. Without compensation, K and B
     of the chosen pathway are flagged ``uncompensated``.
 
     fits: (pathway, estimator) -> fit.
