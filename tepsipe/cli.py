@@ -900,7 +900,7 @@ def _run(chosen: argparse.Namespace) -> NoReturn:
 def _check(chosen: argparse.Namespace) -> None:
     from tepsipe.new_study.start import own_files
 
-    _by_rules("check", own_files(chosen.files), "reading the recordings")
+    chosen.status = _by_rules("check", own_files(chosen.files), "reading the recordings")
 
 
 def _archive(chosen: argparse.Namespace) -> None:
@@ -912,8 +912,11 @@ def _archive(chosen: argparse.Namespace) -> None:
     _by_rules("archive", [*options, *own_files(chosen.files)], "packing")
 
 
-def _by_rules(module: str, arguments: Sequence[str], what: str) -> None:
-    """Run a module of the rules, print what it prints, and raise the last sentence of one that refuses."""
+def _by_rules(module: str, arguments: Sequence[str], what: str) -> int:
+    """Run a module of the rules, print what it prints, and raise the last sentence of one that refuses.
+
+    Returns: 0, or 1 where the module has found a fault that stops nothing.
+    """
     import subprocess
 
     from tepsipe.new_study.start import start_of
@@ -928,12 +931,12 @@ def _by_rules(module: str, arguments: Sequence[str], what: str) -> None:
         refused = [line.removeprefix("tepsipe: ") for line in said if line.startswith("tepsipe: ")]
         if refused and done.returncode == 1:
             print(*(f"tepsipe: {printable(sentence)}" for sentence in refused), sep="\n", file=sys.stderr)
-            chosen.status = 1
-            return
+            return 1
         *others, last = refused or said[-1:]
         for sentence in others:
             print(f"tepsipe: {printable(sentence)}", file=sys.stderr)
         raise InputError(last)
+    return 0
 
 
 def _outputs(prefix: Path, endings: Sequence[str], *inputs: Path) -> list[Path]:
