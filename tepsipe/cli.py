@@ -214,6 +214,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_check(commands)
     _add_run(commands)
     _add_export(commands)
+    _add_benchmark(commands)
     return parser
 
 
@@ -435,6 +436,107 @@ def _add_export(commands: argparse._SubParsersAction) -> None:
         help="file to write; default: the input's name with the new ending, in the current folder",
     )
     export.set_defaults(command=_export)
+
+
+def _add_benchmark(commands: argparse._SubParsersAction) -> None:
+    benchmark = commands.add_parser(
+        "benchmark",
+        help="make problems with a hidden truth, answer them, and score answers",
+        description="Make sealed problems whose truth lies apart, answer them by published methods, and "
+        "score answers. The problems are recordings of joints in simulated laboratories. Some are spoiled.",
+    )
+    parts = benchmark.add_subparsers(title="parts", metavar="PART", required=True)
+    make = parts.add_parser(
+        "make",
+        help="write problems into a folder, and their truth into a file",
+        description="Write problems into FOLDER, as arrays and as files of instruments, and the truth into a "
+        "file outside it. The same seed gives the same bytes. The seed reveals the truth: keep it until all "
+        "answers are in.",
+    )
+    make.add_argument("folder", type=Path, help="new or empty folder, which may be published")
+    make.add_argument("--seed", type=int, metavar="N", help="seed; default: a secret one of 128 bits")
+    make.add_argument(
+        "--per-kind", type=int, default=10, metavar="N", help="problems of each of four kinds; default 10"
+    )
+    make.add_argument(
+        "--truth", type=Path, metavar="FILE", help="file of the truth; default FOLDER-truth.json, beside it"
+    )
+    make.set_defaults(command=_benchmark_make)
+    score = parts.add_parser(
+        "score",
+        help="compare answers with the truth",
+        description="Compare tables of answers with the truth: bias, RMS error, coverage and interval score "
+        "on nominal problems, spoiled problems that are flagged, and false alarms. Prints a table and writes "
+        "all scores as CSV, with a figure as PNG.",
+    )
+    score.add_argument("answers", type=Path, nargs="+", help="table of answers; its name is the method's")
+    score.add_argument("truth", type=Path, help="file of the truth")
+    score.add_argument(
+        "--output",
+        type=Path,
+        default=Path("scores"),
+        metavar="PREFIX",
+        help="write PREFIX.csv and PREFIX.png",
+    )
+    add_json(score)
+    score.set_defaults(command=_benchmark_score)
+    baselines = parts.add_parser(
+        "baselines",
+        help="answer the problems by published methods",
+        description="Answer the problems in FOLDER by published methods, among them those of this project, "
+        "and write a table of answers for each.",
+    )
+    baselines.add_argument("folder", type=Path, help="folder of the problems")
+    baselines.add_argument(
+        "--output",
+        type=Path,
+        default=Path("answers"),
+        metavar="DIR",
+        help="folder to write to; default answers",
+    )
+    baselines.set_defaults(command=_benchmark_baselines)
+
+
+def _benchmark_make(chosen: argparse.Namespace) -> None:
+    options = ["--per-kind", str(chosen.per_kind)]
+    options += [] if chosen.seed is None else ["--seed", str(chosen.seed)]
+    options += [] if chosen.truth is None else ["--truth", str(chosen.truth)]
+    _by_rules("benchmark", [*options, "--", str(chosen.folder)], "simulating")
+
+
+def _benchmark_score(chosen: argparse.Namespace) -> None:
+    import hashlib
+
+    from tepsipe.drawing.style import save_png
+    from tepsipe.reporting import benchmark
+
+    table, png = _outputs(chosen.output, (".csv", ".png"), *chosen.answers, chosen.truth)
+    truth = benchmark.read_truth(chosen.truth)
+    rows = [
+        row
+        for path in chosen.answers
+        for row in benchmark.scores_of(path.stem, benchmark.read_answers(path, truth), truth)
+    ]
+    benchmark.SCORES.write(table, rows)
+    save_png(benchmark.draw_scores(rows), png)
+    digest = hashlib.sha256(chosen.truth.read_bytes()).hexdigest()
+    if chosen.json:
+        print_json({"scores": [vars(row) for row in rows], "truth": digest, "written": [table, png]})
+        return
+    show(f"{benchmark.table_of(rows)}\n\nSHA-256 of the truth: {digest}\nwritten: {table}, {png}")
+
+
+def _benchmark_baselines(chosen: argparse.Namespace) -> None:
+    from tepsipe.experiments.benchmark.baselines import METHODS, answer_all
+    from tepsipe.experiments.benchmark.problems import ANSWERS, read_problems
+
+    with progress(f"answering {chosen.folder}") as tell:
+        answers = answer_all(read_problems(chosen.folder), METHODS, tell)
+    chosen.output.mkdir(parents=True, exist_ok=True)
+    for method, rows in answers.items():
+        path = chosen.output / f"{method}.csv"
+        ANSWERS.write(path, rows)
+        show(f"written: {path}")
 
 
 def _export(chosen: argparse.Namespace) -> None:
@@ -769,14 +871,22 @@ def _run(chosen: argparse.Namespace) -> NoReturn:
 
 
 def _check(chosen: argparse.Namespace) -> None:
+    from tepsipe.new_study.start import own_files
+
+    _by_rules("check", own_files(chosen.files), "reading the recordings")
+
+
+def _by_rules(module: str, arguments: Sequence[str], what: str) -> None:
+    """Run a module of the rules, print what it prints, and raise the last sentence of one that refuses."""
     import subprocess
 
-    from tepsipe.new_study.start import own_files, start_of
+    from tepsipe.new_study.start import start_of
 
-    command, environment = start_of("check", own_files(chosen.files))
-    with progress("reading the recordings"):
+    command, environment = start_of(module, arguments)
+    with progress(what):
         done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", env=environment)
-    show(done.stdout.removesuffix("\n"))
+    if done.stdout:
+        show(done.stdout.removesuffix("\n"))
     if done.returncode:
         said = done.stderr.strip().split("\n")
         refused = [line.removeprefix("tepsipe: ") for line in said if line.startswith("tepsipe: ")]

@@ -1,9 +1,11 @@
 % Parallel-cascade models of the toolbox NLID, fitted to one part of a record and simulated over all of it.
 %
-% Called by run.py with six arguments: folder of the toolbox, table of the record (angle and torque, as
+% Called by run.py and enter_with_nlid.py with six arguments: folder of the toolbox, table of the record (angle and torque, as
 % recorded, one line per sample), sampling rate (Hz), first and last sample that are fitted, folder for results.
+% Further arguments are the names of the models that are wanted; without any, all are fitted.
 % For every model it writes <model>.txt there: time (s) and simulated torque, one line per sample of the
-% decimated record; and models.txt: model, and the reason where it could not be fitted.
+% decimated record; <model>-intrinsic.txt: the same of the intrinsic pathway alone; and models.txt: model, and
+% the reason where it could not be fitted.
 %
 % Uses public functions of the toolbox only, with its defaults but for the method of the reflex pathway and
 % the rate after decimation: 100 Hz, the toolbox's own, and 200 Hz.
@@ -12,6 +14,7 @@ arguments = argv();
 [toolbox, table, folder] = arguments{[1, 2, 6]};
 rate = str2double(arguments{3});
 fitted = str2double(arguments{4}):str2double(arguments{5});
+wanted = arguments(7:end);
 
 warning('off', 'all');
 for name = {'signal', 'statistics', 'control'}
@@ -43,6 +46,9 @@ for decimated = [100, 200]
   time = grid + median(double(ramp) / gain - grid);
   for method = {'rect', 'hk', 'sls'}
     model = sprintf('pc-%s-%dHz', method{1}, decimated);
+    if ~isempty(wanted) && ~any(strcmp(model, wanted))
+      continue
+    end
     reason = '';
     rand('seed', 1);
     randn('seed', 1);
@@ -52,7 +58,9 @@ for decimated = [100, 200]
       if strcmp(method{1}, 'rect')
         drive = max(velocity, 0);
       end
-      torque = double(nlsim(intrinsic, angle)) + double(nlsim(reflex, drive));
+      own = double(nlsim(intrinsic, angle));
+      torque = own + double(nlsim(reflex, drive));
+      dlmwrite(fullfile(folder, [model '-intrinsic.txt']), [time, own(:)], 'delimiter', ' ', 'precision', '%.9g');
       dlmwrite(fullfile(folder, [model '.txt']), [time, torque(:)], 'delimiter', ' ', 'precision', '%.9g');
     catch failure
       reason = strrep(failure.message, "\n", ' ');
