@@ -263,7 +263,7 @@ def table_of(rows: Sequence[ScoreRow], by_quantity: bool = False) -> str:
     """
     chosen = [row for row in rows if (row.quantity == ALL) != by_quantity]
     chosen = [row for row in chosen if row.answered or row.spoiled or row.false_alarm_percent is not None]
-    kinds = list(dict.fromkeys(row.kind for row in chosen))
+    kinds = [ALL, *QUANTITIES]
     head = ("Kind", *(("Quantity",) if by_quantity else ()), "Method", "answered")
     names = [*head, *(name for name, *_ in SHOWN)]
     lines = [f"| {' | '.join(names)} |", "|" + "---|" * len(names)]

@@ -13,7 +13,7 @@ from builders import assert_one_sentence
 from tepsipe import InputError
 from tepsipe.cli import main
 from tepsipe.experiments.benchmark.baselines import METHODS, answer_all
-from tepsipe.experiments.benchmark.problems import ANSWERS, AnswerRow, read_problems
+from tepsipe.experiments.benchmark.problems import ANSWERS, QUANTITIES, AnswerRow, read_problems
 from tepsipe.reporting.benchmark import (
     ALL,
     FAULTS,
@@ -339,6 +339,8 @@ def test_commands_answer_and_score(problems, tmp_path, monkeypatch, capsys):
     out = capsys.readouterr().out
     assert "| all | perfect | 11 of 11 | 0.0 | 0.0 | 0.0 | 100 | 0.0 |" in out
     assert "| all | other | 11 of 11 | 10.0 | 10.0 | 10.0 | – | – | – | – | 100 |" in out
+    kinds = [line.split()[1] for line in out.splitlines() if line.startswith("| ")]
+    assert kinds == ["Kind", *(k for kind in ("all", *QUANTITIES) for k in (kind, kind))]
     assert hashlib.sha256(problems[1].read_bytes()).hexdigest() in out
     assert {row.method for row in SCORES.read("scores.csv")} == {"perfect", "other"}
     assert Path("scores.png").read_bytes()[:4] == b"\x89PNG"
