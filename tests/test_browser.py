@@ -112,14 +112,14 @@ def test_the_source_of_a_function_is_copied_to_every_figure_that_it_makes(study,
 def test_a_reference_is_previewed(study, browser):
     browser.open(study / "results/report/index.html")
     pointed = """
-        const link = document.querySelector('main p a[href="#figure_4_4"]');
+        const link = document.querySelector('main p a[href="#figure_pathways"]');
         link.dispatchEvent(new PointerEvent("pointerover", { bubbles: true, pointerType: "mouse" }));
         await new Promise((resolve) => setTimeout(resolve, 500));
         const card = document.querySelector(".popover");
         return card.hidden ? null : [card.querySelector("img").getAttribute("src"), card.textContent];
     """
     source, words = browser.run(pointed)
-    assert source == "../figures/figure_4_4.svg" and "Figure" in words
+    assert source == "../figures/figure_pathways.svg" and "Figure" in words
     focused = """
         const link = document.querySelector("a.basis");
         link.focus({ focusVisible: true });

@@ -12,7 +12,7 @@ from typst_builders import REPORT, evaluated
 from workflow.support.captions import read_captions
 from workflow.support.outputs import CHAPTERS, OWN_REPORTS
 
-ASKED = re.compile(r'(?:(?:holds|says)\(|^\s*\()"(\w+)\.(\w+)"', re.MULTILINE)
+ASKED = re.compile(r'(?:(?:holds|says)\(|^\s*(?:\w+: )?\()"(\w+)\.(\w+)"', re.MULTILINE)
 MODULES = [*CHAPTERS, *chain(*OWN_REPORTS.values())]
 SOURCES = sorted(REPORT.rglob("*.typ"))
 

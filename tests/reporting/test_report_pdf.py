@@ -223,7 +223,9 @@ def test_nothing_of_the_thesis_is_lost(study):
     assert {name for name in of_thesis - shown if not re.fullmatch(r"figure_b_\d+", name)} == set()
     page = (study / "results/report/index.html").read_text(encoding="utf-8")
     words = unicodedata.normalize("NFKC", unescape(re.sub(r"<[^>]+>", "", page))).replace("\u2060", "")
-    claims = {row["claim"].replace(" - ", ": ") for row in table(study, "claims")}
+    claims = {
+        unicodedata.normalize("NFKC", row["claim"].replace(" - ", ": ")) for row in table(study, "claims")
+    }
     assert len(claims) > 90
     plain = re.sub(r"\W", "", words)
     assert [claim for claim in claims if re.sub(r"\W", "", claim) not in plain] == []

@@ -115,7 +115,7 @@ def test_tables_of_the_standing_person_name_no_function_of_the_dummy(config):
         assert made_by in code and "collect_" in code, label
         assert "dummy" not in code and "wristalyzer" not in code, label
     # the table of true and estimated parameters of the dummy names its own rules
-    code = " ".join(place for _, place in found["working"].code)
+    code = " ".join(place for _, place in found["dummy-table"].code)
     assert "compare_with_truth" in code and "fit_standing" not in code
 
 

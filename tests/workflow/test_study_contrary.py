@@ -23,7 +23,7 @@ FALSE_HERE = (
     "depends on the starting value (",
     "The VAF is highest at an intermediate scale factor",
     "probably did not end that far from the minimum",
-    "VAF is lower than the VAF of the printed torque",
+    "consistent torque is lower than the VAF of the printed torque",
     "Every 95 % interval of I lies above zero",
     "The analysis of this run agrees with it",
     "In this run, too, K is lower at the largest amplitude",
@@ -57,7 +57,7 @@ STRUCK_HERE = (
 HOLDS = (
     "depends on the starting value (",
     "probably did not end that far from the minimum",
-    "VAF is lower than the VAF of the printed torque",
+    "consistent torque is lower than the VAF of the printed torque",
     "The analysis of this run agrees with it",
     "they account for most of the difference in the mean K",
     "predicts this force worse than every linear model",

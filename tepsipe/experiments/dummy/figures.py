@@ -163,20 +163,15 @@ def plot_parameter_boxes(results: dict[str, Result], pathway: str, truth: Mappin
             whiskerprops={"linewidth": 0.8},
             flierprops={"marker": ".", "markersize": 4},
         )
-        axis.axhline(mean, color=COLOURS["other"], linewidth=0.8, linestyle="--", label="mean estimate")
-        if truth:
-            draw_truth(axis, 1.0 + np.arange(len(results)), truth[quantity])
-        axis.set_title(
-            f"mean ${quantity}$ = {mean:#.3g} {unit_symbol(UNITS[quantity])}".replace("-", "\N{MINUS SIGN}"),
-            loc="right",
-            fontsize=8.5,
-        )
+        axis.axhline(mean, color=COLOURS["other"], linewidth=0.8, linestyle="--")
+        # on the same axis the truth would press the boxes together
+        true = f", true {np.nanmean(truth[quantity]):#.3g}" if truth else ""
+        title = f"mean ${quantity}$ = {mean:#.3g}{true} {unit_symbol(UNITS[quantity])}"
+        axis.set_title(title.replace("-", "\N{MINUS SIGN}"), loc="right", fontsize=8.5)
         axis.set_ylabel(f"${quantity}$ ({unit_symbol(UNITS[quantity])})")
         axis.margins(y=0.1)
     axes[2].set_xticks(1 + np.arange(len(results)), [short_name(name) for name in results])
     axes[2].set_xlabel("Perturbation profile and velocity amplitude")
-    if truth:
-        legend_above(figure, axes[0], 2)
     figure.align_ylabels()
     return figure
 
