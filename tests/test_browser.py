@@ -81,6 +81,31 @@ def test_what_did_not_reproduce_is_one_click_away(study, browser):
     assert told == f"{len(left)} rows"
 
 
+def test_contents_list_the_sections_of_the_chapter_that_is_read(study, browser):
+    browser.open(study / "results/report/index.html")
+    shown = """
+        document.getElementById(given[0]).scrollIntoView();
+        await new Promise((resolve) => setTimeout(resolve, 300));
+        const items = [...document.querySelectorAll("#contents .level-3:not([hidden]) a")];
+        return [items.map((a) => a.hash), document.querySelector("[aria-current]").hash];
+    """
+    sections, current = browser.run(shown, "own-recordings")
+    assert sections == ["#own-recordings"] == [current]
+    sections, current = browser.run(shown, "make-again")
+    assert sections == ["#own-recordings"] and current == "#make-again"
+
+
+def test_figures_to_try_keep_their_controls_when_their_links_are_pointed_at(study, browser):
+    browser.open(study / "results/report/index.html")
+    pointed = """
+        const link = document.querySelector('.questions a[href="#try-apparent"]');
+        link.dispatchEvent(new PointerEvent("pointerover", { bubbles: true, pointerType: "mouse" }));
+        await new Promise((resolve) => setTimeout(resolve, 500));
+        return document.querySelectorAll("#try-apparent input:checked").length;
+    """
+    assert browser.run(pointed) == 1
+
+
 @pytest.mark.parametrize("table", ["#trials-table", "#ledger-table", "table.cells"])
 def test_on_a_telephone_the_first_column_stays_beside_the_others(study, browser, table):
     browser.open(study / "results/report/index.html", 390)

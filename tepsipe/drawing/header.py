@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 from tepsipe.drawing.names import by_uncertainty, number, words
 from tepsipe.drawing.trial_page import table, text
-from tepsipe.io.estimates import FLAGS, RECOVERIES, Estimate
+from tepsipe.io.estimates import FLAGS, QUOTED, RECOVERIES, Estimate
 from tepsipe.io.trial import Trial
 from tepsipe.quantities import unit_symbol
 
@@ -72,7 +72,9 @@ def estimates_table(estimates: Sequence[Estimate], choices: Mapping) -> str:
         groups.setdefault((e.pathway, e.estimator), {})[e.quantity] = e
     header = ["Pathway", "Estimator", *(_heading(q, units[q]) for q in quantities)]
     told = {(e.pathway, e.estimator) for e in estimates if e.recommended}
-    better = ", ".join(words(name, neutral) for name in min(told, default=())) or choices.get("instead", "")
+    instead = choices.get("instead", "")
+    better = " or ".join(dict.fromkeys(_way(names, neutral) for names in groups if names in told)) or instead
+    asked = bool(told) or any(q in QUOTED for q in quantities)  # others have nothing to recommend
     shared = _failed(e for names in told for e in groups[names].values())
     quoted, others = [], []
     for names, found in groups.items():
@@ -81,7 +83,8 @@ def estimates_table(estimates: Sequence[Estimate], choices: Mapping) -> str:
         if names in told:
             quoted.append([f"{called[0]} <b>(recommended)</b>", called[1], *cells])
         else:
-            others.append([*called, *cells, text(_why_not(names, found, shared, better, neutral))])
+            why = [text(_why_not(names, found, shared, better, neutral))] if asked else []
+            others.append([*called, *cells, *why])
     every = [
         [
             text(words(e.pathway, neutral)),
@@ -100,13 +103,18 @@ def estimates_table(estimates: Sequence[Estimate], choices: Mapping) -> str:
     caption = "Estimates with 95 % intervals" + _uncertainty_words(estimates)
     if any(_key(e) in truth for e in estimates):
         caption += "; below them the true value of the simulation, which the analysis does not use"
-    compared = table([*header, "Not recommended because"], others, "" if quoted else caption)
+    reasons = ["Not recommended because"] if asked else []
+    compared = table([*header, *reasons], others, "" if quoted else caption)
+    shown = ""
     if quoted:
         shown = table(header, quoted, caption)
         compared = f"<details><summary>Other pathways and estimators ({len(others)})</summary>\n{compared}"
         compared = f"{compared}</details>\n" if others else ""
-    else:
-        shown = "<p>No estimate of this trial is recommended; the last column gives the reasons.</p>\n"
+    elif asked:
+        recommends = f"; the study recommends {text(instead)}" if instead else ""
+        shown = (
+            f"<p>No estimate of this trial is recommended{recommends}. The last column has the reasons.</p>\n"
+        )
     return (
         f"{shown}{compared}"
         f"<details><summary>All estimates ({len(every)})</summary>\n{table(columns, every)}</details>\n"
@@ -122,11 +130,17 @@ def _why_not(
     better: words of what is recommended, empty if nothing is.
     """
     if not neutral and any(name.endswith(PRINTED) or "-thesis-" in name for name in names):
-        reasons = ["it repeats the thesis as printed"]
+        reasons = ["it follows the thesis as printed, for comparison only"]
     else:
         reasons = [f"the study recommends {better}"] if better else []
     reasons += [FLAGS[flag].partition(". ")[0] for flag in _failed(found.values()) if flag not in shared]
     return "; ".join(reasons) or "the study does not quote it"
+
+
+def _way(names: tuple[str, str], neutral: bool) -> str:
+    """A pathway and an estimator in words; a pathway that is named after its estimator says both."""
+    pathway, estimator = (words(name, neutral) for name in names)
+    return pathway if estimator in pathway else f"{pathway}, {estimator}"
 
 
 def _failed(estimates: Iterable[Estimate]) -> dict[str, None]:

@@ -239,7 +239,7 @@ def test_every_row_that_is_not_recommended_says_why():
     table = header.estimates_table(rows, {})
     quoted, folded = table.split("<details>")[:2]
     assert "(recommended)" in quoted and "recommended because" not in quoted
-    assert "it repeats the thesis as printed" in row_of(folded, "leg, thesis equation")
+    assert "it follows the thesis as printed" in row_of(folded, "leg, thesis equation")
     # a check that the recommended estimate failed as well is no reason
     why = "the study recommends leg, windowed least squares"
     assert f"{why}; a parameter lies at a bound of its search" in row_of(folded, ">foot<")
@@ -248,7 +248,16 @@ def test_every_row_that_is_not_recommended_says_why():
     assert "No estimate of this trial is recommended" in alone and "(recommended)" not in alone
     assert "negative" in row_of(alone, ">leg<") and "does not quote it" in row_of(alone, ">foot<")
     pooled = header.estimates_table(estimates_by(leg=(False, "")), {"instead": "the mean"})
-    assert "the study recommends the mean" in pooled
+    assert pooled.count("the study recommends the mean") == 2
+    # a trial that was not asked for I, B, K or a mass has nothing to recommend
+    (force,) = estimates_by(leg=(False, ""))
+    assert "recommended" not in header.estimates_table([replace(force, quantity="added_force_peak")], {})
+
+
+def test_a_pathway_that_is_named_after_its_estimator_is_named_once():
+    leg, other = estimates_by(leg_joint_likelihood=(True, ""), foot=(False, ""))
+    table = header.estimates_table([replace(leg, estimator="joint-likelihood"), other], {})
+    assert "the study recommends leg, joint likelihood<" in table
 
 
 def test_pages_of_other_recordings_do_not_name_the_thesis():

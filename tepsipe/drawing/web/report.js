@@ -14,10 +14,18 @@
   wide.addEventListener("change", unfold);
   const entries = new Map(all("#contents a").map((a) => [decodeURIComponent(a.hash.slice(1)), a]));
   const headings = [...entries.keys()].map((id) => document.getElementById(id)).filter(Boolean);
+  // sections are listed below the chapter that is read
+  const sections = new Map();
+  let chapter = null;
+  for (const item of all("#contents li")) {
+    if (item.classList.contains("level-2")) chapter = item;
+    else sections.set(item, chapter);
+  }
   let current = null;
   const follow = () => {
     let last = headings[0];
     for (const heading of headings) {
+      if (heading.checkVisibility && !heading.checkVisibility()) continue; // in a folded chapter
       if (heading.getBoundingClientRect().top > 120) break;
       last = heading;
     }
@@ -25,6 +33,8 @@
     if (entry === current || !entry) return;
     current?.removeAttribute("aria-current");
     entry.setAttribute("aria-current", "true");
+    const own = sections.get(entry.parentElement) ?? entry.parentElement;
+    for (const [item, of] of sections) item.hidden = of !== own;
     if (wide.matches) entry.scrollIntoView({ block: "nearest" });
     current = entry;
   };
@@ -97,7 +107,8 @@
   const hide = () => { clearTimeout(timer); card.hidden = true; };
   const preview = (link) => {
     const target = document.getElementById(decodeURIComponent(link.hash.slice(1)));
-    if (!target || target.contains(link)) return;
+    // a copy of controls would take the place of the controls themselves
+    if (!target || target.contains(link) || target.matches(".explorer")) return;
     const shown = target.closest("figure, div.equation, [role=doc-bibliography] li, [role=doc-endnotes] li, .decision") ?? target;
     const parts = [shown.cloneNode(true)];
     const next = (shown.closest("summary") ?? shown).nextElementSibling;
