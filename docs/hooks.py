@@ -74,7 +74,7 @@ WORDS = {
     "benchmarks/README.md": ["benchmark"],
     "reference/functions/fit_impedance.md": ["inertia", "damping", "stiffness"],
 }
-# the page of the configuration, and its sections that are parts of the page of another one
+# the page of the configuration, its sections that are parts of the page of another one, and titles of pages
 CONFIGURATION = "config/README.md"
 JOINED = {"pathvars": "study", "noise": "dummy", "empty": "weight", "models-of-a-treadmill": "weight"}
 TITLES = {
@@ -120,7 +120,7 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
         "api.md": [{"All functions": "api.md"}, *(f"reference/functions/{name}.md" for name in functions())],
         "config/README.md": [
             "reference/configuration/index.md",
-            *({title: f"reference/configuration/{file_of(key)}"} for key, title in TITLES.items()),
+            *({title: f"reference/configuration/{file_of(key)}"} for key, title in titles().items()),
         ],
     }
 
@@ -220,17 +220,22 @@ def slug(heading: str) -> str:
 def sections() -> list[tuple[str, str, str]]:
     """Page, heading and text of the sections of the configuration; the introduction has no heading."""
     text = (ROOT / CONFIGURATION).read_text(encoding="utf-8")
-    found, page = [], "index"
+    found, page, file = [], "index", ""
     for part in re.split(r"^(?=#{1,3} )", text, flags=re.MULTILINE)[1:]:
         heading, _, body = part.partition("\n")
-        level, name = len(heading.split(" ")[0]), heading.lstrip("# ")
-        key = slug(name)
-        if key in TITLES or key in JOINED:
+        key = slug(heading.lstrip("# "))
+        if not heading.startswith("###"):
+            page, file = key if key in TITLES else "index", key
+        elif file == "configyaml":
             page = JOINED.get(key, key)
-        elif level == 2:
-            page = "index"
         found.append((page, heading, body))
     return found
+
+
+def titles() -> dict[str, str]:
+    """Titles of the pages of the configuration, in the order of its sections."""
+    pages = dict.fromkeys(page for page, _, _ in sections() if page != "index")
+    return {page: TITLES.get(page, page) for page in pages}
 
 
 @cache
@@ -240,10 +245,10 @@ def configuration() -> dict[str, str]:
     for page, heading, body in sections():
         name = heading.lstrip("# ")
         if heading == "## config.yaml":
-            links = "".join(f"- [{title}]({file_of(key)})\n" for key, title in TITLES.items())
+            links = "".join(f"- [{title}]({file_of(key)})\n" for key, title in titles().items())
             heading, body = "## Sections and files", f"\n{links}"
         elif page not in pages:
-            heading = f"# {TITLES[page]} {{#{slug(name)}}}"
+            heading = f"# Settings: {titles()[page]} {{#{slug(name)}}}"
         elif page != "index":
             heading = f"## {name}"
         pages[page] = pages.get(page, "") + f"{heading}\n{body}"
@@ -395,6 +400,8 @@ def on_page_content(html: str, page: Page, config: MkDocsConfig, **_: object) ->
             return match[0]
         return f'<a href="{os.path.relpath(place, PurePosixPath(page.url).parent)}">{match[0]}</a>'
 
+    if page.file.src_uri in configuration():  # keys break between their words
+        html = re.sub(r"(?<=<td><code>)[\w.*]+", lambda key: re.sub(r"([._])", r"\1<wbr>", key[0]), html)
     parts = UNLINKED.split(EQUATION.sub(mathml, html))
     parts[::2] = [CODE_NAME.sub(linked, part) for part in parts[::2]]
     return "".join(parts)
