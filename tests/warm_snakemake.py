@@ -41,18 +41,31 @@ class WarmSnakemake:
 
     def run(self, arguments, folder):
         """What ``subprocess.run`` would return of ``python -m snakemake`` in a folder."""
-        with tempfile.TemporaryDirectory() as temporary:
-            said = [str(Path(temporary) / name) for name in ("stdout", "stderr")]
-            call = {"arguments": list(arguments), "folder": str(folder), "said": said}
-            self._process.stdin.write(json.dumps(call) + "\n")
-            self._process.stdin.flush()
+        return self.start(arguments, folder)[1]()
+
+    def start(self, arguments, folder):
+        """Process id of a run, the first of a session of its own, and what waits for its end, as `run` does.
+
+        No other begins before it has ended.
+        """
+        temporary = tempfile.TemporaryDirectory()
+        said = [str(Path(temporary.name) / name) for name in ("stdout", "stderr")]
+        call = {"arguments": list(arguments), "folder": str(folder), "said": said}
+        self._process.stdin.write(json.dumps(call) + "\n")
+        self._process.stdin.flush()
+        process = int(self._process.stdout.readline())
+
+        def ended():
             status = int(self._process.stdout.readline())
-            texts = [Path(path).read_text(encoding="utf-8", errors="replace") for path in said]
-        return subprocess.CompletedProcess(call["arguments"], status, *texts)
+            with temporary:
+                texts = [Path(path).read_text(encoding="utf-8", errors="replace") for path in said]
+            return subprocess.CompletedProcess(call["arguments"], status, *texts)
+
+        return process, ended
 
 
 def serve():
-    """Answer every line of the standard input with an exit status."""
+    """Answer every line of the standard input with a process id and, later, an exit status."""
     for package in (*PACKAGES, *LATER, *OF_JOBS):
         importlib.import_module(package)
     sys.modules["snakemake.cli"].get_argument_parser()  # finds Snakemake's plugins, once for all forks
@@ -62,6 +75,7 @@ def serve():
         child = os.fork()
         if child == 0:
             os._exit(run(**call))
+        print(child, flush=True)
         print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
 
 
@@ -93,6 +107,9 @@ def run(arguments, folder, said):
     """Exit status of Snakemake in a folder; what it says goes to two files."""
     from snakemake.cli import main
 
+    os.setsid()
+    # Ctrl-C is not heard by a run whose shell started the tests in the background
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)
     for stream, path in zip((1, 2), said, strict=True):
