@@ -105,10 +105,13 @@ def warm_process():
     return WarmSnakemake()
 
 
-def snakemake(project, *arguments, config="tiny"):
-    """Run Snakemake as the command line does, in a fork of a process that has imported it."""
+def snakemake(project, *arguments, config="tiny", module="snakemake"):
+    """Run Snakemake as the command line does, in a fork of a process that has imported it.
+
+    module: of ``python -m``; workflow.run becomes Snakemake.
+    """
     options = ["-c1", *arguments, "--configfile", f"config/{config}.yaml"]
-    return warm_process().run(options, project)
+    return warm_process().run(options, project, module)
 
 
 def users_snakemake(project, *arguments, cores=2, config="tiny", env=None):
