@@ -193,7 +193,7 @@ def recorded_spring(folder):
 DURATION_S, STIFFNESS_NM_PER_RAD = 30.0, 10.0
 STUDY = {
     "study": {"trial_sheet": "config/tiny.tsv", "reported": None},
-    "dummy": {"analysis": {"bootstrap_draws": 100}, "simulation": {"engine": "auto"}},
+    "dummy": {"analysis": {"bootstrap_draws": 100}, "simulation": {"engine": "auto", "step_s": 0.002}},
 }
 TRIALS = [
     f"dummy sine-0.5 virtual_lab sine 0.5 4 {DURATION_S} - - - -",

@@ -204,7 +204,7 @@ def test_an_edit_of_a_comment_of_the_truth_makes_nothing_again_but_its_record(ow
     ("changes", "expected"),
     [
         (
-            {"dummy": {"analysis": {"bootstrap_draws": 301}}},
+            {"dummy": {**OVERRIDES["dummy"], "analysis": {"bootstrap_draws": 301}}},
             {"fit_dummy": 2, "fit_foot": 2, **LAW_FITTED, **AFTER_DUMMY_ESTIMATES, **RECORD},
         ),
         (
