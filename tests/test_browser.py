@@ -28,7 +28,7 @@ def browser():
 @pytest.mark.parametrize("width", [1280, 390])
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_report_opens_without_errors_and_fits_into_the_window(study, browser, width, theme):
-    browser.open(study / "results/report/index.html", width)
+    browser.show(study / "results/report/index.html", width)
     browser.run("document.documentElement.dataset.theme = given[0]", theme)
     # all images are loaded, and nothing but wide tables and formulas is wider than the window
     broken = """
@@ -43,7 +43,7 @@ def test_report_opens_without_errors_and_fits_into_the_window(study, browser, wi
 
 
 def test_search_finds_words_and_shows_their_place(study, browser):
-    browser.open(study / "results/report/index.html")
+    browser.show(study / "results/report/index.html")
     typed = """
         const field = document.getElementById("search");
         field.value = given[0];
@@ -57,7 +57,7 @@ def test_search_finds_words_and_shows_their_place(study, browser):
 
 
 def test_trials_are_sorted_and_filtered(study, browser):
-    browser.open(study / "results/report/index.html")
+    browser.show(study / "results/report/index.html")
     shown = SHOWN.replace("TABLE", "trials-table")
     experiments = browser.run(shown.format("dataset.experiment"))
     assert len(experiments) == 10
@@ -71,7 +71,7 @@ def test_trials_are_sorted_and_filtered(study, browser):
 
 
 def test_what_did_not_reproduce_is_one_click_away(study, browser):
-    browser.open(study / "results/report/index.html")
+    browser.show(study / "results/report/index.html")
     shown = SHOWN.replace("TABLE", "ledger-table").format("dataset.verdict")
     every = browser.run(shown)
     left = browser.run(f"document.querySelector('.questions a[data-filter]').click(); {shown}")
@@ -82,7 +82,7 @@ def test_what_did_not_reproduce_is_one_click_away(study, browser):
 
 
 def test_contents_list_the_sections_of_the_chapter_that_is_read(study, browser):
-    browser.open(study / "results/report/index.html")
+    browser.show(study / "results/report/index.html")
     shown = """
         document.getElementById(given[0]).scrollIntoView();
         await new Promise((resolve) => setTimeout(resolve, 300));
@@ -96,7 +96,7 @@ def test_contents_list_the_sections_of_the_chapter_that_is_read(study, browser):
 
 
 def test_figures_to_try_keep_their_controls_when_their_links_are_pointed_at(study, browser):
-    browser.open(study / "results/report/index.html")
+    browser.show(study / "results/report/index.html")
     pointed = """
         const link = document.querySelector('.questions a[href="#try-apparent"]');
         link.dispatchEvent(new PointerEvent("pointerover", { bubbles: true, pointerType: "mouse" }));
@@ -108,7 +108,7 @@ def test_figures_to_try_keep_their_controls_when_their_links_are_pointed_at(stud
 
 @pytest.mark.parametrize("table", ["#trials-table", "#ledger-table", "table.cells"])
 def test_on_a_telephone_the_first_column_stays_beside_the_others(study, browser, table):
-    browser.open(study / "results/report/index.html", 390)
+    browser.show(study / "results/report/index.html", 390)
     distances = """
         const table = document.querySelector(given[0]);
         const wide = table.parentElement;
@@ -122,7 +122,7 @@ def test_on_a_telephone_the_first_column_stays_beside_the_others(study, browser,
 
 
 def test_the_source_of_a_function_is_copied_to_every_figure_that_it_makes(study, browser):
-    browser.open(study / "results/report/index.html")
+    browser.show(study / "results/report/index.html")
     opened = """
         const again = document.querySelector("details.code:not([id])");
         const name = again.querySelector("a").hash.slice(1);
@@ -135,7 +135,7 @@ def test_the_source_of_a_function_is_copied_to_every_figure_that_it_makes(study,
 
 
 def test_a_reference_is_previewed(study, browser):
-    browser.open(study / "results/report/index.html")
+    browser.show(study / "results/report/index.html")
     pointed = """
         const link = document.querySelector('main p a[href="#figure_pathways"]');
         link.dispatchEvent(new PointerEvent("pointerover", { bubbles: true, pointerType: "mouse" }));
@@ -160,7 +160,7 @@ def test_a_page_of_a_trial_opens_without_errors(study, browser):
 
 
 def test_signs_as_printed_return_the_apparent_impedance_with_a_perfect_fit(study, browser):
-    browser.open(study / "results/report/index.html")
+    browser.show(study / "results/report/index.html")
     cells = "[...document.querySelectorAll('[data-explore=apparent] tbody tr')]"
     cells += ".map((row) => row.lastChild.textContent)"
     *joint, vaf = browser.run(f"return {cells}")
@@ -171,7 +171,7 @@ def test_signs_as_printed_return_the_apparent_impedance_with_a_perfect_fit(study
 
 
 def test_the_leg_of_the_page_agrees_with_the_forward_simulation_for_every_set_of_parameters(study, browser):
-    browser.open(study / "results/report/index.html")
+    browser.show(study / "results/report/index.html")
     names = browser.run(
         """
         const mount = document.querySelector(".explorer[data-explore=forward]");
@@ -194,7 +194,7 @@ def test_the_leg_of_the_page_agrees_with_the_forward_simulation_for_every_set_of
 
 
 def test_printed_cells_are_read_by_pointing_and_by_keys(study, browser):
-    browser.open(study / "results/report/index.html")
+    browser.show(study / "results/report/index.html")
     about = "return document.querySelector('.cell-about').textContent;"
     cell = "document.querySelector('table.cells td[data-about]')"
     first = browser.run(f"{cell}.dispatchEvent(new PointerEvent('pointerenter')); {about}")

@@ -170,7 +170,7 @@ def named_files(heading):
 
 def recorded_trial(folder):
     """Raw files of a trial of the dummy, with its markers in the toy format."""
-    truth = yaml.safe_load(plain_laboratory((ROOT / "config/virtual_lab.yaml").read_text()))
+    truth = yaml.safe_load(LABORATORY)
     files = {"log": folder / "log.mat", "calibration": folder / "cal.csv", "markers": folder / "markers.c3d"}
     folder.mkdir()
     make_dummy_trial(truth, "sine-0.4", Protocol("sine", 0.4, 4.0, DURATION_S), files)
@@ -190,10 +190,11 @@ def recorded_spring(folder):
     np.savetxt(folder / "spring.csv", columns, "%.9g", ",", header="time_s,angle_rad,torque_Nm", comments="")
 
 
+LABORATORY = plain_laboratory((ROOT / "config/virtual_lab.yaml").read_text())
 DURATION_S, STIFFNESS_NM_PER_RAD = 30.0, 10.0
 STUDY = {
     "study": {"trial_sheet": "config/tiny.tsv", "reported": None},
-    "dummy": {"analysis": {"bootstrap_draws": 100}, "simulation": {"engine": "auto"}},
+    "dummy": {"analysis": {"bootstrap_draws": 100}, "simulation": {"engine": "auto", "step_s": 0.002}},
 }
 TRIALS = [
     f"dummy sine-0.5 virtual_lab sine 0.5 4 {DURATION_S} - - - -",
@@ -222,6 +223,7 @@ def followed(tmp_path_factory):
 def ran(followed):
     """The copy after a study with the toys."""
     project, _ = followed
+    (project / "config/virtual_lab.yaml").write_text(LABORATORY)
     recorded_trial(project / "raw")
     recorded_spring(project / "raw")
     write_sheet(project, TRIALS)

@@ -18,6 +18,8 @@ SAID = {
     "gallery": [r"Figure"],
     "treadmill_person": [
         r"fill in what my-person/MISSING.md lists",
+        r"measured.yaml: 7 trials \(3 of weight, 2 of empty, 2 of standing\)",
+        r"verdict: standing/relax: K will be quotable, ± [\d.]+ % expected",
         r"K +Nm/rad +\d\d\d\.\d+",
         r"expected a value for",
     ],

@@ -15,7 +15,7 @@ import sys
 import tempfile
 import traceback
 from functools import partial
-from multiprocessing import util
+from multiprocessing import forkserver, util
 from pathlib import Path
 
 # of others: what a study imports of this project belongs to the study's own copy
@@ -39,20 +39,33 @@ class WarmSnakemake:
             [sys.executable, __file__], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         )
 
-    def run(self, arguments, folder):
-        """What ``subprocess.run`` would return of ``python -m snakemake`` in a folder."""
-        with tempfile.TemporaryDirectory() as temporary:
-            said = [str(Path(temporary) / name) for name in ("stdout", "stderr")]
-            call = {"arguments": list(arguments), "folder": str(folder), "said": said}
-            self._process.stdin.write(json.dumps(call) + "\n")
-            self._process.stdin.flush()
+    def run(self, arguments, folder, module="snakemake"):
+        """What ``subprocess.run`` would return of ``python -m snakemake`` in a folder, or of workflow.run."""
+        return self.start(arguments, folder, module)[1]()
+
+    def start(self, arguments, folder, module="snakemake"):
+        """Process id of a run, the first of a session of its own, and what waits for its end, as `run` does.
+
+        No other begins before it has ended.
+        """
+        temporary = tempfile.TemporaryDirectory()
+        said = [str(Path(temporary.name) / name) for name in ("stdout", "stderr")]
+        call = {"arguments": list(arguments), "folder": str(folder), "said": said, "module": module}
+        self._process.stdin.write(json.dumps(call) + "\n")
+        self._process.stdin.flush()
+        process = int(self._process.stdout.readline())
+
+        def ended():
             status = int(self._process.stdout.readline())
-            texts = [Path(path).read_text(encoding="utf-8", errors="replace") for path in said]
-        return subprocess.CompletedProcess(call["arguments"], status, *texts)
+            with temporary:
+                texts = [Path(path).read_text(encoding="utf-8", errors="replace") for path in said]
+            return subprocess.CompletedProcess(call["arguments"], status, *texts)
+
+        return process, ended
 
 
 def serve():
-    """Answer every line of the standard input with an exit status."""
+    """Answer every line of the standard input with a process id and, later, an exit status."""
     for package in (*PACKAGES, *LATER, *OF_JOBS):
         importlib.import_module(package)
     sys.modules["snakemake.cli"].get_argument_parser()  # finds Snakemake's plugins, once for all forks
@@ -62,15 +75,18 @@ def serve():
         child = os.fork()
         if child == 0:
             os._exit(run(**call))
+        print(child, flush=True)
         print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
 
 
-def fork_server(otherwise, path, arguments, kept):
+def fork_server(otherwise, run, path, arguments, kept):
     """Start the server of jobs as a fork of this process instead of a new Python; other programs as usual.
 
+    run: number of the process that runs Snakemake. A job that starts jobs of its own has threads, with which
+    no fork is safe.
     kept: numbers of the files that it takes over.
     """
-    if "multiprocessing.forkserver" not in arguments[-1]:
+    if "multiprocessing.forkserver" not in arguments[-1] or os.getpid() != run:
         return otherwise(path, arguments, kept)
     sys.stdout.flush()
     sys.stderr.flush()
@@ -83,27 +99,40 @@ def fork_server(otherwise, path, arguments, kept):
             opened = {int(link.name) for link in Path("/proc/self/fd").iterdir()}
             for number in opened - {0, 1, 2, nothing, *kept}:
                 os.dup2(nothing, number)  # closed, and its number not given to another file
+            forkserver._forkserver.__init__()  # its lock is held here; a job may start jobs of its own
             exec(arguments[-1], {})
         finally:
             os._exit(0)
     return child
 
 
-def run(arguments, folder, said):
-    """Exit status of Snakemake in a folder; what it says goes to two files."""
+def run(arguments, folder, said, module):
+    """Exit status of Snakemake in a folder, or of what becomes Snakemake; what it says goes to two files."""
     from snakemake.cli import main
 
+    os.setsid()
+    # Ctrl-C is not heard by a run whose shell started the tests in the background
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)
     for stream, path in zip((1, 2), said, strict=True):
         os.dup2(os.open(path, os.O_WRONLY | os.O_CREAT), stream)
-    util.spawnv_passfds = partial(fork_server, util.spawnv_passfds)
+    util.spawnv_passfds = partial(fork_server, util.spawnv_passfds, os.getpid())
     os.chdir(folder)
     sys.path[0] = folder
-    sys.argv = [str(Path(sys.modules["snakemake"].__file__).with_name("__main__.py")), *arguments]
+
+    def become(_, command):
+        given = command[command.index("snakemake") + 1 :]
+        sys.argv = [str(Path(sys.modules["snakemake"].__file__).with_name("__main__.py")), *given]
+        main(given)
+
     status = 0
     try:
-        main(arguments)
+        if module == "snakemake":
+            become(None, [module, *arguments])
+        else:
+            os.execv = become
+            status = importlib.import_module(module).main(arguments)
     except SystemExit as error:
         if isinstance(error.code, str):
             print(error.code, file=sys.stderr)

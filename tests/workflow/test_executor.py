@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import time
-from functools import partial
 from types import SimpleNamespace
 
 import psutil
@@ -96,26 +95,15 @@ def project(tmp_path, root):
     return write
 
 
-def started(folder, executor, *options):
-    command = [sys.executable, "-m", "snakemake", "-c2", "--keep-going", "--executor", executor, *options]
-    with open(folder / "said.txt", "w") as said:
-        # Ctrl-C is not heard by a run whose shell started the tests in the background
-        heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
-        return subprocess.Popen(
-            command, cwd=folder, stdout=said, stderr=said, start_new_session=True, preexec_fn=heard
-        )
-
-
-def ended(run, folder):
-    run.wait(120)
-    return (folder / "said.txt").read_text()
+def arguments(executor):
+    return ["-c2", "--keep-going", "--executor", executor]
 
 
 def job_at_work(folder):
     """The process of the job that waits."""
     deadline = time.monotonic() + 60.0
     while not (folder / "pid").is_file() or not (folder / "pid").read_text():
-        assert time.monotonic() < deadline, (folder / "said.txt").read_text()
+        assert time.monotonic() < deadline
         time.sleep(0.05)
     return psutil.Process(int((folder / "pid").read_text()))
 
@@ -138,8 +126,12 @@ def test_snakemake_looks_for_a_job_when_one_has_ended_and_in_between_only_if_tol
 @pytest.mark.parametrize("executor", ["tepsipe", "local"])
 def test_a_job_that_stops_is_named_and_the_others_go_on(project, executor):
     folder = project("good", "bug", "refused", "SIGKILL", "SIGSEGV", "also", preloaded=True)
-    run = started(folder, executor)
-    said = ended(run, folder).partition("What stopped:\n")[2].splitlines()
+    if executor == "tepsipe":  # in a Python of its own, whose jobs find loaded what it has loaded for them
+        command = [sys.executable, "-m", "snakemake", *arguments(executor)]
+        run = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    else:
+        run = warm_process().run(arguments(executor), folder)
+    said = run.stderr.partition("What stopped:\n")[2].splitlines()
     assert run.returncode == 1
     for name in ("good", "also"):
         loaded = executor == "tepsipe" and sys.platform == "linux"
@@ -165,13 +157,14 @@ def test_a_job_that_stops_is_named_and_the_others_go_on(project, executor):
 
 def test_a_run_that_is_killed_ends_its_jobs(project):
     folder = project("good", "waits")
-    run = started(folder, "tepsipe")
+    run, ended = warm_process().start(arguments("tepsipe"), folder)
     job = job_at_work(folder)
     while len(found := records(folder)) > 1:  # of the job that ends well none remains
         time.sleep(0.05)
     assert [(record["about"], record["said"]) for record in found] == [("made/waits", "")]
-    servers = [process for process in psutil.Process(run.pid).children(recursive=True) if process != job]
-    run.kill()
+    servers = [process for process in psutil.Process(run).children(recursive=True) if process != job]
+    os.kill(run, signal.SIGKILL)
+    assert ended().returncode == -signal.SIGKILL
     assert has_ended(job)
     assert all(has_ended(server) for server in servers)
     assert (folder / "out/waits.txt").read_text() == "begun"
@@ -185,15 +178,16 @@ def test_a_run_that_is_killed_ends_its_jobs(project):
 @pytest.mark.parametrize("to_all", [False, True])
 def test_an_interrupted_run_ends_its_jobs(project, to_all):
     folder = project("waits")
-    run = started(folder, "tepsipe")
+    run, ended = warm_process().start(arguments("tepsipe"), folder)
     job = job_at_work(folder)
     if to_all:  # as Ctrl-C in a terminal does it
-        os.killpg(run.pid, signal.SIGINT)
+        os.killpg(run, signal.SIGINT)
     else:
-        run.send_signal(signal.SIGINT)
-    said = ended(run, folder)
+        os.kill(run, signal.SIGINT)
+    done = ended()
+    said = done.stdout + done.stderr
     assert has_ended(job)
-    assert run.returncode == 1
+    assert done.returncode == 1
     assert ("found it interrupted" if to_all else "signal SIGTERM") in said.partition("What stopped:")[2]
     assert "Traceback" not in said
 
@@ -201,12 +195,13 @@ def test_an_interrupted_run_ends_its_jobs(project, to_all):
 @pytest.mark.skipif(sys.platform != "linux", reason="jobs are forks on Linux only")
 def test_a_job_ends_with_the_process_that_forked_it(project):
     folder = project("waits")
-    run = started(folder, "tepsipe")
+    _, ended = warm_process().start(arguments("tepsipe"), folder)
     job = job_at_work(folder)
     job.parent().kill()
-    said = ended(run, folder)
+    run = ended()
     assert has_ended(job)
-    assert "made/waits: expected the job to end by itself, found it stopped by the signal SIGKILL" in said
+    stopped = "made/waits: expected the job to end by itself, found it stopped by the signal SIGKILL"
+    assert stopped in run.stderr
     assert run.returncode == 1
 
 

@@ -4,7 +4,7 @@ import csv
 import json
 
 import pytest
-from study_builders import jobs, users_snakemake, write_config, write_sheet
+from study_builders import jobs, snakemake, write_config, write_sheet
 
 pytestmark = pytest.mark.study
 COVERED = {
@@ -32,7 +32,7 @@ COVERED = {
 def covered(project):
     write_sheet(project, ["dummy sine-0.5 virtual_lab sine 0.5 4 26 - - - -"], "covered")
     write_config(project, COVERED, "covered")
-    run = users_snakemake(project, "results/tables/coverage.csv", config="covered")
+    run = snakemake(project, "results/tables/coverage.csv", config="covered")
     assert run.returncode == 0, run.stdout + run.stderr
     assert jobs(run) == {"run_laboratory": 2, "collect_coverage": 1}
     return project / "results"

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 
 import numpy as np
 import pytest
@@ -13,6 +14,12 @@ from workflow.support import job_outputs
 pytestmark = pytest.mark.study
 TRIAL = "results/trials/position_manipulator/a.h5"
 YEAR_S = 365.0 * 86400.0
+# recordings that are replaced and those that are only touched, and the years by which their date is moved
+REPLACED = {"a": -10.0, "b": 0.0, "c": 1e-5, "d": 73.0, "e": None}
+TOUCHED = {"f": -10.0, "g": 0.0, "h": 73.0}
+# of the recorded joint (N·m/rad)
+STIFFNESS = {name: 70.0 + k for k, name in enumerate((*REPLACED, *TOUCHED))}
+TRIALS = [f"results/trials/position_manipulator/{name}.h5" for name in STIFFNESS]
 
 
 def record(path, stiffness):
@@ -26,10 +33,13 @@ def record(path, stiffness):
 
 @pytest.fixture(scope="module")
 def recorded(project):
-    """A study of one recording of a joint, whose trial has been made."""
-    record(project / "a.csv", 70.0)
-    write_sheet(project, ["position_manipulator a recorded - - - 16 a.csv - - -"])
-    run = snakemake(project, TRIAL)
+    """A study of recordings of a joint, whose trials have been made."""
+    rows = []
+    for name, stiffness in STIFFNESS.items():
+        record(project / f"{name}.csv", stiffness)
+        rows.append(f"position_manipulator {name} recorded - - - 16 {name}.csv - - -")
+    write_sheet(project, rows)
+    run = snakemake(project, *TRIALS)
     assert run.returncode == 0, run.stdout + run.stderr
     return project
 
@@ -39,36 +49,37 @@ def dated(path, years):
     os.utime(path, (moment, moment))
 
 
-@pytest.mark.parametrize("years", [-10.0, 0.0, 1e-5, 73.0])
-def test_another_recording_is_analysed_again_whatever_its_date(recorded, years):
-    path, before = recorded / "a.csv", (recorded / "a.csv").stat()
-    record(path, 71.0)
-    dated(path, years)
-    assert path.stat().st_size == before.st_size
-    run = snakemake(recorded, TRIAL, "-n")
-    assert jobs(run)["ingest_position_manipulator"] == 1
-    assert run.stderr.count("tepsipe: recording changed, analysed again: a.csv\n") == 1
-    if years == 0.0:  # replaced with a file of the same size and date, which only the system's own time tells
-        os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
-        assert jobs(snakemake(recorded, TRIAL, "-n"))["ingest_position_manipulator"] == 1
-    record(path, 70.0)
-    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
-    assert jobs(snakemake(recorded, TRIAL, "-n")) == {}
+def test_another_recording_is_analysed_again_whatever_its_date_and_a_touched_one_kept(recorded):
+    before = {name: (recorded / f"{name}.csv").stat() for name in STIFFNESS}
 
+    def with_dates_of(name):
+        os.utime(recorded / f"{name}.csv", ns=(before[name].st_atime_ns, before[name].st_mtime_ns))
 
-@pytest.mark.parametrize("years", [-10.0, 0.0, 73.0])
-def test_a_recording_that_was_only_touched_is_kept(recorded, years):
-    dated(recorded / "a.csv", years)
-    run = snakemake(recorded, TRIAL, "-n")
-    assert jobs(run) == {} and "analysed again" not in run.stderr
-    dated(recorded / "a.csv", -years)
+    for name, years in REPLACED.items():
+        record(recorded / f"{name}.csv", STIFFNESS[name] + 20.0)
+        assert (recorded / f"{name}.csv").stat().st_size == before[name].st_size
+        if years is None:  # the same size and date: only the system's own time tells
+            with_dates_of(name)
+        else:
+            dated(recorded / f"{name}.csv", years)
+    for name, years in TOUCHED.items():
+        dated(recorded / f"{name}.csv", years)
+    run = snakemake(recorded, *TRIALS, "-n", "--quiet", "host")
+    planned = re.findall(r"output: results/trials/position_manipulator/(\w)\.h5", run.stdout + run.stderr)
+    assert sorted(planned) == list(REPLACED)
+    assert run.stderr.count("tepsipe: recording changed, analysed again: a.csv and 4 more\n") == 1
+    for name in STIFFNESS:
+        record(recorded / f"{name}.csv", STIFFNESS[name])
+        with_dates_of(name)
+    assert jobs(snakemake(recorded, *TRIALS, "-n")) == {}
 
 
 def test_a_recording_of_the_future_is_analysed_and_kept_from_then_on(recorded):
-    record(recorded / "a.csv", 72.0)
+    record(recorded / "a.csv", 90.5)
     dated(recorded / "a.csv", 73.0)
     run = snakemake(recorded, TRIAL)
     assert run.returncode == 0, run.stdout + run.stderr
+    assert "tepsipe: recording changed, analysed again: a.csv\n" in run.stderr
     _, sources = read_sources(recorded / TRIAL)
     assert sources["log"]["sha256"] == job_outputs._digest(recorded / "a.csv")
     assert jobs(snakemake(recorded, TRIAL, "-n")) == {}
@@ -89,9 +100,9 @@ def test_files_that_the_settings_name_may_be_dated_in_the_future(recorded):
 
 def test_an_edit_of_the_library_is_seen_after_results_were_touched(recorded):
     module = recorded / "tepsipe/ingest/manipulators.py"
-    before, (made, *_) = module.read_text(), [recorded / TRIAL]
+    before = module.read_text()
     assert jobs(snakemake(recorded, TRIAL, "-n")) == {}
-    os.utime(made)
+    os.utime(recorded / TRIAL)
     module.write_text(f"{before}\n")
     assert jobs(snakemake(recorded, TRIAL, "-n"))["ingest_position_manipulator"] == 1
     module.write_text(before)
@@ -99,10 +110,10 @@ def test_an_edit_of_the_library_is_seen_after_results_were_touched(recorded):
 
 def test_a_missing_recording_is_named_by_its_job(recorded):
     path = recorded / "a.csv"
-    path.rename(recorded / "b.csv")
+    path.rename(recorded / "elsewhere.csv")
     run = snakemake(recorded, TRIAL, "-n")
     assert run.returncode == 0 and jobs(run)["ingest_position_manipulator"] == 1
-    (recorded / "b.csv").rename(path)
+    (recorded / "elsewhere.csv").rename(path)
 
 
 @pytest.mark.parametrize("options", [["-n"], []])

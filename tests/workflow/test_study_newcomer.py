@@ -2,13 +2,11 @@
 
 import hashlib
 import re
-import subprocess
-import sys
 
 import pytest
 import yaml
 from c3d_builders import single_c3d
-from study_builders import ROOT, copy_project, estimates, value
+from study_builders import ROOT, copy_project, estimates, value, warm_process
 
 from tepsipe.cli import main
 
@@ -41,8 +39,7 @@ def test_from_a_c3d_to_estimates(dummy_files, true_joint, tmp_path, monkeypatch,
     files = ["config.yaml", "measured.yaml"]
     assert main(["check", *files]) == 0
 
-    command = [sys.executable, "-m", "snakemake", "-c1", "results/tables/estimates.csv"]
-    run = subprocess.run([*command, "--configfile", *files], capture_output=True, text=True)
+    run = warm_process().run(["-c1", "results/tables/estimates.csv", "--configfile", *files], mine)
     assert run.returncode == 0, run.stdout + run.stderr
     rows = estimates(mine)
     assert not (project / "results").exists() and not list(tmp_path.rglob("x"))
