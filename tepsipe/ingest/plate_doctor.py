@@ -42,7 +42,7 @@ FINDINGS = {
     "pressure": "the centre of pressure is not under the foot, for another reason",
     "offset": "the plate without load does not measure 0",
     "drift": "the zero of the plate drifts",
-    "gain": "one plate measures another weight than the others",
+    "gain": "two plates measure different weights of one person",
     "weight": "the weight of the person is not that of the stated mass",
     "filtered-signal": "the plate was filtered before it was recorded",
     "clipped": "peaks are cut off at one value",
@@ -73,8 +73,8 @@ CLEAR_M = 0.01
 STANDS, MASS_STANDING, MASS_MOVING = 0.03, 0.05, 0.3
 # medians of the load of two plates
 GAIN_PART = 0.25
-# largest plausible force (N), length (m), and least height of a body's markers (m)
-LARGEST_N, LARGEST_M, LEAST_BODY_M = 10_000.0, 20.0, 0.02
+# largest plausible force (N), distance, least extent of all markers, and size of a plate (m)
+LARGEST_N, LARGEST_M, LEAST_EXTENT_M, PLATE_M = 10_000.0, 20.0, 0.02, (0.05, 10.0)
 # a smaller force (N) that exceeds its noise by this factor is probably in another unit
 SMALL_N, TO_NOISE = 5.0, 30.0
 # walking speed (m/s), shortest stance (s), and how clearly driving precedes braking
@@ -116,8 +116,10 @@ class _Feet:
     """Low markers at the frames, in the laboratory's axes."""
 
     positions: np.ndarray
+    """Markers (m), shape (frames, markers, 3)."""
     rate_hz: float
     up: np.ndarray
+    """Upward direction."""
     way: np.ndarray | None
     """Direction in which the person walks; None for one who stands."""
 
@@ -151,7 +153,7 @@ def examine_plates(path: Path, mass_kg: float | None = None) -> tuple[Finding, .
     if not recording.plates:
         found.append(Finding("parameters", "file", "it describes no force plate: export FORCE_PLATFORM"))
     up = DIRECTIONS[recording.up]
-    found += _lengths(recording, up)
+    found += _lengths(recording)
     for place, plate in used:
         found += _samples(place, plate, recording)
     upright = []
@@ -202,28 +204,21 @@ def _positions_only(recording: Recording, file: dict) -> Recording:
     return replace(recording, markers=replace(markers, labels=labels, positions=markers.positions[:, kept]))
 
 
-def _lengths(recording: Recording, up: np.ndarray) -> Iterator[Finding]:
+def _lengths(recording: Recording) -> Iterator[Finding]:
     """Positions in another unit of length."""
     if recording.markers is None or not np.isfinite(recording.markers.positions).any():
         return
     positions = recording.markers.positions
-    largest, spread = (
-        float(np.nanmax(np.abs(positions))),
-        float(np.ptp((positions @ up)[np.isfinite(positions @ up)])),
-    )
+    seen = positions[np.isfinite(positions).all(axis=2)]
+    largest, extent = float(np.abs(seen).max()), float(np.ptp(seen, axis=0).max())
     corners = [np.ptp(p.corners, axis=0).max() for p in recording.plates if p.corners is not None]
     size = float(np.median(corners)) if corners else 1.0
-    if (
-        largest > LARGEST_M
-        or not 0.05 < size < 10.0
-        or (len(recording.markers.labels) > 3 and spread < LEAST_BODY_M)
-    ):
+    if largest > LARGEST_M or not PLATE_M[0] < size < PLATE_M[1] or extent < LEAST_EXTENT_M:
         yield Finding(
             "unit",
             "file",
-            f"markers up to {largest:.3g} m from the origin, {spread:.2g} m from the lowest to the highest, "
-            f"and plates "
-            f"of {size:.2g} m: correct POINT:UNITS",
+            f"markers up to {largest:.3g} m from the origin, in a space of {extent:.2g} m, and plates of "
+            f"{size:.2g} m: correct POINT:UNITS",
         )
 
 
@@ -730,18 +725,14 @@ def _weights(
         alone = (own > max(LOADED_N, 0.5 * np.quantile(own, 0.99))) & (others < LOADED_N)
         if alone.sum() > ALONE_S * plate.rate_hz:
             loads[place] = float(np.median(own[alone]))
-    if len(loads) > 1:
-        usual = float(np.median(list(loads.values()))) if len(loads) > 2 else float(max(loads.values()))
-        for place, load in loads.items():
-            if abs(load / usual - 1.0) > GAIN_PART:
-                others = ", ".join(f"{other} {x:.0f} N" for other, x in loads.items() if other != place)
-                yield Finding(
-                    "gain",
-                    place,
-                    f"it carries {load:.0f} N while the person is on it alone ({others}): check the gain of "
-                    f"both "
-                    "amplifiers, and ANALOG:SCALE",
-                )
+    if loads and min(loads.values()) < (1.0 - GAIN_PART) * max(loads.values()):
+        each = ", ".join(f"{load:.0f} N ({place})" for place, load in loads.items())
+        yield Finding(
+            "gain",
+            "all plates",
+            f"they carry {each} while the person is on each of them alone: check the gain of their "
+            "amplifiers, and ANALOG:SCALE",
+        )
     if mass_kg is None or not vertical or len({x.size for x in vertical}) > 1:
         return
     total = np.sum(vertical, axis=0)

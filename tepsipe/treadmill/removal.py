@@ -65,7 +65,7 @@ def half_width(error: Sequence[float], removed: np.ndarray, rate_hz: float) -> n
 def held_out_errors(
     fitted: FittedModel, recordings: Sequence[BeltRecording]
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Errors c (unit of the load) and g on test recordings that are not filtered, and both behind the low-pass."""
+    """Errors c (unit of the load) and g of unfiltered test recordings, and both behind the low-pass."""
     lowpass = fitted.lowpass
     errors, filtered, sizes = [], [], []
     for recording in recordings:

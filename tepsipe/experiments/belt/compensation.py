@@ -40,8 +40,8 @@ class CompensatedLoad:
     """N or Nm."""
     model: FittedModel
     rate_hz: float
-    before: np.ndarray
-    removed: np.ndarray
+    before: Annotated[np.ndarray, "(n,)"]
+    removed: Annotated[np.ndarray, "(n,)"]
     """Belt-induced load (unit of the load)."""
     half_width: np.ndarray | None
     """Half-width of the 95 % interval of the corrected load (unit of the load); None if the model was not

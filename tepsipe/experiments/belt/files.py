@@ -8,6 +8,7 @@ table has the loads that are named, one column each.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -73,9 +74,10 @@ class BeltVelocity:
 class BeltLoad:
     """One load of a recording, and the velocity of the belt at the same instants."""
 
-    values: np.ndarray
+    values: Annotated[np.ndarray, "(n,)"]
     unit: str
-    velocity: np.ndarray
+    """N or Nm."""
+    velocity: Annotated[np.ndarray, "(n,)", "m/s"]
     rate_hz: float
 
 

@@ -82,7 +82,7 @@ class ForcePlate:
 
 
 def centre_of_pressure(force: np.ndarray, moment: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Centre of pressure up x M / (up F) of a level surface through the origin of the moment (m), shape (n, 3).
+    """Centre of pressure up x M / (up F) on a level surface through the moment's origin (m), shape (n, 3).
 
     force, moment: F (N) and M (N·m), shape (n, 3).
     """
