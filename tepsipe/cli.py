@@ -319,8 +319,7 @@ def _add_calibrate(commands: argparse._SubParsersAction) -> None:
         help="fit models of the belt-induced load to one recording and evaluate them on another",
         description="Fit models of the loads that an accelerated belt induces to TRAIN and evaluate them on "
         "TEST, two recordings of an unloaded treadmill: C3D or D-Flow text with force plates, or text "
-        "tables. "
-        "Prints the scores and writes them with the models, for tepsipe compensate.",
+        "tables. Prints the scores and writes them with the models, for tepsipe compensate.",
     )
     calibrate.add_argument(
         "train", type=Path, help="C3D, D-Flow text, or text table: time, load, belt velocity"
@@ -362,8 +361,7 @@ def _add_belt(command: argparse.ArgumentParser) -> None:
         default=[],
         metavar="NAME",
         help="column of a load; default: the second of three. Of force plates a name such as 'plate 1 Fy' "
-        "or Fy; "
-        "default: all. Give the option once for each load",
+        "or Fy; default: all. Give the option once for each load",
     )
     command.add_argument(
         "--load-unit", default="Nm", choices=("Nm", "N"), help="unit of the load in a table; default Nm"
@@ -374,8 +372,8 @@ def _add_belt(command: argparse.ArgumentParser) -> None:
         default=[],
         metavar="NAME",
         help="column or analog channel of the belt velocity; default: the third of three columns. Or a text "
-        "table "
-        "with the velocity on the clock of the recording, as FILE or FILE:COLUMN, once for each recording",
+        "table with the velocity on the clock of the recording, as FILE or FILE:COLUMN, once for each "
+        "recording",
     )
     command.add_argument(
         "--velocity-scale",
@@ -404,11 +402,9 @@ def _add_compensate(commands: argparse._SubParsersAction) -> None:
         "compensate",
         help="remove the belt-induced load from a recording: the same file with corrected loads",
         description="Subtract the loads that an accelerated belt induces from a recording, by models of "
-        "tepsipe "
-        "calibrate. Writes the same kind of file with corrected forces, moments and centres of pressure. All "
-        "other channels and parameters stay as they were, and a note in the file names the models. Prints "
-        "the "
-        "accuracy, and writes a figure before and after.",
+        "tepsipe calibrate. Writes the same kind of file with corrected forces, moments and centres of "
+        "pressure. All other channels and parameters stay as they were, and a note in the file names the "
+        "models. Prints the accuracy, and writes a figure before and after.",
     )
     compensate.add_argument("recording", type=Path, help="C3D, D-Flow text or text table")
     compensate.add_argument(
@@ -455,13 +451,11 @@ def _add_check(commands: argparse._SubParsersAction) -> None:
         "check",
         help="check a study before it runs, or the force plates of C3D files",
         description="Of C3D files: look for faults of the force plates, such as a wrong origin, sign, axis "
-        "or unit, "
-        "offset, drift, clipping and filters, and compare them with the markers of the feet. The exit code "
-        "is 1 if "
-        "there are any. Otherwise check configuration files and the trial sheet that they name, without "
-        "running anything "
-        "from them. Repeated and unknown keys, values, names and folders that cannot be used are reported "
-        "with file and line. Then every recording is read as the study will read it: columns, rates, "
+        "or unit, offset, drift, clipping and filters, and compare them with the markers of the feet. The "
+        "exit code is 1 if there are any. Otherwise check configuration files and the trial sheet that they "
+        "name, without running anything from them. Repeated and unknown keys, values, names and folders that "
+        "cannot be used are reported with file and line. Then every recording is read as the study will read "
+        "it: columns, rates, "
         'markers, plates, perturbations, masses. Lines with "to be recorded" list what K of a standing '
         'person still needs. Lines with "verdict" state for each trial of a dummy and each task of a person '
         "whether K will be quotable, and its expected interval or the reason. Run it in the folder of the "
@@ -742,8 +736,7 @@ def _velocities(chosen: argparse.Namespace, count: int) -> list[Any]:
     if len(chosen.velocity) not in (0, 1, count):
         raise InputError(
             f"--velocity: expected it once{' or twice' if count == 2 else ''}, found it "
-            f"{len(chosen.velocity)} "
-            "times: name a channel, or one file for each recording"
+            f"{len(chosen.velocity)} times: name a channel, or one file for each recording"
         )
     names = chosen.velocity or [None]
     further = tuple(chosen.belt_markers), chosen.velocity_scale, chosen.velocity_offset

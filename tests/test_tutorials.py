@@ -24,7 +24,7 @@ SAID = {
     "treadmill_forces": [
         r"# TEPSIPE_COMPENSATION",
         r"within the interval in 9[45]\.\d % of the samples",
-        r"written: nothing\nexit code 1",
+        r"written: nothing\s+exit code 1",
     ],
     "plan": [r"responses for K \+-10 % \(95 %\): no number"],
 }

@@ -33,7 +33,7 @@ from tepsipe.signals.sample_faults import FAULTS, noise_floors
 FINDINGS = {
     "parameters": "the file does not describe the plate, or describes it wrongly",
     "unit": "a force, moment or length is in another unit than the file states",
-    "rate": "rates of frames, analog samples and header contradict each other",
+    "rate": "the rates contradict the number of analog samples in a frame",
     "sign": "a force or a moment has the opposite sign",
     "axes": "two axes of the plate are exchanged, or the plate is turned",
     "origin": "the origin of the plate, or its place in the laboratory, is wrong",
@@ -140,9 +140,8 @@ def examine_plates(path: Path, mass_kg: float | None = None) -> tuple[Finding, .
         recording = read_recording(path)
     except InputError as error:
         return (Finding("unit" if "unit" in str(error) else "parameters", "file", _told(error, path)),)
-    found = [*_header_rate(path, file)]
     recording = _positions_only(recording, file)
-    used = []
+    found, used = [], []
     for number, plate in enumerate(recording.plates, start=1):
         place = f"force plate {number}"
         if plate.fault is not None:
@@ -176,17 +175,6 @@ def examine_plates(path: Path, mass_kg: float | None = None) -> tuple[Finding, .
 
 def _told(error: InputError | str, path: Path) -> str:
     return str(error).removeprefix(f"{path}: ").removeprefix(f"{path}, ")
-
-
-def _header_rate(path: Path, file: dict) -> Iterator[Finding]:
-    stated = float(file["parameters"]["POINT"]["RATE"]["value"][0])
-    header = file["header_rate_hz"]
-    if header > 0.0 and abs(header - stated) > 0.01 * stated:
-        yield Finding(
-            "rate",
-            "file",
-            f"its header states {header:g} frames per second, POINT:RATE {stated:g}: correct one of both",
-        )
 
 
 def _positions_only(recording: Recording, file: dict) -> Recording:
@@ -254,8 +242,7 @@ def _samples(place: str, plate: ForcePlate, recording: Recording) -> Iterator[Fi
             "filtered-signal",
             place,
             f"the noise of {', '.join(filtered)} vanishes at high frequencies: they were filtered. Export "
-            f"them without "
-            "a filter, or filter the markers alike",
+            "them without a filter, or filter the markers alike",
         )
 
 
@@ -318,9 +305,8 @@ def _level(place: str, plate: ForcePlate, up: np.ndarray) -> tuple[list[Finding]
         change = _change(means[:, :3] @ up)
         if _stands(vertical) and abs(change) > max(DRIFT_N, DRIFT_PART * abs(vertical.mean())):
             text = (
-                f"the vertical force under a person who stands changes by {change:.3g} N over the "
-                f"recording: let the "
-                "amplifier warm up, and set it to zero before each trial"
+                f"the vertical force under a person who stands changes by {change:.3g} N over the recording: "
+                "let the amplifier warm up, and set it to zero before each trial"
             )
             return [Finding("drift", place, text)], plate
         return [], plate
@@ -342,8 +328,8 @@ def _level(place: str, plate: ForcePlate, up: np.ndarray) -> tuple[list[Finding]
                 "drift",
                 place,
                 f"F{'xyz'[axis]} without load changes by {changes[axis]:.3g} N over the recording: let the "
-                f"amplifier "
-                "warm up, set it to zero before each trial, or subtract a line through the unloaded times",
+                "amplifier warm up, set it to zero before each trial, or subtract a line through the "
+                "unloaded times",
             )
         )
     axis = int(np.argmax(np.abs(middle[:3])))
@@ -354,8 +340,7 @@ def _level(place: str, plate: ForcePlate, up: np.ndarray) -> tuple[list[Finding]
                 "offset",
                 place,
                 f"without load it measures {text}: subtract the mean of the unloaded times "
-                f"(FORCE_PLATFORM:ZERO), and "
-                "set the amplifier to zero before each trial",
+                "(FORCE_PLATFORM:ZERO), and set the amplifier to zero before each trial",
             )
         )
     zeroed = (loads == 0.0).all(axis=1)
@@ -400,9 +385,8 @@ def _upward(place: str, plate: ForcePlate, up: np.ndarray) -> tuple[list[Finding
                 "sign",
                 place,
                 f"the vertical force is {np.median(vertical[loaded]):.3g} N under load, so it points down: "
-                f"reverse the "
-                "sign of its channels if they hold the force on the plate, or correct the order of its "
-                "corners",
+                "reverse the sign of its channels if they hold the force on the plate, or correct the order "
+                "of its corners",
             )
         )
         plate = replace(plate, force=-plate.force, moment=-plate.moment)
@@ -460,11 +444,7 @@ def _places(plates: list[tuple[str, ForcePlate]], recording: Recording, up: np.n
         if plate.corners is None:
             continue
         per_frame = 1 if feet is None else max(1, round(plate.rate_hz / feet.rate_hz))
-        at = (
-            slice(0, None, per_frame)
-            if feet is None
-            else slice(0, per_frame * feet.positions.shape[0], per_frame)
-        )
+        at = slice(0, None if feet is None else per_frame * feet.positions.shape[0], per_frame)
         axes, centre, force, moment, origin = _in_plate(plate)
         loads[place] = (plate, axes, centre, force[at], moment[at], origin)
     for place, (plate, axes, centre, force, moment, origin) in loads.items():
@@ -478,8 +458,7 @@ def _places(plates: list[tuple[str, ForcePlate]], recording: Recording, up: np.n
                 "unit",
                 place,
                 f"its centre of pressure stays within {1e3 * STAYS_M:g} mm of the axis of its origin: its "
-                f"moments are about 1000 "
-                "times too small, correct ANALOG:UNITS (Nm, Nmm) or SCALE",
+                "moments are about 1000 times too small, correct ANALOG:UNITS (Nm, Nmm) or SCALE",
             )
             continue
         if before <= BEYOND_M:
@@ -506,8 +485,7 @@ def _places(plates: list[tuple[str, ForcePlate]], recording: Recording, up: np.n
                 "origin",
                 place,
                 f"{where}, shifted by {x:.0f} mm along its x and {y:.0f} mm along its y axis: measure the "
-                f"corners again, "
-                "and correct FORCE_PLATFORM:ORIGIN or CORNERS",
+                "corners again, and correct FORCE_PLATFORM:ORIGIN or CORNERS",
             )
         elif not beyond.bare(force):
             yield Finding(
@@ -547,6 +525,7 @@ class _Beyond:
     markers: np.ndarray
     """In the plate's axes (m), shape (frames, markers, 2)."""
     low: np.ndarray
+    """True for a marker near the plate that hardly moves, shape (frames, markers)."""
     half: np.ndarray
     """Half the length of the plate along its axes (m)."""
     way: np.ndarray | None
@@ -670,8 +649,7 @@ def _braking(plates: list[tuple[str, ForcePlate]], recording: Recording, up: np.
                 "sign",
                 place,
                 "its horizontal force drives the walking person first and brakes later: reverse the sign of "
-                "its "
-                "horizontal channels, or correct FORCE_PLATFORM:CORNERS",
+                "its horizontal channels, or correct FORCE_PLATFORM:CORNERS",
             )
 
 
@@ -709,8 +687,7 @@ def _sides(recording: Recording, up: np.ndarray) -> Iterator[Finding]:
             "sides-exchanged",
             "markers",
             f"the left markers lie to the right of the right ones in {100.0 * np.mean(side < 0.0):.0f} % of "
-            f"the samples, "
-            "seen from the heels to the toes: exchange their labels",
+            "the samples, seen from the heels to the toes: exchange their labels",
         )
 
 
@@ -744,6 +721,5 @@ def _weights(
             "weight",
             "all plates",
             f"they carry {mass:.1f} kg, and {mass_kg:g} kg are stated: check the mass, the gain and the "
-            f"units of the "
-            "plates, and that the person stands on plates only",
+            "units of the plates, and that the person stands on plates only",
         )

@@ -104,8 +104,7 @@ def write_c3d_copy(
         if not np.allclose(scale * (before - offset), analogs[k], rtol=0.0, atol=READ_BACK * size):
             raise InputError(
                 f"{path}: expected analog samples that ANALOG:SCALE and OFFSET describe, found others in "
-                f"channel "
-                f"{k + 1}: export the file again as floating point"
+                f"channel {k + 1}: export the file again as floating point"
             )
         if not numbers.floating:
             low, high = (0, 65535) if unsigned else (-32768, 32767)
@@ -113,8 +112,7 @@ def write_c3d_copy(
             if after.min() < low or after.max() > high:
                 raise InputError(
                     f"{path}: expected corrected samples within the range of its 16-bit numbers, found "
-                    f"channel "
-                    f"{k + 1} beyond it: export the file as floating point"
+                    f"channel {k + 1} beyond it: export the file as floating point"
                 )
         stored[:, k] = numbers.written(after)
         steps[k] = 0.0 if numbers.floating else abs(scale)
@@ -173,8 +171,7 @@ def _with_group(
     if (data - start) // BLOCK + blocks > MOST_BLOCKS:
         raise InputError(
             f"{path}: expected room for a parameter group of {len(records)} bytes, found the parameter "
-            f"section "
-            f"full: export the file with fewer parameters"
+            "section full: export the file with fewer parameters"
         )
     content[data:data] = bytes(BLOCK * blocks)
     data += BLOCK * blocks

@@ -23,7 +23,7 @@ from tepsipe.cli import main
 from tepsipe.experiments.belt.files import GROUP
 from tepsipe.io.corrected_copy import write_c3d_copy
 from tepsipe.io.readers.c3d import open_c3d, read_c3d_recording
-from tepsipe.treadmill.registry import save_models
+from tepsipe.treadmill.registry import read_models, save_models
 
 RATE_HZ, FRAMES_HZ, LASTS_S = 500.0, 100.0, 40.0
 TIME = np.arange(round(RATE_HZ * LASTS_S)) / RATE_HZ
@@ -398,8 +398,9 @@ def test_calibration_finds_the_known_loads_and_leaves_the_others(calibrated):
     )
     assert found.loads["plate 2 Fy"].r2 > 0.99
     assert set(found.kept) == {"plate 2 Fx", "plate 2 Mz", *(f"plate 1 {k}" for k in LOADS)}
-    assert "predicts nothing" in found.kept["plate 2 Fx"]
-    assert "no model" in found.kept["plate 1 Fy"]
+    assert set(found.kept.values()) == {"for which there is no model"}
+    assert {model.load for model in read_models(calibrated / "models.json")} == set(found.loads)
+    assert str(found).count("Left as they were: ") == 1
     frame = found.to_frame()
     assert set(frame["load"]) == {"plate 2 Fy", "plate 2 Fz", "plate 2 Mx", "plate 2 My"}
     assert (frame["half_width_below_cutoff"] < frame["half_width"]).all()
@@ -417,6 +418,16 @@ def test_what_cannot_be_compensated_is_refused(calibrated, models, tmp_path):
     known = {"recording": path, "models": kept, "velocity": "Belt speed", "velocity_scale": 0.5}
     assert "expected a channel or a file 'Speed'" in refusal(**known | {"velocity": "Speed"})
     assert "found none named" in refusal(**known | {"velocity": None})
+    for name, value, said in (
+        ("velocity", 5, "velocity: expected a text"),
+        ("velocity_scale", "5", "velocity_scale: expected a number"),
+        ("velocity_offset", None, "velocity_offset: expected a number"),
+        ("load_unit", "kN", "load_unit: expected"),
+        ("load", "Fy", "load: expected several texts"),
+        ("strict", 1, "strict: expected True or False"),
+        ("recording", 5, "recording: expected the path of a file"),
+    ):
+        assert said in refusal(**known | {name: value})
     assert "found the unit 'V'" in refusal(**known | {"velocity_scale": None})
     assert "expected the model to be one of" in refusal(**known | {"model": "firr"})
     assert "expected a load named 'Fq'" in refusal(**known | {"load": ["Fq"]})
@@ -472,6 +483,25 @@ def test_a_plate_without_numbers_and_loads_that_are_constant_are_refused(models,
     output = ["--velocity", "Belt speed", "--output", str(tmp_path / "m")]
     assert main(["calibrate", str(path), str(path), *output]) == 2
     assert "still.c3d: expected a load that changes with the belt" in capsys.readouterr().err
+    noise = np.random.default_rng(7).standard_normal((6, TIME.size))
+    apart = channels | {f"{k}1": (x, channels[f"{k}1"][1]) for k, x in zip(LOADS, noise, strict=True)}
+    paths = [str(write_c3d(tmp_path / f"{k}.c3d", FRAMES_HZ, {}, apart, plates, RATE_HZ)) for k in "ab"]
+    assert main(["calibrate", *paths, *output]) == 2
+    assert "a.c3d: expected a load that follows the acceleration" in capsys.readouterr().err
+
+
+def test_a_model_that_predicts_nothing_corrects_nothing(models, tmp_path):
+    poor = [
+        replace(m, held_out=0.005 if m.load == "plate 1 Fx" else m.held_out)
+        for m in read_models(models / "plates.json")
+    ]
+    save_models(tmp_path / "poor.json", poor)
+    channels, plates = without_markers()
+    path = write_c3d(tmp_path / "empty.c3d", FRAMES_HZ, {}, channels, plates, RATE_HZ)
+    speed = table(tmp_path / "speed.txt", {"time": TIME, "belt": belt(1)})
+    found = compensate_recording(path, tmp_path / "poor.json", velocity=str(speed), model="fir-causal")
+    assert found.kept["plate 1 Fx"] == "of which the model predicts nothing on the held-out recording"
+    assert "plate 1 Fy" in found.loads
 
 
 def without_markers():

@@ -10,9 +10,9 @@ import numpy as np
 import scipy
 
 from tepsipe import __version__
-from tepsipe.arguments import path_of, texts
+from tepsipe.arguments import checked, one_of, path_of, texts
 from tepsipe.errors import InputError, listed, quoted
-from tepsipe.experiments.belt.analysis import UNSUITED
+from tepsipe.experiments.belt.analysis import AS_GOOD, UNSUITED
 from tepsipe.experiments.belt.files import GROUP, BeltFile, BeltVelocity, read_belt_file
 from tepsipe.io.readers.force_plates import LEAST_LOAD_N
 from tepsipe.io.readers.plain_file import plain_bytes
@@ -106,7 +106,11 @@ class Compensation:
                 f"{load.name:<20}{load.model.name:<16}{held:>13}{load.r2:>13.4f}{share:>13}  {below}"
             )
         lines += [_range_of(load.model) for load in _one_per_calibration(self.loads.values())]
-        lines += [f"Left as it was: {name}, {reason}." for name, reason in self.kept.items()]
+        for reason in dict.fromkeys(self.kept.values()):
+            names = [name for name, why in self.kept.items() if why == reason]
+            lines.append(
+                f"Left as {'it was' if len(names) == 1 else 'they were'}: {', '.join(names)}, {reason}."
+            )
         for plate, (shift, half) in self.pressure.items():
             lines.append(
                 f"Centre of pressure of {plate}: moved by {1e3 * shift:.1f} mm, 95 % of errors below "
@@ -120,8 +124,7 @@ class Compensation:
             )
         lines.append(
             "Above the cutoff of the calibration nothing was removed. The models assume that the "
-            "belt-induced load "
-            "does not depend on what stands on the belt."
+            "belt-induced load does not depend on what stands on the belt."
         )
         return "\n".join(lines)
 
@@ -180,8 +183,9 @@ def _range_of(model: FittedModel) -> str:
 def _draw(axis: "Axes", load: CompensatedLoad) -> None:
     time = np.arange(load.before.size) / load.rate_hz
     length = min(time.size, round(SHOWN_S * load.rate_hz))
-    power = np.convolve(load.removed**2, np.ones(length), "valid")
-    span = slice(start := int(np.argmax(power)), start + length)
+    power = np.cumsum(np.concatenate([[0.0], load.removed**2]))
+    start = int(np.argmax(power[length:] - power[:-length]))
+    span = slice(start, start + length)
     axis.plot(time[span], load.before[span], color="0.6", linewidth=1.0, label="before")
     if load.half_width is not None:
         low, high = (load.after + sign * load.half_width for sign in (-1.0, 1.0))
@@ -207,7 +211,7 @@ def compensate_recording(
     belt_markers: Sequence[str] = (),
     velocity_scale: float | None = None,
     velocity_offset: float = 0.0,
-    time: str | None = None,
+    time_column: str | None = None,
     load: Sequence[str] = (),
     load_unit: str = "Nm",
     model: str | None = None,
@@ -235,7 +239,7 @@ def compensate_recording(
         Belt velocity per unit of the channel (m/s); by default it follows from the unit.
     velocity_offset : float
         Value of the channel while the belt stands still (its unit).
-    time, load, load_unit : str, sequence of str, {"Nm", "N"}
+    time_column, load, load_unit : str, sequence of str, {"Nm", "N"}
         Columns of a table of single loads, and the unit of the loads.
     model : str, optional
         Name of one model for all loads, in place of the recommended ones.
@@ -261,15 +265,25 @@ def compensate_recording(
     ... )  # doctest: +SKIP
     >>> print(found.summary())  # doctest: +SKIP
     """
-    source = BeltVelocity(velocity, tuple(belt_markers), velocity_scale, velocity_offset)
+    optional = ("velocity", "velocity_scale", "time_column", "model")
+    velocity, velocity_scale, velocity_offset, time_column, model, strict = checked(
+        optional,
+        velocity=velocity,
+        velocity_scale=velocity_scale,
+        velocity_offset=velocity_offset,
+        time_column=time_column,
+        model=model,
+        strict=strict,
+    )
+    markers = tuple(texts(belt_markers, "belt_markers"))
     done = compensate(
         path_of(recording, "recording"),
         path_of(models, "models"),
         None if output is None else path_of(output, "output"),
-        source,
+        BeltVelocity(velocity, markers, velocity_scale, velocity_offset),
         loads=texts(load, "load"),
-        time=time,
-        load_unit=load_unit,
+        time=time_column,
+        load_unit=one_of(load_unit, "load_unit", ("Nm", "N")),
         model=model,
         strict=strict,
     )
@@ -297,7 +311,7 @@ def compensate(
     chosen, kept = _models_by_load(known, file, model, models)
     found, notes = {}, []
     for name, fitted in chosen.items():
-        one = file.recordings(fitted.model.rate_hz)[name]
+        one = file.recording(name, fitted.model.rate_hz)
         found[name], note = _compensated(file, name, fitted, one)
         notes.append(note)
     notes = tuple(dict.fromkeys(filter(None, notes)))
@@ -327,7 +341,7 @@ def _models_by_load(
     known: list[FittedModel], file: BeltFile, model: str | None, path: Path
 ) -> tuple[dict[str, FittedModel], dict[str, str]]:
     """Load -> model that corrects it, and load -> reason why none does."""
-    changing, alone = file.recordings(), len({m.load for m in known}) == 1
+    changing, alone = file.changing, len({m.load for m in known}) == 1
     chosen, kept = {}, {}
     for name, load in file.loads.items():
         own = [m for m in known if m.load == name or (alone and len(file.loads) == 1)]
@@ -344,25 +358,23 @@ def _models_by_load(
         elif wanted[0].name in UNSUITED:
             raise InputError(
                 f"{path}: expected a model of the belt's motion alone, found {wanted[0].name}, which needs "
-                f"the "
-                "pulses and the mass of a study: calibrate with tepsipe calibrate"
+                "the pulses and the mass of a study: calibrate with tepsipe calibrate"
             )
         elif wanted[0].unit != load.unit:
             raise InputError(
                 f"{path}: expected a model of a load in {load.unit} for {name}, found one in "
-                f"{wanted[0].unit}: "
-                "correct the unit of the load (load_unit), or name the file of its models"
+                f"{wanted[0].unit}: correct the unit of the load (load_unit), or name the file of its models"
             )
-        elif wanted[0].held_out is not None and wanted[0].held_out <= 0.0:
-            kept[name] = f"of which {wanted[0].name} predicts nothing (held-out R2 {wanted[0].held_out:.3f})"
+        elif wanted[0].held_out is not None and wanted[0].held_out < AS_GOOD:
+            kept[name] = "of which the model predicts nothing on the held-out recording"
         else:
             chosen[name] = wanted[0]
     if not chosen:
         first = next(iter(kept.items()), ("", "without loads"))
         raise InputError(
             f"{file.path}: expected a load that the models of {path.name} correct, "
-            f"{listed(m.load for m in known)}, "
-            f"found {first[0]}, {first[1]}: calibrate with recordings of the same kind"
+            f"{listed(dict.fromkeys(m.load for m in known))}, found {first[0]}, {first[1]}: calibrate with "
+            "recordings of the same kind"
         )
     return chosen, kept
 
@@ -416,7 +428,7 @@ def _note(path: Path, models: Path, loads: Mapping[str, CompensatedLoad]) -> dic
         "RECORDING": [f"{path.name}, SHA-256 {hashlib.sha256(path.read_bytes()).hexdigest()}"],
         "MODELS": [f"{models.name}, SHA-256 {hashlib.sha256(models.read_bytes()).hexdigest()}"],
         "LOADS": lines,
-        "RANGE": ranges,
+        "CALIBRATION": ranges,
     }
 
 

@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tepsipe.errors import InputError, listed
-from tepsipe.experiments.belt.analysis import TreadmillCalibration, calibrate_treadmill
+from tepsipe.experiments.belt.analysis import AS_GOOD, TreadmillCalibration, calibrate_treadmill
 from tepsipe.experiments.belt.files import BeltVelocity, read_belt_file
+from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.notebook_display import new_axes
+from tepsipe.treadmill.calibration import coherence_limit
+from tepsipe.treadmill.options import ModelOptions
 from tepsipe.treadmill.registry import save_models
 
 if TYPE_CHECKING:
@@ -19,6 +22,8 @@ if TYPE_CHECKING:
 
 # shortest table that calibrates (s)
 SHORTEST_S = 20.0
+# length of the segments of the coherence (s)
+SEGMENT_S = ModelOptions.spectral_segment_s
 # half-width of the 95 % interval over the standard deviation of noise
 NORMAL_95 = 1.96
 
@@ -29,6 +34,9 @@ class FileCalibration:
 
     loads: Mapping[str, TreadmillCalibration]
     """Name of the load -> its models and their scores (unit of the load)."""
+    left: tuple[str, ...] = ()
+    """Loads of force plates of which no linear model explains more than 1 %, by their coherence with the
+    acceleration of the belt: they have no models."""
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -48,18 +56,19 @@ class FileCalibration:
 
     def summary(self) -> str:
         """Scores as text (unit of the load)."""
-        if len(self.loads) == 1:
+        if len(self.loads) == 1 and not self.left:
             return next(iter(self.loads.values())).summary(notes=False)
-        lines = [f"{'load':<20}{'recommended':<20}{'R2':>8}{'limit':>8}   95 % of errors, R2 on the test"]
+        lines = [f"{'load':<20}{'recommended':<20}{'R2':>8}{'limit':>8}   95 % of errors"]
         for load, one in self.loads.items():
             model = one.models[one.recommended]
             score = next(s for s in one.scores if s.model == one.recommended)
             constant, relative = model.errors[0]
             lines.append(
                 f"{load:<20}{one.recommended:<20}{score.r2:>8.4f}{score.r2_limit:>8.4f}   below "
-                f"{constant:.3g} "
-                f"{score.unit} and {100.0 * relative:.0f} % of the correction"
+                f"{constant:.3g} {score.unit} and {100.0 * relative:.0f} % of the correction"
             )
+        if self.left:
+            lines.append(f"Not induced by the belt, and without a model: {', '.join(self.left)}.")
         return "\n".join(lines)
 
     def plot(self) -> "Figure":
@@ -95,26 +104,32 @@ def calibrate_files(
         read_belt_file(path, velocity, loads=loads, time=time, load_unit=load_unit, shortest_s=SHORTEST_S)
         for path, velocity in zip((train, test), velocities, strict=True)
     ]
-    training = files[0].recordings(None, cutoff_hz)
-    if not training:
+    train_file, test_file = files
+    if not train_file.changing:
         raise InputError(
             f"{train}: expected a load that changes with the belt, found constant ones: record again"
         )
-    rate_hz = next(iter(training.values())).rate_hz
-    testing = files[1].recordings(rate_hz if files[1].plates else None, cutoff_hz)
-    found = {}
-    for load, recording in training.items():
-        if load not in testing:
+    found, left = {}, []
+    lowpass = Lowpass(cutoff_hz, 4 if zero_lag else 2, zero_lag)
+    for load in train_file.changing:
+        if load not in test_file.changing:
             raise InputError(
-                f"{test}: expected the load {load!r} of {train.name}, found {listed(testing)} that change: "
-                f"record "
-                "it, or name the loads of both files (--load)"
+                f"{test}: expected the load {load!r} of {train.name}, found {listed(test_file.changing)} "
+                "that change: record it, or name the loads of both files (--load)"
             )
+        rate_hz = train_file.rate_hz(load, cutoff_hz)
+        test_hz = rate_hz if test_file.plates else test_file.loads[load].rate_hz
+        training, testing = train_file.recording(load, rate_hz), test_file.recording(load, test_hz)
+        if train_file.plates:
+            limits = [coherence_limit([r.filtered(lowpass)], SEGMENT_S) for r in (training, testing)]
+            if max(limits) < AS_GOOD:
+                left.append(load)
+                continue
         one = calibrate_treadmill(
-            recording, testing[load], cutoff_hz=cutoff_hz, order=4 if zero_lag else 2, zero_lag=zero_lag
+            training, testing, cutoff_hz=cutoff_hz, order=lowpass.order, zero_lag=zero_lag
         )
-        named = load if files[0].plates or len(training) > 1 else ""
-        beyond = NORMAL_95 * files[1].beyond(load, recording.rate_hz)
+        named = load if train_file.plates or len(train_file.changing) > 1 else ""
+        beyond = NORMAL_95 * test_file.beyond(load, test_hz)
         models = {
             name: replace(
                 model,
@@ -124,4 +139,9 @@ def calibrate_files(
             for name, model in one.models.items()
         }
         found[load] = replace(one, models=models)
-    return FileCalibration(found)
+    if not found:
+        raise InputError(
+            f"{train}: expected a load that follows the acceleration of the belt, found none among "
+            f"{listed(left)}: check the belt velocity, and that the belt was accelerated"
+        )
+    return FileCalibration(found, tuple(left))

@@ -98,16 +98,17 @@ class BeltFile:
     write: Writer
     """Write a copy from whose loads corrections are subtracted."""
 
-    def recordings(self, rate_hz: float | None = None, cutoff_hz: float = 0.0) -> dict[str, BeltRecording]:
-        """Recordings of all loads that change, for calibration and removal (N, N·m, m/s).
+    @property
+    def changing(self) -> list[str]:
+        """Names of the loads that are not constant."""
+        return [name for name, load in self.loads.items() if np.ptp(load.values) > 0.0]
 
-        rate_hz: wanted rate; None to choose it: that of the table, or one that suits the cutoff (Hz).
-        """
-        return {
-            name: self._recording(load, rate_hz, cutoff_hz)
-            for name, load in self.loads.items()
-            if np.ptp(load.values) > 0.0
-        }
+    def rate_hz(self, name: str, cutoff_hz: float) -> float:
+        """Rate that suits models of a load below a cutoff (Hz); that of a table of single loads is kept."""
+        rate_hz = self.loads[name].rate_hz
+        if not self.plates:
+            return rate_hz
+        return rate_hz / max(1, int(rate_hz / max(LEAST_RATE_HZ, RATE_PER_CUTOFF * cutoff_hz)))
 
     def beyond(self, name: str, rate_hz: float) -> float:
         """RMS of the part of a load that its recording at a lower rate (Hz) does not hold (N, N·m)."""
@@ -119,11 +120,9 @@ class BeltFile:
             np.std(load.values - resample(time, load.values, time, BAND_PER_RATE * rate_hz, load.rate_hz))
         )
 
-    def _recording(self, load: BeltLoad, rate_hz: float | None, cutoff_hz: float) -> BeltRecording:
-        if rate_hz is None:
-            rate_hz = load.rate_hz
-            if self.plates:
-                rate_hz /= max(1, int(load.rate_hz / max(LEAST_RATE_HZ, RATE_PER_CUTOFF * cutoff_hz)))
+    def recording(self, name: str, rate_hz: float) -> BeltRecording:
+        """Recording of a load (N or N·m, m/s) at a rate, for calibration and removal; not filtered."""
+        load = self.loads[name]
         time = np.arange(load.values.size) / load.rate_hz
         values, velocity = load.values, load.velocity
         if self.plates:  # the zero of transducers is not induced by the belt
@@ -197,8 +196,7 @@ def _loads(
             if not whole.any():
                 raise InputError(
                     f"{path}, force plate {number}: expected a number in every sample, found none: export "
-                    f"the "
-                    "file again"
+                    "the file again"
                 )
             every = np.arange(values.size)
             values = values if whole.all() else np.interp(every, every[whole], values[whole])
@@ -231,8 +229,8 @@ def _velocity_of(recording: Recording, source: BeltVelocity) -> Callable[[float,
     else:
         raise InputError(
             f"{name}: expected a source of the belt velocity, found none named, among "
-            f"{listed(recording.channels)}: "
-            "name a channel or a file (velocity), or belt-fixed markers (belt_markers)"
+            f"{listed(recording.channels)}: name a channel or a file (velocity), or belt-fixed markers "
+            "(belt_markers)"
         )
     values = _scaled(values, unit, source, f"{name}: {source.name or 'markers'}")
     spline = scipy.interpolate.CubicSpline(instants, values)
@@ -255,9 +253,8 @@ def _scaled(values: np.ndarray, unit: str, source: BeltVelocity, place: str) -> 
     scale = source.scale if source.scale is not None else M_PER_S.get(unit or "m/s")
     if scale is None:
         raise InputError(
-            f"{place}: expected a belt velocity in {', '.join(M_PER_S)}, found the unit {quoted(unit)}: "
-            f"give the "
-            "velocity per unit (velocity_scale), and the value at rest (velocity_offset)"
+            f"{place}: expected a belt velocity in {', '.join(M_PER_S)}, found the unit {quoted(unit)}: give "
+            "the velocity per unit (velocity_scale), and the value at rest (velocity_offset)"
         )
     bad = int(np.count_nonzero(~np.isfinite(values)))
     if bad:
@@ -276,8 +273,7 @@ def _velocity_table(path: Path, column: str | None) -> tuple[np.ndarray, np.ndar
     if len(names) != 1:
         raise InputError(
             f"{path}: expected one column of the belt velocity, found {listed(recording.channels)}: name it "
-            f"after "
-            f"the file, as {path.name}:COLUMN"
+            f"after the file, as {path.name}:COLUMN"
         )
     channel = recording.channels[names[0]]
     instants = clock.first_s + np.arange(channel.values.size) / channel.rate_hz
@@ -289,8 +285,7 @@ def _velocity_of_markers(recording: Recording, labels: tuple[str, ...]) -> tuple
     if recording.markers is None:
         raise InputError(
             f"{recording.name}: expected belt-fixed markers {listed(labels)}, found no markers: name a "
-            f"channel or "
-            "a file with the belt velocity"
+            "channel or a file with the belt velocity"
         )
     markers = select_markers(recording.markers, list(labels), recording.name)
     mean, _ = fill_gaps(
@@ -349,9 +344,8 @@ def _of_dflow(path: Path, velocity: BeltVelocity) -> BeltFile:
         speeds = [file[1]] if file[1] else list(record.speeds)
         if len(speeds) != 1 or speeds[0] not in record.columns:
             raise InputError(
-                f"{file[0]}: expected one belt speed, found {listed(record.speeds)}: name it after the "
-                f"file, as "
-                f"{file[0].name}:COLUMN"
+                f"{file[0]}: expected one belt speed, found {listed(record.speeds)}: name it after the file, "
+                f"as {file[0].name}:COLUMN"
             )
         whole, first, stop = aligned_record(table, record, velocity.markers)
         speed = whole.channels[speeds[0]]
@@ -415,9 +409,8 @@ def _of_table(
     """Single loads of a text table, on the clock behind its time stamps."""
     if len(names) != 3 and not (time and loads and velocity.name):
         raise InputError(
-            f"{path}: expected three columns, time, load and belt velocity, found {listed(names)}: name "
-            f"them with "
-            "--time, --load and --velocity"
+            f"{path}: expected three columns, time, load and belt velocity, found {listed(names)}: name them "
+            "with --time, --load and --velocity"
         )
     time = time or names[0]
     loads = tuple(loads) or (names[1],)

@@ -91,13 +91,8 @@ def open_c3d(path: Path):
 
     def parsed(plain: Path) -> dict:
         file = ezc3d.c3d(str(plain))
-        header = file["header"]["points"]
-        return {
-            "parameters": dict(file["parameters"]),
-            "data": dict(file["data"]),
-            "first_frame": int(header["first_frame"]),
-            "header_rate_hz": float(header["frame_rate"]),
-        }
+        first = int(file["header"]["points"]["first_frame"])
+        return {"parameters": dict(file["parameters"]), "data": dict(file["data"]), "first_frame": first}
 
     if not path.is_file():
         raise InputError(f"{path}: expected a C3D file, found no file: correct its path in the trial sheet")
@@ -214,7 +209,7 @@ def channels_of(file, path: Path) -> list[tuple[str, Channel]]:
             f"found {named[0] if named else rate:g} Hz in ANALOG:RATE: export the file again"
         )
     header = file["header_analog_samples"]
-    if header != per_frame * samples.shape[0]:  # the samples have been read in another order
+    if header and header != per_frame * samples.shape[0]:  # the samples have been read in another order
         raise InputError(
             f"{path}: expected {header / samples.shape[0]:g} analog samples in a frame, as its header "
             f"states, found "
