@@ -35,6 +35,7 @@ Treadmill
     belt_recording        load and velocity of an accelerated belt
     calibrate_treadmill   models of the belt-induced load, fitted and validated
     load_treadmill_models models from a file
+    compensate_recording  a recorded file with corrected loads
 """
 
 import importlib
@@ -68,6 +69,7 @@ _PUBLIC = {
     "belt_recording": "tepsipe.experiments.belt.analysis",
     "calibrate_treadmill": "tepsipe.experiments.belt.analysis",
     "load_treadmill_models": "tepsipe.treadmill.registry",
+    "compensate_recording": "tepsipe.experiments.belt.compensation",
 }
 __all__ = list(_PUBLIC)
 

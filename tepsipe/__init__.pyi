@@ -3,6 +3,7 @@
 from tepsipe.errors import InputError as InputError
 from tepsipe.experiments.belt.analysis import belt_recording as belt_recording
 from tepsipe.experiments.belt.analysis import calibrate_treadmill as calibrate_treadmill
+from tepsipe.experiments.belt.compensation import compensate_recording as compensate_recording
 from tepsipe.experiments.example import load_example as load_example
 from tepsipe.identification.budgets.leg import LegUncertainty as LegUncertainty
 from tepsipe.identification.fits import fit_admittance as fit_admittance
@@ -36,6 +37,7 @@ __all__ = [
     "Trial",
     "belt_recording",
     "calibrate_treadmill",
+    "compensate_recording",
     "find_perturbations",
     "fit_admittance",
     "fit_impedance",

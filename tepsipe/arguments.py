@@ -174,12 +174,18 @@ OPTIONS: dict[str, Range | type] = {
     "B": Range(-1e6, 1e6),
     "K": Range(-1e6, 1e6),
     "rest_angle_rad": Range(-0.5 * math.pi, 0.5 * math.pi, advice="give radians"),
+    "velocity_scale": Range(-1e6, 1e6),
+    "velocity_offset": Range(-1e6, 1e6),
     "thesis": bool,
     "softening": bool,
     "zero_lag": bool,
     "taper": bool,
     "centred": bool,
+    "strict": bool,
     "name": str,
+    "velocity": str,
+    "time_column": str,
+    "model": str,
 }
 
 

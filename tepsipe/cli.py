@@ -178,6 +178,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     try:
         notes = chosen.command(chosen) or ()
+        if isinstance(notes, int):  # a command with exit codes of its own
+            return notes
     except InputError as error:
         print(f"tepsipe: {error}", file=sys.stderr)
         return 2
@@ -188,7 +190,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     for note in notes:
         print(f"tepsipe: note: {printable(note)}", file=sys.stderr)
-    return 3 if notes and chosen.strict else chosen.status
+    return 3 if notes and chosen.strict else 0
 
 
 def _refused_by_the_system(error: OSError) -> str:
@@ -206,10 +208,11 @@ def _parser() -> argparse.ArgumentParser:
         description="Estimate the mechanical impedance of a joint: inertia, damping and stiffness.",
     )
     parser.add_argument("--version", action="version", version=f"tepsipe {__version__}")
-    parser.set_defaults(command=None, strict=False, status=0)
+    parser.set_defaults(command=None, strict=False)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND")
     _add_fit(commands)
     _add_calibrate(commands)
+    _add_compensate(commands)
     _add_info(commands)
     _add_new_study(commands)
     _add_plan(commands)
@@ -318,24 +321,15 @@ def _add_calibrate(commands: argparse._SubParsersAction) -> None:
     calibrate = commands.add_parser(
         "calibrate",
         help="fit models of the belt-induced load to one recording and evaluate them on another",
-        description="Fit models of the load that an accelerated belt induces to TRAIN and evaluate them on "
-        "TEST, two recordings of an unloaded treadmill. Prints the scores and writes them with the models.",
+        description="Fit models of the loads that an accelerated belt induces to TRAIN and evaluate them on "
+        "TEST, two recordings of an unloaded treadmill: C3D or D-Flow text with force plates, or text "
+        "tables. Prints the scores and writes them with the models, for tepsipe compensate.",
     )
-    calibrate.add_argument("train", type=Path, help="text table with a header: time, load, belt velocity")
-    calibrate.add_argument("test", type=Path, help="another recording of the same treadmill")
-    for name, what, place in (
-        ("time", "time (s)", "first"),
-        ("load", "load", "second"),
-        ("velocity", "belt velocity (m/s)", "third"),
-    ):
-        calibrate.add_argument(
-            f"--{name}",
-            metavar="COLUMN",
-            help=f"column of the {what}; default: the {place} of a table with three columns",
-        )
     calibrate.add_argument(
-        "--load-unit", default="Nm", choices=("Nm", "N"), help="unit of the load; default Nm"
+        "train", type=Path, help="C3D, D-Flow text, or text table: time, load, belt velocity"
     )
+    calibrate.add_argument("test", type=Path, help="another recording of the same treadmill")
+    _add_belt(calibrate)
     calibrate.add_argument(
         "--cutoff",
         type=float,
@@ -356,6 +350,84 @@ def _add_calibrate(commands: argparse._SubParsersAction) -> None:
     add_json(calibrate)
     add_strict(calibrate)
     calibrate.set_defaults(command=_calibrate)
+
+
+def _add_belt(command: argparse.ArgumentParser) -> None:
+    """Add the options that name loads and belt velocity of a recording."""
+    command.add_argument(
+        "--time",
+        metavar="COLUMN",
+        help="column of the time (s); default: the first of a table with three columns",
+    )
+    command.add_argument(
+        "--load",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="column of a load; default: the second of three. Of force plates a name such as 'plate 1 Fy' "
+        "or Fy; default: all. Give the option once for each load",
+    )
+    command.add_argument(
+        "--load-unit", default="Nm", choices=("Nm", "N"), help="unit of the load in a table; default Nm"
+    )
+    command.add_argument(
+        "--velocity",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="column or analog channel of the belt velocity; default: the third of three columns. Or a text "
+        "table with the velocity on the clock of the recording, as FILE or FILE:COLUMN, once for each "
+        "recording",
+    )
+    command.add_argument(
+        "--velocity-scale",
+        type=float,
+        metavar="M/S",
+        help="belt velocity per unit of the channel (m/s); default: from the channel's unit",
+    )
+    command.add_argument(
+        "--velocity-offset",
+        type=float,
+        default=0.0,
+        metavar="VALUE",
+        help="value of the channel while the belt stands still; default 0",
+    )
+    command.add_argument(
+        "--belt-markers",
+        nargs="+",
+        default=[],
+        metavar="LABEL",
+        help="belt-fixed markers, from which the velocity is derived",
+    )
+
+
+def _add_compensate(commands: argparse._SubParsersAction) -> None:
+    compensate = commands.add_parser(
+        "compensate",
+        help="remove the belt-induced load from a recording: the same file with corrected loads",
+        description="Subtract the loads that an accelerated belt induces from a recording, by models of "
+        "tepsipe calibrate. Writes the same kind of file with corrected forces, moments and centres of "
+        "pressure. All other channels and parameters stay as they were, and a note in the file names the "
+        "models. Prints the accuracy, and writes a figure before and after.",
+    )
+    compensate.add_argument("recording", type=Path, help="C3D, D-Flow text or text table")
+    compensate.add_argument(
+        "--models", type=Path, required=True, metavar="FILE", help="models, as tepsipe calibrate writes them"
+    )
+    compensate.add_argument(
+        "--output", type=Path, required=True, metavar="FILE", help="file to write; the figure is FILE.png"
+    )
+    _add_belt(compensate)
+    compensate.add_argument(
+        "--model", metavar="NAME", help="model for all loads; default: the recommended model of each"
+    )
+    add_json(compensate)
+    compensate.add_argument(
+        "--strict",
+        action="store_true",
+        help="write nothing and exit with code 1 if the belt moves outside the range of the calibration",
+    )
+    compensate.set_defaults(command=_compensate)
 
 
 def _add_info(commands: argparse._SubParsersAction) -> None:
@@ -381,10 +453,13 @@ def _add_info(commands: argparse._SubParsersAction) -> None:
 def _add_check(commands: argparse._SubParsersAction) -> None:
     check = commands.add_parser(
         "check",
-        help="check a study's configuration, trial sheet and recordings before it runs",
-        description="Check configuration files and the trial sheet that they name, without running anything "
-        "from them. Repeated and unknown keys, values, names and folders that cannot be used are reported "
-        "with file and line. Then every recording is read as the study will read it: columns, rates, "
+        help="check a study before it runs, or the force plates of C3D files",
+        description="Of C3D files: look for faults of the force plates, such as a wrong origin, sign, axis "
+        "or unit, offset, drift, clipping and filters, and compare them with the markers of the feet. The "
+        "exit code is 1 if there are any. Otherwise check configuration files and the trial sheet that they "
+        "name, without running anything from them. Repeated and unknown keys, values, names and folders that "
+        "cannot be used are reported with file and line. Then every recording is read as the study will read "
+        "it: columns, rates, "
         'markers, plates, perturbations, masses. Lines with "to be recorded" list what K of a standing '
         'person still needs. Lines with "verdict" state for each trial of a dummy and each task of a person '
         "whether K will be quotable, and its expected interval or the reason. Returns 0, 2 if the run would "
@@ -392,8 +467,15 @@ def _add_check(commands: argparse._SubParsersAction) -> None:
         "Run it in the folder of the study.",
     )
     check.add_argument(
-        "files", nargs="*", metavar="CONFIG", help="configuration files, as for snakemake --configfile"
+        "files",
+        nargs="*",
+        metavar="FILE",
+        help="C3D files; or configuration files, as for snakemake --configfile",
     )
+    check.add_argument(
+        "--mass", type=float, metavar="KG", help="of C3D files: mass of the person on the force plates"
+    )
+    add_json(check)
     check.set_defaults(command=_check)
 
 
@@ -746,44 +828,83 @@ def _with_options(sentence: str) -> str:
 
 
 def _calibrate(chosen: argparse.Namespace) -> tuple[str, ...]:
-    from tepsipe.experiments.belt.analysis import calibrate_treadmill
-    from tepsipe.ingest.belt_table import BeltTableOptions, ingest_belt_table
-    from tepsipe.io.readers.any_table import table_columns
-    from tepsipe.io.readers.text_table import read_text_table
-    from tepsipe.treadmill.trial_recordings import table_recording
+    from tepsipe.experiments.belt.file_calibration import calibrate_files
 
     models, csv, png = _outputs(chosen.output, (".json", ".csv", ".png"), chosen.train, chosen.test)
-    recordings = []
-    for path in (chosen.train, chosen.test):
-        names, delimiter = table_columns(path)
-        requested = {"time": chosen.time, "load": chosen.load, "velocity": chosen.velocity}
-        if not all(requested.values()) and len(names) != 3:
-            raise InputError(
-                f"{path}: expected three columns, time, load and belt velocity, found {listed(names)}: "
-                f"name them "
-                "with --time, --load and --velocity"
-            )
-        columns = {key: requested[key] or names[k] for k, key in enumerate(requested)}
-        table = read_text_table(path, columns, delimiter, {key: f"--{key}" for key in columns})
-        options = BeltTableOptions(load_unit=chosen.load_unit, max_gap_s=0.1, shortest_s=20.0)
-        trial = ingest_belt_table(table, columns, options, 0.0, str(path))
-        recordings.append(table_recording(trial, path.name, trimmed_s=1.0))
-    order = 4 if chosen.zero_lag else 2
     with progress("calibrating"):
-        calibration = calibrate_treadmill(
-            *recordings, cutoff_hz=chosen.cutoff, order=order, zero_lag=chosen.zero_lag
+        calibration = calibrate_files(
+            chosen.train,
+            chosen.test,
+            _velocities(chosen, 2),
+            loads=chosen.load,
+            time=chosen.time,
+            load_unit=chosen.load_unit,
+            cutoff_hz=chosen.cutoff,
+            zero_lag=chosen.zero_lag,
         )
     calibration.save(models)
     calibration.to_frame().to_csv(csv, index=False)
     calibration.plot().savefig(png, dpi=150)
     if chosen.json:
-        content = {name: getattr(calibration, name) for name in ("recommended", "validated", "notes")}
-        content["scores"] = [vars(score) for score in calibration.scores]
-        content["calibrated"] = next(iter(calibration.models.values())).calibrated
+        contents = {}
+        for load, one in calibration.loads.items():
+            contents[load] = {name: getattr(one, name) for name in ("recommended", "validated", "notes")}
+            contents[load]["scores"] = [vars(score) for score in one.scores]
+            contents[load]["calibrated"] = next(iter(one.models.values())).calibrated
+        content = contents.popitem()[1] if len(contents) == 1 else {"loads": contents}
         print_json(content | {"written": [models, csv, png]})
     else:
-        show(f"{calibration.summary(notes=False)}\n\nwritten: {models}, {csv}, {png}")
+        show(f"{calibration.summary()}\n\nwritten: {models}, {csv}, {png}")
     return calibration.notes
+
+
+def _velocities(chosen: argparse.Namespace, count: int) -> list[Any]:
+    """Sources of the belt velocity of some recordings."""
+    from tepsipe.experiments.belt.files import BeltVelocity
+
+    if len(chosen.velocity) not in (0, 1, count):
+        raise InputError(
+            f"--velocity: expected it once{' or twice' if count == 2 else ''}, found it "
+            f"{len(chosen.velocity)} times: name a channel, or one file for each recording"
+        )
+    names = chosen.velocity or [None]
+    further = tuple(chosen.belt_markers), chosen.velocity_scale, chosen.velocity_offset
+    return [BeltVelocity(name, *further) for name in (names * count)[:count]]
+
+
+def _compensate(chosen: argparse.Namespace) -> int:
+    from tepsipe.experiments.belt.compensation import compensate
+
+    (png,) = _outputs(chosen.output, (".png",), chosen.recording, chosen.models)
+    (velocity,) = _velocities(chosen, 1)
+    with progress(f"compensating {chosen.recording.name}"):
+        done = compensate(
+            chosen.recording,
+            chosen.models,
+            chosen.output,
+            velocity,
+            loads=chosen.load,
+            time=chosen.time,
+            load_unit=chosen.load_unit,
+            model=chosen.model,
+            strict=chosen.strict,
+        )
+    refused = done.output is None
+    for note in done.notes:
+        print(f"tepsipe: note: {printable(note)}", file=sys.stderr)
+    if not refused:
+        done.plot().savefig(png, dpi=150)
+    written = [] if refused else [chosen.output, png]
+    if chosen.json:
+        loads = done.to_frame().to_dict("records")
+        content = {"loads": loads, "kept": done.kept, "steps": done.steps, "notes": done.notes}
+        pressure = {
+            name: dict(zip(("shift_m", "half_width_m"), x, strict=True)) for name, x in done.pressure.items()
+        }
+        print_json(content | {"centre_of_pressure": pressure, "written": written})
+    else:
+        show(f"{done.summary()}\n\nwritten: {', '.join(map(str, written)) or 'nothing'}")
+    return int(refused)
 
 
 def _info(chosen: argparse.Namespace) -> None:
@@ -897,10 +1018,20 @@ def _run(chosen: argparse.Namespace) -> NoReturn:
     os.execve(command[0], command, environment)
 
 
-def _check(chosen: argparse.Namespace) -> None:
+def _check(chosen: argparse.Namespace) -> int:
+    from tepsipe.io.file_format import ending_of
+
+    plates = [Path(file) for file in chosen.files if ending_of(file) == ".c3d"]
+    if plates:
+        return _check_plates(plates, chosen)
+    if chosen.mass is not None or chosen.json:
+        raise InputError(
+            f"{'--json' if chosen.mass is None else '--mass'}: expected C3D files to check, found none: "
+            f"leave it out"
+        )
     from tepsipe.new_study.start import own_files
 
-    chosen.status = _by_rules("check", own_files(chosen.files), "reading the recordings")
+    return _by_rules("check", own_files(chosen.files), "reading the recordings")
 
 
 def _archive(chosen: argparse.Namespace) -> None:
@@ -937,6 +1068,34 @@ def _by_rules(module: str, arguments: Sequence[str], what: str) -> int:
             print(f"tepsipe: {printable(sentence)}", file=sys.stderr)
         raise InputError(last)
     return 0
+
+
+def _check_plates(files: list[Path], chosen: argparse.Namespace) -> int:
+    """Findings in C3D files; 1 if there are any."""
+    from tepsipe.ingest.plate_doctor import examine_plates
+
+    if len(files) < len(chosen.files):
+        raise InputError(
+            f"check: expected C3D files only, or none, found {listed(chosen.files)}: check the others by "
+            f"themselves"
+        )
+    if chosen.mass is not None and not 1.0 < chosen.mass < 1000.0:
+        raise InputError(f"--mass: expected a mass of 1 to 1000 kg, found {chosen.mass:g}: correct it")
+    found = {}
+    for file in files:
+        with progress(f"examining {file.name}"):
+            found[file] = examine_plates(file, chosen.mass)
+    if chosen.json:
+        content = [
+            {"file": file, "findings": [vars(finding) for finding in findings]}
+            for file, findings in found.items()
+        ]
+        print_json({"files": content})
+    else:
+        for file, findings in found.items():
+            lines = [f"{finding.fault}: {finding.place}: {finding.text}" for finding in findings]
+            show("\n".join(f"{file}: {line}" for line in lines or ["no fault of a force plate was found"]))
+    return int(any(found.values()))
 
 
 def _outputs(prefix: Path, endings: Sequence[str], *inputs: Path) -> list[Path]:

@@ -23,6 +23,11 @@ SAID = {
         r"K +Nm/rad +\d\d\d\.\d+",
         r"expected a value for",
     ],
+    "treadmill_forces": [
+        r"# TEPSIPE_COMPENSATION",
+        r"within the interval in 9[45]\.\d % of the samples",
+        r"written: nothing\s+exit code 1",
+    ],
     "plan": [r"responses for K \+-10 % \(95 %\): no number"],
 }
 

@@ -59,6 +59,16 @@ def with_record(mocap: DFlowTable, record: DFlowTable, belt_fixed_labels: tuple[
     Returns: as `dflow_recording`, with the record file's signals among the channels. A belt's speed is
     positive where its surface moves backward, along z.
     """
+    return _cut(*aligned_record(mocap, record, belt_fixed_labels))
+
+
+def aligned_record(
+    mocap: DFlowTable, record: DFlowTable, belt_fixed_labels: tuple[str, ...]
+) -> tuple[Recording, int, int]:
+    """The same with all frames, NaN where the record file has none, and the first and last frame it covers.
+
+    Returns: recording (m, N, N·m, m/s), first covered frame, and the frame after the last.
+    """
     if record.is_mocap and not record.speeds:
         raise InputError(
             f"{record.name}: expected belt speeds of D-Flow's record module, found markers or force plates: "
@@ -100,7 +110,7 @@ def with_record(mocap: DFlowTable, record: DFlowTable, belt_fixed_labels: tuple[
         if name not in recording.channels
     }
     whole = replace(recording, channels=recording.channels | channels)
-    return _cut(whole, seen[0], seen[-1] + 1)
+    return whole, seen[0], seen[-1] + 1
 
 
 def _cut(recording: Recording, first: int, stop: int) -> Recording:

@@ -542,12 +542,7 @@ def _velocity_of_markers(
             )
     columns = [markers.labels.index(label) for label in labels]
     along = markers.signals["marker_position"].values[:, columns, 1].astype(float).mean(axis=1)
-    band = min(MARKER_BAND_HZ, BAND_PER_RATE * rate_hz)
-    smooth = resample(markers.grid, along, markers.grid, band, rate_hz)
-    velocity = derivative(markers.grid, smooth)
-    # where the filter reaches an end of the trial, the noise of one sample would tilt the whole end
-    held = min(int(np.ceil(FILTER_PERIODS * rate_hz / band)), velocity.size // 4)
-    velocity[:held], velocity[-held:] = velocity[held], velocity[-held - 1]
+    velocity, band, held = velocity_of_position(markers.grid, along, rate_hz)
     done = (
         f"mean of the markers {', '.join(labels)}",
         f"band limited at {band:g} Hz",
@@ -555,3 +550,18 @@ def _velocity_of_markers(
         f"held for {held / rate_hz:g} s at both ends",
     )
     return velocity, done
+
+
+def velocity_of_position(
+    time: np.ndarray, position: np.ndarray, rate_hz: float
+) -> tuple[np.ndarray, float, int]:
+    """Velocity (m/s), shape (n,), of a measured position (m) at instants ``time`` (s).
+
+    Returns: velocity, cutoff of the band (Hz), and number of samples that are held at both ends.
+    """
+    band = min(MARKER_BAND_HZ, BAND_PER_RATE * rate_hz)
+    velocity = derivative(time, resample(time, position, time, band, rate_hz))
+    # where the filter reaches an end of the trial, the noise of one sample would tilt the whole end
+    held = min(int(np.ceil(FILTER_PERIODS * rate_hz / band)), velocity.size // 4)
+    velocity[:held], velocity[-held:] = velocity[held], velocity[-held - 1]
+    return velocity, band, held

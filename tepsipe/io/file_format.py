@@ -126,8 +126,9 @@ class Head:
 
     @cached_property
     def first_line(self) -> str:
-        """First line that is not blank; empty if there is none."""
-        return next((line for line in self.text.splitlines() if line.strip()), "")
+        """First line that is neither blank nor begins with ``#``; empty if there is none."""
+        lines = (line for line in self.text.splitlines() if line.strip())
+        return next((line for line in lines if not line.startswith("#")), "")
 
 
 def _first_bytes(path: Path) -> bytes:

@@ -112,6 +112,15 @@ class FittedModel:
 
     left_out: float | None = None
     """Error of trials that are left out of the fit of a model of `JOINT`, relative to the noise."""
+    load: str = ""
+    """Name of the load in recordings with several, such as ``plate 1 Fy``; empty where there is only one."""
+    recommended: bool = False
+    """True for the model that the calibration recommends for its load."""
+    held_out: float | None = None
+    """R² on the test recordings; None without them."""
+    errors: tuple[tuple[float, float], tuple[float, float]] | None = None
+    """Constant and relative part of the error of a load from which the model's prediction is subtracted
+    (`tepsipe.treadmill.removal.half_width`), as recorded and behind the low-pass; None without tests."""
 
     def __repr__(self) -> str:
         return f"<FittedModel {self.name} ({self.unit}), calibrated by {listed(self.trained_on)}>"
@@ -294,13 +303,20 @@ def save_models(path: str | Path, models: list[FittedModel]) -> None:
     Path(path).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
-def load_treadmill_models(path: str | Path) -> dict[str, FittedModel]:
+def load_treadmill_models(path: str | Path, load: str | None = None) -> dict[str, FittedModel]:
     """Name -> model, from a file written by `save_models` (units as in the models' classes).
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    load : str
+        Name of the load, if the file has models of several.
 
     Raises
     ------
     InputError
-        If the file is missing or is not such a file.
+        If the file is missing or is not such a file, or has no models of the load.
 
     Examples
     --------
@@ -309,6 +325,18 @@ def load_treadmill_models(path: str | Path) -> dict[str, FittedModel]:
     >>> rest = models["fir"].compensate(recording)  # doctest: +SKIP
     """
     path = path_of(path)
+    models = read_models(path)
+    loads = list(dict.fromkeys(model.load for model in models))
+    if load not in loads and (load is not None or len(loads) > 1):
+        found = "none" if load is None else quoted(load)
+        raise InputError(
+            f"{path}: expected load to be one of {listed(loads)}, found {found}: name one of them"
+        )
+    return {m.name: m for m in models if load is None or m.load == load}
+
+
+def read_models(path: Path) -> list[FittedModel]:
+    """All models in a file written by `save_models` (units as in the models' classes)."""
     try:
         content = json.loads(Path(path).read_text(encoding="utf-8"))
         if content["format"] != FORMAT:
@@ -328,7 +356,7 @@ def load_treadmill_models(path: str | Path) -> dict[str, FittedModel]:
             f"{path}: expected a file of treadmill models, found one that cannot be read ({quoted(error)}): "
             "fit the models again"
         ) from error
-    return {m.name: m for m in models}
+    return models
 
 
 def _plain(x):

@@ -39,6 +39,7 @@ from tepsipe.treadmill.registry import (
     pick,
     save_models,
 )
+from tepsipe.treadmill.removal import held_out_errors
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -366,8 +367,19 @@ def calibrate_treadmill(
         family,
     )
     ranges = calibrated_range(calibrating)
-    kept = {model.name: replace(model, calibrated=ranges) for model in fitted}
-    return TreadmillCalibration(kept, scores, tests, _cross_validated(chosen, calibrating, family))
+    r2 = {name: np.mean([s.r2 for s in scores if s.model == name]) for name in chosen}
+    kept = {
+        model.name: replace(
+            model,
+            calibrated=ranges,
+            held_out=float(r2[model.name]),
+            errors=held_out_errors(model, testing),
+        )
+        for model in fitted
+    }
+    made = TreadmillCalibration(kept, scores, tests, _cross_validated(chosen, calibrating, family))
+    best = {made.recommended: replace(kept[made.recommended], recommended=True)}
+    return replace(made, models=kept | best)
 
 
 def _cross_validated(

@@ -9,7 +9,7 @@ import numpy as np
 from tepsipe.arguments import unit_in
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.io.file_format import Channel, Contents, Format
-from tepsipe.io.readers.plain_file import read_text
+from tepsipe.io.readers.plain_file import read_text, without_comments
 from tepsipe.io.readers.plain_table import DELIMITERS, column_names
 from tepsipe.io.readers.recording import Markers
 from tepsipe.io.readers.signal_table import read_table_recording
@@ -23,7 +23,7 @@ def commonest_delimiter(header: str) -> str:
 
 def table_columns(path: Path) -> tuple[list[str], str]:
     """Names of a text table's columns, and the character between them."""
-    text = read_text(path, "a table of samples")
+    text, _ = without_comments(read_text(path, "a table of samples"))
     header = text.partition("\n")[0].rstrip("\r")
     delimiter = commonest_delimiter(header)
     names = column_names(header, delimiter)

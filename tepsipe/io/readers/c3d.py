@@ -86,7 +86,7 @@ def group_labels(file, group: str) -> list[str]:
 
 
 def open_c3d(path: Path):
-    """Parameters, data and number of the first frame of a C3D file, as ezc3d reads it (units of the file)."""
+    """Parameters and data of a C3D file, and numbers of its header, as ezc3d reads it (units of the file)."""
     import ezc3d
 
     def parsed(plain: Path) -> dict:
@@ -97,9 +97,12 @@ def open_c3d(path: Path):
     if not path.is_file():
         raise InputError(f"{path}: expected a C3D file, found no file: correct its path in the trial sheet")
     with plain_file(path, "a C3D file") as plain:
-        _refuse_truncated(path, plain.read_bytes())
+        content = plain.read_bytes()
+        _refuse_truncated(path, content)
+        word = WORDS[content[512 * (content[0] - 1) + 3]][0]
+        in_frame = int(np.frombuffer(content[4:6], word)[0])
         try:
-            return guarded(parsed, plain, what=path)
+            return guarded(parsed, plain, what=path) | {"header_analog_samples": in_frame}
         except InputError:
             raise
         except Exception as error:  # ezc3d raises many kinds on damaged files
@@ -158,7 +161,7 @@ def read_c3d_recording(path: str | Path) -> Recording:
 def _recording(file, path: Path) -> Recording:
     """All signals of an opened C3D file (units of the channels)."""
     markers = c3d_markers(file, path)
-    channels = _channels(file, path)
+    channels = channels_of(file, path)
     labels = [label for label, _ in channels]
     scale = metres_per_unit(file, path)
     plates = force_plates(file, [c for _, c in channels], labels, path, scale, markers.rate_hz)
@@ -192,7 +195,7 @@ def _up(file, positions: np.ndarray, plates: tuple[ForcePlate, ...]) -> str:
     return f"{'-' if downward else '+'}{'xyz'[axis]}"
 
 
-def _channels(file, path: Path) -> list[tuple[str, Channel]]:
+def channels_of(file, path: Path) -> list[tuple[str, Channel]]:
     """Label and channel in the order of the file; the number is added where a label is empty or repeated."""
     analog, samples = file["parameters"].get("ANALOG", {}), file["data"]["analogs"][0]
     if not samples.size:
@@ -204,6 +207,13 @@ def _channels(file, path: Path) -> list[tuple[str, Channel]]:
         raise InputError(
             f"{path}: expected analog channels at {per_frame} times the {frames_hz:g} Hz of the frames, "
             f"found {named[0] if named else rate:g} Hz in ANALOG:RATE: export the file again"
+        )
+    header = file["header_analog_samples"]
+    if header and header != per_frame * samples.shape[0]:  # the samples have been read in another order
+        raise InputError(
+            f"{path}: expected {header / samples.shape[0]:g} analog samples in a frame, as its header "
+            f"states, found "
+            f"{per_frame} by ANALOG:RATE and POINT:RATE: one of both rates is wrong, export the file again"
         )
     labels, units = group_labels(file, "ANALOG"), _units(analog)
     limits = _limits(analog, file, samples.shape[0])

@@ -36,6 +36,8 @@ MOMENT_UNITS = {"Nm": 1.0, "Nmm": 1e-3, "Ncm": 1e-2, "kNm": 1e3}
 LENGTH_UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 CHANNELS = {1: 6, 2: 6, 3: 8, 4: 6}
 MOST_PLATES = 100
+# from this vertical force on (N) the centre of pressure is determined
+LEAST_LOAD_N = 20.0
 
 
 def force_plates(
@@ -110,7 +112,7 @@ def _load_of(selected: list, kind: int, group: dict, number: int, name: str, sca
     origin = scale * _parameter(group, "ORIGIN", (3,), number, name)
     if origin[2] > 0.0:
         origin = np.array([*origin[:2], -origin[2]]) if kind == 3 else -origin
-    rotation, centre = _axes(corners, name), corners.mean(axis=0)
+    rotation, centre = plate_axes(corners, name), corners.mean(axis=0)
     if kind == 1:
         force, moment = _of_type_1(selected, scale, name)
         origin = np.zeros(3)
@@ -126,6 +128,55 @@ def _load_of(selected: list, kind: int, group: dict, number: int, name: str, sca
     loads = in_lab, moment @ rotation.T + np.cross(centre - vector, in_lab)
     force, moment = (np.where(np.isfinite(load), load, np.nan) for load in loads)
     return ForcePlate(force, moment, selected[0][1].rate_hz, corners, vector if kind in (2, 4) else None)
+
+
+def channels_without(
+    file,
+    number: int,
+    plate: ForcePlate,
+    channels: list[Channel],
+    removed: np.ndarray,
+    scale: float,
+    name: str,
+) -> list[np.ndarray]:
+    """Channels of a plate from which a part of its load is removed.
+
+    Types 2 to 4 are linear: the inverse of the calibration, for eight channels the one with the smallest
+    changes. In type 1 the centre of pressure follows from the new load, and stays where little stands on it.
+
+    file: the file as ezc3d reads it; ``number`` counts the plate in it from 0.
+    channels: the plate's channels in their order.
+    removed: force (N) and moment about the origin of the laboratory (N·m), shape (n, 6).
+    scale: metres per unit of the file's lengths.
+    Returns: one array per channel, in its unit.
+    """
+    group = file["parameters"]["FORCE_PLATFORM"]
+    if int(_values(group, "TYPE").ravel()[number]) != 1:
+        change = np.linalg.pinv(plate.calibration) @ removed.T
+        return [c.values - x for c, x in zip(channels, change, strict=True)]
+    rotation, centre = plate_axes(plate.corners, name), plate.corners.mean(axis=0)
+    force, moment = plate.force - removed[:, :3], plate.moment - removed[:, 3:]
+    moment = (moment - np.cross(centre, force)) @ rotation
+    force = force @ rotation
+    loaded = np.abs(force[:, 2]) > LEAST_LOAD_N
+    load = np.where(loaded, force[:, 2], 1.0)
+    units = [
+        table.get(_spelled(c.unit), default)
+        for c, (table, default) in zip(
+            channels,
+            [(FORCE_UNITS, 1.0)] * 3 + [(LENGTH_UNITS, scale)] * 2 + [(MOMENT_UNITS, scale)],
+            strict=True,
+        )
+    ]
+    x, y = (
+        np.where(loaded, new, factor * c.values)
+        for new, factor, c in zip(
+            (-moment[:, 1] / load, moment[:, 0] / load), units[3:5], channels[3:5], strict=True
+        )
+    )
+    torque = moment[:, 2] - (x * force[:, 1] - y * force[:, 0])
+    new = (*force.T, x, y, np.where(loaded, torque, units[5] * channels[5].values))
+    return [values / factor for values, factor in zip(new, units, strict=True)]
 
 
 def _of_type_1(channels: list, scale: float, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -160,7 +211,7 @@ def _calibrated(group: dict, number: int, channels: list, name: str) -> list:
     ]
 
 
-def _axes(corners: np.ndarray, name: str) -> np.ndarray:
+def plate_axes(corners: np.ndarray, name: str) -> np.ndarray:
     """Directions of the plate's axes in the laboratory, as columns."""
     x, y = corners[0] - corners[1], corners[0] - corners[3]
     z = np.cross(x, y)

@@ -141,3 +141,11 @@ def read_text(path: str | Path, what: str, ended: bool = False) -> str:
             "check its last line and end it with a line break"
         )
     return text
+
+
+def without_comments(text: str) -> tuple[str, int]:
+    """Text without the lines at its beginning that begin with ``#``, and their number."""
+    count = 0
+    while text.startswith("#"):
+        text, count = text.partition("\n")[2], count + 1
+    return text, count

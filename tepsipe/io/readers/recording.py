@@ -81,6 +81,14 @@ class ForcePlate:
         return -down / np.linalg.norm(down)
 
 
+def centre_of_pressure(force: np.ndarray, moment: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """Centre of pressure up x M / (up F) on a level surface through the moment's origin (m), shape (n, 3).
+
+    force, moment: F (N) and M (N·m), shape (n, 3).
+    """
+    return np.cross(up, moment) / (force @ up)[:, None]
+
+
 @dataclass(frozen=True)
 class Recording:
     """All signals in one trial's file, on one clock whose time 0 is the first sample of all."""

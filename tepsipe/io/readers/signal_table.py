@@ -29,6 +29,7 @@ SIDES = ("left", "l", "1", "right", "r", "2")
 # other signals with three components, which are not markers
 OTHER = re.compile(r"grf|force|moment|torque|cop|acc|gyro|angle|rot|veloc|speed", re.IGNORECASE)
 AXES = "xyz"
+COMPONENTS = tuple(f"{kind}{axis}" for kind in "FM" for axis in AXES)
 
 
 def split_unit(name: str) -> tuple[str, str]:
@@ -92,16 +93,27 @@ def table_clock(table: PlainTable) -> tuple[Clock, str]:
 
 def _plates(columns: dict[str, np.ndarray], rate_hz: float, name: str) -> tuple[set[str], tuple]:
     """Columns of forces and moments, and the plates that they make."""
+    used, plates = set(), []
+    for group in load_columns(columns, name):
+        scaled = [
+            load_factor(c, column, name) * bridged(columns[column], rate_hz) for c, column in group.items()
+        ]
+        plates.append(ForcePlate(np.column_stack(scaled[:3]), np.column_stack(scaled[3:]), rate_hz))
+        used |= set(group.values())
+    return used, tuple(plates)
+
+
+def load_columns(names: Iterable[str], name: str) -> list[dict[str, str]]:
+    """Columns of each plate by component, Fx to Mz, of a table with these columns; the left plate first."""
     groups: dict[str, dict[str, str]] = {}
-    for column in columns:
+    for column in names:
         match = LOAD.match(split_unit(column)[0])
         if match:
             plate = " ".join(filter(None, (match[1], match[4])))
             groups.setdefault(plate, {})[match[2].upper() + match[3].lower()] = column
-    used, plates = set(), []
-    components = [f"{kind}{axis}" for kind in "FM" for axis in AXES]
+    plates = []
     for plate in sorted(groups, key=_side):
-        missing = [c for c in components if c not in groups[plate]]
+        missing = [c for c in COMPONENTS if c not in groups[plate]]
         if len(missing) > 3:
             continue  # not a plate: single columns that only look like it
         if missing:
@@ -109,14 +121,13 @@ def _plates(columns: dict[str, np.ndarray], rate_hz: float, name: str) -> tuple[
                 f"{name}: expected forces Fx, Fy, Fz and moments Mx, My, Mz of every plate, found no "
                 f"{missing[0]} beside {listed(groups[plate].values())}: export all six"
             )
-        scaled = [
-            _factor(groups[plate][c], FORCES if c[0] == "F" else MOMENTS, name)
-            * bridged(columns[groups[plate][c]], rate_hz)
-            for c in components
-        ]
-        plates.append(ForcePlate(np.column_stack(scaled[:3]), np.column_stack(scaled[3:]), rate_hz))
-        used |= set(groups[plate].values())
-    return used, tuple(plates)
+        plates.append({c: groups[plate][c] for c in COMPONENTS})
+    return plates
+
+
+def load_factor(component: str, column: str, name: str) -> float:
+    """Factor from the unit of a column of a force or moment to N or N·m."""
+    return _factor(column, FORCES if component[0] == "F" else MOMENTS, name)
 
 
 def _side(plate: str) -> tuple[int, str]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from tepsipe.arguments import IN_NAMES
 from tepsipe.errors import InputError, listed, quoted
-from tepsipe.io.readers.plain_file import read_text
+from tepsipe.io.readers.plain_file import read_text, without_comments
 from tepsipe.io.readers.plain_table import number_in, refuse_short_header, with_points
 
 # unit -> its spellings in headers; small letters, without spaces, dots, stars, carets, hyphens, underscores
@@ -42,7 +42,7 @@ def read_text_table(
     units: dict[str, str] | None = None,
     texts: list[str] | None = None,
 ) -> dict[str, np.ndarray]:
-    """Read named columns of a text file whose first line names them.
+    """Read named columns of a text file whose first line, after any that begin with ``#``, names them.
 
     A last line without a line break may have been cut within its last number, so it is omitted. Commas are
     decimal signs where they do not separate columns.
@@ -59,7 +59,7 @@ def read_text_table(
     path = Path(path)
     columns = {key: name for key, name in columns.items() if name is not None}
     _refuse_one_column_twice(path, columns, named_by or {})
-    text = read_text(path, "a table of samples")
+    text, comments = without_comments(read_text(path, "a table of samples"))
     if not text.strip():
         raise InputError(f"{path}: expected a header and samples, found an empty file: record again")
     header, _, body = text.partition("\n")
@@ -89,7 +89,8 @@ def read_text_table(
                 state = "the file is truncated" if number == len(lines) - 1 else "the line is damaged"
                 hint = f"{state}, copy it again from the instrument"
             raise InputError(
-                f"{path}: expected {len(names)} fields on every line, found {fields} on line {number + 2}: "
+                f"{path}: expected {len(names)} fields on every line, found {fields} on line "
+                f"{comments + number + 2}: "
                 f"{hint}"
             )
     if not ended:
@@ -110,7 +111,9 @@ def read_text_table(
     try:
         values = np.loadtxt(lines, delimiter=delimiter, usecols=list(wanted.values()), ndmin=2, comments=None)
     except ValueError as error:
-        values, later = _numbers_one_by_one(path, lines, delimiter, wanted, names, error, texts is not None)
+        values, later = _numbers_one_by_one(
+            path, lines, comments, delimiter, wanted, names, error, texts is not None
+        )
         if texts is not None:
             texts += later
             wanted = {key: place for key, place in wanted.items() if key not in later}
@@ -181,7 +184,7 @@ def _refuse_other_names(path, name, where, names) -> None:
 
 
 def _numbers_one_by_one(
-    path, lines, delimiter, wanted, names, error, keep_text
+    path, lines, comments, delimiter, wanted, names, error, keep_text
 ) -> tuple[np.ndarray, dict[str, int]]:
     """Numbers of all columns but those of text, and the keys of these; an empty field is NaN.
 
@@ -202,6 +205,6 @@ def _numbers_one_by_one(
                     continue
                 raise InputError(
                     f"{path}: expected a number, found {quoted(field)} in column {names[index]!r} on line "
-                    f"{row + 2}: repair the file or export it again"
+                    f"{comments + row + 2}: repair the file or export it again"
                 ) from error
     return np.delete(values, list(texts.values()), axis=1), texts
