@@ -44,8 +44,9 @@ FARTHEST_M = 0.5
 LEAST_N = -10.0
 # from this load on (N) the point of the mean force must not be farther than this from the plate (m)
 LEAST_LOAD_N, BESIDE_M = 15.0, 0.1
-# a plate that carries this many times the load of the plate below the markers carries what they are on
-ELSEWHERE = 5.0
+# a plate that carries this part of the load of all carries what the markers are on, within this distance (m)
+# across the belt
+MOST_OF_LOAD, ELSEWHERE_M = 0.8, 0.3
 # the belt's velocity from markers is band limited here (Hz): pulses pass unchanged, most of the noise does
 # not
 MARKER_BAND_HZ = 50.0
@@ -446,12 +447,9 @@ def _refuse_force_elsewhere(
     use: RecordingOptions,
     name: str,
 ) -> None:
-    """Raise InputError if the plate below the markers carries nothing but another does, or acts beside it."""
+    """Raise InputError if the mean force acts beside the plate below the markers, or beside these (m)."""
     centre = np.median(marked.signals["marker_position"].values, axis=(0, 1)) + origin
-    loads = {
-        number: float(use.force_sign * axes[2] @ plate.force.mean(axis=0)) for number, plate in plates.items()
-    }
-    heaviest = max(loads, key=lambda number: loads[number])
+    total = sum(float(use.force_sign * axes[2] @ plate.force.mean(axis=0)) for plate in plates.values())
     for number, plate in plates.items():
         if plate.corners is None:
             continue
@@ -459,24 +457,26 @@ def _refuse_force_elsewhere(
         middle = corners.mean(axis=0)
         half = np.abs(corners - middle).max(axis=0)[:2]
         force = use.force_sign * axes @ plate.force.mean(axis=0)
-        if (np.abs(centre - middle)[:2] > half).any():
-            continue
         if force[2] < LEAST_LOAD_N:
-            if loads[heaviest] > max(LEAST_LOAD_N, ELSEWHERE * abs(force[2])):
-                raise InputError(
-                    f"{name}, force plate {number}: expected the load on the plate below the markers, found "
-                    f"{force[2]:.3g} N on it and {loads[heaviest]:.3g} N on force plate {heaviest}: exchange "
-                    "their channels (FORCE_PLATFORM:CHANNEL), or correct the corners, in the file"
-                )
             continue
         moment = use.force_sign * axes @ plate.moment.mean(axis=0) - np.cross(middle, force)
-        beyond = float((np.abs([-moment[1], moment[0]]) / force[2] - half).max())
-        if beyond > BESIDE_M:
+        beside = np.array([-moment[1], moment[0]]) / force[2]
+        beyond = float((np.abs(beside) - half).max())
+        below = (np.abs(centre - middle)[:2] <= half).all()
+        if below and beyond > BESIDE_M:
             raise InputError(
                 f"{name}, force plate {number}: expected the mean force within the plate's corners, found "
                 f"its point {beyond:.2g} m outside: set plate_treadmill.recording.reverse_origin to true if "
                 "FORCE_PLATFORM:ORIGIN was stored from the surface to the plate's origin, or correct the "
                 "corners or the units of the moments in the file"
+            )
+        apart = float((middle[:2] + beside - centre[:2])[0])
+        if force[2] > MOST_OF_LOAD * total and abs(apart) > ELSEWHERE_M:
+            raise InputError(
+                f"{name}, force plate {number}: expected the load below the markers, found {force[2]:.3g} N "
+                f"that act {abs(apart):.2g} m to the {'right' if apart > 0.0 else 'left'} of their centre: "
+                "exchange the channels of the plates (FORCE_PLATFORM:CHANNEL), or correct their corners, in "
+                "the file, or the axes in plate_treadmill.recording"
             )
 
 

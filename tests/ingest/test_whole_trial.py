@@ -466,7 +466,7 @@ def hole(channel):
         ({}, {"trigger": "Belt speed"}, ["'Belt speed'", "high from the first"]),
         ({"markers": None}, {}, ["markers", "found none"]),
         ({"dead": 1}, {}, ["force plate 2", "zeros only"]),
-        ({"exchanged": 1}, {}, ["force plate 2", "below the markers", "N on it and 24.5 N on force plate 1"]),
+        ({"exchanged": 1}, {}, ["force plate 1", "24.5 N that act 0.68 m to the left"]),
         ({"fault": 1}, {}, ["of an unknown type"]),
         ({}, {"plates": PlateNumbers((2,), (1,))}, ["0.57 m to the right", "exchange left and right"]),
         ({"far": 0.9}, {}, ["force plate 1 or 2", "1.2 m outside", "recording.plates"]),
@@ -488,7 +488,12 @@ def test_what_does_not_fit_the_file_is_refused(change, use, words, recording, op
         recording = replace(recording, plates=tuple(plates))
     if "exchanged" in change:
         left, right = recording.plates
-        plates = (replace(right, corners=left.corners), replace(left, corners=right.corners))
+        moved = (left.corners - right.corners).mean(axis=0)
+        moment = right.moment + np.cross(moved, right.force)
+        plates = (
+            replace(right, corners=left.corners, moment=moment),
+            replace(left, corners=right.corners),
+        )
         recording = replace(recording, plates=plates)
     if "fault" in change:
         sentence = (
