@@ -32,11 +32,11 @@ OF_JOBS = (
 
 
 class WarmSnakemake:
-    """A process that runs Snakemake in forks; it ends with this one."""
+    """A process that runs Snakemake in forks, in this environment or a given one; it ends with this one."""
 
-    def __init__(self):
+    def __init__(self, env=None):
         self._process = subprocess.Popen(
-            [sys.executable, __file__], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+            [sys.executable, __file__], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=env
         )
 
     def run(self, arguments, folder, module="snakemake"):

@@ -10,7 +10,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from study_builders import jobs, snakemake, users_snakemake
+from study_builders import jobs, snakemake
+from warm_snakemake import WarmSnakemake
 
 pytestmark = pytest.mark.study
 
@@ -82,9 +83,9 @@ def test_another_kind_of_processor_gives_the_same_numbers(study, own_study):
         pytest.skip("this OpenBLAS cannot be told its core type")
     trials = ("wristalyzer/0.12", "dummy/sine-0.5", "weight/minjerk-0.4", "standing/relax-neg-0.5")
     rules = [f"ingest_{trial.split('/')[0]}" for trial in trials]
-    run = users_snakemake(
-        own_study, *(f"results/estimates/{trial}.csv" for trial in trials), "--forcerun", *rules, env=other
-    )
+    targets = (f"results/estimates/{trial}.csv" for trial in trials)
+    options = ["-c2", *targets, "--forcerun", *rules, "--configfile", "config/tiny.yaml"]
+    run = WarmSnakemake(other).run(options, own_study)
     assert run.returncode == 0, run.stdout + run.stderr
     worst = {".csv": 0.0, ".h5": 0.0}
     for trial in trials:
