@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+import zipfile
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -80,6 +81,11 @@ def test_six_c3ds_become_a_page(shipped_truth, tmp_path):
     assert f"verdict: standing/relax: K will be quotable, ± {half:.2g} % expected" in checked.stdout
     again = run("run", "-n")
     assert "Nothing to be done" in again.stdout + again.stderr
+    archived = run("archive", "--output", "../archive.zip")
+    assert archived.returncode == 0, archived.stdout + archived.stderr
+    with zipfile.ZipFile(tmp_path / "archive.zip") as bundle:
+        assert len(bundle.read("recordings.sha256").splitlines()) == 6
+        assert {"code/Snakefile", "results/tables/answers.csv"} <= set(bundle.namelist())
     assert digests(PACKAGE) == before
     required = study / "requirements.txt"
     required.write_text("tepsipe[study]==0.0.1\n")

@@ -94,6 +94,7 @@ def tiny(study, tmp_path_factory):
 
 def test_every_result_names_the_job_that_made_it_with_its_inputs(tiny, study):
     entities, jobs = check_graph(tiny)
+    assert len(jobs) == len(list((study / ".snakemake/tepsipe/made").glob("*.json")))
     (job,) = [job for job in jobs if "results/tables/table_4_1.csv" in named(job["result"])]
     assert entities[named(job["instrument"])[0]]["name"] == "lay_out_table_4_1" or "table" in job["name"]
     assert named(job["object"]) and named(job["agent"]) == ["#agent"]

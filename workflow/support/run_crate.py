@@ -84,7 +84,7 @@ def recorded_files(study: Study) -> list[str]:
 
 def jobs_of(paths: Iterable[str]) -> list[Job]:
     """Jobs that made these files, in the order in which they ran."""
-    found: dict[tuple, Job] = {}
+    found: dict[tuple[str, str], Job] = {}
     wanted = set(paths)
     for file in filter(Path.is_file, JOBS.rglob("*")):
         # long names are split into folders that begin with @
@@ -96,15 +96,12 @@ def jobs_of(paths: Iterable[str]) -> list[Job]:
         if path not in wanted:
             continue
         record = json.loads(file.read_text(encoding="utf-8"))
-        job = Job(
-            record["rule"],
-            next(iter(record["log"]), ""),
-            # digests of the library are those of the version
-            sorted(name for name in record["input"] if not name.startswith(".snakemake/")),
-            record["starttime"],
-            record["endtime"],
-        )
-        found.setdefault((job.rule, job.log, job.started), job).outputs.append(path)
+        times = record["starttime"], record["endtime"]
+        # a job has a log of its own, and a record for each output; sources of the program are its version's
+        key = record["rule"], next(iter(record["log"]), path)
+        job = found.setdefault(key, Job(*key, sorted(wanted & {*record["input"]}), *times))
+        job.outputs.append(path)
+        job.started, job.ended = min(job.started, times[0]), max(job.ended, times[1])
     return sorted(found.values(), key=lambda job: (job.started, job.rule, job.log))
 
 
