@@ -49,7 +49,7 @@ SEARCHED = {
     "flag": "files.html",
     "treadmill force": "recordings/weight-and-empty.html",
     "how to cite": "citing.html",
-    "benchmark": "benchmarks/index.html",
+    "benchmark": "benchmark.html",
     "guideline": "guideline.html",
 }
 FIRST = 3  # results that a reader sees at once

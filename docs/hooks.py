@@ -71,7 +71,7 @@ WORDS = {
     "planning.md": ["filter"],
     "citing.md": ["how to cite", "BibTeX"],
     "guideline.md": ["guideline", "protocol"],
-    "benchmarks/README.md": ["benchmark"],
+    "benchmark.md": ["benchmark"],
     "reference/functions/fit_impedance.md": ["inertia", "damping", "stiffness"],
 }
 # the page of the configuration, its sections that are parts of the page of another one, and titles of pages
