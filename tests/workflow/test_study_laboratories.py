@@ -6,6 +6,7 @@ tutorial treadmill_person takes a folder like the first one all the way (test_tu
 
 import re
 
+import numpy as np
 import pytest
 import yaml
 from laboratory_folders import FOLDERS
@@ -60,6 +61,23 @@ def test_a_folder_becomes_a_study_that_check_accepts(name, shipped_truth, tmp_pa
         assert "a minute of quiet standing" in wanted[2] and "weight of 20 kg" in wanted[3]
     elif name in ("gait_with_events", "tables_with_other_names", "two_weights"):
         assert not wanted
+
+
+def test_check_returns_1_for_a_recording_with_a_fault(shipped_truth, tmp_path, monkeypatch, capsys):
+    (tmp_path / "lab").mkdir()
+    FOLDERS["tables_with_other_names"](tmp_path / "lab", shipped_truth)
+    path = tmp_path / "lab/trial_2.csv"
+    header = path.read_text().splitlines()[0]
+    table = np.loadtxt(path, delimiter=",", skiprows=1)
+    table[[900, 2700], 2] += np.ptp(table[:, 2])
+    np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.7g")
+    made = new_study(tmp_path / "lab", "joints", tmp_path / "study")
+    monkeypatch.chdir(made.folder)
+    assert main(["config.yaml"]) == 1
+    said = capsys.readouterr()
+    asked = [line for line in said.out.splitlines() if line.startswith("to be confirmed: ")]
+    assert len(asked) == 1 and "position_manipulator/2: " in asked[0] and "(spikes)" in asked[0]
+    assert said.err == "tepsipe: recordings have faults: see the lines to be confirmed\n"
 
 
 def stiffness(recommended=True, flags="", interval=(80.0, 120.0)):
