@@ -114,9 +114,11 @@ def render_report(typeset: str, page: ReportPage) -> str:
     body = re.sub(r'<img src="([^"]+)"', lambda m: _image(m[1], page.sizes), body)
     body = _lead(body)
     body, used = _with_origins(body, page)
+    used = sorted({*used, *(n for key in page.parts for n in page.rests_on.get(key, ()))})
     parts = {**_tried(body, page), **page.parts, **_decisions(used, page.decisions)}
     for key, (title, content) in parts.items():
-        below = _origin(page.origins[key], (), page) if key in page.origins else ""
+        rests = page.rests_on.get(key, ())
+        below = _origin(page.origins[key], rests, page) if key in page.origins else ""
         body += f'<section>\n<h2 id="{text(key)}">{text(title)}</h2>\n{content}{below}</section>\n'
     body = _headings_with_links(_links_to_sections(_functions_once(body, page)))
     scripts = "".join(f"<script>\n{asset(name)}</script>\n" for name in SCRIPTS)

@@ -94,6 +94,9 @@ def test_figures_have_size_origin_and_the_nearest_decision():
     assert "decision 3: Three" in figure and "decision 7: Seven" in table
     assert '<td>one</td><td class="n">-1.5</td>' in table
     assert 'id="decision-8"' not in html
+    origin = Origin({}, [], "x")
+    part = rendered(origins={"trials": origin}, rests_on={"trials": [8]})
+    assert "decision 8: Not" in part.partition('id="trials"')[2] and 'id="decision-8"' in part
 
 
 def test_a_table_without_caption_has_the_origin_of_its_chapter_and_no_empty_heading():
