@@ -44,7 +44,8 @@ WORDS = {
     "spectral-fit-modulus": "spectral fit, modulus",
     "spectral-fit-periods": "spectral fit, whole periods",
     "time-domain-pooled": "time domain, all trials",
-    "recommended-regression": "recommended, least squares",
+    "recommended": "consistent, IV",  # of the noise study
+    "recommended-regression": "consistent, least squares",
     "mass-spring-damper": "mass-spring-damper",
     "hnat2014": "Hnat (2014)",
     "fir": "impulse response",

@@ -154,7 +154,7 @@ TYPED_BY_PLACE = {
         "_n for ±10 %_",
         "interval is within ±10 %",
     ],
-    "reproduction": ["0.1 to 0.3 m/s", "at 0.5 to 0.1 m/s"],
+    "reproduction": ["0.1 to 0.3 m/s", "at 0.5 m/s, relative to 0.1 m/s"],
     "rigs": ["the peak velocity in 0.1 m/s", "it is 0.5 m/s", "with a pulse every 8 s"],
     "standing": ["within 0.3 s is", "up to 20 ms shorter", "up to 200 ms", "from 40 ms after"],
     "standing_further": ["The 6 Hz envelope of the thesis", "more than 60 ms in both directions"],

@@ -32,7 +32,7 @@ PRESENCE = {
     "noise": "figure_has_both",
     "simulation": "thesis_simulated first_shown second_shown force_compared",
     "standing": "free_reflex",
-    "weight": "frame_scored scored foot foot_pathways",
+    "weight": "frame_scored scored foot_pathways",
     "wristalyzer": "bins_tried swept cross_validated resonant pooled",
 }
 

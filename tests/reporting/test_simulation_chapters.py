@@ -375,10 +375,8 @@ def test_table_of_the_noise_study_has_a_group_of_columns_for_each_processing():
     empty = f"{DASH} | {DASH} |"
     # of the thesis, then of the printed processing; K = 15 N·m/rad is in the figure only
     assert f"| K | N·m/rad | 10 | 2.963 | {empty} 3.66 | {DASH} | {empty}" in words
-    assert (
-        f"recommended | | | Noise on | | none | τ | θ | both | | | | | | K | N·m/rad | 10.00 | 9.99 | {empty}"
-        in words
-    )
+    head = "consistent, IV | | | Noise on | | none | τ | θ | both | | | | | |"
+    assert f"{head} K | N·m/rad | 10.00 | 9.99 | {empty}" in words
     assert "8.00" not in words and "15.01" not in words
 
 
@@ -390,7 +388,7 @@ def test_caption_has_the_stiffness_of_the_figure_if_both_processings_were_comput
     rows.append(("as-printed", "K = 15 Nm/rad", "K", "Nm/rad", 8.0, -2.19, 10.0, 2.963))
     both = Run(run.tables | {"table_4_4": table(*rows)}, settings=run.settings, study=STUDY)
     (told,) = findings_of(["figure_4_12"], *content(both, noise=noise)).values()
-    assert f"yields a mean K of {MINUS}2.2 N·m/rad, and the recommended one a mean of 15.0" in told
+    assert f"yields a mean K of {MINUS}2.2 N·m/rad, and the consistent IV estimate a mean of 15.0" in told
 
 
 @pytest.mark.parametrize("usual", [True, False])
@@ -398,4 +396,4 @@ def test_caption_of_usable_noise_levels_needs_a_sound_method(usual):
     run = noisy(**(TRUE_K if usual else FALSE_K))
     found = findings_of(["figure_noise"], *content(run, noise=noise))
     assert set(found) == ({"figure_noise"} if usual else set())
-    assert not usual or "recommended processing is at most 1.0 %." in found["figure_noise"]
+    assert not usual or "consistent IV estimate is at most 1.0 %." in found["figure_noise"]

@@ -117,7 +117,7 @@ def _usable_from(axis: Axes, rows: list[NoiseRow], truth: tuple[float, float, fl
     if usable:
         level = min(usable)
         axis.annotate(
-            f"recommended: within 10 %\nfrom {level:g} dB on",
+            f"{words('recommended')}: within 10 %\nfrom {level:g} dB on",
             (level, errors[level]),
             (0.2, 0.88),
             textcoords="axes fraction",

@@ -112,14 +112,9 @@ def scored(run: Run) -> bool:
     return bool(_scores(run).rms_after.notna().any())
 
 
-def foot(run: Run) -> bool:
-    """The torque of the dummy was computed from the foot, too."""
-    return "dummy" in run.study["experiments"]
-
-
 def foot_pathways(run: Run) -> bool:
     """The study has pathways of the torque from the foot."""
-    return foot(run) and len(run.settings["dummy"]["foot"]["pathways"]) > 0
+    return "dummy" in run.study["experiments"] and len(run.settings["dummy"]["foot"]["pathways"]) > 0
 
 
 def force_grows(run: Run) -> bool:
@@ -171,7 +166,6 @@ PREDICATES = (
     linear_needs_load,
     frame_scored,
     scored,
-    foot,
     foot_pathways,
     force_grows,
     mass_falls,
