@@ -88,8 +88,8 @@ FEWEST_SPIKES = 3
 # RMS at high frequencies relative to the largest sample that no instrument undercuts, but rounding does
 QUIETEST = 1e-7
 HIGH_PART = (0.35, 0.45)
-# longest stretch of one value under load (s)
-FROZEN_S = 0.1
+# longest stretch of one value under load, and at a peak, and shortest recording that is examined for them (s)
+FROZEN_S, CLIPPED_S, LEAST_S = 0.1, 0.01, 0.5
 # a path of the centre of pressure (m) shows the direction of walking, up to this cosine
 PATH_M, ALONG = 0.05, 0.5
 # seed of the white noise to which the spectra of the channels are compared
@@ -201,7 +201,8 @@ def _lengths(recording: Recording) -> Iterator[Finding]:
     largest, extent = float(np.abs(seen).max()), float(np.ptp(seen, axis=0).max())
     corners = [np.ptp(p.corners, axis=0).max() for p in recording.plates if p.corners is not None]
     size = float(np.median(corners)) if corners else 1.0
-    if largest > LARGEST_M or not PLATE_M[0] < size < PLATE_M[1] or extent < LEAST_EXTENT_M:
+    plates = not corners or any(PLATE_M[0] < x < PLATE_M[1] for x in corners)
+    if largest > LARGEST_M or extent < LEAST_EXTENT_M or not plates:
         yield Finding(
             "unit",
             "file",
@@ -214,7 +215,9 @@ def _lengths(recording: Recording) -> Iterator[Finding]:
 
 
 def _samples(place: str, plate: ForcePlate, recording: Recording) -> Iterator[Finding]:
-    """Spikes, held and clipped samples, and filters of the channels of a plate."""
+    """Spikes, held and clipped samples, and filters of the channels of a plate that was loaded."""
+    if plate.force.shape[0] < LEAST_S * plate.rate_hz or np.linalg.norm(plate.force, axis=1).max() < LOADED_N:
+        return
     named = {label: recording.channels[label] for label in plate.channels}
     stretches = _not_zeroed(np.column_stack([c.values for c in named.values()]))
     for name, (count, what, advice) in FAULTS.items():
@@ -225,6 +228,8 @@ def _samples(place: str, plate: ForcePlate, recording: Recording) -> Iterator[Fi
         if name == "spikes" and sum(faulty.values()) < FEWEST_SPIKES:
             faulty = {}  # the blow of a heel
         if name == "clipped":
+            # a peak of samples that were interpolated may be level, too, but not for long
+            faulty = {label: n for label, n in faulty.items() if _level_s(named[label]) > CLIPPED_S}
             faulty |= {label: n for label, c in named.items() if (n := _at_limit(c.values, c.limits))}
         if faulty:
             text = ", ".join(f"{label} ({n})" for label, n in faulty.items())
@@ -244,6 +249,12 @@ def _samples(place: str, plate: ForcePlate, recording: Recording) -> Iterator[Fi
             f"the noise of {', '.join(filtered)} vanishes at high frequencies: they were filtered. Export "
             "them without a filter, or filter the markers alike",
         )
+
+
+def _level_s(channel: Channel) -> float:
+    """Longest time for which a channel stays at its maximum or minimum (s)."""
+    ends = (channel.values == end for end in (channel.values.max(), channel.values.min()))
+    return max(stop - start for at in ends for start, stop in runs_of(at)) / channel.rate_hz
 
 
 def _frozen(channel: Channel, plate: ForcePlate) -> bool:

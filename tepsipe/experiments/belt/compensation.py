@@ -17,6 +17,7 @@ from tepsipe.experiments.belt.files import GROUP, BeltFile, BeltVelocity, read_b
 from tepsipe.io.readers.force_plates import LEAST_LOAD_N
 from tepsipe.io.readers.plain_file import plain_bytes
 from tepsipe.io.readers.recording import DIRECTIONS, centre_of_pressure
+from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.notebook_display import new_axes
 from tepsipe.treadmill.recording import BeltRecording, score
 from tepsipe.treadmill.registry import MOTION, RANGED, FittedModel, leaving, read_models
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # length of the figure (s)
-SHOWN_S = 10.0
+SHOWN_S = 5.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -46,8 +47,8 @@ class CompensatedLoad:
     half_width: np.ndarray | None
     """Half-width of the 95 % interval of the corrected load (unit of the load); None if the model was not
     evaluated on a recording that it had not seen."""
-    half_width_below: float | None
-    """The same behind the low-pass of the calibration, median over the recording."""
+    half_width_below: np.ndarray | None
+    """The same behind the low-pass of the calibration (unit of the load)."""
     within: Annotated[np.ndarray, "(n,)"]
     """True where velocity and acceleration of the belt lie within the range of the calibration."""
     r2: float
@@ -100,7 +101,8 @@ class Compensation:
             held = "unknown" if row["held_out_r2"] is None else f"{row['held_out_r2']:.4f}"
             below = "unknown"
             if row["half_width"] is not None:
-                below = f"below {row['half_width']:.3g}, filtered {load.half_width_below:.3g} {load.unit}"
+                sizes = (row["half_width"], row["half_width_below_cutoff"])
+                below = f"below {sizes[0]:.3g}, filtered {sizes[1]:.3g} {load.unit}"
             share = f"{row['within_percent']:.1f} %"
             lines.append(
                 f"{load.name:<20}{load.model.name:<16}{held:>13}{load.r2:>13.4f}{share:>13}  {below}"
@@ -129,7 +131,7 @@ class Compensation:
         return "\n".join(lines)
 
     def plot(self, ax: "Axes | Sequence[Axes] | None" = None) -> "Figure":
-        """Loads before and after, with the 95 % interval, over the 10 s with the largest correction.
+        """Loads before and after below the cutoff, with the 95 % interval, over the 5 s with most correction.
 
         ax: one axes per load; by default a new figure (7 inches wide).
         Returns: the figure of the axes (size in inches).
@@ -151,10 +153,14 @@ def _row(load: CompensatedLoad) -> dict[str, object]:
         "removed_r2": load.r2,
         "rms_before": float(np.std(load.before)),
         "rms_after": float(np.std(load.after)),
-        "half_width": None if load.half_width is None else float(np.median(load.half_width)),
-        "half_width_below_cutoff": load.half_width_below,
+        "half_width": _median(load.half_width),
+        "half_width_below_cutoff": _median(load.half_width_below),
         "within_percent": 100.0 * float(load.within.mean()),
     }
+
+
+def _median(x: np.ndarray | None) -> float | None:
+    return None if x is None else float(np.median(x))
 
 
 def _one_per_calibration(loads) -> list[CompensatedLoad]:
@@ -181,25 +187,26 @@ def _range_of(model: FittedModel) -> str:
 
 
 def _draw(axis: "Axes", load: CompensatedLoad) -> None:
+    """Draw a load behind a zero-lag low-pass: above the cutoff of the calibration nothing was removed."""
     time = np.arange(load.before.size) / load.rate_hz
     length = min(time.size, round(SHOWN_S * load.rate_hz))
     power = np.cumsum(np.concatenate([[0.0], load.removed**2]))
     start = int(np.argmax(power[length:] - power[:-length]))
     span = slice(start, start + length)
-    axis.plot(time[span], load.before[span], color="0.6", linewidth=1.0, label="before")
-    if load.half_width is not None:
-        low, high = (load.after + sign * load.half_width for sign in (-1.0, 1.0))
+    before, after, unit = load.before, load.after, "N·m" if load.unit == "Nm" else "N"
+    label = f"{load.name}\n({unit})"
+    if load.model.lowpass is not None:
+        lowpass = Lowpass(load.model.lowpass.cutoff_hz, 4, zero_lag=True).within(load.rate_hz)
+        before, after = (lowpass(x, load.rate_hz) for x in (before, after))
+        label = f"{load.name}\nbelow {lowpass.cutoff_hz:g} Hz ({unit})"
+    axis.plot(time[span], before[span], color="0.6", linewidth=1.2, label="before")
+    if load.half_width_below is not None:
+        low, high = ((after + sign * load.half_width_below)[span] for sign in (-1.0, 1.0))
         axis.fill_between(
-            time[span],
-            low[span],
-            high[span],
-            color="#c8371b",
-            alpha=0.2,
-            linewidth=0.0,
-            label="95 % interval",
+            time[span], low, high, color="#c8371b", alpha=0.2, linewidth=0.0, label="95 % interval"
         )
-    axis.plot(time[span], load.after[span], color="#c8371b", linewidth=1.0, label="after")
-    axis.set_ylabel(f"{load.name}\n({'N·m' if load.unit == 'Nm' else 'N'})")
+    axis.plot(time[span], after[span], color="#c8371b", linewidth=1.0, label="after")
+    axis.set_ylabel(label)
 
 
 def compensate_recording(
@@ -393,17 +400,15 @@ def _compensated(
             low, high = fitted.calibrated[quantity]
             values = getattr(filtered, quantity)
             within &= (values >= low) & (values <= high)
-    half, below = None, None
-    if fitted.errors is not None:
-        half, filtered_half = (half_width(error, removed, one.rate_hz) for error in fitted.errors)
-        below = float(np.median(filtered_half))
+    halves = [half_width(error, removed, one.rate_hz) for error in fitted.errors or ()]
     at = np.arange(load.values.size) * (one.rate_hz / load.rate_hz)
     if abs(one.rate_hz - load.rate_hz) > 1e-6 * load.rate_hz:
         removed = scipy.interpolate.CubicSpline(np.arange(removed.size), removed)(
             np.minimum(at, removed.size - 1)
         )
         within = within[np.minimum(np.round(at).astype(int), within.size - 1)]
-        half = None if half is None else np.interp(at, np.arange(half.size), half)
+        halves = [np.interp(at, np.arange(half.size), half) for half in halves]
+    half, below = halves or (None, None)
     return CompensatedLoad(
         name, load.unit, fitted, load.rate_hz, load.values, removed, half, below, within, r2
     ), note
