@@ -60,13 +60,14 @@ def test_the_source_of_every_function_is_found_at_its_line():
             assert first[-1] in "{([" and last[0] in "})]", place
 
 
-def test_an_address_that_is_a_placeholder_is_not_linked(tmp_path):
-    def at(address, commit="0123"):
-        (tmp_path / "pyproject.toml").write_text(f'[project.urls]\nRepository = "{address}"\n')
+def test_sources_are_linked_if_the_project_names_an_address(tmp_path):
+    def at(project, commit="0123"):
+        (tmp_path / "pyproject.toml").write_text(f"[project]\n{project}\n")
         return repository_at(tmp_path, commit)
 
-    assert at("https://a.example/b") == "https://a.example/b/blob/0123"
-    assert at("https://a.invalid/b") == at("https://a.example/b", None) == ""
+    address = '[project.urls]\nRepository = "https://a.example/b"'
+    assert at(address) == "https://a.example/b/blob/0123"
+    assert at(address, None) == at("") == ""
     assert repository_at(tmp_path / "absent", "0123") == ""
 
 

@@ -12,7 +12,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
-from urllib.parse import urlsplit
 
 from tepsipe.experiments.registry import EXPERIMENTS
 from tepsipe.reporting.report_page import Origin
@@ -238,12 +237,12 @@ def command(target: str, rules: Iterable[str], configfiles: Iterable[str]) -> st
 
 
 def repository_at(root: str | Path, commit: str | None) -> str:
-    """Address of the sources at a commit; empty without a commit, or while the address is a placeholder."""
+    """Address of the sources at a commit; empty without a commit, or while the project names none."""
     project = Path(root) / "pyproject.toml"
     if not commit or not project.is_file():
         return ""
-    address = tomllib.loads(project.read_text(encoding="utf-8"))["project"]["urls"]["Repository"]
-    return "" if urlsplit(address).hostname.endswith(".invalid") else f"{address}/blob/{commit}"
+    address = tomllib.loads(project.read_text(encoding="utf-8"))["project"].get("urls", {}).get("Repository")
+    return f"{address}/blob/{commit}" if address else ""
 
 
 def study_command(configfiles: Iterable[str]) -> str:
