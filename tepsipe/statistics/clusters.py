@@ -48,25 +48,25 @@ def leave_out(
     error: Annotated[np.ndarray, "(n,)"],
     cluster: Annotated[np.ndarray, "(n,)"],
     precision: Annotated[np.ndarray, "(p,)"],
-) -> tuple[float, np.ndarray, np.ndarray]:
-    """Mean square error of clusters that are left out of a fit in turn, by its linearisation.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Squared errors of clusters that are left out of a fit in turn, by its linearisation.
 
     slopes: less the derivatives of the error by the parameters.
     cluster: number of the cluster of each error, from 0 on.
     precision: 1 over the variance of the parameters' priors.
-    Returns: mean square; change of the parameters without each cluster, and `bias_reduced_share` of each
-    cluster, shape (clusters, p).
+    Returns: share of each cluster in the mean square error, shape (clusters,); change of the parameters
+    without each cluster, and `bias_reduced_share` of each cluster, shape (clusters, p).
     """
     normal = slopes.T @ slopes + np.diag(precision)
-    total, changes, shares = 0.0, [], []
+    squares, changes, shares = [], [], []
     for k in range(int(cluster.max()) + 1):
         rows, own = slopes[cluster == k], error[cluster == k]
         moment, information = rows.T @ own, rows.T @ rows
         change = np.linalg.solve(normal - information, -moment)
         changes.append(change)
         shares.append(bias_reduced_share(normal, information, moment))
-        total += float(np.sum((own - rows @ change) ** 2))
-    return total / error.size, np.array(changes), np.array(shares)
+        squares.append(np.sum((own - rows @ change) ** 2) / error.size)
+    return np.array(squares), np.array(changes), np.array(shares)
 
 
 def errors_over_blocks(

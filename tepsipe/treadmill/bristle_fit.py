@@ -364,10 +364,10 @@ def _leave_out(
     slopes /= norm
     names = [CONSTANTS[k] for k in free]
     prior = np.array([PRIOR.get(name, np.inf) for name in names]) * norm
-    total, *found = leave_out(slopes, error, trial, prior**-2.0 + 1e-9)
+    squares, *found = leave_out(slopes, error, trial, prior**-2.0 + 1e-9)
     changes, spread = np.zeros((2, windows.kg.size, len(CONSTANTS)))
     changes[:, free], spread[:, free] = (x / norm for x in found)
-    return total, changes, spread
+    return float(squares.sum()), changes, spread
 
 
 # smallest relative gain of the mean square error of left-out trials that another term must bring

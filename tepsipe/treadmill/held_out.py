@@ -69,6 +69,8 @@ class HeldOut:
     """Mean velocity of the belt."""
     residual: dict[str, list[np.ndarray]]
     """Component -> measured less modelled load of every pulse, trial by trial (N, N·m), shape (pulses, n)."""
+    refit: dict[str, np.ndarray]
+    """Component -> change of the residuals by a fit to all trials (N, N·m), shape (trials, n)."""
     below_limit_kg: tuple[float, ...]
     """Masses at which R2 of the model falls clearly below its limit (kg), see `below_limit`."""
     converged: bool = True
@@ -167,7 +169,11 @@ def held_out_residuals(
     facts["converged"] = all(model.converged for model in calibrated.models.values())
 
     def keep(
-        windows: PulseWindows, k: int, residual: dict[str, np.ndarray], free: dict[str, MassResponse]
+        windows: PulseWindows,
+        k: int,
+        residual: dict[str, np.ndarray],
+        of_all: dict[str, np.ndarray],
+        free: dict[str, MassResponse],
     ) -> None:
         residual = {c: r - free[c].in_windows(windows) if free else r for c, r in residual.items()}
         name = windows.names[k]
@@ -179,17 +185,25 @@ def held_out_residuals(
         for c in COMPONENTS:
             single = windows.single[c][k] - windows.load[c][k] + residual[c][k]
             signals[f"{name}/{c}"] = (single[:, part].astype(np.float32), UNITS[c])
+            refit = of_all[c][k, part] - residual[c][k, part]
+            signals[f"{name}/refit_{c}"] = (refit.astype(np.float32), UNITS[c])
+
+    whole = {c: m.by_mass for c, m in calibrated.models.items()} if calibrated.by_mass else {}
+
+    def of_all(windows: PulseWindows) -> dict[str, np.ndarray]:
+        residual = calibrated.residuals(windows, constants)
+        return {c: r - whole[c].in_windows(windows) if whole else r for c, r in residual.items()}
 
     windows = pulse_windows(left_out_in_turn(training), whole=True)
+    fitted = of_all(windows)
     for k, change in enumerate(calibrated.without_trial):
         free = calibrated.by_mass[k] if calibrated.by_mass else {}
-        keep(windows, k, calibrated.residuals(windows, constants + change), free)
+        keep(windows, k, calibrated.residuals(windows, constants + change), fitted, free)
     if testing:
         windows = pulse_windows(by_direction(testing), whole=True)
-        residual = calibrated.residuals(windows, constants)
-        free = {c: m.by_mass for c, m in calibrated.models.items()} if calibrated.by_mass else {}
+        fitted = of_all(windows)
         for k in range(windows.kg.size):
-            keep(windows, k, residual, free)
+            keep(windows, k, fitted, fitted, {})
     return Result.of(signals, facts)
 
 
@@ -206,6 +220,9 @@ def read_held_out(result: Result) -> HeldOut | None:
         kg=np.array(result.facts["kg"], dtype=float),
         velocity=np.array([result.arrays[f"{name}/velocity"] for name in names]),
         residual={c: [np.asarray(result.arrays[f"{n}/{c}"], dtype=float) for n in names] for c in COMPONENTS},
+        refit={
+            c: np.array([result.arrays[f"{n}/refit_{c}"] for n in names], dtype=float) for c in COMPONENTS
+        },
         below_limit_kg=tuple(result.facts["below_limit_kg"]),
         converged=bool(result.facts["converged"]),
         calibration=plate.calibration,
@@ -232,13 +249,15 @@ def predicted_error(held_out: HeldOut, subject: Subject) -> PredictedError:
         )
     solve, p = _parameters_of_torque(subject), subject.regressors.shape[1]
     total, variance, used, differences = np.zeros(p), np.zeros(p), [], []
+    window = np.arange(subject.regressors.shape[0])
     for weight, kg in _masses(held_out.kg, subject.mass_kg):
         rows = np.flatnonzero(held_out.kg == kg)
         signs, delays, distance = _compare(held_out, rows, subject)
         near = np.flatnonzero(distance <= distance.min() + ALIKE)
         means, errors = [], []
         for k in near:
-            deviations = signs[k] * _torque_errors(held_out, rows[k], subject, delays[k]) @ solve.T
+            torque = _torque_errors(held_out, rows[k], subject.lever_m, delays[k] + window)
+            deviations = signs[k] * torque @ solve.T
             means.append(deviations.mean(axis=0))
             count = deviations.shape[0]
             errors.append(deviations.var(axis=0, ddof=1) / count if count > 1 else np.full(p, np.inf))
@@ -297,17 +316,45 @@ def _compare(
     return signs, delays, difference
 
 
-def _torque_errors(held_out: HeldOut, k: int, subject: Subject, delay: float) -> np.ndarray:
-    """Residual torque of every pulse of a trial, advanced by a delay (samples), (N·m), shape (pulses, m)."""
-    error = held_out.residual["Mx"][k] + subject.lever_m * held_out.residual["Fy"][k]
+def misfit(
+    held_out: HeldOut, subject: Subject, time: Annotated[np.ndarray, "(n,)", "s"]
+) -> Annotated[np.ndarray, "(1 + k, n)", "N·m"]:
+    """Torque that a model leaves in pulses like the subject's under a weight, and k rows of its error.
+
+    The model is fitted to all trials: the errors of its constants are another source. Masses and trials count
+    as in `predicted_error`. The sum of squares of the k rows is the variance of the first row.
+
+    time: regular instants from the onset.
+    """
+    at, mean, rows_of_error = time * held_out.rate_hz, np.zeros(time.size), []
+    for weight, kg in _masses(held_out.kg, subject.mass_kg):
+        rows = np.flatnonzero(held_out.kg == kg)
+        signs, delays, distance = _compare(held_out, rows, subject)
+        near = np.flatnonzero(distance <= distance.min() + ALIKE)
+        for k in near:
+            torque = _torque_errors(held_out, rows[k], subject.lever_m, delays[k] + at, refit=True)
+            own, count = weight * signs[k] / near.size * torque, len(torque)
+            mean += own.mean(axis=0)
+            rows_of_error.append((own - own.mean(axis=0)) / np.sqrt(max(count * (count - 1.0), 1.0)))
+    return np.concatenate([mean[None], *rows_of_error])
+
+
+def _torque_errors(
+    held_out: HeldOut, k: int, lever_m: float, samples: np.ndarray, *, refit: bool = False
+) -> np.ndarray:
+    """Residual torque of every pulse of a trial at samples from its onset (N·m), shape (pulses, m).
+
+    refit: whether the model is fitted to all trials, not to the others only.
+    """
+    force, moment = (held_out.residual[c][k] + (held_out.refit[c][k] if refit else 0.0) for c in ("Fy", "Mx"))
+    error = moment + lever_m * force
     onset, rate = round(held_out.before_s * held_out.rate_hz), held_out.rate_hz
     error = error - error[:, : round(0.8 * onset)].mean(axis=1, keepdims=True)
-    length = subject.regressors.shape[0]
     last = round((held_out.before_s + held_out.after_s) * rate) - 2  # beyond it the window returns to zero
-    at = np.minimum(onset + delay + np.arange(length), last)
+    at = np.clip(onset + samples, 0, last)
     low = np.floor(at).astype(int)
     errors = error[:, low] + (at - low) * (error[:, np.minimum(low + 1, last)] - error[:, low])
-    if onset + delay + length > last:
+    if onset + samples[-1] + 1 > last:
         errors[:, at >= last] = error[:, last - round(0.2 * rate) : last].mean(axis=1, keepdims=True)
     return errors
 

@@ -10,6 +10,7 @@ from tepsipe.errors import InputError
 from tepsipe.experiments.standing.free_reflex.fit import (
     DISCREPANCY,
     REFLEX_ONSET,
+    RESIDUAL,
     TREADMILL,
     WINDOW,
     effect_of_window,
@@ -118,6 +119,27 @@ def test_contributions_are_those_of_the_sources():
     assert budget.of_source(TREADMILL) == pytest.approx(0.01 * values, rel=1e-3)
     assert (budget.of_source(DISCREPANCY) > 0.0).all() and (budget.of_source(WINDOW) < 0.01 * values).all()
     assert {REFLEX_ONSET, WINDOW} < set(budget.contributions)
+
+
+def test_what_the_treadmill_model_leaves_under_a_weight_counts_beyond_its_noise():
+    def source(left, noise):
+        trials = group(noise=0.05)
+        torque = [left * trial.perturbed[..., 1].mean(axis=0) for trial in trials]
+        error = [noise * trial.perturbed[..., 1].mean(axis=0) for trial in trials]
+        shown = zip(trials, torque, error, strict=True)
+        trials = [replace(trial, misfit=np.stack([mean, rows])) for trial, mean, rows in shown]
+        fit = fitted(trials)
+        assert fit.parameters == pytest.approx(fitted(group(noise=0.05)).parameters)
+        (row,) = fit.budget.contributions[RESIDUAL]
+        return row
+
+    # a torque like that of 20 N m/rad, of which the noise of the weights explains nothing, a part, or all
+    assert source(20.0, 0.0) == pytest.approx([0.0, 20.0], abs=0.05)
+    assert source(-20.0, 0.0) == pytest.approx([0.0, -20.0], abs=0.05)
+    noise = 20.0 * np.sqrt(8.0)  # of eight trials
+    assert 12.0 < source(20.0, 0.5 * noise)[1] < 19.0
+    assert source(20.0, 3.0 * noise) == pytest.approx([0.0, 0.0], abs=1e-9)
+    assert RESIDUAL not in fitted(group(noise=0.05)).budget.contributions
 
 
 def test_windows_count_only_as_far_as_nothing_else_explains_their_spread():

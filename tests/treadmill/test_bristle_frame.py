@@ -20,6 +20,7 @@ from tepsipe.treadmill.held_out import (
     Subject,
     below_limit,
     held_out_residuals,
+    misfit,
     model_flags,
     predicted_error,
     read_held_out,
@@ -203,6 +204,15 @@ def test_gate_predicts_the_error_of_the_stiffness(remembered, unseen):
     assert not below_limit(0.96, 0.98)
     reversed_pulse = replace(subject, velocity=-subject.velocity, regressors=-subject.regressors)
     assert predicted_error(held_out, reversed_pulse).parameters == pytest.approx(found.parameters)
+    # what the model leaves after a fit to all trials, around the onset, and its noise
+    at = np.arange(-8, 60) / RATE_HZ
+    left, torn = (misfit(held_out, subject, at), misfit(replace(held_out, residual=wrong), subject, at))
+    assert torn[0, 8:] - left[0, 8:] == pytest.approx(25.0 * theta[:60], abs=0.05)
+    assert torn[1:] == pytest.approx(left[1:], abs=1e-9)
+    assert misfit(held_out, reversed_pulse, at)[0] == pytest.approx(-left[0])
+    mean = {c: -np.array([x.mean(axis=0) for x in parts]) for c, parts in held_out.residual.items()}
+    assert np.abs(misfit(replace(held_out, refit=mean), subject, at)[0]).max() < 1e-9
+    assert len(left) == 1 + len(held_out.residual["Mx"][-1])
     # noise of the cameras hides a part of the error, unless the motion of the belt stands in for the joint's
     exact = regressors[:, 1:]
     noisy = exact + exact.std(axis=0) * np.random.default_rng(3).standard_normal(exact.shape)

@@ -32,7 +32,7 @@ from tepsipe.io.result import Result
 from tepsipe.signals.epochs import cut_epochs
 from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.frame_peak import FramePeak, frame_peak
-from tepsipe.treadmill.held_out import HeldOut, Subject, predicted_error
+from tepsipe.treadmill.held_out import HeldOut, Subject, misfit, predicted_error
 from tepsipe.treadmill.registry import FittedModel
 
 # length of an epoch after its onset (s), beyond which no window of the estimator reaches
@@ -93,6 +93,8 @@ class BroadbandEpochs:
     it is not known."""
     treadmill_error: tuple[float, float] | None = None
     """Error of K that held-out trials of the treadmill predict, and its standard error (N·m/rad)."""
+    misfit: Annotated[np.ndarray, "(1 + k, n)", "N·m"] | None = None
+    """From `tepsipe.treadmill.held_out.misfit`; None where no trial of the treadmill shows it."""
     treadmill_flag: str = "treadmill-model"
     """Name of the flag, in `tepsipe.flags.FLAGS`, if this error is too large."""
     origin_known: bool = True
@@ -281,6 +283,7 @@ def with_treadmill_error(
     return replace(
         broadband,
         treadmill_error=found,
+        misfit=misfit(held_out, subject, broadband.time),
         treadmill_flag=held_out.failed,
         empty_frame=held_out.empty_frame,
     )
@@ -379,6 +382,7 @@ UNITS = {
     "quiet": SIGNAL_UNITS,
     "belt": "m/s, m",
 }
+TORQUES = ("draws", "misfit")
 TILT_UNITS = dict.fromkeys(("tilt", "quiet_tilt"), "rad, rad/s, rad, rad")
 PLAIN = (
     *("baseline_s", "cutoff_hz", "order"),
@@ -396,7 +400,9 @@ def broadband_result(epochs: BroadbandEpochs, group: str = GROUPS[0]) -> Result:
     }
     per_unit = ", ".join(f"{unit} per unit" for unit in ("Nm", "rad", "rad/s"))
     signals |= {f"{group}/slopes/{source}": (slope, per_unit) for source, slope in epochs.slopes.items()}
-    signals[f"{group}/draws"] = (epochs.draws.astype(np.float32), "Nm")
+    for key in TORQUES:
+        if getattr(epochs, key) is not None:
+            signals[f"{group}/{key}"] = (getattr(epochs, key).astype(np.float32), "Nm")
     facts = {key: getattr(epochs, key) for key in PLAIN} | {"plate_flags": list(epochs.plate_flags)}
     facts |= {key: _written(getattr(epochs, key)) for key in ("centre", "apparent")}
     facts["turned"] = [[_written(centre), skin_m] for centre, skin_m in epochs.turned]
@@ -425,7 +431,7 @@ def broadband_of(result: Result, group: str = GROUPS[0]) -> BroadbandEpochs | No
         facts[key] = None if facts[key] is None else FramePeak(*facts[key])
     facts |= {key: _read(facts[key]) for key in ("centre", "apparent")}
     facts["turned"] = tuple((_read(centre), skin_m) for centre, skin_m in facts["turned"])
-    names = [key for key in (*UNITS, *TILT_UNITS, "draws") if f"{group}/{key}" in result.arrays]
+    names = [key for key in (*UNITS, *TILT_UNITS, *TORQUES) if f"{group}/{key}" in result.arrays]
     arrays = {key: result.arrays[f"{group}/{key}"].astype(float) for key in names}
     slopes = {source: result.arrays[f"{group}/slopes/{source}"] for source in SOURCES}
     return BroadbandEpochs(**arrays, slopes=slopes, **facts)

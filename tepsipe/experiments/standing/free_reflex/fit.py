@@ -61,7 +61,7 @@ from tepsipe.statistics.uncertainty import Budget, Source, root_of_draws
 TORQUE, ANKLE, ANKLE_D = range(3)
 # signals that B and K multiply
 REGRESSORS = [ANKLE_D, ANKLE]
-TREADMILL = "treadmill_model"
+TREADMILL, RESIDUAL = "treadmill_model", "treadmill_residual"
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,9 @@ def fit_errors(
         fit.parameters,
         np.sqrt(responses / freedom) * _of_responses(trials, fit, records, inside),
         freedom,
-        _of_signals(trials, fit, records, inside, sources) | _of_treadmill(trials, fit, records, inside),
+        _of_signals(trials, fit, records, inside, sources)
+        | _of_treadmill(trials, fit, records, inside)
+        | _of_misfit(trials, fit, records, inside),
         _of_discrepancy(fit, records, trials[0].time[inside], discrepancy_s),
     )
 
@@ -180,6 +182,21 @@ def _of_treadmill(
         return {}
     errors = sensitivity(fit, records, [trial.draws[:shared, inside] for trial in trials])
     return {TREADMILL: root_of_draws(errors)}
+
+
+def _of_misfit(
+    trials: list[BroadbandEpochs], fit: GeneralisedFit, records: list[Record], inside: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Effect on B and K of what the treadmill model leaves under a weight, beyond its noise, shape (1, 2)."""
+    if any(trial.misfit is None for trial in trials):
+        return {}
+    shown = [trial.misfit[:, inside] for trial in trials]
+    effect = sensitivity(fit, records, [torque[0] for torque in shown])
+    noise = 0.0
+    for k, torque in enumerate(shown):
+        own = [torque[1:] if j == k else np.zeros_like(torque[1:]) for j in range(len(shown))]
+        noise = noise + (sensitivity(fit, records, own) ** 2).sum(axis=0)
+    return {RESIDUAL: (np.sign(effect) * np.sqrt(np.maximum(effect**2 - noise, 0.0)))[None]}
 
 
 def _of_discrepancy(

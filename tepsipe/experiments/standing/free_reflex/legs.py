@@ -79,13 +79,15 @@ def cut_with_legs(
 
 
 def _with_errors_of(legs: dict[str, BroadbandEpochs], whole: BroadbandEpochs) -> BroadbandEpochs:
-    """Epochs of both legs with the sum of the errors of K that the plates predict (N·m/rad)."""
+    """Epochs of both legs with the sums of what the models of the plates leave (N·m, N·m/rad)."""
     errors = [leg.treadmill_error for leg in legs.values()]
     if None in errors:
         return whole
     total = float(sum(error for error, _ in errors)), float(np.hypot(*(u for _, u in errors)))
     worse = max(legs.values(), key=lambda leg: abs(leg.treadmill_error[0]) + leg.treadmill_error[1])
-    return replace(whole, treadmill_error=total, treadmill_flag=worse.treadmill_flag)
+    left = [leg.misfit for leg in legs.values()]
+    misfit = np.concatenate([sum(x[:1] for x in left), *(x[1:] for x in left)])
+    return replace(whole, treadmill_error=total, misfit=misfit, treadmill_flag=worse.treadmill_flag)
 
 
 def legs_results(cut: list[dict[str, BroadbandEpochs]]) -> list[Result]:
