@@ -175,7 +175,10 @@ def render(page: Page, places: Links = NO_LINKS, files: Links = NO_LINKS, again:
             body.append(_figure(panel, number))
             number += 1
         body.append("</section>\n")
-    made_again = f'<p class="again">Make again <code>{text(again)}</code></p>\n' if again else ""
+    files_of_run = " with the configuration files of the run, if it has any"
+    made_again = (
+        f'<p class="again">Make again <code>{text(again)}</code>{files_of_run}</p>\n' if again else ""
+    )
     content = (
         f'<header>\n{_links("Report and trials", places)}<p class="study">{text(page.study)}</p>\n'
         f"<h1>{text(page.title)}</h1>\n{_links('Files', files)}{made_again}</header>\n"

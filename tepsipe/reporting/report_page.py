@@ -109,7 +109,8 @@ def render_report(typeset: str, page: ReportPage) -> str:
     body = typeset.partition("<body>")[2].rpartition("</body>")[0]
     body = _own_drawings(_plain_letters(body))
     body = _folded(_own_anchors(body))
-    body = body.replace(' class="equation"', ' class="equation" tabindex="0"')
+    # what scrolls on a narrow screen is reached by keys
+    body = re.sub(r' class="(equation|drawn)"', r'\g<0> tabindex="0"', body)
     body = re.sub(r"(?s)<table.*?</table>", _marked_columns, body)
     body = re.sub(r'<img src="([^"]+)"', lambda m: _image(m[1], page.sizes), body)
     body = _lead(body)

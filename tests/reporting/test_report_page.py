@@ -83,6 +83,12 @@ def test_every_section_figure_table_equation_and_reference_has_an_anchor_of_its_
     assert set(reader.ids) < set(more.ids)
 
 
+def test_what_scrolls_on_a_narrow_screen_is_reached_by_keys():
+    html = rendered(TYPESET.replace("<h2>1", '<div class="drawn" role="img"></div><h2>1'))
+    for kind in ("drawn", "equation", "wide"):
+        assert f'class="{kind}" tabindex="0"' in html and f'class="{kind}">' not in html
+
+
 def test_figures_have_size_origin_and_the_nearest_decision():
     html = rendered()
     assert '<img src="../figures/figure_x.svg" width="400" height="200" loading="lazy"' in html

@@ -72,7 +72,6 @@ for _name, _experiment in EXPERIMENTS.items():
             composed_by=f"experiments.{_module}.page:page",
             chapter=_chapter,
             neutral=config["study"]["reported"] is None,
-            configfiles=[path.as_posix() for path in CONFIGFILES[1:]],
             title=as_it_is(config["study"]["title"]),
             trial=of_trial(partial(report_params.described, STUDY), _name),
             neighbours=of_trial(partial(report_params.neighbours, STUDY), _name),

@@ -17,6 +17,7 @@ given, params, target = snakemake.input, snakemake.params, Path(snakemake.output
 
 report = os.path.relpath(target.parents[2] / "index.html", target.parent)
 places = {"Report": report, "All trials": f"{report}#trials", "Chapter": f"{report}#{params.chapter}"}
+places["Make the run again"] = f"{report}#make-again"
 for words, condition in params.neighbours.items():
     places[f"{words}: {condition}"] = quote(f"{condition}{target.suffix}")
 
@@ -30,7 +31,8 @@ for words, folder, kind in (("fit (HDF5)", "fits", ".h5"), ("estimates (CSV)", "
         files[words] = own
 links = {words: quote(Path(os.path.relpath(file, target.parent)).as_posix()) for words, file in files.items()}
 
-again = command(f"{experiment}/{Path(condition).stem}", [f"ingest_{experiment}"], params.configfiles)
+# without the configuration files of the run: a further one would make the pages of all trials again
+again = command(f"{experiment}/{Path(condition).stem}", [f"ingest_{experiment}"], ())
 module, function = params.composed_by.split(":")
 page = getattr(import_module(f"tepsipe.{module}"), function)(given, params)
 write_page(target, page, places, links, again)
