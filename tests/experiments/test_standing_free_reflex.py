@@ -7,6 +7,7 @@ import pytest
 from free_reflex_builders import FREE, OPTIONS, RATE_HZ, B, K, fitted, group, responses
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.standing.free_reflex.broadband import broadband_of, broadband_result
 from tepsipe.experiments.standing.free_reflex.fit import (
     DISCREPANCY,
     REFLEX_ONSET,
@@ -203,6 +204,24 @@ def test_quiet_standing_of_a_trial_counts_once():
     inside = inside_window(loud.time, 0.08)
     both = [replace(loud, recording="a"), replace(loud, recording="a"), replace(calm, recording="b")]
     assert np.array_equal(sway_moments(both, inside), sway_moments([loud, calm], inside))
+
+
+def test_epochs_from_a_file_keep_the_samples_at_the_edges():
+    made = responses()
+    # a file keeps the times in single precision, which moves some of them beyond an edge
+    read = broadband_of(broadband_result(made))
+    assert not np.array_equal(read.time, made.time)
+    assert np.array_equal(read.baseline, made.baseline)
+    assert read.time[read.baseline][[0, -1]] == pytest.approx(made.baseline_s)
+    for window_s in (0.06, 0.1, 0.16):
+        inside = inside_window(read.time, window_s)
+        assert np.array_equal(inside, inside_window(made.time, window_s))
+        assert read.time[inside][-1] == pytest.approx(window_s)
+    shorter = made.time <= 0.16 + 1e-9
+    cut = {name: getattr(read, name)[:, shorter] for name in ("perturbed", "draws")}
+    cut |= {"time": read.time[shorter], "belt": read.belt[shorter]}
+    cut["slopes"] = {name: slope[shorter] for name, slope in read.slopes.items()}
+    assert fitted([replace(read, **cut)], 0.16).parameters[1] == pytest.approx(K, rel=0.1)
 
 
 @pytest.mark.slow

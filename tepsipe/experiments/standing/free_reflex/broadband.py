@@ -125,8 +125,7 @@ class BroadbandEpochs:
     @property
     def baseline(self) -> np.ndarray:
         """True for samples of the baseline, shape (n,)."""
-        start, end = self.baseline_s
-        return (self.time >= start - 1e-9) & (self.time <= end + 1e-9)
+        return between(self.time, *self.baseline_s)
 
     @cached_property
     def _stretches(self) -> dict[tuple[int, int], np.ndarray]:
@@ -149,6 +148,17 @@ class BroadbandEpochs:
             stretches = (pieces[:, :, first - start :] - still).reshape(-1, last + 1 - first, 3)
             self._stretches[first, last] = stretches
         return self._stretches[first, last]
+
+
+def margin_s(time: np.ndarray) -> float:
+    """Time (s) far below a sample, by which times kept in single precision may differ."""
+    return 1e-3 * float(time[1] - time[0])
+
+
+def between(time: np.ndarray, start_s: float, end_s: float) -> np.ndarray:
+    """Samples from a start to an end (s), both included, shape (n,)."""
+    margin = margin_s(time)
+    return (time >= start_s - margin) & (time <= end_s + margin)
 
 
 def by_recording(epochs: Sequence[BroadbandEpochs]) -> list[list[int]]:
@@ -192,7 +202,7 @@ def cut_broadband(
 
     def cut(x: np.ndarray, at: np.ndarray, after: float):
         pieces = cut_epochs(x, rate, at, before, after, start)
-        zero = (pieces.time >= cutting.baseline_s[0] - 1e-9) & (pieces.time <= cutting.baseline_s[1] + 1e-9)
+        zero = between(pieces.time, *cutting.baseline_s)
         return pieces.time, pieces.values - pieces.values[:, zero].mean(axis=1, keepdims=True)
 
     apparent, skins_m, turned = _pulses(standing, epochs.onsets_s, options, lowpass, body.surface_dd, centres)
@@ -301,7 +311,7 @@ def _usable(centre: JointCentre) -> bool:
 def _belt(time: np.ndarray, velocity: np.ndarray, baseline_s: tuple[float, float]) -> np.ndarray:
     """Velocity (m/s) and displacement (m) of the belt, relative to the baseline, shape (n, 2)."""
     belt = np.column_stack([velocity, scipy.integrate.cumulative_trapezoid(velocity, time, initial=0.0)])
-    zero = (time >= baseline_s[0] - 1e-9) & (time <= baseline_s[1] + 1e-9)
+    zero = between(time, *baseline_s)
     return belt - belt[zero].mean(axis=0)
 
 
@@ -315,7 +325,7 @@ def _mean_draws(
     low = np.clip(np.floor(at).astype(int), 0, body.time.size - 2)
     part = at - low
     mean = ((1.0 - part) * body.draws[:, low] + part * body.draws[:, low + 1]).mean(axis=1)
-    zero = (time >= baseline_s[0] - 1e-9) & (time <= baseline_s[1] + 1e-9)
+    zero = between(time, *baseline_s)
     return mean - mean[:, zero].mean(axis=1, keepdims=True)
 
 

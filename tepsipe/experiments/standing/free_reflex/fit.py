@@ -36,7 +36,12 @@ from typing import Annotated
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs, by_recording
+from tepsipe.experiments.standing.free_reflex.broadband import (
+    BroadbandEpochs,
+    between,
+    by_recording,
+    margin_s,
+)
 from tepsipe.experiments.standing.free_reflex.reflex import (
     YIELD,
     YIELD_SHARE,
@@ -273,7 +278,7 @@ def fit_free_reflex(
     Returns: B, K and their budget.
     """
     time = trials[0].time
-    if not 0.0 < window_s <= time[-1] + 1e-9:
+    if not 0.0 < window_s <= time[-1] + margin_s(time):
         raise InputError(
             f"expected a window of at most {time[-1]:g} s for a free reflex torque, found {window_s:g} s: "
             "shorten it in standing.estimators"
@@ -325,7 +330,7 @@ def fit_free_reflex(
 
 def inside_window(time: np.ndarray, window_s: float) -> np.ndarray:
     """Samples of the window (s), including those to which the filter spreads the onset, shape (n,)."""
-    return (time >= -FILTER_WIDTH_S - 1e-9) & (time <= window_s + 1e-9)
+    return between(time, -FILTER_WIDTH_S, window_s)
 
 
 def _sway(trials: list[BroadbandEpochs], inside: np.ndarray) -> np.ndarray:
