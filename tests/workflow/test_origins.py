@@ -134,6 +134,19 @@ def test_command_makes_a_file_by_its_rules_with_the_configuration_of_the_run():
     assert command("a.csv", ["x", "y"], ["own.yaml"]).endswith("--forcerun x y --configfile own.yaml")
 
 
+def test_a_table_that_is_kept_with_the_project_is_named_but_not_linked(tmp_path):
+    (tmp_path / "chapters").mkdir()
+    (tmp_path / "chapters/a.typ").write_text('#figure(table(..rows-of("coverage"))) <a>\n#rows-of("claims")')
+    tables = {"coverage": ROOT / "benchmarks/coverage/coverage.csv", "claims": "results/tables/claims.csv"}
+    made = ReportOrigins(
+        Sources(ROOT), "results/report/index.html", tables, "results/report/report.json", "x"
+    )
+    found = made.of_report({}, [Chapter(tmp_path, "chapters/a.typ")], {})
+    assert list(found["a"].data) == ["report.json"] and list(found["chapters/a.typ"].data) == ["claims.csv"]
+    for name in ("a", "chapters/a.typ"):
+        assert ("Kept data", "benchmarks/coverage/coverage.csv") in found[name].code
+
+
 def test_a_part_of_the_page_names_its_function_and_tables():
     tables = {name: f"results/tables/{name}.csv" for name in ("estimates", "claims")}
     made = ReportOrigins(Sources(ROOT), "results/report/index.html", tables, "report.json", "write_report")

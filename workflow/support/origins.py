@@ -414,7 +414,11 @@ class ReportOrigins:
         return command(" ".join(targets), rules, self.configfiles)
 
     def _files(self, names: Iterable[str]) -> dict[str, str]:
-        return {f"{name}.csv": self.beside(self.tables[name]) for name in names if name in self.tables}
+        return {f"{name}.csv": self.beside(self.tables[name]) for name in names if self._made(name)}
+
+    def _made(self, name: str) -> bool:
+        """Whether a table is among the results, which may be moved; others are kept with the project."""
+        return name in self.tables and not self.beside(self.tables[name]).startswith("../../")
 
     def _of_figure(self, path: str, numbers: str) -> Origin:
         """Files, code and command of a figure (SVG) with its numbers (CSV)."""
@@ -437,6 +441,8 @@ class ReportOrigins:
         shown = chapter.experiments_read(label)
         for rule, name in {rule: name for name, rule in rules.items()}.items():
             code += self._code_of(name, rule, shown)
+        kept = [name for name in names if name in self.tables and not self._made(name)]
+        code += [("Kept data", os.path.relpath(self.tables[name], self.sources.root)) for name in kept]
         data = self._files(names)
         targets = [self.tables[name] for name in rules]
         forced = [rule.name for rule in dict.fromkeys(rules.values())]
