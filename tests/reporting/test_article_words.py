@@ -31,7 +31,6 @@ EXCEPTIONS = {
     "rigs": ["agree where some terms are 0 or equal"],
     "rigs_further": ["[lower bound]"],
     "laboratory": ["agree where some of their terms are 0 or equal"],
-    "ledger": ["printed cells that should agree"],
     "wristalyzer_further": [
         "the lowest coherence within this band is #num",
         "(the lowest VAF in Table 4-1)",

@@ -121,12 +121,14 @@ def test_tables_of_the_standing_person_name_no_function_of_the_dummy(config):
 
 
 def test_a_table_names_what_it_reads_through_other_sources_and_not_more():
-    recovery, ledger = (Chapter(ROOT / "report", f"chapters/{name}.typ") for name in ("recovery", "ledger"))
+    recovery, reproduction = (
+        Chapter(ROOT / "report", f"chapters/{name}.typ") for name in ("recovery", "reproduction")
+    )
     assert recovery.tables_read("recovery-table")[0] == ["recovery"]
-    assert "claims" in ledger.tables_read("claims-table")[0]
+    assert "claims" in reproduction.tables_read("reproduced")[0]
     names, line = Chapter(ROOT / "report", "chapters/laboratory.typ").tables_read("mechanisms")
     assert names == ["laboratory"] and has_line(f"report/chapters/laboratory.typ:{line}", "figure(")
-    assert set(ledger.tables_read()[0]) >= {"claims", "cells"}
+    assert set(reproduction.tables_read()[0]) >= {"claims", "cells"}
 
 
 def test_command_makes_a_file_by_its_rules_with_the_configuration_of_the_run():
