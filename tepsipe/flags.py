@@ -72,8 +72,10 @@ FLAGS = {
     "no-contact": "the foot is in the air, so the belt does not perturb its joint. Perturb in stance",
     "coherent-residual": "the model leaves torque that is coherent with the platform, so it is too simple. "
     "Do not quote its parameters",
-    "edge-of-search": "an onset or delay lies at an end of its search range, or the data prefer one beyond "
-    "it. Widen the range",
+    "edge-of-search": "the onset lies at an end of its search range. Widen the range",
+    "reflex-outside-search": "the record prefers a reflex delay or threshold outside the searched range. "
+    "Measure the delay, for example by electromyography, and widen reflex_delays_s only to delays that a "
+    "reflex can have",
     "stretch-threshold": "the latency may be more than 5 ms shorter: responses begin later after smaller "
     "pulses, or the pulses cannot tell whether the reflex needs a fast stretch. Record pulses of several "
     "amplitudes",

@@ -42,7 +42,7 @@ MODEL_MEANINGS = {
     "mean-subtraction": "mean over the perturbations of the empty belt, subtracted condition by condition",
     "mass-spring-damper": "mass, damper and spring on the belt's motion",
     "hnat2014": "discrete second-order model, as published",
-    "output-error": "discrete model of chosen order, output error",
+    "output-error": "discrete model of a given order, fitted by output error",
     "fir-causal": "finite impulse response, past acceleration only",
     "fir": "finite impulse response with a short look-ahead",
     "spectral": "spectral estimate H1, non-causal",

@@ -259,7 +259,7 @@ def test_page_and_report_say_what_is_identified(trial, result, rows):
     ]
     words = told(result, rows)
     assert " ; intrinsic ; " in words and " ; own-reflex ; " in words
-    assert "The trial identifies 10 of its 10 quantities" in words
+    assert "The trial identifies 10 of the 10 quantities of this model" in words
     assert "Trial a," not in words and "is not identified" not in words
     assert "The simplest model that is not rejected is intrinsic." in words
 
@@ -278,7 +278,7 @@ def told(result, rows, **changes):
 @pytest.mark.slow
 def test_refused_quantities_are_named_with_their_joint(result, rows):
     words = told(result, rows, chosen="own-reflex")
-    known, count = map(int, re.search(r"The trial identifies (\d+) of its (\d+) quantities", words).groups())
+    known, count = map(int, re.search(r"The trial identifies (\d+) of the (\d+) quantities", words).groups())
     assert known < count
     together = re.findall(
         r"Trial a, (?:ankle|hip): the perturbation does not separate (.*?) from other", words

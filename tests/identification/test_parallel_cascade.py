@@ -498,7 +498,7 @@ def flags_of(fit):
 
 def test_sound_record_has_no_flags_of_misfit_or_muscle():
     flags = {name for names in flags_of(plain()[2]).values() for name in names}
-    assert not {"lack-of-fit", "slow-reflex", "edge-of-search"} & flags
+    assert not {"lack-of-fit", "slow-reflex", "reflex-outside-search"} & flags
 
 
 @pytest.mark.slow
@@ -528,5 +528,7 @@ def test_delay_beyond_those_that_are_tried_is_flagged_and_never_assumed():
     # the early reflex is mistaken for less damping
     assert found.impedance[1] < 0.8 * DAMPING
     flags = flags_of(found)
-    assert flags["parallel-cascade", "reflex_delay"] == ["edge-of-search"]
-    assert all("edge-of-search" in flags["parallel-cascade", name] for name in ("I", "B", "reflex_gain"))
+    assert flags["parallel-cascade", "reflex_delay"] == ["reflex-outside-search"]
+    assert all(
+        "reflex-outside-search" in flags["parallel-cascade", name] for name in ("I", "B", "reflex_gain")
+    )

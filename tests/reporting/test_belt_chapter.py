@@ -69,6 +69,9 @@ def test_chapter_lists_models_coefficients_and_lines():
     plain = run_of(*scores(-3.0, -3.001, -5.0), orders=())
     words = typeset_words(CHAPTER, *content(plain), cells="|")
     assert "Cross-prediction" not in words and "significant lines" not in words
+    assert "An asterisk" not in words
+    stopped = typeset_words(CHAPTER, *content(run_of(("fir", 0.7, 51, False))), cells="|")
+    assert "impulse response *|" in stopped and "An asterisk marks an optimisation" in stopped
 
 
 def recommended(*models):

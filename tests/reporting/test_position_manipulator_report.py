@@ -28,8 +28,18 @@ def test_models_are_compared_with_their_numbers_of_coefficients():
     words = chapter_of(run_with({"a": fit_of(), "b": fit_of()}))
     assert "inertia, damping, stiffness and offset | 4 |" in words
     assert "linear intrinsic pathway | 22 | 80.0 | 79.0 | 80.0 | 79.0 |" in words
-    assert "with all terms | 45 | 90.0 | 89.0 | 90.0 | 89.0 |" in words
+    assert "with all terms, including relaxation | 45 | 90.0 | 89.0 | 90.0 | 89.0 |" in words
     assert "selected terms | | \N{EN DASH} | 90.0 | \N{EN DASH} | 90.0 |" in words
+
+
+def test_terms_and_kernels_are_those_of_the_trials():
+    words = chapter_of(run_with({"a": fit_of(pole_per_s=30.0), "b": fit_of(relaxing=True)}))
+    assert "In a: reflex. In b: reflex and relaxation." in words
+    assert "and are linear between knots in b and sums of Laguerre functions in a." in words
+    assert "beyond the short range and after relaxation." in words
+    words = chapter_of(run_with({"a": fit_of()}))
+    assert "and are linear between knots. The radii" in words
+    assert "beyond the short range. The reflex gain" in words
 
 
 def test_tables_of_many_trials_have_four_beside_each_other():
@@ -51,7 +61,7 @@ def test_residual_and_coherence_are_listed():
     long = fit_of(white=0.4, memory_s=3.0, coherent=0.5)
     words = chapter_of(run_with({"a": long, "b": fit_of(coherent=0.0)}))
     assert "a | 0.40 | 1.0 | 80 | 3 | 3.0 | 0.40 |" in words
-    assert "significant coherence | | 0.50 to 10 Hz | nowhere |" in words
+    assert "significant coherence | Hz | 0.50 to 10 | nowhere |" in words
 
 
 def test_digits_follow_the_uncertainty():

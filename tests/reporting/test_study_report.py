@@ -62,13 +62,13 @@ def test_first_page_has_the_answers_and_what_is_missing(report):
 def test_flagged_answer_is_marked_and_its_check_in_words(report):
     first = first_page(page_of(*report("clipped")))
     assert "50.0 (45.0 to 55.0)†" in first
-    assert "Check first: peaks are cut off at one value." in first
+    assert "Check first, because peaks are cut off at one value." in first
     assert "a (K): Choose a larger range of the instrument." in first
 
 
 def test_number_that_is_not_recommended_is_not_in_the_summary(report):
     first = first_page(page_of(*report("time-varying", recommended=False)))
-    assert "not quotable" in first and "Not quotable: the stiffness differs between segments" in first
+    assert "not quotable" in first and "Not quotable, because the stiffness differs between segments" in first
     assert first.count("50.0 (45.0 to 55.0)") == 1  # of the other trial
 
 

@@ -31,7 +31,12 @@ def treadmill_study(project, name, recordings, further=()):
     ]
     write_sheet(project, [*rows, *further], name)
     content = {
-        "study": {"trial_sheet": f"config/{name}.tsv", "virtual_lab": None, "reported": None},
+        "study": {
+            "title": "A treadmill",
+            "trial_sheet": f"config/{name}.tsv",
+            "virtual_lab": None,
+            "reported": None,
+        },
         "pathvars": {"results": f"results/{name}", "logs": f"results/{name}/logs"},
         "belt": {"analysis": {"cutoffs_hz": [6, 20]}},
     }
@@ -68,6 +73,8 @@ def test_a_newcomer_calibrates_a_treadmill_from_two_text_files(project, tables):
     assert {row["train"] for row in rows.values()} == {"a"}
     assert {row["test"] for row in rows.values()} == {"b"}
     assert (project / "results/own-treadmill/report/thesis.pdf").stat().st_size > 20_000
+    page = (project / "results/own-treadmill/report/index.html").read_text(encoding="utf-8")
+    assert "quiet: a second, independent perturbation" in page
     assert faults_of_study(project / "results/own-treadmill") == []
 
 

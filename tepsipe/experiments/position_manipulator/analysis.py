@@ -205,7 +205,7 @@ def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCas
     """
     # a reflex earlier than those that are tried is in the intrinsic response, as inertia and damping
     outside = any(not choice.low <= choice.value <= choice.high for choice in fit.assumptions)
-    beyond = ("edge-of-search",) * outside
+    beyond = ("reflex-outside-search",) * outside
     too_slow = fit.muscle is not None and fit.muscle.constants[1] < SLOWEST_MUSCLE_HZ
     slow = ("slow-reflex",) if too_slow else ()
     flags = dict.fromkeys(("I", "B"), beyond) | dict.fromkeys(REFLEX_QUANTITIES, beyond + slow)
@@ -213,7 +213,7 @@ def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCas
         flags |= {name: (*flags.get(name, ()), "relaxation-assumed") for name in RELAXING_QUANTITIES}
     quantities = {name: replace(q, flags=flags.get(name, ())) for name, q in fit.quantities().items()}
     for choice in fit.assumptions:
-        why = "assumed" if choice.low <= choice.value <= choice.high else "edge-of-search"
+        why = "assumed" if choice.low <= choice.value <= choice.high else "reflex-outside-search"
         for end, value in (("", choice.value), ("_low", choice.low), ("_high", choice.high)):
             quantities[choice.quantity + end] = Quantity(
                 value, choice.unit, flags=(why,) * (not choice.determined)
