@@ -184,6 +184,25 @@ def test_muscle_passes_what_lasts_and_overshoots_by_its_damping():
 # ---- known joints ------------------------------------------------------------------------------
 
 
+def test_steps_of_a_servo_need_no_threshold():
+    # the low-pass lets the velocity ring around the steps, and rectified it would pass for stretch
+    rng = np.random.default_rng(3)
+    fine, seconds = 4.0 * RATE, 40.0
+    time = np.arange(round(seconds * fine)) / fine
+    level = np.repeat(rng.choice([-0.03, 0.03], time.size), round(0.15 * fine))[: time.size]
+    servo = signal.butter(2, 8.0, fs=fine, output="sos")
+    angle = signal.sosfilt(servo, signal.sosfilt(signal.butter(2, 60.0, fs=fine, output="sos"), level))
+    velocity = derivative(time, angle, degree=5)
+    w = 2.0 * np.pi * FREQUENCY_HZ
+    late = np.maximum(np.interp(time - 0.04, time, velocity), 0.0)
+    reflex = signal.lsim(([w**2], [1.0, 2.0 * ZETA * w, w**2]), late, time)[1]
+    torque = INERTIA * derivative(time, velocity, degree=5) + DAMPING * velocity + STIFFNESS * angle
+    torque = (torque + GAIN * reflex)[::4] + 0.02 * rng.standard_normal(time.size // 4)
+    found = analysed(trial_of(RATE, angle=(angle[::4] + 0.15, "rad"), torque=(torque, "Nm")))
+    assert (found.structure.threshold_rad_per_s, found.structure.unfiltered) == (0.0, True)
+    assert found.impedance == pytest.approx([INERTIA, DAMPING, STIFFNESS], rel=0.02)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("delay", [0.032, 0.04, 0.052])
 def test_known_reflex_is_recovered(delay):

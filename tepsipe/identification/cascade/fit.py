@@ -114,6 +114,8 @@ class Structure:
     """Whether velocities of the other direction have a delayed response, too."""
     threshold_rad_per_s: float = 0.0
     """Velocity below which the reflex does not respond."""
+    unfiltered: bool = False
+    """Whether the velocity is rectified before the low-pass, not after it."""
     pole_per_s: float = 0.0
     """Pole of the Laguerre functions of the reflex response (rad/s); 0 for a response of knots."""
     relaxing: bool = False

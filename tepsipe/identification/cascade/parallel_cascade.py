@@ -29,10 +29,10 @@ differences they are I theta'' + B theta' + K theta. Roughness means second diff
 size of the Laguerre coefficients; a large lambda reduces the model to I, B, K and stops. The structure is
 selected by cross-validation (`tepsipe.identification.cascade.selection`).
 
-Intervals: blocks are drawn with replacement, and for each draw the kernel and threshold are selected by the
-same rules from folds drawn with replacement; its terms are any of those that these folds do not separate from
-the best, not only the simplest. The intervals thus average over structures, but include neither the
-choice of the delay, which is assumed where the record does not determine it, nor the bias of the penalty.
+Intervals: blocks are drawn with replacement. For each draw, kernel, threshold and terms are any of those that
+folds drawn with replacement do not separate from the best, not only the simplest. The intervals thus average
+over structures, but include neither the choice of the delay, which is assumed where the record does not
+determine it, nor the bias of the penalty.
 Percentiles of draws from n blocks are too narrow; they are expanded
 (`tepsipe.statistics.bootstrap.expanded_tail`).
 """
@@ -163,7 +163,12 @@ def _draw(selection: Selection, blocks: list[slice], times: np.ndarray, rng) -> 
     terms = choose_rows(tables, reflex, record.options.term_tolerance, among)
     shapes = list(selection.variants) or [selection.full]
     errors = np.array(list(selection.variants.values()) or [np.ones(table.shape[1])])
-    variants = np.argmin(errors[:, folds].mean(axis=2), axis=0)
+    variants = choose_rows(
+        np.swapaxes(errors[:, folds], 0, 1),
+        np.ones(len(shapes), dtype=bool),
+        record.options.term_tolerance,
+        rng.random(times.shape[0]),
+    )
     variants[~reflex[terms]] = -1
     lags = record.regressors("intrinsic", structure, slice(0, 1)).shape[1]
     sizes = {"intrinsic": lags, "stops": len(record.radii), "stiffening": 1, "response": _samples(selection)}
@@ -227,6 +232,7 @@ def _at(candidate: Structure, structure: Structure, shape: Structure) -> Structu
         delay_s=structure.delay_s if structure.direction else candidate.delay_s,
         pole_per_s=shape.pole_per_s,
         threshold_rad_per_s=shape.threshold_rad_per_s,
+        unfiltered=shape.unfiltered,
     )
 
 

@@ -107,10 +107,11 @@ class CascadeRecord:
         """
         direction = -structure.direction if name == "unloading" else structure.direction
         threshold = 0.0 if name == "unloading" else structure.threshold_rad_per_s
-        if "velocity" not in self.made:
+        signal = "turned" if structure.unfiltered else "angle"
+        if f"rate of {signal}" not in self.made:
             time = np.arange(self.angle.size) / self.rate_hz
-            self.made["velocity"] = derivative(time, self.angle)
-        velocity = rectified(self.made["velocity"], direction, threshold)
+            self.made[f"rate of {signal}"] = derivative(time, getattr(self, signal))
+        velocity = rectified(self.made[f"rate of {signal}"], direction, threshold)
         return self.lowpass(velocity * self.angle if name == "gain_slope" else velocity)
 
     def _latest(self, name: str, choice: object, make: Callable[[], np.ndarray]) -> np.ndarray:
@@ -161,7 +162,7 @@ def _choice(name: str, structure: Structure) -> tuple:
     if name not in REFLEX_GROUPS:
         return ()
     threshold = 0.0 if name == "unloading" else structure.threshold_rad_per_s
-    return structure.direction, threshold, structure.pole_per_s
+    return structure.direction, threshold, structure.unfiltered, structure.pole_per_s
 
 
 def _delay_s(name: str, structure: Structure) -> float:

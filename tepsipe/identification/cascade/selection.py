@@ -1,11 +1,13 @@
 """Structure of a parallel-cascade model by cross-validation over blocks of the fitted part.
 
 Direction, kernel and threshold of the reflex are chosen first, in this order, by the smallest cross-validated
-error with all terms present. The terms follow: the simplest set whose error is within a tolerance of the
-smallest. A reflex, and knots in place of Laguerre functions, must lower the error by more than ``SEPARATED``
-standard errors of the difference over blocks. The terms of the reflex (gain_slope, unloading), which do not
-change what K means, are then chosen again by a tolerance of the record itself. With e[s, f] the error of
-block f with the set s, fitted to the other blocks, and E[s] its mean over blocks,
+error with all terms present. Without a threshold, the velocity is also rectified before the low-pass, because
+a filtered velocity rings around a step, which passes for stretch; there is no threshold if the error without
+one is within the tolerance of the terms. The terms follow: the simplest set whose error is within a tolerance
+of the smallest. A reflex, and knots in place of Laguerre functions, must lower the error by more than
+``SEPARATED`` standard errors of the difference over blocks. The terms of the reflex (gain_slope, unloading),
+which do not change what K means, are then chosen again by a tolerance of the record itself. With e[s, f] the
+error of block f with the set s, fitted to the other blocks, and E[s] its mean over blocks,
 
     s(t) = the simplest s with E[s] <= (1 + t) min E,    s_f(t) = the same without block f
     t    = the tolerance with the smallest mean over f of e[s_f(t), f]
@@ -84,13 +86,15 @@ def select_structure(record: CascadeRecord) -> Selection:
         kernels = dict(_errors(record, replace(start, pole_per_s=p)) for p in _poles(options))
         start = _kernel(kernels)
         thresholds = [replace(start, threshold_rad_per_s=v) for v in options.reflex_thresholds_rad_per_s]
+        thresholds += [replace(s, unfiltered=True) for s in thresholds if not s.threshold_rad_per_s]
         variants = dict(_errors(record, structure) for structure in thresholds)
-        start = min(variants, key=lambda s: variants[s].mean())
+        start = _with_threshold(variants, options.term_tolerance)
         if start.pole_per_s:
             # relative errors of the other kernels as at the first threshold
             ratio = variants[start] / kernels[_at_kernel(kernels, start)]
             variants |= {
-                replace(s, threshold_rad_per_s=start.threshold_rad_per_s): error * ratio
+                replace(s, threshold_rad_per_s=start.threshold_rad_per_s, unfiltered=start.unfiltered): error
+                * ratio
                 for s, error in kernels.items()
                 if s.pole_per_s not in (0.0, start.pole_per_s)
             }
@@ -321,6 +325,13 @@ def _kernel(errors: dict[Structure, np.ndarray]) -> Structure:
     return knots if _separated(errors[best] - errors[knots]) else best
 
 
+def _with_threshold(errors: dict[Structure, np.ndarray], tolerance: float) -> Structure:
+    """Structure of the smallest error; without a threshold if one is within a tolerance of it."""
+    mean = {structure: error.mean() for structure, error in errors.items()}
+    within = [s for s in mean if mean[s] <= (1.0 + tolerance) * min(mean.values())]
+    return min([s for s in within if not s.threshold_rad_per_s] or within, key=lambda s: mean[s])
+
+
 def _at_kernel(errors: dict[Structure, np.ndarray], structure: Structure) -> Structure:
     """Structure with the kernel of a given structure, out of several kernels."""
     return next(s for s in errors if s.pole_per_s == structure.pole_per_s)
@@ -377,7 +388,9 @@ def _errors_of_terms(record: CascadeRecord, full: Structure) -> dict[Structure, 
             continue
         structure = replace(full, **terms)
         if not reflex:
-            structure = replace(structure, direction=0, delay_s=0.0, threshold_rad_per_s=0.0, pole_per_s=0.0)
+            bare = Structure(0, False, 0.0, 0.0)
+            of_input = ("direction", "delay_s", "threshold_rad_per_s", "unfiltered", "pole_per_s")
+            structure = replace(structure, **{name: getattr(bare, name) for name in of_input})
         errors = _fold_errors(sums, design, design.of(structure), record.options.penalties)
         candidates.append(_with_penalty(record, structure, errors))
     # a reflex is the largest step; terms of the reflex are smaller steps than terms of the joint
