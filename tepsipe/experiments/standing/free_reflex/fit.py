@@ -19,9 +19,10 @@ The covariance of r includes the low-pass of all signals, which spreads a part o
 
 Type A is the scatter between trials, or between responses if there are fewer than 4 trials, by the jackknife
 of the corrected estimate. Type B are the sources of `tepsipe.experiments.standing.free_reflex.free_body`,
-draws of the treadmill model's constants, the choice of window and t_r, and the part of d that all trials of a
-person share. The contribution of soft tissue also uses the responses: the apparent centre of the joint after
-a pulse less the centre in quiet sway, over the shift that a metre of tissue motion causes.
+draws of the treadmill model's constants, what it leaves under a weight, the choice of window and t_r, and the
+part of d that all trials of a person share. The contribution of soft tissue also uses the responses: the
+apparent centre of the joint after a pulse less the centre in quiet sway, over the shift that a metre of
+tissue motion causes.
 
 Effect of each source of uncertainty on B and K of a fit of mean responses, and on differences of fits.
 
