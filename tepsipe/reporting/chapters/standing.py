@@ -113,8 +113,9 @@ def printed_little(run: Run) -> bool:
 
 
 def window_matters(run: Run) -> bool:
-    """In a task, K without a reflex torque changes by more than a tenth between windows."""
-    return any(_window_spread(fit.arrays["windows/K"][:, 0]) > 0.1 for fit in _tasks(run).values())
+    """In every task, the range of K without a reflex torque over the windows exceeds half of the mean."""
+    spreads = [_window_spread(fit.arrays["windows/K"][:, 0]) for fit in _tasks(run).values()]
+    return bool(spreads) and min(spreads) > 0.5
 
 
 def free_reflex_not_steadier(run: Run) -> bool:
