@@ -42,7 +42,7 @@ COMMAND = -np.sin(2.0 * np.pi * (TIME - 1.0) / 0.1) * (np.abs(TIME - 1.05) < 0.0
 PRINTED_K = {"a": 6.7, "b": 5.9, "c": 4.5}
 REPORTED = {
     "values": {"marker_accuracy_mm": 0.1},
-    "slips": [{"table": "table_4_2", "quantity": "K", "condition": "b", "meant": 5.5}],
+    "slips": [{"table": "table_4_2", "quantity": "K", "condition": "b", "printed": 55.0, "meant": 5.5}],
     "tables": {
         "table_4_1": {"I": {"0.08": 0.015, "0.12": 0.015}},
         "table_4_2": {
@@ -284,12 +284,16 @@ def test_chapter_tells_the_usual_story_only_where_it_holds():
         "4 combinations have a mean VAF above 99 %, and 2 of them deviate",
     ):
         assert sentence in usual and sentence not in contrary, sentence
+    assert "we corrected misprints (K of b was printed as 55)." in usual
     for sentence in (
         "The thesis reports I = 0.061 to 0.063 N·m·s2/rad and K = 5.0 to 6.0 N·m/rad. Its K is lower",
-        "If the thesis mixed the signs, they account for most of the difference in the mean K.",
+        "If the thesis mixed the signs, this error explains most of the difference in mean K between",
     ):
         assert sentence in usual, sentence
-    assert "agrees with it" in usual and "differ by 0.0600 N·m·s2/rad in I and by 4.00 N·m/rad in K" in usual
+    assert (
+        "This run agrees: on the same recordings" in usual
+        and "differ by 0.0600 N·m·s2/rad in I and by 4.00 N·m/rad in K" in usual
+    )
     assert (
         "In a the VAF of a perturbation is 99.1 % with the consistent equation and 99.91 % with the printed"
         in usual
@@ -480,7 +484,10 @@ def test_errors_under_other_laws_stand_beside_those_of_the_shared_law():
         in words
     )
     assert "Checks flag 3 of the 4 estimates whose intervals miss it. In 1 of the 3 trials we quote" in words
-    assert "because only this fit passes its checks there; it is at most 8.0 % off in K." in words
+    assert (
+        "because only this fit passes its checks there. It is still at most 8.0 % off in K, and 1 of its 3"
+        in words
+    )
     assert "and 5 of the 9 intervals cover the true value. Checks do not flag 1 of the 4 estimates" in words
     assert (
         "In the same trials it is at most 8.0 % in K, 9.0 % in B and 9.0 % in I off, and 5 of its 6 intervals"

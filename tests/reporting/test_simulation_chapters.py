@@ -196,7 +196,7 @@ def test_growth_to_the_end_of_a_trial_is_no_beat():
 def test_match_of_the_angle_is_told_with_its_error_and_beside_that_of_the_run():
     """By hand: a VAF of 80 % that is not centred leaves sqrt(0.2) of the RMS, one of 90 % sqrt(0.1)."""
     told = chapter_words("simulation", *content(of_thesis(OF_THESIS), simulation=simulation))
-    assert "(median 80 %, an RMS error of 45 % of the RMS angle;" in told
+    assert "The median, 80 %, corresponds to an RMS error of 45 % of the RMS angle." in told
     assert "this run itself estimates, the VAF is 90 % (median 90 %)" in told
 
 
@@ -239,7 +239,7 @@ def test_chapter_tells_how_much_of_the_measured_force_the_simulation_and_the_tre
         size = fit.arrays["time"].size
         fit.arrays.update({"f_y": np.full(size, 6.0), "joint-likelihood/f_y": np.full(size, 4.0)})
     told = chapter_words("simulation", *content(run, simulation=simulation))
-    assert "During the perturbations, the VAF of the simulated force is 89 %." in told
+    assert "with the parameters of the joint likelihood is 89 %, depending on the condition." in told
     (found,) = findings_of(["figure_4_9"], *content(run, simulation=simulation)).values()
     assert "The simulated force of the belt on the foot has a VAF of 89 %." in found
     assert "treadmill model" not in told
@@ -264,7 +264,7 @@ def test_pulses_in_resonance_add_up_to_their_number():
     [
         ({"growth": {"sine-0.1": 1.5}}, "near-resonance"),
         ({"state": "grows"}, "near-resonance"),
-        ({"thesis-without-handle": 70.0}, "that we attribute to them, the VAF is higher"),
+        ({"thesis-without-handle": 70.0}, "parameters of the thesis, the VAF is higher"),
         ({"joint-likelihood": 85.0}, "predicts the angle best in every condition"),
         ({"thesis-wristalyzer": -400.0}, "As the thesis reports, its parameters"),
     ],
@@ -335,7 +335,7 @@ def test_noise_is_told_as_in_the_thesis_only_where_it_is_so():
     told = chapter_words("noise", *content(usual, noise=noise))
     assert "is at most 1.0 % with the IV estimate and 20.0 % with least squares" in told
     assert "are off by at most 1.0 % with the IV estimate and 20.0 % with least squares" in told
-    assert "only one side is filtered, and K differs from it by up to 50 %" in told
+    assert "only one side is filtered, and K differs from the apparent K by up to 50 %" in told
     other = chapter_words("noise", *content(contrary, noise=noise))
     for sentence in ("the filter has a larger effect", "more likely due to its torque equation"):
         assert sentence in told and sentence not in other, sentence

@@ -122,13 +122,14 @@ def test_verdicts_are_counted_and_named_in_the_same_order_everywhere():
     words = chapter_words("reproduction", *study_content(made))
     assert "one by one: 11 claims and 10 printed numbers" in words
     assert (
-        "the null model satisfies 1. For 1, the thesis prints no number and the threshold is ours." in words
+        "The null model satisfies 1 of all claims. For 1 claims the thesis prints no number, so we set"
+        in words
     )
-    assert "Only this run returns 3 of the 10 numbers." in words
+    assert "This run, but not the null model, returns 3 of all 10 numbers." in words
     assert "No numeric result of the thesis was reproduced blind" in words
     (scores,) = evaluated(["plain(score-sentences())"], "verdict_values.typ", *study_content(made))
-    assert scores.startswith("This run returns 5 of 10 printed I, B and K within the tolerance.")
-    assert "A null model, which only repeats numbers of the thesis, returns 2." in scores
+    assert scores.startswith("Within the tolerance, this run returns 5 of 10 printed I, B and K.")
+    assert "A null model, which uses only numbers printed in the thesis, returns 2" in scores
 
 
 def scored(**null):

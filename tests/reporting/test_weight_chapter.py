@@ -137,7 +137,10 @@ def test_growth_of_the_force_is_that_of_the_run():
     assert found["speed_at_peak"] == pytest.approx([1.0] * 5)
     assert found["exponent"] == pytest.approx(0.5)
     chapter = words(run_of())
-    assert "moves at 100 % of its top speed. The peak grows with the top speed: a power law fitted" in chapter
+    assert (
+        "moves at 100 % of its top speed. On average, the peak grows with the top speed: a power law fitted"
+        in chapter
+    )
     assert "over the conditions has the exponent 0.50." in chapter
 
 
@@ -256,7 +259,7 @@ def test_frames_fitted_to_all_weights_are_not_said_to_extrapolate():
     # 52 / sqrt(1 + 0.6 kg / 150)
     assert "(true first mode: 52.0 and 50.0 Hz)" in told
     assert "at 43.9 ± 0.11 Hz at 60 kg (true: 46.7)" in told
-    assert "are left out of the fit, the frames reach R2 = 0.700 to 0.900 under these weights" in told
+    assert "are used in the fit, the frames reach R2 = 0.700 to 0.900 under the other weights" in told
 
 
 def test_kept_studies_with_other_plates_are_compared():

@@ -340,9 +340,9 @@ def plot_specification(rows: list[Specification], quoted: float | None = None) -
     figure, (top, middle, below) = new_figure(
         3,
         1,
-        5.9,
+        6.7,
         sharex=True,
-        height_ratios=[2.4, 1.3, 0.19 * sum(1 + len(names) for names in levels.values())],
+        height_ratios=[2.4, 1.3, 0.19 * sum(1.35 + len(names) for names in levels.values())],
     )
     x = np.arange(len(rows))
     roles = {
@@ -413,6 +413,7 @@ def _draw_choices(
 ) -> None:
     places, labels, titles, y = [], [], [], 0.0
     for k, (choice, names) in enumerate(levels.items()):
+        y += 0.35 if k else 0.0  # a gap before each group but the first
         titles.append((y, _TITLES[choice]))
         y += 1.0
         for name in names:

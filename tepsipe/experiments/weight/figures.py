@@ -92,7 +92,7 @@ def plot_model_scores(scores: list[ModelScore], load: str, cutoff_hz: float) -> 
     models = list(dict.fromkeys(s.model for s in chosen))
     trains = list(dict.fromkeys(s.train for s in chosen))
     marks = dict(zip(trains, "os^Dv", strict=False))
-    figure, axes = new_figure(1, len(tests), 2.5, sharey=True, squeeze=False)
+    figure, axes = new_figure(1, len(tests), 3.1, sharey=True, squeeze=False)
     for axis, test in zip(axes[0], tests, strict=True):
         rows = [s for s in chosen if s.test == test]
         limit = rows[0].r2_limit
@@ -105,7 +105,7 @@ def plot_model_scores(scores: list[ModelScore], load: str, cutoff_hz: float) -> 
                 color=MODEL_COLOURS[s.model],
                 markersize=5.5,
             )
-        axis.set(title=test, xlabel="$R^2$", xlim=(-1.08, 1.08))
+        axis.set(title=test, xlabel="$R^2$", xlim=(-1.08, 1.08), xticks=[-0.5, 0.0, 0.5, 1.0])
         axis.axvline(0.0, color="#c4c4c4", linewidth=0.6)
     axes[0, 0].set_yticks(range(len(models)), [words(name) for name in models])
     axes[0, 0].invert_yaxis()

@@ -8,6 +8,7 @@ from tepsipe.io.estimates import FLAGS
 from tepsipe.io.result import Result
 from tepsipe.reporting.budgets import source_words
 from tepsipe.reporting.run import Run
+from tepsipe.statistics.uncertainty import SCATTER
 
 # times after an onset in which a muscle responds and segments rotate (s)
 RESPONSE_S, ROTATION_S = 0.4, 0.3
@@ -25,7 +26,7 @@ def numbers(run: Run) -> dict:
         "tasks": {task: _task(fit, estimator) for task, fit in _tasks(run).items()},
         "pre_reflex": _pre_reflex(run.settings["standing"]),
         "share_percent": _shares(run),
-        "sources": {source: source_words(source) for source in sources},
+        "sources": {s: "scatter between trials" if s == SCATTER else source_words(s) for s in sources},
     }
 
 
@@ -112,12 +113,13 @@ def printed_little(run: Run) -> bool:
 
 
 def window_matters(run: Run) -> bool:
-    """In a task, K without a reflex torque changes by more than a tenth between windows."""
-    return any(_window_spread(fit.arrays["windows/K"][:, 0]) > 0.1 for fit in _tasks(run).values())
+    """In every task, the range of K without a reflex torque over the windows exceeds half of the mean."""
+    spreads = [_window_spread(fit.arrays["windows/K"][:, 0]) for fit in _tasks(run).values()]
+    return bool(spreads) and min(spreads) > 0.5
 
 
 def free_reflex_not_steadier(run: Run) -> bool:
-    """In a task, K depends no less on the window with a free reflex torque, over the same lengths."""
+    """In no task does K depend less on the window with a free reflex torque, over the same lengths."""
     estimator, found = run.settings["standing"]["recommended"]["estimator"], []
     for fit in _tasks(run).values():
         if estimator in fit.facts.get("budgets", {}):
@@ -125,7 +127,7 @@ def free_reflex_not_steadier(run: Run) -> bool:
             ends = (lengths.min() - 1e-6, lengths.max() + 1e-6)
             inside = (fit.arrays["windows/length"] >= ends[0]) & (fit.arrays["windows/length"] <= ends[1])
             found.append(_window_spread(free) < _window_spread(fit.arrays["windows/K"][inside, 0]))
-    return not all(found)
+    return bool(found) and not any(found)
 
 
 def _window_spread(stiffness: np.ndarray) -> float:

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 
 from tepsipe.experiments.weight.analysis import shapes, speed_at_peak, usual_weight
+from tepsipe.experiments.weight.calibrate import USUAL_ONLY
 from tepsipe.io.result import Result
 from tepsipe.reporting.run import Run
 from tepsipe.treadmill.calibration import BOTH, OF_BOTH
@@ -107,6 +108,14 @@ def frame_scored(run: Run) -> bool:
     return bool(scores[wanted].r2.notna().any())
 
 
+def one_set_fails(run: Run) -> bool:
+    """The loaded frame predicts further weights worse if it is fitted to them as well."""
+    scores = _scores(run)
+    scores = scores[(scores.model == "loaded-frame") & scores.test.str.startswith("weight of ")]
+    usual, every = (scores[scores.train == train].set_index("test").r2 for train in (USUAL_ONLY, BOTH))
+    return len(usual) > 0 and bool((every.reindex(usual.index) < usual).all())
+
+
 def scored(run: Run) -> bool:
     """Models of the force were evaluated."""
     return bool(_scores(run).rms_after.notna().any())
@@ -165,6 +174,7 @@ PREDICATES = (
     load_matters,
     linear_needs_load,
     frame_scored,
+    one_set_fails,
     scored,
     foot_pathways,
     force_grows,

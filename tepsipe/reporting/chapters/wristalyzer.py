@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from tepsipe.experiments.wristalyzer.analysis import validate_other_bounds
-from tepsipe.experiments.wristalyzer.names import AS_PRINTED, MODULUS, PERIODS
+from tepsipe.experiments.wristalyzer.names import AS_PRINTED, MODULUS, PERIODS, REGRESSION
 from tepsipe.io.result import Result
 from tepsipe.reporting.claims import HIGH_VAF
 from tepsipe.reporting.run import Run
@@ -247,6 +247,21 @@ def last_vaf_above_thesis(run: Run) -> bool:
     return _fitted(run, "VAF_trial").iloc[-1] > printed + 1.0
 
 
+def spectral_fit_nearer(run: Run) -> bool:
+    """The largest errors of I, B and K by the printed criterion are below those of the period regression."""
+    own, other = (
+        [
+            run.rows("recovery", experiment="wristalyzer", estimator=estimator, quantity=quantity)
+            .get("relative_error", pd.Series(dtype=float))
+            .abs()
+            .max()
+            for quantity in ("I", "B", "K")
+        ]
+        for estimator in (AS_PRINTED, REGRESSION)
+    )
+    return all(a < b for a, b in zip(own, other, strict=True))
+
+
 def unrelated_above_lowpass(run: Run) -> bool:
     """Angle and torque are unrelated beyond the low-pass."""
     return _coherence_above_lowpass(run) < UNRELATED
@@ -330,6 +345,7 @@ PREDICATES = (
     vaf_peaks,
     coherence_above_thesis,
     last_vaf_above_thesis,
+    spectral_fit_nearer,
     unrelated_above_lowpass,
     cross_validated,
     resonant,
