@@ -144,6 +144,7 @@ def good(name):
             "test": tepsipe.belt_recording(**belt(2)),
             "models": ["mass-spring-damper"],
         },
+        "compensate_recording": lambda: {"recording": "walk.c3d", "models": "treadmill_models.json"},
         "Signal": lambda: {"values": torque, "unit": "Nm"},
     }
     return dict(arguments[name]())

@@ -286,6 +286,8 @@ REFUSED = [
     ("belt_recording", {"load": from_other("belt_velocity")}, "the same samples in both"),
     ("belt_recording", {"trimmed_s": 1e9}, "record longer"),
     ("calibrate_treadmill", {"train": []}, "found 'none'"),
+    ("compensate_recording", {"strict": 0.5}, "strict: expected True or False"),
+    ("compensate_recording", {"belt_markers": [3]}, "belt_markers"),
     ("calibrate_treadmill", {"models": "fir"}, "a list of names"),
     ("calibrate_treadmill", {"models": []}, "at least one"),
     ("calibrate_treadmill", {"output_error_order": 2.5}, "a whole number"),

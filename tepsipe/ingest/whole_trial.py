@@ -45,8 +45,8 @@ LEAST_N = -10.0
 # from this load on (N) the point of the mean force must not be farther than this from the plate (m)
 LEAST_LOAD_N, BESIDE_M = 15.0, 0.1
 # a plate that carries this part of the load of all carries what the markers are on, within this distance (m)
-# across the belt
-MOST_OF_LOAD, ELSEWHERE_M = 0.8, 0.3
+# across the belt; farther than the last, a unit is wrong, which the ranges of the signals tell
+MOST_OF_LOAD, ELSEWHERE_M, OUT_OF_ROOM_M = 0.8, 0.3, 20.0
 # the belt's velocity from markers is band limited here (Hz): pulses pass unchanged, most of the noise does
 # not
 MARKER_BAND_HZ = 50.0
@@ -471,7 +471,7 @@ def _refuse_force_elsewhere(
                 "corners or the units of the moments in the file"
             )
         apart = float((middle[:2] + beside - centre[:2])[0])
-        if force[2] > MOST_OF_LOAD * total and abs(apart) > ELSEWHERE_M:
+        if force[2] > MOST_OF_LOAD * total and ELSEWHERE_M < abs(apart) < OUT_OF_ROOM_M:
             raise InputError(
                 f"{name}, force plate {number}: expected the load below the markers, found {force[2]:.3g} N "
                 f"that act {abs(apart):.2g} m to the {'right' if apart > 0.0 else 'left'} of their centre: "
