@@ -86,9 +86,9 @@ FLAGS = {
     "mass-differs": "the mass estimated from the fore-aft force differs from the trial sheet. Check the "
     "mass, the scale of the force, and friction and mounts of the belt",
     "diverged": "the prediction grows without limit. The parameters describe no stable joint",
-    "treadmill-model": "on held-out trials the treadmill model is off by more than a tenth of K, or its "
-    "constants are impossible. Record the empty belt and a weight close to the subject's mass, with the "
-    "subject's pulses",
+    "treadmill-model": "the treadmill model fails on held-out trials: it is off by more than a tenth of K, "
+    "or its constants are impossible. Record the empty belt and a weight close to the mass of the dummy or "
+    "person, with the same pulses",
     "treadmill-not-converged": "the search for the constants of the treadmill model did not converge, and "
     "the model is off by more than a tenth of K, or its constants are impossible. Inspect the calibration "
     "trials one by one for slip of the weight, clipped channels and a wrong mass",

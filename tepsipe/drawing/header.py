@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import PurePath
 from types import MappingProxyType
 
-from tepsipe.drawing.names import by_uncertainty, number, words
+from tepsipe.drawing.names import below_100, by_uncertainty, number, words
 from tepsipe.drawing.trial_page import table, text
 from tepsipe.io.estimates import FLAGS, QUOTED, RECOVERIES, Estimate
 from tepsipe.io.trial import Trial
@@ -30,6 +30,25 @@ LABELS = {
     "VAF_response": "VAF, response",
     "VAF_trial": "VAF, trial",
     "VAF_held_out": "VAF, held out",
+    "VAF_cross_validated": "VAF, cross-validated",
+    "VAF_theta_trial": "VAF of the angle, trial",
+    "I_small": "I, small movements",
+    "B_small": "B, small movements",
+    "K_small": "K, small movements",
+    "B_softened": "B, softened",
+    "K_softened": "K, softened",
+    "softening_angle": "bending at half softening",
+    "K_over_mgh": "K / (m g h)",
+    "rotation": "rotation of the ankle",
+    "active_torque_share": "share of the active torque",
+    "twitch_time": "time of the twitch",
+    "reflex_lag": "lag of the reflex",
+    "balance_delay": "delay of the balance",
+    "reflex_peak": "peak of the reflex torque",
+    "reflex_impulse": "impulse of the reflex torque",
+    "reflex_gain": "gain of the reflex",
+    "reflex_delay": "delay of the reflex",
+    "mass_sd": "standard deviation of the mass",
 }
 # attributes of a trial that the page shows elsewhere
 NAMED = ("experiment", "condition", "participant", "belt", "rate_hz", "sources", "options")
@@ -37,6 +56,13 @@ NO_TRUTH: Mapping[tuple, float] = MappingProxyType({})
 UNFLAGGED = "All checks passed."
 # ends of the names of pathways and estimators that reproduce the thesis
 PRINTED = ("-thesis", "as-printed")
+# pathways that are shown for comparison only, and why
+COMPARED = {
+    "single-joint": "one inverted pendulum does not describe a standing person; included to show this",
+    "foot": "the belt-induced load is not subtracted",
+    "foot-long": "the belt-induced load is not subtracted",
+    "ankle": "the belt-induced load is not subtracted",
+}
 
 
 def facts_list(facts: Iterable[tuple[str, str]]) -> str:
@@ -89,7 +115,7 @@ def estimates_table(estimates: Sequence[Estimate], choices: Mapping) -> str:
         [
             text(words(e.pathway, neutral)),
             text(words(e.estimator, neutral)),
-            text(e.quantity),
+            text(LABELS.get(e.quantity, e.quantity.replace("_", " "))),
             _cell(e, truth) + (" <b>(recommended)</b>" if e.recommended else ""),
             *(_part(u) for u in (e.u_type_a, e.u_type_b)),
             text(_unit(e.unit)),
@@ -100,9 +126,9 @@ def estimates_table(estimates: Sequence[Estimate], choices: Mapping) -> str:
     ]
     columns = ("Pathway", "Estimator", "Quantity", "Value (95 % interval)", "Type A", "Type B")
     columns += ("Unit", "Perturbations", "Flags")
-    caption = "Estimates with 95 % intervals" + _uncertainty_words(estimates)
-    if any(_key(e) in truth for e in estimates):
-        caption += "; below them the true value of the simulation, which the analysis does not use"
+    caption = (
+        "Estimates with 95 % intervals." + _uncertainty_words(estimates) + _truth_words(estimates, truth)
+    )
     reasons = ["Not recommended because"] if asked else []
     compared = table([*header, *reasons], others, "" if quoted else caption)
     shown = ""
@@ -113,7 +139,8 @@ def estimates_table(estimates: Sequence[Estimate], choices: Mapping) -> str:
     elif asked:
         recommends = f"; the study recommends {text(instead)}" if instead else ""
         shown = (
-            f"<p>No estimate of this trial is recommended{recommends}. The last column has the reasons.</p>\n"
+            f"<p>No estimate of this trial is recommended{recommends}. The last column gives the reasons."
+            "</p>\n"
         )
     return (
         f"{shown}{compared}"
@@ -129,8 +156,10 @@ def _why_not(
     shared: checks that the recommended estimates failed, too.
     better: words of what is recommended, empty if nothing is.
     """
-    if not neutral and any(name.endswith(PRINTED) or "-thesis-" in name for name in names):
-        reasons = ["it follows the thesis as printed, for comparison only"]
+    if names[0] in COMPARED:
+        reasons = [COMPARED[names[0]]]
+    elif not neutral and any(name.endswith(PRINTED) or "-thesis-" in name for name in names):
+        reasons = ["equation or method of the thesis, shown for comparison"]
     else:
         reasons = [f"the study recommends {better}"] if better else []
     reasons += [FLAGS[flag].partition(". ")[0] for flag in _failed(found.values()) if flag not in shared]
@@ -151,8 +180,27 @@ def _failed(estimates: Iterable[Estimate]) -> dict[str, None]:
 
 def _uncertainty_words(estimates: Sequence[Estimate]) -> str:
     """Types of uncertainty in the intervals, if there is more than the scatter of the trial."""
-    both = any(e.u_type_b is not None for e in estimates)
-    return " (statistical and systematic uncertainty combined, Type A and Type B)" if both else ""
+    if all(e.u_type_b is None for e in estimates):
+        return ""
+    return (
+        " Intervals combine statistical (Type A) and systematic (Type B) uncertainty. Where “All "
+        "estimates” lists no Type B, they are statistical only."
+    )
+
+
+def _truth_words(estimates: Sequence[Estimate], truth: Mapping[tuple, float]) -> str:
+    """Sentences on the true values below the estimates, if there are any."""
+    known = [(e.quantity, truth[_key(e)]) for e in estimates if _key(e) in truth]
+    if not known:
+        return ""
+    stiffness = [value for quantity, value in known if quantity == "K"]
+    said = " The true value of the simulation, which the analysis does not use, is below each estimate."
+    if stiffness and max(stiffness) - min(stiffness) > 1e-3 * abs(max(stiffness)):
+        said += (
+            " It belongs to the linear joint nearest to the simulated one in the movements that the "
+            "estimator uses, so it differs between rows, and I can be slightly negative."
+        )
+    return said
 
 
 def _part(u: float | None) -> str:
@@ -163,12 +211,16 @@ def _part(u: float | None) -> str:
 def flagged(estimates: Sequence[Estimate], choices: Mapping) -> list[str]:
     """One sentence per failed check: the estimates that failed it (no unit), and what it says."""
     neutral = choices.get("neutral", False)
-    found: dict[str, dict[str, None]] = {}
+    found: dict[str, dict[str, dict[str, None]]] = {}
     for e in estimates:
         for flag in filter(None, e.flags.split(";")):
-            name = f"{e.quantity} by {words(e.pathway, neutral)}, {words(e.estimator, neutral)}"
-            found.setdefault(flag, {})[name] = None
-    return [f"{'; '.join(names)}: {FLAGS.get(flag, flag)}." for flag, names in found.items()]
+            way = f"{words(e.pathway, neutral)}, {words(e.estimator, neutral)}"
+            found.setdefault(flag, {}).setdefault(way, {})[LABELS.get(e.quantity, e.quantity)] = None
+    named = {
+        flag: "; ".join(f"{way} ({', '.join(own)})" for way, own in ways.items())
+        for flag, ways in found.items()
+    }
+    return [f"{ways}: {FLAGS.get(flag, flag)}." for flag, ways in named.items()]
 
 
 def _heading(quantity: str, unit: str) -> str:
@@ -177,7 +229,7 @@ def _heading(quantity: str, unit: str) -> str:
 
 
 def _unit(unit: str) -> str:
-    return "\N{EN DASH}" if unit == "1" else unit_symbol(unit)
+    return "" if unit == "1" else unit_symbol(unit)
 
 
 def _key(e: Estimate) -> tuple[str, ...]:
@@ -186,19 +238,12 @@ def _key(e: Estimate) -> tuple[str, ...]:
 
 def _cell(estimate: Estimate, truth: Mapping[tuple, float]) -> str:
     value, interval = by_uncertainty(estimate.value, estimate.ci_low, estimate.ci_high)
+    value = below_100(value, estimate.value) if estimate.quantity.startswith("VAF") else value
     mark = ' <b title="flagged, see below">\N{DAGGER}</b>' if estimate.flags else ""
     between = f' <span class="interval">({text(interval)})</span>' if interval else ""
     true = truth.get(_key(estimate))
-    beside = "" if true is None else f'<br><span class="truth">true {text(_like(true, estimate))}</span>'
+    beside = "" if true is None else f'<br><span class="truth">true {text(number(true))}</span>'
     return f'<span class="nowrap">{text(value)}{mark}</span>{between}{beside}'
-
-
-def _like(true: float, estimate: Estimate) -> str:
-    """A true value with the digits of its estimate."""
-    if estimate.ci_low is None or estimate.ci_high is None:
-        return number(true)
-    half = 0.5 * (estimate.ci_high - estimate.ci_low)
-    return by_uncertainty(true, true - half, true + half)[0]
 
 
 def _sources(trial: Trial) -> list[tuple[str, str, str]]:
@@ -213,7 +258,7 @@ def sources_table(trial: Trial) -> str:
         [text(kind), f"<code>{text(file)}</code>", f"<code>{text(digits)}</code>"]
         for kind, file, digits in _sources(trial)
     ]
-    return table(("Source", "File", "SHA-256"), rows) if rows else ""
+    return "<h2>Source files</h2>\n" + table(("Source", "File", "SHA-256"), rows) if rows else ""
 
 
 def processing(trial: Trial) -> str:
@@ -221,7 +266,7 @@ def processing(trial: Trial) -> str:
     rows = [
         [
             f"<code>{text(name)}</code>",
-            text(unit_symbol(s.unit)),
+            text("" if s.unit == "1" else unit_symbol(s.unit)),
             text(s.meaning),
             text("; ".join(s.processing)),
         ]
@@ -229,7 +274,8 @@ def processing(trial: Trial) -> str:
     ]
     found = {name: value for name, value in trial.attributes.items() if name not in NAMED}
     found |= json.loads(trial.attributes.get("options", "{}"))
-    listed = facts_list((name, json.dumps(value, ensure_ascii=False)) for name, value in found.items())
+    written = ((name, json.dumps(value, ensure_ascii=False)) for name, value in found.items() if value != "")
+    listed = f"<h3>Stored attributes of the trial</h3>\n{facts_list(written)}"
     shown = table(("Signal", "Unit", "Meaning", "Processing"), rows)
     return f"<details><summary>Signals and their processing</summary>\n{shown}{listed}</details>\n"
 

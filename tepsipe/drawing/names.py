@@ -28,6 +28,7 @@ WORDS = {
     "leg-output-error": "leg, output error",
     "leg-joint-likelihood": "leg, joint likelihood",
     "foot-long": "foot, long window",
+    "long": "long window",
     "foot-compensated": "foot, compensated",
     "foot-compensated-short": "foot, compensated, short window",
     "ankle-compensated": "ankle, compensated",
@@ -149,3 +150,12 @@ def by_uncertainty(value: float, low: float | None, high: float | None) -> tuple
     rounded = [f"{round(x, decimals) + 0.0:.{max(0, decimals)}f}" for x in (value, low, high)]
     texts = [text.replace("-", MINUS) for text in rounded]
     return texts[0], f"{texts[1]} to {texts[2]}"
+
+
+def below_100(shown: str, value: float) -> str:
+    """A VAF (%) as text, with as many more decimals as keep a value below 100 from being rounded up to it."""
+    decimals = len(shown.partition(".")[2])
+    while shown.partition(".")[0] == "100" and value < 100.0 and decimals < 9:
+        decimals += 1
+        shown = f"{value:.{decimals}f}"
+    return shown

@@ -175,16 +175,16 @@ def render(page: Page, places: Links = NO_LINKS, files: Links = NO_LINKS, again:
             body.append(_figure(panel, number))
             number += 1
         body.append("</section>\n")
-    files_of_run = " with the configuration files of the run, if it has any"
+    files_of_run = " (add the <code>--configfile</code> options of the run, if it had any)"
     made_again = (
-        f'<p class="again">Make again <code>{text(again)}</code>{files_of_run}</p>\n' if again else ""
+        f'<p class="again">Repeat this trial: <code>{text(again)}</code>{files_of_run}</p>\n' if again else ""
     )
     content = (
         f'<header>\n{_links("Report and trials", places)}<p class="study">{text(page.study)}</p>\n'
         f"<h1>{text(page.title)}</h1>\n{_links('Files', files)}{made_again}</header>\n"
         f"<main>\n{page.header}{_tools(bool(page.windows))}"
         '<noscript><p class="warning">The plots need JavaScript; the tables do not.</p></noscript>\n'
-        f'{"".join(body)}{page.footer}<p class="small">{text(resolution)}</p>\n</main>\n'
+        f'<p class="small">{text(resolution)}</p>\n{"".join(body)}{page.footer}</main>\n'
         f"{json_script('data', data)}\n<script>\n{asset('plot.js')}</script>\n"
     )
     return document(f"{page.title} \N{EN DASH} {page.study}", content)
@@ -265,9 +265,11 @@ def _tools(windows: bool) -> str:
 def _resolution(coarsest_s: float, focused: bool) -> str:
     if coarsest_s == 0.0:
         return "The plots show every sample."
-    extremes = f"the minimum and the maximum of every {1e3 * coarsest_s:.3g} ms or less, so no peak is lost."
+    extremes = (
+        f"the minimum and maximum of intervals of at most {1e3 * coarsest_s:.3g} ms, so no peak is lost."
+    )
     if focused:
-        return f"The plots show every sample around perturbations, and elsewhere {extremes}"
+        return f"Around perturbations the plots show every sample. Elsewhere they show {extremes}"
     return f"The plots show {extremes}"
 
 

@@ -186,7 +186,7 @@ def ingest_torque_manipulator(
                 "Nm",
                 ("time",),
                 "commanded torque",
-                (f"band limited at {BAND_PER_RATE * rate:g} Hz", f"resampled at {rate:g} Hz"),
+                (f"low-pass filtered at {BAND_PER_RATE * rate:g} Hz", f"resampled at {rate:g} Hz"),
             ),
             "angle": Signal(
                 resample(time, angle, grid) - rest,
@@ -195,7 +195,7 @@ def ingest_torque_manipulator(
                 "joint angle from rest",
                 (
                     f"{repaired.repeated} repeated stamps dropped",
-                    "clock moved to the trigger",
+                    "time zero set to the trigger",
                     *[f"clock {'slowed' if error > 0.0 else 'quickened'} by {abs(error):.3g}"] * bool(error),
                     "mean before the trigger subtracted",
                     f"resampled at {rate:g} Hz by a cubic spline",

@@ -157,8 +157,8 @@ def ingest_treadmill(
     log_time = (np.arange(log.trigger.size) - edge + 0.5) / log.rate_hz
     band = BAND_PER_RATE * options.resample_rate_hz
     moved = (
-        "clock moved to the trigger",
-        f"band limited at {band:g} Hz",
+        "time zero set to the trigger",
+        f"low-pass filtered at {band:g} Hz",
         f"resampled at {options.resample_rate_hz:g} Hz",
     )
 
@@ -299,6 +299,8 @@ def marker_signals(
             "marker positions, each at the instant its marker was sampled",
             gaps,
         ),
-        "marker_hidden": Signal(hidden[1:], "1", ("time", "marker"), "true where a position was filled"),
+        "marker_hidden": Signal(
+            hidden[1:], "1", ("time", "marker"), "true where a hidden position was filled in"
+        ),
     }
     return MarkerSignals(grid, markers.labels, signals, int(hidden.sum()))

@@ -128,7 +128,7 @@ def with_emg(
     refuse_short(float((recording.trigger >= trigger_threshold).sum()) / rate, duration_s, name)
     # the trigger rose between the sample before the edge and the edge: half a sample on average
     time = (np.arange(recording.trigger.size) - edge + 0.5) / rate
-    return _with_emg(trial, recording, time, ("clock moved to the trigger",))
+    return _with_emg(trial, recording, time, ("time zero set to the trigger",))
 
 
 def _multiple(rate_hz: float, of_hz: float) -> float:

@@ -225,7 +225,7 @@ def ingest_recording(
         _refuse_wrong_sign(force, name)
         _refuse_far_markers(marked, plates, axes, origin, name)
         _refuse_force_elsewhere(marked, plates, axes, origin, use, name)
-    moved = (f"band limited at {BAND_PER_RATE * rate:g} Hz", f"resampled at {rate:g} Hz")
+    moved = (f"low-pass filtered at {BAND_PER_RATE * rate:g} Hz", f"resampled at {rate:g} Hz")
     if velocity_of is None:
         velocity, derived = on_grid(*_velocity(recording, use.belt_velocity)), moved
     else:
@@ -545,7 +545,7 @@ def _velocity_of_markers(
     velocity, band, held = velocity_of_position(markers.grid, along, rate_hz)
     done = (
         f"mean of the markers {', '.join(labels)}",
-        f"band limited at {band:g} Hz",
+        f"low-pass filtered at {band:g} Hz",
         "derived",
         f"held for {held / rate_hz:g} s at both ends",
     )

@@ -26,7 +26,7 @@ ROW_MEAN = "mean of the printed row"  # the null of a table; otherwise that of a
 ALL_TABLES = "all"
 RECORDED = "recorded trials, to which no constant was fitted"
 MISPRINT = "misprint, a misplaced decimal point: compared with a tenth of the printed number"
-PRINTED = "other numbers of the printed row"
+PRINTED = "computed from other numbers of the same printed row"
 
 Cells = dict[tuple[str, str, str], float]  # (table, row, column) -> value, in the unit of the row
 

@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Annotated
 from urllib.parse import quote
 
-from tepsipe.drawing.names import PARAMETER_SETS, by_uncertainty, number, short_name, words
+from tepsipe.drawing.names import PARAMETER_SETS, below_100, by_uncertainty, number, short_name, words
 from tepsipe.drawing.trial_page import pack, text
 from tepsipe.experiments.dummy.specification_curve import CHOICES, SPECIFICATIONS
 from tepsipe.io.estimates import FLAGS, Estimate, Recovery
@@ -112,17 +112,24 @@ def trials_table(rows: Sequence[TrialRow]) -> str:
     for q in shown:
         name = f"<i>{q}</i>" if len(q) == 1 else q
         head.append(f"{name} ({text(unit_symbol(units[q]))})")
-    head += ["VAF (%)", "Flags"]
+    head += ["VAF, trial (%)" if any(q in shown for q in "BIK") else "VAF (%)", "Flags"]
     known = any(row.truth for row in rows)
     beside = " The true value, unknown to the analysis, is below each estimate." if known else ""
+    if any(not row.quoted for row in rows):
+        beside += (
+            " A row is empty if no estimate of this trial alone is recommended, for example because the "
+            "trial calibrates the rig or because all trials of a task are fitted together."
+        )
     experiments = {e: _called(e) for e in dict.fromkeys(r.experiment for r in rows)}
     filters = {"experiment": ("Experiment", experiments), "flagged": ("flagged only", {})}
     return (
-        "<p>Each trial has a page with its signals, which can be zoomed, all its estimates, its files, and "
-        "the command that makes it again. The table lists the recommended estimates with their standard "
-        f"uncertainties.{beside}</p>\n"
+        "<p>Each trial has its own page with zoomable signals, all estimates, the files, and the command "
+        "that repeats the trial. The table lists the recommended estimates with their standard "
+        f"uncertainties and flags.{beside}</p>\n"
         + sortable("trials-table", head, [_row(row, shown) for row in rows], filters, "trial")
         + _meanings(rows)
+        + '<h3 id="raw-data">Raw data</h3>\n<p>The page of a trial links to its raw files, to the trial file '
+        "made from them (HDF5), to its fit and to its estimates.</p>\n"
     )
 
 
@@ -154,9 +161,10 @@ def _row(row: TrialRow, shown: Sequence[str]) -> str:
     for q in shown:
         estimate = row.quoted.get(q)
         truth = row.truth.get(q)
-        true = "" if truth is None else f"true {_as(truth, estimate)}"
+        true = "" if truth is None else f"true {number(truth)}"
         cells.append(_number(None if estimate is None else estimate.value, _with_uncertainty(estimate), true))
-    cells.append(_number(row.vaf, "" if row.vaf is None else f"{row.vaf:.1f}".replace("-", "\N{MINUS SIGN}")))
+    vaf = "" if row.vaf is None else below_100(f"{row.vaf:.1f}", row.vaf).replace("-", "\N{MINUS SIGN}")
+    cells.append(_number(row.vaf, vaf))
     flags = (f'<span title="{text(FLAGS.get(flag, flag))}">{text(flag)}</span>' for flag in row.flags)
     cells.append(f"<td>{', '.join(flags)}</td>")
     flagged = ' data-flagged="yes"' if row.flags else ""
@@ -166,7 +174,7 @@ def _row(row: TrialRow, shown: Sequence[str]) -> str:
 def _number(value: float | None, shown: str, below: str = "") -> str:
     """A cell with the number by which it is sorted, and words below it."""
     sorted_by = "" if value is None or not math.isfinite(value) else f' data-value="{value:.6g}"'
-    small = f"<small>{text(below)}</small>" if below else ""
+    small = f" <small>{text(below)}</small>" if below else ""
     return f'<td class="n"{sorted_by}>{text(shown)}{small}</td>'
 
 
@@ -181,21 +189,14 @@ def _with_uncertainty(estimate: Estimate | None) -> str:
     return f"{value} ± {number(u, 2) if '·' in value else f'{u:.{decimals}f}'}"
 
 
-def _as(truth: float, estimate: Estimate | None) -> str:
-    """A true value with the digits of its estimate."""
-    u = estimate.standard_error if estimate else None
-    if u is None or not u > 0.0 or not math.isfinite(u):
-        return number(truth)
-    return by_uncertainty(truth, truth - u, truth + u)[0]
-
-
+BY_CELLS, UNTESTED = "tested by cells", "not tested"
 # a sign for each verdict beside its colour, and its meaning
 SIGNS = dict(zip(VERDICTS, ("=", "f", "p", "~", "i", "e", "≠", "×", "?", "–"), strict=True))
 MEANINGS = {
     "implied": "within the tolerance; follows from algebra or from the thesis's own numbers, without any "
     "laboratory",
-    "fitted": "within the tolerance; constants of the virtual laboratory were fitted to this number, or to "
-    "numbers from which it is computed",
+    "fitted": "within the tolerance; constants of the virtual laboratory were fitted, now or earlier, to "
+    "this number or to numbers from which it is computed",
     "predicted": "within the tolerance; constants were fitted to other numbers only",
     "pattern": "the claim is an inequality, and it holds",
     "interpretation": "within the tolerance; the processing was chosen because it fits",
@@ -204,8 +205,9 @@ MEANINGS = {
     "not reproduced": "outside the tolerance, or the inequality does not hold",
     "unknown": "we know no rule that yields the printed number",
     "not computed": "not part of this study",
+    BY_CELLS: "printed cells test the statement, not a number of its own",
+    UNTESTED: "the thesis prints no number to compare with, or the statement is not a result",
 }
-BY_CELLS, UNTESTED = "tested by cells", "not tested"
 ROWS = {
     "error": "fit error",
     "VAF_trial": "VAF, full dataset",
@@ -249,20 +251,24 @@ def ledger_table(
     kinds = {"claim": "claims", "cell": "printed cells", "untested": "statements without a number"}
     chosen = {v: v for v in (*verdicts, BY_CELLS, UNTESTED)}
     filters = {"kind": ("Kind", kinds), "verdict": ("Verdict", chosen)}
-    head = ("Statement", "Where", "Reported", "This run", "Null model", "Verdict", "Explanation")
+    head = ("Statement", "Where", "Reported", "This run", "Null model", "Verdict", "Explanation", "Source")
     within = sum(one.verdict in WITHIN for one in judged)
     null = sum(one.null_verdict == IMPLIED for one in judged)
-    meanings = "".join(f"<dt>{_verdict(v)}</dt><dd>{text(MEANINGS[v])}</dd>\n" for v in verdicts)
-    listed = "".join(f'<li id="basis-{k}">{text(basis)}</li>\n' for k, basis in enumerate(bases, start=1))
+    shown = [v for v in (*verdicts, BY_CELLS, UNTESTED) if any(f'data-verdict="{v}"' in row for row in rows)]
+    meanings = "".join(f"<dt>{_verdict(v)}</dt><dd>{text(MEANINGS[v])}</dd>\n" for v in shown)
+    listed = "".join(
+        f'<li id="basis-{k}">{text(_sentence(basis))}</li>\n' for k, basis in enumerate(bases, start=1)
+    )
     places = f'<h3 id="printed-cells">Printed cells in their places</h3>\n{printed_cells(cells)}'
     return (
         f"<p>We test {len(claims)} numbers of the thesis's statements and {len(cells)} printed cells. This "
-        f"run is within the tolerance of {within} of them. A null model, which only repeats numbers of the "
-        f"thesis, is within the tolerance of {null}. These are marked by ∗, because they are no evidence for "
-        "the laboratory. A number after an explanation leads to the basis of the value of this run.</p>\n"
+        f"run is within tolerance for {within} of these {len(judged)} numbers. The null model, which only "
+        f"repeats numbers of the thesis, is within tolerance for {null}. An asterisk (∗) marks those {null}: "
+        "agreement there is no evidence for the laboratory. The last column links to the source of this "
+        "run's value.</p>\n"
         f"{sortable(LEDGER, head, rows, filters, 'row')}"
         f'<h3 id="verdicts">Verdicts</h3>\n<dl class="flags">\n{meanings}</dl>\n'
-        f'<h3 id="bases">Bases of the values</h3>\n<ol class="bases">\n{listed}</ol>\n'
+        f'<h3 id="bases">Sources of the values</h3>\n<ol class="bases">\n{listed}</ol>\n'
         f"{places if cells else ''}"
     )
 
@@ -275,7 +281,7 @@ def _basis(used: str) -> str:
 def _based(basis: str, bases: Sequence[str]) -> str:
     """Number of a basis, with a link to it."""
     k = bases.index(basis) + 1 if basis in bases else 0
-    return f' <a class="basis" href="#basis-{k}" aria-label="basis {k}">{k}</a>' if k else ""
+    return f'<a class="basis" href="#basis-{k}" aria-label="source {k}">{k}</a>' if k else ""
 
 
 def _claim(claim: "ClaimVerdict", statements: Mapping[str, Mapping], bases: Sequence[str]) -> str:
@@ -288,13 +294,14 @@ def _claim(claim: "ClaimVerdict", statements: Mapping[str, Mapping], bases: Sequ
     if "our threshold" in claim.used:
         margin += " our threshold"
     section = text(claim.section)
-    why = "" if claim.verdict in WITHIN else f'<a href="#section:{section}">{section}</a>'
-    statement = f"{text(claim.claim.replace(' - ', ': ') + unit)}<small>{text(tested)}</small>"
+    why = "" if claim.verdict in WITHIN else f'See <a href="#section:{section}">{section}</a>.'
+    ours = text(claim.claim.replace(" - ", ": ") + unit)
+    statement = f"{text(tested)} <small>We test: {ours}</small>" if tested else ours
     return _ledger_row(
         *("claim", statement, claim.where),
         *((sign or "") + _printed(claim.reported), margin, claim.reported),
         *(claim.reproduced, claim.null_value, claim.null_verdict, claim.verdict),
-        why + _based(_basis(claim.used), bases),
+        *(why, _based(_basis(claim.used), bases)),
     )
 
 
@@ -305,15 +312,20 @@ def _ledger_cell(cell: CellVerdict, bases: Sequence[str]) -> str:
         *("cell", f"{_row_name(cell.row)}, {text(_column_name(cell.column))}", _of_thesis(cell.table)),
         *(_printed(cell.reported), f"tolerance {cell.tolerance}", cell.reported),
         *(cell.value, cell.null_value, cell.null_verdict, cell.verdict),
-        text(why) + _based(_basis(used), bases),
+        *(text(_sentence(why)), _based(_basis(used), bases)),
     )
+
+
+def _sentence(words: str) -> str:
+    """Words that begin with a capital letter and end with a full stop."""
+    return words[:1].upper() + words[1:].rstrip(".") + "." * bool(words)
 
 
 def _untested(statement: Mapping, verdict: str, why: str) -> str:
     """Row of a statement that no number tests by itself."""
     return _ledger_row(
         *("untested", text(statement["says"]), statement["where"], "", "", None, None, None, ""),
-        *(verdict, text(why)),
+        *(verdict, text(_sentence(why)), ""),
     )
 
 
@@ -329,15 +341,17 @@ def _ledger_row(
     null_verdict: str,
     verdict: str,
     why: str,
+    source: str,
 ) -> str:
-    """Row of the ledger; numbers are in the unit of the statement, ``statement`` and ``why`` are HTML."""
+    """Row of the ledger: numbers (unit of the statement), and HTML of ``statement``, ``why``, ``source``."""
     mark = "∗" if null_verdict == IMPLIED else ""
     shown = ("" if x is None or compared is None else _near(compared, x) for x in (value, null))
     run, other = shown
     return (
         f'<tr data-kind="{kind}" data-verdict="{text(verdict)}"><th scope="row">{statement}</th>'
         f"<td>{text(where)}</td>{_number(compared, reported, margin)}{_number(value, run)}"
-        f"{_number(null, other + mark)}<td>{_verdict(verdict)}</td><td>{why}</td></tr>\n"
+        f"{_number(null, other + mark)}<td>{_verdict(verdict)}</td><td>{why}</td>"
+        f"<td>{source}</td></tr>\n"
     )
 
 

@@ -27,24 +27,25 @@ ACCENTS = {"\u0307": "\u02d9", "\u0308": "\u00a8"}
 SCRIPTS = ("report.js", "swing.js", "explore.js")
 # questions of a reader, and the first of these places that the report has
 QUESTIONS = {
-    "What was found?": ("answers", "abstract", "findings"),
+    "Answer": ("answers", "abstract", "findings"),
     "Why?": ("not-physical", "discussion"),
-    "How sure is it?": ("certainty", "truth", "budgets"),
+    "How certain is this?": ("certainty", "truth", "budgets"),
     "What is missing?": ("what-is-missing-for-a-better-answer",),
-    "What is simulated?": ("simulated", "laboratory"),
-    "What did not reproduce?": ("ledger",),
-    "Results and data of every trial": ("trials",),
-    "All tables": ("tables-of-the-run",),
-    "Make it again": ("make-again",),
+    "Results of every trial": ("trials",),
+    "Raw data": ("raw-data",),
+    "Code": ("code",),
+    "Command": ("make-again",),
+    "What is simulated": ("simulated", "laboratory"),
+    "What did not reproduce": ("ledger",),
     "Your own recordings": ("own-recordings",),
 }
 # of the table behind a question, the choice of a filter
 FILTERS = {"ledger": "verdict=not reproduced"}
 # titles of the figures to try
 TRIED = {
-    "apparent": "Try it: a wrong torque, fitted perfectly",
-    "specification": "Try it: every combination of choices",
-    "forward": "Try it: which joint reproduces the recorded swing?",
+    "apparent": "Try it: a wrong torque",
+    "specification": "Try it: all choices",
+    "forward": "Try it: the swing",
 }
 # number of a chapter of the supplement
 SUPPLEMENTARY = re.compile(r"\s*S\d+\s")
@@ -122,6 +123,11 @@ def render_report(typeset: str, page: ReportPage) -> str:
         below = _origin(page.origins[key], rests, page) if key in page.origins else ""
         body += f'<section>\n<h2 id="{text(key)}">{text(title)}</h2>\n{content}{below}</section>\n'
     body = _headings_with_links(_links_to_sections(_functions_once(body, page)))
+    subtitle = re.search(r'(?s)<p class="subtitle">.*?</p>', body)
+    body = body.replace(subtitle[0], "") if subtitle else body
+    first = re.search(r'(?s)(<section id="lead">\s*)(<p>.*?</p>)', body)
+    body = body.replace(first[0], "<section>") if first else body
+    top = (subtitle[0] if subtitle else "") + (f'<div id="lead">{first[2]}</div>\n' if first else "")
     scripts = "".join(f"<script>\n{asset(name)}</script>\n" for name in SCRIPTS)
     font = b64encode((WEB / "report-math.woff2").read_bytes()).decode("ascii")
     style = (
@@ -135,7 +141,7 @@ def render_report(typeset: str, page: ReportPage) -> str:
         f"<script>\n{asset('theme.js')}</script>\n</head>\n<body>\n"
         '<a class="skip" href="#report">To the report</a>\n'
         f"{_side(body)}"
-        f'<main id="report">\n{_head(page)}{_questions(body)}{_lines(body)}</main>\n'
+        f'<main id="report">\n{_head(page, top, _questions(body))}{_lines(body)}</main>\n'
         f"{json_script('page-data', dict(page.explored.values()))}\n"
         f"{scripts}</body>\n</html>\n"
     )
@@ -157,14 +163,17 @@ def about_code(citation: Mapping, code: Mapping) -> list[tuple[str, str]]:
 
 
 def made_again(command: str) -> str:
-    """Section on how the run is made again by a command, and how to begin with own recordings."""
+    """Section on the command that repeats the run, its code, and how to begin with own recordings."""
     own = "tepsipe new-study recordings --output my-study && cd my-study && tepsipe check && tepsipe run"
     return (
-        "<p>This command makes the whole run again, in the folder of the run and with the version named "
-        "above. Below every figure and table, <i>Data, code, command</i> has a command of its own, and the "
-        f"page of a trial has the command for this trial.</p>\n{_copied(command)}"
+        "<p>To repeat the whole run, use this command in the folder of the run, with the version named at "
+        "the top. To repeat a single figure, table or trial, use the command under its <i>Data, code, "
+        f"command</i> or on the page of the trial.</p>\n{_copied(command)}"
+        '<h3 id="code">Code</h3>\n'
+        "<p>The rule, script and function behind every figure and table are under its <i>Data, code, "
+        "command</i>, with the source of the function.</p>\n"
         '<h3 id="own-recordings">Your own recordings</h3>\n'
-        "<p>A folder of your own recordings becomes a study by the commands below. The project's page "
+        "<p>These commands turn a folder of your recordings into a study. The project's page "
         "<code>docs/recordings/README.md</code> lists the instruments that can be read.</p>\n"
         f"{_copied(own)}"
     )
@@ -423,8 +432,8 @@ def _origin(origin: Origin, rests: Sequence[int], page: ReportPage) -> str:
     return (
         '<details class="origin"><summary>Data, code, command</summary>\n'
         f"<dl><dt>Data</dt><dd>{files}</dd>{code}"
-        f"{f'<dt>Rests on</dt><dd>{named}</dd>' if named else ''}"
-        f"<dt>Make again</dt><dd><code>{text(origin.command)}</code> "
+        f"{f'<dt>Based on</dt><dd>{named}</dd>' if named else ''}"
+        f"<dt>Command</dt><dd><code>{text(origin.command)}</code> "
         '<button type="button" class="copy">copy</button></dd></dl></details>\n'
     )
 
@@ -472,7 +481,11 @@ def _decisions(
         for n in used
         if n in decisions
     )
-    return {"decisions": ("Decisions", records)} if records else {}
+    about = (
+        "<p>These are the decisions on which figures and tables of this page are based. All decisions are in "
+        "the folder <code>docs/decisions</code> of the project.</p>\n"
+    )
+    return {"decisions": ("Decisions", about + records)} if records else {}
 
 
 # ---- frame
@@ -511,13 +524,14 @@ def _side(body: str) -> str:
     )
 
 
-def _head(page: ReportPage) -> str:
+def _head(page: ReportPage, top: str, questions: str) -> str:
+    """Title, subtitle and first paragraph (``top``), questions of a reader, facts and other forms."""
     facts = "".join(
         f"<div><dt>{text(name)}</dt><dd>{text(value)}</dd></div>" for name, value in page.facts if value
     )
     files = " ".join(link(path, words) for words, path in page.files.items())
     return (
-        f'<header>\n<h1>{text(page.title)}</h1>\n<dl class="facts">{facts}</dl>\n'
+        f'<header>\n<h1>{text(page.title)}</h1>\n{top}{questions}<dl class="facts">{facts}</dl>\n'
         f'<p class="forms">{files}</p>\n</header>\n'
     )
 

@@ -103,4 +103,4 @@ def resonance_sentence(under: Sequence[FramePeak], empty: FramePeak | None) -> s
         ends = min(peak.up_to_hz for peak in (*under, empty) if peak.hz is None)
         return f"cannot be compared: the pulses show none below {ends:.0f} Hz, where their motion ends"
     seen = float(np.median([peak.hz for peak in under if peak.hz is not None]))
-    return f"{seen:.0f} Hz under the person, {empty.hz:.0f} Hz on the empty belt"
+    return f"{seen:.0f} Hz with the person, {empty.hz:.0f} Hz with the empty belt"

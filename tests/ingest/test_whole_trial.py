@@ -157,7 +157,7 @@ def test_belt_velocity_from_markers(one_file, options, labels, ingested, dummy):
     assert "cannot show a delay" in trial.attributes["belt_velocity_from"]
     processing = trial.signals["belt_velocity"].processing
     assert "foot1, foot2, foot3, ankle" in "; ".join(processing)
-    assert "band limited at 50 Hz" in processing
+    assert "low-pass filtered at 50 Hz" in processing
 
 
 def test_markers_on_an_empty_belt_give_its_velocity_only(recording, ingested):

@@ -158,18 +158,19 @@ def test_the_ledger_has_every_claim_cell_and_untested_statement_once():
         ("claim", "pattern"),
         ("cell", "predicted"),
     ]
-    assert "K of all (N·m/rad) Statement 1. Statement 3." in rows[0]
-    assert "9.996 ± 0.3 our threshold" in rows[0] and "9.4181  9.9958∗" in rows[0]
+    assert "Statement 1. Statement 3.  We test: K of all (N·m/rad)" in rows[0]
+    assert "9.996  ± 0.3 our threshold" in rows[0] and "9.4181  9.9958∗" in rows[0]
     assert '<a href="#section:The joint">The joint</a>' in html and "< 9.996" in unescape(rows[3])
     assert "Statement 2." in rows[1] and "Statement 4." in rows[2] and "cells of Table 4-2" in rows[2]
-    assert "10 tolerance 0.3" in rows[4] and " 10.2 " in rows[4] and "why" in rows[4]
+    assert "10  tolerance 0.3" in rows[4] and " 10.2 " in rows[4] and "Why." in rows[4]
     # what the numbers rest on is listed once, and named by its number
-    assert re.findall(r'<li id="basis-\d">(.*?)</li>', html) == ["a joint", "a rod"]
+    assert re.findall(r'<li id="basis-\d">(.*?)</li>', html) == ["A joint.", "A rod."]
     assert html.count('href="#basis-1"') == 2 and html.count('href="#basis-2"') == 1
-    assert "is within the tolerance of 2 of them" in html.replace("\n", " ")
+    assert "within tolerance for 2 of these 3 numbers" in html.replace("\n", " ")
     parsed(html)
     assert "nan" not in ledger_table([], [], [cell(value=math.nan)])
-    assert set(MEANINGS) == set(VERDICTS)
+    assert set(MEANINGS) == {*VERDICTS, "tested by cells", "not tested"}
+    assert html.count("</b> tested by cells</span></dt>") == html.count("</b> not tested</span></dt>") == 1
 
 
 def test_a_choice_of_a_filter_is_an_attribute_of_rows():

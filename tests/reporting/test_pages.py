@@ -22,7 +22,7 @@ from page_builders import (
 )
 
 from tepsipe.drawing import header, trial_page
-from tepsipe.drawing.names import by_uncertainty
+from tepsipe.drawing.names import below_100, by_uncertainty
 from tepsipe.drawing.trial_page import (
     Band,
     Clock,
@@ -193,7 +193,7 @@ def test_dummy_shows_belt_markers_forces_angle_and_torque_of_every_pathway():
     panels = {panel["title"]: [t["label"] for t in panel["traces"]] for panel in data["panels"]}
     assert panels["Belt velocity"] == ["measured", "command"]
     assert panels["Markers along the belt"] == ["foot1", "leg1"]
-    before_after = ["measured", "compensated by loaded-frame"]
+    before_after = ["measured", "compensated, treadmill model loaded-frame"]
     assert panels["Fore-aft force before and after compensation"] == before_after
     assert panels["Torque, leg"] == panels["Torque, foot"] == ["torque", "predicted"]
     assert [w[1:3] for w in data["axes"]["time"]["windows"]] == [[4.0, 4.12], [8.0, 8.12]]
@@ -214,7 +214,7 @@ def test_header_has_estimates_sources_and_flags_in_words():
         "a.mat abababababab",
     ):
         assert part in words
-    assert "K by leg, windowed least squares: a parameter lies at a bound of its search" in words
+    assert "leg, windowed least squares (K): a parameter lies at a bound of its search" in words
     assert "foot1 10." in words
     assert "recorded" in words
 
@@ -239,14 +239,15 @@ def test_every_row_that_is_not_recommended_says_why():
     table = header.estimates_table(rows, {})
     quoted, folded = table.split("<details>")[:2]
     assert "(recommended)" in quoted and "recommended because" not in quoted
-    assert "it follows the thesis as printed" in row_of(folded, "leg, thesis equation")
+    assert "method of the thesis, shown for comparison" in row_of(folded, "leg, thesis equation")
     # a check that the recommended estimate failed as well is no reason
     why = "the study recommends leg, windowed least squares"
-    assert f"{why}; a parameter lies at a bound of its search" in row_of(folded, ">foot<")
+    without = "the belt-induced load is not subtracted; a parameter lies at a bound of its search"
+    assert without in row_of(folded, ">foot<")
     assert row_of(folded, ">other<").endswith(f"{why}  ")
-    alone = header.estimates_table(estimates_by(leg=(False, "negative"), foot=(False, "")), {})
+    alone = header.estimates_table(estimates_by(leg=(False, "negative"), other=(False, "")), {})
     assert "No estimate of this trial is recommended" in alone and "(recommended)" not in alone
-    assert "negative" in row_of(alone, ">leg<") and "does not quote it" in row_of(alone, ">foot<")
+    assert "negative" in row_of(alone, ">leg<") and "does not quote it" in row_of(alone, ">other<")
     pooled = header.estimates_table(estimates_by(leg=(False, "")), {"instead": "the mean"})
     assert pooled.count("the study recommends the mean") == 2
     # a trial that was not asked for I, B, K or a mass has nothing to recommend
@@ -255,7 +256,7 @@ def test_every_row_that_is_not_recommended_says_why():
 
 
 def test_a_pathway_that_is_named_after_its_estimator_is_named_once():
-    leg, other = estimates_by(leg_joint_likelihood=(True, ""), foot=(False, ""))
+    leg, other = estimates_by(leg_joint_likelihood=(True, ""), other=(False, ""))
     table = header.estimates_table([replace(leg, estimator="joint-likelihood"), other], {})
     assert "the study recommends leg, joint likelihood<" in table
 
@@ -274,8 +275,8 @@ def test_pages_of_other_recordings_do_not_name_the_thesis():
 
 def test_a_page_has_the_command_that_makes_its_trial_again():
     html = render(dummy(), again="snakemake -c1 dummy/<i>")
-    assert "Make again " in parsed(html).words and "snakemake -c1 dummy/<i>" in parsed(html).words
-    assert "Make again " not in parsed(render(dummy())).words
+    assert "Repeat this trial: " in parsed(html).words and "snakemake -c1 dummy/<i>" in parsed(html).words
+    assert "Repeat this trial: " not in parsed(render(dummy())).words
 
 
 def test_trial_without_hidden_markers_says_so():
@@ -293,7 +294,7 @@ def test_standing_person_shows_epochs_that_are_used_and_why_others_are_not():
     assert "marker 'foot1' was hidden" in bands[1][3]
     assert "marker &#x27;foot1&#x27; was hidden" in html
     titles = [panel["title"] for panel in data["panels"]]
-    assert "Electromyogram SOL" in titles and "Torque, EMG-driven" in titles
+    assert "Electromyogram SOL (soleus)" in titles and "Torque, EMG-driven" in titles
     assert {panel["axis"] for panel in data["panels"]} == {"time", "onset"}
 
 
@@ -313,7 +314,7 @@ def test_standing_trial_that_is_left_out_has_a_page_with_the_reason():
         "made": False,
     }
     html = render(standing_page(trial, Result({}, {}, facts), epochs, [], choices))
-    assert "a: a step" in html and "2, of which 0 are used" in html
+    assert "a: a step" in html and "2, 0 used" in html
     data = page_data(html)
     assert [b[0] for b in data["axes"]["time"]["windows"]] == ["left-out", "left-out"]
     assert {panel["axis"] for panel in data["panels"]} == {"time"}
@@ -356,6 +357,14 @@ def test_weight_shows_force_predicted_by_the_models_of_a_trial_for_validation():
 )
 def test_estimates_have_the_digits_that_their_interval_allows(numbers, shown):
     assert by_uncertainty(*numbers) == shown
+
+
+@pytest.mark.parametrize(
+    ("shown", "value", "expected"),
+    [("100.0", 99.998, "99.998"), ("100", 100.0, "100"), ("99.9", 99.94, "99.9"), ("−3", -3.0, "−3")],
+)
+def test_a_vaf_is_not_rounded_up_to_100(shown, value, expected):
+    assert below_100(shown, value) == expected
 
 
 def test_colours_of_bands_in_the_script_are_those_that_pages_use():

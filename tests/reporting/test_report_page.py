@@ -118,11 +118,21 @@ def test_questions_lead_to_sections_that_the_report_has():
     assert "questions" not in rendered(parts={}).partition("</style>")[2].partition("<script")[0]
 
 
+def test_subtitle_and_first_paragraph_stand_between_title_and_questions():
+    lead = '<section id="lead">\n<p>The answer.</p></section>'
+    typeset = f'<body><p class="subtitle">A study of a thesis</p>{lead}<h2>Question</h2></body>'
+    html = rendered(typeset).partition("<main")[2]
+    places = [
+        html.index(part) for part in ("<h1>", "A study of", "The answer.", "<nav", "facts", ">Question")
+    ]
+    assert places == sorted(places) and html.count("The answer.") == html.count("A study of") == 1
+
+
 def test_how_sure_leads_to_the_table_of_certainty_before_counts_of_one_laboratory():
     typeset = "<body><h2>Certain</h2><h2>Truth</h2></body>"
     for label, words in (("truth", "Truth"), ("certainty", "Certain")):
         typeset = typeset.replace(f"<h2>{words}", f'<div data-label="{label}"></div><h2>{words}')
-        assert f'<a href="#{label}">How sure is it?</a>' in rendered(typeset)
+        assert f'<a href="#{label}">How certain is this?</a>' in rendered(typeset)
 
 
 def test_chapters_of_the_supplement_are_folded():
@@ -224,7 +234,7 @@ def test_trials_have_quoted_estimates_beside_their_truth():
     rows = trial_rows({"dummy": ["sine-0.3"], "empty": [NASTY]}, [k, i, vaf], [truth])
     html = trials_table(rows)
     reader = parsed(html)
-    assert '<td class="n" data-value="10.1272">10.13 ± 0.12<small>true 10.20</small></td>' in html
+    assert '<td class="n" data-value="10.1272">10.13 ± 0.12 <small>true 10.2</small></td>' in html
     assert ">41.5</td>" in html and ">at-bound</span></td>" in html
     assert "<dt><code>at-bound</code></dt><dd>a parameter lies at a bound" in html
     assert "alert(1)" in " ".join(reader.words)

@@ -70,8 +70,8 @@ def test_a_frame_above_the_band_of_the_pulses_cannot_be_compared(shipped_truth):
 @pytest.mark.parametrize(
     ("under", "empty", "moves", "words"),
     [
-        ([(28.0, 60.0), (30.0, 60.0)], (35.0, 60.0), True, "29 Hz under the person, 35 Hz on the empty"),
-        ([(33.0, 60.0), (None, 30.0)], (35.0, 60.0), False, "33 Hz under"),
+        ([(28.0, 60.0), (30.0, 60.0)], (35.0, 60.0), True, "29 Hz with the person, 35 Hz with the empty"),
+        ([(33.0, 60.0), (None, 30.0)], (35.0, 60.0), False, "33 Hz with the person"),
         ([(None, 30.0)], (35.0, 60.0), None, "none below 30 Hz"),
         ([(33.0, 60.0)], (None, 42.0), None, "none below 42 Hz"),
         ([], (35.0, 60.0), None, "not compared"),

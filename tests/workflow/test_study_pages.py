@@ -65,7 +65,7 @@ def test_a_page_has_the_command_of_its_trial_and_reasons_against_its_other_estim
     html = (study / "results/report/trials/dummy/sine-0.5.html").read_text(encoding="utf-8")
     assert re.search(r"<code>snakemake -c1 dummy/sine-0\.5 --forcerun ingest_dummy( |<)", html)
     folded = html.partition("Not recommended because")[2].partition("</table>")[0]
-    assert "it follows the thesis as printed" in folded and "the study recommends leg, joint likeli" in folded
+    assert "method of the thesis" in folded and "the study recommends leg, joint likeli" in folded
 
 
 def report_page(study):

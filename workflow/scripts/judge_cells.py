@@ -33,7 +33,9 @@ values |= noise_cells(noise, TABULATED)
 reading = best_sem_reading(sem_distances(values, params.reported))
 values, consistent = (with_sem_reading(cells, reading) for cells in (values, noise_cells(noise, CONSISTENT)))
 tolerances = {
-    (table, row): replace(one, used=f"{one.used}, with {SEM_READINGS[reading]} for ||R||")
+    (table, row): replace(
+        one, used=f"{one.used}. SEMs use eq (3-2) with ||R|| read as {SEM_READINGS[reading]}"
+    )
     if row.startswith("SEM_")
     else one
     for (table, row), one in tolerances_of(params.tolerances, params.bases).items()

@@ -46,7 +46,7 @@ made = ReportOrigins(
 estimates = ESTIMATES.read(tables["estimates"]) if "estimates" in tables else []
 parts = {}
 if params.trials:
-    parts["trials"] = ("Trials", trials_table(trial_rows(params.trials, estimates, truth)))
+    parts["trials"] = ("Results of every trial", trials_table(trial_rows(params.trials, estimates, truth)))
 if "claims" in tables or "cells" in tables:
     claims = CLAIM_VERDICTS.read(tables["claims"]) if "claims" in tables else []
     cells = CELL_VERDICTS.read(tables["cells"]) if "cells" in tables else []
@@ -59,7 +59,7 @@ listed = [
 ]
 parts["tables-of-the-run"] = ("Tables of the run", table(("Table", "Content"), listed))
 parts["make-again"] = (
-    "Make it again, or with your own recordings",
+    "Command, code, own recordings",
     made_again(study_command(params.configfiles)),
 )
 

@@ -17,7 +17,7 @@ given, params, target = snakemake.input, snakemake.params, Path(snakemake.output
 
 report = os.path.relpath(target.parents[2] / "index.html", target.parent)
 places = {"Report": report, "All trials": f"{report}#trials", "Chapter": f"{report}#{params.chapter}"}
-places["Make the run again"] = f"{report}#make-again"
+places["Command of the run"] = f"{report}#make-again"
 for words, condition in params.neighbours.items():
     places[f"{words}: {condition}"] = quote(f"{condition}{target.suffix}")
 

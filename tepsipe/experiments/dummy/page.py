@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tepsipe.drawing import header
-from tepsipe.drawing.names import words
+from tepsipe.drawing.names import below_100, words
 from tepsipe.drawing.trial_page import (
     Band,
     Clock,
@@ -54,7 +54,7 @@ def dummy_page(
     time, windows = trial.time, leg.arrays["windows"]
     vaf = leg.arrays.get(f"{choices['recommended']}/vaf_per_perturbation", np.empty(0))
     neutral = choices.get("neutral", False)
-    notes = [f"VAF {value:.2f} % ({words(choices['recommended'], neutral)})" for value in vaf]
+    notes = [f"VAF {_percent(value)} % ({words(choices['recommended'], neutral)})" for value in vaf]
     bands = window_bands(time, windows, notes if len(notes) == len(windows) else ())
     clock = Clock.of(time, [(b.start_s - 0.1, b.stop_s + 0.6) for b in bands])
     torques = _torque_panels(leg, clock, bands, neutral)
@@ -65,7 +65,7 @@ def dummy_page(
     facts = [
         *header.trial_facts(trial, "dummy", choices),
         ("Perturbations", f"{len(windows)}, windows of {1e3 * lengths.mean():.3g} ms on average"),
-        ("Marker residual", f"{1e3 * residual:.2g} mm RMS from a rigid leg"),
+        ("Marker residual", f"{1e3 * residual:.2g} mm RMS deviation from a rigid leg"),
     ]
     flags = header.flagged(estimates, choices)
     top = (
@@ -92,12 +92,16 @@ def dummy_page(
             Section(
                 "Torque of the ankle, by pathway",
                 tuple(torques),
-                "Predictions use the means of I, B and K over the windows.",
+                "Predictions of windowed estimates use the means of I, B and K over the windows.",
             ),
         ),
         footer=header.sources_table(trial) + header.processing(trial),
         windows=tuple(bands),
     )
+
+
+def _percent(vaf: float) -> str:
+    return below_100(f"{vaf:.2f}", vaf)
 
 
 def _torque_panels(result: Result, clock: Clock, bands: list[Band], neutral: bool) -> list[Panel]:
@@ -115,7 +119,7 @@ def _torque_panels(result: Result, clock: Clock, bands: list[Band], neutral: boo
                     Trace("predicted", result.arrays[f"{name}/predicted_torque"], clock, "vermilion", "5 3"),
                 ),
                 tuple(bands),
-                note=f"mean VAF in the windows {np.nanmean(vaf):.2f} %" if vaf.size else "",
+                note=f"mean VAF in the windows {_percent(np.nanmean(vaf))} %" if vaf.size else "",
             )
         )
     return panels
@@ -154,7 +158,7 @@ def _load_panels(foot: Result | None, clock: Clock, bands: list[Band]) -> list[P
             strict=False,
         ):
             name = key.rpartition("/")[2]
-            label = "measured" if name == "measured" else f"compensated by {name}"
+            label = "measured" if name == "measured" else f"compensated, treadmill model {name}"
             traces.append(Trace(label, foot.arrays[key], clock, colour, dash))
         panels.append(
             Panel(

@@ -24,6 +24,13 @@ from tepsipe.io.result import Result, read_result
 from tepsipe.io.trial import Trial, read_trial
 from tepsipe.treadmill.frame_peak import FramePeak, resonance_sentence
 
+MUSCLES = {
+    "TA": "TA (tibialis anterior)",
+    "SOL": "SOL (soleus)",
+    "GAS": "GAS (gastrocnemius)",
+    "RF": "RF (rectus femoris)",
+    "BF": "BF (biceps femoris)",
+}
 # origin of the ankle's centre if quiet sway does not determine it
 NOT_SEEN = "palpated, because quiet sway does not determine it; the intervals include its uncertainty"
 
@@ -47,11 +54,15 @@ def standing_page(
     focus = [(b.start_s - 0.1, b.stop_s) for b in bands]
     clock = Clock.of(trial.time, focus)
     critical = fit.facts["critical_stiffness_Nm_per_rad"]
+    made, used = fit.facts["perturbations"], fit.facts["responses"]
     facts = [
         *header.trial_facts(trial, "standing", choices),
         ("Task", choices["task"]),
-        ("Perturbations", f"{fit.facts['perturbations']}, of which {fit.facts['responses']} are used"),
-        ("Critical stiffness m g h", f"{critical:.4g} N·m/rad"),
+        ("Perturbations", f"{made}, {'all' if made == used else used} used"),
+        (
+            "Critical stiffness m g h",
+            f"{critical:.4g} N·m/rad, below which active control must prevent a fall",
+        ),
     ]
     if "broadband" in epochs.facts:
         broadband = epochs.facts["broadband"]
@@ -75,7 +86,11 @@ def standing_page(
             Section("Belt and markers", (belt_panel(trial, clock, bands), *marker_panels(trial, clock))),
             Section("Angle and torque of the ankle", tuple(_processed_panels(epochs, clock, bands, choices))),
             Section("Force", tuple(force_panels(trial, clock, choices["belt"], bands))),
-            Section("Electromyograms", tuple(_emg_panels(trial, bands, focus))),
+            Section(
+                "Electromyograms",
+                tuple(_emg_panels(trial, bands, focus)),
+                "Their record may be longer than the rest.",
+            ),
             Section(
                 "Mean response after the onset",
                 tuple(_response_panels(fit, epochs, choices)),
@@ -139,7 +154,7 @@ def _emg_panels(trial: Trial, bands: list[Band], focus: list[tuple[float, float]
     names = trial.axes[signal.axes[1]].tolist()
     return [
         Panel(
-            f"Electromyogram {name}",
+            f"Electromyogram {MUSCLES.get(name, name)}",
             "µV",
             (Trace("raw", signal.values[:, k], clock, CYCLE[k % 6][0], width=0.8),),
             tuple(bands),
