@@ -169,7 +169,7 @@ def test_lines_of_stiffness_against_torque_are_listed(tables):
     assert f"a slope of {low} to {high:.1f} N·m/rad per N·m" in words
     assert "was 250 to 400 N·m/rad at 100 N·m" in words
     words = told("operating_points", {"operating_points": points, "operating_relations": lines[:0]})
-    assert "We fitted no line of" in words and "In quick releases" not in words
+    assert "We did not fit a line of" in words and "In quick releases" not in words
 
 
 @pytest.mark.slow

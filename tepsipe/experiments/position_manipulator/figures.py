@@ -279,7 +279,7 @@ def plot_responses(results: dict[str, Result]) -> Figure:
     axes[1].set_xlim(0.0, 1.25e3 * longest)
     axes[1].plot([], [], "--", color=COLOURS["measured"], linewidth=0.9, label="muscle model")
     axes[1].legend(loc="upper right")
-    axes[2].set(xlabel="Delay (ms)", ylabel="VAF below its maximum (%)", title="Delay")
+    axes[2].set(xlabel="Delay (ms)", ylabel="VAF relative to its maximum (%)", title="Delay")
     return figure
 
 
