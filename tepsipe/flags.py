@@ -73,9 +73,9 @@ FLAGS = {
     "coherent-residual": "the model leaves torque that is coherent with the platform, so it is too simple. "
     "Do not quote its parameters",
     "edge-of-search": "the onset lies at an end of its search range. Widen the range",
-    "reflex-outside-search": "the record prefers a reflex delay or threshold outside the searched range. "
-    "Measure the delay, for example by electromyography, and widen reflex_delays_s only to delays that a "
-    "reflex can have",
+    "reflex-outside-search": "reflex delays or thresholds outside the searched range predict the torque at "
+    "least as well as the one used. Measure the delay, for example by electromyography, and enter it as "
+    "reflex_delays_s. Delays too short for a reflex are no reason to widen the range",
     "stretch-threshold": "the latency may be more than 5 ms shorter: responses begin later after smaller "
     "pulses, or the pulses cannot tell whether the reflex needs a fast stretch. Record pulses of several "
     "amplitudes",

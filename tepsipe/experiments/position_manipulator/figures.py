@@ -150,9 +150,9 @@ def _draw_held_out(above, below, result: Result) -> None:
         (above, arrays["torque"], "measured", "-", "measured"),
         (above, arrays["predicted_torque"], "model", "--", f"I, B, K only, VAF {alone:.1f} %"),
         (above, predicted, "recommended", "-", f"parallel cascade, VAF {both:.1f} %"),
-        (below, intrinsic - intrinsic.mean(), "command", "-", "intrinsic, about its mean"),
+        (below, intrinsic - intrinsic.mean(), "command", "-", "intrinsic (mean removed)"),
         (below, reflex, "compensated", "-", "reflex"),
-        (below, arrays["torque"] - predicted, "I", "-", "measured less predicted"),
+        (below, arrays["torque"] - predicted, "I", "-", "residual"),
     )
     for axis, values, colour, line, label in curves:
         if label != "reflex" or result.facts["reflex"]["direction"]:
