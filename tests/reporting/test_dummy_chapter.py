@@ -284,7 +284,7 @@ def test_chapter_tells_the_usual_story_only_where_it_holds():
         "4 combinations have a mean VAF above 99 %, and 2 of them deviate",
     ):
         assert sentence in usual and sentence not in contrary, sentence
-    assert "we corrected misprints (K of b was printed as 55)." in usual
+    assert "; we read the misprints 55 (K of b) as" in usual
     for sentence in (
         "The thesis reports I = 0.061 to 0.063 N·m·s2/rad and K = 5.0 to 6.0 N·m/rad. Its K is lower",
         "If the thesis mixed the signs, this error explains most of the difference in mean K between",
@@ -483,10 +483,13 @@ def test_errors_under_other_laws_stand_beside_those_of_the_shared_law():
         "The largest errors of the joint likelihood are then 20.0 % in K, 70.0 % in B and 50.0 % in I"
         in words
     )
-    assert "Checks flag 3 of the 4 estimates whose intervals miss it. In 1 of the 3 trials we quote" in words
     assert (
-        "because only this fit passes its checks there. It is still at most 8.0 % off in K, and 1 of its 3"
+        "Checks flag 3 of the 4 estimates of I, B or K whose intervals miss it. In 1 of the 3 trials we quote"
         in words
+    )
+    assert (
+        "because only this fit passes its checks there. Its error of K is at most 8.0 %. Intervals that miss "
+        "the truth without a flag: 1 of 3" in words
     )
     assert "and 5 of the 9 intervals cover the true value. Checks do not flag 1 of the 4 estimates" in words
     assert (

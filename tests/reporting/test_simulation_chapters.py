@@ -264,7 +264,7 @@ def test_pulses_in_resonance_add_up_to_their_number():
     [
         ({"growth": {"sine-0.1": 1.5}}, "near-resonance"),
         ({"state": "grows"}, "near-resonance"),
-        ({"thesis-without-handle": 70.0}, "parameters of the thesis, the VAF is higher"),
+        ({"thesis-without-handle": 70.0}, "the VAF is higher than with the printed parameters"),
         ({"joint-likelihood": 85.0}, "predicts the angle best in every condition"),
         ({"thesis-wristalyzer": -400.0}, "As the thesis reports, its parameters"),
     ],

@@ -171,7 +171,7 @@ def test_shares_of_torques_and_the_change_by_window_are_those_of_the_run():
     assert "yields almost no stiffness: −5.0 % of the K by" in words
     assert "vector products, it yields 69 %, because no belt-induced load is subtracted" in words
     # of the windows of 50 and 60 ms; that of 30 ms is too far from 60 ms
-    assert "shorter or longer changes the K of short by up to 8 %" in words
+    assert "shorter or longer, its K changes by up to 8 %" in words
     assert (
         "K changes by 1.0 % and B by 2.5 % between windows of 40 to 80 ms. Without a reflex torque, K "
         "changes by 10.0 % between these windows. The K of the estimator short differs by 25.0 %" in words

@@ -120,7 +120,7 @@ def test_verdicts_are_counted_and_named_in_the_same_order_everywhere():
     rows[:2] = [row | {"null_verdict": "implied"} for row in rows[:2]]
     made = study_run({"claims": claims, "cells": rows}, made={"dummy": ["a"]}, reported={"assertions": []})
     words = chapter_words("reproduction", *study_content(made))
-    assert "one by one: 11 claims and 10 printed numbers" in words
+    assert "We listed 11 claims and 10 printed numbers" in words
     assert (
         "The null model satisfies 1 of all claims. For 1 claims the thesis prints no number, so we set"
         in words

@@ -30,7 +30,7 @@ FALSE_HERE = (
     "VAF depends more on the predicted trial",
     "small swings do not settle once the belt rests",
     "show the same pattern over the full dataset",
-    "parameters of the thesis, the VAF is higher in every condition",
+    "the VAF is higher than with the printed parameters in every condition",
     "predicts the angle best in every condition",
     "near-resonance of the pulses",
     "more likely due to its torque equation",
