@@ -5,6 +5,7 @@ predicates and the sentences of the present sources with their tables and fits.
 """
 
 import json
+import re
 from dataclasses import replace
 
 import pytest
@@ -64,3 +65,12 @@ def failing(run, modules, tables):
             own = {"field": "value", "root": str(root), "ignore_system_fonts": True}
             found += json.loads(typst.query(str(root / source), "<not-in-this-run>", **own))
     return found
+
+
+@pytest.mark.usefixtures("shipped")
+def test_the_answer_fits_on_the_first_page():
+    from pypdf import PdfReader
+
+    first, second, *others = PdfReader(RESULTS / "report/thesis.pdf").pages
+    assert "What is simulated" in first.extract_text() and len(others) <= 26
+    assert re.search(r"1\s+Introduction", second.extract_text()[:200])
