@@ -25,7 +25,7 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.errors import InputError, listed, nearest, quoted
-from tepsipe.experiments.benchmark.problems import ANSWERS, QUANTITIES, UNITS, AnswerRow
+from tepsipe.experiments.benchmark.problems import ANSWERS, QUANTITIES, UNITS
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.readers.plain_file import read_text
 from tepsipe.io.tables import Table
@@ -102,15 +102,6 @@ def read_truth(path: Path) -> dict[str, TrueProblem]:
             f"{path}: expected the truth that tepsipe benchmark make wrote, found another file "
             f"({quoted(error)}): name the organiser's file"
         ) from error
-
-
-def truth_as_answers(truth: dict[str, TrueProblem]) -> list[AnswerRow]:
-    """The truth as rows of answers (`UNITS`), with all spoiled problems flagged: its score is perfect."""
-    return [
-        AnswerRow(name, quantity, x, x, x, hidden.fault != NOMINAL)
-        for name, hidden in truth.items()
-        for quantity, x in hidden.values.items()
-    ]
 
 
 def read_answers(path: Path, truth: dict[str, TrueProblem]) -> list[Outcome]:

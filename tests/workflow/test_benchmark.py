@@ -23,12 +23,20 @@ from tepsipe.reporting.benchmark import (
     read_answers,
     read_truth,
     scores_of,
-    truth_as_answers,
 )
 from workflow import benchmark
 
 # the seed spoils no problem with the number 1
 SEED = 13
+
+
+def truth_as_answers(truth):
+    """The truth as rows of answers, with all spoiled problems flagged: its score is perfect."""
+    return [
+        AnswerRow(name, quantity, x, x, x, hidden.fault != NOMINAL)
+        for name, hidden in truth.items()
+        for quantity, x in hidden.values.items()
+    ]
 
 
 def made(folder, seed=SEED):
