@@ -158,8 +158,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command.
 
     arguments: arguments after ``tepsipe``; the process's own if left out.
-    Returns: 0, 1 where ``check`` finds a fault, 2 where the input cannot be used, or 3 where ``--strict`` is
-    given and there are notes.
+    Returns: 0, 1 where ``check`` finds a fault or ``compensate --strict`` writes nothing, 2 where the input
+    cannot be used, or 3 where ``--strict`` is given and there are notes.
     """
     for stream in (
         sys.stdout,
@@ -188,9 +188,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         print(f"tepsipe: {printable(_refused_by_the_system(error))}", file=sys.stderr)
         return 2
+    _print_notes(notes)
+    return 3 if notes and chosen.strict else 0
+
+
+def _print_notes(notes: Sequence[str]) -> None:
     for note in notes:
         print(f"tepsipe: note: {printable(note)}", file=sys.stderr)
-    return 3 if notes and chosen.strict else 0
 
 
 def _refused_by_the_system(error: OSError) -> str:
@@ -890,8 +894,7 @@ def _compensate(chosen: argparse.Namespace) -> int:
             strict=chosen.strict,
         )
     refused = done.output is None
-    for note in done.notes:
-        print(f"tepsipe: note: {printable(note)}", file=sys.stderr)
+    _print_notes(done.notes)
     if not refused:
         done.plot().savefig(png, dpi=150)
     written = [] if refused else [chosen.output, png]
