@@ -296,6 +296,18 @@ def test_a_table_of_one_load_keeps_its_lines(models, tmp_path):
     assert one.removed[1000:2000] == pytest.approx(other.removed[1000:2000], abs=1e-3)
 
 
+def test_models_without_their_range_and_errors_state_neither(models, tmp_path):
+    """A study's file of models has no second recording and no range."""
+    fitted = load_treadmill_models(models / "single.json")["fir-causal"]
+    save_models(tmp_path / "belt.json", [replace(fitted, calibrated=None, held_out=None, errors=None)])
+    run = table(tmp_path / "run.txt", {"t": TIME[::5], "load": wrench(7, belt(7))[::5, 3], "v": belt(7)[::5]})
+    done = compensate_recording(run, tmp_path / "belt.json", tmp_path / "out.txt", model="fir-causal")
+    assert done.to_frame()[["within_percent", "held_out_r2", "half_width"]].isna().all(axis=None)
+    assert done.summary().count("unknown") == 3
+    note = (tmp_path / "out.txt").read_text().partition("LOADS")[2]
+    assert "an unknown share of the samples" in note and "100.0 %" not in note
+
+
 @pytest.mark.parametrize("kind", [1, 3, 4])
 def test_plates_of_other_types_are_written_back(kind, models, tmp_path):
     """Force and moment of the copy, as our reader returns them, are the recorded ones less the correction."""
@@ -465,7 +477,9 @@ def test_what_cannot_be_compensated_is_refused(calibrated, models, tmp_path):
     frame = replace(load_treadmill_models(models / "single.json")["fir-causal"], name="loaded-frame")
     save_models(tmp_path / "frame.json", [frame])
     given |= {"models": tmp_path / "frame.json", "model": "loaded-frame"}
-    assert "expected a model of the belt's motion alone" in refusal(**given)
+    said = refusal(**given)
+    assert "expected a model of the belt's motion alone, found loaded-frame" in said
+    assert "the mass on the belt: make a study of the recording" in said
     with pytest.raises(InputError, match=r"expected load to be one of 'plate 1 Fx'.*found none"):
         load_treadmill_models(models / "plates.json")
     assert load_treadmill_models(models / "plates.json", "plate 1 Fy")["fir-causal"].unit == "N"

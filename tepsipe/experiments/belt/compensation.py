@@ -49,8 +49,9 @@ class CompensatedLoad:
     evaluated on a recording that it had not seen."""
     half_width_below: np.ndarray | None
     """The same behind the low-pass of the calibration (unit of the load)."""
-    within: Annotated[np.ndarray, "(n,)"]
-    """True where velocity and acceleration of the belt lie within the range of the calibration."""
+    within: Annotated[np.ndarray, "(n,)"] | None
+    """True where velocity and acceleration of the belt lie within the range of the calibration; None if that
+    range was not kept with the model."""
     r2: float
     """Fraction of the variance of the load, filtered as in the calibration, that was removed. On an empty
     belt it is the R² of the model."""
@@ -103,7 +104,7 @@ class Compensation:
             if row["half_width"] is not None:
                 sizes = (row["half_width"], row["half_width_below_cutoff"])
                 below = f"below {sizes[0]:.3g}, filtered {sizes[1]:.3g} {load.unit}"
-            share = f"{row['within_percent']:.1f} %"
+            share = "unknown" if row["within_percent"] is None else f"{row['within_percent']:.1f} %"
             lines.append(
                 f"{load.name:<20}{load.model.name:<16}{held:>13}{load.r2:>13.4f}{share:>13}  {below}"
             )
@@ -155,7 +156,7 @@ def _row(load: CompensatedLoad) -> dict[str, object]:
         "rms_after": float(np.std(load.after)),
         "half_width": _median(load.half_width),
         "half_width_below_cutoff": _median(load.half_width_below),
-        "within_percent": 100.0 * float(load.within.mean()),
+        "within_percent": None if load.within is None else 100.0 * float(load.within.mean()),
     }
 
 
@@ -365,7 +366,8 @@ def _models_by_load(
         elif wanted[0].name in UNSUITED:
             raise InputError(
                 f"{path}: expected a model of the belt's motion alone, found {wanted[0].name}, which needs "
-                "the pulses and the mass of a study: calibrate with tepsipe calibrate"
+                "the pulses and the mass on the belt: make a study of the recording, or calibrate with "
+                "tepsipe calibrate"
             )
         elif wanted[0].unit != load.unit:
             raise InputError(
@@ -393,9 +395,9 @@ def _compensated(
     load, removed = file.loads[name], removed_load(fitted, one)
     filtered = one.filtered(fitted.lowpass)
     r2 = score([filtered], [fitted.predict(filtered)]).r2
-    note, within = "", np.ones(one.load.size, dtype=bool)
+    note, within = "", None
     if fitted.calibrated is not None:
-        note = leaving(filtered, fitted.calibrated, MOTION)
+        note, within = leaving(filtered, fitted.calibrated, MOTION), np.ones(one.load.size, dtype=bool)
         for quantity in MOTION:
             low, high = fitted.calibrated[quantity]
             values = getattr(filtered, quantity)
@@ -406,7 +408,8 @@ def _compensated(
         removed = scipy.interpolate.CubicSpline(np.arange(removed.size), removed)(
             np.minimum(at, removed.size - 1)
         )
-        within = within[np.minimum(np.round(at).astype(int), within.size - 1)]
+        if within is not None:
+            within = within[np.minimum(np.round(at).astype(int), within.size - 1)]
         halves = [np.interp(at, np.arange(half.size), half) for half in halves]
     half, below = halves or (None, None)
     return CompensatedLoad(
@@ -423,9 +426,10 @@ def _note(path: Path, models: Path, loads: Mapping[str, CompensatedLoad]) -> dic
         if errors is not None:
             error = f"hypot({errors[0][0]:.4g}, {errors[0][1]:.4g} * RMS of the correction over 0.2 s)"
         r2 = "unknown" if held is None else f"{held:.4f}"
+        share = "an unknown share" if load.within is None else f"{100.0 * load.within.mean():.1f} %"
         lines.append(
             f"{load.name}: {load.model.name}, held-out R2 {r2}, 95 % of errors below {error} {load.unit}, "
-            f"{100.0 * load.within.mean():.1f} % of the samples within the range of the calibration"
+            f"{share} of the samples within the range of the calibration"
         )
     ranges = [_range_of(load.model) for load in _one_per_calibration(loads.values())]
     return {
