@@ -333,7 +333,7 @@ def _add_calibrate(commands: argparse._SubParsersAction) -> None:
         "train", type=Path, help="C3D, D-Flow text, or text table: time, load, belt velocity"
     )
     calibrate.add_argument("test", type=Path, help="another recording of the same treadmill")
-    _add_belt(calibrate)
+    _add_belt(calibrate, ", once for each recording")
     calibrate.add_argument(
         "--cutoff",
         type=float,
@@ -356,8 +356,8 @@ def _add_calibrate(commands: argparse._SubParsersAction) -> None:
     calibrate.set_defaults(command=_calibrate)
 
 
-def _add_belt(command: argparse.ArgumentParser) -> None:
-    """Add the options that name loads and belt velocity of a recording."""
+def _add_belt(command: argparse.ArgumentParser, often: str = "") -> None:
+    """Add the options that name loads and belt velocity of a recording; ``often``: how often the latter."""
     command.add_argument(
         "--time",
         metavar="COLUMN",
@@ -368,8 +368,8 @@ def _add_belt(command: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME",
-        help="column of a load; default: the second of three. Of force plates a name such as 'plate 1 Fy' "
-        "or Fy; default: all. Give the option once for each load",
+        help="in a table: column of a load; default: the second of three. In files with force plates: a name "
+        "such as 'plate 1 Fy' or Fy; default: all loads. Give the option once for each load",
     )
     command.add_argument(
         "--load-unit", default="Nm", choices=("Nm", "N"), help="unit of the load in a table; default Nm"
@@ -380,8 +380,7 @@ def _add_belt(command: argparse.ArgumentParser) -> None:
         default=[],
         metavar="NAME",
         help="column or analog channel of the belt velocity; default: the third of three columns. Or a text "
-        "table with the velocity on the clock of the recording, as FILE or FILE:COLUMN, once for each "
-        "recording",
+        f"table with the velocity on the clock of the recording, as FILE or FILE:COLUMN{often}",
     )
     command.add_argument(
         "--velocity-scale",
@@ -409,10 +408,10 @@ def _add_compensate(commands: argparse._SubParsersAction) -> None:
     compensate = commands.add_parser(
         "compensate",
         help="remove the belt-induced load from a recording: the same file with corrected loads",
-        description="Subtract the loads that an accelerated belt induces from a recording, by models of "
-        "tepsipe calibrate. Writes the same kind of file with corrected forces, moments and centres of "
-        "pressure. All other channels and parameters stay as they were, and a note in the file names the "
-        "models. Prints the accuracy, and writes a figure before and after.",
+        description="Subtract from a recording the loads that an accelerated belt induces, with the models "
+        "of tepsipe calibrate. Writes the same kind of file with corrected forces, moments and centres of "
+        "pressure. All other channels and parameters stay as they were. The models are listed in a note in "
+        "the file. Prints the accuracy, and writes a figure of the loads before and after the correction.",
     )
     compensate.add_argument("recording", type=Path, help="C3D, D-Flow text or text table")
     compensate.add_argument(
@@ -458,16 +457,17 @@ def _add_check(commands: argparse._SubParsersAction) -> None:
     check = commands.add_parser(
         "check",
         help="check a study before it runs, or the force plates of C3D files",
-        description="Of C3D files: look for faults of the force plates, such as a wrong origin, sign, axis "
-        "or unit, offset, drift, clipping and filters, and compare them with the markers of the feet. The "
-        "exit code is 1 if there are any. Otherwise check configuration files and the trial sheet that they "
-        "name, without running anything from them. Repeated and unknown keys, values, names and folders that "
-        "cannot be used are reported with file and line. Then every recording is read as the study will read "
-        "it: columns, rates, "
+        description="For C3D files: look for faults of the force plates, such as a wrong origin, sign, axis "
+        "or unit, an offset, drift, clipping or filters. The centre of pressure is compared with the markers "
+        "of the feet. The exit code is 1 if there are findings, otherwise 0. Without C3D files: check the "
+        "configuration files and the trial sheet that they name, without running anything from them. "
+        "Repeated keys, unknown keys, and values, names and folders that cannot be used are reported with "
+        "file and line. Then every recording is read as the study will read it: columns, rates, "
         'markers, plates, perturbations, masses. Lines with "to be recorded" list what K of a standing '
         'person still needs. Lines with "verdict" state for each trial of a dummy and each task of a person '
-        "whether K will be quotable, and its expected interval or the reason. Returns 0, 2 if the run would "
-        "stop, or 1 if it would not, but a recording has a fault or no verdict is that K will be quotable. "
+        "whether K will be quotable, and its expected interval or the reason. The exit code is 2 if the run "
+        "would stop. It is 1 if the run would finish, but a recording has a fault, or there are verdicts and "
+        "none is that K will be quotable. Otherwise it is 0. "
         "Run it in the folder of the study.",
     )
     check.add_argument(
@@ -477,7 +477,7 @@ def _add_check(commands: argparse._SubParsersAction) -> None:
         help="C3D files; or configuration files, as for snakemake --configfile",
     )
     check.add_argument(
-        "--mass", type=float, metavar="KG", help="of C3D files: mass of the person on the force plates"
+        "--mass", type=float, metavar="KG", help="for C3D files: mass of the person on the force plates"
     )
     add_json(check)
     check.set_defaults(command=_check)
@@ -507,7 +507,8 @@ def _add_archive(commands: argparse._SubParsersAction) -> None:
         description="Write the finished study in the current folder into one zip file, for a data repository "
         "or a colleague: settings, trial sheet, tables, figures and report, versions of all packages, "
         "checksums of the recordings, and the provenance of every result as a Workflow Run RO-Crate. In the "
-        "unpacked folder, tepsipe run makes the study again.",
+        "unpacked folder, tepsipe run repeats the study, if the recordings are in its folder recordings "
+        "(see --with-recordings).",
     )
     archive.add_argument(
         "files", nargs="*", metavar="CONFIG", help="configuration files, as for snakemake --configfile"
@@ -555,8 +556,9 @@ def _add_benchmark(commands: argparse._SubParsersAction) -> None:
     benchmark = commands.add_parser(
         "benchmark",
         help="make problems with a hidden truth, answer them, and score answers",
-        description="Make sealed problems whose truth lies apart, answer them by published methods, and "
-        "score answers. The problems are recordings of joints in simulated laboratories. Some are spoiled.",
+        description="Make problems whose true values are kept in a separate file, answer them with published "
+        "methods, and score answers. The problems are recordings of joints in simulated laboratories. Some "
+        "contain a fault, which a method should flag.",
     )
     parts = benchmark.add_subparsers(title="parts", metavar="PART", required=True)
     make = parts.add_parser(
