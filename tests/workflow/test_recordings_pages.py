@@ -4,6 +4,8 @@ import re
 import textwrap
 from pathlib import Path
 
+import h5py
+import numpy as np
 import pytest
 import yaml
 
@@ -79,3 +81,17 @@ def override(config, changes):
             override(config[key], value)
         else:
             config[key] = value
+
+
+@pytest.mark.study
+def test_the_snippet_on_treadmill_models_returns_the_loads_of_the_study(study, monkeypatch):
+    text = (ROOT / "docs/recordings/weight-and-empty.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    monkeypatch.chdir(study)
+    found = {}
+    exec(compile(code, "weight-and-empty.md", "exec"), found)
+    with h5py.File("results/fits/foot/sine-0.5.h5") as file:
+        for load, corrected in found["loads"].items():
+            own = file[f"loads/{load}/best-frame"][()]
+            assert np.abs(corrected - own).max() < 1e-4 * np.std(own)  # stored in single precision
+            assert 0.0 < np.median(found["uncertainty"][load]) < np.std(own)
