@@ -3,11 +3,11 @@
 #
 # The force transducers of a treadmill measure more than the person: an accelerated belt
 # loads them, too. This tutorial measures that load on the empty treadmill, and removes it
-# from a recording. The commands write the same kind of file, with corrected loads.
+# from a recording. `tepsipe compensate` writes the corrected recording in the format of the
+# original.
 #
-# The recordings are those of an R-Mill treadmill by Hnat and van den Bogert (2014), from
-# the repository csu-hmc/pitch-moment-compensation (Apache-2.0). They are not part of this
-# project. Put `RandomSlowSpeed1.txt` and `RandomSlowSpeed2.txt` into the folder
+# Hnat and van den Bogert (2014) recorded the data on an R-Mill treadmill. The files are in
+# the repository csu-hmc/pitch-moment-compensation (Apache-2.0), not in this project. Put `RandomSlowSpeed1.txt` and `RandomSlowSpeed2.txt` into the folder
 # `recordings/rmill-treadmill`. Where they are missing, as on some copies of this page, two
 # simulated tables with the same columns stand in for them.
 
@@ -48,13 +48,14 @@ print("recorded" if recorded else "simulated")
 # ## Measure the belt-induced load
 #
 # `tepsipe calibrate` fits models to the first recording of the empty belt and evaluates
-# them on the second. R² is the part of the load that a model predicts there. The limit is
-# R² of the best linear model of the belt's acceleration. In a terminal, write
+# them on the second. R² is the fraction of the load's variance that a model predicts on the
+# second recording. The limit is R² of the best linear model of the belt's acceleration. In a terminal, write
 #
 #     tepsipe calibrate RandomSlowSpeed1.txt RandomSlowSpeed2.txt
 #
-# The tables have three columns. Of files with force plates (C3D, D-Flow), all six loads of
-# every plate are calibrated, and `--velocity` names the channel of the belt velocity.
+# The tables have three columns. For files with force plates (C3D, D-Flow), all six loads of
+# every plate are calibrated. There, name the channel of the belt velocity with
+# `--velocity`.
 
 # %%
 # !tepsipe calibrate {train} {test}
@@ -71,11 +72,12 @@ print("recorded" if recorded else "simulated")
 
 # %% [markdown]
 # *removed R2* is the R² of the calibration, because the recording is the one on which the
-# model was evaluated. The half-width of the errors is much larger without a filter than
-# behind the low-pass: most of the moment is vibration above 6 Hz, which belongs to no
-# model of the belt's motion.
+# model was evaluated. The half-width of the errors is larger without a filter than behind
+# the low-pass, because the models do not describe the moment above 6 Hz. In the R-Mill
+# recordings, most of the moment is vibration above 6 Hz.
 #
-# The copy has the same columns and lines. Lines that begin with `#` name the models.
+# The copy has the same columns and samples; only the load is changed. Further lines, which
+# begin with `#`, name the models.
 
 # %%
 lines = Path("slow2.txt").read_text().splitlines()
@@ -84,8 +86,8 @@ print("\n".join(line[:110] for line in lines[:9]))
 # %% [markdown]
 # ## In a notebook
 #
-# The function returns the loads before and after, with the 95 % interval of the corrected
-# load. Without a name for the output it writes nothing.
+# `compensate_recording` returns the loads before and after the correction, with the 95 %
+# interval of the corrected load. Without a name for the output it writes nothing.
 
 # %%
 done = compensate_recording(test, "treadmill_models.json")
@@ -125,7 +127,8 @@ np.savetxt("wild.txt", table, delimiter="\t", header=header, comments="", fmt="%
 # 1. Correct the recording with `--model ripple-tracking`. Why is its R² above the limit?
 # 2. Calibrate with `--cutoff 20`. How large is the part of the moment that the belt's
 #    acceleration explains now?
-# 3. Exchange the two recordings. Does R² change by more than models differ?
+# 3. Exchange the two recordings. Is the change of R² larger than the differences between
+#    the models?
 #
 # [Calibrate your own treadmill](../recordings/belt.md) lists formats, models and sources
 # of the belt velocity.
