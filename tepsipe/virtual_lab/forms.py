@@ -93,7 +93,7 @@ FORMS = {
         "F_transducer = F - s (T_m d/dt) / (1 + T_m d/dt) F",
         ("treadmill.plate.mount_share", "treadmill.plate.mount_relaxation_s"),
     ),
-    "tremor of the floor": Form(
+    "vibration of the floor": Form(
         "treadmill",
         ("F_t = F + m a, a'' + 2 ζ ω a' + ω² a = noise",),
         "force_plate",
