@@ -27,7 +27,7 @@ class Mechanism:
 
 MECHANISMS = (
     Mechanism("treadmill", "treadmill.plate.bristle_share", "bristles of the belt"),
-    Mechanism("treadmill", "treadmill.plate.friction_lever_m", "height of the friction"),
+    Mechanism("treadmill", "treadmill.plate.friction_lever_m", "height at which belt friction acts"),
     Mechanism("treadmill", "treadmill.plate.belt_lag_wander", "varying lag of the belt"),
     Mechanism(
         "treadmill",
@@ -56,7 +56,7 @@ MECHANISMS = (
     Mechanism("standing", "standing.nerves.relaxation_s", "slow relaxation of the muscles"),
     Mechanism("wristalyzer", "wristalyzer.manipulator.friction_Nm", "friction of the manipulator"),
     Mechanism("wristalyzer", "wristalyzer.manipulator.contact_Nm_per_rad3", "hardening of the manipulator"),
-    Mechanism("wristalyzer", "wristalyzer.manipulator.ripple_Nm", "ripple of the manipulator"),
+    Mechanism("wristalyzer", "wristalyzer.manipulator.ripple_Nm", "torque ripple of the manipulator"),
 )
 
 # constants that the thesis does not print and that were chosen so that the laboratory returns its tables

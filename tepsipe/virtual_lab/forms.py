@@ -1,7 +1,7 @@
 """Forms of the mechanisms that the laboratory simulates, as its modules state them.
 
-The analysis declares its forms under the same names (`tepsipe.reporting.forms`). The report's table of what
-both share compares the equations, which are written in common symbols for that purpose: p is the operator of
+The analysis declares its forms under the same names (`tepsipe.reporting.forms`). `tables/shared.csv`, the
+table of what both share, compares the equations, which are written in common symbols for that purpose: p is the operator of
 Laplace, R the moment of the joint, tau a torque, [x]_+ the positive part of x.
 """
 
