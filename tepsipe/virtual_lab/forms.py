@@ -1,8 +1,8 @@
 """Forms of the mechanisms that the laboratory simulates, as its modules state them.
 
-The analysis declares its forms under the same names (`tepsipe.reporting.forms`). `tables/shared.csv`, the
-table of what both share, compares the equations, which are written in common symbols for that purpose: p is the operator of
-Laplace, R the moment of the joint, tau a torque, [x]_+ the positive part of x.
+The analysis declares its forms under the same names (`tepsipe.reporting.forms`). `tables/shared.csv` compares
+the equations, which are written in common symbols for that purpose: p is the operator of Laplace, R the
+moment of the joint, tau a torque, [x]_+ the positive part of x.
 """
 
 from typing import NamedTuple
