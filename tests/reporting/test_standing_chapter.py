@@ -262,7 +262,8 @@ def test_intervals_of_latencies_are_those_of_the_estimates():
 
 
 def test_muscles_without_an_onset_have_no_latency_in_a_caption():
-    found = findings_of(FIGURES, *content(run_of()))
+    found = findings_of(["figure_4_14", *FIGURES], *content(run_of()))
+    assert "finds a response in 1 of 1 mean electromyograms" in found["figure_4_14"]
     # the sample before the onset does not count
     assert found["figure_standing_activity"] == (
         "The largest mean response, 4.0 µV, occurs in TA in the trial a, 100 ms after the belt starts."
@@ -284,4 +285,6 @@ def test_muscles_without_an_onset_have_no_latency_in_a_caption():
     for fit in silent.fits["standing"].values():
         fit.arrays.pop("activity/TA")
     assert standing.numbers(silent)["largest_response"] is None
-    assert set(findings_of(FIGURES, *content(silent))) == {FIGURES[3], FIGURES[4]}
+    found = findings_of(["figure_4_14", *FIGURES], *content(silent))
+    assert set(found) == {"figure_4_14", FIGURES[3], FIGURES[4]}
+    assert "finds a response in 0 of 1 mean electromyograms" in found["figure_4_14"]
