@@ -71,14 +71,9 @@ def test_index_has_every_numbered_equation_with_a_decision():
         assert "decisions/" in decision, number
 
 
-def test_report_indexes_the_same_functions():
+def test_report_indexes_every_numbered_equation():
     text = (ROOT / "report/chapters/index.typ").read_text(encoding="utf-8")
-    lines = re.findall(r"^  \(\[(\(\d-\d+\))\], .*$", text, re.MULTILINE)
-    assert lines == NUMBERED
-    for number, (_, _, functions, _) in equation_rows().items():
-        line = re.search(rf"^  \(\[{re.escape(number)}\], .*$", text, re.MULTILINE).group()
-        shown = re.findall(r'"([a-z]\w*(?:\.\w+)+)"', line)
-        assert set(shown) == set(re.findall(r"`tepsipe\.([\w.]+)`", functions)), number
+    assert re.findall(r"^  \(\[(\(\d-\d+\))\], .*$", text, re.MULTILINE) == NUMBERED
 
 
 @pytest.mark.parametrize("number", NUMBERED)

@@ -11,7 +11,7 @@ from tepsipe.statistics.uncertainty import SCATTER, coverage_factor
 
 # name of a source -> what a reader understands by it
 SOURCES = {
-    SCATTER: "scatter of the trial",
+    SCATTER: "scatter of the data",
     "leg_mass_kg": "mass of the leg",
     "leg_com_m": "centre of mass of the leg",
     "leg_inertia_kgm2": "moment of inertia of the leg",
@@ -99,10 +99,10 @@ class RelativeBudget:
         """The source (no unit) that contributes most in the typical trial."""
         return self.by_size[0]
 
-    @property
-    def least_expanded(self) -> float:
-        """What 1.96 times Type B leaves in the typical trial, however often it is repeated (%)."""
-        return float(coverage_factor(np.array(np.inf)) * np.median(self.type_b))
+    def expanded(self, times: float) -> float:
+        """1.96 combined standard uncertainties in the typical trial, with so many times as much data (%)."""
+        combined = np.hypot(self.type_a / math.sqrt(times), self.type_b)
+        return float(coverage_factor(np.array(np.inf)) * np.median(combined))
 
 
 def relative_budgets(

@@ -213,7 +213,7 @@ def plot_budgets(budgets: dict[str, RelativeBudget]) -> Figure:
         axis.grid(axis="y", visible=False)
         axis.set_axisbelow(True)
         axis.set_xlim(0.0, min(most_shown, 1.05 * max(float(np.nanmax(x)) for _, _, x in bars)))
-    kinds = {"A": "Type A: shrinks with more perturbations", "B": "Type B: does not"}
+    kinds = {"A": "Type A: shrinks with more data", "B": "Type B: does not"}
     handles = [axes[0, 0].barh([0], [0], color=TYPE_COLOURS[k], label=label) for k, label in kinds.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=2)
     return figure

@@ -150,7 +150,7 @@ FORMS = {
 }
 # mechanisms of the laboratory that the analysis does not have
 WITHOUT = (
-    "tremor of the floor",
+    "vibration of the floor",
     "drive of the belt",
     "slip of the dummy's markers",
     "further terms of the rubber",

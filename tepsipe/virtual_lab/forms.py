@@ -1,8 +1,8 @@
 """Forms of the mechanisms that the laboratory simulates, as its modules state them.
 
-The analysis declares its forms under the same names (`tepsipe.reporting.forms`). The report's table of what
-both share compares the equations, which are written in common symbols for that purpose: p is the operator of
-Laplace, R the moment of the joint, tau a torque, [x]_+ the positive part of x.
+The analysis declares its forms under the same names (`tepsipe.reporting.forms`). `tables/shared.csv` compares
+the equations, which are written in common symbols for that purpose: p is the operator of Laplace, R the
+moment of the joint, tau a torque, [x]_+ the positive part of x.
 """
 
 from typing import NamedTuple
@@ -93,7 +93,7 @@ FORMS = {
         "F_transducer = F - s (T_m d/dt) / (1 + T_m d/dt) F",
         ("treadmill.plate.mount_share", "treadmill.plate.mount_relaxation_s"),
     ),
-    "tremor of the floor": Form(
+    "vibration of the floor": Form(
         "treadmill",
         ("F_t = F + m a, a'' + 2 ζ ω a' + ω² a = noise",),
         "force_plate",

@@ -1,12 +1,12 @@
 """What the report says of budgets: sentences and bars chosen by the numbers."""
 
 import math
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import pandas as pd
 import pytest
-from typst_builders import findings_of, typeset_words
+from typst_builders import chapter_words, findings_of
 
 from tepsipe.io.estimates import Contribution, Estimate
 from tepsipe.reporting.budgets import budgeted, relative_budgets, source_words
@@ -52,7 +52,12 @@ def test_budgets_are_relative_to_the_estimate_of_each_trial():
     assert budget.type_a.tolist() == [1.0, 2.0]
     assert budget.combined == pytest.approx([math.hypot(1.0, 3.0), math.hypot(2.0, 6.0)], rel=1e-6)
     assert budget.by_size == ["leg_mass_kg", "scatter", "clock_ratio"]
-    assert budget.least_expanded == pytest.approx(1.96 * 4.5, rel=1e-3)
+    assert budget.expanded(math.inf) == pytest.approx(1.96 * 4.5, rel=1e-3)
+    # the median of what is left in each trial, not what the medians of both types leave
+    of_trials = {"scatter": np.array([3.0, 0.0, 4.0]), "clock": np.array([0.0, 5.0, 3.0])}
+    apart = replace(budget, conditions=["a", "b", "c"], percent=of_trials)
+    assert apart.expanded(1.0) == pytest.approx(1.96 * 5.0, rel=1e-3)
+    assert apart.expanded(4.0) == pytest.approx(1.96 * math.hypot(2.0, 3.0), rel=1e-3)
 
 
 def test_what_may_be_zero_has_no_relative_budget():
@@ -66,7 +71,7 @@ def test_what_may_be_zero_has_no_relative_budget():
 
 @pytest.mark.parametrize(
     ("scatter", "mass", "largest", "repeating"),
-    [(0.1, 0.3, "mass of the leg", False), (0.3, 0.1, "scatter of the trial", True)],
+    [(0.1, 0.3, "mass of the leg", False), (0.3, 0.1, "scatter of the data", True)],
 )
 def test_the_sentence_on_the_largest_source_follows_the_numbers(scatter, mass, largest, repeating):
     told = largest_source(relative_budgets(parts(scatter, mass), estimates((10.0, 10.0)))["K"])
@@ -103,18 +108,16 @@ def test_budgets_of_the_report_are_those_of_recommended_estimates_and_of_the_foo
 
 
 @pytest.mark.parametrize(("scatter", "repeating"), [(0.1, False), (0.5, True)])
-def test_the_section_and_the_caption_tell_the_budget(scatter, repeating):
+def test_the_table_and_the_caption_tell_the_budget(scatter, repeating):
     run = run_of(parts(scatter, 0.3), estimates((10.0, 10.0)), None)
     content = report_content(run, {"budgets": budgets}) | {"made": 0}
-    source = '#import "figures.typ": budget\n#set heading(numbering: "1.1")\n= Intervals <uncertainty>\n'
-    words = typeset_words(source + '#budget("dummy")[]', content)
-    assert "of the 95 % interval of K is 4.0 % of the estimate" in words
-    assert "(windowed least squares), 2 for K." in words
-    assert ("With 4 times as many perturbations, 1.96 standard uncertainties" in words) is repeating
-    assert ("any number of further perturbations would reduce" in words) is not repeating
+    words = chapter_words("budgets", content, cells="|")
+    told = "scatter of the data (5.0)|11.4|7.65|" if repeating else "mass of the leg (3.0)|6.20|5.88 *|"
+    type_a = "5.0" if repeating else "1.0"
+    assert f"|Dummy: leg, windowed least squares|K|2|4.0|{type_a}|3.0|{told}" in words
     told = findings_of(["figure_budget_dummy", "figure_budget_weight"], content)
-    largest = "scatter of the trial for K (5.0 %)" if repeating else "mass of the leg for K (3.0 %)"
-    caption = f"In the median, the largest source of uncertainty is the {largest}."
+    largest = "scatter of the data (5.0 %)" if repeating else "mass of the leg (3.0 %)"
+    caption = f"In the median, the largest source of uncertainty of K is the {largest}."
     assert told == {"figure_budget_dummy": caption}
 
 
@@ -126,7 +129,7 @@ def test_small_sources_are_one_bar_and_type_a_is_apart():
     bars = bars_of(budget)
     assert [(label, kind) for label, kind, _ in bars] == [
         ("combined", "combined"),
-        ("scatter of the trial", "A"),
+        ("scatter of the data", "A"),
         ("mass of the leg", "B"),
         ("2 further sources", "B"),
     ]

@@ -92,7 +92,7 @@ def test_table_counts_what_was_drawn_and_keeps_the_sections_of_the_study(tmp_pat
     assert (found["mounts of the deck"].drawn, found["motion of the leg"].drawn) == (1, 2)
     assert found["law of the dummy's joint"].other_forms == 3
     assert sum(row.other_forms for row in rows) == 3
-    assert found["tremor of the floor"].analysis == ""
+    assert found["vibration of the floor"].analysis == ""
     SHARED.write(tmp_path / "shared.csv", rows)
     assert SHARED.read(tmp_path / "shared.csv") == rows
 
@@ -103,18 +103,15 @@ def test_report_tells_what_is_shared_from_the_declarations(tmp_path):
     tables = {"shared": tmp_path / "shared.csv", "other_laws": "estimator\njoint-likelihood\n"}
     words = chapter_words("laboratory", {}, tables, cells=";")
     counts = [sum(row.shared == how for row in rows) for how in (SAME, SPECIAL, DIFFERENT, NONE)]
-    assert f"Of the {len(rows)} mechanisms in the table, {counts[0]} have the same form" in words
-    assert f"{counts[1]} agree where some of their terms are 0 or equal, {counts[2]} differ" in words
-    assert f"the analysis has no form for {counts[3]}." in words
-    law = laboratory.PAYNE.replace("²", "2")
-    assert f"law of the dummy's joint;{law};{law};same;form (2);" in words
-    (mounts,) = re.findall(r"mounts of the deck;.*?;.*?;(.*?);(.*?);", words)
-    assert mounts == ("same", "constants (1)")
-    (floor,) = re.findall(r"tremor of the floor;.*?;(.*?);(.*?);(.*?);", words)
-    assert floor == ("–", "none", "")
-    assert "joint was therefore replaced" in words
+    assert f"forms of both for each of the {len(rows)} mechanisms" in words
+    listed = re.findall(r"(?:equal|both|forms|analysis), (\d+) mechanisms: (.*?)\.", words)
+    same, *_, none = listed
+    assert [int(n) for n, _ in listed] == counts
+    assert "law of the dummy's joint (2 forms)" in same[1] and "mounts of the deck (1 constant)" in same[1]
+    assert none[1].endswith("drive of the belt") and "vibration of the floor;" in none[1]
+    assert "joints of the dummy with other laws" in words
     alone = chapter_words("laboratory", {}, {"shared": tmp_path / "shared.csv"})
-    assert "have the same form" in alone and "replaced" not in alone
+    assert "The same form in both" in alone and "other laws" not in alone
 
 
 # ---- the same numbers from both codes ------------------------------------------------------------

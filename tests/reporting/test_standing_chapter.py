@@ -172,11 +172,9 @@ def test_shares_of_torques_and_the_change_by_window_are_those_of_the_run():
     assert "vector products, it yields 69 %, because no belt-induced load is subtracted" in words
     # of the windows of 50 and 60 ms; that of 30 ms is too far from 60 ms
     assert "shorter or longer, its K changes by up to 8 %" in words
-    assert (
-        "K changes by 1.0 % and B by 2.5 % between windows of 40 to 80 ms. Without a reflex torque, K "
-        "changes by 10.0 % between these windows. The K of the estimator short differs by 25.0 %" in words
-    )
-    assert "mass of the feet (2.0 %), motion of soft tissue over bone (1.0 %)." in words
+    assert "Over windows of 40 to 80 ms, B varies by 2.5 % with a free reflex torque" in words
+    assert "The K of the estimator short differs from the recommended K by +25.0 %." in words
+    assert "mass of the feet (2.0 %) and motion of soft tissue over bone (1.0 %)." in words
     assert "the ankle lies 4.3 mm in front of and 0.2 mm below the assumed point" in words
 
 
@@ -184,6 +182,29 @@ def test_warnings_of_a_task_are_told():
     assert "Warning:" not in chapter(run_of())
     run = run_of(tasks={"calm": task(flags=["skin-motion"])})
     assert "Warning: soft tissue of the shank moves over the bone" in chapter(run)
+
+
+def test_omissions_are_told_in_one_sentence_and_feet_once():
+    words = "marker 'foot2' was hidden while the belt moved: check what stood between it and the cameras"
+    hidden = [
+        f"standing/{c}: perturbation at {t} s left out: {words}" for c, t in (("a", "54.02"), ("b", "7.59"))
+    ]
+    trials = {"a": trial(), "b": trial()}
+    trials["a"].facts["left_out"] = hidden
+    trials["b"].facts["left_out"] = ["standing/b: muscle TA left out: clipped in every perturbation"]
+    words = chapter(run_of(trials, {"calm": task(), "tense": task()}))
+    assert (
+        "We omitted 2 of the 6 perturbations, because a marker was hidden while the belt moved: a, 54.02 s "
+        "(marker foot2); b, 7.59 s (marker foot2). We omitted unreliable data for the following reasons:"
+        in words
+    )
+    assert "muscle TA left out: clipped in every perturbation." in words and "check what" not in words
+    assert words.count("Soft tissue is estimated to move by 1.70 mm") == 1
+    other = task()
+    other.facts["skin_m"] = 0.002
+    words = chapter(run_of(tasks={"calm": task(), "tense": other}))
+    assert words.count("Soft tissue is estimated to move by") == 2
+    assert "Omissions" not in words
 
 
 def test_a_reflex_is_free_only_in_an_estimate_that_has_a_budget():
@@ -242,24 +263,28 @@ def test_intervals_of_latencies_are_those_of_the_estimates():
 
 def test_muscles_without_an_onset_have_no_latency_in_a_caption():
     found = findings_of(["figure_4_14", *FIGURES], *content(run_of()))
+    assert "finds a response in 1 of 1 mean electromyograms" in found["figure_4_14"]
     # the sample before the onset does not count
     assert found["figure_standing_activity"] == (
         "The largest mean response, 4.0 µV, occurs in TA in the trial a, 100 ms after the belt starts."
     )
     assert found["figure_standing_latency"] == (
         "The muscles respond 40 ms after the start of the stretch; the three detectors differ by at most "
-        "10 ms."
+        "10.0 ms."
     )
-    assert "respond 40 ms after" in found["figure_4_14"]
     assert (
         "Between windows of 40 to 80 ms, K changes by 1.0 % (calm) with a free reflex torque, and by 10.0 % "
         "(calm) without a reflex torque. Over all windows, K without a reflex torque is "
         "\N{MINUS SIGN}50.0 to 540 N·m/rad (calm)." in found["figure_standing_window"]
     )
     assert found["figure_standing_response"].endswith("explain 97.0 to 97.0 % of the mean torque.")
-    assert found["figure_standing_joints"].endswith("the knee rotates by 10 mrad (calm).")
+    assert found["figure_standing_joints"].endswith(
+        "on average over the trials, the knee rotates by 10 mrad (calm) peak to peak."
+    )
     silent = run_of(tasks={"calm": task(None)}, estimates=ESTIMATES[:5])
     for fit in silent.fits["standing"].values():
         fit.arrays.pop("activity/TA")
     assert standing.numbers(silent)["largest_response"] is None
-    assert set(findings_of(["figure_4_14", *FIGURES], *content(silent))) == {FIGURES[3], FIGURES[4]}
+    found = findings_of(["figure_4_14", *FIGURES], *content(silent))
+    assert set(found) == {"figure_4_14", FIGURES[3], FIGURES[4]}
+    assert "finds a response in 0 of 1 mean electromyograms" in found["figure_4_14"]

@@ -82,7 +82,7 @@ def test_table_of_missed_truths_tells_the_reason(constants, told):
     data, tables = study_content(explained(**constants))
     words = chapter_words("recovery", data | {"short_names": {"b": "S2"}}, tables, cells="|")
     assert "intervals of 2 of the 3 recommended estimates miss the truth" in words
-    assert f"|K of the dummy, S2|ls|−10|−2.0{told}" in words
+    assert f"|K of the dummy (S2)|ls|−10|−2.0{told}" in words
     assert ("In both cases, the rest" in words) is bool(constants)
     covered = study_content(compared(covered=["true"] * 4))
     assert "miss the truth" not in chapter_words("recovery", *covered)
@@ -109,8 +109,7 @@ def test_errors_of_one_sign_are_one_draw():
 # ---- claims and cells
 
 
-def test_verdicts_are_counted_and_named_in_the_same_order_everywhere():
-    assert evaluated(["verdicts"], "verdict_values.typ") == [list(VERDICTS)]
+def test_verdicts_are_counted():
     claims = [CLAIM | {"verdict": verdict} for verdict in [*VERDICTS, "fitted"]]
     claims[0] |= {"null_verdict": "implied"}
     claims[1] |= {"used": "a joint; our threshold, the thesis prints none"}
@@ -159,25 +158,6 @@ def test_scores_are_counted_by_kind():
     assert "The null model returns more of them than this run in all three kinds." in ahead
     assert MARK in behind and MARK not in ahead
     assert "|I, B and K|2|1|2|" in behind and "|SEM|1|0|0|" in behind and "|VAF|1|0|1|" in behind
-
-
-@pytest.mark.parametrize(
-    ("place", "item", "named"),
-    [
-        ("Figure 4-11", "Figure 4-1", False),
-        ("Figure 4-1", "Figure 4-1", True),
-        ("Tables 4-2 and 4-3", "Table 4-2", True),
-        ("Tables 4-2 and 4-3", "Table 4-3", True),
-        ("Tables 4-2 and 4-3", "Table 4-1", False),
-        ("Figures 4-7, 4-8 and 4-9", "Figure 4-9", True),
-        ("section 4-2, Figure 4-13", "Figure 4-13", True),
-        ("section 4-2, Figure 4-13", "Table 4-2", False),
-        ("Section 4-1-3", "Table 4-1", False),
-        ("Figures 4-10", "Figures B-1 to B-12", False),
-    ],
-)
-def test_a_claim_refers_to_whole_names_of_items(place, item, named):
-    assert evaluated([f'refers("{place}", "{item}")'], "verdict_values.typ") == [named]
 
 
 @pytest.mark.parametrize(
@@ -239,13 +219,13 @@ def test_flagged_estimates_are_counted():
         for c, q, f in (("a", "K", ""), ("b", "K", "at-bound;undefined"), ("a", "B", ""))
     ]
     words = chapter_words("recovery", *study_content(study_run({"estimates": rows})))
-    assert "1 of 3 estimates failed a check, of the recommended ones 0." in words
+    assert "Of 3 estimates, 1 failed a check. None of these is a recommended estimate;" in words
     assert "at-bound (1): a parameter lies" in words and "undefined (1): the value" in words
     rows = [
         estimate(condition=c, quantity=q, flags="at-bound", recommended=True) for c in "abcde" for q in "BK"
     ]
     words = chapter_words("recovery", *study_content(study_run({"estimates": rows})))
-    assert "10 of 10 estimates failed a check, of the recommended ones 10" in words
+    assert "Of 10 estimates, 10 failed a check. 10 of these are recommended estimates (" in words
     assert "K and B of the position-controlled manipulator (a, b, c, d and 1 more)" in words
 
 
@@ -255,7 +235,7 @@ def test_flagged_estimates_are_counted():
         ({"name": "equations", "version": "1.0.0", "by_equations": []}, ["equations 1.0.0"]),
         (
             {"name": "mujoco", "version": "4.0.0", "by_equations": ["corrected", "joint-likelihood"]},
-            ["mujoco 4.0.0; by the equations of motion: corrected, joint-likelihood"],
+            ["MuJoCo 4.0.0; by the equations of motion: corrected, joint likelihood"],
         ),
         (None, []),  # a study without simulations
     ],

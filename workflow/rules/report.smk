@@ -14,11 +14,6 @@ if not (
 PLATES = [here("benchmarks/plate_constants.csv")]
 if not (CAMPAIGN and STUDY.has("weight") and all(map(os.path.exists, PLATES))):
     PLATES = []
-# number and title of the decisions, which the supplement lists
-DECIDED = {
-    path.name[:4].lstrip("0"): path.read_text("utf-8").partition("\n")[0].partition(". ")[2]
-    for path in sorted(CHECKOUT.glob("docs/decisions/0*.md"))
-}
 
 
 rule record_provenance:
@@ -85,7 +80,6 @@ rule write_report:
                     if STUDY.repeats_thesis
                     else None
                 ),
-                "decisions": DECIDED if STUDY.repeats_thesis else {},
                 "campaign": json.loads(Path(CAMPAIGN[1]).read_text("utf-8")) if CAMPAIGN else None,
                 "best": STUDY.shown("wristalyzer", SETTINGS["wristalyzer"]["best_condition"]),
                 "start_stiffness": SETTINGS["wristalyzer"]["analysis"]["start"]["K_Nm_per_rad"],

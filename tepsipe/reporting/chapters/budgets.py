@@ -1,13 +1,15 @@
 """Uncertainty budgets: sizes of their parts, the largest source, and the effect of repetition."""
 
+import math
+
 import numpy as np
 import pandas as pd
 
 from tepsipe.reporting.budgets import SHOWN, RelativeBudget, budgeted, relative_budgets, source_words
 from tepsipe.reporting.run import Run
-from tepsipe.statistics.uncertainty import SCATTER, coverage_factor
+from tepsipe.statistics.uncertainty import SCATTER
 
-MORE = 4  # times as many perturbations, in the sentence on repetition
+MORE = 4  # times as much data, in the table of budgets
 
 
 def numbers(run: Run) -> dict:
@@ -55,19 +57,16 @@ def _parts(budget: RelativeBudget, estimates: list) -> dict:
 def largest_source(budget: RelativeBudget) -> dict:
     """The largest source in the median, its size (%), and 1.96 standard uncertainties with repetition (%).
 
-    ``repeating``: it is Type A, which more perturbations reduce. ``after`` holds after `MORE` times as many
-    perturbations if it is, after any number of them if not.
+    ``repeating``: it is Type A, which more data reduce. ``after`` holds with `MORE` times as much data if it
+    is, with any amount if not.
     """
-    factor = float(coverage_factor(np.array(np.inf)))
     repeating = budget.largest == SCATTER
-    a, b = float(np.median(budget.type_a)), float(np.median(budget.type_b))
-    after = factor * np.hypot(a / np.sqrt(MORE), b) if repeating else budget.least_expanded
     return {
         "largest": source_words(budget.largest),
         "size_percent": float(np.nanmedian(budget.percent[budget.largest])),
         "repeating": repeating,
-        "now_percent": factor * float(np.hypot(a, b)),
-        "after_percent": float(after),
+        "now_percent": budget.expanded(1.0),
+        "after_percent": budget.expanded(MORE if repeating else math.inf),
     }
 
 
