@@ -54,9 +54,10 @@ EXCEPTIONS = {
     "noise_further": [
         "The thesis states that onsets are easier to detect at higher",
         "[lowest SNR",
-        "lowest SNR at and",
     ],
+    "methods": ["whichever has the smaller error"],
     "weight": [
+        "From one amplitude to the next higher one",
         "Where masses and shapes agree with the thesis, they do so by construction",
         "if this error may exceed a tenth",
     ],
@@ -156,13 +157,13 @@ TYPED_BY_PLACE = {
     ],
     "reproduction": ["0.1 to 0.3 m/s", "at 0.5 m/s, relative to 0.1 m/s"],
     "rigs": ["the peak velocity in 0.1 m/s", "it is 0.5 m/s", "with a pulse every 8 s"],
-    "standing": ["within 0.3 s is", "up to 20 ms shorter", "up to 200 ms", "from 40 ms after"],
+    "standing": ["within 0.3 s of the onset is", "up to 20 ms shorter", "up to 200 ms", "from 40 ms after"],
     "standing_further": ["The 6 Hz envelope of the thesis", "more than 60 ms in both directions"],
-    "title": ["the velocity amplitude in 0.1 m/s"],
+    "title": ["peak velocity in 0.1 m/s", "a pulse every 8 s"],
     "weight_further": ["The thesis reports", "minimum jerk of 0.5 m/s (M5)", "It reaches 71 % of this"],
     "wristalyzer": ["printed $K$ changes by less than 1 %"],
     "wristalyzer_further": [
-        "a transition line above 9 Hz",
+        "“transition line” above 9 Hz",
         "from 9 to 20 Hz is",
         "the misfit below 9 Hz",
         "a VAF of at least 87 %",

@@ -210,7 +210,9 @@ def test_loss_in_one_trial_counts_fits_whose_own_vaf_is_high():
 def test_numbers_are_those_of_the_signals():
     numbers = wristalyzer.numbers(usual())
     losses = ("largest_loss_in_one_trial_percent", "printed_bounds_loss_in_one_trial_percent")
-    assert numbers["other_bounds"] == {"fits": 9, "usual": 3, "kept": 0} | dict.fromkeys(losses)  # no fit has a high VAF
+    assert numbers["other_bounds"] == {"fits": 9, "usual": 3, "kept": 0} | dict.fromkeys(
+        losses
+    )  # no fit has a high VAF
     assert (numbers["coherence"], numbers["coherence_at_Hz"]) == (0.9, 4.0)
     assert numbers["torque_rms_Nm"] == pytest.approx([2e-3] * 3)
     assert numbers["coherence_above_lowpass"] == pytest.approx(0.12)
