@@ -59,7 +59,6 @@ def fit(spread=1e-8, modulus=(10.0, 5.0), samples=10240):
         "tried_modulus_cost": [2.0, 3.0],
         "tried_smooth_cost": [1.0, 1.0],
         "tried_modulus_vaf_percent": [50.0, 40.0],
-        "tried_modulus_converged": [False, True],
         "kept_samples": [1536, 1536 + samples],
         "rate_hz": 256.0,
     }

@@ -30,7 +30,6 @@ def numbers(run: Run) -> dict:
         "natural_frequency_Hz": _natural_frequency(run),
         "starts": len(arrays["many_starts/start"]),
         "other_bounds": _other_bounds(fits),
-        "tried": {name: arrays[f"tried/{name}"] for name in ("stiffness", "smooth", "modulus")},
         "torque_rms_Nm": [float(fit.arrays["torque"].std()) for fit in fits.values()],
         "coherence_above_lowpass": _coherence_above_lowpass(run),
         "damping_shift_percent": _damping_shift(run),
