@@ -42,7 +42,7 @@ FORMS = {
         "tepsipe.treadmill.pulse_windows",
         "d z' = w - |w| z / g(w), g(w) = 1 + u exp(-(w / v_s)^2)",
     ),
-    "height of the friction": Form(("M_x = h F",), BRISTLES, "lever F_friction"),
+    "height at which belt friction acts": Form(("M_x = h F",), BRISTLES, "lever F_friction"),
     "lag of the belt": Form(("w = v + T v'",), BRISTLES, "w = v + T a"),
     "modes of the frame": Form(
         ("F_t = Σ_i q_i (1 + r_i d p) / (1 + r_i d p + r_i² e p²) F",),
@@ -50,7 +50,7 @@ FORMS = {
         "R_0(s) = (1 - p) (1 + d s) / D_0 + p (1 + r d s) / (1 + r d s + r^2 e_0 s^2)",
     ),
     # F_y / (R_0 S) is all that presses on the frame: the load, its friction and the felt mass of the belt
-    "frame below a load": Form(
+    "frame under load": Form(
         ("m (x'' + c x' + k x) = −(F + f_r + m_b v')",),
         BRISTLES,
         "which adds -e_1 s^2 F_y / (R_0 S D_0) to a",
@@ -58,17 +58,17 @@ FORMS = {
     "mounts of the deck": Form(
         ("F_t = [1 − s T p / (1 + T p)] F",), BRISTLES, "S(s) = 1 - k t s / (1 + t s)"
     ),
-    "noise of markers": Form(
+    "marker noise": Form(
         ("white and Gaussian, with one standard deviation",),
         "tepsipe.identification.likelihood.channels",
         "with white noise e_j of one standard deviation sigma",
     ),
-    "instants of markers": Form(
+    "sampling instants of the markers": Form(
         ("t_j = t + j / f",),
         "tepsipe.signals.resampling",
         "Marker k of frame n is sampled at n / rate + k / strober",
     ),
-    "clocks": Form(
+    "clocks of the instruments": Form(
         ("t_2 = (1 + ε) t_1 + t_0",),
         LIKELIHOOD,
         "the relative difference between the clocks of log and markers",
@@ -103,7 +103,7 @@ FORMS = {
         "tepsipe.identification.regression.pooled",
         "tau(t - d) = I th'' + B th' + K th + Fc tanh(th' / w0) + K3 th^3 + q (Bs th' - Ks th)",
     ),
-    "ripple of the manipulator": Form(
+    "torque ripple of the manipulator": Form(
         ("noise that is unrelated to the command",),
         "tepsipe.identification.regression.pooled",
         "Noise and torque ripple are unrelated between periods of the perturbation",

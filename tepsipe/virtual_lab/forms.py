@@ -50,7 +50,7 @@ FORMS = {
         "z' = (x' - |x'| z) / d",
         ("treadmill.plate.bristle_m",),
     ),
-    "height of the friction": Form(
+    "height at which belt friction acts": Form(
         "treadmill",
         ("M_x = h F",),
         "force_plate",
@@ -79,7 +79,7 @@ FORMS = {
             )
         ),
     ),
-    "frame below a load": Form(
+    "frame under load": Form(
         "treadmill",
         ("m (x'' + c x' + k x) = −(F + f_r + m_b v')",),
         "moving_belt",
@@ -107,21 +107,21 @@ FORMS = {
         "u = clip(P e + Q q, -u_max, u_max)",
         ("treadmill.drive",),
     ),
-    "noise of markers": Form(
+    "marker noise": Form(
         "treadmill",
         ("white and Gaussian, with one standard deviation",),
         "treadmill_trial",
         "positions += capture.noise_m * rng.standard_normal(positions.shape)",
         ("treadmill.capture.noise_m",),
     ),
-    "instants of markers": Form(
+    "sampling instants of the markers": Form(
         "treadmill",
         ("t_j = t + j / f",),
         "treadmill_trial",
         "path(first + k / capture.marker_sampling_hz)",
         ("treadmill.capture.marker_sampling_hz",),
     ),
-    "clocks": Form(
+    "clocks of the instruments": Form(
         "treadmill",
         ("t_2 = (1 + ε) t_1 + t_0",),
         "treadmill_trial",
@@ -193,7 +193,7 @@ FORMS = {
             for name in ("contact_Nm_per_rad3", "friction_Nm", "friction_rate_rad_per_s")
         ),
     ),
-    "ripple of the manipulator": Form(
+    "torque ripple of the manipulator": Form(
         "wristalyzer",
         ("noise that is unrelated to the command",),
         "wristalyzer_trial",

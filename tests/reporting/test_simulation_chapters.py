@@ -203,7 +203,7 @@ def test_match_of_the_angle_is_told_with_its_error_and_beside_that_of_the_run():
 def test_chapter_names_the_engine_of_every_set_and_how_much_engines_differ():
     run = of_thesis(OF_THESIS)
     told = chapter_words("simulation", *content(run, simulation=simulation))
-    assert "The multi-body engine MuJoCo moves the dummy with the sets of parameters that the" in told
+    assert "Some sets of parameters are simulated with the multi-body engine MuJoCo, and the others" in told
     assert "in both ways" not in told
     run.fits["simulation"]["sine-0.5-8s"].facts["engine_differences"] = {
         "theta_percent": 0.0123,
@@ -218,7 +218,7 @@ def test_chapter_names_the_engine_of_every_set_and_how_much_engines_differ():
         assert re.search(rf"\| {re.escape(label)} \|[^|]*\| {engine}\b", told), label
     run.tables["forward"]["engine"] = "equations"
     told = chapter_words("simulation", *content(run, simulation=simulation))
-    assert "A Runge-Kutta method for its equations of motion moves the dummy." in told
+    assert "The dummy is simulated with a Runge-Kutta method for its equations of motion." in told
     assert "MuJoCo" not in told
 
 

@@ -243,7 +243,7 @@ def test_cells_of_latencies_have_a_dash_where_there_is_no_onset():
 
 def test_estimates_are_compared_with_the_truth_of_their_windows():
     words = chapter(run_of(recovery=recovered()))
-    told = "recommended estimates is 3.1 % in K and – % in B; 1 of the 1 intervals cover the true value"
+    told = "recommended estimates is 3.1 % in K and – % in B; all 1 intervals cover the true value"
     assert told in words
     assert "|410|400|−3.1|yes|–|–|–|–|" in words
 
@@ -273,7 +273,7 @@ def test_muscles_without_an_onset_have_no_latency_in_a_caption():
         "10.0 ms."
     )
     assert (
-        "Between windows of 40 to 80 ms, K changes by 1.0 % (calm) with a free reflex torque, and by 10.0 % "
+        "Over windows of 40 to 80 ms, K changes by 1.0 % (calm) with a free reflex torque, and by 10.0 % "
         "(calm) without a reflex torque. Over all windows, K without a reflex torque is "
         "\N{MINUS SIGN}50.0 to 540 N·m/rad (calm)." in found["figure_standing_window"]
     )

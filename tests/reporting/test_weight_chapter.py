@@ -260,8 +260,7 @@ def test_frames_fitted_to_all_weights_are_not_said_to_extrapolate():
     assert "(true first mode: 52.0 and 50.0 Hz)" in told
     assert "at 43.9 ± 0.11 Hz at 60 kg (true: 46.7)" in told
     assert (
-        "are used in the fit, the frames reach R2 = 0.700 to 0.900 under the weights that were left out"
-        in told
+        "are used in the fit, the frames reach R2 = 0.700 to 0.900 under the left-out weight of 60 kg" in told
     )
 
 
@@ -297,7 +296,7 @@ def test_captions_tell_only_what_was_found():
     )
     assert found["figure_4_6"].endswith("of 20.0 kg is 20.00 to 20.40 kg over the trials.")
     assert found["figure_plate_models"].endswith(
-        "model, fitted to the empty belt and the weight, reaches R² = 0.990."
+        "the bristle frame, fitted to the empty belt and the weight, reaches R² = 0.990."
     )
     assert "over all held-out trials from 8.00 to" in found["figure_plate_responses"]
     assert found["figure_foot"] == (

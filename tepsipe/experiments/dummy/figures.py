@@ -326,7 +326,7 @@ _TITLES = {
     "estimator": "Estimator",
 }
 # a combination is not recommended: the estimate to quote needs no choice of these
-_ROLES = {RECOMMENDED: "consistent regression"}
+_ROLES = {RECOMMENDED: "consistent least squares"}
 _SHOWN = {"K": (-10.0, 25.0), "B": (-0.3, 0.6)}  # N·m/rad, N·m·s/rad
 
 

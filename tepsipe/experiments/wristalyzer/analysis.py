@@ -265,7 +265,6 @@ def wristalyzer_result(analysis: WristalyzerAnalysis) -> Result:
         "at_bound": {name: search.at_bound for name, search in searches.items()},
         "many_starts_converged": sum(f.converged for f in analysis.many_starts),
         "many_starts_stiffness_spread_Nm_per_rad": float(spread),
-        "tried_modulus_converged": [m.converged for _, _, m in analysis.tried],
         "tried_modulus_cost": [m.cost for _, _, m in analysis.tried],
         "tried_smooth_cost": [s.cost for _, s, _ in analysis.tried],
         "tried_modulus_vaf_percent": [prepared.prediction_vaf(m.parameters) for _, _, m in analysis.tried],

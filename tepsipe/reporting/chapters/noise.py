@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pandas as pd
 
-from tepsipe.experiments.noise.onsets import BELT, ERROR, found_from
+from tepsipe.experiments.noise.onsets import BELT, found_from
 from tepsipe.reporting.run import Run
 
 
@@ -29,12 +29,9 @@ def numbers(run: Run) -> dict:
 
 
 def _onsets(run: Run) -> list[dict]:
-    """Lowest level (dB) at which all perturbations of a trial are found, and error of their onsets there."""
-    errors = run.rows("noise", noise_on=BELT, quantity=ERROR).set_index(["condition", "snr_db"])["mean"]
-    return [
-        {"condition": condition, "found_from_dB": level, "error_ms": errors[condition, level]}
-        for condition, level in found_from(run.rows("noise", noise_on=BELT).itertuples()).items()
-    ]
+    """Lowest level (dB) at which all perturbations of a trial are found."""
+    found = found_from(run.rows("noise", noise_on=BELT).itertuples())
+    return [{"condition": condition, "found_from_dB": level} for condition, level in found.items()]
 
 
 def _largest_error(run: Run, estimator: str, noise_on: tuple[str, ...], quantity: str) -> float:

@@ -30,7 +30,6 @@ def numbers(run: Run) -> dict:
         "natural_frequency_Hz": _natural_frequency(run),
         "starts": len(arrays["many_starts/start"]),
         "other_bounds": _other_bounds(fits),
-        "tried": {name: arrays[f"tried/{name}"] for name in ("stiffness", "smooth", "modulus")},
         "torque_rms_Nm": [float(fit.arrays["torque"].std()) for fit in fits.values()],
         "coherence_above_lowpass": _coherence_above_lowpass(run),
         "damping_shift_percent": _damping_shift(run),
@@ -40,7 +39,7 @@ def numbers(run: Run) -> dict:
 
 
 def _other_bounds(fits: dict[str, Result]) -> dict:
-    """Fits within random bounds: number, number at the minimum of the printed bounds, losses in one trial.
+    """Fits within random bounds: all, at the minimum of the printed bounds, of high VAF; losses in one trial.
 
     A loss (%) is the VAF of a fit in its own trial less its lowest VAF in another one; None without a fit.
     """
@@ -49,10 +48,12 @@ def _other_bounds(fits: dict[str, Result]) -> dict:
         for fit in fits.values()
         if (found := fit.arrays["other_bounds/parameters"]).size
     ]
+    scores = validate_other_bounds(fits)
     return {
         "fits": sum(end.size for end in ends),
         "usual": sum(int(end.sum()) for end in ends),
-        "largest_loss_in_one_trial_percent": _largest_loss(validate_other_bounds(fits)),
+        "kept": int((scores[:, 0] >= HIGH_VAF).sum()),
+        "largest_loss_in_one_trial_percent": _largest_loss(scores),
         "printed_bounds_loss_in_one_trial_percent": _largest_loss(
             validate_other_bounds(fits, f"{AS_PRINTED}/parameters")
         ),
@@ -129,7 +130,7 @@ def _nearest_bins(run: Run) -> dict | None:
 
 
 def _pooled(run: Run) -> list[dict] | None:
-    """K and B of the rubber, of what the manipulator adds, and of friction alone, by trial."""
+    """K and B of the rubber, and of the friction of the manipulator, by trial."""
     if "wristalyzer_pooled" not in run.fits:
         return None
     pooled = run.fits["wristalyzer_pooled"]["wristalyzer_pooled"]
@@ -144,7 +145,6 @@ def _pooled(run: Run) -> list[dict] | None:
             "condition": condition,
             "rms_angle_rad": pooled.arrays["rms_angle"][k],
             "rubber": share(k, "small", "softening"),
-            "added": share(k, "hardening", "friction"),
             "friction": share(k, "friction"),
         }
         for k, condition in enumerate(pooled.facts["conditions"])
