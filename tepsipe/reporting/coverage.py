@@ -210,13 +210,13 @@ def outcomes_of(
     sources: dict[tuple, dict[str, float]] = {}
     for row in budgets:
         if row.type == "B":
-            sources.setdefault(_key(row), {})[row.source] = row.u
+            sources.setdefault(row.key, {})[row.source] = row.u
     like_recommended = {tuple(names) for names in also_evaluated}
-    true = {_key(row): row.truth for row in truths}
+    true = {row.key: row.truth for row in truths}
     return [
-        Outcome(laboratory, _as_evaluated(e, like_recommended), true[_key(e)], sources.get(_key(e), {}))
+        Outcome(laboratory, _as_evaluated(e, like_recommended), true[e.key], sources.get(e.key, {}))
         for e in estimates
-        if _key(e) in true and (e.experiment != "standing" or not pooled or e.condition in pooled)
+        if e.key in true and (e.experiment != "standing" or not pooled or e.condition in pooled)
     ]
 
 
@@ -225,10 +225,6 @@ def _as_evaluated(estimate: Estimate, like_recommended: set[tuple]) -> Estimate:
     if names in like_recommended and estimate.quantity in QUOTED:
         return replace(estimate, recommended=True)
     return estimate
-
-
-def _key(row: Estimate | Contribution | Recovery) -> tuple:
-    return row.experiment, row.condition, row.pathway, row.estimator, row.quantity
 
 
 def covered(outcome: Outcome) -> bool:
