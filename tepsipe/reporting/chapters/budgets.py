@@ -69,6 +69,3 @@ def largest_source(budget: RelativeBudget) -> dict:
         "now_percent": factor * float(np.hypot(a, b)),
         "after_percent": float(after),
     }
-
-
-PREDICATES = ()
