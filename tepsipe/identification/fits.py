@@ -152,12 +152,7 @@ def fit_impedance(
     from tepsipe.signals.filters import butterworth_lowpass
 
     named = notes.of_names(time=(time, "s"), angle=(angle, "rad"), torque=(torque, "Nm"))
-    time, rate_hz = regular_rate(time)
-    angle = plausible_angle(samples(angle, "rad", "angle"))
-    torque = samples(torque, "Nm", "torque")
-    same_length(time, angle=angle, torque=torque)
-    refuse_constant(angle=angle, torque=torque)
-    refuse_same(time=time, angle=angle, torque=torque)
+    time, rate_hz, angle, torque = _of_joint(time, angle, torque)
     rng = bootstrap_generator(bootstrap_draws, confidence, seed)
     cutoff_hz, order, thesis, block_s = checked(
         ("cutoff_hz",), cutoff_hz=cutoff_hz, order=order, thesis=thesis, block_s=block_s
@@ -530,12 +525,7 @@ def fit_parallel_cascade(
     from tepsipe.signals.resampling import regular_time, resample
 
     named = notes.of_names(time=(time, "s"), angle=(angle, "rad"), torque=(torque, "Nm"))
-    time, rate_hz = regular_rate(time)
-    angle = plausible_angle(samples(angle, "rad", "angle"))
-    torque = samples(torque, "Nm", "torque")
-    same_length(time, angle=angle, torque=torque)
-    refuse_constant(angle=angle, torque=torque)
-    refuse_same(time=time, angle=angle, torque=torque)
+    time, rate_hz, angle, torque = _of_joint(time, angle, torque)
     rng = bootstrap_generator(bootstrap_draws, confidence, seed)
     training_fraction, cut_s, cutoff_hz, order, resample_rate_hz, block_s = checked(
         training_fraction=training_fraction,
@@ -596,6 +586,19 @@ def fit_parallel_cascade(
 
 
 # ---- parts ---------------------------------------------------------------------------------------
+
+
+def _of_joint(
+    time: Samples, angle: Samples, torque: Samples
+) -> tuple[np.ndarray, float, np.ndarray, np.ndarray]:
+    """Regular time (s), its rate (Hz), angle (rad) and torque (N·m) of a joint that moves."""
+    time, rate_hz = regular_rate(time)
+    angle = plausible_angle(samples(angle, "rad", "angle"))
+    torque = samples(torque, "Nm", "torque")
+    same_length(time, angle=angle, torque=torque)
+    refuse_constant(angle=angle, torque=torque)
+    refuse_same(time=time, angle=angle, torque=torque)
+    return time, rate_hz, angle, torque
 
 
 def _fit_windows(
