@@ -317,8 +317,13 @@ def _add_calibrate(commands: argparse._SubParsersAction) -> None:
     )
     calibrate.add_argument("test", type=Path, help="another recording of the same treadmill")
     _add_belt(calibrate)
-    text = "cutoff of the low-pass filter; default 6"
-    calibrate.add_argument("--cutoff", type=float, default=6.0, metavar="HZ", help=text)
+    calibrate.add_argument(
+        "--cutoff",
+        type=float,
+        default=6.0,
+        metavar="HZ",
+        help="cutoff of the low-pass filter; default 6",
+    )
     calibrate.add_argument(
         "--zero-lag", action="store_true", help="filter forwards and backwards, for offline use"
     )
@@ -898,7 +903,6 @@ def _new_study(chosen: argparse.Namespace) -> None:
 def _plan(chosen: argparse.Namespace) -> None:
     from tepsipe.drawing.style import save_png
     from tepsipe.experiments.planning.figures import plot_plan
-    from tepsipe.experiments.planning.standing_plan import StandingDesign, plan_standing
     from tepsipe.reporting import plan_command as command
 
     names = (name.replace("-", "_") for name, *_ in PLAN_OPTIONS)
@@ -914,17 +918,8 @@ def _plan(chosen: argparse.Namespace) -> None:
         show(command.walking_summary(design))
         return
     table, png = _outputs(chosen.output, (".csv", ".png"))
-    if isinstance(design, StandingDesign):
-        with progress("planning"):
-            standing = plan_standing(design)
-            text, plans = command.standing_summary(standing), {design.pulse.profile: standing}
-        command.write_standing(standing, table)
-    else:
-        with progress("planning"):
-            plan, best = design.plan(chosen.optimise)
-        text, plans = command.summary(plan, best), {plan.design.protocol.pulse.profile: plan}
-        plans |= {} if best is None else {"optimal": best.plan}
-        command.write_plan(plan, best, table)
+    with progress("planning"):
+        text, plans = command.carried_out(design, chosen.optimise, table)
     save_png(plot_plan(plans), png)
     if chosen.json:
         import pandas as pd

@@ -190,7 +190,7 @@ def _uncertainty_words(estimates: Sequence[Estimate]) -> str:
 
 def _truth_words(estimates: Sequence[Estimate], truth: Mapping[tuple, float]) -> str:
     """Sentences on the true values below the estimates, if there are any."""
-    known = [(e.quantity, truth[e.key]) for e in estimates if e.key in truth]
+    known = [(e.quantity, truth[_key(e)]) for e in estimates if _key(e) in truth]
     if not known:
         return ""
     stiffness = [value for quantity, value in known if quantity == "K"]
@@ -232,12 +232,16 @@ def _unit(unit: str) -> str:
     return "" if unit == "1" else unit_symbol(unit)
 
 
+def _key(e: Estimate) -> tuple[str, ...]:
+    return e.experiment, e.condition, e.pathway, e.estimator, e.quantity
+
+
 def _cell(estimate: Estimate, truth: Mapping[tuple, float]) -> str:
     value, interval = by_uncertainty(estimate.value, estimate.ci_low, estimate.ci_high)
     value = below_100(value, estimate.value) if estimate.quantity.startswith("VAF") else value
     mark = ' <b title="flagged, see below">\N{DAGGER}</b>' if estimate.flags else ""
     between = f' <span class="interval">({text(interval)})</span>' if interval else ""
-    true = truth.get(estimate.key)
+    true = truth.get(_key(estimate))
     beside = "" if true is None else f'<br><span class="truth">true {text(number(true))}</span>'
     return f'<span class="nowrap">{text(value)}{mark}</span>{between}{beside}'
 
@@ -296,7 +300,7 @@ def trial_facts(trial: Trial, experiment: str, choices: dict) -> list[tuple[str,
 def choices_of_trial(files, chosen) -> dict:
     """Choices of a trial's page: study, the trial's row of the sheet, ``truth``, and ``neutral`` names."""
     rows = RECOVERIES.read(*files.truth) if files.truth else []
-    truth = {row.key: row.truth for row in rows}
+    truth = {(r.experiment, r.condition, r.pathway, r.estimator, r.quantity): r.truth for r in rows}
     return {"study": chosen.title, "truth": truth, "neutral": chosen.neutral, **chosen.trial}
 
 
