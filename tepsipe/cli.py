@@ -318,11 +318,7 @@ def _add_calibrate(commands: argparse._SubParsersAction) -> None:
     calibrate.add_argument("test", type=Path, help="another recording of the same treadmill")
     _add_belt(calibrate)
     calibrate.add_argument(
-        "--cutoff",
-        type=float,
-        default=6.0,
-        metavar="HZ",
-        help="cutoff of the low-pass filter; default 6",
+        "--cutoff", type=float, default=6.0, metavar="HZ", help="cutoff of the low-pass filter; default 6"
     )
     calibrate.add_argument(
         "--zero-lag", action="store_true", help="filter forwards and backwards, for offline use"
@@ -789,11 +785,7 @@ def _calibrate(chosen: argparse.Namespace) -> tuple[str, ...]:
     models, csv, png = _outputs(chosen.output, (".json", ".csv", ".png"), chosen.train, chosen.test)
     with progress("calibrating"):
         calibration = calibrate_files(
-            chosen.train,
-            chosen.test,
-            _channels(chosen, 2),
-            cutoff_hz=chosen.cutoff,
-            zero_lag=chosen.zero_lag,
+            chosen.train, chosen.test, _channels(chosen, 2), cutoff_hz=chosen.cutoff, zero_lag=chosen.zero_lag
         )
     calibration.save(models)
     calibration.to_frame().to_csv(csv, index=False)
@@ -834,12 +826,7 @@ def _compensate(chosen: argparse.Namespace) -> int:
     (channels,) = _channels(chosen, 1)
     with progress(f"compensating {chosen.recording.name}"):
         done = compensate(
-            chosen.recording,
-            chosen.models,
-            chosen.output,
-            channels,
-            model=chosen.model,
-            strict=chosen.strict,
+            chosen.recording, chosen.models, chosen.output, channels, model=chosen.model, strict=chosen.strict
         )
     refused = done.output is None
     _print_notes(done.notes)

@@ -41,14 +41,7 @@ from tepsipe.identification.budgets.manipulator import (
 from tepsipe.identification.cascade.fit import ParallelCascadeFit
 from tepsipe.identification.cascade.options import ParallelCascadeOptions
 from tepsipe.identification.one_thread import one_thread
-from tepsipe.identification.result import (
-    PARAMETERS,
-    Curve,
-    ImpedanceFit,
-    Quantity,
-    quantities_of,
-    symbol_of,
-)
+from tepsipe.identification.result import PARAMETERS, Curve, ImpedanceFit, Quantity, quantities_of, symbol_of
 from tepsipe.signals.array_types import Samples
 from tepsipe.signals.sample_faults import of_samples
 from tepsipe.statistics.uncertainty import Source, stated_sources
@@ -367,11 +360,7 @@ def fit_admittance(
     >>> print(f"I = {fit.I:.4f}, B = {fit.B:.3f}, K = {fit.K:.2f}")
     I = 0.0150, B = 0.200, K = 10.00
     """
-    from tepsipe.identification.admittance_fit import (
-        TABLE_3_2,
-        Bounds,
-        starting_values,
-    )
+    from tepsipe.identification.admittance_fit import TABLE_3_2, Bounds, starting_values
     from tepsipe.identification.consistency import combined, delay_of_response
     from tepsipe.mechanics.impedance_model import admittance
     from tepsipe.signals.response import FrequencyResponse

@@ -125,11 +125,7 @@ def _check(estimate: Estimate) -> None:
 
 # participant and belt may follow, without being read
 ESTIMATES = Table(
-    Estimate,
-    "estimates",
-    check=_check,
-    complete=_flagged_where_undefined,
-    further=("participant", "belt"),
+    Estimate, "estimates", check=_check, complete=_flagged_where_undefined, further=("participant", "belt")
 )
 
 

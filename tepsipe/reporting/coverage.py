@@ -234,9 +234,7 @@ def covered(outcome: Outcome) -> bool:
 
 
 def coverage_rows(
-    outcomes: Sequence[Outcome],
-    sets: Sequence[str],
-    windows_s: Mapping[str, Mapping[str, float | None]],
+    outcomes: Sequence[Outcome], sets: Sequence[str], windows_s: Mapping[str, Mapping[str, float | None]]
 ) -> list[CoverageRow]:
     """The table of the coverage.
 

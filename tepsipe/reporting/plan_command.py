@@ -220,8 +220,7 @@ def _dummy_design(content: dict[str, Any], place: str) -> DummyDesign:
         foot=Foot(**(FOOT | read_options(Foot, foot, f"{place}: foot", FOOT))),
         rig=Rig(**read_options(Rig, rig, f"{place}: rig", _keys(Rig, "leg_markers"))),
         protocol=Protocol(
-            pulse=pulse,
-            **read_options(Protocol, protocol, f"{place}: protocol", _keys(Protocol, "pulse")),
+            pulse=pulse, **read_options(Protocol, protocol, f"{place}: protocol", _keys(Protocol, "pulse"))
         ),
         sources={} if without else sources,
     )

@@ -95,10 +95,7 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
                 "rename its condition"
             )
         trials[key] = TrialRow(
-            **{
-                **vars(row),
-                "files": {k: str(Path(recordings_folder) / f) for k, f in row.files.items()},
-            }
+            **{**vars(row), "files": {k: str(Path(recordings_folder) / f) for k, f in row.files.items()}}
         )
     _check_together(trials, path)
     return trials

@@ -298,13 +298,7 @@ def compensate_recording(
 
 
 def compensate(
-    path: Path,
-    models: Path,
-    output: Path | None,
-    channels: BeltChannels,
-    *,
-    model: str | None,
-    strict: bool,
+    path: Path, models: Path, output: Path | None, channels: BeltChannels, *, model: str | None, strict: bool
 ) -> Compensation:
     """As `compensate_recording` (m/s, N, N·m), but nothing is written if ``strict`` and there are notes."""
     known = read_models(models)

@@ -17,11 +17,7 @@ from tepsipe.experiments.standing.free_reflex.results import (
 )
 from tepsipe.experiments.standing.muscle_torque import ActiveOptions
 from tepsipe.experiments.standing.options import Person, StandingEstimator, TorquePathway
-from tepsipe.experiments.standing.thesis.impedance import (
-    fit_all,
-    standing_result,
-    stiffness_by_window,
-)
+from tepsipe.experiments.standing.thesis.impedance import fit_all, standing_result, stiffness_by_window
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency, latency_estimates, muscle_latency
 from tepsipe.io.estimates import flagged
 from tepsipe.io.result import Result
