@@ -57,7 +57,8 @@ def fit(
     perturbations = sum(result.arrays["processed/onsets_s"].size for result in responses)
     detector, lengthened = section["latency"]["detector"], _lengthened_by(section)
     of_emg = emg_faults(trials, lengthened, latencies, detector)
-    fits |= fit_free(broadband, name, estimators, choices, perturbations, onset, person, of_emg)
+    common = name, estimators, choices, perturbations, onset, person, of_emg
+    fits |= fit_free(broadband, *common)
     apart = dict.fromkeys(sentence for fit in fits.values() for sentence in fit.apart)
     facts = {
         "left_out": [*notes, *silent, *apart],
@@ -73,7 +74,7 @@ def fit(
     rows, contributions = fit_rows(task, fits, critical_stiffness)
     for latency in latencies:
         rows += flagged(latency_estimates(task, latency, choices.sources.get("latency_s")), *of_emg)
-    rows_of_legs, more = leg_rows(task, legs, name, estimators, choices, perturbations, onset, person, of_emg)
+    rows_of_legs, more = leg_rows(task, legs, lambda trials: fit_free(trials, *common))
     pathway = TorquePathway(**section["pathways"][choices.pathway])
     return Fitted(
         with_budgets(result, fits),
