@@ -271,19 +271,11 @@ def compare_phases_with_truth(
     Returns: one per value; what has no value, or is assumed, is left out (units in the estimates).
     """
     at = {(e.condition, e.pathway): e.value for e in estimates if e.quantity == "phase"}
-    return [
-        recovery_of(
-            e,
-            float(
-                np.interp(
-                    at[e.condition, e.pathway],
-                    curves[e.condition]["percent"],
-                    curves[e.condition][e.quantity],
-                )
-            ),
-            AT_PHASE,
-        )
-        for e in estimates
-        if e.condition in curves and e.quantity in ("I", "B", "K")
-        if (e.condition, e.pathway) in at and "assumed" not in e.flags.split(";")
-    ]
+    rows = []
+    for e in estimates:
+        curve, phase = curves.get(e.condition), at.get((e.condition, e.pathway))
+        assumed = "assumed" in e.flags.split(";")
+        if curve is not None and phase is not None and e.quantity in ("I", "B", "K") and not assumed:
+            truth = float(np.interp(phase, curve["percent"], curve[e.quantity]))
+            rows.append(recovery_of(e, truth, AT_PHASE))
+    return rows
