@@ -78,6 +78,17 @@ def one(base, recording, seed, degrees, counts, *, gain=25.0, options=None):
     return analyse_walking(simulated, strides, walk.onsets, options or WalkingOptions()), joint
 
 
+def stiffness_at(impedance, percent):
+    """K (N·m/rad) at a phase (%), on the line through the nearest two."""
+    usable = [phase for phase, fit in impedance.phases.items() if not fit.flags]
+    near = sorted(usable, key=lambda phase: abs(impedance.at_percent[phase] - percent))[:2]
+    if len(near) < 2:
+        return float("nan")
+    (a, b), (first, second) = ([x[p] for p in near] for x in (impedance.at_percent, impedance.phases))
+    share = (percent - a) / (b - a)
+    return float((1.0 - share) * first.values[2] + share * second.values[2])
+
+
 def scenario(base, recording, seeds, degrees, counts, **choices):
     """Per seed and phase: phase, K, truth, covered, B, truth, covered, K there, truth, flag, its phase."""
     rows = []
@@ -86,7 +97,7 @@ def scenario(base, recording, seeds, degrees, counts, **choices):
         for phase, fit in impedance.phases.items():
             at = impedance.at_percent[phase]
             truth_k, truth_b = float(joint.stiffness(at)), float(joint.damping(at))
-            nominal = impedance.stiffness_at(phase)[0]
+            nominal = stiffness_at(impedance, phase)
             rows.append(
                 (
                     phase,

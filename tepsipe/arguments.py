@@ -13,17 +13,7 @@ from functools import cache
 from itertools import combinations
 from numbers import Integral, Real
 from pathlib import Path
-from typing import (
-    Annotated,
-    Any,
-    Literal,
-    NoReturn,
-    TypeVar,
-    Union,
-    get_args,
-    get_origin,
-    get_type_hints,
-)
+from typing import Annotated, Any, Literal, NoReturn, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -565,11 +555,7 @@ def unit_by_name(label: str, unit: str, name: str) -> tuple[str, bool]:
 
 
 def samples(
-    values: object,
-    unit: str | None,
-    name: str,
-    *,
-    shape: Sequence[int | None] | None = (None,),
+    values: object, unit: str | None, name: str, *, shape: Sequence[int | None] | None = (None,)
 ) -> np.ndarray:
     """Samples as floating-point numbers in ``unit``.
 

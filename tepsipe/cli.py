@@ -133,16 +133,17 @@ def add_strict(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--strict", action="store_true", help="exit with code 3 if the result has notes")
 
 
+def add_output(parser: argparse.ArgumentParser, metavar: str, default: str | None, text: str) -> None:
+    """Add the option ``--output`` to a command."""
+    path = None if default is None else Path(default)
+    parser.add_argument("--output", type=Path, default=path, metavar=metavar, help=text)
+
+
 # options of a design that a person types: name, type, unit, meaning and default
 PLAN_OPTIONS = (
     ("stiffness", float, "Nm/rad", "expected K; default 10, of a standing person's ankles 400"),
     ("damping", float, "Nms/rad", "expected B; default 0.1, of a standing person's ankles 10"),
-    (
-        "number",
-        int,
-        "N",
-        "perturbations; default 14, for a standing person 40, for a walking one 150",
-    ),
+    ("number", int, "N", "perturbations; default 14, for a standing person 40, for a walking one 150"),
     ("amplitude", float, "m/s", "peak velocity of the pulse; default 0.3, for a standing person 0.4"),
     ("profile", str, "NAME", "profile of the pulse: sine (default), minjerk, half-sine or ramp"),
     ("duration", float, "s", "length of the pulse; default 0.1"),
@@ -161,10 +162,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns: 0, 1 where ``check`` finds a fault or ``compensate --strict`` writes nothing, 2 where the input
     cannot be used, or 3 where ``--strict`` is given and there are notes.
     """
-    for stream in (
-        sys.stdout,
-        sys.stderr,
-    ):  # a character that the terminal does not have is shown by its code
+    for stream in (sys.stdout, sys.stderr):  # a character that the terminal lacks is shown by its code
         with contextlib.suppress(AttributeError):
             stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
     parser = _parser()
@@ -214,18 +212,19 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"tepsipe {__version__}")
     parser.set_defaults(command=None, strict=False)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND")
-    _add_fit(commands)
-    _add_calibrate(commands)
-    _add_compensate(commands)
-    _add_info(commands)
-    _add_new_study(commands)
-    _add_plan(commands)
-    _add_check(commands)
-    _add_run(commands)
-    _add_archive(commands)
-    _add_export(commands)
-    _add_benchmark(commands)
+    for add in (_add_fit, _add_calibrate, _add_compensate, _add_info, _add_new_study, _add_plan):
+        add(commands)
+    for add in (_add_check, _add_run, _add_archive, _add_export, _add_benchmark):
+        add(commands)
     return parser
+
+
+# signal of a table -> its units; the first is that of a column whose name states none
+FIT_UNITS = {
+    "angle": ("rad", "deg"),
+    "torque": ("Nm", "Nmm", "mNm"),
+    "belt-velocity": ("m/s", "mm/s", "cm/s", "km/h"),
+}
 
 
 def _add_fit(commands: argparse._SubParsersAction) -> None:
@@ -236,9 +235,8 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
         "and writes it as CSV, with a figure as PNG.",
     )
     fit.add_argument("table", type=Path, help="text table with a header: CSV or TSV, .gz allowed")
-    fit.add_argument("--time", required=True, metavar="COLUMN", help="column of the time (s)")
-    fit.add_argument("--angle", required=True, metavar="COLUMN", help="column of the angle")
-    fit.add_argument("--torque", required=True, metavar="COLUMN", help="column of the torque")
+    for name, unit in (("time", " (s)"), ("angle", ""), ("torque", "")):
+        fit.add_argument(f"--{name}", required=True, metavar="COLUMN", help=f"column of the {name}{unit}")
     fit.add_argument(
         "--belt-velocity",
         metavar="COLUMN",
@@ -265,19 +263,9 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
         default="rest",
         help="with --belt-velocity: zero of angle and torque at rest (default), or before each perturbation",
     )
-    fit.add_argument(
-        "--angle-unit", choices=("rad", "deg"), help="default: the one that ends the column's name, else rad"
-    )
-    fit.add_argument(
-        "--torque-unit",
-        choices=("Nm", "Nmm", "mNm"),
-        help="default: the one that ends the column's name, else Nm",
-    )
-    fit.add_argument(
-        "--belt-velocity-unit",
-        choices=("m/s", "mm/s", "cm/s", "km/h"),
-        help="default: the one that ends the column's name, else m/s",
-    )
+    for name, units in FIT_UNITS.items():
+        text = f"default: the one that ends the column's name, else {units[0]}"
+        fit.add_argument(f"--{name}-unit", choices=units, help=text)
     fit.add_argument(
         "--torque-sign",
         type=int,
@@ -302,12 +290,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
         action="store_true",
         help="do not subtract the torque at rest, as in the printed equation (3-9) of the thesis",
     )
-    fit.add_argument(
-        "--output",
-        type=Path,
-        metavar="PREFIX",
-        help="write PREFIX.csv and PREFIX.png; default: the table's name with _fit",
-    )
+    add_output(fit, "PREFIX", None, "write PREFIX.csv and PREFIX.png; default: the table's name with _fit")
     fit.add_argument(
         "--uncertainty",
         action="append",
@@ -335,22 +318,13 @@ def _add_calibrate(commands: argparse._SubParsersAction) -> None:
     calibrate.add_argument("test", type=Path, help="another recording of the same treadmill")
     _add_belt(calibrate, ", once for each recording")
     calibrate.add_argument(
-        "--cutoff",
-        type=float,
-        default=6.0,
-        metavar="HZ",
-        help="cutoff of the low-pass filter; default 6",
+        "--cutoff", type=float, default=6.0, metavar="HZ", help="cutoff of the low-pass filter; default 6"
     )
     calibrate.add_argument(
         "--zero-lag", action="store_true", help="filter forwards and backwards, for offline use"
     )
-    calibrate.add_argument(
-        "--output",
-        type=Path,
-        default=Path("treadmill_models"),
-        metavar="PREFIX",
-        help="write PREFIX.json, PREFIX.csv and PREFIX.png; default treadmill_models",
-    )
+    text = "write PREFIX.json, PREFIX.csv and PREFIX.png; default treadmill_models"
+    add_output(calibrate, "PREFIX", "treadmill_models", text)
     add_json(calibrate)
     add_strict(calibrate)
     calibrate.set_defaults(command=_calibrate)
@@ -543,12 +517,8 @@ def _add_export(commands: argparse._SubParsersAction) -> None:
         default="ankle_angle_r",
         help="coordinate of the OpenSim model (mot, sto); default ankle_angle_r",
     )
-    export.add_argument(
-        "--output",
-        type=Path,
-        metavar="FILE",
-        help="file to write; default: the input's name with the new ending, in the current folder",
-    )
+    text = "file to write; default: the input's name with the new ending, in the current folder"
+    add_output(export, "FILE", None, text)
     export.set_defaults(command=_export)
 
 
@@ -586,13 +556,7 @@ def _add_benchmark(commands: argparse._SubParsersAction) -> None:
     )
     score.add_argument("answers", type=Path, nargs="+", help="table of answers; its name is the method's")
     score.add_argument("truth", type=Path, help="file of the truth")
-    score.add_argument(
-        "--output",
-        type=Path,
-        default=Path("scores"),
-        metavar="PREFIX",
-        help="write PREFIX.csv and PREFIX.png",
-    )
+    add_output(score, "PREFIX", "scores", "write PREFIX.csv and PREFIX.png")
     add_json(score)
     score.set_defaults(command=_benchmark_score)
     baselines = parts.add_parser(
@@ -602,20 +566,12 @@ def _add_benchmark(commands: argparse._SubParsersAction) -> None:
         "and write a table of answers for each.",
     )
     baselines.add_argument("folder", type=Path, help="folder of the problems")
-    baselines.add_argument(
-        "--output",
-        type=Path,
-        default=Path("answers"),
-        metavar="DIR",
-        help="folder to write to; default answers",
-    )
+    add_output(baselines, "DIR", "answers", "folder to write to; default answers")
     baselines.set_defaults(command=_benchmark_baselines)
 
 
 def _benchmark_make(chosen: argparse.Namespace) -> None:
-    options = ["--per-kind", str(chosen.per_kind)]
-    options += [] if chosen.seed is None else ["--seed", str(chosen.seed)]
-    options += [] if chosen.truth is None else ["--truth", str(chosen.truth)]
+    options = _handed_on(chosen, "per-kind", "seed", "truth")
     _by_rules("benchmark", [*options, "--", str(chosen.folder)], "simulating")
 
 
@@ -661,10 +617,7 @@ def _export(chosen: argparse.Namespace) -> None:
     output = chosen.output or Path(f"{chosen.file.stem}.{chosen.to}")
     if _is_one_of(output, chosen.file, chosen.trial):
         raise InputError(f"{output}: expected a file of its own to write to, found the input: choose another")
-    if not output.parent.is_dir():
-        raise InputError(
-            f"--output: expected a folder that exists, found {quoted(output.parent)}: make it first"
-        )
+    _refuse_missing_folder(output, "--output")
     content = read_stored(chosen.file)
     if chosen.to == "mat":
         from tepsipe.io.mat_export import export_mat
@@ -693,12 +646,7 @@ def _add_new_study(commands) -> None:
     )
     study.add_argument("folder", type=Path, help="folder of the recordings")
     study.add_argument("--name", metavar="N", help="name of the study; default: the folder's name")
-    study.add_argument(
-        "--output",
-        type=Path,
-        metavar="DIR",
-        help="folder to write to; default: a folder with the study's name",
-    )
+    add_output(study, "DIR", None, "folder to write to; default: a folder with the study's name")
     study.set_defaults(command=_new_study)
 
 
@@ -727,14 +675,13 @@ def _add_plan(commands: argparse._SubParsersAction) -> None:
     plan.add_argument(
         "--optimise", action="store_true", help="also find the best pulse within the limits of the design"
     )
-    plan.add_argument(
-        "--output", type=Path, default=Path("plan"), metavar="PREFIX", help="write PREFIX.csv and PREFIX.png"
-    )
+    add_output(plan, "PREFIX", "plan", "write PREFIX.csv and PREFIX.png")
     add_json(plan)
     plan.set_defaults(command=_plan)
 
 
 def _fit(chosen: argparse.Namespace) -> tuple[str, ...]:
+    from tepsipe.drawing.style import save_png
     from tepsipe.identification.fits import fit_impedance, fit_parallel_cascade
     from tepsipe.identification.notes import of_column
     from tepsipe.io.readers.any_table import table_columns
@@ -791,7 +738,7 @@ def _fit(chosen: argparse.Namespace) -> tuple[str, ...]:
     except InputError as error:
         raise InputError(f"{chosen.table}: {_with_options(str(error))}") from error
     fit.to_frame().to_csv(csv)
-    fit.plot().savefig(png, dpi=150)
+    save_png(fit.plot(), png)
     notes = (*notes, *map(_with_options, fit.notes))
     if chosen.json:
         content = {name: getattr(fit, name) for name in ("estimator", "vaf", "vaf_of", "confidence")}
@@ -834,23 +781,17 @@ def _with_options(sentence: str) -> str:
 
 
 def _calibrate(chosen: argparse.Namespace) -> tuple[str, ...]:
+    from tepsipe.drawing.style import save_png
     from tepsipe.experiments.belt.file_calibration import calibrate_files
 
     models, csv, png = _outputs(chosen.output, (".json", ".csv", ".png"), chosen.train, chosen.test)
     with progress("calibrating"):
         calibration = calibrate_files(
-            chosen.train,
-            chosen.test,
-            _velocities(chosen, 2),
-            loads=chosen.load,
-            time=chosen.time,
-            load_unit=chosen.load_unit,
-            cutoff_hz=chosen.cutoff,
-            zero_lag=chosen.zero_lag,
+            chosen.train, chosen.test, _channels(chosen, 2), cutoff_hz=chosen.cutoff, zero_lag=chosen.zero_lag
         )
     calibration.save(models)
     calibration.to_frame().to_csv(csv, index=False)
-    calibration.plot().savefig(png, dpi=150)
+    save_png(calibration.plot(), png)
     if chosen.json:
         contents = {}
         for load, one in calibration.loads.items():
@@ -864,9 +805,9 @@ def _calibrate(chosen: argparse.Namespace) -> tuple[str, ...]:
     return calibration.notes
 
 
-def _velocities(chosen: argparse.Namespace, count: int) -> list[Any]:
-    """Sources of the belt velocity of some recordings."""
-    from tepsipe.experiments.belt.files import BeltVelocity
+def _channels(chosen: argparse.Namespace, count: int) -> list[Any]:
+    """What is read of some recordings of a belt."""
+    from tepsipe.experiments.belt.files import BeltChannels, BeltVelocity
 
     if len(chosen.velocity) not in (0, 1, count):
         raise InputError(
@@ -875,30 +816,24 @@ def _velocities(chosen: argparse.Namespace, count: int) -> list[Any]:
         )
     names = chosen.velocity or [None]
     further = tuple(chosen.belt_markers), chosen.velocity_scale, chosen.velocity_offset
-    return [BeltVelocity(name, *further) for name in (names * count)[:count]]
+    velocities = [BeltVelocity(name, *further) for name in (names * count)[:count]]
+    return [BeltChannels(velocity, chosen.load, chosen.time, chosen.load_unit) for velocity in velocities]
 
 
 def _compensate(chosen: argparse.Namespace) -> int:
+    from tepsipe.drawing.style import save_png
     from tepsipe.experiments.belt.compensation import compensate
 
     (png,) = _outputs(chosen.output, (".png",), chosen.recording, chosen.models)
-    (velocity,) = _velocities(chosen, 1)
+    (channels,) = _channels(chosen, 1)
     with progress(f"compensating {chosen.recording.name}"):
         done = compensate(
-            chosen.recording,
-            chosen.models,
-            chosen.output,
-            velocity,
-            loads=chosen.load,
-            time=chosen.time,
-            load_unit=chosen.load_unit,
-            model=chosen.model,
-            strict=chosen.strict,
+            chosen.recording, chosen.models, chosen.output, channels, model=chosen.model, strict=chosen.strict
         )
     refused = done.output is None
     _print_notes(done.notes)
     if not refused:
-        done.plot().savefig(png, dpi=150)
+        save_png(done.plot(), png)
     written = [] if refused else [chosen.output, png]
     if chosen.json:
         loads = done.to_frame().to_dict("records")
@@ -957,7 +892,6 @@ def _new_study(chosen: argparse.Namespace) -> None:
 def _plan(chosen: argparse.Namespace) -> None:
     from tepsipe.drawing.style import save_png
     from tepsipe.experiments.planning.figures import plot_plan
-    from tepsipe.experiments.planning.standing_plan import StandingDesign, plan_standing
     from tepsipe.reporting import plan_command as command
 
     names = (name.replace("-", "_") for name, *_ in PLAN_OPTIONS)
@@ -973,17 +907,8 @@ def _plan(chosen: argparse.Namespace) -> None:
         show(command.walking_summary(design))
         return
     table, png = _outputs(chosen.output, (".csv", ".png"))
-    if isinstance(design, StandingDesign):
-        with progress("planning"):
-            standing = plan_standing(design)
-            text, plans = command.standing_summary(standing), {design.pulse.profile: standing}
-        command.write_standing(standing, table)
-    else:
-        with progress("planning"):
-            plan, best = design.plan(chosen.optimise)
-        text, plans = command.summary(plan, best), {plan.design.protocol.pulse.profile: plan}
-        plans |= {} if best is None else {"optimal": best.plan}
-        command.write_plan(plan, best, table)
+    with progress("planning"):
+        text, plans = command.carried_out(design, chosen.optimise, table)
     save_png(plot_plan(plans), png)
     if chosen.json:
         import pandas as pd
@@ -1003,9 +928,15 @@ def _picture(file: Path, wanted: Path) -> Path:
             f"{png}: expected a PNG to write to, found a name of another kind or a file that is no picture: "
             "choose another name after --plot"
         )
-    if not png.parent.is_dir():
-        raise InputError(f"--plot: expected a folder that exists, found {quoted(png.parent)}: make it first")
+    _refuse_missing_folder(png, "--plot")
     return png
+
+
+def _refuse_missing_folder(file: Path, option: str) -> None:
+    if not file.parent.is_dir():
+        raise InputError(
+            f"{option}: expected a folder that exists, found {quoted(file.parent)}: make it first"
+        )
 
 
 def _is_one_of(path: Path, *others: Path | None) -> bool:
@@ -1042,10 +973,15 @@ def _check(chosen: argparse.Namespace) -> int:
 def _archive(chosen: argparse.Namespace) -> None:
     from tepsipe.new_study.start import own_files
 
-    options = [f"--{name}={getattr(chosen, name)}" for name in ("output", "agent", "licence")]
-    options = [option for option in options if not option.endswith("=None")]
+    options = _handed_on(chosen, "output", "agent", "licence")
     options += ["--with-recordings"] if chosen.with_recordings else []
     _by_rules("archive", [*options, *own_files(chosen.files)], "packing")
+
+
+def _handed_on(chosen: argparse.Namespace, *names: str) -> list[str]:
+    """Options that were given, as arguments of a module of the rules."""
+    given = {name: getattr(chosen, name.replace("-", "_")) for name in names}
+    return [f"--{name}={value}" for name, value in given.items() if value is not None]
 
 
 def _by_rules(module: str, arguments: Sequence[str], what: str) -> int:
@@ -1116,10 +1052,7 @@ def _outputs(prefix: Path, endings: Sequence[str], *inputs: Path) -> list[Path]:
             raise InputError(
                 f"{file}: expected a file of its own to write to, found the input: choose another --output"
             )
-    if not prefix.parent.is_dir():
-        raise InputError(
-            f"--output: expected a folder that exists, found {quoted(prefix.parent)}: make it first"
-        )
+    _refuse_missing_folder(prefix, "--output")
     return files
 
 

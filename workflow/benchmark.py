@@ -14,7 +14,6 @@ and a salt, and the folder its SHA-256: once both are public, anyone can make th
 """
 
 import argparse
-import copy
 import hashlib
 import hmac
 import json
@@ -54,8 +53,9 @@ from tepsipe.virtual_lab.human_joint import RATE_HZ as MANIPULATOR_HZ
 from tepsipe.virtual_lab.human_joint import HumanJoint, move_human_joint
 from tepsipe.virtual_lab.standing_trial import make_standing_trial
 from tepsipe.virtual_lab.treadmill_trial import Protocol, write_treadmill_log
+from workflow.support.laboratories import changed_constants
 from workflow.support.places import ROOT
-from workflow.support.yaml_file import read_constants
+from workflow.support.yaml_file import read_constants, read_settings
 
 # a seed below this can be found by trying
 LEAST_SECRET = 2**64
@@ -72,65 +72,19 @@ TORQUE_NOISE_NM = {"passive": 0.005, "softening": 0.005, "ankle": 0.05, "standin
 # noise of an angle from markers, per noise of a marker (rad/m)
 ANGLE_PER_NOISE = 5.0
 PERSON_FALLS = 20
-
-# constants that differ from the file: one clock and no gaps, because alignment and repair are not tested, and
-# a foot that does not tilt, because its rotation would be missing in the angle of the joint
-CHANGED = {
-    "dummy.foot_tilt.compliance_rad_per_Nm": 0.0,
-    "treadmill.capture.latency_s": 0.0,
-    "treadmill.capture.clock_ppm": 0.0,
-    "treadmill.capture.marker_sampling_hz": np.inf,
-    "treadmill.capture.occlusions_per_minute": 0.0,
+TIMES = {
     "treadmill.capture.rate_hz": CAMERA_HZ,
     "treadmill.protocol.rest_before_s": REST_S,
     "treadmill.protocol.rest_after_s": REST_S,
 }
-NOISE = {"treadmill.capture.noise_m": {"log_uniform": [1e-5, 1e-4]}}
-# joints of the legs: constants, and what is drawn beside what every laboratory draws
-JOINTS: dict[str, tuple[dict, dict]] = {
-    "linear": (
-        {"dummy.rubber.softening": 0.0, "dummy.rubber.softened_damping_Nms_per_rad": 0.0},
-        {
-            "dummy.rubber.stiffness_Nm_per_rad": {"log_uniform": [6.0, 20.0]},
-            "dummy.rubber.damping_Nms_per_rad": {"log_uniform": [0.08, 0.4]},
-        },
-    ),
-    "softening": (
-        {},
-        {
-            "dummy.rubber.stiffness_Nm_per_rad": {"log_uniform": [8.0, 20.0]},
-            "dummy.rubber.damping_Nms_per_rad": {"log_uniform": [0.08, 0.3]},
-            "dummy.rubber.softening": {"log_uniform": [0.2, 0.6]},
-            "dummy.rubber.softening_angle_rad": {"log_uniform": [0.01, 0.05]},
-            "dummy.rubber.softened_damping_Nms_per_rad": {"log_uniform": [0.02, 0.2]},
-        },
-    ),
-    "hysteresis": (
-        {"dummy.rubber.softening": 0.0, "dummy.rubber.softened_damping_Nms_per_rad": 0.0},
-        {
-            "dummy.rubber.stiffness_Nm_per_rad": {"log_uniform": [6.0, 15.0]},
-            "dummy.rubber.damping_Nms_per_rad": {"log_uniform": [0.08, 0.3]},
-            "dummy.rubber.bristle_Nm_per_rad": {"log_uniform": [2.0, 8.0]},
-            "dummy.rubber.bristle_rad": {"log_uniform": [0.005, 0.03]},
-        },
-    ),
-}
-INERTIA = {"dummy.subject.joint_inertia_kgm2": {"log_uniform": [0.003, 0.03]}}
-# standing person, by task: stiffness, short range and damping of the ankles
-TASKS = {
-    "relax": ([270.0, 400.0], [100.0, 250.0], [5.0, 12.0]),
-    "stiff": ([420.0, 600.0], [200.0, 400.0], [8.0, 16.0]),
-}
-HUMAN = {
-    "inertia_kgm2": (0.008, 0.02),
-    "damping_Nms_per_rad": (0.4, 1.5),
-    "stiffness_Nm_per_rad": (30.0, 120.0),
-    "reflex_gain_Nms_per_rad": (3.0, 15.0),
-    "reflex_delay_s": (0.037, 0.05),
-    "reflex_threshold_rad_per_s": (0.05, 0.25),
-    "slow_torque_Nm": (0.1, 0.5),
-    "step_rad": (0.015, 0.04),
-}
+
+# what is drawn, and between which ends
+DRAWN = read_settings(ROOT / "config/benchmark.yaml")
+# known of a leg: its sources of uncertainty in the study that act on these recordings
+KNOWN = (
+    *("leg_mass_kg", "leg_com_m", "leg_inertia_kgm2", "joint_offset_m", "anterior_offset_m"),
+    *("longitudinal_offset_m", "marker_scale", "levelled_rad", "leg_bending_rad_per_m_per_s2"),
+)
 
 
 class Secret:
@@ -164,14 +118,6 @@ class Fault(NamedTuple):
         return self.size if name == self.name else None
 
 
-SIZES = {
-    "late torque": (0.003, 0.012),
-    "filtered torque": (5.0, 15.0),
-    "soft plate": (12.0, 30.0),
-    "camera noise": (4e-4, 1e-3),
-}
-
-
 class Made(NamedTuple):
     """A problem that was made."""
 
@@ -191,7 +137,7 @@ def fault_of(secret: Secret, problem: str) -> Fault:
     if random.random() >= SPOILED:
         return Fault()
     name = random.choice(FAULTS)
-    return Fault(name, _between(random, *SIZES[name]))
+    return Fault(name, _between(random, *DRAWN["faults"][name]))
 
 
 def _between(random: Random, low: float, high: float) -> float:
@@ -205,20 +151,14 @@ def laboratory_of(
 
     changes, drawn: path of a constant -> its value, and its distribution beside those of the file.
     """
-    own = copy.deepcopy(constants)
-    plate = fault.size_of("soft plate")
-    changes = CHANGED | changes | {"treadmill.plate.force_delay_s": fault.size_of("late torque") or 0.0}
+    plate, fixed = fault.size_of("soft plate"), DRAWN["constants"] | TIMES
+    changes = fixed | changes | {"treadmill.plate.force_delay_s": fault.size_of("late torque") or 0.0}
     changes |= {} if plate is None else {"treadmill.plate.resonance_hz": plate}
-    for path, value in changes.items():
-        *holders, last = path.split(".")
-        place = own
-        for key in holders:
-            place = place[key]
-        place[last] = value
     noise = fault.size_of("camera noise")
-    own["drawn"] = {path: how for path, how in own["drawn"].items() if path not in CHANGED} | NOISE | drawn
-    own["seed"] = secret.number(problem, "constants")
-    own = draw_laboratory(own)
+    known = {path: how for path, how in constants["drawn"].items() if path not in fixed}
+    chosen = {"constants": changes, "drawn": DRAWN["drawn"] | drawn}
+    seed = secret.number(problem, "constants")
+    own = draw_laboratory(changed_constants(constants | {"drawn": known}, chosen, seed, problem))
     if noise is not None:
         own["treadmill"]["capture"]["noise_m"] = noise
     own["seed"] = secret.number(problem, "instruments")
@@ -229,8 +169,7 @@ def make_leg(constants: dict, secret: Secret, problem: str, kind: str, fault: Fa
     """A leg on a joint, on a pulsed belt."""
     random = secret.random(problem, "protocol")
     law = "linear" if kind == "passive" else random.choice(("softening", "hysteresis"))
-    changes, drawn = JOINTS[law]
-    truth = laboratory_of(constants, secret, problem, changes, drawn | INERTIA, fault)
+    truth = laboratory_of(constants, secret, problem, *DRAWN["legs"][law].values(), fault)
     amplitude = random.choice((0.2, 0.3, 0.4, 0.5))
     protocol = Protocol(random.choice(("sine", "minjerk")), amplitude, INTERVAL_S, LEG_S)
     names = {"log": "log.mat", "calibration": "calibration.csv", "markers": "markers.c3d"}
@@ -253,14 +192,7 @@ def make_standing(
 ) -> Made:
     """A person who stands on a pulsed belt; one who would fall is drawn again."""
     random = secret.random(problem, "protocol")
-    task = random.choice(tuple(TASKS))
-    stiffness, short, damping = TASKS[task]
-    place = f"standing.tasks.{task}"
-    drawn = {
-        f"{place}.stiffness_Nm_per_rad.0": {"log_uniform": stiffness},
-        f"{place}.short_range_Nm_per_rad": {"log_uniform": short},
-        f"{place}.damping_Nms_per_rad.0": {"log_uniform": damping},
-    }
+    task = random.choice(tuple(DRAWN["tasks"]))
     amplitude = random.choice((0.3, 0.4, 0.5))
     protocol = Protocol(random.choice(("sine", "negative-sine")), amplitude, STANDING_INTERVAL_S, STANDING_S)
     names = {"log": "log.mat", "calibration": "calibration.csv", "markers": "markers.c3d", "emg": "emg.edf"}
@@ -269,7 +201,7 @@ def make_standing(
         motion = Path(hidden) / "motion.h5"
         for attempt in range(PERSON_FALLS):
             own = problem if not attempt else f"{problem}+{attempt}"
-            truth = laboratory_of(constants, secret, own, {}, drawn, fault)
+            truth = laboratory_of(constants, secret, own, {}, DRAWN["tasks"][task], fault)
             try:
                 make_standing_trial(truth, own, task, protocol, files | {"motion": motion})
                 break
@@ -290,7 +222,7 @@ def make_standing(
 def make_ankle(constants: dict, secret: Secret, problem: str, kind: str, fault: Fault, folder: Path) -> Made:
     """A human ankle with a reflex in a position-controlled manipulator, which writes the table itself."""
     random = secret.random(problem, "constants")
-    chosen = {name: _between(random, *ends) for name, ends in HUMAN.items()}
+    chosen = {name: _between(random, *ends) for name, ends in DRAWN["ankle"].items()}
     stiffness = chosen["stiffness_Nm_per_rad"]
     joint = HumanJoint(
         **chosen,
@@ -385,6 +317,7 @@ def _filter_log(log: Path, fault: Fault) -> None:
 def facts(constants: dict) -> dict[str, dict]:
     """What an analysis may know of each kind (units in the keys)."""
     subject, layout = constants["dummy"]["subject"], constants["dummy"]["markers"]
+    sources = read_settings(ROOT / "config/config.yaml")["uncertainty"]["dummy"]
     scale = {"torque_scale": TORQUE_SCALE}
     leg = {
         "rate_hz": CAMERA_HZ,
@@ -393,17 +326,7 @@ def facts(constants: dict) -> dict[str, dict]:
         "belt_fixed": list(MARKERS[:4]),
         "leg": {name: subject[f"leg_{name}"] for name in ("mass_kg", "com_m", "inertia_kgm2")},
         "layout_m": dict(zip(MARKERS[3:], [layout["ankle_m"], *layout["leg_m"]], strict=True)),
-        "leg_uncertainty": {
-            "leg_mass_kg": 0.00433,
-            "leg_com_m": 0.002,
-            "leg_inertia_kgm2": 0.000289,
-            "joint_offset_m": 0.001,
-            "anterior_offset_m": 0.0001,
-            "longitudinal_offset_m": 0.0005,
-            "marker_scale": 0.0001,
-            "levelled_rad": 0.0001,
-            "leg_bending_rad_per_m_per_s2": 3.2e-7,
-        },
+        "leg_uncertainty": {name: sources[name]["standard_uncertainty"] for name in KNOWN},
     }
     plain = {"uncertainty": scale, "labels": []}
     return {

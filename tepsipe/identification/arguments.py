@@ -117,8 +117,3 @@ def bootstrap_generator(draws: int, confidence: float, seed: int) -> np.random.G
     """Generator of a bootstrap of ``draws``, for intervals of a ``confidence``."""
     _, _, seed = checked(confidence=confidence, bootstrap_draws=draws, seed=seed)
     return np.random.default_rng(seed)
-
-
-def check_probability(confidence: float) -> None:
-    """Refuse a confidence outside (0, 1)."""
-    checked(confidence=confidence)

@@ -41,14 +41,7 @@ from tepsipe.identification.budgets.manipulator import (
 from tepsipe.identification.cascade.fit import ParallelCascadeFit
 from tepsipe.identification.cascade.options import ParallelCascadeOptions
 from tepsipe.identification.one_thread import one_thread
-from tepsipe.identification.result import (
-    PARAMETERS,
-    Curve,
-    ImpedanceFit,
-    Quantity,
-    quantities_of,
-    symbol_of,
-)
+from tepsipe.identification.result import PARAMETERS, Curve, ImpedanceFit, Quantity, quantities_of, symbol_of
 from tepsipe.signals.array_types import Samples
 from tepsipe.signals.sample_faults import of_samples
 from tepsipe.statistics.uncertainty import Source, stated_sources
@@ -152,12 +145,7 @@ def fit_impedance(
     from tepsipe.signals.filters import butterworth_lowpass
 
     named = notes.of_names(time=(time, "s"), angle=(angle, "rad"), torque=(torque, "Nm"))
-    time, rate_hz = regular_rate(time)
-    angle = plausible_angle(samples(angle, "rad", "angle"))
-    torque = samples(torque, "Nm", "torque")
-    same_length(time, angle=angle, torque=torque)
-    refuse_constant(angle=angle, torque=torque)
-    refuse_same(time=time, angle=angle, torque=torque)
+    time, rate_hz, angle, torque = _of_joint(time, angle, torque)
     rng = bootstrap_generator(bootstrap_draws, confidence, seed)
     cutoff_hz, order, thesis, block_s = checked(
         ("cutoff_hz",), cutoff_hz=cutoff_hz, order=order, thesis=thesis, block_s=block_s
@@ -372,11 +360,7 @@ def fit_admittance(
     >>> print(f"I = {fit.I:.4f}, B = {fit.B:.3f}, K = {fit.K:.2f}")
     I = 0.0150, B = 0.200, K = 10.00
     """
-    from tepsipe.identification.admittance_fit import (
-        TABLE_3_2,
-        Bounds,
-        starting_values,
-    )
+    from tepsipe.identification.admittance_fit import TABLE_3_2, Bounds, starting_values
     from tepsipe.identification.consistency import combined, delay_of_response
     from tepsipe.mechanics.impedance_model import admittance
     from tepsipe.signals.response import FrequencyResponse
@@ -530,12 +514,7 @@ def fit_parallel_cascade(
     from tepsipe.signals.resampling import regular_time, resample
 
     named = notes.of_names(time=(time, "s"), angle=(angle, "rad"), torque=(torque, "Nm"))
-    time, rate_hz = regular_rate(time)
-    angle = plausible_angle(samples(angle, "rad", "angle"))
-    torque = samples(torque, "Nm", "torque")
-    same_length(time, angle=angle, torque=torque)
-    refuse_constant(angle=angle, torque=torque)
-    refuse_same(time=time, angle=angle, torque=torque)
+    time, rate_hz, angle, torque = _of_joint(time, angle, torque)
     rng = bootstrap_generator(bootstrap_draws, confidence, seed)
     training_fraction, cut_s, cutoff_hz, order, resample_rate_hz, block_s = checked(
         training_fraction=training_fraction,
@@ -596,6 +575,19 @@ def fit_parallel_cascade(
 
 
 # ---- parts ---------------------------------------------------------------------------------------
+
+
+def _of_joint(
+    time: Samples, angle: Samples, torque: Samples
+) -> tuple[np.ndarray, float, np.ndarray, np.ndarray]:
+    """Regular time (s), its rate (Hz), angle (rad) and torque (N·m) of a joint that moves."""
+    time, rate_hz = regular_rate(time)
+    angle = plausible_angle(samples(angle, "rad", "angle"))
+    torque = samples(torque, "Nm", "torque")
+    same_length(time, angle=angle, torque=torque)
+    refuse_constant(angle=angle, torque=torque)
+    refuse_same(time=time, angle=angle, torque=torque)
+    return time, rate_hz, angle, torque
 
 
 def _fit_windows(

@@ -92,13 +92,7 @@ class VaryingImpedance:
 
 @one_thread()
 def impedance_in_windows(
-    joint: MovedJoint,
-    *,
-    window_s: float,
-    step_s: float,
-    block_s: float,
-    draws: int,
-    rng: np.random.Generator,
+    joint: MovedJoint, *, window_s: float, step_s: float, block_s: float, draws: int, rng: np.random.Generator
 ) -> VaryingImpedance:
     """Impedance in sliding windows of a record with random perturbations.
 

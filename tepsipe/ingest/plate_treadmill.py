@@ -217,11 +217,7 @@ def treadmill_trial(
             (*done, *moved),
         ),
         "belt_velocity": Signal(
-            treadmill.velocity,
-            "m/s",
-            ("time",),
-            "measured velocity of the belt",
-            treadmill.derived,
+            treadmill.velocity, "m/s", ("time",), "measured velocity of the belt", treadmill.derived
         ),
     }
     if treadmill.command is not None:
@@ -237,10 +233,7 @@ def treadmill_trial(
             "axis": np.array(["x", "y", "z"]),
         },
         signals={**signals, **({} if markers is None else markers.signals)},
-        attributes={
-            **({} if markers is None else {"hidden_samples": markers.hidden_samples}),
-            **attributes,
-        },
+        attributes={**({} if markers is None else {"hidden_samples": markers.hidden_samples}), **attributes},
     )
 
 
@@ -286,11 +279,7 @@ def marker_signals(
         gaps += ("longer gaps bridged by straight lines",)
     signals = {
         "marker_position": Signal(
-            aligned.astype(np.float32),
-            "m",
-            ("time", "marker", "axis"),
-            "marker positions",
-            (*gaps, instants),
+            aligned.astype(np.float32), "m", ("time", "marker", "axis"), "marker positions", (*gaps, instants)
         ),
         "marker_position_as_sampled": Signal(
             filled[1:].astype(np.float32),

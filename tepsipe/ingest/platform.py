@@ -43,10 +43,7 @@ def ingest_platform(
         flag
         for k in range(len(JOINTS))
         for flag in flags_of(
-            recorded.recorded_hz,
-            None,
-            angle=columns[:, angles.start + k],
-            torque=columns[:, angles.stop + k],
+            recorded.recorded_hz, None, angle=columns[:, angles.start + k], torque=columns[:, angles.stop + k]
         )
     ]
     rate = options.resample_rate_hz

@@ -147,13 +147,7 @@ def _with_emg(trial: Trial, recording: EmgRecording, time: np.ndarray, done: tup
         grid = regular_time(time[0], time[-1], rate)
         signals = resample(time, signals, grid, BAND_PER_RATE * rate)
         time, done = grid, (*done, f"resampled from {recording.rate_hz:g} to {rate:g} Hz")
-    emg = Signal(
-        signals.astype(np.float32),
-        "uV",
-        ("emg_time", "muscle"),
-        "raw electromyograms",
-        done,
-    )
+    emg = Signal(signals.astype(np.float32), "uV", ("emg_time", "muscle"), "raw electromyograms", done)
     return replace(
         trial,
         axes={**trial.axes, "emg_time": time, "muscle": np.array(recording.muscles)},

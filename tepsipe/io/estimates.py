@@ -19,8 +19,8 @@ TYPES = ("A", "B")
 
 
 @dataclass(frozen=True)
-class Estimate:
-    """One estimated quantity."""
+class Estimated:
+    """The first columns of every row about an estimate."""
 
     experiment: str
     condition: str
@@ -30,6 +30,22 @@ class Estimate:
     quantity: str
     unit: str
     """For example I in Nms2/rad, or VAF_trial in %."""
+
+    @property
+    def fit(self) -> tuple[str, str, str, str]:
+        """Experiment, condition, pathway and estimator."""
+        return self.experiment, self.condition, self.pathway, self.estimator
+
+    @property
+    def key(self) -> tuple[str, str, str, str, str]:
+        """The names of the fit, and the quantity."""
+        return *self.fit, self.quantity
+
+
+@dataclass(frozen=True)
+class Estimate(Estimated):
+    """One estimated quantity."""
+
     value: Undefinable
     """The estimate (``unit``)."""
     standard_error: float | None = None
@@ -67,19 +83,15 @@ def recommended(estimates: Iterable[Estimate], pathway: str, estimator: str | No
     B or K is negative none of its trial, pathway and estimator is; they are flagged ``negative`` instead.
     """
     rows = list(estimates)
-    impossible = {_fit_of(e) for e in rows if e.quantity in ("B", "K") and e.value < 0.0}
+    impossible = {e.fit for e in rows if e.quantity in ("B", "K") and e.value < 0.0}
     marked = []
     for e in rows:
         chosen = e.quantity in QUOTED and e.pathway == pathway and estimator in (None, e.estimator)
-        if chosen and _fit_of(e) in impossible:
+        if chosen and e.fit in impossible:
             marked += flagged([replace(e, recommended=False)], "negative")
         else:
             marked.append(replace(e, recommended=chosen))
     return marked
-
-
-def _fit_of(estimate: Estimate) -> tuple[str, ...]:
-    return estimate.experiment, estimate.condition, estimate.pathway, estimate.estimator
 
 
 def _flagged_where_undefined(estimate: Estimate) -> Estimate:
@@ -113,25 +125,14 @@ def _check(estimate: Estimate) -> None:
 
 # participant and belt may follow, without being read
 ESTIMATES = Table(
-    Estimate,
-    "estimates",
-    check=_check,
-    complete=_flagged_where_undefined,
-    further=("participant", "belt"),
+    Estimate, "estimates", check=_check, complete=_flagged_where_undefined, further=("participant", "belt")
 )
 
 
 @dataclass(frozen=True)
-class Contribution:
+class Contribution(Estimated):
     """Contribution of one source to the uncertainty of one estimate."""
 
-    experiment: str
-    condition: str
-    pathway: str
-    estimator: str
-    quantity: str
-    unit: str
-    """The estimate, as in `Estimate`."""
     source: str
     """Name of the source, with its own unit; `SCATTER` for Type A."""
     type: str
@@ -149,16 +150,9 @@ CONTRIBUTIONS = Table(Contribution, "uncertainty budgets", check=_check_contribu
 
 
 @dataclass(frozen=True)
-class Recovery:
+class Recovery(Estimated):
     """One estimate and its true value; the fields are the columns of ``tables/recovery.csv``."""
 
-    experiment: str
-    condition: str
-    pathway: str
-    estimator: str
-    quantity: str
-    unit: str
-    """The estimate, as in `Estimate`."""
     truth: float
     """The laboratory's constant, or the value of the nearest linear joint (``unit``)."""
     value: Undefinable

@@ -269,11 +269,7 @@ def _read(path: str | Path) -> Trial:
                 raise ValueError(f"attributes of {name!r} that are no text")
             unit, meaning, processing = words
             signals[name] = Signal(
-                dataset[...],
-                unit,
-                labels,
-                meaning,
-                tuple(filter(None, processing.split("; "))),
+                dataset[...], unit, labels, meaning, tuple(filter(None, processing.split("; ")))
             )
         attributes = {key: getattr(value, "tolist", lambda v=value: v)() for key, value in file.attrs.items()}
         if not all(isinstance(name, str) for name in (*axes, *attributes)):

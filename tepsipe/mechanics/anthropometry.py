@@ -50,11 +50,7 @@ def both_feet(mass_kg: float, stature_m: float) -> Feet:
 
 
 def standing_body(
-    mass_kg: float,
-    stature_m: float,
-    com_height: float,
-    ankle_height_m: float,
-    gravity_m_per_s2: float,
+    mass_kg: float, stature_m: float, com_height: float, ankle_height_m: float, gravity_m_per_s2: float
 ) -> StandingBody:
     """Body above the ankles as one rigid body.
 

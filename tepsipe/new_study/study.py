@@ -196,12 +196,7 @@ def _ended(name: str, end: str) -> str:
 
 
 def _prepare(
-    folder: Path,
-    name: str,
-    output: Path,
-    groups: list[Group],
-    seen: dict[str, Seen],
-    unused: list[Found],
+    folder: Path, name: str, output: Path, groups: list[Group], seen: dict[str, Seen], unused: list[Found]
 ) -> tuple[NewStudy, dict[str, str]]:
     """A study, and its files as text."""
     plan = Plan()

@@ -161,12 +161,7 @@ def _plan_belt_velocity(plan: Plan, key: str, whole: list[tuple[Group, Seen]], s
         labels = [s.belt_fixed for _, s in whole if s.belt_fixed]
         plan.put(f"{key}.belt_velocity.channel", None, f"no channel of {name} follows the belt")
         if labels:
-            plan.assume(
-                f"{key}.belt_velocity.markers",
-                labels[0][:3],
-                LOW,
-                "belt-fixed markers",
-            )
+            plan.assume(f"{key}.belt_velocity.markers", labels[0][:3], LOW, "belt-fixed markers")
         else:
             plan.ask(
                 f"{key}.belt_velocity.markers",

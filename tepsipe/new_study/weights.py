@@ -123,9 +123,7 @@ def plan_weights(plan: Plan, groups: list[Group], seen: dict[str, Seen]) -> None
         f"the plate shows {kg:.1f} kg: {names}",
     )
     plan.ask(
-        "weight.weight.com_height_m",
-        "height of its centre of mass above the belt (m)",
-        "measure it to 1 mm",
+        "weight.weight.com_height_m", "height of its centre of mass above the belt (m)", "measure it to 1 mm"
     )
     plan.assume(
         "weight.weight.com_forward_of_markers_m",

@@ -9,7 +9,7 @@ other pathways that have one estimator. The rows are written to ``answers.csv`` 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from tepsipe.io.estimates import FLAGS, Estimate
+from tepsipe.io.estimates import FLAGS, Estimate, Estimated
 from tepsipe.io.tables import Table, Undefinable
 
 QUOTABLE, CHECK, REFUSED, COMPARED = "quotable", "check first", "not quotable", "for comparison"
@@ -18,16 +18,9 @@ ASKED = ("I", "B", "K", "mass", "K_ankle_ankle", "B_ankle_ankle", "K_hip_hip", "
 
 
 @dataclass(frozen=True)
-class Answer:
+class Answer(Estimated):
     """One estimate of an answered quantity."""
 
-    experiment: str
-    condition: str
-    pathway: str
-    estimator: str
-    quantity: str
-    unit: str
-    """The estimate, as in `tepsipe.io.estimates.Estimate`."""
     value: Undefinable
     ci_low: float | None
     ci_high: float | None
@@ -94,7 +87,4 @@ def _answer(e: Estimate, verdict: str) -> Answer:
     texts = [FLAGS[flag].partition(". ") for flag in e.flags.split(";") if flag]
     reasons = "; ".join(found for found, _, _ in texts)
     to_do = " ".join(f"{advice}." for _, _, advice in texts)
-    return Answer(
-        *(e.experiment, e.condition, e.pathway, e.estimator, e.quantity, e.unit),
-        *(e.value, e.ci_low, e.ci_high, verdict, reasons, to_do, e.flags),
-    )
+    return Answer(*e.key, e.unit, e.value, e.ci_low, e.ci_high, verdict, reasons, to_do, e.flags)

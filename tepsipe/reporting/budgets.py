@@ -106,9 +106,7 @@ class RelativeBudget:
 
 
 def relative_budgets(
-    contributions: Iterable[Contribution],
-    estimates: Iterable[Estimate],
-    quantities: Sequence[str] = QUOTED,
+    contributions: Iterable[Contribution], estimates: Iterable[Estimate], quantities: Sequence[str] = QUOTED
 ) -> dict[str, RelativeBudget]:
     """Budgets of some estimates, relative to their values.
 

@@ -2,9 +2,10 @@
 
 import difflib
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from operator import sub, truediv
 
 import numpy as np
 
@@ -169,28 +170,16 @@ def _foot_over_leg(f: Findings) -> float:
     return float(min(foot[name] / leg[name] for name in leg))
 
 
-def _at_8_s(quantity: str, profile: str) -> Callable[[Findings], tuple[float, float]]:
-    def pair(f: Findings) -> tuple[float, float]:
+def _every_8_s(
+    compare: Callable[[float, float], float], quantity: str, profile: str
+) -> Callable[[Findings], float]:
+    """A quantity of pulses every 8 s compared with that of pulses every 4 s."""
+
+    def compared(f: Findings) -> float:
         values = f.by_condition("dummy", quantity)
-        return values[f"{profile}-0.5-8s"], values[f"{profile}-0.5"]
+        return compare(values[f"{profile}-0.5-8s"], values[f"{profile}-0.5"])
 
-    return pair
-
-
-def _change(quantity: str, profile: str) -> Callable[[Findings], float]:
-    def difference(f: Findings) -> float:
-        rarely, often = _at_8_s(quantity, profile)(f)
-        return rarely - often
-
-    return difference
-
-
-def _ratio_8_s(quantity: str, profile: str) -> Callable[[Findings], float]:
-    def ratio(f: Findings) -> float:
-        rarely, often = _at_8_s(quantity, profile)(f)
-        return rarely / often
-
-    return ratio
+    return compared
 
 
 def _spread_ratio(column: int) -> Callable[[Findings], float]:
@@ -399,6 +388,12 @@ def _mean(values: dict) -> float:
     return float(np.mean(list(values.values())))
 
 
+def _extreme(
+    of: Callable[[Iterable[float]], float], experiment: str, quantity: str
+) -> Callable[[Findings], float]:
+    return lambda f: of(f.by_condition(experiment, quantity).values())
+
+
 def _at(values: dict, *amplitudes: str) -> list[float]:
     """Values of the conditions with one of the amplitudes (m/s), every 4 s."""
     return [v for name, v in values.items() if name.split("-", 1)[-1] in amplitudes]
@@ -467,19 +462,17 @@ MEASURES: dict[str, Callable[[Findings], float]] = {
     "wristalyzer_stiffness_at_start": lambda f: float(
         sum(abs(k - START_STIFFNESS) < 5e-4 for k in f.by_condition("wristalyzer", "K").values())
     ),
-    "wristalyzer_highest_vaf": lambda f: max(f.by_condition("wristalyzer", "VAF_trial").values()),
+    "wristalyzer_highest_vaf": _extreme(max, "wristalyzer", "VAF_trial"),
     "wristalyzer_best_factor": lambda f: float(
         max(f.by_condition("wristalyzer", "VAF_trial").items(), key=lambda item: item[1])[0]
     ),
-    "wristalyzer_lowest_cross_validated": lambda f: min(
-        f.by_condition("wristalyzer", "VAF_cross_validated").values()
-    ),
+    "wristalyzer_lowest_cross_validated": _extreme(min, "wristalyzer", "VAF_cross_validated"),
     "printed_inertia": lambda f: _mean(f.by_condition("dummy", "I")),
     "printed_stiffness_low": lambda f: float(np.mean(_at(f.by_condition("dummy", "K"), "0.1", "0.2", "0.3"))),
     "printed_damping": lambda f: _mean(f.by_condition("dummy", "B")),
     "printed_stiffness_ratio": lambda f: _ratio(f.by_condition("dummy", "K")),
-    "printed_lowest_vaf_perturbation": lambda f: min(f.by_condition("dummy", "VAF_perturbation").values()),
-    "printed_lowest_vaf_trial": lambda f: min(f.by_condition("dummy", "VAF_trial").values()),
+    "printed_lowest_vaf_perturbation": _extreme(min, "dummy", "VAF_perturbation"),
+    "printed_lowest_vaf_trial": _extreme(min, "dummy", "VAF_trial"),
     "printed_spread_ratio": lambda f: _ratio(_spread(f)),
     "weight_mass_sine_low": lambda f: f.by_condition("weight", "mass")["sine-0.1"],
     "weight_mass_sine_high": lambda f: f.by_condition("weight", "mass")["sine-0.5"],
@@ -516,29 +509,25 @@ MEASURES: dict[str, Callable[[Findings], float]] = {
     "standing_torque_over_sway": lambda f: _least_fact(f, "torque_over_sway"),
     "standing_shortest_latency": lambda f: 1e3 * _shortest_latency(f),
     "second_order_r2": lambda f: f.score("mass-spring-damper", "empty", "weight", "Fy", 20.0),
-    "wristalyzer_lowest_vaf": lambda f: min(f.by_condition("wristalyzer", "VAF_trial").values()),
-    "wristalyzer_lowest_vaf_figure": lambda f: min(f.by_condition("wristalyzer", "VAF_trial").values()),
-    "wristalyzer_lowest_cross_validated_figure": lambda f: min(
-        f.by_condition("wristalyzer", "VAF_cross_validated").values()
-    ),
-    "wristalyzer_highest_cross_validated": lambda f: max(
-        f.by_condition("wristalyzer", "VAF_cross_validated").values()
-    ),
+    "wristalyzer_lowest_vaf": _extreme(min, "wristalyzer", "VAF_trial"),
+    "wristalyzer_lowest_vaf_figure": _extreme(min, "wristalyzer", "VAF_trial"),
+    "wristalyzer_lowest_cross_validated_figure": _extreme(min, "wristalyzer", "VAF_cross_validated"),
+    "wristalyzer_highest_cross_validated": _extreme(max, "wristalyzer", "VAF_cross_validated"),
     "wristalyzer_relative_sem": _relative_sem,
     "wristalyzer_lowest_coherence": _lowest_coherence,
     "wristalyzer_frequency_of_lowest_coherence": _frequency_of_lowest,
     "wristalyzer_coherence_drop": coherence_drop,
     "wristalyzer_above_9_hz": _above_9_hz,
     "pulse_length": lambda f: 1e3 * min(fit.facts["mean_window_s"] for fit in f.fits["dummy"].values()),
-    "printed_lowest_cross_validated": lambda f: min(f.by_condition("dummy", "VAF_cross_validated").values()),
+    "printed_lowest_cross_validated": _extreme(min, "dummy", "VAF_cross_validated"),
     "printed_lowest_predicted": _lowest_predicted,
     "printed_minjerk_over_sine": _minjerk_over_sine,
     "printed_small_over_large": _small_over_large,
     "printed_negative_dampings": lambda f: float(sum(b < 0.0 for b in f.by_condition("dummy", "B").values())),
-    "printed_damping_change_sine_8s": _change("B", "sine"),
-    "printed_damping_change_minjerk_8s": _change("B", "minjerk"),
-    "printed_stiffness_ratio_sine_8s": _ratio_8_s("K", "sine"),
-    "printed_stiffness_ratio_minjerk_8s": _ratio_8_s("K", "minjerk"),
+    "printed_damping_change_sine_8s": _every_8_s(sub, "B", "sine"),
+    "printed_damping_change_minjerk_8s": _every_8_s(sub, "B", "minjerk"),
+    "printed_stiffness_ratio_sine_8s": _every_8_s(truediv, "K", "sine"),
+    "printed_stiffness_ratio_minjerk_8s": _every_8_s(truediv, "K", "minjerk"),
     "printed_inertia_spread_ratio": _spread_ratio(0),
     "printed_damping_spread_ratio": _spread_ratio(1),
     "foot_over_leg": _foot_over_leg,
@@ -564,9 +553,8 @@ MEASURES: dict[str, Callable[[Findings], float]] = {
         abs(share) for quantity in PARAMETERS for share in _relative_sems(f, "dummy", quantity).values()
     ),
     "printed_minima": _minima,
-    "printed_over_wristalyzer": lambda f: float(
-        np.mean(list(f.by_condition("dummy", "I").values()))
-        / np.mean(list(f.by_condition("wristalyzer", "I").values()))
+    "printed_over_wristalyzer": lambda f: (
+        _mean(f.by_condition("dummy", "I")) / _mean(f.by_condition("wristalyzer", "I"))
     ),
     "noise_largest_ratio": _largest_ratio_with_noise,
     "noise_inertia_ratio": _times_the_truth("I"),

@@ -210,13 +210,13 @@ def outcomes_of(
     sources: dict[tuple, dict[str, float]] = {}
     for row in budgets:
         if row.type == "B":
-            sources.setdefault(_key(row), {})[row.source] = row.u
+            sources.setdefault(row.key, {})[row.source] = row.u
     like_recommended = {tuple(names) for names in also_evaluated}
-    true = {_key(row): row.truth for row in truths}
+    true = {row.key: row.truth for row in truths}
     return [
-        Outcome(laboratory, _as_evaluated(e, like_recommended), true[_key(e)], sources.get(_key(e), {}))
+        Outcome(laboratory, _as_evaluated(e, like_recommended), true[e.key], sources.get(e.key, {}))
         for e in estimates
-        if _key(e) in true and (e.experiment != "standing" or not pooled or e.condition in pooled)
+        if e.key in true and (e.experiment != "standing" or not pooled or e.condition in pooled)
     ]
 
 
@@ -227,10 +227,6 @@ def _as_evaluated(estimate: Estimate, like_recommended: set[tuple]) -> Estimate:
     return estimate
 
 
-def _key(row: Estimate | Contribution | Recovery) -> tuple:
-    return row.experiment, row.condition, row.pathway, row.estimator, row.quantity
-
-
 def covered(outcome: Outcome) -> bool:
     """Whether the interval holds the truth (no unit); an estimate without one is not covered."""
     ends = outcome.interval
@@ -238,9 +234,7 @@ def covered(outcome: Outcome) -> bool:
 
 
 def coverage_rows(
-    outcomes: Sequence[Outcome],
-    sets: Sequence[str],
-    windows_s: Mapping[str, Mapping[str, float | None]],
+    outcomes: Sequence[Outcome], sets: Sequence[str], windows_s: Mapping[str, Mapping[str, float | None]]
 ) -> list[CoverageRow]:
     """The table of the coverage.
 

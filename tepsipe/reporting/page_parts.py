@@ -50,15 +50,14 @@ def trial_rows(
     own: dict[tuple[str, str], list[Estimate]] = {}
     for e in estimates:
         own.setdefault((e.experiment, e.condition), []).append(e)
-    true = {(r.experiment, r.condition, r.pathway, r.estimator, r.quantity): r.truth for r in recoveries}
+    true = {row.key: row.truth for row in recoveries}
     rows = []
     for experiment, conditions in trials.items():
         for condition in conditions:
             found = own.get((experiment, condition), [])
             quoted = {e.quantity: e for e in found if e.recommended and e.quantity in QUANTITIES}
-            keys = {q: (experiment, condition, e.pathway, e.estimator, q) for q, e in quoted.items()}
             flags = dict.fromkeys(flag for e in quoted.values() for flag in e.flags.split(";") if flag)
-            truth = {q: true[key] for q, key in keys.items() if key in true}
+            truth = {q: true[e.key] for q, e in quoted.items() if e.key in true}
             rows.append(TrialRow(experiment, condition, quoted, truth, _vaf(found, quoted), list(flags)))
     return rows
 

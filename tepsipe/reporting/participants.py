@@ -14,7 +14,7 @@ from itertools import combinations
 
 import numpy as np
 
-from tepsipe.io.estimates import Contribution, Estimate
+from tepsipe.io.estimates import Contribution, Estimate, Estimated
 from tepsipe.io.tables import NO_COLUMN, Table
 from tepsipe.reporting.budgets import difference_parts, mean_parts, parts_of
 from tepsipe.statistics.group import group_mean, typical_uncertainty
@@ -74,16 +74,9 @@ class PersonEstimate:
 
 
 @dataclass(frozen=True)
-class GroupEstimate:
+class GroupEstimate(Estimated):
     """Mean of one quantity over people; the fields are the columns of ``tables/group.csv``."""
 
-    experiment: str
-    condition: str
-    pathway: str
-    estimator: str
-    quantity: str
-    unit: str
-    """As in `PersonEstimate`."""
     n: int
     """Number of people whose value has no flag."""
     mean: float | None
@@ -123,8 +116,7 @@ def person_estimates(
     member_of = {(m.experiment, m.condition): m for m in members}
     sources: dict[tuple, dict[str, float]] = {}
     for part in budgets:
-        key = (part.experiment, part.condition, part.pathway, part.estimator, part.quantity)
-        sources.setdefault(key, {})[part.source] = part.u
+        sources.setdefault(part.key, {})[part.source] = part.u
     found: dict[tuple, list[tuple[Member, Estimate]]] = {}
     for row in estimates:
         member = member_of.get((row.experiment, row.condition))
@@ -136,12 +128,7 @@ def person_estimates(
     for (experiment, label, belt, participant, *what), rows in found.items():
         rows.sort(key=lambda pair: pair[1].condition)
         mass = masses_kg.get(experiment, {}).get(participant)
-        trials_parts = [
-            parts_of(
-                row, sources.get((row.experiment, row.condition, row.pathway, row.estimator, row.quantity))
-            )
-            for _, row in rows
-        ]
+        trials_parts = [parts_of(row, sources.get(row.key)) for _, row in rows]
         parts = mean_parts(trials_parts) if all(trials_parts) else {}
         numbers = _mean_of_trials([row for _, row in rows], parts)
         trials = sum(member.trials for member, _ in rows)

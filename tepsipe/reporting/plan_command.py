@@ -20,7 +20,7 @@ from tepsipe.experiments.planning.design import Design, Protocol, Rig
 from tepsipe.experiments.planning.optimal_pulse import Optimised, best_of
 from tepsipe.experiments.planning.plan import Plan, plan_experiment
 from tepsipe.experiments.planning.pulses import Limits, Pulse, peaks_of, pulse_of
-from tepsipe.experiments.planning.standing_plan import StandingDesign, StandingPlan
+from tepsipe.experiments.planning.standing_plan import StandingDesign, StandingPlan, plan_standing
 from tepsipe.experiments.walking.needed_strides import FEWEST_PLANNED, NEEDED_ROWS, allocation
 from tepsipe.io.readers.plain_file import read_text
 from tepsipe.io.tables import write_records
@@ -220,8 +220,7 @@ def _dummy_design(content: dict[str, Any], place: str) -> DummyDesign:
         foot=Foot(**(FOOT | read_options(Foot, foot, f"{place}: foot", FOOT))),
         rig=Rig(**read_options(Rig, rig, f"{place}: rig", _keys(Rig, "leg_markers"))),
         protocol=Protocol(
-            pulse=pulse,
-            **read_options(Protocol, protocol, f"{place}: protocol", _keys(Protocol, "pulse")),
+            pulse=pulse, **read_options(Protocol, protocol, f"{place}: protocol", _keys(Protocol, "pulse"))
         ),
         sources={} if without else sources,
     )
@@ -268,7 +267,7 @@ def walking_summary(design: WalkingDesign) -> str:
     return "\n".join(lines)
 
 
-def standing_summary(plan: StandingPlan) -> str:
+def _standing_summary(plan: StandingPlan) -> str:
     """Table and sentences of a plan (units in it)."""
     lines = ["quantity      value    Type A    Type B  combined  95 % interval"]
     rows = plan.rows()
@@ -287,12 +286,7 @@ def standing_summary(plan: StandingPlan) -> str:
     return "\n".join(lines)
 
 
-def write_standing(plan: StandingPlan, path: Path) -> None:
-    """Write the rows of a plan as CSV (units in it)."""
-    write_records(path, [{"design": f"standing-{plan.design.pulse.profile}"} | row for row in plan.rows()])
-
-
-def summary(plan: Plan, best: Optimised | None) -> str:
+def _summary(plan: Plan, best: Optimised | None) -> str:
     """Table of a plan as text (units in it)."""
     lines = [f"{'':2}{'value':>10}{'u':>11}{'Type A':>11}{'Type B':>11}{'bound':>11}{'95 % +-':>9}  unit"]
     for row in plan.rows():
@@ -332,12 +326,27 @@ def _of_best(plan: Plan, best: Optimised) -> list[str]:
     ]
 
 
-def write_plan(plan: Plan, best: Optimised | None, path: Path) -> None:
-    """Write the rows of a plan, and of the plan with the best pulse, as CSV (units in it)."""
-    found = [{"design": plan.design.protocol.pulse.profile} | row for row in plan.rows()]
-    if best is not None:
-        found += [{"design": best.found.pulse.profile} | row for row in best.plan.rows()]
-    write_records(path, found)
+def carried_out(
+    design: DummyDesign | StandingDesign, optimise: bool, table: Path
+) -> tuple[str, dict[str, Plan | StandingPlan]]:
+    """Plan an experiment, and with ``optimise`` the best pulse, and write the rows as CSV (units in it).
+
+    Returns: the plan as text, and plans by the profiles of their pulses.
+    """
+    if isinstance(design, StandingDesign):
+        standing = plan_standing(design)
+        rows = [{"design": f"standing-{design.pulse.profile}"} | row for row in standing.rows()]
+        text, plans = _standing_summary(standing), {design.pulse.profile: standing}
+    else:
+        plan, best = design.plan(optimise)
+        profile = plan.design.protocol.pulse.profile
+        rows, plans = [{"design": profile} | row for row in plan.rows()], {profile: plan}
+        if best is not None:
+            rows += [{"design": best.found.pulse.profile} | row for row in best.plan.rows()]
+            plans["optimal"] = best.plan
+        text = _summary(plan, best)
+    write_records(table, rows)
+    return text, plans
 
 
 # experiment -> maker of its design

@@ -74,8 +74,7 @@ def compared_pulses(name: str, plan: Plan, comfort: Limits) -> tuple[list[dict],
     for which, limits, one_way in cases:
         best = best_of(plan, limits, one_way)
         held = replace(
-            limits,
-            acceleration_m_per_s2=min(limits.acceleration_m_per_s2, drive.acceleration_m_per_s2),
+            limits, acceleration_m_per_s2=min(limits.acceleration_m_per_s2, drive.acceleration_m_per_s2)
         )
         rows.append(
             {

@@ -173,7 +173,7 @@ def recovery_of(estimate: Estimate, truth: float, truth_of: str = SMALL) -> Reco
     """An estimate beside its true value (same unit), which holds for the movements ``truth_of``."""
     e, error = estimate, math.nan if truth == 0.0 else (estimate.value - truth) / truth
     return Recovery(
-        *(e.experiment, e.condition, e.pathway, e.estimator, e.quantity, e.unit),
+        *(*e.key, e.unit),
         truth=float(truth),
         value=e.value,
         relative_error=error if math.isfinite(error) else None,
@@ -257,12 +257,8 @@ def compare_with_truth(
 
 def in_order(rows: Sequence[Recovery], estimates: Sequence[Estimate]) -> list[Recovery]:
     """Rows in the order of their estimates (units in them), with the flags that these have by now."""
-
-    def key(row: Recovery | Estimate) -> tuple[str, ...]:
-        return row.experiment, row.condition, row.pathway, row.estimator, row.quantity
-
-    compared = {key(row): row for row in rows}
-    return [replace(compared[key(e)], flags=e.flags) for e in estimates if key(e) in compared]
+    compared = {row.key: row for row in rows}
+    return [replace(compared[e.key], flags=e.flags) for e in estimates if e.key in compared]
 
 
 def compare_phases_with_truth(
@@ -275,19 +271,11 @@ def compare_phases_with_truth(
     Returns: one per value; what has no value, or is assumed, is left out (units in the estimates).
     """
     at = {(e.condition, e.pathway): e.value for e in estimates if e.quantity == "phase"}
-    return [
-        recovery_of(
-            e,
-            float(
-                np.interp(
-                    at[e.condition, e.pathway],
-                    curves[e.condition]["percent"],
-                    curves[e.condition][e.quantity],
-                )
-            ),
-            AT_PHASE,
-        )
-        for e in estimates
-        if e.condition in curves and e.quantity in ("I", "B", "K")
-        if (e.condition, e.pathway) in at and "assumed" not in e.flags.split(";")
-    ]
+    rows = []
+    for e in estimates:
+        curve, phase = curves.get(e.condition), at.get((e.condition, e.pathway))
+        assumed = "assumed" in e.flags.split(";")
+        if curve is not None and phase is not None and e.quantity in ("I", "B", "K") and not assumed:
+            truth = float(np.interp(phase, curve["percent"], curve[e.quantity]))
+            rows.append(recovery_of(e, truth, AT_PHASE))
+    return rows

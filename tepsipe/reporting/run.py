@@ -1,7 +1,7 @@
 """Run that a report is written from, with tables, fits and settings; and its raw content for report.json."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import ModuleType
 
@@ -69,7 +69,7 @@ def about_study(run: Run) -> dict:
 def report_content(run: Run, chapters: Mapping[str, ModuleType]) -> dict:
     """Raw content of report.json: numbers and truth values, no text of the report.
 
-    chapters: name -> one of `tepsipe.reporting.chapters`, with a function ``numbers`` and ``PREDICATES``.
+    chapters: name -> one of `tepsipe.reporting.chapters`, with as for `chapter_content`.
     Returns: keys of `about_study`; ``study``; ``facts`` of all fits (units in the keys); ``tables_read``,
     names of the tables that Typst reads itself; ``chapters``: name -> `chapter_content`; ``units``,
     ``short_names`` of conditions, and ``names`` of pathways, estimators and models as the report shows
@@ -103,11 +103,16 @@ def _identifiers(run: Run) -> list[str]:
 def chapter_content(chapter: ModuleType, run: Run) -> dict:
     """Raw content of a chapter.
 
-    chapter: one of `tepsipe.reporting.chapters`: its function ``numbers`` and its ``PREDICATES``.
+    chapter: one of `tepsipe.reporting.chapters`: its function ``numbers`` and its ``PREDICATES``, if any.
     Returns: ``numbers``, as that function returns them (units in the keys), and ``holds``.
     """
-    holds = {predicate.__name__: bool(predicate(run)) for predicate in chapter.PREDICATES}
+    holds = {predicate.__name__: bool(predicate(run)) for predicate in predicates_of(chapter)}
     return {"numbers": chapter.numbers(run), "holds": holds}
+
+
+def predicates_of(chapter: ModuleType) -> Sequence[Callable[[Run], bool]]:
+    """Predicates of the sentences of a chapter; it may have none."""
+    return getattr(chapter, "PREDICATES", ())
 
 
 def raw(value: object) -> object:

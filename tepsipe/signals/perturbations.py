@@ -5,14 +5,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from tepsipe.arguments import (
-    checked,
-    plausible_angle,
-    refuse_constant,
-    regular_rate,
-    same_length,
-    samples,
-)
+from tepsipe.arguments import checked, plausible_angle, refuse_constant, regular_rate, same_length, samples
 from tepsipe.errors import InputError, quoted
 from tepsipe.quantities import InnerFraction, Pause, Positive, Thesis, Time
 from tepsipe.signals.array_types import Samples

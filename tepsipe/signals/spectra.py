@@ -22,15 +22,7 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from tepsipe.arguments import (
-    checked,
-    pair,
-    refuse_constant,
-    refuse_same,
-    regular_rate,
-    same_length,
-    samples,
-)
+from tepsipe.arguments import checked, pair, refuse_constant, refuse_same, regular_rate, same_length, samples
 from tepsipe.errors import InputError
 from tepsipe.signals.array_types import Samples
 from tepsipe.signals.response import FrequencyResponse
@@ -48,12 +40,7 @@ LEAST_USED = 0.9
 RELATIVE_HALF_BAND, WIDEST_HALF_BAND_HZ, FEWEST_TAPERS = 0.08, 0.5, 12
 
 
-def multitaper_response(
-    u: np.ndarray,
-    y: np.ndarray,
-    rate_hz: float,
-    highest_hz: float,
-) -> FrequencyResponse:
+def multitaper_response(u: np.ndarray, y: np.ndarray, rate_hz: float, highest_hz: float) -> FrequencyResponse:
     """Frequency response from u to y of one record of any perturbation, after removal of straight lines.
 
     u, y: input and output.

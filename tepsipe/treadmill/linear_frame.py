@@ -173,10 +173,7 @@ def _matrix(
     for row, terms in enumerate((FORCE, MOMENT)):
         for name, (load, response, _) in terms.items():
             columns[row, load] = columns[row, load] + c[name] * found[response]
-    for load, moved in (
-        ("Fy", c["sway"] - height_m * c["tilt"]),
-        ("Mx", c["tilt"] - height_m * c["pitch"]),
-    ):
+    for load, moved in (("Fy", c["sway"] - height_m * c["tilt"]), ("Mx", c["tilt"] - height_m * c["pitch"])):
         back = kg * moved * found["twice"]
         columns[0, load] = columns[0, load] + back
         columns[1, load] = columns[1, load] - height_m * back
@@ -388,10 +385,7 @@ class Problem:
             for name, distance_m in DISTANCES.items():
                 z = mean_state(windows, w, Bristles(distance_m, 0.0, 1.0))
                 found[name] = coarse_spectrum(windows, z)
-            self._rubbed[lag_s] = {
-                **found,
-                **{f"{name}_per_kg": self._kg * x for name, x in found.items()},
-            }
+            self._rubbed[lag_s] = {**found, **{f"{name}_per_kg": self._kg * x for name, x in found.items()}}
         return self._rubbed[lag_s]
 
     def _belt(self, lag_s: float) -> dict[str, np.ndarray]:

@@ -215,9 +215,7 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
         "loaded-frame": lambda: fit_loaded_frame(recordings, options.frame),
         **{name: lambda: joint.models["Fy" if recordings[0].unit == "N" else "Mx"] for name in JOINT},
         "ripple-tracking": lambda: fit_ripple_tracker(
-            recordings,
-            fit_finite_response(recordings, options.fir_lead_s, options.fir_lag_s),
-            options.ripple,
+            recordings, fit_finite_response(recordings, options.fir_lead_s, options.fir_lag_s), options.ripple
         ),
     }
     if name not in fits:

@@ -205,10 +205,7 @@ def _hum(truth: EmgTruth, instants: np.ndarray, rng: np.random.Generator) -> np.
 
 
 def _shaped_noise(
-    transfer: tuple[list, np.ndarray],
-    shape: tuple[int, int],
-    rate_hz: float,
-    rng: np.random.Generator,
+    transfer: tuple[list, np.ndarray], shape: tuple[int, int], rate_hz: float, rng: np.random.Generator
 ) -> np.ndarray:
     """White noise through a transfer function, stationary, root mean square 1, columns independent."""
     slowest = np.abs(np.roots(transfer[1])).min()

@@ -207,11 +207,7 @@ class PlateTruth:
 
 def lines_of_action(truth: PlateTruth) -> np.ndarray:
     """Wrench about the belt's centre of a unit force in every transducer, shape (6, 7) (N/N, N·m/N)."""
-    half_l, half_w, depth = (
-        0.5 * truth.belt_length_m,
-        0.5 * truth.belt_width_m,
-        truth.transducer_depth_m,
-    )
+    half_l, half_w, depth = (0.5 * truth.belt_length_m, 0.5 * truth.belt_width_m, truth.transducer_depth_m)
     places = [(-half_w, half_l), (half_w, half_l), (-half_w, -half_l), (half_w, -half_l)]
     points = [(x, y, -depth) for x, y in places]
     points += [(0.0, half_l, -depth), (0.0, -half_l, -depth), (0.0, 0.0, -depth)]

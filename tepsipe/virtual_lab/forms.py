@@ -160,11 +160,7 @@ FORMS = {
         ("dummy.wobble",),
     ),
     "slip of the dummy's markers": Form(
-        "dummy",
-        ("random steps, 1 − exp(−t / T)",),
-        "dummy_trial",
-        "1.0 - np.exp(-since)",
-        ("dummy.slip",),
+        "dummy", ("random steps, 1 − exp(−t / T)",), "dummy_trial", "1.0 - np.exp(-since)", ("dummy.slip",)
     ),
     "further terms of the rubber": Form(
         "dummy",

@@ -129,12 +129,7 @@ def record_chain(person: ChainPerson, protocol: ChainProtocol, rng: np.random.Ge
     signs = {name: rng.choice([-1.0, 1.0], protocol.epochs) for name in protocol.pulses}
     starts = _instants(settling, kept, before + after, protocol, rng)
     with _engine(protocol.engine)(
-        person.mass_kg,
-        person.length_m,
-        person.com_m,
-        person.inertia_kgm2,
-        person.gravity_m_per_s2,
-        STEP_S,
+        person.mass_kg, person.length_m, person.com_m, person.inertia_kgm2, person.gravity_m_per_s2, STEP_S
     ) as body:
         mover = _Mover(body, person)
         states = mover.sway(spontaneous)

@@ -127,11 +127,7 @@ class CaptureTruth:
 
 
 def record_markers(
-    capture: CaptureTruth,
-    paths: list[MarkerPath],
-    trigger_s: float,
-    frames: int,
-    rng: np.random.Generator,
+    capture: CaptureTruth, paths: list[MarkerPath], trigger_s: float, frames: int, rng: np.random.Generator
 ) -> Annotated[np.ndarray, "(frames, markers, 3)"]:
     """Marker positions frame by frame.
 

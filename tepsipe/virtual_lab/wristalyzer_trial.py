@@ -221,11 +221,7 @@ def write_torque_command(path: Path, recording: ManipulatorRecording) -> None:
 
 
 def make_wristalyzer_trial(
-    truth: dict,
-    condition: str,
-    amplitude: float,
-    duration_s: float,
-    files: dict[str, Path],
+    truth: dict, condition: str, amplitude: float, duration_s: float, files: dict[str, Path]
 ) -> None:
     """Make one trial of the Wristalyzer experiment.
 

@@ -25,7 +25,7 @@ from tepsipe.experiments.wristalyzer.names import IN_TABLE
 from tepsipe.experiments.wristalyzer.options import Impedance, WristalyzerOptions
 from tepsipe.experiments.wristalyzer.record import prepare
 from tepsipe.identification.budgets.manipulator import period_budget, spectral_budget
-from tepsipe.identification.regression.periods import fit_periods
+from tepsipe.identification.regression.periods import PeriodicRecord, fit_periods
 from tepsipe.identification.result import quantities_of
 from tepsipe.mechanics.impedance_model import admittance
 from tepsipe.statistics.uncertainty import Budget, Source
@@ -69,8 +69,9 @@ def budget_of(analysis, estimator, sources=None):
 
 def budget_of_periods(trial, sources):
     record = wristalyzer_record(trial, QUICK)[0]
-    signals = (record.recorded("torque"), record.recorded("angle"), trial.rate_hz)
-    return period_budget(fit_periods(*signals, QUICK.perturbation_period_s, QUICK.excited_band_hz), sources)
+    periods = trial.rate_hz, QUICK.perturbation_period_s, QUICK.excited_band_hz
+    whole = PeriodicRecord(record.recorded("torque"), record.recorded("angle"), *periods)
+    return period_budget(fit_periods(whole), sources)
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tepsipe.identification.regression.periods import fit_periods, without_transient
+from tepsipe.identification.regression.periods import PeriodicRecord, fit_periods, without_transient
 from tepsipe.reporting.recovery import linear_truth
 from tepsipe.signals.resampling import BAND_PER_RATE, resample
 from tepsipe.virtual_lab.rubber import Rubber
@@ -52,7 +52,9 @@ def drifting(rng, rate_hz, seconds):
 
 
 def test_periods_that_end_in_another_state_than_they_began_in_do_not_bias_the_fit():
-    found = fit_periods(*drifting(np.random.default_rng(5), 1024.0, 40.0), 1024.0, 10.0, (1.0, 20.0))
+    found = fit_periods(
+        PeriodicRecord(*drifting(np.random.default_rng(5), 1024.0, 40.0), 1024.0, 10.0, (1.0, 20.0))
+    )
     assert found.parameters == pytest.approx([0.015, 0.1, 10.0], rel=2e-3)
     # the same lines with their transients are far from this joint
     assert found.type_a[2] < 0.01

@@ -5,7 +5,7 @@ import pytest
 from builders import assert_one_sentence, multisine_record
 
 from tepsipe.errors import InputError
-from tepsipe.identification.regression.periods import fit_periods, torque_delay
+from tepsipe.identification.regression.periods import PeriodicRecord, fit_periods, torque_delay
 
 JOINT = np.array([0.015, 0.1, 8.0])
 RATE, PERIOD, BAND = 256.0, 10.0, (1.0, 20.0)
@@ -25,7 +25,7 @@ def record(seed=3, noise_rad=0.0, ripple=0.0, periods=4):
 
 
 def fit(torque, angle, band=BAND):
-    return fit_periods(torque, angle, RATE, PERIOD, band)
+    return fit_periods(PeriodicRecord(torque, angle, RATE, PERIOD, band))
 
 
 def test_joint_without_noise_comes_back_and_its_band_does_not_matter():
@@ -101,5 +101,5 @@ def test_too_few_lines_or_periods_are_refused(band, periods, said):
 def test_delay_that_is_long_against_the_quickest_line_is_found(delay_s):
     torque, angle = multisine_record((0.015, 0.1, 9.0), 4.0)
     late = np.roll(angle, round(delay_s * 256.0))
-    found = torque_delay(torque, late, 256.0, 10.0, (1.0, 20.0))
+    found = torque_delay(PeriodicRecord(torque, late, 256.0, 10.0, (1.0, 20.0)))
     assert found == pytest.approx(round(delay_s * 256.0) / 256.0, abs=1e-6)

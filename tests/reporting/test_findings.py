@@ -23,7 +23,7 @@ from typst_builders import MARK, REPORT, STUDY, chapter_words, evaluated, parts_
 
 from tepsipe.io.result import Result
 from tepsipe.reporting.chapters import noise, simulation
-from tepsipe.reporting.run import Run, report_content
+from tepsipe.reporting.run import Run, predicates_of, report_content
 from workflow.support.outputs import CHAPTERS
 
 # what a study has: rows, fits, trials or values of the thesis; each is tested with its chapter
@@ -391,7 +391,7 @@ def module_of(chapter):
 
 @pytest.mark.parametrize("chapter", CHAPTERS)
 def test_every_predicate_of_the_report_is_in_the_table(chapter):
-    known = {predicate.__name__ for predicate in module_of(chapter).PREDICATES}
+    known = {predicate.__name__ for predicate in predicates_of(module_of(chapter))}
     assert known == {*FINDINGS.get(chapter, ()), *PRESENCE.get(chapter, "").split()}
 
 

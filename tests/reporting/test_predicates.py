@@ -9,6 +9,7 @@ import pytest
 import yaml
 from typst_builders import REPORT, evaluated
 
+from tepsipe.reporting.run import predicates_of
 from workflow.support.captions import read_captions
 from workflow.support.outputs import CHAPTERS, OWN_REPORTS
 
@@ -25,7 +26,7 @@ def asked():
 def known(chapter):
     """Names of the predicates of a chapter."""
     module = importlib.import_module(f"tepsipe.reporting.chapters.{chapter}")
-    return [predicate.__name__ for predicate in module.PREDICATES]
+    return [predicate.__name__ for predicate in predicates_of(module)]
 
 
 def test_every_module_of_a_chapter_is_evaluated():

@@ -111,7 +111,7 @@ def test_faults_are_drawn_problem_by_problem():
     counts = [sum(fault.name == name for fault in faults) for name in FAULTS]
     assert min(counts) > 0.8 * max(counts)
     for fault in faults:
-        low, high = benchmark.SIZES.get(fault.name, (0.0, 0.0))
+        low, high = benchmark.DRAWN["faults"].get(fault.name, (0.0, 0.0))
         assert low <= fault.size <= high
 
 

@@ -131,6 +131,15 @@ def test_a_table_names_what_it_reads_through_other_sources_and_not_more():
     assert set(reproduction.tables_read()[0]) >= {"claims", "cells"}
 
 
+def test_a_bracket_in_a_string_does_not_lengthen_a_definition(tmp_path):
+    (tmp_path / "own.typ").write_text(
+        '#let plain(row) = row.replace("sqrt(", "(")\n'
+        '#let further = rows-of("dropped")\n'
+        '#figure(plain(rows-of("cells"))) <one>\n'
+    )
+    assert Chapter(tmp_path, "own.typ").tables_read("one") == (["cells"], 3)
+
+
 def test_command_makes_a_file_by_its_rules_with_the_configuration_of_the_run():
     assert command("a.svg", ["plot_dummy"], []) == "snakemake -c1 a.svg --forcerun plot_dummy"
     assert command("a.csv", ["x", "y"], ["own.yaml"]).endswith("--forcerun x y --configfile own.yaml")

@@ -19,7 +19,6 @@ rows = []
 for name, matrix in matrices.items():
     rows += cross_validation_rows([("dummy", c, name, facts["estimators"][name]) for c in conditions], matrix)
 write_result(
-    snakemake.output.matrices,
-    Result(matrices, dict.fromkeys(matrices, "%"), {"conditions": conditions}),
+    snakemake.output.matrices, Result(matrices, dict.fromkeys(matrices, "%"), {"conditions": conditions})
 )
 ESTIMATES.write(snakemake.output.estimates, rows)

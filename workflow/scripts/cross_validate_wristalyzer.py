@@ -14,9 +14,6 @@ results = {
     condition: read_result(path) for condition, path in zip(conditions, snakemake.input.fits, strict=True)
 }
 matrix = cross_validate_wristalyzer(results)
-write_result(
-    snakemake.output.matrix,
-    Result({"vaf": matrix}, {"vaf": "%"}, {"conditions": conditions}),
-)
+write_result(snakemake.output.matrix, Result({"vaf": matrix}, {"vaf": "%"}, {"conditions": conditions}))
 names = [("wristalyzer", condition, PATHWAY, AS_PRINTED) for condition in conditions]
 ESTIMATES.write(snakemake.output.estimates, cross_validation_rows(names, matrix))

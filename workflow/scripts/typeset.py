@@ -19,11 +19,7 @@ TEXT = dict.fromkeys(("condition", "participant", "belt", "flags", "column", "tr
 
 
 def read_run(
-    tables: Mapping[str, str],
-    fits: Iterable[str],
-    settings: Mapping,
-    study: Mapping,
-    provenance: str = "",
+    tables: Mapping[str, str], fits: Iterable[str], settings: Mapping, study: Mapping, provenance: str = ""
 ) -> Run:
     """Run of a report; tables, fits and the record of provenance, if there is one, are files."""
     rows = {name: pd.read_csv(path, dtype=TEXT) for name, path in tables.items()}

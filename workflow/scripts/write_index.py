@@ -58,10 +58,7 @@ listed = [
     for name, path in run_tables.items()
 ]
 parts["tables-of-the-run"] = ("Tables of the run", table(("Table", "Content"), listed))
-parts["make-again"] = (
-    "Command, code, own recordings",
-    made_again(study_command(params.configfiles)),
-)
+parts["make-again"] = ("Command, code, own recordings", made_again(study_command(params.configfiles)))
 
 tried = {}
 if "specification" in tables:

@@ -42,14 +42,20 @@ def seed_of(coverage: dict, number: int) -> int:
 
 def constants_of(constants: dict, coverage: dict, number: int) -> dict:
     """The constants before drawing, with what the laboratory's set changes; InputError for unknown ones."""
-    name, found = set_of(coverage, number), copy.deepcopy(constants)
+    name = set_of(coverage, number)
     chosen = coverage["sets"][name] or {}
-    found["seed"] = seed_of(coverage, number)
+    drawn = coverage.get("drawn", {}) | chosen.get("drawn", {})
+    return changed_constants(constants, {**chosen, "drawn": drawn}, seed_of(coverage, number), name)
+
+
+def changed_constants(constants: dict, chosen: dict, seed: int, name: str) -> dict:
+    """The constants with a seed and with what a set, named in messages, changes and draws."""
+    found = copy.deepcopy(constants) | {"seed": seed}
     for path, value in chosen.get("constants", {}).items():
         _replace(found, path, lambda _, value=value: value, name)
     for path, factor in chosen.get("factors", {}).items():
         _replace(found, path, lambda old, factor=factor: _times(old, factor), name)
-    own = coverage.get("drawn", {}) | chosen.get("drawn", {})
+    own = chosen["drawn"]
     if found["drawn"] is not None or own:
         drawn = {path: _changed(entry, chosen) for path, entry in (found["drawn"] or {}).items()}
         found["drawn"] = drawn | own

@@ -24,6 +24,7 @@ READS = re.compile(r'\b(?:where|rows-of|column|thesis-blocks)(?:\.with)?\(\s*"(\
 OF_ESTIMATES = re.compile(r"\b(estimates|recovery)\(")
 EXPERIMENT = re.compile(r'\bexperiment: "(\w+)"|\bestimates(?:\.with)?\(\s*"(\w+)"')
 FACTS = re.compile(r"\b(numbers-of|holds|data\.facts|data\.choices|data\.study)\b")
+STRING_OR_BRACKET = re.compile(r'"(?:[^"\\]|\\.)*"|[([{)\]}\n]')
 DEFINITION = re.compile(r"^[ \t]*#let (?:([\w-]+)|\(([\w, .-]+)\))", re.MULTILINE)
 IMPORT = re.compile(r'^#import "([\w./]+)"(?: as (\w+))?', re.MULTILINE)
 
@@ -319,12 +320,12 @@ def _definitions(text: str, before: int | None = None) -> dict[str, str]:
 
 
 def _statement(text: str, start: int) -> str:
-    """Text of a statement: to the end of the line in which all of its brackets are closed."""
+    """Text of a statement: to the end of the line in which all brackets outside of strings are closed."""
     depth = 0
-    for k in range(start, len(text)):
-        depth += (text[k] in "([{") - (text[k] in ")]}")
-        if depth <= 0 and text[k] == "\n":
-            return text[start:k]
+    for found in STRING_OR_BRACKET.finditer(text, start):
+        depth += (found[0] in "([{") - (found[0] in ")]}")
+        if depth <= 0 and found[0] == "\n":
+            return text[start : found.start()]
     return text[start:]
 
 

@@ -369,11 +369,7 @@ CHAPTERS = (
     "platform",
 )
 # reports of studies of their own, and their modules
-OWN_REPORTS = {
-    "coverage": ("coverage",),
-    "plan": ("plan", "several_joints"),
-    "walking": ("walking",),
-}
+OWN_REPORTS = {"coverage": ("coverage",), "plan": ("plan", "several_joints"), "walking": ("walking",)}
 
 
 def chapters(study: Study) -> list[str]:

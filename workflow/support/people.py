@@ -9,7 +9,7 @@ from tepsipe.errors import InputError, quoted
 from tepsipe.experiments.registry import EXPERIMENTS
 from tepsipe.io.names import check_distinct, check_name
 from tepsipe.io.readers.plain_file import read_text
-from workflow.support.placeholders import refuse_placeholder_cells
+from workflow.support.sheets import named_cells, refuse_columns
 
 EMPTY = ("-", "")
 BELTS = ("left", "right")
@@ -80,14 +80,7 @@ def read_participants(path: str | Path) -> dict[str, dict[str, float]]:
             f"{path}: expected columns separated by tabs, found the header {quoted(header[0])}: save it as a "
             "tab-separated table"
         )
-    known = ("participant", *RANGES)
-    for name in header:
-        if name not in known:
-            close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-            hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
-            raise InputError(f"{path}: unknown column {quoted(name)}: {hint}")
-        if header.count(name) > 1:
-            raise InputError(f"{path}: expected the column {quoted(name)} once, found it twice: remove one")
+    refuse_columns(header, ("participant", *RANGES), path)
     if "participant" not in header:
         raise InputError(
             f"{path}: expected the tab-separated column 'participant', found {', '.join(header) or 'none'}: "
@@ -95,13 +88,7 @@ def read_participants(path: str | Path) -> dict[str, dict[str, float]]:
         )
     people: dict[str, dict[str, float]] = {}
     for number, row in enumerate(rows[1:], start=2):
-        if len(row) != len(header):
-            raise InputError(
-                f"{path}: expected {len(header)} cells, found {len(row)} on line {number}: separate them by "
-                "one tab each"
-            )
-        cells = dict(zip(header, map(str.strip, row), strict=True))
-        refuse_placeholder_cells(cells, f"{path}: line {number}")
+        cells = named_cells(row, header, number, path)
         name = cells.pop("participant")
         check_name(name, "participant", f"{path}: line {number}")
         if name in people:

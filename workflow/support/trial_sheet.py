@@ -13,8 +13,8 @@ from tepsipe.io.formats import holds_whole_trial, takes_markers_beside
 from tepsipe.io.names import check_distinct, check_name
 from tepsipe.io.readers.plain_file import read_text
 from workflow.support.people import belt_of, participant_of
-from workflow.support.placeholders import refuse_placeholder_cells
 from workflow.support.row_names import NAME_COLUMNS, names_of
+from workflow.support.sheets import named_cells, refuse_columns
 
 COLUMNS = (
     "experiment",
@@ -87,14 +87,7 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
     for number, cells in enumerate(rows[1:], start=2):
         if not any(cell.strip() for cell in cells) or cells[0].lstrip().startswith("#"):
             continue  # an empty line, or a comment
-        if len(cells) != len(header):
-            raise InputError(
-                f"{path}: expected {len(header)} cells, found {len(cells)} on line {number}: separate "
-                "them by one tab each"
-            )
-        named = dict(zip(header, map(str.strip, cells), strict=True))
-        refuse_placeholder_cells(named, f"{path}: line {number}")
-        row = _row(named, number, path)
+        row = _row(named_cells(cells, header, number, path), number, path)
         key = (row.experiment, row.condition)
         if key in trials:
             raise InputError(
@@ -102,10 +95,7 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
                 "rename its condition"
             )
         trials[key] = TrialRow(
-            **{
-                **vars(row),
-                "files": {k: str(Path(recordings_folder) / f) for k, f in row.files.items()},
-            }
+            **{**vars(row), "files": {k: str(Path(recordings_folder) / f) for k, f in row.files.items()}}
         )
     _check_together(trials, path)
     return trials
@@ -113,14 +103,7 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
 
 def _check_header(header: list[str], path: str | Path) -> None:
     """Refuse unknown, repeated and missing columns."""
-    for name in header:
-        known = COLUMNS + OPTIONAL_COLUMNS
-        if name not in known:
-            close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-            hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
-            raise InputError(f"{path}: unknown column {quoted(name)}: {hint}")
-        if header.count(name) > 1:
-            raise InputError(f"{path}: expected the column {quoted(name)} once, found it twice: remove one")
+    refuse_columns(header, COLUMNS + OPTIONAL_COLUMNS, path)
     for name in COLUMNS:
         if name not in header:
             raise InputError(

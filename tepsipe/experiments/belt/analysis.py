@@ -370,10 +370,7 @@ def calibrate_treadmill(
     r2 = {name: np.mean([s.r2 for s in scores if s.model == name]) for name in chosen}
     kept = {
         model.name: replace(
-            model,
-            calibrated=ranges,
-            held_out=float(r2[model.name]),
-            errors=held_out_errors(model, testing),
+            model, calibrated=ranges, held_out=float(r2[model.name]), errors=held_out_errors(model, testing)
         )
         for model in fitted
     }

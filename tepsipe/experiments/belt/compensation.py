@@ -13,7 +13,7 @@ from tepsipe import __version__
 from tepsipe.arguments import checked, one_of, path_of, texts
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.experiments.belt.analysis import AS_GOOD, UNSUITED
-from tepsipe.experiments.belt.files import GROUP, BeltFile, BeltVelocity, read_belt_file
+from tepsipe.experiments.belt.files import GROUP, BeltChannels, BeltFile, BeltVelocity, read_belt_file
 from tepsipe.io.readers.force_plates import LEAST_LOAD_N
 from tepsipe.io.readers.plain_file import plain_bytes
 from tepsipe.io.readers.recording import DIRECTIONS, centre_of_pressure
@@ -284,14 +284,12 @@ def compensate_recording(
         strict=strict,
     )
     markers = tuple(texts(belt_markers, "belt_markers"))
+    source = BeltVelocity(velocity, markers, velocity_scale, velocity_offset)
     done = compensate(
         path_of(recording, "recording"),
         path_of(models, "models"),
         None if output is None else path_of(output, "output"),
-        BeltVelocity(velocity, markers, velocity_scale, velocity_offset),
-        loads=texts(load, "load"),
-        time=time_column,
-        load_unit=one_of(load_unit, "load_unit", ("Nm", "N")),
+        BeltChannels(source, texts(load, "load"), time_column, one_of(load_unit, "load_unit", ("Nm", "N"))),
         model=model,
         strict=strict,
     )
@@ -301,21 +299,12 @@ def compensate_recording(
 
 
 def compensate(
-    path: Path,
-    models: Path,
-    output: Path | None,
-    velocity: BeltVelocity,
-    *,
-    loads: Sequence[str] = (),
-    time: str | None = None,
-    load_unit: str = "Nm",
-    model: str | None = None,
-    strict: bool = False,
+    path: Path, models: Path, output: Path | None, channels: BeltChannels, *, model: str | None, strict: bool
 ) -> Compensation:
     """As `compensate_recording` (m/s, N, N·m), but nothing is written if ``strict`` and there are notes."""
     known = read_models(models)
     _refuse_corrected(path)
-    file = read_belt_file(path, velocity, loads=loads, time=time, load_unit=load_unit)
+    file = read_belt_file(path, channels)
     chosen, kept = _models_by_load(known, file, model, models)
     found, notes = {}, []
     for name, fitted in chosen.items():

@@ -9,7 +9,7 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed
 from tepsipe.experiments.belt.analysis import AS_GOOD, TreadmillCalibration, calibrate_treadmill
-from tepsipe.experiments.belt.files import BeltVelocity, read_belt_file
+from tepsipe.experiments.belt.files import BeltChannels, read_belt_file
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.notebook_display import new_axes
 from tepsipe.treadmill.calibration import coherence_limit
@@ -84,25 +84,20 @@ class FileCalibration:
 def calibrate_files(
     train: Path,
     test: Path,
-    velocities: Sequence[BeltVelocity],
+    channels: Sequence[BeltChannels],
     *,
-    loads: Sequence[str] = (),
-    time: str | None = None,
-    load_unit: str = "Nm",
     cutoff_hz: float = 6.0,
     zero_lag: bool = False,
 ) -> FileCalibration:
     """Fit models of all loads of a file and evaluate them on another.
 
     train, test: recordings of the unloaded treadmill, of the same kind.
-    velocities: source of the belt velocity of each.
-    loads, time, load_unit: as for `read_belt_file`.
+    channels: what is read of each.
     cutoff_hz, zero_lag: low-pass of all signals (Hz).
     Returns: models and scores by load (N, N·m).
     """
     files = [
-        read_belt_file(path, velocity, loads=loads, time=time, load_unit=load_unit, shortest_s=SHORTEST_S)
-        for path, velocity in zip((train, test), velocities, strict=True)
+        read_belt_file(path, chosen, SHORTEST_S) for path, chosen in zip((train, test), channels, strict=True)
     ]
     train_file, test_file = files
     if not train_file.changing:

@@ -71,6 +71,19 @@ class BeltVelocity:
 
 
 @dataclass(frozen=True)
+class BeltChannels:
+    """What is read of a recording: its loads, and the velocity of its belt."""
+
+    velocity: BeltVelocity
+    loads: Sequence[str] = ()
+    """Columns of a table; of files with force plates, names of those that are wanted, by default all."""
+    time: str | None = None
+    """Column of the time of a table; by default the first of three."""
+    load_unit: str = "Nm"
+    """Unit of the loads of a table, N or Nm; of several, the one that ends the column's name."""
+
+
+@dataclass(frozen=True)
 class BeltLoad:
     """One load of a recording, and the velocity of the belt at the same instants."""
 
@@ -137,33 +150,22 @@ class BeltFile:
         )
 
 
-def read_belt_file(
-    path: Path,
-    velocity: BeltVelocity,
-    *,
-    loads: Sequence[str] = (),
-    time: str | None = None,
-    load_unit: str = "Nm",
-    shortest_s: float = 2.0 * TRIMMED_S,
-) -> BeltFile:
+def read_belt_file(path: Path, chosen: BeltChannels, shortest_s: float = 2.0 * TRIMMED_S) -> BeltFile:
     """Read the loads of a recording and the velocity of its belt.
 
     path: C3D, D-Flow text or text table.
-    loads: columns of a table; for files with force plates, names of those that are wanted, by default all.
-    time: column of the time of a table; by default the first of three.
-    load_unit: unit of the loads of a table, N or Nm; of several, the one that ends the column's name.
     shortest_s: shortest table that is used.
     Returns: loads in N and N·m.
     """
     kind = format_of(path)
     if kind is c3d.FORMAT:
-        return _chosen(_of_c3d(path, velocity), loads)
+        return _chosen(_of_c3d(path, chosen.velocity), chosen.loads)
     if kind is dflow.FORMAT:
-        return _chosen(_of_dflow(path, velocity), loads)
+        return _chosen(_of_dflow(path, chosen.velocity), chosen.loads)
     names, delimiter = table_columns(path)
-    if len(names) != 3 and time is None and load_columns(names, str(path)):
-        return _chosen(_of_plate_table(path, velocity), loads)
-    return _of_table(path, names, delimiter, velocity, loads, time, load_unit, shortest_s)
+    if len(names) != 3 and chosen.time is None and load_columns(names, str(path)):
+        return _chosen(_of_plate_table(path, chosen.velocity), chosen.loads)
+    return _of_table(path, names, delimiter, chosen, shortest_s)
 
 
 def _chosen(file: BeltFile, loads: Sequence[str]) -> BeltFile:
@@ -397,23 +399,17 @@ def _of_plate_table(path: Path, velocity: BeltVelocity) -> BeltFile:
 
 
 def _of_table(
-    path: Path,
-    names: list[str],
-    delimiter: str,
-    velocity: BeltVelocity,
-    loads: Sequence[str],
-    time: str | None,
-    load_unit: str,
-    shortest_s: float,
+    path: Path, names: list[str], delimiter: str, chosen: BeltChannels, shortest_s: float
 ) -> BeltFile:
     """Single loads of a text table, on the clock behind its time stamps."""
-    if len(names) != 3 and not (time and loads and velocity.name):
+    velocity = chosen.velocity
+    if len(names) != 3 and not (chosen.time and chosen.loads and velocity.name):
         raise InputError(
             f"{path}: expected three columns, time, load and belt velocity, found {listed(names)}: name them "
             "with --time, --load and --velocity"
         )
-    time = time or names[0]
-    loads = tuple(loads) or (names[1],)
+    time = chosen.time or names[0]
+    loads = tuple(chosen.loads) or (names[1],)
     keys = {load: "load" if len(loads) == 1 else f"load {k + 1}" for k, load in enumerate(loads)}
     columns = {"time": time} | {key: load for load, key in keys.items()}
     file = velocity.file() if velocity.name not in names else None
@@ -431,7 +427,7 @@ def _of_table(
         part = {"time": table["time"], "load": table[key], "velocity": speed}
         named = {"time": time, "load": load, "velocity": "" if velocity.scale else columns["velocity"]}
         own = split_unit(load)[1]
-        unit = own if len(loads) > 1 and own in UNITS else load_unit
+        unit = own if len(loads) > 1 and own in UNITS else chosen.load_unit
         options = BeltTableOptions(load_unit=unit, max_gap_s=0.1, shortest_s=shortest_s)
         trial = ingest_belt_table(part, named, options, 0.0, str(path))
         found[load] = BeltLoad(trial.values("load"), unit, trial.values("belt_velocity"), trial.rate_hz)

@@ -52,18 +52,9 @@ import scipy
 from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis, DummyOptions, trial_markers
 from tepsipe.experiments.dummy.rig import LACK_OF_FIT
 from tepsipe.identification.estimators import LEAST_SQUARES
-from tepsipe.identification.likelihood.checks import (
-    Check,
-    failed,
-    of_likelihood,
-    two_sided,
-)
+from tepsipe.identification.likelihood.checks import Check, failed, of_likelihood, two_sided
 from tepsipe.identification.likelihood.likelihood import LikelihoodFit
-from tepsipe.identification.likelihood.result import (
-    LikelihoodEstimates,
-    estimated_angle,
-    estimated_foot,
-)
+from tepsipe.identification.likelihood.result import LikelihoodEstimates, estimated_angle, estimated_foot
 from tepsipe.identification.regression.windows import WindowedFits, regress_perturbations
 from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.trial import Trial
@@ -290,11 +281,7 @@ def flag_rows(rows: Sequence[Estimate], verdict: Verdict) -> list[Estimate]:
 def check_facts(verdict: Verdict) -> dict[str, dict]:
     """Facts of a fit: ``checks``, their numbers, and ``concerned``, pathway -> checks that flag it."""
     numbers = {
-        c.name: {
-            "size": float(c.size),
-            "probability": float(c.probability),
-            "tolerance": float(c.tolerance),
-        }
+        c.name: {"size": float(c.size), "probability": float(c.probability), "tolerance": float(c.tolerance)}
         for c in verdict.checks
     }
     return {"checks": numbers, "concerned": {name: list(n) for name, n in verdict.concerned.items()}}

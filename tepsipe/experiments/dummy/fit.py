@@ -2,13 +2,7 @@
 
 from dataclasses import replace
 
-from tepsipe.experiments.dummy.checks import (
-    check_dummy,
-    check_facts,
-    flag_rows,
-    known_inertia,
-    quoted_rows,
-)
+from tepsipe.experiments.dummy.checks import check_dummy, check_facts, flag_rows, known_inertia, quoted_rows
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, analyse_dummy, leg_motion, prepare_dummy
 from tepsipe.experiments.dummy.options import Pathway
 from tepsipe.experiments.dummy.results import fitted_dummy
@@ -39,11 +33,7 @@ def fit(trial: Trial, section: dict, condition: str, seed: int, uncertainty: dic
     pathways = {name: Pathway(**choice) for name, choice in section["pathways"].items()}
     found = analyse_dummy(trial, options, pathways)
     verdict = check_dummy(
-        trial,
-        options,
-        found,
-        (section["quoted"], section["recommended"]),
-        known_inertia(section["checks"]),
+        trial, options, found, (section["quoted"], section["recommended"]), known_inertia(section["checks"])
     )
     fitted = fitted_dummy(condition, found, section["analysis"]["bootstrap_draws"], seed)
     fitted.result.facts.update(check_facts(verdict))

@@ -40,11 +40,7 @@ def page(files, chosen) -> Page:
 
 
 def dummy_page(
-    trial: Trial,
-    leg: Result,
-    foot: Result | None,
-    estimates: Sequence[Estimate],
-    choices: dict,
+    trial: Trial, leg: Result, foot: Result | None, estimates: Sequence[Estimate], choices: dict
 ) -> Page:
     """Belt, markers, forces, angle, and torque of every pathway with its prediction.
 

@@ -11,13 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from tepsipe.drawing.names import (
-    ESTIMATED_SETS,
-    PARAMETER_SETS,
-    THESIS_SETS,
-    compared_sets,
-    short_name,
-)
+from tepsipe.drawing.names import ESTIMATED_SETS, PARAMETER_SETS, THESIS_SETS, compared_sets, short_name
 from tepsipe.drawing.style import (
     COLOURS,
     WIDTH_IN,

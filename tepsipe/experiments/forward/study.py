@@ -33,13 +33,7 @@ from tepsipe.experiments.forward.scores import ForwardScore, swing_sizes
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.forward_dynamics import (
-    ForwardSimulation,
-    Joint,
-    Start,
-    resting,
-    simulate_dummy,
-)
+from tepsipe.mechanics.forward_dynamics import ForwardSimulation, Joint, Start, resting, simulate_dummy
 from tepsipe.mechanics.impedance_model import PARAMETER_UNITS, PARAMETERS, SMALL
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, Foot
 from tepsipe.signals.differentiation import derivative

@@ -96,12 +96,7 @@ def _explain(axis: Axes, true: float, apparent: float, cells: list[NoiseRow]) ->
         ("printed equation, no noise", apparent, low + 0.35 * span),
     ):
         axis.annotate(
-            text,
-            (0.5, at),
-            (0.3, y),
-            fontsize=7.5,
-            va="center",
-            arrowprops={"arrowstyle": "-", "lw": 0.5},
+            text, (0.5, at), (0.3, y), fontsize=7.5, va="center", arrowprops={"arrowstyle": "-", "lw": 0.5}
         )
 
 

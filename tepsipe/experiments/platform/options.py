@@ -3,10 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from tepsipe.identification.several_joints.closed_loop import (
-    MODELS,
-    MultiJointOptions,
-)
+from tepsipe.identification.several_joints.closed_loop import MODELS, MultiJointOptions
 from tepsipe.quantities import Different, Fraction, Frequency, InnerFraction, Meanings, Positive
 
 

@@ -375,13 +375,7 @@ def _line(axis, line, torque: np.ndarray, colour: str) -> None:
     axis.plot(sign * x, line.at_rest_Nm_per_rad + line.slope_per_rad * x, "--", color=colour, linewidth=0.9)
     low, high = (line.at_rest_Nm_per_rad + slope * x for slope in LITERATURE_SLOPE)
     axis.fill_between(
-        sign * x,
-        low,
-        high,
-        color=colour,
-        alpha=0.12,
-        linewidth=0.0,
-        label="slopes of the literature",
+        sign * x, low, high, color=colour, alpha=0.12, linewidth=0.0, label="slopes of the literature"
     )
 
 
@@ -397,11 +391,7 @@ PANELS = {
     "reflex_gain_ratio": "Reflex gain\n(rel. to trial)",
     "torque": "Mean torque\n(N·m)",
 }
-AXES = {
-    "time": "Time (s)",
-    "time after the trigger": "Time after the trigger (s)",
-    "schedule": "Schedule",
-}
+AXES = {"time": "Time (s)", "time after the trigger": "Time after the trigger (s)", "schedule": "Schedule"}
 # more trials are drawn without a legend
 IN_LEGEND = 18
 

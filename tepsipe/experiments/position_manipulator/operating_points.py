@@ -94,9 +94,7 @@ RELATIONS = Table(Relation, "relations of stiffness and torque")
 
 
 def operating_points(
-    estimates: Iterable[Estimate],
-    measured: Mapping[str, tuple[float, float]],
-    nominal: Mapping[str, Nominal],
+    estimates: Iterable[Estimate], measured: Mapping[str, tuple[float, float]], nominal: Mapping[str, Nominal]
 ) -> list[OperatingPoint]:
     """Estimates of the parallel-cascade model with the operating point of their trial.
 

@@ -116,12 +116,13 @@ def fit(
         section["recommended"]["pathway"], section["free_reflex"], uncertainty
     )
     cut, perturbations = _broadband(standing, directions, section, plates), int(standing.onsets_s.size)
-    fits |= fit_free(_of(BOTH, cut), name, estimators, choices, perturbations)
+    common = name, estimators, choices, perturbations
+    fits |= fit_free(_of(BOTH, cut), *common)
     facts = _facts(standing, responses, choices.pathway, notes, options)
     result = standing_result(directions, fits, choices.pathway, [], facts)
     rows, contributions = fit_rows(condition, fits, options.person.body.critical_stiffness)
     legs = {leg: of_leg for leg in options.belts if (of_leg := _of(leg, cut))}
-    rows_of_legs, more = leg_rows(condition, legs, name, estimators, choices, perturbations)
+    rows_of_legs, more = leg_rows(condition, legs, lambda trials: fit_free(trials, *common))
     readings = [name for name, choice in section["pathways"].items() if choice["torque"] in AS_PRINTED]
     printed = list(dict.fromkeys([section["as_printed"], *readings]))
     torques = {"as_printed": printed, "recommended": choices.pathway}

@@ -17,11 +17,7 @@ from tepsipe.experiments.standing.free_reflex.results import (
 )
 from tepsipe.experiments.standing.muscle_torque import ActiveOptions
 from tepsipe.experiments.standing.options import Person, StandingEstimator, TorquePathway
-from tepsipe.experiments.standing.thesis.impedance import (
-    fit_all,
-    standing_result,
-    stiffness_by_window,
-)
+from tepsipe.experiments.standing.thesis.impedance import fit_all, standing_result, stiffness_by_window
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency, latency_estimates, muscle_latency
 from tepsipe.io.estimates import flagged
 from tepsipe.io.result import Result
@@ -61,7 +57,8 @@ def fit(
     perturbations = sum(result.arrays["processed/onsets_s"].size for result in responses)
     detector, lengthened = section["latency"]["detector"], _lengthened_by(section)
     of_emg = emg_faults(trials, lengthened, latencies, detector)
-    fits |= fit_free(broadband, name, estimators, choices, perturbations, onset, person, of_emg)
+    common = name, estimators, choices, perturbations, onset, person, of_emg
+    fits |= fit_free(broadband, *common)
     apart = dict.fromkeys(sentence for fit in fits.values() for sentence in fit.apart)
     facts = {
         "left_out": [*notes, *silent, *apart],
@@ -77,7 +74,7 @@ def fit(
     rows, contributions = fit_rows(task, fits, critical_stiffness)
     for latency in latencies:
         rows += flagged(latency_estimates(task, latency, choices.sources.get("latency_s")), *of_emg)
-    rows_of_legs, more = leg_rows(task, legs, name, estimators, choices, perturbations, onset, person, of_emg)
+    rows_of_legs, more = leg_rows(task, legs, lambda trials: fit_free(trials, *common))
     pathway = TorquePathway(**section["pathways"][choices.pathway])
     return Fitted(
         with_budgets(result, fits),

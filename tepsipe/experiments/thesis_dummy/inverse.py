@@ -526,15 +526,7 @@ def cell_rows(cells: list[Cell]) -> list[CellRow]:
     """Cells (unit of each quantity) as rows of the table."""
     units = UNITS | {f"SEM_{quantity}": unit for quantity, unit in UNITS.items()}
     return [
-        CellRow(
-            c.condition,
-            c.quantity,
-            units.get(c.quantity, "%"),
-            c.role,
-            c.printed,
-            c.value,
-            c.spread,
-        )
+        CellRow(c.condition, c.quantity, units.get(c.quantity, "%"), c.role, c.printed, c.value, c.spread)
         for c in cells
     ]
 

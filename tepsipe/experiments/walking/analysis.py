@@ -45,18 +45,6 @@ class WalkingImpedance:
     dropped: tuple[str, ...]
     """A sentence for every stride, pulse and phase that was left out."""
 
-    def stiffness_at(self, percent: float) -> tuple[float, float]:
-        """K and its Type A uncertainty (N·m/rad) at a phase (%), on the line through the nearest two."""
-        usable = [phase for phase, fit in self.phases.items() if not fit.flags]
-        near = sorted(usable, key=lambda phase: abs(self.at_percent[phase] - percent))[:2]
-        if len(near) < 2:
-            return float("nan"), float("inf")
-        (a, b), (first, second) = (self.at_percent[p] for p in near), (self.phases[p] for p in near)
-        share = (percent - a) / (b - a)
-        value = (1.0 - share) * first.values[2] + share * second.values[2]
-        u = np.hypot((1.0 - share) * first.budget.type_a[2], share * second.budget.type_a[2])
-        return float(value), float(u)
-
 
 def analyse_walking(
     recording: WalkingRecording,

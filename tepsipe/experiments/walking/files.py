@@ -16,10 +16,7 @@ EVENTS = ("heel_strike", "toe_off", "pulse")
 
 
 def read_recording(
-    path: str | Path,
-    columns: Mapping[str, str | None],
-    rate_hz: float,
-    max_gap_s: float,
+    path: str | Path, columns: Mapping[str, str | None], rate_hz: float, max_gap_s: float
 ) -> WalkingRecording:
     """Read one leg of a walking trial and bring it to a regular clock.
 

@@ -165,11 +165,7 @@ class Pulses:
 
 
 def segment_strides(
-    heel_strikes: Sequence[float],
-    toe_offs: Sequence[float],
-    *,
-    name: str = "walking",
-    from_s: float = 0.0,
+    heel_strikes: Sequence[float], toe_offs: Sequence[float], *, name: str = "walking", from_s: float = 0.0
 ) -> Strides:
     """Cut a trial into strides by the heel strikes of one foot.
 

@@ -75,10 +75,7 @@ def plot_masses(results: dict[str, Result], mass_kg: float) -> Figure:
         medianprops={"color": COLOURS["model"]},
         flierprops={"markersize": 3},
     )
-    axes.set(
-        xlabel="Perturbation profile and velocity amplitude",
-        ylabel=r"Estimated mass $\hat{m}_w$ (kg)",
-    )
+    axes.set(xlabel="Perturbation profile and velocity amplitude", ylabel=r"Estimated mass $\hat{m}_w$ (kg)")
     axes.grid(axis="x", visible=False)
     axes.legend(loc="upper right")
     return figure

@@ -35,11 +35,7 @@ def page(files, chosen) -> Page:
 
 
 def weight_page(
-    trial: Trial,
-    fit: Result,
-    plate: Result | None,
-    estimates: Sequence[Estimate],
-    choices: dict,
+    trial: Trial, fit: Result, plate: Result | None, estimates: Sequence[Estimate], choices: dict
 ) -> Page:
     """Belt, markers and forces, and the belt-induced force, measured and predicted by the treadmill models.
 

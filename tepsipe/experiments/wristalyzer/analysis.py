@@ -34,7 +34,7 @@ from tepsipe.identification.admittance_fit import (
     profile_stiffness,
 )
 from tepsipe.identification.budgets.manipulator import fit_response, period_budget
-from tepsipe.identification.regression.periods import fit_periods
+from tepsipe.identification.regression.periods import PeriodicRecord, fit_periods
 from tepsipe.identification.result import Quantity, quantities_of
 from tepsipe.io.estimates import Contribution, Estimate, flagged, recommended
 from tepsipe.io.result import Result
@@ -86,8 +86,8 @@ def _searched(record: WristalyzerRecord, spectrum: FrequencyResponse, as_printed
 
 def _regression(record: WristalyzerRecord) -> JointFit:
     # not filtered: its lines are far below half the rate
-    signals = (record.recorded("torque"), record.recorded("angle"), record.trial.rate_hz)
-    fit = fit_periods(*signals, record.options.perturbation_period_s, record.options.excited_band_hz)
+    periods = record.trial.rate_hz, record.options.perturbation_period_s, record.options.excited_band_hz
+    fit = fit_periods(PeriodicRecord(record.recorded("torque"), record.recorded("angle"), *periods))
     values = dict(zip(PARAMETERS, fit.parameters, strict=True))
     return JointFit(quantities_of(values, period_budget(fit, record.sources)))
 

@@ -167,24 +167,19 @@ def plot_starting_values(results: dict[str, Result], start_stiffness: float) -> 
     for name, result in results.items():
         start = result.arrays["tried/stiffness"]
         for axis, column in ((axes[0], 2), (axes[1], 1)):
-            axis.plot(
-                start,
-                result.arrays["tried/modulus"][:, column],
-                color=COLOURS["as printed"],
-                marker=markers[name],
-                markersize=3.5,
-                linewidth=0.6,
-                label="modulus as residual",
-            )
-            axis.plot(
-                start,
-                result.arrays["tried/smooth"][:, column],
-                color=COLOURS["recommended"],
-                marker=markers[name],
-                markersize=3.5,
-                linewidth=0.6,
-                label="complex residual",
-            )
+            for fit, kind, label in (
+                ("modulus", "as printed", "modulus as residual"),
+                ("smooth", "recommended", "complex residual"),
+            ):
+                axis.plot(
+                    start,
+                    result.arrays[f"tried/{fit}"][:, column],
+                    color=COLOURS[kind],
+                    marker=markers[name],
+                    markersize=3.5,
+                    linewidth=0.6,
+                    label=label,
+                )
         profile = result.arrays["profile/cost"] / result.facts["profile_limit"]
         axes[2].plot(result.arrays["profile/stiffness"], profile, label=name, linewidth=0.9)
     for axis, ylabel in ((axes[0], "Fitted $K$ (N·m/rad)"), (axes[1], "Fitted $B$ (N·m·s/rad)")):

@@ -9,7 +9,12 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.wristalyzer.options import WristalyzerOptions
-from tepsipe.identification.regression.periods import filtered_angle, periods_differ, torque_delay
+from tepsipe.identification.regression.periods import (
+    PeriodicRecord,
+    filtered_angle,
+    periods_differ,
+    torque_delay,
+)
 from tepsipe.io.trial import Trial, recorded_faults
 from tepsipe.mechanics.impedance_model import simulate_angle
 from tepsipe.signals.filters import butterworth_lowpass
@@ -47,8 +52,10 @@ def timed(
     kept = slice(cut, trial.time.size - cut)
     if period_s is None:
         return trial, flags
-    periods = (trial.rate_hz, period_s, band_hz)
-    delay = torque_delay(trial.values("torque")[kept], trial.values("angle")[kept], *periods)
+    record = PeriodicRecord(
+        trial.values("torque")[kept], trial.values("angle")[kept], trial.rate_hz, period_s, band_hz
+    )
+    delay = torque_delay(record)
     if abs(delay) > LONGEST_DELAY_S:
         torque = trial.signals["torque"]
         moved = replace(
@@ -57,8 +64,8 @@ def timed(
             processing=(*torque.processing, f"moved by {1e3 * delay:.3g} ms"),
         )
         trial, flags = replace(trial, signals=trial.signals | {"torque": moved}), (*flags, "log-delay")
-    record = (trial.values("torque")[kept], trial.values("angle")[kept], *periods)
-    flags += ("filtered-signal",) * filtered_angle(*record) + ("halves-differ",) * periods_differ(*record)
+        record = replace(record, torque=moved.values[kept])
+    flags += ("filtered-signal",) * filtered_angle(record) + ("halves-differ",) * periods_differ(record)
     return trial, flags
 
 

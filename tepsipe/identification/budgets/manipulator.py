@@ -108,10 +108,7 @@ def fit_response(
 
 
 def spectral_budget(
-    fit: AdmittanceFit,
-    estimate: FrequencyResponse,
-    bounds: Bounds,
-    sources: Mapping[str, Source],
+    fit: AdmittanceFit, estimate: FrequencyResponse, bounds: Bounds, sources: Mapping[str, Source]
 ) -> Budget:
     """Uncertainty of a spectral fit (N·m·s²/rad, N·m·s/rad, N·m/rad).
 

@@ -41,13 +41,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tepsipe.identification.cascade.fit import (
-    ParallelCascadeFit,
-    Relaxing,
-    ShortRange,
-    SlowTorque,
-    Structure,
-)
+from tepsipe.identification.cascade.fit import ParallelCascadeFit, Relaxing, ShortRange, SlowTorque, Structure
 from tepsipe.identification.cascade.muscle import fit_muscle
 from tepsipe.identification.cascade.normal_equations import block_sums, row_spans, solve_drawn
 from tepsipe.identification.cascade.record import (

@@ -15,7 +15,7 @@ parameters follows. Each line has 2 (periods - 1) degrees of freedom; their comb
 Satterthwaite.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
@@ -36,6 +36,25 @@ CUTOFFS_HZ, LEAST_GAIN = np.geomspace(3.0, 40.0, 40), 0.5
 
 
 @dataclass(frozen=True)
+class PeriodicRecord:
+    """A record without the transient at its start."""
+
+    torque: Annotated[np.ndarray, "(n,)", "N·m"]
+    angle: Annotated[np.ndarray, "(n,)", "rad"]
+    rate_hz: float
+    period_s: float
+    """Sampling rate, and period, a whole number of samples."""
+    band_hz: tuple[float, float]
+    """Lowest and highest excited frequency."""
+
+    def spectra(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Frequencies (Hz), and spectra of torque and angle in each period (N·m, rad)."""
+        about = self.rate_hz, self.period_s, self.band_hz
+        frequency, torques = period_spectra(self.torque, *about)
+        return frequency, torques, period_spectra(self.angle, *about)[1]
+
+
+@dataclass(frozen=True)
 class PeriodFit:
     """Linear joint nearest to a trial."""
 
@@ -51,25 +70,14 @@ class PeriodFit:
     """Change with the lower part of the band (units of the parameters)."""
 
 
-def fit_periods(
-    torque: Annotated[np.ndarray, "(n,)", "N·m"],
-    angle: Annotated[np.ndarray, "(n,)", "rad"],
-    rate_hz: float,
-    period_s: float,
-    band_hz: tuple[float, float],
-) -> PeriodFit:
-    """Fit I, B, K and a delay to the whole periods of a record.
-
-    torque, angle: record without the transient at its start.
-    rate_hz, period_s: sampling rate (Hz), and period, a whole number of samples (s).
-    band_hz: lowest and highest excited frequency.
-    """
-    low, high = band_hz
-    frequency, torques, angles = _spectra(torque, angle, rate_hz, period_s, band_hz)
+def fit_periods(record: PeriodicRecord) -> PeriodFit:
+    """Fit I, B, K and a delay to the whole periods of a record."""
+    low, high = record.band_hz
+    frequency, torques, angles = record.spectra()
     below = frequency <= NARROW * high + 1e-9
     if below.sum() < LEAST_LINES:
         raise InputError(
-            f"expected at least {LEAST_LINES} multiples of 1/{period_s:g} Hz between {low:g} and "
+            f"expected at least {LEAST_LINES} multiples of 1/{record.period_s:g} Hz between {low:g} and "
             f"{NARROW * high:g} Hz, found {below.sum()}: widen excited_band_hz, or set "
             "perturbation_period_s to null"
         )
@@ -78,23 +86,14 @@ def fit_periods(
     return PeriodFit(whole[:3], type_a[:3], float(freedom[:3].min()), float(whole[3]), (narrow - whole)[:3])
 
 
-def torque_delay(
-    torque: Annotated[np.ndarray, "(n,)", "N·m"],
-    angle: Annotated[np.ndarray, "(n,)", "rad"],
-    rate_hz: float,
-    period_s: float,
-    band_hz: tuple[float, float],
-) -> float:
+def torque_delay(record: PeriodicRecord) -> float:
     """Delay of the torque after its record, also where j w d is no small number.
 
     The delay on a grid that leaves the least residual of the linear joint, then refined by the regression.
 
-    torque, angle: record without the transient at its start.
-    rate_hz, period_s: sampling rate (Hz), and period, a whole number of samples (s).
-    band_hz: lowest and highest excited frequency.
     Returns: delay (s), negative for a torque that acts before its record.
     """
-    frequency, torques, angles = _spectra(torque, angle, rate_hz, period_s, band_hz)
+    frequency, torques, angles = record.spectra()
     turn, mean = -2j * np.pi * frequency, angles.mean(axis=0, keepdims=True)
 
     def residual(delay_s: float) -> float:
@@ -112,22 +111,14 @@ def torque_delay(
     return delay
 
 
-def filtered_angle(
-    torque: Annotated[np.ndarray, "(n,)", "N·m"],
-    angle: Annotated[np.ndarray, "(n,)", "rad"],
-    rate_hz: float,
-    period_s: float,
-    band_hz: tuple[float, float],
-) -> bool:
+def filtered_angle(record: PeriodicRecord) -> bool:
     """True if the angle probably went through a zero-lag low-pass before it was recorded.
 
     A Butterworth filter of second order, forwards and backwards, divides the angle by g = 1 + (f / cutoff)^4.
     The equation with g Y_k in place of Y_k, divided by g, leaves at most `LEAST_GAIN` of the squares that Y_k
     leaves with the same weights, for some cutoff.
-
-    torque, angle, rate_hz, period_s, band_hz: as for `torque_delay`.
     """
-    frequency, torques, angles = _spectra(torque, angle, rate_hz, period_s, band_hz)
+    frequency, torques, angles = record.spectra()
     torques, angles = (x.mean(axis=0, keepdims=True) for x in (torques, angles))
 
     def unexplained(gain: np.ndarray, weight: np.ndarray) -> float:
@@ -137,22 +128,14 @@ def filtered_angle(
     return any(unexplained(g, 1.0 / g) < LEAST_GAIN * unexplained(np.ones_like(g), 1.0 / g) for g in gains)
 
 
-def periods_differ(
-    torque: Annotated[np.ndarray, "(n,)", "N·m"],
-    angle: Annotated[np.ndarray, "(n,)", "rad"],
-    rate_hz: float,
-    period_s: float,
-    band_hz: tuple[float, float],
-) -> bool:
-    """True if I, B or K of the first and the last periods differ by more than they scatter.
-
-    torque, angle, rate_hz, period_s, band_hz: as for `torque_delay`.
-    """
-    half = int(torque.size / (rate_hz * period_s)) // 2 * round(rate_hz * period_s)
-    if half < 2 * round(rate_hz * period_s):
+def periods_differ(record: PeriodicRecord) -> bool:
+    """True if I, B or K of the first and the last periods differ by more than they scatter."""
+    torque, angle, length = record.torque, record.angle, record.rate_hz * record.period_s
+    half = int(torque.size / length) // 2 * round(length)
+    if half < 2 * round(length):
         return False
     one, other = (
-        fit_periods(torque[part], angle[part], rate_hz, period_s, band_hz)
+        fit_periods(replace(record, torque=torque[part], angle=angle[part]))
         for part in (slice(half), slice(torque.size - half, None))
     )
     errors = ((fit.type_a, fit.freedom) for fit in (one, other))
@@ -179,12 +162,6 @@ def _columns(frequency, torques, angles):
     omega = 2.0 * np.pi * frequency
     columns = np.stack([-(omega**2) * angles, 1j * omega * angles, angles, 1j * omega * torques], axis=-1)
     return without_transient(omega, columns * TYPICAL), without_transient(omega, torques)
-
-
-def _spectra(torque, angle, rate_hz, period_s, band_hz):
-    """Frequencies (Hz), and spectra of torque and angle in each period."""
-    frequency, torques = period_spectra(torque, rate_hz, period_s, band_hz)
-    return frequency, torques, period_spectra(angle, rate_hz, period_s, band_hz)[1]
 
 
 def _unexplained(columns, wanted, weight=1.0):

@@ -71,12 +71,7 @@ class Directions:
 
     def in_units(self, factor: np.ndarray) -> "Directions":
         """The same for parameters multiplied by ``factor``, shape (q,) (unit of the result over its own)."""
-        return Directions(
-            self.strength,
-            self.vectors * factor[:, None],
-            self.influence * factor,
-            self.limit,
-        )
+        return Directions(self.strength, self.vectors * factor[:, None], self.influence * factor, self.limit)
 
     def standard_error(self, combination: np.ndarray) -> float:
         """Standard error of a linear combination of the parameters, shape (q,): jackknife over the bands.

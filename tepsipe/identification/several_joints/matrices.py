@@ -482,8 +482,7 @@ def _entry(fit: MatrixFit, name: str, k: int, limit: float, known: Determined) -
     share = max(half / fit.scale[k], 1.96 * known.errors[k])
     if known.rank < known.unknowns:
         return _refused(
-            name,
-            f"the perturbations determine {known.rank} of {known.unknowns} directions of the unknowns",
+            name, f"the perturbations determine {known.rank} of {known.unknowns} directions of the unknowns"
         )
     if share > limit:
         return _refused(

@@ -216,8 +216,7 @@ def _delay(fit: RowFit, name: str, reflex: bool) -> Quantity:
     if _open_delay(fit):
         ends = f"{fit.delays_s[inside[0]]:g} to {fit.delays_s[inside[-1]]:g} s"
         return Quantity.refused(
-            "s",
-            f"{name} is not identified: the record does not exclude {ends}, at an end of those tried",
+            "s", f"{name} is not identified: the record does not exclude {ends}, at an end of those tried"
         )
     if not reflex:
         return Quantity.refused(

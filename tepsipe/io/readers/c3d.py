@@ -10,14 +10,7 @@ from tepsipe.io.file_format import Contents, Format
 from tepsipe.io.readers.force_plates import force_plates
 from tepsipe.io.readers.guarded import guarded
 from tepsipe.io.readers.plain_file import plain_file
-from tepsipe.io.readers.recording import (
-    DIRECTIONS,
-    METRES_PER_UNIT,
-    Channel,
-    ForcePlate,
-    Markers,
-    Recording,
-)
+from tepsipe.io.readers.recording import DIRECTIONS, METRES_PER_UNIT, Channel, ForcePlate, Markers, Recording
 
 # processor type -> byte order of its words, and the byte of the scale factor that holds the sign
 WORDS = {84: ("<u2", 15), 85: ("<u2", 13), 86: (">u2", 12)}

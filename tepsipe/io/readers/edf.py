@@ -219,10 +219,5 @@ def _fits(head: Head) -> bool:
 
 
 FORMAT = Format(
-    name="EDF",
-    fits=_fits,
-    contents=edf_contents,
-    endings=(".edf", ".bdf"),
-    purpose="emg",
-    read_emg=read_emg,
+    name="EDF", fits=_fits, contents=edf_contents, endings=(".edf", ".bdf"), purpose="emg", read_emg=read_emg
 )

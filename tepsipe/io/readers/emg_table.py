@@ -212,10 +212,5 @@ def _fits(head: Head) -> bool:
 
 
 FORMAT = Format(
-    name="Delsys",
-    fits=_fits,
-    contents=emg_table_contents,
-    text=True,
-    purpose="emg",
-    read_emg=read_emg_table,
+    name="Delsys", fits=_fits, contents=emg_table_contents, text=True, purpose="emg", read_emg=read_emg_table
 )

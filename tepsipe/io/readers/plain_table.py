@@ -74,10 +74,7 @@ def column_names(header: str, delimiter: str) -> list[str]:
 
 
 def read_plain_table(
-    path: str | Path,
-    what: str,
-    is_header: Callable[[str], bool] | None = None,
-    ragged: bool = False,
+    path: str | Path, what: str, is_header: Callable[[str], bool] | None = None, ragged: bool = False
 ) -> PlainTable:
     """Read all columns of a text table.
 

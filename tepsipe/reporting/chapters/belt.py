@@ -40,6 +40,3 @@ def _smallest_good(run: Run) -> str | None:
     known = scores[~scores.index.isin(WITH_LOAD) & scores.converged & (scores.r2 > 0.0)]
     good = known[known.r2 >= known.r2.max() - WORTH]
     return None if good.empty else good.order.idxmin()
-
-
-PREDICATES = ()

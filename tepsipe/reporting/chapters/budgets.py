@@ -68,6 +68,3 @@ def largest_source(budget: RelativeBudget) -> dict:
         "now_percent": budget.expanded(1.0),
         "after_percent": budget.expanded(MORE if repeating else math.inf),
     }
-
-
-PREDICATES = ()

@@ -12,6 +12,3 @@ def numbers(run: Run) -> dict:
 def _trial(fit: Result) -> dict:
     significant = fit.arrays["coherence"] > fit.facts["coherence_threshold"]
     return {"significant_percent": 100.0 * significant.mean(axis=0), "mode": fit.arrays["mode"]}
-
-
-PREDICATES = ()

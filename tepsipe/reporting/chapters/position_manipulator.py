@@ -64,6 +64,3 @@ def _changes(rows: pd.DataFrame) -> bool:
     mean = np.average(value, weights=error**-2.0)
     limit = statistics.NormalDist().inv_cdf(1.0 - 0.5 * LEVEL / value.size)
     return bool((np.abs(value - mean) > limit * error).any())
-
-
-PREDICATES = ()

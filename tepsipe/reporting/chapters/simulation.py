@@ -14,8 +14,6 @@ from tepsipe.statistics.goodness_of_fit import explained
 
 FADED = 0.5  # size of the last swing relative to the largest, below which the growth is a beat
 BEYOND = 0.2  # growth beyond a limit that is more than different pulses and rounding
-# estimates of the run that the thesis compares, and the consistent one
-OF_THE_RUN = ("wristalyzer", "tep", "corrected")
 
 
 def numbers(run: Run) -> dict:

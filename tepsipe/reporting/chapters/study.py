@@ -252,9 +252,4 @@ def truth_differs(run: Run) -> bool:
     return bool((truths.max() - truths.min() > 0.01 * truths.mean().abs()).any())
 
 
-PREDICATES = (
-    null_ahead,
-    truth_missed,
-    errors_share_draw,
-    truth_differs,
-)
+PREDICATES = (null_ahead, truth_missed, errors_share_draw, truth_differs)

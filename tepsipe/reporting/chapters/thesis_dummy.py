@@ -65,9 +65,4 @@ def _profile(run: Run) -> dict:
     return profile(_timing(run))
 
 
-PREDICATES = (
-    full_law_predicts_best,
-    copy_predicts_best,
-    lag_bounded,
-    unlagged_unlikely,
-)
+PREDICATES = (full_law_predicts_best, copy_predicts_best, lag_bounded, unlagged_unlikely)

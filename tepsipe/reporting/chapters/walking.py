@@ -30,6 +30,3 @@ def control_without_pulses(run: Run, trial: str) -> bool:
 
 def _silent(run: Run, trial: str) -> pd.Series:
     return run.rows("walking", condition=trial, quantity="K")["flags"] == "no-response"
-
-
-PREDICATES = ()

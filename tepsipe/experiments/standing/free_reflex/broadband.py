@@ -385,13 +385,7 @@ def _pulses(
 # of the responses like the first one, and of those to perturbations of the opposite direction
 GROUPS = ("broadband", "broadband_opposite")
 SIGNAL_UNITS = "Nm, rad, rad/s"
-UNITS = {
-    "time": "s",
-    "perturbed": SIGNAL_UNITS,
-    "quiet_time": "s",
-    "quiet": SIGNAL_UNITS,
-    "belt": "m/s, m",
-}
+UNITS = {"time": "s", "perturbed": SIGNAL_UNITS, "quiet_time": "s", "quiet": SIGNAL_UNITS, "belt": "m/s, m"}
 TORQUES = ("draws", "misfit")
 TILT_UNITS = dict.fromkeys(("tilt", "quiet_tilt"), "rad, rad/s, rad, rad")
 PLAIN = (

@@ -293,9 +293,7 @@ def fit_free_reflex(
     if DISCREPANCY in by_source:
         contributions[DISCREPANCY] = by_source[DISCREPANCY] * errors.discrepancy.sum(axis=0)
     budget = Budget(
-        *_scatter(fit, trials, inside),
-        contributions,
-        {source.name: source.freedom for source in sources},
+        *_scatter(fit, trials, inside), contributions, {source.name: source.freedom for source in sources}
     )
     between = _between_recordings(fit, trials)
     yielded = _yielded(trials, fit, records, inside) if YIELD in by_source else None

@@ -6,13 +6,14 @@ feet. The markers are on one leg: the angle of the other is taken to be the same
 same place along the belts. B and K of a leg are its parts of B and K of both.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from tepsipe.experiments.budgets import contributions_of, rows_of
 from tepsipe.experiments.standing.epochs import StandingEpochs
+from tepsipe.experiments.standing.estimates import Fits
 from tepsipe.experiments.standing.free_reflex.broadband import (
     GROUPS,
     BroadbandEpochs,
@@ -22,15 +23,8 @@ from tepsipe.experiments.standing.free_reflex.broadband import (
     with_treadmill_error,
 )
 from tepsipe.experiments.standing.free_reflex.fit import QUANTITIES
-from tepsipe.experiments.standing.free_reflex.results import FreeReflexChoices, fit_free
 from tepsipe.experiments.standing.joint_torque import StandingTrial, by_belt
-from tepsipe.experiments.standing.options import (
-    BOTH,
-    OTHER_BELT,
-    EpochOptions,
-    StandingEstimator,
-    StandingOptions,
-)
+from tepsipe.experiments.standing.options import BOTH, OTHER_BELT, EpochOptions, StandingOptions
 from tepsipe.identification.result import Quantity
 from tepsipe.io.estimates import Contribution, Estimate
 from tepsipe.io.result import Result
@@ -116,19 +110,13 @@ def legs_of(results: list[Result]) -> tuple[list[BroadbandEpochs], dict[str, lis
 def leg_rows(
     condition: str,
     legs: Mapping[str, list[BroadbandEpochs]],
-    name: str,
-    estimators: dict[str, StandingEstimator],
-    choices: FreeReflexChoices,
-    perturbations: int,
-    reflex_onset_s: float | None = None,
-    person: list[BroadbandEpochs] | None = None,
-    of_emg: tuple[str, ...] = (),
+    fit: Callable[[list[BroadbandEpochs]], Fits],
 ) -> tuple[list[Estimate], list[Contribution]]:
     """B and K of each leg, and its part of the weight, as rows beside those of both legs.
 
     condition: trial or task.
     legs: leg -> its responses in every trial; may be empty.
-    name, estimators, choices, perturbations, reflex_onset_s, person, of_emg: as for `fit_free`.
+    fit: `fit_free` with the choices of the fit to both legs together.
 
     Returns:
         rows: ``B_left`` (N·m·s/rad), ``K_left`` (N·m/rad), ``weight_share_left`` and the same of the right
@@ -138,12 +126,11 @@ def leg_rows(
     rows, contributions = [], []
     mass_kg = {leg: float(np.mean([trial.carried_kg for trial in of_leg])) for leg, of_leg in legs.items()}
     for leg, of_leg in legs.items():
-        fits = fit_free(of_leg, name, estimators, choices, perturbations, reflex_onset_s, person, of_emg)
-        for key, fit in fits.items():
+        for key, fitted in fit(of_leg).items():
             names = ("standing", condition, *key)
-            quantities = {f"{quantity}_{leg}": fit.quantities[quantity] for quantity in QUANTITIES}
+            quantities = {f"{quantity}_{leg}": fitted.quantities[quantity] for quantity in QUANTITIES}
             share = {f"weight_share_{leg}": Quantity(mass_kg[leg] / sum(mass_kg.values()), "1")}
-            rows += rows_of(names, quantities | share, fit.responses)
+            rows += rows_of(names, quantities | share, fitted.responses)
             contributions += contributions_of(names, quantities)
     return rows, contributions
 

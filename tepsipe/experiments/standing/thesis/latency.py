@@ -74,10 +74,9 @@ def lengthening_speed(
 
 def _until_return(responses: StandingEpochs) -> Annotated[np.ndarray, "(n,)"]:
     """Samples from the onset until the belt returns."""
-    displacement = np.abs(
-        np.cumsum(responses.perturbed["belt_velocity"].mean(axis=0) * (responses.time >= 0.0))
-    )
-    return (responses.time >= 0.0) & (np.arange(displacement.size) <= displacement.argmax())
+    after = responses.time >= 0.0
+    displacement = np.abs(np.cumsum(responses.perturbed["belt_velocity"].mean(axis=0) * after))
+    return after & (np.arange(displacement.size) <= displacement.argmax())
 
 
 def first_stretch(responses: StandingEpochs, lengthening: dict[str, float]) -> float:
@@ -103,13 +102,8 @@ def muscle_latency(
     options: Choices; every detector is applied.
     Returns: onsets (s), or the reason why there are none.
     """
-    stretching, turns_s = [], 0.0
-    for responses in trials:
-        if muscle not in responses.muscles or not responses.count:
-            continue
-        if first_stretch(responses, lengthening) > 0.0:
-            stretching.append(responses)
-            turns_s = max(turns_s, float(responses.time[_until_return(responses)][-1]))
+    usable = [responses for responses in trials if muscle in responses.muscles and responses.count]
+    stretching = [responses for responses in usable if first_stretch(responses, lengthening) > 0.0]
     if not stretching:
         return f"expected trials that stretch {muscle} first and have a usable channel for it, found none"
     step = stretching[0].emg_time[1] - stretching[0].emg_time[0]
@@ -143,6 +137,7 @@ def muscle_latency(
     }
     late = None
     if options.bootstrap_draws:
+        turns_s = max(float(responses.time[_until_return(responses)][-1]) for responses in stretching)
         stretch = stretching[0].time, np.concatenate(speeds), turns_s
         late = _lateness(time, emg, size, stretch, onsets["changepoint"], options, rng)
     return MuscleLatency(muscle, onsets, time, np.abs(emg).mean(axis=0), emg.shape[0], late)
