@@ -104,6 +104,10 @@ def test_a_folder_has_every_recording_and_the_hash_of_the_truth_but_nothing_of_i
     content = json.loads(truth.read_text())
     named = {str(path) for path in found}
     assert {f"arrays/{problem}.csv" for problem in content["problems"]} <= named
+    page = (benchmark.ROOT / "docs/benchmark.md").read_text(encoding="utf-8")
+    assert [
+        name for name in named if "/" not in name and name != "README.md" and f"`{name}`" not in page
+    ] == []
     (standing,) = (problem for problem in content["problems"] if problem.startswith("standing-01-"))
     assert {f"instruments/{standing}/{name}" for name in ("log.mat", "markers.c3d", "emg.edf")} <= named
     digest = hashlib.sha256(truth.read_bytes()).hexdigest()
@@ -138,6 +142,19 @@ def test_a_folder_whose_making_was_stopped_is_named(problems, tmp_path):
     with pytest.raises(InputError) as refused:
         benchmark.refuse_places(folder, tmp_path / "truth.json")
     assert_one_sentence(refused.value, "stopped", "found those of a command that was stopped: delete the")
+
+
+def test_the_page_explains_every_key_of_the_facts():
+    page = (benchmark.ROOT / "docs/benchmark.md").read_text(encoding="utf-8")
+    keys, legend = set(), page[page.index("## Keys of facts.json") :]
+    for known in benchmark.facts(
+        benchmark.read_constants(benchmark.ROOT / "config/virtual_lab.yaml")
+    ).values():
+        for key, value in known.items():
+            keys |= {key, *(value if isinstance(value, dict) and key != "layout_m" else ())}
+    assert {key for key in keys if f"`{key}`" not in legend[: legend.index("## Spoiled")]} == set()
+    for kind, noise in benchmark.TORQUE_NOISE_NM.items():
+        assert f"`{kind}`" in page and f"| {noise} |" in page
 
 
 def test_faults_are_drawn_problem_by_problem():
