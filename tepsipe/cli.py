@@ -1066,11 +1066,15 @@ def _by_rules(module: str, arguments: Sequence[str], what: str) -> int:
     stderr = ""
     with progress(what) as tell, tempfile.TemporaryFile("w+", encoding="utf-8") as output:
         with subprocess.Popen(command, stdout=output, **options) as done:
-            for line in done.stderr or ():
-                if line.startswith(FAR):
-                    tell(f", {line.removeprefix(FAR).strip()}")
-                else:
-                    stderr += line
+            try:
+                for line in done.stderr or ():
+                    if line.startswith(FAR):
+                        tell(f", {line.removeprefix(FAR).strip()}")
+                    else:
+                        stderr += line
+            except BaseException:  # an interrupted command leaves no process behind
+                done.kill()
+                raise
         output.seek(0)
         stdout = output.read()
     if stdout:
