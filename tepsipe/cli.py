@@ -558,6 +558,7 @@ def _add_benchmark(commands: argparse._SubParsersAction) -> None:
     score.add_argument("truth", type=Path, help="file of the truth")
     add_output(score, "PREFIX", "scores", "write PREFIX.csv and PREFIX.png")
     add_json(score)
+    add_strict(score)
     score.set_defaults(command=_benchmark_score)
     baselines = parts.add_parser(
         "baselines",
@@ -575,7 +576,7 @@ def _benchmark_make(chosen: argparse.Namespace) -> None:
     _by_rules("benchmark", [*options, "--", str(chosen.folder)], "simulating")
 
 
-def _benchmark_score(chosen: argparse.Namespace) -> None:
+def _benchmark_score(chosen: argparse.Namespace) -> Sequence[str]:
     import hashlib
 
     from tepsipe.drawing.style import save_png
@@ -583,18 +584,20 @@ def _benchmark_score(chosen: argparse.Namespace) -> None:
 
     table, png = _outputs(chosen.output, (".csv", ".png"), *chosen.answers, chosen.truth)
     truth = benchmark.read_truth(chosen.truth)
-    rows = [
-        row
-        for path in chosen.answers
-        for row in benchmark.scores_of(path.stem, benchmark.read_answers(path, truth), truth)
-    ]
+    rows, notes = [], []
+    for path in chosen.answers:
+        outcomes = benchmark.read_answers(path, truth)
+        rows += benchmark.scores_of(path.stem, outcomes, truth)
+        notes += benchmark.notes_of(str(path), outcomes, truth)
     benchmark.SCORES.write(table, rows)
     save_png(benchmark.draw_scores(rows), png)
     digest = hashlib.sha256(chosen.truth.read_bytes()).hexdigest()
     if chosen.json:
-        print_json({"scores": [vars(row) for row in rows], "truth": digest, "written": [table, png]})
-        return
-    show(f"{benchmark.table_of(rows)}\n\nSHA-256 of the truth: {digest}\nwritten: {table}, {png}")
+        scores = [vars(row) for row in rows]
+        print_json({"scores": scores, "notes": notes, "truth": digest, "written": [table, png]})
+    else:
+        show(f"{benchmark.table_of(rows)}\n\nSHA-256 of the truth: {digest}\nwritten: {table}, {png}")
+    return notes
 
 
 def _benchmark_baselines(chosen: argparse.Namespace) -> None:
@@ -990,16 +993,30 @@ def _by_rules(module: str, arguments: Sequence[str], what: str) -> int:
     Returns: 0, or 1 where the module has found a fault that stops nothing.
     """
     import subprocess
+    import tempfile
 
-    from tepsipe.new_study.start import start_of
+    from tepsipe.new_study.start import FAR, start_of
 
     command, environment = start_of(module, arguments)
-    with progress(what):
-        done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", env=environment)
-    if done.stdout:
-        show(done.stdout.removesuffix("\n"))
+    options: dict[str, Any] = {"encoding": "utf-8", "env": environment, "stderr": subprocess.PIPE}
+    stderr = ""
+    with progress(what) as tell, tempfile.TemporaryFile("w+", encoding="utf-8") as output:
+        with subprocess.Popen(command, stdout=output, **options) as done:
+            try:
+                for line in done.stderr or ():
+                    if line.startswith(FAR):
+                        tell(f", {line.removeprefix(FAR).strip()}")
+                    else:
+                        stderr += line
+            except BaseException:  # an interrupted command leaves no process behind
+                done.kill()
+                raise
+        output.seek(0)
+        stdout = output.read()
+    if stdout:
+        show(stdout.removesuffix("\n"))
     if done.returncode:
-        said = done.stderr.strip().split("\n")
+        said = stderr.strip().split("\n")
         refused = [line.removeprefix("tepsipe: ") for line in said if line.startswith("tepsipe: ")]
         if refused and done.returncode == 1:
             print(*(f"tepsipe: {printable(sentence)}" for sentence in refused), sep="\n", file=sys.stderr)

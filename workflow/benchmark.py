@@ -21,6 +21,7 @@ import secrets
 import sys
 import tempfile
 from collections.abc import Callable
+from itertools import count
 from pathlib import Path
 from random import Random
 from typing import NamedTuple
@@ -40,9 +41,13 @@ from tepsipe.experiments.benchmark.problems import (
     PROBLEMS,
     QUANTITIES,
     UNITS,
+    WINDOW_ROWS,
+    WINDOWS,
     AnswerRow,
     Named,
+    WindowRow,
 )
+from tepsipe.new_study.start import FAR
 from tepsipe.reporting.benchmark import FAULTS
 from tepsipe.reporting.recovery import linear_truth, linear_truth_standing, read_true_motion
 from tepsipe.signals.perturbations import find_perturbations
@@ -57,6 +62,8 @@ from workflow.support.laboratories import changed_constants
 from workflow.support.places import ROOT
 from workflow.support.yaml_file import read_constants, read_settings
 
+# file of the folder with the hash of the truth, which is written last
+COMMITMENT = "truth.sha256"
 # a seed below this can be found by trying
 LEAST_SECRET = 2**64
 # probability that a problem is spoiled
@@ -129,6 +136,8 @@ class Made(NamedTuple):
     """True values by quantity, in `UNITS`."""
     hidden: dict
     """Further facts of the truth's file."""
+    windows_s: list[tuple[float, float]]
+    """Windows of the recording to which the truth refers; none for the whole recording."""
 
 
 def fault_of(secret: Secret, problem: str) -> Fault:
@@ -184,7 +193,8 @@ def make_leg(constants: dict, secret: Secret, problem: str, kind: str, fault: Fa
     windows = [(time[pulse.start], time[pulse.stop - 1]) for pulse in pulses]
     signals = measured(secret, problem, kind, signals, fault, truth["treadmill"]["capture"]["noise_m"])
     _filter_log(files["log"], fault)
-    return Made(signals, _positions(files["markers"]), linear_truth(true, windows), {"joint": law})
+    linear = linear_truth(true, windows)
+    return Made(signals, _positions(files["markers"]), linear, {"joint": law}, windows)
 
 
 def make_standing(
@@ -216,7 +226,8 @@ def make_standing(
     linear = linear_truth_standing([true], [onsets], STANDING_WINDOW_S, False, STANDING_BASELINE_S)
     signals = measured(secret, problem, kind, signals, fault, truth["treadmill"]["capture"]["noise_m"])
     _filter_log(files["log"], fault)
-    return Made(signals, None, linear, {"task": task})
+    windows = [(onset, onset + STANDING_WINDOW_S) for onset in onsets]
+    return Made(signals, None, linear, {"task": task}, windows)
 
 
 def make_ankle(constants: dict, secret: Secret, problem: str, kind: str, fault: Fault, folder: Path) -> Made:
@@ -239,6 +250,7 @@ def make_ankle(constants: dict, secret: Secret, problem: str, kind: str, fault: 
         None,
         dict(zip(UNITS, record.linear.tolist(), strict=True)),
         {"short_range": joint.short_range},
+        [],
     )
 
 
@@ -361,6 +373,8 @@ quantity as in `answers-template.csv`. The page "Benchmark" of tepsipe's documen
 - `{instruments}/<problem>/`: the same recording as the instruments wrote it: `log.mat` (voltages of the
   force plate, with `calibration.csv`), `markers.c3d`, `emg.edf`. The table of an ankle in a manipulator is
   its instrument's own file.
+- `{windows}`: the times to which the true values refer. An ankle has none, because its values refer to the
+  whole recording.
 - `value`, `low`, `high`: estimate and ends of its 95 % interval, {units}.
   Leave low and high empty if your method has no intervals. Leave out rows that you cannot answer.
 - `flagged`: true if you would not rely on this recording, otherwise false.
@@ -369,31 +383,48 @@ quantity as in `answers-template.csv`. The page "Benchmark" of tepsipe's documen
 """
 
 
-def make_benchmark(folder: Path, truth: Path, seed: int, per_kind: int, constants: dict) -> str:
-    """Write the problems into a folder and the truth into a file; return the SHA-256 of the truth."""
+def make_benchmark(
+    folder: Path,
+    truth: Path,
+    seed: int,
+    per_kind: int,
+    constants: dict,
+    tell: Callable[[str], None] = lambda _: None,
+) -> str:
+    """Write the problems into a folder and the truth into a file; return the SHA-256 of the truth.
+
+    tell: is given the name of the problem at work.
+    """
     secret, known = Secret(seed), facts(constants)
+    # accidents only: answers are not scored against the truth of another round
+    round_ = f"{secret.number('round'):064x}"[:4]
     (folder / ARRAYS).mkdir(parents=True)
-    named, hidden = [], {}
+    named, windows, hidden = [], [], {}
     for kind in QUANTITIES:
         for number in range(1, per_kind + 1):
             problem = f"{kind}-{number:02d}"
-            instruments = folder / INSTRUMENTS / problem
+            name = f"{problem}-{round_}"
+            tell(name)
+            instruments = folder / INSTRUMENTS / name
             if kind != "ankle":
                 instruments.mkdir(parents=True)
             fault = fault_of(secret, problem)
             made = MAKERS[kind](constants, secret, problem, kind, fault, instruments)
-            write_arrays(folder / ARRAYS / f"{problem}.csv", made, known[kind]["labels"])
-            named.append(Named(problem, kind))
+            write_arrays(folder / ARRAYS / f"{name}.csv", made, known[kind]["labels"])
+            named.append(Named(name, kind))
+            windows += [WindowRow(name, round(start, 3), round(end, 3)) for start, end in made.windows_s]
             # as many digits as a table of answers has at least
-            values = {name: float(f"{made.truth[name]:.8g}") for name in QUANTITIES[kind]}
-            hidden[problem] = {"kind": kind, "fault": fault.name, "fault_size": fault.size, "truth": values}
-            hidden[problem] |= made.hidden
+            values = {quantity: float(f"{made.truth[quantity]:.8g}") for quantity in QUANTITIES[kind]}
+            hidden[name] = {"kind": kind, "fault": fault.name, "fault_size": fault.size, "truth": values}
+            hidden[name] |= made.hidden
     NAMED.write(folder / PROBLEMS, named)
+    WINDOW_ROWS.write(folder / WINDOWS, windows)
     (folder / FACTS).write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
     rows = [AnswerRow(row.problem, x, None, None, None, False) for row in named for x in QUANTITIES[row.kind]]
     ANSWERS.write(folder / "answers-template.csv", rows)
     units = ", ".join(f"{name} in {unit}" for name, unit in UNITS.items())
-    places = {"problems": PROBLEMS, "arrays": ARRAYS, "facts": FACTS, "instruments": INSTRUMENTS}
+    places = {"problems": PROBLEMS, "windows": WINDOWS, "arrays": ARRAYS, "facts": FACTS}
+    places |= {"instruments": INSTRUMENTS}
     text = README.format(version=__version__, units=units, **places)
     (folder / "README.md").write_text(text, encoding="utf-8")
     content = {"salt": f"{secret.number('salt'):064x}", "seed": str(seed), "per_kind": per_kind}
@@ -401,12 +432,17 @@ def make_benchmark(folder: Path, truth: Path, seed: int, per_kind: int, constant
     data = (json.dumps(content, indent=1) + "\n").encode()
     truth.write_bytes(data)
     digest = hashlib.sha256(data).hexdigest()
-    (folder / "truth.sha256").write_text(f"{digest}  {truth.name}\n", encoding="utf-8")
+    (folder / COMMITMENT).write_text(f"{digest}  {truth.name}\n", encoding="utf-8")
     return digest
 
 
 def refuse_places(folder: Path, truth: Path) -> None:
     """Refuse a folder with content, and a truth that would lie in it or replace a file."""
+    if (folder / ARRAYS).is_dir() and not (folder / COMMITMENT).exists():
+        raise InputError(
+            f"{folder}: expected a new or empty folder for the problems, found those of a command that was "
+            "stopped: delete the folder, and make it again"
+        )
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise InputError(
             f"{folder}: expected a new or empty folder for the problems, found content: name another"
@@ -441,11 +477,17 @@ def main(arguments: list[str]) -> int:
             )
         refuse_places(folder, truth)
         constants = read_constants(ROOT / "config/virtual_lab.yaml")
-        digest = make_benchmark(folder, truth, seed, chosen.per_kind, constants)
+        total = len(QUANTITIES) * chosen.per_kind
+        numbers = count(1)
+
+        def tell(name: str) -> None:
+            print(f"{FAR}{name}, {next(numbers)} of {total}", file=sys.stderr, flush=True)
+
+        digest = make_benchmark(folder, truth, seed, chosen.per_kind, constants, tell)
     except InputError as error:
         print(f"tepsipe: {error}", file=sys.stderr)
         return 2
-    print(f"problems: {len(QUANTITIES) * chosen.per_kind} in {folder}")
+    print(f"problems: {total} in {folder}")
     print(f"truth, which also holds the seed: {truth}: keep it until all answers are in")
     print(f"its SHA-256, to be published with the folder: {digest}")
     if seed < LEAST_SECRET:

@@ -22,6 +22,8 @@ INSTALL = "pip install 'tepsipe[study]'"
 # file of a study that names the version it was made with, as pip reads it
 REQUIRED = "requirements.txt"
 OWN = "config.yaml"  # configuration of a study, in its folder
+# beginning of a line on the standard error of a module of the rules that tells how far it is
+FAR = "at work: "
 CONFIGFILE = re.compile(r"--configfiles?(=.*)?")
 # options of Snakemake that state a number of cores, and a profile, which may state one
 CORES = re.compile(r"-[a-zA-Z]*[cj](\d+|all)?|--(cores|jobs|profile|workflow-profile)(=.*)?")

@@ -18,6 +18,7 @@ import csv
 import io
 import json
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,6 +36,10 @@ from tepsipe.statistics.coverage import CONFIDENCE, share_of
 NOMINAL = "nominal"
 FAULTS = ("late torque", "filtered torque", "soft plate", "camera noise")
 ALL = "all"
+# name of a problem, which ends in the four hexadecimal digits of its round
+OF_ROUND = re.compile(r"[a-z]+-\d\d-([0-9a-f]{4})")
+# names that a note lists
+MOST_NAMED = 3
 NO_REASON = "stated"  # flag of an answer: a benchmark does not ask for the reason
 
 
@@ -99,8 +104,8 @@ def read_truth(path: Path) -> dict[str, TrueProblem]:
         if isinstance(error, InputError):
             raise
         raise InputError(
-            f"{path}: expected the truth that tepsipe benchmark make wrote, found another file "
-            f"({quoted(error)}): name the organiser's file"
+            f"{path}: expected the truth that tepsipe benchmark make wrote, found another file: name the "
+            "organiser's file last, after the answers"
         ) from error
 
 
@@ -138,7 +143,7 @@ def read_answers(path: Path, truth: dict[str, TrueProblem]) -> list[Outcome]:
             value=math.nan if value is None else value,
             ci_low=low,
             ci_high=high,
-            flags=NO_REASON if flagged == "true" else "",
+            flags=NO_REASON if flagged.lower() == "true" else "",
         )
         laboratory = Laboratory(known[problem], hidden.fault, 0)
         outcomes[problem, quantity] = Outcome(laboratory, estimate, hidden.values[quantity])
@@ -154,6 +159,12 @@ def _fault_of(row: list[str], truth: dict[str, TrueProblem], before: dict) -> st
         return f"expected {len(ANSWERS.columns)} cells, found {len(row)}: write numbers with a decimal point"
     problem, quantity, *numbers, flagged = row
     if problem not in truth:
+        round_, known = _round_of(problem), _round_of(next(iter(truth), ""))
+        if round_ and known and round_ != known:
+            return (
+                f"expected a problem of the round {known}, found {quoted(problem)} of another: name the "
+                "truth of its round"
+            )
         return f"expected a problem of this benchmark, found {quoted(problem)}: {nearest(problem, truth)}"
     asked = truth[problem].values
     if quantity not in asked:
@@ -165,12 +176,59 @@ def _fault_of(row: list[str], truth: dict[str, TrueProblem], before: dict) -> st
             return f"expected a finite number or nothing for {name}, found {quoted(cell)}: correct it"
     value, low, high = numbers
     if bool(low) != bool(high) or (low and not value):
-        return "expected a value with both ends of its interval or with none, found others: complete the row"
+        found = listed(name for name, cell in zip(ANSWERS.columns[2:5], numbers, strict=True) if cell)
+        return (
+            f"expected a value with both ends of its interval or with none, found {found}: complete the row"
+        )
     if low and not float(low) <= float(high):
         return f"expected low up to high, found {low} and {high}: exchange them"
-    if flagged not in ("true", "false"):
+    if flagged.lower() not in ("true", "false"):
         return f"expected true or false for flagged, found {quoted(flagged)}: write one of them"
     return ""
+
+
+def _round_of(problem: str) -> str:
+    match = OF_ROUND.fullmatch(problem)
+    return match[1] if match else ""
+
+
+def notes_of(name: str, outcomes: Sequence[Outcome], truth: dict[str, TrueProblem]) -> tuple[str, ...]:
+    """Answers that are scored, but that their author may have meant otherwise.
+
+    name: name of the table, for the sentences.
+    Returns: a sentence on problems without an answer to a quantity that the method answers for others of
+    their kind, and a sentence on values outside their own intervals; none if there are none.
+    """
+    given = {(o.estimate.condition, o.estimate.quantity) for o in outcomes}
+    tried = {(o.estimate.experiment, o.estimate.quantity) for o in outcomes}
+    kinds = {kind for kind, _ in tried}
+    missing = {
+        problem: [x for x in hidden.values if (hidden.kind, x) in tried and (problem, x) not in given]
+        for problem, hidden in truth.items()
+    }
+    lacking = [f"{problem} ({', '.join(left)})" for problem, left in missing.items() if left]
+    outside = [
+        f"{o.estimate.quantity} of {o.estimate.condition}"
+        for o in outcomes
+        if o.interval and not o.interval[0] <= o.estimate.value <= o.interval[1]
+    ]
+    notes = []
+    if lacking:
+        asked = sum(hidden.kind in kinds for hidden in truth.values())
+        notes.append(
+            f"{name}: no answer in {len(lacking)} of {asked} problems: {_first(lacking)}. A row without a "
+            "value is an answer only if it is flagged."
+        )
+    if outside:
+        notes.append(
+            f"{name}: value outside its own interval in {len(outside)} of {len(outcomes)} answers: "
+            f"{_first(outside)}. Check the columns value, low and high."
+        )
+    return tuple(notes)
+
+
+def _first(names: Sequence[str]) -> str:
+    return ", ".join(names[:MOST_NAMED]) + (", ..." if len(names) > MOST_NAMED else "")
 
 
 def _is_number(cell: str) -> bool:
@@ -239,7 +297,7 @@ SHOWN = (
     ("bias (%)", "bias_percent", 1),
     ("RMS error (%)", "rms_percent", 1),
     ("median error (%)", "median_percent", 1),
-    ("coverage (%)", "coverage", 0),
+    ("coverage (%)", "coverage", 0),  # with its interval
     ("interval score (%)", "interval_score_percent", 1),
     ("spoiled: flagged (%)", "flagged_percent", 0),
     ("spoiled: covered or flagged (%)", "held_percent", 0),
@@ -262,14 +320,19 @@ def table_of(rows: Sequence[ScoreRow], by_quantity: bool = False) -> str:
         cells = [row.kind, *([row.quantity] if by_quantity else []), row.method, f"{row.answered} of {row.n}"]
         for _, name, digits in SHOWN:
             value = getattr(row, name)
-            value = None if value is None else value * (100.0 if name == "coverage" else 1.0)
-            cells.append("–" if value is None else f"{value:.{digits}f}")
+            if value is not None and name == "coverage":
+                shown = (f"{100.0 * x:.0f}" for x in (row.coverage, row.coverage_low, row.coverage_high))
+                cells.append("{} ({} to {})".format(*shown))
+            else:
+                cells.append("–" if value is None else f"{value:.{digits}f}")
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
 
 
 def draw_scores(rows: Sequence[ScoreRow]):
     """Figure of the scores: a row per method, a colour per kind, one panel per score (%)."""
+    from matplotlib.ticker import SymmetricalLogLocator
+
     from tepsipe.drawing.style import CYCLE, in_style, legend_above, new_figure
 
     panels = (
@@ -303,11 +366,17 @@ def draw_scores(rows: Sequence[ScoreRow]):
                 )
             if panel in panels[:2]:
                 axis.set_xscale("symlog", linthresh=1.0)
+                largest = [x for row in rows if (x := getattr(row, shown[panel])) is not None]
+                axis.set_xlim(-0.3, 2.0 * max([10.0, *largest]))
+                axis.xaxis.set_major_locator(SymmetricalLogLocator(base=10.0, linthresh=1.0))
+                axis.xaxis.get_major_locator().set_params(numticks=3)
+                axis.xaxis.set_major_formatter("{x:g}")
             else:
-                axis.set_xlim(-5.0, 105.0)
+                axis.set_xlim(-8.0, 108.0)
             axis.set_xlabel(panel.replace(": ", ":\n").replace(" (%)", "\n(%)"))
         axes[2].axvline(100.0 * CONFIDENCE, color="0.6", lw=0.8)
         axes[0].set_yticks(range(len(methods)), methods)
+        axes[0].set_ylim(-0.5, len(methods) - 0.5)
         legend_above(figure, axes[0], len(kinds))
         return figure
 

@@ -10,8 +10,8 @@ import numpy as np
 import scipy
 
 # a spike exceeds its neighbours by this many standard deviations, and this part of the signal's range; a jump
-# after samples that were held, this part; and clipping cuts off this part
-SPIKE_SD, SPIKE_PART, JUMP_PART, CLIPPED_PART = 12.0, 0.05, 0.05, 0.02
+# after samples that were held exceeds both, too; and clipping cuts off this part
+SPIKE_SD, SPIKE_PART, JUMP_SD, JUMP_PART, CLIPPED_PART = 12.0, 0.05, 5.0, 0.05, 0.02
 # fewer pairs of equal samples are chance in coarsely quantised signals
 FEWEST_PAIRS = 5
 # power at high frequencies relative to that at low ones (dB): of a filtered signal, and least difference to
@@ -54,7 +54,7 @@ def sample_flags(*signals: np.ndarray) -> tuple[str, ...]:
 
 def spikes(x: np.ndarray) -> int:
     """Number of samples that lie far from the cubic through their four neighbours, which are close to it."""
-    error = x[2:-2] - (4.0 * (x[1:-3] + x[3:-1]) - x[:-4] - x[4:]) / 6.0
+    error = _from_neighbours(x)
     size = np.abs(error)
     limit = max(SPIKE_SD * 1.4826 * float(np.median(size)), SPIKE_PART * float(np.ptp(x)))
     # a spike errs by its height, its neighbours by 2/3 of it in the opposite direction, and these are close
@@ -65,13 +65,22 @@ def spikes(x: np.ndarray) -> int:
     return int(np.sum(peak & alone & (np.ptp(beside, axis=0) < 0.5 * size[1:-1])))
 
 
+def _from_neighbours(x: np.ndarray) -> np.ndarray:
+    """Distance of each sample from the cubic through its four neighbours (unit of x), shape (n - 4,)."""
+    return x[2:-2] - (4.0 * (x[1:-3] + x[3:-1]) - x[:-4] - x[4:]) / 6.0
+
+
 def held(x: np.ndarray) -> int:
     """Number of times that a moving signal repeats one value and then jumps.
 
-    Three equal samples and a jump of `JUMP_PART` of the range count, or two after and before such jumps.
+    Three equal samples and a jump count, or two after and before jumps, of `JUMP_PART` of the range and
+    `JUMP_SD` of the noise: rounded noise repeats values, too. The noise is that of samples that differ from
+    both neighbours.
     """
-    jump = JUMP_PART * float(np.ptp(x))
     steps = np.diff(x)
+    moves = (steps[1:-2] != 0.0) & (steps[2:-1] != 0.0)
+    noise = 1.4826 * float(np.median(np.abs(_from_neighbours(x)[moves]))) if moves.any() else 0.0
+    jump = max(JUMP_PART * float(np.ptp(x)), JUMP_SD * noise)
     starts = np.concatenate([[0], np.flatnonzero(steps != 0.0) + 1])
     lengths = np.diff(np.concatenate([starts, [x.size]]))
     into = np.abs(np.concatenate([[0.0], steps[starts[1:] - 1]])) > jump

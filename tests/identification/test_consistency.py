@@ -224,6 +224,9 @@ def test_spoiled_samples_are_counted():
     start = WINDOWS[2][0] + 25
     frozen[start : start + 10] = frozen[start]
     assert held(frozen) == 1 and held(np.repeat(x[::2], 2)) >= COUNT
+    # rounded noise repeats values, and jumps by a large part of the range of a small signal
+    noise = np.random.default_rng(1).normal(size=(20, 10_000))
+    assert [held(x) for x in np.round(noise + np.sin(np.arange(10_000) / 100.0), 1)] == [0] * 20
     assert clipped(np.clip(x, None, 0.6 * x.max())) >= COUNT // 2
 
 

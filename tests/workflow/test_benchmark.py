@@ -1,29 +1,39 @@
 """Benchmark with a hidden truth: sealed problems, baselines, scores, and answers that are refused."""
 
+import contextlib
 import hashlib
 import json
 import math
+import shutil
+import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from builders import assert_one_sentence
 
-from tepsipe import InputError
+from tepsipe import InputError, cli
 from tepsipe.cli import main
+from tepsipe.experiments.benchmark import baselines
 from tepsipe.experiments.benchmark.baselines import METHODS, answer_all
-from tepsipe.experiments.benchmark.problems import ANSWERS, QUANTITIES, AnswerRow, read_problems
+from tepsipe.experiments.benchmark.problems import ANSWERS, QUANTITIES, WINDOW_ROWS, AnswerRow, read_problems
+from tepsipe.identification.fits import fit_parallel_cascade
+from tepsipe.identification.notes import of_choice
+from tepsipe.new_study import start
 from tepsipe.reporting.benchmark import (
     ALL,
     FAULTS,
     NOMINAL,
     SCORES,
     interval_score,
+    notes_of,
     read_answers,
     read_truth,
     scores_of,
 )
+from tepsipe.signals.perturbations import find_perturbations
 from workflow import benchmark
 
 # the seed spoils no problem with the number 1
@@ -94,13 +104,57 @@ def test_a_folder_has_every_recording_and_the_hash_of_the_truth_but_nothing_of_i
     content = json.loads(truth.read_text())
     named = {str(path) for path in found}
     assert {f"arrays/{problem}.csv" for problem in content["problems"]} <= named
-    assert {f"instruments/standing-01/{name}" for name in ("log.mat", "markers.c3d", "emg.edf")} <= named
+    page = (benchmark.ROOT / "docs/benchmark.md").read_text(encoding="utf-8")
+    assert [
+        name for name in named if "/" not in name and name != "README.md" and f"`{name}`" not in page
+    ] == []
+    (standing,) = (problem for problem in content["problems"] if problem.startswith("standing-01-"))
+    assert {f"instruments/{standing}/{name}" for name in ("log.mat", "markers.c3d", "emg.edf")} <= named
     digest = hashlib.sha256(truth.read_bytes()).hexdigest()
     assert found[Path("truth.sha256")].decode() == f"{digest}  truth.json\n"
     hidden = [content["salt"], *(repr(x) for p in content["problems"].values() for x in p["truth"].values())]
     assert len(hidden[0]) == 64 and content["seed"] == str(SEED)
     text = b"".join(data for path, data in found.items() if path.suffix in (".json", ".md", ".csv"))
     assert [secret for secret in hidden if secret.encode() in text] == []
+
+
+@pytest.mark.slow
+def test_windows_begin_with_the_pulses_and_an_ankle_has_none(problems):
+    rows = WINDOW_ROWS.read(problems[0] / "windows.csv")
+    for problem in read_problems(problems[0]):
+        own = [(row.start_s, row.end_s) for row in rows if row.problem == problem.name]
+        if problem.kind == "ankle":
+            assert own == []
+            continue
+        time = problem.signals["time"]
+        pulses = find_perturbations(time, problem.signals["belt"])
+        bounds = [(pulse.start, pulse.stop - 1) for pulse in pulses]
+        starts, ends = ([time[at] for at in ats] for ats in zip(*bounds, strict=True))
+        ends = ends if problem.kind != "standing" else [start + 0.08 for start in starts]
+        assert own == pytest.approx(np.column_stack([starts, ends]))
+
+
+@pytest.mark.slow
+def test_a_folder_whose_making_was_stopped_is_named(problems, tmp_path):
+    folder = tmp_path / "stopped"
+    shutil.copytree(problems[0], folder)
+    (folder / "truth.sha256").unlink()
+    with pytest.raises(InputError) as refused:
+        benchmark.refuse_places(folder, tmp_path / "truth.json")
+    assert_one_sentence(refused.value, "stopped", "found those of a command that was stopped: delete the")
+
+
+def test_the_page_explains_every_key_of_the_facts():
+    page = (benchmark.ROOT / "docs/benchmark.md").read_text(encoding="utf-8")
+    keys, legend = set(), page[page.index("## Keys of facts.json") :]
+    for known in benchmark.facts(
+        benchmark.read_constants(benchmark.ROOT / "config/virtual_lab.yaml")
+    ).values():
+        for key, value in known.items():
+            keys |= {key, *(value if isinstance(value, dict) and key != "layout_m" else ())}
+    assert {key for key in keys if f"`{key}`" not in legend[: legend.index("## Spoiled")]} == set()
+    for kind, noise in benchmark.TORQUE_NOISE_NM.items():
+        assert f"`{kind}`" in page and f"| {noise} |" in page
 
 
 def test_faults_are_drawn_problem_by_problem():
@@ -149,20 +203,21 @@ def test_a_fault_of_the_torque_keeps_its_mean_and_delays_or_rings(name, size):
 def test_baselines_answer_the_kinds_that_they_are_made_for(answers, problems, tmp_path):
     truth = read_truth(problems[1])
     assert [hidden.fault for hidden in truth.values()] == [NOMINAL] * 4
-    legs = {"passive-01", "softening-01"}
+    named = {hidden.kind: name for name, hidden in truth.items()}
+    legs = {"passive", "softening"}
     expected = {
-        "thesis": {*legs, "standing-01"},
-        "least-squares-by-hand": {*legs, "standing-01", "ankle-01"},
+        "thesis": {*legs, "standing"},
+        "least-squares-by-hand": {*legs, "standing", "ankle"},
         "output-error": legs,
-        "ensemble": {"ankle-01"},
-        "parallel-cascade-1997": {"ankle-01"},
+        "ensemble": {"ankle"},
+        "parallel-cascade-1997": {"ankle"},
         "joint-likelihood": legs,
-        "tepsipe": {*legs, "standing-01", "ankle-01"},
+        "tepsipe": {*legs, "standing", "ankle"},
     }
     largest = {"output-error": 10.0, "joint-likelihood": 10.0, "tepsipe": 20.0, "parallel-cascade-1997": 25.0}
-    for method, problems_of_method in expected.items():
+    for method, kinds in expected.items():
         rows = answers[method]
-        assert {row.problem for row in rows} == problems_of_method, method
+        assert {row.problem for row in rows} == {named[kind] for kind in kinds}, method
         for row in rows:
             error = 100.0 * (row.value / truth[row.problem].values[row.quantity] - 1.0)
             if row.quantity == "K" and method in largest:
@@ -179,7 +234,20 @@ def test_baselines_give_the_same_answers_again(answers, problems):
     ankle = [problem for problem in read_problems(problems[0]) if problem.kind == "ankle"]
     again = answer_all(ankle, METHODS)
     for method, rows in answers.items():
-        assert again[method] == [row for row in rows if row.problem == "ankle-01"], method
+        assert again[method] == [row for row in rows if row.problem == ankle[0].name], method
+
+
+@pytest.mark.slow
+def test_an_assumed_reflex_flags_nothing_but_other_notes_do(problems, monkeypatch):
+    (ankle,) = (problem for problem in read_problems(problems[0]) if problem.kind == "ankle")
+    time, angle, torque = (ankle.signals[name] for name in ("time", "angle", "torque"))
+    fit = fit_parallel_cascade(time, angle, torque, uncertainty=ankle.facts["uncertainty"])
+    assumed = of_choice(fit.details.assumptions[0])
+    for notes, flagged in (((), False), ((assumed,), False), ((assumed, "Below 0: I"), True)):
+        noted = replace(fit, notes=notes)
+        monkeypatch.setattr(baselines, "fit_parallel_cascade", lambda *_, own=noted, **__: own)
+        found = METHODS["tepsipe"](ankle)
+        assert [answer.flagged for answer in found.values()] == 3 * [flagged]
 
 
 @pytest.mark.slow
@@ -196,7 +264,7 @@ def test_a_method_that_refuses_a_recording_withdraws_its_answers(problems):
 @pytest.mark.parametrize(
     ("file", "change", "words"),
     [
-        ("problems.csv", ("passive-01,passive", "passive-01,pasive"), "expected the kinds 'passive'"),
+        ("problems.csv", (",passive", ",pasive"), "expected the kinds 'passive'"),
         (
             "facts.json",
             ('"standing":', '"standin":'),
@@ -281,6 +349,31 @@ def test_scores_by_hand(truth, tmp_path):
     assert rows["standing", "B"].false_alarm_percent is None
 
 
+def test_answers_that_are_missing_or_contradict_themselves_are_noted(truth, tmp_path):
+    rows = {(row.problem, row.quantity): row for row in truth_as_answers(truth)}
+    path = tmp_path / "own.csv"
+
+    def notes(left_out=(), **changed):
+        own = [replace(row, **changed.get(key[1], {})) for key, row in rows.items() if key not in left_out]
+        ANSWERS.write(path, own)
+        return notes_of("own.csv", read_answers(path, truth), truth)
+
+    assert notes() == ()
+    assert notes([("standing-01", "K")]) == ()  # a method may answer some quantities only
+    (forgotten,) = notes([("passive-02", "I"), ("passive-02", "K"), ("standing-01", "K")])
+    assert forgotten.startswith("own.csv: no answer in 1 of 3 problems: passive-02 (I, K). A row without")
+    empty = dict.fromkeys(("value", "low", "high"))
+    rows["passive-01", "K"] = replace(rows["passive-01", "K"], **empty)
+    assert notes()[0].startswith("own.csv: no answer in 1 of 3 problems: passive-01 (K). ")
+    rows["passive-01", "K"] = replace(rows["passive-01", "K"], flagged=True)
+    assert notes() == ()
+    (outside,) = notes(B={"value": 1.0, "low": 2.0, "high": 3.0})
+    assert outside.startswith(
+        "own.csv: value outside its own interval in 3 of 8 answers: B of passive-01, B of passive-02, B of "
+        "standing-01. Check"
+    )
+
+
 HEAD = "problem,quantity,value,low,high,flagged\n"
 
 
@@ -300,8 +393,14 @@ HEAD = "problem,quantity,value,low,high,flagged\n"
             HEAD + "standing-01,K,nan,,,false\n",
             "line 2: expected a finite number or nothing for value, found 'nan'",
         ),
-        (HEAD + "standing-01,K,1,0,,false\n", "line 2: expected a value with both ends of its interval"),
-        (HEAD + "standing-01,K,,0,1,false\n", "line 2: expected a value with both ends of its interval"),
+        (
+            HEAD + "standing-01,K,1,0,,false\n",
+            "both ends of its interval or with none, found 'value', 'low': complete",
+        ),
+        (
+            HEAD + "standing-01,K,,0,1,false\n",
+            "both ends of its interval or with none, found 'low', 'high': complete",
+        ),
         (HEAD + "standing-01,K,1,2,0,false\n", "line 2: expected low up to high, found 2 and 0"),
         (HEAD + "standing-01,K,1,0,2,no\n", "line 2: expected true or false for flagged, found 'no'"),
     ],
@@ -317,10 +416,27 @@ def test_bad_answers_are_refused_in_one_sentence(text, words, truth, tmp_path):
 def test_answers_of_a_spreadsheet_are_read(truth, tmp_path):
     path = tmp_path / "own.csv"
     path.write_bytes(
-        ("\ufeff" + HEAD + "standing-01, K ,400,390,410,false\n\n").replace("\n", "\r\n").encode()
+        ("\ufeff" + HEAD + "standing-01, K ,400,390,410,True\n\n").replace("\n", "\r\n").encode()
     )
     (outcome,) = read_answers(path, truth)
     assert (outcome.estimate.value, outcome.interval, outcome.truth) == (400.0, (390.0, 410.0), 400.0)
+    assert outcome.flagged
+
+
+def test_answers_to_another_round_are_refused(truth, tmp_path):
+    path = tmp_path / "own.csv"
+    truth = {f"{name}-0a1f": hidden for name, hidden in truth.items()}
+    for problem, words in (
+        (
+            "standing-01-12ab",
+            "expected a problem of the round 0a1f, found 'standing-01-12ab' of another: name the",
+        ),
+        ("standing-02-0a1f", "expected a problem of this benchmark, found 'standing-02-0a1f': did you mean"),
+    ):
+        path.write_text(HEAD + f"{problem},K,1,,,false\n")
+        with pytest.raises(InputError) as refused:
+            read_answers(path, truth)
+        assert_one_sentence(refused.value, "own.csv, line 2", words)
 
 
 @pytest.mark.parametrize("text", ["[]", "{}", '{"problems": {"a": {"kind": "passive"}}}', "no JSON"])
@@ -329,7 +445,9 @@ def test_a_truth_that_is_none_is_refused(text, tmp_path):
     path.write_text(text)
     with pytest.raises(InputError) as refused:
         read_truth(path)
-    assert_one_sentence(refused.value, "truth.json", "expected the truth that tepsipe benchmark make wrote")
+    assert_one_sentence(
+        refused.value, "truth.json", "found another file: name the organiser's file last, after"
+    )
 
 
 # ---- commands ------------------------------------------------------------------------------------
@@ -345,7 +463,7 @@ def test_commands_answer_and_score(problems, tmp_path, monkeypatch, capsys):
     )
     assert main(["benchmark", "score", "perfect.csv", "other.csv", str(problems[1])]) == 0
     out = capsys.readouterr().out
-    assert "| all | perfect | 11 of 11 | 0.0 | 0.0 | 0.0 | 100 | 0.0 |" in out
+    assert "| all | perfect | 11 of 11 | 0.0 | 0.0 | 0.0 | 100 (40 to 100) | 0.0 |" in out
     assert "| all | other | 11 of 11 | 10.0 | 10.0 | 10.0 | – | – | – | – | 100 |" in out
     kinds = [line.split()[1] for line in out.splitlines() if line.startswith("| ")]
     assert kinds == ["Kind", *(k for kind in ("all", *QUANTITIES) for k in (kind, kind))]
@@ -363,7 +481,8 @@ def test_the_command_writes_a_table_per_baseline(problems, tmp_path, monkeypatch
         monkeypatch.delitem(METHODS, name) if name != "ensemble" else None
     assert main(["benchmark", "baselines", str(problems[0]), "--output", str(tmp_path / "answers")]) == 0
     assert "ensemble.csv" in capsys.readouterr().out
-    assert [row.problem for row in ANSWERS.read(tmp_path / "answers/ensemble.csv")] == 3 * ["ankle-01"]
+    (ankle,) = {row.problem for row in ANSWERS.read(tmp_path / "answers/ensemble.csv")}
+    assert ankle.startswith("ankle-01-")
 
 
 @pytest.mark.parametrize(
@@ -407,3 +526,17 @@ def test_the_command_hands_over_to_the_rules(tmp_path, monkeypatch, capsys):
     captured = capsys.readouterr()
     assert "expected 1 to 99 problems of each kind" in captured.err
     assert captured.out == ""
+
+
+def test_how_far_the_rules_are_is_shown_and_is_no_message(monkeypatch, capsys):
+    said = "at work: leg, 1 of 2\ntepsipe: refused"
+    code = f"import sys; print('made'); print({said!r}, file=sys.stderr)"
+    told = []
+    monkeypatch.setattr(cli, "progress", lambda what: contextlib.nullcontext(told.append))
+    for code_, ends in ((code, 0), (f"{code}; sys.exit(2)", 2)):
+        monkeypatch.setattr(start, "start_of", lambda *_, own=code_: ([sys.executable, "-c", own], None))
+        assert main(["benchmark", "make", "own"]) == ends
+        captured = capsys.readouterr()
+        assert captured.out == "made\n"
+        assert captured.err == ("tepsipe: refused\n" if ends else "")
+    assert told == 2 * [", leg, 1 of 2"]

@@ -30,6 +30,7 @@ from tepsipe.errors import InputError
 from tepsipe.experiments.benchmark.problems import LEGS, QUANTITIES, UNITS, AnswerRow, Problem
 from tepsipe.identification.fits import fit_impedance, fit_output_error, fit_parallel_cascade
 from tepsipe.identification.likelihood_fit import fit_joint_likelihood
+from tepsipe.identification.notes import of_choice
 from tepsipe.identification.result import ImpedanceFit
 from tepsipe.identification.time_varying import MovedJoint, impedance_of_ensemble
 from tepsipe.mechanics.joint_torque import joint_torque
@@ -207,12 +208,14 @@ def joint_likelihood(problem: Problem) -> Answers:
 
 
 def tepsipe_defaults(problem: Problem) -> Answers:
-    """Recommended fits of an angle and a torque; a note on the recording flags its answers."""
+    """Recommended fits of an angle and a torque; a note flags its answers, unless it concerns the reflex."""
     time, angle, torque = _joint(problem)
     uncertainty = problem.facts["uncertainty"]
     if problem.kind == "ankle":
         fit = fit_parallel_cascade(time, angle, torque, uncertainty=uncertainty)
-        return _of_fit(problem, fit, bool(fit.notes), K="K_working")
+        # an assumed delay or threshold of the reflex says nothing against I, B and K
+        assumed = {of_choice(choice) for choice in fit.details.assumptions}
+        return _of_fit(problem, fit, bool({*fit.notes} - assumed), K="K_working")
     belt = problem.signals["belt"]
     how: dict = {"uncertainty": uncertainty}
     if problem.kind == "standing":

@@ -1,7 +1,8 @@
 """Problems of a benchmark's folder as arrays, and the quantities that an answer states.
 
-The folder holds ``problems.csv`` (problem and kind), ``facts.json`` (what an analysis may know) and
-``arrays/<problem>.csv``. The truth lies elsewhere: nothing here reads it.
+The folder holds ``problems.csv`` (problem and kind), ``windows.csv`` (times to which the truth refers),
+``facts.json`` (what an analysis may know) and ``arrays/<problem>.csv``. The truth lies elsewhere: nothing
+here reads it.
 """
 
 import json
@@ -28,7 +29,8 @@ QUANTITIES = {
     "ankle": ("I", "B", "K"),
     "standing": ("B", "K"),
 }
-PROBLEMS, FACTS, ARRAYS, INSTRUMENTS = "problems.csv", "facts.json", "arrays", "instruments"
+PROBLEMS, WINDOWS, FACTS, ARRAYS = "problems.csv", "windows.csv", "facts.json", "arrays"
+INSTRUMENTS = "instruments"
 # columns of the arrays: key -> name; an ankle in a manipulator has no belt
 COLUMNS = {"time": "time_s", "angle": "angle_rad", "torque": "torque_Nm", "belt": "belt_velocity_m_per_s"}
 
@@ -39,10 +41,23 @@ class Named:
 
     problem: str
     kind: str
-    """Name of the problem, and one of `QUANTITIES`."""
+    """Name of the problem, which ends in digits of its round, and one of `QUANTITIES`."""
 
 
 NAMED = Table(Named, "problems of a benchmark")
+
+
+@dataclass(frozen=True)
+class WindowRow:
+    """One row of ``windows.csv``."""
+
+    problem: str
+    start_s: float
+    end_s: float
+    """Part of the recording to which the truth refers: from the onset of a pulse on."""
+
+
+WINDOW_ROWS = Table(WindowRow, "windows of a benchmark")
 
 
 @dataclass(frozen=True)
