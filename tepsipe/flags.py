@@ -86,11 +86,12 @@ FLAGS = {
     "mass-differs": "the mass estimated from the fore-aft force differs from the trial sheet. Check the "
     "mass, the scale of the force, and friction and mounts of the belt",
     "diverged": "the prediction grows without limit. The parameters describe no stable joint",
-    "treadmill-model": "the treadmill model fails on held-out trials: it is off by more than a tenth of K, "
-    "or its constants are impossible. Record the empty belt and a weight close to the mass of the dummy or "
+    "treadmill-model": "the treadmill model fails on held-out trials, which may bias K by more than a tenth, "
+    "or has impossible constants. Record the empty belt and a weight close to the mass of the dummy or "
     "person, with the same pulses",
     "treadmill-not-converged": "the search for the constants of the treadmill model did not converge, and "
-    "the model is off by more than a tenth of K, or its constants are impossible. Inspect the calibration "
+    "the model fails on held-out trials, which may bias K by more than a tenth, or has impossible constants. "
+    "Inspect the calibration "
     "trials one by one for slip of the weight, clipped channels and a wrong mass",
     "plate-origin": "in quiet standing the centre of pressure is more than 4 cm from the person's centre of "
     "mass. Check the origin of the force plate, or state where the weight's centre of mass lies",
@@ -106,4 +107,11 @@ FLAGS = {
     "person's mass with the same pulses",
     "beyond-calibrated-mass": "the subject is heavier than the weights of the treadmill's calibration. "
     "Record a weight near the subject's mass",
+}
+# pathways that are shown for comparison only, and why
+COMPARED = {
+    "single-joint": "one inverted pendulum does not describe a standing person; included to show this",
+    "foot": "the belt-induced load is not subtracted",
+    "foot-long": "the belt-induced load is not subtracted",
+    "ankle": "the belt-induced load is not subtracted",
 }

@@ -30,7 +30,8 @@ def browser():
 def test_report_opens_without_errors_and_fits_into_the_window(study, browser, width, theme):
     browser.show(study / "results/report/index.html", width)
     browser.run("document.documentElement.dataset.theme = given[0]", theme)
-    # all images are loaded, and nothing but wide tables and formulas is wider than the window
+    # all images are loaded, and nothing but wide tables, formulas and sources is wider than the window
+    browser.run("for (const part of document.querySelectorAll('details')) part.open = true;")
     broken = """
         document.querySelectorAll("img").forEach((image) => { image.loading = "eager"; });
         await Promise.all([...document.images].map((image) => image.decode().catch(() => null)));

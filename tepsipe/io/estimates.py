@@ -15,6 +15,10 @@ UNCERTAINTIES = ("standard_error", "ci_low", "ci_high", "sem_as_printed", "u_typ
 QUOTED = ("I", "B", "K", "mass")
 # a VAF below this belongs to a diverging prediction (%)
 DIVERGED_VAF = -1e6
+# movements for which a true value holds
+SMALL, AT_WORK = "small movements", "the fitted windows"
+# quantity of a reflex whose value is searched -> its name, and factor and unit in which it is told
+SEARCHED = (("reflex_delay", "delays", 1e3, "ms"), ("reflex_threshold", "thresholds", 1.0, "rad/s"))
 TYPES = ("A", "B")
 
 
@@ -48,6 +52,22 @@ class Estimate:
     """Whether this is the estimate of its quantity to quote."""
     flags: str = ""
     """Names of the checks in `FLAGS` that the estimate failed, joined by ``;``."""
+
+
+def meaning_of(flag: str, estimates: Iterable[Estimate]) -> str:
+    """Meaning of a flag and what to do, with the values that the flagged estimates have.
+
+    estimates: rows of one trial, pathway and estimator.
+    """
+    own, told = {e.quantity: e for e in estimates}, []
+    for quantity, name, scale, unit in SEARCHED if flag == "reflex-outside-search" else ():
+        used, low, high = (own.get(quantity + end) for end in ("", "_low", "_high"))
+        if used and low and high and flag in used.flags.split(";"):
+            ends = dict.fromkeys(f"{scale * end.value:.3g}" for end in (low, high))
+            told.append(f"{name} of {' to '.join(ends)} {unit} (used: {scale * used.value:.3g} {unit})")
+    range_words = "delays or thresholds outside the searched range"
+    shown = f"{' and '.join(told)}, outside the searched range," if told else range_words
+    return FLAGS.get(flag, flag).replace(range_words, shown)
 
 
 def flagged(estimates: Iterable[Estimate], *flags: str) -> list[Estimate]:

@@ -76,7 +76,7 @@ rule write_index:
         joined=as_it_is({} if STUDY.kind else outputs.joined(STUDY)),
         trials=STUDY.all_conditions() if PAGES else {},
         captions=as_it_is(
-            {} if STUDY.kind else {name: CAPTIONS[text] for name, text in outputs.tables(STUDY).items()}
+            {} if STUDY.kind else {name: CAPTIONS[name] for name in outputs.tables(STUDY)}
         ),
     script:
         "../scripts/write_index.py"
