@@ -297,8 +297,7 @@ def _claim(claim: "ClaimVerdict", statements: Mapping[str, Mapping], bases: Sequ
     if "our threshold" in claim.used:
         margin += " our threshold"
     why = claim.reason or f'See Section "{claim.section}"'
-    first, dot, rest = claim.claim.replace(" - ", ": ").partition(". ")
-    ours = text(first + unit + dot + rest)
+    ours = text(claim.claim.replace(" - ", ": ") + unit)
     statement = f"{text(tested)} <small>We test: {ours}</small>" if tested else ours
     return _ledger_row(
         *("claim", statement, claim.where),

@@ -2,7 +2,8 @@
 
 import pandas as pd
 import pytest
-from joint_builders import fit_of, joint_words, rows_of, run_of
+from joint_builders import content_of, fit_of, joint_words, rows_of, run_of
+from typst_builders import findings_of
 
 CHAPTER = '#include "chapters/position_manipulator.typ"'
 
@@ -54,7 +55,38 @@ def test_marks_tell_what_failed_a_check_and_what_is_not_recommended(flags):
     failed = "†" if flags else ""
     assert f"stiffness K | N·m/rad | 100{failed}‡ (90 to 110) |" in words
     assert f"stiffness K | N·m/rad | 50.0{failed} (45.0 to 55.0) |" in words
-    assert ("† A check failed. ‡ Not recommended." in words) is bool(flags)
+    assert ("† A check failed. ‡ Not recommended" in words) is bool(flags)
+    # why: K by the other model, and quantities of the recommended one
+    why = "‡ Not recommended, because another estimate of the quantity is, or because the study recommends "
+    assert f"{why}only K." in words
+
+
+def findings_in(trials, **kinds):
+    places = [f"figure_position_manipulator_{name}" for name in ("prediction", "responses", "residual")]
+    places.append("figure_position_manipulator_impedance")
+    fits = {name: fit_of(**kinds) for name in trials}
+    found = findings_of(places, *content_of(run_with(fits, cascade=94.56)))
+    return [found[place] for place in places]
+
+
+def test_captions_of_recordings_have_findings():
+    prediction, responses, residual, impedance = findings_in("ab", coherent=0.5)
+    assert (
+        "reaches a VAF of 94.6 % (a, b), and inertia, damping and stiffness alone reach 80.0 %" in prediction
+    )
+    assert (
+        responses
+        == "K is 50.0 N·m/rad (a, b), and the stiffness of the smallest movements is 80‡ N·m/rad (a, b)."
+    )
+    assert "root mean square of 0.40 N·m (a, b). Power below 1 Hz makes up 80 % (a, b)" in residual
+    assert impedance.endswith("coherent from 0.50 Hz to 10 Hz.")
+    # the name of one trial says nothing, and those of many are too long
+    assert findings_in("a", coherent=0.0)[1:] == [
+        "K is 50.0 N·m/rad, and the stiffness of the smallest movements is 80‡ N·m/rad.",
+        "The residual has a root mean square of 0.40 N·m. Power below 1 Hz makes up 80 % of its mean square.",
+        "Angle and torque are nowhere significantly coherent.",
+    ]
+    assert findings_in("abcde")[1].startswith("K is 50.0 N·m/rad, and")
 
 
 def test_residual_and_coherence_are_listed():

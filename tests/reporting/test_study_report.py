@@ -66,6 +66,23 @@ def test_flagged_answer_is_marked_and_its_check_in_words(report):
     assert "a (K): Choose a larger range of the instrument." in first
 
 
+def test_values_of_a_check_are_told_trial_by_trial(report):
+    content, tables = report("reflex-outside-search")
+    found = "reflex delays or thresholds outside"
+    tables["answers"] = tables["answers"].replace(found, "reflex delays of 0 ms outside", 1)
+    words = plain_words(page_of(content, tables))
+    assert "reflex-outside-search (a): reflex delays of 0 ms outside the searched range predict" in words
+    assert f"reflex-outside-search (a): {found}" in words
+
+
+def test_pathway_for_comparison_only_has_its_reason_below_the_table(report):
+    content, tables = report()
+    rows = tables["answers"].replace("for comparison,", "for comparison,it is printed for comparison")
+    source = '#import "study_values.typ": *\n#results-table("position_manipulator")'
+    words = typeset_words(source, content, {**tables, "answers": rows})
+    assert "another estimate of the quantity is. impedance: it is printed for comparison." in words
+
+
 def test_number_that_is_not_recommended_is_not_in_the_summary(report):
     first = first_page(page_of(*report("time-varying", recommended=False)))
     assert "not quotable" in first and "Not quotable, because the stiffness differs between segments" in first
