@@ -76,22 +76,21 @@ FLAGS = {
     "reflex-outside-search": "reflex delays or thresholds outside the searched range predict the torque at "
     "least as well as the one used. Measure the delay, for example by electromyography, and enter it as "
     "reflex_delays_s. Delays too short for a reflex are no reason to widen the range",
-    "stretch-threshold": "the latency may be more than 5 ms shorter: responses begin later after smaller "
-    "pulses, or the pulses cannot tell whether the reflex needs a fast stretch. Record pulses of several "
-    "amplitudes",
-    "reflex-not-determined": "the reflex torque is not clearly above its uncertainty, or its start is not. "
-    "Record more or larger perturbations",
+    "stretch-threshold": "the true latency may be more than 5 ms shorter, because responses begin later "
+    "after smaller pulses, or because the pulses cannot show whether the reflex needs a fast stretch. Record "
+    "pulses of several amplitudes",
+    "reflex-not-determined": "the reflex torque does not clearly exceed its uncertainty, or its start is "
+    "uncertain. Record more or larger perturbations",
     "slow-reflex": "the fitted muscle is slower than 1.9 Hz, so the response is more than a reflex. Do not "
     "quote its gain",
     "mass-differs": "the mass estimated from the fore-aft force differs from the trial sheet. Check the "
     "mass, the scale of the force, and friction and mounts of the belt",
     "diverged": "the prediction grows without limit. The parameters describe no stable joint",
-    "treadmill-model": "the treadmill model fails on held-out trials, which may bias K by more than a tenth, "
-    "or has impossible constants. Record the empty belt and a weight close to the mass of the dummy or "
+    "treadmill-model": "the treadmill model fails: on held-out trials it may bias K by more than a tenth, or "
+    "its constants are impossible. Record the empty belt and a weight close to the mass of the dummy or "
     "person, with the same pulses",
     "treadmill-not-converged": "the search for the constants of the treadmill model did not converge, and "
-    "the model fails on held-out trials, which may bias K by more than a tenth, or has impossible constants. "
-    "Inspect the calibration "
+    "the model may bias K by more than a tenth, or its constants are impossible. Inspect the calibration "
     "trials one by one for slip of the weight, clipped channels and a wrong mass",
     "plate-origin": "in quiet standing the centre of pressure is more than 4 cm from the person's centre of "
     "mass. Check the origin of the force plate, or state where the weight's centre of mass lies",

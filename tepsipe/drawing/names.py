@@ -35,7 +35,7 @@ WORDS = {
     "ankle-thesis-vector": "eq (3-14), vectors",
     "ankle-thesis": "eq (3-14), scalars",
     "windowed-least-squares-thesis": "windowed least squares, thesis",
-    "windowed-least-squares-own-zero": "windowed least squares, one offset per window",
+    "windowed-least-squares-own-zero": "windowed least squares, torque offset per window",
     "free-reflex-gls": "free reflex torque (GLS)",
     "pre-reflex-window": "pre-reflex window",
     "emg-driven": "EMG-driven",
