@@ -112,6 +112,13 @@ def test_captions_name_no_figure_of_the_thesis(report):
     source = '#import "figures.typ": shown\n#shown("4_5")\n#shown("plate_models")\n#shown("4_14")'
     words = typeset_words(source, data, tables)
     assert "The panels have different scales." in words and "hesis" not in words
+    # nor do they explain conditions and models that the study lacks
+    assert "S: sinusoidal" not in words and "Mean subtraction" not in words and "Dashed: upper limit" in words
+    data["short_names"] = {"sine-0.3": "S3"}
+    tables["treadmill_models"] = "model\nmean-subtraction\n"
+    data["tables_read"] = [*data["tables_read"], "treadmill_models"]
+    words = typeset_words(source, data, tables)
+    assert "in 0.1 m/s. The panels" in words and "Mean subtraction uses" in words
 
 
 @pytest.mark.parametrize("name", ["study", "study_values", "coverage", "plan", "several_joints", "walking"])
