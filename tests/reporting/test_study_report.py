@@ -80,7 +80,7 @@ def test_pathway_for_comparison_only_has_its_reason_below_the_table(report):
     rows = tables["answers"].replace("for comparison,", "for comparison,it is printed for comparison")
     source = '#import "study_values.typ": *\n#results-table("position_manipulator")'
     words = typeset_words(source, content, {**tables, "answers": rows})
-    assert "another estimate of the quantity is. impedance: it is printed for comparison." in words
+    assert "another estimate of the quantity is. Impedance: it is printed for comparison." in words
 
 
 def test_number_that_is_not_recommended_is_not_in_the_summary(report):
