@@ -272,7 +272,12 @@ def test_values_of_a_reflex_outside_its_search_are_told():
     ends = {"reflex_delay": 0.04, "reflex_delay_low": 0.0, "reflex_delay_high": 0.024}
     rows = [replace(first, quantity=name, value=value) for name, value in ends.items()]
     (said,) = header.flagged(rows, {})
-    assert "reflex delays of 0 to 24 ms (used: 40 ms), outside the searched range, predict" in said
+    told = "of 0 to 24 ms, which are too short for a reflex, predict the torque at least as well as the 40 ms"
+    assert f"reflex delays {told} used. Measure the reflex delay" in said
+    (said,) = header.flagged([*rows[:2], replace(rows[2], value=0.0)], {})
+    assert "a reflex delay of 0 ms, which is too short for a reflex, predicts the torque" in said
+    (said,) = header.flagged([*rows[:2], replace(rows[2], value=0.09)], {})
+    assert "reflex delays of 0 to 90 ms, outside the search, predict" in said
     # without its ends, or of a delay that is not flagged
     assert "reflex delays or thresholds outside" in header.flagged(rows[:1], {})[0]
     inside = [replace(rows[0], flags=""), *rows[1:]]

@@ -35,12 +35,12 @@ def test_models_are_compared_with_their_numbers_of_coefficients():
 
 def test_terms_and_kernels_are_those_of_the_trials():
     words = chapter_of(run_with({"a": fit_of(pole_per_s=30.0), "b": fit_of(relaxing=True)}))
-    assert "In a: reflex. In b: reflex and relaxation." in words
+    assert "In a, these are reflex. In b, these are reflex and relaxation." in words
     assert "and are linear between knots in b and sums of Laguerre functions in a." in words
     assert "beyond the short range and after relaxation." in words
     words = chapter_of(run_with({"a": fit_of()}))
     assert "and are linear between knots. The radii" in words
-    assert "beyond the short range. The reflex gain" in words
+    assert "beyond the short range. The stiffness at the recorded amplitude adds" in words
 
 
 def test_tables_of_many_trials_have_four_beside_each_other():
@@ -55,10 +55,10 @@ def test_marks_tell_what_failed_a_check_and_what_is_not_recommended(flags):
     failed = "†" if flags else ""
     assert f"stiffness K | N·m/rad | 100{failed}‡ (90 to 110) |" in words
     assert f"stiffness K | N·m/rad | 50.0{failed} (45.0 to 55.0) |" in words
-    assert ("† A check failed. ‡ Not recommended" in words) is bool(flags)
+    assert ("† A check failed. ‡ For comparison only" in words) is bool(flags)
     # why: K by the other model, and quantities of the recommended one
-    why = "‡ Not recommended, because another estimate of the quantity is, or because the study recommends "
-    assert f"{why}only K." in words
+    why = "another estimate of the quantity is recommended, or the study recommends only K."
+    assert f"‡ For comparison only: {why}" in words
 
 
 def findings_in(trials, **kinds):

@@ -71,8 +71,8 @@ def test_values_of_a_check_are_told_trial_by_trial(report):
     found = "reflex delays or thresholds outside"
     tables["answers"] = tables["answers"].replace(found, "reflex delays of 0 ms outside", 1)
     words = plain_words(page_of(content, tables))
-    assert "reflex-outside-search (a): reflex delays of 0 ms outside the searched range predict" in words
-    assert f"reflex-outside-search (a): {found}" in words
+    assert "reflex-outside-search, a (K): reflex delays of 0 ms outside the searched range predict" in words
+    assert "reflex-outside-search, a (" in words and words.count(f": {found}") > 0
 
 
 def test_pathway_for_comparison_only_has_its_reason_below_the_table(report):
@@ -80,7 +80,23 @@ def test_pathway_for_comparison_only_has_its_reason_below_the_table(report):
     rows = tables["answers"].replace("for comparison,", "for comparison,it is printed for comparison")
     source = '#import "study_values.typ": *\n#results-table("position_manipulator")'
     words = typeset_words(source, content, {**tables, "answers": rows})
-    assert "another estimate of the quantity is. Impedance: it is printed for comparison." in words
+    assert (
+        "another estimate of the quantity is recommended. Impedance: it is printed for comparison." in words
+    )
+
+
+def test_table_of_a_person_explains_intervals_windows_and_negative_stiffness(report):
+    content, tables = report()
+    content["choices"]["standing"] = {"estimators": {"parallel-cascade": {"window_s": 0.08}}}
+    source = '#import "study_values.typ": *\n#notes-of("standing", answers)'
+    words = typeset_words(source, content, tables)
+    assert words.startswith("Intervals of estimates marked ‡ contain only the scatter (Type A).")
+    assert words.endswith("Windows from the onset: parallel cascade 80 ms.")
+    lower = tables["answers"].replace(",100,90,110,for comparison", ",-100,-110,-90,for comparison")
+    words = typeset_words(source, content, {**tables, "answers": lower})
+    assert words.endswith("an estimator attributes reflexes to K, which can then be negative.")
+    both = tables["estimates"].replace(",,false,", ",0.5,false,")
+    assert "only the scatter" not in typeset_words(source, content, {**tables, "estimates": both})
 
 
 def test_number_that_is_not_recommended_is_not_in_the_summary(report):
