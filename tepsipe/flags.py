@@ -74,8 +74,9 @@ FLAGS = {
     "Do not quote its parameters",
     "edge-of-search": "the onset lies at an end of its search range. Widen the range",
     "reflex-outside-search": "reflex delays or thresholds outside the searched range predict the torque at "
-    "least as well as the one used. Measure the delay, for example by electromyography, and enter it as "
-    "reflex_delays_s. Delays too short for a reflex are no reason to widen the range",
+    "least as well as the one used. Measure the reflex delay, for example by electromyography, and enter it "
+    "as reflex_delays_s in the configuration. A reflex takes at least 30 ms, so do not widen the range to "
+    "shorter delays",
     "stretch-threshold": "the true latency may be more than 5 ms shorter, because responses begin later "
     "after smaller pulses, or because the pulses cannot show whether the reflex needs a fast stretch. Record "
     "pulses of several amplitudes",
@@ -106,4 +107,11 @@ FLAGS = {
     "person's mass with the same pulses",
     "beyond-calibrated-mass": "the subject is heavier than the weights of the treadmill's calibration. "
     "Record a weight near the subject's mass",
+}
+# pathways that are shown for comparison only, and why
+COMPARED = {
+    "single-joint": "one inverted pendulum does not describe a standing person; included to show this",
+    "foot": "the belt-induced load is not subtracted",
+    "foot-long": "the belt-induced load is not subtracted",
+    "ankle": "the belt-induced load is not subtracted",
 }

@@ -30,7 +30,8 @@ def browser():
 def test_report_opens_without_errors_and_fits_into_the_window(study, browser, width, theme):
     browser.show(study / "results/report/index.html", width)
     browser.run("document.documentElement.dataset.theme = given[0]", theme)
-    # all images are loaded, and nothing but wide tables and formulas is wider than the window
+    # all images are loaded, and nothing but wide tables, formulas and sources is wider than the window
+    browser.run("for (const part of document.querySelectorAll('details')) part.open = true;")
     broken = """
         document.querySelectorAll("img").forEach((image) => { image.loading = "eager"; });
         await Promise.all([...document.images].map((image) => image.decode().catch(() => null)));
@@ -106,9 +107,17 @@ def test_figures_to_try_keep_their_controls_when_their_links_are_pointed_at(stud
     assert browser.run(pointed) == 1
 
 
-@pytest.mark.parametrize("table", ["#trials-table", "#ledger-table", "table.cells"])
-def test_on_a_telephone_the_first_column_stays_beside_the_others(study, browser, table):
-    browser.show(study / "results/report/index.html", 390)
+@pytest.mark.parametrize(
+    ("page", "table"),
+    [
+        ("index", "#trials-table"),
+        ("index", "#ledger-table"),
+        ("index", "table.cells"),
+        ("trials/dummy/sine-0.5", "table"),
+    ],
+)
+def test_on_a_telephone_the_first_column_stays_beside_the_others(study, browser, page, table):
+    browser.show(study / f"results/report/{page}.html", 390)
     distances = """
         const table = document.querySelector(given[0]);
         const wide = table.parentElement;

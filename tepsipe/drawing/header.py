@@ -7,7 +7,8 @@ from types import MappingProxyType
 
 from tepsipe.drawing.names import below_100, by_uncertainty, number, words
 from tepsipe.drawing.trial_page import table, text
-from tepsipe.io.estimates import FLAGS, QUOTED, RECOVERIES, Estimate
+from tepsipe.flags import COMPARED
+from tepsipe.io.estimates import QUOTED, RECOVERIES, SMALL, Estimate, meaning_of
 from tepsipe.io.trial import Trial
 from tepsipe.quantities import unit_symbol
 
@@ -35,15 +36,15 @@ LABELS = {
     "I_small": "I, small movements",
     "B_small": "B, small movements",
     "K_small": "K, small movements",
-    "B_softened": "B, softened",
-    "K_softened": "K, softened",
+    "B_softened": "B gained by full softening",
+    "K_softened": "K lost by full softening",
     "softening_angle": "bending at half softening",
     "K_over_mgh": "K / (m g h)",
     "rotation": "rotation of the ankle",
-    "active_torque_share": "share of the active torque",
-    "twitch_time": "time of the twitch",
-    "reflex_lag": "lag of the reflex",
-    "balance_delay": "delay of the balance",
+    "active_torque_share": "peak active torque / peak intrinsic torque",
+    "twitch_time": "time constant of the twitch",
+    "reflex_lag": "delay of the modelled reflex",
+    "balance_delay": "delay of the balance response",
     "reflex_peak": "peak of the reflex torque",
     "reflex_impulse": "impulse of the reflex torque",
     "reflex_gain": "gain of the reflex",
@@ -56,13 +57,6 @@ NO_TRUTH: Mapping[tuple, float] = MappingProxyType({})
 UNFLAGGED = "All checks passed."
 # ends of the names of pathways and estimators that reproduce the thesis
 PRINTED = ("-thesis", "as-printed")
-# pathways that are shown for comparison only, and why
-COMPARED = {
-    "single-joint": "one inverted pendulum does not describe a standing person; included to show this",
-    "foot": "the belt-induced load is not subtracted",
-    "foot-long": "the belt-induced load is not subtracted",
-    "ankle": "the belt-induced load is not subtracted",
-}
 
 
 def facts_list(facts: Iterable[tuple[str, str]]) -> str:
@@ -85,8 +79,8 @@ def estimates_table(estimates: Sequence[Estimate], choices: Mapping) -> str:
     The rows to quote come first. The others are folded, each with the reason why it is not recommended.
 
     choices: of the page; ``truth`` has the true values by experiment, condition, pathway, estimator and
-        quantity, ``neutral`` keeps the thesis out of the names, and ``instead`` is what the study recommends
-        if it quotes no single trial.
+        quantity, ``small`` the keys of those for small movements, ``neutral`` keeps the thesis out of the
+        names, and ``instead`` is what the study recommends if it quotes no single trial.
     """
     if not estimates:
         return "<p>This trial has no estimates of its own.</p>\n"
@@ -127,7 +121,10 @@ def estimates_table(estimates: Sequence[Estimate], choices: Mapping) -> str:
     columns = ("Pathway", "Estimator", "Quantity", "Value (95 % interval)", "Type A", "Type B")
     columns += ("Unit", "Perturbations", "Flags")
     caption = (
-        "Estimates with 95 % intervals." + _uncertainty_words(estimates) + _truth_words(estimates, truth)
+        "Estimates with 95 % intervals."
+        + _uncertainty_words(estimates)
+        + _truth_words(estimates, truth, choices.get("small", ()))
+        + (" † marks estimates that failed a check (see Flags)." if any(e.flags for e in estimates) else "")
     )
     reasons = ["Not recommended because"] if asked else []
     compared = table([*header, *reasons], others, "" if quoted else caption)
@@ -162,7 +159,11 @@ def _why_not(
         reasons = ["equation or method of the thesis, shown for comparison"]
     else:
         reasons = [f"the study recommends {better}"] if better else []
-    reasons += [FLAGS[flag].partition(". ")[0] for flag in _failed(found.values()) if flag not in shared]
+    reasons += [
+        meaning_of(flag, found.values()).partition(". ")[0]
+        for flag in _failed(found.values())
+        if flag not in shared
+    ]
     return "; ".join(reasons) or "the study does not quote it"
 
 
@@ -188,18 +189,21 @@ def _uncertainty_words(estimates: Sequence[Estimate]) -> str:
     )
 
 
-def _truth_words(estimates: Sequence[Estimate], truth: Mapping[tuple, float]) -> str:
-    """Sentences on the true values below the estimates, if there are any."""
-    known = [(e.quantity, truth[_key(e)]) for e in estimates if _key(e) in truth]
+def _truth_words(estimates: Sequence[Estimate], truth: Mapping[tuple, float], small: Sequence[tuple]) -> str:
+    """Sentences on the true values below the estimates, if there are any; ``small`` as in the choices."""
+    known = [e for e in estimates if _key(e) in truth]
     if not known:
         return ""
-    stiffness = [value for quantity, value in known if quantity == "K"]
+    stiffness = [truth[_key(e)] for e in known if e.quantity == "K"]
     said = " The true value of the simulation, which the analysis does not use, is below each estimate."
     if stiffness and max(stiffness) - min(stiffness) > 1e-3 * abs(max(stiffness)):
         said += (
             " It belongs to the linear joint nearest to the simulated one in the movements that the "
             "estimator uses, so it differs between rows, and I can be slightly negative."
         )
+        others = dict.fromkeys(words(e.estimator) for e in known if e.quantity == "K" and _key(e) in small)
+        if others:
+            said += f" For {' and '.join(others)} it is the constant for small movements."
     return said
 
 
@@ -213,14 +217,16 @@ def flagged(estimates: Sequence[Estimate], choices: Mapping) -> list[str]:
     neutral = choices.get("neutral", False)
     found: dict[str, dict[str, dict[str, None]]] = {}
     for e in estimates:
+        own = [other for other in estimates if other.estimator == e.estimator and other.pathway == e.pathway]
         for flag in filter(None, e.flags.split(";")):
             way = f"{words(e.pathway, neutral)}, {words(e.estimator, neutral)}"
-            found.setdefault(flag, {}).setdefault(way, {})[LABELS.get(e.quantity, e.quantity)] = None
+            said = meaning_of(flag, own)
+            found.setdefault(said, {}).setdefault(way, {})[LABELS.get(e.quantity, e.quantity)] = None
     named = {
-        flag: "; ".join(f"{way} ({', '.join(own)})" for way, own in ways.items())
-        for flag, ways in found.items()
+        said: "; ".join(f"{way} ({', '.join(own)})" for way, own in ways.items())
+        for said, ways in found.items()
     }
-    return [f"{ways}: {FLAGS.get(flag, flag)}." for flag, ways in named.items()]
+    return [f"{ways}: {said}." for said, ways in named.items()]
 
 
 def _heading(quantity: str, unit: str) -> str:
@@ -300,8 +306,14 @@ def trial_facts(trial: Trial, experiment: str, choices: dict) -> list[tuple[str,
 def choices_of_trial(files, chosen) -> dict:
     """Choices of a trial's page: study, the trial's row of the sheet, ``truth``, and ``neutral`` names."""
     rows = RECOVERIES.read(*files.truth) if files.truth else []
-    truth = {(r.experiment, r.condition, r.pathway, r.estimator, r.quantity): r.truth for r in rows}
-    return {"study": chosen.title, "truth": truth, "neutral": chosen.neutral, **chosen.trial}
+    truth = {(r.experiment, r.condition, r.pathway, r.estimator, r.quantity): r for r in rows}
+    return {
+        "study": chosen.title,
+        "truth": {key: r.truth for key, r in truth.items()},
+        "small": [key for key, r in truth.items() if r.truth_of == SMALL],
+        "neutral": chosen.neutral,
+        **chosen.trial,
+    }
 
 
 def facts_and_checks(facts: list, estimates: Sequence[Estimate], flags: list[str], choices: dict) -> str:

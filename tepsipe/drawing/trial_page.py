@@ -257,8 +257,8 @@ def _tools(windows: bool) -> str:
         '<button type="button" data-do="out" title="Zoom out (−)">−</button>'
         '<button type="button" data-do="all" title="Whole trial (0)">whole trial</button>'
         '<button type="button" id="theme" aria-label="Light or dark">◐</button><output id="view"></output>'
-        '<span class="hint">Drag to zoom, double-click to reset; keys: ← → + − 0'
-        f"{' n p' if windows else ''}</span></nav>\n"
+        '<span class="hint">Drag to zoom, double-click to reset. Keys: ← → move, + − zoom, 0 whole trial'
+        f"{', n and p next and previous perturbation' if windows else ''}.</span></nav>\n"
     )
 
 
@@ -576,9 +576,8 @@ def force_panels(trial: Trial, clock: Clock, belt: str, bands: Sequence[Band]) -
     panels = []
     for axis, name, colour in ((1, "Fore-aft force", "blue"), (2, "Vertical force", "green")):
         trace = Trace("unfiltered", force[:, axis], clock, colour, width=1.0)
-        panels.append(
-            Panel(f"{name}, {belt} belt", "N", (trace,), tuple(bands), note="before the low-pass filter")
-        )
+        note = "before the low-pass filter of the analysis"
+        panels.append(Panel(f"{name}, {belt} belt", "N", (trace,), tuple(bands), note=note))
     return panels
 
 

@@ -15,6 +15,11 @@ UNCERTAINTIES = ("standard_error", "ci_low", "ci_high", "sem_as_printed", "u_typ
 QUOTED = ("I", "B", "K", "mass")
 # a VAF below this belongs to a diverging prediction (%)
 DIVERGED_VAF = -1e6
+# movements for which a true value holds
+SMALL, AT_WORK = "small movements", "the fitted windows"
+# quantity of a reflex whose value is searched -> its name, and factor and unit in which it is told
+SEARCHED = (("reflex_delay", "delay", 1e3, "ms"), ("reflex_threshold", "threshold", 1.0, "rad/s"))
+SHORTEST_REFLEX_S = 0.03
 TYPES = ("A", "B")
 
 
@@ -64,6 +69,29 @@ class Estimate(Estimated):
     """Whether this is the estimate of its quantity to quote."""
     flags: str = ""
     """Names of the checks in `FLAGS` that the estimate failed, joined by ``;``."""
+
+
+def meaning_of(flag: str, estimates: Iterable[Estimate]) -> str:
+    """Meaning of a flag and what to do, with the values that the flagged estimates have.
+
+    estimates: rows of one trial, pathway and estimator.
+    """
+    own, told = {e.quantity: e for e in estimates}, []
+    for quantity, name, scale, unit in SEARCHED if flag == "reflex-outside-search" else ():
+        used, low, high = (own.get(quantity + end) for end in ("", "_low", "_high"))
+        if used and low and high and flag in used.flags.split(";"):
+            ends = list(dict.fromkeys(f"{scale * end.value:.3g}" for end in (low, high)))
+            one = len(ends) == 1
+            short = quantity == "reflex_delay" and high.value < SHORTEST_REFLEX_S
+            place = (
+                f"which {'is' if one else 'are'} too short for a reflex" if short else "outside the search"
+            )
+            told.append(
+                f"{'a ' * one}reflex {name}{'s' * (not one)} of {' to '.join(ends)} {unit}, {place}, "
+                f"predict{'s' * one} the torque at least as well as the {scale * used.value:.3g} {unit} used"
+            )
+    meaning = FLAGS.get(flag, flag)
+    return f"{' and '.join(told)}. {meaning.partition('. ')[2]}" if told else meaning
 
 
 def flagged(estimates: Iterable[Estimate], *flags: str) -> list[Estimate]:

@@ -9,7 +9,8 @@ other pathways that have one estimator. The rows are written to ``answers.csv`` 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from tepsipe.io.estimates import FLAGS, Estimate, Estimated
+from tepsipe.flags import COMPARED as PATHWAYS
+from tepsipe.io.estimates import Estimate, Estimated, meaning_of
 from tepsipe.io.tables import Table, Undefinable
 
 QUOTABLE, CHECK, REFUSED, COMPARED = "quotable", "check first", "not quotable", "for comparison"
@@ -29,7 +30,7 @@ class Answer(Estimated):
     """`QUOTABLE`: recommended, and no check failed. `CHECK`: recommended, but a check failed. `REFUSED`: not
     recommended, and no other estimate is. `COMPARED`: by another pathway or estimator than the answer."""
     reasons: str
-    """Meaning of every failed check, joined by ``; ``."""
+    """Meaning of every failed check, then why a pathway is shown for comparison only, joined by ``; ``."""
     to_do: str
     """What to do about every failed check, sentences."""
     flags: str
@@ -70,11 +71,12 @@ def _of_trial(estimates: Sequence[Estimate], ways: Sequence[tuple[str, str]]) ->
         estimators.setdefault(e.pathway, set()).add(e.estimator)
     rows = []
     for answer in (e for e in estimates if chosen.get(e.quantity) is e):
-        rows.append(_answer(answer, (CHECK if answer.flags else QUOTABLE) if answer.recommended else REFUSED))
+        verdict = (CHECK if answer.flags else QUOTABLE) if answer.recommended else REFUSED
+        rows.append(_answer(answer, verdict, estimates))
         for e in estimates:
             alike = e.pathway == answer.pathway or len(estimators[e.pathway]) == 1
             if e is not answer and e.quantity == answer.quantity and alike:
-                rows.append(_answer(e, COMPARED))
+                rows.append(_answer(e, COMPARED, estimates))
     return rows
 
 
@@ -82,9 +84,11 @@ def _way(estimate: Estimate) -> tuple[str, str]:
     return estimate.pathway, estimate.estimator
 
 
-def _answer(e: Estimate, verdict: str) -> Answer:
+def _answer(e: Estimate, verdict: str, estimates: Sequence[Estimate]) -> Answer:
     """The row of an estimate; the text of a check is what it found, then what to do about it."""
-    texts = [FLAGS[flag].partition(". ") for flag in e.flags.split(";") if flag]
-    reasons = "; ".join(found for found, _, _ in texts)
+    own = [other for other in estimates if _way(other) == _way(e)]
+    texts = [meaning_of(flag, own).partition(". ") for flag in e.flags.split(";") if flag]
+    compared = [PATHWAYS[e.pathway]] if verdict == COMPARED and e.pathway in PATHWAYS else []
+    reasons = "; ".join([*(found for found, _, _ in texts), *compared])
     to_do = " ".join(f"{advice}." for _, _, advice in texts)
     return Answer(*e.key, e.unit, e.value, e.ci_low, e.ci_high, verdict, reasons, to_do, e.flags)

@@ -30,6 +30,7 @@ from tepsipe.reporting.ledger import (
     NOT_COMPUTED,
     NOT_REPRODUCED,
     PREDICTED,
+    WITHIN,
     basis_of,
     null_verdict_of,
 )
@@ -616,7 +617,7 @@ class ClaimVerdict:
     null_value: float | None
     """Of a null model (``unit``)."""
     null_verdict: str
-    """``implied`` if the null model is within the tolerance, too, otherwise ``not reproduced``."""
+    """``implied`` if the null model is within the tolerance, otherwise ``not reproduced``."""
     margin: float | None
     """Value of the thesis's own printed numbers (``unit``), if they determine it."""
     used: str
@@ -625,6 +626,8 @@ class ClaimVerdict:
     """Numbers of the statements of chapters 4 to 6 that it tests, joined by ``;``."""
     measure: str
     """Name in `MEASURES` of the number; sentences of the report rest on the claim by this name."""
+    reason: str
+    """What is known of a number outside the tolerance, with the number that an explanation predicts."""
 
 
 CLAIM_VERDICTS = Table(ClaimVerdict, "claims")
@@ -643,8 +646,8 @@ def check_claims(
     claims: keys claim, where, measure, unit, reported, tolerance, section (``unit`` holds for reported and
     tolerance; the tolerance ``below`` requires less than reported, ``above`` more); verdict, which a
     simulated trial within the tolerance has; used, a name in ``bases``; and optionally null_value and
-    margin (``unit``), in place of those by ``nulls`` and ``printed``, and own_threshold, true if the thesis
-    prints no such number.
+    margin (``unit``), in place of those by ``nulls`` and ``printed``, own_threshold, true if the thesis
+    prints no such number, and outside, the reason of a number outside the tolerance.
     bases: what numbers are obtained from, in words.
     printed, nulls: numbers that the thesis printed, and those of the null models, as `findings_of_cells`
     makes them.
@@ -686,12 +689,14 @@ def _checked(
     null_verdict = null_verdict_of(None if null is None else _holds(claim, null))
     if claim.get("own_threshold"):
         basis += f"; {OWN_THRESHOLD}"
-    used = basis + ("; cannot discriminate: the null model is within, too" if null_verdict == IMPLIED else "")
+    used = basis + ("; cannot discriminate: the null model is within" if null_verdict == IMPLIED else "")
     tolerance = claim["tolerance"]
+    verdict, predicted = _verdict(claim, value, findings)
+    reason = "" if verdict in (*WITHIN, NOT_COMPUTED) else claim.get("outside", "")
     return ClaimVerdict(
         *(claim["claim"], claim["where"], claim["unit"], claim["reported"], value),
         tolerance=tolerance if isinstance(tolerance, str) else f"{tolerance:.10g}",
-        verdict=_verdict(claim, value, findings),
+        verdict=verdict,
         section=claim["section"],
         null_value=null,
         null_verdict=null_verdict,
@@ -699,20 +704,24 @@ def _checked(
         used=used,
         statements="",
         measure=name,
+        reason=reason if predicted is None else f"{reason}: {predicted:.3g}",
     )
 
 
-def _verdict(claim: dict, value: float | None, findings: Findings) -> str:
+def _verdict(claim: dict, value: float | None, findings: Findings) -> tuple[str, float | None]:
+    """Verdict, and the number within the tolerance that an explanation predicts (``unit``)."""
     if value is None:
-        return NOT_COMPUTED
+        return NOT_COMPUTED, None
     if _holds(claim, value):
-        return PREDICTED if findings.recorded and claim["verdict"] == FITTED else claim["verdict"]
-    predicted = None
+        recorded = findings.recorded and claim["verdict"] == FITTED
+        return PREDICTED if recorded else claim["verdict"], None
     if claim["verdict"] == IMPLIED:
-        return CONTRADICTED
+        return CONTRADICTED, None
+    predicted = None
     if claim["measure"] in EXPLANATIONS:
         predicted = _measured(EXPLANATIONS[claim["measure"]], findings)
-    return EXPLAINED if predicted is not None and _holds(claim, predicted) else NOT_REPRODUCED
+    explained = predicted is not None and _holds(claim, predicted)
+    return (EXPLAINED, predicted) if explained else (NOT_REPRODUCED, None)
 
 
 def _measured(measure: Callable[[Findings], float], findings: Findings) -> float | None:

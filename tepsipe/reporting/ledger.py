@@ -26,7 +26,6 @@ ROW_MEAN = "mean of the printed row"  # the null of a table; otherwise that of a
 ALL_TABLES = "all"
 RECORDED = "recorded trials, to which no constant was fitted"
 MISPRINT = "misprint, a misplaced decimal point: compared with a tenth of the printed number"
-PRINTED = "computed from other numbers of the same printed row"
 
 Cells = dict[tuple[str, str, str], float]  # (table, row, column) -> value, in the unit of the row
 
@@ -85,16 +84,17 @@ class Tolerance:
         low, high = self.limits(reported)
         return low <= value <= high
 
-    @property
-    def text(self) -> str:
-        """The tolerance in words, for the column ``tolerance`` (unit of the row)."""
+    def text(self, reported: float) -> str:
+        """The tolerance of a printed number in words, for the column ``tolerance`` (unit of the row)."""
         if self.absolute is not None:
             return f"{self.absolute:g}"
         if self.share is not None:
             return f"{100.0 * self.share:g} %"
         if self.factor is not None:
-            return f"factor {self.factor:g}" + ("" if self.zero is None else f", {self.zero:g} of 0")
-        return f"factor {self.unexplained_factor:g} of 100 - VAF"
+            return f"{self.zero or 0.0:g}" if reported == 0.0 else f"factor {self.factor:g}"
+        return (
+            f"factor {self.unexplained_factor:g} in 100 - VAF, beyond half a unit of the last printed digit"
+        )
 
 
 @dataclass(frozen=True)
@@ -119,8 +119,8 @@ class CellVerdict:
     null_value: float | None
     """Of the null model (unit of the row)."""
     null_verdict: str
-    """``implied`` if the null model, which uses the thesis's own numbers only, lies within the tolerance,
-    too; otherwise ``not reproduced``."""
+    """``implied`` if the null model, which uses the thesis's own numbers only, lies within the tolerance;
+    otherwise ``not reproduced``."""
 
 
 def _check(row: CellVerdict) -> None:
@@ -142,7 +142,7 @@ class Explanations:
     """(table, row, column) -> the explanation, in words."""
     misprints: dict[tuple[str, str, str], float] = field(default_factory=dict)
     """(table, row, column) -> by what a misprint multiplied the number. Numbers of run and null model are
-    compared without it, and a number within the tolerance is ``implied``: other printed numbers show it."""
+    compared without it."""
 
 
 def basis_of(entry: dict, bases: dict[str, str]) -> str:
@@ -349,13 +349,13 @@ def ledger(
                 null, meant = (nulls or {}).get(key), float(printed)
                 if key in explanations.misprints:
                     meant /= explanations.misprints[key]
-                    tolerance = replace(tolerance, verdict=IMPLIED, reason=MISPRINT, used=PRINTED)
+                    tolerance = replace(tolerance, reason=MISPRINT)
                 outcome = judged(tolerance, meant, values.get(key), null)
                 if outcome.verdict == NOT_REPRODUCED and key in explanations.values:
                     outcome = _explained(outcome, tolerance, float(printed), key, explanations)
                 found.append(
                     CellVerdict(
-                        *(*key, float(printed), values.get(key), tolerance.text),
+                        *(*key, float(printed), values.get(key), tolerance.text(float(printed))),
                         *(outcome.verdict, outcome.reason, null, outcome.null_verdict),
                     )
                 )
@@ -364,7 +364,7 @@ def ledger(
 
 @dataclass(frozen=True)
 class Outcome:
-    """Verdict on a number, its reason in words, and whether the null model is within the tolerance, too."""
+    """Verdict on a number, its reason in words, and whether the null model is within the tolerance."""
 
     verdict: str
     """Two of `VERDICTS`."""
@@ -393,7 +393,7 @@ def judged(tolerance: Tolerance, printed: float, value: float | None, null: floa
 
 
 def _discriminates(null_verdict: str) -> str:
-    return "; cannot discriminate: the null model is within, too" if null_verdict == IMPLIED else ""
+    return "; cannot discriminate: the null model is within" if null_verdict == IMPLIED else ""
 
 
 def _explained(

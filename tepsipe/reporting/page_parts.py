@@ -6,6 +6,7 @@ for its figures to try (explore.js), in SI units.
 """
 
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Annotated
@@ -197,14 +198,15 @@ MEANINGS = {
     "fitted": "within the tolerance; constants of the virtual laboratory were fitted, now or earlier, to "
     "this number or to numbers from which it is computed",
     "predicted": "within the tolerance; constants were fitted to other numbers only",
-    "pattern": "the claim is an inequality, and it holds",
+    "pattern": "the claim is an inequality, and it holds; inequalities of fitted numbers, of a chosen "
+    "processing and of printed numbers have the verdicts fitted, interpretation and implied",
     "interpretation": "within the tolerance; the processing was chosen because it fits",
     "explained": "outside the tolerance, but our explanation predicts a number within it",
     "contradicted by itself": "the numbers that the thesis itself prints do not satisfy the claim",
     "not reproduced": "outside the tolerance, or the inequality does not hold",
     "unknown": "we know no rule that yields the printed number",
     "not computed": "not part of this study",
-    BY_CELLS: "printed cells test the statement, not a number of its own",
+    BY_CELLS: "printed cells test the statement; it has no number of its own",
     UNTESTED: "the thesis prints no number to compare with, or the statement is not a result",
 }
 ROWS = {
@@ -250,7 +252,8 @@ def ledger_table(
     kinds = {"claim": "claims", "cell": "printed cells", "untested": "statements without a number"}
     chosen = {v: v for v in (*verdicts, BY_CELLS, UNTESTED)}
     filters = {"kind": ("Kind", kinds), "verdict": ("Verdict", chosen)}
-    head = ("Statement", "Where", "Reported", "This run", "Null model", "Verdict", "Explanation", "Source")
+    head = ("Statement", "Where", "Reported ± tolerance", "This run", "Null model", "Verdict")
+    head += ("Explanation", "Source")
     within = sum(one.verdict in WITHIN for one in judged)
     null = sum(one.null_verdict == IMPLIED for one in judged)
     shown = [v for v in (*verdicts, BY_CELLS, UNTESTED) if any(f'data-verdict="{v}"' in row for row in rows)]
@@ -261,10 +264,10 @@ def ledger_table(
     places = f'<h3 id="printed-cells">Printed cells in their places</h3>\n{printed_cells(cells)}'
     return (
         f"<p>We test {len(claims)} numbers of the thesis's statements and {len(cells)} printed cells. This "
-        f"run is within tolerance for {within} of these {len(judged)} numbers. The null model, which only "
-        f"repeats numbers of the thesis, is within tolerance for {null}. An asterisk (∗) marks those {null}: "
-        "agreement there is no evidence for the laboratory. The last column links to the source of this "
-        "run's value.</p>\n"
+        f"run is within tolerance for {within} of these {len(judged)} numbers. The null model, which needs "
+        "no laboratory (it is, for example, the mean of the printed row), is within tolerance for "
+        f"{null}. An asterisk (∗) marks those {null}: agreement there is no evidence for the laboratory. "
+        "The last column links to the source of this run's value.</p>\n"
         f"{sortable(LEDGER, head, rows, filters, 'row')}"
         f'<h3 id="verdicts">Verdicts</h3>\n<dl class="flags">\n{meanings}</dl>\n'
         f'<h3 id="bases">Sources of the values</h3>\n<ol class="bases">\n{listed}</ol>\n'
@@ -292,15 +295,14 @@ def _claim(claim: "ClaimVerdict", statements: Mapping[str, Mapping], bases: Sequ
     margin = "" if exact else f"± {_printed(float(claim.tolerance))}"
     if "our threshold" in claim.used:
         margin += " our threshold"
-    section = text(claim.section)
-    why = "" if claim.verdict in WITHIN else f'See <a href="#section:{section}">{section}</a>.'
+    why = claim.reason or f'See Section "{claim.section}"'
     ours = text(claim.claim.replace(" - ", ": ") + unit)
     statement = f"{text(tested)} <small>We test: {ours}</small>" if tested else ours
     return _ledger_row(
         *("claim", statement, claim.where),
         *((sign or "") + _printed(claim.reported), margin, claim.reported),
         *(claim.reproduced, claim.null_value, claim.null_verdict, claim.verdict),
-        *(why, _based(_basis(claim.used), bases)),
+        *("" if claim.verdict in WITHIN else _linked(why), _based(_basis(claim.used), bases)),
     )
 
 
@@ -309,10 +311,21 @@ def _ledger_cell(cell: CellVerdict, bases: Sequence[str]) -> str:
     why, _, used = cell.reason.partition("; used: ")
     return _ledger_row(
         *("cell", f"{_row_name(cell.row)}, {text(_column_name(cell.column))}", _of_thesis(cell.table)),
-        *(_printed(cell.reported), f"tolerance {cell.tolerance}", cell.reported),
+        *(_printed(cell.reported), f"tolerance {_tolerance(cell)}", cell.reported),
         *(cell.value, cell.null_value, cell.null_verdict, cell.verdict),
         *(text(_sentence(why)), _based(_basis(used), bases)),
     )
+
+
+def _linked(words: str) -> str:
+    """A sentence as HTML; sections that it names by their titles in quotation marks are links."""
+    return re.sub("Section &quot;(.*?)&quot;", r'<a href="#section:\1">\1</a>', text(_sentence(words)))
+
+
+def _tolerance(cell: CellVerdict) -> str:
+    """Tolerance of a cell with a minus sign, and without powers of ten."""
+    number_found = re.fullmatch(r"[\d.]+(e-\d+)?", cell.tolerance)
+    return _printed(float(cell.tolerance)) if number_found else cell.tolerance.replace(" - ", " − ")
 
 
 def _sentence(words: str) -> str:
@@ -324,7 +337,7 @@ def _untested(statement: Mapping, verdict: str, why: str) -> str:
     """Row of a statement that no number tests by itself."""
     return _ledger_row(
         *("untested", text(statement["says"]), statement["where"], "", "", None, None, None, ""),
-        *(verdict, text(_sentence(why)), ""),
+        *(verdict, _linked(why), ""),
     )
 
 
@@ -388,7 +401,7 @@ def printed_cells(cells: Sequence[CellVerdict]) -> str:
     names = dict.fromkeys(cell.table for cell in cells)
     return (
         '<div class="printed-cells">\n<p>Each cell shows the printed number, with the number of this run '
-        "below it. An asterisk (∗) means that the null model is within the tolerance as well. Point at a "
+        "below it. An asterisk (∗) means that the null model is within the tolerance. Point at a "
         "cell, or use the arrow keys, to see its tolerance and the reason for its verdict.</p>\n"
         f'<p class="verdicts">{key}</p>\n'
         + "".join(_table(name, [cell for cell in cells if cell.table == name]) for name in names)
@@ -434,7 +447,7 @@ def _cell(cell: CellVerdict) -> str:
     about = {
         "printed": printed,
         "this run": number(value, 5) if known else "not computed",
-        "tolerance": cell.tolerance,
+        "tolerance": _tolerance(cell),
         "verdict": cell.verdict,
         "null model": "none" if cell.null_value is None else f"{number(cell.null_value, 4)}, {within}",
         "reason": cell.reason,

@@ -29,7 +29,7 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.free_reflex.reflex import REFLEX, REFLEX_S, mean_reflex, stretches
-from tepsipe.io.estimates import Estimate, Recovery
+from tepsipe.io.estimates import AT_WORK, SMALL, Estimate, Recovery
 from tepsipe.io.result import read_hdf5
 
 SIGNALS = ("time", "angle", "rate", "acceleration", "torque")
@@ -165,7 +165,6 @@ def true_reflex(
     return dict(zip(REFLEX, mean_reflex(time, torques, angles).values.tolist(), strict=True))
 
 
-SMALL, AT_WORK = "small movements", "the fitted windows"
 AT_PHASE = "the phase to which K belongs"
 
 

@@ -220,12 +220,14 @@ def _links_to_sections(body: str) -> str:
     headings = re.findall(r'(?s)<h[2-5] id="([^"]+)"[^>]*>(.*?)</h[2-5]>', body)
     names = {}
     for name, words in headings:
-        title = " ".join(unescape(re.sub(r"<[^>]+>", "", words)).split())
-        names[title] = names[title.partition(" ")[2]] = name  # with and without its number
+        numbered = " ".join(unescape(re.sub(r"<[^>]+>", "", words)).split())
+        number, title = re.fullmatch(r"(S?\d[\d.]* )?(.*)", numbered).groups("")
+        names[title] = name, number
 
     def linked(found: re.Match) -> str:
-        name = names.get(unescape(found[1]))
-        return f'<a href="#{name}">{found[2]}</a>' if name else found[2]
+        name, number = names.get(unescape(found[1]), ("", ""))
+        told = f"Section {number}\N{LEFT DOUBLE QUOTATION MARK}{found[2]}\N{RIGHT DOUBLE QUOTATION MARK}"
+        return f'<a href="#{name}">{told}</a>' if name else told
 
     return re.sub(r'<a href="#section:([^"]+)">(.*?)</a>', linked, body)
 

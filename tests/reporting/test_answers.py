@@ -41,6 +41,15 @@ def test_failed_checks_are_told_with_what_to_do():
     assert row.to_do.startswith("Check signs, clocks and delays of the recording. Record the empty belt")
 
 
+def test_pathway_for_comparison_only_has_its_reason():
+    rows = [estimate(recommended=True), estimate("once", "ankle", flags="negative")]
+    _, row = answers(rows, ASKED)
+    assert row.reasons.endswith("which no joint has; the belt-induced load is not subtracted")
+    # it is no reason of an answer
+    (row,) = answers([estimate("once", "ankle", recommended=True)], ASKED)
+    assert row.reasons == ""
+
+
 def test_without_a_recommended_estimate_the_usual_one_is_not_quotable():
     rows = [estimate("window"), estimate(flags="uncompensated")]
     assert verdicts(*rows)[0] == ("compensated", "gls", "K", "not quotable")

@@ -136,7 +136,7 @@ TYPED_BY_PLACE = {
         "marks perturbations every 8 s",
         "within 5 % of the recommended",
     ],
-    "findings": ["K is within 5 % of the recommended"],
+    "findings": ["K is within 5 % of the recommended", "Power below 1 Hz makes up"],
     "introduction": ["The errors were below 3 % for stiffness", "about 13 to 16 % for inertia"],
     "planning": [
         "14 perturbations of 100 ms",

@@ -141,14 +141,15 @@ def claim(**changed):
     }
     given |= {"verdict": "not reproduced", "section": "The joint", "null_value": 9.9958, "margin": None}
     given |= {"null_verdict": "implied", "used": "a joint; our threshold, the thesis prints none"}
-    return ClaimVerdict(**(given | {"statements": "1;3", "measure": "m"} | changed))
+    return ClaimVerdict(**(given | {"statements": "1;3", "measure": "m", "reason": ""} | changed))
 
 
 def test_the_ledger_has_every_claim_cell_and_untested_statement_once():
     says = [{"where": f"Section {k}", "says": f"Statement {k}."} for k in range(1, 6)]
-    says[1] |= {"unchecked": f"no measure {NASTY}"}
+    says[1] |= {"unchecked": f'no measure {NASTY} (Section "A rod")'}
     says[3] |= {"tables": ["table_4_2"]}
     claims = [claim(), claim(claim="No", statements="", verdict="pattern", tolerance="below")]
+    claims += [claim(claim="One", statements="", reason="a taper: 0.45", verdict="explained")]
     html = ledger_table(says, claims, [cell(null_verdict="implied", reason="why; used: a rod")])
     rows = [re.sub(r"<[^>]+>", " ", row) for row in re.findall(r"(?s)<tr data-kind=.*?</tr>", html)]
     assert re.findall('<tr data-kind="(.*?)" data-verdict="(.*?)">', html) == [
@@ -156,17 +157,20 @@ def test_the_ledger_has_every_claim_cell_and_untested_statement_once():
         ("untested", "not tested"),
         ("untested", "tested by cells"),
         ("claim", "pattern"),
+        ("claim", "explained"),
         ("cell", "predicted"),
     ]
     assert "Statement 1. Statement 3.  We test: K of all (N·m/rad)" in rows[0]
     assert "9.996  ± 0.3 our threshold" in rows[0] and "9.4181  9.9958∗" in rows[0]
-    assert '<a href="#section:The joint">The joint</a>' in html and "< 9.996" in unescape(rows[3])
+    assert 'See <a href="#section:The joint">The joint</a>.' in html and "< 9.996" in unescape(rows[3])
+    assert '(<a href="#section:A rod">A rod</a>)' in html and html.count("section:The joint") == 1
+    assert "A taper: 0.45." in rows[4]
     assert "Statement 2." in rows[1] and "Statement 4." in rows[2] and "cells of Table 4-2" in rows[2]
-    assert "10  tolerance 0.3" in rows[4] and " 10.2 " in rows[4] and "Why." in rows[4]
+    assert "10  tolerance 0.3" in rows[5] and " 10.2 " in rows[5] and "Why." in rows[5]
     # what the numbers rest on is listed once, and named by its number
     assert re.findall(r'<li id="basis-\d">(.*?)</li>', html) == ["A joint.", "A rod."]
-    assert html.count('href="#basis-1"') == 2 and html.count('href="#basis-2"') == 1
-    assert "within tolerance for 2 of these 3 numbers" in html.replace("\n", " ")
+    assert html.count('href="#basis-1"') == 3 and html.count('href="#basis-2"') == 1
+    assert "within tolerance for 2 of these 4 numbers" in html.replace("\n", " ")
     parsed(html)
     assert "nan" not in ledger_table([], [], [cell(value=math.nan)])
     assert set(MEANINGS) == {*VERDICTS, "tested by cells", "not tested"}

@@ -91,6 +91,12 @@ def test_printed_zero_has_a_tolerance_of_its_own():
     assert one(1e-12, 0.0, factor=2)[0] == NOT_REPRODUCED
 
 
+def test_tolerance_in_words_is_the_one_of_the_printed_number():
+    sem = Tolerance((), (), "", factor=1.5, zero=5e-5)
+    assert (sem.text(0.0), sem.text(8e-4)) == ("5e-05", "factor 1.5")
+    assert "factor 3 in 100 - VAF" in Tolerance((), (), "", unexplained_factor=3.0).text(99.94)
+
+
 def test_explanation_counts_only_with_a_number_that_agrees():
     verdict, reason, _ = one(5.0, explained=10.2, absolute=0.5)
     assert (verdict, reason) == (EXPLAINED, "because, 10.2; used: a joint")
@@ -110,7 +116,7 @@ def test_misprint_is_compared_as_it_was_meant():
     )
     entry = {"tables": ["table_4_2"], "rows": ["I"], "reason": "r", "verdict": FITTED, "used": "joint"}
     tolerances = tolerances_of([entry | {"absolute": 6e-4}], BASES)
-    for value, verdict in ((0.0617, IMPLIED), (0.0622, NOT_REPRODUCED)):
+    for value, verdict in ((0.0617, FITTED), (0.0622, NOT_REPRODUCED)):
         reasons = explanations_of({key: value}, [slip], {})
         (row,) = ledger({"table_4_2": {"I": {"a": 0.614}}}, tolerances, {key: value}, reasons, {key: 0.061})
         # the null model is compared with what was meant, too

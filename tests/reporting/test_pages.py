@@ -65,7 +65,7 @@ def weight(study="A study", condition="minjerk-0.5"):
 
 def standing(study="A study", condition="relax"):
     trial = treadmill_trial(emg=True)
-    reasons = [f"{condition}: perturbation at 8.00 s left out: marker 'foot1' was hidden"]
+    reasons = [f"standing/{condition}: perturbation at 8.00 s left out: marker 'foot1' was hidden"]
     choices = {"study": study, "condition": condition, "task": "relax", "belt": "right", "made": True}
     recommended = {"recommended": ["leg", "windowed-least-squares"]}
     return standing_page(
@@ -255,6 +255,35 @@ def test_every_row_that_is_not_recommended_says_why():
     assert "recommended" not in header.estimates_table([replace(force, quantity="added_force_peak")], {})
 
 
+def test_caption_explains_marks_and_which_joint_a_true_value_belongs_to():
+    rows = estimates_by(leg=(True, ""), other=(False, ""))
+    keys = [("dummy", rows[0].condition, name, rows[0].estimator, "K") for name in ("leg", "other")]
+    rows = [replace(row, experiment="dummy") for row in rows]
+    truth = dict(zip(keys, (9.0, 10.0), strict=True))
+    plain = header.estimates_table(rows, {"truth": truth})
+    assert "so it differs between rows" in plain and "small movements" not in plain and "†" not in plain
+    given = {"truth": truth, "small": keys[1:]}
+    marked = header.estimates_table([rows[0], replace(rows[1], flags="clipped")], given)
+    assert "For windowed least squares it is the constant for small movements. † marks estimates" in marked
+
+
+def test_values_of_a_reflex_outside_its_search_are_told():
+    (first,) = estimates_by(leg=(True, "reflex-outside-search"))
+    ends = {"reflex_delay": 0.04, "reflex_delay_low": 0.0, "reflex_delay_high": 0.024}
+    rows = [replace(first, quantity=name, value=value) for name, value in ends.items()]
+    (said,) = header.flagged(rows, {})
+    told = "of 0 to 24 ms, which are too short for a reflex, predict the torque at least as well as the 40 ms"
+    assert f"reflex delays {told} used. Measure the reflex delay" in said
+    (said,) = header.flagged([*rows[:2], replace(rows[2], value=0.0)], {})
+    assert "a reflex delay of 0 ms, which is too short for a reflex, predicts the torque" in said
+    (said,) = header.flagged([*rows[:2], replace(rows[2], value=0.09)], {})
+    assert "reflex delays of 0 to 90 ms, outside the search, predict" in said
+    # without its ends, or of a delay that is not flagged
+    assert "reflex delays or thresholds outside" in header.flagged(rows[:1], {})[0]
+    inside = [replace(rows[0], flags=""), *rows[1:]]
+    assert "reflex delays or thresholds outside" in header.flagged(inside, {})[0]
+
+
 def test_a_pathway_that_is_named_after_its_estimator_is_named_once():
     leg, other = estimates_by(leg_joint_likelihood=(True, ""), other=(False, ""))
     table = header.estimates_table([replace(leg, estimator="joint-likelihood"), other], {})
@@ -292,7 +321,8 @@ def test_standing_person_shows_epochs_that_are_used_and_why_others_are_not():
     bands = data["axes"]["time"]["windows"]
     assert [b[0] for b in bands] == ["epoch", "left-out"]
     assert "marker 'foot1' was hidden" in bands[1][3]
-    assert "marker &#x27;foot1&#x27; was hidden" in html
+    # the page of the trial needs no name of the trial
+    assert "<li>Perturbation at 8.00 s left out: marker &#x27;foot1&#x27; was hidden.</li>" in html
     titles = [panel["title"] for panel in data["panels"]]
     assert "Electromyogram SOL (soleus)" in titles and "Torque, EMG-driven" in titles
     assert {panel["axis"] for panel in data["panels"]} == {"time", "onset"}
@@ -300,7 +330,7 @@ def test_standing_person_shows_epochs_that_are_used_and_why_others_are_not():
 
 def test_standing_trial_that_is_left_out_has_a_page_with_the_reason():
     trial = treadmill_trial()
-    fit, epochs = standing_results(trial, ["a: a step"])
+    fit, epochs = standing_results(trial, ["standing/a: a step"])
     epochs.arrays["onsets_s"] = np.empty(0)
     for key in [key for key in epochs.arrays if key.startswith(("perturbed/", "envelope"))]:
         epochs.arrays[key] = epochs.arrays[key][:0]
@@ -314,7 +344,7 @@ def test_standing_trial_that_is_left_out_has_a_page_with_the_reason():
         "made": False,
     }
     html = render(standing_page(trial, Result({}, {}, facts), epochs, [], choices))
-    assert "a: a step" in html and "2, 0 used" in html
+    assert "<li>A step.</li>" in html and "2, 0 used" in html
     data = page_data(html)
     assert [b[0] for b in data["axes"]["time"]["windows"]] == ["left-out", "left-out"]
     assert {panel["axis"] for panel in data["panels"]} == {"time"}

@@ -175,7 +175,8 @@ def test_parts_name_sections_by_their_titles():
     link = '<a href="#section:{0}">{0}</a>'
     part = f"{link.format('Detail')}, {link.format('A &amp; B')}, {link.format('Absent')}"
     shown = rendered(parts={"trials": ("Trials", part)})
-    assert '<a href="#detail">Detail</a>, <a href="#a-b">A &amp; B</a>, Absent' in shown
+    assert '<a href="#detail">Section 1.1 “Detail”</a>, <a href="#a-b">Section 1 “A &amp; B”</a>' in shown
+    assert "</a>, Section “Absent”" in shown
 
 
 def test_commands_that_make_the_run_again_can_be_copied():

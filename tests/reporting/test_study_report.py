@@ -66,6 +66,39 @@ def test_flagged_answer_is_marked_and_its_check_in_words(report):
     assert "a (K): Choose a larger range of the instrument." in first
 
 
+def test_values_of_a_check_are_told_trial_by_trial(report):
+    content, tables = report("reflex-outside-search")
+    found = "reflex delays or thresholds outside"
+    tables["answers"] = tables["answers"].replace(found, "reflex delays of 0 ms outside", 1)
+    words = plain_words(page_of(content, tables))
+    assert "reflex-outside-search, a (K): reflex delays of 0 ms outside the searched range predict" in words
+    assert "reflex-outside-search, a (" in words and words.count(f": {found}") > 0
+
+
+def test_pathway_for_comparison_only_has_its_reason_below_the_table(report):
+    content, tables = report()
+    rows = tables["answers"].replace("for comparison,", "for comparison,it is printed for comparison")
+    source = '#import "study_values.typ": *\n#results-table("position_manipulator")'
+    words = typeset_words(source, content, {**tables, "answers": rows})
+    assert (
+        "another estimate of the quantity is recommended. Impedance: it is printed for comparison." in words
+    )
+
+
+def test_table_of_a_person_explains_intervals_windows_and_negative_stiffness(report):
+    content, tables = report()
+    content["choices"]["standing"] = {"estimators": {"parallel-cascade": {"window_s": 0.08}}}
+    source = '#import "study_values.typ": *\n#notes-of("standing", answers)'
+    words = typeset_words(source, content, tables)
+    assert words.startswith("Intervals of estimates marked ‡ contain only the scatter (Type A).")
+    assert words.endswith("Windows from the onset: parallel cascade 80 ms.")
+    lower = tables["answers"].replace(",100,90,110,for comparison", ",-100,-110,-90,for comparison")
+    words = typeset_words(source, content, {**tables, "answers": lower})
+    assert words.endswith("an estimator attributes reflexes to K, which can then be negative.")
+    both = tables["estimates"].replace(",,false,", ",0.5,false,")
+    assert "only the scatter" not in typeset_words(source, content, {**tables, "estimates": both})
+
+
 def test_number_that_is_not_recommended_is_not_in_the_summary(report):
     first = first_page(page_of(*report("time-varying", recommended=False)))
     assert "not quotable" in first and "Not quotable, because the stiffness differs between segments" in first
@@ -95,6 +128,13 @@ def test_captions_name_no_figure_of_the_thesis(report):
     source = '#import "figures.typ": shown\n#shown("4_5")\n#shown("plate_models")\n#shown("4_14")'
     words = typeset_words(source, data, tables)
     assert "The panels have different scales." in words and "hesis" not in words
+    # nor do they explain conditions and models that the study lacks
+    assert "S: sinusoidal" not in words and "Mean subtraction" not in words and "Dashed: upper limit" in words
+    data["short_names"] = {"sine-0.3": "S3"}
+    tables["treadmill_models"] = "model\nmean-subtraction\n"
+    data["tables_read"] = [*data["tables_read"], "treadmill_models"]
+    words = typeset_words(source, data, tables)
+    assert "in 0.1 m/s. The panels" in words and "Mean subtraction uses" in words
 
 
 @pytest.mark.parametrize("name", ["study", "study_values", "coverage", "plan", "several_joints", "walking"])

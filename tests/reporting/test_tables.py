@@ -231,6 +231,10 @@ def test_value_outside_its_tolerance_is_explained_only_by_a_number_within_it():
     assert verdict(measure, 3, 0, found([10.0, 10.0, 10.0, 9.0])) == ("explained", 1.0)
     assert verdict(measure, 3, 0, found([10.0, 10.0, 9.0])) == ("not reproduced", 1.0)
     assert verdict(measure, 1, 0, found([9.0])) == ("fitted", 1.0)
+    # what is known of a number outside, with the number that explains it
+    reasons = [row_of(measure, 3, 0, found(k), outside="known").reason for k in ([10.0] * 3, [9.0])]
+    assert reasons == ["known: 3", "known"]
+    assert row_of(measure, 1, 0, found([9.0]), outside="known").reason == ""
 
 
 def test_claim_on_recordings_is_not_fitted():
@@ -289,7 +293,7 @@ def test_null_model_of_a_claim_is_judged_by_the_same_tolerance(nulls, given, val
     assert row.verdict == "fitted"
     assert (row.null_value, row.null_verdict) == (None if value is None else pytest.approx(value), found)
     assert row.used == "a joint" + (
-        "; cannot discriminate: the null model is within, too" if found == "implied" else ""
+        "; cannot discriminate: the null model is within" if found == "implied" else ""
     )
 
 

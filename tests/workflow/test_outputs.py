@@ -76,7 +76,7 @@ def test_every_caption_is_used_and_there(shipped, root):
     used = {OF_APPENDIX if figure in APPENDIX else figure for figure in figures}
     captions = read_captions(root / "report/captions.yaml")
     assert used == {name for name in captions if name.startswith("figure_")}
-    assert used.union(outputs.tables(shipped).values()) <= set(captions)
+    assert used.union(outputs.tables(shipped)) <= set(captions)
     for name, caption in captions.items():
         # the index shows captions as plain text with literals
         assert not re.search(r"[`*{}|]|_\b|\.\. ", re.sub(r"``[^`]+``", "", caption)), name

@@ -186,6 +186,17 @@ def test_shipped_studies_agree_with_the_model(name, config):
     check_config(config, name)
 
 
+def test_study_of_other_recordings_does_not_have_the_title_of_the_thesis(shipped_config, checked_study_of):
+    check, title = checked_study_of("plan"), shipped_config["study"]["title"]
+
+    def title_of(**changes):
+        return check({f"study/{key}": value for key, value in changes.items()}).config["study"]["title"]
+
+    assert title_of() == "Planning perturbations of the ankle dummy"
+    assert title_of(title=title) == "Study of config/plan/trials.tsv"
+    assert title_of(title=title, reported="config/reported.yaml") == title
+
+
 PERTURBATIONS = [
     {"duration_s": 0.1},
     {"duration_s": 0.1, "force_N": 100.0},

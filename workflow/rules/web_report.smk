@@ -75,8 +75,6 @@ rule write_index:
         forms=as_it_is(FORMS),
         joined=as_it_is({} if STUDY.kind else outputs.joined(STUDY)),
         trials=STUDY.all_conditions() if PAGES else {},
-        captions=as_it_is(
-            {} if STUDY.kind else {name: CAPTIONS[text] for name, text in outputs.tables(STUDY).items()}
-        ),
+        captions=as_it_is({} if STUDY.kind else {name: CAPTIONS[name] for name in outputs.tables(STUDY)}),
     script:
         "../scripts/write_index.py"

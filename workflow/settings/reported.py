@@ -143,6 +143,7 @@ class Claim(Section):
     )
     own_threshold: bool = optional("true if the thesis prints no such number and the threshold is ours")
     section: str = setting("section of the report that discusses the claim")
+    outside: str = optional("what is known of a value outside, or the explanation that predicts one within")
 
 
 class Assertion(Section):

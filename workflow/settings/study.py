@@ -16,7 +16,9 @@ class Study(Section):
         "`<results>/report/<name>.pdf`",
         pattern="^[a-z0-9][a-z0-9-]*$",
     )
-    title: str = setting("title of the report")
+    title: str = setting(
+        "title of the report; of a study of other recordings that sets none, it names the trial sheet"
+    )
     trial_sheet: str = setting("the trial sheet")
     recordings_folder: str = setting("base of relative paths in the trial sheet")
     recordings_source: str | None = setting(

@@ -45,6 +45,7 @@ def checked_study(config: dict, configfiles: Iterable[str | Path], name: str = N
     check_config(config, name)
     check_paths(config, name)
     study = config["study"]
+    _own_title(study)
     trials = read_trial_sheet(study["trial_sheet"], study["recordings_folder"])
     check_sources(trials, study["trial_sheet"], study["virtual_lab"])
     check_walking_trials(config, trials, study["trial_sheet"])
@@ -67,6 +68,12 @@ def checked_study(config: dict, configfiles: Iterable[str | Path], name: str = N
     if config["coverage"] is not None:
         _check_laboratories(config, found, name)
     return found
+
+
+def _own_title(study: dict) -> None:
+    """Name a study of other recordings by its trial sheet, if it still has the shipped study's title."""
+    if study["reported"] is None and study["title"] == read_settings(shipped())["study"]["title"]:
+        study["title"] = f"Study of {study['trial_sheet']}"
 
 
 def check_one_treadmill(config: dict, experiments, name: str, by_belt: bool = False) -> None:

@@ -449,7 +449,7 @@ class ReportOrigins:
         forced = [rule.name for rule in dict.fromkeys(rules.values())]
         if "report" in names or not data:
             data[Path(self.data).name] = self.beside(self.data)
-            code.append(("Numbers", f"tepsipe/reporting/chapters/ ({self.written_by})"))
+            code.append(("Numbers filled in by", f"tepsipe/reporting/chapters/ ({self.written_by})"))
             targets, forced = [*targets, self.data], [*forced, self.written_by]
         return Origin(data, list(dict.fromkeys(code)), self._again(targets, forced))
 

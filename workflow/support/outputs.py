@@ -317,14 +317,13 @@ def cells(study: Study) -> list[str]:
     return [] if study.config["study"]["reported"] is None else ["<results>/tables/cells.csv"]
 
 
-def tables(study: Study) -> dict[str, str]:
-    """Name of a table of the run -> its caption."""
+def tables(study: Study) -> list[str]:
+    """Names of the tables of the run, which are those of their captions."""
     others = (models, averaging, forward, noise, specification, participants, operating_points, time_varying)
     others += (planned, recovery, other_laws, claims, cells)
-    found = dict.fromkeys(map(_stem, thesis_tables(study)), "thesis_table")
-    found |= {name: name for name in ("answers", "estimates", "uncertainty")}
-    found |= {name: name for files in others for name in map(_stem, files(study))}
-    return found | {name: name for name in map(_stem, thesis_dummy(study)[1:])}
+    files = [*thesis_tables(study), "answers", "estimates", "uncertainty"]
+    files += [path for own in others for path in own(study)] + thesis_dummy(study)[1:]
+    return [_stem(path) for path in files]
 
 
 def _stem(path: str) -> str:

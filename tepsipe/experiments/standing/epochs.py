@@ -214,14 +214,14 @@ def _perturbation_fault(standing: StandingTrial, k: int, options: EpochOptions) 
     for label, hidden in zip(standing.labels, standing.hidden.T, strict=True):
         if (hidden & moving).any():
             return (
-                f"marker {label!r} was hidden while the belt moved: check what stood between it and the "
+                f"marker {label!r} was hidden while the belt moved. Check what stood between it and the "
                 "cameras"
             )
     longest, label = _longest_hidden(standing, onset, options)
     if longest > options.max_gap_s:
         return (
             f"marker {label!r} was hidden for {longest:.2g} s of the response, and at most "
-            f"{options.max_gap_s:g} s can be filled: check what stood between it and the cameras"
+            f"{options.max_gap_s:g} s can be filled. Check what stood between it and the cameras"
         )
     return None
 

@@ -73,6 +73,9 @@ def standing_page(
         )
         facts.append(("Resonance of the frame", resonance_sentence([] if under is None else [under], empty)))
     reasons = [*([epochs.facts["fault"]] if epochs.facts.get("fault") else []), *fit.facts["left_out"]]
+    of_trial = f"standing/{choices['condition']}: "
+    reasons = [reason.removeprefix(of_trial) for reason in reasons]
+    reasons = [f"{reason[:1].upper()}{reason[1:].rstrip('.')}." for reason in reasons]
     reasons = list(dict.fromkeys([*reasons, *hidden_sentences(trial)]))
     flags = header.flagged(estimates, choices)
     return Page(
@@ -89,7 +92,7 @@ def standing_page(
             Section(
                 "Electromyograms",
                 tuple(_emg_panels(trial, bands, focus)),
-                "Their record may be longer than the rest.",
+                "The electromyograms may be recorded for longer than the other signals.",
             ),
             Section(
                 "Mean response after the onset",

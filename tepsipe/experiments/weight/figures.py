@@ -29,14 +29,16 @@ def draw_weight(files, chosen) -> Iterator[tuple[str, Figure]]:
 
 
 def _shades(names: list[str]) -> dict[str, tuple]:
-    """One colour per profile, darker with amplitude."""
+    """One colour per profile, darker with amplitude; other names have shades of grey in their order."""
+    groups: dict[str, list[str]] = {}
+    for name in names:
+        groups.setdefault(PROFILE_COLOURS.get(short_name(name)[:1], COLOURS["measured"]), []).append(name)
     shades = {}
-    for letter, colour in PROFILE_COLOURS.items():
-        group = [name for name in names if short_name(name).startswith(letter)]
+    for colour, group in groups.items():
         for k, name in enumerate(group):
             weight = 0.3 + 0.7 * (k + 1) / len(group)
             shades[name] = tuple(1.0 - weight * (1.0 - part) for part in to_rgb(colour))
-    return shades | {name: COLOURS["other"] for name in names if name not in shades}
+    return shades
 
 
 @in_style

@@ -8,7 +8,7 @@ from dataclasses import asdict
 import numpy as np
 import pandas as pd
 
-from tepsipe.io.estimates import FLAGS
+from tepsipe.io.estimates import AT_WORK, FLAGS
 from tepsipe.reporting.budgets import SOURCES
 from tepsipe.reporting.ledger import (
     IMPLIED,
@@ -20,7 +20,6 @@ from tepsipe.reporting.ledger import (
     noise_cells,
     sem_distances,
 )
-from tepsipe.reporting.recovery import AT_WORK
 from tepsipe.reporting.run import Run
 from tepsipe.reporting.thesis_tables import TableRow
 from tepsipe.statistics.least_squares import SEM_READINGS
