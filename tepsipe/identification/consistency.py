@@ -56,8 +56,8 @@ UNLIKELY = 15.1
 SPLINE_HZ = 2.5
 # part of the torque of a record that noise of the angle may leave unexplained
 ANGLE_PART = 1e-3
-# samples of a record that are compared on the grid of delays (s)
-THIN_S = 0.005
+# samples of a record that are compared on the grid of delays (s), and fewest of perturbations
+THIN_S, FEWEST_COMPARED = 0.005, 1000
 # half-width of a delay's interval, above which the record does not determine it (s): three of its standard
 # errors then tell a delay of half a millisecond, which adds 10 % to the damping of a passive joint, from none
 WIDEST_S = 3e-4
@@ -384,11 +384,12 @@ def delay_profile(
         return np.clip(instants + delay_s, time[0], time[-1])
 
     steps = round(LONGEST_S / STEP_S)
-    basis = np.linalg.qr(x / np.linalg.norm(x, axis=0))[0]
+    thin = slice(None, None, max(1, min(int(THIN_S / (time[1] - time[0])), inside.size // FEWEST_COMPARED)))
+    basis = np.linalg.qr(x[thin] / np.linalg.norm(x[thin], axis=0))[0]
     grid = STEP_S * np.arange(-steps, steps + 1)
 
     def unexplained(delay_s: float) -> float:
-        y = spline(late(delay_s))
+        y = spline(late(delay_s)[thin])
         return float(y @ y - np.sum((y @ basis) ** 2))
 
     left = np.array([unexplained(d) for d in grid])
@@ -413,7 +414,7 @@ def delay_profile(
     if known is None:
         return DelayProfile(reason=ADVICE)
     # what noise and derivatives leave uncertain of the sum of squares, per degree of freedom
-    least, power = unexplained(delay), float(np.sum(spline(instants) ** 2))
+    least, power = unexplained(delay), float(np.sum(y[thin] ** 2))
     residual = spline(np.clip(time + delay, time[0], time[-1])) - regressors @ known.mean(axis=0)
     noise = least / max(_freedom(residual[at_rest]) * inside.size / at_rest.sum(), 1.0)
     floor = (SPLINE_HZ * (time[1] - time[0])) ** 4 * power
