@@ -37,7 +37,7 @@ import scipy
 
 from tepsipe.identification.regression.windows import products_of_perturbations
 from tepsipe.mechanics.impedance_model import PARAMETERS, smeared_admittance
-from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.differentiation import derivative, interpolant
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.signals.response import FrequencyResponse
 from tepsipe.signals.spectra import CHANCE, LEAST_DIFFERENCE
@@ -179,7 +179,7 @@ def combined(
 
 def moved_by(time: np.ndarray, torque: np.ndarray, delay_s: float) -> np.ndarray:
     """Torque tau(t + d), shape (n,)."""
-    return scipy.interpolate.make_interp_spline(time, torque)(np.clip(time + delay_s, time[0], time[-1]))
+    return interpolant(time, torque)(np.clip(time + delay_s, time[0], time[-1]))
 
 
 def delay_of_record(
@@ -204,9 +204,10 @@ def delay_of_record(
         return DelayProfile(reason=f"The record is too short. {MEASURE}")
     kept = slice(edge, -edge)
     thin = slice(edge, -edge, max(1, int(THIN_S / (time[1] - time[0]))))
-    spline = scipy.interpolate.make_interp_spline(time, torque)  # less memory than a CubicSpline
+    spline = interpolant(time, torque)
     instants, size = time[thin], np.linalg.norm(regressors[thin], axis=0)
-    basis, triangle = np.linalg.qr(regressors[thin] / size)
+    scaled = np.divide(regressors[thin], size, order="F")
+    basis, triangle = scipy.linalg.qr(scaled, mode="economic", overwrite_a=True, check_finite=False)
     steps = round(LONGEST_S / STEP_S)
     grid = STEP_S * np.arange(1 - steps, steps)
 
