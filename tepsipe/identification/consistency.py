@@ -14,7 +14,11 @@ The search starts at the d of a grid that leaves the least squares, and solves f
     tau(t + d) = I theta'' + B theta' + K (theta - theta_rest) - step tau'(t + d)
 
 with products of different perturbations only, so that noise of angle and torque biases no delay
-(`tepsipe.identification.regression.windows`). Its standard error is that of the perturbations (jackknife).
+(`tepsipe.identification.regression.windows`). Its standard error is that of the perturbations (jackknife)
+and of what they share: the torque at rest, and what derivatives and a wrong model leave. Noise acts on the
+delay and on I, B, K at once. What an unknown delay adds to their variance is therefore not the square of
+sensitivity times standard error, but the variance with a free delay less that with a known one.
+
 With I = 0, tau' = B theta'' + K theta' is a combination of the regressors, so to first order a delay is a
 change of I and B: the record of a joint without inertia cannot determine it. What remains is of second order,
 d^2 B theta'''/2. The perturbations then do not repeat what distinguishes the two, or the standard error is
@@ -33,12 +37,12 @@ import scipy
 
 from tepsipe.identification.regression.windows import products_of_perturbations
 from tepsipe.mechanics.impedance_model import PARAMETERS, smeared_admittance
-from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.differentiation import derivative, interpolant
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.signals.response import FrequencyResponse
 from tepsipe.signals.spectra import CHANCE, LEAST_DIFFERENCE
 from tepsipe.statistics.clusters import errors_over_blocks
-from tepsipe.statistics.uncertainty import Source, coverage_factor, in_quadrature, scatter
+from tepsipe.statistics.uncertainty import Source, coverage_factor, error_of_mean, in_quadrature, scatter
 
 # a residual in the perturbations matters above this ratio to the one at rest, and this part of the torque
 LEAST_RATIO, LEAST_PART = 1.6, 0.01
@@ -52,8 +56,8 @@ UNLIKELY = 15.1
 SPLINE_HZ = 2.5
 # part of the torque of a record that noise of the angle may leave unexplained
 ANGLE_PART = 1e-3
-# samples of a record that are compared on the grid of delays (s)
-THIN_S = 0.005
+# samples of a record that are compared on the grid of delays (s), and fewest of perturbations
+THIN_S, FEWEST_COMPARED = 0.005, 1000
 # half-width of a delay's interval, above which the record does not determine it (s): three of its standard
 # errors then tell a delay of half a millisecond, which adds 10 % to the damping of a passive joint, from none
 WIDEST_S = 3e-4
@@ -102,8 +106,8 @@ class DelayProfile:
     """Delay, positive for a torque that is recorded too late, and its standard error; infinite where the
     perturbations do not distinguish a delay from damping."""
     freedom: float = 1.0
-    sensitivity: Annotated[np.ndarray, "(3,)"] = None
-    """Change of I, B, K per delay (their units per s), if the delay is not accounted for."""
+    added: Annotated[np.ndarray, "(3,)"] = None
+    """What the delay adds in quadrature to the standard errors of I, B, K at a known delay (their units)."""
     excludes_zero: bool = False
     """Whether some delay explains the torque better than none, where the record does not determine which."""
     reason: str = ""
@@ -136,6 +140,11 @@ class TorqueDelay:
     uncorrected: Annotated[np.ndarray, "(3,)"] | None = None
     """I, B, K without the correction (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
 
+    @property
+    def added(self) -> Annotated[np.ndarray, "(3,)"]:
+        """What is left of the delay adds to the standard errors of I, B, K, in quadrature (their units)."""
+        return self.uncertainty_s / self.profile.standard_error_s * self.profile.added
+
     def among(self, sources: Mapping[str, Source]) -> dict[str, Source]:
         """Sources of uncertainty with that of what is left of the delay."""
         if self.uncertainty_s is None:
@@ -150,8 +159,9 @@ def combined(
     """Delay by the record's profile and a stated uncertainty.
 
     With the delay d of the profile, its standard error u_d, and a stated delay of 0 with standard uncertainty
-    u_s, the delay is w d, w = u_s^2 / (u_s^2 + u_d^2), and its variance w u_d^2. Without a statement, w is 1
-    for a delay that the record determines, and 0 for another.
+    u_s, the delay is w d, w = u_s^2 / (u_s^2 + u_d^2), and its variance w u_d^2. With A and J the standard
+    errors of I, B, K at a known and with a free delay, their variance is A^2 + w (J^2 - A^2). Without a
+    statement, w is 1 for a delay that the record determines, and 0 for another.
 
     stated: torque_delay_s, if it is known.
     uncorrected: I, B, K without a correction.
@@ -169,7 +179,7 @@ def combined(
 
 def moved_by(time: np.ndarray, torque: np.ndarray, delay_s: float) -> np.ndarray:
     """Torque tau(t + d), shape (n,)."""
-    return scipy.interpolate.make_interp_spline(time, torque)(np.clip(time + delay_s, time[0], time[-1]))
+    return interpolant(time, torque)(np.clip(time + delay_s, time[0], time[-1]))
 
 
 def delay_of_record(
@@ -194,9 +204,10 @@ def delay_of_record(
         return DelayProfile(reason=f"The record is too short. {MEASURE}")
     kept = slice(edge, -edge)
     thin = slice(edge, -edge, max(1, int(THIN_S / (time[1] - time[0]))))
-    spline = scipy.interpolate.make_interp_spline(time, torque)  # less memory than a CubicSpline
+    spline = interpolant(time, torque)
     instants, size = time[thin], np.linalg.norm(regressors[thin], axis=0)
-    basis, triangle = np.linalg.qr(regressors[thin] / size)
+    scaled = np.divide(regressors[thin], size, order="F")
+    basis, triangle = scipy.linalg.qr(scaled, mode="economic", overwrite_a=True, check_finite=False)
     steps = round(LONGEST_S / STEP_S)
     grid = STEP_S * np.arange(1 - steps, steps)
 
@@ -220,18 +231,17 @@ def delay_of_record(
     y = spline(instants + delay)
     least, left_over = unexplained(delay), y - basis @ (y @ basis)
     noise = least / max(_freedom(left_over), 1.0)
-    noise += (ANGLE_PART**2 + (SPLINE_HZ * (time[1] - time[0])) ** 4) * float(np.var(y)) * y.size
-    among = _among_others(grid, left, delay, least, noise, RESPONSE_ADVICE).narrow(
+    floor = (ANGLE_PART**2 + (SPLINE_HZ * (time[1] - time[0])) ** 4) * float(np.var(y)) * y.size
+    among = _among_others(grid, left, delay, least, noise, floor, RESPONSE_ADVICE).narrow(
         confidence, RESPONSE_ADVICE
     )
     if not among.determined:
         return among
     moments, products = _moments_of_blocks(time, regressors, slope, spline, delay, kept, block)
-    shares = np.linalg.solve(products, moments.T)[-1]
-    error = float(np.sqrt(np.sum(shares**2) * len(shares) / (len(shares) - 1.0)))
-    sensitivity = np.linalg.solve(products[:-1, :-1], products[:-1, -1])[:3]
-    error = max(error, among.standard_error_s)
-    return DelayProfile(delay, error, len(shares) - 1.0, sensitivity).narrow(confidence, RESPONSE_ADVICE)
+    error = np.linalg.solve(products, moments.T)[-1]
+    error = float(np.sqrt(np.sum(error**2) * len(moments) / (len(moments) - 1.0)))
+    error = float(np.hypot(error, among.standard_error_s))
+    return DelayProfile(delay, error, len(moments) - 1.0).narrow(confidence, RESPONSE_ADVICE)
 
 
 def delay_of_response(
@@ -375,11 +385,12 @@ def delay_profile(
         return np.clip(instants + delay_s, time[0], time[-1])
 
     steps = round(LONGEST_S / STEP_S)
-    basis = np.linalg.qr(x / np.linalg.norm(x, axis=0))[0]
+    thin = slice(None, None, max(1, min(int(THIN_S / (time[1] - time[0])), inside.size // FEWEST_COMPARED)))
+    basis = np.linalg.qr(x[thin] / np.linalg.norm(x[thin], axis=0))[0]
     grid = STEP_S * np.arange(-steps, steps + 1)
 
     def unexplained(delay_s: float) -> float:
-        y = spline(late(delay_s))
+        y = spline(late(delay_s)[thin])
         return float(y @ y - np.sum((y @ basis) ** 2))
 
     left = np.array([unexplained(d) for d in grid])
@@ -400,19 +411,32 @@ def delay_profile(
         return DelayProfile(reason=ADVICE)
     if abs(delay + step) > LONGEST_S:
         return DelayProfile(reason=f"no delay up to {1e3 * LONGEST_S:g} ms explains the torque. {ADVICE}")
-    without = products_of_perturbations([(r[:, :3], -r[:, 3]) for r, _ in pairs])
-    if without is None:
+    known = products_of_perturbations([(r[:, :3], y) for r, y in pairs])
+    if known is None:
         return DelayProfile(reason=ADVICE)
     # what noise and derivatives leave uncertain of the sum of squares, per degree of freedom
-    least, power = unexplained(delay), float(np.sum(spline(instants) ** 2))
-    freedom = _freedom(torque[at_rest] - regressors[at_rest] @ np.linalg.lstsq(x, spline(late(delay)))[0])
-    noise = least / max(freedom * inside.size / at_rest.sum(), 1.0)
-    noise += (SPLINE_HZ * (time[1] - time[0])) ** 4 * power
-    among = _among_others(grid, left, delay, least, noise, ADVICE)
+    least, power = unexplained(delay), float(np.sum(y[thin] ** 2))
+    residual = spline(np.clip(time + delay, time[0], time[-1])) - regressors @ known.mean(axis=0)
+    noise = least / max(_freedom(residual[at_rest]) * inside.size / at_rest.sum(), 1.0)
+    floor = (SPLINE_HZ * (time[1] - time[0])) ** 4 * power
+    test = residual_test(residual, torque, windows, at_rest)
+    if test.p < CHANCE:  # what perturbations leave above the residual at rest is not noise
+        floor += least * (1.0 - 1.0 / test.ratio**2)
+    among = _among_others(grid, left, delay, least, noise, floor, ADVICE)
     if not among.determined:
         return among
-    error = max(float(scatter(found[:, 3:])[0][0]), among.standard_error_s)
-    return DelayProfile(delay, error, len(windows) - 1.0, -without.mean(axis=0)).narrow(confidence, ADVICE)
+    rest, rest_freedom = error_of_mean(residual[at_rest])
+
+    def errors(pseudo_values: np.ndarray, of_floor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        size = pseudo_values.shape[1]
+        constant = products_of_perturbations([(r[:, :size], np.ones(len(r))) for r, _ in pairs])
+        shared = rest * constant.mean(axis=0), rest_freedom
+        return in_quadrature(scatter(pseudo_values), shared, (of_floor, np.inf))
+
+    per_delay = -products_of_perturbations([(r[:, :3], -r[:, 3]) for r, _ in pairs]).mean(axis=0)
+    free, freedom = errors(found, among.standard_error_s * np.append(per_delay, 1.0))
+    added = np.sqrt(np.maximum(free[:3] ** 2 - errors(known, np.zeros(3))[0] ** 2, 0.0))
+    return DelayProfile(delay, float(free[3]), float(freedom[3]), added).narrow(confidence, ADVICE)
 
 
 def parts_differ(
@@ -462,20 +486,30 @@ def welch(
 
 
 def _among_others(
-    grid: np.ndarray, left: np.ndarray, delay_s: float, least: float, noise: float, advice: str
+    grid: np.ndarray,
+    left: np.ndarray,
+    delay_s: float,
+    least: float,
+    noise: float,
+    floor: float,
+    advice: str,
 ) -> DelayProfile:
-    """Delay with the standard error that the sums of squares at the delays beside it leave.
+    """Delay with the standard error of what repeats itself, by which no parts of the record scatter.
+
+    A delay at which the sum of squares is larger by the floor is the end of a rectangular distribution.
 
     grid, left: delays from the longest early to the longest late one (s), and the sums of squares there.
-    least, noise: sum of squares at the delay, and mean square.
+    least, noise, floor: sum of squares at the delay, mean square, and what derivatives or model leave.
     advice: why it is undetermined where the sum of squares at another delay is hardly larger.
     """
+    noise = noise + floor
     other = np.abs(grid - delay_s) > STEP_S / 2.0
     apart, rise = np.abs(grid - delay_s)[other], np.maximum(left[other] - least, 1e-300)
     if rise.min() < UNLIKELY * noise:
         excluded = bool(left[grid.size // 2] - least > UNLIKELY * noise)
         return DelayProfile(delay_s, reason=advice, excludes_zero=excluded)
-    return DelayProfile(delay_s, float((apart * np.sqrt(noise / rise))[apart < 2.0 * STEP_S].max()), np.inf)
+    end = float((apart * np.sqrt(floor / rise))[apart < 2.0 * STEP_S].max())
+    return DelayProfile(delay_s, end / np.sqrt(3.0), np.inf)
 
 
 def _moments_of_blocks(

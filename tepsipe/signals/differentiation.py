@@ -1,6 +1,6 @@
-"""Time derivatives of sampled signals."""
+"""Time derivatives of sampled signals, and splines through them."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Annotated
 
 import numpy as np
@@ -48,6 +48,21 @@ def spline_pieces(count: int) -> Iterator[tuple[slice, slice]]:
     for start in range(0, count, PIECE):
         stop = min(start + PIECE, count)
         yield slice(max(0, start - BESIDE), min(stop + BESIDE, count)), slice(start, stop)
+
+
+def interpolant(
+    time: Annotated[np.ndarray, "(n,)", "s"], x: np.ndarray
+) -> Callable[[np.ndarray], np.ndarray]:
+    """Cubic spline through the samples, a function of increasing instants (s)."""
+    pieces = list(spline_pieces(time.size))
+    splines = [scipy.interpolate.make_interp_spline(time[around], x[around]) for around, _ in pieces]
+    starts = time[[within.start for _, within in pieces[1:]]]
+
+    def values(instants: np.ndarray) -> np.ndarray:
+        parts = np.split(instants, np.searchsorted(instants, starts))
+        return np.concatenate([spline(part) for spline, part in zip(splines, parts, strict=True)])
+
+    return values
 
 
 def _slopes(time: np.ndarray, x: np.ndarray, degree: int) -> np.ndarray:

@@ -43,6 +43,17 @@ class Ensemble:
     events: int
 
 
+def margin_s(time: np.ndarray) -> float:
+    """Time (s) far below a sample, by which times kept in single precision may differ."""
+    return 1e-3 * float(time[1] - time[0])
+
+
+def between(time: np.ndarray, start_s: float, end_s: float) -> np.ndarray:
+    """Samples from a start to an end (s), both included, shape (n,)."""
+    margin = margin_s(time)
+    return (time >= start_s - margin) & (time <= end_s + margin)
+
+
 def cut_epochs(
     x: np.ndarray,
     rate_hz: float,

@@ -14,7 +14,7 @@ Satterthwaite (JCGM 100, eq G.2b):
 A contribution keeps its sign, so a source common to two estimates affects their difference only by the
 difference of its contributions (JCGM 100, section 5.2). Two departures from the letter of the GUM: the
 bootstrap of a calibration counts as Type B here, because it is evaluated once and does not vary within a
-trial; and the same degrees of freedom hold for all components of one source.
+trial; and the same degrees of freedom hold for all components of one source, unless a source has its own.
 """
 
 import math
@@ -108,8 +108,8 @@ class Budget:
     contributions: dict[str, np.ndarray] = field(default_factory=dict)
     """Source -> root R of its covariance, R'R (units of the estimates). One row, c_i u(x_i) with its sign,
     if it was propagated linearly; as many rows as draws if by a bootstrap, shape (k, p)."""
-    freedom: dict[str, float] = field(default_factory=dict)
-    """Source -> degrees of freedom; infinite where none are given."""
+    freedom: dict[str, float | np.ndarray] = field(default_factory=dict)
+    """Source -> degrees of freedom, of all components or shape (p,); infinite where none are given."""
 
     def of_source(self, name: str) -> np.ndarray:
         """Standard uncertainty contributed by a source, shape (p,) (units of the estimates)."""

@@ -115,7 +115,7 @@ def test_memory_of_a_regression_is_that_of_few_signals(short_spans):
     fit = lambda: fit_impedance(time, angle, torque, bootstrap_draws=100)  # noqa: E731
     # the delay is searched on up to all samples of the regressors
     fit()  # modules are imported
-    assert peak_in_signals(fit, time.size) < 26
+    assert peak_in_signals(fit, time.size) < 24.5
 
 
 def test_windows_of_an_output_error_share_one_residual():

@@ -5,7 +5,7 @@ import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from tepsipe.signals.epochs import cut_epochs, ensemble, unperturbed_onsets, without_artefact
+from tepsipe.signals.epochs import between, cut_epochs, ensemble, unperturbed_onsets, without_artefact
 
 RATE_HZ = 1000.0
 TIME = np.arange(20000) / RATE_HZ
@@ -195,3 +195,10 @@ def test_two_responses_are_enough_for_the_artefact():
     muscle, artefact = np.array([1.0, -1.0]), np.array([3.0, 0.0, 5.0])
     responses = muscle[:, None] + artefact
     assert without_artefact(responses) == pytest.approx(np.tile(muscle[:, None], 3))
+
+
+def test_times_in_single_precision_keep_the_samples_at_both_ends():
+    time = np.arange(-75, 251) * 0.004
+    for clock in (time, time.astype(np.float32)):
+        for start, stop in ((-0.1, -0.02), (-0.028, 0.152)):
+            assert between(clock, start, stop).sum() == round((stop - start) / 0.004) + 1

@@ -16,7 +16,7 @@ from tepsipe.experiments.standing.options import EpochOptions
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.signals.emg import channel_fault, clipped_perturbations, process_emg
-from tepsipe.signals.epochs import cut_epochs, unperturbed_onsets
+from tepsipe.signals.epochs import between, cut_epochs, unperturbed_onsets
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.perturbations import same_direction
 from tepsipe.signals.resampling import runs_of
@@ -133,7 +133,7 @@ def cut_standing_epochs(standing: StandingTrial, options: EpochOptions) -> Stand
     time, perturbed = cut(table, onsets)
     _, unperturbed = cut(table, quiet)
     stretch = {key: cut(x, onsets)[1] for key, x in standing.stretch_velocity.items()}
-    zero = (time >= options.baseline_s[0]) & (time <= options.baseline_s[1])
+    zero = between(time, *options.baseline_s)
     perturbed, unperturbed = _from_baseline(perturbed, zero), _from_baseline(unperturbed, zero)
     channels = _channels(trial, name, options, onsets, quiet, standing.fault is None)
     activity = _emg_responses(trial, channels, options, onsets, quiet, time, zero)

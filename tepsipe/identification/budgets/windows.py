@@ -109,8 +109,11 @@ def windows_budget(
     contributions = scale_contributions(dict(zip(PARAMETERS, fit.mean, strict=True)), sources)
     freedom = {source: known.freedom for source, known in sources.items()}
     if delay is not None and delay.uncertainty_s is not None:
-        contributions["torque_delay_s"] = delay.uncertainty_s * delay.profile.sensitivity[None]
-        freedom["torque_delay_s"] = delay.profile.freedom
+        u, added = fit.type_a, delay.added
+        contributions["torque_delay_s"] = added[None]
+        # both come from the same scatter, so that their sum has its degrees of freedom and no more
+        share = added**2 / np.maximum(2.0 * u[0] ** 2 + added**2, 1e-300)
+        freedom["torque_delay_s"] = u[1] * np.maximum(share, 1e-12)
     elif "torque_delay_s" in sources:
         rate = derivative(record.motion.time, record.torque)
         contributions |= delay_contributions(
@@ -177,8 +180,20 @@ def _powers(unit: str) -> tuple[int, int]:
     return torque, -2 if unit.endswith("rad²") else -1
 
 
-def of_free_decay(result, quantities, name, record, uncertainty, confidence) -> tuple[str, ...]:
-    """Recommendation of windows with the free decay, where they agree with the fit and K gains a quarter."""
+def of_free_decay(
+    result: WindowedFits,
+    quantities: Mapping[str, Quantity],
+    name: str,
+    record: Record,
+    uncertainty: object,
+    confidence: float,
+) -> tuple[str, ...]:
+    """Recommendation of windows with the free decay, where they agree with the fit and K gains a quarter.
+
+    result, quantities: fit and its I, B, K.
+    record: as it was recorded, with a delay of the torque.
+    name, uncertainty, confidence: as for `fit_aligned`.
+    """
     windows, time = record.perturbations, record.motion.time
     if len(windows) < FEWEST_WITH_DECAY or any(w.until == "rest" for w in windows):
         return ()
@@ -196,10 +211,10 @@ def of_free_decay(result, quantities, name, record, uncertainty, confidence) -> 
     if not estimate(name, sooner).type_a[0][2] <= most:
         return ()
     extended = replace(record, perturbations=longer)
-    other = estimate(name, extended)
+    other, aligned, delay = fit_aligned(name, extended, uncertainty, confidence)
     if not other.type_a[0][2] <= most:
         return ()
-    budget, _ = windows_budget(other, name, extended, uncertainty)
+    budget, _ = windows_budget(other, name, aligned, uncertainty, delay)
     better = quantities_of(dict(zip(PARAMETERS, other.mean, strict=True)), budget, confidence)
     half, new = ({key: (q.high - q.low) / 2.0 for key, q in of.items()} for of in (quantities, better))
     if new["K"] > LEAST_GAIN * half["K"] or any(

@@ -29,7 +29,7 @@ from tepsipe.experiments.standing.free_reflex.free_body import (
 from tepsipe.experiments.standing.joint_torque import StandingTrial, by_belt
 from tepsipe.experiments.standing.options import BOTH, EpochOptions, StandingOptions
 from tepsipe.io.result import Result
-from tepsipe.signals.epochs import cut_epochs
+from tepsipe.signals.epochs import between, cut_epochs
 from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.frame_peak import FramePeak, frame_peak
 from tepsipe.treadmill.held_out import HeldOut, Subject, misfit, predicted_error
@@ -148,17 +148,6 @@ class BroadbandEpochs:
             stretches = (pieces[:, :, first - start :] - still).reshape(-1, last + 1 - first, 3)
             self._stretches[first, last] = stretches
         return self._stretches[first, last]
-
-
-def margin_s(time: np.ndarray) -> float:
-    """Time (s) far below a sample, by which times kept in single precision may differ."""
-    return 1e-3 * float(time[1] - time[0])
-
-
-def between(time: np.ndarray, start_s: float, end_s: float) -> np.ndarray:
-    """Samples from a start to an end (s), both included, shape (n,)."""
-    margin = margin_s(time)
-    return (time >= start_s - margin) & (time <= end_s + margin)
 
 
 def by_recording(epochs: Sequence[BroadbandEpochs]) -> list[list[int]]:

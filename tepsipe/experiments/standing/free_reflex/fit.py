@@ -37,12 +37,7 @@ from typing import Annotated
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.standing.free_reflex.broadband import (
-    BroadbandEpochs,
-    between,
-    by_recording,
-    margin_s,
-)
+from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs, by_recording
 from tepsipe.experiments.standing.free_reflex.reflex import (
     YIELD,
     YIELD_SHARE,
@@ -61,6 +56,7 @@ from tepsipe.identification.regression.generalised import (
     sensitivity,
     squared_exponential,
 )
+from tepsipe.signals.epochs import between, margin_s
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.statistics.uncertainty import Budget, Source, root_of_draws
 

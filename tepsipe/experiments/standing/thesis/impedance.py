@@ -39,7 +39,7 @@ from tepsipe.experiments.standing.options import StandingEstimator
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency
 from tepsipe.identification.result import Quantity, symbol_of
 from tepsipe.io.result import Result, joined
-from tepsipe.signals.epochs import ensemble
+from tepsipe.signals.epochs import between, ensemble
 
 # signal of the epochs that each linear parameter multiplies
 MOTION = {"I": "ankle_dd", "B": "ankle_d", "K": "ankle"}
@@ -112,7 +112,7 @@ def fit_standing(
             )
         flags = ("muscle-left-out",) * (len(muscles) < len(options.action))
     means = [_means(responses, pathway, muscles, draws, rng) for responses in trials]
-    inside = (time >= -FILTER_WIDTH_S) & (time <= estimator.window_s)
+    inside = between(time, -FILTER_WIDTH_S, estimator.window_s)
     linear = tuple(name for name in MOTION if name != "I" or estimator.inertia)
     torque = np.concatenate([m.signals[f"torque/{pathway}"][:, inside] for m in means], axis=1)
     regression = _Regression(means, inside, torque, linear, model, options)
