@@ -7,9 +7,11 @@ import re
 import shutil
 import tempfile
 import unicodedata
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from functools import cache
+from multiprocessing import get_context
 from pathlib import Path
 
 import typst
@@ -19,6 +21,21 @@ from workflow.support.captions import read_captions
 REPORT = Path(__file__).parents[1] / "report"
 # facts of a study with three trials of the dummy
 STUDY = {"title": "t", "recordings_source": None, "experiments": {"dummy": list("abc")}, "made": {}}
+
+
+@cache
+def _typesetter() -> ProcessPoolExecutor:
+    """One process that typesets for all tests of this one.
+
+    Typst remembers what it has typeset, up to gigabytes. Each fork copies the table of all pages, so that a
+    test which reads a file in a child would take several times as long in a process of this size.
+    """
+    return ProcessPoolExecutor(1, get_context("spawn"))
+
+
+def by_typesetter(function: Callable, *arguments: object, **options: object):
+    """What a function that calls Typst returns, in the process for it."""
+    return _typesetter().submit(function, *arguments, **options).result()
 
 
 @contextmanager
@@ -93,8 +110,8 @@ def evaluated(
     lines.append("#metadata((" + "".join(f"{{ {e} }}, " for e in expressions) + ")) <values>")
     files = {**(files or {}), "expressions.typ": "\n".join(lines)}
     with report_root(data or {}, tables or {}, files) as root:
-        source = str(root / "expressions.typ")
-        (found,) = json.loads(typst.query(source, "<values>", root=str(root), ignore_system_fonts=True))
+        given = {"root": str(root), "ignore_system_fonts": True}
+        (found,) = json.loads(by_typesetter(typst.query, str(root / "expressions.typ"), "<values>", **given))
     return found["value"]
 
 
@@ -123,8 +140,8 @@ def typeset_words(
     Assertions that do not hold are left out, unless ``struck`` ones are wanted.
     """
     with report_root(data, tables or {}, {"words.typ": source}) as root:
-        path = root / "words.typ"
-        page = typst.compile(str(path), root=str(root), ignore_system_fonts=True, format="html").decode()
+        given = {"root": str(root), "ignore_system_fonts": True, "format": "html"}
+        page = by_typesetter(typst.compile, str(root / "words.typ"), **given).decode()
     if not struck:
         page = without_struck(page)
     return plain_words(re.sub("(<tr>)|<br>|(</t[dh]>)", lambda m: cells if m[1] or m[2] else " ", page))
@@ -149,7 +166,7 @@ def page_of(
 
     with report_root(data, tables or {}, {"page.typ": source}) as root:
         files = {str(path.relative_to(root)): path for path in root.rglob("*") if path.is_file()}
-        return typeset_page(files, "page.typ").partition("<body>")[2]
+        return by_typesetter(typeset_page, files, "page.typ").partition("<body>")[2]
 
 
 def tables_of(results: Path) -> dict[str, Path]:

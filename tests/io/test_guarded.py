@@ -204,12 +204,14 @@ def test_no_child_and_no_open_file_is_left():
 
 
 def test_interrupt_ends_the_child_too():
-    def interrupted(*_):
-        raise KeyboardInterrupt
+    def interrupted(_, frame):
+        # not within os.fork, which would lose the error and keep the locks that it has taken
+        if frame.f_code.co_name == "receive":
+            raise KeyboardInterrupt
 
     before, previous = children(), signal.signal(signal.SIGALRM, interrupted)
     try:
-        signal.setitimer(signal.ITIMER_REAL, 0.2)
+        signal.setitimer(signal.ITIMER_REAL, 0.1, 0.1)
         with pytest.raises(KeyboardInterrupt):
             guarded(time.sleep, 60.0, what=FILE)
     finally:

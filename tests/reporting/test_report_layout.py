@@ -11,7 +11,7 @@ import pytest
 import typst
 from matplotlib import font_manager
 from pypdf import PdfReader
-from typst_builders import REPORT, evaluated
+from typst_builders import REPORT, by_typesetter, evaluated
 
 from tepsipe.drawing import style
 from tepsipe.drawing.names import PARAMETER_SETS, short_name
@@ -124,11 +124,14 @@ def test_a_drawing_has_its_labels_and_its_boxes_hold_their_words(name, run, show
     } }"""
     main = f'#import "/drawings.typ": *\n#show: drawing\n{spare}\n#figure_{name}(json(bytes(sys.inputs.run)))'
     given = {"root": str(REPORT), "sys_inputs": {"run": json.dumps(run)}, "ignore_system_fonts": True}
-    (page,) = PdfReader(io.BytesIO(typst.compile(main.encode(), format="pdf", **given))).pages
+    pdf = by_typesetter(typst.compile, main.encode(), format="pdf", **given)
+    (page,) = PdfReader(io.BytesIO(pdf)).pages
     words = " ".join(page.extract_text().split())
     assert [label for label in shown.split("|") if label not in words] == []
     assert [label for label in hidden.split("|") if label and label in words] == []
-    boxes = [own["value"] for own in json.loads(typst.query(main.encode(), "<spare>", **given))]
+    boxes = [
+        own["value"] for own in json.loads(by_typesetter(typst.query, main.encode(), "<spare>", **given))
+    ]
     assert bool(boxes) == (run.keys().isdisjoint({"geometry"}) and name != "free_bodies")
     assert [own for own in boxes if min(own) < 2.0] == []
 

@@ -12,7 +12,7 @@ import pytest
 import typst
 import yaml
 from study_builders import ROOT
-from typst_builders import report_root, tables_of
+from typst_builders import by_typesetter, report_root, tables_of
 
 from tepsipe.reporting.run import report_content
 
@@ -63,7 +63,7 @@ def failing(run, modules, tables):
     with report_root(report_content(run, modules), tables) as root:
         for source in ("report.typ", "supplement.typ"):
             own = {"field": "value", "root": str(root), "ignore_system_fonts": True}
-            found += json.loads(typst.query(str(root / source), "<not-in-this-run>", **own))
+            found += json.loads(by_typesetter(typst.query, str(root / source), "<not-in-this-run>", **own))
     return found
 
 

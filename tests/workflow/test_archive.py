@@ -12,7 +12,7 @@ from urllib.parse import unquote
 import pytest
 import yaml
 from belt_builders import belt_table
-from study_builders import ROOT, snakemake, write_config, write_sheet
+from study_builders import ROOT, snakemake, warm_process, write_config, write_sheet
 
 from tepsipe import __version__
 from tepsipe.cli import main
@@ -34,9 +34,8 @@ BELT = {
 
 
 def archive(project, *arguments):
-    command = [sys.executable, "-P", "-m", "workflow.archive", *map(str, arguments)]
-    environment = os.environ | {"PYTHONPATH": str(project)}
-    return subprocess.run(command, cwd=project, capture_output=True, text=True, env=environment)
+    """What the command does in a study, in a fork of the process that runs Snakemake."""
+    return warm_process().run(arguments, project, "workflow.archive")
 
 
 def unpacked(file, folder):
@@ -86,7 +85,16 @@ def check_graph(folder):
 def tiny(study, tmp_path_factory):
     """The tiny study's bundle, unpacked, and what the command printed."""
     folder = tmp_path_factory.mktemp("archive")
-    done = archive(study, "config/tiny.yaml", f"--output={folder}/a.zip", "--agent=Ada Lovelace")
+    command = [sys.executable, "-P", "-m", "workflow.archive", "config/tiny.yaml", f"--output={folder}/a.zip"]
+    done = subprocess.run(
+        [*command, "--agent=Ada Lovelace"],
+        **{
+            "cwd": study,
+            "capture_output": True,
+            "text": True,
+            "env": os.environ | {"PYTHONPATH": str(study)},
+        },
+    )
     assert done.returncode == 0, done.stderr
     assert done.stdout.endswith(f"files\nwritten: {folder}/a.zip\n")
     return unpacked(folder / "a.zip", folder / "b")

@@ -4,13 +4,14 @@ One study shows all of it, which runs on one core, is killed, goes on and ends u
 """
 
 import json
+import os
 import signal
 import subprocess
 import sys
 import time
 
 import pytest
-from study_builders import copy_project, digests, jobs, snakemake
+from study_builders import copy_project, digests, jobs, snakemake, warm_process
 
 pytestmark = pytest.mark.study
 
@@ -31,8 +32,6 @@ TARGETS = (
     # by Snakemake's own executor, a Python per job
     "estimates/other_laws/relaxation/sine-0.5.csv",
 )
-RUN = (sys.executable, "-m", "workflow.run", "-c1")
-CONFIG = ("--configfile", "config/tiny.yaml")
 
 
 def kinds(names):
@@ -47,19 +46,18 @@ def at_work(project, rule):
 
 def killed_at_work(project, rule, targets):
     """Kill a run while a job of a rule is at work, and let another go on from there."""
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    killed = subprocess.Popen([*RUN, *targets, *CONFIG], cwd=project, **quiet)
+    arguments = ["-c1", *targets, "--configfile", "config/tiny.yaml"]
+    killed, ended = warm_process().start(arguments, project, "workflow.run")
     while not at_work(project, rule):
-        assert killed.poll() is None
+        os.kill(killed, 0)  # an error if it has ended
         time.sleep(0.05)
     # another run is refused meanwhile, and leaves it alone
-    other = subprocess.run([*RUN, *targets, *CONFIG], cwd=project, capture_output=True, text=True)
+    command = [sys.executable, "-m", "workflow.run", *arguments]
+    other = subprocess.run(command, cwd=project, capture_output=True, text=True)
     assert other.returncode == 2
-    assert (
-        f"found process {killed.pid} at work: wait for it, or stop it with kill {killed.pid}" in other.stderr
-    )
-    killed.send_signal(signal.SIGKILL)
-    assert killed.wait() == -signal.SIGKILL
+    assert f"found process {killed} at work: wait for it, or stop it with kill {killed}" in other.stderr
+    os.kill(killed, signal.SIGKILL)
+    assert ended().returncode == -signal.SIGKILL
     assert any((project / ".snakemake/locks").iterdir())
     # its job goes on for a while: the next run waits for it
     again = snakemake(project, *targets, module="workflow.run")
