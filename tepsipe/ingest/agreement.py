@@ -141,7 +141,7 @@ def sides_of_plates(trial: Trial, rig: Rig) -> tuple[bool | None, str]:
         trial.axes.get("belt", np.empty(0)).tolist(),
     )
     foot = [labels.index(label) for label in rig.belt_fixed if label in labels]
-    if not rig.person or rig.belt in belts or len(belts) != 2 or not foot:
+    if not rig.person or rig.belt in (None, *belts) or len(belts) != 2 or not foot:
         return None, ""
     load = trial.values("force")[:, :, 2].mean(axis=0, dtype=float)
     if load.min() < LEAST_LOAD_KG * GRAVITY_M_PER_S2:

@@ -251,7 +251,8 @@ def test_plates_are_compared_with_the_sides_of_their_loads(
         kept = plausible_trial(changed, limits, on_both, {"log": "log.mat", "markers": "markers.c3d"})
         assert recorded_faults(kept) == ("plates-exchanged",) * exchanged
         assert kept.attributes["plate_sides"] == found[1]
-    assert sides_of_plates(changed, replace(on_both, belt="right")) == (None, "")
+    for belt in ("right", None):
+        assert sides_of_plates(changed, replace(on_both, belt=belt)) == (None, "")
 
 
 @pytest.mark.parametrize("exchanged", [False, True])
