@@ -42,6 +42,9 @@ FLAGS = {
     "other-calibration": "the calibration of the force plate differs from that of weight and empty belt by "
     "more than 5 mm or 3 %, so no K of a person is recommended. Use one calibration matrix for all; tepsipe "
     "check names what differs",
+    "plates-exchanged": "the load of the left plate acts to the right of the right plate's. Exchange the "
+    "rows of both in the calibration matrix or the plates of the recording, or give their moments about the "
+    "origin of the markers",
     "trials-differ": "K or B of one trial of the task differs from the others by more than a quarter and "
     "chance. Nothing is recommended beyond 40 %. Check its row of the trial sheet and its recording",
     "muscles-exchanged": "a muscle responds more when it is shortened than when it is stretched. Check the "

@@ -1,10 +1,17 @@
-"""Every public reader with small good files of its kind, and what a successful read promises."""
+"""Every public reader with small good files of its kind, and what a successful read promises.
+
+Commands that read a file in their own way are readers here, too: ``compensate`` with what it writes,
+``check`` of a C3D, and ``benchmark score``.
+"""
 
 import gzip
+import json
 import os
 import sys
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 
@@ -16,6 +23,10 @@ REAL_DATA = Path(os.environ.get("TEPSIPE_REAL_DATA", ROOT.parent / "shared" / "r
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from tepsipe.errors import InputError  # noqa: E402
+from tepsipe.experiments.belt.compensation import Compensation, compensate  # noqa: E402
+from tepsipe.experiments.belt.files import BeltVelocity, read_belt_file  # noqa: E402
+from tepsipe.experiments.benchmark.problems import ANSWERS, AnswerRow  # noqa: E402
+from tepsipe.ingest.plate_doctor import FINDINGS, Finding, examine_plates  # noqa: E402
 from tepsipe.io.estimates import ESTIMATES, Estimate  # noqa: E402
 from tepsipe.io.formats import contents_of, formats  # noqa: E402
 from tepsipe.io.readers.c3d import read_c3d_recording  # noqa: E402
@@ -24,7 +35,16 @@ from tepsipe.io.readers.text_table import read_text_table  # noqa: E402
 from tepsipe.io.readers.treadmill_log import read_calibration_matrix, read_treadmill_log  # noqa: E402
 from tepsipe.io.result import Result, read_result, write_result  # noqa: E402
 from tepsipe.io.trial import Signal, Trial, read_trial, write_trial  # noqa: E402
+from tepsipe.reporting.benchmark import (  # noqa: E402
+    FAULTS,
+    TrueProblem,
+    read_answers,
+    read_truth,
+    scores_of,
+    table_of,
+)
 from tepsipe.signals.filters import Lowpass  # noqa: E402
+from tepsipe.treadmill.black_box_models import ImpulseResponse  # noqa: E402
 from tepsipe.treadmill.mass_models import LoadedFrame, MeanSubtraction  # noqa: E402
 from tepsipe.treadmill.registry import FittedModel, load_treadmill_models, save_models  # noqa: E402
 from tepsipe.virtual_lab.dummy import MARKERS  # noqa: E402
@@ -468,6 +488,155 @@ def check_models(fitted: dict) -> None:
                 assert finite(field), f"numbers of {name!r}"
 
 
+# ---- files of commands ------------------------------------------------------------------------------
+
+COMPONENTS = tuple(f"{kind}{axis}" for kind in "FM" for axis in "xyz")
+BELT_HZ, BELT_ROWS = 100.0, 260
+
+
+@cache
+def belt_models() -> tuple[tempfile.TemporaryDirectory, Path]:
+    """A folder that lasts as long as the process, and the models in it for the loads of `belt_recordings`."""
+    folder = tempfile.TemporaryDirectory(prefix="tepsipe-models-")
+    path, lowpass = Path(folder.name) / "models.json", Lowpass(6.0, 2, False)
+    kept = {
+        "calibrated": {"velocity": [-9.0, 9.0], "acceleration": [-900.0, 900.0], "load": [-9.0, 9.0]},
+        "errors": ((0.5, 0.1), (0.2, 0.1)),
+        "held_out": 0.9,
+        "recommended": True,
+    }
+    response = ImpulseResponse(np.array([0.5, 0.3, 0.1]), 0, BELT_HZ)
+    loads = {f"plate 1 {name}": "Nm" if name[0] == "M" else "N" for name in COMPONENTS} | {"Mx": "Nm"}
+    save_models(
+        path,
+        [
+            FittedModel("fir-causal", response, unit, lowpass, ("empty.c3d",), load=load, **kept)
+            for load, unit in loads.items()
+        ],
+    )
+    return folder, path
+
+
+def belt_recordings(folder: Path) -> list[Path]:
+    """The belt under a load: a C3D, a mocap file of D-Flow, a table of a plate, and one of a single load."""
+    from c3d_builders import plate_channels, plate_of, write_c3d
+    from dflow_builders import write_mocap
+
+    belt_models()
+    values, time = rng(), np.arange(BELT_ROWS) / BELT_HZ
+    velocity, load = np.sin(9.0 * time), 0.5 * values.standard_normal((BELT_ROWS, 6)) + [0, 0, 700, 60, 9, 0]
+    marker = np.cumsum(velocity)[:, None] / BELT_HZ * [0.0, 1.0, 0.0]
+    plate = plate_of("right")
+    channels = plate_channels(plate, load[:, :3], load[:, 3:]) | {"speed": (velocity, "m/s")}
+    c3d = write_c3d(folder / "belt.c3d", BELT_HZ, {"BELT": marker}, channels, [plate], BELT_HZ)
+    mocap = write_mocap(folder / "belt.txt", BELT_HZ, {"BELT": marker[:, [0, 2, 1]]}, {1: load})
+    tables = (("plate.csv", COMPONENTS, load), ("one.csv", ("Mx",), load[:, 3:4]))
+    made = [c3d, mocap]
+    for name, names, loads in tables:
+        path, columns = folder / name, np.column_stack([time, loads, velocity])
+        np.savetxt(path, columns, "%.6f", ";", header=";".join(["time", *names, "speed"]), comments="")
+        made.append(path)
+    return made
+
+
+def read_compensated(path: Path) -> tuple[Compensation, object]:
+    """A recording without the load of the belt, and its copy, which is read again."""
+    copy = path.with_name(f"copy-{path.name}")
+    source = BeltVelocity(None, ("BELT",)) if path.name == "belt.txt" else BeltVelocity("speed")
+    done = compensate(path, belt_models()[1], copy, source)
+    return done, read_belt_file(copy, source)
+
+
+def check_compensated(parts) -> None:
+    """Loads of one length, and a copy with as many of them."""
+    done, copy = parts
+    assert done.summary() and done.loads, "loads"
+    for name, load in done.loads.items():
+        assert load.before.shape == load.removed.shape == copy.loads[name].values.shape, f"shape of {name!r}"
+        assert finite(load.before, load.removed), f"numbers of {name!r}"
+
+
+def person_on_plates(folder: Path) -> list[Path]:
+    """A person who stands on two plates, and others' recordings."""
+    from c3d_builders import plate_channels, plate_of, write_c3d
+
+    values, plates, markers, channels = rng(), [plate_of("left"), plate_of("right")], {}, {}
+    for side, plate in zip("LR", plates, strict=True):
+        force = values.standard_normal((300, 3)) + np.array([0.0, 0.0, 350.0])
+        place = plate.corners_m.mean(axis=0)
+        channels |= plate_channels(
+            plate,
+            force,
+            np.cross(place + np.array([0.02, 0.03, 0.0]), force) + 0.1 * values.standard_normal((300, 3)),
+        )
+        for name, along in (("HEE", -0.1), ("TOE", 0.12), ("ANK", 0.0)):
+            shake = 1e-4 * values.standard_normal((60, 3))
+            markers[f"{side}{name}"] = place + np.array([0.02, along, 0.04]) + shake
+    return [write_c3d(folder / "stand.c3d", 100.0, markers, channels, plates, 500.0), *_real_c3d(folder)]
+
+
+def check_findings(found: tuple) -> None:
+    """Known faults with a place and one line of text."""
+    for finding in found:
+        assert isinstance(finding, Finding) and finding.fault in FINDINGS, "names"
+        assert finding.place and finding.text and "\n" not in finding.text, "words"
+        assert "nan" not in finding.text.split(), "numbers"
+
+
+TRUTH = {
+    "passive-01": TrueProblem("passive", "nominal", {"I": 0.01, "B": 0.1, "K": 10.0}),
+    "passive-02": TrueProblem("passive", FAULTS[0], {"I": 0.02, "B": 0.2, "K": 8.0}),
+    "standing-01": TrueProblem("standing", "nominal", {"B": 10.0, "K": 400.0}),
+}
+
+
+def answers(folder: Path) -> list[Path]:
+    """Answers to three problems: with intervals, without, and withdrawn."""
+    path = folder / "answers.csv"
+    rows = [
+        AnswerRow(
+            name,
+            quantity,
+            x,
+            None if quantity == "B" else 0.9 * x,
+            None if quantity == "B" else 1.1 * x,
+            k > 1,
+        )
+        for k, (name, hidden) in enumerate(TRUTH.items())
+        for quantity, x in hidden.values.items()
+    ]
+    ANSWERS.write(path, rows)
+    return [path]
+
+
+def truths(folder: Path) -> list[Path]:
+    """The hidden values of these problems."""
+    path = folder / "truth.json"
+    hidden = {
+        name: {"kind": x.kind, "fault": x.fault if x.fault in FAULTS else "", "truth": x.values}
+        for name, x in TRUTH.items()
+    }
+    path.write_text(json.dumps({"seed": "12345678", "problems": hidden}, indent=1))
+    return [path]
+
+
+def read_scores(path: Path) -> list:
+    """Scores of a file of answers."""
+    return scores_of("method", read_answers(path, TRUTH), TRUTH)
+
+
+def check_truth(truth: dict[str, TrueProblem]) -> None:
+    """Positive numbers, by which errors can be divided."""
+    assert all(finite(x) and x > 0.0 for hidden in truth.values() for x in hidden.values.values()), "numbers"
+
+
+def check_scores(rows: list) -> None:
+    """A table of numbers."""
+    assert table_of(rows), "table"
+    numbers = [x for row in rows for x in vars(row).values() if isinstance(x, float)]
+    assert finite(numbers), "scores"
+
+
 # ---- all readers ---------------------------------------------------------------------------------
 
 # module of a format -> what makes its good files
@@ -538,4 +707,8 @@ READERS = {
     "estimates": Reader(estimates, ESTIMATES.read, check_estimates, text=True),
     "treadmill-models": Reader(models, load_treadmill_models, check_models, text=True),
     "info": Reader(any_file, contents_of, check_contents),
+    "compensate": Reader(belt_recordings, read_compensated, check_compensated),
+    "check-c3d": Reader(person_on_plates, examine_plates, check_findings),
+    "benchmark-answers": Reader(answers, read_scores, check_scores, text=True),
+    "benchmark-truth": Reader(truths, read_truth, check_truth, text=True),
 }

@@ -39,6 +39,9 @@ AGAINST_MOTION = -0.05
 FAST_PERCENTILE = 99.9
 # a belt with less on it carries nothing (kg)
 LEAST_LOAD_KG = 1.5
+# feet on two belts stand farther apart than this, and a centre of pressure below a foot is this close to its
+# markers, across the belts (m)
+APART_M, BELOW_M = 0.1, 0.08
 # parts of a trial whose masses are compared
 MASS_PARTS = 4
 # on a belt that is faster than this most of the time, a person walks
@@ -121,6 +124,47 @@ def other_amplitude(trial: Trial, rig: Rig) -> bool:
     low, high = COMMAND_PER_STATED if commanded else BELT_PER_STATED
     stated = rig.amplitude_m_per_s
     return bool(max(highest) < low * stated or min(highest) > high * stated)
+
+
+def sides_of_plates(trial: Trial, rig: Rig) -> tuple[bool | None, str]:
+    """Compare the plates of a person with a foot on each belt with the sides on which their loads act.
+
+    The centre of pressure of the left plate must lie left of that of the right one. It is known across the
+    belts only in the axes of the markers, so one of both must lie below the foot that carries markers.
+
+    rig: stated contents of the trial.
+    Returns: True if the plates are exchanged, None if nothing tells it, and a sentence; empty for others than
+    a person on two belts.
+    """
+    labels, belts = (
+        trial.axes.get("marker", np.empty(0)).tolist(),
+        trial.axes.get("belt", np.empty(0)).tolist(),
+    )
+    foot = [labels.index(label) for label in rig.belt_fixed if label in labels]
+    if not rig.person or rig.belt in (None, *belts) or len(belts) != 2 or not foot:
+        return None, ""
+    load = trial.values("force")[:, :, 2].mean(axis=0, dtype=float)
+    if load.min() < LEAST_LOAD_KG * GRAVITY_M_PER_S2:
+        return None, "cannot be told: one of the plates carries nothing"
+    places = -trial.values("moment")[:, :, 1].mean(axis=0, dtype=float) / load
+    left, right = (float(places[belts.index(belt)]) for belt in ("left", "right"))
+    marked = float(np.median(trial.values("marker_position")[:, foot, 0]))
+    beside = min(abs(left - marked), abs(right - marked))
+    if abs(right - left) < APART_M:
+        return None, (
+            f"cannot be told: the centres of pressure of both plates are {100.0 * abs(right - left):.0f} cm "
+            "apart across the belts"
+        )
+    if beside > BELOW_M:
+        return None, (
+            f"cannot be told: the nearer centre of pressure lies {100.0 * beside:.0f} cm beside the foot "
+            "with markers, so the moments about the y axis are about another origin"
+        )
+    side = "left" if left < right else "right"
+    return left > right, (
+        f"the left plate's centre of pressure lies {100.0 * abs(right - left):.0f} cm to the {side} of the "
+        "right plate's, and one of them is below the foot with markers"
+    )
 
 
 def refuse_foreign_markers(trial: Trial, limits: Limits, rig: Rig, files: dict[str, str]) -> None:

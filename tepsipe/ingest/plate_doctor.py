@@ -32,6 +32,7 @@ from tepsipe.signals.sample_faults import FAULTS, noise_floors
 # name of a finding -> what it means
 FINDINGS = {
     "parameters": "the file does not describe the plate, or describes it wrongly",
+    "missing-samples": "samples are no numbers",
     "unit": "a force, moment or length is in another unit than the file states",
     "rate": "the rates contradict the number of analog samples in a frame",
     "sign": "a force or a moment has the opposite sign",
@@ -147,7 +148,10 @@ def examine_plates(path: Path, mass_kg: float | None = None) -> tuple[Finding, .
         if plate.fault is not None:
             name = "unit" if "found the unit" in plate.fault else "parameters"
             found.append(Finding(name, place, _told(plate.fault, path).removeprefix(f"{place}: ")))
-        elif np.isfinite(plate.force).all() and plate.force.any():
+        elif missing := _missing(plate, recording):
+            text = f"samples that are no numbers, by channel: {missing}: export the file again"
+            found.append(Finding("missing-samples", place, text))
+        elif plate.force.any():
             used.append((place, plate))
     if not recording.plates:
         found.append(Finding("parameters", "file", "it describes no force plate: export FORCE_PLATFORM"))
@@ -171,6 +175,12 @@ def examine_plates(path: Path, mass_kg: float | None = None) -> tuple[Finding, .
     found += _sides(recording, up)
     found += _weights(sized, up, mass_kg)
     return tuple(found)
+
+
+def _missing(plate: ForcePlate, recording: Recording) -> str:
+    """Channels of a plate with samples that are no numbers, with how many; empty without any."""
+    counts = {x: int(np.count_nonzero(~np.isfinite(recording.channels[x].values))) for x in plate.channels}
+    return ", ".join(f"{label} ({count})" for label, count in counts.items() if count)
 
 
 def _told(error: InputError | str, path: Path) -> str:

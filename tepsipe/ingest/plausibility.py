@@ -17,6 +17,7 @@ from tepsipe.ingest.agreement import (
     refuse_joints,
     refuse_mass,
     refuse_other_force,
+    sides_of_plates,
 )
 from tepsipe.ingest.limits import Limits, Rig, frozen_stretch, source, used_belt
 from tepsipe.io.trial import Trial, with_faults
@@ -66,7 +67,8 @@ def plausible_trial(trial: Trial, limits: Limits, rig: Rig, files: dict[str, str
     rig: stated contents of the trial.
     files: kind of each source file -> its path, for messages.
     Returns: the same; of a person with ``marker_hidden`` set where a marker is frozen; with the fault
-    ``other-amplitude`` if the belt moves faster or slower than stated.
+    ``other-amplitude`` if the belt moves faster or slower than stated; of a person on two belts with the
+    attribute ``plate_sides``, a sentence, and the fault ``plates-exchanged``.
     """
     _refuse_ranges(trial, limits, files)
     _refuse_dead_plate(trial, limits, rig, files)
@@ -76,7 +78,11 @@ def plausible_trial(trial: Trial, limits: Limits, rig: Rig, files: dict[str, str
     refuse_other_force(trial, limits, rig, files)
     refuse_joint(trial, limits, files)
     refuse_joints(trial, limits, files)
-    return with_faults(trial, "other-amplitude") if other_amplitude(trial, rig) else trial
+    exchanged, sides = sides_of_plates(trial, rig)
+    if sides:
+        trial = replace(trial, attributes=trial.attributes | {"plate_sides": sides})
+    faults = ["other-amplitude"] * other_amplitude(trial, rig) + ["plates-exchanged"] * bool(exchanged)
+    return with_faults(trial, *faults) if faults else trial
 
 
 # ---- ranges --------------------------------------------------------------------------------------

@@ -449,6 +449,7 @@ def _refuse_force_elsewhere(
 ) -> None:
     """Raise InputError if the mean force acts beside the plate below the markers, or beside these (m)."""
     centre = np.median(marked.signals["marker_position"].values, axis=(0, 1)) + origin
+    of_both: dict[int, tuple[float, float, bool]] = {}
     total = sum(float(use.force_sign * axes[2] @ plate.force.mean(axis=0)) for plate in plates.values())
     for number, plate in plates.items():
         if plate.corners is None:
@@ -477,6 +478,26 @@ def _refuse_force_elsewhere(
                 f"that act {abs(apart):.2g} m to the {'right' if apart > 0.0 else 'left'} of their centre: "
                 "exchange the channels of the plates (FORCE_PLATFORM:CHANNEL), or correct their corners, in "
                 "the file, or the axes in plate_treadmill.recording"
+            )
+        of_both[number] = float(middle[0] - centre[0]), float(beside[0]), bool(below)
+    if len(of_both) == 2:
+        _refuse_exchanged_channels(of_both, name)
+
+
+def _refuse_exchanged_channels(plates: dict[int, tuple[float, float, bool]], name: str) -> None:
+    """Raise InputError if the load of the plate below the markers would be below them on the other plate's.
+
+    plates: number -> place of its centre to the right of the markers, of its load to the right of its centre
+    (m), and whether the markers are above it.
+    """
+    (first, one), (second, other) = plates.items()
+    for number, (middle, own, below), others in ((first, one, other[1]), (second, other, one[1])):
+        apart = middle + own
+        if below and abs(apart) > BESIDE_M and abs(middle + others) < 0.5 * BESIDE_M:
+            raise InputError(
+                f"{name}, force plate {number}: expected the load below the markers, found it "
+                f"{abs(apart):.2g} m to the {'right' if apart > 0.0 else 'left'} of their centre, and below "
+                "them with the channels of the other plate: exchange those of both (FORCE_PLATFORM:CHANNEL)"
             )
 
 

@@ -25,6 +25,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tepsipe.arguments import LARGEST
 from tepsipe.errors import InputError, listed, nearest, quoted
 from tepsipe.experiments.benchmark.problems import ANSWERS, QUANTITIES, UNITS
 from tepsipe.io.estimates import Estimate
@@ -92,7 +93,7 @@ def read_truth(path: Path) -> dict[str, TrueProblem]:
     """Read the hidden values of all problems (`UNITS`)."""
     try:
         content = json.loads(read_text(path, "the truth of a benchmark"))
-        return {
+        truth = {
             name: TrueProblem(
                 hidden["kind"],
                 hidden["fault"] or NOMINAL,
@@ -100,13 +101,21 @@ def read_truth(path: Path) -> dict[str, TrueProblem]:
             )
             for name, hidden in content["problems"].items()
         }
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(
             f"{path}: expected the truth that tepsipe benchmark make wrote, found another file: name the "
             "organiser's file last, after the answers"
         ) from error
+    for name, hidden in truth.items():
+        for quantity, x in hidden.values.items():
+            if not 1.0 / LARGEST <= x <= LARGEST:
+                raise InputError(
+                    f"{path}: expected a true {quantity} of {quoted(name)} above 0 and at most {LARGEST:g}, "
+                    f"found {x:g}: the file was changed, name the organiser's file"
+                )
+    return truth
 
 
 def read_answers(path: Path, truth: dict[str, TrueProblem]) -> list[Outcome]:
@@ -173,7 +182,10 @@ def _fault_of(row: list[str], truth: dict[str, TrueProblem], before: dict) -> st
         return f"expected one answer to {quantity} of {problem}, found a second: delete one of the rows"
     for name, cell in zip(ANSWERS.columns[2:5], numbers, strict=True):
         if cell and not _is_number(cell):
-            return f"expected a finite number or nothing for {name}, found {quoted(cell)}: correct it"
+            return (
+                f"expected a number of at most {LARGEST:g} or nothing for {name}, found {quoted(cell)}: "
+                "correct it"
+            )
     value, low, high = numbers
     if bool(low) != bool(high) or (low and not value):
         found = listed(name for name, cell in zip(ANSWERS.columns[2:5], numbers, strict=True) if cell)
@@ -233,7 +245,7 @@ def _first(names: Sequence[str]) -> str:
 
 def _is_number(cell: str) -> bool:
     try:
-        return math.isfinite(float(cell))
+        return "_" not in cell and abs(float(cell)) <= LARGEST
     except ValueError:
         return False
 

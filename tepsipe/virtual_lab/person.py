@@ -384,11 +384,12 @@ def _feet_com(
     return foot_y, foot_z, foot_vy, foot_vz
 
 
-def loads_of_legs(person: PersonTruth, motion: PersonMotion) -> dict[str, BeltMotion]:
+def loads_of_legs(person: PersonTruth, motion: PersonMotion, lateral_m: float) -> dict[str, BeltMotion]:
     """Motion with the reaction of each leg's own plate (N, N·m): left, right.
 
     The feet are equal. The forces of the legs on them are shared as the weight is, their torques as
-    `PersonTruth.marked_share` says of the right leg. Both ankles are at the same place along the belt.
+    `PersonTruth.marked_share` says of the right leg. Both ankles are at the same place along the belt, and
+    ``lateral_m`` to both sides of the middle between the feet.
     """
     feet, y = feet_of(person), motion.position
     foot_y, foot_z, foot_vy, foot_vz = _feet_com(person, y, motion.velocity, motion.foot, motion.foot_rate)
@@ -410,6 +411,8 @@ def loads_of_legs(person: PersonTruth, motion: PersonMotion) -> dict[str, BeltMo
     for belt, (of_force, of_torque) in shares.items():
         reaction = of_force * legs + 0.5 * of_feet
         reaction[:, 3] += (of_torque - of_force) * torque
+        x = lateral_m if belt == "right" else -lateral_m
+        reaction[:, 4:] += np.column_stack([-x * reaction[:, 2], x * reaction[:, 1]])
         loads[belt] = replace(motion, reaction=reaction)
     return loads
 

@@ -12,6 +12,7 @@ tilt of the hindfoot by a share, the arch takes the rest.
 """
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -163,6 +164,8 @@ def make_standing_trial(
     schedule = schedule_at_random(rig, protocol, rng)
     person, doing = PersonTruth(**standing["person"]), TaskTruth(**standing["tasks"][task])
     muscles = {name: MuscleTruth(**standing["muscles"][name]) for name in MUSCLES}
+    if belt == "both":  # the middle between the feet is the middle between the belts
+        person = replace(person, position_x_m=0.0)
     plates, left = plates_of(rig), person.left_share if belt == "both" else 0.0
     below = [(plates["right"], 1.0 - left)] + ([(plates["left"], left)] if left else [])
     motion = move_person(
@@ -174,10 +177,11 @@ def make_standing_trial(
         of_nerves,
         below,
     )
-    loads = loads_of_legs(person, motion) if belt == "both" else {"right": motion}
+    markers = PersonMarkers(**standing["markers"])
+    loads = loads_of_legs(person, motion, markers.lateral_m) if belt == "both" else {"right": motion}
     record_log(rig, seed, schedule, loads, rng, files)
     skin = SkinTruth(**standing["skin"])
-    paths = person_marker_paths(PersonMarkers(**standing["markers"]), person, skin, motion)
+    paths = person_marker_paths(markers, person, skin, motion)
     record_capture(rig, schedule, MARKERS, paths, rng, files["markers"])
     recorder = EmgTruth(**standing["emg"])
     voltages, instants = record_emg(

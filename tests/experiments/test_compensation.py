@@ -492,6 +492,10 @@ def test_a_plate_without_numbers_and_loads_that_are_constant_are_refused(models,
     path = write_c3d(tmp_path / "nan.c3d", FRAMES_HZ, {}, broken, plates, RATE_HZ)
     said = refusal(recording=path, models=models / "plates.json", velocity="Belt speed")
     assert "nan.c3d, force plate 1: expected a number in every sample, found none" in said
+    huge = channels | {"Mx1": (np.where(TIME == 9.0, 1e30, channels["Mx1"][0]), "Nmm")}
+    path = write_c3d(tmp_path / "huge.c3d", FRAMES_HZ, {}, huge, plates, RATE_HZ)
+    said = refusal(recording=path, models=models / "plates.json", velocity="Belt speed", model="fir-causal")
+    assert f"{path}, plate 1 Mx: load: expected values of at most 1e+12 Nm" in said
     still = channels | {f"{k}1": (0.0 * TIME, channels[f"{k}1"][1]) for k in LOADS}
     path = write_c3d(tmp_path / "still.c3d", FRAMES_HZ, {}, still, plates, RATE_HZ)
     output = ["--velocity", "Belt speed", "--output", str(tmp_path / "m")]

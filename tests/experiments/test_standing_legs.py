@@ -3,9 +3,12 @@
 import copy
 from dataclasses import replace
 
+import ezc3d
 import numpy as np
 import pytest
+from c3d_builders import single_c3d, single_c3d_settings
 
+from tepsipe.arguments import options_of
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.epochs import cut_standing_epochs, epochs_of
 from tepsipe.experiments.standing.fit import Plates, begin, fit
@@ -14,14 +17,21 @@ from tepsipe.experiments.standing.free_reflex.legs import cut_with_legs, legs_of
 from tepsipe.experiments.standing.free_reflex.reflex import REFLEX
 from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.options import BOTH, EpochOptions, StandingOptions, TorquePathway
+from tepsipe.ingest.agreement import sides_of_plates
+from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.plate_treadmill import ingest_treadmill_files
-from tepsipe.ingest.treadmill_options import TreadmillOptions
+from tepsipe.ingest.plausibility import plausible_trial
+from tepsipe.ingest.treadmill_options import RecordingOptions, TreadmillOptions
+from tepsipe.ingest.whole_trial import ingest_recording, read_recording_files
 from tepsipe.io.result import joined
+from tepsipe.io.trial import recorded_faults
 from tepsipe.signals.filters import Lowpass
 from tepsipe.virtual_lab.person_mechanisms import without
 from tepsipe.virtual_lab.standing_trial import make_standing_trial
 from tepsipe.virtual_lab.treadmill_trial import Protocol
 from tests.experiments.test_standing_recovery import NO_BELT
+from workflow.settings.complete import without as left_out
+from workflow.support.rigs import RIG_KEYS
 
 pytestmark = pytest.mark.slow
 
@@ -55,23 +65,26 @@ def truth(shipped_truth):
 
 
 @pytest.fixture(scope="module")
-def trials(truth, section, tmp_path_factory):
-    """Trials of both directions of the belt, made, written and read."""
+def files(truth, tmp_path_factory):
+    """Files of trials of both directions of the belt."""
     found = {}
     for profile in ("sine", "negative-sine"):
         folder = tmp_path_factory.mktemp(profile)
         kinds = {"log": "mat", "calibration": "csv", "markers": "c3d", "emg": "edf"}
-        files = {kind: folder / f"{kind}.{ending}" for kind, ending in kinds.items()}
+        found[profile] = {kind: folder / f"{kind}.{ending}" for kind, ending in kinds.items()}
         protocol = Protocol(profile, 0.4, (3.6, 3.8), DURATION_S)
-        make_standing_trial(truth, profile, "relax", protocol, files, BOTH)
-        found[profile] = ingest_treadmill_files(
-            files,
-            section["files"]["marker_labels"],
-            TreadmillOptions(**section["ingest"]),
-            DURATION_S,
-            bridge_long_gaps=True,
-        )
+        make_standing_trial(truth, profile, "relax", protocol, found[profile], BOTH)
     return found
+
+
+@pytest.fixture(scope="module")
+def trials(files, section):
+    """These trials, read."""
+    labels, options = section["files"]["marker_labels"], TreadmillOptions(**section["ingest"])
+    return {
+        profile: ingest_treadmill_files(paths, labels, options, DURATION_S, bridge_long_gaps=True)
+        for profile, paths in files.items()
+    }
 
 
 @pytest.fixture(scope="module")
@@ -193,3 +206,71 @@ def test_feet_on_two_belts_are_no_step_and_one_belt_is_not_enough(trials, option
     right = replace(trial, axes=trial.axes | {"belt": np.array(["right", "other"])})
     with pytest.raises(InputError, match="expected forces of the belt 'left'"):
         process_standing(right, "missing", options, PATHWAY, {})
+
+
+# ---- left and right --------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def on_both(section):
+    """The person's feet, one on each belt, as ingest compares them with the signals."""
+    return Rig(BOTH, belt_fixed=tuple(m["label"] for m in section["person"]["foot_markers"]), person=True)
+
+
+@pytest.mark.parametrize(
+    ("change", "exchanged", "words"),
+    [
+        (lambda force, moment, marker: None, False, "lies 22 cm to the left of the right plate's"),
+        (
+            lambda force, moment, marker: (
+                np.copyto(force, force[:, ::-1]),
+                np.copyto(moment, moment[:, ::-1]),
+            ),
+            True,
+            "lies 22 cm to the right of the right plate's",
+        ),
+        (lambda force, moment, marker: np.multiply(moment, 0.4, moment), None, "are 9 cm apart"),
+        (lambda force, moment, marker: np.add(marker, 0.4, marker), None, "lies 40 cm beside the foot"),
+        (lambda force, moment, marker: np.multiply(force[:, 0], 0.0, force[:, 0]), None, "carries nothing"),
+    ],
+)
+def test_plates_are_compared_with_the_sides_of_their_loads(
+    change, exchanged, words, trials, on_both, shipped_config
+):
+    trial = trials["sine"]
+    arrays = {name: trial.values(name).copy() for name in ("force", "moment", "marker_position")}
+    change(*arrays.values())
+    signals = {name: replace(trial.signals[name], values=x) for name, x in arrays.items()}
+    changed = replace(trial, signals=trial.signals | signals)
+    found = sides_of_plates(changed, on_both)
+    assert found[0] is exchanged
+    assert words in found[1]
+    assert found[1].startswith("cannot be told: ") == (exchanged is None)
+    limits = Limits(**left_out(shipped_config["plausible"], *RIG_KEYS))
+    if exchanged is not None:
+        kept = plausible_trial(changed, limits, on_both, {"log": "log.mat", "markers": "markers.c3d"})
+        assert recorded_faults(kept) == ("plates-exchanged",) * exchanged
+        assert kept.attributes["plate_sides"] == found[1]
+    for belt in ("right", None):
+        assert sides_of_plates(changed, replace(on_both, belt=belt)) == (None, "")
+
+
+@pytest.mark.parametrize("exchanged", [False, True])
+def test_channels_of_two_plates_that_are_exchanged_are_refused(exchanged, files, section, tmp_path):
+    path = single_c3d(files["sine"], tmp_path / "both.c3d")
+    if exchanged:
+        file = ezc3d.c3d(str(path))
+        numbers = file["parameters"]["FORCE_PLATFORM"]["CHANNEL"]
+        numbers["value"] = np.array(numbers["value"])[:, ::-1]
+        file.write(str(path))
+    use = options_of(RecordingOptions, single_c3d_settings())
+    labels, options = section["files"]["marker_labels"], TreadmillOptions(**section["ingest"])
+    recording = read_recording_files({"log": str(path)}, ())
+    if not exchanged:
+        trial = ingest_recording(recording, labels, options, use, DURATION_S, bridge_long_gaps=True)
+        assert trial.axes["belt"].tolist() == ["left", "right"]
+        return
+    with pytest.raises(
+        InputError, match=r"both\.c3d, force plate 2: .* 0\.35 m to the right .* exchange those"
+    ):
+        ingest_recording(recording, labels, options, use, DURATION_S, bridge_long_gaps=True)

@@ -151,6 +151,10 @@ SPOILED = {
         lambda m, c, p: (m, of_first(c, lambda x: x + 300.0 * (np.arange(x.size) % 1000 == 500), ("Fz",)), p),
     ),
     "held": ("held-samples", lambda m, c, p: (m, of_first(c, held, ("Fz",)), p)),
+    "missing": (
+        "missing-samples",
+        lambda m, c, p: (m, of_first(c, lambda x: np.where(TIME == 2.0, np.nan, x), ("Mx",)), p),
+    ),
     "filter": ("filtered-signal", lambda m, c, p: (m, of_first(c, lowpassed), p)),
     "plates": (
         "plates-exchanged",

@@ -389,9 +389,12 @@ HEAD = "problem,quantity,value,low,high,flagged\n"
         (HEAD + "pasive-01,K,1,,,false\n", "line 2: expected a problem of this benchmark, found 'pasive-01'"),
         (HEAD + "standing-01,I,1,,,false\n", "line 2: expected 'B', 'K' for standing-01, found 'I'"),
         (HEAD + 2 * "standing-01,K,1,,,false\n", "line 3: expected one answer to K of standing-01"),
-        (
-            HEAD + "standing-01,K,nan,,,false\n",
-            "line 2: expected a finite number or nothing for value, found 'nan'",
+        *(
+            (
+                HEAD + f"standing-01,K,{cell},,,false\n",
+                f"line 2: expected a number of at most 1e+12 or nothing for value, found '{cell}'",
+            )
+            for cell in ("nan", "1e13", "-1e308", "1_000")
         ),
         (
             HEAD + "standing-01,K,1,0,,false\n",
@@ -448,6 +451,16 @@ def test_a_truth_that_is_none_is_refused(text, tmp_path):
     assert_one_sentence(
         refused.value, "truth.json", "found another file: name the organiser's file last, after"
     )
+
+
+@pytest.mark.parametrize("x", ["NaN", "Infinity", "0", "-10", "1e308"])
+def test_a_truth_by_which_no_error_can_be_divided_is_refused(x, tmp_path):
+    path = tmp_path / "truth.json"
+    hidden = '{"kind": "standing", "fault": "", "truth": {"B": 10, "K": %s}}'
+    path.write_text('{"problems": {"standing-01": %s}}' % (hidden % x))
+    with pytest.raises(InputError) as refused:
+        read_truth(path)
+    assert_one_sentence(refused.value, "truth.json", "expected a true K of 'standing-01' above 0 and at most")
 
 
 # ---- commands ------------------------------------------------------------------------------------

@@ -144,10 +144,11 @@ class BeltFile:
             grid = np.arange(int(time[-1] * rate_hz + 1e-6) + 1) / rate_hz
             band = BAND_PER_RATE * rate_hz if rate_hz < load.rate_hz else None
             values, velocity = (resample(time, x, grid, band, load.rate_hz) for x in (values, velocity))
-        grid = np.arange(values.size) / rate_hz
-        return belt_recording(
-            grid, values, velocity, unit=load.unit, name=self.path.name, trimmed_s=TRIMMED_S
-        )
+        grid, file = np.arange(values.size) / rate_hz, self.path.name
+        try:
+            return belt_recording(grid, values, velocity, unit=load.unit, name=file, trimmed_s=TRIMMED_S)
+        except InputError as error:
+            raise InputError(f"{self.path}, {name}: {str(error).removeprefix(f'{file}: ')}") from error
 
 
 def read_belt_file(path: Path, chosen: BeltChannels, shortest_s: float = 2.0 * TRIMMED_S) -> BeltFile:

@@ -64,6 +64,8 @@ def standing_page(
             f"{critical:.4g} N·m/rad, below which active control must prevent a fall",
         ),
     ]
+    if "plate_sides" in trial.attributes:
+        facts.append(("Left and right plate", trial.attributes["plate_sides"]))
     if "broadband" in epochs.facts:
         broadband = epochs.facts["broadband"]
         seen = broadband["centre_used"]
