@@ -231,8 +231,9 @@ def delay_of_record(
     y = spline(instants + delay)
     least, left_over = unexplained(delay), y - basis @ (y @ basis)
     noise = least / max(_freedom(left_over), 1.0)
-    floor = (ANGLE_PART**2 + (SPLINE_HZ * (time[1] - time[0])) ** 4) * float(np.var(y)) * y.size
-    among = _among_others(grid, left, delay, least, noise, floor, RESPONSE_ADVICE).narrow(
+    noise += (ANGLE_PART**2 + (SPLINE_HZ * (time[1] - time[0])) ** 4) * float(np.var(y)) * y.size
+    # blocks do not repeat each other, so that their scatter may lack what a wrong model leaves
+    among = _among_others(grid, left, delay, least, noise, noise, RESPONSE_ADVICE).narrow(
         confidence, RESPONSE_ADVICE
     )
     if not among.determined:
@@ -240,7 +241,7 @@ def delay_of_record(
     moments, products = _moments_of_blocks(time, regressors, slope, spline, delay, kept, block)
     error = np.linalg.solve(products, moments.T)[-1]
     error = float(np.sqrt(np.sum(error**2) * len(moments) / (len(moments) - 1.0)))
-    error = float(np.hypot(error, among.standard_error_s))
+    error = max(error, among.standard_error_s)
     return DelayProfile(delay, error, len(moments) - 1.0).narrow(confidence, RESPONSE_ADVICE)
 
 
@@ -422,7 +423,8 @@ def delay_profile(
     test = residual_test(residual, torque, windows, at_rest)
     if test.p < CHANCE:  # what perturbations leave above the residual at rest is not noise
         floor += least * (1.0 - 1.0 / test.ratio**2)
-    among = _among_others(grid, left, delay, least, noise, floor, ADVICE)
+    # where the sum of squares is larger by the floor, a rectangular distribution ends
+    among = _among_others(grid, left, delay, least, noise + floor, floor / 3.0, ADVICE)
     if not among.determined:
         return among
     rest, rest_freedom = error_of_mean(residual[at_rest])
@@ -491,25 +493,22 @@ def _among_others(
     delay_s: float,
     least: float,
     noise: float,
-    floor: float,
+    square: float,
     advice: str,
 ) -> DelayProfile:
-    """Delay with the standard error of what repeats itself, by which no parts of the record scatter.
-
-    A delay at which the sum of squares is larger by the floor is the end of a rectangular distribution.
+    """Delay with the standard error that the sums of squares at the delays beside it leave.
 
     grid, left: delays from the longest early to the longest late one (s), and the sums of squares there.
-    least, noise, floor: sum of squares at the delay, mean square, and what derivatives or model leave.
+    least, noise: sum of squares at the delay, and mean square.
+    square: what the sum of squares is larger by, one standard error from the delay.
     advice: why it is undetermined where the sum of squares at another delay is hardly larger.
     """
-    noise = noise + floor
     other = np.abs(grid - delay_s) > STEP_S / 2.0
     apart, rise = np.abs(grid - delay_s)[other], np.maximum(left[other] - least, 1e-300)
     if rise.min() < UNLIKELY * noise:
         excluded = bool(left[grid.size // 2] - least > UNLIKELY * noise)
         return DelayProfile(delay_s, reason=advice, excludes_zero=excluded)
-    end = float((apart * np.sqrt(floor / rise))[apart < 2.0 * STEP_S].max())
-    return DelayProfile(delay_s, end / np.sqrt(3.0), np.inf)
+    return DelayProfile(delay_s, float((apart * np.sqrt(square / rise))[apart < 2.0 * STEP_S].max()), np.inf)
 
 
 def _moments_of_blocks(
