@@ -18,6 +18,8 @@ from tepsipe.statistics.least_squares import spans
 BATCH = 200
 # samples whose regressors are made at a time, fewer than of signals because there are many regressors
 SPAN = 2**16
+# condition number, with columns of unit length, above which rounding leaves less than one digit of a solution
+LARGEST_CONDITION = 0.1 / np.finfo(float).eps
 
 
 def row_spans(rows: slice) -> Iterator[slice]:
@@ -112,6 +114,21 @@ def solve_bounded(
     solution[:, held] = [scipy.optimize.nnls(a.T, b)[0] for a, b in zip(root, goal, strict=True)]
     solution[:, free] = through[..., 0] - np.einsum("kij,kj->ki", through[..., 1:], solution[:, held])
     return solution
+
+
+def require_determined(
+    normal: Annotated[np.ndarray, "(p, p)"], bounded: Annotated[np.ndarray, "(p,)"]
+) -> None:
+    """Refuse normal equations that rounding alone decides, which a solver may or may not notice.
+
+    Raises `numpy.linalg.LinAlgError`.
+    """
+    free = normal[np.ix_(~bounded, ~bounded)]
+    size = np.sqrt(np.diag(free))
+    size[size == 0.0] = 1.0
+    condition = np.linalg.cond(free / np.outer(size, size))
+    if not condition < LARGEST_CONDITION:
+        raise np.linalg.LinAlgError(f"normal equations with a condition number of {condition:.1g}")
 
 
 def solve_without_each(

@@ -33,6 +33,7 @@ from tepsipe.identification.cascade.fit import (
 from tepsipe.identification.cascade.normal_equations import (
     BlockSums,
     block_sums,
+    require_determined,
     solve_bounded,
     solve_drawn,
     solve_without_each,
@@ -205,6 +206,7 @@ def fit_once(record: CascadeRecord, design: Design, structure: Structure) -> Ann
     size = record.training
     sums = block_sums(design.white, record.white_torque, [slice(0, size)])
     weight = structure.penalty * size * design.penalty
+    require_determined(sums.normal[0] + weight, design.bounded)
     coefficients = solve_bounded(sums.normal + weight, sums.right, design.bounded)[0] / design.scale
     coefficients[-1] += np.mean(record.used[:size] - design.torque(coefficients, size))
     return coefficients
