@@ -609,5 +609,5 @@ def _block(lines: list[str]) -> str:
         rows = [[inline(cell.strip()) for cell in line.strip().strip("|").split("|")] for line in lines]
         return table(rows[0], rows[2:])
     if kind == "    ":
-        return f"<pre>{text(chr(10).join(line[4:] for line in lines))}</pre>\n"
+        return f'<pre tabindex="0">{text(chr(10).join(line[4:] for line in lines))}</pre>\n'
     return f"<p>{inline(' '.join(line.strip() for line in lines))}</p>\n"
