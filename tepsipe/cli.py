@@ -554,8 +554,13 @@ def _add_benchmark(commands: argparse._SubParsersAction) -> None:
         "on nominal problems, spoiled problems that are flagged, and false alarms. Prints a table and writes "
         "all scores as CSV, with a figure as PNG.",
     )
-    score.add_argument("answers", type=Path, nargs="+", help="table of answers; its name is the method's")
-    score.add_argument("truth", type=Path, help="file of the truth")
+    score.add_argument(
+        "answers",
+        type=Path,
+        nargs="+",
+        help="table of answers (CSV); the name of the file is used as the name of the method",
+    )
+    score.add_argument("truth", type=Path, help="file with the true values, such as practice-truth.json")
     add_output(score, "PREFIX", "scores", "write PREFIX.csv and PREFIX.png")
     add_json(score)
     add_strict(score)
