@@ -29,7 +29,7 @@ WITHIN = {".csv": 1e-6, ".h5": 1e-4}
 TYPES = ("Haswell", "Nehalem")
 STOPPED = "hnat2014"
 # columns that are compared by the largest number of all of them, because some hold rounding errors only: the
-# bias of a parameter without noise, an inertia that is 0, or a spread that is compared with a limit of a claim
+# bias of a parameter without noise, an inertia that is 0, or a spread that a claim compares with a limit
 OF_ONE_SIZE = {
     *("value", "standard_error", "ci_low", "ci_high", "sem_as_printed", "u_type_a", "u_type_b", "truth"),
     *("mean", "sd", "bias", "without_noise", "apparent"),
