@@ -84,6 +84,11 @@ def test_a_claim_is_compared_by_the_larger_of_its_number_and_its_limit(tmp_path)
     assert real == (pytest.approx(2e-5, rel=1e-3), "slope estimates")
 
 
+def test_every_result_has_a_bound_of_its_kind():
+    paths = ("tables/claims.csv", "figures/figure_4_1.csv", "fits/dummy/sine-0.1.h5")
+    assert [core_types.kind_of(path) for path in paths] == list(core_types.WITHIN)
+
+
 def test_arrays_are_compared_number_by_number(tmp_path):
     def written(name, values):
         with h5py.File(tmp_path / name, "w") as file:
