@@ -73,6 +73,22 @@ def test_rounding_errors_are_compared_by_the_size_of_their_quantity(tmp_path):
     assert core_types.difference(tmp_path / "a.csv", tmp_path / "b.csv")[0] == pytest.approx(8e-16, rel=1e-3)
 
 
+def test_a_claim_is_compared_by_the_larger_of_its_number_and_its_limit(tmp_path):
+    for name, spread, other in (("a.csv", 2.9e-7, 0.5), ("b.csv", 2.7e-7, 0.5), ("c.csv", 2.9e-7, 0.50001)):
+        rows = f"spread of K exceeds 0.1,0.1,{spread!r}\nslope,0.4,{other!r}\n"
+        (tmp_path / name).write_text(f"claim,reported,reproduced\n{rows}")
+    rounding, real = (
+        core_types.difference(tmp_path / "a.csv", tmp_path / name) for name in ("b.csv", "c.csv")
+    )
+    assert rounding == (pytest.approx(2e-7, rel=1e-3), "spread of K exceeds 0.1 estimates")
+    assert real == (pytest.approx(2e-5, rel=1e-3), "slope estimates")
+
+
+def test_every_result_has_a_bound_of_its_kind():
+    paths = ("tables/claims.csv", "figures/figure_4_1.csv", "fits/dummy/sine-0.1.h5")
+    assert [core_types.kind_of(path) for path in paths] == list(core_types.WITHIN)
+
+
 def test_arrays_are_compared_number_by_number(tmp_path):
     def written(name, values):
         with h5py.File(tmp_path / name, "w") as file:
