@@ -32,7 +32,7 @@ EXCEPTIONS = {
     "rigs_further": ["[lower bound]"],
     "wristalyzer_further": [
         "Within the fitted band, the lowest coherence is #num",
-        "(the lowest VAF in Table 4-1)",
+        "(the lowest VAF of a full dataset in Table 4-1)",
         "percentage points lower than its VAF in its own trial#if",
         "if this mean is more than #short(lost.reported) percentage points lower",
         "percentage points lower, compared with up to",
@@ -46,7 +46,7 @@ EXCEPTIONS = {
         "The thesis states that a higher velocity lowers the standard deviation",
         "we compare the highest with the lowest velocity",
         "The standard deviation at the highest velocity is",
-        "From one velocity to the next higher one",
+        "from one velocity to the next higher one",
         "%; the lowest is #fixed",
         "the lowest VAF is #fixed",
     ],

@@ -255,7 +255,7 @@ def test_captions_tell_the_usual_findings_only_where_they_hold():
         "K is within 5 % of the recommended 10.0 N·m/rad in 50 % of the 8 combinations of choices."
     )
     assert found["figure_protocol"] == (
-        "The study has 3 trials; those of the dummy have 2 perturbations each."
+        "The study has 3 trials. Each trial of the dummy on the treadmill has 2 perturbations."
     )
 
 
@@ -437,7 +437,10 @@ def test_printed_numbers_are_counted_by_their_role(best):
     assert "It is smallest for a lag of 0.20 ms, where B is 0.011 N·m·s/rad." in words
     # chi^2 is 36 rms^2: 24.2 at the best lag, 3.84 more at 0.11 and 0.22 ms
     assert "the lag is 0.11 to 0.22 ms and B is 0.0071 to 0.036 N·m·s/rad." in words
-    assert "of this laboratory, χ2 is 9.0 above its minimum" in words and "do not support this B" in words
+    assert (
+        "Without a lag, as in this laboratory, χ2 is 9.0 above its minimum" in words
+        and "do not support this B" in words
+    )
     # between lags of 0 and 0.1 ms, where the VAF is 82 and 72 %
     assert "Beyond a lag of 0.07" in words and "simulated angle is below 75 %" in words
     unmatched = returned(best, lags=[lag(0.0, 0.07, 1.0, 70.0), lag(1e-4, 0.04, 0.9, 60.0)])

@@ -103,7 +103,7 @@ def test_report_tells_what_is_shared_from_the_declarations(tmp_path):
     tables = {"shared": tmp_path / "shared.csv", "other_laws": "estimator\njoint-likelihood\n"}
     words = chapter_words("laboratory", {}, tables, cells=";")
     counts = [sum(row.shared == how for row in rows) for how in (SAME, SPECIAL, DIFFERENT, NONE)]
-    assert f"forms of both for each of the {len(rows)} mechanisms" in words
+    assert f"lists, for each of the {len(rows)} mechanisms, its form in the laboratory" in words
     listed = re.findall(r"(?:equal|both|forms|analysis), (\d+) mechanisms: (.*?)\.", words)
     same, *_, none = listed
     assert [int(n) for n, _ in listed] == counts

@@ -234,7 +234,7 @@ def test_flagged_estimates_are_counted():
         ({"name": "equations", "version": "1.0.0", "by_equations": []}, ["equations 1.0.0"]),
         (
             {"name": "mujoco", "version": "4.0.0", "by_equations": ["corrected", "joint-likelihood"]},
-            ["MuJoCo 4.0.0; by the equations of motion: corrected, joint likelihood"],
+            ["MuJoCo 4.0.0; by the equations of motion: corrected; joint likelihood"],
         ),
         (None, []),  # a study without simulations
     ],
