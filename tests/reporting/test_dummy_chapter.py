@@ -337,7 +337,7 @@ def test_failed_checks_and_missed_truths_are_named():
     recovery = recovered(*OF_LEG, (SIMULATED, "K", 0.02, "true"), *errors)
     words = chapter_words("dummy", *content(run_of(own, recovery)))
     assert "Checks that failed: markers-slip (a); lack-of-fit (a, b)." in words
-    told = "is 1.0 % in K, 5.0 % in B and 20.0 % in I; 0 of the 9 intervals cover the true value"
+    told = "is 1.0 % in K, 5.0 % in B and 20.0 % in I; none of the 9 intervals cover the true value"
     assert told in words
 
 
@@ -484,8 +484,8 @@ def test_errors_under_other_laws_stand_beside_those_of_the_shared_law():
         in words
     )
     assert (
-        "because only this fit passes its checks there. Its error of K is 8.0 %. Of its 3 intervals, 1 "
-        "misses the truth without a flag." in words
+        "because only this fit passes its checks there. Its error of K is 8.0 %. Of its 3 intervals, "
+        "the interval of K misses the truth without a flag." in words
     )
     assert (
         "In the same trials its errors are at most 8.0 % in K, 9.0 % in B and 9.0 % in I, and 5 of its 6 "

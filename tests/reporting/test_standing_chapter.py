@@ -174,7 +174,7 @@ def test_shares_of_torques_and_the_change_by_window_are_those_of_the_run():
     assert "shorter or longer, its K changes by up to 8 %" in words
     assert "Over windows of 40 to 80 ms, B varies by 2.5 % with a free reflex torque" in words
     assert "The K of the estimator short differs from the recommended K by +25.0 %." in words
-    assert "mass of the feet (2.0 %) and motion of soft tissue over bone (1.0 %)." in words
+    assert "the mass of the feet (2.0 %) and the motion of soft tissue over bone (1.0 %)." in words
     assert "the ankle lies 4.3 mm in front of and 0.2 mm below the assumed point" in words
 
 
@@ -238,12 +238,12 @@ def test_cells_of_latencies_have_a_dash_where_there_is_no_onset():
     words = chapter(run_of(recovery=recovered()))
     assert "|calm|TA|50.0|–|40.0|3|38|" in words
     assert "error of the latencies by the recommended detector is 1.9 ms" in words
-    assert "the mean error is 1.9 ms; 0 of 1 intervals of this detector cover" in words
+    assert "the mean error is 1.9 ms; 0 of the 1 intervals of this detector cover" in words
 
 
 def test_estimates_are_compared_with_the_truth_of_their_windows():
     words = chapter(run_of(recovery=recovered()))
-    told = "recommended estimates is 3.1 % in K and – % in B; all 1 intervals cover the true value"
+    told = "recommended estimates is 3.1 % in K and – % in B; 1 of the 1 intervals cover the true value"
     assert told in words
     assert "|410|400|−3.1|yes|–|–|–|–|" in words
 
@@ -273,8 +273,9 @@ def test_muscles_without_an_onset_have_no_latency_in_a_caption():
         "10.0 ms."
     )
     assert (
-        "Over windows of 40 to 80 ms, K changes by 1.0 % (calm) with a free reflex torque, and by 10.0 % "
-        "(calm) without a reflex torque. Over all windows, K without a reflex torque is "
+        "Over windows of 40 to 80 ms, K varies over a range of 1.0 % (calm) of the recommended "
+        "K with a free reflex torque, and of 10.0 % (calm) without a reflex torque. Over all windows, K "
+        "without a reflex torque is "
         "\N{MINUS SIGN}50.0 to 540 N·m/rad (calm)." in found["figure_standing_window"]
     )
     assert found["figure_standing_response"].endswith("explain 97.0 to 97.0 % of the mean torque.")

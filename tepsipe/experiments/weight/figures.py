@@ -10,7 +10,7 @@ from tepsipe.drawing.names import short_name, words
 from tepsipe.drawing.style import COLOURS, MODEL_COLOURS, in_style, new_figure
 from tepsipe.experiments.weight.calibrate import USUAL_ONLY
 from tepsipe.io.result import Result, read_result
-from tepsipe.treadmill.calibration import BOTH, MODEL_SCORES, ModelScore
+from tepsipe.treadmill.calibration import ALL_EMPTY, BOTH, MODEL_SCORES, ModelScore
 
 PROFILE_COLOURS = {"S": "#0072b2", "M": "#d55e00"}
 
@@ -110,13 +110,15 @@ def plot_model_scores(scores: list[ModelScore], load: str, cutoff_hz: float) -> 
     axes[0, 0].invert_yaxis()
     figure.suptitle("evaluated on held-out trials of", fontsize=9.5)
     # with further weights, the frames have a fit without them, too
-    all_weights = {BOTH: "empty, all weights"} if any(s.train == USUAL_ONLY for s in chosen) else {}
+    meant = {ALL_EMPTY: "all trials of the empty belt"}
+    if any(s.train == USUAL_ONLY for s in chosen):
+        meant[BOTH] = "empty, all weights"
     handles = [
         axes[0, 0].plot(
             *([], [], mark),
             color=COLOURS["measured"],
             markersize=5.5,
-            label=f"fitted to {all_weights.get(train, train)}",
+            label=f"fitted to {meant.get(train, train)}",
         )[0]
         for train, mark in marks.items()
     ]
