@@ -5,8 +5,8 @@
 OpenBLAS chooses its routines by the kind of processor, and they sum in different orders; OPENBLAS_CORETYPE
 lets one processor take the routines of another. It is a violation if a run fails, if a table has other rows
 or texts, or if a number differs by more than 1e-6 of the largest one of its quantity in a table, 1e-5 in the
-data of a figure, or 1e-4 of the largest one of its array in an HDF5 file. Scores of the model hnat2014 are not
-compared: its published search ends after a number of evaluations, before it converges.
+data of a figure, or 1e-4 of the largest one of its array in an HDF5 file. Scores of the model hnat2014 are
+not compared: its published search ends after a number of evaluations, before it converges.
 """
 
 import argparse

@@ -24,7 +24,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from tepsipe.errors import InputError  # noqa: E402
 from tepsipe.experiments.belt.compensation import Compensation, compensate  # noqa: E402
-from tepsipe.experiments.belt.files import BeltVelocity, read_belt_file  # noqa: E402
+from tepsipe.experiments.belt.files import BeltChannels, BeltVelocity, read_belt_file  # noqa: E402
 from tepsipe.experiments.benchmark.problems import ANSWERS, AnswerRow  # noqa: E402
 from tepsipe.ingest.plate_doctor import FINDINGS, Finding, examine_plates  # noqa: E402
 from tepsipe.io.estimates import ESTIMATES, Estimate  # noqa: E402
@@ -543,8 +543,9 @@ def read_compensated(path: Path) -> tuple[Compensation, object]:
     """A recording without the load of the belt, and its copy, which is read again."""
     copy = path.with_name(f"copy-{path.name}")
     source = BeltVelocity(None, ("BELT",)) if path.name == "belt.txt" else BeltVelocity("speed")
-    done = compensate(path, belt_models()[1], copy, source)
-    return done, read_belt_file(copy, source)
+    channels = BeltChannels(source)
+    done = compensate(path, belt_models()[1], copy, channels, model=None, strict=False)
+    return done, read_belt_file(copy, channels)
 
 
 def check_compensated(parts) -> None:

@@ -496,6 +496,15 @@ def test_a_plate_without_numbers_and_loads_that_are_constant_are_refused(models,
     path = write_c3d(tmp_path / "huge.c3d", FRAMES_HZ, {}, huge, plates, RATE_HZ)
     said = refusal(recording=path, models=models / "plates.json", velocity="Belt speed", model="fir-causal")
     assert f"{path}, plate 1 Mx: load: expected values of at most 1e+12 Nm" in said
+    columns = {"time": 1e6 * TIME[::5]} | {
+        f"{k}_right": x[::5] for k, x in zip(LOADS, person().T, strict=True)
+    }
+    slow = table(tmp_path / "slow.txt", columns | {"belt (m/s)": belt(1)[::5]})
+    said = refusal(recording=slow, models=models / "plates.json", velocity="belt", model="fir-causal")
+    assert (
+        f"{slow}, plate 1 Fy: expected at least 10 Hz, a tenth of the rate of the models, found 0.0001 Hz"
+        in said
+    )
     still = channels | {f"{k}1": (0.0 * TIME, channels[f"{k}1"][1]) for k in LOADS}
     path = write_c3d(tmp_path / "still.c3d", FRAMES_HZ, {}, still, plates, RATE_HZ)
     output = ["--velocity", "Belt speed", "--output", str(tmp_path / "m")]

@@ -390,7 +390,7 @@ def test_report_tells_how_far_estimates_are_off(rows, config):
         and "on the recorded belt" in words
     )
     assert "Mean estimate over the draws at 30 dB" in words
-    assert re.search(r"I = 0\.0150 .* B = 0\.100 .* K = 10\.0 N·m/rad\. For its Table 4-4", words)
+    assert re.search(r"I = 0\.0150 .* B = 0\.100 .* K = 10\.0 N·m/rad\. For Table 4-4 of the thesis", words)
     cells = [(estimator, target) for estimator in ESTIMATORS for target in ("tau", "theta", "both")]
     asked = [f'means("{estimator}", "{target}", "K").last()' for estimator, target in cells]
     for cell, told in zip(cells, evaluated(asked, "noise_values.typ", data, tables), strict=True):

@@ -11,6 +11,7 @@ import yaml
 from study_builders import PEOPLE, estimates, joint_in_windows, table, value
 from typst_builders import evaluated, tables_of
 
+from tepsipe.drawing.names import PARAMETER_SETS
 from tepsipe.io.trial import read_trial
 from tepsipe.mechanics.engines import engine_version, resolved_engine
 
@@ -82,7 +83,9 @@ def test_provenance_record_and_report_name_the_engine_that_ran(study):
     assert data["chapters"]["study"]["numbers"]["provenance"]["engine"] == engine
     (facts,) = evaluated(["facts"], "provenance_values.typ", data)
     (shown,) = (text for key, text in facts if key == "Engine of the simulations")
-    assert shown.startswith(f"{name} {engine['version']}") and all(one in shown for one in others)
+    words = {"pybullet": "PyBullet", "mujoco": "MuJoCo", "equations": "equations"}
+    named = [PARAMETER_SETS[one].replace(", consistent", " (consistent)") for one in others]
+    assert shown.startswith(f"{words[name]} {engine['version']}") and all(one in shown for one in named)
 
 
 def test_a_trial_file_describes_itself(study):

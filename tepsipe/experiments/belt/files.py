@@ -41,6 +41,8 @@ from tepsipe.treadmill.recording import BeltRecording
 # rate of the models of force plates over the cutoff, and the least one (Hz)
 RATE_PER_CUTOFF, LEAST_RATE_HZ = 16.0, 100.0
 TRIMMED_S = 1.0
+# slowest recording over the rate of the models
+SLOWEST = 0.1
 UNITS = ("N",) * 3 + ("Nm",) * 3
 
 
@@ -140,6 +142,11 @@ class BeltFile:
         values, velocity = load.values, load.velocity
         if self.plates:  # the zero of transducers is not induced by the belt
             values = values - values.mean()
+        if load.rate_hz < SLOWEST * rate_hz:
+            raise InputError(
+                f"{self.path}, {name}: expected at least {SLOWEST * rate_hz:g} Hz, a tenth of the rate of "
+                f"the models, found {load.rate_hz:.3g} Hz: check the time of its samples"
+            )
         if abs(rate_hz - load.rate_hz) > 1e-6 * rate_hz:
             grid = np.arange(int(time[-1] * rate_hz + 1e-6) + 1) / rate_hz
             band = BAND_PER_RATE * rate_hz if rate_hz < load.rate_hz else None
