@@ -108,7 +108,7 @@ FLAGS = {
     "frame-resonance": "the frame of the treadmill resonates lower under the person than when empty, as it "
     "does under a weight, although a person's force passes through the empty frame. Record a weight of the "
     "person's mass with the same pulses",
-    "beyond-calibrated-mass": "the subject is heavier than the weights of the treadmill's calibration. "
+    "beyond-calibrated-mass": "the subject is heavier than every weight of the treadmill's calibration. "
     "Record a weight near the subject's mass",
 }
 # pathways that are shown for comparison only, and why

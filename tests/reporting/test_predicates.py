@@ -14,6 +14,7 @@ from workflow.support.captions import read_captions
 from workflow.support.outputs import CHAPTERS, OWN_REPORTS
 
 ASKED = re.compile(r'(?:(?:holds|says)\(|^\s*(?:\w+: )?\()"(\w+)\.(\w+)"', re.MULTILINE)
+HEADING = re.compile(r"^ *=+ (.+?)(?: <[^>]*>)?$", re.MULTILINE)
 MODULES = [*CHAPTERS, *chain(*OWN_REPORTS.values())]
 SOURCES = sorted(REPORT.rglob("*.typ"))
 
@@ -37,6 +38,12 @@ def test_every_module_of_a_chapter_is_evaluated():
 @pytest.mark.parametrize("chapter", MODULES)
 def test_predicates_of_a_chapter_are_those_that_its_sentences_ask_for(chapter):
     assert sorted(known(chapter)) == sorted(name for own, name in asked() if own == chapter)
+
+
+def test_every_section_that_discusses_a_claim_is_in_the_report():
+    claims = yaml.safe_load((REPORT.parent / "config/reported.yaml").read_text(encoding="utf-8"))["claims"]
+    headings = {title for path in SOURCES for title in HEADING.findall(path.read_text(encoding="utf-8"))}
+    assert {claim["section"] for claim in claims} <= headings
 
 
 def test_no_sentence_asks_for_an_unknown_chapter_or_claim():

@@ -91,7 +91,7 @@ def test_table_of_a_person_explains_intervals_windows_and_negative_stiffness(rep
     source = '#import "study_values.typ": *\n#notes-of("standing", answers)'
     words = typeset_words(source, content, tables)
     assert words.startswith("Intervals of estimates marked ‡ contain only the scatter (Type A).")
-    assert words.endswith("Windows from the onset: parallel cascade 80 ms.")
+    assert words.endswith("Windows from the onset: 80 ms (parallel cascade).")
     lower = tables["answers"].replace(",100,90,110,for comparison", ",-100,-110,-90,for comparison")
     words = typeset_words(source, content, {**tables, "answers": lower})
     assert words.endswith("an estimator attributes reflexes to K, which can then be negative.")
