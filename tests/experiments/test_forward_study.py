@@ -517,5 +517,5 @@ def test_report_tells_spans_of_vaf_and_which_legs_do_not_settle():
     assert "| TEP-SIPE as printed " + 3 * "| 10 to 20 | < \N{MINUS SIGN}1000 to 30 " in words
     assert "| TEP-SIPE, consistent " + 3 * "| 99.6 to 99.8 | 99.7 to 100.0 " in words
     assert "the multi-body engine MuJoCo, and the others with a Runge-Kutta method" in words
-    assert "With the parameters of TEP-SIPE as printed, the swing ends in a fall in S1" in words
+    assert "With the estimates of this run by TEP-SIPE as printed, the swing ends in a fall in S1" in words
     assert words.count(" in a fall ") == 1

@@ -84,7 +84,7 @@ def test_provenance_record_and_report_name_the_engine_that_ran(study):
     (facts,) = evaluated(["facts"], "provenance_values.typ", data)
     (shown,) = (text for key, text in facts if key == "Engine of the simulations")
     words = {"pybullet": "PyBullet", "mujoco": "MuJoCo", "equations": "equations"}
-    named = [PARAMETER_SETS[one].replace(", consistent", " (consistent)") for one in others]
+    named = [PARAMETER_SETS[one] for one in others]
     assert shown.startswith(f"{words[name]} {engine['version']}") and all(one in shown for one in named)
 
 
