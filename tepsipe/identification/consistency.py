@@ -35,7 +35,7 @@ from typing import Annotated
 import numpy as np
 import scipy
 
-from tepsipe.identification.regression.windows import products_of_perturbations
+from tepsipe.identification.regression.windows import of_constant_torque, products_of_perturbations
 from tepsipe.mechanics.impedance_model import PARAMETERS, smeared_admittance
 from tepsipe.signals.differentiation import derivative, interpolant
 from tepsipe.signals.perturbations import Perturbation
@@ -430,9 +430,8 @@ def delay_profile(
     rest, rest_freedom = error_of_mean(residual[at_rest])
 
     def errors(pseudo_values: np.ndarray, of_floor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        size = pseudo_values.shape[1]
-        constant = products_of_perturbations([(r[:, :size], np.ones(len(r))) for r, _ in pairs])
-        shared = rest * constant.mean(axis=0), rest_freedom
+        regressors = [r[:, : pseudo_values.shape[1]] for r, _ in pairs]
+        shared = rest * of_constant_torque(regressors, crossed=True), rest_freedom
         return in_quadrature(scatter(pseudo_values), shared, (of_floor, np.inf))
 
     per_delay = -products_of_perturbations([(r[:, :3], -r[:, 3]) for r, _ in pairs]).mean(axis=0)

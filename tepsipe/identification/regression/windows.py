@@ -178,7 +178,7 @@ def regress_torque(
     of_rest, rest_freedom = np.zeros(3), np.inf
     if not (thesis or own_zero):
         error, rest_freedom = error_of_mean(torque[at_rest] - regressors[at_rest] @ mean)
-        of_rest = error * _of_constant_torque([rows for rows, _ in windows], pseudo_values is not None)
+        of_rest = error * of_constant_torque([rows for rows, _ in windows], pseudo_values is not None)
     predicted = impedance_torque(mean, regressors[:, 2], regressors[:, 1], regressors[:, 0])
     return WindowedFits(
         perturbations,
@@ -194,8 +194,8 @@ def regress_torque(
     )
 
 
-def _of_constant_torque(regressors: list[np.ndarray], crossed: bool) -> np.ndarray:
-    """Mean of I, B, K, shape (3,), for a constant torque of 1 N·m in all windows."""
+def of_constant_torque(regressors: list[np.ndarray], crossed: bool) -> np.ndarray:
+    """Mean parameters of the regressors, shape (p,), for a constant torque of 1 N·m in all windows."""
     windows = [(rows, np.ones(len(rows))) for rows in regressors]
     if crossed:
         return products_of_perturbations(windows).mean(axis=0)
