@@ -429,7 +429,7 @@ def study_rows(results: Path) -> dict[str, list[str]]:
     usual = scores[(scores.cutoff_hz == 20.0) & (scores.train == "empty+weight") & scores.model.isin(FRAMES)]
     for load, word in (("Fy", "force"), ("Mx", "pitch moment")):
         best = usual[usual.load == load].groupby("test").r2.max()
-        rows[f"R² of the {word}, better frame, lowest over the loads"] = ["", "", f"{best.min():.4f}"]
+        rows[f"R² of the {word}, best frame, lowest over the loads"] = ["", "", f"{best.min():.4f}"]
     foot = recovery[(recovery.pathway == "foot-compensated") & (recovery.quantity == "K")]
     clear = foot[foot.condition.str.split("-", n=1).str[1].isin(CLEAR)]
     largest = f"{100.0 * clear.relative_error.abs().max():.0f}"

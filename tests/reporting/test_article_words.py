@@ -56,9 +56,8 @@ EXCEPTIONS = {
     ],
     "methods": ["whichever has the smaller error"],
     "weight": [
-        "From one amplitude to the next higher one",
         "Where masses and shapes agree with the thesis, they do so by construction",
-        "if this error may exceed a tenth",
+        "whose bias may exceed a tenth",
     ],
     "weight_further": ["whichever has the smaller error"],
     "standing_further": ["spreads activity over more than 60 ms"],
@@ -77,7 +76,6 @@ EXCEPTIONS = {
         "Where tolerances exceed the noise, better scales",
         "lower bound of Type A",
         "may not exceed their peaks",
-        "all stiffness matrices that agree",
     ],
 }
 
@@ -152,7 +150,12 @@ TYPED_BY_PLACE = {
     ],
     "reproduction": ["0.1 to 0.3 m/s", "at 0.5 m/s, relative to 0.1 m/s"],
     "rigs": ["the peak velocity in 0.1 m/s", "it is 0.5 m/s", "with a pulse every 8 s"],
-    "standing": ["within 0.3 s of the onset is", "up to 20 ms shorter", "up to 200 ms", "from 40 ms after"],
+    "standing": [
+        "the peaks within 0.3 s of the onset",
+        "up to 20 ms shorter",
+        "up to 200 ms",
+        "from 40 ms after",
+    ],
     "standing_further": ["The 6 Hz envelope of the thesis", "more than 60 ms in both directions"],
     "title": ["peak velocity in 0.1 m/s", "a pulse every 8 s"],
     "weight_further": ["The thesis reports", "from 0.1 to 0.5 m/s, mean of both", "It reaches 71 % of this"],

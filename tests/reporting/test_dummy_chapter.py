@@ -432,7 +432,7 @@ def test_printed_numbers_are_counted_by_their_role(best):
     assert ("No law predicts one table from the other better than this copy" in words) is not best
     assert "Copying the other table, without any dummy, gives a distance of 1.00." in words
     assert "@timing-shift gives −0.0880 N·m·s/rad" in words or "gives −0.0880 N·m·s/rad" in words
-    assert "raises this B by 0.299 N·m·s/rad" in words
+    assert "raises the B of the printed equation by 0.299 N·m·s/rad" in words
     assert "lags of the ankle from −0.10 to 0.25 ms relative to the markers of this laboratory" in words
     assert "It is smallest for a lag of 0.20 ms, where B is 0.011 N·m·s/rad." in words
     # chi^2 is 36 rms^2: 24.2 at the best lag, 3.84 more at 0.11 and 0.22 ms

@@ -209,7 +209,7 @@ def plates(misfit, error=(10, 64, 11)):
         "misfit to the statements (sum of squares of the fit)",
         "largest error of K of the standing person over the tasks",
         "largest error of K from the foot (compensated), 0.3 m/s and above",
-        "R² of the pitch moment, better frame, lowest over the loads",
+        "R² of the pitch moment, best frame, lowest over the loads",
         "laboratories (drawn clocks) in which the force rises with amplitude and is largest for M5",
     )
     rows = [(name, "", "", *(misfit if k == 0 else error)) for k, name in enumerate(names)]

@@ -269,7 +269,8 @@ def test_muscles_without_an_onset_have_no_latency_in_a_caption():
         "The largest mean response, 4.0 µV, occurs in TA in the trial a, 100 ms after the belt starts."
     )
     assert found["figure_standing_latency"] == (
-        "The muscles respond 40 ms after the start of the stretch; the three detectors differ by at most "
+        "By the recommended detector, the muscles respond 40 ms after the start of the stretch; "
+        "the three detectors differ by at most "
         "10.0 ms."
     )
     assert (

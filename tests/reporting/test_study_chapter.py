@@ -128,7 +128,7 @@ def test_verdicts_are_counted():
     assert "No numeric result of the thesis was reproduced blind" in words
     (scores,) = evaluated(["plain(score-sentences())"], "verdict_values.typ", *study_content(made))
     assert scores.startswith(
-        "Within the tolerance that we set for each number, this run returns 5 of 10 printed values of I, B"
+        "Within tolerances derived from the thesis, this run returns 5 of 10 printed values of I, B"
     )
     assert "A null model, which uses only numbers printed in the thesis, returns 2" in scores
 
